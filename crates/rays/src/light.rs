@@ -1,0 +1,27 @@
+use glam::Vec3;
+
+/// Where light comes from, as a source of shadow rays. Directions are of unit length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightSource {
+    /// Light in every direction from one point.
+    Point {
+        /// World position.
+        position: Vec3,
+    },
+    /// Light from one point inside a cone.
+    Spot {
+        /// World position.
+        position: Vec3,
+        /// The cone's axis, away from the light.
+        direction: Vec3,
+        /// Half-angle inside which the light has its full strength.
+        inner_radians: f32,
+        /// Half-angle outside which there is no light; above `inner_radians`, at most π/2.
+        outer_radians: f32,
+    },
+    /// Parallel light from infinitely far away.
+    Directional {
+        /// The direction in which the light travels.
+        direction: Vec3,
+    },
+}

@@ -1,0 +1,33 @@
+use glam::DVec3;
+
+/// Half of a line: `origin + t · direction` for t in the open interval (`t_min`, `t_max`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where t is zero.
+    pub origin: DVec3,
+    /// Any finite direction that isn't zero; t counts in its length.
+    pub direction: DVec3,
+    /// Hits at or before this t don't count.
+    pub t_min: f64,
+    /// Hits at or after this t don't count.
+    pub t_max: f64,
+}
+
+impl Ray {
+    /// The ray for all t above zero.
+    #[must_use]
+    pub fn new(origin: DVec3, direction: DVec3) -> Self {
+        Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
+    }
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance along the ray, in lengths of the ray's direction.
+    pub t: f64,
+    /// The triangle's id: its place in [`Triangles::indices`](crate::Triangles).
+    pub triangle: u32,
+    /// Weights of the triangle's second and third vertex, each in [0, 1].
+    pub barycentric: [f32; 2],
+}

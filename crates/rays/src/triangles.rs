@@ -1,0 +1,121 @@
+use glam::Vec3;
+
+use crate::Bounds;
+
+/// A triangle soup with shared vertices: what every structure is built over.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Triangles<'a> {
+    /// World positions.
+    pub positions: &'a [Vec3],
+    /// Three places in `positions` for each triangle; a triangle's id is its place here.
+    pub indices: &'a [[u32; 3]],
+}
+
+impl Triangles<'_> {
+    /// How many triangles there are, counting those that can't be hit.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// Whether there are no triangles.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.indices.is_empty()
+    }
+
+    /// The world positions of triangle `id`.
+    ///
+    /// # Panics
+    /// If `id` or one of its vertices is out of range.
+    #[must_use]
+    pub fn corners(&self, id: u32) -> [Vec3; 3] {
+        self.indices[id as usize].map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// The world positions of triangle `id`, or why no structure lists it.
+    pub(crate) fn usable_corners(&self, id: u32) -> Result<[Vec3; 3], Unusable> {
+        let mut corners = [Vec3::ZERO; 3];
+        for (corner, &vertex) in corners.iter_mut().zip(&self.indices[id as usize]) {
+            *corner = *self.positions.get(vertex as usize).ok_or(Unusable::IndexOutOfRange)?;
+        }
+        if !corners.iter().all(|corner| corner.is_finite()) {
+            return Err(Unusable::NotFinite);
+        }
+        let [a, b, c] = corners;
+        // Only what is certainly without area: a sliver that merely rounds to nothing may still be hit.
+        if a == b || b == c || c == a { Err(Unusable::ZeroArea) } else { Ok(corners) }
+    }
+
+    /// Which triangles no ray can hit.
+    #[must_use]
+    pub fn omitted(&self) -> Omitted {
+        let mut omitted = Omitted::default();
+        for id in 0..self.len() as u32 {
+            if let Err(why) = self.usable_corners(id) {
+                omitted.note(id, why);
+            }
+        }
+        omitted
+    }
+
+    /// The bounds of all triangles that can be hit.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        let usable = (0..self.len() as u32).filter_map(|id| self.usable_corners(id).ok());
+        Bounds::of_points(usable.flatten())
+    }
+}
+
+/// Why a triangle can't be hit by any ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Unusable {
+    NotFinite,
+    ZeroArea,
+    IndexOutOfRange,
+}
+
+/// The triangles of a frame that no ray can hit, by reason.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Omitted {
+    /// A coordinate is NaN or infinite.
+    pub not_finite: OmittedKind,
+    /// Two corners are in the same place.
+    pub zero_area: OmittedKind,
+    /// A vertex index points past the last vertex.
+    pub index_out_of_range: OmittedKind,
+}
+
+impl Omitted {
+    /// How many triangles were left out for any reason.
+    #[must_use]
+    pub fn total(&self) -> u32 {
+        self.not_finite.count + self.zero_area.count + self.index_out_of_range.count
+    }
+
+    pub(crate) fn note(&mut self, id: u32, why: Unusable) {
+        let kind = match why {
+            Unusable::NotFinite => &mut self.not_finite,
+            Unusable::ZeroArea => &mut self.zero_area,
+            Unusable::IndexOutOfRange => &mut self.index_out_of_range,
+        };
+        kind.count += 1;
+        if kind.first_ids.len() < OmittedKind::IDS {
+            kind.first_ids.push(id);
+        }
+    }
+}
+
+/// How many triangles were left out for one reason, and which came first.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct OmittedKind {
+    /// How many.
+    pub count: u32,
+    /// The lowest ids, at most [`OmittedKind::IDS`] of them.
+    pub first_ids: Vec<u32>,
+}
+
+impl OmittedKind {
+    /// How many ids are kept.
+    pub const IDS: usize = 8;
+}

@@ -1,0 +1,61 @@
+use std::path::{Path, PathBuf};
+
+/// Why a scene could not be opened or posed. Every message names the file, the place in it and the cause.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file could not be read at all.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file's content breaks its format.
+    #[error("{}: {place}: {cause}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Where in the file: a line, a byte or an element.
+        place: String,
+        /// What is wrong there.
+        cause: String,
+    },
+    /// A file needs something that this program doesn't have.
+    #[error("{}: {what} is not supported; {hint}", path.display())]
+    Unsupported {
+        /// The file.
+        path: PathBuf,
+        /// What it needs.
+        what: String,
+        /// What its owner can do.
+        hint: String,
+    },
+    /// The scene's address or an option to it is wrong.
+    #[error("{address}: {cause}")]
+    Address {
+        /// What was asked for.
+        address: String,
+        /// What is wrong, and what would be right.
+        cause: String,
+    },
+}
+
+impl Error {
+    pub(crate) fn read(path: &Path, source: std::io::Error) -> Self {
+        Self::Read { path: path.to_owned(), source }
+    }
+
+    pub(crate) fn malformed(path: &Path, place: impl Into<String>, cause: impl Into<String>) -> Self {
+        Self::Malformed { path: path.to_owned(), place: place.into(), cause: cause.into() }
+    }
+
+    pub(crate) fn unsupported(path: &Path, what: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self::Unsupported { path: path.to_owned(), what: what.into(), hint: hint.into() }
+    }
+
+    pub(crate) fn address(address: impl Into<String>, cause: impl Into<String>) -> Self {
+        Self::Address { address: address.into(), cause: cause.into() }
+    }
+}

@@ -1,0 +1,78 @@
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3, Vec4};
+use umbrage_rays::{Bounds, Camera, Triangles};
+
+use crate::{Light, Materials};
+
+/// A scene at one moment: triangles in world space, and what lights, colours and sees them.
+///
+/// Keep one `Frame` and pose it again with [`Scene::pose`](crate::Scene::pose): its memory is reused.
+#[derive(Clone, Debug, Default)]
+pub struct Frame {
+    /// The moment.
+    pub seconds: f64,
+    /// World position of each vertex.
+    pub positions: Vec<Vec3>,
+    /// Unit normal of each vertex, or zero where the surface is flat. Empty when all of it is.
+    pub normals: Vec<Vec3>,
+    /// Unit tangent of each vertex and, in w, the sign of its bitangent; zero where the file gives none.
+    /// Empty when it gives none at all.
+    pub tangents: Vec<Vec4>,
+    /// What vertices are joined to and painted with.
+    pub mesh: Arc<Mesh>,
+    /// What [`Mesh::material_of_triangle`] points to.
+    pub materials: Arc<Materials>,
+    /// The lights; when the file has none, one is made from the bounds.
+    pub lights: Vec<Light>,
+    /// The file's cameras; may be empty, see [`Frame::camera`].
+    pub cameras: Vec<NamedCamera>,
+    /// A box around the scene over the whole animation, as far as it is known without posing every moment.
+    pub animation_bounds: Bounds,
+}
+
+/// The part of a frame that usually stays the same from frame to frame.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Three vertices for each triangle, all in range.
+    pub triangles: Vec<[u32; 3]>,
+    /// Place of each triangle's material in [`Materials::materials`], in range.
+    pub material_of_triangle: Vec<u32>,
+    /// Two sets of texture coordinates for each vertex, (0, 0) being the image's upper left corner. A set that
+    /// nothing has is empty.
+    pub tex_coords: [Vec<Vec2>; 2],
+    /// Linear colour and opacity of each vertex, which multiply the material's. Empty when all are white.
+    pub colors: Vec<Vec4>,
+}
+
+/// A camera that came with a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedCamera {
+    /// Its name in the file; may be empty.
+    pub name: Arc<str>,
+    /// The camera at the frame's moment.
+    pub camera: Camera,
+}
+
+impl Frame {
+    /// The frame's triangles, as structures are built over them.
+    #[must_use]
+    pub fn triangles(&self) -> Triangles<'_> {
+        Triangles { positions: &self.positions, indices: &self.mesh.triangles }
+    }
+
+    /// The file's first camera, or else one that sees the whole scene over the whole animation, for an image of
+    /// `aspect` (width over height).
+    #[must_use]
+    pub fn camera(&self, aspect: f32) -> Camera {
+        self.cameras.first().map_or_else(|| self.framing_camera(aspect), |named| named.camera)
+    }
+
+    /// A camera that sees the whole scene from the front, one side and a little above.
+    #[must_use]
+    pub fn framing_camera(&self, aspect: f32) -> Camera {
+        const FORWARD: Vec3 = Vec3::new(-0.5, -0.4, -1.0);
+        const VERTICAL_FOV_RADIANS: f32 = 0.7;
+        Camera::framing(self.animation_bounds, FORWARD, aspect, VERTICAL_FOV_RADIANS)
+    }
+}

@@ -1,0 +1,24 @@
+//! What is there at time t?
+#![forbid(unsafe_code)]
+
+mod error;
+mod frame;
+mod light;
+mod material;
+mod scene;
+mod still;
+mod texture;
+
+mod demo;
+mod gltf;
+mod obj;
+mod ply;
+mod sequence;
+mod stl;
+
+pub use error::Error;
+pub use frame::{Frame, Mesh, NamedCamera};
+pub use light::Light;
+pub use material::{Alpha, Material, Materials, TextureUse, Volume};
+pub use scene::{Animation, Clip, OpenOptions, Scene};
+pub use texture::{ColorSpace, Filter, Texture, Wrap};

@@ -1,0 +1,233 @@
+use std::io::Cursor;
+use std::sync::LazyLock;
+
+use glam::{Vec2, Vec4};
+
+/// An image with its smaller copies (mip levels), and how it is read between and beyond its texels.
+///
+/// Four bytes a texel, and a third more for the smaller copies.
+#[derive(Clone, Debug)]
+pub struct Texture {
+    /// Its name or path in the file; may be empty.
+    pub name: String,
+    space: ColorSpace,
+    filter: Filter,
+    wrap: [Wrap; 2],
+    levels: Vec<Level>,
+}
+
+/// How texels are read between their centres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Filter {
+    /// The nearest texel.
+    Nearest,
+    /// Mixed from the four nearest texels, and from the two nearest levels.
+    Linear,
+}
+
+/// What lies beyond an edge of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Wrap {
+    /// The image again.
+    Repeat,
+    /// The image mirrored, then the image again.
+    MirroredRepeat,
+    /// The edge's texels.
+    ClampToEdge,
+}
+
+/// What an image's numbers mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ColorSpace {
+    /// Colours, encoded by the sRGB transfer function; alpha is linear.
+    Srgb,
+    /// Quantities.
+    Linear,
+}
+
+#[derive(Clone, Debug)]
+struct Level {
+    width: u32,
+    height: u32,
+    texels: Vec<[u8; 4]>,
+}
+
+impl Texture {
+    /// A texture from rows of RGBA texels, the upper row first.
+    ///
+    /// # Panics
+    /// If a side is zero or `texels` isn't `width · height` long.
+    #[must_use]
+    pub fn new(
+        name: impl Into<String>,
+        [width, height]: [u32; 2],
+        texels: Vec<[u8; 4]>,
+        space: ColorSpace,
+        filter: Filter,
+        wrap: [Wrap; 2],
+    ) -> Self {
+        assert!(width > 0 && height > 0, "a texture has at least one texel");
+        assert_eq!(texels.len() as u64, u64::from(width) * u64::from(height), "one value for each texel");
+        let mut levels = vec![Level { width, height, texels }];
+        while let Some(smaller) = levels.last().and_then(|level| level.halved(space)) {
+            levels.push(smaller);
+        }
+        Self { name: name.into(), space, filter, wrap, levels }
+    }
+
+    /// A texture from the bytes of an image file (PNG, JPEG, BMP or TGA).
+    ///
+    /// # Errors
+    /// Says in words why the bytes are no such image, or that it is larger than [`Texture::MAX_SIDE`].
+    pub fn decode(
+        name: impl Into<String>,
+        bytes: &[u8],
+        space: ColorSpace,
+        filter: Filter,
+        wrap: [Wrap; 2],
+    ) -> Result<Self, String> {
+        let mut reader = image::ImageReader::new(Cursor::new(bytes))
+            .with_guessed_format()
+            .map_err(|error| format!("not an image: {error}"))?;
+        let mut limits = image::Limits::default();
+        limits.max_image_width = Some(Self::MAX_SIDE);
+        limits.max_image_height = Some(Self::MAX_SIDE);
+        reader.limits(limits);
+        let image = reader.decode().map_err(|error| format!("not a usable image: {error}"))?.into_rgba8();
+        let (width, height) = image.dimensions();
+        if width == 0 || height == 0 {
+            return Err("an image without texels".to_owned());
+        }
+        let texels = image.pixels().map(|pixel| pixel.0).collect();
+        Ok(Self::new(name, [width, height], texels, space, filter, wrap))
+    }
+
+    /// The longest side of an image that [`Texture::decode`] accepts, in texels.
+    pub const MAX_SIDE: u32 = 16_384;
+
+    /// Width and height of the full image, in texels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        [self.levels[0].width, self.levels[0].height]
+    }
+
+    /// Bytes taken by the texels of all levels.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.levels.iter().map(|level| size_of_val(level.texels.as_slice())).sum()
+    }
+
+    /// The linear colour at `coords`, averaged over about `footprint_texels` texels of the full image.
+    #[must_use]
+    pub fn sample(&self, coords: Vec2, footprint_texels: f32) -> Vec4 {
+        let last = (self.levels.len() - 1) as f32;
+        // NaN footprints (a texture stretched to nothing) read the full image.
+        let lod = footprint_texels.max(1.0).log2().min(last);
+        let (fine, part) = (lod.floor(), lod.fract());
+        match self.filter {
+            Filter::Nearest => self.read(lod.round() as usize, coords),
+            Filter::Linear if part == 0.0 => self.read(fine as usize, coords),
+            Filter::Linear => self.read(fine as usize, coords).lerp(self.read(fine as usize + 1, coords), part),
+        }
+    }
+
+    /// The opacity at `coords` in the full image: what decides whether an alpha-masked point is there.
+    #[must_use]
+    pub fn opacity(&self, coords: Vec2) -> f32 {
+        self.read(0, coords).w
+    }
+
+    fn read(&self, level: usize, coords: Vec2) -> Vec4 {
+        let level = &self.levels[level];
+        let place = coords * Vec2::new(level.width as f32, level.height as f32);
+        let texel = |x: f32, y: f32| {
+            let (x, y) = (self.wrap[0].place(x, level.width), self.wrap[1].place(y, level.height));
+            self.space.decode(level.texels[y * level.width as usize + x])
+        };
+        match self.filter {
+            Filter::Nearest => texel(place.x.floor(), place.y.floor()),
+            Filter::Linear => {
+                let corner = (place - 0.5).floor();
+                let part = place - 0.5 - corner;
+                let upper = texel(corner.x, corner.y).lerp(texel(corner.x + 1.0, corner.y), part.x);
+                let lower = texel(corner.x, corner.y + 1.0).lerp(texel(corner.x + 1.0, corner.y + 1.0), part.x);
+                upper.lerp(lower, part.y)
+            }
+        }
+    }
+}
+
+impl Level {
+    /// The level of half the size, rounded down; `None` after a level of one texel.
+    fn halved(&self, space: ColorSpace) -> Option<Self> {
+        if self.width == 1 && self.height == 1 {
+            return None;
+        }
+        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        let texel = |x: u32, y: u32| {
+            let (x, y) = (x.min(self.width - 1), y.min(self.height - 1));
+            space.decode(self.texels[y as usize * self.width as usize + x as usize])
+        };
+        let texels = (0..height)
+            .flat_map(|y| (0..width).map(move |x| (2 * x, 2 * y)))
+            .map(|(x, y)| {
+                let four = [texel(x, y), texel(x + 1, y), texel(x, y + 1), texel(x + 1, y + 1)];
+                // Colours count by their opacity, so that what a mask hides doesn't bleed into what it shows.
+                let opacity: f32 = four.iter().map(|texel| texel.w).sum();
+                let mean = four.iter().sum::<Vec4>() * 0.25;
+                let weighted = four.iter().map(|texel| *texel * texel.w).sum::<Vec4>() / opacity;
+                space.encode(if opacity > 0.0 && space == ColorSpace::Srgb { weighted.with_w(mean.w) } else { mean })
+            })
+            .collect();
+        Some(Self { width, height, texels })
+    }
+}
+
+impl Wrap {
+    /// The texel that stands for place `at`, a whole number, on a side of `side` texels.
+    fn place(self, at: f32, side: u32) -> usize {
+        let length = side as f32;
+        // A NaN coordinate casts to texel 0.
+        let at = match self {
+            Self::Repeat => at.rem_euclid(length),
+            Self::MirroredRepeat => {
+                let twice = at.rem_euclid(2.0 * length);
+                if twice < length { twice } else { 2.0 * length - 1.0 - twice }
+            }
+            Self::ClampToEdge => at,
+        };
+        (at.max(0.0) as u32).min(side - 1) as usize
+    }
+}
+
+/// The linear value of each sRGB byte (IEC 61966-2-1).
+static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|byte| {
+        let encoded = byte as f64 / 255.0;
+        let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
+        linear as f32
+    })
+});
+
+impl ColorSpace {
+    fn decode(self, [r, g, b, a]: [u8; 4]) -> Vec4 {
+        let quantity = |byte: u8| f32::from(byte) / 255.0;
+        match self {
+            Self::Srgb => {
+                let linear = &*LINEAR_FROM_SRGB;
+                Vec4::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)], quantity(a))
+            }
+            Self::Linear => Vec4::new(quantity(r), quantity(g), quantity(b), quantity(a)),
+        }
+    }
+
+    fn encode(self, linear: Vec4) -> [u8; 4] {
+        let byte = |encoded: f32| (encoded * 255.0).round() as u8;
+        let color = |linear: f32| match self {
+            Self::Srgb if linear <= 0.003_130_8 => byte(12.92 * linear),
+            Self::Srgb => byte(1.055 * linear.powf(1.0 / 2.4) - 0.055),
+            Self::Linear => byte(linear),
+        };
+        [color(linear.x), color(linear.y), color(linear.z), byte(linear.w)]
+    }
+}

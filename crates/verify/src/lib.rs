@@ -1,0 +1,6 @@
+//! What the tests measure the other crates by.
+#![forbid(unsafe_code)]
+
+mod scenes;
+
+pub use scenes::real_scene;
