@@ -76,7 +76,7 @@ fn the_far_side_of_a_ball_is_in_its_shadow() {
     let light = LightSource::Point { position: Vec3::new(0.0, 3.0, 0.0) };
     for _ in 0..500 {
         let camera = DVec3::new(0.0, -4.0, 0.0);
-        let target = (random.point() * 0.6).with_y(-0.8).as_dvec3();
+        let target = (random.point() * 0.35).with_y(-0.8).as_dvec3();
         let ray = Ray::new(camera, target - camera);
         let hit = oracle.nearest(&ray, |_| true).expect("the ball fills this part of the view");
         let shadow_ray = ShadowRay::new(&light, HitPoint::new(&ray, hit.t));
@@ -120,7 +120,7 @@ fn shells_that_are_nearly_together_keep_their_order() {
     let (mut random, light) = (Random::new(10), LightSource::Point { position: Vec3::new(0.0, 5.0, 0.0) });
     for _ in 0..1500 {
         let camera = DVec3::new(0.0, 4.0, 0.0);
-        let target = (random.point() * 0.6).with_y(0.8).as_dvec3();
+        let target = (random.point() * 0.35).with_y(0.8).as_dvec3();
         let ray = Ray::new(camera, target - camera);
         let hit = oracle.nearest(&ray, |_| true).expect("a ball is there");
         assert!(hit.triangle >= inner, "the inner shell shows through");

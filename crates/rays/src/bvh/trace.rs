@@ -113,44 +113,50 @@ impl Bvh {
 
 /// A ray prepared for box tests in f32 that err only towards a hit.
 ///
-/// With ε = 2⁻²⁴: a slab's (box − o)/d has 3 ε of its own size from the two roundings and the reciprocal, and
-/// ε·|o|/|d| from the rounding of o; the margins are more than twice that.
+/// With ε = 2⁻²⁴, rounding moves the origin by ε·|o| and each slab's t by 3 ε·|t|: from the difference, the reciprocal
+/// and the product. Boxes are grown by more than twice the one, and intervals by more than twice the other.
 struct Slabs {
-    origin: Vec3A,
+    /// What is taken from a box's lowest corner: the origin, and what the box grows by.
+    above_origin: Vec3A,
+    /// What is taken from a box's highest corner: the origin, less what the box grows by.
+    below_origin: Vec3A,
     inverse: Vec3A,
-    /// What the rounding of the origin can move t by.
-    margin: Vec3A,
     /// The ray's own t, times this, is the t of the box tests.
     scale: f64,
     t_min: f32,
 }
 
 impl Slabs {
-    const RELATIVE_MARGIN: f32 = 8.0 * f32::EPSILON;
+    const RELATIVE_MARGIN: f32 = 4.0 * f32::EPSILON;
 
     fn new(ray: &Ray) -> Self {
         let scale = ray.direction.abs().max_element();
         let direction = ray.direction / scale;
-        // Finite stand-ins for 1/0 keep NaN out of the tests; they leave the margin, which is then huge, on both sides.
-        const STEEPEST: f64 = 1e30;
+        // A ray along a slab has no crossing with it: a finite stand-in for 1/0 gives it one that is so far away, for
+        // every box that holds the ray once grown by `SMALLEST`, that it doesn't matter.
+        const STEEPEST: f64 = 1e38;
+        const SMALLEST: f32 = 1e-20;
         let inverse = direction.to_array().map(|component| {
-            let inverse = component.signum() / component.abs().max(1.0 / STEEPEST);
+            let inverse = component.signum() * component.abs().recip().min(STEEPEST);
             inverse as f32
         });
-        let inverse = Vec3A::from_array(inverse);
         let origin = Vec3A::from(ray.origin.as_vec3());
-        let margin = (origin.abs() * f32::EPSILON + f32::MIN_POSITIVE) * inverse.abs();
+        let growth = origin.abs() * (2.0 * f32::EPSILON) + SMALLEST;
         let t_min = (ray.t_min * scale) as f32;
-        let t_min = t_min - t_min.abs() * Self::RELATIVE_MARGIN;
-        Self { origin, inverse, margin: margin.min(Vec3A::splat(1e37)), scale, t_min }
+        Self {
+            above_origin: origin + growth,
+            below_origin: origin - growth,
+            inverse: Vec3A::from_array(inverse),
+            scale,
+            t_min: t_min - t_min.abs() * Self::RELATIVE_MARGIN,
+        }
     }
 
     /// Where the ray may enter a node's box at the earliest; `None` when it certainly misses it before `t_max`.
     fn enter(&self, node: &Bvh2Node, t_max: f64) -> Option<f32> {
-        let first = (node.aabb.min - self.origin) * self.inverse;
-        let second = (node.aabb.max - self.origin) * self.inverse;
-        let near = first.min(second) - self.margin;
-        let far = first.max(second) + self.margin;
+        let first = (node.aabb.min - self.above_origin) * self.inverse;
+        let second = (node.aabb.max - self.below_origin) * self.inverse;
+        let (near, far) = (first.min(second), first.max(second));
         let enter = (near - near.abs() * Self::RELATIVE_MARGIN).max_element().max(self.t_min);
         let leave = (far + far.abs() * Self::RELATIVE_MARGIN).min_element();
         (enter <= leave && self.is_before(enter, t_max)).then_some(enter)
