@@ -5,8 +5,10 @@ mod error;
 mod frame;
 mod light;
 mod material;
+mod polygon;
 mod scene;
 mod still;
+mod text;
 mod texture;
 
 mod demo;
