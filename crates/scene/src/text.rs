@@ -16,11 +16,6 @@ impl<'a> Lines<'a> {
     pub(crate) fn rest(&self) -> &'a [u8] {
         self.rest
     }
-
-    /// The number of the last line given; 0 before the first.
-    pub(crate) fn number(&self) -> usize {
-        self.number
-    }
 }
 
 impl<'a> Iterator for Lines<'a> {
