@@ -6,8 +6,10 @@ mod frame;
 mod light;
 mod material;
 mod opacity;
+mod polygon;
 mod scene;
 mod still;
+mod text;
 mod texture;
 
 mod demo;
