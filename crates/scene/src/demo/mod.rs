@@ -58,9 +58,12 @@ macro_rules! gallery {
     };
 }
 
+mod cloth;
 mod glass;
+mod studio;
 
 gallery! {
+    Cloth => cloth::Cloth,
     Glass => glass::Glass,
 }
 
