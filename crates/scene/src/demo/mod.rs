@@ -60,10 +60,12 @@ macro_rules! gallery {
 
 mod cloth;
 mod glass;
+mod marbles;
 mod studio;
 
 gallery! {
     Cloth => cloth::Cloth,
+    Marbles => marbles::Marbles,
     Glass => glass::Glass,
 }
 

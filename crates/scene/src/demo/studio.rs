@@ -7,20 +7,29 @@ use super::build::MeshBuilder;
 use super::build::math::{camera, sin_cos};
 use crate::{Frame, Light, NamedCamera};
 
-/// Columns of a backdrop that is a fair share of `triangles`: at least 12.
+/// Columns of a backdrop that is a fair share of `triangles`; zero, for a flat one, where there are few.
 pub(crate) fn backdrop_columns(triangles: usize) -> u32 {
+    const FEW: usize = 2_000;
+    if triangles < FEW {
+        return 0;
+    }
     ((triangles as f32 * 0.02 / (2 * BEND_ROWS + 3) as f32) as u32).clamp(12, 96)
 }
 
 /// Triangles of a backdrop of `columns`.
 pub(crate) fn backdrop_triangles(columns: u32) -> usize {
-    (columns * (2 * BEND_ROWS + 3)) as usize
+    if columns == 0 { 2 } else { (columns * (2 * BEND_ROWS + 3)) as usize }
 }
 
 const BEND_ROWS: u32 = 6;
 
-/// Adds a round floor at y = 0 of `radius` that bends up, without an edge, to a wall of `height`.
+/// Adds a round floor at y = 0 of `radius` that bends up, without an edge, to a wall of `height`; without columns a
+/// square floor alone. Texture coordinates are lengths along the floor, in world units.
 pub(crate) fn backdrop(builder: &mut MeshBuilder, radius: f32, height: f32, columns: u32) {
+    if columns == 0 {
+        builder.floor(Vec3::ZERO, Vec2::splat(2.0 * radius), [1, 1]);
+        return;
+    }
     let bend = 0.45 * radius.min(height);
     // From the top down, so that the inside is the outer side.
     let mut profile = vec![Vec2::new(radius, height)];
