@@ -19,6 +19,7 @@ mod ply;
 mod sequence;
 mod stl;
 
+pub use demo::{DEMOS, DemoScene};
 pub use error::Error;
 pub use frame::{Frame, Mesh, NamedCamera};
 pub use light::Light;
