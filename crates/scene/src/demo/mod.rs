@@ -58,10 +58,15 @@ macro_rules! gallery {
     };
 }
 
+mod detail;
 mod glass;
+mod stadium;
+mod sweep;
+mod trophy;
 
 gallery! {
     Glass => glass::Glass,
+    Stadium => stadium::Stadium,
 }
 
 /// The numbers of triangles that a demo can be asked for; what is beyond is brought to the nearer end.
