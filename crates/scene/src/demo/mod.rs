@@ -59,14 +59,19 @@ macro_rules! gallery {
 }
 
 mod cloth;
+mod detail;
 mod glass;
 mod marbles;
+mod stadium;
 mod studio;
+mod sweep;
+mod trophy;
 
 gallery! {
     Cloth => cloth::Cloth,
     Marbles => marbles::Marbles,
     Glass => glass::Glass,
+    Stadium => stadium::Stadium,
 }
 
 /// The numbers of triangles that a demo can be asked for; what is beyond is brought to the nearer end.
