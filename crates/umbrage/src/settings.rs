@@ -1,4 +1,5 @@
 use umbrage_rays::Camera;
+use umbrage_scene::Light;
 
 use crate::Background;
 
@@ -13,6 +14,8 @@ pub struct Settings {
     pub samples: u32,
     /// The camera; `None` for the scene's own first camera, or else one that sees the whole scene.
     pub camera: Option<Camera>,
+    /// The lights; `None` for the scene's own.
+    pub lights: Option<Vec<Light>>,
     /// What is behind and around the scene.
     pub background: Background,
     /// Brightness in photographic stops: each step doubles it.
@@ -28,6 +31,7 @@ impl Default for Settings {
             height: 720,
             samples: 1,
             camera: None,
+            lights: None,
             background: Background::Sky,
             exposure_stops: 0.0,
             tone_map: ToneMap::PbrNeutral,
