@@ -5,6 +5,7 @@ mod error;
 mod frame;
 mod light;
 mod material;
+mod opacity;
 mod scene;
 mod still;
 mod texture;
