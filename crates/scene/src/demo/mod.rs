@@ -61,11 +61,14 @@ macro_rules! gallery {
 mod cloth;
 mod glass;
 mod marbles;
+mod sculpture;
+mod statue;
 mod studio;
 
 gallery! {
     Cloth => cloth::Cloth,
     Marbles => marbles::Marbles,
+    Statue => statue::Statue,
     Glass => glass::Glass,
 }
 
