@@ -62,12 +62,14 @@ mod cloth;
 mod glass;
 mod marbles;
 mod sculpture;
+mod shatter;
 mod statue;
 mod studio;
 
 gallery! {
     Cloth => cloth::Cloth,
     Marbles => marbles::Marbles,
+    Shatter => shatter::Shatter,
     Statue => statue::Statue,
     Glass => glass::Glass,
 }
