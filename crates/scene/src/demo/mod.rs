@@ -62,7 +62,10 @@ mod cloth;
 mod detail;
 mod glass;
 mod marbles;
+mod sculpture;
+mod shatter;
 mod stadium;
+mod statue;
 mod studio;
 mod sweep;
 mod trophy;
@@ -70,6 +73,8 @@ mod trophy;
 gallery! {
     Cloth => cloth::Cloth,
     Marbles => marbles::Marbles,
+    Shatter => shatter::Shatter,
+    Statue => statue::Statue,
     Glass => glass::Glass,
     Stadium => stadium::Stadium,
 }
