@@ -58,14 +58,20 @@ macro_rules! gallery {
     };
 }
 
+mod character;
 mod detail;
+mod forest;
+mod glade;
 mod glass;
+mod plant;
 mod stadium;
 mod sweep;
 mod trophy;
+mod wind;
 
 gallery! {
     Glass => glass::Glass,
+    Forest => forest::Forest,
     Stadium => stadium::Stadium,
 }
 
