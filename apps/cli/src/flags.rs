@@ -106,7 +106,7 @@ pub(crate) struct RenderFlags {
     #[arg(long, value_enum)]
     pub(crate) format: Option<FormatFlag>,
     /// The moment to show; the animation starts again after its end
-    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, conflicts_with = "frames")]
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, conflicts_with = "frames", allow_negative_numbers = true)]
     pub(crate) time: Option<f64>,
     /// Frames to show, without B (0..24) or with it (0..=23); frame k shows second k / FPS
     /// [default for animations: all]
