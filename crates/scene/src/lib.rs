@@ -6,8 +6,10 @@ mod frame;
 mod light;
 mod material;
 mod opacity;
+mod polygon;
 mod scene;
 mod still;
+mod text;
 mod texture;
 
 mod demo;
@@ -17,6 +19,7 @@ mod ply;
 mod sequence;
 mod stl;
 
+pub use demo::{DEMOS, DemoScene};
 pub use error::Error;
 pub use frame::{Frame, Mesh, NamedCamera};
 pub use light::Light;
