@@ -3,7 +3,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3, Vec4};
 use umbrage_rays::{Bounds, Camera, Triangles};
 
-use crate::{Light, Materials};
+use crate::{Light, Materials, Texture};
 
 /// A scene at one moment: triangles in world space, and what lights, colours and sees them.
 ///
@@ -59,6 +59,20 @@ impl Frame {
     #[must_use]
     pub fn triangles(&self) -> Triangles<'_> {
         Triangles { positions: &self.positions, indices: &self.mesh.triangles }
+    }
+
+    /// Bytes held by vertices, triangles and textures.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let mesh = &*self.mesh;
+        size_of_val(self.positions.as_slice())
+            + size_of_val(self.normals.as_slice())
+            + size_of_val(self.tangents.as_slice())
+            + size_of_val(mesh.triangles.as_slice())
+            + size_of_val(mesh.material_of_triangle.as_slice())
+            + mesh.tex_coords.iter().map(|coords| size_of_val(coords.as_slice())).sum::<usize>()
+            + size_of_val(mesh.colors.as_slice())
+            + self.materials.textures.iter().map(Texture::bytes).sum::<usize>()
     }
 
     /// The file's first camera, or else one that sees the whole scene over the whole animation, for an image of

@@ -59,12 +59,16 @@ macro_rules! gallery {
 }
 
 mod cloth;
+mod detail;
 mod glass;
 mod marbles;
 mod sculpture;
 mod shatter;
+mod stadium;
 mod statue;
 mod studio;
+mod sweep;
+mod trophy;
 
 gallery! {
     Cloth => cloth::Cloth,
@@ -72,6 +76,7 @@ gallery! {
     Shatter => shatter::Shatter,
     Statue => statue::Statue,
     Glass => glass::Glass,
+    Stadium => stadium::Stadium,
 }
 
 /// The numbers of triangles that a demo can be asked for; what is beyond is brought to the nearer end.

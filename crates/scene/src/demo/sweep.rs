@@ -1,0 +1,170 @@
+use glam::Vec3;
+
+/// A soft tube through a few elliptical sections: limbs, noses, hats, branches and handles.
+///
+/// Place `along` runs from 0 at the first section to 1 at the last one; the sections are spaced evenly in it and
+/// joined by Catmull–Rom curves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sweep {
+    sections: [Section; Sweep::MAX_SECTIONS],
+    count: usize,
+    /// Roughly where each section's width points; never along the tube.
+    side: Vec3,
+    /// How much of the length is rounded off at the start and at the end; an end with 0 is left open.
+    rounded: [f32; 2],
+}
+
+/// An ellipse across a sweep.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Section {
+    pub(super) center: Vec3,
+    pub(super) half_width: f32,
+    pub(super) half_depth: f32,
+}
+
+/// A sweep cut across at one place, ready to give the points around it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ring {
+    center: Vec3,
+    tangent: Vec3,
+    width_axis: Vec3,
+    depth_axis: Vec3,
+    half_width: f32,
+    half_depth: f32,
+    /// Half-depth over half-width, before the ends are rounded off.
+    flatness: f32,
+    /// How half the square of the half-width and of the half-depth grow along the curve.
+    growth: [f32; 2],
+}
+
+impl Section {
+    pub(super) const fn round(center: Vec3, radius: f32) -> Self {
+        Self { center, half_width: radius, half_depth: radius }
+    }
+
+    pub(super) const fn new(center: Vec3, half_width: f32, half_depth: f32) -> Self {
+        Self { center, half_width, half_depth }
+    }
+}
+
+impl Sweep {
+    /// The most sections of a sweep.
+    pub(super) const MAX_SECTIONS: usize = 8;
+
+    /// A sweep through the first [`Sweep::MAX_SECTIONS`] of `sections`, of which there are at least two.
+    pub(super) fn new(sections: &[Section], side: Vec3, rounded: [f32; 2]) -> Self {
+        let last = sections.last().copied().unwrap_or(Section::round(Vec3::ZERO, 0.0));
+        let kept = std::array::from_fn(|place| sections.get(place).copied().unwrap_or(last));
+        Self { sections: kept, count: sections.len().clamp(2, Self::MAX_SECTIONS), side, rounded }
+    }
+
+    /// An ellipsoid whose poles are at `center ± axis`.
+    pub(super) fn ellipsoid(center: Vec3, axis: Vec3, side: Vec3, half_width: f32, half_depth: f32) -> Self {
+        let ends = [center - axis, center + axis].map(|end| Section::new(end, half_width, half_depth));
+        Self::new(&ends, side, [0.5, 0.5])
+    }
+
+    /// The same sweep with every point moved by `place` and every direction by `turn`.
+    pub(super) fn moved(mut self, place: impl Fn(Vec3) -> Vec3, turn: impl Fn(Vec3) -> Vec3) -> Self {
+        for section in &mut self.sections {
+            section.center = place(section.center);
+        }
+        self.side = turn(self.side);
+        self
+    }
+
+    /// Where ring `ring` of `rings + 1` cuts the sweep: closer together towards rounded ends.
+    pub(super) fn along(&self, ring: u32, rings: u32) -> f32 {
+        let even = ring as f32 / rings.max(1) as f32;
+        let crowding = if self.rounded.iter().all(|&length| length > 0.0) { 0.8 } else { 0.0 };
+        (even - crowding * libm::sinf(std::f32::consts::TAU * even) / std::f32::consts::TAU).clamp(0.0, 1.0)
+    }
+
+    /// The sweep's section at `along`, 0 … 1.
+    pub(super) fn ring(&self, along: f32) -> Ring {
+        let spans = (self.count - 1) as f32;
+        let span = ((along * spans) as usize).min(self.count - 2);
+        let part = along * spans - span as f32;
+        let at = |place: usize| self.sections[place.min(self.count - 1)];
+        let four = [at(span.saturating_sub(1)), at(span), at(span + 1), at(span + 2)];
+        let (weights, slopes) = catmull_rom(part);
+        let mix = |weights: [f32; 4]| {
+            four.iter().zip(weights).fold((Vec3::ZERO, 0.0, 0.0), |(center, width, depth), (section, weight)| {
+                (
+                    center + section.center * weight,
+                    width + section.half_width * weight,
+                    depth + section.half_depth * weight,
+                )
+            })
+        };
+        let (center, width, depth) = mix(weights);
+        let (center_slope, width_slope, depth_slope) = mix(slopes.map(|slope| slope * spans));
+        let (width, depth) = (width.max(0.0), depth.max(0.0));
+        let (cap, cap_slope) = self.squared_cap(along);
+        let speed = center_slope.length().max(1e-9);
+        let tangent = center_slope / speed;
+        let width_axis = (self.side - tangent * tangent.dot(self.side)).normalize_or(tangent.any_orthonormal_vector());
+        let growth = |size: f32, slope: f32| (size * slope * cap + 0.5 * size * size * cap_slope) / speed;
+        Ring {
+            center,
+            tangent,
+            width_axis,
+            depth_axis: tangent.cross(width_axis),
+            half_width: width * cap.sqrt(),
+            half_depth: depth * cap.sqrt(),
+            flatness: if width > 0.0 { (depth / width).max(1e-3) } else { 1.0 },
+            growth: [growth(width, width_slope), growth(depth, depth_slope)],
+        }
+    }
+
+    /// The square of what the rounding of the ends leaves of the size, and its slope.
+    fn squared_cap(&self, along: f32) -> (f32, f32) {
+        let [start, end] = self.rounded;
+        let one_end = |place: f32, length: f32| {
+            let missing = 1.0 - place / length;
+            (1.0 - missing * missing, 2.0 * missing / length)
+        };
+        if along < start {
+            one_end(along, start)
+        } else if 1.0 - along < end {
+            let (cap, slope) = one_end(1.0 - along, end);
+            (cap, -slope)
+        } else {
+            (1.0, 0.0)
+        }
+    }
+}
+
+impl Ring {
+    /// The point and the outward unit normal in the direction whose cosine (along the width) and sine are given.
+    pub(super) fn point(&self, cosine: f32, sine: f32) -> (Vec3, Vec3) {
+        let position =
+            self.center + self.width_axis * (self.half_width * cosine) + self.depth_axis * (self.half_depth * sine);
+        // The gradient of (x/a)² + (y/b)² with both half-axes growing along the tube, times ab/2: finite at the ends,
+        // where both half-axes vanish.
+        let cap = self.half_width;
+        let across = self.width_axis * (cap * self.flatness * cosine) + self.depth_axis * (cap * sine);
+        let [width_growth, depth_growth] = self.growth;
+        let along = self.flatness * width_growth * cosine * cosine + depth_growth * sine * sine / self.flatness;
+        let normal = (across - self.tangent * along).normalize_or(self.tangent);
+        (position, normal)
+    }
+}
+
+/// The weights of four evenly spaced values at `part` of the way from the second to the third, and their slopes.
+pub(super) fn catmull_rom(part: f32) -> ([f32; 4], [f32; 4]) {
+    let (square, cube) = (part * part, part * part * part);
+    let weights = [
+        0.5 * (-cube + 2.0 * square - part),
+        0.5 * (3.0 * cube - 5.0 * square + 2.0),
+        0.5 * (-3.0 * cube + 4.0 * square + part),
+        0.5 * (cube - square),
+    ];
+    let slopes = [
+        0.5 * (-3.0 * square + 4.0 * part - 1.0),
+        0.5 * (9.0 * square - 10.0 * part),
+        0.5 * (-9.0 * square + 8.0 * part + 1.0),
+        0.5 * (3.0 * square - 2.0 * part),
+    ];
+    (weights, slopes)
+}
