@@ -56,7 +56,7 @@ impl Shatter {
 
     const SECONDS: f32 = 8.0;
     /// Time since the blast when the pieces turn back.
-    const LONGEST: f32 = 1.9;
+    const LONGEST: f32 = 1.6;
     /// Where the blast is.
     const BLAST: Vec3 = Vec3::new(0.0, 0.85, 0.0);
 
@@ -88,10 +88,10 @@ impl Shatter {
         f64::from(Self::SECONDS)
     }
 
-    /// Time since the blast at a moment of the scene: the pieces fly ever slower, stop, and come back.
+    /// Time since the blast at a moment of the scene: at first it almost stands still, and in the end it runs back.
     fn since_blast(seconds: f32) -> f32 {
         let out = ((seconds - 0.8) / 4.4).clamp(0.0, 1.0);
-        Self::LONGEST * out * (1.4 - 0.4 * out) * (1.0 - smoothstep(5.4, 7.7, seconds))
+        Self::LONGEST * out * (0.35 + 0.65 * out) * (1.0 - smoothstep(5.4, 7.7, seconds))
     }
 
     pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
@@ -207,8 +207,8 @@ impl Shard {
         let mut random = Random::new(shard as u64);
         // Few leave their chunk fast, like splinters; most slowly, like crumbs.
         let hurry = random.unit();
-        let velocity = random.direction() * mix(0.08, 1.3, hurry * hurry * hurry);
-        let spin = random.direction() * random.range(0.3, 6.0) * (0.2 + hurry);
+        let velocity = random.direction() * mix(0.03, 1.1, hurry * hurry * hurry);
+        let spin = random.direction() * random.range(0.3, 6.0) * (0.1 + hurry * hurry);
         let hop = random.range(0.08, 0.3);
         let mut piece = Self { chunk, velocity, spin, landing: f32::INFINITY, landed: (place, Quat::IDENTITY), hop };
         let height = |now: f32| piece.fly(&whole.flight(now), place).0.y - Self::LYING;
