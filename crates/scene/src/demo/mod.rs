@@ -70,6 +70,9 @@ mod studio;
 mod sweep;
 mod trophy;
 
+#[cfg(test)]
+mod tests;
+
 gallery! {
     Cloth => cloth::Cloth,
     Marbles => marbles::Marbles,
