@@ -106,7 +106,7 @@ pub(crate) struct RenderFlags {
     #[arg(long, value_enum)]
     pub(crate) format: Option<FormatFlag>,
     /// The moment to show; the animation starts again after its end
-    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, conflicts_with = "frames")]
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, conflicts_with = "frames", allow_negative_numbers = true)]
     pub(crate) time: Option<f64>,
     /// Frames to show, without B (0..24) or with it (0..=23); frame k shows second k / FPS
     /// [default for animations: all]
@@ -119,7 +119,7 @@ pub(crate) struct RenderFlags {
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub(crate) size: Size,
     /// Camera rays for each pixel
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = values::samples())]
     pub(crate) samples: u32,
     /// A camera of the scene by name or by number from 0, or a new one at X,Y,Z that looks at another place, with
     /// its vertical field of view in degrees (40) [default: the scene's first, else one that sees everything]

@@ -60,21 +60,13 @@ impl Report {
         let median_of = |cost: &dyn Fn(&FrameReport) -> Option<f64>| median(self.frames.iter().filter_map(cost));
         // The stages of the frame that has most of them, in its order.
         let fullest = self.frames.iter().map(|frame| &frame.stats.stages).max_by_key(|stages| stages.len());
-        let stages = fullest.into_iter().flatten().map(|stage| {
+        let stages = fullest.into_iter().flatten().map(|Stage { name, .. }| {
             let milliseconds = median_of(&|frame| {
-                // A stage that runs twice in a frame, as for two lights, counts with its sum.
-                let runs = frame.stats.stages.iter().filter(|other| other.name == stage.name);
-                runs.map(|run| run.milliseconds).reduce(|sum, milliseconds| sum + milliseconds)
+                frame.stats.stages.iter().find(|stage| stage.name == *name).map(|stage| stage.milliseconds)
             });
-            Stage { name: stage.name, milliseconds }
+            Stage { name, milliseconds }
         });
-        let mut stages: Vec<Stage> = stages.collect();
-        let mut seen = Vec::new();
-        stages.retain(|stage| {
-            let first = !seen.contains(&stage.name);
-            seen.push(stage.name);
-            first
-        });
+        let stages = stages.collect();
         self.median = Costs {
             stages,
             render_milliseconds: median_of(&|frame| Some(frame.render_milliseconds)),
@@ -114,7 +106,7 @@ impl Report {
         line("bytes", String::new());
         line("structure", per(stats.structure_bytes, stats.triangles, "triangle"));
         line("frame", per(stats.frame_bytes, stats.triangles, "triangle"));
-        line("film", per(stats.film_bytes, self.width as usize * self.height as usize, "pixel"));
+        line("pixels", per(stats.pixel_bytes, self.width as usize * self.height as usize, "pixel"));
         for omitted in &stats.omitted {
             let _ = writeln!(
                 text,
@@ -170,28 +162,28 @@ mod tests {
 
     use super::*;
 
-    fn frame(frame: u32, see: f64, shadow: [f64; 2]) -> FrameReport {
+    fn frame(frame: u32, see: f64, shadow: f64) -> FrameReport {
         let stage = |name, milliseconds| Stage { name, milliseconds };
         let stats = Stats {
-            stages: vec![stage("see", see), stage("shadow", shadow[0]), stage("shadow", shadow[1])],
+            stages: vec![stage("see", see), stage("shadow", shadow)],
             triangles: 1_234_567,
             omitted: vec![OmittedTriangles { reason: "zero area", count: 2, first_ids: vec![3, 9] }],
             ..Stats::default()
         };
-        FrameReport { frame, seconds: 0.0, render_milliseconds: see + shadow[0], write_milliseconds: 1.0, stats }
+        FrameReport { frame, seconds: 0.0, render_milliseconds: see + shadow, write_milliseconds: 1.0, stats }
     }
 
     #[test]
     fn medians_are_by_stage() {
         let mut report = Report::new(Path::new("demo:x"), &Settings::default());
         for (number, see) in [5.0, 1.0, 2.0].into_iter().enumerate() {
-            report.push(frame(number as u32, see, [1.0, 0.5]));
+            report.push(frame(number as u32, see, 1.5));
         }
         report.complete();
         let stages: Vec<(&str, f64)> =
             report.median.stages.iter().map(|stage| (stage.name, stage.milliseconds)).collect();
         assert_eq!(stages, [("see", 2.0), ("shadow", 1.5)]);
-        assert_eq!(report.median.render_milliseconds, 3.0);
+        assert_eq!(report.median.render_milliseconds, 3.5);
         let text = report.text();
         for part in ["3 frames", "1,234,567", "2 triangles (zero area; first ids [3, 9])", "1.500"] {
             assert!(text.contains(part), "{part} in {text}");

@@ -2,12 +2,14 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use clap::builder::RangedI64ValueParser;
 use glam::Vec3;
+use umbrage::Settings;
 use umbrage::rays::Camera;
 
 /// The longest side of an image, in pixels.
-const MAX_SIDE_PIXELS: u32 = 16_384;
-/// The most pixels of an image: about 3 GB of film.
+const MAX_SIDE_PIXELS: u32 = Settings::MAX_SIDE;
+/// The most pixels of an image, which take several gigabytes.
 const MAX_PIXELS: u64 = 1 << 26;
 /// The most frames of one render.
 const MAX_FRAMES: u32 = 1_000_000;
@@ -142,6 +144,11 @@ fn hexadecimal_color(digits: &str) -> Option<Vec3> {
         if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
     };
     Some(Vec3::new(linear(bytes[1]), linear(bytes[2]), linear(bytes[3])))
+}
+
+/// Camera rays for each pixel.
+pub(crate) fn samples() -> RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(1..=i64::from(Settings::MAX_SAMPLES))
 }
 
 /// A moment: finite and not negative.

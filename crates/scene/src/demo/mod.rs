@@ -58,10 +58,14 @@ macro_rules! gallery {
     };
 }
 
+mod character;
 mod cloth;
 mod detail;
+mod forest;
+mod glade;
 mod glass;
 mod marbles;
+mod plant;
 mod sculpture;
 mod shatter;
 mod stadium;
@@ -69,6 +73,7 @@ mod statue;
 mod studio;
 mod sweep;
 mod trophy;
+mod wind;
 
 #[cfg(test)]
 mod tests;
@@ -79,6 +84,7 @@ gallery! {
     Shatter => shatter::Shatter,
     Statue => statue::Statue,
     Glass => glass::Glass,
+    Forest => forest::Forest,
     Stadium => stadium::Stadium,
 }
 

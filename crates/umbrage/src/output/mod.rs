@@ -48,6 +48,14 @@ pub enum Error {
     },
 }
 
+/// Writes one picture as a PNG file.
+///
+/// # Errors
+/// Where the system refuses to write, or the path is a folder.
+pub fn write_png(image: &crate::Image, path: &Path, depth: BitDepth) -> Result<(), Error> {
+    png::write(image, path, depth)
+}
+
 impl Error {
     /// Whether nobody reads the other end of a pipe any more, which is no failure of the writer's.
     #[must_use]
