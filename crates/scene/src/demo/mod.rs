@@ -75,6 +75,9 @@ mod sweep;
 mod trophy;
 mod wind;
 
+#[cfg(test)]
+mod tests;
+
 gallery! {
     Cloth => cloth::Cloth,
     Marbles => marbles::Marbles,
