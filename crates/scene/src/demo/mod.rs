@@ -58,11 +58,14 @@ macro_rules! gallery {
     };
 }
 
+mod architecture;
 mod character;
 mod detail;
 mod forest;
+mod furniture;
 mod glade;
 mod glass;
+mod hall;
 mod plant;
 mod stadium;
 mod sweep;
@@ -72,6 +75,7 @@ mod wind;
 gallery! {
     Glass => glass::Glass,
     Forest => forest::Forest,
+    Hall => hall::Hall,
     Stadium => stadium::Stadium,
 }
 
