@@ -113,7 +113,7 @@ fn view(part: f32) -> umbrage_rays::Camera {
 }
 
 fn lights(part: f32) -> [Light; 3] {
-    let sun = Vec3::new(-0.62, -0.72 + 0.03 * wave(part), 0.26 + 0.08 * wave(part + 0.25)).normalize();
+    let sun = Vec3::new(-0.5, -0.82 + 0.03 * wave(part), 0.2 + 0.1 * wave(part + 0.25)).normalize();
     let candles = |place: usize| {
         let flicker = 1.0 + 0.03 * wave(23.0 * part + 0.4 * place as f32);
         // Under the ring, whose shadow falls on the vault.
@@ -122,7 +122,7 @@ fn lights(part: f32) -> [Light; 3] {
             name: "candles".into(),
             source: LightSource::Point { position: hook(place) + swing(place, part) * below },
             color: srgb(0xff_c8_80),
-            intensity: 34.0 * flicker,
+            intensity: 20.0 * flicker,
             range: None,
         }
     };
