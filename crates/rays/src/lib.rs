@@ -1,13 +1,19 @@
 //! What does a ray hit?
+//!
+//! Triangles, rays, cameras and lights as sources of rays, the exact [predicate] that decides every hit, and the
+//! structures that find the triangles worth asking it about. No files, no images, no GPU.
 #![forbid(unsafe_code)]
 
 mod bounds;
+mod bvh;
 mod camera;
 mod light;
+pub mod predicate;
 mod ray;
 mod triangles;
 
 pub use bounds::Bounds;
+pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

@@ -5,7 +5,7 @@ use glam::DVec3;
 pub struct Ray {
     /// Where t is zero.
     pub origin: DVec3,
-    /// Any finite direction that isn't zero; t counts in its length.
+    /// Any direction with a length from 10⁻¹⁰⁰ to 10¹⁰⁰; t counts in its length.
     pub direction: DVec3,
     /// Hits at or before this t don't count.
     pub t_min: f64,

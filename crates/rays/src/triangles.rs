@@ -1,4 +1,5 @@
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::Bounds;
 
@@ -50,20 +51,26 @@ impl Triangles<'_> {
     /// Which triangles no ray can hit.
     #[must_use]
     pub fn omitted(&self) -> Omitted {
-        let mut omitted = Omitted::default();
-        for id in 0..self.len() as u32 {
-            if let Err(why) = self.usable_corners(id) {
-                omitted.note(id, why);
+        const CHUNK: u32 = 1 << 14;
+        let count = self.len() as u32;
+        let chunks = (0..count.div_ceil(CHUNK)).into_par_iter().map(|chunk| {
+            let mut omitted = Omitted::default();
+            for id in chunk * CHUNK..count.min((chunk + 1).saturating_mul(CHUNK)) {
+                if let Err(why) = self.usable_corners(id) {
+                    omitted.note(id, why);
+                }
             }
-        }
-        omitted
+            omitted
+        });
+        // In order, so that the first ids are the lowest.
+        chunks.reduce(Omitted::default, Omitted::followed_by)
     }
 
     /// The bounds of all triangles that can be hit.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
-        let usable = (0..self.len() as u32).filter_map(|id| self.usable_corners(id).ok());
-        Bounds::of_points(usable.flatten())
+        let usable = (0..self.len() as u32).into_par_iter().filter_map(|id| self.usable_corners(id).ok());
+        usable.map(Bounds::of_points).reduce(|| Bounds::EMPTY, Bounds::union)
     }
 }
 
@@ -106,6 +113,16 @@ impl Omitted {
     }
 }
 
+impl Omitted {
+    fn followed_by(self, later: Self) -> Self {
+        Self {
+            not_finite: self.not_finite.followed_by(later.not_finite),
+            zero_area: self.zero_area.followed_by(later.zero_area),
+            index_out_of_range: self.index_out_of_range.followed_by(later.index_out_of_range),
+        }
+    }
+}
+
 /// How many triangles were left out for one reason, and which came first.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OmittedKind {
@@ -118,4 +135,11 @@ pub struct OmittedKind {
 impl OmittedKind {
     /// How many ids are kept.
     pub const IDS: usize = 8;
+
+    fn followed_by(mut self, later: Self) -> Self {
+        self.count += later.count;
+        self.first_ids.extend(later.first_ids);
+        self.first_ids.truncate(Self::IDS);
+        self
+    }
 }

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3, Vec4};
 use umbrage_rays::{Bounds, Camera, Triangles};
 
-use crate::{Light, Materials};
+use crate::{Light, Materials, Texture};
 
 /// A scene at one moment: triangles in world space, and what lights, colours and sees them.
 ///
@@ -61,6 +61,20 @@ impl Frame {
         Triangles { positions: &self.positions, indices: &self.mesh.triangles }
     }
 
+    /// Bytes held by vertices, triangles and textures.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let mesh = &*self.mesh;
+        size_of_val(self.positions.as_slice())
+            + size_of_val(self.normals.as_slice())
+            + size_of_val(self.tangents.as_slice())
+            + size_of_val(mesh.triangles.as_slice())
+            + size_of_val(mesh.material_of_triangle.as_slice())
+            + mesh.tex_coords.iter().map(|coords| size_of_val(coords.as_slice())).sum::<usize>()
+            + size_of_val(mesh.colors.as_slice())
+            + self.materials.textures.iter().map(Texture::bytes).sum::<usize>()
+    }
+
     /// The file's first camera, or else one that sees the whole scene over the whole animation, for an image of
     /// `aspect` (width over height).
     #[must_use]
@@ -68,11 +82,19 @@ impl Frame {
         self.cameras.first().map_or_else(|| self.framing_camera(aspect), |named| named.camera)
     }
 
-    /// A camera that sees the whole scene from the front, one side and a little above.
+    /// A camera that sees the whole scene from the front, one side and a little above, in an image of `aspect` (width
+    /// over height).
     #[must_use]
     pub fn framing_camera(&self, aspect: f32) -> Camera {
         const FORWARD: Vec3 = Vec3::new(-0.5, -0.4, -1.0);
         const VERTICAL_FOV_RADIANS: f32 = 0.7;
-        Camera::framing(self.animation_bounds, FORWARD, aspect, VERTICAL_FOV_RADIANS)
+        let triangles = self.triangles();
+        if triangles.bounds() == self.animation_bounds {
+            // Nothing moves: the triangles themselves make a tighter view than their box.
+            let corners = (0..triangles.len() as u32).flat_map(|id| triangles.corners(id));
+            Camera::framing(corners, FORWARD, aspect, VERTICAL_FOV_RADIANS)
+        } else {
+            Camera::framing(self.animation_bounds.corners(), FORWARD, aspect, VERTICAL_FOV_RADIANS)
+        }
     }
 }

@@ -5,8 +5,11 @@ mod error;
 mod frame;
 mod light;
 mod material;
+mod opacity;
+mod polygon;
 mod scene;
 mod still;
+mod text;
 mod texture;
 
 mod demo;

@@ -86,9 +86,22 @@ impl Texture {
         filter: Filter,
         wrap: [Wrap; 2],
     ) -> Result<Self, String> {
+        let (size, texels) = Self::decode_texels(bytes)?;
+        Ok(Self::new(name, size, texels, space, filter, wrap))
+    }
+
+    /// Width and height, at least 1, and the RGBA texels of an image file, the upper row first.
+    ///
+    /// # Errors
+    /// As [`Texture::decode`].
+    pub(crate) fn decode_texels(bytes: &[u8]) -> Result<([u32; 2], Vec<[u8; 4]>), String> {
         let mut reader = image::ImageReader::new(Cursor::new(bytes))
             .with_guessed_format()
             .map_err(|error| format!("not an image: {error}"))?;
+        // TGA is the one format that doesn't say in its first bytes what it is.
+        if reader.format().is_none() {
+            reader.set_format(image::ImageFormat::Tga);
+        }
         let mut limits = image::Limits::default();
         limits.max_image_width = Some(Self::MAX_SIDE);
         limits.max_image_height = Some(Self::MAX_SIDE);
@@ -98,8 +111,7 @@ impl Texture {
         if width == 0 || height == 0 {
             return Err("an image without texels".to_owned());
         }
-        let texels = image.pixels().map(|pixel| pixel.0).collect();
-        Ok(Self::new(name, [width, height], texels, space, filter, wrap))
+        Ok(([width, height], image.pixels().map(|pixel| pixel.0).collect()))
     }
 
     /// The longest side of an image that [`Texture::decode`] accepts, in texels.
@@ -200,17 +212,18 @@ impl Wrap {
     }
 }
 
-/// The linear value of each sRGB byte (IEC 61966-2-1).
-static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| {
-    std::array::from_fn(|byte| {
-        let encoded = byte as f64 / 255.0;
-        let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
-        linear as f32
-    })
-});
+/// The linear value of each sRGB byte.
+static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|byte| linear_from_srgb(byte as f64 / 255.0) as f32));
+
+/// The linear value of an sRGB-encoded one, both 0 … 1 (IEC 61966-2-1).
+pub(crate) fn linear_from_srgb(encoded: f64) -> f64 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
 
 impl ColorSpace {
-    fn decode(self, [r, g, b, a]: [u8; 4]) -> Vec4 {
+    /// The linear colour and the opacity, 0 … 1, of a texel.
+    pub(crate) fn decode(self, [r, g, b, a]: [u8; 4]) -> Vec4 {
         let quantity = |byte: u8| f32::from(byte) / 255.0;
         match self {
             Self::Srgb => {

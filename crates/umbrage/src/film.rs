@@ -1,4 +1,6 @@
 use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+use umbrage_rays::View;
 
 use crate::Settings;
 
@@ -34,10 +36,48 @@ impl Film {
     /// What [`Film::triangle`] holds where nothing was hit.
     pub const NO_TRIANGLE: u32 = u32::MAX;
 
+    pub(crate) fn clear(&mut self, view: &View) {
+        let pixels = view.width as usize * view.height as usize;
+        (self.width, self.height) = (view.width, view.height);
+        refill(&mut self.color, pixels, Vec4::ZERO);
+        refill(&mut self.depth, pixels, f32::INFINITY);
+        refill(&mut self.normal, pixels, Vec3::ZERO);
+        refill(&mut self.triangle, pixels, Self::NO_TRIANGLE);
+    }
+
+    /// Turns sums over the samples into means.
+    pub(crate) fn average(&mut self, samples: u32) {
+        let weight = 1.0 / samples as f32;
+        self.color.par_iter_mut().for_each(|color| *color *= weight);
+    }
+
     /// Tone maps and encodes the film for a screen.
     #[must_use]
     pub fn develop(&self, settings: &Settings) -> Image {
-        let _ = settings;
-        Image { width: self.width, height: self.height, pixels: vec![[0; 3]; self.color.len()] }
+        let exposure = settings.exposure_stops.exp2();
+        let encode = |color: &Vec4| {
+            let shown = settings.tone_map.apply(color.truncate() * exposure);
+            shown.to_array().map(|linear| (encoded_srgb(linear) * f32::from(u16::MAX)).round() as u16)
+        };
+        Image { width: self.width, height: self.height, pixels: self.color.par_iter().map(encode).collect() }
     }
+
+    /// Bytes held for the pixels.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(self.color.as_slice())
+            + size_of_val(self.depth.as_slice())
+            + size_of_val(self.normal.as_slice())
+            + size_of_val(self.triangle.as_slice())
+    }
+}
+
+fn refill<T: Clone>(values: &mut Vec<T>, count: usize, value: T) {
+    values.clear();
+    values.resize(count, value);
+}
+
+/// The sRGB transfer function (IEC 61966-2-1), from [0, 1] to [0, 1]; what lies outside is cut off, NaN becomes zero.
+fn encoded_srgb(linear: f32) -> f32 {
+    let linear = linear.clamp(0.0, 1.0);
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }

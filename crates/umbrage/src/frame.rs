@@ -1,10 +1,18 @@
-use umbrage_scene::Scene;
+//! The spine: a frame from top to bottom.
 
+use umbrage_rays::{Hit, View};
+use umbrage_scene::{Frame, Scene};
+
+use crate::background::Surroundings;
+use crate::cpu::{Cpu, LightMask};
+use crate::sampling::Sample;
 use crate::{Film, Settings, Stats};
 
 /// Renders frames, one after the other, in the same memory.
 #[derive(Debug, Default)]
 pub struct Renderer {
+    engine: Cpu,
+    frame: Frame,
     film: Film,
     stats: Stats,
 }
@@ -19,30 +27,69 @@ pub enum Error {
     /// A setting makes no sense.
     #[error("{0}")]
     Settings(String),
+    /// A background image could not be read.
+    #[error("{}: {cause}", path.display())]
+    Background {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
 }
 
 impl Renderer {
-    /// Renders `scene` at a moment.
+    /// Renders `scene` at a moment, on the threads of the current rayon pool.
     ///
     /// # Errors
     /// Where the scene can't be posed, or a setting makes no sense.
     pub fn render(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> Result<&Film, Error> {
-        scene.at(seconds)?;
-        let pixels = settings.width as usize * settings.height as usize;
-        self.film = Film {
-            width: settings.width,
-            height: settings.height,
-            color: vec![glam::Vec4::splat(0.5); pixels],
-            depth: vec![1.0; pixels],
-            normal: vec![glam::Vec3::Z; pixels],
-            triangle: vec![0; pixels],
-        };
-        Ok(&self.film)
+        settings.check()?;
+        let Self { engine, frame, film, stats } = self;
+        stats.start();
+
+        stats.time("animate", || scene.pose(seconds, frame))?;
+        if let Some(lights) = &settings.lights {
+            frame.lights.clone_from(lights);
+        }
+        let aspect = settings.width as f32 / settings.height as f32;
+        let camera = settings.camera.unwrap_or_else(|| frame.camera(aspect));
+        let view = View { camera, width: settings.width, height: settings.height };
+        let surroundings = Surroundings::new(&settings.background);
+
+        film.clear(&view);
+        stats.time("build", || engine.build(frame));
+        for sample in Sample::all(settings.samples) {
+            stats.time("see", || engine.see(frame, &view, &sample));
+            stats.time("shadow", || engine.shadow(frame, &view, &sample));
+            stats.time("shade", || engine.shade(frame, &view, &sample, &surroundings, film));
+        }
+        film.average(settings.samples);
+
+        stats.count(frame, film, engine, settings.samples);
+        Ok(film)
     }
 
     /// What the last frame cost.
     #[must_use]
     pub fn stats(&self) -> &Stats {
         &self.stats
+    }
+
+    /// What each pixel saw at the last frame's last sample, in rows from the upper left corner.
+    #[must_use]
+    pub fn hits(&self) -> &[Option<Hit>] {
+        self.engine.hits()
+    }
+
+    /// For each light of the last frame, which pixels it reached at the last sample.
+    #[must_use]
+    pub fn light_masks(&self) -> &[LightMask] {
+        self.engine.light_masks()
+    }
+
+    /// The scene as the last frame showed it.
+    #[must_use]
+    pub fn frame(&self) -> &Frame {
+        &self.frame
     }
 }

@@ -1,18 +1,21 @@
 use umbrage_rays::Camera;
+use umbrage_scene::Light;
 
-use crate::Background;
+use crate::{Background, Error};
 
 /// How a frame is rendered.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// Width of the image in pixels.
+    /// Width of the image in pixels, 1 to [`Settings::MAX_SIDE`].
     pub width: u32,
-    /// Height of the image in pixels.
+    /// Height of the image in pixels, 1 to [`Settings::MAX_SIDE`].
     pub height: u32,
-    /// Camera rays for each pixel, spread evenly over it.
+    /// Camera rays for each pixel, spread evenly over it, 1 to [`Settings::MAX_SAMPLES`].
     pub samples: u32,
     /// The camera; `None` for the scene's own first camera, or else one that sees the whole scene.
     pub camera: Option<Camera>,
+    /// The lights; `None` for the scene's own.
+    pub lights: Option<Vec<Light>>,
     /// What is behind and around the scene.
     pub background: Background,
     /// Brightness in photographic stops: each step doubles it.
@@ -28,6 +31,7 @@ impl Default for Settings {
             height: 720,
             samples: 1,
             camera: None,
+            lights: None,
             background: Background::Sky,
             exposure_stops: 0.0,
             tone_map: ToneMap::PbrNeutral,
@@ -35,10 +39,33 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    /// The longest side of an image, in pixels.
+    pub const MAX_SIDE: u32 = 16_384;
+    /// The most camera rays for each pixel.
+    pub const MAX_SAMPLES: u32 = 4_096;
+
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let Self { width, height, samples, .. } = *self;
+        let (sides, counts) = (1..=Self::MAX_SIDE, 1..=Self::MAX_SAMPLES);
+        if !sides.contains(&width) || !sides.contains(&height) {
+            let limit = Self::MAX_SIDE;
+            return Err(Error::Settings(format!(
+                "an image of {width}x{height}: each side must be 1 to {limit} pixels"
+            )));
+        }
+        if !counts.contains(&samples) {
+            let limit = Self::MAX_SAMPLES;
+            return Err(Error::Settings(format!("{samples} samples a pixel: there must be 1 to {limit}")));
+        }
+        Ok(())
+    }
+}
+
 /// From linear radiance to what a screen can show.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneMap {
-    /// Khronos PBR Neutral: colours below 0.8 stay as they are, highlights are compressed and desaturated.
+    /// Khronos PBR Neutral: colours up to 0.8 keep their hue and contrast, brighter ones are compressed towards white.
     #[default]
     PbrNeutral,
     /// Everything above one is cut off.

@@ -1,9 +1,15 @@
-use serde::Serialize;
+use std::time::Instant;
 
-/// What a frame cost. Times are in milliseconds of wall time.
+use serde::Serialize;
+use umbrage_scene::Frame;
+
+use crate::Film;
+use crate::cpu::Cpu;
+
+/// What a frame cost.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Stats {
-    /// Each stage's name and time, in the order in which they ran.
+    /// Each stage's name and time, in the order in which they first ran.
     pub stages: Vec<Stage>,
     /// Triangles of the frame, counting those left out.
     pub triangles: usize,
@@ -19,9 +25,9 @@ pub struct Stats {
     pub structure_bytes: usize,
     /// Bytes held by the frame's vertices, triangles and textures.
     pub frame_bytes: usize,
-    /// Bytes held by buffers for each pixel.
-    pub film_bytes: usize,
-    /// Triangles that no ray can hit, by reason.
+    /// Bytes held for pixels: the film, hits and light masks.
+    pub pixel_bytes: usize,
+    /// Triangles that no ray can hit, by reason; reasons that left out none are left away.
     pub omitted: Vec<OmittedTriangles>,
 }
 
@@ -30,7 +36,7 @@ pub struct Stats {
 pub struct Stage {
     /// The stage's one name.
     pub name: &'static str,
-    /// Its wall time.
+    /// Its wall time, over all samples.
     pub milliseconds: f64,
 }
 
@@ -43,4 +49,52 @@ pub struct OmittedTriangles {
     pub count: u32,
     /// The first of their ids.
     pub first_ids: Vec<u32>,
+}
+
+impl Stats {
+    /// Time of all stages together, in milliseconds.
+    #[must_use]
+    pub fn total_milliseconds(&self) -> f64 {
+        self.stages.iter().map(|stage| stage.milliseconds).sum()
+    }
+
+    pub(crate) fn start(&mut self) {
+        self.stages.clear();
+    }
+
+    pub(crate) fn time<T>(&mut self, name: &'static str, stage: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = stage();
+        let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+        match self.stages.iter_mut().find(|stage| stage.name == name) {
+            Some(stage) => stage.milliseconds += milliseconds,
+            None => self.stages.push(Stage { name, milliseconds }),
+        }
+        result
+    }
+
+    pub(crate) fn count(&mut self, frame: &Frame, film: &Film, engine: &Cpu, samples: u32) {
+        self.triangles = frame.mesh.triangles.len();
+        self.vertices = frame.positions.len();
+        self.lights = frame.lights.len();
+        self.camera_rays = film.color.len() as u64 * u64::from(samples);
+        self.shadow_rays = engine.shadow_rays();
+        self.structure_bytes = engine.structure_bytes();
+        self.frame_bytes = frame.bytes();
+        self.pixel_bytes = film.bytes() + engine.pixel_bytes();
+        let omitted = engine.omitted();
+        let kinds = [
+            ("a coordinate is not finite", &omitted.not_finite),
+            ("two corners are in the same place", &omitted.zero_area),
+            ("a vertex index is out of range", &omitted.index_out_of_range),
+        ];
+        self.omitted.clear();
+        self.omitted.extend(
+            kinds.into_iter().filter(|(_, kind)| kind.count > 0).map(|(reason, kind)| OmittedTriangles {
+                reason,
+                count: kind.count,
+                first_ids: kind.first_ids.clone(),
+            }),
+        );
+    }
 }

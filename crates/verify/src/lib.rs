@@ -1,6 +1,12 @@
-//! What the tests measure the other crates by.
+//! What the tests measure the other crates by: the oracle, test meshes and real scenes.
 #![forbid(unsafe_code)]
 
+mod meshes;
+mod oracle;
+mod random;
 mod scenes;
 
+pub use meshes::TestMesh;
+pub use oracle::Oracle;
+pub use random::Random;
 pub use scenes::real_scene;

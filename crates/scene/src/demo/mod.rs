@@ -60,19 +60,29 @@ macro_rules! gallery {
 
 mod architecture;
 mod character;
+mod cloth;
 mod detail;
 mod forest;
 mod furniture;
 mod glade;
 mod glass;
 mod hall;
+mod marbles;
 mod plant;
+mod sculpture;
+mod shatter;
 mod stadium;
+mod statue;
+mod studio;
 mod sweep;
 mod trophy;
 mod wind;
 
 gallery! {
+    Cloth => cloth::Cloth,
+    Marbles => marbles::Marbles,
+    Shatter => shatter::Shatter,
+    Statue => statue::Statue,
     Glass => glass::Glass,
     Forest => forest::Forest,
     Hall => hall::Hall,

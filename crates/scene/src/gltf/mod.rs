@@ -1,27 +1,105 @@
-use std::path::Path;
+//! glTF 2.0: reading and posing.
+//!
+//! `document` reads files, `accessor` their bytes. `nodes`, `skin`, `animation`, `primitive`, `material` and `attached`
+//! read what their names say; `parts` puts meshes and nodes together, and `pose` moves the result.
 
-use crate::{Animation, Clip, Error, Frame};
+mod accessor;
+mod animation;
+mod attached;
+mod curve;
+mod document;
+mod expand;
+mod instances;
+mod material;
+mod morph;
+mod nodes;
+mod parts;
+mod pose;
+mod primitive;
+mod rest;
+mod skin;
+mod texture;
+mod uri;
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use self::animation::Animations;
+use self::attached::{NodeCamera, NodeLight};
+use self::document::Document;
+use self::nodes::Nodes;
+use self::parts::Parts;
+use self::pose::Scratch;
+use self::rest::{MorphWeights, Rest};
+use self::skin::Skins;
+use crate::{Animation, Clip, Error, Materials, Mesh};
 
 /// A glTF 2.0 scene, ready to be posed.
 #[derive(Debug)]
-pub(crate) struct GltfScene {}
+pub(crate) struct GltfScene {
+    rest: Rest,
+    skins: Skins,
+    animations: Animations,
+    parts: Parts,
+    cameras: Vec<NodeCamera>,
+    lights: Vec<NodeLight>,
+    has_normals: bool,
+    has_tangents: bool,
+    mesh: Arc<Mesh>,
+    materials: Arc<Materials>,
+    warnings: Vec<String>,
+    /// Memory of earlier poses.
+    idle: Mutex<Vec<Scratch>>,
+}
 
 impl GltfScene {
-    pub(crate) fn open(_path: &Path, _clip: &Clip) -> Result<Self, Error> {
-        Ok(Self {})
+    /// Opens a `.gltf` or `.glb` file of which `clip` plays.
+    ///
+    /// # Errors
+    /// Where a file is missing or broken, needs an unsupported extension, or doesn't have the clip.
+    pub(crate) fn open(path: &Path, clip: &Clip) -> Result<Self, Error> {
+        let mut warnings = Vec::new();
+        let document = Document::read(path, &mut warnings)?;
+        let nodes = Nodes::read(&document)?;
+        let skins = Skins::read(&document, &nodes)?;
+        let weights = MorphWeights::read(&document)?;
+        let animations = Animations::read(&document, path, &nodes, |node| weights.count(node), clip, &mut warnings)?;
+        let cameras = attached::cameras(&document, &nodes, &mut warnings)?;
+        let lights = attached::lights(&document, &nodes, &mut warnings)?;
+        let mut parts = Parts::read(&document, &nodes, &skins, &weights.first_of_node, &mut warnings)?;
+        let without_material = |primitive: &primitive::Primitive| primitive.surface.material.is_none();
+        let needs_default = parts.primitives.iter().any(without_material);
+        let materials = material::read(&document, needs_default, &mut warnings)?;
+        let rest = Rest::new(&document, &nodes, weights, &animations);
+        // The file's bytes are as large as what was made from them.
+        drop(document);
+        let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32);
+        let any = |has: fn(&primitive::Shape) -> bool| parts.primitives.iter().any(|primitive| has(&primitive.shape));
+        Ok(Self {
+            has_normals: any(|shape| !shape.normals.is_empty()),
+            has_tangents: any(|shape| !shape.tangents.is_empty()),
+            rest,
+            skins,
+            animations,
+            parts,
+            cameras,
+            lights,
+            mesh: Arc::new(mesh),
+            materials: Arc::new(materials),
+            warnings,
+            idle: Mutex::new(Vec::new()),
+        })
     }
 
-    pub(crate) fn pose(&self, _seconds: f64, _frame: &mut Frame) {}
-
     pub(crate) fn duration_seconds(&self) -> f64 {
-        0.0
+        self.animations.duration_seconds
     }
 
     pub(crate) fn animations(&self) -> &[Animation] {
-        &[]
+        &self.animations.animations
     }
 
     pub(crate) fn warnings(&self) -> &[String] {
-        &[]
+        &self.warnings
     }
 }

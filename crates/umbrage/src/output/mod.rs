@@ -1,1 +1,73 @@
-//! Image files.
+//! Image files, animations and raw video.
+//!
+//! [`Writer`] takes finished frames and writes any of the formats. A file appears under its own name only when it is
+//! whole: until then it is a hidden file beside it, `.NAME.partial-PROCESS-N`, which is removed when the writer is
+//! dropped unfinished. Only killing the process can leave such a file behind.
+
+mod apng;
+mod exr;
+mod format;
+mod frame_rate;
+mod gif;
+mod numbered_path;
+mod palette;
+mod partial_file;
+mod png;
+mod writer;
+mod y4m;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+pub use exr::FloatDepth;
+pub use format::{BitDepth, Format};
+pub use frame_rate::FrameRate;
+pub use numbered_path::NumberedPath;
+pub use writer::{Options, Target, Writer};
+pub use y4m::Chroma;
+
+/// Why a picture could not be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The system refused to write.
+    #[error("{}: can't be written: {source}", path.display())]
+    Write {
+        /// The file, or `-` for standard output.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The format or the file's name can't hold what should be written.
+    #[error("{}: {cause}", path.display())]
+    Unsuitable {
+        /// The file, or `-` for standard output.
+        path: PathBuf,
+        /// What doesn't fit, and what would.
+        cause: String,
+    },
+}
+
+/// Writes one picture as a PNG file.
+///
+/// # Errors
+/// Where the system refuses to write, or the path is a folder.
+pub fn write_png(image: &crate::Image, path: &Path, depth: BitDepth) -> Result<(), Error> {
+    png::write(image, path, depth)
+}
+
+impl Error {
+    /// Whether nobody reads the other end of a pipe any more, which is no failure of the writer's.
+    #[must_use]
+    pub fn is_broken_pipe(&self) -> bool {
+        matches!(self, Self::Write { source, .. } if source.kind() == io::ErrorKind::BrokenPipe)
+    }
+
+    fn write(path: &Path, source: io::Error) -> Self {
+        Self::Write { path: path.to_owned(), source }
+    }
+
+    fn unsuitable(path: &Path, cause: impl Into<String>) -> Self {
+        Self::Unsuitable { path: path.to_owned(), cause: cause.into() }
+    }
+}

@@ -15,7 +15,7 @@ use crate::still::Still;
 use crate::{Materials, Mesh};
 
 pub(crate) use noise::{fractal_noise, noise};
-pub(crate) use paint::{Palette, color_texture, srgb};
+pub(crate) use paint::{Palette, checker, color_texture, mottled_texture, srgb};
 pub(crate) use random::{Random, hash, unit};
 pub(crate) use shapes::on_sphere;
 pub(crate) use sheet::{Join, Sheet};

@@ -1,0 +1,82 @@
+use std::io;
+use std::process::ExitCode;
+
+use umbrage::{output, scene};
+
+/// Why the command ends without having done what was asked.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The flags, the scene or a file that they name is wrong: exit code 2.
+    Input {
+        /// What is wrong.
+        message: String,
+        /// What would be right, where that is known.
+        hint: Option<String>,
+    },
+    /// Rendering or writing failed: exit code 1.
+    Work(String),
+    /// The reader of standard output has gone, which is its right: exit code 0.
+    Unread,
+}
+
+impl Failure {
+    pub(crate) fn input(message: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self::Input { message: message.into(), hint: Some(hint.into()) }
+    }
+
+    /// Tells the user, and gives the exit code.
+    pub(crate) fn report(self) -> ExitCode {
+        match self {
+            Self::Input { message, hint } => {
+                eprintln!("error: {message}");
+                if let Some(hint) = hint {
+                    eprintln!("hint: {hint}");
+                }
+                ExitCode::from(2)
+            }
+            Self::Work(message) => {
+                eprintln!("error: {message}");
+                ExitCode::FAILURE
+            }
+            Self::Unread => ExitCode::SUCCESS,
+        }
+    }
+}
+
+impl From<scene::Error> for Failure {
+    fn from(error: scene::Error) -> Self {
+        let missing = matches!(&error, scene::Error::Read { source, .. } if source.kind() == io::ErrorKind::NotFound);
+        let hint = "a scene is a file, a folder of numbered files or `demo:NAME`; `umbrage info` lists the demos";
+        Self::Input { message: error.to_string(), hint: missing.then(|| hint.to_owned()) }
+    }
+}
+
+impl From<umbrage::Error> for Failure {
+    fn from(error: umbrage::Error) -> Self {
+        match error {
+            umbrage::Error::Scene(error) => error.into(),
+            umbrage::Error::Settings(message) => Self::Input { message, hint: None },
+            other => Self::Work(other.to_string()),
+        }
+    }
+}
+
+impl From<output::Error> for Failure {
+    fn from(error: output::Error) -> Self {
+        match error {
+            error if error.is_broken_pipe() => Self::Unread,
+            output::Error::Unsuitable { .. } => Self::Input { message: error.to_string(), hint: None },
+            other => Self::Work(other.to_string()),
+        }
+    }
+}
+
+/// Writing to standard output failed.
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => Self::Unread,
+            _ => Self::Work(format!("standard output: {error}")),
+        }
+    }
+}

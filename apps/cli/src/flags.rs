@@ -1,0 +1,225 @@
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+use umbrage::output::{Format, FrameRate};
+
+use crate::lights::LightFlag;
+use crate::values::{self, BackgroundFlag, CameraFlag, FrameRange, Size};
+
+const EXAMPLES: &str = "\
+Examples:
+  umbrage render
+      The built-in cloth, as umbrage.png
+  umbrage render demo:marbles --time 1.5 --samples 4 -o marbles.png
+      One moment of another built-in scene, four rays a pixel
+  umbrage render 'demo:shatter?triangles=20000' --frames 0..24 --size 640x360 -o shatter.gif
+      An animation of one second
+  umbrage render demo:cloth --frames 0..3 -o cloth_%04d.exr
+      Numbered frames with depth, normals and triangle ids
+  umbrage render demo:forest --format y4m -o - | ffmpeg -i - -colorspace bt709 forest.mp4
+      The whole animation, through an encoder
+  umbrage render demo:hall --camera 4,3,8:0,1,0:45 --light sun:-1,-2,-1 --background '#a0b8d8' -o hall.png
+      One's own camera, light and background
+  umbrage render demo:cloth --frames 0..24 --orbit-light --stats json -o orbit.apng
+      The light goes round the scene; what each frame cost goes to standard output
+  umbrage info demo:cloth --json
+      What is in a scene";
+
+/// The end of `--help` and of the manual page.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  rendering or writing failed
+  2  the flags, the scene or a file that they name is wrong
+
+A file appears under its name only when it is whole. Until then it is a hidden file, .NAME.partial-*, beside it; \
+killing the command may leave that behind.";
+
+/// Ray traces triangle scenes that change completely every frame, with exact visibility and exact shadows.
+#[derive(Debug, Parser)]
+#[command(
+    name = "umbrage",
+    version,
+    after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"),
+    arg_required_else_help = true,
+    args_override_self = true
+)]
+pub(crate) struct Flags {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a picture, numbered frames, an animation or raw video
+    #[command(after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"), args_override_self = true)]
+    Render(Box<RenderFlags>),
+    /// Show what is in a scene, or without one which scenes are built in
+    Info(InfoFlags),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Print the manual page, or write all pages into a folder
+    Man {
+        /// The folder, which must exist
+        #[arg(long = "dir", value_name = "DIR")]
+        folder: Option<PathBuf>,
+    },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct InfoFlags {
+    /// A .gltf, .glb, .obj, .ply or .stl file, a folder or pattern of numbered ones, or demo:NAME
+    pub(crate) scene: Option<PathBuf>,
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) opening: OpeningFlags,
+}
+
+/// How a scene is opened.
+#[derive(Args, Debug)]
+pub(crate) struct OpeningFlags {
+    /// Which of the file's animations play: a name or a number from 0, `all` or `none`
+    /// [default: all where no two move the same thing, else the first]
+    #[arg(long, value_name = "NAME|NUMBER|all|none")]
+    pub(crate) animation: Option<String>,
+    /// How many files of a numbered sequence make a second
+    #[arg(long, value_name = "FPS", default_value = "24", value_parser = values::sequence_fps)]
+    pub(crate) sequence_fps: f64,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct RenderFlags {
+    /// A .gltf, .glb, .obj, .ply or .stl file, a folder or pattern of numbered ones, or demo:NAME
+    /// [default: demo:cloth]
+    pub(crate) scene: Option<PathBuf>,
+    /// The file to write: .png, .exr, .gif, .apng or .y4m; with %04d, a numbered .png or .exr for each frame; `-`
+    /// for standard output (y4m only) [default: umbrage.png; umbrage_%04d.png for several frames]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// The file's format, whatever its name
+    #[arg(long, value_enum)]
+    pub(crate) format: Option<FormatFlag>,
+    /// The moment to show; the animation starts again after its end
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, conflicts_with = "frames", allow_negative_numbers = true)]
+    pub(crate) time: Option<f64>,
+    /// Frames to show, without B (0..24) or with it (0..=23); frame k shows second k / FPS
+    /// [default for animations: all]
+    #[arg(long, value_name = "A..B")]
+    pub(crate) frames: Option<FrameRange>,
+    /// Frames a second, such as 24, 29.97 or 30000/1001
+    #[arg(long, default_value = "24")]
+    pub(crate) fps: FrameRate,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    pub(crate) size: Size,
+    /// Camera rays for each pixel
+    #[arg(long, value_name = "N", default_value = "1", value_parser = values::samples())]
+    pub(crate) samples: u32,
+    /// A camera of the scene by name or by number from 0, or a new one at X,Y,Z that looks at another place, with
+    /// its vertical field of view in degrees (40) [default: the scene's first, else one that sees everything]
+    #[arg(long, value_name = "NAME|NUMBER|X,Y,Z:X,Y,Z[:FOV]", allow_hyphen_values = true)]
+    pub(crate) camera: Option<CameraFlag>,
+    /// A light in place of the scene's; may be given several times:
+    /// point:X,Y,Z[:CANDELA[:R,G,B]], sun:DX,DY,DZ[:LUX[:R,G,B]] that travels along DX,DY,DZ, or
+    /// spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full angle. Without a strength, it is as bright as
+    /// full sunlight: at the scene's centre, or where the spot points to
+    #[arg(long = "light", value_name = "LIGHT")]
+    pub(crate) lights: Vec<LightFlag>,
+    /// Move the first light once round the scene's vertical axis over the frames
+    #[arg(long)]
+    pub(crate) orbit_light: bool,
+    /// What is behind and around the scene: sky, #rrggbb, linear R,G,B, or a latitude-longitude image
+    #[arg(long, value_name = "sky|COLOR|FILE", default_value = "sky")]
+    pub(crate) background: BackgroundFlag,
+    /// Brightness: each stop doubles it
+    #[arg(
+        long,
+        value_name = "STOPS",
+        default_value = "0",
+        allow_hyphen_values = true,
+        value_parser = values::exposure_stops
+    )]
+    pub(crate) exposure: f32,
+    /// From radiance to the screen
+    #[arg(long, value_enum, default_value = "neutral")]
+    pub(crate) tone_map: ToneMapFlag,
+    /// Bits for each channel: 8 or 16 of a PNG or APNG, 16 or 32 of an EXR [default: 8; 16 for EXR]
+    #[arg(long, value_name = "8|16|32")]
+    pub(crate) bit_depth: Option<u8>,
+    /// Colours of raw video: one for four pixels, or one for each
+    #[arg(long, value_enum, default_value = "420")]
+    pub(crate) chroma: ChromaFlag,
+    /// Threads to work with [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Say what each frame cost: `text` on standard error, or `json` on standard output (on standard error when the
+    /// video goes to standard output)
+    #[arg(long, value_enum, value_name = "FORM")]
+    pub(crate) stats: Option<StatsFlag>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) opening: OpeningFlags,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum FormatFlag {
+    Png,
+    Exr,
+    Gif,
+    Apng,
+    Y4m,
+}
+
+impl From<FormatFlag> for Format {
+    fn from(flag: FormatFlag) -> Self {
+        match flag {
+            FormatFlag::Png => Self::Png,
+            FormatFlag::Exr => Self::Exr,
+            FormatFlag::Gif => Self::Gif,
+            FormatFlag::Apng => Self::Apng,
+            FormatFlag::Y4m => Self::Y4m,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ToneMapFlag {
+    /// Khronos PBR Neutral: colours stay, highlights are compressed
+    Neutral,
+    /// What is too bright is cut off
+    Clip,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ChromaFlag {
+    /// 4:2:0
+    #[value(name = "420")]
+    Quarter,
+    /// 4:4:4
+    #[value(name = "444")]
+    Full,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum StatsFlag {
+    Text,
+    Json,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_flags_are_consistent() {
+        super::Flags::command().debug_assert();
+    }
+}

@@ -1,0 +1,234 @@
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
+use std::path::Path;
+
+use serde::Serialize;
+use umbrage::Scene;
+use umbrage::rays::{LightSource, Omitted, OmittedKind};
+use umbrage::scene::Frame;
+
+use crate::failure::Failure;
+use crate::flags::InfoFlags;
+use crate::report::{count, thousands};
+
+/// What is in a scene at its first moment.
+#[derive(Debug, Serialize)]
+struct Contents {
+    scene: String,
+    kind: String,
+    triangles: usize,
+    vertices: usize,
+    /// World units; `None` where nothing can be hit.
+    bounds: Option<[[f32; 3]; 2]>,
+    duration_seconds: f64,
+    materials: Vec<String>,
+    textures: Vec<TextureContents>,
+    lights: Vec<LightContents>,
+    cameras: Vec<CameraContents>,
+    animations: Vec<AnimationContents>,
+    omitted: Vec<OmittedContents>,
+    warnings: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct TextureContents {
+    name: String,
+    width: u32,
+    height: u32,
+}
+
+#[derive(Debug, Serialize)]
+struct LightContents {
+    name: String,
+    kind: &'static str,
+    intensity: f32,
+    color: [f32; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct CameraContents {
+    name: String,
+    position: [f32; 3],
+    forward: [f32; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct AnimationContents {
+    name: String,
+    seconds: f64,
+    plays: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct OmittedContents {
+    reason: &'static str,
+    count: u32,
+    first_ids: Vec<u32>,
+}
+
+pub(crate) fn run(flags: InfoFlags) -> Result<(), Failure> {
+    let Some(address) = flags.scene else { return gallery(flags.json) };
+    let scene = Scene::open_with(&address, &flags.opening.into())?;
+    let contents = Contents::of(&address, &scene, &scene.at(0.0)?);
+    let text = if flags.json { json(&contents)? } else { contents.text() };
+    Ok(io::stdout().write_all(text.as_bytes())?)
+}
+
+fn json(value: &impl Serialize) -> Result<String, Failure> {
+    let mut json = serde_json::to_string_pretty(value).map_err(|error| Failure::Work(error.to_string()))?;
+    json.push('\n');
+    Ok(json)
+}
+
+/// Lists the built-in scenes.
+fn gallery(_as_json: bool) -> Result<(), Failure> {
+    Err(Failure::input("no scene", "name one"))
+}
+
+impl Contents {
+    fn of(address: &Path, scene: &Scene, frame: &Frame) -> Self {
+        let triangles = frame.triangles();
+        let bounds = triangles.bounds();
+        let animations = scene.animations().iter().map(|animation| AnimationContents {
+            name: animation.name.clone(),
+            seconds: animation.seconds,
+            plays: animation.plays,
+        });
+        let textures = frame.materials.textures.iter().map(|texture| {
+            let [width, height] = texture.size();
+            TextureContents { name: texture.name.clone(), width, height }
+        });
+        let lights = frame.lights.iter().map(|light| LightContents {
+            name: light.name.to_string(),
+            kind: match light.source {
+                LightSource::Point { .. } => "point",
+                LightSource::Spot { .. } => "spot",
+                LightSource::Directional { .. } => "directional",
+            },
+            intensity: light.intensity,
+            color: light.color.to_array(),
+        });
+        let cameras = frame.cameras.iter().map(|named| CameraContents {
+            name: named.name.to_string(),
+            position: named.camera.position.to_array(),
+            forward: named.camera.forward.to_array(),
+        });
+        Self {
+            scene: address.display().to_string(),
+            kind: kind(address),
+            triangles: triangles.len(),
+            vertices: frame.positions.len(),
+            bounds: (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
+            duration_seconds: scene.duration_seconds(),
+            materials: frame.materials.materials.iter().map(|material| material.name.clone()).collect(),
+            textures: textures.collect(),
+            lights: lights.collect(),
+            cameras: cameras.collect(),
+            animations: animations.collect(),
+            omitted: omitted(triangles.omitted()),
+            warnings: scene.warnings().to_vec(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut text = format!("{}: {}\n", self.scene, self.kind);
+        let mut line = |name: &str, value: &str| {
+            // Writing to a string can't fail.
+            let _ = writeln!(text, "  {name:<12} {value}");
+        };
+        line("triangles", &thousands(self.triangles as u64));
+        line("vertices", &thousands(self.vertices as u64));
+        match self.bounds {
+            Some([min, max]) => line("bounds", &format!("{} to {}", place(min), place(max))),
+            None => line("bounds", "none: no triangle can be hit"),
+        }
+        line("duration", &format!("{} s", self.duration_seconds));
+        line("materials", &listed(self.materials.iter().map(|name| quoted(name))));
+        let textures = self.textures.iter();
+        line(
+            "textures",
+            &listed(textures.map(|image| format!("{} {}x{}", quoted(&image.name), image.width, image.height))),
+        );
+        let lights = self.lights.iter();
+        line(
+            "lights",
+            &listed(lights.map(|light| {
+                let unit = if light.kind == "directional" { "lux" } else { "candela" };
+                format!("{} {} {} {unit}", quoted(&light.name), light.kind, light.intensity)
+            })),
+        );
+        let cameras = self.cameras.iter();
+        line(
+            "cameras",
+            &listed(cameras.map(|camera| format!("{} at {}", quoted(&camera.name), place(camera.position)))),
+        );
+        let animations = self.animations.iter();
+        line(
+            "animations",
+            &listed(animations.map(|animation| {
+                let plays = if animation.plays { ", plays" } else { "" };
+                format!("{} {:.3} s{plays}", quoted(&animation.name), animation.seconds)
+            })),
+        );
+        for omitted in &self.omitted {
+            let triangles = count(u64::from(omitted.count), "triangle");
+            line("left out", &format!("{triangles} ({}; first ids {:?})", omitted.reason, omitted.first_ids));
+        }
+        for warning in &self.warnings {
+            line("warning", warning);
+        }
+        text
+    }
+}
+
+/// What kind of scene an address means.
+fn kind(address: &Path) -> String {
+    let text = address.to_string_lossy();
+    if text.starts_with("demo:") {
+        return "built-in scene".to_owned();
+    }
+    if address.is_dir() || (!address.exists() && text.contains(['%', '*'])) {
+        return "sequence of numbered files".to_owned();
+    }
+    let extension = address.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    match extension.as_str() {
+        "gltf" | "glb" => "glTF scene".to_owned(),
+        other => format!("{} model", other.to_uppercase()),
+    }
+}
+
+fn omitted(omitted: Omitted) -> Vec<OmittedContents> {
+    let Omitted { not_finite, zero_area, index_out_of_range } = omitted;
+    [
+        ("a coordinate is NaN or infinite", not_finite),
+        ("two corners are in the same place", zero_area),
+        ("a vertex index is out of range", index_out_of_range),
+    ]
+    .into_iter()
+    .filter(|(_, OmittedKind { count, .. })| *count > 0)
+    .map(|(reason, OmittedKind { count, first_ids })| OmittedContents { reason, count, first_ids })
+    .collect()
+}
+
+/// How many there are, and the first of them.
+fn listed(items: impl ExactSizeIterator<Item = String>) -> String {
+    const SHOWN: usize = 12;
+    let number = items.len();
+    let mut text = thousands(number as u64);
+    for (place, item) in items.take(SHOWN).enumerate() {
+        text.push_str(if place == 0 { ": " } else { ", " });
+        text.push_str(&item);
+    }
+    if number > SHOWN {
+        text.push_str(", …");
+    }
+    text
+}
+
+fn quoted(name: &str) -> String {
+    if name.is_empty() { "(unnamed)".to_owned() } else { format!("`{name}`") }
+}
+
+fn place([x, y, z]: [f32; 3]) -> String {
+    format!("({x}, {y}, {z})")
+}

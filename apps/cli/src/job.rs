@@ -1,0 +1,228 @@
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use umbrage::output::{BitDepth, Chroma, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
+use umbrage::scene::{Clip, OpenOptions};
+use umbrage::{Background, Settings, ToneMap};
+
+use crate::failure::Failure;
+use crate::flags::{ChromaFlag, OpeningFlags, RenderFlags, StatsFlag, ToneMapFlag};
+use crate::lights::LightFlag;
+use crate::values::{BackgroundFlag, CameraFlag};
+
+/// The scene of a command that names none, and a moment at which it looks good.
+const DEFAULT_SCENE: &str = "demo:cloth";
+const DEFAULT_SCENE_SECONDS: f64 = 2.5;
+
+/// A render that makes sense: what is left to go wrong is in the scene or in the system.
+#[derive(Debug)]
+pub(crate) struct Job {
+    pub(crate) scene: PathBuf,
+    pub(crate) open_options: OpenOptions,
+    pub(crate) moments: Moments,
+    pub(crate) target: Target,
+    pub(crate) format: Format,
+    pub(crate) output_options: Options,
+    /// Camera and lights follow from the flags below once the scene is open.
+    pub(crate) settings: Settings,
+    pub(crate) camera: Option<CameraFlag>,
+    pub(crate) lights: Vec<LightFlag>,
+    pub(crate) orbit_light: bool,
+    pub(crate) threads: Option<u16>,
+    pub(crate) stats: Option<StatsFlag>,
+    pub(crate) quiet: bool,
+}
+
+/// Which moments are shown.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Moments {
+    /// One, in seconds.
+    Single(f64),
+    /// Frame k at second k / rate.
+    Frames(Range<u32>),
+    /// The whole animation.
+    All,
+}
+
+impl Job {
+    pub(crate) fn new(flags: RenderFlags) -> Result<Self, Failure> {
+        let default_seconds = if flags.scene.is_none() { DEFAULT_SCENE_SECONDS } else { 0.0 };
+        let (target, format) = target(flags.output, flags.format.map(Format::from), flags.frames.is_some())?;
+        let moments = match (flags.frames, flags.time) {
+            (Some(frames), _) => Moments::Frames(frames.0),
+            (None, Some(seconds)) => Moments::Single(seconds),
+            (None, None) if format.is_animation() || is_numbered(&target)? => Moments::All,
+            (None, None) => Moments::Single(default_seconds),
+        };
+        let (bit_depth, float_depth) = bit_depths(format, flags.bit_depth)?;
+        let chroma = match flags.chroma {
+            ChromaFlag::Quarter => Chroma::Quarter,
+            ChromaFlag::Full => Chroma::Full,
+        };
+        let tone_map = match flags.tone_map {
+            ToneMapFlag::Neutral => ToneMap::PbrNeutral,
+            ToneMapFlag::Clip => ToneMap::Clip,
+        };
+        let settings = Settings {
+            width: flags.size.width,
+            height: flags.size.height,
+            samples: flags.samples,
+            background: background(flags.background)?,
+            exposure_stops: flags.exposure,
+            tone_map,
+            ..Settings::default()
+        };
+        Ok(Self {
+            scene: flags.scene.unwrap_or_else(|| DEFAULT_SCENE.into()),
+            open_options: flags.opening.into(),
+            moments,
+            target,
+            format,
+            output_options: Options { rate: flags.fps, bit_depth, float_depth, chroma },
+            settings,
+            camera: flags.camera,
+            lights: flags.lights,
+            orbit_light: flags.orbit_light,
+            threads: flags.threads,
+            stats: flags.stats,
+            quiet: flags.quiet,
+        })
+    }
+
+    /// The frames' numbers, and the second that each shows.
+    pub(crate) fn frames(&self, duration_seconds: f64) -> (Range<u32>, impl Fn(u32) -> f64 + use<>) {
+        let rate: FrameRate = self.output_options.rate;
+        let (frames, single) = match &self.moments {
+            Moments::Single(seconds) => (0..1, Some(*seconds)),
+            Moments::Frames(frames) => (frames.clone(), None),
+            Moments::All => (0..rate.frames_within(duration_seconds), None),
+        };
+        (frames, move |frame| single.unwrap_or_else(|| rate.seconds(frame)))
+    }
+}
+
+impl From<OpeningFlags> for OpenOptions {
+    fn from(flags: OpeningFlags) -> Self {
+        let clip = match flags.animation.as_deref() {
+            None => Clip::Auto,
+            Some("all") => Clip::All,
+            Some("none") => Clip::Rest,
+            Some(name) => Clip::Named(name.to_owned()),
+        };
+        Self { clip, sequence_fps: flags.sequence_fps }
+    }
+}
+
+fn target(output: Option<PathBuf>, format: Option<Format>, several_frames: bool) -> Result<(Target, Format), Failure> {
+    let Some(path) = output else {
+        let format = format.unwrap_or(Format::Png);
+        let number = if several_frames && !format.is_animation() { "_%04d" } else { "" };
+        return Ok((Target::Path(format!("umbrage{number}.{}", format.name()).into()), format));
+    };
+    if path == Path::new("-") {
+        return match format {
+            Some(Format::Y4m) => Ok((Target::Stdout, Format::Y4m)),
+            _ => Err(Failure::input("only raw video goes to standard output", "add `--format y4m`")),
+        };
+    }
+    match format.or_else(|| Format::of_path(&path)) {
+        Some(format) => Ok((Target::Path(path), format)),
+        None => Err(Failure::input(
+            format!("{}: the name doesn't tell the format", path.display()),
+            "use .png, .exr, .gif, .apng or .y4m, or add `--format FORMAT`",
+        )),
+    }
+}
+
+fn is_numbered(target: &Target) -> Result<bool, Failure> {
+    match target {
+        Target::Path(path) => Ok(NumberedPath::parse(path)?.is_some()),
+        Target::Stdout => Ok(false),
+    }
+}
+
+fn bit_depths(format: Format, bits: Option<u8>) -> Result<(BitDepth, FloatDepth), Failure> {
+    let (levels, floats) = (BitDepth::default(), FloatDepth::default());
+    match (format, bits) {
+        (_, None) | (Format::Gif | Format::Y4m | Format::Png | Format::Apng, Some(8)) => Ok((levels, floats)),
+        (Format::Png | Format::Apng, Some(16)) => Ok((BitDepth::Sixteen, floats)),
+        (Format::Exr, Some(16)) => Ok((levels, FloatDepth::Half)),
+        (Format::Exr, Some(32)) => Ok((levels, FloatDepth::Full)),
+        (_, Some(bits)) => Err(Failure::input(
+            format!("--bit-depth {bits}: {} files don't come with that", format.name()),
+            "PNG and APNG have 8 or 16 bits a channel, EXR 16 or 32, the others 8",
+        )),
+    }
+}
+
+fn background(flag: BackgroundFlag) -> Result<Background, Failure> {
+    match flag {
+        BackgroundFlag::Sky => Ok(Background::Sky),
+        BackgroundFlag::Color(color) => Ok(Background::Color(color)),
+        BackgroundFlag::File(path) => Background::open(&path).map_err(|error| {
+            let hint = "a background is `sky`, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
+            Failure::input(format!("--background: {error}"), hint)
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::flags::{Command, Flags};
+
+    fn job(arguments: &[&str]) -> Result<Job, Failure> {
+        let flags = Flags::try_parse_from([&["umbrage", "render"], arguments].concat()).unwrap();
+        let Command::Render(flags) = flags.command else { panic!("not a render") };
+        Job::new(*flags)
+    }
+
+    fn path(job: &Job) -> &Path {
+        match &job.target {
+            Target::Path(path) => path,
+            Target::Stdout => panic!("standard output"),
+        }
+    }
+
+    #[test]
+    fn nothing_said_is_the_cloth() {
+        let job = job(&[]).unwrap();
+        assert_eq!((job.scene.as_path(), path(&job)), (Path::new("demo:cloth"), Path::new("umbrage.png")));
+        assert_eq!(job.moments, Moments::Single(DEFAULT_SCENE_SECONDS));
+    }
+
+    #[test]
+    fn the_output_decides_what_is_shown() {
+        let moments = |arguments: &[&str]| job(arguments).unwrap().moments;
+        assert_eq!(moments(&["a.obj"]), Moments::Single(0.0));
+        assert_eq!(moments(&["a.obj", "-o", "a.gif"]), Moments::All);
+        assert_eq!(moments(&["a.obj", "-o", "a_%03d.png"]), Moments::All);
+        assert_eq!(moments(&["a.obj", "-o", "a.gif", "--time", "2"]), Moments::Single(2.0));
+        assert_eq!(moments(&["a.obj", "--frames", "3..=4"]), Moments::Frames(3..5));
+        assert_eq!(path(&job(&["a.obj", "--frames", "3..=4"]).unwrap()), Path::new("umbrage_%04d.png"));
+        assert_eq!(path(&job(&["--format", "gif"]).unwrap()), Path::new("umbrage.gif"));
+        assert_eq!(job(&["-o", "a.bin", "--format", "exr"]).unwrap().format, Format::Exr);
+    }
+
+    #[test]
+    fn frames_are_shown_at_their_rate() {
+        let job = job(&["a.obj", "--frames", "12..14", "--fps", "24"]).unwrap();
+        let (frames, second_of) = job.frames(0.0);
+        assert_eq!(frames, 12..14);
+        assert_eq!(second_of(12), 0.5);
+    }
+
+    #[test]
+    fn depths_belong_to_formats() {
+        let depths = |arguments: &[&str]| {
+            job(arguments).map(|job| (job.output_options.bit_depth, job.output_options.float_depth))
+        };
+        assert_eq!(depths(&["--bit-depth", "16"]).unwrap().0, BitDepth::Sixteen);
+        assert_eq!(depths(&["--bit-depth", "32", "-o", "a.exr"]).unwrap().1, FloatDepth::Full);
+        assert!(depths(&["--bit-depth", "8", "-o", "a.exr"]).is_err());
+        assert!(depths(&["--bit-depth", "16", "-o", "a.gif"]).is_err());
+        assert!(depths(&["--bit-depth", "9"]).is_err());
+    }
+}

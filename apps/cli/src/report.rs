@@ -1,0 +1,201 @@
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde::Serialize;
+use umbrage::{Settings, Stage, Stats};
+
+/// What a render cost, frame by frame.
+#[derive(Debug, Serialize)]
+pub(crate) struct Report {
+    pub(crate) scene: String,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) samples: u32,
+    pub(crate) threads: usize,
+    /// The median of all frames.
+    pub(crate) median: Costs,
+    pub(crate) frames: Vec<FrameReport>,
+}
+
+/// What one frame cost.
+#[derive(Debug, Serialize)]
+pub(crate) struct FrameReport {
+    pub(crate) frame: u32,
+    pub(crate) seconds: f64,
+    /// Wall time of the render, without writing.
+    pub(crate) render_milliseconds: f64,
+    /// Wall time of tone mapping, encoding and writing.
+    pub(crate) write_milliseconds: f64,
+    #[serde(flatten)]
+    pub(crate) stats: Stats,
+}
+
+/// Times in milliseconds.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct Costs {
+    pub(crate) stages: Vec<Stage>,
+    pub(crate) render_milliseconds: f64,
+    pub(crate) write_milliseconds: f64,
+}
+
+impl Report {
+    pub(crate) fn new(scene: &Path, settings: &Settings) -> Self {
+        Self {
+            scene: scene.display().to_string(),
+            width: settings.width,
+            height: settings.height,
+            samples: settings.samples,
+            threads: rayon::current_num_threads(),
+            median: Costs::default(),
+            frames: Vec::new(),
+        }
+    }
+
+    pub(crate) fn push(&mut self, frame: FrameReport) {
+        self.frames.push(frame);
+    }
+
+    /// Computes what follows from all frames.
+    pub(crate) fn complete(&mut self) {
+        let median_of = |cost: &dyn Fn(&FrameReport) -> Option<f64>| median(self.frames.iter().filter_map(cost));
+        // The stages of the frame that has most of them, in its order.
+        let fullest = self.frames.iter().map(|frame| &frame.stats.stages).max_by_key(|stages| stages.len());
+        let stages = fullest.into_iter().flatten().map(|Stage { name, .. }| {
+            let milliseconds = median_of(&|frame| {
+                frame.stats.stages.iter().find(|stage| stage.name == *name).map(|stage| stage.milliseconds)
+            });
+            Stage { name, milliseconds }
+        });
+        let stages = stages.collect();
+        self.median = Costs {
+            stages,
+            render_milliseconds: median_of(&|frame| Some(frame.render_milliseconds)),
+            write_milliseconds: median_of(&|frame| Some(frame.write_milliseconds)),
+        };
+    }
+
+    /// The report for a person.
+    pub(crate) fn text(&self) -> String {
+        let mut text = format!(
+            "{}: {} x {} pixels, {} a pixel, {}, {}\n",
+            self.scene,
+            self.width,
+            self.height,
+            count(u64::from(self.samples), "sample"),
+            count(self.frames.len() as u64, "frame"),
+            count(self.threads as u64, "thread"),
+        );
+        let title = if self.frames.len() == 1 { "milliseconds" } else { "milliseconds (median of the frames)" };
+        let mut line = |name: &str, value: String| {
+            // Writing to a string can't fail.
+            let _ = writeln!(text, "  {name:<22} {value:>14}");
+        };
+        line(title, String::new());
+        for stage in &self.median.stages {
+            line(stage.name, format!("{:.3}", stage.milliseconds));
+        }
+        line("render in all", format!("{:.3}", self.median.render_milliseconds));
+        line("write", format!("{:.3}", self.median.write_milliseconds));
+        let Some(FrameReport { stats, .. }) = self.frames.last() else { return text };
+        line(if self.frames.len() == 1 { "counts" } else { "counts (last frame)" }, String::new());
+        line("triangles", thousands(stats.triangles as u64));
+        line("vertices", thousands(stats.vertices as u64));
+        line("lights", thousands(stats.lights as u64));
+        line("camera rays", thousands(stats.camera_rays));
+        line("shadow rays", thousands(stats.shadow_rays));
+        line("bytes", String::new());
+        line("structure", per(stats.structure_bytes, stats.triangles, "triangle"));
+        line("frame", per(stats.frame_bytes, stats.triangles, "triangle"));
+        line("pixels", per(stats.pixel_bytes, self.width as usize * self.height as usize, "pixel"));
+        for omitted in &stats.omitted {
+            let _ = writeln!(
+                text,
+                "  left out: {} ({}; first ids {:?})",
+                count(u64::from(omitted.count), "triangle"),
+                omitted.reason,
+                omitted.first_ids
+            );
+        }
+        text
+    }
+}
+
+/// The middle value, or the mean of the two in the middle; zero for none.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    match values.len() {
+        0 => 0.0,
+        odd if odd % 2 == 1 => values[odd / 2],
+        even => 0.5 * (values[even / 2 - 1] + values[even / 2]),
+    }
+}
+
+/// A number with its noun, in the plural but for one.
+pub(crate) fn count(number: u64, noun: &str) -> String {
+    format!("{} {noun}{}", thousands(number), if number == 1 { "" } else { "s" })
+}
+
+/// A number with commas between its thousands.
+pub(crate) fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn per(bytes: usize, things: usize, noun: &str) -> String {
+    if things == 0 {
+        return thousands(bytes as u64);
+    }
+    format!("{} ({:.1} a {noun})", thousands(bytes as u64), bytes as f64 / things as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use umbrage::OmittedTriangles;
+
+    use super::*;
+
+    fn frame(frame: u32, see: f64, shadow: f64) -> FrameReport {
+        let stage = |name, milliseconds| Stage { name, milliseconds };
+        let stats = Stats {
+            stages: vec![stage("see", see), stage("shadow", shadow)],
+            triangles: 1_234_567,
+            omitted: vec![OmittedTriangles { reason: "zero area", count: 2, first_ids: vec![3, 9] }],
+            ..Stats::default()
+        };
+        FrameReport { frame, seconds: 0.0, render_milliseconds: see + shadow, write_milliseconds: 1.0, stats }
+    }
+
+    #[test]
+    fn medians_are_by_stage() {
+        let mut report = Report::new(Path::new("demo:x"), &Settings::default());
+        for (number, see) in [5.0, 1.0, 2.0].into_iter().enumerate() {
+            report.push(frame(number as u32, see, 1.5));
+        }
+        report.complete();
+        let stages: Vec<(&str, f64)> =
+            report.median.stages.iter().map(|stage| (stage.name, stage.milliseconds)).collect();
+        assert_eq!(stages, [("see", 2.0), ("shadow", 1.5)]);
+        assert_eq!(report.median.render_milliseconds, 3.5);
+        let text = report.text();
+        for part in ["3 frames", "1,234,567", "2 triangles (zero area; first ids [3, 9])", "1.500"] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+    }
+
+    #[test]
+    fn medians_of_few() {
+        assert_eq!(median([].into_iter()), 0.0);
+        assert_eq!(median([4.0, 1.0].into_iter()), 2.5);
+        assert_eq!(thousands(1_000), "1,000");
+        assert_eq!(thousands(999), "999");
+        assert_eq!(count(1, "frame"), "1 frame");
+    }
+}

@@ -1,0 +1,52 @@
+//! A bounding volume hierarchy for all rays: the baseline that other structures are compared with.
+//!
+//! Built by obvhs (PLOC: Meister and Bittner, *Parallel Locally-Ordered Clustering*, 2018); traversal is ours, since it
+//! must never cull what the [predicate](crate::predicate) would hit.
+
+mod build;
+mod trace;
+mod validate;
+
+use obvhs::bvh2::Bvh2;
+use obvhs::ploc::PlocBuilder;
+
+use crate::Omitted;
+
+/// A bounding volume hierarchy over one frame's triangles.
+///
+/// About 120 bytes a triangle: two nodes of 48 bytes, boxes and indices. Keep it and rebuild it: its memory is reused.
+#[derive(Default)]
+pub struct Bvh {
+    tree: Bvh2,
+    builder: PlocBuilder,
+    boxes: Vec<obvhs::aabb::Aabb>,
+    /// Triangle id of each box.
+    ids: Vec<u32>,
+    omitted: Omitted,
+}
+
+impl std::fmt::Debug for Bvh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Bvh").field("triangles", &self.ids.len()).field("nodes", &self.tree.nodes.len()).finish()
+    }
+}
+
+impl Bvh {
+    /// The triangles that were left out of the hierarchy because no ray can hit them.
+    #[must_use]
+    pub fn omitted(&self) -> &Omitted {
+        &self.omitted
+    }
+
+    /// Bytes held, counting what is only used while building.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.tree.nodes.as_slice())
+            + size_of_val(self.tree.primitive_indices.as_slice())
+            + size_of_val(self.builder.current_nodes.as_slice())
+            + size_of_val(self.builder.next_nodes.as_slice())
+            + size_of_val(self.builder.mortons.as_slice())
+            + size_of_val(self.boxes.as_slice())
+            + size_of_val(self.ids.as_slice())
+    }
+}

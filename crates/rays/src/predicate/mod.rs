@@ -1,0 +1,225 @@
+//! The reference predicate: which triangles a ray meets, where, and what shadows a point.
+//!
+//! Every structure hands what its fast path can't decide to these functions, so every structure gives their answer.
+//!
+//! The edge functions E(p, q) = d · ((p − o) × (q − o)) of Plücker's test are evaluated in f64. Where the result is
+//! smaller than its error bound, the sign is taken from exact arithmetic ([`expansion`]). So signs are those of real
+//! numbers: neighbours agree about their shared edge and fans about their vertex, and no ray slips between them.
+
+mod double;
+mod expansion;
+mod shadow;
+
+use glam::{DVec3, Vec3};
+
+use crate::Ray;
+use double::Double;
+use expansion::Expansion;
+
+pub use shadow::{HitPoint, ShadowRay};
+
+/// Half the distance from one to the next f64: the relative error of one rounding.
+const ROUNDING: f64 = f64::EPSILON / 2.0;
+
+/// A ray and a triangle that meet.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossing {
+    /// Distance along the ray's line, in lengths of its direction; correct to about one unit in the last place.
+    pub t: f64,
+    /// Weights of the triangle's second and third vertex, each in [0, 1].
+    pub barycentric: [f32; 2],
+    /// Whether the ray comes from the side from which the corners are seen counterclockwise.
+    pub front: bool,
+}
+
+/// Where the whole line through `ray` meets the triangle `corners`, whatever the ray's interval; `None` for a miss.
+///
+/// It meets the triangle when the three edge functions have no two opposite signs and aren't all zero. A triangle
+/// seen exactly edge-on is a miss, and so is one with a corner that isn't finite.
+#[must_use]
+pub fn crossing(ray: &Ray, corners: [Vec3; 3]) -> Option<Crossing> {
+    let edges = Edges::new(ray.origin, ray.direction, corners)?;
+    Some(Crossing { t: edges.t(), barycentric: edges.barycentric(), front: edges.is_front() })
+}
+
+/// A triangle that a line meets, with its corners in canonical order.
+///
+/// Corners are sorted by position: a triangle gives bit for bit the same result however its corners are listed.
+#[derive(Clone, Copy, Debug)]
+struct Edges {
+    origin: DVec3,
+    direction: DVec3,
+    /// In canonical order.
+    corners: [Vec3; 3],
+    /// Where each of `corners` stands in the caller's list.
+    places: [usize; 3],
+    /// Weights of `corners`, not yet divided by their sum.
+    weights: [f64; 3],
+    /// The common sign of the edge functions: 1 or −1.
+    side: f64,
+}
+
+impl Edges {
+    /// `None` where the line misses the triangle.
+    fn new(origin: DVec3, direction: DVec3, corners: [Vec3; 3]) -> Option<Self> {
+        let places = canonical_order(&corners);
+        let corners = places.map(|place| corners[place]);
+        let relative = corners.map(|corner| corner.as_dvec3() - origin);
+
+        // Seven roundings on a path from input to result and six products in the sum: 42 roundings of the largest
+        // possible product, taken as 64. It also covers what the bound's own roundings lose.
+        let reach = relative.iter().fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));
+        let bound = 64.0 * ROUNDING * direction.abs().max_element() * reach * reach;
+
+        let mut weights = [0.0; 3];
+        let mut undecided = [false; 3];
+        let mut signs = Signs::default();
+        for (opposite, weight) in weights.iter_mut().enumerate() {
+            let (first, second) = EDGE_OPPOSITE[opposite];
+            *weight = direction.dot(relative[first].cross(relative[second]));
+            undecided[opposite] = weight.abs() <= bound || bound < SMALLEST_TRUSTED_BOUND;
+            if !undecided[opposite] {
+                signs.note(*weight);
+            }
+        }
+        let finite = weights.iter().all(|weight| weight.is_finite());
+        if signs.disagree() || !finite {
+            return None;
+        }
+        for opposite in (0..3).filter(|&opposite| undecided[opposite]) {
+            let (first, second) = EDGE_OPPOSITE[opposite];
+            weights[opposite] = exact_edge(origin, direction, corners[first], corners[second]);
+            signs.note(weights[opposite]);
+            if signs.disagree() {
+                return None;
+            }
+        }
+        let side = signs.common()?;
+        Some(Self { origin, direction, corners, places, weights, side })
+    }
+
+    /// n · d and n · (A − o) for the unnormalised normal n: t is the second over the first.
+    ///
+    /// In double-double arithmetic where that is exact enough to give t its last bit, else exactly.
+    fn t(&self) -> f64 {
+        let [a, b, c] = self.corners.map(Vec3::as_dvec3);
+        let normal = Double::cross(Double::difference(b, a), Double::difference(c, a));
+        let slope = Double::dot(normal, self.direction.to_array().map(Double::from));
+        let height = Double::dot(normal, Double::difference(a, self.origin));
+        // Double-double loses at most about 2⁻⁹⁸ of the terms; 2⁻⁴⁰ of them left means 2⁻⁵⁸ of the result.
+        const CANCELLATION: f64 = 1.0 / (1_u64 << 40) as f64;
+        if slope.value().abs() > CANCELLATION * slope.magnitude()
+            && height.value().abs() > CANCELLATION * height.magnitude()
+        {
+            height.quotient(slope)
+        } else {
+            let normal = exact_normal(a, b, c);
+            let slope = exact_dot(&normal, &self.direction.to_array().map(Expansion::from));
+            let height = exact_dot(&normal, &exact_difference(a, self.origin));
+            height.estimate() / slope.estimate()
+        }
+    }
+
+    fn barycentric(&self) -> [f32; 2] {
+        let mut of_caller = [0.0; 3];
+        for (weight, place) in self.weights.iter().zip(self.places) {
+            // The signs are exact, so no weight is below zero; one that the filter decided is never zero.
+            of_caller[place] = weight.abs();
+        }
+        let sum: f64 = of_caller.iter().sum();
+        [(of_caller[1] / sum) as f32, (of_caller[2] / sum) as f32]
+    }
+
+    /// Each exchange of two corners turns the triangle around.
+    fn is_front(&self) -> bool {
+        let is_even = matches!(self.places, [0, 1, 2] | [1, 2, 0] | [2, 0, 1]);
+        // A counterclockwise triangle has its normal towards the ray's origin, so n · d is negative; the sum of the
+        // edge functions is n · d.
+        (self.side < 0.0) == is_even
+    }
+}
+
+/// For each corner the two others, in the order in which their edge function is the corner's weight.
+const EDGE_OPPOSITE: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];
+
+/// Below this an error bound may itself have lost bits to underflow.
+const SMALLEST_TRUSTED_BOUND: f64 = 1e-250;
+
+/// The places of the corners, sorted by x, then y, then z.
+fn canonical_order(corners: &[Vec3; 3]) -> [usize; 3] {
+    let after = |first: usize, second: usize| {
+        let (first, second) = (corners[first], corners[second]);
+        (first.x, first.y, first.z) > (second.x, second.y, second.z)
+    };
+    let mut places = [0, 1, 2];
+    if after(places[0], places[1]) {
+        places.swap(0, 1);
+    }
+    if after(places[1], places[2]) {
+        places.swap(1, 2);
+    }
+    if after(places[0], places[1]) {
+        places.swap(0, 1);
+    }
+    places
+}
+
+/// Which signs the edge functions have shown so far; zero shows none.
+#[derive(Default)]
+struct Signs {
+    positive: bool,
+    negative: bool,
+}
+
+impl Signs {
+    fn note(&mut self, value: f64) {
+        self.positive |= value > 0.0;
+        self.negative |= value < 0.0;
+    }
+
+    fn disagree(&self) -> bool {
+        self.positive && self.negative
+    }
+
+    fn common(&self) -> Option<f64> {
+        match (self.positive, self.negative) {
+            (true, false) => Some(1.0),
+            (false, true) => Some(-1.0),
+            _ => None,
+        }
+    }
+}
+
+/// d · ((p − o) × (q − o)) to within one rounding, with the exact sign.
+#[cold]
+fn exact_edge(origin: DVec3, direction: DVec3, p: Vec3, q: Vec3) -> f64 {
+    let p = exact_difference(p.as_dvec3(), origin);
+    let q = exact_difference(q.as_dvec3(), origin);
+    exact_dot(&exact_cross(&p, &q), &scaled(direction).to_array().map(Expansion::from)).estimate()
+}
+
+/// `direction` with its largest component between one and two, so that products with it don't underflow.
+fn scaled(direction: DVec3) -> DVec3 {
+    let largest = direction.abs().max_element();
+    // Powers of two scale exactly.
+    if largest.is_normal() { direction * 2.0_f64.powi(-(largest.log2().floor() as i32)) } else { direction }
+}
+
+fn exact_difference(a: DVec3, b: DVec3) -> [Expansion; 3] {
+    std::array::from_fn(|axis| Expansion::difference(a[axis], b[axis]))
+}
+
+fn exact_normal(a: DVec3, b: DVec3, c: DVec3) -> [Expansion; 3] {
+    exact_cross(&exact_difference(b, a), &exact_difference(c, a))
+}
+
+fn exact_cross(a: &[Expansion; 3], b: &[Expansion; 3]) -> [Expansion; 3] {
+    std::array::from_fn(|axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        a[next].times(&b[last]).minus(&a[last].times(&b[next]))
+    })
+}
+
+fn exact_dot(a: &[Expansion; 3], b: &[Expansion; 3]) -> Expansion {
+    a[0].times(&b[0]).plus(&a[1].times(&b[1])).plus(&a[2].times(&b[2]))
+}

@@ -1,0 +1,220 @@
+//! Which node each of a file's animations moves, and which of them play.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use gltf::json;
+use gltf::json::animation::Property;
+use gltf::json::validation::Checked;
+
+use super::accessor::Accessor;
+use super::curve::{Curve, Interpolation};
+use super::document::Document;
+use super::nodes::{Nodes, rotation};
+use crate::{Animation, Clip, Error};
+
+/// One property of one node, over time.
+#[derive(Debug)]
+pub(super) struct Channel {
+    pub(super) node: u32,
+    pub(super) property: Property,
+    pub(super) curve: Curve,
+}
+
+/// The file's animations, and the channels of those that play.
+#[derive(Debug, Default)]
+pub(super) struct Animations {
+    pub(super) animations: Vec<Animation>,
+    /// In the order in which they are applied.
+    pub(super) channels: Vec<Channel>,
+    /// When the last of `channels` ends.
+    pub(super) duration_seconds: f64,
+}
+
+impl Animations {
+    /// Reads all animations, and keeps those that `clip` has play. `weights` says how many morph targets each node has.
+    ///
+    /// # Errors
+    /// Where one is broken, or `clip` names one that isn't there.
+    pub(super) fn read(
+        document: &Document,
+        path: &Path,
+        nodes: &Nodes,
+        weights: impl Fn(usize) -> usize,
+        clip: &Clip,
+        warnings: &mut Vec<String>,
+    ) -> Result<Self, Error> {
+        let mut read = Self::default();
+        let mut all = Vec::new();
+        check_size(document)?;
+        for (number, json) in document.json.animations.iter().enumerate() {
+            let channels = read_channels(document, json, number, nodes, &weights, warnings)?;
+            let seconds = channels.iter().map(|channel| channel.curve.end_seconds()).fold(0.0, f32::max);
+            let name = json.name.clone().unwrap_or_default();
+            read.animations.push(Animation { name, seconds: f64::from(seconds), plays: false });
+            all.push(channels);
+        }
+        let plays = chosen(path, clip, &read.animations, &all)?;
+        for ((number, animation), channels) in read.animations.iter_mut().enumerate().zip(all) {
+            if plays(number) {
+                animation.plays = true;
+                read.duration_seconds = read.duration_seconds.max(animation.seconds);
+                read.channels.extend(channels);
+            }
+        }
+        Ok(read)
+    }
+}
+
+/// Refuses files whose channels share a few large accessors so often that they would not fit into memory.
+fn check_size(document: &Document) -> Result<(), Error> {
+    const MAX_KEYFRAMES: u64 = 1 << 26;
+    let mut keyframes = 0_u64;
+    for (number, animation) in document.json.animations.iter().enumerate() {
+        let samplers = animation.channels.iter().filter_map(|channel| animation.samplers.get(channel.sampler.value()));
+        let outputs = samplers.filter_map(|sampler| document.json.accessors.get(sampler.output.value()));
+        keyframes = outputs.fold(keyframes, |sum, output| sum.saturating_add(output.count.0));
+        if keyframes > MAX_KEYFRAMES {
+            let cause = format!("the animations so far have {keyframes} keyframes; {MAX_KEYFRAMES} are the most");
+            return Err(document.malformed(format_args!("animations[{number}]"), cause));
+        }
+    }
+    Ok(())
+}
+
+/// Which animations `clip` means, by number.
+fn chosen(
+    path: &Path,
+    clip: &Clip,
+    animations: &[Animation],
+    channels: &[Vec<Channel>],
+) -> Result<impl Fn(usize) -> bool + use<>, Error> {
+    let numbers = match clip {
+        Clip::All => 0..animations.len(),
+        Clip::Rest => 0..0,
+        Clip::Auto if independent(channels) => 0..animations.len(),
+        Clip::Auto => 0..1,
+        Clip::Named(name) => {
+            let by_name = animations.iter().position(|animation| animation.name == *name);
+            let by_number = || name.parse().ok().filter(|&number| number < animations.len());
+            let number = by_name.or_else(by_number).ok_or_else(|| unknown_clip(path, name, animations))?;
+            number..number + 1
+        }
+    };
+    Ok(move |number| numbers.contains(&number))
+}
+
+/// Whether no two animations move the same property of the same node.
+fn independent(channels: &[Vec<Channel>]) -> bool {
+    let mut moved = HashSet::new();
+    channels.iter().all(|channels| {
+        let own: HashSet<_> = channels.iter().map(|channel| (channel.node, channel.property as u8)).collect();
+        own.into_iter().all(|target| moved.insert(target))
+    })
+}
+
+fn unknown_clip(path: &Path, name: &str, animations: &[Animation]) -> Error {
+    let names: Vec<_> = animations
+        .iter()
+        .enumerate()
+        .map(|(number, animation)| match animation.name.as_str() {
+            "" => number.to_string(),
+            name => format!("`{name}`"),
+        })
+        .collect();
+    let cause = if names.is_empty() {
+        format!("there is no animation `{name}`, as the file has none")
+    } else {
+        format!("there is no animation `{name}`; the file has {}", names.join(", "))
+    };
+    Error::address(path.to_string_lossy(), cause)
+}
+
+fn read_channels(
+    document: &Document,
+    json: &json::Animation,
+    number: usize,
+    nodes: &Nodes,
+    weights: impl Fn(usize) -> usize,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Channel>, Error> {
+    let mut channels = Vec::new();
+    for (at, channel) in json.channels.iter().enumerate() {
+        let place = format!("animations[{number}].channels[{at}]");
+        let node = channel.target.node.value();
+        nodes.check(document, node, format_args!("{place}.target.node"))?;
+        let Checked::Valid(property) = channel.target.path else {
+            warnings.push(format!("{place} was left out, as it moves nothing that glTF 2.0 knows"));
+            continue;
+        };
+        let sampler_place = format!("animations[{number}].samplers[{}]", channel.sampler.value());
+        let sampler =
+            document.element(&json.samplers, "samplers", channel.sampler.value(), format_args!("{place}.sampler"))?;
+        let width = match property {
+            Property::Translation | Property::Scale => 3,
+            Property::Rotation => 4,
+            Property::MorphTargetWeights => weights(node),
+        };
+        if width == 0 {
+            warnings.push(format!("{place} was left out, as node {node} has no morph targets"));
+            continue;
+        }
+        let curve = read_curve(document, sampler, property, width, &sampler_place)?;
+        channels.push(Channel { node: node as u32, property, curve });
+    }
+    Ok(channels)
+}
+
+fn read_curve(
+    document: &Document,
+    json: &json::animation::Sampler,
+    property: Property,
+    width: usize,
+    place: &str,
+) -> Result<Curve, Error> {
+    let interpolation = match json.interpolation {
+        Checked::Valid(json::animation::Interpolation::Step) => Interpolation::Step,
+        Checked::Valid(json::animation::Interpolation::CubicSpline) => Interpolation::CubicSpline,
+        Checked::Valid(json::animation::Interpolation::Linear) if property == Property::Rotation => {
+            Interpolation::Spherical
+        }
+        Checked::Valid(json::animation::Interpolation::Linear) => Interpolation::Linear,
+        Checked::Invalid => {
+            let place = format_args!("{place}.interpolation");
+            return Err(document.malformed(place, "it is none of LINEAR, STEP and CUBICSPLINE"));
+        }
+    };
+    let input = document.accessor(json.input, format_args!("{place}.input"))?;
+    let times: Vec<f32> = input.floats(None, |[time]| time)?;
+    if times.is_empty() || !times.iter().all(|time| time.is_finite()) || !times.is_sorted() {
+        return Err(input.malformed("keyframe times must be finite and never fall, and there must be at least one"));
+    }
+    let output = document.accessor(json.output, format_args!("{place}.output"))?;
+    let mut values = flat_values(&output, property)?;
+    let sets = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+    let needed = times.len().checked_mul(sets).and_then(|sets| sets.checked_mul(width));
+    if Some(values.len()) != needed {
+        let cause = format!(
+            "{} numbers where {} keyframes with {sets} values of {width} numbers each are needed",
+            values.len(),
+            times.len()
+        );
+        return Err(output.malformed(cause));
+    }
+    if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+        return Err(output.malformed(format!("number {at} is not finite")));
+    }
+    if matches!(interpolation, Interpolation::Step | Interpolation::Spherical) && property == Property::Rotation {
+        let (rotations, _) = values.as_chunks_mut::<4>();
+        rotations.iter_mut().for_each(|components| *components = rotation(*components).to_array());
+    }
+    Ok(Curve { times, values, width, interpolation })
+}
+
+fn flat_values(output: &Accessor<'_>, property: Property) -> Result<Vec<f32>, Error> {
+    Ok(match property {
+        Property::Translation | Property::Scale => output.floats(None, |value: [f32; 3]| value)?.into_flattened(),
+        Property::Rotation => output.floats(None, |value: [f32; 4]| value)?.into_flattened(),
+        Property::MorphTargetWeights => output.floats(None, |[value]| value)?,
+    })
+}

@@ -1,0 +1,260 @@
+//! A glTF file's JSON and buffers.
+
+use std::fmt::Display;
+use std::fs::File;
+use std::io::Read;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use gltf::json::{Root, buffer};
+use serde_json::Value;
+
+use super::uri::{self, Resource};
+use crate::Error;
+
+/// The extensions that this reader understands, at least approximately.
+const SUPPORTED_EXTENSIONS: [&str; 10] = [
+    "EXT_mesh_gpu_instancing",
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// A glTF file as it was read: its JSON, of which nothing is checked yet, and the bytes that it refers to.
+#[derive(Debug)]
+pub(super) struct Document {
+    pub(super) json: Root,
+    path: PathBuf,
+    /// The whole file; buffers of a GLB are ranges of it.
+    file: Vec<u8>,
+    buffers: Vec<BufferBytes>,
+}
+
+#[derive(Debug)]
+enum BufferBytes {
+    InFile(Range<usize>),
+    Own(Vec<u8>),
+}
+
+impl Document {
+    /// Reads a `.gltf` or `.glb` file, told apart by their content, and all of its buffers.
+    ///
+    /// # Errors
+    /// Where a file can't be read or is cut off, the JSON is broken, or a required extension is unsupported.
+    pub(super) fn read(path: &Path, warnings: &mut Vec<String>) -> Result<Self, Error> {
+        let file = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+        let (json, binary) = if file.starts_with(b"glTF") { glb_chunks(path, &file)? } else { (0..file.len(), None) };
+        let json = parse(path, &file[json], warnings)?;
+        check_extensions(path, &json, warnings)?;
+        let mut document = Self { json, path: path.to_owned(), file, buffers: Vec::new() };
+        document.buffers = document.read_buffers(binary)?;
+        Ok(document)
+    }
+
+    /// The error that `place`, a path in the JSON, is wrong for `cause`.
+    pub(super) fn malformed(&self, place: impl Display, cause: impl Into<String>) -> Error {
+        Error::malformed(&self.path, place.to_string(), cause)
+    }
+
+    /// Element `index` of `list`, the JSON's array `name`, as `place` in the JSON asks for it.
+    ///
+    /// # Errors
+    /// Where the list is shorter.
+    pub(super) fn element<'a, T>(
+        &self,
+        list: &'a [T],
+        name: &str,
+        index: usize,
+        place: impl Display,
+    ) -> Result<&'a T, Error> {
+        list.get(index).ok_or_else(|| {
+            self.malformed(place, format!("index {index} is out of range: `{name}` has {} elements", list.len()))
+        })
+    }
+
+    /// The bytes of buffer view `index` and the view itself, as `place` in the JSON asks for it.
+    ///
+    /// # Errors
+    /// Where the view doesn't exist or reaches beyond its buffer.
+    pub(super) fn view(&self, index: usize, place: impl Display) -> Result<(&[u8], &buffer::View), Error> {
+        let view = self.element(&self.json.buffer_views, "bufferViews", index, place)?;
+        let own_place = format_args!("bufferViews[{index}]");
+        let buffer = self.element(&self.buffers, "buffers", view.buffer.value(), format_args!("{own_place}.buffer"))?;
+        let bytes = match buffer {
+            BufferBytes::InFile(range) => &self.file[range.clone()],
+            BufferBytes::Own(bytes) => bytes,
+        };
+        let first = view.byte_offset.map_or(0, |offset| offset.0);
+        let range = first
+            .checked_add(view.byte_length.0)
+            .and_then(|end| Some(usize::try_from(first).ok()?..usize::try_from(end).ok()?));
+        let Some(bytes) = range.and_then(|range| bytes.get(range)) else {
+            let cause = format!(
+                "{} bytes from byte {first} on reach beyond the {} bytes of its buffer",
+                view.byte_length.0,
+                bytes.len()
+            );
+            return Err(self.malformed(own_place, cause));
+        };
+        Ok((bytes, view))
+    }
+
+    /// The bytes of a buffer's or an image's URI, at most `limit` of them.
+    ///
+    /// # Errors
+    /// Says in words why there are none.
+    pub(super) fn fetch(&self, uri: &str, limit: u64) -> Result<Vec<u8>, String> {
+        let path = match uri::resolve(self.path.parent().unwrap_or(Path::new("")), uri)? {
+            Resource::Embedded(bytes) => return Ok(bytes),
+            Resource::File(path) => path,
+        };
+        let read = || {
+            let file = File::open(&path)?;
+            // Devices and pipes may never end.
+            if !file.metadata()?.is_file() {
+                return Err(std::io::Error::other("not a regular file"));
+            }
+            let mut bytes = Vec::new();
+            file.take(limit).read_to_end(&mut bytes)?;
+            Ok(bytes)
+        };
+        read().map_err(|error| format!("{}: {error}", path.display()))
+    }
+
+    fn read_buffers(&mut self, mut binary: Option<Range<usize>>) -> Result<Vec<BufferBytes>, Error> {
+        let mut buffers = Vec::new();
+        for (index, buffer) in self.json.buffers.iter().enumerate() {
+            let place = format_args!("buffers[{index}]");
+            let bytes = match &buffer.uri {
+                Some(uri) => {
+                    let bytes = self.fetch(uri, buffer.byte_length.0);
+                    BufferBytes::Own(bytes.map_err(|cause| self.malformed(format_args!("{place}.uri"), cause))?)
+                }
+                None if index == 0 && binary.is_some() => BufferBytes::InFile(binary.take().unwrap_or_default()),
+                // Such buffers are legal where nothing uses them; using one fails with its length of zero.
+                None => BufferBytes::Own(Vec::new()),
+            };
+            let length = match &bytes {
+                BufferBytes::InFile(range) => range.len(),
+                BufferBytes::Own(bytes) => bytes.len(),
+            };
+            if buffer.byte_length.0 > length as u64 && (buffer.uri.is_some() || length > 0) {
+                let cause = format!("byteLength is {}, but there are only {length} bytes", buffer.byte_length.0);
+                return Err(self.malformed(place, cause));
+            }
+            buffers.push(bytes);
+        }
+        for buffer in &mut self.json.buffers {
+            buffer.uri = None;
+        }
+        Ok(buffers)
+    }
+}
+
+/// Where the JSON chunk and the binary chunk of a GLB lie in the file.
+fn glb_chunks(path: &Path, file: &[u8]) -> Result<(Range<usize>, Option<Range<usize>>), Error> {
+    let word = |at: usize| {
+        let bytes = file.get(at..)?.first_chunk::<4>()?;
+        Some(u32::from_le_bytes(*bytes))
+    };
+    let cut_off = |at: usize| Error::malformed(path, format!("byte {at}"), "the file is cut off");
+    let version = word(4).ok_or_else(|| cut_off(file.len()))?;
+    if version != 2 {
+        return Err(Error::unsupported(path, format!("version {version} of GLB"), "export the scene as glTF 2.0"));
+    }
+    let length = word(8).ok_or_else(|| cut_off(file.len()))? as usize;
+    if length > file.len() {
+        let cause = format!("the file is cut off: its header says {length} bytes, but there are {}", file.len());
+        return Err(Error::malformed(path, "byte 8", cause));
+    }
+    const JSON: u32 = u32::from_le_bytes(*b"JSON");
+    const BINARY: u32 = u32::from_le_bytes(*b"BIN\0");
+    let (mut json, mut binary) = (None, None);
+    let mut at = 12;
+    while at + 8 <= length {
+        let (Some(chunk_length), Some(kind)) = (word(at), word(at + 4)) else { return Err(cut_off(at)) };
+        let first = at + 8;
+        let end = first.checked_add(chunk_length as usize).filter(|&end| end <= length).ok_or_else(|| {
+            let cause = format!("a chunk of {chunk_length} bytes reaches beyond the file's {length} bytes");
+            Error::malformed(path, format!("byte {at}"), cause)
+        })?;
+        match kind {
+            JSON if json.is_none() => json = Some(first..end),
+            BINARY if binary.is_none() => binary = Some(first..end),
+            // The format asks readers to skip chunks that they don't know.
+            _ => {}
+        }
+        at = end.next_multiple_of(4);
+    }
+    let json = json.ok_or_else(|| Error::malformed(path, "byte 12", "there is no JSON chunk"))?;
+    Ok((json, binary))
+}
+
+fn parse(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Result<Root, Error> {
+    let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
+    // Some writers fill the JSON chunk up with zeros instead of blanks.
+    let text = &text[..text.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1)];
+    let json = match Root::from_slice(text) {
+        Ok(json) => json,
+        Err(error) => {
+            parse_leniently(path, text, warnings)?.ok_or_else(|| Error::malformed(path, "JSON", error.to_string()))?
+        }
+    };
+    let version = &json.asset.version;
+    if !version.starts_with("2.") || json.asset.min_version.as_deref().is_some_and(|version| version != "2.0") {
+        return Err(unsupported_version(path, json.asset.min_version.as_ref().unwrap_or(version)));
+    }
+    Ok(json)
+}
+
+fn unsupported_version(path: &Path, version: &str) -> Error {
+    Error::unsupported(path, format!("glTF {version}"), "export the scene as glTF 2.0")
+}
+
+/// Parses JSON that is legal glTF but that the parsing library refuses: scenes without nodes and animation channels
+/// without a target node. `None` where it is broken in other ways.
+fn parse_leniently(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Result<Option<Root>, Error> {
+    let Ok(mut json) = serde_json::from_slice::<Value>(text) else { return Ok(None) };
+    if let Some(version) = json.pointer("/asset/version").and_then(Value::as_str)
+        && !version.starts_with("2.")
+    {
+        return Err(unsupported_version(path, version));
+    }
+    fn elements<'a>(parent: &'a mut Value, name: &str) -> impl Iterator<Item = &'a mut Value> {
+        parent.get_mut(name).and_then(Value::as_array_mut).into_iter().flatten()
+    }
+    for scene in elements(&mut json, "scenes").filter_map(Value::as_object_mut) {
+        scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+    }
+    let mut left_out = 0;
+    for animation in elements(&mut json, "animations") {
+        if let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) {
+            let all = channels.len();
+            channels.retain(|channel| channel.pointer("/target/node").is_some());
+            left_out += all - channels.len();
+        }
+    }
+    let Ok(root) = serde_json::from_value::<Root>(json) else { return Ok(None) };
+    if left_out > 0 {
+        warnings.push(format!("{left_out} animation channels were left out, as they move something else than a node"));
+    }
+    Ok(Some(root))
+}
+
+fn check_extensions(path: &Path, json: &Root, warnings: &mut Vec<String>) -> Result<(), Error> {
+    let unsupported = |name: &&String| !SUPPORTED_EXTENSIONS.contains(&name.as_str());
+    if let Some(name) = json.extensions_required.iter().find(unsupported) {
+        let what = format!("the glTF extension `{name}`, which the file requires,");
+        return Err(Error::unsupported(path, what, "export the scene without it"));
+    }
+    for name in json.extensions_used.iter().filter(unsupported) {
+        warnings.push(format!("the glTF extension `{name}` is not supported and was left out"));
+    }
+    Ok(())
+}

@@ -1,0 +1,215 @@
+//! Materials.
+
+use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
+use gltf::json;
+use gltf::json::extensions::material::PbrSpecularGlossiness;
+use gltf::json::extensions::texture::TextureTransform;
+use gltf::json::material::AlphaMode;
+use gltf::json::validation::Checked;
+use serde_json::{Map, Value};
+
+use super::document::Document;
+use super::texture::Textures;
+use crate::{Alpha, ColorSpace, Error, Material, Materials, TextureUse, Volume};
+
+/// Reads all materials in the file's order, and after them glTF's default material if `with_default`.
+///
+/// Textures that can't be used are left away with a warning.
+///
+/// # Errors
+/// Where an index is out of range.
+pub(super) fn read(document: &Document, with_default: bool, warnings: &mut Vec<String>) -> Result<Materials, Error> {
+    let mut reader = Reader { document, textures: Textures::default(), warnings, glossy: 0 };
+    let mut materials = Vec::new();
+    for (number, json) in document.json.materials.iter().enumerate() {
+        materials.push(reader.material(json, &format!("materials[{number}]"))?);
+    }
+    if with_default {
+        materials.push(reader.material(&json::Material::default(), "the default material")?);
+    }
+    let Reader { textures, warnings, glossy, .. } = reader;
+    if glossy > 0 {
+        warnings.push(format!(
+            "{glossy} materials of KHR_materials_pbrSpecularGlossiness are approximated by their diffuse colour"
+        ));
+    }
+    let mut decoded = Vec::new();
+    let mut new_from_old = Vec::new();
+    for texture in textures.decode(document) {
+        new_from_old.push(texture.is_ok().then_some(decoded.len() as u32));
+        match texture {
+            Ok(texture) => decoded.push(texture),
+            Err(cause) => warnings.push(format!("a texture was left out: {cause}")),
+        }
+    }
+    for texture in materials.iter_mut().flat_map(texture_uses) {
+        let new = texture.and_then(|texture| new_from_old[texture.texture as usize]);
+        *texture = texture.zip(new).map(|(texture, new)| TextureUse { texture: new, ..texture });
+    }
+    Ok(Materials { materials, textures: decoded })
+}
+
+struct Reader<'a> {
+    document: &'a Document,
+    textures: Textures,
+    warnings: &'a mut Vec<String>,
+    /// How many materials have been approximated from another model.
+    glossy: usize,
+}
+
+/// A texture as the JSON has it in three different types.
+struct JsonTexture<'a> {
+    index: usize,
+    set: u32,
+    transform: Option<&'a TextureTransform>,
+}
+
+impl Reader<'_> {
+    fn material(&mut self, json: &json::Material, place: &str) -> Result<Material, Error> {
+        use ColorSpace::{Linear, Srgb};
+        let pbr = &json.pbr_metallic_roughness;
+        let pbr_place = format!("{place}.pbrMetallicRoughness");
+        let mut material = Material {
+            name: json.name.clone().unwrap_or_default(),
+            base_color: Vec4::from_array(pbr.base_color_factor.0),
+            metallic: pbr.metallic_factor.0,
+            roughness: pbr.roughness_factor.0,
+            emissive: Vec3::from_array(json.emissive_factor.0),
+            alpha: match json.alpha_mode {
+                Checked::Valid(AlphaMode::Mask) => {
+                    Alpha::Mask { cutoff: json.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0) }
+                }
+                Checked::Valid(AlphaMode::Blend) => Alpha::Blend,
+                Checked::Valid(AlphaMode::Opaque) | Checked::Invalid => Alpha::Opaque,
+            },
+            double_sided: json.double_sided,
+            ..Material::default()
+        };
+        material.base_color_texture =
+            self.plain(pbr.base_color_texture.as_ref(), Srgb, &format!("{pbr_place}.baseColorTexture"))?;
+        material.metallic_roughness_texture = self.plain(
+            pbr.metallic_roughness_texture.as_ref(),
+            Linear,
+            &format!("{pbr_place}.metallicRoughnessTexture"),
+        )?;
+        material.emissive_texture =
+            self.plain(json.emissive_texture.as_ref(), Srgb, &format!("{place}.emissiveTexture"))?;
+        if let Some(texture) = &json.normal_texture {
+            let transform = texture.extensions.as_ref().and_then(|extensions| transform(&extensions.others));
+            let texture_use =
+                JsonTexture { index: texture.index.value(), set: texture.tex_coord, transform: transform.as_ref() };
+            material.normal_texture = self.texture(&texture_use, Linear, &format!("{place}.normalTexture"))?;
+            material.normal_scale = texture.scale;
+        }
+        if let Some(texture) = &json.occlusion_texture {
+            let transform = texture.extensions.as_ref().and_then(|extensions| transform(&extensions.others));
+            let texture_use =
+                JsonTexture { index: texture.index.value(), set: texture.tex_coord, transform: transform.as_ref() };
+            material.occlusion_texture = self.texture(&texture_use, Linear, &format!("{place}.occlusionTexture"))?;
+            material.occlusion_strength = texture.strength.0;
+        }
+        if let Some(extensions) = &json.extensions {
+            self.extensions(extensions, &mut material, &format!("{place}.extensions"))?;
+        }
+        Ok(material)
+    }
+
+    fn extensions(
+        &mut self,
+        json: &json::extensions::material::Material,
+        material: &mut Material,
+        place: &str,
+    ) -> Result<(), Error> {
+        material.unlit = json.unlit.is_some();
+        if let Some(strength) = &json.emissive_strength {
+            material.emissive *= strength.emissive_strength.0;
+        }
+        if let Some(ior) = &json.ior {
+            material.ior = ior.ior.0;
+        }
+        if let Some(transmission) = &json.transmission {
+            let place = format!("{place}.KHR_materials_transmission.transmissionTexture");
+            material.transmission = transmission.transmission_factor.0;
+            material.transmission_texture =
+                self.plain(transmission.transmission_texture.as_ref(), ColorSpace::Linear, &place)?;
+        }
+        if let Some(volume) = &json.volume {
+            let place = format!("{place}.KHR_materials_volume.thicknessTexture");
+            material.volume = Volume {
+                thickness: volume.thickness_factor.0,
+                thickness_texture: self.plain(volume.thickness_texture.as_ref(), ColorSpace::Linear, &place)?,
+                // Zero is outside the extension's range, and would take all light away.
+                attenuation_distance: Some(volume.attenuation_distance.0)
+                    .filter(|&distance| distance > 0.0)
+                    .unwrap_or(f32::INFINITY),
+                attenuation_color: Vec3::from_array(volume.attenuation_color.0),
+            };
+        }
+        if let Some(glossy) = &json.pbr_specular_glossiness {
+            self.specular_glossiness(glossy, material, &format!("{place}.KHR_materials_pbrSpecularGlossiness"))?;
+        }
+        Ok(())
+    }
+
+    fn specular_glossiness(
+        &mut self,
+        json: &PbrSpecularGlossiness,
+        material: &mut Material,
+        place: &str,
+    ) -> Result<(), Error> {
+        self.glossy += 1;
+        material.base_color = Vec4::from_array(json.diffuse_factor.0);
+        material.base_color_texture =
+            self.plain(json.diffuse_texture.as_ref(), ColorSpace::Srgb, &format!("{place}.diffuseTexture"))?;
+        material.metallic = 0.0;
+        material.roughness = 1.0 - json.glossiness_factor.0;
+        material.metallic_roughness_texture = None;
+        Ok(())
+    }
+
+    fn plain(
+        &mut self,
+        json: Option<&json::texture::Info>,
+        space: ColorSpace,
+        place: &str,
+    ) -> Result<Option<TextureUse>, Error> {
+        let Some(json) = json else { return Ok(None) };
+        let transform = json.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref());
+        self.texture(&JsonTexture { index: json.index.value(), set: json.tex_coord, transform }, space, place)
+    }
+
+    fn texture(&mut self, json: &JsonTexture<'_>, space: ColorSpace, place: &str) -> Result<Option<TextureUse>, Error> {
+        let number = self.textures.number(self.document, json.index, space, place, self.warnings)?;
+        let set = json.transform.and_then(|transform| transform.tex_coord).unwrap_or(json.set);
+        if set > 1 {
+            self.warnings
+                .push(format!("{place} was left out, as only texture coordinates 0 and 1 are read, not {set}"));
+            return Ok(None);
+        }
+        let image_from_mesh = json.transform.map_or(Affine2::IDENTITY, image_from_mesh);
+        Ok(number.map(|texture| TextureUse { texture, tex_coord_set: set as u8, image_from_mesh }))
+    }
+}
+
+/// Scale, then rotation, then offset. With v downwards, the extension's counter-clockwise turn has a negative angle.
+fn image_from_mesh(json: &TextureTransform) -> Affine2 {
+    let linear = Mat2::from_angle(-json.rotation.0) * Mat2::from_diagonal(Vec2::from_array(json.scale.0));
+    Affine2::from_mat2_translation(linear, Vec2::from_array(json.offset.0))
+}
+
+/// The texture transform among the extensions of those textures for which the parsing library has no field for it.
+fn transform(extensions: &Map<String, Value>) -> Option<TextureTransform> {
+    serde_json::from_value(extensions.get("KHR_texture_transform")?.clone()).ok()
+}
+
+fn texture_uses(material: &mut Material) -> [&mut Option<TextureUse>; 7] {
+    [
+        &mut material.base_color_texture,
+        &mut material.metallic_roughness_texture,
+        &mut material.normal_texture,
+        &mut material.occlusion_texture,
+        &mut material.emissive_texture,
+        &mut material.transmission_texture,
+        &mut material.volume.thickness_texture,
+    ]
+}

@@ -1,0 +1,145 @@
+//! The node hierarchy: which node is where, and which of them are shown.
+
+use std::fmt::Display;
+
+use glam::{Affine3A, Mat4, Quat, Vec3};
+use gltf::json::Node;
+
+use super::document::Document;
+use crate::Error;
+
+/// A node's place in its parent, taken apart: applied as scale, rotation, translation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Trs {
+    pub(super) translation: Vec3,
+    /// Of unit length.
+    pub(super) rotation: Quat,
+    pub(super) scale: Vec3,
+}
+
+impl Trs {
+    pub(super) const IDENTITY: Self = Self { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+
+    pub(super) fn parent_from_node(&self) -> Affine3A {
+        Affine3A::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
+    }
+}
+
+/// The rotation of four components in glTF's order, made of unit length; none for zero.
+pub(super) fn rotation(components: [f32; 4]) -> Quat {
+    let rotation = Quat::from_array(components);
+    let length = rotation.length();
+    if length > 0.0 && length.is_finite() { rotation / length } else { Quat::IDENTITY }
+}
+
+/// All nodes of a file at rest, whatever scene they are in: joints may be anywhere.
+#[derive(Debug)]
+pub(super) struct Nodes {
+    pub(super) parents: Vec<Option<u32>>,
+    /// Every node once, parents before their children.
+    pub(super) order: Vec<u32>,
+    pub(super) parent_from_node: Vec<Affine3A>,
+    /// Whether a node is part of the scene that is shown.
+    pub(super) visible: Vec<bool>,
+}
+
+impl Nodes {
+    /// Reads the hierarchy and the scene to show: the default one, else the first, else all nodes.
+    ///
+    /// # Errors
+    /// Where an index is out of range, or a node is its own ancestor or has two parents.
+    pub(super) fn read(document: &Document) -> Result<Self, Error> {
+        let json = &document.json.nodes;
+        let mut parents = vec![None; json.len()];
+        for (parent, node) in json.iter().enumerate() {
+            for (at, child) in node.children.iter().flatten().enumerate() {
+                let place = format_args!("nodes[{parent}].children[{at}]");
+                document.element(json, "nodes", child.value(), place)?;
+                if let Some(other) = parents[child.value()].replace(parent as u32) {
+                    let cause = format!("node {} is a child of node {other} already", child.value());
+                    return Err(document.malformed(format_args!("nodes[{parent}].children[{at}]"), cause));
+                }
+            }
+        }
+        let order = parents_first(json, &parents);
+        if order.len() < json.len() {
+            let mut reached = vec![false; json.len()];
+            order.iter().for_each(|&node| reached[node as usize] = true);
+            let lost = reached.iter().position(|&reached| !reached).unwrap_or(0);
+            return Err(document.malformed(format_args!("nodes[{lost}]"), "the node is below itself in the hierarchy"));
+        }
+        let visible = visible(document, &order, &parents)?;
+        let parent_from_node = json.iter().map(parent_from_node).collect();
+        Ok(Self { parents, order, parent_from_node, visible })
+    }
+
+    /// Checks that there is a node `index`, for which `place` in the JSON asks.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub(super) fn check(&self, document: &Document, index: usize, place: impl Display) -> Result<(), Error> {
+        document.element(&self.parents, "nodes", index, place).map(|_| ())
+    }
+
+    /// The place in the world of each node, given its place in its parent.
+    pub(super) fn world_from_node(&self) -> Vec<Affine3A> {
+        let mut worlds = self.parent_from_node.clone();
+        for &node in &self.order {
+            if let Some(parent) = self.parents[node as usize] {
+                worlds[node as usize] = worlds[parent as usize] * worlds[node as usize];
+            }
+        }
+        worlds
+    }
+}
+
+/// The node's place in its parent, taken apart. Shear, which a matrix may have, is lost.
+pub(super) fn trs(node: &Node) -> Trs {
+    if let Some(matrix) = &node.matrix {
+        let (scale, rotation, translation) = Mat4::from_cols_array(matrix).to_scale_rotation_translation();
+        return Trs { translation, rotation: self::rotation(rotation.to_array()), scale };
+    }
+    Trs {
+        translation: node.translation.map_or(Vec3::ZERO, Vec3::from_array),
+        rotation: node.rotation.map_or(Quat::IDENTITY, |rotation| self::rotation(rotation.0)),
+        scale: node.scale.map_or(Vec3::ONE, Vec3::from_array),
+    }
+}
+
+fn parent_from_node(node: &Node) -> Affine3A {
+    match &node.matrix {
+        Some(matrix) => Affine3A::from_mat4(Mat4::from_cols_array(matrix)),
+        None => trs(node).parent_from_node(),
+    }
+}
+
+/// The nodes that hang below nodes without parents, parents before their children: all of them, unless there is a ring.
+fn parents_first(json: &[Node], parents: &[Option<u32>]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..json.len() as u32).filter(|&node| parents[node as usize].is_none()).collect();
+    let mut next = 0;
+    while let Some(&node) = order.get(next) {
+        order.extend(json[node as usize].children.iter().flatten().map(|child| child.value() as u32));
+        next += 1;
+    }
+    order
+}
+
+fn visible(document: &Document, order: &[u32], parents: &[Option<u32>]) -> Result<Vec<bool>, Error> {
+    let json = &document.json;
+    let number = json.scene.map_or(0, |scene| scene.value());
+    if json.scenes.is_empty() && json.scene.is_none() {
+        return Ok(vec![true; parents.len()]);
+    }
+    let scene = document.element(&json.scenes, "scenes", number, "scene")?;
+    let mut visible = vec![false; parents.len()];
+    for (at, node) in scene.nodes.iter().enumerate() {
+        document.element(parents, "nodes", node.value(), format_args!("scenes[{number}].nodes[{at}]"))?;
+        visible[node.value()] = true;
+    }
+    for &node in order {
+        if let Some(parent) = parents[node as usize] {
+            visible[node as usize] |= visible[parent as usize];
+        }
+    }
+    Ok(visible)
+}

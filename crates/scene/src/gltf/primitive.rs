@@ -1,0 +1,252 @@
+//! One primitive of a mesh: its triangles and its vertices in the mesh's own space.
+
+use std::fmt::Display;
+
+use glam::{Vec2, Vec3, Vec4};
+use gltf::json::mesh::{self, Mode, Semantic};
+use gltf::json::validation::Checked;
+
+use super::accessor::Accessor;
+use super::document::Document;
+use super::morph::MorphTarget;
+use super::skin::Influences;
+use crate::Error;
+
+/// What a primitive's posed vertices are made from.
+#[derive(Debug, Default)]
+pub(super) struct Shape {
+    pub(super) positions: Vec<Vec3>,
+    /// Of unit length, or zero where the file's is unusable; empty, or one for each position.
+    pub(super) normals: Vec<Vec3>,
+    /// Unit tangents and the sign of the bitangent, or zero; empty, or one for each position.
+    pub(super) tangents: Vec<Vec4>,
+    /// Sets of four influences for each position; none where the primitive has no joints.
+    pub(super) influences: Vec<Vec<Influences>>,
+    /// The highest joint that any vertex follows.
+    pub(super) highest_joint: Option<u32>,
+    pub(super) morph_targets: Vec<MorphTarget>,
+}
+
+/// What stays the same whatever the pose.
+#[derive(Debug, Default)]
+pub(super) struct Surface {
+    /// Vertices of each triangle, all in range.
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) tex_coords: [Vec<Vec2>; 2],
+    pub(super) colors: Vec<Vec4>,
+    /// Place among the file's materials; `None` for glTF's default.
+    pub(super) material: Option<u32>,
+}
+
+/// A primitive, and what of it was left out or mended, in words.
+#[derive(Debug, Default)]
+pub(super) struct Primitive {
+    pub(super) shape: Shape,
+    pub(super) surface: Surface,
+    pub(super) warnings: Vec<String>,
+}
+
+impl Primitive {
+    /// Reads a primitive of triangles; `place` is its path in the JSON. It is empty where it has no positions.
+    ///
+    /// Vertices that no triangle uses are left out: some writers have many primitives share one large vertex buffer.
+    ///
+    /// # Errors
+    /// Where an attribute or an index is broken.
+    pub(super) fn read(document: &Document, json: &mesh::Primitive, place: &str) -> Result<Self, Error> {
+        let mut primitive = Self::default();
+        let attributes = Attributes { document, json, place };
+        let Some(positions) = attributes.accessor(Semantic::Positions)? else {
+            primitive.warnings.push(format!("{place} was left out, as it has no positions"));
+            return Ok(primitive);
+        };
+        let count = positions.count();
+        let (triangles, odd) = read_triangles(document, json, count, place)?;
+        if odd > 0 {
+            primitive.warnings.push(format!("{place}: {odd} vertices at the end make no whole triangle"));
+        }
+        let (triangles, kept) = without_unused_vertices(triangles, count);
+        let kept = kept.as_deref();
+        primitive.surface = Surface {
+            triangles,
+            tex_coords: [attributes.tex_coords(0, count, kept)?, attributes.tex_coords(1, count, kept)?],
+            colors: attributes.colors(count, kept)?,
+            material: json.material.map(|material| material.value() as u32),
+        };
+        if let Some(material) = json.material {
+            document.element(
+                &document.json.materials,
+                "materials",
+                material.value(),
+                format_args!("{place}.material"),
+            )?;
+        }
+        primitive.shape.positions = positions.floats(kept, Vec3::from_array)?;
+        let unusable = primitive.shape.positions.iter().filter(|position| !position.is_finite()).count();
+        if unusable > 0 {
+            primitive.warnings.push(format!("{place}: {unusable} vertices have a position that is not finite"));
+        }
+        attributes.read_shape(count, kept, &mut primitive)?;
+        Ok(primitive)
+    }
+}
+
+/// A primitive's attributes in the JSON.
+struct Attributes<'a> {
+    document: &'a Document,
+    json: &'a mesh::Primitive,
+    place: &'a str,
+}
+
+impl<'a> Attributes<'a> {
+    fn accessor(&self, semantic: Semantic) -> Result<Option<Accessor<'a>>, Error> {
+        let name = semantic.to_string();
+        let Some(&index) = self.json.attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
+        self.document.accessor(index, format_args!("{}.attributes.{name}", self.place)).map(Some)
+    }
+
+    /// An attribute that has `count` elements.
+    fn counted(&self, semantic: Semantic, count: usize) -> Result<Option<Accessor<'a>>, Error> {
+        let place = format!("{}.attributes.{}", self.place, semantic.to_string());
+        let accessor = self.accessor(semantic)?;
+        if let Some(accessor) = &accessor {
+            accessor.expect_count(count, place)?;
+        }
+        Ok(accessor)
+    }
+
+    fn tex_coords(&self, set: u32, count: usize, kept: Option<&[u32]>) -> Result<Vec<Vec2>, Error> {
+        match self.counted(Semantic::TexCoords(set), count)? {
+            Some(accessor) => accessor.floats(kept, Vec2::from_array),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    fn colors(&self, count: usize, kept: Option<&[u32]>) -> Result<Vec<Vec4>, Error> {
+        let Some(accessor) = self.counted(Semantic::Colors(0), count)? else { return Ok(Vec::new()) };
+        let colors = if accessor.components() == 3 {
+            accessor.fractions(kept, |color| Vec3::from_array(color).extend(1.0))?
+        } else {
+            accessor.fractions(kept, Vec4::from_array)?
+        };
+        // White is what a vertex without a colour has.
+        Ok(if colors.iter().all(|&color| color == Vec4::ONE) { Vec::new() } else { colors })
+    }
+
+    fn read_shape(&self, count: usize, kept: Option<&[u32]>, primitive: &mut Primitive) -> Result<(), Error> {
+        let shape = &mut primitive.shape;
+        if let Some(accessor) = self.counted(Semantic::Normals, count)? {
+            shape.normals = accessor.floats(kept, |normal| unit_or_zero(Vec3::from_array(normal)))?;
+            // The specification has tangents without normals ignored.
+            if let Some(accessor) = self.counted(Semantic::Tangents, count)? {
+                shape.tangents = accessor.floats(kept, |tangent| unit_tangent(Vec4::from_array(tangent)))?;
+            }
+        }
+        let vertices = shape.positions.len();
+        let mut set = 0;
+        while let Some(joints) = self.counted(Semantic::Joints(set), count)? {
+            let Some(weights) = self.counted(Semantic::Weights(set), count)? else {
+                let cause = format!("there is JOINTS_{set} but no WEIGHTS_{set}");
+                return Err(self.document.malformed(format_args!("{}.attributes", self.place), cause));
+            };
+            let joints = joints
+                .whole_numbers(kept, |joints: [u32; 4]| joints.map(|joint| u16::try_from(joint).unwrap_or(u16::MAX)))?;
+            let weights = weights.fractions(kept, |weights: [f32; 4]| weights)?;
+            let influences = joints.into_iter().zip(weights);
+            shape.influences.push(influences.map(|(joints, weights)| Influences { joints, weights }).collect());
+            set += 1;
+        }
+        let stray = Influences::normalize(&mut shape.influences, vertices);
+        if stray > 0 {
+            let place = self.place;
+            primitive.warnings.push(format!("{place}: {stray} vertices without usable weights follow joint 0"));
+        }
+        shape.highest_joint = Influences::highest_joint(&shape.influences);
+        for (number, target) in self.json.targets.iter().flatten().enumerate() {
+            let place = format!("{}.targets[{number}]", self.place);
+            shape.morph_targets.push(MorphTarget::read(self.document, target, count, kept, &place)?);
+        }
+        Ok(())
+    }
+}
+
+/// `vector` at unit length; zero where it has no direction.
+pub(super) fn unit_or_zero(vector: Vec3) -> Vec3 {
+    vector.normalize_or_zero()
+}
+
+fn unit_tangent(tangent: Vec4) -> Vec4 {
+    match tangent.truncate().try_normalize() {
+        Some(direction) => direction.extend(if tangent.w < 0.0 { -1.0 } else { 1.0 }),
+        None => Vec4::ZERO,
+    }
+}
+
+/// How many triangles a primitive of `elements` indices or vertices has; `None` for points and lines.
+pub(super) fn triangle_count(mode: Mode, elements: u64) -> Option<u64> {
+    match mode {
+        Mode::Triangles => Some(elements / 3),
+        Mode::TriangleStrip | Mode::TriangleFan => Some(elements.saturating_sub(2)),
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => None,
+    }
+}
+
+/// The triangles of a primitive with `vertices` vertices, and how many elements at the end make no whole triangle.
+fn read_triangles(
+    document: &Document,
+    json: &mesh::Primitive,
+    vertices: usize,
+    place: &str,
+) -> Result<(Vec<[u32; 3]>, usize), Error> {
+    let elements = match json.indices {
+        Some(indices) => {
+            let accessor = document.accessor(indices, format_args!("{place}.indices"))?;
+            let indices: Vec<u32> = accessor.whole_numbers(None, |[index]| index)?;
+            if let Some(at) = indices.iter().position(|&index| index as usize >= vertices) {
+                let cause = format!("element {at} is vertex {}, but there are {vertices} vertices", indices[at]);
+                return Err(document.malformed(format_args!("{place}.indices"), cause));
+            }
+            indices
+        }
+        None => (0..count_u32(document, vertices, place)?).collect(),
+    };
+    let strip = |(at, three): (usize, &[u32])| {
+        // Every second triangle of a strip turns the other way; the specification swaps its last two vertices.
+        if at % 2 == 0 { [three[0], three[1], three[2]] } else { [three[0], three[2], three[1]] }
+    };
+    Ok(match json.mode {
+        Checked::Valid(Mode::TriangleStrip) => (elements.windows(3).enumerate().map(strip).collect(), 0),
+        Checked::Valid(Mode::TriangleFan) => {
+            let Some((&center, rim)) = elements.split_first() else { return Ok((Vec::new(), 0)) };
+            (rim.windows(2).map(|two| [two[0], two[1], center]).collect(), 0)
+        }
+        _ => {
+            let (triangles, odd) = elements.as_chunks::<3>();
+            (triangles.to_vec(), odd.len())
+        }
+    })
+}
+
+fn count_u32(document: &Document, count: usize, place: impl Display) -> Result<u32, Error> {
+    u32::try_from(count).map_err(|_| document.malformed(place, format!("{count} vertices are too many")))
+}
+
+/// Renumbers the vertices so that only used ones remain, and says which ones these were, rising; `None` where all are.
+fn without_unused_vertices(mut triangles: Vec<[u32; 3]>, vertices: usize) -> (Vec<[u32; 3]>, Option<Vec<u32>>) {
+    let mut used = vec![false; vertices];
+    for &vertex in triangles.as_flattened() {
+        used[vertex as usize] = true;
+    }
+    if used.iter().all(|&used| used) {
+        return (triangles, None);
+    }
+    let kept: Vec<u32> = used.iter().enumerate().filter(|&(_, &used)| used).map(|(vertex, _)| vertex as u32).collect();
+    let mut new_from_old = vec![0; vertices];
+    for (new, &old) in kept.iter().enumerate() {
+        new_from_old[old as usize] = new as u32;
+    }
+    for vertex in triangles.as_flattened_mut() {
+        *vertex = new_from_old[*vertex as usize];
+    }
+    (triangles, Some(kept))
+}

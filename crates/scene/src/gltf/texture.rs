@@ -1,0 +1,115 @@
+//! The textures that materials use, each image decoded once for each way in which it is read.
+
+use std::collections::HashMap;
+
+use gltf::json::texture::{MagFilter, MinFilter, Sampler, WrappingMode};
+use gltf::json::validation::Checked;
+use rayon::prelude::*;
+
+use super::document::Document;
+use crate::{ColorSpace, Error, Filter, Texture, Wrap};
+
+/// An image, and how it is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Reading {
+    image: usize,
+    space: ColorSpace,
+    filter: Filter,
+    wrap: [Wrap; 2],
+}
+
+/// The textures that materials have asked for so far, not decoded yet.
+#[derive(Debug, Default)]
+pub(super) struct Textures {
+    readings: Vec<Reading>,
+    numbers: HashMap<Reading, u32>,
+}
+
+impl Textures {
+    /// The number of the file's texture `index` read in `space`; `None`, and a warning, where it has no usable image.
+    ///
+    /// # Errors
+    /// Where an index is out of range.
+    pub(super) fn number(
+        &mut self,
+        document: &Document,
+        index: usize,
+        space: ColorSpace,
+        place: &str,
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<u32>, Error> {
+        let json = document.element(&document.json.textures, "textures", index, format_args!("{place}.index"))?;
+        let own_place = format_args!("textures[{index}]");
+        let sampler = match json.sampler {
+            Some(sampler) => {
+                let place = format_args!("{own_place}.sampler");
+                document.element(&document.json.samplers, "samplers", sampler.value(), place)?
+            }
+            None => &Sampler::default(),
+        };
+        // The parsing library's sign for a texture whose image, if any, is in an extension.
+        const NO_SOURCE: usize = u32::MAX as usize;
+        let image = json.source.value();
+        if image == NO_SOURCE {
+            warnings.push(format!("{own_place} was left out, as its image is in a format that is not read"));
+            return Ok(None);
+        }
+        document.element(&document.json.images, "images", image, format_args!("{own_place}.source"))?;
+        let reading =
+            Reading { image, space, filter: filter(sampler), wrap: [wrap(sampler.wrap_s), wrap(sampler.wrap_t)] };
+        let number = *self.numbers.entry(reading).or_insert_with(|| {
+            self.readings.push(reading);
+            self.readings.len() as u32 - 1
+        });
+        Ok(Some(number))
+    }
+
+    /// Decodes the images, in parallel: a texture for each number, or why there is none.
+    pub(super) fn decode(self, document: &Document) -> Vec<Result<Texture, String>> {
+        self.readings.into_par_iter().map(|reading| decode(document, &reading)).collect()
+    }
+}
+
+fn decode(document: &Document, reading: &Reading) -> Result<Texture, String> {
+    // An image file longer than this holds no image that is small enough to be used.
+    const MAX_BYTES: u64 = 1 << 30;
+    let number = reading.image;
+    let json = &document.json.images[number];
+    let place = format!("images[{number}]");
+    let embedded = |uri: &str| uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"));
+    let name = match (&json.name, &json.uri) {
+        (Some(name), _) => name.clone(),
+        (None, Some(uri)) if !embedded(uri) => uri.clone(),
+        _ => place.clone(),
+    };
+    let fetched;
+    let bytes = match (json.buffer_view, &json.uri) {
+        (Some(view), _) => {
+            let view = document.view(view.value(), format_args!("{place}.bufferView"));
+            view.map_err(|error| error.to_string())?.0
+        }
+        (None, Some(uri)) => {
+            fetched = document.fetch(uri, MAX_BYTES).map_err(|cause| format!("{place}: {cause}"))?;
+            &fetched
+        }
+        (None, None) => return Err(format!("{place}: it has neither a bufferView nor a uri")),
+    };
+    Texture::decode(name, bytes, reading.space, reading.filter, reading.wrap)
+        .map_err(|cause| format!("{place}: {cause}"))
+}
+
+fn filter(sampler: &Sampler) -> Filter {
+    match (sampler.mag_filter, sampler.min_filter) {
+        (Some(Checked::Valid(MagFilter::Nearest)), _)
+        | (None, Some(Checked::Valid(MinFilter::Nearest | MinFilter::NearestMipmapNearest))) => Filter::Nearest,
+        _ => Filter::Linear,
+    }
+}
+
+fn wrap(mode: Checked<WrappingMode>) -> Wrap {
+    match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::ClampToEdge,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::MirroredRepeat,
+        Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
+    }
+}

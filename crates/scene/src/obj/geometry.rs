@@ -1,0 +1,309 @@
+use std::collections::HashMap;
+use std::num::NonZeroU32;
+use std::path::Path;
+
+use glam::{Vec2, Vec3};
+
+use crate::polygon::Fan;
+use crate::text::{Lines, number, quoted, words};
+use crate::{Error, text};
+
+/// What an OBJ file says about shapes, in the file's own indices.
+#[derive(Debug, Default)]
+pub(super) struct Geometry {
+    positions: Vec<Vec3>,
+    /// sRGB; as long as `positions` once any position has a colour, else empty.
+    colors: Vec<Vec3>,
+    tex_coords: Vec<Vec2>,
+    normals: Vec<Vec3>,
+    /// The different corners of the faces, in order of first use.
+    corners: Vec<Corner>,
+    /// The line on which each of `corners` was first used.
+    line_of_corner: Vec<usize>,
+    /// The first of `corners` at each position: nearly always the only one, so that most look-ups need no hash.
+    corner_at_position: Vec<Option<NonZeroU32>>,
+    /// All others.
+    further_corners: HashMap<Corner, u32>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) material_of_triangle: Vec<u32>,
+    /// The text after each `mtllib`.
+    pub(super) libraries: Vec<String>,
+    /// Names of the materials that triangles use, in order of first use; `None` before any `usemtl`.
+    pub(super) material_names: Vec<Option<String>>,
+    place_of_material: HashMap<Option<String>, u32>,
+    material: Option<String>,
+    /// The place of `material` in `material_names` once a triangle used it.
+    material_place: Option<u32>,
+    left_out: LeftOut,
+}
+
+/// One corner of a face: places in the file's lists, counted from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Corner {
+    position: NonZeroU32,
+    tex_coord: Option<NonZeroU32>,
+    normal: Option<NonZeroU32>,
+}
+
+/// What was understood but has no place in a frame, and what wasn't understood.
+#[derive(Debug, Default)]
+struct LeftOut {
+    lines_and_points: usize,
+    small_faces: usize,
+    statements: usize,
+    first_statement: Option<(usize, String)>,
+}
+
+/// The vertices of a frame; lists that nothing fills are empty.
+#[derive(Debug, Default)]
+pub(super) struct Vertices {
+    pub(super) positions: Vec<Vec3>,
+    pub(super) normals: Vec<Vec3>,
+    pub(super) tex_coords: Vec<Vec2>,
+    /// sRGB.
+    pub(super) colors: Vec<Vec3>,
+}
+
+impl Geometry {
+    /// Reads the text of an OBJ file.
+    ///
+    /// # Errors
+    /// Names the line that breaks the format.
+    pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
+        let mut geometry = Self::default();
+        let mut lines = Lines::new(bytes);
+        let mut joined = Vec::new();
+        while let Some((line_number, line)) = lines.next() {
+            let line = match line.strip_suffix(b"\\") {
+                None => line,
+                Some(start) => {
+                    join_continued(start, &mut lines, &mut joined);
+                    &joined
+                }
+            };
+            geometry
+                .statement(line, line_number)
+                .map_err(|cause| Error::malformed(path, format!("line {line_number}"), cause))?;
+        }
+        Ok(geometry)
+    }
+
+    fn statement(&mut self, line: &[u8], line_number: usize) -> Result<(), String> {
+        let (keyword, rest) = text::keyword(line);
+        match keyword {
+            b"v" => self.position(rest),
+            b"vt" => {
+                let ([u, v, _], _) = floats::<3>(rest, 1)?;
+                self.tex_coords.push(Vec2::new(u, 1.0 - v));
+                Ok(())
+            }
+            b"vn" => {
+                let (normal, _) = floats(rest, 3)?;
+                self.normals.push(Vec3::from_array(normal).normalize_or_zero());
+                Ok(())
+            }
+            b"f" | b"fo" => self.face(rest, line_number),
+            b"usemtl" => {
+                self.material = Some(String::from_utf8_lossy(rest).into_owned());
+                self.material_place = None;
+                Ok(())
+            }
+            b"mtllib" => {
+                self.libraries.push(String::from_utf8_lossy(rest).into_owned());
+                Ok(())
+            }
+            b"l" | b"p" => {
+                self.left_out.lines_and_points += 1;
+                Ok(())
+            }
+            // Names and hints that don't change what is seen.
+            b"" | b"o" | b"g" | b"s" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" => Ok(()),
+            comment if comment.starts_with(b"#") => Ok(()),
+            other => {
+                self.left_out.statements += 1;
+                self.left_out.first_statement.get_or_insert_with(|| (line_number, quoted(other)));
+                Ok(())
+            }
+        }
+    }
+
+    /// `x y z`, `x y z w` (a weight that polygons don't have) or `x y z r g b`.
+    fn position(&mut self, rest: &[u8]) -> Result<(), String> {
+        let ([x, y, z, r, g, b], count) = floats(rest, 3)?;
+        self.positions.push(Vec3::new(x, y, z));
+        if count == 6 {
+            self.colors.resize(self.positions.len() - 1, Vec3::ONE);
+            self.colors.push(Vec3::new(r, g, b));
+        } else if !self.colors.is_empty() {
+            self.colors.push(Vec3::ONE);
+        }
+        Ok(())
+    }
+
+    fn face(&mut self, rest: &[u8], line_number: usize) -> Result<(), String> {
+        let mut fan = Fan::default();
+        for word in before_comment(rest) {
+            let corner = self.corner(word)?;
+            let vertex = self.vertex(corner, line_number)?;
+            if let Some(triangle) = fan.corner(vertex) {
+                let material = self.used_material()?;
+                self.triangles.push(triangle);
+                self.material_of_triangle.push(material);
+            }
+        }
+        self.left_out.small_faces += usize::from(fan.is_empty());
+        Ok(())
+    }
+
+    /// Reads `v`, `v/t`, `v//n` or `v/t/n`.
+    fn corner(&self, word: &[u8]) -> Result<Corner, String> {
+        let mut parts = word.split(|&byte| byte == b'/');
+        let position = parts.next().unwrap_or_default();
+        let position = place(position, "vertex", self.positions.len())?;
+        let mut optional = |kind, count| match parts.next() {
+            None | Some(b"") => Ok(None),
+            Some(part) => place(part, kind, count).map(Some),
+        };
+        let tex_coord = optional("texture coordinate", self.tex_coords.len())?;
+        let normal = optional("normal", self.normals.len())?;
+        if parts.next().is_some() {
+            return Err(format!("{} has more than three indices", quoted(word)));
+        }
+        Ok(Corner { position, tex_coord, normal })
+    }
+
+    /// The place of `corner` in `corners`, where it is put if it isn't there yet.
+    fn vertex(&mut self, corner: Corner, line_number: usize) -> Result<u32, String> {
+        let next = u32::try_from(self.corners.len()).ok().filter(|&next| next < u32::MAX);
+        let next = next.ok_or("more different corners than a 32-bit index counts")?;
+        // Indices may point ahead in the file: only positions that are there already get a place in the list.
+        if self.corner_at_position.len() < self.positions.len() {
+            self.corner_at_position.resize(self.positions.len(), None);
+        }
+        match self.corner_at_position.get_mut(corner.position.get() as usize - 1) {
+            Some(Some(place)) if self.corners[place.get() as usize - 1] == corner => return Ok(place.get() - 1),
+            Some(none @ None) if !self.further_corners.contains_key(&corner) => *none = NonZeroU32::new(next + 1),
+            _ => {
+                let place = *self.further_corners.entry(corner).or_insert(next);
+                if place < next {
+                    return Ok(place);
+                }
+            }
+        }
+        self.corners.push(corner);
+        self.line_of_corner.push(line_number);
+        Ok(next)
+    }
+
+    fn used_material(&mut self) -> Result<u32, String> {
+        if let Some(place) = self.material_place {
+            return Ok(place);
+        }
+        let next = u32::try_from(self.material_names.len()).map_err(|_| "more materials than a 32-bit index counts")?;
+        let place = *self.place_of_material.entry(self.material.clone()).or_insert(next);
+        if place == next {
+            self.material_names.push(self.material.clone());
+        }
+        self.material_place = Some(place);
+        Ok(place)
+    }
+
+    /// The vertices that the triangles point to.
+    ///
+    /// # Errors
+    /// Names the first face with an index that is out of range.
+    pub(super) fn vertices(&self, path: &Path) -> Result<Vertices, Error> {
+        let positions = self.gather(path, "vertex", &self.positions, |corner| Some(corner.position), Vec3::ZERO)?;
+        let normals = self.gather(path, "normal", &self.normals, |corner| corner.normal, Vec3::ZERO)?;
+        let tex_coords =
+            self.gather(path, "texture coordinate", &self.tex_coords, |corner| corner.tex_coord, Vec2::ZERO)?;
+        let colors = match self.colors.len() {
+            0 => Vec::new(),
+            _ => self.gather(path, "vertex", &self.colors, |corner| Some(corner.position), Vec3::ONE)?,
+        };
+        Ok(Vertices { positions, normals, tex_coords, colors })
+    }
+
+    /// The value of each corner, `missing` where it has none; empty when none has one.
+    fn gather<T: Copy>(
+        &self,
+        path: &Path,
+        kind: &str,
+        values: &[T],
+        index: impl Fn(&Corner) -> Option<NonZeroU32>,
+        missing: T,
+    ) -> Result<Vec<T>, Error> {
+        if self.corners.iter().all(|corner| index(corner).is_none()) {
+            return Ok(Vec::new());
+        }
+        let value = |(corner, line): (&Corner, &usize)| match index(corner) {
+            None => Ok(missing),
+            Some(place) => values.get(place.get() as usize - 1).copied().ok_or_else(|| {
+                let cause = format!("{kind} {place} is not there: the file has {}", values.len());
+                Error::malformed(path, format!("line {line}"), cause)
+            }),
+        };
+        self.corners.iter().zip(&self.line_of_corner).map(value).collect()
+    }
+
+    /// What was left out, for a person.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let LeftOut { lines_and_points, small_faces, statements, first_statement } = &self.left_out;
+        let mut warnings = Vec::new();
+        if *lines_and_points > 0 {
+            warnings.push(format!("left out {lines_and_points} statements that draw lines or points"));
+        }
+        if *small_faces > 0 {
+            warnings.push(format!("left out {small_faces} faces with fewer than three corners"));
+        }
+        if let Some((line, name)) = first_statement {
+            warnings.push(format!("left out {statements} unknown statements, the first being {name} on line {line}"));
+        }
+        warnings
+    }
+}
+
+/// Puts a line that ends in a backslash, `start` without it, and those that continue it into `joined`.
+fn join_continued(start: &[u8], lines: &mut Lines<'_>, joined: &mut Vec<u8>) {
+    joined.clear();
+    joined.extend_from_slice(start);
+    for (_, line) in lines {
+        joined.push(b' ');
+        match line.strip_suffix(b"\\") {
+            Some(part) => joined.extend_from_slice(part),
+            None => {
+                joined.extend_from_slice(line);
+                return;
+            }
+        }
+    }
+}
+
+fn before_comment(rest: &[u8]) -> impl Iterator<Item = &[u8]> {
+    words(rest).take_while(|word| !word.starts_with(b"#"))
+}
+
+/// Up to `N` numbers, and how many there are; at least `required`, the rest being zero.
+fn floats<const N: usize>(rest: &[u8], required: usize) -> Result<([f32; N], usize), String> {
+    let mut values = [0.0; N];
+    let mut count = 0;
+    for (value, word) in values.iter_mut().zip(before_comment(rest)) {
+        *value = number(word)?;
+        count += 1;
+    }
+    if count < required { Err(format!("{count} numbers where {required} are needed")) } else { Ok((values, count)) }
+}
+
+/// The place, counted from 1, that an index means when the file's list has `count` items so far.
+fn place(word: &[u8], kind: &str, count: usize) -> Result<NonZeroU32, String> {
+    let index: i64 = number(word)?;
+    // Negative indices count back from the last item so far.
+    let place = if index < 0 { index.saturating_add_unsigned(count as u64 + 1) } else { index };
+    u32::try_from(place).ok().and_then(NonZeroU32::new).ok_or_else(|| {
+        if index == 0 {
+            format!("{kind} 0: indices count from 1")
+        } else {
+            format!("{kind} {index} is not there: the file has {count} so far")
+        }
+    })
+}

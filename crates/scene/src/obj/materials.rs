@@ -1,0 +1,186 @@
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use glam::{Affine2, Vec2, Vec3};
+
+use super::library::{self, Definition, Map};
+use super::textures::{Recipe, TextureLoader};
+use crate::{Alpha, Error, Material, Materials, TextureUse, Wrap};
+
+/// The materials called `names`, in that order, from `libraries` in `folder`, with their textures.
+///
+/// # Errors
+/// Where a library that is there can't be read or breaks its format.
+pub(super) fn load(
+    folder: &Path,
+    libraries: &[String],
+    names: &[Option<String>],
+    warnings: &mut Vec<String>,
+) -> Result<Materials, Error> {
+    let mut definitions = HashMap::new();
+    for path in library_paths(folder, libraries, warnings) {
+        let bytes = std::fs::read(&path).map_err(|source| Error::read(&path, source))?;
+        let texture_folder = path.parent().unwrap_or(folder).to_owned();
+        for definition in library::parse(&path, &bytes)? {
+            definitions.insert(definition.name.clone(), (definition, texture_folder.clone()));
+        }
+    }
+    let mut textures = TextureLoader::default();
+    let mut materials = Vec::with_capacity(names.len());
+    let mut undefined = Vec::new();
+    for name in names {
+        let defined = name.as_ref().and_then(|name| definitions.get(name));
+        let material = match (name, defined) {
+            (_, Some((definition, folder))) => material(definition, folder, &mut textures),
+            (Some(name), None) => {
+                undefined.push(name.as_str());
+                Material { name: name.clone(), double_sided: true, ..Material::default() }
+            }
+            (None, None) => Material { double_sided: true, ..Material::default() },
+        };
+        materials.push(material);
+    }
+    if let [first, ..] = undefined[..] {
+        let count = undefined.len();
+        warnings.push(format!("{count} materials are defined nowhere and shown white, the first being `{first}`"));
+    }
+    let (textures, texture_warnings) = textures.finish();
+    warnings.extend(texture_warnings);
+    Ok(Materials { materials, textures })
+}
+
+/// The libraries that are there. A statement names one file, with spaces or without, or several without.
+fn library_paths(folder: &Path, libraries: &[String], warnings: &mut Vec<String>) -> Vec<PathBuf> {
+    let mut paths = Vec::new();
+    for library in libraries {
+        if let Some(path) = find(folder, library) {
+            paths.push(path);
+            continue;
+        }
+        for word in library.split_ascii_whitespace() {
+            match find(folder, word) {
+                Some(path) => paths.push(path),
+                None => warnings.push(format!("the material library `{word}` is not there")),
+            }
+        }
+    }
+    paths
+}
+
+/// The file that `name` means in `folder`: its path, whatever system wrote it, else its last part.
+pub(super) fn find(folder: &Path, name: &str) -> Option<PathBuf> {
+    let name = name.replace('\\', "/");
+    let last = name.rsplit('/').next().filter(|last| !last.is_empty())?;
+    [folder.join(&name), folder.join(last)].into_iter().find(|path| path.is_file())
+}
+
+/// The metallic-roughness material that looks like `definition`.
+///
+/// `Pr` and `Pm` are taken as they are. Without `Pr`, a material with highlights (`Ks` above zero) gets the roughness
+/// whose GGX lobe is about as wide as the Blinn–Phong one: α = √(2 / (`Ns` + 2)), perceptual roughness = √α (Walter et
+/// al. 2007, Microfacet Models for Refraction, §5.2; Burley 2012, §5.4). `Ni` below 1 means nothing and is left out.
+fn material(definition: &Definition, folder: &Path, textures: &mut TextureLoader) -> Material {
+    let name = &definition.name;
+    textures.begin_material(name, folder);
+    for what in &definition.left_out {
+        textures.warnings.push(format!("material `{name}`: left out {what}"));
+    }
+    let mut material = Material { name: name.clone(), double_sided: true, ..Material::default() };
+    material.roughness = definition.roughness.unwrap_or_else(|| {
+        let shiny = definition.specular.is_some_and(|specular| specular.max_element() > 0.0);
+        definition.exponent.filter(|_| shiny).map_or(1.0, |exponent| (2.0 / (exponent + 2.0)).sqrt().sqrt())
+    });
+    material.metallic = definition.metallic.unwrap_or(0.0);
+    material.ior = definition.ior.filter(|&ior| ior >= 1.0).unwrap_or(material.ior);
+    let opacity = definition.opacity.unwrap_or(1.0);
+    material.base_color = definition.diffuse.unwrap_or(Vec3::ONE).extend(opacity);
+    paint(&mut material, definition, textures);
+    if opacity < 1.0 {
+        material.alpha = Alpha::Blend;
+    }
+    let (emissive, map) = (definition.emissive, &definition.emissive_map);
+    material.emissive_texture =
+        map.as_ref().and_then(|map| textures.get(map, |path| Recipe::Color { color: Some(path), opacity: None }));
+    material.emissive = match material.emissive_texture {
+        // Exporters write zeros, or nothing, where the texture says it all.
+        Some(_) => emissive.filter(|&emissive| emissive != Vec3::ZERO).unwrap_or(Vec3::ONE),
+        None => emissive.unwrap_or(Vec3::ZERO),
+    };
+    if let Some(map) = &definition.normal_map {
+        material.normal_texture = textures.get(map, Recipe::Quantity);
+        material.normal_scale = map.strength;
+    }
+    roughen(&mut material, definition, textures);
+    material
+}
+
+/// Sets the texture of colour and opacity.
+fn paint(material: &mut Material, definition: &Definition, textures: &mut TextureLoader) {
+    let color = definition.diffuse_map.as_ref().and_then(|map| textures.find(map));
+    let opacity = definition.opacity_map.as_ref().and_then(|map| textures.find(map));
+    if let (Some((color, _)), Some((opacity, _))) = (&color, &opacity)
+        && placed_differently(color, opacity)
+    {
+        textures.warn("`map_d` is placed as `map_Kd`, not by its own options");
+    }
+    let [color_path, opacity_path] = [&color, &opacity].map(|found| found.as_ref().map(|(_, path)| path.clone()));
+    let Some(map) = color.or(opacity).map(|(map, _)| map) else { return };
+    let masked = opacity_path.is_some();
+    let recipe = Recipe::Color { color: color_path.clone(), opacity: opacity_path };
+    material.base_color_texture = textures.make(map, recipe);
+    if masked && material.base_color_texture.is_some() {
+        material.alpha = Alpha::Mask { cutoff: 0.5 };
+    } else if masked && color_path.is_some() {
+        // One of the two can't be read: perhaps the colours can.
+        material.base_color_texture = textures.make(map, Recipe::Color { color: color_path, opacity: None });
+    }
+}
+
+/// Sets the texture of roughness and metalness. A factor of zero, which exporters write beside a texture, would hide it.
+fn roughen(material: &mut Material, definition: &Definition, textures: &mut TextureLoader) {
+    let roughness = definition.roughness_map.as_ref().and_then(|map| textures.find(map));
+    let metallic = definition.metallic_map.as_ref().and_then(|map| textures.find(map));
+    if let (Some((roughness, _)), Some((metallic, _))) = (&roughness, &metallic)
+        && placed_differently(roughness, metallic)
+    {
+        textures.warn("`map_Pm` is placed as `map_Pr`, not by its own options");
+    }
+    let Some(map) = roughness.as_ref().or(metallic.as_ref()).map(|(map, _)| *map) else { return };
+    let unless_zero = |factor: Option<f32>| factor.filter(|&factor| factor > 0.0).unwrap_or(1.0);
+    if roughness.is_some() {
+        material.roughness = unless_zero(definition.roughness);
+    }
+    if metallic.is_some() {
+        material.metallic = unless_zero(definition.metallic);
+    }
+    let recipe = Recipe::RoughnessMetallic {
+        roughness: roughness.map(|(_, path)| path),
+        metallic: metallic.map(|(_, path)| path),
+    };
+    material.metallic_roughness_texture = textures.make(map, recipe);
+}
+
+fn placed_differently(a: &Map, b: &Map) -> bool {
+    a.scale != b.scale || a.offset != b.offset || a.clamp != b.clamp
+}
+
+impl TextureLoader {
+    /// The texture that `recipe` makes of `map`'s file.
+    fn get(&mut self, map: &Map, recipe: impl FnOnce(PathBuf) -> Recipe) -> Option<TextureUse> {
+        let (_, path) = self.find(map)?;
+        self.make(map, recipe(path))
+    }
+
+    /// The texture of `recipe`, placed as `map` says.
+    fn make(&mut self, map: &Map, recipe: Recipe) -> Option<TextureUse> {
+        let wrap = if map.clamp { Wrap::ClampToEdge } else { Wrap::Repeat };
+        let texture = self.texture(recipe, wrap)?;
+        Some(TextureUse { image_from_mesh: image_from_mesh(map), ..TextureUse::new(texture) })
+    }
+}
+
+/// The options scale and move upright coordinates; a frame's are upside down: v' = 1 - v.
+fn image_from_mesh(map: &Map) -> Affine2 {
+    let offset = Vec2::new(map.offset.x, 1.0 - map.scale.y - map.offset.y);
+    Affine2::from_scale_angle_translation(map.scale, 0.0, offset)
+}

@@ -1,0 +1,166 @@
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use super::library::Map;
+use super::materials::find;
+use crate::{ColorSpace, Filter, Texture, Wrap};
+
+/// Makes the textures of a file's materials, each once, from images that may have to be put together.
+#[derive(Debug, Default)]
+pub(super) struct TextureLoader {
+    textures: Vec<Texture>,
+    made: HashMap<(Recipe, Wrap), Option<u32>>,
+    /// The material that asks, for warnings.
+    material: String,
+    /// Where its library is.
+    folder: PathBuf,
+    pub(super) warnings: Vec<String>,
+}
+
+/// How a texture is made of image files.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Recipe {
+    /// sRGB colours, white where there is no image, and opacity, 1 where there is none.
+    Color { color: Option<PathBuf>, opacity: Option<PathBuf> },
+    /// The image's numbers.
+    Quantity(PathBuf),
+    /// Roughness in green and metalness in blue, 1 where there is no image.
+    RoughnessMetallic { roughness: Option<PathBuf>, metallic: Option<PathBuf> },
+}
+
+#[derive(Debug)]
+struct Image {
+    size: [u32; 2],
+    texels: Vec<[u8; 4]>,
+}
+
+impl TextureLoader {
+    /// Says whose textures come next.
+    pub(super) fn begin_material(&mut self, name: &str, folder: &Path) {
+        name.clone_into(&mut self.material);
+        folder.clone_into(&mut self.folder);
+    }
+
+    pub(super) fn warn(&mut self, what: &str) {
+        self.warnings.push(format!("material `{}`: {what}", self.material));
+    }
+
+    /// The map and its file, or a warning where that isn't there.
+    pub(super) fn find<'a>(&mut self, map: &'a Map) -> Option<(&'a Map, PathBuf)> {
+        let path = find(&self.folder, &map.file);
+        if path.is_none() {
+            self.warn(&format!("the texture `{}` is not there", map.file));
+        }
+        path.map(|path| (map, path))
+    }
+
+    /// The place of the texture that `recipe` makes; `None`, with a warning, where an image can't be read.
+    pub(super) fn texture(&mut self, recipe: Recipe, wrap: Wrap) -> Option<u32> {
+        let key = (recipe, wrap);
+        if let Some(&made) = self.made.get(&key) {
+            return made;
+        }
+        let made = match Texture::from_recipe(&key.0, wrap) {
+            Ok(texture) => {
+                self.textures.push(texture);
+                // Never truncated: four billion textures don't fit in memory.
+                Some(self.textures.len() as u32 - 1)
+            }
+            Err(why) => {
+                self.warn(&why);
+                None
+            }
+        };
+        self.made.insert(key, made);
+        made
+    }
+
+    /// The textures made, and what was left out.
+    pub(super) fn finish(self) -> (Vec<Texture>, Vec<String>) {
+        (self.textures, self.warnings)
+    }
+}
+
+impl Texture {
+    fn from_recipe(recipe: &Recipe, wrap: Wrap) -> Result<Self, String> {
+        let (image, space, name) = match recipe {
+            Recipe::Color { color, opacity } => {
+                let color = color.as_deref().map(Image::read).transpose()?;
+                let opacity = opacity.as_deref().map(Image::read).transpose()?;
+                (colored(color, opacity), ColorSpace::Srgb, recipe.first_path())
+            }
+            Recipe::Quantity(path) => (Image::read(path)?, ColorSpace::Linear, recipe.first_path()),
+            Recipe::RoughnessMetallic { roughness, metallic } => {
+                let roughness = roughness.as_deref().map(Image::read).transpose()?;
+                let metallic = metallic.as_deref().map(Image::read).transpose()?;
+                (roughness_metallic(roughness, metallic), ColorSpace::Linear, recipe.first_path())
+            }
+        };
+        let name = name.map(|path| path.display().to_string()).unwrap_or_default();
+        Ok(Self::new(name, image.size, image.texels, space, Filter::Linear, [wrap, wrap]))
+    }
+}
+
+impl Recipe {
+    fn first_path(&self) -> Option<&Path> {
+        match self {
+            Self::Quantity(path) => Some(path),
+            Self::Color { color: first, opacity: second }
+            | Self::RoughnessMetallic { roughness: first, metallic: second } => first.as_deref().or(second.as_deref()),
+        }
+    }
+}
+
+/// Colours without the image's own opacity, which OBJ ignores unless `map_d` names it, and the opacity instead.
+fn colored(color: Option<Image>, opacity: Option<Image>) -> Image {
+    let color = color.map(|mut image| {
+        for texel in &mut image.texels {
+            texel[3] = u8::MAX;
+        }
+        image
+    });
+    let Some(opacity) = opacity else { return color.unwrap_or_else(Image::white) };
+    // An opacity map is an image with an alpha channel, or else a grey one.
+    let has_alpha = opacity.texels.iter().any(|texel| texel[3] < u8::MAX);
+    let opacity_of = |texel: [u8; 4]| if has_alpha { texel[3] } else { luminance(texel) };
+    combined(&color.unwrap_or_else(Image::white), &opacity, |[r, g, b, _], opacity| [r, g, b, opacity_of(opacity)])
+}
+
+fn roughness_metallic(roughness: Option<Image>, metallic: Option<Image>) -> Image {
+    let [roughness, metallic] = [roughness, metallic].map(|image| image.unwrap_or_else(Image::white));
+    combined(&roughness, &metallic, |roughness, metallic| [u8::MAX, luminance(roughness), luminance(metallic), u8::MAX])
+}
+
+/// An image as large as the larger of two, side by side, made of their texels.
+fn combined(a: &Image, b: &Image, mix: impl Fn([u8; 4], [u8; 4]) -> [u8; 4]) -> Image {
+    let size = [a.size[0].max(b.size[0]), a.size[1].max(b.size[1])];
+    let texels = (0..size[1])
+        .flat_map(|y| (0..size[0]).map(move |x| [x, y]))
+        .map(|at| mix(a.nearest(at, size), b.nearest(at, size)));
+    Image { size, texels: texels.collect() }
+}
+
+/// Rec. 709 luma in 8 bits; exact for greys.
+fn luminance([r, g, b, _]: [u8; 4]) -> u8 {
+    ((54 * u32::from(r) + 183 * u32::from(g) + 19 * u32::from(b)) / 256) as u8
+}
+
+impl Image {
+    fn read(path: &Path) -> Result<Self, String> {
+        let named = |why: String| format!("the texture {}: {why}", path.display());
+        let bytes = std::fs::read(path).map_err(|error| named(error.to_string()))?;
+        let (size, texels) = Texture::decode_texels(&bytes).map_err(named)?;
+        Ok(Self { size, texels })
+    }
+
+    fn white() -> Self {
+        Self { size: [1, 1], texels: vec![[u8::MAX; 4]] }
+    }
+
+    /// The texel under texel `at` of an image of `size` that covers the same square.
+    fn nearest(&self, at: [u32; 2], size: [u32; 2]) -> [u8; 4] {
+        // No side is above Texture::MAX_SIDE, so the products fit.
+        let [x, y] = [0, 1].map(|axis| at[axis] * self.size[axis] / size[axis]);
+        self.texels[y as usize * self.size[0] as usize + x as usize]
+    }
+}

@@ -1,0 +1,131 @@
+use super::body::Body;
+use super::header::{Element, Kind, Property, Scalar};
+use crate::polygon::Fan;
+
+/// The triangles of a file.
+#[derive(Debug, Default)]
+pub(super) struct Faces {
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// What an index has to be below.
+    vertex_count: u64,
+    small_faces: u64,
+    corner_tex_coords: bool,
+}
+
+/// What a list of vertices means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// The corners of one polygon.
+    Polygon,
+    /// Triangle strips, each ended by -1.
+    Strips,
+}
+
+impl Faces {
+    pub(super) fn new(vertex_count: u64) -> Self {
+        Self { vertex_count, ..Self::default() }
+    }
+
+    /// Reads all rows of an element whose list of vertices has this form.
+    ///
+    /// # Errors
+    /// Says in which row, and what is wrong there.
+    pub(super) fn read(&mut self, form: Form, element: &Element, body: &mut Body<'_>) -> Result<(), (u64, String)> {
+        let Some((list, count_type, index_type)) = index_list(&element.properties) else {
+            return Err((0, "no list `vertex_indices` or `vertex_index`".to_owned()));
+        };
+        self.corner_tex_coords |= element.properties.iter().any(|property| property.name == "texcoord");
+        if form == Form::Polygon {
+            self.reserve(element, body, index_type);
+        }
+        let mut read_row = |body: &mut Body<'_>| {
+            body.begin_row()?;
+            for (place, property) in element.properties.iter().enumerate() {
+                if place == list {
+                    match form {
+                        Form::Polygon => self.face(body, count_type, index_type)?,
+                        Form::Strips => self.strips(body, count_type, index_type)?,
+                    }
+                } else {
+                    body.skip(property.kind).map_err(|cause| format!("`{}`: {cause}", property.name))?;
+                }
+            }
+            Ok(())
+        };
+        (0..element.count).try_for_each(|row| read_row(body).map_err(|cause| (row, cause)))
+    }
+
+    fn face(&mut self, body: &mut Body<'_>, count_type: Scalar, index_type: Scalar) -> Result<(), String> {
+        let mut fan = Fan::default();
+        for _ in 0..body.list_length(count_type, index_type)? {
+            let vertex = index(body.value(index_type)?, self.vertex_count)?;
+            self.triangles.extend(fan.corner(vertex));
+        }
+        self.small_faces += u64::from(fan.is_empty());
+        Ok(())
+    }
+
+    /// Reads strips. Every second triangle of a strip runs the other way round; those that join the
+    /// parts of a strip by repeating a vertex are left out.
+    fn strips(&mut self, body: &mut Body<'_>, count_type: Scalar, index_type: Scalar) -> Result<(), String> {
+        let mut last: [Option<u32>; 2] = [None; 2];
+        let mut flipped = false;
+        for _ in 0..body.list_length(count_type, index_type)? {
+            let value = body.value(index_type)?;
+            if value == -1.0 {
+                (last, flipped) = ([None; 2], false);
+                continue;
+            }
+            let vertex = index(value, self.vertex_count)?;
+            if let [Some(a), Some(b)] = last {
+                if a != b && b != vertex && vertex != a {
+                    self.triangles.push(if flipped { [b, a, vertex] } else { [a, b, vertex] });
+                }
+                flipped = !flipped;
+            }
+            last = [last[1], Some(vertex)];
+        }
+        Ok(())
+    }
+
+    /// Makes room for one triangle a face, if the bytes that are left can hold so many.
+    fn reserve(&mut self, element: &Element, body: &Body<'_>, index_type: Scalar) {
+        let least_bytes = match body {
+            Body::Ascii { .. } => "3 0 1 2\n".len(),
+            Body::Binary { .. } => 1 + 3 * index_type.bytes(),
+        };
+        let most = body.bytes_left() / least_bytes;
+        self.triangles.reserve(usize::try_from(element.count).map_or(most, |count| count.min(most)));
+    }
+
+    /// What was left out, for a person.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if self.small_faces > 0 {
+            warnings.push(format!("left out {} faces with fewer than three corners", self.small_faces));
+        }
+        if self.corner_tex_coords {
+            warnings.push("left out texture coordinates that belong to corners of faces (`texcoord`)".to_owned());
+        }
+        warnings
+    }
+}
+
+/// The place of the list of vertices among the properties, and the types of its length and items.
+fn index_list(properties: &[Property]) -> Option<(usize, Scalar, Scalar)> {
+    properties.iter().enumerate().find_map(|(place, property)| match property.kind {
+        Kind::List { count, item } if matches!(property.name.as_str(), "vertex_indices" | "vertex_index") => {
+            Some((place, count, item))
+        }
+        _ => None,
+    })
+}
+
+fn index(value: f64, vertex_count: u64) -> Result<u32, String> {
+    let vertex = value as u32;
+    if f64::from(vertex) == value && u64::from(vertex) < vertex_count {
+        Ok(vertex)
+    } else {
+        Err(format!("vertex {value} is not there: the file has {vertex_count}"))
+    }
+}

@@ -1,0 +1,99 @@
+//! The Stanford polygon format, in text and in binary of either byte order.
+
+mod body;
+mod faces;
+mod header;
+mod vertices;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::{Error, Material, Materials, Mesh, still::Still};
+use body::Body;
+use faces::{Faces, Form};
+use header::{Element, Header};
+use vertices::Vertices;
+
+/// Reads a PLY file.
+///
+/// From `vertex`: `x y z`, `nx ny nz`, `s t` or `u v` or `texture_u texture_v` (turned upside down, as in OBJ), and
+/// `red green blue alpha`, taken as sRGB where they are whole numbers and as linear where they are not. From `face`:
+/// `vertex_indices` or `vertex_index`, polygons becoming fans; from `tristrips`: `vertex_indices`, -1 ending a strip.
+/// Everything else is read past.
+///
+/// # Errors
+/// Where the file can't be read or breaks its format.
+pub(crate) fn read(path: &Path) -> Result<Still, Error> {
+    let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+    let header = Header::parse(path, &bytes)?;
+    let mut body = Body::new(header.encoding, &bytes[header.bytes..]);
+    // Known before any vertex is read, because faces may come first; it is checked when they are read.
+    let vertex_count = header.elements.iter().find(|element| element.name == "vertex").map(|element| element.count);
+    let vertex_count = vertex_count.ok_or_else(|| Error::malformed(path, "header", "no element `vertex`"))?;
+    let mut vertices = None;
+    let mut faces = Faces::new(vertex_count);
+    for element in &header.elements {
+        check_count(path, element, &header, &body)?;
+        let at_row = |(row, cause): (u64, String)| Error::malformed(path, format!("{} {row}", element.name), cause);
+        match element.name.as_str() {
+            "vertex" if vertices.is_none() => {
+                let plan = vertices::plan(element).map_err(|cause| Error::malformed(path, "header", cause))?;
+                vertices = Some(Vertices::read(&plan, element, &mut body).map_err(at_row)?);
+            }
+            "face" => faces.read(Form::Polygon, element, &mut body).map_err(at_row)?,
+            "tristrips" => faces.read(Form::Strips, element, &mut body).map_err(at_row)?,
+            _ => skip(element, &mut body).map_err(at_row)?,
+        }
+    }
+    let vertices = vertices.unwrap_or_default();
+    let mut warnings = faces.warnings();
+    if !body.is_blank() {
+        warnings.push(format!("left out {} bytes after the last element", body.bytes_left()));
+    }
+    if faces.triangles.is_empty() {
+        warnings.push(format!("the file has no faces, only {} points", vertices.positions.len()));
+    }
+    let mesh = Mesh {
+        material_of_triangle: vec![0; faces.triangles.len()],
+        triangles: faces.triangles,
+        tex_coords: [vertices.tex_coords, Vec::new()],
+        colors: vertices.colors,
+    };
+    let material = Material { double_sided: true, ..Material::default() };
+    Ok(Still {
+        positions: vertices.positions,
+        normals: vertices.normals,
+        tangents: Vec::new(),
+        mesh: Arc::new(mesh),
+        materials: Arc::new(Materials { materials: vec![material], textures: Vec::new() }),
+        warnings,
+    })
+}
+
+/// Compares an element's count with the bytes that are really there.
+fn check_count(path: &Path, element: &Element, header: &Header, body: &Body<'_>) -> Result<(), Error> {
+    let claimed = u128::from(element.count) * element.least_bytes(header.encoding) as u128;
+    // The last line of a text may have no end.
+    let left = body.bytes_left() as u128 + 1;
+    if claimed > left {
+        let (name, count) = (&element.name, element.count);
+        let place = format!("byte {}", header.bytes);
+        let cause = format!("the header claims {count} of `{name}`, too many for the {} bytes left", body.bytes_left());
+        return Err(Error::malformed(path, place, cause));
+    }
+    Ok(())
+}
+
+/// Reads past all rows of an element; on an error, says in which.
+fn skip(element: &Element, body: &mut Body<'_>) -> Result<(), (u64, String)> {
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    for row in 0..element.count {
+        body.begin_row().map_err(|cause| (row, cause))?;
+        for property in &element.properties {
+            body.skip(property.kind).map_err(|cause| (row, format!("`{}`: {cause}", property.name)))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,102 @@
+//! Numbered files as an animation.
+
+mod names;
+mod search;
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::{Error, Frame, obj, scene::read_still, still::Still};
+
+/// Numbered files, one for each frame of an animation; each may have its own topology.
+///
+/// Frame k shows from k / fps to (k + 1) / fps. Files are read when their moment comes.
+#[derive(Debug)]
+pub(crate) struct Sequence {
+    /// In the order in which they show; never empty.
+    paths: Vec<PathBuf>,
+    fps: f64,
+    warnings: Vec<String>,
+    recent: Mutex<Recent>,
+}
+
+/// The files read last, so that posing a moment twice, or two neighbours in turn, reads nothing again.
+#[derive(Debug, Default)]
+struct Recent {
+    /// With their places in `paths`; the latest last.
+    stills: Vec<(usize, Arc<Still>)>,
+    materials: obj::SharedMaterials,
+}
+
+impl Recent {
+    const CAPACITY: usize = 2;
+}
+
+impl Sequence {
+    /// The sequence that `address` means: a pattern with `%04d` or `*`, or a folder; `None` for a plain file.
+    ///
+    /// In a pattern, only the file name may have wildcards, and what is not OBJ, PLY or STL doesn't match. In a
+    /// folder, the sequence is the largest set of files whose names differ in one number only.
+    ///
+    /// # Errors
+    /// Where `address` is a pattern or folder that has no such files, `fps` is no frequency or the first file can't be
+    /// read.
+    pub(crate) fn find(address: &Path, fps: f64) -> Result<Option<Self>, Error> {
+        let Some(found) = search::find(address)? else { return Ok(None) };
+        if !(fps.is_finite() && fps > 0.0) {
+            let cause = format!("{fps} files a second: give a number above 0");
+            return Err(Error::address(address.display().to_string(), cause));
+        }
+        let mut sequence =
+            Self { paths: found.paths, fps, warnings: found.warnings, recent: Mutex::new(Recent::default()) };
+        // What the first file lacks, the others usually lack too.
+        let first = sequence.still(0)?;
+        let name = sequence.paths[0].display().to_string();
+        sequence.warnings.extend(first.warnings.iter().map(|warning| format!("{name}: {warning}")));
+        Ok(Some(sequence))
+    }
+
+    /// Sets `frame` to the file of the moment `seconds`; before the first and after the last, to that one.
+    ///
+    /// # Errors
+    /// Where that file can't be read.
+    pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        self.still(self.place(seconds))?.pose(frame);
+        Ok(())
+    }
+
+    pub(crate) fn duration_seconds(&self) -> f64 {
+        self.paths.len() as f64 / self.fps
+    }
+
+    pub(crate) fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// The place of the file that shows at `seconds`.
+    fn place(&self, seconds: f64) -> usize {
+        /// How much of a frame early its file shows, so that k / fps is always frame k, however it was rounded.
+        const EARLY: f64 = 1e-6;
+        // The cast keeps numbers in range and makes NaN 0.
+        ((seconds * self.fps + EARLY).floor() as usize).min(self.paths.len() - 1)
+    }
+
+    fn still(&self, place: usize) -> Result<Arc<Still>, Error> {
+        // A panic elsewhere can't leave the list half written.
+        let mut recent = self.recent.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, still)) = recent.stills.iter().find(|(read, _)| *read == place) {
+            return Ok(Arc::clone(still));
+        }
+        let path = &self.paths[place];
+        let still = match search::Extension::of(path) {
+            Some(search::Extension::Obj) => obj::read_sharing(path, &mut recent.materials)?,
+            _ => read_still(path)?,
+        };
+        let still = Arc::new(still);
+        if recent.stills.len() == Recent::CAPACITY {
+            recent.stills.remove(0);
+        }
+        recent.stills.push((place, Arc::clone(&still)));
+        Ok(still)
+    }
+}

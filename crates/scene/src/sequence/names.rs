@@ -1,0 +1,186 @@
+use std::cmp::Ordering;
+
+/// A file-name pattern.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Pattern {
+    /// A number between two texts, as `printf` writes it: with zeros up to `width` digits.
+    Number { prefix: String, width: usize, suffix: String },
+    /// `*` for any characters and `?` for any one.
+    Wildcard(String),
+}
+
+impl Pattern {
+    /// The widest number that a pattern may ask for, in digits.
+    const MAX_WIDTH: usize = 20;
+
+    /// The pattern that `name` is; `None` for a plain name.
+    ///
+    /// # Errors
+    /// Says in words why the pattern has no meaning.
+    pub(super) fn parse(name: &str) -> Result<Option<Self>, String> {
+        let Some((before, after)) = name.split_once('%') else {
+            let is_wildcard = name.contains(['*', '?']);
+            return Ok(is_wildcard.then(|| Self::Wildcard(name.to_owned())));
+        };
+        let digits = after.len() - after.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        let (width, conversion) = after.split_at(digits);
+        let Some(suffix) = conversion.strip_prefix('d') else {
+            return Err("after `%`, write `d` or, for four digits with zeros, `04d`".to_owned());
+        };
+        if suffix.contains(['%', '*', '?']) || before.contains(['*', '?']) {
+            return Err("a pattern has one `%d`, or else `*` and `?`".to_owned());
+        }
+        let padded = width.is_empty() || width.starts_with('0');
+        let width = width.parse().unwrap_or(if width.is_empty() { 1 } else { usize::MAX });
+        if !padded || width > Self::MAX_WIDTH {
+            return Err(format!("`%` takes a width of up to {} digits, with a zero before it", Self::MAX_WIDTH));
+        }
+        Ok(Some(Self::Number { prefix: before.to_owned(), width, suffix: suffix.to_owned() }))
+    }
+
+    pub(super) fn matches(&self, name: &str) -> bool {
+        match self {
+            Self::Number { prefix, width, suffix } => {
+                let digits = name.strip_prefix(prefix.as_str()).and_then(|rest| rest.strip_suffix(suffix.as_str()));
+                digits.is_some_and(|digits| {
+                    let written = digits.parse().map(|number: u64| format!("{number:0width$}"));
+                    written.is_ok_and(|written| written == digits)
+                })
+            }
+            Self::Wildcard(pattern) => wildcard_matches(pattern, name),
+        }
+    }
+}
+
+/// Whether `name` is what `pattern` describes. Takes time in proportion to the product of their lengths at most.
+fn wildcard_matches(pattern: &str, name: &str) -> bool {
+    let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
+    let (mut at_pattern, mut at_name) = (0, 0);
+    // Where to go on when the rest doesn't match: the last `*`, taking one more character.
+    let mut retry: Option<(usize, usize)> = None;
+    while at_name < name.len() {
+        match pattern.get(at_pattern) {
+            Some('*') => {
+                retry = Some((at_pattern, at_name));
+                at_pattern += 1;
+            }
+            Some(&c) if c == '?' || c == name[at_name] => {
+                at_pattern += 1;
+                at_name += 1;
+            }
+            _ => {
+                let Some((star, taken)) = retry else { return false };
+                retry = Some((star, taken + 1));
+                at_pattern = star + 1;
+                at_name = taken + 1;
+            }
+        }
+    }
+    pattern[at_pattern..].iter().all(|&c| c == '*')
+}
+
+/// Each number in a name's stem, with what is before and after it.
+pub(super) fn numbers(name: &str) -> Vec<(&str, u64, &str)> {
+    let stem_end = name.rfind('.').unwrap_or(name.len());
+    let bytes = name.as_bytes();
+    let mut found = Vec::new();
+    let mut start = 0;
+    while start < stem_end {
+        let end = (start..stem_end).find(|&at| !bytes[at].is_ascii_digit()).unwrap_or(stem_end);
+        // A number too long to count with is a text.
+        if let Ok(number) = name[start..end].parse() {
+            found.push((&name[..start], number, &name[end..]));
+        }
+        start = (end..stem_end).find(|&at| bytes[at].is_ascii_digit()).unwrap_or(stem_end);
+    }
+    found
+}
+
+/// The order in which a person counts: numbers in names by value, whatever their zeros; texts by character.
+pub(super) fn natural_order(a: &str, b: &str) -> Ordering {
+    let (mut left, mut right) = (a, b);
+    loop {
+        let ((text_left, digits_left, rest_left), (text_right, digits_right, rest_right)) = (split(left), split(right));
+        let (value_left, value_right) = (digits_left.trim_start_matches('0'), digits_right.trim_start_matches('0'));
+        let order = (text_left.cmp(text_right))
+            .then_with(|| digits_left.is_empty().cmp(&digits_right.is_empty()).reverse())
+            .then_with(|| value_left.len().cmp(&value_right.len()))
+            .then_with(|| value_left.cmp(value_right));
+        if order != Ordering::Equal {
+            return order;
+        }
+        if rest_left.is_empty() && rest_right.is_empty() {
+            return a.cmp(b);
+        }
+        (left, right) = (rest_left, rest_right);
+    }
+}
+
+/// The text before the first digit, the digits, and the rest.
+fn split(name: &str) -> (&str, &str, &str) {
+    let start = name.find(|c: char| c.is_ascii_digit()).unwrap_or(name.len());
+    let (text, rest) = name.split_at(start);
+    let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+    (text, &rest[..end], &rest[end..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn matches(pattern: &str, name: &str) -> bool {
+        Pattern::parse(pattern).unwrap().unwrap().matches(name)
+    }
+
+    #[test]
+    fn a_number_pattern_matches_what_printf_writes() {
+        assert!(matches("a_%04d.ply", "a_0007.ply") && matches("a_%04d.ply", "a_12345.ply"));
+        assert!(!matches("a_%04d.ply", "a_007.ply") && !matches("a_%04d.ply", "a_00007.ply"));
+        assert!(matches("%d.obj", "0.obj") && matches("%d.obj", "42.obj"));
+        assert!(!matches("%d.obj", "042.obj") && !matches("%d.obj", ".obj") && !matches("%d.obj", "+4.obj"));
+        // Prefix and suffix may not share characters.
+        assert!(!matches("ab%dba", "aba"));
+    }
+
+    #[test]
+    fn wildcards_match_runs_and_single_characters() {
+        for (pattern, name, expected) in [
+            ("a*.ply", "a.ply", true),
+            ("a*.ply", "a_12.ply", true),
+            ("a*.ply", "b_12.ply", false),
+            ("a?.ply", "a1.ply", true),
+            ("a?.ply", "a12.ply", false),
+            ("*a*b*", "xxaxxbxx", true),
+            ("*a*b", "xxaxxbxx", false),
+            ("*", "", true),
+            ("é?", "éü", true),
+        ] {
+            assert_eq!(Pattern::Wildcard(pattern.to_owned()).matches(name), expected, "{pattern} {name}");
+        }
+        let stars = "*a".repeat(50);
+        assert!(!Pattern::Wildcard(format!("{stars}b")).matches(&"a".repeat(200)));
+    }
+
+    #[test]
+    fn patterns_without_meaning_say_why() {
+        for name in ["a%x.ply", "a%", "a%4d.ply", "a%0999999999999999999999d.ply", "a%d%d.ply", "*%d.ply", "%d?.ply"] {
+            assert!(Pattern::parse(name).is_err(), "{name}");
+        }
+        assert_eq!(Pattern::parse("plain.ply"), Ok(None));
+    }
+
+    #[test]
+    fn numbers_are_found_in_the_stem_only() {
+        let expected = [("a", 7, "_v2.mp3"), ("a07_v", 2, ".mp3")];
+        assert_eq!(numbers("a07_v2.mp3"), expected);
+        assert_eq!(numbers("12"), [("", 12, "")]);
+        assert!(numbers("99999999999999999999999.ply").is_empty());
+    }
+
+    #[test]
+    fn names_are_ordered_as_a_person_counts() {
+        let mut names = ["a10", "a9", "a", "b1", "a010", "a9b", "a99999999999999999999999", "é1"];
+        names.sort_by(|a, b| natural_order(a, b));
+        assert_eq!(names, ["a", "a9", "a9b", "a010", "a10", "a99999999999999999999999", "b1", "é1"]);
+    }
+}

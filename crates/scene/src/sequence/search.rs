@@ -1,0 +1,184 @@
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use super::names::{Pattern, natural_order, numbers};
+use crate::Error;
+
+/// The files of a sequence, in the order in which they show; at least one.
+#[derive(Debug)]
+pub(super) struct Found {
+    pub(super) paths: Vec<PathBuf>,
+    pub(super) warnings: Vec<String>,
+}
+
+/// What a file is, by the end of its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Extension {
+    Obj,
+    Ply,
+    Stl,
+    /// Opened alone, but not in a sequence.
+    Gltf,
+}
+
+impl Extension {
+    /// `None` for a file that is no scene.
+    pub(super) fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "obj" => Some(Self::Obj),
+            "ply" => Some(Self::Ply),
+            "stl" => Some(Self::Stl),
+            "gltf" | "glb" => Some(Self::Gltf),
+            _ => None,
+        }
+    }
+}
+
+const LOOKED_FOR: &str = "numbered .obj, .ply or .stl files, such as name_0001.ply";
+
+/// The files that `address` means; `None` for a plain file, there or not.
+///
+/// # Errors
+/// Where `address` is a pattern or a folder, but there is no sequence.
+pub(super) fn find(address: &Path) -> Result<Option<Found>, Error> {
+    let wrong = |cause: String| Error::address(address.display().to_string(), cause);
+    if address.is_file() {
+        return Ok(None);
+    }
+    if address.is_dir() {
+        let names = scene_names(address, |_| true)?;
+        let (names, mut warnings) = largest_family(names).map_err(wrong)?;
+        warnings.extend(gaps(&names));
+        return Ok(Some(found(address, names, warnings)));
+    }
+    let Some(name) = address.file_name().and_then(|name| name.to_str()) else { return Ok(None) };
+    let folder = address.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Some(pattern) = Pattern::parse(name).map_err(wrong)? else { return Ok(None) };
+    if !folder.is_dir() {
+        let cause = format!("there is no folder {} (wildcards may only be in the file's name)", folder.display());
+        return Err(wrong(cause));
+    }
+    let mut names = scene_names(folder, |name| pattern.matches(name))?;
+    if names.is_empty() {
+        return Err(wrong("matches no .obj, .ply or .stl file".to_owned()));
+    }
+    names.sort_by(|a, b| natural_order(a, b));
+    let warnings = gaps(&names);
+    Ok(Some(found(folder, names, warnings)))
+}
+
+fn found(folder: &Path, names: Vec<String>, warnings: Vec<String>) -> Found {
+    Found { paths: names.into_iter().map(|name| folder.join(name)).collect(), warnings }
+}
+
+/// The names of the files in `folder` that are readable scenes and that `wanted` accepts.
+///
+/// # Errors
+/// Where the folder can't be listed, or all such files are glTF.
+fn scene_names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<String>, Error> {
+    let read = |source| Error::read(folder, source);
+    let mut names = Vec::new();
+    let mut gltf = None;
+    for entry in std::fs::read_dir(folder).map_err(read)? {
+        let path = entry.map_err(read)?.path();
+        let Some(name) = path.file_name().and_then(|name| name.to_str()).filter(|name| wanted(name)) else { continue };
+        match Extension::of(&path) {
+            Some(Extension::Gltf) => gltf = Some(path),
+            Some(_) if path.is_file() => names.push(name.to_owned()),
+            _ => {}
+        }
+    }
+    match gltf {
+        Some(path) if names.is_empty() => {
+            Err(Error::unsupported(&path, "glTF in a sequence of files", "open the file alone, or use OBJ, PLY or STL"))
+        }
+        _ => Ok(names),
+    }
+}
+
+/// The largest set of names that differ in one number only, in the number's order, and what was left out.
+///
+/// # Errors
+/// Says what was looked for where no name has a number.
+fn largest_family(mut names: Vec<String>) -> Result<(Vec<String>, Vec<String>), String> {
+    names.sort_by(|a, b| natural_order(a, b));
+    let mut families: HashMap<(&str, &str), Vec<usize>> = HashMap::new();
+    for (place, name) in names.iter().enumerate() {
+        for (prefix, _, suffix) in numbers(name) {
+            families.entry((prefix, suffix)).or_default().push(place);
+        }
+    }
+    // Of families as large, the one whose first file comes first, and of those through one file, the one that counts
+    // by its last number: the answer depends on nothing but the names.
+    let largest = families
+        .into_iter()
+        .max_by(|((prefix_a, _), a), ((prefix_b, _), b)| {
+            a.len().cmp(&b.len()).then_with(|| b[0].cmp(&a[0])).then_with(|| prefix_a.len().cmp(&prefix_b.len()))
+        })
+        .map(|(_, places)| places);
+    let Some(places) = largest else {
+        return Err(match names.first() {
+            None => format!("the folder has no file that can be shown; looked for {LOOKED_FOR}"),
+            Some(name) => {
+                format!("no file of the folder has a number; looked for {LOOKED_FOR} (to see one file, open `{name}`)")
+            }
+        });
+    };
+    let left_out = names.len() - places.len();
+    let mut warnings = Vec::new();
+    if left_out > 0 {
+        let example = (0..names.len())
+            .find(|place| places.binary_search(place).is_err())
+            .map_or("", |place| names[place].as_str());
+        let first = &names[places[0]];
+        warnings.push(format!("left out {left_out} files that don't belong to {first}, for instance {example}"));
+    }
+    let mut family: Vec<String> = places.into_iter().map(|place| names[place].clone()).collect();
+    family.sort_by(|a, b| natural_order(a, b));
+    Ok((family, warnings))
+}
+
+/// What is wrong with the numbers of `names`, which are in natural order.
+fn gaps(names: &[String]) -> Vec<String> {
+    if names.len() < 2 {
+        return Vec::new();
+    }
+    let Some(sequence) = counted(names) else {
+        return vec!["the files differ in more than one number: they show in the order of their names".to_owned()];
+    };
+    let mut missing = 0_u64;
+    let mut first_missing = None;
+    let mut repeated = None;
+    for pair in sequence.windows(2) {
+        match pair[1].saturating_sub(pair[0]) {
+            0 => repeated = repeated.or(Some(pair[0])),
+            1 => {}
+            step => {
+                missing = missing.saturating_add(step - 1);
+                first_missing = first_missing.or(Some(pair[0] + 1));
+            }
+        }
+    }
+    let mut warnings = Vec::new();
+    if let Some(first) = first_missing {
+        warnings.push(format!(
+            "{missing} numbers have no file, the first being {first}: the files around them follow each other"
+        ));
+    }
+    if let Some(number) = repeated {
+        warnings.push(format!("the number {number} has more than one file: each is a frame"));
+    }
+    warnings
+}
+
+/// The numbers by which `names` count; `None` if they don't differ in one number only.
+fn counted(names: &[String]) -> Option<Vec<u64>> {
+    let first = names.first()?;
+    numbers(first).into_iter().rev().find_map(|(prefix, _, suffix)| {
+        let number = |name: &String| {
+            let own = numbers(name).into_iter().find(|(own, _, rest)| *own == prefix && *rest == suffix);
+            own.map(|(_, number, _)| number)
+        };
+        names.iter().map(number).collect()
+    })
+}

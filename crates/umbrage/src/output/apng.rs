@@ -1,0 +1,120 @@
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::partial_file::PartialFile;
+use super::{BitDepth, Error, FrameRate, png};
+use crate::Image;
+
+/// Writes an animated PNG that repeats forever.
+pub(crate) struct ApngWriter {
+    // Dropped before `partial`, since it holds the file open.
+    encoder: ::png::Writer<BufWriter<Arc<File>>>,
+    partial: PartialFile,
+    depth: BitDepth,
+}
+
+impl ApngWriter {
+    /// Starts an animation of exactly `frames` frames (at least one), each `size` pixels wide and high.
+    pub(crate) fn create(
+        path: &Path,
+        size: [u32; 2],
+        frames: u32,
+        rate: FrameRate,
+        depth: BitDepth,
+    ) -> Result<Self, Error> {
+        let partial = PartialFile::create(path)?;
+        let [delay_numerator, delay_denominator] = delay(rate);
+        let mut encoder = png::encoder(BufWriter::new(partial.file()), size, depth);
+        // A file that promises more frames than it holds is an error rather than a file.
+        encoder.validate_sequence(true);
+        let encoder = encoder
+            .set_animated(frames, 0)
+            .and_then(|()| encoder.set_frame_delay(delay_numerator, delay_denominator))
+            .and_then(|()| encoder.write_header())
+            .map_err(|error| png::failure(path, error))?;
+        Ok(Self { encoder, partial, depth })
+    }
+
+    pub(crate) fn write(&mut self, image: &Image) -> Result<(), Error> {
+        let written = self.encoder.write_image_data(&png::rows(image, self.depth));
+        written.map_err(|error| png::failure(self.partial.path(), error))
+    }
+
+    pub(crate) fn finish(self) -> Result<(), Error> {
+        let Self { encoder, partial, .. } = self;
+        encoder.finish().map_err(|error| png::failure(partial.path(), error))?;
+        partial.keep()
+    }
+}
+
+/// How long a frame is shown: a fraction of a second, exact where both of its parts fit into 16 bits.
+fn delay(rate: FrameRate) -> [u16; 2] {
+    match (u16::try_from(rate.denominator()), u16::try_from(rate.numerator())) {
+        (Ok(numerator), Ok(denominator)) => [numerator, denominator],
+        _ => {
+            // The larger part gets all the precision there is.
+            let (numerator, denominator) = (f64::from(rate.denominator()), f64::from(rate.numerator()));
+            let scale = f64::from(u16::MAX) / numerator.max(denominator);
+            [(numerator * scale).round() as u16, (denominator * scale).round() as u16]
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn picture(shade: u16) -> Image {
+        Image { width: 3, height: 2, pixels: (0..6).map(|place| [shade, place * 10_000, 65_535 - shade]).collect() }
+    }
+
+    #[test]
+    fn frames_come_back_exactly() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.apng");
+        let rate = FrameRate::new(30_000, 1001).unwrap();
+        let mut writer = ApngWriter::create(&path, [3, 2], 3, rate, BitDepth::Sixteen).unwrap();
+        let pictures = [picture(0), picture(300), picture(65_535)];
+        for picture in &pictures {
+            writer.write(picture).unwrap();
+        }
+        writer.finish().unwrap();
+
+        let mut reader = ::png::Decoder::new(std::io::BufReader::new(File::open(&path).unwrap())).read_info().unwrap();
+        let control = reader.info().animation_control.unwrap();
+        assert_eq!((control.num_frames, control.num_plays), (3, 0));
+        for picture in &pictures {
+            let mut rows = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut rows).unwrap();
+            assert_eq!(rows, png::rows(picture, BitDepth::Sixteen));
+            let control = reader.info().frame_control.unwrap();
+            assert_eq!((control.delay_num, control.delay_den), (1001, 30_000));
+        }
+    }
+
+    #[test]
+    fn an_unfinished_or_short_animation_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.apng");
+        let started = || {
+            let mut writer = ApngWriter::create(&path, [3, 2], 2, FrameRate::default(), BitDepth::Eight).unwrap();
+            writer.write(&picture(9)).unwrap();
+            writer
+        };
+        drop(started());
+        assert!(started().finish().is_err());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn odd_rates_keep_their_ratio() {
+        let rate = FrameRate::new(9_999_999, 100_000).unwrap();
+        let [numerator, denominator] = delay(rate);
+        let error = f64::from(numerator) / f64::from(denominator) / rate.seconds(1) - 1.0;
+        assert!(error.abs() < 1e-3, "{numerator}/{denominator}");
+    }
+}

@@ -1,0 +1,124 @@
+use std::io;
+use std::path::Path;
+
+use ::exr::prelude::{
+    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec,
+    WritableImage, f16,
+};
+use glam::{Vec3, Vec4};
+
+use super::Error;
+use super::partial_file::PartialFile;
+use crate::Film;
+
+/// How an EXR file holds colours; depths and normals are always 32 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FloatDepth {
+    /// 16 bits: eleven of precision, up to 65,504; what is above is held as that.
+    #[default]
+    Half,
+    /// 32 bits.
+    Full,
+}
+
+/// Writes a film as one layer: `R`, `G`, `B`, `A` (linear radiance and coverage), `depth.Z`, `normal.X`, `normal.Y`,
+/// `normal.Z` and `id` (unsigned integers).
+pub(crate) fn write(film: &Film, path: &Path, depth: FloatDepth) -> Result<(), Error> {
+    let partial = PartialFile::create(path)?;
+    let size = (film.width as usize, film.height as usize);
+    // ZIP over 16 rows: lossless, and every reader knows it.
+    let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::SMALL_LOSSLESS };
+    let layer = Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(channels(film, depth)));
+    let written = Image::from_layer(layer).write().to_buffered(partial.file());
+    written.map_err(|error| match error {
+        ::exr::error::Error::Io(source) => Error::write(path, source),
+        other => Error::write(path, io::Error::other(other)),
+    })?;
+    partial.keep()
+}
+
+fn channels(film: &Film, depth: FloatDepth) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
+    let color = |axis: fn(&Vec4) -> f32| match depth {
+        FloatDepth::Half => FlatSamples::F16(film.color.iter().map(|color| nearest_half(axis(color))).collect()),
+        FloatDepth::Full => FlatSamples::F32(film.color.iter().map(axis).collect()),
+    };
+    let normal = |axis: fn(&Vec3) -> f32| FlatSamples::F32(film.normal.iter().map(axis).collect());
+    [
+        ("R", color(|color| color.x)),
+        ("G", color(|color| color.y)),
+        ("B", color(|color| color.z)),
+        ("A", color(|color| color.w)),
+        ("depth.Z", FlatSamples::F32(film.depth.clone())),
+        ("normal.X", normal(|normal| normal.x)),
+        ("normal.Y", normal(|normal| normal.y)),
+        ("normal.Z", normal(|normal| normal.z)),
+        ("id", FlatSamples::U32(film.triangle.clone())),
+    ]
+    .into_iter()
+    .map(|(name, samples)| AnyChannel::new(name, samples))
+    .collect()
+}
+
+/// The nearest half-precision value; the largest finite one for what is above it.
+fn nearest_half(value: f32) -> f16 {
+    f16::from_f32(if value.is_finite() { value.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()) } else { value })
+}
+
+#[cfg(test)]
+mod tests {
+    use ::exr::prelude::read_all_flat_layers_from_file;
+
+    use super::*;
+
+    fn film() -> Film {
+        let places = 0..5 * 3_u16;
+        Film {
+            width: 5,
+            height: 3,
+            color: places.clone().map(|place| Vec4::new(f32::from(place) * 0.37, 1e-3, 1e6, 0.5)).collect(),
+            depth: places.clone().map(|place| 1.0 / f32::from(place)).collect(),
+            normal: places.clone().map(|place| Vec3::new(0.1, f32::from(place), -0.3)).collect(),
+            triangle: places.map(|place| if place == 3 { Film::NO_TRIANGLE } else { 1 << place }).collect(),
+        }
+    }
+
+    fn read(depth: FloatDepth) -> impl Fn(&str) -> FlatSamples {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        write(&film(), &path, depth).unwrap();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        let image = read_all_flat_layers_from_file(&path).unwrap();
+        let layer = image.layer_data.into_iter().next().unwrap();
+        assert_eq!((layer.size.0, layer.size.1), (5, 3));
+        move |name| {
+            let channel = layer.channel_data.list.iter().find(|channel| channel.name.to_string() == name);
+            channel.unwrap_or_else(|| panic!("no channel {name}")).sample_data.clone()
+        }
+    }
+
+    #[test]
+    fn full_floats_come_back_exactly() {
+        let channel = read(FloatDepth::Full);
+        let film = film();
+        assert_eq!(channel("R"), FlatSamples::F32(film.color.iter().map(|color| color.x).collect()));
+        assert_eq!(channel("G"), FlatSamples::F32(vec![1e-3; 15]));
+        assert_eq!(channel("B"), FlatSamples::F32(vec![1e6; 15]));
+        assert_eq!(channel("A"), FlatSamples::F32(vec![0.5; 15]));
+        assert_eq!(channel("depth.Z"), FlatSamples::F32(film.depth));
+        assert_eq!(channel("normal.X"), FlatSamples::F32(vec![0.1; 15]));
+        assert_eq!(channel("normal.Z"), FlatSamples::F32(vec![-0.3; 15]));
+        assert_eq!(channel("normal.Y"), FlatSamples::F32(film.normal.iter().map(|normal| normal.y).collect()));
+        assert_eq!(channel("id"), FlatSamples::U32(film.triangle));
+    }
+
+    #[test]
+    fn halves_are_nearest_and_finite() {
+        let channel = read(FloatDepth::Half);
+        let FlatSamples::F16(red) = channel("R") else { panic!("R is not half") };
+        for (half, color) in red.iter().zip(film().color) {
+            assert!((half.to_f32() - color.x).abs() <= color.x / 2048.0);
+        }
+        assert_eq!(channel("B"), FlatSamples::F16(vec![f16::MAX; 15]));
+        assert_eq!(channel("id"), FlatSamples::U32(film().triangle));
+    }
+}

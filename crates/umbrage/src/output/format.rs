@@ -1,0 +1,84 @@
+use std::path::Path;
+
+/// A file format for pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Portable Network Graphics, 8 or 16 bits a channel; one file for each frame.
+    Png,
+    /// OpenEXR: linear radiance, depth, normals and triangle ids; one file for each frame.
+    Exr,
+    /// An animation of at most 256 colours a frame.
+    Gif,
+    /// An animated PNG.
+    Apng,
+    /// YUV4MPEG2, uncompressed video that encoders read.
+    Y4m,
+}
+
+impl Format {
+    /// Every format.
+    pub const ALL: [Self; 5] = [Self::Png, Self::Exr, Self::Gif, Self::Apng, Self::Y4m];
+
+    /// The format's name, which is its files' extension too.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Exr => "exr",
+            Self::Gif => "gif",
+            Self::Apng => "apng",
+            Self::Y4m => "y4m",
+        }
+    }
+
+    /// The format that a path's extension means, in upper or lower case.
+    #[must_use]
+    pub fn of_path(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?;
+        Self::ALL.into_iter().find(|format| format.name().eq_ignore_ascii_case(extension))
+    }
+
+    /// Whether one file holds all frames.
+    #[must_use]
+    pub fn is_animation(self) -> bool {
+        matches!(self, Self::Gif | Self::Apng | Self::Y4m)
+    }
+}
+
+/// Bits for each channel of a PNG.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BitDepth {
+    /// 256 levels.
+    #[default]
+    Eight,
+    /// 65,536 levels.
+    Sixteen,
+}
+
+/// The nearest of 256 levels.
+pub(crate) fn eight_bits(level: u16) -> u8 {
+    ((u32::from(level) * 255 + 32_767) / 65_535) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extensions_name_formats_in_either_case() {
+        assert_eq!(Format::of_path(Path::new("a/b.PNG")), Some(Format::Png));
+        assert_eq!(Format::of_path(Path::new("b.y4m")), Some(Format::Y4m));
+        assert_eq!(Format::of_path(Path::new("png")), None);
+        assert_eq!(Format::of_path(Path::new("b.jpeg")), None);
+    }
+
+    #[test]
+    fn eight_bits_round_to_the_nearest_level() {
+        for level in 0..=255_u8 {
+            let center = u16::from(level) * 257;
+            assert_eq!(eight_bits(center), level);
+            assert_eq!(eight_bits(center.saturating_sub(128)), level);
+            assert_eq!(eight_bits(center.saturating_add(128)), level);
+        }
+    }
+}

@@ -1,0 +1,80 @@
+use std::path::{Path, PathBuf};
+
+use super::Error;
+
+/// A path whose file name has a place for a frame's number: `out_%04d.png`, `%d.exr`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NumberedPath {
+    folder: PathBuf,
+    before: String,
+    digits: usize,
+    after: String,
+}
+
+impl NumberedPath {
+    /// The pattern in `path`'s file name; `None` where it has no `%d` or `%0Nd`.
+    ///
+    /// # Errors
+    /// Where there are several places for a number, or one is wider than nine digits.
+    pub fn parse(path: &Path) -> Result<Option<Self>, Error> {
+        let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return Ok(None) };
+        let mut found: Option<Self> = None;
+        let mut rest = name;
+        let mut consumed = 0;
+        while let Some(percent) = rest.find('%') {
+            let behind = &rest[percent + 1..];
+            let width = behind.bytes().take_while(u8::is_ascii_digit).count();
+            if behind[width..].starts_with('d') {
+                let digits = &behind[..width];
+                // `%4d` would pad with blanks, which nobody wants in a file's name.
+                if !(digits.is_empty() || digits.len() == 2 && digits.starts_with('0') && digits != "00") {
+                    return Err(Error::unsuitable(path, "a frame's number is written %d or %01d to %09d"));
+                }
+                if found.is_some() {
+                    return Err(Error::unsuitable(path, "a file name has a place for only one number"));
+                }
+                let after = behind[width + 1..].to_owned();
+                found = Some(Self {
+                    folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+                    before: name[..consumed + percent].to_owned(),
+                    digits: digits.parse().unwrap_or(1),
+                    after,
+                });
+            }
+            consumed += percent + 1;
+            rest = behind;
+        }
+        Ok(found)
+    }
+
+    /// The path of frame `number`.
+    #[must_use]
+    pub fn path(&self, number: u32) -> PathBuf {
+        self.folder.join(format!("{}{number:0digits$}{}", self.before, self.after, digits = self.digits))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_number_files() {
+        let path = |pattern: &str, number| NumberedPath::parse(Path::new(pattern)).unwrap().unwrap().path(number);
+        assert_eq!(path("a/out_%04d.png", 7), Path::new("a/out_0007.png"));
+        assert_eq!(path("out_%04d.png", 123_456), Path::new("out_123456.png"));
+        assert_eq!(path("%d.exr", 12), Path::new("12.exr"));
+        assert_eq!(path("100%_%02d.png", 3), Path::new("100%_03.png"));
+        assert_eq!(path("a%04d/b%02d.png", 3), Path::new("a%04d/b03.png"));
+    }
+
+    #[test]
+    fn other_names_are_plain_or_wrong() {
+        for plain in ["out.png", "50%.png", "%x.png", "%04d/out.png", "", ".."] {
+            assert_eq!(NumberedPath::parse(Path::new(plain)).unwrap(), None, "{plain}");
+        }
+        for wrong in ["%d_%d.png", "%099d.png", "%4d.png", "%00d.png"] {
+            assert!(NumberedPath::parse(Path::new(wrong)).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,230 @@
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use super::apng::ApngWriter;
+use super::gif::GifWriter;
+use super::y4m::Y4mWriter;
+use super::{BitDepth, Chroma, Error, FloatDepth, Format, FrameRate, NumberedPath, exr, png};
+use crate::{Film, Settings};
+
+/// Where pictures go.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// A file, or a numbered file for each frame, see [`NumberedPath`].
+    Path(PathBuf),
+    /// Standard output, for [`Format::Y4m`].
+    Stdout,
+}
+
+/// How pictures are written.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Frames a second of animations and video.
+    pub rate: FrameRate,
+    /// Bits for each channel of a PNG or APNG.
+    pub bit_depth: BitDepth,
+    /// Colours of an EXR.
+    pub float_depth: FloatDepth,
+    /// Colours of raw video.
+    pub chroma: Chroma,
+}
+
+/// Writes the frames of one render, in order. Nothing counts before [`Writer::finish`], except for the finished files
+/// of numbered frames.
+pub struct Writer {
+    kind: Kind,
+}
+
+enum Kind {
+    Stills(Stills),
+    Gif(Box<GifWriter>),
+    Apng(Box<ApngWriter>),
+    Y4m(Y4mWriter),
+}
+
+impl Writer {
+    /// Gets ready to write `frames`, each as large as `settings` say.
+    ///
+    /// # Errors
+    /// Where the target can't be created, or doesn't suit the format or the number of frames.
+    pub fn create(
+        target: &Target,
+        format: Format,
+        frames: &Range<u32>,
+        settings: &Settings,
+        options: &Options,
+    ) -> Result<Self, Error> {
+        let size = [settings.width, settings.height];
+        let path = match target {
+            Target::Path(path) => path,
+            Target::Stdout if format == Format::Y4m => {
+                return Ok(Self { kind: Kind::Y4m(Y4mWriter::create(None, size, options.rate, options.chroma)?) });
+            }
+            Target::Stdout => return Err(Error::unsuitable(Path::new("-"), "only y4m goes to standard output")),
+        };
+        if frames.is_empty() || settings.width == 0 || settings.height == 0 {
+            return Err(Error::unsuitable(path, "there is nothing to write: no frame, or frames without pixels"));
+        }
+        let kind = match format {
+            Format::Png | Format::Exr => Kind::Stills(Stills::new(path, format, frames, *options)?),
+            Format::Gif => Kind::Gif(Box::new(GifWriter::create(path, size, options.rate)?)),
+            Format::Apng => {
+                let count = frames.end - frames.start;
+                Kind::Apng(Box::new(ApngWriter::create(path, size, count, options.rate, options.bit_depth)?))
+            }
+            Format::Y4m => Kind::Y4m(Y4mWriter::create(Some(path), size, options.rate, options.chroma)?),
+        };
+        Ok(Self { kind })
+    }
+
+    /// Writes frame `number`; all formats but EXR develop the film first.
+    ///
+    /// # Errors
+    /// Where the system refuses to write.
+    pub fn write(&mut self, number: u32, film: &Film, settings: &Settings) -> Result<(), Error> {
+        match &mut self.kind {
+            Kind::Stills(stills) => stills.write(number, film, settings),
+            Kind::Gif(gif) => gif.write(&film.develop(settings)),
+            Kind::Apng(apng) => apng.write(&film.develop(settings)),
+            Kind::Y4m(y4m) => y4m.write(&film.develop(settings)),
+        }
+    }
+
+    /// Completes an animation's file and gives it its name.
+    ///
+    /// # Errors
+    /// Where the system refuses to write, or fewer frames were written than [`Writer::create`] was told.
+    pub fn finish(self) -> Result<(), Error> {
+        match self.kind {
+            Kind::Stills(_) => Ok(()),
+            Kind::Gif(gif) => gif.finish(),
+            Kind::Apng(apng) => apng.finish(),
+            Kind::Y4m(y4m) => y4m.finish(),
+        }
+    }
+}
+
+/// One file for each frame.
+struct Stills {
+    name: Name,
+    format: Format,
+    options: Options,
+}
+
+enum Name {
+    Single(PathBuf),
+    Numbered(NumberedPath),
+}
+
+impl Stills {
+    fn new(path: &Path, format: Format, frames: &Range<u32>, options: Options) -> Result<Self, Error> {
+        let name = match NumberedPath::parse(path)? {
+            Some(numbered) => Name::Numbered(numbered),
+            None if frames.len() == 1 => Name::Single(path.to_owned()),
+            None => {
+                let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+                let cause = format!(
+                    "one name for {} frames; number them ({stem}_%04d.{}) or use an animation (.gif, .apng, .y4m)",
+                    frames.len(),
+                    format.name()
+                );
+                return Err(Error::unsuitable(path, cause));
+            }
+        };
+        // Found before the render rather than after it.
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if !folder.is_dir() {
+            return Err(Error::unsuitable(path, format!("there is no folder {}", folder.display())));
+        }
+        if path.is_dir() {
+            return Err(Error::unsuitable(path, "is a folder; name a file in it"));
+        }
+        Ok(Self { name, format, options })
+    }
+
+    fn write(&self, number: u32, film: &Film, settings: &Settings) -> Result<(), Error> {
+        let path = match &self.name {
+            Name::Single(path) => path.clone(),
+            Name::Numbered(numbered) => numbered.path(number),
+        };
+        match self.format {
+            Format::Exr => exr::write(film, &path, self.options.float_depth),
+            _ => png::write(&film.develop(settings), &path, self.options.bit_depth),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Vec3, Vec4};
+
+    use super::*;
+
+    fn settings() -> Settings {
+        Settings { width: 4, height: 3, ..Settings::default() }
+    }
+
+    fn film() -> Film {
+        Film {
+            width: 4,
+            height: 3,
+            color: vec![Vec4::splat(0.5); 12],
+            depth: vec![1.0; 12],
+            normal: vec![Vec3::Z; 12],
+            triangle: vec![0; 12],
+        }
+    }
+
+    fn create(path: &Path, format: Format, frames: Range<u32>) -> Result<Writer, Error> {
+        let target = Target::Path(path.to_owned());
+        Writer::create(&target, format, &frames, &settings(), &Options::default())
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn every_format_writes_every_frame() {
+        let folder = tempfile::tempdir().unwrap();
+        for format in Format::ALL {
+            let name = if format.is_animation() { "out" } else { "out_%03d" };
+            let path = folder.path().join(format!("{name}.{}", format.name()));
+            let mut writer = create(&path, format, 5..7).unwrap();
+            for number in 5..7 {
+                writer.write(number, &film(), &settings()).unwrap();
+            }
+            writer.finish().unwrap();
+        }
+        let expected = ["out.apng", "out.gif", "out.y4m", "out_005.exr", "out_005.png", "out_006.exr", "out_006.png"];
+        assert_eq!(names(folder.path()), expected);
+    }
+
+    #[test]
+    fn an_interrupted_render_keeps_its_whole_frames_only() {
+        let folder = tempfile::tempdir().unwrap();
+        for format in Format::ALL {
+            let name = if format.is_animation() { "out" } else { "out_%03d" };
+            let mut writer = create(&folder.path().join(format!("{name}.{}", format.name())), format, 0..3).unwrap();
+            writer.write(0, &film(), &settings()).unwrap();
+        }
+        assert_eq!(names(folder.path()), ["out_000.exr", "out_000.png"]);
+    }
+
+    #[test]
+    fn unsuitable_targets_are_refused_before_any_frame() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused =
+            |name: &str, format, frames| create(&folder.path().join(name), format, frames).err().unwrap().to_string();
+        assert!(refused("a.png", Format::Png, 0..2).contains("a_%04d.png"));
+        assert!(refused("a.gif", Format::Gif, 2..2).contains("nothing to write"));
+        assert!(refused("none/a.png", Format::Png, 0..1).contains("there is no folder"));
+        assert!(refused("", Format::Exr, 0..1).contains("is a folder"));
+        let stdout = Writer::create(&Target::Stdout, Format::Png, &(0..1), &settings(), &Options::default());
+        assert!(stdout.err().unwrap().to_string().contains("only y4m"));
+        assert!(names(folder.path()).is_empty());
+    }
+}

@@ -1,0 +1,113 @@
+use std::io::Cursor;
+use std::path::Path;
+
+use glam::{Vec2, Vec3};
+
+use crate::background::panorama_coords;
+
+/// A latitude–longitude image of linear radiance, with its smaller copies.
+#[derive(Clone, Debug)]
+pub struct Panorama {
+    levels: Vec<Level>,
+}
+
+#[derive(Clone, Debug)]
+struct Level {
+    width: usize,
+    height: usize,
+    texels: Vec<Vec3>,
+}
+
+impl Panorama {
+    /// A panorama from rows of linear radiance, the zenith's first.
+    ///
+    /// # Errors
+    /// Where the sides are zero or don't fit the number of texels.
+    pub fn new(width: usize, height: usize, texels: Vec<Vec3>) -> Result<Self, String> {
+        if width == 0 || height == 0 || texels.len() != width * height {
+            return Err(format!("{} texels are no image of {width}x{height}", texels.len()));
+        }
+        let mut levels = vec![Level { width, height, texels }];
+        while let Some(smaller) = levels.last().and_then(Level::halved) {
+            levels.push(smaller);
+        }
+        Ok(Self { levels })
+    }
+
+    pub(crate) fn open(path: &Path) -> Result<Self, String> {
+        let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr")) {
+            return Self::from_exr(&bytes);
+        }
+        let reader = image::ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+        let image = reader.decode().map_err(|error| format!("not a usable image: {error}"))?;
+        // Eight-bit images are sRGB-encoded, Radiance files are linear.
+        let encoded = !matches!(image.color(), image::ColorType::Rgb32F | image::ColorType::Rgba32F);
+        let image = image.into_rgb32f();
+        let linear = |value: f32| if encoded { linear_from_srgb(value) } else { value };
+        let texels = image.pixels().map(|pixel| Vec3::from_array(pixel.0.map(linear))).collect();
+        Self::new(image.width() as usize, image.height() as usize, texels)
+    }
+
+    fn from_exr(bytes: &[u8]) -> Result<Self, String> {
+        use exr::prelude::{ReadChannels, ReadLayers, read};
+        let image = read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgba_channels(
+                |size, _| (size.width(), vec![Vec3::ZERO; size.width() * size.height()]),
+                |(width, texels), at, (r, g, b, _): (f32, f32, f32, f32)| {
+                    texels[at.y() * *width + at.x()] = Vec3::new(r, g, b);
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes))
+            .map_err(|error| format!("not a usable OpenEXR image: {error}"))?;
+        let size = image.layer_data.size;
+        let (_, texels) = image.layer_data.channel_data.pixels;
+        Self::new(size.width(), size.height(), texels)
+    }
+
+    /// Mean radiance around a unit direction, over a patch of about `width` of the sphere's circumference.
+    pub(crate) fn radiance(&self, direction: Vec3, width: f32) -> Vec3 {
+        let last = self.levels.len() - 1;
+        let lod = (width * self.levels[0].width as f32).max(1.0).log2().min(last as f32);
+        let coords = panorama_coords(direction);
+        let fine = self.levels[lod as usize].read(coords);
+        let coarse = self.levels[(lod as usize + 1).min(last)].read(coords);
+        fine.lerp(coarse, lod.fract())
+    }
+}
+
+impl Level {
+    fn halved(&self) -> Option<Self> {
+        if self.width == 1 && self.height == 1 {
+            return None;
+        }
+        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        let texel = |x: usize, y: usize| self.texels[y.min(self.height - 1) * self.width + x.min(self.width - 1)];
+        let texels = (0..width * height)
+            .map(|place| (2 * (place % width), 2 * (place / width)))
+            .map(|(x, y)| (texel(x, y) + texel(x + 1, y) + texel(x, y + 1) + texel(x + 1, y + 1)) * 0.25)
+            .collect();
+        Some(Self { width, height, texels })
+    }
+
+    fn read(&self, coords: Vec2) -> Vec3 {
+        let place = coords * Vec2::new(self.width as f32, self.height as f32) - 0.5;
+        let corner = place.floor();
+        let part = place - corner;
+        let texel = |x: f32, y: f32| {
+            let x = x.rem_euclid(self.width as f32) as usize % self.width;
+            self.texels[(y.max(0.0) as usize).min(self.height - 1) * self.width + x]
+        };
+        let upper = texel(corner.x, corner.y).lerp(texel(corner.x + 1.0, corner.y), part.x);
+        let lower = texel(corner.x, corner.y + 1.0).lerp(texel(corner.x + 1.0, corner.y + 1.0), part.x);
+        upper.lerp(lower, part.y)
+    }
+}
+
+fn linear_from_srgb(encoded: f32) -> f32 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}

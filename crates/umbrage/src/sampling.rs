@@ -1,0 +1,60 @@
+use glam::DVec2;
+use umbrage_rays::{Ray, View};
+
+/// One of the rays that each pixel casts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    /// Which one, counted from 0.
+    pub(crate) index: u32,
+    /// Of how many.
+    pub(crate) of: u32,
+    /// Where in the pixel, from (0, 0) at its upper left to (1, 1).
+    pub(crate) offset_pixels: DVec2,
+}
+
+impl Sample {
+    /// All samples of a pixel: a Hammersley set, which has one in each of `count` columns and each of `count` rows. A
+    /// single sample is in the middle.
+    pub(crate) fn all(count: u32) -> impl Iterator<Item = Self> {
+        let side = f64::from(count);
+        (0..count).map(move |index| {
+            let row = rank_of_mirrored_bits(index, count);
+            let offset_pixels = DVec2::new((f64::from(index) + 0.5) / side, (f64::from(row) + 0.5) / side);
+            Self { index, of: count, offset_pixels }
+        })
+    }
+
+    /// The ray of a pixel, given its place in the rows of the image.
+    pub(crate) fn ray(&self, view: &View, pixel: usize) -> Ray {
+        let width = view.width as usize;
+        let (x, y) = ((pixel % width) as f64, (pixel / width) as f64);
+        view.ray(x + self.offset_pixels.x, y + self.offset_pixels.y)
+    }
+}
+
+/// Place of `sample` when 0 … `samples` − 1 are sorted by their bits read backwards (van der Corput's order).
+fn rank_of_mirrored_bits(sample: u32, samples: u32) -> u32 {
+    (0..samples).filter(|other| other.reverse_bits() < sample.reverse_bits()).count() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_sample_is_in_the_middle() {
+        assert!(Sample::all(1).map(|sample| sample.offset_pixels).eq([DVec2::splat(0.5)]));
+    }
+
+    #[test]
+    fn every_column_and_row_has_one_sample() {
+        for samples in 1..=33 {
+            for axis in 0..2 {
+                let stratum = |sample: Sample| (sample.offset_pixels[axis] * f64::from(samples)).floor() as u32;
+                let mut strata: Vec<_> = Sample::all(samples).map(stratum).collect();
+                strata.sort_unstable();
+                assert_eq!(strata, (0..samples).collect::<Vec<_>>());
+            }
+        }
+    }
+}

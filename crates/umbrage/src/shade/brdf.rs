@@ -1,0 +1,152 @@
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+/// The metallic-roughness model of glTF 2.0 (appendix B): Lambert below a GGX microfacet layer.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reflectance {
+    /// Diffuse albedo.
+    diffuse: Vec3,
+    /// Specular reflectance at normal incidence.
+    f0: Vec3,
+    /// GGX width: perceptual roughness squared.
+    alpha: f32,
+    roughness: f32,
+}
+
+impl Reflectance {
+    /// Below this perceptual roughness a point light's highlight is narrower than a pixel and flickers.
+    const SMOOTHEST: f32 = 0.045;
+
+    pub(crate) fn new(base_color: Vec3, metallic: f32, roughness: f32, ior: f32) -> Self {
+        let dielectric = ((ior - 1.0) / (ior + 1.0)).powi(2);
+        let roughness = roughness.clamp(Self::SMOOTHEST, 1.0);
+        Self {
+            diffuse: base_color * (1.0 - metallic),
+            f0: Vec3::splat(dielectric).lerp(base_color, metallic),
+            alpha: roughness * roughness,
+            roughness,
+        }
+    }
+
+    pub(crate) fn roughness(&self) -> f32 {
+        self.roughness
+    }
+
+    /// Reflected radiance towards `view` for each unit of irradiance from `light`; all three vectors of unit length
+    /// and pointing away from the surface. Zero where `light` is below the horizon of `normal`.
+    pub(crate) fn evaluate(&self, normal: Vec3, view: Vec3, light: Vec3) -> Vec3 {
+        let n_l = normal.dot(light);
+        if n_l <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let n_v = normal.dot(view).max(1e-4);
+        let half = (view + light).normalize_or(normal);
+        let n_h = normal.dot(half).max(0.0);
+        let fresnel = schlick(self.f0, view.dot(half));
+        let specular = fresnel * (self.distribution(n_h) * self.visibility(n_l, n_v));
+        self.diffuse / PI * (Vec3::ONE - fresnel) + specular
+    }
+
+    /// Reflected radiance under even light from all sides: `irradiance` around the normal, over π, for the diffuse
+    /// layer and `reflected`, the mean radiance around the mirror direction, for the specular one.
+    pub(crate) fn ambient(&self, n_v: f32, irradiance: Vec3, reflected: Vec3) -> Vec3 {
+        let [scale, bias] = self.specular_albedo(n_v).to_array();
+        let specular = self.f0 * scale + bias;
+        self.diffuse / PI * irradiance * (Vec3::ONE - specular) + specular * reflected
+    }
+
+    /// GGX: Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, 2007, equation 33.
+    fn distribution(&self, n_h: f32) -> f32 {
+        let a2 = self.alpha * self.alpha;
+        let d = n_h * n_h * (a2 - 1.0) + 1.0;
+        a2 / (PI * d * d)
+    }
+
+    /// Height-correlated Smith shadowing over 4 (n·l)(n·v): Heitz, *Understanding the Masking-Shadowing Function*, 2014.
+    fn visibility(&self, n_l: f32, n_v: f32) -> f32 {
+        let a2 = self.alpha * self.alpha;
+        let masking = n_l * (n_v * n_v * (1.0 - a2) + a2).sqrt();
+        let shadowing = n_v * (n_l * n_l * (1.0 - a2) + a2).sqrt();
+        0.5 / (masking + shadowing)
+    }
+
+    /// Scale and bias of f0 in the directional albedo of the specular layer, by the fit of Karis, *Physically Based
+    /// Shading on Mobile*, 2014.
+    fn specular_albedo(&self, n_v: f32) -> Vec2 {
+        let [x, y, z, w] = [
+            1.0 - self.roughness,
+            0.0425 - 0.0275 * self.roughness,
+            1.04 - 0.572 * self.roughness,
+            0.022 * self.roughness - 0.04,
+        ];
+        let a = (x * x).min((-9.28 * n_v).exp2()) * x + y;
+        Vec2::new(-1.04 * a + z, (1.04 * a + w).max(0.0))
+    }
+}
+
+/// Schlick's Fresnel term.
+fn schlick(f0: Vec3, cosine: f32) -> Vec3 {
+    f0 + (Vec3::ONE - f0) * (1.0 - cosine.clamp(0.0, 1.0)).powi(5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Directional albedo by the midpoint rule over the hemisphere of light directions.
+    fn albedo(reflectance: &Reflectance, view: Vec3) -> Vec3 {
+        const STEPS: usize = 256;
+        let mut sum = Vec3::ZERO;
+        for ring in 0..STEPS {
+            for step in 0..STEPS {
+                // Equal steps of cos² θ: each direction stands for the same π / STEPS² of projected solid angle.
+                let cosine = ((ring as f32 + 0.5) / STEPS as f32).sqrt();
+                let (sin, cos) = ((step as f32 + 0.5) / STEPS as f32 * 2.0 * PI).sin_cos();
+                let radius = (1.0 - cosine * cosine).sqrt();
+                sum += reflectance.evaluate(Vec3::Z, view, Vec3::new(radius * cos, radius * sin, cosine));
+            }
+        }
+        sum * PI / (STEPS * STEPS) as f32
+    }
+
+    #[test]
+    fn no_material_reflects_more_light_than_it_gets() {
+        for roughness in [0.2, 0.5, 1.0] {
+            for metallic in [0.0, 1.0] {
+                for cosine in [0.2_f32, 0.6, 1.0] {
+                    let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+                    let white = Reflectance::new(Vec3::ONE, metallic, roughness, 1.5);
+                    let albedo = albedo(&white, view).x;
+                    assert!(albedo < 1.02, "roughness {roughness}, metallic {metallic}, n·v {cosine}: {albedo}");
+                    assert!(albedo > 0.4, "roughness {roughness}, metallic {metallic}, n·v {cosine}: {albedo}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn light_and_view_may_be_exchanged() {
+        let material = Reflectance::new(Vec3::new(0.8, 0.5, 0.2), 0.3, 0.4, 1.5);
+        let (view, light) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, -0.8, 0.6));
+        let (there, back) = (material.evaluate(Vec3::Z, view, light), material.evaluate(Vec3::Z, light, view));
+        assert!(there.distance(back) < 1e-6);
+    }
+
+    #[test]
+    fn the_ambient_fit_agrees_with_the_integral() {
+        for roughness in [0.3, 0.6, 1.0] {
+            let metal = Reflectance::new(Vec3::ONE, 1.0, roughness, 1.5);
+            let view = Vec3::new(0.6, 0.0, 0.8);
+            let fitted = metal.ambient(0.8, Vec3::splat(PI), Vec3::ONE).x;
+            let integrated = albedo(&metal, view).x;
+            assert!((fitted - integrated).abs() < 0.12, "roughness {roughness}: {fitted} and {integrated}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_reflected_from_below() {
+        let material = Reflectance::new(Vec3::ONE, 0.0, 0.5, 1.5);
+        assert_eq!(material.evaluate(Vec3::Z, Vec3::Z, Vec3::NEG_Z), Vec3::ZERO);
+    }
+}

@@ -1,0 +1,9 @@
+//! What a surface looks like: its attributes at a hit, its reflectance and the light that reaches it.
+
+mod brdf;
+mod irradiance;
+mod surface;
+
+pub(crate) use brdf::Reflectance;
+pub(crate) use irradiance::arriving;
+pub(crate) use surface::{Footprint, Surface};

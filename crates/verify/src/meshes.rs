@@ -1,0 +1,75 @@
+use std::collections::HashMap;
+
+use glam::Vec3;
+use umbrage_rays::Triangles;
+
+/// Vertices and triangles made for a test.
+#[derive(Clone, Debug, Default)]
+pub struct TestMesh {
+    /// World positions.
+    pub positions: Vec<Vec3>,
+    /// Three vertices for each triangle.
+    pub indices: Vec<[u32; 3]>,
+}
+
+impl TestMesh {
+    /// The mesh as structures see it.
+    #[must_use]
+    pub fn triangles(&self) -> Triangles<'_> {
+        Triangles { positions: &self.positions, indices: &self.indices }
+    }
+
+    /// A closed, convex ball of radius 1: an icosahedron with each triangle split into four, `splits` times. Windings
+    /// are mixed: every third triangle is turned around.
+    #[must_use]
+    pub fn ball(splits: u32) -> Self {
+        let golden = 0.5 * (1.0 + 5.0_f32.sqrt());
+        let mut positions: Vec<Vec3> = [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)]
+            .into_iter()
+            .flat_map(|(a, b)| [Vec3::new(a, b, 0.0), Vec3::new(0.0, a, b), Vec3::new(b, 0.0, a)])
+            .map(Vec3::normalize)
+            .collect();
+        // Two corners of an icosahedron's face are a side apart; the next distance is far longer.
+        let near = |a: usize, b: usize| a < b && positions[a].distance(positions[b]) < 1.1;
+        let mut indices = Vec::new();
+        for a in 0..12 {
+            for b in (0..12).filter(|&b| near(a, b)) {
+                indices.extend((0..12).filter(|&c| near(b, c) && near(a, c)).map(|c| [a as u32, b as u32, c as u32]));
+            }
+        }
+        for _ in 0..splits {
+            let mut middles = HashMap::new();
+            let mut middle = |a: u32, b: u32| {
+                *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                    positions.push((positions[a as usize] + positions[b as usize]).normalize());
+                    (positions.len() - 1) as u32
+                })
+            };
+            indices = indices
+                .into_iter()
+                .flat_map(|[a, b, c]| {
+                    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+                })
+                .collect();
+        }
+        for triangle in indices.iter_mut().step_by(3) {
+            triangle.swap(1, 2);
+        }
+        Self { positions, indices }
+    }
+
+    /// The mesh, scaled and then moved.
+    #[must_use]
+    pub fn placed(mut self, scale: f32, offset: Vec3) -> Self {
+        self.positions.iter_mut().for_each(|position| *position = *position * scale + offset);
+        self
+    }
+
+    /// Adds a triangle with vertices of its own.
+    pub fn push(&mut self, corners: [Vec3; 3]) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(corners);
+        self.indices.push([first, first + 1, first + 2]);
+    }
+}

@@ -1,0 +1,167 @@
+//! The reference predicate against exact rational arithmetic.
+
+use glam::{DVec3, Vec3};
+use num_rational::BigRational;
+use umbrage_rays::Ray;
+use umbrage_rays::predicate::{Crossing, crossing};
+use umbrage_verify::Random;
+
+type Exact = [BigRational; 3];
+
+fn number(value: f64) -> BigRational {
+    BigRational::from_float(value).expect("a finite number")
+}
+
+fn exact(vector: DVec3) -> Exact {
+    vector.to_array().map(number)
+}
+
+fn minus(a: &Exact, b: &Exact) -> Exact {
+    std::array::from_fn(|axis| &a[axis] - &b[axis])
+}
+
+fn cross(a: &Exact, b: &Exact) -> Exact {
+    std::array::from_fn(|axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        &a[next] * &b[last] - &a[last] * &b[next]
+    })
+}
+
+fn dot(a: &Exact, b: &Exact) -> BigRational {
+    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
+}
+
+/// t, if the line meets the triangle, by the definition in real numbers.
+fn exact_t(ray: &Ray, corners: [Vec3; 3]) -> Option<BigRational> {
+    let (origin, direction) = (exact(ray.origin), exact(ray.direction));
+    let corners = corners.map(|corner| exact(corner.as_dvec3()));
+    let [a, b, c] = corners.each_ref().map(|corner| minus(corner, &origin));
+    let edges = [(&b, &c), (&c, &a), (&a, &b)].map(|(p, q)| dot(&direction, &cross(p, q)));
+    let zero = number(0.0);
+    let (positive, negative) = (edges.iter().any(|e| *e > zero), edges.iter().any(|e| *e < zero));
+    let normal = cross(&minus(&b, &a), &minus(&c, &a));
+    (positive != negative).then(|| dot(&normal, &a) / dot(&normal, &direction))
+}
+
+fn agree(ray: &Ray, corners: [Vec3; 3]) -> Option<Crossing> {
+    let (found, truth) = (crossing(ray, corners), exact_t(ray, corners));
+    assert_eq!(found.is_some(), truth.is_some(), "{ray:?} {corners:?}");
+    if let (Some(found), Some(truth)) = (found, truth) {
+        let error = number(found.t) - &truth;
+        let error = if error < number(0.0) { -error } else { error };
+        let size = if truth < number(0.0) { -truth } else { truth };
+        assert!(error <= size * number(2.0 * f64::EPSILON), "{ray:?} {corners:?}: t = {}", found.t);
+        let [v, w] = found.barycentric;
+        assert!(v >= 0.0 && w >= 0.0 && v + w <= 1.0 + f32::EPSILON, "{v} {w}");
+    }
+    found
+}
+
+/// A triangle, sometimes with corners that share coordinates or lie on a line, near the origin or far away.
+fn triangle(random: &mut Random) -> [Vec3; 3] {
+    let offset = match random.below(3) {
+        0 => Vec3::ZERO,
+        1 => Vec3::new(148_376.0, 1_234.0, -223_423.0),
+        _ => random.point() * 10.0,
+    };
+    let scale = [1.0, 1e-6, 1e6, 0.03][random.below(4)];
+    let mut corners = [(); 3].map(|()| random.point() * scale + offset);
+    match random.below(6) {
+        0 => corners[1].x = corners[0].x,
+        1 => corners.iter_mut().for_each(|corner| corner.z = offset.z),
+        2 => corners[2] = corners[0].lerp(corners[1], 0.5),
+        _ => {}
+    }
+    corners
+}
+
+#[test]
+fn random_lines_cross_where_they_should() {
+    let mut random = Random::new(1);
+    let mut hits = 0;
+    for _ in 0..1500 {
+        let corners = triangle(&mut random);
+        let center = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let size = corners[0].distance(corners[1]) + corners[0].distance(corners[2]);
+        let origin = (center + random.point() * size * 3.0).as_dvec3();
+        let target = (center + random.point() * size * 0.2).as_dvec3();
+        if origin != target {
+            hits += u32::from(agree(&Ray::new(origin, target - origin), corners).is_some());
+        }
+    }
+    assert!((200..1200).contains(&hits), "the test aims badly: {hits} hits");
+}
+
+#[test]
+fn lines_through_edges_and_corners_cross_where_they_should() {
+    let mut random = Random::new(2);
+    for _ in 0..1500 {
+        let corners = triangle(&mut random);
+        let [a, b, _] = corners.map(Vec3::as_dvec3);
+        let origin = match random.below(4) {
+            // In the triangle's plane, or on a corner itself.
+            0 => a + (a - b) * f64::from(random.unit()),
+            1 => a,
+            _ => (corners[0] + random.point() * corners[0].distance(corners[1])).as_dvec3(),
+        };
+        let target = match random.below(3) {
+            0 => a,
+            1 => a.lerp(b, f64::from(random.unit())),
+            _ => a.midpoint(b),
+        };
+        let ray = Ray::new(origin, target - origin);
+        if ray.direction != DVec3::ZERO {
+            agree(&ray, corners);
+        }
+    }
+}
+
+#[test]
+fn however_the_corners_are_listed_the_crossing_is_the_same() {
+    let mut random = Random::new(3);
+    for _ in 0..2000 {
+        let [a, b, c] = triangle(&mut random);
+        let origin = (a + random.point()).as_dvec3();
+        let ray = Ray::new(origin, a.lerp(b, 0.3).lerp(c, 0.3).as_dvec3() - origin);
+        let Some(first) = crossing(&ray, [a, b, c]) else { continue };
+        let [v, w] = first.barycentric;
+        for (corners, front) in [([b, c, a], true), ([c, a, b], true), ([a, c, b], false), ([b, a, c], false)] {
+            let other = crossing(&ray, corners).expect("the same triangle");
+            assert_eq!(first.t.to_bits(), other.t.to_bits());
+            assert_eq!(other.front == first.front, front);
+        }
+        let turned = crossing(&ray, [a, c, b]).expect("the same triangle");
+        assert_eq!(turned.barycentric, [w, v]);
+    }
+}
+
+#[test]
+fn the_front_is_where_corners_go_counterclockwise() {
+    let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let from_front = Ray::new(DVec3::new(0.2, 0.2, 1.0), DVec3::NEG_Z);
+    let from_back = Ray::new(DVec3::new(0.2, 0.2, -1.0), DVec3::Z);
+    assert!(crossing(&from_front, corners).is_some_and(|crossing| crossing.front));
+    assert!(crossing(&from_back, corners).is_some_and(|crossing| !crossing.front));
+}
+
+#[test]
+fn what_is_not_a_triangle_is_never_crossed() {
+    let ray = Ray::new(DVec3::new(0.1, 0.1, 1.0), DVec3::NEG_Z);
+    let good = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    assert!(crossing(&ray, good).is_some());
+    for corner in 0..3 {
+        for axis in 0..3 {
+            for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                let mut corners = good;
+                corners[corner][axis] = value;
+                assert!(crossing(&ray, corners).is_none(), "{corners:?}");
+            }
+        }
+    }
+    let point = Vec3::new(0.1, 0.1, 0.0);
+    for corners in [[point; 3], [point, point, Vec3::X], [Vec3::ZERO, Vec3::X, Vec3::X * 2.0]] {
+        assert!(crossing(&ray, corners).is_none(), "{corners:?}");
+    }
+    let edge_on = Ray::new(DVec3::new(-1.0, 0.25, 0.0), DVec3::X);
+    assert!(crossing(&edge_on, good).is_none());
+}

@@ -1,0 +1,113 @@
+//! Whole frames: every pixel's triangle and every light's mask are the oracle's, on any number of threads.
+
+use std::path::Path;
+
+use umbrage::rays::View;
+use umbrage::rays::predicate::{HitPoint, ShadowRay};
+use umbrage::{Renderer, Scene, Settings};
+use umbrage_verify::{Oracle, real_scene};
+
+const SIDE: u32 = 40;
+
+fn settings() -> Settings {
+    Settings { width: SIDE, height: SIDE - 1, ..Settings::default() }
+}
+
+/// Compares a frame with the oracle; returns how many of its pixels show a triangle and how many are in a shadow.
+fn compare(scene: &Scene, seconds: f64, name: &str) -> (usize, usize) {
+    let (settings, mut renderer) = (settings(), Renderer::default());
+    renderer.render(scene, seconds, &settings).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let frame = renderer.frame();
+    let camera = frame.camera(settings.width as f32 / settings.height as f32);
+    let view = View { camera, width: settings.width, height: settings.height };
+    let oracle = Oracle::new(frame.triangles());
+    let mut shadowed = 0;
+    for (pixel, found) in renderer.hits().iter().enumerate() {
+        let (x, y) = (pixel as u32 % settings.width, pixel as u32 / settings.width);
+        let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let truth = oracle.nearest(&ray, |hit| frame.is_solid(hit.triangle, hit.barycentric));
+        assert_eq!(*found, truth, "{name} at {seconds} s, pixel ({x}, {y})");
+        for (light, mask) in frame.lights.iter().zip(renderer.light_masks()) {
+            let lit = truth.is_some_and(|hit| {
+                let shadow_ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
+                let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
+                !oracle.blocked(&shadow_ray, hit.triangle, casts)
+            });
+            assert_eq!(mask.is_lit(pixel), lit, "{name} at {seconds} s, pixel ({x}, {y}), light {}", light.name);
+            shadowed += usize::from(truth.is_some() && !lit);
+        }
+    }
+    (renderer.hits().iter().flatten().count(), shadowed)
+}
+
+#[test]
+fn procedural_scenes_are_the_oracles() {
+    for name in ["cloth", "marbles", "forest", "hall", "shatter", "stadium", "statue", "glass"] {
+        let scene = Scene::open(format!("demo:{name}?triangles=1500")).expect("a scene of the gallery");
+        let (seen, _) = compare(&scene, 0.4 * scene.duration_seconds(), name);
+        assert!(seen > 200, "{name} shows {seen} pixels");
+    }
+}
+
+#[test]
+fn small_real_scenes_are_the_oracles() {
+    let conformance = real_scene("conformance").map(|folder| files_in(&folder)).unwrap_or_default();
+    let others = ["cesium_man.glb", "robot_expressive.glb", "tree_alphamask.glb", "robot_arm.glb"];
+    let others = others.into_iter().filter_map(real_scene);
+    for path in conformance.into_iter().chain(others) {
+        let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
+        let name = path.display().to_string();
+        if scene.at(0.0).is_ok_and(|frame| frame.triangles().len() < 12_000) {
+            compare(&scene, 0.3 * scene.duration_seconds(), &name);
+        }
+    }
+}
+
+fn files_in(folder: &Path) -> Vec<std::path::PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("a readable folder").flatten() {
+        let path = entry.path();
+        let is_scene = path.extension().is_some_and(|extension| extension == "glb" || extension == "gltf");
+        match path.is_dir() {
+            true => found.extend(files_in(&path)),
+            false if is_scene => found.push(path),
+            false => {}
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let scene = Scene::open("demo:forest?triangles=4000").expect("a scene of the gallery");
+    let settings = Settings { samples: 3, ..settings() };
+    let on_threads = |count: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("a thread pool");
+        pool.install(|| {
+            let mut renderer = Renderer::default();
+            let film = renderer.render(&scene, 1.0, &settings).expect("a frame").clone();
+            (film, renderer.hits().to_vec(), renderer.light_masks().to_vec())
+        })
+    };
+    let (film, hits, masks) = on_threads(1);
+    for count in [2, 3, 7] {
+        let (other_film, other_hits, other_masks) = on_threads(count);
+        assert_eq!(film.color, other_film.color);
+        assert_eq!(film.triangle, other_film.triangle);
+        assert_eq!(hits, other_hits);
+        assert_eq!(masks, other_masks);
+    }
+}
+
+#[test]
+fn a_renderer_used_again_gives_what_a_new_one_gives() {
+    let scenes = ["demo:cloth?triangles=3000", "demo:glass?triangles=500"].map(|name| Scene::open(name).expect("one"));
+    let mut used = Renderer::default();
+    for (scene, side) in [(&scenes[0], 32), (&scenes[1], 16), (&scenes[0], 24)] {
+        let settings = Settings { width: side, height: side, ..Settings::default() };
+        let again = used.render(scene, 0.7, &settings).expect("a frame").color.clone();
+        let fresh = Renderer::default().render(scene, 0.7, &settings).expect("a frame").color.clone();
+        assert_eq!(again, fresh);
+    }
+}

@@ -1,0 +1,78 @@
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::outcome::Outcome;
+
+/// Programs that checks use where they are installed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Program {
+    Deny,
+    Nextest,
+}
+
+impl Program {
+    /// Whether cargo finds it.
+    pub(crate) fn is_here(self) -> bool {
+        let name = match self {
+            Self::Deny => "deny",
+            Self::Nextest => "nextest",
+        };
+        let asked =
+            Command::new(cargo_path()).args([name, "--version"]).stdout(Stdio::null()).stderr(Stdio::null()).status();
+        asked.is_ok_and(|status| status.success())
+    }
+}
+
+/// The cargo that runs this program, in the repository's root.
+pub(crate) fn cargo(root: &Path) -> Command {
+    let mut command = Command::new(cargo_path());
+    command.current_dir(root);
+    command
+}
+
+fn cargo_path() -> std::ffi::OsString {
+    std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
+}
+
+/// Runs a command whose output is for the person who reads the log.
+pub(crate) fn run(command: &mut Command) -> Outcome {
+    println!("$ {}", shown(command));
+    match command.status() {
+        Ok(status) if status.success() => Outcome::Passed,
+        Ok(status) => Outcome::Failed(format!("{}: {status}", shown(command))),
+        Err(error) => Outcome::Failed(format!("{}: {error}", shown(command))),
+    }
+}
+
+/// A command's standard output; what it says on standard error is for the log.
+///
+/// # Errors
+/// Says why it could not be run, or that it failed.
+pub(crate) fn output(command: &mut Command) -> Result<String, String> {
+    let output = command.stderr(Stdio::inherit()).output().map_err(|error| format!("{}: {error}", shown(command)))?;
+    if !output.status.success() {
+        return Err(format!("{}: {}", shown(command), output.status));
+    }
+    String::from_utf8(output.stdout).map_err(|error| format!("{}: {error}", shown(command)))
+}
+
+fn shown(command: &Command) -> String {
+    let program = Path::new(command.get_program()).file_stem().unwrap_or_default().to_string_lossy();
+    let arguments = command.get_args().map(|argument| argument.to_string_lossy());
+    std::iter::once(program).chain(arguments).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_pass_and_fail() {
+        let root = Path::new(".");
+        assert_eq!(run(cargo(root).arg("--version")), Outcome::Passed);
+        assert!(run(cargo(root).arg("no-such-command")).is_failure());
+        assert!(run(&mut Command::new("no-such-program")).is_failure());
+        assert!(output(cargo(root).arg("--version")).unwrap().starts_with("cargo "));
+        assert!(output(cargo(root).arg("no-such-command")).is_err());
+    }
+}

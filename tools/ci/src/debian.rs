@@ -1,0 +1,77 @@
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::command::{output, run};
+use crate::outcome::Outcome;
+
+/// Debian packages that the checks need, beside what builds Rust programs.
+const PACKAGES: &[&str] = &[];
+
+/// Installs what is missing, where that is possible.
+pub(crate) fn install(_root: &Path) -> Outcome {
+    install_missing(PACKAGES, is_installed, may_install(), |packages| {
+        let update = run(Command::new("apt-get").arg("update"));
+        if update.is_failure() {
+            return update;
+        }
+        let mut install = Command::new("apt-get");
+        run(install
+            .args(["install", "--yes", "--no-install-recommends"])
+            .args(packages)
+            .env("DEBIAN_FRONTEND", "noninteractive"))
+    })
+}
+
+fn install_missing(
+    packages: &[&str],
+    is_installed: impl Fn(&str) -> bool,
+    may_install: Result<(), String>,
+    install: impl FnOnce(&[&str]) -> Outcome,
+) -> Outcome {
+    let missing: Vec<&str> = packages.iter().copied().filter(|package| !is_installed(package)).collect();
+    match may_install {
+        _ if missing.is_empty() => Outcome::Passed,
+        Ok(()) => install(&missing),
+        Err(why) => Outcome::Skipped(format!("{} missing, and {why}", missing.join(", "))),
+    }
+}
+
+fn is_installed(package: &str) -> bool {
+    let mut query = Command::new("dpkg-query");
+    query.args(["--show", "--showformat", "${Status}", package]).stderr(Stdio::null());
+    query.output().is_ok_and(|answer| answer.stdout.ends_with(b"ok installed"))
+}
+
+fn may_install() -> Result<(), String> {
+    match output(Command::new("id").arg("-u")) {
+        Ok(user) if user.trim() == "0" => {}
+        _ => return Err("only root may install packages".to_owned()),
+    }
+    let found = Command::new("apt-get").arg("--version").stdout(Stdio::null()).status();
+    found.map(drop).map_err(|error| format!("apt-get can't be run: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_missing_packages_are_installed() {
+        let is_installed = |package: &str| package == "here";
+        let failed = || Outcome::Failed("asked to install".to_owned());
+        assert_eq!(install_missing(&[], is_installed, Ok(()), |_| failed()), Outcome::Passed);
+        assert_eq!(install_missing(&["here"], is_installed, Ok(()), |_| failed()), Outcome::Passed);
+        let outcome = install_missing(&["here", "gone"], is_installed, Ok(()), |packages| {
+            assert_eq!(packages, ["gone"]);
+            Outcome::Passed
+        });
+        assert_eq!(outcome, Outcome::Passed);
+        let refused = install_missing(&["gone"], is_installed, Err("no".to_owned()), |_| failed());
+        assert_eq!(refused, Outcome::Skipped("gone missing, and no".to_owned()));
+    }
+
+    #[test]
+    fn nonsense_is_not_installed() {
+        assert!(!is_installed("no-such-package-by-any-name"));
+    }
+}

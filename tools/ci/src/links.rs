@@ -1,0 +1,106 @@
+use std::fs;
+use std::path::Path;
+
+use crate::outcome::Outcome;
+use crate::repository::files;
+
+/// Every link of a Markdown file that points into the repository points to something.
+pub(crate) fn check(root: &Path) -> Outcome {
+    match broken(root) {
+        Ok(complaints) => Outcome::of_complaints(&complaints),
+        Err(why) => Outcome::Failed(why),
+    }
+}
+
+fn broken(root: &Path) -> Result<Vec<String>, String> {
+    let mut complaints = Vec::new();
+    for path in files(root, "md")? {
+        let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let folder = path.parent().unwrap_or(root);
+        for (line, target) in targets(&text) {
+            let Some(file) = local_file(&target) else { continue };
+            // A link from the root is what GitHub and other hosts make of a leading slash.
+            let linked = file.strip_prefix('/').map_or_else(|| folder.join(file), |file| root.join(file));
+            if !linked.exists() {
+                let path = path.strip_prefix(root).unwrap_or(&path);
+                complaints.push(format!("{}:{line}: there is no {target}", path.display()));
+            }
+        }
+    }
+    Ok(complaints)
+}
+
+/// The file that a link means; `None` for one to elsewhere or into the same file.
+fn local_file(target: &str) -> Option<&str> {
+    let elsewhere = ["http://", "https://", "mailto:", "#"].iter().any(|start| target.starts_with(start));
+    let file = target.split(['#', '?']).next().unwrap_or(target);
+    (!elsewhere && !file.is_empty()).then_some(file)
+}
+
+/// Line number and target of each `[text](target)`, `[name]: target`, `src="target"` and `href="target"`, outside of
+/// code.
+fn targets(markdown: &str) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    let mut in_code = false;
+    for (line, text) in (1..).zip(markdown.lines()) {
+        if text.trim_start().starts_with("```") || text.trim_start().starts_with("~~~") {
+            in_code = !in_code;
+        }
+        if in_code {
+            continue;
+        }
+        let text = without_code(text);
+        for (start, end) in [("](", ')'), ("src=\"", '"'), ("href=\"", '"')] {
+            let mut rest = text.as_str();
+            while let Some(place) = rest.find(start) {
+                rest = &rest[place + start.len()..];
+                let target = rest.split(end).next().unwrap_or(rest);
+                // A title may stand behind the target.
+                let target = target.split_whitespace().next().unwrap_or_default();
+                found.push((line, target.trim_matches(['<', '>']).to_owned()));
+            }
+        }
+        if let Some((_, target)) = text.strip_prefix('[').and_then(|rest| rest.split_once("]: ")) {
+            found.push((line, target.split_whitespace().next().unwrap_or_default().to_owned()));
+        }
+    }
+    found
+}
+
+/// The line without what stands between backticks.
+fn without_code(line: &str) -> String {
+    // An unpaired backtick is text.
+    if !line.matches('`').count().is_multiple_of(2) {
+        return line.to_owned();
+    }
+    line.split('`').step_by(2).collect::<Vec<_>>().join("`")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "[a](a.md) and ![b](img/b.png \"title\") `[not](code.md)`\n\
+        ```\n[not](code.md)\n```\n\
+        <img src=\"c.png\"> [web](https://example.org/x) [here](#part)\n\
+        [d]: d.md#part\n";
+
+    #[test]
+    fn targets_are_found_outside_of_code() {
+        let found = targets(TEXT);
+        let expected =
+            [(1, "a.md"), (1, "img/b.png"), (5, "https://example.org/x"), (5, "#part"), (5, "c.png"), (6, "d.md#part")];
+        assert_eq!(found, expected.map(|(line, target)| (line, target.to_owned())));
+    }
+
+    #[test]
+    fn missing_files_are_complained_about() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |path: &str, text: &str| fs::write(folder.path().join(path), text).unwrap();
+        write("READ.md", "[a](a.md) [root](/a.md#x) [web](https://example.org/none)");
+        write("a.md", "");
+        assert_eq!(check(folder.path()), Outcome::Passed);
+        write("READ.md", "\n[a](none.md)");
+        assert_eq!(check(folder.path()), Outcome::Failed("READ.md:2: there is no none.md".to_owned()));
+    }
+}

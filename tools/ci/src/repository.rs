@@ -1,0 +1,37 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The repository's root: the folder above `tools/ci`.
+///
+/// # Errors
+/// Where the program was moved away from its sources.
+pub(crate) fn root() -> Result<PathBuf, String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    root.canonicalize().map_err(|error| format!("{}: {error}", root.display()))
+}
+
+/// All files under `root` with this extension, sorted; hidden folders and build output are left out.
+///
+/// # Errors
+/// Where a folder can't be read.
+pub(crate) fn files(root: &Path, extension: &str) -> Result<Vec<PathBuf>, String> {
+    let mut found = Vec::new();
+    let mut folders = vec![root.to_owned()];
+    while let Some(folder) = folders.pop() {
+        let failure = |error| format!("{}: {error}", folder.display());
+        for entry in fs::read_dir(&folder).map_err(failure)? {
+            let entry = entry.map_err(failure)?;
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            let kind = entry.file_type().map_err(failure)?;
+            // Links are not followed: they may lead out of the repository or round in a circle.
+            if kind.is_dir() && !name.starts_with('.') && !name.starts_with("target") {
+                folders.push(entry.path());
+            } else if kind.is_file() && entry.path().extension().is_some_and(|found| found == extension) {
+                found.push(entry.path());
+            }
+        }
+    }
+    found.sort();
+    Ok(found)
+}
