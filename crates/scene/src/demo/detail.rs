@@ -22,12 +22,7 @@ impl Detail {
     }
 
     /// Makes a part with this detail, or less until it has no more than `limit` triangles or can't be coarser.
-    pub(super) fn within<T>(
-        mut self,
-        limit: usize,
-        make: impl Fn(Self) -> T,
-        triangles: impl Fn(&T) -> usize,
-    ) -> T {
+    pub(super) fn within<T>(mut self, limit: usize, make: impl Fn(Self) -> T, triangles: impl Fn(&T) -> usize) -> T {
         const COARSEST: f32 = 0.01;
         let mut part = make(self);
         while triangles(&part) > limit && self.scale > COARSEST {

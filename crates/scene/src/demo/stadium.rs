@@ -212,12 +212,9 @@ fn floodlight(builder: &mut MeshBuilder, corner: Vec2, detail: Detail, paints: &
         for lamp in 0..lamps[0] * lamps[1] {
             let (column, row) = ((lamp % lamps[0]) as f32, (lamp / lamps[0]) as f32);
             let at = Vec3::new(-5.6 + 1.6 * column, -3.6 + 1.8 * row, 0.0);
-            builder.place(
-                Affine3A::from_rotation_translation(rotation(Vec3::X, PI / 2.0), at),
-                |builder| {
-                    builder.cone(0.55, 0.7, 0.35, detail.quads(12, 3));
-                },
-            );
+            builder.place(Affine3A::from_rotation_translation(rotation(Vec3::X, PI / 2.0), at), |builder| {
+                builder.cone(0.55, 0.7, 0.35, detail.quads(12, 3));
+            });
         }
     });
 }

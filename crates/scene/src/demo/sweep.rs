@@ -138,9 +138,8 @@ impl Sweep {
 impl Ring {
     /// The point and the outward unit normal in the direction whose cosine (along the width) and sine are given.
     pub(super) fn point(&self, cosine: f32, sine: f32) -> (Vec3, Vec3) {
-        let position = self.center
-            + self.width_axis * (self.half_width * cosine)
-            + self.depth_axis * (self.half_depth * sine);
+        let position =
+            self.center + self.width_axis * (self.half_width * cosine) + self.depth_axis * (self.half_depth * sine);
         // The gradient of (x/a)² + (y/b)² with both half-axes growing along the tube, times ab/2: finite at the ends,
         // where both half-axes vanish.
         let cap = self.half_width;

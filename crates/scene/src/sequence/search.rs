@@ -127,7 +127,9 @@ fn largest_family(mut names: Vec<String>) -> Result<(Vec<String>, Vec<String>), 
     let left_out = names.len() - places.len();
     let mut warnings = Vec::new();
     if left_out > 0 {
-        let example = (0..names.len()).find(|place| places.binary_search(place).is_err()).map_or("", |place| names[place].as_str());
+        let example = (0..names.len())
+            .find(|place| places.binary_search(place).is_err())
+            .map_or("", |place| names[place].as_str());
         let first = &names[places[0]];
         warnings.push(format!("left out {left_out} files that don't belong to {first}, for instance {example}"));
     }
@@ -159,7 +161,9 @@ fn gaps(names: &[String]) -> Vec<String> {
     }
     let mut warnings = Vec::new();
     if let Some(first) = first_missing {
-        warnings.push(format!("{missing} numbers have no file, the first being {first}: the files around them follow each other"));
+        warnings.push(format!(
+            "{missing} numbers have no file, the first being {first}: the files around them follow each other"
+        ));
     }
     if let Some(number) = repeated {
         warnings.push(format!("the number {number} has more than one file: each is a frame"));
