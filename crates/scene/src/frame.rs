@@ -82,11 +82,19 @@ impl Frame {
         self.cameras.first().map_or_else(|| self.framing_camera(aspect), |named| named.camera)
     }
 
-    /// A camera that sees the whole scene from the front, one side and a little above.
+    /// A camera that sees the whole scene from the front, one side and a little above, in an image of `aspect` (width
+    /// over height).
     #[must_use]
     pub fn framing_camera(&self, aspect: f32) -> Camera {
         const FORWARD: Vec3 = Vec3::new(-0.5, -0.4, -1.0);
         const VERTICAL_FOV_RADIANS: f32 = 0.7;
-        Camera::framing(self.animation_bounds, FORWARD, aspect, VERTICAL_FOV_RADIANS)
+        let triangles = self.triangles();
+        if triangles.bounds() == self.animation_bounds {
+            // Nothing moves: the triangles themselves make a tighter view than their box.
+            let corners = (0..triangles.len() as u32).flat_map(|id| triangles.corners(id));
+            Camera::framing(corners, FORWARD, aspect, VERTICAL_FOV_RADIANS)
+        } else {
+            Camera::framing(self.animation_bounds.corners(), FORWARD, aspect, VERTICAL_FOV_RADIANS)
+        }
     }
 }

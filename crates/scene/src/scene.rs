@@ -105,9 +105,26 @@ impl Scene {
         frame.seconds = seconds;
         frame.animation_bounds = self.animation_bounds;
         if frame.lights.is_empty() {
-            frame.lights.push(self.light_above.clone());
+            frame.lights.push(self.made_light(frame));
         }
         Ok(())
+    }
+
+    /// What lights a frame that has no light of its own: a lamp above and to one side of the whole scene, or beside a
+    /// camera that is inside it, where walls would keep the light of that lamp away.
+    fn made_light(&self, frame: &Frame) -> Light {
+        let mut light = self.light_above.clone();
+        let diagonal = self.animation_bounds.size().length();
+        let inside = frame.cameras.first().map(|named| named.camera).filter(|camera| {
+            let Bounds { min, max } = self.animation_bounds;
+            camera.position.cmpge(min).all() && camera.position.cmple(max).all()
+        });
+        if let Some(camera) = inside {
+            let position = camera.position + (camera.up + camera.right * 0.5) * (0.03 * diagonal);
+            light.source = LightSource::Point { position };
+            light.intensity = intensity_at(0.3 * diagonal);
+        }
+        light
     }
 
     /// How long the scene's animation takes before it starts again; zero for a motionless scene.
@@ -200,7 +217,7 @@ pub(crate) fn read_still(path: &Path) -> Result<Still, Error> {
     }
 }
 
-/// A light above and to one side of `bounds`, white, and as strong as full sunlight looks at their centre.
+/// A light above and to one side of `bounds`.
 fn light_above(bounds: Bounds) -> Light {
     const TOWARDS_LIGHT: Vec3 = Vec3::new(0.45, 1.0, 0.65);
     let radius = (0.5 * bounds.size().length()).clamp(f32::MIN_POSITIVE, f32::MAX);
@@ -209,7 +226,12 @@ fn light_above(bounds: Bounds) -> Light {
         name: "made from the bounds".into(),
         source: LightSource::Point { position: bounds.center() + offset },
         color: Vec3::ONE,
-        intensity: std::f32::consts::PI * offset.length_squared(),
+        intensity: intensity_at(offset.length()),
         range: None,
     }
+}
+
+/// The intensity, in candela, that makes a white surface at a distance nearly as bright as a screen can show.
+fn intensity_at(distance: f32) -> f32 {
+    0.8 * std::f32::consts::PI * distance * distance
 }

@@ -98,6 +98,10 @@ impl Texture {
         let mut reader = image::ImageReader::new(Cursor::new(bytes))
             .with_guessed_format()
             .map_err(|error| format!("not an image: {error}"))?;
+        // TGA is the one format that doesn't say in its first bytes what it is.
+        if reader.format().is_none() {
+            reader.set_format(image::ImageFormat::Tga);
+        }
         let mut limits = image::Limits::default();
         limits.max_image_width = Some(Self::MAX_SIDE);
         limits.max_image_height = Some(Self::MAX_SIDE);

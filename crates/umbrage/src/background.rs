@@ -12,7 +12,7 @@ use crate::panorama::Panorama;
 pub enum Background {
     /// One linear colour everywhere.
     Color(Vec3),
-    /// A soft sky: bluer towards the zenith, grey below the horizon.
+    /// A soft sky: bluer towards the zenith, hazy at the horizon, grey below it.
     #[default]
     Sky,
     /// A latitude–longitude image.
@@ -36,7 +36,7 @@ impl Background {
     fn radiance(&self, direction: Vec3) -> Vec3 {
         match self {
             Self::Color(color) => *color,
-            Self::Sky => sky(direction.y, 0.02),
+            Self::Sky => sky(direction.y, 0.05),
             Self::Image(panorama) => panorama.radiance(direction, 0.0),
         }
     }
@@ -44,12 +44,15 @@ impl Background {
 
 /// The sky's radiance at a height between −1 and 1, its horizon blurred over `softness`.
 fn sky(height: f32, softness: f32) -> Vec3 {
-    const ZENITH: Vec3 = Vec3::new(0.17, 0.28, 0.50);
-    const HORIZON: Vec3 = Vec3::new(0.56, 0.64, 0.72);
-    const GROUND: Vec3 = Vec3::new(0.20, 0.19, 0.18);
+    const ZENITH: Vec3 = Vec3::new(0.16, 0.26, 0.46);
+    const HORIZON: Vec3 = Vec3::new(0.56, 0.63, 0.70);
+    /// Just below the horizon, where haze hides the ground, and straight down.
+    const HAZE: Vec3 = Vec3::new(0.46, 0.47, 0.48);
+    const GROUND: Vec3 = Vec3::new(0.16, 0.15, 0.145);
     let above = HORIZON.lerp(ZENITH, height.max(0.0).sqrt());
+    let below = HAZE.lerp(GROUND, (-height).max(0.0).sqrt());
     let part = ((height + softness) / (2.0 * softness)).clamp(0.0, 1.0);
-    GROUND.lerp(above, part * part * (3.0 - 2.0 * part))
+    below.lerp(above, part * part * (3.0 - 2.0 * part))
 }
 
 /// A background prepared for shading.
@@ -106,7 +109,7 @@ impl<'a> Surroundings<'a> {
     pub(crate) fn blurred(&self, direction: Vec3, roughness: f32) -> Vec3 {
         match self.background {
             Background::Color(color) => *color,
-            Background::Sky => sky(direction.y, 0.02 + roughness * roughness),
+            Background::Sky => sky(direction.y, 0.05 + roughness * roughness),
             Background::Image(panorama) => panorama.radiance(direction, 0.5 * roughness * roughness),
         }
     }

@@ -182,12 +182,10 @@ impl Posture {
         self.torso(rest) + self.lag * looseness
     }
 
-
     /// Coat, belt and neck.
     fn trunk(&self, parts: &mut Vec<Part>) {
-        let section = |y: f32, z: f32, width: f32, depth: f32| {
-            Section::new(self.torso(Vec3::new(0.0, y, z)), width, depth)
-        };
+        let section =
+            |y: f32, z: f32, width: f32, depth: f32| Section::new(self.torso(Vec3::new(0.0, y, z)), width, depth);
         let coat = [
             section(0.125, 0.0, 0.142, 0.132),
             section(0.17, 0.0, 0.146, 0.138),
@@ -200,11 +198,7 @@ impl Posture {
         let belt = [section(0.2, 0.004, 0.147, 0.143), section(0.234, 0.006, 0.144, 0.142)];
         parts.push(Part::new(Stuff::Leather, [6, 28], Sweep::new(&belt, Vec3::X, [0.2, 0.2])));
         let buckle = self.torso(Vec3::new(0.0, 0.217, 0.148));
-        parts.push(Part::new(
-            Stuff::Brass,
-            [8, 12],
-            Sweep::ellipsoid(buckle, Vec3::Y * 0.026, Vec3::X, 0.03, 0.012),
-        ));
+        parts.push(Part::new(Stuff::Brass, [8, 12], Sweep::ellipsoid(buckle, Vec3::Y * 0.026, Vec3::X, 0.03, 0.012)));
         let collar = [section(0.372, -0.004, 0.098, 0.09), section(0.402, -0.002, 0.092, 0.084)];
         parts.push(Part::new(Stuff::Hat, [8, 24], Sweep::new(&collar, Vec3::X, [0.5, 0.5])));
         for height in [0.27, 0.32] {
@@ -241,9 +235,7 @@ impl Posture {
             (0.29, 0.132, 0.05, 0.03, 0.5),
             (0.235, 0.15, 0.014, 0.01, 0.9),
         ]
-        .map(|(y, z, width, depth, looseness)| {
-            Section::new(self.loose(Vec3::new(0.0, y, z), looseness), width, depth)
-        });
+        .map(|(y, z, width, depth, looseness)| Section::new(self.loose(Vec3::new(0.0, y, z), looseness), width, depth));
         parts.push(Part::new(Stuff::Hair, [18, 20], Sweep::new(&beard, Vec3::X, [0.12, 0.2])));
         self.hat(parts);
     }
@@ -262,11 +254,7 @@ impl Posture {
         let brim = [0.527, 0.556].map(|y| Section::round(self.torso(Vec3::new(0.0, y, 0.0)), 0.125));
         parts.push(Part::new(Stuff::Leather, [8, 28], Sweep::new(&brim, Vec3::X, [0.5, 0.5])));
         let bobble = self.loose(Vec3::new(0.0, 0.823, -0.205), 2.1);
-        parts.push(Part::new(
-            Stuff::Hair,
-            [10, 12],
-            Sweep::ellipsoid(bobble, Vec3::Y * 0.022, Vec3::X, 0.022, 0.022),
-        ));
+        parts.push(Part::new(Stuff::Hair, [10, 12], Sweep::ellipsoid(bobble, Vec3::Y * 0.022, Vec3::X, 0.022, 0.022)));
     }
 
     fn leg(&self, left: f32, foot: Foot, parts: &mut Vec<Part>) {
@@ -315,7 +303,7 @@ impl Posture {
     /// A lantern on a stick; gives the flame's place.
     fn lantern(&self, hand: Vec3, parts: &mut Vec<Part>) -> Vec3 {
         let grip = hand + Vec3::new(0.0, -0.005, 0.02);
-        let tip = self.torso(Vec3::new(-0.17, 0.68, 0.34));
+        let tip = self.torso(Vec3::new(-0.2, 0.66, 0.5));
         let butt = grip + (grip - tip) * 0.45;
         let bowed = grip.lerp(tip, 0.6) + Vec3::new(0.0, 0.035, -0.02);
         let stick = [(butt, 0.011), (grip, 0.011), (bowed, 0.009), (tip, 0.006)]
@@ -356,6 +344,8 @@ impl Posture {
         let cap = [(-0.03, 0.24), (-0.012, 0.252), (0.05, 0.222), (0.11, 0.14), (0.137, 0.05)]
             .map(|(above, radius)| Section::round(crown + up * above, radius));
         parts.push(Part::new(Stuff::Toadstool, [22, 36], Sweep::new(&cap, Vec3::X, [0.02, 0.12])));
+        let gills = Sweep::ellipsoid(crown - up * 0.027, up * 0.014, Vec3::X, 0.228, 0.228);
+        parts.push(Part::new(Stuff::Hair, [6, 36], gills));
         crown
     }
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use self::drape::Drape;
 use super::build::math::{mix, smoothstep, turned};
-use super::build::{MeshBuilder, Palette, Sheet, color_texture, fractal_noise, noise, srgb};
+use super::build::{MeshBuilder, Palette, Sheet, color_texture, fractal_noise, mottled_texture, noise, srgb};
 use super::{DemoScene, studio};
 use crate::still::Still;
 use crate::{Frame, Texture};
@@ -102,7 +102,7 @@ fn weave() -> Texture {
 /// Warm grey plaster.
 fn plaster() -> Texture {
     let color = srgb(0xcfc6ba);
-    color_texture("plaster", [256; 2], move |at| {
+    mottled_texture("plaster", [256; 2], move |at| {
         (color * (1.0 + 0.06 * fractal_noise((at * 8.0).extend(0.5), 4))).extend(1.0)
     })
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use self::fall::{BOARDS, FALL, MARBLES, SECONDS};
 use super::build::math::{mix, smoothstep, wave};
-use super::build::{MeshBuilder, Palette, color_texture, fractal_noise, srgb};
+use super::build::{MeshBuilder, Palette, color_texture, fractal_noise, mottled_texture, srgb};
 use super::{DemoScene, studio};
 use crate::still::Still;
 use crate::{Frame, Texture};
@@ -131,7 +131,7 @@ fn swirl_texture(name: &str, seed: f32, ground: Vec3, swirl: Vec3) -> Texture {
 /// Dark wood whose grain runs along x.
 fn wood() -> Texture {
     let (dark, light) = (srgb(0x4a2c1a), srgb(0x8a5a36));
-    color_texture("walnut", [256, 128], move |at| {
+    mottled_texture("walnut", [256, 128], move |at| {
         let place = Vec2::new(at.x * 2.0, at.y * 9.0);
         let rings = wave(place.y * 0.8 + 1.5 * fractal_noise(place.extend(0.0), 3));
         let pores = fractal_noise(Vec3::new(at.x * 8.0, at.y * 80.0, 1.0), 2);

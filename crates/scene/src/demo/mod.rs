@@ -58,19 +58,30 @@ macro_rules! gallery {
     };
 }
 
+mod character;
 mod cloth;
 mod detail;
+mod forest;
+mod glade;
 mod glass;
 mod marbles;
+mod plant;
+mod sculpture;
+mod shatter;
 mod stadium;
+mod statue;
 mod studio;
 mod sweep;
 mod trophy;
+mod wind;
 
 gallery! {
     Cloth => cloth::Cloth,
     Marbles => marbles::Marbles,
+    Shatter => shatter::Shatter,
+    Statue => statue::Statue,
     Glass => glass::Glass,
+    Forest => forest::Forest,
     Stadium => stadium::Stadium,
 }
 

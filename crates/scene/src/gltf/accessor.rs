@@ -218,20 +218,22 @@ impl Accessor<'_> {
         }
     }
 
-    /// For an accessor that is zero except at some places: these places, rising, and what is there.
+    /// Whether all of its elements are zero, except those that [`Accessor::sparse_floats`] gives.
+    pub(super) fn is_mostly_zero(&self) -> bool {
+        self.base.is_none()
+    }
+
+    /// The places, rising, at which its elements are replaced by others, and these.
     ///
     /// # Errors
     /// Where its elements don't have N components.
     pub(super) fn sparse_floats<const N: usize, T: Clone>(
         &self,
         make: impl Fn([f32; N]) -> T,
-    ) -> Result<Option<(Vec<u32>, Vec<T>)>, Error> {
-        if self.base.is_some() {
-            return Ok(None);
-        }
-        let Some(sparse) = &self.sparse else { return Ok(Some((Vec::new(), Vec::new()))) };
+    ) -> Result<(Vec<u32>, Vec<T>), Error> {
+        let Some(sparse) = &self.sparse else { return Ok((Vec::new(), Vec::new())) };
         let only_values = Self { count: sparse.places.len(), base: Some(sparse.values), sparse: None, ..self.clone() };
-        Ok(Some((sparse.places.clone(), only_values.floats(None, make)?)))
+        Ok((sparse.places.clone(), only_values.floats(None, make)?))
     }
 
     /// The number of components of an element: 1 … 16.

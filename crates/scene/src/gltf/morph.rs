@@ -47,10 +47,11 @@ impl MorphTarget {
             let place = format!("{place}.{name}");
             let accessor = document.accessor(accessor, &place)?;
             accessor.expect_count(count, &place)?;
-            Ok(match accessor.sparse_floats(Vec3::from_array)? {
-                Some((vertices, deltas)) => Deltas::sparse(vertices, deltas, kept),
-                None => Deltas::Dense(accessor.floats(kept, Vec3::from_array)?),
-            })
+            if accessor.is_mostly_zero() {
+                let (vertices, deltas) = accessor.sparse_floats(Vec3::from_array)?;
+                return Ok(Deltas::sparse(vertices, deltas, kept));
+            }
+            Ok(Deltas::Dense(accessor.floats(kept, Vec3::from_array)?))
         };
         Ok(Self {
             positions: deltas(json.positions, "POSITION")?,

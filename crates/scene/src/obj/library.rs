@@ -174,7 +174,10 @@ fn finite(word: &[u8]) -> Result<f32, String> {
 }
 
 fn scalar(rest: &[u8]) -> Result<f32, String> {
-    finite(text::keyword(rest).0)
+    match text::keyword(rest).0 {
+        b"" => Err("no number".to_owned()),
+        word => finite(word),
+    }
 }
 
 /// One number for a grey, or three.

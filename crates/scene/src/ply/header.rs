@@ -100,31 +100,28 @@ impl Header {
     /// # Errors
     /// Names the line that breaks the format.
     pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
-        let mut lines = Lines::new(&bytes[..bytes.len().min(Self::MAX_BYTES)]);
+        let mut lines = Lines::new(bytes);
         if lines.next().is_none_or(|(_, line)| line.trim_ascii_end() != b"ply") {
             return Err(Error::malformed(path, "line 1", "not a PLY file: the first line is not `ply`"));
         }
         let mut encoding = None;
         let mut elements = Vec::new();
         let mut last = 1;
-        for (line_number, line) in &mut lines {
+        while let Some((line_number, line)) = lines.next() {
             last = line_number;
+            let malformed = |cause| Error::malformed(path, format!("line {line_number}"), cause);
+            let bytes = bytes.len() - lines.rest().len();
+            if bytes > Self::MAX_BYTES {
+                return Err(malformed(format!("no `end_header` in the first {} bytes", Self::MAX_BYTES)));
+            }
             if line.trim_ascii() == b"end_header" {
                 let encoding = encoding
                     .ok_or_else(|| Error::malformed(path, "header", "no `format` line says how values are encoded"))?;
-                let rest = lines.rest().len();
-                let bytes = bytes.len().min(Self::MAX_BYTES) - rest;
                 return Ok(Self { encoding, elements, bytes });
             }
-            statement(line, &mut encoding, &mut elements)
-                .map_err(|cause| Error::malformed(path, format!("line {line_number}"), cause))?;
+            statement(line, &mut encoding, &mut elements).map_err(malformed)?;
         }
-        let cause = if bytes.len() > Self::MAX_BYTES {
-            format!("no `end_header` in the first {} bytes", Self::MAX_BYTES)
-        } else {
-            "the file ends before `end_header`".to_owned()
-        };
-        Err(Error::malformed(path, format!("line {last}"), cause))
+        Err(Error::malformed(path, format!("line {last}"), "the file ends before `end_header`"))
     }
 }
 

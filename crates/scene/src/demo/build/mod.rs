@@ -15,8 +15,9 @@ use crate::still::Still;
 use crate::{Materials, Mesh};
 
 pub(crate) use noise::{fractal_noise, noise};
-pub(crate) use paint::{Palette, checker, color_texture, srgb};
+pub(crate) use paint::{Palette, checker, color_texture, mottled_texture, srgb};
 pub(crate) use random::{Random, hash, unit};
+pub(crate) use shapes::on_sphere;
 pub(crate) use sheet::{Join, Sheet};
 
 /// A mesh that grows shape by shape.
@@ -66,6 +67,12 @@ impl MeshBuilder {
     pub(crate) fn tint(&mut self, tint: Vec3) -> &mut Self {
         self.tint = tint;
         self
+    }
+
+    /// Gives vertex `index`, which is there already, the linear tint `tint`.
+    pub(crate) fn tint_vertex(&mut self, index: usize, tint: Vec3) {
+        self.colors.resize(self.positions.len(), Vec4::ONE);
+        self.colors[index] = tint.extend(1.0);
     }
 
     /// Adds a vertex and returns its index. `normal` is of unit length, or zero for flat surfaces.
