@@ -11,15 +11,15 @@ const EXAMPLES: &str = "\
 Examples:
   umbrage render
       The built-in cloth, as umbrage.png
-  umbrage render demo:marbles --time 1.5 --samples 4 -o marbles.png
+  umbrage render demo:glass --time 1.5 --samples 4 -o glass.png
       One moment of another built-in scene, four rays a pixel
-  umbrage render 'demo:shatter?triangles=20000' --frames 0..24 --size 640x360 -o shatter.gif
+  umbrage render 'demo:marbles?triangles=20000' --frames 0..24 --size 640x360 -o marbles.gif
       An animation of one second
   umbrage render demo:cloth --frames 0..3 -o cloth_%04d.exr
       Numbered frames with depth, normals and triangle ids
-  umbrage render demo:forest --format y4m -o - | ffmpeg -i - -colorspace bt709 forest.mp4
+  umbrage render demo:stadium --format y4m -o - | ffmpeg -i - -colorspace bt709 stadium.mp4
       The whole animation, through an encoder
-  umbrage render demo:hall --camera 4,3,8:0,1,0:45 --light sun:-1,-2,-1 --background '#a0b8d8' -o hall.png
+  umbrage render demo:cloth --camera 3,2,4:0,1,0:45 --light sun:-1,-2,-1 --background '#a0b8d8' -o sun.png
       One's own camera, light and background
   umbrage render demo:cloth --frames 0..24 --orbit-light --stats json -o orbit.apng
       The light goes round the scene; what each frame cost goes to standard output
