@@ -81,7 +81,8 @@ pub(super) fn wall(builder: &mut MeshBuilder, wall: Wall, masonry: Masonry, deta
     let point = |u: f32| (u * columns as f32).round() as usize;
     let first = builder.positions.len();
     builder.material(masonry.ashlar);
-    for side in [1.0, -1.0] {
+    let faces: &[f32] = if detail.is_ornate() { &[1.0, -1.0] } else { &[1.0] };
+    for &side in faces {
         let z = 0.5 * side * thickness;
         builder.sheet(Sheet::open(columns, 1), |u, v| {
             let outwards = (v > 0.5) == (side > 0.0);
@@ -93,21 +94,34 @@ pub(super) fn wall(builder: &mut MeshBuilder, wall: Wall, masonry: Masonry, deta
             builder.quad(corners.map(|[x, y]| Vec3::new(x, y, z)), Vec2::ONE);
         }
     }
-    builder.material(masonry.stone);
-    builder.sheet(Sheet::open(columns, 1), |u, v| inner[point(u)].extend((v - 0.5) * thickness));
-    let sill = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)]
-        .map(|(x, z)| Vec3::new(x * opening.half_width, opening.sill, 0.5 * z * thickness));
-    builder.quad(sill, Vec2::ONE);
+    if detail.is_ornate() {
+        reveal(builder, wall, &inner, masonry, detail);
+    }
     for index in first..builder.positions.len() {
         builder.tex_coords[index] = builder.positions[index].xy() * Vec2::new(1.0, -1.0);
     }
-    // A moulding around the front of the opening.
+}
+
+/// Adds the inside of an opening with the outline `inner`, and a moulding around its front.
+fn reveal(builder: &mut MeshBuilder, wall: Wall, inner: &[Vec2], masonry: Masonry, detail: Detail) {
+    let Wall { thickness, opening, .. } = wall;
+    let columns = inner.len() as u32 - 1;
+    builder.material(masonry.stone).sheet(Sheet::open(columns, 1), |u, v| {
+        inner[(u * columns as f32).round() as usize].extend((v - 0.5) * thickness)
+    });
+    let sill = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)]
+        .map(|(x, z)| Vec3::new(x * opening.half_width, opening.sill, 0.5 * z * thickness));
+    builder.quad(sill, Vec2::ONE);
     let path: Vec<Vec3> = inner.iter().map(|point| point.extend(0.5 * thickness)).collect();
     builder.tube(&path, |_| 0.075, detail.quads(8, 3));
 }
 
-/// Adds the bars of a window: two lights with pointed heads, a ring above them, and panes between lead.
+/// Adds the bars of a window: two lights with pointed heads, a ring above them, and panes between lead. A plain
+/// building has none.
 pub(super) fn tracery(builder: &mut MeshBuilder, opening: Opening, masonry: Masonry, detail: Detail) {
+    if !detail.is_ornate() {
+        return;
+    }
     let columns = detail.quads(8, 3);
     let Opening { half_width, sill, spring } = opening;
     let lower = spring - 0.25 * half_width;
@@ -149,6 +163,10 @@ pub(super) fn column(builder: &mut MeshBuilder, radius: f32, height: f32, masonr
     let around = detail.quads(40, 6);
     let capital = 1.5 * radius;
     builder.material(masonry.stone);
+    if !detail.is_ornate() {
+        builder.lathe(&[Vec2::new(radius, 0.0), Vec2::new(radius, height)], around);
+        return;
+    }
     let base = [
         (1.62, 0.0),
         (1.62, 0.36),
@@ -221,6 +239,9 @@ pub(super) fn vault(builder: &mut MeshBuilder, vault: Vault, rib_radius: f32, ma
                 _ => vault.at(-out, across),
             }
         });
+    }
+    if !detail.is_ornate() {
+        return;
     }
     let rows = 2 * detail.quads(9, 1);
     let columns = detail.quads(8, 3);

@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 use glam::{Affine3A, Vec2, Vec3};
 
-use super::build::math::{mix, rotation, sin_cos, smoothstep, turned, wave};
+use super::build::math::{mix, sin_cos, smoothstep, turned, wave};
 use super::build::{MeshBuilder, Random, Sheet, fractal_noise, srgb};
 use super::detail::Detail;
 
@@ -103,6 +103,10 @@ pub(super) fn table(builder: &mut MeshBuilder, half_length: f32, joinery: Joiner
     const HEIGHT: f32 = 0.77;
     const HALF_WIDTH: f32 = 0.55;
     builder.material(joinery.wood);
+    if !detail.is_ornate() {
+        builder.cuboid(Vec3::new(-HALF_WIDTH, 0.0, -half_length), Vec3::new(HALF_WIDTH, HEIGHT, half_length));
+        return;
+    }
     board(builder, Vec3::new(0.0, HEIGHT - 0.022, 0.0), Vec3::new(HALF_WIDTH, 0.022, half_length), detail);
     board(builder, Vec3::new(0.0, HEIGHT - 0.09, 0.0), Vec3::new(HALF_WIDTH - 0.06, 0.045, half_length - 0.1), detail);
     for z in [-1.0, 0.0, 1.0] {
@@ -159,6 +163,10 @@ pub(super) const SHELVES_IN_CASE: u32 = 2 * (SHELVES.len() as u32 - 1);
 pub(super) fn bookcase(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
     let half = 0.5 * CASE_LENGTH;
     builder.material(joinery.wood);
+    if !detail.is_ornate() {
+        builder.cuboid(Vec3::new(-half, 0.0, -0.05), Vec3::new(half, 2.7, 0.05));
+        return;
+    }
     for x in [-half, half] {
         board(builder, Vec3::new(x, 1.32, 0.0), Vec3::new(0.035, 1.32, CASE_HALF_DEPTH + 0.02), detail);
         turned_leg(builder, Vec3::new(x, 2.6, 0.0), 0.3, 0.07, detail);
@@ -258,6 +266,12 @@ fn one_book(builder: &mut MeshBuilder, joinery: Joinery, foot: Vec3, size: Vec3,
 /// A chandelier that hangs from the origin, its ring `drop` below: a chain, a body, arms, candles and flames.
 pub(super) fn chandelier(builder: &mut MeshBuilder, drop: f32, joinery: Joinery, detail: Detail) {
     const RADIUS: f32 = 1.15;
+    if !detail.is_ornate() {
+        builder.material(joinery.brass).place(Affine3A::from_translation(Vec3::NEG_Y * drop), |builder| {
+            builder.cylinder(RADIUS, 0.1, detail.quads(14, 6));
+        });
+        return;
+    }
     let around = detail.quads(14, 3);
     builder.material(joinery.iron);
     let links = detail.things(((drop - 1.2) / 0.11) as u32).max(1);
@@ -382,9 +396,4 @@ pub(super) fn world_map(at: Vec2) -> Vec3 {
 pub(super) fn baluster(builder: &mut MeshBuilder, foot: Vec3, height: f32, material: u32, detail: Detail) {
     builder.material(material);
     turned_leg(builder, foot, height, 0.07, detail);
-}
-
-/// The turn of a thing that hangs and swings by `radians` about the level axis `axis`.
-pub(super) fn swing(axis: Vec3, radians: f32) -> glam::Quat {
-    rotation(axis, radians)
 }

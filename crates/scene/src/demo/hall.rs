@@ -6,12 +6,13 @@ use umbrage_rays::LightSource;
 
 use super::DemoScene;
 use super::architecture::{self, Masonry, Opening, Vault, Wall};
-use super::build::math::{camera, mix, rotation, sin_cos, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Palette, Random, Sheet, color_texture, fractal_noise, srgb};
+use super::build::math::{camera, mix, rotation, rotation_between, sin_cos, turned, wave};
+use super::build::{MeshBuilder, Palette, Random, Sheet, srgb};
 use super::detail::Detail;
 use super::furniture::{self, CASE_LENGTH, Joinery, SHELVES_IN_CASE};
+use super::hall_paints::{Floors, joinery, masonry};
 use crate::still::Still;
-use crate::{Frame, Light, Material, NamedCamera, Texture};
+use crate::{Frame, Light, NamedCamera};
 
 /// The reading room of an old library: vaults and walls of few triangles beside furniture and books of many.
 #[derive(Debug)]
@@ -24,11 +25,11 @@ pub(crate) struct Hall {
 }
 
 /// Length of a bay and number of bays; the hall goes from z = 0 towards −Z.
-const BAY: f32 = 5.0;
-const BAYS: u32 = 6;
+pub(super) const BAY: f32 = 5.0;
+pub(super) const BAYS: u32 = 6;
 /// Where the columns and the outer walls are, from the middle.
-const NAVE: f32 = 4.5;
-const AISLE: f32 = 8.7;
+pub(super) const NAVE: f32 = 4.5;
+pub(super) const AISLE: f32 = 8.7;
 /// Heights at which the arches of the nave, and the vaults of the nave and the aisles, begin.
 const ARCADE_SPRING: f32 = 3.4;
 const NAVE_SPRING: f32 = 6.4;
@@ -76,7 +77,7 @@ impl Hall {
             turn(frame, vertices.clone(), hook(place), swing(place, part));
         }
         let axis = Vec3::new(0.39, 0.92, 0.0).normalize();
-        turn(frame, self.globe.clone(), GLOBE, tilt(axis) * turned(TAU * part));
+        turn(frame, self.globe.clone(), GLOBE, rotation_between(Vec3::Y, axis) * turned(TAU * part));
         frame.cameras.push(NamedCamera { name: "reader".into(), camera: view(part) });
         frame.lights.extend(lights(part));
     }
@@ -90,10 +91,6 @@ fn turn(frame: &mut Frame, vertices: Range<usize>, place: Vec3, turn: Quat) {
     for normal in &mut frame.normals[vertices] {
         *normal = turn * *normal;
     }
-}
-
-fn tilt(axis: Vec3) -> Quat {
-    super::build::math::rotation_between(Vec3::Y, axis)
 }
 
 /// Where chandelier `place` hangs.
@@ -153,7 +150,7 @@ fn still_parts(detail: Detail, masonry: Masonry, joinery: Joinery, floors: &Floo
     builder
 }
 
-/// The four chandeliers and the globe, each around the origin.
+/// The three chandeliers and the globe, each around the origin.
 fn moving_parts(detail: Detail, joinery: Joinery) -> [MeshBuilder; 4] {
     let mut chandelier = MeshBuilder::new();
     furniture::chandelier(&mut chandelier, CHANDELIER_DROP, joinery, detail);
@@ -192,7 +189,9 @@ fn shell(builder: &mut MeshBuilder, masonry: Masonry, detail: Detail) {
             detail.quads(8, 3),
         );
     });
-    rose(builder, Vec3::new(0.0, 7.6, -length - 0.4), 0.82, masonry, detail);
+    if detail.is_ornate() {
+        rose(builder, Vec3::new(0.0, 7.6, -length - 0.4), 0.82, masonry, detail);
+    }
 }
 
 /// A wheel of tracery, around `middle`, facing +Z.
@@ -246,6 +245,9 @@ fn one_bay(builder: &mut MeshBuilder, masonry: Masonry, detail: Detail) {
         builder.place(Affine3A::from_translation(Vec3::X * (side * middle)), |builder| {
             architecture::vault(builder, aisle, 0.07, masonry, detail);
         });
+        if !detail.is_ornate() {
+            continue;
+        }
         // Slender shafts carry the ribs of the nave's vault.
         let shaft = Vec3::new(side * (NAVE - 0.36), 0.0, half_width);
         builder.place(Affine3A::from_translation(shaft), |builder| {
@@ -277,6 +279,9 @@ fn dais(builder: &mut MeshBuilder, masonry: Masonry, joinery: Joinery, floors: &
         builder.cuboid(Vec3::new(-NAVE + 0.4, height, rear), Vec3::new(NAVE - 0.4, height + 0.16, front));
     }
     floors.runner(builder, Vec3::new(0.0, 0.645, rear + 2.5), Vec2::new(2.0, 5.0));
+    if !detail.is_ornate() {
+        return;
+    }
     let (height, front) = (0.64, rear + 4.85);
     for side in [-1.0, 1.0] {
         let [inner, outer] = [1.25, NAVE - 0.6].map(|x| side * x);
@@ -335,6 +340,9 @@ fn furnish(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
             }
         }
     }
+    if !detail.is_ornate() {
+        return;
+    }
     builder.place(Affine3A::from_translation(GLOBE.with_y(0.0)), |builder| {
         furniture::globe_stand(builder, joinery, detail);
     });
@@ -368,122 +376,4 @@ fn books(builder: &mut MeshBuilder, joinery: Joinery, triangles: usize) {
             furniture::books(builder, &mut random, joinery, shelf, count as u32, bends);
         });
     }
-}
-
-/// What one walks on.
-struct Floors {
-    marble: u32,
-    flags: u32,
-    carpet: u32,
-}
-
-impl Floors {
-    fn new(palette: &mut Palette) -> Self {
-        Self {
-            marble: palette.textured("marble floor", marble_floor(), Vec2::splat(2.0), 0.22),
-            flags: palette.textured("flagstones", ashlar(), Vec2::new(1.6, 1.6), 0.7),
-            carpet: palette.textured("carpet", carpet(), Vec2::ONE, 0.95),
-        }
-    }
-
-    fn lay(&self, builder: &mut MeshBuilder) {
-        let length = BAY * BAYS as f32;
-        let middle = Vec3::new(0.0, 0.0, -0.5 * length);
-        builder.material(self.marble).floor(middle, Vec2::new(2.0 * NAVE, length + 1.4), [1, 1]);
-        for side in [-1.0, 1.0] {
-            let center = middle + Vec3::X * (side * 0.5 * (NAVE + AISLE + 0.3));
-            builder.material(self.flags).floor(center, Vec2::new(AISLE - NAVE + 0.3, length + 1.4), [1, 1]);
-        }
-        self.runner(builder, Vec3::new(0.0, 0.006, -12.0), Vec2::new(2.0, 23.2));
-    }
-
-    /// A carpet around `middle`, of `size` along x and z.
-    fn runner(&self, builder: &mut MeshBuilder, middle: Vec3, size: Vec2) {
-        let corner = |x: f32, z: f32| middle + Vec3::new(x * size.x, 0.0, z * size.y) * 0.5;
-        let corners = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
-        builder.material(self.carpet).quad(corners, Vec2::new(1.0, size.y / size.x));
-    }
-}
-
-fn masonry(palette: &mut Palette) -> Masonry {
-    Masonry {
-        ashlar: palette.textured("ashlar", ashlar(), Vec2::new(1.6, 1.6), 0.85),
-        stone: palette.dull("stone", srgb(0xd6_ca_b2), 0.75),
-        plaster: palette.dull("plaster", srgb(0xe6_de_cc), 0.9),
-        lead: palette.dull("lead", srgb(0x3a_3c_40), 0.6),
-    }
-}
-
-fn joinery(palette: &mut Palette) -> Joinery {
-    let map = color_texture("map", [512, 256], |at| furniture::world_map(at).extend(1.0));
-    let flame =
-        Material { name: "flame".into(), emissive: srgb(0xff_c8_70) * 4.0, roughness: 0.6, ..Material::default() };
-    Joinery {
-        wood: palette.dull("walnut", srgb(0x6a_40_24), 0.38),
-        leather: palette.dull("leather", srgb(0x6e_22_1c), 0.45),
-        brass: palette.metal("brass", Vec3::new(0.88, 0.64, 0.3), 0.25),
-        iron: palette.dull("iron", srgb(0x2c_2a_28), 0.5),
-        wax: palette.dull("wax", srgb(0xf2_e8_d0), 0.5),
-        flame: palette.add(flame),
-        shade: palette.dull("shade", srgb(0x1c_6a_48), 0.15),
-        paper: palette.dull("paper", srgb(0xea_e0_c8), 0.9),
-        cloth: palette.dull("cloth", Vec3::ONE, 0.55),
-        globe: palette.textured("map", map, Vec2::ONE, 0.35),
-    }
-}
-
-/// Four courses of stone blocks with thin joints, each course shifted by half a block.
-fn ashlar() -> Texture {
-    color_texture("ashlar", [256, 256], |at| {
-        let course = at.y * 4.0;
-        let block = at.x * 2.0 + 0.5 * (course.floor() as u32 % 2) as f32;
-        let joint = (block - block.round()).abs() < 0.008 || (course - course.round()).abs() < 0.018;
-        // Blocks differ a little; the noise repeats with the image.
-        let tone = 0.07 * wave(course.floor() * 0.37 + block.floor().rem_euclid(2.0) * 0.61);
-        let (sin, cos) = sin_cos(TAU * at.x);
-        let (sin_v, cos_v) = sin_cos(TAU * at.y);
-        let grain = 0.12 * fractal_noise(Vec3::new(cos + 0.6 * cos_v, sin + 0.6 * sin_v, cos_v - sin) * 3.0, 4);
-        let stone = srgb(0xd2_c4_a8) * (1.0 + tone + grain);
-        if joint { srgb(0xb0_a2_88) } else { stone }.extend(1.0)
-    })
-}
-
-/// Two by two slabs of light and dark marble with veins.
-fn marble_floor() -> Texture {
-    color_texture("marble floor", [512, 512], |at| {
-        let odd = (at.x < 0.5) != (at.y < 0.5);
-        let slab = (at * 2.0).fract();
-        let joint = slab.min_element() < 0.008 || slab.max_element() > 0.992;
-        let place = Vec3::new(at.x * 5.0, at.y * 5.0, if odd { 3.0 } else { 11.0 });
-        let bent = fractal_noise(place, 4);
-        let line = (fractal_noise(place * 0.8 + Vec3::splat(1.6 * bent), 4) * 2.0).abs();
-        let vein = smoothstep(0.12, 0.0, line);
-        let (ground, veins) = if odd { (0x4a_2e_26, 0x9a_7a_68) } else { (0xe4_da_c6, 0xb0_a0_88) };
-        let color = srgb(ground).lerp(srgb(veins), 0.6 * vein + 0.1 * (bent + 0.5).clamp(0.0, 1.0));
-        if joint { srgb(0x8a_7c_68) } else { color }.extend(1.0)
-    })
-}
-
-/// A red runner with a border along both sides and a row of medallions.
-fn carpet() -> Texture {
-    color_texture("carpet", [256, 256], |at| {
-        let edge = (at.x - 0.5).abs() * 2.0;
-        let (red, dark, gold) = (srgb(0x8a_1c_1a), srgb(0x3e_10_1c), srgb(0xc8_9a_4a));
-        let weave = 0.92 + 0.16 * wave(at.x * 90.0) * wave(at.y * 90.0);
-        let center = (at - 0.5).abs();
-        let diamond = center.x / 0.3 + center.y / 0.42;
-        let color = if edge > 0.96 || (0.76..0.79).contains(&edge) {
-            gold
-        } else if edge > 0.79 {
-            let leaf = wave(at.y * 8.0) * 0.05 + 0.875;
-            if (edge - leaf).abs() < 0.022 { gold } else { dark }
-        } else if (0.9..1.0).contains(&diamond) || diamond < 0.16 {
-            gold
-        } else if diamond < 0.9 && (0.4..0.55).contains(&diamond) {
-            dark
-        } else {
-            red
-        };
-        (color * weave).extend(1.0)
-    })
 }
