@@ -7,7 +7,9 @@ use rayon::prelude::*;
 
 use self::fall::{BOARDS, FALL, MARBLES, SECONDS};
 use super::build::math::{mix, smoothstep, wave};
-use super::build::{MeshBuilder, Palette, color_texture, fractal_noise, mottled_texture, srgb};
+use super::build::{
+    MeshBuilder, Palette, ball_triangles, color_texture, fineness_of_balls, fractal_noise, mottled_texture, srgb,
+};
 use super::{DemoScene, studio};
 use crate::still::Still;
 use crate::{Frame, Texture};
@@ -37,14 +39,13 @@ impl Marbles {
         let budget = triangles.saturating_sub(12 * BOARDS.len() + studio::backdrop_triangles(columns));
         let mut builder = MeshBuilder::new();
         let mut marbles = Vec::new();
-        for (marble, frequency) in tessellations(budget).into_iter().enumerate() {
+        // Not even octahedra for all: fewer marbles.
+        let count = (budget / ball_triangles(0)).clamp(1, MARBLES);
+        for (marble, fineness) in fineness_of_balls(&vec![1.0; count], budget).into_iter().enumerate() {
             let first = builder.positions.len();
             builder.material(finishes[(marble * 7 + marble / 5) % finishes.len()]);
             let radius = FALL.radii[marble];
-            match frequency {
-                0 => builder.sphere(Vec3::ZERO, radius, 4, 2),
-                frequency => builder.icosphere(Vec3::ZERO, radius, frequency),
-            };
+            builder.ball(Vec3::ZERO, radius, fineness);
             marbles.push(first..builder.positions.len());
         }
         for (board, [low, high]) in BOARDS.into_iter().enumerate() {
@@ -85,17 +86,6 @@ impl Marbles {
         studio::light(frame, "key", Vec3::new(-3.0, 5.0, 2.0), Vec3::ZERO, srgb(0xfff0dc), 0.95);
         studio::light(frame, "fill", Vec3::new(5.0, 4.0, -2.0), Vec3::ZERO, srgb(0xd6e4ff), 0.25);
     }
-}
-
-/// How finely each marble is drawn, as the frequency of its geodesic sphere, 0 being the octahedron: together at most
-/// `budget` triangles, and nearly that.
-fn tessellations(budget: usize) -> Vec<u32> {
-    let cost = |frequency: u32| if frequency == 0 { 8 } else { 20 * frequency as usize * frequency as usize };
-    let marbles = (budget / cost(0)).clamp(1, MARBLES);
-    let coarse = (0..).take_while(|&frequency| marbles * cost(frequency) <= budget).last().unwrap_or(0);
-    let left = budget.saturating_sub(marbles * cost(coarse));
-    let finer = left / (cost(coarse + 1) - cost(coarse));
-    (0..marbles).map(|marble| if marble < finer { coarse + 1 } else { coarse }).collect()
 }
 
 /// The marbles' materials: swirls of two colours, plain glossy ones, and steel.

@@ -58,12 +58,15 @@ macro_rules! gallery {
     };
 }
 
+mod architecture;
 mod character;
 mod cloth;
 mod detail;
 mod forest;
+mod furniture;
 mod glade;
 mod glass;
+mod hall;
 mod marbles;
 mod plant;
 mod sculpture;
@@ -75,6 +78,9 @@ mod sweep;
 mod trophy;
 mod wind;
 
+#[cfg(test)]
+mod tests;
+
 gallery! {
     Cloth => cloth::Cloth,
     Marbles => marbles::Marbles,
@@ -82,6 +88,7 @@ gallery! {
     Statue => statue::Statue,
     Glass => glass::Glass,
     Forest => forest::Forest,
+    Hall => hall::Hall,
     Stadium => stadium::Stadium,
 }
 

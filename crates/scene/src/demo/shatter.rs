@@ -6,7 +6,7 @@ use glam::{Quat, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::build::math::{mix, rotation, rotation_between, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Palette, Random, noise, srgb};
+use super::build::{MeshBuilder, Palette, Random, hash, noise, srgb};
 use super::{DemoScene, sculpture, studio};
 use crate::Frame;
 use crate::still::Still;
@@ -16,22 +16,36 @@ use crate::still::Still;
 pub(crate) struct Shatter {
     /// The whole rabbit, three vertices to each of its triangles, then the floor.
     still: Still,
+    /// What it breaks into first.
+    chunks: Vec<Chunk>,
     /// One for each of the rabbit's triangles.
     shards: Vec<Shard>,
 }
 
-/// How one triangle flies. Times are in seconds since the blast.
+/// A piece of the rabbit that flies as one at first, while it crumbles. Times are in seconds since the blast.
 #[derive(Clone, Copy, Debug)]
-struct Shard {
+struct Chunk {
+    middle: Vec3,
     /// When the blast reaches it.
     start: f32,
-    /// How long it then takes to fall to the floor; infinite if it doesn't while the scene lasts.
-    flight: f32,
     velocity: Vec3,
-    /// Axis of its tumbling times its angular velocity, in radians a second.
+    /// Axis of its tumbling, and its angular velocity in radians a second.
+    spin: (Vec3, f32),
+}
+
+/// How one triangle flies.
+#[derive(Clone, Copy, Debug)]
+struct Shard {
+    /// Place of the chunk that it starts with.
+    chunk: u32,
+    /// How it leaves its chunk: velocity, reached slowly.
+    velocity: Vec3,
+    /// Half its own angular velocity, along its axis.
     spin: Vec3,
-    /// How fast air slows it down, one over seconds.
-    drag: f32,
+    /// When it reaches the floor, in seconds since the blast; infinite if it doesn't while the scene lasts.
+    landing: f32,
+    /// Where its middle then is, how far from home, and how it is turned.
+    landed: (Vec3, Quat),
     /// How long it hops after its fall.
     hop: f32,
 }
@@ -42,7 +56,7 @@ impl Shatter {
 
     const SECONDS: f32 = 8.0;
     /// Time since the blast when the pieces turn back.
-    const LONGEST: f32 = 2.6;
+    const LONGEST: f32 = 1.6;
     /// Where the blast is.
     const BLAST: Vec3 = Vec3::new(0.0, 0.85, 0.0);
 
@@ -65,23 +79,19 @@ impl Shatter {
             });
             builder.triangle(corners);
         }
-        let shards = (0..surface.triangles.len())
-            .into_par_iter()
-            .map(|shard| Shard::new(shard, middle(&builder.positions[3 * shard..][..3])))
-            .collect();
+        let (chunks, shards) = break_up(&builder.positions);
         studio::backdrop(builder.material(floor), 13.0, 9.0, columns);
-        Self { still: builder.finish(palette.finish()), shards }
+        Self { still: builder.finish(palette.finish()), chunks, shards }
     }
 
     pub(crate) fn duration_seconds(&self) -> f64 {
         f64::from(Self::SECONDS)
     }
 
-    /// Time since the blast at a moment of the scene: the pieces fly ever slower, stop, and come back.
+    /// Time since the blast at a moment of the scene: at first it almost stands still, and in the end it runs back.
     fn since_blast(seconds: f32) -> f32 {
-        let left = 1.0 - ((seconds - 0.8) / 4.4).clamp(0.0, 1.0);
-        let out = 1.0 - left * left;
-        Self::LONGEST * out * (1.0 - smoothstep(5.4, 7.7, seconds))
+        let out = ((seconds - 0.8) / 4.4).clamp(0.0, 1.0);
+        Self::LONGEST * out * (0.35 + 0.65 * out) * (1.0 - smoothstep(5.4, 7.7, seconds))
     }
 
     pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
@@ -97,6 +107,7 @@ impl Shatter {
         frame.normals[pieces..].copy_from_slice(&normals[pieces..]);
 
         let now = Self::since_blast(seconds);
+        let flights: Vec<Flight> = self.chunks.iter().map(|chunk| chunk.flight(now)).collect();
         const BATCH: usize = 1024;
         let moved = frame.positions[..pieces].par_chunks_mut(3 * BATCH).zip(frame.normals.par_chunks_mut(3 * BATCH));
         let rest = positions.par_chunks(3 * BATCH).zip(normals.par_chunks(3 * BATCH));
@@ -104,7 +115,7 @@ impl Shatter {
             let moved = moved.0.chunks_exact_mut(3).zip(moved.1.chunks_exact_mut(3));
             let rest = rest.0.chunks_exact(3).zip(rest.1.chunks_exact(3));
             for ((moved, rest), shard) in moved.zip(rest).zip(shards) {
-                shard.write(now, rest, moved);
+                shard.write(now, &flights[shard.chunk as usize], rest, moved);
             }
         });
 
@@ -124,78 +135,124 @@ fn middle(corners: &[Vec3]) -> Vec3 {
     (corners[0] + corners[1] + corners[2]) * (1.0 / 3.0)
 }
 
+/// Chunks and shards of the triangles that `corners` holds three by three.
+fn break_up(corners: &[Vec3]) -> (Vec<Chunk>, Vec<Shard>) {
+    const CHUNKS_PER_UNIT: f32 = 4.0;
+    // Cracks run along the walls of a lattice's cells, bent so that no wall is flat.
+    let cell_of = |place: Vec3| {
+        let bend = Vec3::new(noise(place * 2.7), noise(place * 2.7 + 40.0), noise(place * 2.7 + 80.0));
+        (place * CHUNKS_PER_UNIT + 0.9 * bend).floor().as_ivec3().to_array()
+    };
+    let cells: Vec<[i32; 3]> = corners.par_chunks_exact(3).map(|corners| cell_of(middle(corners))).collect();
+    let mut found = cells.clone();
+    found.sort_unstable();
+    found.dedup();
+    let chunks: Vec<Chunk> = found
+        .iter()
+        .map(|&[x, y, z]| {
+            let middle = (Vec3::new(x as f32, y as f32, z as f32) + 0.5) / CHUNKS_PER_UNIT;
+            Chunk::new(middle, u64::from(hash(x, y, z)))
+        })
+        .collect();
+    let shards = cells.par_iter().zip(corners.par_chunks_exact(3)).enumerate().map(|(shard, (cell, corners))| {
+        // Every cell was found, so the search succeeds.
+        let chunk = found.binary_search(cell).unwrap_or(0);
+        Shard::new(shard, chunk as u32, &chunks[chunk], middle(corners))
+    });
+    let shards = shards.collect();
+    (chunks, shards)
+}
+
+/// Where a chunk has gone.
+#[derive(Clone, Copy, Debug)]
+struct Flight {
+    /// Seconds since it broke off; not above zero while it hasn't.
+    age: f32,
+    middle: Vec3,
+    home: Vec3,
+    turn: Quat,
+}
+
+impl Chunk {
+    /// The chunk of the rabbit around `middle`: it flies away from the blast.
+    fn new(middle: Vec3, seed: u64) -> Self {
+        let mut random = Random::new(seed);
+        let offset = middle - Shatter::BLAST;
+        let distance = offset.length().max(0.05);
+        let speed = 2.1 / (0.5 + distance) * random.range(0.6, 1.3);
+        let velocity = offset / distance * speed + random.direction() * 0.35 + Vec3::Y * 0.8;
+        let spin = (random.direction(), random.range(0.5, 4.0));
+        Self { middle, start: 0.10 * distance, velocity, spin }
+    }
+
+    fn flight(&self, now: f32) -> Flight {
+        const GRAVITY: f32 = 4.0;
+        const DRAG: f32 = 0.35;
+        let age = now - self.start;
+        let flown = age.max(0.0);
+        // Air takes speed away: the way goes on ever slower, and falling has a greatest speed.
+        let slowed = 1.0 + DRAG * flown;
+        let fallen = 0.5 * GRAVITY * flown * flown / slowed;
+        let middle = self.middle + self.velocity * (flown / slowed) - Vec3::Y * fallen;
+        Flight { age, middle, home: self.middle, turn: rotation(self.spin.0, self.spin.1 * flown) }
+    }
+}
+
 impl Shard {
     /// How high the middles of lying shards are: enough that they don't share a plane with the floor.
     const LYING: f32 = 0.004;
 
-    /// The flight of piece number `shard`, whose middle is at `place`: away from the blast, faster where the rabbit is
-    /// weaker, and a little at random.
-    fn new(shard: usize, place: Vec3) -> Self {
+    /// The flight of piece number `shard`, whose middle is at `place`.
+    fn new(shard: usize, chunk: u32, whole: &Chunk, place: Vec3) -> Self {
         let mut random = Random::new(shard as u64);
-        let offset = place - Shatter::BLAST;
-        let distance = offset.length().max(0.05);
-        // Neighbours share most of their speed, so that the cloud has streaks and holes rather than one density.
-        let weakness = 1.0 + 0.7 * noise(place * 3.1) + 0.35 * noise(place * 9.0);
-        let speed = (2.6 / (0.45 + distance)) * weakness.max(0.15) * random.range(0.75, 1.25);
-        let velocity = offset / distance * speed + random.direction() * 0.35 + Vec3::Y * 0.9;
-        let small = random.unit();
-        let mut piece = Self {
-            start: 0.16 * distance + 0.05 * random.unit(),
-            flight: f32::INFINITY,
-            velocity,
-            spin: random.direction() * random.range(2.0, 16.0),
-            drag: mix(0.25, 1.1, small * small),
-            hop: random.range(0.08, 0.3),
-        };
-        piece.flight = piece.fall(place);
+        // Few leave their chunk fast, like splinters; most slowly, like crumbs.
+        let hurry = random.unit();
+        let velocity = random.direction() * mix(0.03, 1.1, hurry * hurry * hurry);
+        let spin = random.direction() * random.range(0.3, 6.0) * (0.1 + hurry * hurry);
+        let hop = random.range(0.08, 0.3);
+        let mut piece = Self { chunk, velocity, spin, landing: f32::INFINITY, landed: (place, Quat::IDENTITY), hop };
+        let height = |now: f32| piece.fly(&whole.flight(now), place).0.y - Self::LYING;
+        let (mut above, mut below) = (0.0, Shatter::LONGEST);
+        if height(below) <= 0.0 {
+            for _ in 0..20 {
+                let half = 0.5 * (above + below);
+                if height(half) > 0.0 { above = half } else { below = half }
+            }
+            piece.landed = piece.fly(&whole.flight(below), place);
+            piece.landing = below;
+        }
         piece
     }
 
-    /// How far the piece has gone after `age` seconds in the air: air takes its speed away, and falling has an end.
-    fn path(&self, age: f32) -> Vec3 {
-        const GRAVITY: f32 = 5.5;
-        let slowed = 1.0 + self.drag * age;
-        let fallen = 0.5 * GRAVITY * age * age / slowed;
-        self.velocity * (age / slowed) - Vec3::Y * fallen
-    }
-
-    /// When the piece that starts at `place` is down on the floor.
-    fn fall(&self, place: Vec3) -> f32 {
-        let height = |age: f32| place.y + self.path(age).y - Self::LYING;
-        let (mut above, mut below) = (0.0, Shatter::LONGEST);
-        if height(below) > 0.0 {
-            return f32::INFINITY;
-        }
-        for _ in 0..24 {
-            let half = 0.5 * (above + below);
-            if height(half) > 0.0 { above = half } else { below = half }
-        }
-        below
+    /// Where the middle of the piece from `home` is in its chunk's flight, and how it is turned.
+    fn fly(&self, chunk: &Flight, home: Vec3) -> (Vec3, Quat) {
+        let age = chunk.age.max(0.0);
+        let apart = self.velocity * (age * age / (0.4 + age));
+        let tumble = self.spin * (age * age / (0.4 + age));
+        // Half the angle's tangent instead of the angle: it needs no sine, and ever slower turning looks like air.
+        let own = Quat::from_xyzw(tumble.x, tumble.y, tumble.z, 1.0).normalize();
+        (chunk.middle + chunk.turn * (home - chunk.home) + apart, chunk.turn * own)
     }
 
     /// Writes the piece's corners and normals at `now` seconds since the blast, from where they are at rest.
-    fn write(&self, now: f32, rest: (&[Vec3], &[Vec3]), moved: (&mut [Vec3], &mut [Vec3])) {
-        let age = now - self.start;
-        if age <= 0.0 {
+    fn write(&self, now: f32, chunk: &Flight, rest: (&[Vec3], &[Vec3]), moved: (&mut [Vec3], &mut [Vec3])) {
+        if chunk.age <= 0.0 {
             moved.0.copy_from_slice(rest.0);
             moved.1.copy_from_slice(rest.1);
             return;
         }
         let home = middle(rest.0);
-        let place = home + self.path(age.min(self.flight));
-        let mut turn = self.tumble(age.min(self.flight));
-        let mut offset = Vec3::ZERO;
-        if age > self.flight {
-            let lying = age - self.flight;
+        let (mut place, mut turn) = if now > self.landing { self.landed } else { self.fly(chunk, home) };
+        if now > self.landing {
+            let lying = now - self.landing;
             let part = (lying / self.hop).min(1.0);
-            let speed = self.velocity.with_y(0.0) * 0.25;
-            offset =
-                speed * (lying / (1.0 + 5.0 * lying)) + Vec3::Y * (1.2 * self.hop * self.hop * part * (1.0 - part));
+            place += self.velocity.with_y(0.0) * (0.3 * lying / (1.0 + 5.0 * lying));
+            place.y += 1.2 * self.hop * self.hop * part * (1.0 - part);
             turn = turn.lerp(flat(turn, rest.0), part);
         }
         let mut lowest = f32::INFINITY;
         for corner in 0..3 {
-            let position = place + offset + turn * (rest.0[corner] - home);
+            let position = place + turn * (rest.0[corner] - home);
             lowest = lowest.min(position.y);
             moved.0[corner] = position;
             moved.1[corner] = turn * rest.1[corner];
@@ -205,12 +262,6 @@ impl Shard {
         for position in moved.0 {
             position.y += lift;
         }
-    }
-
-    /// How the piece has turned after `age` seconds in the air.
-    fn tumble(&self, age: f32) -> Quat {
-        let rate = self.spin.length();
-        rotation(self.spin / rate, rate * age / (1.0 + 0.5 * self.drag * age))
     }
 }
 

@@ -84,7 +84,8 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
                 lights.push(NodeLight { node: number as u32, light });
             }
             None => {
-                warnings.push(format!("light {light} was left out, as its type is none of point, spot and directional"));
+                warnings
+                    .push(format!("light {light} was left out, as its type is none of point, spot and directional"));
             }
         }
     }

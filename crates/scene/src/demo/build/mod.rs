@@ -1,5 +1,6 @@
 //! What the demos are made of: meshes from simple shapes, random numbers, noise, textures and materials.
 
+mod balls;
 pub(crate) mod math;
 mod noise;
 mod paint;
@@ -14,6 +15,7 @@ use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec4};
 use crate::still::Still;
 use crate::{Materials, Mesh};
 
+pub(crate) use balls::{ball_triangles, fineness_of_balls};
 pub(crate) use noise::{fractal_noise, noise};
 pub(crate) use paint::{Palette, checker, color_texture, mottled_texture, srgb};
 pub(crate) use random::{Random, hash, unit};

@@ -33,8 +33,8 @@ pub(crate) fn rabbit() -> Sculpture {
         ellipsoid([0.0, 1.425, 0.635], [0.042, 0.03, 0.025]).blend(0.012),
         rod([0.0, 1.40, 0.655], [0.0, 1.345, 0.65], [0.008, 0.008]).carve().blend(0.015),
         rod([0.0, 1.345, 0.645], [0.075, 1.315, 0.60], [0.008, 0.006]).both().carve().blend(0.015),
-        ellipsoid([0.225, 1.50, 0.40], [0.07, 0.075, 0.075]).both().carve().blend(0.04),
-        ellipsoid([0.205, 1.50, 0.395], [0.062, 0.062, 0.062]).both().blend(0.008),
+        ellipsoid([0.235, 1.505, 0.405], [0.06, 0.062, 0.066]).both().carve().blend(0.05),
+        ellipsoid([0.197, 1.505, 0.39], [0.052, 0.052, 0.052]).both().blend(0.006),
     ]);
     // Toes, and folds between haunch and belly.
     for toe in [-0.05, 0.0, 0.05] {
@@ -53,8 +53,8 @@ const RELIEF: Relief = Relief { height: |_| 0.0, greatest: 0.0, tooth: fur, grea
 
 /// Strokes of a chisel that follow the coat downwards, coarse on the body and fine on the head, none on the eyes.
 fn fur(place: Vec3) -> f32 {
-    let eye = place.with_x(place.x.abs()).distance(Vec3::new(0.205, 1.50, 0.395));
-    let bare = smoothstep(0.065, 0.11, eye) * smoothstep(0.64, 0.58, place.z);
+    let eye = place.with_x(place.x.abs()).distance(Vec3::new(0.197, 1.505, 0.39));
+    let bare = smoothstep(0.055, 0.10, eye) * smoothstep(0.64, 0.58, place.z);
     if bare <= 0.0 {
         return 0.0;
     }

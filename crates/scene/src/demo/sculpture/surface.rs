@@ -43,13 +43,21 @@ struct Patch {
 /// The surface of `sculpture` in about `triangles` triangles of nearly one size (surface nets, Gibson 1998).
 pub(crate) fn mesh(sculpture: &Sculpture, triangles: usize) -> Surface {
     let triangles = triangles.max(60) as f32;
-    // Every square of the surface has a quad for each axis that it faces, which is about 1.5 of them. The estimate is
-    // only a start: the number of triangles goes with the cell size to the power of −2, so a coarse try corrects it.
-    let cell_for = |triangles: f32| (3.0 * sculpture.area / triangles).sqrt();
-    const TRY: f32 = 25_000.0;
-    let cell = cell_for(triangles.min(TRY));
-    let found = mesh_with_cells(sculpture, cell).triangles.len().max(1) as f32;
-    mesh_with_cells(sculpture, cell * (found / triangles).sqrt())
+    // Every square of the surface has a quad for each axis that it faces, which is about 1.5 of them. The number of
+    // triangles goes with the cell size to the power of −2, but for fine relief: coarse tries correct the estimate.
+    const TRIES: [(f32, f32); 2] = [(1.0, 25_000.0), (0.3, 400_000.0)];
+    let mut triangles_per_area = 3.0_f32;
+    let cell_for = |triangles: f32, per_area: f32| (per_area * sculpture.area / triangles).sqrt();
+    for (part, most) in TRIES {
+        let wanted = (part * triangles).min(most);
+        if wanted < 25_000.0_f32.min(triangles) {
+            continue;
+        }
+        let cell = cell_for(wanted, triangles_per_area);
+        let found = mesh_with_cells(sculpture, cell).triangles.len().max(1);
+        triangles_per_area = found as f32 * cell * cell / sculpture.area;
+    }
+    mesh_with_cells(sculpture, cell_for(triangles, triangles_per_area))
 }
 
 fn mesh_with_cells(sculpture: &Sculpture, cell: f32) -> Surface {

@@ -1,0 +1,286 @@
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use umbrage_scene::{Clip, Scene};
+
+use crate::builder::{Builder, U8, open_bytes, open_in};
+
+/// A little of everything: a skinned, morphed and animated triangle, an instanced one, a camera, a light and a texture.
+fn everything() -> Builder {
+    let mut file = Builder::new();
+    let positions = file.floats(&crate::builder::TRIANGLE);
+    let normals = file.floats(&[[0.0, 0.0, 1.0]; 3]);
+    let joints = file.accessor(U8, "VEC4", 3, &[0; 12]);
+    let weights = file.floats(&[[1.0, 0.0, 0.0, 0.0]; 3]);
+    let indices = file.indices(&[0, 1, 2]);
+    let attributes = json!({ "POSITION": positions, "NORMAL": normals, "JOINTS_0": joints, "WEIGHTS_0": weights });
+    let targets = json!([{ "POSITION": normals }]);
+    file.mesh(attributes, json!({ "indices": indices, "targets": targets, "material": 0 }));
+    file.triangle();
+    let instances = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": positions } } });
+    let light = json!({ "KHR_lights_punctual": { "light": 0 } });
+    file.json["nodes"] = json!([
+        { "mesh": 0, "skin": 0, "children": [1, 2] },
+        { "camera": 0, "extensions": light },
+        { "mesh": 1, "extensions": instances },
+    ]);
+    file.json["skins"] = json!([{ "joints": [1] }]);
+    file.json["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 1, "znear": 1 } }]);
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point" }] } });
+    let view = file.view(b"not an image");
+    file.json["images"] = json!([{ "bufferView": view }]);
+    file.json["textures"] = json!([{ "source": 0 }]);
+    file.json["materials"] = json!([{ "emissiveTexture": { "index": 0 } }]);
+    file.animate(1, "rotation", "LINEAR", &[0.0, 1.0], &[[0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]);
+    file.animate(0, "weights", "LINEAR", &[0.0, 1.0], &[[0.0], [1.0]]);
+    file
+}
+
+/// Opens a file that may be broken, and poses what is left of it.
+fn survives(name: &str, bytes: &[u8]) -> bool {
+    match open_bytes(name, bytes, Clip::Auto) {
+        Ok(scene) => {
+            let frame = scene.at(0.5).unwrap();
+            assert!(
+                frame.mesh.triangles.as_flattened().iter().all(|&vertex| (vertex as usize) < frame.positions.len())
+            );
+            true
+        }
+        Err(error) => {
+            let text = error.to_string();
+            assert!(text.contains(name), "{text}");
+            false
+        }
+    }
+}
+
+#[test]
+fn the_unbroken_file_opens_in_both_forms() {
+    assert!(survives("scene.glb", &everything().glb()));
+    assert!(survives("scene.gltf", &everything().gltf()));
+}
+
+#[test]
+fn files_cut_off_anywhere_are_refused() {
+    let mut file = Builder::new();
+    let mesh = file.triangle();
+    file.push("nodes", json!({ "mesh": mesh }));
+    file.animate(0, "scale", "LINEAR", &[0.0], &[[1.0; 3]]);
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes) in [("scene.glb", file.glb()), ("scene.gltf", file.gltf())] {
+        assert!(open_in(folder.path(), name, &bytes, Clip::Auto).is_ok());
+        let path = folder.path().join(name);
+        let on_disk = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
+        for length in (0..bytes.len()).rev() {
+            on_disk.set_len(length as u64).unwrap();
+            assert!(Scene::open(&path).is_err(), "{length} of {} bytes", bytes.len());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn changed_bytes_never_panic(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4)) {
+        let mut glb = everything().glb();
+        for (place, byte) in &changes {
+            let place = place.index(glb.len());
+            glb[place] = *byte;
+        }
+        survives("scene.glb", &glb);
+        let mut gltf = everything().gltf();
+        for (place, byte) in &changes {
+            let place = place.index(gltf.len());
+            gltf[place] = *byte;
+        }
+        survives("scene.gltf", &gltf);
+    }
+
+    #[test]
+    fn changed_numbers_never_panic(
+        place in any::<prop::sample::Index>(),
+        number in prop::sample::select(vec![
+            json!(-1), json!(0), json!(1), json!(2), json!(7), json!(255), json!(65_536), json!(2_147_483_648_u64),
+            json!(4_294_967_295_u64), json!(4_294_967_296_u64), json!(u64::MAX), json!(1e30), json!(1e300), json!(1e-30),
+            json!("x"), json!([]), json!({}), json!(null),
+        ]),
+    ) {
+        let mut file = everything();
+        let mut numbers = Vec::new();
+        paths_of_numbers(&file.json, String::new(), &mut numbers);
+        let path = &numbers[place.index(numbers.len())];
+        *file.json.pointer_mut(path).unwrap() = number;
+        survives("scene.glb", &file.glb());
+    }
+}
+
+/// The JSON pointers of all numbers.
+fn paths_of_numbers(value: &Value, path: String, found: &mut Vec<String>) {
+    match value {
+        Value::Number(_) => found.push(path),
+        Value::Array(elements) => {
+            for (number, element) in elements.iter().enumerate() {
+                paths_of_numbers(element, format!("{path}/{number}"), found);
+            }
+        }
+        Value::Object(members) => {
+            for (name, member) in members {
+                paths_of_numbers(member, format!("{path}/{name}"), found);
+            }
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn required_extensions_that_are_unknown_are_refused_by_name() {
+    let mut file = everything();
+    file.json["extensionsRequired"] = json!(["KHR_texture_transform", "KHR_draco_mesh_compression"]);
+    let error = file.error();
+    assert!(
+        error.contains("scene.glb: the glTF extension `KHR_draco_mesh_compression`, which the file requires"),
+        "{error}"
+    );
+    file.json["extensionsRequired"] = json!([]);
+    file.json["extensionsUsed"] = json!(["KHR_materials_sheen", "KHR_texture_transform"]);
+    let warnings = file.open().unwrap().warnings().to_vec();
+    assert_eq!(warnings.iter().filter(|warning| warning.contains("extension")).count(), 1, "{warnings:?}");
+    assert!(warnings[0].contains("`KHR_materials_sheen`"));
+}
+
+#[test]
+fn hierarchies_with_rings_or_two_parents_are_refused() {
+    let with_children = |children: [&[usize]; 3]| {
+        let mut file = Builder::new();
+        for children in children {
+            file.push("nodes", json!({ "children": children }));
+        }
+        file.error()
+    };
+    let ring = with_children([&[], &[2], &[1]]);
+    assert!(ring.contains("nodes[1]: the node is below itself"), "{ring}");
+    let own_child = with_children([&[0], &[], &[]]);
+    assert!(own_child.contains("nodes[0]: the node is below itself"), "{own_child}");
+    let two_parents = with_children([&[2], &[2], &[]]);
+    assert!(two_parents.contains("nodes[1].children[0]: node 2 is a child of node 0 already"), "{two_parents}");
+    let twice = with_children([&[1, 1], &[], &[]]);
+    assert!(twice.contains("nodes[0].children[1]"), "{twice}");
+    let missing = with_children([&[3], &[], &[]]);
+    assert!(missing.contains("nodes[0].children[0]: index 3 is out of range: `nodes` has 3"), "{missing}");
+}
+
+#[test]
+fn errors_name_the_place() {
+    let at = |path: &str, value: Value| {
+        let mut file = everything();
+        *file.json.pointer_mut(path).unwrap() = value;
+        file.error()
+    };
+    for (path, value, expected) in [
+        ("/nodes/0/mesh", json!(5), "nodes[0].mesh: index 5 is out of range: `meshes` has 2 elements"),
+        ("/nodes/0/skin", json!(5), "nodes[0].skin: index 5"),
+        ("/nodes/1/camera", json!(5), "nodes[1].camera: index 5"),
+        ("/skins/0/joints/0", json!(5), "skins[0].joints[0]: index 5"),
+        ("/accessors/0/bufferView", json!(99), "accessors[0].bufferView: index 99"),
+        ("/bufferViews/0/buffer", json!(1), "bufferViews[0].buffer: index 1"),
+        ("/bufferViews/0/byteLength", json!(99_999), "bufferViews[0]: 99999 bytes from byte 0 on reach beyond"),
+        ("/accessors/0/count", json!(4_000_000_000_u64), "accessors[0]: 4000000000 elements of 12 bytes"),
+        ("/accessors/0/componentType", json!(5124), "accessors[0]: componentType or type"),
+        ("/accessors/0/type", json!("VEC2"), "accessors[0]: its elements don't have 3 components"),
+        ("/textures/0/source", json!(3), "textures[0].source: index 3"),
+        ("/meshes/0/primitives/0/indices", json!(77), "meshes[0].primitives[0].indices: index 77"),
+        ("/asset/version", json!("3.0"), "glTF 3.0 is not supported"),
+        ("/asset/version", json!("1.0"), "glTF 1.0 is not supported"),
+        ("/animations/0/channels/0/target/node", json!(9), "animations[0].channels[0].target.node: index 9"),
+    ] {
+        let error = at(path, value);
+        assert!(error.contains(expected), "{path}: {error}");
+    }
+}
+
+#[test]
+fn json_that_is_broken_is_refused_with_its_line() {
+    let error = open_bytes("a.gltf", b"{\n  \"asset\": { \"version\": \"2.0\" },\n  \"nodes\": [,]\n}", Clip::Auto)
+        .unwrap_err();
+    assert!(error.to_string().contains("a.gltf: JSON: ") && error.to_string().contains("line 3"), "{error}");
+    assert!(open_bytes("a.gltf", b"", Clip::Auto).is_err());
+    assert!(open_bytes("a.gltf", "[".repeat(100_000).as_bytes(), Clip::Auto).is_err());
+    let marked = [b"\xEF\xBB\xBF".as_slice(), &everything().gltf()].concat();
+    assert!(survives("a.gltf", &marked), "a byte order mark is skipped");
+}
+
+#[test]
+fn chunks_of_a_glb_are_checked() {
+    let glb = everything().glb();
+    let changed = |at: usize, word: u32| {
+        let mut glb = glb.clone();
+        glb[at..at + 4].copy_from_slice(&word.to_le_bytes());
+        open_bytes("a.glb", &glb, Clip::Auto).map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert!(changed(4, 1).unwrap_err().contains("version 1 of GLB"));
+    assert!(changed(8, u32::MAX).unwrap_err().contains("cut off"));
+    assert!(changed(8, 0).unwrap_err().contains("there is no JSON chunk"));
+    assert!(changed(12, u32::MAX).unwrap_err().contains("byte 12"));
+    assert!(changed(16, 0).unwrap_err().contains("there is no JSON chunk"));
+    // Chunks of unknown kinds are skipped.
+    let mut longer = glb.clone();
+    longer.extend_from_slice(&[4, 0, 0, 0]);
+    longer.extend_from_slice(b"MORE\0\0\0\0");
+    let length = (longer.len() as u32).to_le_bytes();
+    longer[8..12].copy_from_slice(&length);
+    assert!(survives("a.glb", &longer));
+}
+
+#[test]
+fn buffers_come_from_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = everything();
+    let open = |uri: &str, length: usize| {
+        let mut json = file.json.clone();
+        json["buffers"] = json!([{ "byteLength": length, "uri": uri }]);
+        let opened = open_in(folder.path(), "a.gltf", json.to_string().as_bytes(), Clip::Auto);
+        opened.map(|_| ()).map_err(|error| error.to_string())
+    };
+    std::fs::write(folder.path().join("a b.bin"), &file.bytes).unwrap();
+    std::fs::create_dir(folder.path().join("folder")).unwrap();
+    assert_eq!(open("a%20b.bin", file.bytes.len()), Ok(()));
+    let error = |uri: &str| open(uri, file.bytes.len()).unwrap_err();
+    assert!(open("a%20b.bin", file.bytes.len() + 1).unwrap_err().contains("buffers[0]: byteLength is"));
+    assert!(error("missing.bin").contains("buffers[0].uri: ") && error("missing.bin").contains("missing.bin"));
+    assert!(error("folder").contains("not a regular file"));
+    assert!(error("https://host/a.bin").contains("`https:`"));
+    assert!(error("/a.bin").contains("absolute"));
+    assert!(error("data:;base64,!").contains("base64"));
+}
+
+#[test]
+fn a_missing_file_is_an_error() {
+    let error = Scene::open("nowhere/scene.glb").unwrap_err().to_string();
+    assert!(error.contains("nowhere"), "{error}");
+}
+
+#[test]
+fn absurd_expansions_are_refused_before_memory_is_taken() {
+    // A thousand copies of each of 300,000 copies.
+    let mut file = Builder::new();
+    let positions = file.floats(&[[0.0; 3]; 1000]);
+    let indices = file.indices(&(0..999).collect::<Vec<_>>());
+    let mesh = file.mesh(json!({ "POSITION": positions }), json!({ "indices": indices }));
+    let instances = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": positions } } });
+    file.json["nodes"] = json!(vec![json!({ "mesh": mesh, "extensions": instances }); 1000]);
+    assert!(file.error().contains("triangles, which is more than"), "{}", file.error());
+    // Zeros that no bytes stand for.
+    let mut file = Builder::new();
+    let zeros = file.push("accessors", json!({ "componentType": 5126, "type": "VEC3", "count": 1_u64 << 40 }));
+    let mesh = file.mesh(json!({ "POSITION": zeros }), json!({}));
+    file.push("nodes", json!({ "mesh": mesh }));
+    assert!(file.error().contains("there are no bytes for its 1099511627776 elements"), "{}", file.error());
+    // A keyframe for every zero, over and over.
+    let mut file = Builder::new();
+    let mesh = file.triangle();
+    file.push("nodes", json!({ "mesh": mesh }));
+    let many = file.push("accessors", json!({ "componentType": 5126, "type": "VEC3", "count": 1 << 20 }));
+    let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "scale" } });
+    file.push("animations", json!({ "channels": vec![channel; 100], "samplers": [{ "input": many, "output": many }] }));
+    assert!(file.error().contains("keyframes"), "{}", file.error());
+}
