@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 use umbrage::Scene;
 use umbrage::rays::{LightSource, Omitted, OmittedKind};
-use umbrage::scene::Frame;
+use umbrage::scene::{DEMOS, DemoScene, Frame};
 
 use crate::failure::Failure;
 use crate::flags::InfoFlags;
@@ -81,8 +81,29 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
 }
 
 /// Lists the built-in scenes.
-fn gallery(_as_json: bool) -> Result<(), Failure> {
-    Err(Failure::input("no scene", "name one"))
+fn gallery(as_json: bool) -> Result<(), Failure> {
+    #[derive(Serialize)]
+    struct Listed {
+        scene: String,
+        about: &'static str,
+        triangles: usize,
+    }
+    let listed = DEMOS.iter().map(|&DemoScene { name, about, triangles }| Listed {
+        scene: format!("demo:{name}"),
+        about,
+        triangles,
+    });
+    let listed: Vec<Listed> = listed.collect();
+    let text = if as_json {
+        json(&listed)?
+    } else {
+        let lines = listed.iter().map(|Listed { scene, about, triangles }| {
+            format!("{scene:<16} {:>12}  {about}\n", count(*triangles as u64, "triangle"))
+        });
+        let note = "Each takes another number of triangles: 'demo:NAME?triangles=N'\n";
+        lines.chain([note.to_owned()]).collect()
+    };
+    Ok(io::stdout().write_all(text.as_bytes())?)
 }
 
 impl Contents {

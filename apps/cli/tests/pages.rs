@@ -57,3 +57,59 @@ fn help_version_pages_and_completions_are_there() {
     assert!(fs::read_to_string(place.path("man1/umbrage-render.1")).unwrap().contains("orbit"));
     assert!(place.fail(1, &["man", "--dir", "none"]).contains("none: can't be written"));
 }
+
+#[test]
+fn the_gallery_is_listed() {
+    let place = Workplace::new();
+    let (stdout, _) = place.succeed(&["info"]);
+    assert!(stdout.contains("demo:cloth ") && stdout.contains("?triangles=N"), "{stdout}");
+    let (stdout, _) = place.succeed(&["info", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    for demo in json.as_array().unwrap() {
+        assert!(demo["triangles"].as_u64().unwrap() > 0 && demo["scene"].as_str().unwrap().starts_with("demo:"));
+    }
+    let (stdout, _) = place.succeed(&["info", "demo:cloth?triangles=300"]);
+    assert!(stdout.contains("demo:cloth?triangles=300: built-in scene"), "{stdout}");
+}
+
+/// The commands of the examples in `--help`, without the programs that they are piped into.
+fn examples(help: &str) -> Vec<Vec<String>> {
+    let (_, behind) = help.split_once("Examples:\n").unwrap();
+    let (examples, _) = behind.split_once("\n\n").unwrap();
+    let lines = examples.lines().filter_map(|line| line.strip_prefix("  umbrage "));
+    let words = |line: &str| {
+        let command = line.split('|').next().unwrap().trim();
+        command.split_whitespace().map(|word| word.trim_matches('\'').to_owned()).collect()
+    };
+    lines.map(words).collect()
+}
+
+#[test]
+fn examples_of_the_help_work() {
+    let place = Workplace::new();
+    let (help, _) = place.succeed(&["--help"]);
+    let examples = examples(&help);
+    assert!(examples.len() == 9, "{help}");
+    for mut words in examples {
+        let example = words.join(" ");
+        for word in &mut words {
+            if let Some(demo) = word.strip_prefix("demo:") {
+                *word = format!("demo:{}?triangles=300", demo.split('?').next().unwrap());
+            }
+        }
+        let mut arguments: Vec<&str> = words.iter().map(String::as_str).collect();
+        if arguments[0] == "render" {
+            arguments.extend(["--size", "16x9"]);
+        }
+        if words.contains(&"y4m".to_owned()) || words.contains(&"--frames".to_owned()) {
+            // The last of two is what counts.
+            arguments.extend(["--frames", "0..2"]);
+        }
+        let output = place.run(&arguments);
+        assert!(output.status.success(), "{example}: {}", support::text(&output.stderr));
+    }
+    let names = place.names();
+    for name in ["umbrage.png", "glass.png", "shatter.gif", "cloth_0001.exr", "orbit.apng", "1.png"] {
+        assert!(names.iter().any(|found| found == name), "{name} in {names:?}");
+    }
+}

@@ -40,7 +40,7 @@ fn load(library: &str, images: &[(&str, &[u8])], names: &[&str]) -> Result<(Fram
 
 /// The only material of a library, and the textures and warnings that come with it.
 fn material(statements: &str, images: &[(&str, &[u8])]) -> (Material, Vec<Texture>, Vec<String>) {
-    let (frame, warnings) = load(&format!("newmtl it\n{statements}\n"), images, &["it"]).unwrap();
+    let (frame, warnings) = load(&format!("newmtl it\n{statements}\n"), images, &["it"]).expect("a readable file");
     (frame.materials.materials[0].clone(), frame.materials.textures.clone(), warnings)
 }
 

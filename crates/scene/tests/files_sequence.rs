@@ -15,9 +15,9 @@ fn numbered_obj(number: usize) -> String {
 
 /// A folder of OBJ files called so, each of which has its place in the list as its number.
 fn folder(names: &[&str]) -> TempDir {
-    let folder = TempDir::new().unwrap();
+    let folder = TempDir::new().expect("a temporary folder");
     for (number, name) in names.iter().enumerate() {
-        std::fs::write(folder.path().join(name), numbered_obj(number)).unwrap();
+        std::fs::write(folder.path().join(name), numbered_obj(number)).expect("room for a file");
     }
     folder
 }
@@ -34,7 +34,7 @@ fn order(scene: &Scene, fps: f64) -> Vec<usize> {
 }
 
 fn number(scene: &Scene, seconds: f64) -> usize {
-    scene.at(seconds).unwrap().positions[0].x as usize
+    scene.at(seconds).expect("a readable file").positions[0].x as usize
 }
 
 #[test]

@@ -21,6 +21,12 @@ impl Detail {
         ((usual as f32 * (self.scale * self.scale).min(1.0)).round() as u32).min(usual)
     }
 
+    /// Whether ornaments are worth their triangles.
+    pub(super) fn is_ornate(self) -> bool {
+        const PLAIN: f32 = 0.12;
+        self.scale > PLAIN
+    }
+
     /// Makes a part with this detail, or less until it has no more than `limit` triangles or can't be coarser.
     pub(super) fn within<T>(mut self, limit: usize, make: impl Fn(Self) -> T, triangles: impl Fn(&T) -> usize) -> T {
         const COARSEST: f32 = 0.01;

@@ -58,12 +58,17 @@ macro_rules! gallery {
     };
 }
 
+mod architecture;
 mod character;
 mod cloth;
 mod detail;
 mod forest;
+mod forest_paints;
+mod furniture;
 mod glade;
 mod glass;
+mod hall;
+mod hall_paints;
 mod marbles;
 mod plant;
 mod sculpture;
@@ -85,6 +90,7 @@ gallery! {
     Statue => statue::Statue,
     Glass => glass::Glass,
     Forest => forest::Forest,
+    Hall => hall::Hall,
     Stadium => stadium::Stadium,
 }
 

@@ -96,7 +96,7 @@ impl Definition {
             b"map_pr" => self.roughness_map = Some(Map::parse(rest)?),
             b"map_pm" => self.metallic_map = Some(Map::parse(rest)?),
             b"map_bump" | b"bump" => {
-                self.left_out.push(format!("{} is a height field, not a map of normals (`norm`)", quoted(keyword)))
+                self.left_out.push(format!("{} is a height field, not a map of normals (`norm`)", quoted(keyword)));
             }
             b"map_ks" | b"map_ns" | b"disp" | b"decal" | b"refl" | b"map_tr" => self.left_out.push(quoted(keyword)),
             // Ambient light, illumination models, filters and unknown words: nothing here shows them.

@@ -8,9 +8,9 @@ use umbrage_scene::{Frame, Scene};
 
 /// A folder with these files, gone when dropped.
 pub(crate) fn folder(files: &[(&str, &[u8])]) -> TempDir {
-    let folder = TempDir::new().unwrap();
+    let folder = TempDir::new().expect("a temporary folder");
     for (name, bytes) in files {
-        std::fs::write(folder.path().join(name), bytes).unwrap();
+        std::fs::write(folder.path().join(name), bytes).expect("room for a file");
     }
     folder
 }
@@ -30,7 +30,7 @@ pub(crate) fn open(name: &str, bytes: &[u8]) -> Result<(Frame, Vec<String>), Str
 
 /// The frame of a file that has nothing to warn of.
 pub(crate) fn frame(name: &str, bytes: &[u8]) -> Frame {
-    let (frame, warnings) = open(name, bytes).unwrap();
+    let (frame, warnings) = open(name, bytes).expect("a readable file");
     assert_eq!(warnings, [""; 0]);
     assert_eq!(frame.mesh.material_of_triangle.len(), frame.mesh.triangles.len());
     frame
@@ -38,7 +38,7 @@ pub(crate) fn frame(name: &str, bytes: &[u8]) -> Frame {
 
 /// The one warning of a file that can be shown.
 pub(crate) fn warning(name: &str, bytes: &[u8]) -> String {
-    let (_, warnings) = open(name, bytes).unwrap();
+    let (_, warnings) = open(name, bytes).expect("a readable file");
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     warnings[0].clone()
 }
