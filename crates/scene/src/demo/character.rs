@@ -387,6 +387,10 @@ mod tests {
             for since in [-0.3, -0.1, 0.1, 0.19] {
                 assert!(world(plant + since).abs_diff_eq(planted, 1e-5), "side {side}, {since} steps later");
             }
+            for change in [HALF_STANCE, 1.0, 2.0 - HALF_STANCE] {
+                let [before, after] = [-1e-3, 1e-3].map(|moment| world(plant + change + moment));
+                assert!(before.distance(after) < 5e-3, "side {side} leaps {change} steps later");
+            }
             assert!(world(plant + 1.0).y > planted.y + 0.05, "it is lifted halfway through its swing");
             assert!((world(plant + 2.0).z - planted.z - 2.0 * STEP).abs() < 1e-5, "and comes down two steps on");
         }
