@@ -7,22 +7,25 @@ use umbrage::output::{Format, FrameRate};
 use crate::lights::LightFlag;
 use crate::values::{self, BackgroundFlag, CameraFlag, FrameRange, Size};
 
+/// Lines of at most 80 characters, since longer ones are broken.
 const EXAMPLES: &str = "\
 Examples:
   umbrage render
       The built-in cloth, as umbrage.png
   umbrage render demo:glass --time 1.5 --samples 4 -o glass.png
       One moment of another built-in scene, four rays a pixel
-  umbrage render 'demo:marbles?triangles=20000' --frames 0..24 --size 640x360 -o marbles.gif
+  umbrage render demo:shatter --frames 0..24 --size 640x360 -o shatter.gif
       An animation of one second
-  umbrage render demo:cloth --frames 0..3 -o cloth_%04d.exr
+  umbrage render 'demo:cloth?triangles=20000' --frames 0..3 -o cloth_%04d.exr
       Numbered frames with depth, normals and triangle ids
-  umbrage render demo:stadium --format y4m -o - | ffmpeg -i - -colorspace bt709 stadium.mp4
-      The whole animation, through an encoder
-  umbrage render demo:cloth --camera 3,2,4:0,1,0:45 --light sun:-1,-2,-1 --background '#a0b8d8' -o sun.png
-      One's own camera, light and background
-  umbrage render demo:cloth --frames 0..24 --orbit-light --stats json -o orbit.apng
-      The light goes round the scene; what each frame cost goes to standard output
+  umbrage render demo:forest --format y4m -o - | ffmpeg -i - forest.mp4
+      The whole animation, through an encoder; its colours are BT.709's
+  umbrage render demo:stadium --camera 9,4,9:0,1,0:30 --light sun:-1,-2,-1
+      One's own camera and light
+  umbrage render demo:marbles --frames 0..24 --orbit-light -o orbit.apng
+      The light goes round the scene
+  umbrage render demo:cloth --frames 0..9 -o %d.png --stats json
+      What each frame cost
   umbrage info demo:cloth --json
       What is in a scene";
 

@@ -1,4 +1,5 @@
 //! How long glTF scenes take to open and to pose.
+#![allow(clippy::unwrap_used, reason = "a benchmark may fail")]
 
 use std::path::PathBuf;
 

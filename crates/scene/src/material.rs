@@ -81,6 +81,14 @@ impl Default for Material {
     }
 }
 
+impl Material {
+    /// What a surface is shown in whose file says nothing of materials: rough, light grey and two-sided.
+    #[must_use]
+    pub fn clay() -> Self {
+        Self { base_color: Vec4::new(0.7, 0.7, 0.7, 1.0), double_sided: true, ..Self::default() }
+    }
+}
+
 /// What a material's opacity does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Alpha {

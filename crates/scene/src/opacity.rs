@@ -44,11 +44,15 @@ impl Frame {
         }
     }
 
-    /// Whether a point of a triangle keeps light off what is behind it: masked-out points don't, and blended ones do
-    /// where they are at least half opaque.
+    /// Whether a point of a triangle keeps light off what is behind it: masked-out points don't, blended ones do where
+    /// they are at least half opaque, and materials that transmit at least half of the light don't at all.
     #[must_use]
     pub fn casts_shadow(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
-        match self.material(triangle).alpha {
+        let material = self.material(triangle);
+        if material.transmission >= 0.5 {
+            return false;
+        }
+        match material.alpha {
             Alpha::Opaque => true,
             Alpha::Blend => self.opacity(triangle, barycentric) >= 0.5,
             Alpha::Mask { cutoff } => self.opacity(triangle, barycentric) >= cutoff,

@@ -34,7 +34,6 @@ pub(crate) fn read(path: &Path) -> Result<Still, Error> {
     if soup.triangles.is_empty() {
         warnings.push("the file has no triangles".to_owned());
     }
-    let material = Material { double_sided: true, ..Material::default() };
     Ok(Still {
         positions: soup.positions,
         normals: Vec::new(),
@@ -44,7 +43,7 @@ pub(crate) fn read(path: &Path) -> Result<Still, Error> {
             triangles: soup.triangles,
             ..Mesh::default()
         }),
-        materials: Arc::new(Materials { materials: vec![material], textures: Vec::new() }),
+        materials: Arc::new(Materials { materials: vec![Material::clay()], textures: Vec::new() }),
         warnings,
     })
 }

@@ -1,4 +1,5 @@
 //! Posing into a frame that has been posed before takes nothing from the heap.
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
 #![allow(unsafe_code, reason = "an allocator that counts can't be written without")]
 
 use std::alloc::{GlobalAlloc, Layout, System};

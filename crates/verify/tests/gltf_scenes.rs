@@ -52,7 +52,7 @@ const CONTENTS: [Content; 28] = [
 
 fn open(file: &str, clip: Clip) -> Option<Scene> {
     let options = OpenOptions { clip, ..OpenOptions::default() };
-    Some(Scene::open_with(real_scene(file)?, &options).unwrap())
+    Some(Scene::open_with(real_scene(file)?, &options).expect(file))
 }
 
 fn bounds(frame: &Frame) -> Bounds {
@@ -154,7 +154,7 @@ fn poses_agree_with_an_independent_implementation() {
         for triangle in &frame.mesh.triangles {
             let [a, b, c] = triangle.map(|vertex| frame.positions[vertex as usize]);
             own_bounds = own_bounds.union(Bounds::of_points([a, b, c]));
-            let [a, b, c] = [a, b, c].map(|corner| corner.as_dvec3());
+            let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
             let part = 0.5 * (b - a).cross(c - a).length();
             own_area += part;
             moment += part / 3.0 * (a + b + c);
@@ -176,7 +176,7 @@ fn an_instanced_scene_is_the_same_as_its_nodes() {
     let Some(nodes) = open("teapots_galore/TeapotsGalore_nodes.gltf", Clip::Auto) else { return };
     let [instanced, nodes] = [instanced.at(0.0).unwrap(), nodes.at(0.0).unwrap()];
     // The two files have their copies in different orders.
-    let sum = |frame: &Frame| frame.positions.iter().map(|position| position.as_dvec3()).sum::<glam::DVec3>();
+    let sum = |frame: &Frame| frame.positions.iter().copied().map(Vec3::as_dvec3).sum::<glam::DVec3>();
     let difference = (sum(&instanced) - sum(&nodes)) / instanced.positions.len() as f64;
     assert!(difference.length() < 1e-4, "{difference}");
     let squares =

@@ -9,7 +9,7 @@ use gltf::json::validation::Checked;
 use rayon::prelude::*;
 
 use super::document::Document;
-use super::instances::node_from_instance;
+use super::instances::Instances;
 use super::nodes::Nodes;
 use super::primitive::{Primitive, triangle_count};
 use super::skin::Skins;
@@ -60,7 +60,7 @@ struct Shown<'a> {
     node: usize,
     mesh: usize,
     json: &'a json::Mesh,
-    instances: Option<Vec<Affine3A>>,
+    instances: Option<Instances<'a>>,
 }
 
 impl Parts {
@@ -80,10 +80,14 @@ impl Parts {
         let mut parts = Self::default();
         let primitives_of_mesh = parts.read_primitives(document, &shown, warnings)?;
         for shown in shown {
+            let before = parts.parts.len();
             for &primitive in &primitives_of_mesh[&shown.mesh] {
                 parts.add(document, skins, &shown, primitive, first_weights[shown.node], warnings)?;
             }
-            parts.instances.extend(shown.instances.into_iter().flatten());
+            // Only now is it known that there won't be absurdly many.
+            if let Some(instances) = shown.instances.filter(|_| parts.parts.len() > before) {
+                parts.instances.extend(instances.read()?);
+            }
         }
         Ok(parts)
     }
@@ -165,7 +169,7 @@ impl Parts {
             (None, _) => None,
         };
         let copies = match (&shown.instances, first_joint) {
-            (Some(instances), None) => instances.len(),
+            (Some(instances), None) => instances.count,
             (Some(_), Some(_)) => {
                 warnings.push(format!("the instances of {place} were left out, as its mesh follows a skin"));
                 1
@@ -227,7 +231,7 @@ fn shown<'a>(document: &'a Document, nodes: &Nodes) -> Result<Vec<Shown<'a>>, Er
     let mut shown = Vec::new();
     for (node, json) in document.json.nodes.iter().enumerate().filter(|&(node, _)| nodes.visible[node]) {
         let Some(mesh) = json.mesh.map(|mesh| mesh.value()) else { continue };
-        let instances = node_from_instance(document, json, node)?;
+        let instances = Instances::find(document, json, node)?;
         let json = document.element(&document.json.meshes, "meshes", mesh, format_args!("nodes[{node}].mesh"))?;
         shown.push(Shown { node, mesh, json, instances });
     }
@@ -249,7 +253,7 @@ fn check_triangles(document: &Document, shown: &[Shown<'_>]) -> Result<(), Error
                 triangles
             }
         };
-        let copies = shown.instances.as_ref().map_or(1, Vec::len) as u64;
+        let copies = shown.instances.as_ref().map_or(1, |instances| instances.count) as u64;
         copied = copied.saturating_add(triangles.saturating_mul(copies));
     }
     if copied > MAX_ELEMENTS {

@@ -34,15 +34,15 @@ pub(super) fn load(
             (_, Some((definition, folder))) => material(definition, folder, &mut textures),
             (Some(name), None) => {
                 undefined.push(name.as_str());
-                Material { name: name.clone(), double_sided: true, ..Material::default() }
+                Material { name: name.clone(), ..Material::clay() }
             }
-            (None, None) => Material { double_sided: true, ..Material::default() },
+            (None, None) => Material::clay(),
         };
         materials.push(material);
     }
     if let [first, ..] = undefined[..] {
         let count = undefined.len();
-        warnings.push(format!("{count} materials are defined nowhere and shown white, the first being `{first}`"));
+        warnings.push(format!("{count} materials are defined nowhere and shown grey, the first being `{first}`"));
     }
     let (textures, texture_warnings) = textures.finish();
     warnings.extend(texture_warnings);

@@ -53,13 +53,18 @@ pub(crate) fn read(path: &Path) -> Result<Still, Error> {
     if faces.triangles.is_empty() {
         warnings.push(format!("the file has no faces, only {} points", vertices.positions.len()));
     }
+    let material = if vertices.colors.is_empty() {
+        Material::clay()
+    } else {
+        // The vertices' own colours are all that there is.
+        Material { double_sided: true, ..Material::default() }
+    };
     let mesh = Mesh {
         material_of_triangle: vec![0; faces.triangles.len()],
         triangles: faces.triangles,
         tex_coords: [vertices.tex_coords, Vec::new()],
         colors: vertices.colors,
     };
-    let material = Material { double_sided: true, ..Material::default() };
     Ok(Still {
         positions: vertices.positions,
         normals: vertices.normals,

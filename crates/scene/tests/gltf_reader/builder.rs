@@ -69,9 +69,8 @@ impl Builder {
 
     /// Appends a mesh of one primitive with these attributes, `more` being merged into the primitive.
     pub(crate) fn mesh(&mut self, attributes: Value, more: Value) -> usize {
-        let mut primitive = json!({ "attributes": attributes });
-        let more = more.as_object().unwrap().clone();
-        primitive.as_object_mut().unwrap().extend(more);
+        let Value::Object(mut primitive) = more else { panic!("`more` has members") };
+        primitive.insert("attributes".to_owned(), attributes);
         self.push("meshes", json!({ "primitives": [primitive] }))
     }
 

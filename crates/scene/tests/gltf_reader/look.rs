@@ -207,7 +207,7 @@ fn lit(light: Value) -> Scene {
             "extensions": { "KHR_lights_punctual": { "light": 0 } },
         }),
     );
-    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [light] } });
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": Value::Array(vec![light]) } });
     file.json["extensionsRequired"] = json!(["KHR_lights_punctual"]);
     file.open().unwrap()
 }

@@ -51,13 +51,14 @@ struct Seen {
 }
 
 impl Shading<'_> {
-    /// How many blended surfaces one behind the other are seen through.
+    /// How many such surfaces one behind the other are seen through.
     const MOST_LAYERS: usize = 32;
 
-    /// What a camera ray whose nearest hit is `hit` sees, through blended surfaces to what is behind them.
+    /// What a camera ray whose nearest hit is `hit` sees, through blended and transmissive surfaces to what
+    /// is behind them.
     fn seen(&self, pixel: usize, ray: &Ray, hit: Option<&Hit>) -> Seen {
         let mut color = Vec3::ZERO;
-        let mut through = 1.0;
+        let mut through = Vec3::ONE;
         let mut first = None;
         let mut next = hit.copied();
         for layer in 0..Self::MOST_LAYERS {
@@ -71,9 +72,9 @@ impl Shading<'_> {
                 }
             });
             color += radiance * (through * surface.opacity);
-            through *= 1.0 - surface.opacity;
+            through *= Vec3::ONE.lerp(surface.transmitted, surface.opacity);
             first = first.or(Some((hit, surface)));
-            if through <= 0.0 {
+            if through.max_element() <= 0.0 {
                 break;
             }
             let behind = Ray { t_min: hit.t, ..*ray };
@@ -81,7 +82,7 @@ impl Shading<'_> {
             next = self.bvh.nearest(self.frame.triangles(), &behind, solid);
         }
         color += self.surroundings.radiance(ray.direction.normalize().as_vec3()) * through;
-        Seen { color: color.extend(1.0 - through), first }
+        Seen { color: color.extend(1.0 - through.element_sum() / 3.0), first }
     }
 
     /// Radiance that a surface sends along the ray, by itself and from the lights that reach it.

@@ -167,15 +167,15 @@ fn nearest(colors: &[Color], wanted: Color) -> usize {
 
 /// The colour nearest to `wanted`, and the one that mixes with it to the least error.
 fn mixture(colors: &[Color], wanted: Color) -> [u8; 2] {
-    /// How much the grain of a mixture counts beside the error of its mean.
-    const GRAIN: f32 = 0.1;
+    /// How much the squared distance of two mixed colours counts beside the squared error of their mean: without it,
+    /// single specks of a far colour appear.
+    const GRAIN: f32 = 0.05;
     let near = nearest(colors, wanted);
     let mut best = (near, f32::INFINITY);
-    for (place, &far) in colors.iter().enumerate() {
+    for (place, &far) in colors.iter().enumerate().filter(|(place, _)| *place != near) {
         let share = share_of_far(colors[near], far, wanted);
         let mixed: Color = std::array::from_fn(|axis| colors[near][axis] + share * (far[axis] - colors[near][axis]));
-        let grain = share * (1.0 - share) * squared_distance(far, colors[near]);
-        let error = squared_distance(mixed, wanted) + GRAIN * grain;
+        let error = squared_distance(mixed, wanted) + GRAIN * squared_distance(far, colors[near]);
         if error < best.1 {
             best = (place, error);
         }

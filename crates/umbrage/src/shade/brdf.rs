@@ -29,6 +29,12 @@ impl Reflectance {
         }
     }
 
+    /// The same material with a part of its diffuse reflection taken away, which passes through instead.
+    pub(crate) fn with_transmission(mut self, transmission: f32) -> Self {
+        self.diffuse *= 1.0 - transmission;
+        self
+    }
+
     pub(crate) fn roughness(&self) -> f32 {
         self.roughness
     }

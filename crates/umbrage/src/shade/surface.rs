@@ -44,6 +44,8 @@ pub(crate) struct Surface {
     pub(crate) base_color: Vec3,
     /// How much of what is behind the surface hides; 1 but for blended materials.
     pub(crate) opacity: f32,
+    /// What passes through of the light from behind, as through a thin pane, where the surface is opaque otherwise.
+    pub(crate) transmitted: Vec3,
     pub(crate) emitted: Vec3,
     /// How much of the light from all around arrives, 0 … 1.
     pub(crate) ambient_occlusion: f32,
@@ -60,6 +62,9 @@ impl Surface {
         let metallic_roughness = texels.read_or_one(material.metallic_roughness_texture);
         let occlusion = texels.read_or_one(material.occlusion_texture).x;
         let normal = bent_normal(frame, hit, &texels, material);
+        let metallic = material.metallic * metallic_roughness.z;
+        let transmission =
+            material.transmission * texels.read_or_one(material.transmission_texture).x * (1.0 - metallic);
         Self {
             position: HitPoint::new(ray, hit.t).position,
             view: texels.view,
@@ -67,12 +72,14 @@ impl Surface {
             normal,
             reflectance: Reflectance::new(
                 base_color.truncate(),
-                material.metallic * metallic_roughness.z,
+                metallic,
                 material.roughness * metallic_roughness.y,
                 material.ior,
-            ),
+            )
+            .with_transmission(transmission),
             base_color: base_color.truncate(),
             opacity: if material.alpha == Alpha::Blend { base_color.w.clamp(0.0, 1.0) } else { 1.0 },
+            transmitted: base_color.truncate() * transmission,
             emitted: material.emissive * texels.read_or_one(material.emissive_texture).truncate(),
             ambient_occlusion: 1.0 + material.occlusion_strength * (occlusion - 1.0),
             unlit: material.unlit,
