@@ -130,7 +130,7 @@ mod tests {
         assert!(panorama.radiance(Vec3::new(0.01, -0.01, -1.0).normalize(), 0.0).z > 10.0);
         assert!(panorama.radiance(Vec3::Z, 0.0).z < 1e-2);
         let even = panorama.radiance(Vec3::X, 1.0);
-        assert!(even.x > 0.4 && even.y > 0.4 && even.z > 0.1, "the smallest copy is the mean: {even}");
+        assert!(even.x > 0.4 && even.y > 0.4 && even.z > 0.05, "the smallest copy is the mean: {even}");
     }
 
     #[test]

@@ -101,7 +101,7 @@ fn nearest_hits_and_shadows_are_the_oracles() {
             let position = (mesh.triangles().bounds().center() + random.point() * 2.0).with_y(random.unit() * 3.0);
             for light in [LightSource::Point { position }, LightSource::Directional { direction: random.point() }] {
                 let shadow_ray = ShadowRay::new(&light, point);
-                for counts in [|_: u32, _: [f32; 2]| true, |id: u32, _: [f32; 2]| id % 2 == 0] {
+                for counts in [|_: u32, _: [f32; 2]| true, |id: u32, _: [f32; 2]| id.is_multiple_of(2)] {
                     let found = bvh.blocked(triangles, &shadow_ray, hit.triangle, counts);
                     assert_eq!(found, oracle.blocked(&shadow_ray, hit.triangle, counts), "{name}: {shadow_ray:?}");
                 }
