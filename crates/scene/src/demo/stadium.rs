@@ -293,7 +293,7 @@ impl Paints {
             }),
             marble: palette.textured("marble", marble(0xe9_e4_da, 0x8d_86_7c), Vec2::new(0.125, 0.5), 0.25),
             dark_marble: palette.textured("dark marble", marble(0x12_2a_22, 0x9f_b8_a6), Vec2::new(0.5, 0.5), 0.12),
-            gold: palette.metal("gold", Vec3::new(1.0, 0.72, 0.32), 0.2),
+            gold: palette.metal("gold", Vec3::new(1.0, 0.64, 0.22), 0.2),
             banner: palette.textured("banner", banner, Vec2::new(1.0 / 24.0, 1.0), 0.6),
         }
     }
@@ -308,7 +308,7 @@ fn grass() -> crate::Texture {
         let field = field.abs();
         let stripe = if wave(field.x / 11.0) > 0.0 { 1.0 } else { 0.8 };
         let grain = 0.92 + 0.16 * fractal_noise(Vec3::new(field.x, field.y, 0.0) * 0.9, 3);
-        let green = srgb(0x4f_92_38) * (stripe * grain);
+        let green = srgb(0x5a_8c_42) * (stripe * grain);
         let near = |distance: f32| distance.abs() < 0.09;
         let inside = field.x < 46.1 && field.y < 30.1;
         let line = near(field.x)
