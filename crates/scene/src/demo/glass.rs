@@ -151,7 +151,9 @@ impl Finish {
             Self::Stained(color) => {
                 let volume =
                     Volume { attenuation_distance: 1.8 * radius, attenuation_color: srgb(color), ..Volume::default() };
-                glass("stained glass", volume)
+                // The surface has some of the colour too, for renderers that don't follow light through volumes.
+                let base_color = Vec3::ONE.lerp(srgb(color), 0.35).extend(1.0);
+                Material { base_color, ..glass("stained glass", volume) }
             }
             Self::Mirror => metal("mirror", 0xf2f4f5, 0.0),
             Self::Metal(color, roughness) => metal("metal", color, roughness),

@@ -81,7 +81,7 @@ impl Marbles {
         });
 
         let closer = smoothstep(0.0, 1.0, seconds / SECONDS);
-        let eye = Vec3::new(mix(-1.7, -0.9, closer), mix(2.9, 2.5, closer), mix(4.3, 3.8, closer));
+        let eye = Vec3::new(mix(-1.7, -0.9, closer), mix(3.3, 3.0, closer), mix(4.9, 4.5, closer));
         studio::look(frame, "front", eye, Vec3::new(0.0, 0.36, 0.0), 0.34);
         studio::light(frame, "key", Vec3::new(-3.0, 5.0, 2.0), Vec3::ZERO, srgb(0xfff0dc), 0.95);
         studio::light(frame, "fill", Vec3::new(5.0, 4.0, -2.0), Vec3::ZERO, srgb(0xd6e4ff), 0.25);

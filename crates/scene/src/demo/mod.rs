@@ -1,7 +1,7 @@
 //! The gallery: procedural scenes that move, the same on every machine.
 //!
 //! Each demo is one file with one type that has `SCENE`, `open`, `pose` and `duration_seconds`, and one line in
-//! [`gallery!`] below.
+//! `gallery!` below.
 
 mod build;
 

@@ -17,10 +17,10 @@ pub(super) const BOARDS: [[Vec3; 2]; 5] = [
     [Vec3::new(-OUTER.x, 0.0, -INNER.z), Vec3::new(-INNER.x, RIM, INNER.z)],
     [Vec3::new(INNER.x, 0.0, -INNER.z), Vec3::new(OUTER.x, RIM, INNER.z)],
 ];
-const INNER: Vec3 = Vec3::new(1.5, 0.0, 1.1);
-const OUTER: Vec3 = Vec3::new(1.6, 0.0, 1.2);
+const INNER: Vec3 = Vec3::new(1.6, 0.0, 1.2);
+const OUTER: Vec3 = Vec3::new(1.7, 0.0, 1.3);
 const BOTTOM: f32 = 0.08;
-const RIM: f32 = 0.5;
+const RIM: f32 = 0.6;
 
 const FRAMES_PER_SECOND: f32 = 60.0;
 const STEPS_PER_FRAME: u32 = 8;
@@ -99,7 +99,7 @@ fn poured() -> Vec<Marble> {
         .map(|marble| {
             let radius = if marble % 11 == 5 { 0.21 } else { random.range(0.135, 0.16) };
             let height = 2.4 + 0.17 * marble as f32;
-            let aside = rotation(Vec3::Y, 0.37 * marble as f32) * Vec3::X * random.range(0.15, 0.75);
+            let aside = rotation(Vec3::Y, 0.37 * marble as f32) * Vec3::X * random.range(0.1, 0.6);
             Marble {
                 radius,
                 middle: aside + Vec3::Y * height,
@@ -175,12 +175,13 @@ fn meet(marble: &mut Marble, nearest: Vec3, seconds: f32) {
     roll(marble, seconds);
 }
 
+/// Part of the approaching speed that a bounce gives back.
+const RESTITUTION: f32 = 0.45;
 /// Part of an overlap that each step undoes: less than all, so that piles come to rest.
 const PUSH_APART: f32 = 0.5;
 
 /// The impulse on the one that `normal` points to, from the surfaces' relative velocity.
 fn contact_impulse(closing: Vec3, normal: Vec3, inverse_mass: f32) -> Vec3 {
-    const RESTITUTION: f32 = 0.55;
     const FRICTION: f32 = 0.25;
     /// Slower contacts don't bounce, or nothing would ever rest.
     const BOUNCE_SPEED: f32 = 0.25;
@@ -226,7 +227,7 @@ mod tests {
             highest = highest.max(if marbles[0].velocity.y > 0.0 { marbles[0].middle.y } else { 0.0 });
         }
         // Restitution squared of the height above the surface.
-        assert!((highest - 0.15 - 2.85 * 0.55 * 0.55).abs() < 0.05, "{highest}");
+        assert!((highest - 0.15 - 2.85 * RESTITUTION * RESTITUTION).abs() < 0.05, "{highest}");
     }
 
     #[test]
