@@ -81,3 +81,35 @@ fn encoded_srgb(linear: f32) -> f32 {
     let linear = linear.clamp(0.0, 1.0);
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ToneMap;
+
+    fn developed(color: Vec4, settings: &Settings) -> [u16; 3] {
+        let film = Film { width: 1, height: 1, color: vec![color], ..Film::default() };
+        film.develop(settings).pixels[0]
+    }
+
+    #[test]
+    fn known_values_are_encoded_as_srgb() {
+        let clip = Settings { tone_map: ToneMap::Clip, ..Settings::default() };
+        // 0.2140 linear is the middle of the encoded scale.
+        let [red, green, blue] = developed(Vec4::new(0.0, 0.214_041, 1.0, 1.0), &clip);
+        assert_eq!((red, blue), (0, u16::MAX));
+        assert!(green.abs_diff(u16::MAX / 2) < 4, "{green}");
+    }
+
+    #[test]
+    fn a_stop_doubles_and_what_is_no_number_is_black() {
+        let clip = Settings { tone_map: ToneMap::Clip, ..Settings::default() };
+        let stop = Settings { exposure_stops: 1.0, ..clip.clone() };
+        assert_eq!(developed(Vec4::splat(0.2), &stop), developed(Vec4::splat(0.4), &clip));
+        for settings in [clip, Settings::default()] {
+            assert_eq!(developed(Vec4::NAN, &settings), [0; 3]);
+            assert_eq!(developed(Vec4::splat(-1.0), &settings), [0; 3]);
+            assert!(developed(Vec4::INFINITY, &Settings { tone_map: ToneMap::Clip, ..settings })[0] == u16::MAX);
+        }
+    }
+}

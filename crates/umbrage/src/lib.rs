@@ -1,4 +1,18 @@
 //! Exact visibility and exact shadows for triangle scenes that change completely every frame.
+//!
+//! [`Scene`] reads a file and poses it, [`Renderer`] renders it with [`Settings`], [`Film`] holds what each pixel saw,
+//! and [`output`] writes it:
+//!
+//! ```
+//! use umbrage::{Renderer, Scene, Settings};
+//!
+//! let scene = Scene::open("demo:glass?triangles=500")?;
+//! let settings = Settings { width: 64, height: 36, ..Settings::default() };
+//! let mut renderer = Renderer::default();
+//! let film = renderer.render(&scene, 0.5, &settings)?;
+//! assert!(film.depth.iter().any(|depth| depth.is_finite()));
+//! # Ok::<(), umbrage::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod background;
@@ -23,3 +37,8 @@ pub use stats::{OmittedTriangles, Stage, Stats};
 pub use umbrage_rays as rays;
 pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;
+
+/// The examples of the README, so that they are tested.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -111,3 +111,55 @@ impl Level {
 fn linear_from_srgb(encoded: f32) -> f32 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Red above, green below, and a blue texel straight ahead.
+    fn texels(width: usize, height: usize) -> Vec<Vec3> {
+        let mut texels: Vec<Vec3> =
+            (0..width * height).map(|place| if place < width * height / 2 { Vec3::X } else { Vec3::Y }).collect();
+        texels[width * (height / 2) + width / 2] = Vec3::Z * 40.0;
+        texels
+    }
+
+    fn check(panorama: &Panorama) {
+        assert!(panorama.radiance(Vec3::Y, 0.0).distance(Vec3::X) < 1e-2);
+        assert!(panorama.radiance(Vec3::NEG_Y, 0.0).distance(Vec3::Y) < 1e-2);
+        assert!(panorama.radiance(Vec3::new(0.01, -0.01, -1.0).normalize(), 0.0).z > 10.0);
+        assert!(panorama.radiance(Vec3::Z, 0.0).z < 1e-2);
+        let even = panorama.radiance(Vec3::X, 1.0);
+        assert!(even.x > 0.4 && even.y > 0.4 && even.z > 0.1, "the smallest copy is the mean: {even}");
+    }
+
+    #[test]
+    fn directions_find_their_texels() {
+        check(&Panorama::new(32, 16, texels(32, 16)).unwrap());
+        assert!(Panorama::new(32, 16, texels(32, 15)).is_err());
+        assert!(Panorama::new(0, 0, Vec::new()).is_err());
+    }
+
+    #[test]
+    fn radiance_and_open_exr_files_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let (hdr, exr) = (folder.path().join("sky.hdr"), folder.path().join("sky.exr"));
+        let pixels: Vec<_> = texels(32, 16).iter().map(|texel| image::Rgb(texel.to_array())).collect();
+        let file = std::fs::File::create(&hdr).unwrap();
+        image::codecs::hdr::HdrEncoder::new(file).encode(&pixels, 32, 16).unwrap();
+        exr::prelude::write_rgb_file(&exr, 32, 16, |x, y| texels(32, 16)[y * 32 + x].into()).unwrap();
+        check(&Panorama::open(&hdr).unwrap());
+        check(&Panorama::open(&exr).unwrap());
+    }
+
+    #[test]
+    fn broken_files_say_so() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["broken.hdr", "broken.exr", "broken.png"] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, b"#?RADIANCE\nnot an image").unwrap();
+            assert!(Panorama::open(&path).is_err(), "{name}");
+        }
+        assert!(Panorama::open(&folder.path().join("missing.hdr")).is_err());
+    }
+}

@@ -367,3 +367,42 @@ fn two_bones(root: Vec3, end: Vec3, first: f32, second: f32, towards: Vec3) -> (
     let side = (towards - along * along.dot(towards)).normalize_or(along.any_orthonormal_vector());
     (root + along * to_foot_of_joint + side * height, root + along * reach)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP: f32 = 0.16;
+
+    fn straight(steps: f32) -> Footing {
+        Footing { ground: Vec3::Z * (STEP * steps), ahead: Vec3::Z }
+    }
+
+    #[test]
+    fn a_foot_that_stands_does_not_slide() {
+        for (side, plant) in [(0.0, 4.0), (1.0, 5.0)] {
+            let world = |steps: f32| straight(steps).ground + foot(steps, side, straight(steps), straight).ankle;
+            let planted = world(plant);
+            assert!((planted.z - STEP * plant).abs() < 1e-6, "{planted}");
+            for since in [-0.3, -0.1, 0.1, 0.19] {
+                assert!(world(plant + since).abs_diff_eq(planted, 1e-5), "side {side}, {since} steps later");
+            }
+            for change in [HALF_STANCE, 1.0, 2.0 - HALF_STANCE] {
+                let [before, after] = [-1e-3, 1e-3].map(|moment| world(plant + change + moment));
+                assert!(before.distance(after) < 5e-3, "side {side} leaps {change} steps later");
+            }
+            assert!(world(plant + 1.0).y > planted.y + 0.05, "it is lifted halfway through its swing");
+            assert!((world(plant + 2.0).z - planted.z - 2.0 * STEP).abs() < 1e-5, "and comes down two steps on");
+        }
+    }
+
+    #[test]
+    fn joints_keep_the_lengths_of_their_bones() {
+        for end in [Vec3::new(0.1, -0.1, 0.05), Vec3::new(0.0, -5.0, 0.0), Vec3::new(0.0, -0.001, 0.0)] {
+            let (joint, reached) = two_bones(Vec3::ZERO, end, 0.1, 0.09, Vec3::Z);
+            assert!((joint.length() - 0.1).abs() < 1e-5, "{end}");
+            assert!((joint.distance(reached) - 0.09).abs() < 1e-5, "{end}");
+            assert!(joint.z >= 0.0);
+        }
+    }
+}

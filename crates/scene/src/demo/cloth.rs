@@ -79,7 +79,7 @@ impl Cloth {
 
         let approach = smoothstep(0.0, 1.0, seconds / drape::SECONDS);
         let eye = Vec3::new(mix(-2.6, -1.4, approach), mix(2.9, 2.3, approach), 5.4);
-        studio::look(frame, "front", eye, Vec3::new(0.0, mix(1.0, 0.72, approach), 0.0), 0.30);
+        studio::look(frame, "front", eye, Vec3::new(0.0, mix(0.95, 0.62, approach), 0.0), 0.33);
         studio::light(frame, "key", Vec3::new(3.6, 6.0, 3.4), drape::BALL_CENTER, srgb(0xfff2e0), 0.95);
         studio::light(frame, "rim", Vec3::new(-5.0, 3.5, -3.0), drape::BALL_CENTER, srgb(0xcfe0ff), 0.3);
     }

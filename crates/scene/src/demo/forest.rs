@@ -309,3 +309,19 @@ fn foliage(builder: &mut MeshBuilder, wind: &mut Wind, paints: &Paints, twigs: &
     builder.material(paints.leaves);
     plant::leaves(builder, wind, &mut Random::new(5), twigs, triangles, &tints);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_round_ends_where_it_begins() {
+        let forest = Forest::open(6_000);
+        let [mut start, mut end] = [Frame::default(), Frame::default()];
+        forest.pose(0.0, &mut start);
+        forest.pose(forest.duration_seconds(), &mut end);
+        for (place, (from, to)) in start.positions.iter().zip(&end.positions).enumerate() {
+            assert!(from.abs_diff_eq(*to, 1e-3), "vertex {place}: {from}, then {to}");
+        }
+    }
+}

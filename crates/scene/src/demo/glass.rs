@@ -44,7 +44,7 @@ enum Finish {
 /// Middle, radius, motion and finish of each ball; those that rest or circle lie on the floor.
 const BALLS: [(Vec3, f32, Motion, Finish); 14] = {
     use Finish::{Bubble, Clear, Lacquer, Metal, Mirror, Stained};
-    use Motion::{Circles, Floats, Rests};
+    use Motion::{Floats, Rests};
     [
         (Vec3::new(0.0, 1.0, 0.0), 1.0, Rests, Clear),
         (Vec3::new(-2.7, 1.35, -2.7), 1.35, Rests, Mirror),

@@ -65,7 +65,7 @@ pub(super) fn tree(
         let length = height * mix(0.36, 0.14, (part - bare) / (1.0 - bare)) * random.range(0.8, 1.2);
         let direction = Vec3::new(cos, random.range(0.25, 0.6), sin).normalize();
         let from = trunk(part);
-        branch_from(builder, random, Limb { from, direction, length, radius: thickness(part) * 0.5 }, detail, twigs);
+        branch_from(builder, random, &Limb { from, direction, length, radius: thickness(part) * 0.5 }, detail, twigs);
     }
     twigs.push(Twig { position: trunk(1.0), radius: 0.09 * height, coarseness: 1.0 });
 }
@@ -78,8 +78,8 @@ struct Limb {
 }
 
 /// Adds a branch and the smaller ones that spring from it.
-fn branch_from(builder: &mut MeshBuilder, random: &mut Random, limb: Limb, detail: Detail, twigs: &mut Vec<Twig>) {
-    let Limb { from, direction, length, radius } = limb;
+fn branch_from(builder: &mut MeshBuilder, random: &mut Random, limb: &Limb, detail: Detail, twigs: &mut Vec<Twig>) {
+    let Limb { from, direction, length, radius } = *limb;
     let droop = random.range(-0.1, 0.16);
     let side = direction.cross(Vec3::Y).normalize_or(Vec3::X) * random.range(-0.16, 0.16);
     let at = |part: f32| from + (direction * part + (side + Vec3::Y * droop) * (part * part)) * length;

@@ -65,7 +65,7 @@ impl Shatter {
         let mut palette = Palette::default();
         let porcelain = palette.dull("porcelain", srgb(0xf3e3d0), 0.42);
         palette.material(porcelain).double_sided = true;
-        let floor = palette.dull("floor", srgb(0x4a5a68), 0.6);
+        let floor = palette.dull("floor", srgb(0x77706a), 0.6);
 
         let columns = studio::backdrop_columns(triangles);
         let wanted = triangles.saturating_sub(studio::backdrop_triangles(columns));
@@ -122,7 +122,7 @@ impl Shatter {
         let turns = seconds / Self::SECONDS;
         let apart = smoothstep(0.0, Self::LONGEST, now);
         let target = Vec3::new(0.0, mix(1.12, 0.95, apart), 0.0);
-        let away = mix(5.0, 6.4, apart);
+        let away = mix(5.2, 7.2, apart);
         let eye = target + turned(-0.55 + 0.25 * wave(turns)) * Vec3::new(0.0, 0.22 * away, away);
         studio::look(frame, "front", eye, target, 0.30);
         studio::light(frame, "key", Vec3::new(-3.4, 5.2, 3.6), Self::BLAST, srgb(0xffeedd), 1.0);

@@ -27,7 +27,7 @@ impl Statue {
         let mut palette = Palette::default();
         let stone = palette.textured("limestone", limestone(), Vec2::ONE, 0.7);
         let granite = palette.textured("granite", granite(), Vec2::splat(1.0), 0.25);
-        let wall = palette.dull("wall", srgb(0x6f7a7d), 0.85);
+        let wall = palette.dull("wall", srgb(0x7d7872), 0.85);
 
         let mut builder = MeshBuilder::new();
         let surface = sculpture::mesh(&sculpture::buddha(), (triangles as f32 * Self::SCULPTURE_SHARE) as usize);

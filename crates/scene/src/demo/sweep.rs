@@ -45,6 +45,15 @@ impl Section {
     pub(super) const fn new(center: Vec3, half_width: f32, half_depth: f32) -> Self {
         Self { center, half_width, half_depth }
     }
+
+    /// What is as far from this section as `other`, on the other side.
+    fn mirrored(self, other: Self) -> Self {
+        Self {
+            center: 2.0 * self.center - other.center,
+            half_width: 2.0 * self.half_width - other.half_width,
+            half_depth: 2.0 * self.half_depth - other.half_depth,
+        }
+    }
 }
 
 impl Sweep {
@@ -85,8 +94,11 @@ impl Sweep {
         let spans = (self.count - 1) as f32;
         let span = ((along * spans) as usize).min(self.count - 2);
         let part = along * spans - span as f32;
-        let at = |place: usize| self.sections[place.min(self.count - 1)];
-        let four = [at(span.saturating_sub(1)), at(span), at(span + 1), at(span + 2)];
+        let [from, to] = [self.sections[span], self.sections[span + 1]];
+        // Beyond the ends the curve goes on straight, which keeps two sections a straight tube.
+        let before = if span == 0 { from.mirrored(to) } else { self.sections[span - 1] };
+        let after = if span + 2 == self.count { to.mirrored(from) } else { self.sections[span + 2] };
+        let four = [before, from, to, after];
         let (weights, slopes) = catmull_rom(part);
         let mix = |weights: [f32; 4]| {
             four.iter().zip(weights).fold((Vec3::ZERO, 0.0, 0.0), |(center, width, depth), (section, weight)| {
@@ -167,4 +179,46 @@ pub(super) fn catmull_rom(part: f32) -> ([f32; 4], [f32; 4]) {
         0.5 * (3.0 * square - 2.0 * part),
     ];
     (weights, slopes)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f32::consts::TAU;
+
+    use super::*;
+
+    fn places() -> impl Iterator<Item = (f32, f32)> {
+        (0..=20).flat_map(|row| (0..16).map(move |column| (row as f32 / 20.0, column as f32 / 16.0)))
+    }
+
+    fn point(sweep: &Sweep, along: f32, turns: f32) -> (Vec3, Vec3) {
+        let (sin, cos) = libm::sincosf(TAU * turns);
+        sweep.ring(along).point(cos, sin)
+    }
+
+    #[test]
+    fn an_ellipsoid_has_its_closed_form() {
+        let (center, half) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 2.0, 0.8));
+        let sweep = Sweep::ellipsoid(center, Vec3::Y * half.y, Vec3::X, half.x, half.z);
+        for (along, turns) in places() {
+            let (position, normal) = point(&sweep, along, turns);
+            let unit = (position - center) / half;
+            assert!((unit.length() - 1.0).abs() < 1e-4, "{along} {turns}: {unit}");
+            let exact = (unit / half).normalize();
+            assert!(normal.dot(exact) > 0.9999, "{along} {turns}: {normal}, not {exact}");
+        }
+    }
+
+    #[test]
+    fn normals_of_a_bent_tube_stand_on_it() {
+        let sections = [(0.0, 0.3), (1.0, 0.25), (2.0, 0.4), (3.0, 0.2)]
+            .map(|(x, size)| Section::new(Vec3::new(x, 0.1 * x * x, 0.0), size, 0.7 * size));
+        let sweep = Sweep::new(&sections, Vec3::Z, [0.1, 0.1]);
+        for (along, turns) in places().filter(|(along, _)| (0.12..0.88).contains(along)) {
+            let (_, normal) = point(&sweep, along, turns);
+            let around = point(&sweep, along, turns + 1e-3).0 - point(&sweep, along, turns - 1e-3).0;
+            let ahead = point(&sweep, along + 1e-3, turns).0 - point(&sweep, along - 1e-3, turns).0;
+            assert!(normal.dot(around.cross(ahead).normalize()) > 0.99, "{along} {turns}: {normal}");
+        }
+    }
 }

@@ -6,7 +6,7 @@ use super::{DEMOS, Demo, DemoScene};
 use crate::{Error, Frame};
 
 /// Few enough triangles that every demo is quick to open without optimisation.
-const FEW: usize = 12_000;
+const FEW: usize = 6_000;
 
 fn posed(demo: &Demo, seconds: f64) -> Frame {
     let mut frame = Frame::default();
@@ -68,7 +68,7 @@ fn demos_move() {
     for scene in DEMOS {
         let demo = open(scene, FEW);
         let [start, later] = [0.0, 0.4].map(|part| bits(&posed(&demo, part * demo.duration_seconds())));
-        assert_ne!(start, later, "{}", scene.name);
+        assert!(start != later, "{}", scene.name);
     }
 }
 
@@ -79,24 +79,23 @@ fn demos_have_the_same_bits_for_any_number_of_threads_and_in_used_frames() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
             pool.install(|| {
                 let demo = open(scene, FEW);
-                bits(&posed(&demo, 0.37 * demo.duration_seconds()))
+                (bits(&posed(&demo, 0.37 * demo.duration_seconds())), demo)
             })
         };
-        let once = pose(1);
-        assert_eq!(once, pose(3), "{}", scene.name);
-        let demo = open(scene, FEW);
+        let ((once, _), (again, demo)) = (pose(1), pose(3));
+        assert!(once == again, "{}", scene.name);
         let mut used = posed(&demo, 0.8 * demo.duration_seconds());
         used.lights.clear();
         used.cameras.clear();
         demo.pose(0.37 * demo.duration_seconds(), &mut used);
-        assert_eq!(once, bits(&used), "{} in a used frame", scene.name);
+        assert!(once == bits(&used), "{} in a used frame", scene.name);
     }
 }
 
 #[test]
 fn demos_have_about_as_many_triangles_as_were_asked_for() {
     for scene in DEMOS {
-        for wanted in [5_000, 20_000, 60_000] {
+        for wanted in [4_000, 30_000] {
             let count = posed(&open(scene, wanted), 0.0).mesh.triangles.len();
             assert!(count.abs_diff(wanted) * 10 <= wanted, "{}: {count}, not {wanted}", scene.name);
         }

@@ -2,6 +2,7 @@
 
 mod brdf;
 mod irradiance;
+mod specular_albedo;
 mod surface;
 
 pub(crate) use brdf::Reflectance;

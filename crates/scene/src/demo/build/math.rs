@@ -30,11 +30,6 @@ pub(crate) fn pow(base: f32, exponent: f32) -> f32 {
     libm::powf(base, exponent)
 }
 
-/// e to the power of `exponent`.
-pub(crate) fn exp(exponent: f32) -> f32 {
-    libm::expf(exponent)
-}
-
 /// From 0 at `from` to 1 at `to` without a kink at either end; `from` may be the greater one, but not the same.
 pub(crate) fn smoothstep(from: f32, to: f32, at: f32) -> f32 {
     let part = ((at - from) / (to - from)).clamp(0.0, 1.0);

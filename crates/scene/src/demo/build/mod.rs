@@ -18,7 +18,7 @@ use crate::{Materials, Mesh};
 pub(crate) use balls::{ball_triangles, fineness_of_balls};
 pub(crate) use noise::{fractal_noise, noise};
 pub(crate) use paint::{Palette, checker, color_texture, mottled_texture, srgb};
-pub(crate) use random::{Random, hash, unit};
+pub(crate) use random::{Random, hash};
 pub(crate) use shapes::on_sphere;
 pub(crate) use sheet::{Join, Sheet};
 

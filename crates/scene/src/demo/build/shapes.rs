@@ -1,6 +1,6 @@
 //! Simple solids and surfaces.
 
-use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
 use glam::{Vec2, Vec3, Vec3Swizzles};
 
@@ -154,23 +154,6 @@ impl MeshBuilder {
             let [side, other] = sides[point];
             let (sin, cos) = sin_cos(TAU * u);
             path[point] + (side * cos + other * sin) * radius(v)
-        })
-    }
-
-    /// Adds a tube between two points with round ends, thicker or thinner towards the second.
-    pub(crate) fn capsule(&mut self, ends: [Vec3; 2], radii: [f32; 2], columns: u32, cap_rows: u32) -> &mut Self {
-        let axis = (ends[1] - ends[0]).normalize_or(Vec3::Y);
-        let side = axis.any_orthonormal_vector();
-        let other = axis.cross(side);
-        let caps = cap_rows.max(1);
-        self.sheet(Sheet::tube(columns, 2 * caps + 1), |u, v| {
-            let row = (v * (2 * caps + 1) as f32 + 0.5) as u32;
-            let (end, part) = if row <= caps { (0, row) } else { (1, row - 1) };
-            let (sin_v, cos_v) = sin_cos((part as f32 / caps as f32 - 1.0) * FRAC_PI_2);
-            let pole = part == 0 || part == 2 * caps;
-            let across = if pole { 0.0 } else { cos_v * radii[end] };
-            let (sin, cos) = sin_cos(TAU * u);
-            ends[end] + axis * (sin_v * radii[end]) + (side * cos + other * sin) * across
         })
     }
 
@@ -368,8 +351,6 @@ mod tests {
         assert_eq!(solid(sphere, 0.02, |b| b.rounded_cuboid(Vec3::ONE, 1.0, 8)), 12 * 17 * 17);
         assert_eq!(solid(8.0, 0.02, |b| b.rounded_cuboid(Vec3::ONE, 0.05, 1)), 12 * 9);
         assert_eq!(solid(0.5, 1e-5, |b| b.prism(&[Vec2::ZERO, Vec2::X, Vec2::Y], 1.0)), 8);
-        let capsule = sphere + PI * 2.0;
-        solid(capsule, 0.02, |b| b.capsule([Vec3::ZERO, Vec3::X * 2.0], [1.0; 2], 48, 16));
         let path: Vec<Vec3> = (0..=20).map(|i| Vec3::new(0.0, i as f32 * 0.1, 0.0)).collect();
         solid(PI * 0.09 * 1.9, 0.03, |b| b.tube(&path, |part| if part <= 0.0 || part >= 1.0 { 0.0 } else { 0.3 }, 32));
     }

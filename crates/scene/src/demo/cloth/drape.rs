@@ -12,14 +12,14 @@ pub(super) const BALL_CENTER: Vec3 = Vec3::new(0.0, BALL_RADIUS, 0.0);
 pub(super) const BALL_RADIUS: f32 = 0.8;
 
 /// Particles along each side of the cloth.
-const SIDE: usize = 72;
+const SIDE: usize = 68;
 /// Length of each side.
 const SIDE_LENGTH: f32 = 4.0;
 const SPACING: f32 = SIDE_LENGTH / (SIDE - 1) as f32;
 const START_HEIGHT: f32 = 2.1;
 const FRAMES_PER_SECOND: f32 = 60.0;
 /// Small steps with one iteration each stiffen cloth more than few steps with many (Macklin et al. 2019).
-const STEPS_PER_FRAME: u32 = 7;
+const STEPS_PER_FRAME: u32 = 6;
 /// Keeps the drawn cloth, which cuts corners between particles, out of the ball and the floor.
 const THICKNESS: f32 = 0.025;
 /// How near the drawn cloth may come.

@@ -146,7 +146,7 @@ fn face(buddha: &mut Sculpture) {
         rod([0.085, 2.155, 0.283], [0.165, 2.130, 0.228], [0.012, 0.008]).both().blend(0.03),
         rod([0.0, 2.12, 0.298], [0.0, 2.005, 0.335], [0.016, 0.023]).blend(0.04),
         ellipsoid([0.0, 2.0, 0.338], [0.026, 0.022, 0.022]).blend(0.02),
-        ellipsoid([0.032, 1.992, 0.318], [0.022, 0.019, 0.024]).both().blend(0.02),
+        ellipsoid([0.032, 1.992, 0.317], [0.022, 0.019, 0.024]).both().blend(0.02),
         ellipsoid([0.016, 1.976, 0.34], [0.008, 0.008, 0.012]).both().carve().blend(0.008),
         // Eyes nearly closed: the lid's bulge, and the slit that curves down.
         ellipsoid([0.095, 2.07, 0.262], [0.058, 0.034, 0.036]).both().blend(0.02),

@@ -5,11 +5,11 @@ mod buddha;
 mod rabbit;
 mod surface;
 
-use glam::{Quat, Vec3};
+use glam::{Mat3, Quat, Vec3};
 
 pub(crate) use buddha::buddha;
 pub(crate) use rabbit::rabbit;
-pub(crate) use surface::{Surface, mesh};
+pub(crate) use surface::mesh;
 
 /// A solid: where [`Sculpture::distance`] is negative.
 #[derive(Clone, Debug)]
@@ -50,28 +50,26 @@ struct Lump {
 enum Form {
     Ellipsoid {
         center: Vec3,
-        radii: Vec3,
-        form_from_world: Quat,
+        inverse_radii: Vec3,
+        least_radius: f32,
+        /// Takes the ellipsoid, once its middle is at the origin, to the unit sphere.
+        sphere_from_world: Mat3,
     },
     /// A rod from one ball to another.
-    Rod {
-        ends: [Vec3; 2],
-        radii: [f32; 2],
-    },
+    Rod { ends: [Vec3; 2], radii: [f32; 2] },
 }
 
 impl Form {
     /// About the distance to the form, negative inside; never much above it in size.
     fn distance(&self, place: Vec3) -> f32 {
         match *self {
-            Self::Ellipsoid { center, radii, form_from_world } => {
-                let local = form_from_world * (place - center);
-                let scaled = local / radii;
+            Self::Ellipsoid { center, inverse_radii, least_radius, sphere_from_world } => {
+                let scaled = sphere_from_world * (place - center);
                 let reach = scaled.length();
                 if reach <= 1.0 {
-                    return (reach - 1.0) * radii.min_element();
+                    return (reach - 1.0) * least_radius;
                 }
-                reach * (reach - 1.0) / (scaled / radii).length()
+                reach * (reach - 1.0) / (scaled * inverse_radii).length()
             }
             Self::Rod { ends: [from, to], radii } => {
                 let (along, offset) = (to - from, place - from);
@@ -84,7 +82,13 @@ impl Form {
 
 impl Lump {
     fn ellipsoid(center: [f32; 3], radii: [f32; 3]) -> Self {
-        let form = Form::Ellipsoid { center: center.into(), radii: radii.into(), form_from_world: Quat::IDENTITY };
+        let radii = Vec3::from(radii);
+        let form = Form::Ellipsoid {
+            center: center.into(),
+            inverse_radii: radii.recip(),
+            least_radius: radii.min_element(),
+            sphere_from_world: Mat3::from_diagonal(radii.recip()),
+        };
         Self { form, mirrored: false, carved: false, blend: 0.05 }
     }
 
@@ -110,8 +114,8 @@ impl Lump {
 
     /// The ellipsoid turned about its middle.
     fn turn(mut self, world_from_form: Quat) -> Self {
-        if let Form::Ellipsoid { form_from_world, .. } = &mut self.form {
-            *form_from_world = world_from_form.inverse();
+        if let Form::Ellipsoid { sphere_from_world, .. } = &mut self.form {
+            *sphere_from_world *= Mat3::from_quat(world_from_form.inverse());
         }
         self
     }

@@ -132,38 +132,47 @@ impl Lattice<'_> {
         while (size / SIDE as i32) < blocks_across as i32 + 2 {
             size *= 2;
         }
-        let all = (0..self.sculpture.lumps.len() as u16).collect();
+        let all: Vec<u16> = (0..self.sculpture.lumps.len() as u16).collect();
         let mut blocks = Vec::new();
-        self.split(Block { corner: IVec3::splat(-size / 2), lumps: all }, size, &mut blocks);
+        self.split(IVec3::splat(-size / 2), size, &all, &mut blocks);
         blocks
     }
 
-    fn split(&self, cube: Block, size: i32, blocks: &mut Vec<Block>) {
-        let middle = self.place(cube.corner.as_vec3() + 0.5 * size as f32);
+    /// Adds the blocks of the cube of `size` cells at `corner`, near which only `lumps` matter.
+    fn split(&self, corner: IVec3, size: i32, lumps: &[u16], blocks: &mut Vec<Block>) {
+        let middle = self.place(corner.as_vec3() + 0.5 * size as f32);
         // Half a cell more than the cube, because normals are measured a little outside of it.
         let radius = 0.866_03 * self.cell * (size + 1) as f32;
-        let lumps = self.sculpture.near(&cube.lumps, middle, radius);
+        let lumps = self.sculpture.near(lumps, middle, radius);
         let distance = self.sculpture.smooth_distance(&lumps, middle);
         if distance.abs() > SLACK * radius + self.sculpture.relief.greatest + self.sculpture.relief.greatest_tooth {
             return;
         }
         if size == SIDE as i32 {
-            blocks.push(Block { corner: cube.corner, lumps });
+            blocks.push(Block { corner, lumps });
             return;
         }
         let half = size / 2;
         for octant in 0..8 {
             let step = IVec3::new(octant & 1, (octant >> 1) & 1, octant >> 2) * half;
-            self.split(Block { corner: cube.corner + step, lumps: lumps.clone() }, half, blocks);
+            self.split(corner + step, half, &lumps, blocks);
         }
     }
 
     fn patch(&self, block: &Block) -> Patch {
         let index = |point: [usize; 3]| point[0] + POINTS * (point[1] + POINTS * point[2]);
         let mut distances = vec![0.0_f32; POINTS * POINTS * POINTS];
+        // Farther than a cell from the surface only the sign counts, and the neighbour's tells it.
+        let step = SLACK * self.cell;
+        let mut before = 0.0_f32;
         for (at, distance) in distances.iter_mut().enumerate() {
             let local = Vec3::new((at % POINTS) as f32, (at / POINTS % POINTS) as f32, (at / POINTS / POINTS) as f32);
-            *distance = self.distance(&block.lumps, self.place(block.corner.as_vec3() + local));
+            before = if at % POINTS > 0 && before.abs() > 2.0 * step {
+                before - step.copysign(before)
+            } else {
+                self.distance(&block.lumps, self.place(block.corner.as_vec3() + local))
+            };
+            *distance = before;
         }
         let mut patch = Patch {
             positions: Vec::new(),
