@@ -73,6 +73,7 @@ fn the_gallery_is_listed() {
 }
 
 /// The commands of the examples in `--help`, without the programs that they are piped into.
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
 fn examples(help: &str) -> Vec<Vec<String>> {
     let (_, behind) = help.split_once("Examples:\n").unwrap();
     let (examples, _) = behind.split_once("\n\n").unwrap();

@@ -1,4 +1,5 @@
 //! Runs the built command on a small scene in a folder of its own.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 #![allow(dead_code, reason = "each test program uses a part of this")]
 
 use std::fs;
