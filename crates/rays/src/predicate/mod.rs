@@ -3,7 +3,7 @@
 //! Every structure hands what its fast path can't decide to these functions, so every structure gives their answer.
 //!
 //! The edge functions E(p, q) = d · ((p − o) × (q − o)) of Plücker's test are evaluated in f64. Where the result is
-//! smaller than its error bound, the sign is taken from exact arithmetic ([`expansion`]). So signs are those of real
+//! smaller than its error bound, the sign is taken from exact arithmetic. So signs are those of real
 //! numbers: neighbours agree about their shared edge and fans about their vertex, and no ray slips between them.
 
 mod double;
