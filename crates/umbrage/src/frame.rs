@@ -1,6 +1,6 @@
 //! The spine: a frame from top to bottom.
 
-use umbrage_rays::{Hit, View};
+use umbrage_rays::View;
 use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
@@ -75,10 +75,11 @@ impl Renderer {
         &self.stats
     }
 
-    /// What each pixel saw at the last frame's last sample, in rows from the upper left corner.
+    /// The triangle that each pixel showed at the last frame's last sample, in rows from the upper left corner;
+    /// [`Film::NO_TRIANGLE`] for none.
     #[must_use]
-    pub fn hits(&self) -> &[Option<Hit>] {
-        self.engine.hits()
+    pub fn seen(&self) -> &[u32] {
+        self.engine.seen()
     }
 
     /// For each light of the last frame, which pixels it reached at the last sample.

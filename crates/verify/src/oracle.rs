@@ -1,4 +1,4 @@
-use umbrage_rays::predicate::{ShadowRay, crossing};
+use umbrage_rays::predicate::{ShadowRay, hit};
 use umbrage_rays::{Hit, Ray, Triangles};
 
 /// The truth: every triangle is asked, in order, by the reference predicate.
@@ -19,10 +19,8 @@ impl<'a> Oracle<'a> {
     pub fn nearest(&self, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
         for triangle in 0..self.triangles.len() as u32 {
-            let Some(crossing) = crossing(ray, self.triangles.corners(triangle)) else { continue };
-            let hit = Hit { t: crossing.t, triangle, barycentric: crossing.barycentric };
-            let inside = ray.t_min < hit.t && hit.t < ray.t_max;
-            if inside && nearest.is_none_or(|best| hit.t < best.t) && counts(&hit) {
+            let Some(hit) = hit(ray, self.triangles, triangle) else { continue };
+            if nearest.is_none_or(|best| hit.t < best.t) && counts(&hit) {
                 nearest = Some(hit);
             }
         }

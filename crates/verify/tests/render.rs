@@ -4,7 +4,7 @@ use std::path::Path;
 
 use umbrage::rays::View;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
-use umbrage::{Renderer, Scene, Settings};
+use umbrage::{Film, Renderer, Scene, Settings};
 use umbrage_verify::{Oracle, real_scene};
 
 const SIDE: u32 = 40;
@@ -22,11 +22,15 @@ fn compare(scene: &Scene, seconds: f64, name: &str) -> (usize, usize) {
     let view = View { camera, width: settings.width, height: settings.height };
     let oracle = Oracle::new(frame.triangles());
     let mut shadowed = 0;
-    for (pixel, found) in renderer.hits().iter().enumerate() {
+    for (pixel, &found) in renderer.seen().iter().enumerate() {
         let (x, y) = (pixel as u32 % settings.width, pixel as u32 / settings.width);
         let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let truth = oracle.nearest(&ray, |hit| frame.is_solid(hit.triangle, hit.barycentric));
-        assert_eq!(*found, truth, "{name} at {seconds} s, pixel ({x}, {y})");
+        assert_eq!(
+            found,
+            truth.map_or(Film::NO_TRIANGLE, |hit| hit.triangle),
+            "{name} at {seconds} s, pixel ({x}, {y})"
+        );
         for (light, mask) in frame.lights.iter().zip(renderer.light_masks()) {
             let lit = truth.is_some_and(|hit| {
                 let shadow_ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
@@ -37,7 +41,7 @@ fn compare(scene: &Scene, seconds: f64, name: &str) -> (usize, usize) {
             shadowed += usize::from(truth.is_some() && !lit);
         }
     }
-    (renderer.hits().iter().flatten().count(), shadowed)
+    (renderer.seen().iter().filter(|&&id| id != Film::NO_TRIANGLE).count(), shadowed)
 }
 
 #[test]
@@ -87,15 +91,15 @@ fn the_number_of_threads_changes_nothing() {
         pool.install(|| {
             let mut renderer = Renderer::default();
             let film = renderer.render(&scene, 1.0, &settings).expect("a frame").clone();
-            (film, renderer.hits().to_vec(), renderer.light_masks().to_vec())
+            (film, renderer.seen().to_vec(), renderer.light_masks().to_vec())
         })
     };
-    let (film, hits, masks) = on_threads(1);
+    let (film, seen, masks) = on_threads(1);
     for count in [2, 3, 7] {
-        let (other_film, other_hits, other_masks) = on_threads(count);
+        let (other_film, other_seen, other_masks) = on_threads(count);
         assert_eq!(film.color, other_film.color);
         assert_eq!(film.triangle, other_film.triangle);
-        assert_eq!(hits, other_hits);
+        assert_eq!(seen, other_seen);
         assert_eq!(masks, other_masks);
     }
 }

@@ -4,7 +4,7 @@ use glam::Vec3A;
 use obvhs::bvh2::node::Bvh2Node;
 
 use super::Bvh;
-use crate::predicate::{ShadowRay, crossing};
+use crate::predicate::{ShadowRay, hit};
 use crate::{Hit, Ray, Triangles};
 
 impl Bvh {
@@ -16,14 +16,12 @@ impl Bvh {
     pub fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
         let _ = self.visit(ray, |id, t_max| {
-            if let Some(crossing) = crossing(ray, triangles.corners(id)) {
-                let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
-                let inside = ray.t_min < hit.t && hit.t < ray.t_max;
-                let nearer = nearest.is_none_or(|best| (hit.t, id) < (best.t, best.triangle));
-                if inside && nearer && counts(&hit) {
-                    *t_max = hit.t;
-                    nearest = Some(hit);
-                }
+            if let Some(hit) = hit(ray, triangles, id)
+                && nearest.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
+                && counts(&hit)
+            {
+                *t_max = hit.t;
+                nearest = Some(hit);
             }
             ControlFlow::Continue(())
         });

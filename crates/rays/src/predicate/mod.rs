@@ -12,7 +12,7 @@ mod shadow;
 
 use glam::{DVec3, Vec3};
 
-use crate::Ray;
+use crate::{Hit, Ray, Triangles};
 use double::Double;
 use expansion::Expansion;
 
@@ -40,6 +40,16 @@ pub struct Crossing {
 pub fn crossing(ray: &Ray, corners: [Vec3; 3]) -> Option<Crossing> {
     let edges = Edges::new(ray.origin, ray.direction, corners)?;
     Some(Crossing { t: edges.t(), barycentric: edges.barycentric(), front: edges.is_front() })
+}
+
+/// Where `ray` meets triangle `id` inside its interval; `None` for a miss.
+///
+/// # Panics
+/// If `id` or one of the triangle's vertices is out of range.
+#[must_use]
+pub fn hit(ray: &Ray, triangles: Triangles<'_>, id: u32) -> Option<Hit> {
+    let Crossing { t, barycentric, .. } = crossing(ray, triangles.corners(id))?;
+    (ray.t_min < t && t < ray.t_max).then_some(Hit { t, triangle: id, barycentric })
 }
 
 /// A triangle that a line meets, with its corners in canonical order.

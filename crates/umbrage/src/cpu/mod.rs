@@ -4,17 +4,18 @@ mod see;
 mod shade;
 mod shadow;
 
-use umbrage_rays::{Bvh, Hit, Omitted};
+use umbrage_rays::{Bvh, Hit, Omitted, Ray, predicate};
 use umbrage_scene::Frame;
 
+use crate::Film;
 pub use shadow::LightMask;
 
 /// Finds what each pixel sees and which lights reach it, through a hierarchy rebuilt for every frame.
 #[derive(Debug, Default)]
 pub(crate) struct Cpu {
     bvh: Bvh,
-    /// What each pixel sees at the current sample, in rows.
-    hits: Vec<Option<Hit>>,
+    /// The triangle that each pixel shows at the current sample, in rows; [`Film::NO_TRIANGLE`] for none.
+    seen: Vec<u32>,
     /// For each light, which pixels it lights at the current sample.
     lit: Vec<LightMask>,
     shadow_rays: u64,
@@ -27,9 +28,9 @@ impl Cpu {
         self.shadow_rays = 0;
     }
 
-    /// What each pixel saw at the last sample.
-    pub(crate) fn hits(&self) -> &[Option<Hit>] {
-        &self.hits
+    /// The triangle that each pixel showed at the last sample.
+    pub(crate) fn seen(&self) -> &[u32] {
+        &self.seen
     }
 
     /// For each light, which pixels it lit at the last sample.
@@ -50,6 +51,11 @@ impl Cpu {
     }
 
     pub(crate) fn pixel_bytes(&self) -> usize {
-        size_of_val(self.hits.as_slice()) + self.lit.iter().map(LightMask::bytes).sum::<usize>()
+        size_of_val(self.seen.as_slice()) + self.lit.iter().map(LightMask::bytes).sum::<usize>()
     }
+}
+
+/// Where `ray` meets the triangle that it is known to show.
+fn hit_of(frame: &Frame, ray: &Ray, seen: u32) -> Option<Hit> {
+    if seen == Film::NO_TRIANGLE { None } else { predicate::hit(ray, frame.triangles(), seen) }
 }

@@ -3,16 +3,18 @@ use umbrage_rays::View;
 use umbrage_scene::Frame;
 
 use super::Cpu;
+use crate::Film;
 use crate::sampling::Sample;
 
 impl Cpu {
-    /// Finds the nearest hit of each pixel's ray.
+    /// Finds the triangle that each pixel shows.
     pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) {
-        let Self { bvh, hits, .. } = self;
-        hits.resize(view.width as usize * view.height as usize, None);
-        hits.par_iter_mut().enumerate().for_each(|(pixel, hit)| {
+        let Self { bvh, seen, .. } = self;
+        seen.resize(view.width as usize * view.height as usize, Film::NO_TRIANGLE);
+        seen.par_iter_mut().enumerate().for_each(|(pixel, seen)| {
             let ray = sample.ray(view, pixel);
-            *hit = bvh.nearest(frame.triangles(), &ray, |hit| frame.is_solid(hit.triangle, hit.barycentric));
+            let nearest = bvh.nearest(frame.triangles(), &ray, |hit| frame.is_solid(hit.triangle, hit.barycentric));
+            *seen = nearest.map_or(Film::NO_TRIANGLE, |hit| hit.triangle);
         });
     }
 }

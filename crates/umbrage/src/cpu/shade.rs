@@ -3,8 +3,8 @@ use rayon::prelude::*;
 use umbrage_rays::{Bvh, Hit, Ray, View};
 use umbrage_scene::Frame;
 
-use super::Cpu;
 use super::shadow::{LightMask, is_blocked};
+use super::{Cpu, hit_of};
 use crate::Film;
 use crate::background::Surroundings;
 use crate::sampling::Sample;
@@ -23,9 +23,10 @@ impl Cpu {
         let footprint = Footprint::new(view, sample.of);
         let shading = Shading { bvh: &self.bvh, lit: &self.lit, frame, surroundings, footprint };
         let Film { color, depth, normal, triangle, .. } = film;
-        let pixels = self.hits.par_iter().zip(color).zip(depth).zip(normal).zip(triangle).enumerate();
-        pixels.for_each(|(pixel, ((((hit, color), depth), normal), triangle))| {
-            let seen = shading.seen(pixel, &sample.ray(view, pixel), hit.as_ref());
+        let pixels = self.seen.par_iter().zip(color).zip(depth).zip(normal).zip(triangle).enumerate();
+        pixels.for_each(|(pixel, ((((&seen, color), depth), normal), triangle))| {
+            let ray = sample.ray(view, pixel);
+            let seen = shading.seen(pixel, &ray, hit_of(frame, &ray, seen));
             *color += seen.color;
             if let (0, Some((hit, surface))) = (sample.index, seen.first) {
                 (*depth, *normal, *triangle) = (hit.t as f32, surface.normal, hit.triangle);
@@ -56,11 +57,11 @@ impl Shading<'_> {
 
     /// What a camera ray whose nearest hit is `hit` sees, through blended and transmissive surfaces to what
     /// is behind them.
-    fn seen(&self, pixel: usize, ray: &Ray, hit: Option<&Hit>) -> Seen {
+    fn seen(&self, pixel: usize, ray: &Ray, hit: Option<Hit>) -> Seen {
         let mut color = Vec3::ZERO;
         let mut through = Vec3::ONE;
         let mut first = None;
-        let mut next = hit.copied();
+        let mut next = hit;
         for layer in 0..Self::MOST_LAYERS {
             let Some(hit) = next else { break };
             let surface = Surface::new(self.frame, ray, &hit, &self.footprint);

@@ -3,7 +3,8 @@ use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Bvh, Hit, Ray, View};
 use umbrage_scene::{Frame, Light};
 
-use super::Cpu;
+use super::{Cpu, hit_of};
+use crate::Film;
 use crate::sampling::Sample;
 
 /// Which pixels a light reaches: one bit each, in pixel order.
@@ -31,24 +32,24 @@ impl LightMask {
 }
 
 impl Cpu {
-    /// Finds which of the pixels' hits each light reaches.
+    /// Finds which of the points that pixels show each light reaches.
     pub(crate) fn shadow(&mut self, frame: &Frame, view: &View, sample: &Sample) {
-        let Self { bvh, hits, lit, shadow_rays } = self;
+        let Self { bvh, seen, lit, shadow_rays } = self;
         lit.resize(frame.lights.len(), LightMask::default());
         for (light, mask) in frame.lights.iter().zip(lit) {
-            mask.words.resize(hits.len().div_ceil(LightMask::PIXELS), 0);
-            let words = mask.words.par_iter_mut().zip(hits.par_chunks(LightMask::PIXELS)).enumerate();
-            words.for_each(|(chunk, (word, hits))| {
+            mask.words.resize(seen.len().div_ceil(LightMask::PIXELS), 0);
+            let words = mask.words.par_iter_mut().zip(seen.par_chunks(LightMask::PIXELS)).enumerate();
+            words.for_each(|(chunk, (word, seen))| {
                 *word = 0;
-                for (place, hit) in hits.iter().enumerate() {
-                    let Some(hit) = hit else { continue };
+                for (place, &seen) in seen.iter().enumerate() {
                     let ray = sample.ray(view, chunk * LightMask::PIXELS + place);
-                    let lit = !is_blocked(bvh, frame, light, &ray, hit);
+                    let Some(hit) = hit_of(frame, &ray, seen) else { continue };
+                    let lit = !is_blocked(bvh, frame, light, &ray, &hit);
                     *word |= u64::from(lit) << place;
                 }
             });
         }
-        let points = hits.par_iter().flatten().count();
+        let points = seen.par_iter().filter(|&&triangle| triangle != Film::NO_TRIANGLE).count();
         *shadow_rays += (points * frame.lights.len()) as u64;
     }
 }
