@@ -114,6 +114,28 @@ impl Omitted {
 }
 
 impl Omitted {
+    /// Forgets all triangles and keeps the memory.
+    pub(crate) fn clear(&mut self) {
+        for kind in [&mut self.not_finite, &mut self.zero_area, &mut self.index_out_of_range] {
+            kind.count = 0;
+            kind.first_ids.clear();
+        }
+    }
+
+    /// Adds the omitted triangles of `later`, whose ids are all higher.
+    pub(crate) fn append(&mut self, later: &Self) {
+        let kinds = [
+            (&mut self.not_finite, &later.not_finite),
+            (&mut self.zero_area, &later.zero_area),
+            (&mut self.index_out_of_range, &later.index_out_of_range),
+        ];
+        for (kind, later) in kinds {
+            kind.count += later.count;
+            let room = OmittedKind::IDS - kind.first_ids.len();
+            kind.first_ids.extend(later.first_ids.iter().take(room));
+        }
+    }
+
     fn followed_by(self, later: Self) -> Self {
         Self {
             not_finite: self.not_finite.followed_by(later.not_finite),

@@ -1,0 +1,133 @@
+use super::general::{General, Square};
+use super::pixel_space::PixelSpace;
+use crate::Omitted;
+
+/// What one range of triangles leaves in one tile.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Bin {
+    /// Samples of tiny triangles. 16 bytes each.
+    pub(super) fragments: Vec<Fragment>,
+    /// Triangles for the fast path. Four bytes each, as in the other lists.
+    pub(super) ordinary: Vec<u32>,
+    /// Triangles for the general path.
+    pub(super) general: Vec<u32>,
+    /// Triangles for the general path each hit on which is in question.
+    pub(super) masked: Vec<u32>,
+}
+
+/// A sample that a tiny triangle hits or may hit. 16 bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fragment {
+    /// Place in the tile: 16 × the 4×4 block in its row of blocks, plus the place in the block. The highest bit,
+    /// [`Fragment::DOUBTFUL`], is set where the predicate has to decide.
+    pub(super) place: u32,
+    /// The triangle.
+    pub(super) triangle: u32,
+    /// Lower bound of one over the depth.
+    pub(super) low: f32,
+    /// Upper bound of one over the depth.
+    pub(super) high: f32,
+}
+
+impl Fragment {
+    pub(super) const DOUBTFUL: u32 = 1 << 31;
+}
+
+/// Bytes that a vector's contents take.
+pub(super) fn bytes_of<T>(list: &[T]) -> usize {
+    size_of_val(list)
+}
+
+impl Bin {
+    fn clear(&mut self) {
+        let Self { fragments, ordinary, general, masked } = self;
+        fragments.clear();
+        for list in [ordinary, general, masked] {
+            list.clear();
+        }
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        bytes_of(&self.fragments) + bytes_of(&self.ordinary) + bytes_of(&self.general) + bytes_of(&self.masked)
+    }
+}
+
+/// Which list of a bin a triangle goes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Path {
+    Ordinary,
+    General,
+    Masked,
+}
+
+/// The bins of one range of triangles: one for each tile, row by row.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Bins {
+    columns: i32,
+    rows: i32,
+    pub(super) bins: Vec<Bin>,
+    pub(super) omitted: Omitted,
+}
+
+impl Bins {
+    /// Log₂ of the samples a side of a tile.
+    pub(super) const TILE_BITS: u32 = 6;
+    /// Samples a side of a tile.
+    pub(super) const TILE: u32 = 1 << Self::TILE_BITS;
+
+    /// Empties all bins and makes one for each of `columns` × `rows` tiles.
+    pub(super) fn reset(&mut self, columns: u32, rows: u32) {
+        (self.columns, self.rows) = (columns as i32, rows as i32);
+        self.bins.iter_mut().for_each(Bin::clear);
+        self.bins.resize_with(columns as usize * rows as usize, Bin::default);
+        self.omitted.clear();
+    }
+
+    /// The bin of the tile in which the pixel in column `x` and row `y` is.
+    #[inline(always)]
+    pub(super) fn bin_mut(&mut self, x: i32, y: i32) -> &mut Bin {
+        let tile = (y >> Self::TILE_BITS) * self.columns + (x >> Self::TILE_BITS);
+        &mut self.bins[tile as usize]
+    }
+
+    /// Lists a triangle in the tiles of `tiles` (columns, then rows) whose samples it may hit.
+    pub(super) fn list(&mut self, path: Path, id: u32, [x0, x1, y0, y1]: [i32; 4]) {
+        for y in y0..=y1 {
+            for x in x0..=x1 {
+                self.push(path, id, x, y);
+            }
+        }
+    }
+
+    /// Lists a triangle in all tiles whose samples it isn't certain to miss.
+    pub(super) fn list_general(&mut self, space: &PixelSpace, path: Path, id: u32, triangle: &General) {
+        let tiles = self.columns.max(self.rows).max(1) as u32;
+        let side = (tiles.next_power_of_two() * Self::TILE) as i32;
+        let whole = Square { x: -space.middle.x, y: -space.middle.y, side };
+        self.list_square(space, path, id, triangle, whole);
+    }
+
+    fn list_square(&mut self, space: &PixelSpace, path: Path, id: u32, triangle: &General, square: Square) {
+        let (x, y) = ((square.x + space.middle.x) >> Self::TILE_BITS, (square.y + space.middle.y) >> Self::TILE_BITS);
+        if x >= self.columns || y >= self.rows || triangle.misses(square) {
+            return;
+        }
+        if square.side == Self::TILE as i32 {
+            self.push(path, id, x, y);
+        } else {
+            for quarter in square.quarters() {
+                self.list_square(space, path, id, triangle, quarter);
+            }
+        }
+    }
+
+    fn push(&mut self, path: Path, id: u32, column: i32, row: i32) {
+        let bin = &mut self.bins[(row * self.columns + column) as usize];
+        let list = match path {
+            Path::Ordinary => &mut bin.ordinary,
+            Path::General => &mut bin.general,
+            Path::Masked => &mut bin.masked,
+        };
+        list.push(id);
+    }
+}

@@ -1,0 +1,260 @@
+use std::ops::Range;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::bins::{Bins, Fragment, Path};
+use super::general::General;
+use super::lanes::{Corners, LANES, Setup, max3, min3, splat};
+use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
+use super::{ImageTooLarge, PerspectiveGrid};
+use crate::{Triangles, View};
+
+impl PerspectiveGrid {
+    /// Replaces the grid by one of `triangles` for the rays of `view` through `offset_pixels` in each pixel, which is
+    /// (0, 0) at its upper left and (1, 1) at its lower right. Runs on all threads of the current pool.
+    ///
+    /// Hits on triangles that are `masked` are put in question by [`trace`](Self::trace).
+    ///
+    /// # Errors
+    /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
+    pub fn build(
+        &mut self,
+        triangles: Triangles<'_>,
+        view: &View,
+        offset_pixels: DVec2,
+        masked: impl Fn(u32) -> bool + Sync,
+    ) -> Result<(), ImageTooLarge> {
+        if view.width.max(view.height) > ImageTooLarge::LARGEST_SIDE {
+            return Err(ImageTooLarge { width: view.width, height: view.height });
+        }
+        let space = PixelSpace::new(view, offset_pixels);
+        self.space = Some(space);
+        self.triangle_count = triangles.len();
+        self.project(&space, triangles);
+        self.set_up(&space, triangles, &masked);
+        self.omitted.clear();
+        for range in &self.ranges {
+            self.omitted.append(&range.omitted);
+        }
+        Ok(())
+    }
+
+    /// Transforms each vertex once.
+    fn project(&mut self, space: &PixelSpace, triangles: Triangles<'_>) {
+        const CHUNK: usize = 4096;
+        let level = self.level.0;
+        self.vertices.resize(triangles.positions.len(), Vertex::AWKWARD);
+        let chunks = self.vertices.par_chunks_mut(CHUNK).zip(triangles.positions.par_chunks(CHUNK));
+        chunks.for_each(|(vertices, positions)| dispatch!(level, simd => space.project(simd, positions, vertices)));
+    }
+
+    /// Sorts triangles to tiles, in ranges whose number doesn't depend on that of threads.
+    fn set_up(&mut self, space: &PixelSpace, triangles: Triangles<'_>, masked: &(impl Fn(u32) -> bool + Sync)) {
+        const SMALLEST_RANGE: usize = 4096;
+        const MOST_RANGES: usize = 64;
+        let count = triangles.len();
+        let ranges = count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES);
+        let length = count.div_ceil(ranges).next_multiple_of(LANES);
+        let level = self.level.0;
+        let (columns, rows) = self.tiles();
+        self.ranges.resize_with(ranges, Bins::default);
+        let vertices = &self.vertices;
+        self.ranges.par_iter_mut().enumerate().with_max_len(1).for_each(|(range, bins)| {
+            bins.reset(columns, rows);
+            let ids = (range * length).min(count)..((range + 1) * length).min(count);
+            let set_up = SetUp { space, triangles, vertices, masked, bins };
+            dispatch!(level, simd => set_up.range(simd, ids));
+        });
+    }
+}
+
+/// The set-up of one range of triangles.
+struct SetUp<'a, M> {
+    space: &'a PixelSpace,
+    triangles: Triangles<'a>,
+    vertices: &'a [Vertex],
+    masked: &'a M,
+    bins: &'a mut Bins,
+}
+
+/// Pixels that 16 triangles may hit.
+struct PixelBounds<S: Simd> {
+    x: [f32x16<S>; 2],
+    y: [f32x16<S>; 2],
+    /// How wrong a corner may be.
+    error: f32x16<S>,
+}
+
+impl<M: Fn(u32) -> bool> SetUp<'_, M> {
+    #[inline(always)]
+    fn range<S: Simd>(mut self, simd: S, ids: Range<usize>) {
+        let end = ids.end;
+        for first in ids.step_by(LANES) {
+            let batch = &self.triangles.indices[first..end.min(first + LANES)];
+            let lanes = (1_u64 << batch.len()) - 1;
+            let corners = Corners::load(simd, self.vertices, batch.iter());
+            let ordinary = min3(corners.inverse_depth).simd_gt(splat(simd, 0.0)) & !self.coincide(&corners);
+            let ordinary_lanes = ordinary.to_bitmask() & lanes;
+            for lane in lanes_of(lanes & !ordinary_lanes) {
+                self.set_aside(first as u32 + lane);
+            }
+            let bounds = self.pixel_bounds(simd, &corners);
+            let seen = bounds.x[0].simd_le(bounds.x[1]) & bounds.y[0].simd_le(bounds.y[1]);
+            let mut seen = seen.to_bitmask() & ordinary_lanes;
+            if seen == 0 {
+                continue;
+            }
+            for lane in lanes_of(seen) {
+                let id = first as u32 + lane;
+                if (self.masked)(id) {
+                    seen &= !(1 << lane);
+                    self.set_aside(id);
+                }
+            }
+            let one = splat(simd, 1.0);
+            let tiny = (bounds.x[1] - bounds.x[0]).simd_le(one) & (bounds.y[1] - bounds.y[0]).simd_le(one);
+            let tiny_lanes = tiny.to_bitmask() & seen;
+            if tiny_lanes != 0 {
+                self.leave_fragments(simd, first as u32, &corners, &bounds, tiny_lanes);
+            }
+            if seen != tiny_lanes {
+                self.list_in_tiles(first as u32, &bounds, seen & !tiny_lanes);
+            }
+        }
+    }
+
+    /// Whether two corners are in the same place in pixel space.
+    #[inline(always)]
+    fn coincide<S: Simd>(&self, corners: &Corners<S>) -> mask32x16<S> {
+        let Corners { x, y, inverse_depth } = corners;
+        let same =
+            |p: usize, q: usize| x[p].simd_eq(x[q]) & y[p].simd_eq(y[q]) & inverse_depth[p].simd_eq(inverse_depth[q]);
+        same(0, 1) | same(1, 2) | same(2, 0)
+    }
+
+    /// Lists a triangle on the general path, or counts it where no ray can hit it.
+    #[cold]
+    #[inline(never)]
+    fn set_aside(&mut self, id: u32) {
+        match self.triangles.usable_corners(id) {
+            Err(why) => self.bins.omitted.note(id, why),
+            Ok(corners) => {
+                let path = if (self.masked)(id) { Path::Masked } else { Path::General };
+                self.bins.list_general(self.space, path, id, &General::new(self.space, corners));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn pixel_bounds<S: Simd>(&self, simd: S, corners: &Corners<S>) -> PixelBounds<S> {
+        let (x, y) = ([min3(corners.x), max3(corners.x)], [min3(corners.y), max3(corners.y)]);
+        let largest = x[1].max(-x[0]).max(y[1].max(-y[0]));
+        // The second half ulp is for the rounding of a sum of a coordinate and its error.
+        let error = largest * splat(simd, 2.1 * HALF_ULP) + splat(simd, 1.1 * Vertex::ERROR_PIXELS);
+        let (width, height) = self.space.size();
+        let clamped = |[low, high]: [f32x16<S>; 2], middle: i32, side: u32| {
+            let (first, last) = (-middle as f32, (side as i32 - 1 - middle) as f32);
+            [(low - error).ceil().max(splat(simd, first)), (high + error).floor().min(splat(simd, last))]
+        };
+        PixelBounds { x: clamped(x, self.space.middle.x, width), y: clamped(y, self.space.middle.y, height), error }
+    }
+
+    /// Tests tiny triangles at once, in coordinates with an origin at the first of their two by two samples.
+    #[inline(always)]
+    fn leave_fragments<S: Simd>(
+        &mut self,
+        simd: S,
+        first: u32,
+        corners: &Corners<S>,
+        bounds: &PixelBounds<S>,
+        tiny_lanes: u64,
+    ) {
+        // Coordinates are below four, so their own rounding is below 4 half ulps.
+        let error = bounds.error + splat(simd, 4.0 * HALF_ULP);
+        const OVERHANG_PIXELS: f32 = 0.01;
+        let x = corners.x.map(|x| x - bounds.x[0]);
+        let y = corners.y.map(|y| y - bounds.y[0]);
+        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, 1.0, OVERHANG_PIXELS);
+        let certain = setup.is_certain(simd);
+        let tiny = mask32x16::from_bitmask(simd, tiny_lanes);
+        let columns: [f32; LANES] = bounds.x[0].into();
+        let rows: [f32; LANES] = bounds.y[0].into();
+        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let (right, down) = (splat(simd, dx as f32), splat(simd, dy as f32));
+            let valid = (bounds.x[0] + right).simd_le(bounds.x[1]) & (bounds.y[0] + down).simd_le(bounds.y[1]) & tiny;
+            let edges: [f32x16<S>; 3] =
+                std::array::from_fn(|edge| setup.a[edge] * right + (setup.b[edge] * down + setup.c[edge]));
+            let (lowest, highest) = (min3(edges), max3(edges));
+            // Where the area's sign is in doubt, a miss takes two edge functions with opposite certain signs.
+            let missed = lowest.simd_lt(-setup.bound) & (certain | highest.simd_gt(setup.bound));
+            let kept = (valid & !missed).to_bitmask();
+            if kept == 0 {
+                continue;
+            }
+            let inside = (lowest.simd_gt(setup.bound) & certain).to_bitmask();
+            let depth = corners.inverse_depth[0] + (edges[1] * setup.slopes[0] + edges[2] * setup.slopes[1]);
+            let nearest = setup.nearest * splat(simd, 1.0 + 4.0 * HALF_ULP);
+            let low: [f32; LANES] = (depth - setup.depth_error).into();
+            let high: [f32; LANES] = certain.select(depth + setup.depth_error, nearest).into();
+            for lane in lanes_of(kept) {
+                let place = lane as usize;
+                let doubtful = if inside >> lane & 1 == 0 { Fragment::DOUBTFUL } else { 0 };
+                let x = columns[place] as i32 + dx + self.space.middle.x;
+                let y = rows[place] as i32 + dy + self.space.middle.y;
+                let fragment = Fragment {
+                    place: place_in_tile(x as u32, y as u32) | doubtful,
+                    triangle: first + lane,
+                    low: low[place],
+                    high: high[place],
+                };
+                self.bins.bin_mut(x, y).fragments.push(fragment);
+            }
+        }
+    }
+
+    /// Lists larger triangles in the tiles that they overlap.
+    #[inline(always)]
+    fn list_in_tiles<S: Simd>(&mut self, first: u32, bounds: &PixelBounds<S>, lanes: u64) {
+        let [x0, x1]: [[f32; LANES]; 2] = bounds.x.map(Into::into);
+        let [y0, y1]: [[f32; LANES]; 2] = bounds.y.map(Into::into);
+        for lane in lanes_of(lanes) {
+            let id = first + lane;
+            let lane = lane as usize;
+            let tile = |sample: f32, middle: i32| (sample as i32 + middle) >> Bins::TILE_BITS;
+            let (middle_x, middle_y) = (self.space.middle.x, self.space.middle.y);
+            let tiles = [
+                tile(x0[lane], middle_x),
+                tile(x1[lane], middle_x),
+                tile(y0[lane], middle_y),
+                tile(y1[lane], middle_y),
+            ];
+            // Where bounds hold many tiles, a triangle often misses most of them.
+            const MOST_UNTESTED: i32 = 4;
+            if (tiles[1] - tiles[0] + 1) * (tiles[3] - tiles[2] + 1) <= MOST_UNTESTED {
+                self.bins.list(Path::Ordinary, id, tiles);
+            } else {
+                let general = General::new(self.space, self.triangles.corners(id));
+                self.bins.list_general(self.space, Path::Ordinary, id, &general);
+            }
+        }
+    }
+}
+
+/// Where a pixel is in its tile: rows of 4×4 blocks.
+pub(super) fn place_in_tile(x: u32, y: u32) -> u32 {
+    const BLOCKS: u32 = Bins::TILE / 4;
+    let block = (y / 4 % BLOCKS) * BLOCKS + x / 4 % BLOCKS;
+    block * 16 + y % 4 * 4 + x % 4
+}
+
+/// The set bits of a mask, lowest first.
+pub(super) fn lanes_of(mut mask: u64) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros();
+        mask &= mask.wrapping_sub(1);
+        (lane < u64::BITS).then_some(lane)
+    })
+}

@@ -1,0 +1,136 @@
+use glam::{DVec2, DVec3, Vec3};
+
+use super::pixel_space::PixelSpace;
+
+/// A triangle with its edge functions in f64: for triangles that reach behind the eye, slivers and alpha masks.
+///
+/// Edge functions of homogeneous pixel coordinates (Olano and Greer, *Triangle Scan Conversion using 2D Homogeneous
+/// Coordinates*, 1997) need no clipping at the eye plane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct General {
+    /// Coefficients of each edge function for x, y and one. Positive inside where `oriented`.
+    pub(super) edges: [DVec3; 3],
+    /// How wrong each edge function may be at any sample.
+    pub(super) bounds: [f64; 3],
+    /// Whether the edge functions' common sign at a hit is known: a sample with one below zero is missed.
+    pub(super) oriented: bool,
+    pub(super) depth: Depth,
+}
+
+/// What a general triangle's depth is as a function of the sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Depth {
+    /// Too little of it is certain.
+    Unknown,
+    /// One over the depth is linear: perspective views.
+    Inverse {
+        /// Coefficients for x, y and one.
+        plane: DVec3,
+        /// How wrong the result may be.
+        error: f64,
+    },
+    /// The depth itself is linear: orthographic views.
+    Direct {
+        /// Coefficients for x, y and one.
+        plane: DVec3,
+        /// How wrong the result may be.
+        error: f64,
+    },
+}
+
+/// Samples in a square part of pixel space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Square {
+    /// The leftmost column.
+    pub(super) x: i32,
+    /// The uppermost row.
+    pub(super) y: i32,
+    /// Samples a side.
+    pub(super) side: i32,
+}
+
+impl General {
+    pub(super) fn new(space: &PixelSpace, corners: [Vec3; 3]) -> Self {
+        let points = corners.map(|corner| space.camera_point(corner));
+        let is_perspective = space.is_perspective();
+        let [a, b, c] = points.map(|(point, _)| {
+            let DVec2 { x, y } = space.axis_pixels;
+            let weight = if is_perspective { point.z } else { 1.0 };
+            DVec3::new(space.scale * point.x + x * weight, -space.scale * point.y + y * weight, weight)
+        });
+        let mut edges = [b.cross(c), c.cross(a), a.cross(b)];
+        // In an orthographic view the weight of each vertex is one, exactly, and stands for r in the bound where r is
+        // below one; and rays start at points that are rounded in proportion to the eye's position.
+        let reach = points.map(|(_, reach)| if is_perspective { reach } else { reach.max(space.eye_reach()).max(1.0) });
+        let edge_error = space.edge_error;
+        let bounds = [reach[1] * reach[2], reach[2] * reach[0], reach[0] * reach[1]].map(|reach| edge_error * reach);
+
+        // The determinant, which is what all E_i z_i add up to, is wrong by as much as an edge function with a third
+        // vertex in place of the sample: 2 T r for T, doubled.
+        let (constant, constant_error) = if is_perspective {
+            (a.dot(edges[0]), 4.0 * edge_error * reach[0] * reach[1] * reach[2])
+        } else {
+            (edges[0].z + edges[1].z + edges[2].z, bounds[0] + bounds[1] + bounds[2])
+        };
+        let oriented = constant.abs() > 4.0 * constant_error;
+        if oriented && constant < 0.0 {
+            edges = edges.map(|edge| -edge);
+        }
+        let constant = constant.abs();
+        let relative_error = constant_error / constant;
+        let depth = if !oriented {
+            Depth::Unknown
+        } else if is_perspective {
+            let plane = (edges[0] + edges[1] + edges[2]) / constant;
+            let error = (bounds[0] + bounds[1] + bounds[2]) / constant;
+            Depth::linear(space, plane, error, relative_error, |plane, error| Depth::Inverse { plane, error })
+        } else {
+            let [za, zb, zc] = points.map(|(point, _)| point.z);
+            let plane = (edges[0] * za + edges[1] * zb + edges[2] * zc) / constant;
+            // Twice: once for the edge functions, once for the depths, which are no more wrong than 2⁻⁴⁵ r.
+            let error = 2.0 * (bounds[0] * reach[0] + bounds[1] * reach[1] + bounds[2] * reach[2]) * 2.0 / constant;
+            Depth::linear(space, plane, error, relative_error, |plane, error| Depth::Direct { plane, error })
+        };
+        Self { edges, bounds, oriented, depth }
+    }
+
+    /// Whether no ray of `square` hits the triangle, certainly.
+    pub(super) fn misses(&self, square: Square) -> bool {
+        let half = 0.5 * f64::from(square.side - 1);
+        let center = DVec3::new(f64::from(square.x) + half, f64::from(square.y) + half, 1.0);
+        let (mut positive, mut negative) = (self.oriented, false);
+        for (edge, &bound) in self.edges.iter().zip(&self.bounds) {
+            let middle = edge.dot(center);
+            let reach = half * (edge.x.abs() + edge.y.abs()) + 2.0 * bound;
+            positive |= middle > reach;
+            negative |= middle < -reach;
+        }
+        positive && negative
+    }
+}
+
+impl Depth {
+    /// `make` of a plane and its error bound, given the error bound of the numerator and the relative error of the
+    /// denominator.
+    fn linear(
+        space: &PixelSpace,
+        plane: DVec3,
+        error: f64,
+        relative_error: f64,
+        make: impl FnOnce(DVec3, f64) -> Self,
+    ) -> Self {
+        let (width, height) = space.size();
+        let largest = plane.x.abs() * f64::from(width) + plane.y.abs() * f64::from(height) + plane.z.abs();
+        // Eight roundings between the edge functions and the result; doubled for the bound's own and for the
+        // denominator's being in doubt by a quarter at most.
+        make(plane, 2.0 * (error + largest * (relative_error + 8.0 * f64::EPSILON)))
+    }
+}
+
+impl Square {
+    /// The four quarters of a square with an even side.
+    pub(super) fn quarters(self) -> [Self; 4] {
+        let side = self.side / 2;
+        [(0, 0), (side, 0), (0, side), (side, side)].map(|(x, y)| Self { x: self.x + x, y: self.y + y, side })
+    }
+}

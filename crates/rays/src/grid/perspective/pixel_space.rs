@@ -1,0 +1,174 @@
+use fearless_simd::Simd;
+use glam::{DVec2, DVec3, IVec2, Vec3};
+
+use crate::{Camera, Projection, Ray, View};
+
+/// Half the distance from one to the next f32: the relative error of one rounding.
+pub(super) const HALF_ULP: f32 = f32::EPSILON / 2.0;
+
+/// A vertex in pixel space. 16 bytes.
+///
+/// x and y count in pixels to the right and downwards from the sample at [`PixelSpace::middle`], so that samples have
+/// integer coordinates. They are wrong by at most |x| · [`HALF_ULP`] (|y| · `HALF_ULP`) + [`Vertex::ERROR_PIXELS`].
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub(super) struct Vertex {
+    pub(super) x: f32,
+    pub(super) y: f32,
+    /// One over the depth, with a relative error below 1.01 `HALF_ULP`; negative for a vertex that is behind the eye,
+    /// too far to the side or not finite, whose x and y mean nothing.
+    pub(super) inverse_depth: f32,
+    /// Fills the vertex to a quarter of a 16-wide register.
+    padding: f32,
+}
+
+impl Vertex {
+    /// Stands for every vertex that the fast path can't take.
+    pub(super) const AWKWARD: Self = Self { x: 0.0, y: 0.0, inverse_depth: -1.0, padding: 0.0 };
+
+    /// What the transform, before the rounding to f32, and the rounding of the rays' own directions may move a vertex
+    /// by in relation to a sample.
+    ///
+    /// Camera coordinates are wrong by 2⁻⁴⁵ of the largest coordinate r of the vertex in relation to the eye (see
+    /// [`PixelSpace::camera_point`]), and r ≤ 1.01 z (1 + 2 g), where g bounds |x/z| and |y/z|. With s pixels a unit of
+    /// x/z, that makes 1.02 s (1 + 2g)(1 + g) 2⁻⁴⁵ pixels. A ray's direction is wrong by ten f64 roundings an axis,
+    /// which makes s (1 + g)(1 + 2g) 2⁻⁴⁸ pixels. Since [`PixelSpace::guard`] keeps s (1 + 2g)² below 2²⁴, the sum is
+    /// below 2⁻²⁰; the doubled bound also covers the few f64 roundings of coordinates below 2²³ pixels.
+    pub(super) const ERROR_PIXELS: f32 = 1.0 / (1 << 19) as f32;
+
+    pub(super) fn to_array(self) -> [f32; 4] {
+        [self.x, self.y, self.inverse_depth, self.padding]
+    }
+}
+
+/// The rays of one frame's camera as integer points in a plane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PixelSpace {
+    view: View,
+    offset_pixels: DVec2,
+    eye: DVec3,
+    /// Rows of the inverse of the matrix of the camera's axes.
+    camera_from_world: [DVec3; 3],
+    /// Pixels a unit of x/z; in an orthographic view, pixels a unit of x.
+    pub(super) scale: f64,
+    /// Where the camera's forward axis is in pixel space.
+    pub(super) axis_pixels: DVec2,
+    /// The pixel whose sample has the coordinates (0, 0).
+    pub(super) middle: IVec2,
+    /// Largest |x/z| and |y/z| that a vertex may have on the fast path; negative where no vertex may take it.
+    guard: f64,
+    /// Error of the edge functions of [`General`](super::general::General) for vertices at distance one of the eye.
+    pub(super) edge_error: f64,
+}
+
+impl PixelSpace {
+    pub(super) fn new(view: &View, offset_pixels: DVec2) -> Self {
+        let Camera { position, right, up, forward, projection } = view.camera;
+        let [right, up, forward] = [right, up, forward].map(Vec3::as_dvec3);
+        let determinant = right.dot(up.cross(forward));
+        let camera_from_world = [up.cross(forward), forward.cross(right), right.cross(up)].map(|row| row / determinant);
+        let (width, height) = (f64::from(view.width), f64::from(view.height));
+        let middle = IVec2::new((view.width / 2) as i32, (view.height / 2) as i32);
+        let axis_pixels = DVec2::new(0.5 * width, 0.5 * height) - offset_pixels - middle.as_dvec2();
+        let scale = match projection {
+            Projection::Perspective { tan_half_height } => 0.5 * height / f64::from(tan_half_height),
+            Projection::Orthographic { half_height } => 0.5 * height / f64::from(half_height),
+        };
+
+        // The error bounds hold for cameras as `Camera` describes them. Any other gets no certainty from any filter,
+        // and so its answers straight from the predicate.
+        let unit = |axis: DVec3| axis.abs().max_element() <= 1.01;
+        let rigid = [right, up, forward].into_iter().chain(camera_from_world).all(unit)
+            && (0.98..1.02).contains(&determinant.abs());
+        let farthest = DVec2::new(width, height) + axis_pixels.abs();
+        let extent = scale.abs() + farthest.x + farthest.y + 64.0;
+        let steepness = 1.0 + (farthest.x + farthest.y) / scale.abs();
+        let edge_error = Self::RELATIVE_EDGE_ERROR * extent * extent * steepness;
+        let edge_error = if rigid && edge_error.is_finite() { edge_error } else { f64::INFINITY };
+
+        const LARGEST_ERROR_PRODUCT: f64 = (1 << 24) as f64;
+        let guard = 0.5 * ((LARGEST_ERROR_PRODUCT / scale).sqrt() - 1.0);
+        let is_perspective = matches!(projection, Projection::Perspective { .. });
+        let sees_inside_guard = farthest.max_element() / scale <= guard;
+        let guard = if rigid && is_perspective && scale > 0.0 && sees_inside_guard { guard } else { -1.0 };
+        let eye = position.as_dvec3();
+        Self { view: *view, offset_pixels, eye, camera_from_world, scale, axis_pixels, middle, guard, edge_error }
+    }
+
+    /// Relative to T² (1 + x/z + y/z) r_j r_k, where T is the extent of pixel space (scale, image and offset together)
+    /// and r the largest coordinate of a vertex in relation to the eye.
+    ///
+    /// With q = (s·x + a·z, s·y + b·z, z) for a vertex, coordinates are at most 2 T r, 2 T r and 2 r and wrong by
+    /// 2⁻⁴⁴·⁹ T r, 2⁻⁴⁴·⁹ T r and 2⁻⁴⁵ r. That makes 8.3 · 2⁻⁴⁵ T r_j r_k in x and y of the cross product, 8.6 · 2⁻⁴⁵ T²
+    /// r_j r_k in z, and 25 · 2⁻⁴⁵ T² r_j r_k in the edge function of a sample, whose coordinates are at most T. Its six
+    /// roundings on a path add 144 · 2⁻⁵³, and the rays' own (see [`Vertex::ERROR_PIXELS`]) 2⁻⁴⁴ (1 + x/z + y/z): less
+    /// than 2⁻⁴⁰, doubled for the bound's own roundings and sums of three.
+    const RELATIVE_EDGE_ERROR: f64 = 1.0 / (1_u64 << 39) as f64;
+
+    /// A point along the camera's right, up and forward axes, and the largest coordinate r of its offset from the eye.
+    ///
+    /// Each coordinate is wrong by at most 2⁻⁴⁵ r: the inverse matrix by 64 f64 roundings (its cofactors have 6, its
+    /// determinant 30), the offset, product and sums by five, on each of three axes.
+    #[inline(always)]
+    pub(super) fn camera_point(&self, point: Vec3) -> (DVec3, f64) {
+        let offset = DVec3::new(f64::from(point.x), f64::from(point.y), f64::from(point.z)) - self.eye;
+        let [right, up, forward] = self.camera_from_world;
+        let point = DVec3::new(dot(right, offset), dot(up, offset), dot(forward, offset));
+        (point, offset.x.abs().max(offset.y.abs()).max(offset.z.abs()))
+    }
+
+    /// Whether all rays start at the eye.
+    pub(super) fn is_perspective(&self) -> bool {
+        matches!(self.view.camera.projection, Projection::Perspective { .. })
+    }
+
+    /// The largest coordinate of the eye's position.
+    pub(super) fn eye_reach(&self) -> f64 {
+        self.eye.abs().max_element()
+    }
+
+    /// Image width and height in pixels.
+    pub(super) fn size(&self) -> (u32, u32) {
+        (self.view.width, self.view.height)
+    }
+
+    /// The ray of the pixel in column `x` and row `y`.
+    pub(super) fn ray(&self, x: u32, y: u32) -> Ray {
+        self.view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y)
+    }
+
+    /// Transforms `positions` to `vertices`, which has the same length.
+    #[inline(always)]
+    pub(super) fn project<S: Simd>(&self, simd: S, positions: &[Vec3], vertices: &mut [Vertex]) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for (vertex, &position) in vertices.iter_mut().zip(positions) {
+                    *vertex = self.vertex(position);
+                }
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn vertex(&self, position: Vec3) -> Vertex {
+        let (point, _) = self.camera_point(position);
+        let inverse_depth = 1.0 / point.z;
+        let (x, y) = (point.x * inverse_depth, point.y * inverse_depth);
+        // Far from where 1/z or what is derived from it leaves the range of an f32.
+        const RANGE: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
+        let ordinary = (x.abs() <= self.guard) & (y.abs() <= self.guard);
+        let ordinary = ordinary & (inverse_depth >= *RANGE.start()) & (inverse_depth <= *RANGE.end());
+        let vertex = Vertex {
+            x: (x * self.scale + self.axis_pixels.x) as f32,
+            y: (y * -self.scale + self.axis_pixels.y) as f32,
+            inverse_depth: inverse_depth as f32,
+            padding: 0.0,
+        };
+        if ordinary { vertex } else { Vertex::AWKWARD }
+    }
+}
+
+fn dot(a: DVec3, b: DVec3) -> f64 {
+    a.x * b.x + a.y * b.y + a.z * b.z
+}

@@ -1,0 +1,325 @@
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, f64x8, u32x16};
+
+use super::SeenPixels;
+use super::bins::{Bins, Fragment};
+use super::general::{Depth, General, Square};
+use super::lanes::{LANES, Setup, max3, min3, splat};
+
+/// Blocks of 4×4 samples a side of a tile.
+pub(super) const BLOCKS: usize = Bins::TILE as usize / 4;
+/// Samples of a tile.
+pub(super) const SAMPLES: usize = (Bins::TILE * Bins::TILE) as usize;
+/// Half a side: tile-local coordinates have their origin at the tile's middle.
+pub(super) const HALF: i32 = Bins::TILE as i32 / 2;
+
+/// The nearest hits found so far in one tile, in blocks of 4×4 samples. 70 KB.
+#[repr(C, align(64))]
+pub(super) struct Tile {
+    /// Lower bounds of one over the depth; zero for no hit.
+    pub(super) low: [f32; SAMPLES],
+    /// Upper bounds.
+    pub(super) high: [f32; SAMPLES],
+    pub(super) triangle: [u32; SAMPLES],
+    /// The lowest of `low` in each block.
+    pub(super) farthest: [f32; BLOCKS * BLOCKS],
+    /// Blocks that the triangles of a batch may cover: 256 × the lane, plus the block.
+    queue: [u32; LANES * BLOCKS * BLOCKS],
+    /// What the predicate has to decide.
+    pub(super) doubts: Vec<Doubt>,
+    /// Triangles of which the fast path can't tell the orientation.
+    pub(super) slivers: Vec<u32>,
+}
+
+/// A triangle that may be the nearest at a sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Doubt {
+    /// Place in the tile.
+    pub(super) place: u32,
+    pub(super) triangle: u32,
+    /// Upper bound of one over the depth.
+    pub(super) high: f32,
+}
+
+impl Default for Tile {
+    fn default() -> Self {
+        Self {
+            low: [0.0; SAMPLES],
+            high: [0.0; SAMPLES],
+            triangle: [SeenPixels::NONE; SAMPLES],
+            farthest: [0.0; BLOCKS * BLOCKS],
+            queue: [0; LANES * BLOCKS * BLOCKS],
+            doubts: Vec::new(),
+            slivers: Vec::new(),
+        }
+    }
+}
+
+/// A batch of triangles in tile-local coordinates, one number a lane.
+pub(super) struct Batch {
+    pub(super) ids: [u32; LANES],
+    a: [[f32; LANES]; 3],
+    b: [[f32; LANES]; 3],
+    c: [[f32; LANES]; 3],
+    bound: [f32; LANES],
+    inverse_depth: [f32; LANES],
+    slopes: [[f32; LANES]; 2],
+    depth_error: [f32; LANES],
+    /// Upper bound of one over the depth.
+    nearest: [f32; LANES],
+}
+
+impl Batch {
+    #[inline(always)]
+    pub(super) fn new<S: Simd>(simd: S, ids: &[u32], setup: &Setup<S>, inverse_depth: f32x16<S>) -> Self {
+        let mut all_ids = [0; LANES];
+        all_ids[..ids.len()].copy_from_slice(ids);
+        let nearest = setup.nearest * splat(simd, 1.0 + 4.0 * super::pixel_space::HALF_ULP);
+        Self {
+            ids: all_ids,
+            a: setup.a.map(Into::into),
+            b: setup.b.map(Into::into),
+            c: setup.c.map(Into::into),
+            bound: setup.bound.into(),
+            inverse_depth: inverse_depth.into(),
+            slopes: setup.slopes.map(Into::into),
+            depth_error: setup.depth_error.into(),
+            nearest: nearest.into(),
+        }
+    }
+
+    /// The edge functions of the triangle in `lane` at 16 places.
+    #[inline(always)]
+    fn edges<S: Simd>(&self, simd: S, lane: usize, x: f32x16<S>, y: f32x16<S>) -> [f32x16<S>; 3] {
+        std::array::from_fn(|edge| {
+            let [a, b, c] = [&self.a, &self.b, &self.c].map(|factor| splat(simd, factor[edge][lane]));
+            a * x + (b * y + c)
+        })
+    }
+}
+
+/// The samples of a block in relation to its first.
+const COLUMNS: [f32; LANES] = [0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3.];
+const ROWS: [f32; LANES] = [0., 0., 0., 0., 1., 1., 1., 1., 2., 2., 2., 2., 3., 3., 3., 3.];
+
+impl Tile {
+    pub(super) fn clear(&mut self) {
+        self.low.fill(0.0);
+        self.high.fill(0.0);
+        self.triangle.fill(SeenPixels::NONE);
+        self.farthest.fill(0.0);
+    }
+
+    /// Tests a batch's triangles, each against its range of `blocks` (first and last column, first and last row).
+    #[inline(always)]
+    pub(super) fn test_batch<S: Simd>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        lanes: impl Iterator<Item = u32>,
+        blocks: &[[i32; LANES]; 4],
+    ) {
+        let mut waiting = 0;
+        for lane in lanes {
+            let lane = lane as usize;
+            let [x0, x1, y0, y1] = [0, 1, 2, 3].map(|side| blocks[side][lane] as usize);
+            // Rejecting whole blocks costs about as much as testing this many.
+            const FEW: usize = 8;
+            if (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW {
+                for y in y0..=y1 {
+                    for x in x0..=x1 {
+                        self.queue[waiting] = (lane * BLOCKS * BLOCKS + y * BLOCKS + x) as u32;
+                        waiting += 1;
+                    }
+                }
+            } else {
+                waiting = self.enqueue_blocks(simd, batch, lane, [x0, x1, y0, y1], waiting);
+            }
+        }
+        for place in 0..waiting {
+            self.test_block(simd, batch, self.queue[place] as usize);
+        }
+    }
+
+    /// Queues those of a triangle's blocks that aren't certain to miss it, or to hide it.
+    #[inline(always)]
+    fn enqueue_blocks<S: Simd>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        lane: usize,
+        [x0, x1, y0, y1]: [usize; 4],
+        mut waiting: usize,
+    ) -> usize {
+        const MIDDLE: f32 = 1.5;
+        let columns = f32x16::from_fn(simd, |block| (4 * block as i32 - HALF) as f32 + MIDDLE);
+        // From a block's middle to a corner. Four bounds cover the roundings here and in the test itself.
+        let reach: [f32x16<S>; 3] = std::array::from_fn(|edge| {
+            let [a, b] = [batch.a[edge][lane], batch.b[edge][lane]];
+            splat(simd, MIDDLE * (a.abs() + b.abs()) + 4.0 * batch.bound[lane])
+        });
+        let nearest = splat(simd, batch.nearest[lane]);
+        let inside = (2 << x1) - (1 << x0);
+        for y in y0..=y1 {
+            let row = splat(simd, (4 * y as i32 - HALF) as f32 + MIDDLE);
+            let edges = batch.edges(simd, lane, columns, row);
+            let highest = min3(std::array::from_fn(|edge| edges[edge] + reach[edge]));
+            let farthest = f32x16::from_slice(simd, &self.farthest[y * BLOCKS..(y + 1) * BLOCKS]);
+            let open = highest.simd_ge(splat(simd, 0.0)) & nearest.simd_ge(farthest);
+            for x in super::build::lanes_of(open.to_bitmask() & inside) {
+                self.queue[waiting] = (lane * BLOCKS * BLOCKS + y * BLOCKS) as u32 + x;
+                waiting += 1;
+            }
+        }
+        waiting
+    }
+
+    /// Tests the 16 samples of one queued block.
+    #[inline(always)]
+    fn test_block<S: Simd>(&mut self, simd: S, batch: &Batch, queued: usize) {
+        let lane = queued / (BLOCKS * BLOCKS) % LANES;
+        let block = queued % (BLOCKS * BLOCKS);
+        let at = |values: &[f32; LANES]| splat(simd, values[lane]);
+        let x = f32x16::simd_from(simd, COLUMNS) + splat(simd, (4 * (block % BLOCKS) as i32 - HALF) as f32);
+        let y = f32x16::simd_from(simd, ROWS) + splat(simd, (4 * (block / BLOCKS) as i32 - HALF) as f32);
+        let edges = batch.edges(simd, lane, x, y);
+        let (lowest, bound) = (min3(edges), at(&batch.bound));
+        let depth = at(&batch.inverse_depth) + (edges[1] * at(&batch.slopes[0]) + edges[2] * at(&batch.slopes[1]));
+        let error = at(&batch.depth_error);
+        let (low, high) = (depth - error, depth + error);
+
+        let samples = block * LANES..(block + 1) * LANES;
+        let old_low = f32x16::from_slice(simd, &self.low[samples.clone()]);
+        let old_high = f32x16::from_slice(simd, &self.high[samples.clone()]);
+        let possible = lowest.simd_ge(-bound) & high.simd_ge(old_low);
+        if !possible.any_true() {
+            return;
+        }
+        let certain = possible & lowest.simd_gt(bound) & low.simd_gt(old_high);
+        let doubtful = possible & !certain;
+        if doubtful.any_true() {
+            let high: [f32; LANES] = high.into();
+            self.doubt(block, batch.ids[lane], doubtful.to_bitmask(), &high);
+        }
+        let new_low = certain.select(low, old_low);
+        new_low.store_slice(&mut self.low[samples.clone()]);
+        certain.select(high, old_high).store_slice(&mut self.high[samples.clone()]);
+        let old_triangle = u32x16::from_slice(simd, &self.triangle[samples.clone()]);
+        let triangle = u32x16::splat(simd, batch.ids[lane]);
+        certain.select(triangle, old_triangle).store_slice(&mut self.triangle[samples]);
+        self.farthest[block] = new_low.reduce_min();
+    }
+
+    /// Tests a general triangle against the samples of one block, the first of which is at (`x`, `y`) in pixel space.
+    #[inline(always)]
+    pub(super) fn test_general<S: Simd>(
+        &mut self,
+        simd: S,
+        triangle: &General,
+        id: u32,
+        masked: bool,
+        block: usize,
+        square: Square,
+    ) {
+        let samples = block * LANES;
+        for half in [0, 8] {
+            let x = f64x8::from_fn(simd, |lane| f64::from(square.x) + f64::from(COLUMNS[half + lane]));
+            let y = f64x8::from_fn(simd, |lane| f64::from(square.y) + f64::from(ROWS[half + lane]));
+            let at = |plane: glam::DVec3| {
+                f64x8::splat(simd, plane.x) * x + (f64x8::splat(simd, plane.y) * y + f64x8::splat(simd, plane.z))
+            };
+            // Bit masks of the lanes with an edge function that is certainly above, or below, zero.
+            let all = 0xff;
+            let (mut every_above, mut every_below, mut some_above, mut some_below) = (all, all, 0, 0);
+            for (&edge, &bound) in triangle.edges.iter().zip(&triangle.bounds) {
+                let (value, bound) = (at(edge), f64x8::splat(simd, bound));
+                let (above, below) = (value.simd_gt(bound).to_bitmask(), value.simd_lt(-bound).to_bitmask());
+                (every_above, every_below) = (every_above & above, every_below & below);
+                (some_above, some_below) = (some_above | above, some_below | below);
+            }
+            let missed = some_below & (if triangle.oriented { all } else { some_above });
+            let possible = all & !missed;
+            if possible == 0 {
+                continue;
+            }
+            let inside = every_above | (if triangle.oriented { 0 } else { every_below });
+            let depth = match triangle.depth {
+                Depth::Unknown => [0.0; 8],
+                Depth::Inverse { plane, .. } | Depth::Direct { plane, .. } => at(plane).into(),
+            };
+            for lane in super::build::lanes_of(possible) {
+                let place = samples + half + lane as usize;
+                let Some((low, high)) = triangle.depth.inverse_bounds(depth[lane as usize]) else { continue };
+                if high < self.low[place] {
+                    continue;
+                }
+                if inside >> lane & 1 == 1 && !masked && low > self.high[place] {
+                    (self.low[place], self.high[place], self.triangle[place]) = (low, high, id);
+                } else {
+                    self.doubts.push(Doubt { place: place as u32, triangle: id, high });
+                }
+            }
+        }
+        let lows = f32x16::from_slice(simd, &self.low[samples..samples + LANES]);
+        self.farthest[block] = lows.reduce_min();
+    }
+
+    /// Takes in a sample of a tiny triangle.
+    #[inline(always)]
+    pub(super) fn merge(&mut self, fragment: &Fragment) {
+        let place = fragment.place as usize % SAMPLES;
+        if fragment.high < self.low[place] {
+            return;
+        }
+        if fragment.place & Fragment::DOUBTFUL == 0 && fragment.low > self.high[place] {
+            self.low[place] = fragment.low;
+            self.high[place] = fragment.high;
+            self.triangle[place] = fragment.triangle;
+        } else {
+            self.doubts.push(Doubt { place: place as u32, triangle: fragment.triangle, high: fragment.high });
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn doubt(&mut self, block: usize, triangle: u32, lanes: u64, high: &[f32; LANES]) {
+        for lane in super::build::lanes_of(lanes) {
+            let place = (block * LANES) as u32 + lane;
+            self.doubts.push(Doubt { place, triangle, high: high[lane as usize] });
+        }
+    }
+}
+
+impl Depth {
+    /// Bounds of one over the depth, given the value of its plane at a sample; `None` where the depth is certainly
+    /// below zero.
+    #[inline(always)]
+    fn inverse_bounds(&self, value: f64) -> Option<(f32, f32)> {
+        let (low, high) = match *self {
+            Self::Inverse { error, .. } if value.is_finite() => (value - error, value + error),
+            Self::Direct { error, .. } if value > error => (1.0 / (value + error), 1.0 / (value - error)),
+            Self::Direct { error, .. } if value < -error => return None,
+            Self::Unknown | Self::Inverse { .. } | Self::Direct { .. } => (0.0, f64::INFINITY),
+        };
+        // More than the rounding to f32 and those above.
+        const ROUNDING: f64 = f32::EPSILON as f64;
+        Some(((low - low.abs() * ROUNDING) as f32, (high + high.abs() * ROUNDING) as f32))
+    }
+}
+
+/// The range of block columns (or rows) that hold the samples from `low` to `high`, in tile-local coordinates.
+#[inline(always)]
+pub(super) fn block_range<S: Simd>(simd: S, low: f32x16<S>, high: f32x16<S>) -> [[i32; LANES]; 2] {
+    let (first, last) = (splat(simd, -HALF as f32), splat(simd, (HALF - 1) as f32));
+    [low.max(first).min(last), high.max(first).min(last)].map(|sample| {
+        let sample: [f32; LANES] = sample.into();
+        sample.map(|sample| (sample as i32 + HALF) / 4)
+    })
+}
+
+/// The lowest and highest of three corners' coordinates, widened by `error` and rounded to the samples between.
+#[inline(always)]
+pub(super) fn sample_range<S: Simd>(corners: [f32x16<S>; 3], error: f32x16<S>) -> [f32x16<S>; 2] {
+    [(min3(corners) - error).ceil(), (max3(corners) + error).floor()]
+}

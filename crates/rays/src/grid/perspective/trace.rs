@@ -1,0 +1,271 @@
+use std::sync::Mutex;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x16};
+use glam::IVec2;
+use rayon::prelude::*;
+
+use super::bins::{Bin, Bins};
+use super::general::{General, Square};
+use super::lanes::{Corners, LANES, Setup, max3, min3, splat};
+use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
+use super::tile::{BLOCKS, Batch, Doubt, HALF, SAMPLES, Tile, block_range, sample_range};
+use super::{GridCounts, PerspectiveGrid, SeenPixels};
+use crate::predicate::crossing;
+use crate::{Hit, Triangles};
+
+impl PerspectiveGrid {
+    /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level.
+    ///
+    /// `triangles` are those of the last [`build`](Self::build). A hit counts where `counts` says so, which may refuse
+    /// hits on triangles that were masked there, and no others.
+    pub fn trace(
+        &mut self,
+        triangles: Triangles<'_>,
+        counts: impl Fn(&Hit) -> bool + Sync,
+        seen: &mut SeenPixels,
+    ) -> GridCounts {
+        let Some(space) = self.space else {
+            seen.resize(0);
+            return GridCounts::default();
+        };
+        let (width, height) = space.size();
+        seen.resize(width as usize * height as usize);
+        let (columns, _) = self.tiles();
+        self.scratch.resize_with(rayon::current_num_threads() + 1, Mutex::default);
+        let grid = &*self;
+        let band = (width as usize * Bins::TILE as usize).max(1);
+        let bands = seen.triangle.par_chunks_mut(band);
+        let bands = bands.zip(seen.inverse_depth.par_chunks_mut(band)).zip(seen.relative_error.par_chunks_mut(band));
+        let counted = bands.enumerate().with_max_len(1).map(|(row, ((triangle, inverse_depth), relative_error))| {
+            let mut rows = Rows { width: width as usize, triangle, inverse_depth, relative_error };
+            let mut tally = GridCounts::default();
+            // A thread waits for nobody here, since each has its own tile.
+            let thread = rayon::current_thread_index().unwrap_or(grid.scratch.len() - 1);
+            let mut tile = grid.scratch[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            for column in 0..columns {
+                let index = row * columns as usize + column as usize;
+                let corner = IVec2::new((column * Bins::TILE) as i32, (row as u32 * Bins::TILE) as i32);
+                let (space, vertices) = (&space, &grid.vertices);
+                let tile = &mut **tile;
+                let mut trace = TileTrace { space, triangles, vertices, counts: &counts, corner, tile, tally };
+                let bins = grid.ranges.iter().map(|range| &range.bins[index]);
+                dispatch!(grid.level.0, simd => trace.run(simd, bins.clone(), &mut rows));
+                tally = trace.tally;
+            }
+            tally
+        });
+        counted.reduce(GridCounts::default, GridCounts::plus)
+    }
+}
+
+impl GridCounts {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            fragments: self.fragments + other.fragments,
+            listed: self.listed + other.listed,
+            undecided: self.undecided + other.undecided,
+            referred: self.referred + other.referred,
+        }
+    }
+}
+
+/// The rows of the image that a row of tiles covers.
+struct Rows<'a> {
+    width: usize,
+    triangle: &'a mut [u32],
+    inverse_depth: &'a mut [f32],
+    relative_error: &'a mut [f32],
+}
+
+/// The search of one tile.
+struct TileTrace<'a, C> {
+    space: &'a PixelSpace,
+    triangles: Triangles<'a>,
+    vertices: &'a [Vertex],
+    counts: &'a C,
+    /// The tile's first column and row in the image.
+    corner: IVec2,
+    tile: &'a mut Tile,
+    tally: GridCounts,
+}
+
+impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
+    /// Searches the tile's bins of all ranges of triangles.
+    #[inline(always)]
+    fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone, rows: &mut Rows<'_>) {
+        self.tile.clear();
+        for bin in bins.clone() {
+            self.tally.listed += (bin.ordinary.len() + bin.general.len() + bin.masked.len()) as u64;
+            for ids in bin.ordinary.chunks(LANES) {
+                self.test_ordinary(simd, ids);
+                self.settle_if_many();
+            }
+        }
+        let slivers = std::mem::take(&mut self.tile.slivers);
+        self.test_general(simd, &slivers, false);
+        self.tile.slivers = slivers;
+        self.tile.slivers.clear();
+        for bin in bins.clone() {
+            self.test_general(simd, &bin.general, false);
+            self.test_general(simd, &bin.masked, true);
+        }
+        for bin in bins {
+            self.tally.fragments += bin.fragments.len() as u64;
+            for fragments in bin.fragments.chunks(SAMPLES) {
+                fragments.iter().for_each(|fragment| self.tile.merge(fragment));
+                self.settle_if_many();
+            }
+        }
+        self.settle();
+        self.write(simd, rows);
+    }
+
+    /// Tests up to 16 triangles on the fast path.
+    #[inline(always)]
+    fn test_ordinary<S: Simd>(&mut self, simd: S, ids: &[u32]) {
+        let indices = self.triangles.indices;
+        let corners = Corners::load(simd, self.vertices, ids.iter().map(|&id| &indices[id as usize]));
+        let largest = |x: [_; 3], y: [_; 3]| max3(x).max(-min3(x)).max(max3(y).max(-min3(y)));
+        let origin = self.corner - self.space.middle + IVec2::splat(HALF);
+        let x = corners.x.map(|x| x - splat(simd, origin.x as f32));
+        let y = corners.y.map(|y| y - splat(simd, origin.y as f32));
+        // Half an ulp for the corner, one for the move to the tile's middle.
+        let error = (largest(corners.x, corners.y) + largest(x, y)) * splat(simd, 1.01 * HALF_ULP)
+            + splat(simd, 1.01 * Vertex::ERROR_PIXELS);
+        // The same again for the sums of coordinates and their errors.
+        let (columns, rows) = (sample_range(x, error + error), sample_range(y, error + error));
+        let (width, height) = self.space.size();
+        let last = |side: u32, corner: i32| splat(simd, (side as i32 - 1 - corner - HALF).min(HALF - 1) as f32);
+        let first = splat(simd, -HALF as f32);
+        let within = |[low, high]: [f32x16<S>; 2], last| high.simd_ge(low) & high.simd_ge(first) & low.simd_le(last);
+        let seen = within(columns, last(width, self.corner.x)) & within(rows, last(height, self.corner.y));
+        let seen = seen.to_bitmask() & ((1 << ids.len()) - 1);
+        if seen == 0 {
+            return;
+        }
+        const OVERHANG_PIXELS: f32 = 3.25;
+        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, HALF as f32, OVERHANG_PIXELS);
+        let certain = setup.is_certain(simd).to_bitmask();
+        for lane in super::build::lanes_of(seen & !certain) {
+            self.tile.slivers.push(ids[lane as usize]);
+        }
+        let [x0, x1] = block_range(simd, columns[0], columns[1]);
+        let [y0, y1] = block_range(simd, rows[0], rows[1]);
+        let batch = Batch::new(simd, ids, &setup, corners.inverse_depth[0]);
+        self.tile.test_batch(simd, &batch, super::build::lanes_of(seen & certain), &[x0, x1, y0, y1]);
+    }
+
+    /// Tests triangles on the general path.
+    #[inline(always)]
+    fn test_general<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool) {
+        let corner = self.corner - self.space.middle;
+        let whole = Square { x: corner.x, y: corner.y, side: 2 * HALF };
+        for &id in ids {
+            let triangle = General::new(self.space, self.triangles.corners(id));
+            self.test_square(simd, &triangle, id, masked, whole);
+            self.settle_if_many();
+        }
+    }
+
+    fn test_square<S: Simd>(&mut self, simd: S, triangle: &General, id: u32, masked: bool, square: Square) {
+        let place = IVec2::new(square.x, square.y) + self.space.middle;
+        let (width, height) = self.space.size();
+        if place.x >= width as i32 || place.y >= height as i32 || triangle.misses(square) {
+            return;
+        }
+        if square.side > 4 {
+            square.quarters().into_iter().for_each(|quarter| self.test_square(simd, triangle, id, masked, quarter));
+        } else {
+            let in_tile = (place - self.corner) / 4;
+            let block = in_tile.y as usize * BLOCKS + in_tile.x as usize;
+            let tile = &mut *self.tile;
+            simd.vectorize(
+                #[inline(always)]
+                || tile.test_general(simd, triangle, id, masked, block, square),
+            );
+        }
+    }
+
+    fn settle_if_many(&mut self) {
+        const MANY: usize = 1 << 14;
+        if self.tile.doubts.len() >= MANY {
+            self.settle();
+        }
+    }
+
+    /// Has the predicate decide whatever is still in doubt.
+    #[cold]
+    #[inline(never)]
+    fn settle(&mut self) {
+        self.tally.undecided += self.tile.doubts.len() as u64;
+        let mut doubts = std::mem::take(&mut self.tile.doubts);
+        for doubt in doubts.drain(..) {
+            if doubt.high >= self.tile.low[doubt.place as usize] {
+                self.refer(doubt);
+            }
+        }
+        self.tile.doubts = doubts;
+    }
+
+    fn refer(&mut self, doubt: Doubt) {
+        let place = doubt.place as usize;
+        let (block, sample) = (place / LANES, place % LANES);
+        let x = self.corner.x as u32 + (block % BLOCKS * 4 + sample % 4) as u32;
+        let y = self.corner.y as u32 + (block / BLOCKS * 4 + sample / 4) as u32;
+        let (width, height) = self.space.size();
+        if x >= width || y >= height {
+            return;
+        }
+        let best = self.tile.triangle[place];
+        if best == doubt.triangle {
+            return;
+        }
+        self.tally.referred += 1;
+        let ray = self.space.ray(x, y);
+        let hit = |id: u32| {
+            let crossing = crossing(&ray, self.triangles.corners(id))?;
+            let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
+            (ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
+        };
+        let Some(new) = hit(doubt.triangle).filter(|hit| (self.counts)(hit)) else { return };
+        let old = if best == SeenPixels::NONE { None } else { hit(best) };
+        let nearest = match old {
+            Some(old) if (old.t, old.triangle) < (new.t, new.triangle) => old,
+            _ => new,
+        };
+        // One over t, within an f32's rounding and an f64's.
+        let inverse = 1.0 / nearest.t;
+        self.tile.low[place] = (inverse * (1.0 - f64::from(f32::EPSILON))) as f32;
+        self.tile.high[place] = (inverse * (1.0 + f64::from(f32::EPSILON))) as f32;
+        self.tile.triangle[place] = nearest.triangle;
+    }
+
+    /// Copies the tile to the image.
+    #[inline(always)]
+    fn write<S: Simd>(&self, simd: S, rows: &mut Rows<'_>) {
+        let height = rows.triangle.len() / rows.width.max(1);
+        let left = self.corner.x as usize;
+        for block in 0..BLOCKS * BLOCKS {
+            let (x, y) = (left + block % BLOCKS * 4, block / BLOCKS * 4);
+            let samples = block * LANES..(block + 1) * LANES;
+            let low = f32x16::from_slice(simd, &self.tile.low[samples.clone()]);
+            let high = f32x16::from_slice(simd, &self.tile.high[samples.clone()]);
+            let sum = low + high;
+            // Three half ulps for the bound's own roundings, relative to it, and one for the middle's.
+            let error = (high - low) / sum * splat(simd, 1.0 + 4.0 * HALF_ULP) + splat(simd, 1.01 * HALF_ULP);
+            let hit = sum.simd_gt(splat(simd, 0.0));
+            let error: [f32; LANES] = hit.select(error, splat(simd, 0.0)).into();
+            let middle: [f32; LANES] = (sum * splat(simd, 0.5)).into();
+            let triangle = &self.tile.triangle[samples];
+            let columns = 4.min(rows.width.saturating_sub(x));
+            let inside = if columns == 0 { 0 } else { 4.min(height.saturating_sub(y)) };
+            for row in 0..inside {
+                let (to, from) = ((y + row) * rows.width + x, row * 4);
+                rows.triangle[to..to + columns].copy_from_slice(&triangle[from..from + columns]);
+                rows.inverse_depth[to..to + columns].copy_from_slice(&middle[from..from + columns]);
+                rows.relative_error[to..to + columns].copy_from_slice(&error[from..from + columns]);
+            }
+        }
+    }
+}

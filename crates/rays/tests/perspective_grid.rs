@@ -1,0 +1,264 @@
+//! The perspective grid against the predicate, asked about every pair of a pixel and a triangle.
+
+mod support;
+
+use glam::{DVec2, Vec3};
+use support::{Mesh, Random, assert_exact, check, view};
+use umbrage_rays::{Camera, PerspectiveGrid, Projection, SeenPixels, SimdLevel, Triangles, View};
+
+const MIDDLE: DVec2 = DVec2::splat(0.5);
+
+#[test]
+fn soups_of_all_sizes_are_seen_exactly() {
+    let mut random = Random(1);
+    for (width, height) in [(1, 1), (7, 3), (64, 64), (65, 30), (90, 70)] {
+        for smallest in [1.0, 0.1, 0.001] {
+            let mesh = Mesh::soup(&mut random, 150, smallest);
+            check(&mesh, &view(width, height), MIDDLE);
+        }
+    }
+}
+
+#[test]
+fn any_number_of_triangles_is_seen_exactly() {
+    let mut random = Random(2);
+    for count in 0..40 {
+        check(&Mesh::soup(&mut random, count, 0.1), &view(20, 20), DVec2::new(0.1, 0.9));
+    }
+}
+
+#[test]
+fn a_finely_meshed_ball_is_seen_exactly() {
+    let mut mesh = Mesh::bumpy_ball(Vec3::new(0.0, 1.0, 0.0), 1.0, 24);
+    mesh.append(&Mesh::floor(8, 3.0));
+    let (_, counts) = check(&mesh, &view(67, 45), MIDDLE);
+    assert!(counts.fragments > 100 && counts.listed > 100, "{counts:?}");
+    assert!(counts.referred < 100, "{counts:?}");
+}
+
+#[test]
+fn a_camera_inside_the_scene_sees_exactly() {
+    let mut random = Random(3);
+    for look in 0..6 {
+        let mesh = Mesh::soup(&mut random, 200, 0.3);
+        let camera = Camera::look_at(random.vector() * 0.5, random.vector(), Vec3::Y, 0.5 + 0.4 * look as f32);
+        check(&mesh, &View { camera, width: 70, height: 66 }, MIDDLE);
+    }
+}
+
+#[test]
+fn triangles_that_cover_the_view_or_lie_behind_are_seen_exactly() {
+    let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 1.0);
+    let view = View { camera, width: 70, height: 40 };
+    for far in [1e2, 1e4, 1e7] {
+        let mut mesh = Mesh::default();
+        mesh.push([Vec3::new(-far, -far, -5.0), Vec3::new(far, -far, -5.0), Vec3::new(0.0, far, -5.0)]);
+        // A floor through the eye plane, another through the eye, and one behind.
+        mesh.push([Vec3::new(-far, -1.0, far), Vec3::new(far, -1.0, far), Vec3::new(0.0, -1.0, -far)]);
+        mesh.push([Vec3::new(-far, 0.0, far), Vec3::new(far, 0.0, far), Vec3::new(0.0, 0.0, -far)]);
+        mesh.push([Vec3::new(-far, -far, 5.0), Vec3::new(far, -far, 5.0), Vec3::new(0.0, far, 5.0)]);
+        let (seen, _) = check(&mesh, &view, MIDDLE);
+        assert!(seen.triangle.iter().all(|&id| id < 2));
+    }
+}
+
+#[test]
+fn huge_offsets_and_scales_are_seen_exactly() {
+    let mut random = Random(4);
+    let mut mesh = Mesh::soup(&mut random, 100, 0.05);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 8));
+    for (scale, offset) in [
+        (1e-6, Vec3::ZERO),
+        (1e-3, Vec3::splat(3e-3)),
+        (1.0, Vec3::new(148_376.0, 1234.0, -223_423.0)),
+        (1e6, Vec3::ZERO),
+        (1e-25, Vec3::ZERO),
+        (1e25, Vec3::ZERO),
+        (1e-36, Vec3::ZERO),
+        (1e35, Vec3::ZERO),
+    ] {
+        let mut view = view(48, 40);
+        view.camera.position = view.camera.position * scale + offset;
+        check(&mesh.moved(scale, offset), &view, MIDDLE);
+    }
+}
+
+#[test]
+fn samples_on_edges_and_corners_are_seen_exactly() {
+    // Pixels of unit size at distance one: corners of the mesh are on samples.
+    let camera = Camera {
+        position: Vec3::new(0.5, 0.5, 8.0),
+        right: Vec3::X,
+        up: Vec3::Y,
+        forward: Vec3::NEG_Z,
+        projection: Projection::Perspective { tan_half_height: 4.0 },
+    };
+    let view = View { camera, width: 64, height: 64 };
+    let mut mesh = Mesh::default();
+    for floor in [Mesh::floor(16, 32.0), Mesh::floor(64, 32.0), Mesh::floor(2, 512.0)] {
+        let upright = floor.positions.iter().map(|position| Vec3::new(position.x, position.z, position.y)).collect();
+        mesh.append(&Mesh { positions: upright, indices: floor.indices });
+    }
+    for offset in [DVec2::ZERO, MIDDLE, DVec2::ONE] {
+        let mut shuffled = mesh.clone();
+        // Mixed winding.
+        shuffled.indices.iter_mut().step_by(3).for_each(|triangle| triangle.swap(0, 2));
+        let bvh = {
+            let mut bvh = umbrage_rays::Bvh::default();
+            bvh.build(shuffled.triangles());
+            bvh
+        };
+        let mut grid = PerspectiveGrid::default();
+        let mut seen = SeenPixels::default();
+        grid.build(shuffled.triangles(), &view, offset, |_| false).unwrap();
+        grid.trace(shuffled.triangles(), |_| true, &mut seen);
+        for (pixel, &id) in seen.triangle.iter().enumerate() {
+            let (x, y) = ((pixel % 64) as f64 + offset.x, (pixel / 64) as f64 + offset.y);
+            let hit = bvh.nearest(shuffled.triangles(), &view.ray(x, y), |_| true);
+            assert_eq!(hit.map(|hit| hit.triangle), Some(id), "pixel {pixel}");
+        }
+    }
+}
+
+#[test]
+fn slivers_needles_and_near_coincident_planes_are_seen_exactly() {
+    let mut random = Random(5);
+    let mut mesh = Mesh::default();
+    for _ in 0..120 {
+        let (from, to) = (random.vector() * 2.0, random.vector() * 2.0);
+        let thickness = 1e-7_f32.powf(random.unit());
+        mesh.push([from, to, from + (to - from) * random.unit() + random.vector() * thickness]);
+    }
+    for layer in 0..20 {
+        // Less than an f32's rounding apart at the camera's distance.
+        let depth = 1e-7 * layer as f32;
+        mesh.push([Vec3::new(-1.0, -1.0, depth), Vec3::new(1.0, -1.0, -depth), Vec3::new(0.0, 1.0, depth)]);
+    }
+    check(&mesh, &view(66, 50), MIDDLE);
+}
+
+#[test]
+fn of_identical_triangles_the_lowest_id_is_seen() {
+    let mut mesh = Mesh::default();
+    mesh.positions.extend([Vec3::new(-1.0, -1.0, 0.1), Vec3::new(1.0, -1.0, -0.2), Vec3::new(0.0, 1.0, 0.3)]);
+    mesh.indices = vec![[0, 1, 2]; 10_000];
+    let view = view(12, 9);
+    let mut grid = PerspectiveGrid::default();
+    let mut seen = SeenPixels::default();
+    grid.build(mesh.triangles(), &view, MIDDLE, |_| false).unwrap();
+    grid.trace(mesh.triangles(), |_| true, &mut seen);
+    assert!(seen.triangle.contains(&0));
+    assert!(seen.triangle.iter().all(|&id| id == 0 || id == SeenPixels::NONE));
+}
+
+#[test]
+fn triangles_that_cannot_be_hit_are_left_out_and_counted() {
+    let mut random = Random(6);
+    let mut mesh = Mesh::soup(&mut random, 100, 0.3);
+    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    for (place, &value) in bad.iter().cycle().take(9).enumerate() {
+        mesh.positions[place * 30 + place % 3][place % 3] = value;
+    }
+    mesh.indices[95] = [0, 4, 900_000];
+    mesh.indices[96] = [1, 2, u32::MAX];
+    mesh.indices[97] = [4, 4, 5];
+    mesh.positions[98 * 3] = mesh.positions[98 * 3 + 1];
+    let (_, counts) = check(&mesh, &view(33, 65), MIDDLE);
+    assert!(counts.listed > 0);
+    let mut grid = PerspectiveGrid::default();
+    grid.build(mesh.triangles(), &view(33, 65), MIDDLE, |_| false).unwrap();
+    assert_eq!(grid.omitted(), &mesh.triangles().omitted());
+    assert!(grid.omitted().total() > 10);
+}
+
+#[test]
+fn refused_hits_are_seen_through() {
+    let mut random = Random(7);
+    let mesh = Mesh::soup(&mut random, 200, 0.1);
+    let view = view(40, 40);
+    let masked = |id: u32| id % 3 == 0;
+    let counts = |hit: &umbrage_rays::Hit| !masked(hit.triangle) || hit.barycentric[0] < 0.4;
+    let mut grid = PerspectiveGrid::default();
+    let mut seen = SeenPixels::default();
+    grid.build(mesh.triangles(), &view, MIDDLE, masked).unwrap();
+    grid.validate(mesh.triangles()).unwrap();
+    grid.trace(mesh.triangles(), counts, &mut seen);
+    assert_exact(mesh.triangles(), &view, MIDDLE, &seen, counts);
+}
+
+#[test]
+fn orthographic_views_are_seen_exactly() {
+    let mut random = Random(8);
+    let mut mesh = Mesh::soup(&mut random, 150, 0.1);
+    mesh.append(&Mesh::floor(4, 3.0));
+    let mut view = view(50, 66);
+    view.camera.projection = Projection::Orthographic { half_height: 2.0 };
+    check(&mesh, &view, MIDDLE);
+    view.camera.position = Vec3::ZERO;
+    check(&mesh, &view, MIDDLE);
+}
+
+#[test]
+fn cameras_out_of_square_are_seen_through_exactly() {
+    let mut random = Random(9);
+    let mesh = Mesh::soup(&mut random, 20, 0.3);
+    let mut stretched = view(16, 12);
+    stretched.camera.right *= 2.0;
+    check(&mesh, &stretched, MIDDLE);
+    let mut flat = view(16, 12);
+    flat.camera.right = flat.camera.up;
+    check(&mesh, &flat, MIDDLE);
+    for tan_half_height in [0.0, f32::NAN, f32::INFINITY, -0.5, 1e-9, 1e9] {
+        let mut view = view(16, 12);
+        view.camera.projection = Projection::Perspective { tan_half_height };
+        check(&mesh, &view, MIDDLE);
+    }
+    let mut nowhere = view(16, 12);
+    nowhere.camera.position.x = f32::NAN;
+    check(&mesh, &nowhere, MIDDLE);
+    check(&mesh, &view(16, 12), DVec2::new(1e3, -1e12));
+}
+
+#[test]
+fn threads_and_instructions_change_no_bit() {
+    let mut random = Random(10);
+    let mut mesh = Mesh::soup(&mut random, 3000, 0.01);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.5, 60));
+    mesh.append(&Mesh::floor(2, 500.0));
+    let view = view(300, 200);
+    let mut reference: Option<(SeenPixels, _)> = None;
+    for level in SimdLevel::available() {
+        for threads in [1, 2, 3, 7] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let result = pool.install(|| {
+                let mut grid = PerspectiveGrid::with_level(level);
+                let mut seen = SeenPixels::default();
+                grid.build(mesh.triangles(), &view, MIDDLE, |_| false).unwrap();
+                let counts = grid.trace(mesh.triangles(), |_| true, &mut seen);
+                (seen, counts)
+            });
+            match &reference {
+                None => reference = Some(result),
+                Some(reference) => assert!(*reference == result, "{threads} threads, {level:?}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn a_grid_can_be_used_again_for_anything() {
+    let mut random = Random(11);
+    let mut grid = PerspectiveGrid::default();
+    let mut seen = SeenPixels::default();
+    assert_eq!(grid.trace(Triangles::default(), |_| true, &mut seen).listed, 0);
+    for (count, width, height) in [(100, 100, 70), (5000, 10, 10), (0, 30, 30), (50, 0, 5), (50, 5, 0), (80, 130, 3)] {
+        let mesh = Mesh::soup(&mut random, count, 0.1);
+        let view = view(width, height);
+        grid.build(mesh.triangles(), &view, MIDDLE, |_| false).unwrap();
+        grid.validate(mesh.triangles()).unwrap();
+        grid.trace(mesh.triangles(), |_| true, &mut seen);
+        assert_exact(mesh.triangles(), &view, MIDDLE, &seen, |_| true);
+    }
+    let too_large = View { width: 1 << 17, ..view(1, 1) };
+    assert!(grid.build(Triangles::default(), &too_large, MIDDLE, |_| false).is_err());
+}

@@ -1,0 +1,173 @@
+//! Small meshes, and the nearest hit by asking the predicate about every triangle.
+#![allow(dead_code, reason = "not every test file uses all of it")]
+
+use glam::{DVec2, Vec3};
+use umbrage_rays::predicate::crossing;
+use umbrage_rays::{Camera, Hit, PerspectiveGrid, SeenPixels, Triangles, View};
+
+/// A mesh of its own.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    pub positions: Vec<Vec3>,
+    pub indices: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    pub fn triangles(&self) -> Triangles<'_> {
+        Triangles { positions: &self.positions, indices: &self.indices }
+    }
+
+    pub fn push(&mut self, corners: [Vec3; 3]) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(corners);
+        self.indices.push([first, first + 1, first + 2]);
+    }
+
+    pub fn append(&mut self, other: &Self) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(&other.positions);
+        self.indices.extend(other.indices.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
+    }
+
+    /// Each position times `scale`, then moved by `offset`.
+    pub fn moved(&self, scale: f32, offset: Vec3) -> Self {
+        let positions = self.positions.iter().map(|&position| position * scale + offset).collect();
+        Self { positions, indices: self.indices.clone() }
+    }
+
+    /// A ball with bumps, of 2 · `rings` · (`rings` − 1) · 2 triangles.
+    pub fn bumpy_ball(center: Vec3, radius: f32, rings: u32) -> Self {
+        let segments = 2 * rings;
+        let mut mesh = Self::default();
+        for ring in 0..=rings {
+            for segment in 0..segments {
+                let latitude = std::f32::consts::PI * ring as f32 / rings as f32;
+                let longitude = std::f32::consts::TAU * segment as f32 / segments as f32;
+                let bump = 1.0 + 0.1 * (7.0 * longitude).sin() * (5.0 * latitude).sin();
+                let (sin, cos) = latitude.sin_cos();
+                let normal = Vec3::new(sin * longitude.cos(), cos, sin * longitude.sin());
+                mesh.positions.push(center + normal * (radius * bump));
+            }
+        }
+        for ring in 0..rings {
+            for segment in 0..segments {
+                let at = |ring: u32, segment: u32| ring * segments + segment % segments;
+                let [a, b] = [at(ring, segment), at(ring, segment + 1)];
+                let [c, d] = [at(ring + 1, segment), at(ring + 1, segment + 1)];
+                mesh.indices.extend([[a, b, d], [a, d, c]]);
+            }
+        }
+        mesh
+    }
+
+    /// `count` triangles with corners around the origin, of sizes from `smallest` to one.
+    pub fn soup(random: &mut Random, count: usize, smallest: f32) -> Self {
+        let mut mesh = Self::default();
+        for _ in 0..count {
+            let center = random.vector() * 2.0;
+            let size = smallest.powf(random.unit());
+            mesh.push([0; 3].map(|_| center + random.vector() * size));
+        }
+        mesh
+    }
+
+    /// A square of 2 × `side`² triangles in the plane y = 0, from −`half` to `half`.
+    pub fn floor(side: u32, half: f32) -> Self {
+        let mut mesh = Self::default();
+        let coordinate = |place: u32| half * (2.0 * place as f32 / side as f32 - 1.0);
+        for z in 0..=side {
+            for x in 0..=side {
+                mesh.positions.push(Vec3::new(coordinate(x), 0.0, coordinate(z)));
+            }
+        }
+        for z in 0..side {
+            for x in 0..side {
+                let a = z * (side + 1) + x;
+                let (b, c, d) = (a + 1, a + side + 1, a + side + 2);
+                mesh.indices.extend([[a, b, d], [a, d, c]]);
+            }
+        }
+        mesh
+    }
+}
+
+/// Numbers that look random: Steele, Lea and Flood's SplitMix64.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// In [0, 1).
+    pub fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / (1 << 24) as f32
+    }
+
+    /// Each coordinate in [−1, 1).
+    pub fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
+    }
+}
+
+pub fn view(width: u32, height: u32) -> View {
+    let camera = Camera::look_at(Vec3::new(2.5, 1.5, 3.5), Vec3::ZERO, Vec3::Y, 0.9);
+    View { camera, width, height }
+}
+
+/// The nearest hit of the ray through `offset` of the pixel in column `x` and row `y`.
+pub fn nearest(
+    triangles: Triangles<'_>,
+    view: &View,
+    offset: DVec2,
+    (x, y): (u32, u32),
+    counts: impl Fn(&Hit) -> bool,
+) -> Option<Hit> {
+    let ray = view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y);
+    let vertices = triangles.positions.len() as u32;
+    let usable = |id: &u32| triangles.indices[*id as usize].iter().all(|&vertex| vertex < vertices);
+    let hits = (0..triangles.len() as u32).filter(usable).filter_map(|id| {
+        let crossing = crossing(&ray, triangles.corners(id))?;
+        let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
+        (hit.t > 0.0 && hit.t.is_finite() && counts(&hit)).then_some(hit)
+    });
+    hits.min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).unwrap())
+}
+
+/// Asserts that `seen` is what the predicate says, in every pixel and within the stated error.
+pub fn assert_exact(
+    triangles: Triangles<'_>,
+    view: &View,
+    offset: DVec2,
+    seen: &SeenPixels,
+    counts: impl Fn(&Hit) -> bool,
+) {
+    assert_eq!(seen.triangle.len(), (view.width * view.height) as usize);
+    for y in 0..view.height {
+        for x in 0..view.width {
+            let pixel = (y * view.width + x) as usize;
+            let expected = nearest(triangles, view, offset, (x, y), &counts);
+            let id = expected.map_or(SeenPixels::NONE, |hit| hit.triangle);
+            assert_eq!(seen.triangle[pixel], id, "pixel ({x}, {y}) of {view:?}, expected {expected:?}");
+            if let Some(hit) = expected {
+                let (inverse, error) = (1.0 / hit.t, f64::from(seen.relative_error[pixel]));
+                let off = (f64::from(seen.inverse_depth[pixel]) - inverse).abs() / inverse;
+                assert!(off <= error, "pixel ({x}, {y}): {off} > {error}");
+            }
+        }
+    }
+}
+
+/// Builds, validates and traces `mesh`, and compares with the predicate.
+pub fn check(mesh: &Mesh, view: &View, offset: DVec2) -> (SeenPixels, umbrage_rays::GridCounts) {
+    let mut grid = PerspectiveGrid::default();
+    let mut seen = SeenPixels::default();
+    grid.build(mesh.triangles(), view, offset, |_| false).unwrap();
+    grid.validate(mesh.triangles()).unwrap();
+    let counts = grid.trace(mesh.triangles(), |_| true, &mut seen);
+    assert_exact(mesh.triangles(), view, offset, &seen, |_| true);
+    (seen, counts)
+}
