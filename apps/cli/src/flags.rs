@@ -149,6 +149,9 @@ pub(crate) struct RenderFlags {
         value_parser = values::exposure_stops
     )]
     pub(crate) exposure: f32,
+    /// What finds the triangles that rays hit; the picture is the same either way
+    #[arg(long, value_enum, default_value = "perspective")]
+    pub(crate) structure: StructureFlag,
     /// From radiance to the screen
     #[arg(long, value_enum, default_value = "neutral")]
     pub(crate) tone_map: ToneMapFlag,
@@ -191,6 +194,14 @@ impl From<FormatFlag> for Format {
             FormatFlag::Y4m => Self::Y4m,
         }
     }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum StructureFlag {
+    /// Grids made for the camera's and the lights' rays
+    Perspective,
+    /// A bounding volume hierarchy
+    Bvh,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -3,10 +3,10 @@ use std::path::{Path, PathBuf};
 
 use umbrage::output::{BitDepth, Chroma, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
 use umbrage::scene::{Clip, OpenOptions};
-use umbrage::{Background, Settings, ToneMap};
+use umbrage::{Background, Settings, Structure, ToneMap};
 
 use crate::failure::Failure;
-use crate::flags::{ChromaFlag, OpeningFlags, RenderFlags, StatsFlag, ToneMapFlag};
+use crate::flags::{ChromaFlag, OpeningFlags, RenderFlags, StatsFlag, StructureFlag, ToneMapFlag};
 use crate::lights::LightFlag;
 use crate::values::{BackgroundFlag, CameraFlag};
 
@@ -59,6 +59,10 @@ impl Job {
             ChromaFlag::Quarter => Chroma::Quarter,
             ChromaFlag::Full => Chroma::Full,
         };
+        let structure = match flags.structure {
+            StructureFlag::Perspective => Structure::Perspective,
+            StructureFlag::Bvh => Structure::Bvh,
+        };
         let tone_map = match flags.tone_map {
             ToneMapFlag::Neutral => ToneMap::PbrNeutral,
             ToneMapFlag::Clip => ToneMap::Clip,
@@ -67,6 +71,7 @@ impl Job {
             width: flags.size.width,
             height: flags.size.height,
             samples: flags.samples,
+            structure,
             background: background(flags.background)?,
             exposure_stops: flags.exposure,
             tone_map,

@@ -33,7 +33,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         names = ["70000", "278000", "1110000"].map(String::from).to_vec();
     }
     println!("{} threads, {side}² pixels, median of {ROUNDS}, milliseconds", rayon::current_num_threads());
-    println!("scene | grid: build trace sum | bvh: build trace sum | ratio | listed fragments undecided referred | B/triangle");
+    println!(
+        "scene | grid: build trace sum | bvh: build trace sum | ratio | listed fragments undecided referred | B/triangle"
+    );
     for name in names {
         let scene = match name.parse::<usize>() {
             Ok(triangles) => Scene::balls(triangles),
@@ -134,7 +136,8 @@ impl Scene {
 
     /// The vertices and faces of an OBJ file, and nothing else of it.
     fn read_obj(path: &str) -> Result<Self, Box<dyn std::error::Error>> {
-        let mut scene = Self { name: path.rsplit('/').next().unwrap_or(path).into(), positions: vec![], indices: vec![] };
+        let mut scene =
+            Self { name: path.rsplit('/').next().unwrap_or(path).into(), positions: vec![], indices: vec![] };
         for line in std::fs::read_to_string(path)?.lines() {
             let mut words = line.split_whitespace();
             match words.next() {

@@ -35,6 +35,12 @@ impl Frame {
         a * (1.0 - v - w) + b * v + c * w
     }
 
+    /// Whether a triangle has an alpha mask, so that [`Frame::is_solid`] may say no.
+    #[must_use]
+    pub fn is_masked(&self, triangle: u32) -> bool {
+        matches!(self.material(triangle).alpha, Alpha::Mask { .. })
+    }
+
     /// Whether a point of a triangle is there at all: everything is, but what an alpha mask cuts away.
     #[must_use]
     pub fn is_solid(&self, triangle: u32, barycentric: [f32; 2]) -> bool {

@@ -1,6 +1,6 @@
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
-use umbrage_rays::View;
+use umbrage_rays::{SeenPixels, View};
 
 use crate::Settings;
 
@@ -34,7 +34,7 @@ pub struct Image {
 
 impl Film {
     /// What [`Film::triangle`] holds where nothing was hit.
-    pub const NO_TRIANGLE: u32 = u32::MAX;
+    pub const NO_TRIANGLE: u32 = SeenPixels::NONE;
 
     pub(crate) fn clear(&mut self, view: &View) {
         let pixels = view.width as usize * view.height as usize;

@@ -24,6 +24,9 @@ pub enum Error {
     /// The scene could not be posed.
     #[error(transparent)]
     Scene(#[from] umbrage_scene::Error),
+    /// The image has more pixels on a side than the structure can sort.
+    #[error(transparent)]
+    ImageTooLarge(#[from] umbrage_rays::ImageTooLarge),
     /// A setting makes no sense.
     #[error("{0}")]
     Settings(String),
@@ -57,9 +60,9 @@ impl Renderer {
         let surroundings = Surroundings::new(&settings.background);
 
         film.clear(&view);
-        stats.time("build", || engine.build(frame));
+        stats.time("build", || engine.build(frame, settings.structure));
         for sample in Sample::all(settings.samples) {
-            stats.time("see", || engine.see(frame, &view, &sample));
+            stats.time("see", || engine.see(frame, &view, &sample))?;
             stats.time("shadow", || engine.shadow(frame, &view, &sample));
             stats.time("shade", || engine.shade(frame, &view, &sample, &surroundings, film));
         }

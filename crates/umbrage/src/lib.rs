@@ -32,7 +32,7 @@ pub use cpu::LightMask;
 pub use film::{Film, Image};
 pub use frame::{Error, Renderer};
 pub use panorama::Panorama;
-pub use settings::{Settings, ToneMap};
+pub use settings::{Settings, Structure, ToneMap};
 pub use stats::{OmittedTriangles, Stage, Stats};
 pub use umbrage_rays as rays;
 pub use umbrage_scene as scene;

@@ -16,6 +16,8 @@ pub struct Settings {
     pub camera: Option<Camera>,
     /// The lights; `None` for the scene's own.
     pub lights: Option<Vec<Light>>,
+    /// What finds the triangles that rays hit; the picture is the same either way.
+    pub structure: Structure,
     /// What is behind and around the scene.
     pub background: Background,
     /// Brightness in photographic stops: each step doubles it.
@@ -32,6 +34,7 @@ impl Default for Settings {
             samples: 1,
             camera: None,
             lights: None,
+            structure: Structure::default(),
             background: Background::Sky,
             exposure_stops: 0.0,
             tone_map: ToneMap::PbrNeutral,
@@ -60,6 +63,16 @@ impl Settings {
         }
         Ok(())
     }
+}
+
+/// What finds the triangles that camera rays and shadow rays hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Structure {
+    /// Grids made for the rays: a perspective grid for the camera.
+    #[default]
+    Perspective,
+    /// One bounding volume hierarchy for all rays.
+    Bvh,
 }
 
 /// From linear radiance to what a screen can show.

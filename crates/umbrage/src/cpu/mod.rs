@@ -4,33 +4,36 @@ mod see;
 mod shade;
 mod shadow;
 
-use umbrage_rays::{Bvh, Hit, Omitted, Ray, predicate};
+use umbrage_rays::{Bvh, Hit, Omitted, PerspectiveGrid, Ray, SeenPixels, predicate};
 use umbrage_scene::Frame;
 
-use crate::Film;
+use crate::Structure;
 pub use shadow::LightMask;
 
-/// Finds what each pixel sees and which lights reach it, through a hierarchy rebuilt for every frame.
+/// Finds what each pixel sees and which lights reach it, through structures rebuilt for every frame.
 #[derive(Debug, Default)]
 pub(crate) struct Cpu {
+    structure: Structure,
     bvh: Bvh,
-    /// The triangle that each pixel shows at the current sample, in rows; [`Film::NO_TRIANGLE`] for none.
-    seen: Vec<u32>,
+    camera_grid: PerspectiveGrid,
+    /// What each pixel sees at the current sample, in rows.
+    seen: SeenPixels,
     /// For each light, which pixels it lights at the current sample.
     lit: Vec<LightMask>,
     shadow_rays: u64,
 }
 
 impl Cpu {
-    /// Rebuilds the structure over the frame's triangles.
-    pub(crate) fn build(&mut self, frame: &Frame) {
-        self.bvh.build(frame.triangles());
+    /// Rebuilds what serves all samples of a frame: the hierarchy.
+    pub(crate) fn build(&mut self, frame: &Frame, structure: Structure) {
+        self.structure = structure;
         self.shadow_rays = 0;
+        self.bvh.build(frame.triangles());
     }
 
     /// The triangle that each pixel showed at the last sample.
     pub(crate) fn seen(&self) -> &[u32] {
-        &self.seen
+        &self.seen.triangle
     }
 
     /// For each light, which pixels it lit at the last sample.
@@ -47,15 +50,22 @@ impl Cpu {
     }
 
     pub(crate) fn structure_bytes(&self) -> usize {
-        self.bvh.bytes()
+        match self.structure {
+            Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes(),
+            Structure::Bvh => self.bvh.bytes(),
+        }
     }
 
     pub(crate) fn pixel_bytes(&self) -> usize {
-        size_of_val(self.seen.as_slice()) + self.lit.iter().map(LightMask::bytes).sum::<usize>()
+        let SeenPixels { triangle, inverse_depth, relative_error } = &self.seen;
+        size_of_val(triangle.as_slice())
+            + size_of_val(inverse_depth.as_slice())
+            + size_of_val(relative_error.as_slice())
+            + self.lit.iter().map(LightMask::bytes).sum::<usize>()
     }
 }
 
 /// Where `ray` meets the triangle that it is known to show.
 fn hit_of(frame: &Frame, ray: &Ray, seen: u32) -> Option<Hit> {
-    if seen == Film::NO_TRIANGLE { None } else { predicate::hit(ray, frame.triangles(), seen) }
+    if seen == SeenPixels::NONE { None } else { predicate::hit(ray, frame.triangles(), seen) }
 }

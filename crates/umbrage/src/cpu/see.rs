@@ -1,20 +1,33 @@
 use rayon::prelude::*;
-use umbrage_rays::View;
+use umbrage_rays::{Hit, ImageTooLarge, SeenPixels, View};
 use umbrage_scene::Frame;
 
 use super::Cpu;
-use crate::Film;
+use crate::Structure;
 use crate::sampling::Sample;
 
 impl Cpu {
     /// Finds the triangle that each pixel shows.
-    pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) {
-        let Self { bvh, seen, .. } = self;
-        seen.resize(view.width as usize * view.height as usize, Film::NO_TRIANGLE);
-        seen.par_iter_mut().enumerate().for_each(|(pixel, seen)| {
-            let ray = sample.ray(view, pixel);
-            let nearest = bvh.nearest(frame.triangles(), &ray, |hit| frame.is_solid(hit.triangle, hit.barycentric));
-            *seen = nearest.map_or(Film::NO_TRIANGLE, |hit| hit.triangle);
-        });
+    ///
+    /// # Errors
+    /// Where the image is larger than the structure's limit.
+    pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
+        let Self { structure, bvh, camera_grid, seen, .. } = self;
+        let triangles = frame.triangles();
+        let is_solid = |hit: &Hit| frame.is_solid(hit.triangle, hit.barycentric);
+        match structure {
+            Structure::Perspective => {
+                camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
+                camera_grid.trace(triangles, is_solid, seen);
+            }
+            Structure::Bvh => {
+                seen.triangle.resize(view.width as usize * view.height as usize, SeenPixels::NONE);
+                seen.triangle.par_iter_mut().enumerate().for_each(|(pixel, seen)| {
+                    let nearest = bvh.nearest(triangles, &sample.ray(view, pixel), is_solid);
+                    *seen = nearest.map_or(SeenPixels::NONE, |hit| hit.triangle);
+                });
+            }
+        }
+        Ok(())
     }
 }

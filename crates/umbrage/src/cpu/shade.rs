@@ -23,7 +23,7 @@ impl Cpu {
         let footprint = Footprint::new(view, sample.of);
         let shading = Shading { bvh: &self.bvh, lit: &self.lit, frame, surroundings, footprint };
         let Film { color, depth, normal, triangle, .. } = film;
-        let pixels = self.seen.par_iter().zip(color).zip(depth).zip(normal).zip(triangle).enumerate();
+        let pixels = self.seen.triangle.par_iter().zip(color).zip(depth).zip(normal).zip(triangle).enumerate();
         pixels.for_each(|(pixel, ((((&seen, color), depth), normal), triangle))| {
             let ray = sample.ray(view, pixel);
             let seen = shading.seen(pixel, &ray, hit_of(frame, &ray, seen));

@@ -1,10 +1,9 @@
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Bvh, Hit, Ray, View};
+use umbrage_rays::{Bvh, Hit, Ray, SeenPixels, View};
 use umbrage_scene::{Frame, Light};
 
 use super::{Cpu, hit_of};
-use crate::Film;
 use crate::sampling::Sample;
 
 /// Which pixels a light reaches: one bit each, in pixel order.
@@ -34,7 +33,8 @@ impl LightMask {
 impl Cpu {
     /// Finds which of the points that pixels show each light reaches.
     pub(crate) fn shadow(&mut self, frame: &Frame, view: &View, sample: &Sample) {
-        let Self { bvh, seen, lit, shadow_rays } = self;
+        let Self { bvh, seen, lit, shadow_rays, .. } = self;
+        let seen = &seen.triangle;
         lit.resize(frame.lights.len(), LightMask::default());
         for (light, mask) in frame.lights.iter().zip(lit) {
             mask.words.resize(seen.len().div_ceil(LightMask::PIXELS), 0);
@@ -49,7 +49,7 @@ impl Cpu {
                 }
             });
         }
-        let points = seen.par_iter().filter(|&&triangle| triangle != Film::NO_TRIANGLE).count();
+        let points = seen.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();
         *shadow_rays += (points * frame.lights.len()) as u64;
     }
 }
