@@ -1,6 +1,6 @@
 //! Times of the perspective grid beside those of the BVH, over the same triangles, camera and threads.
 //!
-//! `cargo run --release -p umbrage-rays --example grid_speed -- [TRIANGLES | FILE.obj]... [--size PIXELS]`
+//! `cargo run --release -p umbrage-rays --example grid_speed -- [TRIANGLES | FILE.obj]... [--size PIXELS] [--grid-only]`
 
 use std::time::Instant;
 
@@ -8,7 +8,7 @@ use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::{Bounds, Bvh, Camera, GridCounts, PerspectiveGrid, SeenPixels, Triangles, View};
 
-const ROUNDS: usize = 9;
+const ROUNDS: usize = 15;
 const OFFSET: DVec2 = DVec2::splat(0.5);
 
 /// A triangle mesh and what it is called.
@@ -20,11 +20,14 @@ struct Scene {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut side = 1024;
+    let mut with_bvh = true;
     let mut names: Vec<String> = Vec::new();
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         if argument == "--size" {
             side = arguments.next().ok_or("--size needs a number of pixels")?.parse()?;
+        } else if argument == "--grid-only" {
+            with_bvh = false;
         } else {
             names.push(argument);
         }
@@ -41,13 +44,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Ok(triangles) => Scene::balls(triangles),
             Err(_) => Scene::read_obj(&name)?,
         };
-        scene.measure(side)?;
+        scene.measure(side, with_bvh)?;
     }
     Ok(())
 }
 
 impl Scene {
-    fn measure(&self, side: u32) -> Result<(), Box<dyn std::error::Error>> {
+    fn measure(&self, side: u32, with_bvh: bool) -> Result<(), Box<dyn std::error::Error>> {
         let triangles = Triangles { positions: &self.positions, indices: &self.indices };
         let forward = Vec3::new(-0.4, -0.5, -1.0).normalize();
         let bounds = Bounds::of_points(self.positions.iter().copied());
@@ -69,6 +72,9 @@ impl Scene {
             times[0].push((built - start).as_secs_f64());
             times[1].push((traced - built).as_secs_f64());
 
+            if !with_bvh {
+                continue;
+            }
             let start = Instant::now();
             bvh.build(triangles);
             let built = Instant::now();
@@ -161,7 +167,8 @@ impl Scene {
     }
 }
 
+/// NaN for none.
 fn median_milliseconds(mut seconds: Vec<f64>) -> f64 {
     seconds.sort_by(f64::total_cmp);
-    seconds[seconds.len() / 2] * 1e3
+    seconds.get(seconds.len() / 2).map_or(f64::NAN, |median| median * 1e3)
 }

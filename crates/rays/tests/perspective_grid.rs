@@ -176,7 +176,7 @@ fn refused_hits_are_seen_through() {
     let mut random = Random(7);
     let mesh = Mesh::soup(&mut random, 200, 0.1);
     let view = view(40, 40);
-    let masked = |id: u32| id % 3 == 0;
+    let masked = |id: u32| id.is_multiple_of(3);
     let counts = |hit: &umbrage_rays::Hit| !masked(hit.triangle) || hit.barycentric[0] < 0.4;
     let mut grid = PerspectiveGrid::default();
     let mut seen = SeenPixels::default();

@@ -7,36 +7,36 @@ use umbrage_rays::{Camera, Hit, PerspectiveGrid, SeenPixels, Triangles, View};
 
 /// A mesh of its own.
 #[derive(Clone, Debug, Default)]
-pub struct Mesh {
-    pub positions: Vec<Vec3>,
-    pub indices: Vec<[u32; 3]>,
+pub(crate) struct Mesh {
+    pub(crate) positions: Vec<Vec3>,
+    pub(crate) indices: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    pub fn triangles(&self) -> Triangles<'_> {
+    pub(crate) fn triangles(&self) -> Triangles<'_> {
         Triangles { positions: &self.positions, indices: &self.indices }
     }
 
-    pub fn push(&mut self, corners: [Vec3; 3]) {
+    pub(crate) fn push(&mut self, corners: [Vec3; 3]) {
         let first = self.positions.len() as u32;
         self.positions.extend(corners);
         self.indices.push([first, first + 1, first + 2]);
     }
 
-    pub fn append(&mut self, other: &Self) {
+    pub(crate) fn append(&mut self, other: &Self) {
         let first = self.positions.len() as u32;
         self.positions.extend(&other.positions);
         self.indices.extend(other.indices.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
     }
 
     /// Each position times `scale`, then moved by `offset`.
-    pub fn moved(&self, scale: f32, offset: Vec3) -> Self {
+    pub(crate) fn moved(&self, scale: f32, offset: Vec3) -> Self {
         let positions = self.positions.iter().map(|&position| position * scale + offset).collect();
         Self { positions, indices: self.indices.clone() }
     }
 
     /// A ball with bumps, of 2 · `rings` · (`rings` − 1) · 2 triangles.
-    pub fn bumpy_ball(center: Vec3, radius: f32, rings: u32) -> Self {
+    pub(crate) fn bumpy_ball(center: Vec3, radius: f32, rings: u32) -> Self {
         let segments = 2 * rings;
         let mut mesh = Self::default();
         for ring in 0..=rings {
@@ -61,7 +61,7 @@ impl Mesh {
     }
 
     /// `count` triangles with corners around the origin, of sizes from `smallest` to one.
-    pub fn soup(random: &mut Random, count: usize, smallest: f32) -> Self {
+    pub(crate) fn soup(random: &mut Random, count: usize, smallest: f32) -> Self {
         let mut mesh = Self::default();
         for _ in 0..count {
             let center = random.vector() * 2.0;
@@ -72,7 +72,7 @@ impl Mesh {
     }
 
     /// A square of 2 × `side`² triangles in the plane y = 0, from −`half` to `half`.
-    pub fn floor(side: u32, half: f32) -> Self {
+    pub(crate) fn floor(side: u32, half: f32) -> Self {
         let mut mesh = Self::default();
         let coordinate = |place: u32| half * (2.0 * place as f32 / side as f32 - 1.0);
         for z in 0..=side {
@@ -91,11 +91,11 @@ impl Mesh {
     }
 }
 
-/// Numbers that look random: Steele, Lea and Flood's SplitMix64.
-pub struct Random(pub u64);
+/// Numbers that look random: Steele, Lea and Flood's `SplitMix64`.
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub fn bits(&mut self) -> u64 {
+    pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -103,23 +103,23 @@ impl Random {
     }
 
     /// In [0, 1).
-    pub fn unit(&mut self) -> f32 {
+    pub(crate) fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
 
     /// Each coordinate in [−1, 1).
-    pub fn vector(&mut self) -> Vec3 {
+    pub(crate) fn vector(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 }
 
-pub fn view(width: u32, height: u32) -> View {
+pub(crate) fn view(width: u32, height: u32) -> View {
     let camera = Camera::look_at(Vec3::new(2.5, 1.5, 3.5), Vec3::ZERO, Vec3::Y, 0.9);
     View { camera, width, height }
 }
 
 /// The nearest hit of the ray through `offset` of the pixel in column `x` and row `y`.
-pub fn nearest(
+pub(crate) fn nearest(
     triangles: Triangles<'_>,
     view: &View,
     offset: DVec2,
@@ -134,11 +134,11 @@ pub fn nearest(
         let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
         (hit.t > 0.0 && hit.t.is_finite() && counts(&hit)).then_some(hit)
     });
-    hits.min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).unwrap())
+    hits.min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).expect("no t is NaN"))
 }
 
 /// Asserts that `seen` is what the predicate says, in every pixel and within the stated error.
-pub fn assert_exact(
+pub(crate) fn assert_exact(
     triangles: Triangles<'_>,
     view: &View,
     offset: DVec2,
@@ -162,11 +162,11 @@ pub fn assert_exact(
 }
 
 /// Builds, validates and traces `mesh`, and compares with the predicate.
-pub fn check(mesh: &Mesh, view: &View, offset: DVec2) -> (SeenPixels, umbrage_rays::GridCounts) {
+pub(crate) fn check(mesh: &Mesh, view: &View, offset: DVec2) -> (SeenPixels, umbrage_rays::GridCounts) {
     let mut grid = PerspectiveGrid::default();
     let mut seen = SeenPixels::default();
-    grid.build(mesh.triangles(), view, offset, |_| false).unwrap();
-    grid.validate(mesh.triangles()).unwrap();
+    grid.build(mesh.triangles(), view, offset, |_| false).expect("a small image");
+    grid.validate(mesh.triangles()).expect("a valid grid");
     let counts = grid.trace(mesh.triangles(), |_| true, &mut seen);
     assert_exact(mesh.triangles(), view, offset, &seen, |_| true);
     (seen, counts)

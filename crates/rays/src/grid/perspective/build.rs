@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::bins::{Bins, Fragment, Path};
 use super::general::General;
-use super::lanes::{Corners, LANES, Setup, max3, min3, splat};
+use super::lanes::{Corners, LANES, Setup, each, max3, min3, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::{ImageTooLarge, PerspectiveGrid};
 use crate::{Triangles, View};
@@ -96,14 +96,19 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
             let batch = &self.triangles.indices[first..end.min(first + LANES)];
             let lanes = (1_u64 << batch.len()) - 1;
             let corners = Corners::load(simd, self.vertices, batch.iter());
-            let ordinary = min3(corners.inverse_depth).simd_gt(splat(simd, 0.0)) & !self.coincide(&corners);
-            let ordinary_lanes = ordinary.to_bitmask() & lanes;
-            for lane in lanes_of(lanes & !ordinary_lanes) {
+            let ordinary = min3(corners.inverse_depth).simd_gt(splat(simd, 0.0)).to_bitmask();
+            for lane in lanes_of(lanes & !ordinary) {
                 self.set_aside(first as u32 + lane);
+            }
+            let mut ordinary = ordinary & lanes;
+            for lane in lanes_of(self.coincide(&corners).to_bitmask() & ordinary) {
+                if self.is_without_area(first as u32 + lane) {
+                    ordinary &= !(1 << lane);
+                }
             }
             let bounds = self.pixel_bounds(simd, &corners);
             let seen = bounds.x[0].simd_le(bounds.x[1]) & bounds.y[0].simd_le(bounds.y[1]);
-            let mut seen = seen.to_bitmask() & ordinary_lanes;
+            let mut seen = seen.to_bitmask() & ordinary;
             if seen == 0 {
                 continue;
             }
@@ -148,6 +153,14 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
         }
     }
 
+    /// Whether no ray can hit a triangle with finite corners, which is counted then.
+    #[cold]
+    #[inline(never)]
+    fn is_without_area(&mut self, id: u32) -> bool {
+        let unusable = self.triangles.usable_corners(id).err();
+        unusable.inspect(|&why| self.bins.omitted.note(id, why)).is_some()
+    }
+
     #[inline(always)]
     fn pixel_bounds<S: Simd>(&self, simd: S, corners: &Corners<S>) -> PixelBounds<S> {
         let (x, y) = ([min3(corners.x), max3(corners.x)], [min3(corners.y), max3(corners.y)]);
@@ -175,8 +188,16 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
         // Coordinates are below four, so their own rounding is below 4 half ulps.
         let error = bounds.error + splat(simd, 4.0 * HALF_ULP);
         const OVERHANG_PIXELS: f32 = 0.01;
-        let x = corners.x.map(|x| x - bounds.x[0]);
-        let y = corners.y.map(|y| y - bounds.y[0]);
+        let x = each(
+            corners.x,
+            #[inline(always)]
+            |x| x - bounds.x[0],
+        );
+        let y = each(
+            corners.y,
+            #[inline(always)]
+            |y| y - bounds.y[0],
+        );
         let setup = Setup::new(simd, x, y, corners.inverse_depth, error, 1.0, OVERHANG_PIXELS);
         let certain = setup.is_certain(simd);
         let tiny = mask32x16::from_bitmask(simd, tiny_lanes);
@@ -185,8 +206,7 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
         for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
             let (right, down) = (splat(simd, dx as f32), splat(simd, dy as f32));
             let valid = (bounds.x[0] + right).simd_le(bounds.x[1]) & (bounds.y[0] + down).simd_le(bounds.y[1]) & tiny;
-            let edges: [f32x16<S>; 3] =
-                std::array::from_fn(|edge| setup.a[edge] * right + (setup.b[edge] * down + setup.c[edge]));
+            let edges = setup.edges(right, down);
             let (lowest, highest) = (min3(edges), max3(edges));
             // Where the area's sign is in doubt, a miss takes two edge functions with opposite certain signs.
             let missed = lowest.simd_lt(-setup.bound) & (certain | highest.simd_gt(setup.bound));
@@ -218,8 +238,8 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
     /// Lists larger triangles in the tiles that they overlap.
     #[inline(always)]
     fn list_in_tiles<S: Simd>(&mut self, first: u32, bounds: &PixelBounds<S>, lanes: u64) {
-        let [x0, x1]: [[f32; LANES]; 2] = bounds.x.map(Into::into);
-        let [y0, y1]: [[f32; LANES]; 2] = bounds.y.map(Into::into);
+        let (x0, x1): ([f32; LANES], [f32; LANES]) = (bounds.x[0].into(), bounds.x[1].into());
+        let (y0, y1): ([f32; LANES], [f32; LANES]) = (bounds.y[0].into(), bounds.y[1].into());
         for lane in lanes_of(lanes) {
             let id = first + lane;
             let lane = lane as usize;

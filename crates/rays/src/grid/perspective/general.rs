@@ -15,6 +15,8 @@ pub(super) struct General {
     /// Whether the edge functions' common sign at a hit is known: a sample with one below zero is missed.
     pub(super) oriented: bool,
     pub(super) depth: Depth,
+    /// Lowest and highest x, and y, of a sample that may be hit.
+    limits: [[f64; 2]; 2],
 }
 
 /// What a general triangle's depth is as a function of the sample.
@@ -91,13 +93,21 @@ impl General {
             let error = 2.0 * (bounds[0] * reach[0] + bounds[1] * reach[1] + bounds[2] * reach[2]) * 2.0 / constant;
             Depth::linear(space, plane, error, relative_error, |plane, error| Depth::Direct { plane, error })
         };
-        Self { edges, bounds, oriented, depth }
+        let limits = if is_perspective { limits(space, [a, b, c], reach) } else { NO_LIMITS };
+        Self { edges, bounds, oriented, depth, limits }
     }
 
     /// Whether no ray of `square` hits the triangle, certainly.
     pub(super) fn misses(&self, square: Square) -> bool {
         let half = 0.5 * f64::from(square.side - 1);
         let center = DVec3::new(f64::from(square.x) + half, f64::from(square.y) + half, 1.0);
+        let beyond = |axis: usize| {
+            let [low, high] = self.limits[axis];
+            center[axis] + half < low || center[axis] - half > high
+        };
+        if beyond(0) || beyond(1) {
+            return true;
+        }
         let (mut positive, mut negative) = (self.oriented, false);
         for (edge, &bound) in self.edges.iter().zip(&self.bounds) {
             let middle = edge.dot(center);
@@ -107,6 +117,31 @@ impl General {
         }
         positive && negative
     }
+}
+
+const NO_LIMITS: [[f64; 2]; 2] = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
+
+/// The bounds of three homogeneous vertices, given the largest coordinate r of each; none where one isn't well in front
+/// of the eye.
+///
+/// With the errors at [`PixelSpace`]'s edge functions, x/z is wrong by (T + |x/z|) 2⁻⁴⁴ r/z, and samples by
+/// T (1 + x/z + y/z) 2⁻⁴⁸.
+fn limits(space: &PixelSpace, vertices: [DVec3; 3], reach: [f64; 3]) -> [[f64; 2]; 2] {
+    const FRONT: f64 = 1.0 / (1 << 30) as f64;
+    let mut limits = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for (vertex, reach) in vertices.into_iter().zip(reach) {
+        if !(vertex.z > FRONT * reach) {
+            return NO_LIMITS;
+        }
+        for (axis, [low, high]) in limits.iter_mut().enumerate() {
+            let at = vertex[axis] / vertex.z;
+            let error = space.edge_error / space.extent * (1.0 + at.abs() / space.extent) * (reach / vertex.z);
+            // Infinite errors give infinite limits, and so do those that aren't numbers.
+            let error = if error.is_finite() { error } else { f64::INFINITY };
+            (*low, *high) = (low.min(at - error), high.max(at + error));
+        }
+    }
+    limits
 }
 
 impl Depth {

@@ -29,20 +29,29 @@ impl<S: Simd> Corners<S> {
                 packed[corner][lane] = vertices.get(vertex as usize).copied().unwrap_or(Vertex::AWKWARD).to_array();
             }
         }
-        let [a, b, c] = packed.map(|corner| transpose(simd, &corner));
-        Self { x: [a[0], b[0], c[0]], y: [a[1], b[1], c[1]], inverse_depth: [a[2], b[2], c[2]] }
+        let (ax, ay, az) = transpose(simd, &packed[0]);
+        let (bx, by, bz) = transpose(simd, &packed[1]);
+        let (cx, cy, cz) = transpose(simd, &packed[2]);
+        Self { x: [ax, bx, cx], y: [ay, by, cy], inverse_depth: [az, bz, cz] }
     }
 }
 
 /// The first three columns of 16 rows.
 #[inline(always)]
-fn transpose<S: Simd>(simd: S, rows: &[[f32; 4]; LANES]) -> [f32x16<S>; 3] {
-    let quarter = |first: usize| f32x16::from_slice(simd, rows[first..first + 4].as_flattened());
+fn transpose<S: Simd>(simd: S, rows: &[[f32; 4]; LANES]) -> (f32x16<S>, f32x16<S>, f32x16<S>) {
+    let rows = rows.as_flattened();
+    let (first, second) = (f32x16::from_slice(simd, &rows[..16]), f32x16::from_slice(simd, &rows[16..32]));
+    let (third, fourth) = (f32x16::from_slice(simd, &rows[32..48]), f32x16::from_slice(simd, &rows[48..64]));
     // Two rounds of unzipping take every fourth number.
-    let (low, high) = ((quarter(0), quarter(4)), (quarter(8), quarter(12)));
-    let even = [low.0.unzip_low(low.1), high.0.unzip_low(high.1)];
-    let odd = [low.0.unzip_high(low.1), high.0.unzip_high(high.1)];
-    [even[0].unzip_low(even[1]), odd[0].unzip_low(odd[1]), even[0].unzip_high(even[1])]
+    let (even_low, even_high) = (first.unzip_low(second), third.unzip_low(fourth));
+    let (odd_low, odd_high) = (first.unzip_high(second), third.unzip_high(fourth));
+    (even_low.unzip_low(even_high), odd_low.unzip_low(odd_high), even_low.unzip_high(even_high))
+}
+
+/// The results of `f` for each of three, inlined together with it as SIMD code has to be.
+#[inline(always)]
+pub(super) fn each<T, U>([a, b, c]: [T; 3], f: impl Fn(T) -> U) -> [U; 3] {
+    [f(a), f(b), f(c)]
 }
 
 #[inline(always)]
@@ -110,12 +119,26 @@ impl<S: Simd> Setup<S> {
         // The last factor covers the bound's own rounding.
         let bound = (corners + rounding * splat(simd, 4.0 * HALF_ULP)) * splat(simd, 1.001);
 
-        let edge = |p: usize, q: usize| (y[p] - y[q], x[q] - x[p], x[p] * y[q] - x[q] * y[p]);
-        let (ab, ac) = ((x[1] - x[0], y[1] - y[0]), (x[2] - x[0], y[2] - y[0]));
-        let area = ab.0 * ac.1 - ac.0 * ab.1;
+        let (ab_x, ab_y, ac_x, ac_y) = (x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]);
+        let area = ab_x * ac_y - ac_x * ab_y;
         let sign = splat(simd, 1.0).copysign(area);
-        let edges = [edge(1, 2), edge(2, 0), edge(0, 1)].map(|(a, b, c)| (a * sign, b * sign, c * sign));
         let area = area * sign;
+        let edges = [(1, 2), (2, 0), (0, 1)];
+        let a = each(
+            edges,
+            #[inline(always)]
+            |(p, q)| (y[p] - y[q]) * sign,
+        );
+        let b = each(
+            edges,
+            #[inline(always)]
+            |(p, q)| (x[q] - x[p]) * sign,
+        );
+        let c = each(
+            edges,
+            #[inline(always)]
+            |(p, q)| (x[p] * y[q] - x[q] * y[p]) * sign,
+        );
 
         // A barycentric coordinate is wrong by (1 + 4 |λ|) bound / (area − 4 bound). Where the area is at least 8 ×
         // the bound, and |λ| at most 1 + 1/8, that's less than 12 bound / area. Corners' inverse depths are wrong by
@@ -127,21 +150,22 @@ impl<S: Simd> Setup<S> {
         let nearest = max3(inverse_depth);
         let of_barycentric = bound * inverse_area * splat(simd, 12.5) + splat(simd, 8.0 * HALF_ULP);
         let depth_error = (nearest * splat(simd, 8.0 * HALF_ULP) + rise * of_barycentric) * splat(simd, 1.001);
-        Self {
-            a: edges.map(|edge| edge.0),
-            b: edges.map(|edge| edge.1),
-            c: edges.map(|edge| edge.2),
-            bound,
-            area,
-            slopes: rises.map(|rise| rise * inverse_area),
-            depth_error,
-            nearest,
-        }
+        Self { a, b, c, bound, area, slopes: [rises[0] * inverse_area, rises[1] * inverse_area], depth_error, nearest }
     }
 
     /// Whether the area is certain enough for the edge functions' signs and for the depth.
     #[inline(always)]
     pub(super) fn is_certain(&self, simd: S) -> fearless_simd::mask32x16<S> {
         self.area.simd_ge(self.bound * splat(simd, 8.0))
+    }
+
+    /// The edge functions at a place.
+    #[inline(always)]
+    pub(super) fn edges(&self, x: f32x16<S>, y: f32x16<S>) -> [f32x16<S>; 3] {
+        each(
+            [0, 1, 2],
+            #[inline(always)]
+            |edge| self.a[edge] * x + (self.b[edge] * y + self.c[edge]),
+        )
     }
 }

@@ -57,6 +57,8 @@ pub(super) struct PixelSpace {
     pub(super) middle: IVec2,
     /// Largest |x/z| and |y/z| that a vertex may have on the fast path; negative where no vertex may take it.
     guard: f64,
+    /// T of [`RELATIVE_EDGE_ERROR`](Self::RELATIVE_EDGE_ERROR), in pixels.
+    pub(super) extent: f64,
     /// Error of the edge functions of [`General`](super::general::General) for vertices at distance one of the eye.
     pub(super) edge_error: f64,
 }
@@ -92,15 +94,15 @@ impl PixelSpace {
         let sees_inside_guard = farthest.max_element() / scale <= guard;
         let guard = if rigid && is_perspective && scale > 0.0 && sees_inside_guard { guard } else { -1.0 };
         let eye = position.as_dvec3();
-        Self { view: *view, offset_pixels, eye, camera_from_world, scale, axis_pixels, middle, guard, edge_error }
+        Self { view: *view, offset_pixels, eye, camera_from_world, scale, axis_pixels, middle, guard, extent, edge_error }
     }
 
-    /// Relative to T² (1 + x/z + y/z) r_j r_k, where T is the extent of pixel space (scale, image and offset together)
+    /// Relative to T² (1 + x/z + y/z) rⱼ rₖ, where T is the extent of pixel space (scale, image and offset together)
     /// and r the largest coordinate of a vertex in relation to the eye.
     ///
     /// With q = (s·x + a·z, s·y + b·z, z) for a vertex, coordinates are at most 2 T r, 2 T r and 2 r and wrong by
-    /// 2⁻⁴⁴·⁹ T r, 2⁻⁴⁴·⁹ T r and 2⁻⁴⁵ r. That makes 8.3 · 2⁻⁴⁵ T r_j r_k in x and y of the cross product, 8.6 · 2⁻⁴⁵ T²
-    /// r_j r_k in z, and 25 · 2⁻⁴⁵ T² r_j r_k in the edge function of a sample, whose coordinates are at most T. Its six
+    /// 2⁻⁴⁴·⁹ T r, 2⁻⁴⁴·⁹ T r and 2⁻⁴⁵ r. That makes 8.3 · 2⁻⁴⁵ T rⱼ rₖ in x and y of the cross product, 8.6 · 2⁻⁴⁵ T²
+    /// rⱼ rₖ in z, and 25 · 2⁻⁴⁵ T² rⱼ rₖ in the edge function of a sample, whose coordinates are at most T. Its six
     /// roundings on a path add 144 · 2⁻⁵³, and the rays' own (see [`Vertex::ERROR_PIXELS`]) 2⁻⁴⁴ (1 + x/z + y/z): less
     /// than 2⁻⁴⁰, doubled for the bound's own roundings and sums of three.
     const RELATIVE_EDGE_ERROR: f64 = 1.0 / (1_u64 << 39) as f64;

@@ -1,11 +1,11 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x16, f64x8, u32x16};
+use fearless_simd::{f32x16, f64x8, i32x16, mask32x16, u32x16};
 
 use super::SeenPixels;
 use super::bins::{Bins, Fragment};
 use super::general::{Depth, General, Square};
-use super::lanes::{LANES, Setup, max3, min3, splat};
+use super::lanes::{LANES, Setup, each, max3, min3, splat};
 
 /// Blocks of 4×4 samples a side of a tile.
 pub(super) const BLOCKS: usize = Bins::TILE as usize / 4;
@@ -28,8 +28,6 @@ pub(super) struct Tile {
     queue: [u32; LANES * BLOCKS * BLOCKS],
     /// What the predicate has to decide.
     pub(super) doubts: Vec<Doubt>,
-    /// Triangles of which the fast path can't tell the orientation.
-    pub(super) slivers: Vec<u32>,
 }
 
 /// A triangle that may be the nearest at a sample.
@@ -51,14 +49,14 @@ impl Default for Tile {
             farthest: [0.0; BLOCKS * BLOCKS],
             queue: [0; LANES * BLOCKS * BLOCKS],
             doubts: Vec::new(),
-            slivers: Vec::new(),
         }
     }
 }
 
 /// A batch of triangles in tile-local coordinates, one number a lane.
+#[derive(Default)]
+#[repr(C, align(64))]
 pub(super) struct Batch {
-    pub(super) ids: [u32; LANES],
     a: [[f32; LANES]; 3],
     b: [[f32; LANES]; 3],
     c: [[f32; LANES]; 3],
@@ -68,39 +66,50 @@ pub(super) struct Batch {
     depth_error: [f32; LANES],
     /// Upper bound of one over the depth.
     nearest: [f32; LANES],
+    pub(super) ids: [u32; LANES],
+    /// First and last column, and first and last row, of the blocks that hold a triangle's bounds.
+    pub(super) blocks: [[i32; LANES]; 4],
 }
 
 impl Batch {
+    /// Takes over 16 triangles, but for their ids and blocks. Where the orientation isn't `certain`, all that is known
+    /// of the depth is that the nearest corner's is the nearest.
     #[inline(always)]
-    pub(super) fn new<S: Simd>(simd: S, ids: &[u32], setup: &Setup<S>, inverse_depth: f32x16<S>) -> Self {
-        let mut all_ids = [0; LANES];
-        all_ids[..ids.len()].copy_from_slice(ids);
+    pub(super) fn fill<S: Simd>(&mut self, simd: S, setup: &Setup<S>, inverse_depth: f32x16<S>, certain: mask32x16<S>) {
+        let zero = splat(simd, 0.0);
         let nearest = setup.nearest * splat(simd, 1.0 + 4.0 * super::pixel_space::HALF_ULP);
-        Self {
-            ids: all_ids,
-            a: setup.a.map(Into::into),
-            b: setup.b.map(Into::into),
-            c: setup.c.map(Into::into),
-            bound: setup.bound.into(),
-            inverse_depth: inverse_depth.into(),
-            slopes: setup.slopes.map(Into::into),
-            depth_error: setup.depth_error.into(),
-            nearest: nearest.into(),
+        for edge in 0..3 {
+            setup.a[edge].store_slice(&mut self.a[edge]);
+            setup.b[edge].store_slice(&mut self.b[edge]);
+            setup.c[edge].store_slice(&mut self.c[edge]);
         }
+        setup.bound.store_slice(&mut self.bound);
+        nearest.store_slice(&mut self.nearest);
+        certain.select(inverse_depth, zero).store_slice(&mut self.inverse_depth);
+        certain.select(setup.slopes[0], zero).store_slice(&mut self.slopes[0]);
+        certain.select(setup.slopes[1], zero).store_slice(&mut self.slopes[1]);
+        certain.select(setup.depth_error, nearest).store_slice(&mut self.depth_error);
     }
 
     /// The edge functions of the triangle in `lane` at 16 places.
     #[inline(always)]
     fn edges<S: Simd>(&self, simd: S, lane: usize, x: f32x16<S>, y: f32x16<S>) -> [f32x16<S>; 3] {
-        std::array::from_fn(|edge| {
-            let [a, b, c] = [&self.a, &self.b, &self.c].map(|factor| splat(simd, factor[edge][lane]));
-            a * x + (b * y + c)
-        })
+        let at = |factors: &[f32; LANES]| splat(simd, factors[lane]);
+        each(
+            [0, 1, 2],
+            #[inline(always)]
+            |edge: usize| at(&self.a[edge]) * x + (at(&self.b[edge]) * y + at(&self.c[edge])),
+        )
     }
 }
 
 /// The samples of a block in relation to its first.
 const COLUMNS: [f32; LANES] = [0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3.];
+const HALF_COLUMNS: [f64; 8] = [0., 1., 2., 3., 0., 1., 2., 3.];
+const HALF_ROWS: [f64; 8] = [0., 0., 0., 0., 1., 1., 1., 1.];
+/// Tile-local coordinates of each block's first column.
+const FIRST_COLUMNS: [f32; BLOCKS] =
+    [-32., -28., -24., -20., -16., -12., -8., -4., 0., 4., 8., 12., 16., 20., 24., 28.];
 const ROWS: [f32; LANES] = [0., 0., 0., 0., 1., 1., 1., 1., 2., 2., 2., 2., 3., 3., 3., 3.];
 
 impl Tile {
@@ -111,22 +120,16 @@ impl Tile {
         self.farthest.fill(0.0);
     }
 
-    /// Tests a batch's triangles, each against its range of `blocks` (first and last column, first and last row).
+    /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not.
     #[inline(always)]
-    pub(super) fn test_batch<S: Simd>(
-        &mut self,
-        simd: S,
-        batch: &Batch,
-        lanes: impl Iterator<Item = u32>,
-        blocks: &[[i32; LANES]; 4],
-    ) {
+    pub(super) fn test_batch<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, lanes: u64) {
         let mut waiting = 0;
-        for lane in lanes {
-            let lane = lane as usize;
-            let [x0, x1, y0, y1] = [0, 1, 2, 3].map(|side| blocks[side][lane] as usize);
+        for lane in super::build::lanes_of(lanes) {
+            let lane = lane as usize % LANES;
+            let [x0, x1, y0, y1] = [0, 1, 2, 3].map(|side: usize| batch.blocks[side][lane] as usize % BLOCKS);
             // Rejecting whole blocks costs about as much as testing this many.
             const FEW: usize = 8;
-            if (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW {
+            if !CERTAIN || (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW {
                 for y in y0..=y1 {
                     for x in x0..=x1 {
                         self.queue[waiting] = (lane * BLOCKS * BLOCKS + y * BLOCKS + x) as u32;
@@ -138,7 +141,7 @@ impl Tile {
             }
         }
         for place in 0..waiting {
-            self.test_block(simd, batch, self.queue[place] as usize);
+            self.test_block::<S, CERTAIN>(simd, batch, self.queue[place] as usize);
         }
     }
 
@@ -153,18 +156,20 @@ impl Tile {
         mut waiting: usize,
     ) -> usize {
         const MIDDLE: f32 = 1.5;
-        let columns = f32x16::from_fn(simd, |block| (4 * block as i32 - HALF) as f32 + MIDDLE);
+        let columns = f32x16::simd_from(simd, FIRST_COLUMNS) + splat(simd, MIDDLE);
         // From a block's middle to a corner. Four bounds cover the roundings here and in the test itself.
-        let reach: [f32x16<S>; 3] = std::array::from_fn(|edge| {
-            let [a, b] = [batch.a[edge][lane], batch.b[edge][lane]];
-            splat(simd, MIDDLE * (a.abs() + b.abs()) + 4.0 * batch.bound[lane])
-        });
+        let (a, b) = (&batch.a, &batch.b);
+        let reach = each(
+            [0, 1, 2],
+            #[inline(always)]
+            |edge: usize| splat(simd, MIDDLE * (a[edge][lane].abs() + b[edge][lane].abs()) + 4.0 * batch.bound[lane]),
+        );
         let nearest = splat(simd, batch.nearest[lane]);
         let inside = (2 << x1) - (1 << x0);
         for y in y0..=y1 {
             let row = splat(simd, (4 * y as i32 - HALF) as f32 + MIDDLE);
             let edges = batch.edges(simd, lane, columns, row);
-            let highest = min3(std::array::from_fn(|edge| edges[edge] + reach[edge]));
+            let highest = min3([edges[0] + reach[0], edges[1] + reach[1], edges[2] + reach[2]]);
             let farthest = f32x16::from_slice(simd, &self.farthest[y * BLOCKS..(y + 1) * BLOCKS]);
             let open = highest.simd_ge(splat(simd, 0.0)) & nearest.simd_ge(farthest);
             for x in super::build::lanes_of(open.to_bitmask() & inside) {
@@ -177,7 +182,7 @@ impl Tile {
 
     /// Tests the 16 samples of one queued block.
     #[inline(always)]
-    fn test_block<S: Simd>(&mut self, simd: S, batch: &Batch, queued: usize) {
+    fn test_block<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, queued: usize) {
         let lane = queued / (BLOCKS * BLOCKS) % LANES;
         let block = queued % (BLOCKS * BLOCKS);
         let at = |values: &[f32; LANES]| splat(simd, values[lane]);
@@ -192,7 +197,12 @@ impl Tile {
         let samples = block * LANES..(block + 1) * LANES;
         let old_low = f32x16::from_slice(simd, &self.low[samples.clone()]);
         let old_high = f32x16::from_slice(simd, &self.high[samples.clone()]);
-        let possible = lowest.simd_ge(-bound) & high.simd_ge(old_low);
+        let mut missed = lowest.simd_lt(-bound);
+        if !CERTAIN {
+            // Then a miss takes two edge functions with opposite certain signs.
+            missed = missed & max3(edges).simd_gt(bound);
+        }
+        let possible = high.simd_ge(old_low) & !missed;
         if !possible.any_true() {
             return;
         }
@@ -224,8 +234,8 @@ impl Tile {
     ) {
         let samples = block * LANES;
         for half in [0, 8] {
-            let x = f64x8::from_fn(simd, |lane| f64::from(square.x) + f64::from(COLUMNS[half + lane]));
-            let y = f64x8::from_fn(simd, |lane| f64::from(square.y) + f64::from(ROWS[half + lane]));
+            let x = f64x8::splat(simd, f64::from(square.x)) + f64x8::simd_from(simd, HALF_COLUMNS);
+            let y = f64x8::splat(simd, f64::from(square.y) + (half / 4) as f64) + f64x8::simd_from(simd, HALF_ROWS);
             let at = |plane: glam::DVec3| {
                 f64x8::splat(simd, plane.x) * x + (f64x8::splat(simd, plane.y) * y + f64x8::splat(simd, plane.z))
             };
@@ -310,12 +320,11 @@ impl Depth {
 
 /// The range of block columns (or rows) that hold the samples from `low` to `high`, in tile-local coordinates.
 #[inline(always)]
-pub(super) fn block_range<S: Simd>(simd: S, low: f32x16<S>, high: f32x16<S>) -> [[i32; LANES]; 2] {
+pub(super) fn block_range<S: Simd>(simd: S, low: f32x16<S>, high: f32x16<S>) -> [i32x16<S>; 2] {
     let (first, last) = (splat(simd, -HALF as f32), splat(simd, (HALF - 1) as f32));
-    [low.max(first).min(last), high.max(first).min(last)].map(|sample| {
-        let sample: [f32; LANES] = sample.into();
-        sample.map(|sample| (sample as i32 + HALF) / 4)
-    })
+    let low = (low.max(first).min(last) - first) * splat(simd, 0.25);
+    let high = (high.max(first).min(last) - first) * splat(simd, 0.25);
+    [low.to_int(), high.to_int()]
 }
 
 /// The lowest and highest of three corners' coordinates, widened by `error` and rounded to the samples between.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::bins::{Bin, Bins};
 use super::general::{General, Square};
-use super::lanes::{Corners, LANES, Setup, max3, min3, splat};
+use super::lanes::{Corners, LANES, Setup, each, max3, min3, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::tile::{BLOCKS, Batch, Doubt, HALF, SAMPLES, Tile, block_range, sample_range};
 use super::{GridCounts, PerspectiveGrid, SeenPixels};
@@ -95,17 +95,14 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
     #[inline(always)]
     fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone, rows: &mut Rows<'_>) {
         self.tile.clear();
+        let mut batch = Batch::default();
         for bin in bins.clone() {
             self.tally.listed += (bin.ordinary.len() + bin.general.len() + bin.masked.len()) as u64;
             for ids in bin.ordinary.chunks(LANES) {
-                self.test_ordinary(simd, ids);
+                self.test_ordinary(simd, ids, &mut batch);
                 self.settle_if_many();
             }
         }
-        let slivers = std::mem::take(&mut self.tile.slivers);
-        self.test_general(simd, &slivers, false);
-        self.tile.slivers = slivers;
-        self.tile.slivers.clear();
         for bin in bins.clone() {
             self.test_general(simd, &bin.general, false);
             self.test_general(simd, &bin.masked, true);
@@ -123,13 +120,21 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
 
     /// Tests up to 16 triangles on the fast path.
     #[inline(always)]
-    fn test_ordinary<S: Simd>(&mut self, simd: S, ids: &[u32]) {
+    fn test_ordinary<S: Simd>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
         let indices = self.triangles.indices;
         let corners = Corners::load(simd, self.vertices, ids.iter().map(|&id| &indices[id as usize]));
         let largest = |x: [_; 3], y: [_; 3]| max3(x).max(-min3(x)).max(max3(y).max(-min3(y)));
         let origin = self.corner - self.space.middle + IVec2::splat(HALF);
-        let x = corners.x.map(|x| x - splat(simd, origin.x as f32));
-        let y = corners.y.map(|y| y - splat(simd, origin.y as f32));
+        let x = each(
+            corners.x,
+            #[inline(always)]
+            |x| x - splat(simd, origin.x as f32),
+        );
+        let y = each(
+            corners.y,
+            #[inline(always)]
+            |y| y - splat(simd, origin.y as f32),
+        );
         // Half an ulp for the corner, one for the move to the tile's middle.
         let error = (largest(corners.x, corners.y) + largest(x, y)) * splat(simd, 1.01 * HALF_ULP)
             + splat(simd, 1.01 * Vertex::ERROR_PIXELS);
@@ -146,14 +151,18 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
         }
         const OVERHANG_PIXELS: f32 = 3.25;
         let setup = Setup::new(simd, x, y, corners.inverse_depth, error, HALF as f32, OVERHANG_PIXELS);
-        let certain = setup.is_certain(simd).to_bitmask();
-        for lane in super::build::lanes_of(seen & !certain) {
-            self.tile.slivers.push(ids[lane as usize]);
+        let certain = setup.is_certain(simd);
+        batch.fill(simd, &setup, corners.inverse_depth[0], certain);
+        batch.ids[..ids.len()].copy_from_slice(ids);
+        let ranges = [block_range(simd, columns[0], columns[1]), block_range(simd, rows[0], rows[1])];
+        for (blocks, range) in batch.blocks.iter_mut().zip(ranges.as_flattened()) {
+            range.store_slice(blocks);
         }
-        let [x0, x1] = block_range(simd, columns[0], columns[1]);
-        let [y0, y1] = block_range(simd, rows[0], rows[1]);
-        let batch = Batch::new(simd, ids, &setup, corners.inverse_depth[0]);
-        self.tile.test_batch(simd, &batch, super::build::lanes_of(seen & certain), &[x0, x1, y0, y1]);
+        let certain = certain.to_bitmask();
+        self.tile.test_batch::<S, true>(simd, batch, seen & certain);
+        if seen & !certain != 0 {
+            self.tile.test_batch::<S, false>(simd, batch, seen & !certain);
+        }
     }
 
     /// Tests triangles on the general path.
@@ -262,10 +271,19 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
             let inside = if columns == 0 { 0 } else { 4.min(height.saturating_sub(y)) };
             for row in 0..inside {
                 let (to, from) = ((y + row) * rows.width + x, row * 4);
-                rows.triangle[to..to + columns].copy_from_slice(&triangle[from..from + columns]);
-                rows.inverse_depth[to..to + columns].copy_from_slice(&middle[from..from + columns]);
-                rows.relative_error[to..to + columns].copy_from_slice(&error[from..from + columns]);
+                copy_up_to_four(&mut rows.triangle[to..to + columns], &triangle[from..from + 4]);
+                copy_up_to_four(&mut rows.inverse_depth[to..to + columns], &middle[from..from + 4]);
+                copy_up_to_four(&mut rows.relative_error[to..to + columns], &error[from..from + 4]);
             }
         }
+    }
+}
+
+/// Copies as much of four numbers as there is room for: all of them in one move, but for the image's last columns.
+#[inline(always)]
+fn copy_up_to_four<T: Copy>(to: &mut [T], from: &[T]) {
+    match (<&mut [T; 4]>::try_from(&mut *to), <&[T; 4]>::try_from(from)) {
+        (Ok(to), Ok(from)) => *to = *from,
+        _ => to.iter_mut().zip(from).for_each(|(to, from)| *to = *from),
     }
 }
