@@ -4,11 +4,12 @@ mod files;
 
 use files::{frame, open, warning};
 use glam::{Vec2, Vec3};
+use umbrage_scene::Material;
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
 #[test]
-fn faces_without_normals_are_flat_and_white() {
+fn faces_without_normals_or_materials_are_flat_clay() {
     let frame = frame("a.obj", format!("# a triangle\n{TRIANGLE}f 1 2 3\n").as_bytes());
     assert_eq!(frame.positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
     assert_eq!(frame.mesh.triangles, [[0, 1, 2]]);
@@ -16,7 +17,7 @@ fn faces_without_normals_are_flat_and_white() {
     assert!(frame.normals.is_empty() && frame.tangents.is_empty() && frame.mesh.colors.is_empty());
     assert!(frame.mesh.tex_coords.iter().all(Vec::is_empty));
     let [material] = frame.materials.materials.as_slice() else { panic!("{:?}", frame.materials) };
-    assert!(material.double_sided && material.base_color == glam::Vec4::ONE);
+    assert_eq!(*material, Material::clay());
 }
 
 #[test]

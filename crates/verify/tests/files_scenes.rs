@@ -19,7 +19,8 @@ fn files_sibenik_has_all_triangles_and_normals() {
     assert!(frame.normals.iter().all(|normal| *normal == Vec3::ZERO || normal.is_normalized()));
     // Its materials are named but no library comes with it.
     assert_eq!(scene.warnings().len(), 1, "{:?}", scene.warnings());
-    assert_eq!(frame.triangles().omitted().zero_area.count, 3_831);
+    // One triangle more has no area, but three corners in different places.
+    assert_eq!(frame.triangles().omitted().zero_area.count, 3_830);
 }
 
 #[test]

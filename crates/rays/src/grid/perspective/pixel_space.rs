@@ -94,7 +94,18 @@ impl PixelSpace {
         let sees_inside_guard = farthest.max_element() / scale <= guard;
         let guard = if rigid && is_perspective && scale > 0.0 && sees_inside_guard { guard } else { -1.0 };
         let eye = position.as_dvec3();
-        Self { view: *view, offset_pixels, eye, camera_from_world, scale, axis_pixels, middle, guard, extent, edge_error }
+        Self {
+            view: *view,
+            offset_pixels,
+            eye,
+            camera_from_world,
+            scale,
+            axis_pixels,
+            middle,
+            guard,
+            extent,
+            edge_error,
+        }
     }
 
     /// Relative to T² (1 + x/z + y/z) rⱼ rₖ, where T is the extent of pixel space (scale, image and offset together)
