@@ -7,6 +7,7 @@
 mod bounds;
 mod bvh;
 mod camera;
+mod grid;
 mod light;
 pub mod predicate;
 mod ray;
@@ -15,6 +16,7 @@ mod triangles;
 pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
+pub use grid::{LightGrid, LightGridCounts, LightGridSeconds, SeenImage, SimdLevel};
 pub use light::LightSource;
 pub use ray::{Hit, Ray};
 pub use triangles::{Omitted, OmittedKind, Triangles};

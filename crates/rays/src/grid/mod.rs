@@ -1,0 +1,9 @@
+//! Ray-specialised grids: structures for bundles of rays that share an origin, rebuilt for every frame.
+//!
+//! Guntury and Narayanan, *Ray Tracing Dynamic Scenes with Shadows on the GPU*, 2010.
+
+mod light;
+mod simd_level;
+
+pub use light::{LightGrid, LightGridCounts, LightGridSeconds, SeenImage};
+pub use simd_level::SimdLevel;
