@@ -16,7 +16,10 @@ mod triangles;
 pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
-pub use grid::{GridCounts, ImageTooLarge, PerspectiveGrid, SeenPixels, SimdLevel};
+pub use grid::{
+    GridCounts, ImageTooLarge, LightGrid, LightGridCounts, LightGridSeconds, PerspectiveGrid, SeenImage, SeenPixels,
+    SimdLevel,
+};
 pub use light::LightSource;
 pub use ray::{Hit, Ray};
 pub use triangles::{Omitted, OmittedKind, Triangles};

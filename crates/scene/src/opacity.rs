@@ -41,6 +41,20 @@ impl Frame {
         matches!(self.material(triangle).alpha, Alpha::Mask { .. })
     }
 
+    /// Whether every point of a triangle casts a shadow, so that [`Frame::casts_shadow`] needn't be asked.
+    #[must_use]
+    pub fn is_opaque(&self, triangle: u32) -> bool {
+        let material = self.material(triangle);
+        material.alpha == Alpha::Opaque && material.transmission < 0.5
+    }
+
+    /// Whether some material lets one look through it at what is behind.
+    #[must_use]
+    pub fn is_see_through(&self) -> bool {
+        let through = |material: &Material| material.alpha == Alpha::Blend || material.transmission > 0.0;
+        self.materials.materials.iter().any(through)
+    }
+
     /// Whether a point of a triangle is there at all: everything is, but what an alpha mask cuts away.
     #[must_use]
     pub fn is_solid(&self, triangle: u32, barycentric: [f32; 2]) -> bool {

@@ -4,7 +4,7 @@ mod see;
 mod shade;
 mod shadow;
 
-use umbrage_rays::{Bvh, Hit, Omitted, PerspectiveGrid, Ray, SeenPixels, predicate};
+use umbrage_rays::{Bvh, Hit, LightGrid, Omitted, PerspectiveGrid, Ray, SeenPixels, predicate};
 use umbrage_scene::Frame;
 
 use crate::Structure;
@@ -14,8 +14,10 @@ pub use shadow::LightMask;
 #[derive(Debug, Default)]
 pub(crate) struct Cpu {
     structure: Structure,
+    /// For single rays; for all rays where the structure is the hierarchy.
     bvh: Bvh,
     camera_grid: PerspectiveGrid,
+    light_grid: LightGrid,
     /// What each pixel sees at the current sample, in rows.
     seen: SeenPixels,
     /// For each light, which pixels it lights at the current sample.
@@ -24,11 +26,14 @@ pub(crate) struct Cpu {
 }
 
 impl Cpu {
-    /// Rebuilds what serves all samples of a frame: the hierarchy.
+    /// Rebuilds what serves all samples of a frame: the hierarchy, where anything needs it. Grids are made for the rays
+    /// of one sample, by the stages that trace them.
     pub(crate) fn build(&mut self, frame: &Frame, structure: Structure) {
         self.structure = structure;
         self.shadow_rays = 0;
-        self.bvh.build(frame.triangles());
+        if structure == Structure::Bvh || frame.is_see_through() {
+            self.bvh.build(frame.triangles());
+        }
     }
 
     /// The triangle that each pixel showed at the last sample.
@@ -42,7 +47,10 @@ impl Cpu {
     }
 
     pub(crate) fn omitted(&self) -> &Omitted {
-        self.bvh.omitted()
+        match self.structure {
+            Structure::Perspective => self.camera_grid.omitted(),
+            Structure::Bvh => self.bvh.omitted(),
+        }
     }
 
     pub(crate) fn shadow_rays(&self) -> u64 {
@@ -51,7 +59,7 @@ impl Cpu {
 
     pub(crate) fn structure_bytes(&self) -> usize {
         match self.structure {
-            Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes(),
+            Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.bytes(),
             Structure::Bvh => self.bvh.bytes(),
         }
     }

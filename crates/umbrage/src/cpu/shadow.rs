@@ -1,9 +1,10 @@
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Bvh, Hit, Ray, SeenPixels, View};
+use umbrage_rays::{Bvh, Hit, Ray, SeenImage, SeenPixels, View};
 use umbrage_scene::{Frame, Light};
 
 use super::{Cpu, hit_of};
+use crate::Structure;
 use crate::sampling::Sample;
 
 /// Which pixels a light reaches: one bit each, in pixel order.
@@ -33,12 +34,38 @@ impl LightMask {
 impl Cpu {
     /// Finds which of the points that pixels show each light reaches.
     pub(crate) fn shadow(&mut self, frame: &Frame, view: &View, sample: &Sample) {
-        let Self { bvh, seen, lit, shadow_rays, .. } = self;
-        let seen = &seen.triangle;
-        lit.resize(frame.lights.len(), LightMask::default());
+        self.lit.resize(frame.lights.len(), LightMask::default());
+        for mask in &mut self.lit {
+            mask.words.resize(self.seen.triangle.len().div_ceil(LightMask::PIXELS), 0);
+        }
+        match self.structure {
+            Structure::Perspective => self.shadow_through_grids(frame, view, sample),
+            Structure::Bvh => self.shadow_through_hierarchy(frame, view, sample),
+        }
+        let points = self.seen.triangle.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();
+        self.shadow_rays += (points * frame.lights.len()) as u64;
+    }
+
+    fn shadow_through_grids(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+        let Self { light_grid, seen, lit, .. } = self;
+        let image = SeenImage {
+            triangles: frame.triangles(),
+            view: *view,
+            offset_pixels: sample.offset_pixels,
+            triangle_of_pixel: &seen.triangle,
+        };
+        light_grid.locate(&image);
         for (light, mask) in frame.lights.iter().zip(lit) {
-            mask.words.resize(seen.len().div_ceil(LightMask::PIXELS), 0);
-            let words = mask.words.par_iter_mut().zip(seen.par_chunks(LightMask::PIXELS)).enumerate();
+            let is_opaque = |id| frame.is_opaque(id);
+            let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
+            light_grid.shadow(&image, &light.source, is_opaque, casts, &mut mask.words);
+        }
+    }
+
+    fn shadow_through_hierarchy(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+        let Self { bvh, seen, lit, .. } = self;
+        for (light, mask) in frame.lights.iter().zip(lit) {
+            let words = mask.words.par_iter_mut().zip(seen.triangle.par_chunks(LightMask::PIXELS)).enumerate();
             words.for_each(|(chunk, (word, seen))| {
                 *word = 0;
                 for (place, &seen) in seen.iter().enumerate() {
@@ -49,8 +76,6 @@ impl Cpu {
                 }
             });
         }
-        let points = seen.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();
-        *shadow_rays += (points * frame.lights.len()) as u64;
     }
 }
 

@@ -1,0 +1,171 @@
+use glam::{DVec2, DVec3};
+
+use super::face::{Face, Side};
+use super::locate::PointBox;
+use crate::LightSource;
+
+/// Faces are never scaled by more than this: it keeps what f64 loses small beside what f32 does.
+const LARGEST_SCALE: f64 = (1 << 18) as f64;
+
+/// Points farther than this from a face's axis, as a tangent, need a cube.
+const WIDEST: f64 = 1.6;
+
+/// The faces through which a light sees everything in `boxes`; `None` where the light is no light at all and reaches
+/// everything.
+pub(super) fn choose(light: &LightSource, boxes: &[PointBox], faces: &mut Vec<Face>) -> Option<()> {
+    faces.clear();
+    match *light {
+        LightSource::Point { position } | LightSource::Spot { position, .. } => {
+            let origin = position.is_finite().then(|| position.as_dvec3())?;
+            match in_one(origin, boxes) {
+                Some(face) => faces.push(face),
+                None => faces.extend(Side::ALL.iter().filter_map(|&side| on_side(origin, side, boxes))),
+            }
+        }
+        LightSource::Directional { direction } => {
+            let direction = direction.as_dvec3();
+            let direction = direction.is_finite().then(|| direction.try_normalize()).flatten()?;
+            faces.push(parallel(direction, boxes));
+        }
+    }
+    Some(())
+}
+
+fn filled(boxes: &[PointBox]) -> impl Iterator<Item = &PointBox> {
+    boxes.iter().filter(|bounds| bounds.points > 0)
+}
+
+fn corners(bounds: &PointBox) -> [DVec3; 8] {
+    let pick = |high: usize, axis: usize| if high & (1 << axis) == 0 { bounds.min[axis] } else { bounds.max[axis] };
+    std::array::from_fn(|corner| DVec3::new(pick(corner, 0), pick(corner, 1), pick(corner, 2)))
+}
+
+/// Two vectors that with `forward` make a right-angled frame.
+fn across(forward: DVec3) -> (DVec3, DVec3) {
+    let right = forward.any_orthonormal_vector();
+    (right, forward.cross(right))
+}
+
+/// A rectangle with its middle and its half sides, grown a little.
+struct Rectangle {
+    middle: DVec2,
+    half: DVec2,
+}
+
+impl Rectangle {
+    fn around(points: impl Iterator<Item = DVec2>, smallest: f64) -> Self {
+        let (min, max) =
+            points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), point| (min.min(point), max.max(point)));
+        if min.cmpgt(max).any() {
+            return Self { middle: DVec2::ZERO, half: DVec2::ONE };
+        }
+        let half = (max - min) * 0.5;
+        Self { middle: min + half, half: (half * (1.0 + 1e-6)).max(DVec2::splat(smallest)) }
+    }
+}
+
+/// The one face that sees everything, if the light is outside and what it sees isn't too wide.
+fn in_one(origin: DVec3, boxes: &[PointBox]) -> Option<Face> {
+    let towards = |bounds: &PointBox| ((bounds.min - origin) * 0.5 + (bounds.max - origin) * 0.5).normalize_or_zero();
+    let forward = filled(boxes).map(towards).sum::<DVec3>().try_normalize()?;
+    let (right, up) = across(forward);
+    let mut nearest = f64::INFINITY;
+    for corner in filled(boxes).flat_map(corners) {
+        let v = corner - origin;
+        let z = forward.dot(v);
+        // Written so that NaN is too wide.
+        let fits = z > 0.0 && right.dot(v).abs().max(up.dot(v).abs()) < WIDEST * z;
+        if !fits {
+            return None;
+        }
+        nearest = nearest.min(z);
+    }
+    let seen = filled(boxes).flat_map(corners).map(|corner| {
+        let v = corner - origin;
+        DVec2::new(right.dot(v), up.dot(v)) / forward.dot(v)
+    });
+    Some(perspective(origin, [right, up, forward], &Rectangle::around(seen, 1.0 / LARGEST_SCALE), nearest, None))
+}
+
+fn perspective(
+    origin: DVec3,
+    [right, up, forward]: [DVec3; 3],
+    rectangle: &Rectangle,
+    near: f64,
+    side: Option<Side>,
+) -> Face {
+    let scale = rectangle.half.recip();
+    Face {
+        origin,
+        x: (right - forward * rectangle.middle.x) * scale.x,
+        y: (up - forward * rectangle.middle.y) * scale.y,
+        z: forward,
+        near,
+        is_parallel: false,
+        side,
+        scale: scale.extend(1.0),
+    }
+}
+
+/// The face on one side of a cube around the light, if it sees anything.
+fn on_side(origin: DVec3, side: Side, boxes: &[PointBox]) -> Option<Face> {
+    let forward = DVec3::AXES[side.axis] * if side.is_positive { 1.0 } else { -1.0 };
+    let (right, up) = (DVec3::AXES[(side.axis + 1) % 3], DVec3::AXES[(side.axis + 2) % 3]);
+    let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let (mut nearest, mut farthest) = (f64::INFINITY, 0.0_f64);
+    for bounds in filled(boxes) {
+        let corners = corners(bounds).map(|corner| corner - origin);
+        let depths = corners.map(|v| forward.dot(v));
+        let nearest_here = depths.into_iter().fold(f64::INFINITY, f64::min);
+        let farthest_here = depths.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        if farthest_here < 0.0 {
+            continue;
+        }
+        farthest = farthest.max(farthest_here);
+        let (mut low, mut high) = (DVec2::NEG_ONE, DVec2::ONE);
+        if nearest_here > 0.0 {
+            let seen = corners.map(|v| DVec2::new(right.dot(v), up.dot(v)) / forward.dot(v));
+            low = seen.into_iter().fold(DVec2::INFINITY, DVec2::min).max(DVec2::NEG_ONE);
+            high = seen.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max).min(DVec2::ONE);
+            if low.cmpgt(high).any() {
+                continue;
+            }
+        }
+        nearest = nearest.min(nearest_here);
+        (min, max) = (min.min(low), max.max(high));
+    }
+    if min.cmpgt(max).any() {
+        return None;
+    }
+    let rectangle = Rectangle::around([min, max].into_iter(), 1.0 / LARGEST_SCALE);
+    // Any depth will do: it only keeps numbers of a size.
+    let near = if nearest > 0.0 { nearest } else { farthest * 1e-3 };
+    Some(perspective(origin, [right, up, forward], &rectangle, near.max(f64::MIN_POSITIVE), Some(side)))
+}
+
+/// The face of light that travels along `direction`.
+fn parallel(direction: DVec3, boxes: &[PointBox]) -> Face {
+    let (right, up) = across(direction);
+    let map = |axis: DVec3| {
+        let range = filled(boxes).flat_map(corners).map(|corner| axis.dot(corner));
+        range.fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), at| (min.min(at), max.max(at)))
+    };
+    let ranges = [right, up, -direction].map(map);
+    let middle = ranges.map(|(min, max)| if min <= max { min * 0.5 + max * 0.5 } else { 0.0 });
+    let half = ranges.map(|(min, max)| if min <= max { (max - min) * 0.5 * (1.0 + 1e-6) } else { 1.0 });
+    // What all points share must not be scaled up without end.
+    let size = half.into_iter().fold(0.0, f64::max);
+    let size = if size > 0.0 { size } else { middle.into_iter().fold(1e-30, |size, at| at.abs().max(size)) };
+    let scale = DVec3::from_array(half.map(|half| half.max(size / LARGEST_SCALE).recip()));
+    let origin = right * middle[0] + up * middle[1] - direction * middle[2];
+    Face {
+        origin,
+        x: right * scale.x,
+        y: up * scale.y,
+        z: -direction * scale.z,
+        near: 1.0,
+        is_parallel: true,
+        side: None,
+        scale,
+    }
+}

@@ -1,0 +1,261 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x16, f64x8};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::lanes::{LANES, Vectors, dot, largest, splat_vector};
+use super::{LightGrid, SeenImage};
+use crate::predicate::crossing;
+use crate::{Camera, Projection};
+
+/// Pixels that share a box.
+pub(super) const CHUNK_PIXELS: usize = 1024;
+
+/// Half the distance from one to the next f64.
+const ROUNDING: f64 = f64::EPSILON / 2.0;
+
+/// How wrong a point's distance may be, in relation to it.
+pub(super) const RELATIVE_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
+
+/// Where along its camera ray each point is.
+#[derive(Default)]
+pub(super) struct Points {
+    /// For each pixel the t of its ray, wrong by at most [`RELATIVE_ERROR`]; NaN where there is no point.
+    pub(super) t: Vec<f64>,
+    /// For each [`CHUNK_PIXELS`] pixels the box around their points.
+    pub(super) boxes: Vec<PointBox>,
+    pub(super) rays: CameraRays,
+}
+
+impl Points {
+    pub(super) fn bytes(&self) -> usize {
+        self.t.capacity() * size_of::<f64>() + self.boxes.capacity() * size_of::<PointBox>()
+    }
+}
+
+/// The bounds of some points, to within their own rounding.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PointBox {
+    pub(super) min: DVec3,
+    pub(super) max: DVec3,
+    pub(super) points: u32,
+}
+
+impl LightGrid {
+    /// Finds the points that `image` shows; call it before [`LightGrid::shadow`], once for all lights.
+    ///
+    /// # Panics
+    /// If `image.triangle_of_pixel` doesn't hold width × height pixels.
+    pub fn locate(&mut self, image: &SeenImage<'_>) {
+        let start = std::time::Instant::now();
+        let pixels = image.triangle_of_pixel.len();
+        let size = u64::from(image.view.width) * u64::from(image.view.height);
+        assert!(pixels as u64 == size, "{pixels} triangles for an image of {size} pixels");
+        let Points { t, boxes, rays } = &mut self.points;
+        *rays = CameraRays::new(image);
+        t.resize(pixels, f64::NAN);
+        boxes.resize(pixels.div_ceil(CHUNK_PIXELS), PointBox::default());
+        let (level, rays) = (self.level.0, &*rays);
+        t.par_chunks_mut(CHUNK_PIXELS).zip(boxes).enumerate().for_each(|(chunk, (t, bounds))| {
+            *bounds = dispatch!(level, simd => locate(simd, image, rays, chunk * CHUNK_PIXELS, t));
+        });
+        self.seconds.locate = start.elapsed().as_secs_f64();
+    }
+}
+
+/// The constants of [`View::ray`](crate::View::ray).
+#[derive(Clone, Copy, Default)]
+pub(super) struct CameraRays {
+    position: DVec3,
+    /// What one pixel to the right adds to a perspective direction or an orthographic origin.
+    step_x: DVec3,
+    /// What one pixel downwards adds to it.
+    step_y: DVec3,
+    /// What it is at pixel (0, 0).
+    corner: DVec3,
+    forward: DVec3,
+    is_perspective: bool,
+    width: usize,
+    /// Largest component of any direction.
+    pub(super) largest_direction: f64,
+    /// Largest coordinate of any origin.
+    pub(super) largest_origin: f64,
+}
+
+impl CameraRays {
+    fn new(image: &SeenImage<'_>) -> Self {
+        let Camera { position, right, up, forward, projection } = image.view.camera;
+        let (width, height) = (f64::from(image.view.width), f64::from(image.view.height));
+        let (is_perspective, half_height) = match projection {
+            Projection::Perspective { tan_half_height } => (true, f64::from(tan_half_height)),
+            Projection::Orthographic { half_height } => (false, f64::from(half_height)),
+        };
+        let step_x = right.as_dvec3() * (2.0 * half_height / height);
+        let step_y = up.as_dvec3() * (-2.0 * half_height / height);
+        let [offset_x, offset_y] = image.offset_pixels.to_array();
+        let base = if is_perspective { forward.as_dvec3() } else { position.as_dvec3() };
+        let corner = base + step_x * (offset_x - 0.5 * width) + step_y * (offset_y - 0.5 * height);
+        // Twice the half width and height, which also covers offsets of up to half the image.
+        let across = (step_x.abs() * (width + offset_x.abs()) + step_y.abs() * (height + offset_y.abs())).max_element();
+        let (position, forward) = (position.as_dvec3(), forward.as_dvec3());
+        let (origin, direction) = (position.abs().max_element(), forward.abs().max_element());
+        Self {
+            position,
+            step_x,
+            step_y,
+            corner,
+            forward,
+            is_perspective,
+            width: image.view.width as usize,
+            largest_direction: if is_perspective { direction + across } else { direction },
+            largest_origin: if is_perspective { origin } else { origin + across },
+        }
+    }
+
+    /// Origins and directions of the rays of eight pixels from `first`.
+    ///
+    /// Each component has four roundings: it is wrong by at most 4 × [`ROUNDING`] × the largest one.
+    #[inline(always)]
+    pub(super) fn eight<S: Simd>(&self, simd: S, first: usize) -> (Vectors<S>, Vectors<S>) {
+        const STEPS: [f64; 8] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        let (x, y) = ((first % self.width) as f64, (first / self.width) as f64);
+        let mut columns = f64x8::simd_from(simd, STEPS) + x;
+        let mut rows = f64x8::splat(simd, y);
+        let width = self.width as f64;
+        while columns.simd_ge(f64x8::splat(simd, width)).any_true() {
+            // The rest of the eight pixels is in the next rows.
+            let over = columns.simd_ge(f64x8::splat(simd, width));
+            columns = over.select(columns - width, columns);
+            rows = over.select(rows + 1.0, rows);
+        }
+        let (step_x, step_y) = (splat_vector(simd, self.step_x), splat_vector(simd, self.step_y));
+        let corner = splat_vector(simd, self.corner);
+        let axis = |axis: usize| step_x[axis].mul_add(columns, step_y[axis].mul_add(rows, corner[axis]));
+        let varying = [axis(0), axis(1), axis(2)];
+        if self.is_perspective {
+            (splat_vector(simd, self.position), varying)
+        } else {
+            (varying, splat_vector(simd, self.forward))
+        }
+    }
+}
+
+/// The distances of the points of a chunk of pixels from `first`, and the box around them.
+#[inline(always)]
+fn locate<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, first: usize, t: &mut [f64]) -> PointBox {
+    let infinity = f64x8::splat(simd, f64::INFINITY);
+    let (mut min, mut max) = ([infinity; 3], [-infinity; 3]);
+    let mut points = 0;
+    for (group, t) in t.chunks_mut(LANES).enumerate() {
+        let first = first + group * LANES;
+        let ids = &image.triangle_of_pixel[first..first + t.len()];
+        if ids.iter().all(|&id| id == SeenImage::NOTHING) {
+            t.fill(f64::NAN);
+            continue;
+        }
+        let corners = Corners::load(simd, image, ids);
+        for (half, t) in t.chunks_mut(8).enumerate() {
+            let (origin, direction) = rays.eight(simd, first + half * 8);
+            let (found, certain) = corners.distances(simd, rays, half, origin, direction);
+            let mut found = found.to_array();
+            let certain = certain.to_bitmask();
+            for (lane, found) in found[..t.len()].iter_mut().enumerate() {
+                if certain >> lane & 1 == 0 {
+                    *found = exact_distance(image, first + half * 8 + lane);
+                }
+            }
+            found[t.len()..].fill(f64::NAN);
+            t.copy_from_slice(&found[..t.len()]);
+            let found = f64x8::simd_from(simd, found);
+            let is_point = found.simd_eq(found);
+            points += is_point.to_bitmask().count_ones();
+            for axis in 0..3 {
+                let position = found.mul_add(direction[axis], origin[axis]);
+                min[axis] = is_point.select(min[axis].min(position), min[axis]);
+                max[axis] = is_point.select(max[axis].max(position), max[axis]);
+            }
+        }
+    }
+    PointBox {
+        min: DVec3::from_array(min.map(|axis| axis.reduce_min())),
+        max: DVec3::from_array(max.map(|axis| axis.reduce_max())),
+        points,
+    }
+}
+
+/// The predicate's distance of a pixel's point; NaN where there is none.
+#[cold]
+fn exact_distance(image: &SeenImage<'_>, pixel: usize) -> f64 {
+    let id = image.triangle_of_pixel[pixel];
+    let Some(corners) = (id != SeenImage::NOTHING).then(|| image.triangles.usable_corners(id).ok()).flatten() else {
+        return f64::NAN;
+    };
+    crossing(&image.camera_ray(pixel), corners).map_or(f64::NAN, |crossing| crossing.t)
+}
+
+/// Corners of 16 pixels' triangles.
+struct Corners<S: Simd> {
+    positions: [[f32x16<S>; 3]; 3],
+}
+
+impl<S: Simd> Corners<S> {
+    #[inline(always)]
+    fn load(simd: S, image: &SeenImage<'_>, ids: &[u32]) -> Self {
+        let mut positions = [[[f32::NAN; LANES]; 3]; 3];
+        for (lane, &id) in ids.iter().enumerate() {
+            let Some(triangle) = image.triangles.indices.get(id as usize) else { continue };
+            for (corner, &vertex) in positions.iter_mut().zip(triangle) {
+                let position = image.triangles.positions.get(vertex as usize).copied().unwrap_or(Vec3::NAN);
+                corner[0][lane] = position.x;
+                corner[1][lane] = position.y;
+                corner[2][lane] = position.z;
+            }
+        }
+        Self { positions: positions.map(|corner| corner.map(|axis| f32x16::simd_from(simd, axis))) }
+    }
+
+    /// The distances of eight pixels, and for which of them they are wrong by at most [`RELATIVE_ERROR`].
+    ///
+    /// t = n · (a − o) / n · d with n = (b − a) × (c − a). A component of n has four roundings of its two products, the
+    /// product with the other vector one more for each, the vector one, the sum two: eight, taken as sixteen. The ray
+    /// itself is wrong by 4 roundings of its largest component.
+    #[inline(always)]
+    fn distances(
+        &self,
+        simd: S,
+        rays: &CameraRays,
+        half: usize,
+        origin: Vectors<S>,
+        direction: Vectors<S>,
+    ) -> (f64x8<S>, fearless_simd::mask64x8<S>) {
+        let wide = |axis: f32x16<S>| {
+            let (low, high) = axis.widen();
+            if half == 0 { low } else { high }
+        };
+        let [a, b, c] = self.positions.map(|corner| corner.map(wide));
+        let minus = |p: Vectors<S>, q: Vectors<S>| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+        let (ab, ac, towards) = (minus(b, a), minus(c, a), minus(a, origin));
+        let products = |axis: usize| {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            (ab[next] * ac[last], ab[last] * ac[next])
+        };
+        let products = [products(0), products(1), products(2)];
+        let normal = products.map(|(first, second)| first - second);
+        let magnitude = products.map(|(first, second)| first.abs() + second.abs());
+        let (height, slope) = (dot(normal, towards), dot(normal, direction));
+        let sum = magnitude[0] + magnitude[1] + magnitude[2];
+        let absolute = |v: Vectors<S>| v.map(|axis| axis.abs());
+        let wrong = |vector: Vectors<S>, largest: f64| {
+            dot(magnitude, absolute(vector)) * (16.0 * ROUNDING) + sum * (4.0 * ROUNDING * largest)
+        };
+        let height_error = wrong(towards, rays.largest_origin);
+        let slope_error = wrong(direction, rays.largest_direction);
+        let t = height / slope;
+        let bound = height.abs() * slope.abs() * RELATIVE_ERROR;
+        let certain = (height_error * slope.abs() + slope_error * height.abs()).simd_le(bound);
+        // Products that underflow have lost their bound.
+        let trusted =
+            largest([height, slope, t]).simd_lt(f64x8::splat(simd, 1e200)) & bound.simd_gt(f64x8::splat(simd, 1e-250));
+        (t, certain & trusted)
+    }
+}

@@ -1,0 +1,335 @@
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use fearless_simd::{Simd, dispatch};
+use rayon::prelude::*;
+
+use super::block::{Block, Cells};
+use super::decide::Judge;
+use super::face::Layer;
+use super::lanes::LANES;
+use super::large::{Plane, planes};
+use super::small::{BATCH, Batch};
+use super::{LightGrid, LightGridCounts, SeenImage, choose};
+use crate::LightSource;
+
+/// Triangles that a thread takes at once.
+const CHUNK_TRIANGLES: usize = 512;
+
+/// Undecided pairs that a thread collects before it asks the predicate.
+const MOST_UNDECIDED: usize = 1 << 15;
+
+/// Rows of cells that a thread takes at once for the triangles that cover much of the face.
+const CHUNK_ROWS: usize = 4;
+
+/// What one thread has found out.
+#[derive(Default)]
+pub(super) struct Worker {
+    /// For each block which of its points are shadowed for certain, counting padding.
+    pub(super) shadowed: Vec<u16>,
+    /// Pairs of a pixel and a triangle that the fast test couldn't decide.
+    pub(super) undecided: Vec<[u32; 2]>,
+    /// Triangles that cover much of the face.
+    huge: Vec<u32>,
+    queue: Vec<[u32; 2]>,
+    batch: Batch,
+    pub(super) counts: LightGridCounts,
+}
+
+impl Worker {
+    pub(super) fn bytes(&self) -> usize {
+        self.shadowed.capacity() * size_of::<u16>()
+            + (self.undecided.capacity() + self.queue.capacity()) * size_of::<[u32; 2]>()
+            + self.huge.capacity() * size_of::<u32>()
+    }
+}
+
+impl LightGrid {
+    /// Finds which points that `image` shows are lit by `light`: a bit for each pixel, 64 pixels to a word of `lit`, the
+    /// first in the lowest bit; zero where there is no point. Cones of spot lights don't count.
+    ///
+    /// A point is lit unless some triangle but its own shadows it as
+    /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says. A triangle for which `is_opaque` is
+    /// false only does if `casts`, given its id and the weights of its second and third corner, is true.
+    ///
+    /// # Panics
+    /// If [`LightGrid::locate`] wasn't called for `image`, or `lit` hasn't a word for each 64 pixels.
+    pub fn shadow(
+        &mut self,
+        image: &SeenImage<'_>,
+        light: &LightSource,
+        is_opaque: impl Fn(u32) -> bool + Sync,
+        casts: impl Fn(u32, [f32; 2]) -> bool + Sync,
+        lit: &mut [u64],
+    ) {
+        let pixels = image.triangle_of_pixel.len();
+        assert!(self.points.t.len() == pixels, "the points of another image were located");
+        assert!(lit.len() == pixels.div_ceil(64), "{} words for {pixels} pixels", lit.len());
+        self.counts = LightGridCounts::default();
+        self.seconds = super::LightGridSeconds { locate: self.seconds.locate, ..Default::default() };
+        self.clear_shadows(pixels);
+        self.outliers.clear();
+        let mut faces = std::mem::take(&mut self.faces);
+        if choose::choose(light, &self.points.boxes, &mut faces).is_some() {
+            let judge = Judge { image, light, is_opaque, casts };
+            for face in &faces {
+                for class in 0..Layer::CLASSES.len() {
+                    self.layer = Layer::new(*face, class, &self.points.rays);
+                    let rest = self.shadow_layer(&judge);
+                    if rest == 0 {
+                        break;
+                    }
+                }
+            }
+            self.decide_outliers(&judge);
+        }
+        self.faces = faces;
+        self.gather_bits(lit);
+    }
+
+    /// Shadows the points of `self.layer`; how many points of the face belong to later classes.
+    fn shadow_layer<O, C>(&mut self, judge: &Judge<'_, O, C>) -> u32
+    where
+        O: Fn(u32) -> bool + Sync,
+        C: Fn(u32, [f32; 2]) -> bool + Sync,
+    {
+        let mut clock = Instant::now();
+        let mut lap = |seconds: &mut f64| {
+            let now = Instant::now();
+            *seconds += (now - clock).as_secs_f64();
+            clock = now;
+        };
+        let triangles = judge.image.triangles;
+        let class = self.layer.class;
+        let expected = self.points.boxes.iter().map(|bounds| bounds.points as usize).sum::<usize>();
+        self.cells.choose(expected, triangles.len());
+        self.map();
+        let points_of = |class: usize| self.slabs.iter().map(|slab| slab.points_of_class[class]).sum::<u32>();
+        let rest = (class + 1..Layer::CLASSES.len()).map(points_of).sum();
+        let here = points_of(class);
+        if class == 0 {
+            self.slabs.iter().for_each(|slab| self.outliers.extend_from_slice(&slab.outliers));
+        }
+        lap(&mut self.seconds.map);
+        if here == 0 {
+            self.forget_points();
+            return rest;
+        }
+        self.counts.points += u64::from(here);
+        self.counts.layers += 1;
+        self.sort(judge.image.triangle_of_pixel);
+        lap(&mut self.seconds.sort);
+        self.project(triangles.positions);
+        lap(&mut self.seconds.project);
+        self.test_triangles(judge);
+        lap(&mut self.seconds.trace);
+        self.merge_shadows();
+        self.decide(judge);
+        lap(&mut self.seconds.decide);
+        rest
+    }
+
+    /// Tests every triangle against the blocks that it covers.
+    fn test_triangles<O, C>(&mut self, judge: &Judge<'_, O, C>)
+    where
+        O: Fn(u32) -> bool + Sync,
+        C: Fn(u32, [f32; 2]) -> bool + Sync,
+    {
+        let Self { layer, cells, blocks, vertices, workers, shadowed, level, .. } = self;
+        let level = level.0;
+        let tester = Tester { layer, cells, blocks, vertices, shadowed, judge };
+        workers.resize_with(rayon::current_num_threads(), Worker::default);
+        let next = AtomicUsize::new(0);
+        workers.par_iter_mut().for_each(|worker| {
+            worker.shadowed.clear();
+            worker.shadowed.extend_from_slice(&cells.padding);
+            worker.undecided.clear();
+            worker.huge.clear();
+            worker.counts = LightGridCounts::default();
+            loop {
+                let first = next.fetch_add(CHUNK_TRIANGLES, Ordering::Relaxed);
+                if first >= judge.image.triangles.len() {
+                    break;
+                }
+                dispatch!(level, simd => tester.test_chunk(simd, worker, first));
+            }
+        });
+        let mut huge = std::mem::take(&mut workers[0].huge);
+        for worker in &mut workers[1..] {
+            huge.append(&mut worker.huge);
+        }
+        if !huge.is_empty() {
+            let next = AtomicUsize::new(0);
+            workers.par_iter_mut().for_each(|worker| {
+                loop {
+                    let first = next.fetch_add(CHUNK_ROWS, Ordering::Relaxed);
+                    if first >= cells.rows {
+                        break;
+                    }
+                    let rows = first..(first + CHUNK_ROWS).min(cells.rows);
+                    dispatch!(level, simd => tester.test_huge(simd, worker, &huge, rows));
+                }
+            });
+        }
+        workers[0].huge = huge;
+        for worker in workers {
+            self.counts.small_triangles += worker.counts.small_triangles;
+            self.counts.large_triangles += worker.counts.large_triangles;
+            self.counts.block_tests += worker.counts.block_tests;
+            self.counts.undecided += worker.counts.undecided;
+            self.counts.masked += worker.counts.masked;
+        }
+    }
+}
+
+/// What testing a triangle needs to know.
+struct Tester<'a, O, C> {
+    layer: &'a Layer,
+    cells: &'a Cells,
+    blocks: &'a [Block],
+    vertices: &'a [[f32; 4]],
+    shadowed: &'a [std::sync::atomic::AtomicU8],
+    judge: &'a Judge<'a, O, C>,
+}
+
+impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, O, C> {
+    #[inline(always)]
+    fn test_chunk<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
+        let all = self.judge.image.triangles.indices;
+        let chunk = &all[first..(first + CHUNK_TRIANGLES).min(all.len())];
+        for (batch, triangles) in chunk.chunks(BATCH).enumerate() {
+            let first = first + batch * BATCH;
+            let (mut small, mut large) = (0, 0);
+            for (group, triangles) in triangles.chunks(LANES).enumerate() {
+                let place = group * LANES;
+                let survivors = worker.batch.set_up(simd, self.layer, self.cells, self.vertices, triangles, place);
+                small |= survivors.small << place;
+                large |= survivors.large << place;
+            }
+            worker.counts.small_triangles += u64::from(small.count_ones());
+            worker.queue.clear();
+            while small != 0 {
+                self.enqueue(worker, small.trailing_zeros() as usize);
+                small &= small - 1;
+            }
+            self.flush(simd, worker, first);
+            while large != 0 {
+                self.test_large(simd, worker, (first + large.trailing_zeros() as usize) as u32);
+                large &= large - 1;
+            }
+        }
+    }
+
+    /// Lists the blocks that a small triangle may shadow points of.
+    #[inline(always)]
+    fn enqueue(&self, worker: &mut Worker, triangle: usize) {
+        let Worker { batch, queue, .. } = worker;
+        let place = triangle % BATCH;
+        let nearest = batch.nearest[place];
+        for row in batch.first_row[place]..=batch.last_row[place] {
+            let row = row as usize * self.cells.columns;
+            let first = self.cells.ends[row + batch.first_column[place] as usize] as usize;
+            let end = self.cells.ends[row + batch.last_column[place] as usize + 1] as usize;
+            if first < end {
+                for block in first / LANES..end.div_ceil(LANES) {
+                    if self.cells.farthest[block] < nearest {
+                        queue.push([block as u32, triangle as u32]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Tests what is listed; `first` is the id of the batch's first triangle.
+    #[inline(always)]
+    fn flush<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
+        worker.counts.block_tests += worker.queue.len() as u64;
+        for place in 0..worker.queue.len() {
+            let [block, triangle] = worker.queue[place];
+            let known = worker.shadowed[block as usize];
+            if known == u16::MAX {
+                continue;
+            }
+            let id = first as u32 + triangle;
+            let (certain, possible) = worker.batch.test(simd, triangle as usize, id, &self.blocks[block as usize]);
+            if certain | possible != 0 {
+                self.note(worker, block as usize, id, certain, possible);
+            }
+        }
+    }
+
+    /// Tests a triangle row by row.
+    #[inline(always)]
+    fn test_large<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32) {
+        let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { return };
+        let planes = planes(self.layer, corners);
+        if planes.iter().flatten().any(|plane| plane.cells(self.cells) * 16 > self.cells.columns * self.cells.rows) {
+            worker.huge.push(id);
+            return;
+        }
+        for plane in planes.iter().flatten() {
+            worker.counts.large_triangles += 1;
+            for row in plane.rows(self.cells) {
+                self.test_row(simd, worker, plane, id, row);
+            }
+        }
+    }
+
+    /// Tests triangles that cover much of the face against the points in `rows`.
+    #[inline(always)]
+    fn test_huge<S: Simd>(&self, simd: S, worker: &mut Worker, huge: &[u32], rows: std::ops::Range<usize>) {
+        for &id in huge {
+            let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { continue };
+            for plane in planes(self.layer, corners).iter().flatten() {
+                worker.counts.large_triangles += u64::from(rows.start == 0);
+                let covered = plane.rows(self.cells);
+                for row in rows.start.max(*covered.start())..rows.end.min(covered.end() + 1) {
+                    self.test_row(simd, worker, plane, id, row);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn test_row<S: Simd>(&self, simd: S, worker: &mut Worker, plane: &Plane, id: u32, row: usize) {
+        let Some((columns, nearest)) = plane.span(self.layer, self.cells, row) else { return };
+        let row = row * self.cells.columns;
+        let first = self.cells.ends[row + columns.start()] as usize;
+        let end = self.cells.ends[row + columns.end() + 1] as usize;
+        if first >= end {
+            return;
+        }
+        for block in first / LANES..end.div_ceil(LANES) {
+            // Written so that NaN is tested.
+            if self.cells.farthest[block] > nearest || worker.shadowed[block] == u16::MAX {
+                continue;
+            }
+            worker.counts.block_tests += 1;
+            let (certain, possible) = plane.test(simd, id, &self.blocks[block]);
+            if certain | possible != 0 {
+                self.note(worker, block, id, certain, possible);
+            }
+        }
+    }
+
+    /// Notes which points of a block a triangle shadows for certain or possibly.
+    #[inline]
+    fn note(&self, worker: &mut Worker, block: usize, id: u32, certain: u64, possible: u64) {
+        let known = u64::from(worker.shadowed[block]);
+        let (mut certain, mut possible) = (certain & !known, possible & !known);
+        worker.counts.undecided += u64::from(possible.count_ones());
+        if certain != 0 && !(self.judge.is_opaque)(id) {
+            worker.counts.masked += u64::from(certain.count_ones());
+            (certain, possible) = (0, certain | possible);
+        }
+        worker.shadowed[block] |= certain as u16;
+        while possible != 0 {
+            let lane = possible.trailing_zeros() as usize;
+            possible &= possible - 1;
+            worker.undecided.push([self.blocks[block].pixel[lane], id]);
+        }
+        if worker.undecided.len() >= MOST_UNDECIDED {
+            self.judge.decide(&mut worker.undecided, self.shadowed);
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! The light grid against the predicate, pixel by pixel.
+
+mod meshes;
+
+use glam::{DVec2, Vec3};
+use meshes::{Mesh, Random};
+use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
+use umbrage_rays::{Camera, LightGrid, LightSource, Projection, SeenImage, SimdLevel, Triangles, View};
+
+/// Whether a triangle can be hit at all, by the definition of what is left out.
+fn usable(triangles: Triangles<'_>, id: u32) -> Option<[Vec3; 3]> {
+    let corners = triangles.indices[id as usize].map(|vertex| triangles.positions.get(vertex as usize).copied());
+    let [Some(a), Some(b), Some(c)] = corners else { return None };
+    [a, b, c].iter().all(|corner| corner.is_finite()).then_some([a, b, c])
+}
+
+/// A scene with its camera and, by brute force, what the camera sees.
+struct Case {
+    name: String,
+    mesh: Mesh,
+    view: View,
+    offset: DVec2,
+    seen: Vec<u32>,
+}
+
+impl Case {
+    fn new(name: &str, mesh: Mesh, camera: Camera, (width, height): (u32, u32)) -> Self {
+        let view = View { camera, width, height };
+        let offset = DVec2::new(0.5, 0.4375);
+        let mut case = Self { name: name.into(), mesh, view, offset, seen: Vec::new() };
+        let triangles = case.mesh.triangles();
+        case.seen = (0..(width * height) as usize)
+            .map(|pixel| {
+                let ray = case.ray(pixel);
+                let hits = (0..triangles.len() as u32).filter_map(|id| {
+                    let t = crossing(&ray, usable(triangles, id)?)?.t;
+                    (t > 0.0).then_some((t, id))
+                });
+                hits.min_by(|a, b| a.partial_cmp(b).expect("finite")).map_or(SeenImage::NOTHING, |(_, id)| id)
+            })
+            .collect();
+        case
+    }
+
+    fn ray(&self, pixel: usize) -> umbrage_rays::Ray {
+        let width = self.view.width as usize;
+        self.view.ray((pixel % width) as f64 + self.offset.x, (pixel / width) as f64 + self.offset.y)
+    }
+
+    fn image(&self) -> SeenImage<'_> {
+        SeenImage {
+            triangles: self.mesh.triangles(),
+            view: self.view,
+            offset_pixels: self.offset,
+            triangle_of_pixel: &self.seen,
+        }
+    }
+
+    /// The truth.
+    fn lit(&self, light: &LightSource, casts: impl Fn(u32, [f32; 2]) -> bool) -> Vec<bool> {
+        let triangles = self.mesh.triangles();
+        let lit = self.seen.iter().enumerate().map(|(pixel, &own)| {
+            if own == SeenImage::NOTHING {
+                return false;
+            }
+            let ray = self.ray(pixel);
+            let t = crossing(&ray, triangles.corners(own)).expect("the pixel's triangle is hit").t;
+            let shadow_ray = ShadowRay::new(light, HitPoint::new(&ray, t));
+            !(0..triangles.len() as u32).filter(|&id| id != own).any(|id| {
+                let blocks = usable(triangles, id).and_then(|corners| shadow_ray.blocked_by(corners));
+                blocks.is_some_and(|barycentric| casts(id, barycentric))
+            })
+        });
+        lit.collect()
+    }
+
+    /// Compares a grid with the truth for each light.
+    fn check(&self, lights: &[LightSource]) {
+        let mut grid = LightGrid::default();
+        grid.locate(&self.image());
+        for light in lights {
+            let mut lit = vec![u64::MAX; self.seen.len().div_ceil(64)];
+            grid.shadow(&self.image(), light, |_| true, |_, _| true, &mut lit);
+            let found = bits(&lit, self.seen.len());
+            let truth = self.lit(light, |_, _| true);
+            let wrong: Vec<usize> = (0..found.len()).filter(|&pixel| found[pixel] != truth[pixel]).collect();
+            let counts = grid.counts();
+            assert!(
+                wrong.is_empty(),
+                "{}: {light:?}: {} wrong, first {:?}, {counts:?}",
+                self.name,
+                wrong.len(),
+                &wrong[..1]
+            );
+            grid.validate().unwrap_or_else(|broken| panic!("{}: {light:?}: {broken}", self.name));
+        }
+    }
+}
+
+fn bits(words: &[u64], count: usize) -> Vec<bool> {
+    (0..count).map(|pixel| words[pixel / 64] >> (pixel % 64) & 1 == 1).collect()
+}
+
+fn point(x: f32, y: f32, z: f32) -> LightSource {
+    LightSource::Point { position: Vec3::new(x, y, z) }
+}
+
+/// Lights in front of, above, inside, on and behind everything, near and far.
+fn lights(scale: f32, offset: Vec3) -> Vec<LightSource> {
+    let at = |x: f32, y: f32, z: f32| LightSource::Point { position: Vec3::new(x, y, z) * scale + offset };
+    let spot = LightSource::Spot {
+        position: Vec3::new(2.0, 3.0, 1.0) * scale + offset,
+        direction: Vec3::new(-2.0, -3.0, -1.0).normalize(),
+        inner_radians: 0.2,
+        outer_radians: 0.4,
+    };
+    let sun = |x: f32, y: f32, z: f32| LightSource::Directional { direction: Vec3::new(x, y, z).normalize() };
+    vec![
+        at(3.0, 5.0, 2.0),
+        at(0.3, 0.2, 0.1),
+        at(0.0, -1.0, 0.0),
+        at(-0.6, -0.999, 0.7),
+        at(500.0, 900.0, 300.0),
+        at(0.0, 1.7, -6.0),
+        spot,
+        sun(0.3, -1.0, 0.2),
+        sun(0.0, -1.0, 0.0),
+        sun(1.0, -0.01, 0.0),
+    ]
+}
+
+/// A bumpy ball above a floor.
+fn room() -> Mesh {
+    let mut mesh = Mesh::default();
+    mesh.ball(Vec3::new(0.0, 0.1, 0.0), 0.8, 9, 0.1);
+    let corner = |x: f32, z: f32| Vec3::new(4.0 * x, -1.0, 4.0 * z);
+    mesh.quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
+    mesh
+}
+
+fn camera() -> Camera {
+    Camera::look_at(Vec3::new(1.0, 1.5, 4.0), Vec3::new(0.0, -0.2, 0.0), Vec3::Y, 0.8)
+}
+
+#[test]
+fn a_ball_above_a_floor() {
+    for size in [(1, 1), (2, 1), (37, 29), (64, 3), (17, 40)] {
+        Case::new("room", room(), camera(), size).check(&lights(1.0, Vec3::ZERO));
+    }
+}
+
+#[test]
+fn scales_and_offsets() {
+    let far = Vec3::new(148_376.0, 1_234.0, -223_423.0);
+    for (scale, offset) in [(1e-6, Vec3::ZERO), (1e6, Vec3::ZERO), (1.0, far), (300.0, far)] {
+        let mut camera = camera();
+        camera.position = camera.position * scale + offset;
+        let case = Case::new(&format!("room × {scale}"), room().placed(scale, offset), camera, (31, 23));
+        case.check(&lights(scale, offset));
+    }
+}
+
+#[test]
+fn an_orthographic_camera() {
+    let projection = Projection::Orthographic { half_height: 1.8 };
+    Case::new("orthographic", room(), Camera { projection, ..camera() }, (33, 31)).check(&lights(1.0, Vec3::ZERO));
+}
+
+#[test]
+fn soups_of_every_size() {
+    let mut random = Random(5);
+    for size in [0, 1, 2, 3, 15, 16, 17, 63, 64, 65, 200] {
+        let mut mesh = Mesh::default();
+        for _ in 0..size {
+            let stretch = 10.0_f32.powf(random.unit() * 3.0 - 2.0);
+            let center = random.point();
+            mesh.push([(); 3].map(|()| center + random.point() * stretch));
+        }
+        let case = Case::new(&format!("{size} triangles"), mesh, camera(), (23, 19));
+        let mut all = lights(1.0, Vec3::ZERO);
+        all.extend((0..6).map(|_| LightSource::Point { position: random.point() * 1.5 }));
+        all.extend((0..2).map(|_| LightSource::Directional { direction: random.point().normalize() }));
+        case.check(&all);
+    }
+}
+
+#[test]
+fn needles_slivers_shells_and_copies() {
+    let mut random = Random(9);
+    let mut mesh = room();
+    for _ in 0..40 {
+        let place = random.point();
+        mesh.push([place, place + random.point() * 1e-4, place + random.point() * 3.0]);
+        let (a, b) = (random.point(), random.point());
+        mesh.push([a, b, a.lerp(b, random.unit()) + random.point() * 1e-6]);
+    }
+    // A shell that touches the floor's plane, one just above it, and copies of one triangle.
+    for height in [-1.0, -1.0 + 4e-5, -1.0 + 1e-7] {
+        mesh.push([Vec3::new(-1.0, height, 0.5), Vec3::new(1.5, height, 0.7), Vec3::new(0.2, height, 2.0)]);
+    }
+    for _ in 0..100 {
+        mesh.push([Vec3::new(-1.5, -0.5, 0.0), Vec3::new(-0.5, -0.5, 1.0), Vec3::new(-1.0, 0.5, 1.0)]);
+    }
+    Case::new("needles", mesh, camera(), (37, 29)).check(&lights(1.0, Vec3::ZERO));
+}
+
+#[test]
+fn triangles_around_the_light_and_beyond_every_bound() {
+    let mut random = Random(3);
+    let mut mesh = room();
+    for reach in [3.0, 50.0, 1e4, 1e9, 1e18] {
+        for _ in 0..4 {
+            mesh.push([(); 3].map(|()| random.point() * reach));
+        }
+    }
+    let light = Vec3::new(0.0, 1.7, 0.5);
+    // One in the plane of the light, one with the light in a corner, one through it.
+    mesh.push([light + Vec3::X, light - Vec3::Z * 0.5, light + Vec3::new(-2.0, 0.0, 1.0)]);
+    mesh.push([light, light + Vec3::NEG_Y * 0.5, light + Vec3::new(0.3, -0.5, 0.0)]);
+    mesh.push([light + Vec3::NEG_Y, light + Vec3::new(1.0, 0.5, 0.0), light + Vec3::new(-1.0, 0.5, 0.0)]);
+    let mut all = lights(1.0, Vec3::ZERO);
+    all.push(LightSource::Point { position: light });
+    Case::new("around", mesh, camera(), (37, 29)).check(&all);
+}
+
+#[test]
+fn broken_triangles_are_passed_over() {
+    let mut mesh = room();
+    let wrong = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    for value in wrong {
+        for axis in 0..3 {
+            let mut corner = Vec3::ZERO;
+            corner[axis] = value;
+            mesh.push([corner, Vec3::X, Vec3::Y]);
+            mesh.push([Vec3::X, Vec3::Y, corner]);
+        }
+    }
+    mesh.push([Vec3::X; 3]);
+    mesh.push([Vec3::X, Vec3::Y, Vec3::X]);
+    let count = mesh.positions.len() as u32;
+    mesh.indices.push([0, 1, count]);
+    mesh.indices.push([u32::MAX, 1, 2]);
+    // Two rings of the ball end in a point.
+    assert_eq!(mesh.triangles().omitted().total(), 22 + 2 * 9);
+    Case::new("broken", mesh, camera(), (37, 29)).check(&lights(1.0, Vec3::ZERO));
+}
+
+#[test]
+fn lights_that_are_none_reach_everything() {
+    let case = Case::new("room", room(), camera(), (20, 10));
+    case.check(&[
+        point(f32::NAN, 0.0, 0.0),
+        point(0.0, f32::INFINITY, 0.0),
+        LightSource::Directional { direction: Vec3::ZERO },
+        LightSource::Directional { direction: Vec3::NAN },
+    ]);
+}
+
+#[test]
+fn masked_triangles_let_light_through() {
+    let case = Case::new("masked", room(), camera(), (37, 29));
+    let is_opaque = |id: u32| id % 3 != 0;
+    let casts = |id: u32, [b, c]: [f32; 2]| id % 3 != 0 || (b * 7.0) as u32 % 2 == (c * 7.0) as u32 % 2;
+    let mut grid = LightGrid::default();
+    grid.locate(&case.image());
+    for light in lights(1.0, Vec3::ZERO) {
+        let mut lit = vec![0; case.seen.len().div_ceil(64)];
+        grid.shadow(&case.image(), &light, is_opaque, casts, &mut lit);
+        assert_eq!(bits(&lit, case.seen.len()), case.lit(&light, casts), "{light:?}");
+    }
+}
+
+#[test]
+fn every_thread_count_and_instruction_set_gives_the_same_bits() {
+    let mut mesh = room();
+    let mut random = Random(1);
+    (0..300).for_each(|_| {
+        let center = random.point();
+        mesh.push([(); 3].map(|()| center + random.point() * 0.2));
+    });
+    let case = Case::new("threads", mesh, camera(), (61, 47));
+    let mut all = Vec::new();
+    for threads in [1, 2, 3, 7] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        for level in SimdLevel::available() {
+            let mut words = Vec::new();
+            pool.install(|| {
+                let mut grid = LightGrid::with_level(level);
+                grid.locate(&case.image());
+                for light in lights(1.0, Vec3::ZERO) {
+                    let mut lit = vec![0; case.seen.len().div_ceil(64)];
+                    grid.shadow(&case.image(), &light, |_| true, |_, _| true, &mut lit);
+                    words.push(lit);
+                }
+            });
+            all.push(words);
+        }
+    }
+    assert!(all.iter().all(|words| *words == all[0]));
+}
