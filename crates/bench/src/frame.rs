@@ -1,0 +1,157 @@
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result};
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use umbrage::{Renderer, Scene, Settings, Structure};
+
+#[derive(Debug, Args)]
+pub(crate) struct FrameFlags {
+    /// Files, sequences or demo:NAME [default: the gallery]
+    scenes: Vec<String>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
+    size: [u32; 2],
+    /// Camera rays for each pixel
+    #[arg(long, value_name = "N", default_value = "1")]
+    samples: u32,
+    /// Frames over each scene's animation; each is rendered once through each structure, in turn
+    #[arg(long, value_name = "N", default_value = "9")]
+    frames: u32,
+    /// How the results are written
+    #[arg(long, value_enum, default_value = "table")]
+    form: Form,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Form {
+    /// Columns for people
+    Table,
+    /// Comma-separated values
+    Csv,
+    /// JSON
+    Json,
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
+    sides.ok_or_else(|| "two numbers are needed, such as 1024x1024".to_owned())
+}
+
+/// A scene's frames through one structure.
+#[derive(Debug, Serialize)]
+struct Row {
+    scene: String,
+    structure: &'static str,
+    triangles: usize,
+    lights: usize,
+    /// Medians over the frames, in milliseconds, by stage.
+    stages: BTreeMap<&'static str, f64>,
+    /// Median of build + see + shadow.
+    traced_milliseconds: f64,
+    structure_bytes_per_triangle: f64,
+    bytes_per_pixel: f64,
+}
+
+/// The stages that find what pixels see and what lights reach: the frame of the papers.
+const TRACING: [&str; 3] = ["build", "see", "shadow"];
+const STAGES: [&str; 5] = ["animate", "build", "see", "shadow", "shade"];
+const STRUCTURES: [(&str, Structure); 2] = [("perspective", Structure::Perspective), ("bvh", Structure::Bvh)];
+
+pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
+    let gallery: Vec<String> = umbrage::scene::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
+    let scenes = if flags.scenes.is_empty() { &gallery } else { &flags.scenes };
+    if matches!(flags.form, Form::Table) {
+        let [width, height] = flags.size;
+        let (threads, frames, samples) = (rayon::current_num_threads(), flags.frames, flags.samples);
+        println!("{width}x{height}, samples {samples}, threads {threads}, medians of {frames} frames in milliseconds");
+        print!("{:<28}{:>12}{:>10}{:>7}", "scene", "structure", "triangles", "lights");
+        STAGES.iter().for_each(|stage| print!("{stage:>9}"));
+        println!("{:>9}{:>7}{:>7}{:>8}", "traced", "ratio", "B/tri", "B/pixel");
+    } else if matches!(flags.form, Form::Csv) {
+        println!("scene,structure,triangles,lights,{},traced,bytes_per_triangle,bytes_per_pixel", STAGES.join(","));
+    }
+    let mut rows = Vec::new();
+    for address in scenes {
+        let of_scene = measure(address, flags).with_context(|| format!("scene {address}"))?;
+        match flags.form {
+            Form::Table => of_scene.iter().for_each(|row| print_columns(row, &of_scene)),
+            Form::Csv => of_scene.iter().for_each(print_values),
+            Form::Json => {}
+        }
+        rows.extend(of_scene);
+    }
+    if matches!(flags.form, Form::Json) {
+        println!("{}", serde_json::to_string_pretty(&rows)?);
+    }
+    Ok(())
+}
+
+fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<Row>> {
+    let scene = Scene::open(address)?;
+    let [width, height] = flags.size;
+    let settings = |structure| Settings { width, height, samples: flags.samples, structure, ..Settings::default() };
+    let mut renderers = STRUCTURES.map(|_| Renderer::default());
+    let mut times = STRUCTURES.map(|_| Vec::new());
+    // The first frame takes memory that later ones use again: it doesn't count.
+    for frame in 0..=flags.frames {
+        let seconds = scene.duration_seconds() * f64::from(frame) / f64::from(flags.frames + 1);
+        for ((renderer, times), (_, structure)) in renderers.iter_mut().zip(&mut times).zip(STRUCTURES) {
+            renderer.render(&scene, seconds, &settings(structure))?;
+            if frame > 0 {
+                times.push(STAGES.map(|name| stage_milliseconds(renderer, name)));
+            }
+        }
+    }
+    let rows = renderers.iter().zip(&times).zip(STRUCTURES).map(|((renderer, times), (structure, _))| {
+        let stats = renderer.stats();
+        let traced = |times: &[f64; 5]| -> f64 {
+            STAGES.iter().zip(times).filter(|(name, _)| TRACING.contains(name)).map(|(_, time)| time).sum()
+        };
+        Row {
+            scene: address.to_owned(),
+            structure,
+            triangles: stats.triangles,
+            lights: stats.lights,
+            stages: STAGES.iter().enumerate().map(|(at, &name)| (name, median(times.iter().map(|t| t[at])))).collect(),
+            traced_milliseconds: median(times.iter().map(traced)),
+            structure_bytes_per_triangle: stats.structure_bytes as f64 / stats.triangles.max(1) as f64,
+            bytes_per_pixel: stats.pixel_bytes as f64 / (f64::from(width) * f64::from(height)),
+        }
+    });
+    Ok(rows.collect())
+}
+
+fn stage_milliseconds(renderer: &Renderer, name: &str) -> f64 {
+    renderer.stats().stages.iter().find(|stage| stage.name == name).map_or(0.0, |stage| stage.milliseconds)
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+fn print_columns(row: &Row, of_scene: &[Row]) {
+    let slowest = of_scene.iter().map(|row| row.traced_milliseconds).fold(0.0, f64::max);
+    print!("{:<28}{:>12}{:>10}{:>7}", row.scene, row.structure, row.triangles, row.lights);
+    STAGES.iter().for_each(|stage| print!("{:>9.2}", row.stages[stage]));
+    let ratio = slowest / row.traced_milliseconds;
+    let (traced, triangle, pixel) = (row.traced_milliseconds, row.structure_bytes_per_triangle, row.bytes_per_pixel);
+    println!("{traced:>9.2}{ratio:>7.1}{triangle:>7.0}{pixel:>8.0}");
+}
+
+fn print_values(row: &Row) {
+    let stages: Vec<String> = STAGES.iter().map(|stage| format!("{:.3}", row.stages[stage])).collect();
+    println!(
+        "{},{},{},{},{},{:.3},{:.1},{:.1}",
+        row.scene,
+        row.structure,
+        row.triangles,
+        row.lights,
+        stages.join(","),
+        row.traced_milliseconds,
+        row.structure_bytes_per_triangle,
+        row.bytes_per_pixel
+    );
+}
