@@ -211,7 +211,7 @@ impl Tile {
         let mut missed = lowest.simd_lt(-bound);
         if !CERTAIN {
             // Then a miss takes two edge functions with opposite certain signs.
-            missed = missed & max3(edges).simd_gt(bound);
+            missed &= max3(edges).simd_gt(bound);
         }
         let possible = high.simd_ge(old_low) & !missed;
         if !possible.any_true() {
