@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::bins::{Bins, Fragment, Path};
 use super::general::General;
-use super::lanes::{Corners, LANES, Setup, each, max3, min3, splat};
+use super::lanes::{Corners, LANES, Setup, each, largest, max3, min3, sample_range, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::{ImageTooLarge, PerspectiveGrid};
 use crate::{Triangles, View};
@@ -46,7 +46,11 @@ impl PerspectiveGrid {
     fn project(&mut self, space: &PixelSpace, triangles: Triangles<'_>) {
         const CHUNK: usize = 4096;
         let level = self.level.0;
-        self.vertices.resize(triangles.positions.len(), Vertex::AWKWARD);
+        // The last one stands for those that are out of range.
+        self.vertices.resize(triangles.positions.len() + 1, Vertex::AWKWARD);
+        if let Some(last) = self.vertices.last_mut() {
+            *last = Vertex::AWKWARD;
+        }
         let chunks = self.vertices.par_chunks_mut(CHUNK).zip(triangles.positions.par_chunks(CHUNK));
         chunks.for_each(|(vertices, positions)| dispatch!(level, simd => space.project(simd, positions, vertices)));
     }
@@ -95,7 +99,14 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
         for first in ids.step_by(LANES) {
             let batch = &self.triangles.indices[first..end.min(first + LANES)];
             let lanes = (1_u64 << batch.len()) - 1;
-            let corners = Corners::load(simd, self.vertices, batch.iter());
+            let corners = match batch.try_into() {
+                Ok(batch) => Corners::load(simd, self.vertices, batch),
+                Err(_) => {
+                    let mut padded = [[u32::MAX; 3]; LANES];
+                    padded[..batch.len()].copy_from_slice(batch);
+                    Corners::load(simd, self.vertices, &padded)
+                }
+            };
             let ordinary = min3(corners.inverse_depth).simd_gt(splat(simd, 0.0)).to_bitmask();
             for lane in lanes_of(lanes & !ordinary) {
                 self.set_aside(first as u32 + lane);
@@ -131,13 +142,13 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
         }
     }
 
-    /// Whether two corners are in the same place in pixel space.
+    /// Whether two corners are in the same place in the image.
     #[inline(always)]
     fn coincide<S: Simd>(&self, corners: &Corners<S>) -> mask32x16<S> {
-        let Corners { x, y, inverse_depth } = corners;
-        let same =
-            |p: usize, q: usize| x[p].simd_eq(x[q]) & y[p].simd_eq(y[q]) & inverse_depth[p].simd_eq(inverse_depth[q]);
-        same(0, 1) | same(1, 2) | same(2, 0)
+        let Corners { x, y, .. } = corners;
+        (x[0].simd_eq(x[1]) & y[0].simd_eq(y[1]))
+            | (x[1].simd_eq(x[2]) & y[1].simd_eq(y[2]))
+            | (x[2].simd_eq(x[0]) & y[2].simd_eq(y[0]))
     }
 
     /// Lists a triangle on the general path, or counts it where no ray can hit it.
@@ -163,16 +174,14 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
 
     #[inline(always)]
     fn pixel_bounds<S: Simd>(&self, simd: S, corners: &Corners<S>) -> PixelBounds<S> {
-        let (x, y) = ([min3(corners.x), max3(corners.x)], [min3(corners.y), max3(corners.y)]);
-        let largest = x[1].max(-x[0]).max(y[1].max(-y[0]));
+        let largest = largest(corners.x, corners.y);
         // The second half ulp is for the rounding of a sum of a coordinate and its error.
         let error = largest * splat(simd, 2.1 * HALF_ULP) + splat(simd, 1.1 * Vertex::ERROR_PIXELS);
         let (width, height) = self.space.size();
-        let clamped = |[low, high]: [f32x16<S>; 2], middle: i32, side: u32| {
-            let (first, last) = (-middle as f32, (side as i32 - 1 - middle) as f32);
-            [(low - error).ceil().max(splat(simd, first)), (high + error).floor().min(splat(simd, last))]
-        };
-        PixelBounds { x: clamped(x, self.space.middle.x, width), y: clamped(y, self.space.middle.y, height), error }
+        let middle = self.space.middle;
+        let x = clamp(simd, sample_range(corners.x, error), middle.x, width);
+        let y = clamp(simd, sample_range(corners.y, error), middle.y, height);
+        PixelBounds { x, y, error }
     }
 
     /// Tests tiny triangles at once, in coordinates with an origin at the first of their two by two samples.
@@ -261,6 +270,13 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
             }
         }
     }
+}
+
+/// The part of a range of samples that is in an image with `side` pixels.
+#[inline(always)]
+fn clamp<S: Simd>(simd: S, [low, high]: [f32x16<S>; 2], middle: i32, side: u32) -> [f32x16<S>; 2] {
+    let (first, last) = (-middle as f32, (side as i32 - 1 - middle) as f32);
+    [low.max(splat(simd, first)), high.min(splat(simd, last))]
 }
 
 /// Where a pixel is in its tile: rows of 4×4 blocks.

@@ -130,7 +130,8 @@ fn limits(space: &PixelSpace, vertices: [DVec3; 3], reach: [f64; 3]) -> [[f64; 2
     const FRONT: f64 = 1.0 / (1 << 30) as f64;
     let mut limits = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for (vertex, reach) in vertices.into_iter().zip(reach) {
-        if !(vertex.z > FRONT * reach) {
+        let in_front = vertex.z > FRONT * reach;
+        if !in_front {
             return NO_LIMITS;
         }
         for (axis, [low, high]) in limits.iter_mut().enumerate() {

@@ -1,5 +1,5 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16};
+use fearless_simd::{Simd, f32x4, f32x16};
 
 use super::pixel_space::{HALF_ULP, Vertex};
 
@@ -14,38 +14,55 @@ pub(super) struct Corners<S: Simd> {
 }
 
 impl<S: Simd> Corners<S> {
-    /// The corners of up to 16 triangles; the rest of the lanes is awkward, and so are triangles with an index out of
+    /// The corners of 16 triangles, given as places in `vertices`, the last of which stands for all that are out of
     /// range.
     #[inline(always)]
-    pub(super) fn load<'a>(
-        simd: S,
-        vertices: &[Vertex],
-        triangles: impl ExactSizeIterator<Item = &'a [u32; 3]>,
-    ) -> Self {
-        const AWKWARD: [f32; 4] = [0.0, 0.0, -1.0, 0.0];
-        let mut packed = [[AWKWARD; LANES]; 3];
-        for (lane, triangle) in triangles.take(LANES).enumerate() {
-            for (corner, &vertex) in triangle.iter().enumerate() {
-                packed[corner][lane] = vertices.get(vertex as usize).copied().unwrap_or(Vertex::AWKWARD).to_array();
-            }
-        }
-        let (ax, ay, az) = transpose(simd, &packed[0]);
-        let (bx, by, bz) = transpose(simd, &packed[1]);
-        let (cx, cy, cz) = transpose(simd, &packed[2]);
+    pub(super) fn load(simd: S, vertices: &[Vertex], triangles: &[[u32; 3]; LANES]) -> Self {
+        let (ax, ay, az) = load_corner(simd, vertices, triangles, 0);
+        let (bx, by, bz) = load_corner(simd, vertices, triangles, 1);
+        let (cx, cy, cz) = load_corner(simd, vertices, triangles, 2);
         Self { x: [ax, bx, cx], y: [ay, by, cy], inverse_depth: [az, bz, cz] }
     }
 }
 
-/// The first three columns of 16 rows.
+/// x, y and inverse depth of one corner of 16 triangles.
 #[inline(always)]
-fn transpose<S: Simd>(simd: S, rows: &[[f32; 4]; LANES]) -> (f32x16<S>, f32x16<S>, f32x16<S>) {
-    let rows = rows.as_flattened();
-    let (first, second) = (f32x16::from_slice(simd, &rows[..16]), f32x16::from_slice(simd, &rows[16..32]));
-    let (third, fourth) = (f32x16::from_slice(simd, &rows[32..48]), f32x16::from_slice(simd, &rows[48..64]));
+fn load_corner<S: Simd>(
+    simd: S,
+    vertices: &[Vertex],
+    triangles: &[[u32; 3]; LANES],
+    corner: usize,
+) -> (f32x16<S>, f32x16<S>, f32x16<S>) {
+    let first = load_quarter(simd, vertices, triangles, corner, 0);
+    let second = load_quarter(simd, vertices, triangles, corner, 4);
+    let third = load_quarter(simd, vertices, triangles, corner, 8);
+    let fourth = load_quarter(simd, vertices, triangles, corner, 12);
     // Two rounds of unzipping take every fourth number.
     let (even_low, even_high) = (first.unzip_low(second), third.unzip_low(fourth));
     let (odd_low, odd_high) = (first.unzip_high(second), third.unzip_high(fourth));
     (even_low.unzip_low(even_high), odd_low.unzip_low(odd_high), even_low.unzip_high(even_high))
+}
+
+/// One corner of four triangles, vertex after vertex. Combining registers is what avoids a store and a load through
+/// memory, which wait for each other.
+#[inline(always)]
+fn load_quarter<S: Simd>(
+    simd: S,
+    vertices: &[Vertex],
+    triangles: &[[u32; 3]; LANES],
+    corner: usize,
+    lane: usize,
+) -> f32x16<S> {
+    let a = load_vertex(simd, vertices, triangles[lane][corner]);
+    let b = load_vertex(simd, vertices, triangles[lane + 1][corner]);
+    let c = load_vertex(simd, vertices, triangles[lane + 2][corner]);
+    let d = load_vertex(simd, vertices, triangles[lane + 3][corner]);
+    a.combine(b).combine(c.combine(d))
+}
+
+#[inline(always)]
+fn load_vertex<S: Simd>(simd: S, vertices: &[Vertex], place: u32) -> f32x4<S> {
+    f32x4::simd_from(simd, vertices[(place as usize).min(vertices.len() - 1)].0)
 }
 
 /// The results of `f` for each of three, inlined together with it as SIMD code has to be.
@@ -62,6 +79,18 @@ pub(super) fn min3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
 #[inline(always)]
 pub(super) fn max3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
     a.max(b).max(c)
+}
+
+/// The largest magnitude of three corners' coordinates.
+#[inline(always)]
+pub(super) fn largest<S: Simd>(x: [f32x16<S>; 3], y: [f32x16<S>; 3]) -> f32x16<S> {
+    max3(x).max(max3(y)).max(-(min3(x).min(min3(y))))
+}
+
+/// The lowest and highest of three corners' coordinates, widened by `error` and rounded to the samples between.
+#[inline(always)]
+pub(super) fn sample_range<S: Simd>(corners: [f32x16<S>; 3], error: f32x16<S>) -> [f32x16<S>; 2] {
+    [(min3(corners) - error).ceil(), (max3(corners) + error).floor()]
 }
 
 /// The same number in all lanes.
@@ -113,7 +142,7 @@ impl<S: Simd> Setup<S> {
         overhang: f32,
     ) -> Self {
         let size = max3(x) - min3(x) + (max3(y) - min3(y));
-        let largest = max3(x).max(max3(y)).max(-(min3(x).min(min3(y))));
+        let largest = largest(x, y);
         let corners = error * (size + splat(simd, 2.0 * overhang) + error) * splat(simd, 2.0);
         let rounding = size * splat(simd, samples) + largest * largest * splat(simd, 2.0);
         // The last factor covers the bound's own rounding.

@@ -6,25 +6,20 @@ use crate::{Camera, Projection, Ray, View};
 /// Half the distance from one to the next f32: the relative error of one rounding.
 pub(super) const HALF_ULP: f32 = f32::EPSILON / 2.0;
 
-/// A vertex in pixel space. 16 bytes.
+/// A vertex in pixel space: x, y, inverse depth and a zero that fills it to a quarter of a 16-wide register. 16 bytes.
 ///
 /// x and y count in pixels to the right and downwards from the sample at [`PixelSpace::middle`], so that samples have
 /// integer coordinates. They are wrong by at most |x| · [`HALF_ULP`] (|y| · `HALF_ULP`) + [`Vertex::ERROR_PIXELS`].
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C)]
-pub(super) struct Vertex {
-    pub(super) x: f32,
-    pub(super) y: f32,
-    /// One over the depth, with a relative error below 1.01 `HALF_ULP`; negative for a vertex that is behind the eye,
-    /// too far to the side or not finite, whose x and y mean nothing.
-    pub(super) inverse_depth: f32,
-    /// Fills the vertex to a quarter of a 16-wide register.
-    padding: f32,
-}
+///
+/// The inverse depth has a relative error below 1.01 `HALF_ULP`. It is negative for a vertex that is behind the eye, too
+/// far to the side or not finite, whose x and y mean nothing.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub(super) struct Vertex(pub(super) [f32; 4]);
 
 impl Vertex {
     /// Stands for every vertex that the fast path can't take.
-    pub(super) const AWKWARD: Self = Self { x: 0.0, y: 0.0, inverse_depth: -1.0, padding: 0.0 };
+    pub(super) const AWKWARD: Self = Self([0.0, 0.0, -1.0, 0.0]);
 
     /// What the transform, before the rounding to f32, and the rounding of the rays' own directions may move a vertex
     /// by in relation to a sample.
@@ -35,10 +30,6 @@ impl Vertex {
     /// which makes s (1 + g)(1 + 2g) 2⁻⁴⁸ pixels. Since [`PixelSpace::guard`] keeps s (1 + 2g)² below 2²⁴, the sum is
     /// below 2⁻²⁰; the doubled bound also covers the few f64 roundings of coordinates below 2²³ pixels.
     pub(super) const ERROR_PIXELS: f32 = 1.0 / (1 << 19) as f32;
-
-    pub(super) fn to_array(self) -> [f32; 4] {
-        [self.x, self.y, self.inverse_depth, self.padding]
-    }
 }
 
 /// The rays of one frame's camera as integer points in a plane.
@@ -172,12 +163,9 @@ impl PixelSpace {
         const RANGE: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
         let ordinary = (x.abs() <= self.guard) & (y.abs() <= self.guard);
         let ordinary = ordinary & (inverse_depth >= *RANGE.start()) & (inverse_depth <= *RANGE.end());
-        let vertex = Vertex {
-            x: (x * self.scale + self.axis_pixels.x) as f32,
-            y: (y * -self.scale + self.axis_pixels.y) as f32,
-            inverse_depth: inverse_depth as f32,
-            padding: 0.0,
-        };
+        let x = x * self.scale + self.axis_pixels.x;
+        let y = y * -self.scale + self.axis_pixels.y;
+        let vertex = Vertex([x as f32, y as f32, inverse_depth as f32, 0.0]);
         if ordinary { vertex } else { Vertex::AWKWARD }
     }
 }

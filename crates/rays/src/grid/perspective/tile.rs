@@ -6,6 +6,7 @@ use super::SeenPixels;
 use super::bins::{Bins, Fragment};
 use super::general::{Depth, General, Square};
 use super::lanes::{LANES, Setup, each, max3, min3, splat};
+use super::pixel_space::HALF_ULP;
 
 /// Blocks of 4×4 samples a side of a tile.
 pub(super) const BLOCKS: usize = Bins::TILE as usize / 4;
@@ -22,8 +23,10 @@ pub(super) struct Tile {
     /// Upper bounds.
     pub(super) high: [f32; SAMPLES],
     pub(super) triangle: [u32; SAMPLES],
-    /// The lowest of `low` in each block.
-    pub(super) farthest: [f32; BLOCKS * BLOCKS],
+    /// The lowest of `low` in each block that isn't `stale`.
+    farthest: [f32; BLOCKS * BLOCKS],
+    /// A bit for each block of a row with new hits.
+    stale: [u16; BLOCKS],
     /// Blocks that the triangles of a batch may cover: 256 × the lane, plus the block.
     queue: [u32; LANES * BLOCKS * BLOCKS],
     /// What the predicate has to decide.
@@ -47,6 +50,7 @@ impl Default for Tile {
             high: [0.0; SAMPLES],
             triangle: [SeenPixels::NONE; SAMPLES],
             farthest: [0.0; BLOCKS * BLOCKS],
+            stale: [0; BLOCKS],
             queue: [0; LANES * BLOCKS * BLOCKS],
             doubts: Vec::new(),
         }
@@ -77,7 +81,7 @@ impl Batch {
     #[inline(always)]
     pub(super) fn fill<S: Simd>(&mut self, simd: S, setup: &Setup<S>, inverse_depth: f32x16<S>, certain: mask32x16<S>) {
         let zero = splat(simd, 0.0);
-        let nearest = setup.nearest * splat(simd, 1.0 + 4.0 * super::pixel_space::HALF_ULP);
+        let nearest = setup.nearest * splat(simd, 1.0 + 4.0 * HALF_ULP);
         for edge in 0..3 {
             setup.a[edge].store_slice(&mut self.a[edge]);
             setup.b[edge].store_slice(&mut self.b[edge]);
@@ -118,6 +122,7 @@ impl Tile {
         self.high.fill(0.0);
         self.triangle.fill(SeenPixels::NONE);
         self.farthest.fill(0.0);
+        self.stale.fill(0);
     }
 
     /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not.
@@ -126,7 +131,8 @@ impl Tile {
         let mut waiting = 0;
         for lane in super::build::lanes_of(lanes) {
             let lane = lane as usize % LANES;
-            let [x0, x1, y0, y1] = [0, 1, 2, 3].map(|side: usize| batch.blocks[side][lane] as usize % BLOCKS);
+            let (x0, x1) = (batch.blocks[0][lane] as usize % BLOCKS, batch.blocks[1][lane] as usize % BLOCKS);
+            let (y0, y1) = (batch.blocks[2][lane] as usize % BLOCKS, batch.blocks[3][lane] as usize % BLOCKS);
             // Rejecting whole blocks costs about as much as testing this many.
             const FEW: usize = 8;
             if !CERTAIN || (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW {
@@ -167,6 +173,11 @@ impl Tile {
         let nearest = splat(simd, batch.nearest[lane]);
         let inside = (2 << x1) - (1 << x0);
         for y in y0..=y1 {
+            for x in super::build::lanes_of(u64::from(std::mem::take(&mut self.stale[y]))) {
+                let block = y * BLOCKS + x as usize;
+                let low = f32x16::from_slice(simd, &self.low[block * LANES..(block + 1) * LANES]);
+                self.farthest[block] = low.reduce_min();
+            }
             let row = splat(simd, (4 * y as i32 - HALF) as f32 + MIDDLE);
             let edges = batch.edges(simd, lane, columns, row);
             let highest = min3([edges[0] + reach[0], edges[1] + reach[1], edges[2] + reach[2]]);
@@ -200,7 +211,7 @@ impl Tile {
         let mut missed = lowest.simd_lt(-bound);
         if !CERTAIN {
             // Then a miss takes two edge functions with opposite certain signs.
-            missed = missed & max3(edges).simd_gt(bound);
+            missed &= max3(edges).simd_gt(bound);
         }
         let possible = high.simd_ge(old_low) & !missed;
         if !possible.any_true() {
@@ -218,7 +229,7 @@ impl Tile {
         let old_triangle = u32x16::from_slice(simd, &self.triangle[samples.clone()]);
         let triangle = u32x16::splat(simd, batch.ids[lane]);
         certain.select(triangle, old_triangle).store_slice(&mut self.triangle[samples]);
-        self.farthest[block] = new_low.reduce_min();
+        self.stale[block / BLOCKS] |= 1 << (block % BLOCKS);
     }
 
     /// Tests a general triangle against the samples of one block, the first of which is at (`x`, `y`) in pixel space.
@@ -271,8 +282,24 @@ impl Tile {
                 }
             }
         }
-        let lows = f32x16::from_slice(simd, &self.low[samples..samples + LANES]);
-        self.farthest[block] = lows.reduce_min();
+        self.stale[block / BLOCKS] |= 1 << (block % BLOCKS);
+    }
+
+    /// Replaces `low` by the middle between it and `high`, and `high` by the relative error of that.
+    #[inline(always)]
+    pub(super) fn turn_bounds_into_errors<S: Simd>(&mut self, simd: S) {
+        let zero = splat(simd, 0.0);
+        for (low, high) in self.low.as_chunks_mut::<LANES>().0.iter_mut().zip(self.high.as_chunks_mut::<LANES>().0) {
+            let (lower, upper) = (f32x16::from_slice(simd, low), f32x16::from_slice(simd, high));
+            let sum = lower + upper;
+            // Three half ulps for the bound's own roundings, relative to it, and one for the middle's. Outside the range
+            // where that holds, nothing is sure.
+            let error = (upper - lower) / sum * splat(simd, 1.0 + 4.0 * HALF_ULP) + splat(simd, 1.01 * HALF_ULP);
+            let in_range = sum.simd_gt(splat(simd, 1e-30)) & sum.simd_lt(splat(simd, 1e30));
+            let error = in_range.select(error, splat(simd, f32::INFINITY));
+            sum.simd_gt(zero).select(error, zero).store_slice(high);
+            (sum * splat(simd, 0.5)).store_slice(low);
+        }
     }
 
     /// Takes in a sample of a tiny triangle.
@@ -312,9 +339,8 @@ impl Depth {
             Self::Direct { error, .. } if value < -error => return None,
             Self::Unknown | Self::Inverse { .. } | Self::Direct { .. } => (0.0, f64::INFINITY),
         };
-        // More than the rounding to f32 and those above.
-        const ROUNDING: f64 = f32::EPSILON as f64;
-        Some(((low - low.abs() * ROUNDING) as f32, (high + high.abs() * ROUNDING) as f32))
+        // The next f32 is farther than the f64 roundings above and the one to f32.
+        Some(((low as f32).next_down(), (high as f32).next_up()))
     }
 }
 
@@ -325,10 +351,4 @@ pub(super) fn block_range<S: Simd>(simd: S, low: f32x16<S>, high: f32x16<S>) -> 
     let low = (low.max(first).min(last) - first) * splat(simd, 0.25);
     let high = (high.max(first).min(last) - first) * splat(simd, 0.25);
     [low.to_int(), high.to_int()]
-}
-
-/// The lowest and highest of three corners' coordinates, widened by `error` and rounded to the samples between.
-#[inline(always)]
-pub(super) fn sample_range<S: Simd>(corners: [f32x16<S>; 3], error: f32x16<S>) -> [f32x16<S>; 2] {
-    [(min3(corners) - error).ceil(), (max3(corners) + error).floor()]
 }

@@ -1,15 +1,15 @@
 use std::sync::Mutex;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16};
+use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
 use glam::IVec2;
 use rayon::prelude::*;
 
 use super::bins::{Bin, Bins};
 use super::general::{General, Square};
-use super::lanes::{Corners, LANES, Setup, each, max3, min3, splat};
+use super::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
-use super::tile::{BLOCKS, Batch, Doubt, HALF, SAMPLES, Tile, block_range, sample_range};
+use super::tile::{BLOCKS, Batch, Doubt, HALF, SAMPLES, Tile, block_range};
 use super::{GridCounts, PerspectiveGrid, SeenPixels};
 use crate::predicate::crossing;
 use crate::{Hit, Triangles};
@@ -96,13 +96,21 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
     fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone, rows: &mut Rows<'_>) {
         self.tile.clear();
         let mut batch = Batch::default();
+        // Batches go on from one range's bin to the next one's, which often hold but few.
+        let mut ids = [0; LANES];
+        let mut waiting = 0;
         for bin in bins.clone() {
             self.tally.listed += (bin.ordinary.len() + bin.general.len() + bin.masked.len()) as u64;
-            for ids in bin.ordinary.chunks(LANES) {
-                self.test_ordinary(simd, ids, &mut batch);
-                self.settle_if_many();
+            for &id in &bin.ordinary {
+                ids[waiting] = id;
+                waiting += 1;
+                if waiting == LANES {
+                    self.test_ordinary(simd, &ids, &mut batch);
+                    waiting = 0;
+                }
             }
         }
+        self.test_ordinary(simd, &ids[..waiting], &mut batch);
         for bin in bins.clone() {
             self.test_general(simd, &bin.general, false);
             self.test_general(simd, &bin.masked, true);
@@ -122,8 +130,11 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
     #[inline(always)]
     fn test_ordinary<S: Simd>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
         let indices = self.triangles.indices;
-        let corners = Corners::load(simd, self.vertices, ids.iter().map(|&id| &indices[id as usize]));
-        let largest = |x: [_; 3], y: [_; 3]| max3(x).max(-min3(x)).max(max3(y).max(-min3(y)));
+        let mut corners = [[u32::MAX; 3]; LANES];
+        for (corners, &id) in corners.iter_mut().zip(ids) {
+            *corners = indices[id as usize];
+        }
+        let corners = Corners::load(simd, self.vertices, &corners);
         let origin = self.corner - self.space.middle + IVec2::splat(HALF);
         let x = each(
             corners.x,
@@ -141,10 +152,8 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
         // The same again for the sums of coordinates and their errors.
         let (columns, rows) = (sample_range(x, error + error), sample_range(y, error + error));
         let (width, height) = self.space.size();
-        let last = |side: u32, corner: i32| splat(simd, (side as i32 - 1 - corner - HALF).min(HALF - 1) as f32);
-        let first = splat(simd, -HALF as f32);
-        let within = |[low, high]: [f32x16<S>; 2], last| high.simd_ge(low) & high.simd_ge(first) & low.simd_le(last);
-        let seen = within(columns, last(width, self.corner.x)) & within(rows, last(height, self.corner.y));
+        let last = IVec2::new(width as i32, height as i32) - 1 - self.corner - HALF;
+        let seen = overlaps(simd, columns, last.x) & overlaps(simd, rows, last.y);
         let seen = seen.to_bitmask() & ((1 << ids.len()) - 1);
         if seen == 0 {
             return;
@@ -159,6 +168,7 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
             range.store_slice(blocks);
         }
         let certain = certain.to_bitmask();
+        self.settle_if_many();
         self.tile.test_batch::<S, true>(simd, batch, seen & certain);
         if seen & !certain != 0 {
             self.tile.test_batch::<S, false>(simd, batch, seen & !certain);
@@ -243,39 +253,41 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
             Some(old) if (old.t, old.triangle) < (new.t, new.triangle) => old,
             _ => new,
         };
-        // One over t, within an f32's rounding and an f64's.
-        let inverse = 1.0 / nearest.t;
-        self.tile.low[place] = (inverse * (1.0 - f64::from(f32::EPSILON))) as f32;
-        self.tile.high[place] = (inverse * (1.0 + f64::from(f32::EPSILON))) as f32;
+        let inverse = (1.0 / nearest.t) as f32;
+        (self.tile.low[place], self.tile.high[place]) = (inverse.next_down(), inverse.next_up());
         self.tile.triangle[place] = nearest.triangle;
     }
 
     /// Copies the tile to the image.
     #[inline(always)]
-    fn write<S: Simd>(&self, simd: S, rows: &mut Rows<'_>) {
-        let height = rows.triangle.len() / rows.width.max(1);
+    fn write<S: Simd>(&mut self, simd: S, rows: &mut Rows<'_>) {
+        self.tile.turn_bounds_into_errors(simd);
+        let Tile { low: middle, high: error, triangle, .. } = &*self.tile;
         let left = self.corner.x as usize;
-        for block in 0..BLOCKS * BLOCKS {
-            let (x, y) = (left + block % BLOCKS * 4, block / BLOCKS * 4);
-            let samples = block * LANES..(block + 1) * LANES;
-            let low = f32x16::from_slice(simd, &self.tile.low[samples.clone()]);
-            let high = f32x16::from_slice(simd, &self.tile.high[samples.clone()]);
-            let sum = low + high;
-            // Three half ulps for the bound's own roundings, relative to it, and one for the middle's.
-            let error = (high - low) / sum * splat(simd, 1.0 + 4.0 * HALF_ULP) + splat(simd, 1.01 * HALF_ULP);
-            let hit = sum.simd_gt(splat(simd, 0.0));
-            let error: [f32; LANES] = hit.select(error, splat(simd, 0.0)).into();
-            let middle: [f32; LANES] = (sum * splat(simd, 0.5)).into();
-            let triangle = &self.tile.triangle[samples];
-            let columns = 4.min(rows.width.saturating_sub(x));
-            let inside = if columns == 0 { 0 } else { 4.min(height.saturating_sub(y)) };
-            for row in 0..inside {
-                let (to, from) = ((y + row) * rows.width + x, row * 4);
-                copy_up_to_four(&mut rows.triangle[to..to + columns], &triangle[from..from + 4]);
-                copy_up_to_four(&mut rows.inverse_depth[to..to + columns], &middle[from..from + 4]);
-                copy_up_to_four(&mut rows.relative_error[to..to + columns], &error[from..from + 4]);
-            }
+        let columns = (2 * HALF as usize).min(rows.width - left);
+        let height = rows.triangle.len() / rows.width;
+        for y in 0..height.min(2 * HALF as usize) {
+            let pixels = y * rows.width + left..y * rows.width + left + columns;
+            let first = y / 4 * BLOCKS * LANES + y % 4 * 4;
+            copy_row(&mut rows.triangle[pixels.clone()], &triangle[first..]);
+            copy_row(&mut rows.inverse_depth[pixels.clone()], &middle[first..]);
+            copy_row(&mut rows.relative_error[pixels], &error[first..]);
         }
+    }
+}
+
+/// Whether ranges of samples have any that is in the tile and, in tile-local coordinates, not after `last`.
+#[inline(always)]
+fn overlaps<S: Simd>(simd: S, [low, high]: [f32x16<S>; 2], last: i32) -> mask32x16<S> {
+    let last = splat(simd, last.min(HALF - 1) as f32);
+    high.simd_ge(low) & high.simd_ge(splat(simd, -HALF as f32)) & low.simd_le(last)
+}
+
+/// Copies a row of pixels from a row of blocks.
+#[inline(always)]
+fn copy_row<T: Copy>(to: &mut [T], blocks: &[T]) {
+    for (to, block) in to.chunks_mut(4).zip(blocks.chunks(LANES)) {
+        copy_up_to_four(to, &block[..4]);
     }
 }
 
