@@ -1,6 +1,6 @@
 //! How long the light grid takes, stage by stage, beside a BVH.
 //!
-//! `cargo run --release -p umbrage-rays --example grid_speed -- [TRIANGLES | FILE.obj] [SIDE]`
+//! `cargo run --release -p umbrage-rays --example grid_speed -- [TRIANGLES | FILE.obj] [SIDE] [alone]`
 
 use std::time::Instant;
 
@@ -90,17 +90,21 @@ fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
 }
 
 fn main() -> std::io::Result<()> {
-    const ROUNDS: usize = 9;
+    let rounds = 15;
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let scene = arguments.first().map_or("70000", String::as_str);
     let mesh = scene.parse().map_or_else(|_| Mesh::read(scene), |triangles| Ok(Mesh::balls(triangles)))?;
     let side = arguments.get(1).and_then(|side| side.parse().ok()).unwrap_or(1024);
+    let alone = arguments.get(2).is_some_and(|word| word == "alone");
     let triangles = Triangles { positions: &mesh.positions, indices: &mesh.indices };
     let camera = Camera::look_at(Vec3::new(2.0, 5.0, 8.0), Vec3::ZERO, Vec3::Y, 0.75);
     let view = View { camera, width: side, height: side };
     let offset_pixels = DVec2::splat(0.5);
     let pixels = (side * side) as usize;
-    let ray = |pixel: usize| view.ray((pixel as u32 % side) as f64 + 0.5, (pixel as u32 / side) as f64 + 0.5);
+    let ray = |pixel: usize| {
+        let pixel = pixel as u32;
+        view.ray(f64::from(pixel % side) + 0.5, f64::from(pixel / side) + 0.5)
+    };
 
     let mut bvh = Bvh::default();
     bvh.build(triangles);
@@ -124,10 +128,15 @@ fn main() -> std::io::Result<()> {
     for (name, light) in lights {
         let mut stages: [Vec<f64>; 9] = Default::default();
         let mut differing = 0;
-        for _ in 0..ROUNDS {
+        for _ in 0..rounds {
             let (_, locate) = timed(|| grid.locate(&image));
             let (_, shadow) = timed(|| grid.shadow(&image, &light, |_| true, |_, _| true, &mut lit));
             let seconds = grid.seconds();
+            if alone {
+                let new = [locate, seconds.map, seconds.sort, seconds.project, seconds.trace, seconds.decide, shadow];
+                stages.iter_mut().zip(new.into_iter().chain([0.0; 2])).for_each(|(stage, time)| stage.push(time));
+                continue;
+            }
             let (_, build) = timed(|| bvh.build(triangles));
             let blocked = |pixel: usize| {
                 let hit = hits[pixel]?;
