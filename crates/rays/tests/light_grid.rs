@@ -1,5 +1,6 @@
 //! The light grid against the predicate, pixel by pixel.
 
+#[allow(dead_code, reason = "shared by tests of which each uses a part")]
 mod meshes;
 
 use glam::{DVec2, Vec3};
