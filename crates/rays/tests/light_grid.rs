@@ -1,5 +1,6 @@
 //! The light grid against the predicate, pixel by pixel.
 
+#[allow(dead_code, reason = "shared by tests of which each uses a part")]
 mod meshes;
 
 use glam::{DVec2, Vec3};
@@ -259,14 +260,41 @@ fn lights_that_are_none_reach_everything() {
 #[test]
 fn masked_triangles_let_light_through() {
     let case = Case::new("masked", room(), camera(), (37, 29));
-    let is_opaque = |id: u32| id % 3 != 0;
-    let casts = |id: u32, [b, c]: [f32; 2]| id % 3 != 0 || (b * 7.0) as u32 % 2 == (c * 7.0) as u32 % 2;
+    let is_opaque = |id: u32| !id.is_multiple_of(3);
+    let casts = |id: u32, [b, c]: [f32; 2]| is_opaque(id) || (b * 7.0) as u32 % 2 == (c * 7.0) as u32 % 2;
     let mut grid = LightGrid::default();
     grid.locate(&case.image());
     for light in lights(1.0, Vec3::ZERO) {
         let mut lit = vec![0; case.seen.len().div_ceil(64)];
         grid.shadow(&case.image(), &light, is_opaque, casts, &mut lit);
         assert_eq!(bits(&lit, case.seen.len()), case.lit(&light, casts), "{light:?}");
+    }
+}
+
+#[test]
+fn distances_may_be_known_roughly() {
+    let case = Case::new("rough", room(), camera(), (61, 47));
+    let mut random = Random(2);
+    for error in [0.0, 4e-7, 9e-7, 1e-5, f32::NAN] {
+        let triangles = case.mesh.triangles();
+        let inverse: Vec<f32> = (case.seen.iter().enumerate())
+            .map(|(pixel, &id)| {
+                if id == SeenImage::NOTHING {
+                    return 0.0;
+                }
+                let t = crossing(&case.ray(pixel), triangles.corners(id)).expect("a hit").t;
+                // An f32 alone is wrong by up to 6e-8.
+                (1.0 / (t * f64::from(1.0 + (error - 1e-7).max(0.0) * (2.0 * random.unit() - 1.0)))) as f32
+            })
+            .collect();
+        let errors = vec![error; inverse.len()];
+        let mut grid = LightGrid::default();
+        grid.locate_near(&case.image(), &inverse, &errors);
+        for light in lights(1.0, Vec3::ZERO) {
+            let mut lit = vec![0; case.seen.len().div_ceil(64)];
+            grid.shadow(&case.image(), &light, |_| true, |_, _| true, &mut lit);
+            assert_eq!(bits(&lit, case.seen.len()), case.lit(&light, |_, _| true), "{error}: {light:?}");
+        }
     }
 }
 

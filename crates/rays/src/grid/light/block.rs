@@ -1,4 +1,7 @@
-use super::lanes::LANES;
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, i32x16};
+
+use super::lanes::{LANES, splat};
 
 /// Sixteen points of a layer, which the fast test takes at once. 320 bytes.
 #[derive(Clone, Copy, Debug)]
@@ -75,4 +78,11 @@ impl Cells {
         const SHRINK: f32 = 0.499_999;
         [self.columns as f32 * SHRINK, self.rows as f32 * SHRINK]
     }
+}
+
+/// The columns or rows of places in X or Y: for points and triangles alike, which keeps their order.
+#[inline(always)]
+pub(super) fn cells_at<S: Simd>(simd: S, at: f32x16<S>, scale: f32x16<S>, count: usize) -> i32x16<S> {
+    let cell: i32x16<S> = (at.max(splat(simd, -2.0)).min(splat(simd, 2.0)) * scale + scale).to_int();
+    cell.max(i32x16::splat(simd, 0)).min(i32x16::splat(simd, count as i32 - 1))
 }

@@ -2,8 +2,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
 use glam::DVec3;
 
-use super::lanes::{Vectors, dot, splat_vector};
-use super::locate::{CameraRays, RELATIVE_ERROR};
+use super::lanes::{Vectors, absolute, dot, splat_vector};
+use super::locate::{CameraRays, PointBox};
 
 /// A rectangle through which the light sees some of the points, as a projective map.
 ///
@@ -64,11 +64,26 @@ impl Face {
         if self.is_parallel { norms.max_element() } else { norms.x.max(norms.y) + norms.z }
     }
 
+    /// Whether some point in a box may be on this side of the cube.
+    pub(super) fn may_own(&self, bounds: &PointBox) -> bool {
+        let Some(Side { axis, is_positive }) = self.side else { return true };
+        let (min, max) = (bounds.min - self.origin, bounds.max - self.origin);
+        let most = if is_positive { max[axis] } else { -min[axis] };
+        // How far the box is from the light along another axis, less what the box may be wrong by.
+        let least = |axis: usize| min[axis].max(-max[axis]) * (1.0 - 1e-6);
+        let reach = bounds.min.abs().max(bounds.max.abs()).max_element() * 1e-9;
+        most + reach >= least((axis + 1) % 3).max(least((axis + 2) % 3)) - reach
+    }
+
     /// X, Y, W and 1 / p.z of eight vectors from the origin; the last is one for parallel light.
     #[inline(always)]
     pub(super) fn project<S: Simd>(&self, simd: S, v: Vectors<S>) -> (Vectors<S>, f64x8<S>) {
         let one = f64x8::splat(simd, 1.0);
-        let rows = [self.x, self.y, self.z].map(|row| dot(v, splat_vector(simd, row)));
+        let rows = [
+            dot(v, splat_vector(simd, self.x)),
+            dot(v, splat_vector(simd, self.y)),
+            dot(v, splat_vector(simd, self.z)),
+        ];
         if self.is_parallel {
             (rows, one)
         } else {
@@ -82,7 +97,7 @@ impl Face {
     #[inline(always)]
     pub(super) fn owns<S: Simd>(&self, simd: S, v: Vectors<S>) -> fearless_simd::mask64x8<S> {
         let Some(Side { axis, is_positive }) = self.side else { return fearless_simd::mask64x8::splat(simd, true) };
-        let [x, y, z] = v.map(|axis| axis.abs());
+        let [x, y, z] = absolute(v);
         let is_axis = match axis {
             0 => x.simd_ge(y) & x.simd_ge(z),
             1 => y.simd_gt(x) & y.simd_ge(z),
@@ -129,7 +144,7 @@ pub(super) const PREDICATE_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
 impl Layer {
     /// The slack of each class: points in it are wrong by at most this times [`POINT_ERROR`], and the predicate thinks
     /// them wrong by at most this times [`PREDICATE_ERROR`]. The last makes 2⁻¹⁰.
-    pub(super) const CLASSES: [f64; 3] = [1.0, 64.0, (1 << 18) as f64];
+    pub(super) const CLASSES: [f64; 4] = [1.0, 64.0, 4096.0, (1 << 18) as f64];
 
     pub(super) fn new(face: Face, class: usize, rays: &CameraRays) -> Self {
         let slack = Self::CLASSES[class];
@@ -194,7 +209,7 @@ impl PointErrors {
         let predicate = sensitivity / PREDICATE_ERROR;
         Self {
             per_distance: [
-                point * rays.largest_direction * (RELATIVE_ERROR + 128.0 * ROUNDING),
+                point * rays.largest_direction * (rays.relative_error + 128.0 * ROUNDING),
                 predicate * rays.largest_direction * 16.0 * ROUNDING,
             ],
             constant: [point * largest * 128.0 * ROUNDING, predicate * largest * 16.0 * ROUNDING],
@@ -205,7 +220,8 @@ impl PointErrors {
     #[inline(always)]
     pub(super) fn slack<S: Simd>(&self, t: f64x8<S>, inverse: f64x8<S>) -> f64x8<S> {
         let t = t.abs();
-        let [first, second] = [0, 1].map(|which| t * self.per_distance[which] + self.constant[which]);
-        first.max(second) * inverse
+        let point = t * self.per_distance[0] + self.constant[0];
+        let predicate = t * self.per_distance[1] + self.constant[1];
+        point.max(predicate) * inverse
     }
 }

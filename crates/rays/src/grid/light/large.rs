@@ -119,7 +119,7 @@ fn predicate_error(layer: &Layer, [a, b, c]: [DVec3; 3], determinant: f64, nearn
 fn bounds(points: &[DVec3; 3], sizes: [f64; 3], margin: f64) -> Option<[[f32; 2]; 2]> {
     let everything = Some([[-1.0, 1.0], [-1.0, 1.0]]);
     let largest = sizes.into_iter().fold(0.0, f64::max);
-    if !(largest < 1e100) {
+    if largest > 1e100 {
         return everything;
     }
     // More than the face, so that no rounding here can lose a point of it; what is left may reach behind the light.
@@ -219,19 +219,25 @@ impl Plane {
     #[inline(always)]
     pub(super) fn test<S: Simd>(&self, simd: S, id: u32, block: &Block) -> (u64, u64) {
         let (x, y) = (f32x16::simd_from(simd, block.x), f32x16::simd_from(simd, block.y));
-        let line = |[a, b, c]: [f32; 3]| splat(simd, a).mul_add(x, splat(simd, b).mul_add(y, splat(simd, c)));
-        let edges = self.edges.map(line);
-        let place = |which: usize, sign: f32| edges[which] + splat(simd, sign * self.edge_errors[which]);
+        let [first, second, third] = self.edges;
+        let (e0, e1, e2) = (line(simd, first, x, y), line(simd, second, x, y), line(simd, third, x, y));
+        let [error0, error1, error2] = self.edge_errors;
+        let (error0, error1, error2) = (splat(simd, error0), splat(simd, error1), splat(simd, error2));
         // With an infinite error the one is never below zero, the other always.
-        let possible = min3([place(0, 1.0), place(1, 1.0), place(2, 1.0)]).simd_ge(splat(simd, 0.0));
-        let certain = min3([place(0, -1.0), place(1, -1.0), place(2, -1.0)]).simd_gt(splat(simd, 0.0));
-        let nearer = line(self.nearness) - f32x16::simd_from(simd, block.nearness);
+        let possible = min3([e0 + error0, e1 + error1, e2 + error2]).simd_ge(splat(simd, 0.0));
+        let certain = min3([e0 - error0, e1 - error1, e2 - error2]).simd_gt(splat(simd, 0.0));
+        let nearer = line(simd, self.nearness, x, y) - f32x16::simd_from(simd, block.nearness);
         let depth_error = splat(simd, self.depth_error);
         let others = u32x16::simd_from(simd, block.triangle).simd_ne(u32x16::splat(simd, id));
         let possible = (possible & !nearer.simd_lt(-depth_error) & others).to_bitmask();
         let certain = (certain & nearer.simd_gt(depth_error)).to_bitmask();
         (possible & certain, possible & !certain)
     }
+}
+
+#[inline(always)]
+fn line<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
+    splat(simd, a).mul_add(x, splat(simd, b).mul_add(y, splat(simd, c)))
 }
 
 /// The column or row of a place in X or Y.

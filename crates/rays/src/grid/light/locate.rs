@@ -1,9 +1,11 @@
+use std::time::Instant;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x16, f64x8};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::lanes::{LANES, Vectors, dot, largest, splat_vector};
+use super::lanes::{LANES, Vectors, absolute, dot, largest, minus, splat_vector, widen};
 use super::{LightGrid, SeenImage};
 use crate::predicate::crossing;
 use crate::{Camera, Projection};
@@ -14,13 +16,13 @@ pub(super) const CHUNK_PIXELS: usize = 1024;
 /// Half the distance from one to the next f64.
 const ROUNDING: f64 = f64::EPSILON / 2.0;
 
-/// How wrong a point's distance may be, in relation to it.
-pub(super) const RELATIVE_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
+/// How wrong a distance that is computed here may be, in relation to it.
+const RELATIVE_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
 
 /// Where along its camera ray each point is.
 #[derive(Default)]
 pub(super) struct Points {
-    /// For each pixel the t of its ray, wrong by at most [`RELATIVE_ERROR`]; NaN where there is no point.
+    /// For each pixel the t of its ray, wrong by at most its `relative_error`; NaN where there is no point.
     pub(super) t: Vec<f64>,
     /// For each [`CHUNK_PIXELS`] pixels the box around their points.
     pub(super) boxes: Vec<PointBox>,
@@ -47,20 +49,62 @@ impl LightGrid {
     /// # Panics
     /// If `image.triangle_of_pixel` doesn't hold width × height pixels.
     pub fn locate(&mut self, image: &SeenImage<'_>) {
-        let start = std::time::Instant::now();
-        let pixels = image.triangle_of_pixel.len();
-        let size = u64::from(image.view.width) * u64::from(image.view.height);
-        assert!(pixels as u64 == size, "{pixels} triangles for an image of {size} pixels");
+        let start = Instant::now();
         let Points { t, boxes, rays } = &mut self.points;
         *rays = CameraRays::new(image);
-        t.resize(pixels, f64::NAN);
-        boxes.resize(pixels.div_ceil(CHUNK_PIXELS), PointBox::default());
+        resize(image, t, boxes);
         let (level, rays) = (self.level.0, &*rays);
         t.par_chunks_mut(CHUNK_PIXELS).zip(boxes).enumerate().for_each(|(chunk, (t, bounds))| {
-            *bounds = dispatch!(level, simd => locate(simd, image, rays, chunk * CHUNK_PIXELS, t));
+            let first = chunk * CHUNK_PIXELS;
+            dispatch!(level, simd => locate(simd, image, rays, first, t));
+            *bounds = dispatch!(level, simd => bound(simd, rays, first, t));
         });
         self.seconds.locate = start.elapsed().as_secs_f64();
     }
+
+    /// As [`LightGrid::locate`], faster, where the distances are roughly known: for each pixel that has a triangle
+    /// 1 / t of its ray, and how wrong that may be in relation to it. Pixels where it may be wrong by more than 2⁻²⁰,
+    /// or where the error is zero or NaN, are computed exactly.
+    ///
+    /// # Panics
+    /// If one of the slices doesn't hold width × height pixels.
+    pub fn locate_near(&mut self, image: &SeenImage<'_>, inverse_distances: &[f32], relative_errors: &[f32]) {
+        const WORST: f32 = 1.0 / (1 << 20) as f32;
+        let start = Instant::now();
+        let Points { t, boxes, rays } = &mut self.points;
+        *rays = CameraRays::new(image);
+        // The reciprocal is wrong by a little more.
+        rays.relative_error = f64::from(WORST) * 1.01;
+        resize(image, t, boxes);
+        let pixels = t.len();
+        assert!(inverse_distances.len() == pixels && relative_errors.len() == pixels, "a distance for each pixel");
+        let (level, rays) = (self.level.0, &*rays);
+        t.par_chunks_mut(CHUNK_PIXELS).zip(boxes).enumerate().for_each(|(chunk, (t, bounds))| {
+            let first = chunk * CHUNK_PIXELS;
+            let known = inverse_distances[first..].iter().zip(&relative_errors[first..]);
+            let known = known.zip(&image.triangle_of_pixel[first..]);
+            for (place, (t, ((&inverse, &error), &triangle))) in t.iter_mut().zip(known).enumerate() {
+                *t = if triangle == SeenImage::NOTHING {
+                    f64::NAN
+                } else if error > 0.0 && error <= WORST && inverse.is_normal() {
+                    1.0 / f64::from(inverse)
+                } else {
+                    exact_distance(image, first + place)
+                };
+            }
+            *bounds = dispatch!(level, simd => bound(simd, rays, first, t));
+        });
+        self.seconds.locate = start.elapsed().as_secs_f64();
+    }
+}
+
+/// Makes room for the pixels of an image.
+fn resize(image: &SeenImage<'_>, t: &mut Vec<f64>, boxes: &mut Vec<PointBox>) {
+    let pixels = image.triangle_of_pixel.len();
+    let size = u64::from(image.view.width) * u64::from(image.view.height);
+    assert!(pixels as u64 == size, "{pixels} triangles for an image of {size} pixels");
+    t.resize(pixels, f64::NAN);
+    boxes.resize(pixels.div_ceil(CHUNK_PIXELS), PointBox::default());
 }
 
 /// The constants of [`View::ray`](crate::View::ray).
@@ -76,6 +120,8 @@ pub(super) struct CameraRays {
     forward: DVec3,
     is_perspective: bool,
     width: usize,
+    /// How wrong each t may be.
+    pub(super) relative_error: f64,
     /// Largest component of any direction.
     pub(super) largest_direction: f64,
     /// Largest coordinate of any origin.
@@ -107,6 +153,7 @@ impl CameraRays {
             forward,
             is_perspective,
             width: image.view.width as usize,
+            relative_error: RELATIVE_ERROR,
             largest_direction: if is_perspective { direction + across } else { direction },
             largest_origin: if is_perspective { origin } else { origin + across },
         }
@@ -130,8 +177,11 @@ impl CameraRays {
         }
         let (step_x, step_y) = (splat_vector(simd, self.step_x), splat_vector(simd, self.step_y));
         let corner = splat_vector(simd, self.corner);
-        let axis = |axis: usize| step_x[axis].mul_add(columns, step_y[axis].mul_add(rows, corner[axis]));
-        let varying = [axis(0), axis(1), axis(2)];
+        let varying = [
+            step_x[0].mul_add(columns, step_y[0].mul_add(rows, corner[0])),
+            step_x[1].mul_add(columns, step_y[1].mul_add(rows, corner[1])),
+            step_x[2].mul_add(columns, step_y[2].mul_add(rows, corner[2])),
+        ];
         if self.is_perspective {
             (splat_vector(simd, self.position), varying)
         } else {
@@ -140,12 +190,9 @@ impl CameraRays {
     }
 }
 
-/// The distances of the points of a chunk of pixels from `first`, and the box around them.
+/// The distances of the points of a chunk of pixels from `first`.
 #[inline(always)]
-fn locate<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, first: usize, t: &mut [f64]) -> PointBox {
-    let infinity = f64x8::splat(simd, f64::INFINITY);
-    let (mut min, mut max) = ([infinity; 3], [-infinity; 3]);
-    let mut points = 0;
+fn locate<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, first: usize, t: &mut [f64]) {
     for (group, t) in t.chunks_mut(LANES).enumerate() {
         let first = first + group * LANES;
         let ids = &image.triangle_of_pixel[first..first + t.len()];
@@ -155,30 +202,42 @@ fn locate<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, first: usi
         }
         let corners = Corners::load(simd, image, ids);
         for (half, t) in t.chunks_mut(8).enumerate() {
-            let (origin, direction) = rays.eight(simd, first + half * 8);
+            let first = first + half * 8;
+            let (origin, direction) = rays.eight(simd, first);
             let (found, certain) = corners.distances(simd, rays, half, origin, direction);
-            let mut found = found.to_array();
-            let certain = certain.to_bitmask();
-            for (lane, found) in found[..t.len()].iter_mut().enumerate() {
-                if certain >> lane & 1 == 0 {
-                    *found = exact_distance(image, first + half * 8 + lane);
-                }
-            }
-            found[t.len()..].fill(f64::NAN);
-            t.copy_from_slice(&found[..t.len()]);
-            let found = f64x8::simd_from(simd, found);
-            let is_point = found.simd_eq(found);
-            points += is_point.to_bitmask().count_ones();
-            for axis in 0..3 {
-                let position = found.mul_add(direction[axis], origin[axis]);
-                min[axis] = is_point.select(min[axis].min(position), min[axis]);
-                max[axis] = is_point.select(max[axis].max(position), max[axis]);
+            t.copy_from_slice(&found.to_array()[..t.len()]);
+            let mut uncertain = !certain.to_bitmask() & ((1 << t.len()) - 1);
+            while uncertain != 0 {
+                let lane = uncertain.trailing_zeros() as usize;
+                uncertain &= uncertain - 1;
+                t[lane] = exact_distance(image, first + lane);
             }
         }
     }
+}
+
+/// The box around the points of a chunk of pixels from `first`.
+#[inline(always)]
+fn bound<S: Simd>(simd: S, rays: &CameraRays, first: usize, t: &[f64]) -> PointBox {
+    let infinity = f64x8::splat(simd, f64::INFINITY);
+    let (mut min, mut max) = ([infinity; 3], [-infinity; 3]);
+    let mut points = 0;
+    for (group, t) in t.chunks(8).enumerate() {
+        let (origin, direction) = rays.eight(simd, first + group * 8);
+        let mut padded = [f64::NAN; 8];
+        padded[..t.len()].copy_from_slice(t);
+        let t = f64x8::simd_from(simd, padded);
+        let is_point = t.simd_eq(t);
+        points += is_point.to_bitmask().count_ones();
+        for axis in 0..3 {
+            let position = t.mul_add(direction[axis], origin[axis]);
+            min[axis] = is_point.select(min[axis].min(position), min[axis]);
+            max[axis] = is_point.select(max[axis].max(position), max[axis]);
+        }
+    }
     PointBox {
-        min: DVec3::from_array(min.map(|axis| axis.reduce_min())),
-        max: DVec3::from_array(max.map(|axis| axis.reduce_max())),
+        min: DVec3::new(min[0].reduce_min(), min[1].reduce_min(), min[2].reduce_min()),
+        max: DVec3::new(max[0].reduce_max(), max[1].reduce_max(), max[2].reduce_max()),
         points,
     }
 }
@@ -193,9 +252,15 @@ fn exact_distance(image: &SeenImage<'_>, pixel: usize) -> f64 {
     crossing(&image.camera_ray(pixel), corners).map_or(f64::NAN, |crossing| crossing.t)
 }
 
+#[inline(always)]
+fn halves<S: Simd>(simd: S, [x, y, z]: [[f32; LANES]; 3]) -> [Vectors<S>; 2] {
+    widen([f32x16::simd_from(simd, x), f32x16::simd_from(simd, y), f32x16::simd_from(simd, z)])
+}
+
 /// Corners of 16 pixels' triangles.
 struct Corners<S: Simd> {
-    positions: [[f32x16<S>; 3]; 3],
+    /// For each corner, in two halves.
+    halves: [[Vectors<S>; 2]; 3],
 }
 
 impl<S: Simd> Corners<S> {
@@ -211,7 +276,8 @@ impl<S: Simd> Corners<S> {
                 corner[2][lane] = position.z;
             }
         }
-        Self { positions: positions.map(|corner| corner.map(|axis| f32x16::simd_from(simd, axis))) }
+        let [a, b, c] = positions;
+        Self { halves: [halves(simd, a), halves(simd, b), halves(simd, c)] }
     }
 
     /// The distances of eight pixels, and for which of them they are wrong by at most [`RELATIVE_ERROR`].
@@ -228,28 +294,19 @@ impl<S: Simd> Corners<S> {
         origin: Vectors<S>,
         direction: Vectors<S>,
     ) -> (f64x8<S>, fearless_simd::mask64x8<S>) {
-        let wide = |axis: f32x16<S>| {
-            let (low, high) = axis.widen();
-            if half == 0 { low } else { high }
-        };
-        let [a, b, c] = self.positions.map(|corner| corner.map(wide));
-        let minus = |p: Vectors<S>, q: Vectors<S>| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+        let [a, b, c] = [self.halves[0][half], self.halves[1][half], self.halves[2][half]];
         let (ab, ac, towards) = (minus(b, a), minus(c, a), minus(a, origin));
-        let products = |axis: usize| {
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            (ab[next] * ac[last], ab[last] * ac[next])
-        };
-        let products = [products(0), products(1), products(2)];
-        let normal = products.map(|(first, second)| first - second);
-        let magnitude = products.map(|(first, second)| first.abs() + second.abs());
-        let (height, slope) = (dot(normal, towards), dot(normal, direction));
+        let first = [ab[1] * ac[2], ab[2] * ac[0], ab[0] * ac[1]];
+        let second = [ab[2] * ac[1], ab[0] * ac[2], ab[1] * ac[0]];
+        let normal = minus(first, second);
+        let (first, second) = (absolute(first), absolute(second));
+        let magnitude = [first[0] + second[0], first[1] + second[1], first[2] + second[2]];
         let sum = magnitude[0] + magnitude[1] + magnitude[2];
-        let absolute = |v: Vectors<S>| v.map(|axis| axis.abs());
-        let wrong = |vector: Vectors<S>, largest: f64| {
-            dot(magnitude, absolute(vector)) * (16.0 * ROUNDING) + sum * (4.0 * ROUNDING * largest)
-        };
-        let height_error = wrong(towards, rays.largest_origin);
-        let slope_error = wrong(direction, rays.largest_direction);
+        let (height, slope) = (dot(normal, towards), dot(normal, direction));
+        let height_error =
+            dot(magnitude, absolute(towards)) * (16.0 * ROUNDING) + sum * (4.0 * ROUNDING * rays.largest_origin);
+        let slope_error =
+            dot(magnitude, absolute(direction)) * (16.0 * ROUNDING) + sum * (4.0 * ROUNDING * rays.largest_direction);
         let t = height / slope;
         let bound = height.abs() * slope.abs() * RELATIVE_ERROR;
         let certain = (height_error * slope.abs() + slope_error * height.abs()).simd_le(bound);

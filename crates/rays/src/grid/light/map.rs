@@ -1,25 +1,24 @@
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16, f64x8, i32x16};
+use fearless_simd::{Simd, dispatch, f64x8, i32x16};
 use rayon::prelude::*;
 
 use super::LightGrid;
-use super::block::Cells;
+use super::block::{Cells, cells_at};
 use super::face::Layer;
-use super::lanes::LANES;
+use super::lanes::{LANES, Vectors, minus, narrow, splat, splat_vector};
 use super::locate::{CHUNK_PIXELS, Points};
 
-/// A point on a layer. 16 bytes.
+/// A point on a layer. 20 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Mapped {
     pub(super) x: f32,
     pub(super) y: f32,
     pub(super) nearness: f32,
     pub(super) pixel: u32,
+    pub(super) cell: u32,
 }
 
-/// What one thread has mapped.
+/// What a slab of the image's pixels holds.
 #[derive(Default)]
 pub(super) struct Slab {
     /// For each band of cells its points.
@@ -39,25 +38,39 @@ impl Slab {
 
 impl LightGrid {
     /// Maps all points of `self.layer` and lists them by band.
+    ///
+    /// Slabs are the same from frame to frame, so that their lists' memory can be kept.
     pub(super) fn map(&mut self) {
-        let Self { slabs, points, layer, cells, .. } = self;
-        slabs.resize_with(rayon::current_num_threads(), Slab::default);
-        let (next, level) = (AtomicUsize::new(0), self.level.0);
-        slabs.par_iter_mut().for_each(|slab| {
+        const SLABS_PER_THREAD: usize = 4;
+        let Self { slabs, points, layer, cells, level, .. } = self;
+        let count = SLABS_PER_THREAD * rayon::current_num_threads();
+        slabs.resize_with(count, Slab::default);
+        let chunks = points.boxes.len();
+        slabs.par_iter_mut().enumerate().for_each(|(place, slab)| {
             if slab.bands.len() < cells.bands() {
                 slab.bands.resize_with(cells.bands(), Vec::new);
             }
             slab.bands.iter_mut().for_each(Vec::clear);
             slab.outliers.clear();
             slab.points_of_class = Default::default();
-            loop {
-                let chunk = next.fetch_add(1, Ordering::Relaxed);
-                let Some(bounds) = points.boxes.get(chunk) else { break };
-                if bounds.points > 0 {
-                    dispatch!(level, simd => map(simd, points, layer, cells, slab, chunk));
+            for chunk in place * chunks / count..(place + 1) * chunks / count {
+                if points.boxes[chunk].points > 0 && layer.face.may_own(&points.boxes[chunk]) {
+                    dispatch!(level.0, simd => map(simd, points, layer, cells, slab, chunk));
                 }
             }
         });
+    }
+}
+
+impl Slab {
+    /// Adds a point to a band; memory grows by little, since there are many lists.
+    #[inline(always)]
+    fn push(&mut self, band: usize, point: Mapped) {
+        let band = &mut self.bands[band];
+        if band.len() == band.capacity() {
+            band.reserve_exact(512);
+        }
+        band.push(point);
     }
 }
 
@@ -67,8 +80,9 @@ fn map<S: Simd>(simd: S, points: &Points, layer: &Layer, cells: &Cells, slab: &m
     let first = chunk * CHUNK_PIXELS;
     let t = &points.t[first..(first + CHUNK_PIXELS).min(points.t.len())];
     let shift = cells.rows_per_band.trailing_zeros();
-    let scale = f32x16::splat(simd, cells.scale()[1]);
-    let last = i32x16::splat(simd, cells.rows as i32 - 1);
+    let [scale_x, scale_y] = cells.scale();
+    let (scale_x, scale_y) = (splat(simd, scale_x), splat(simd, scale_y));
+    let columns = i32x16::splat(simd, cells.columns as i32);
     for (group, t) in t.chunks(LANES).enumerate() {
         let first = first + group * LANES;
         let mut padded = [f64::NAN; LANES];
@@ -87,22 +101,24 @@ fn map<S: Simd>(simd: S, points: &Points, layer: &Layer, cells: &Cells, slab: &m
         if members == 0 {
             continue;
         }
-        let [x, y, nearness] = [0, 1, 2].map(|axis| low.at[axis].narrow(high.at[axis]));
-        let rows: i32x16<S> = (y * scale + scale).to_int();
-        let bands = rows.max(i32x16::splat(simd, 0)).min(last).to_array();
-        let (x, y, nearness) = (x.to_array(), y.to_array(), nearness.to_array());
+        let [x, y, nearness] = narrow(low.at, high.at);
+        let column = cells_at(simd, x, scale_x, cells.columns);
+        let row = cells_at(simd, y, scale_y, cells.rows);
+        let cell = (row * columns + column).to_array();
+        let (row, x, y, nearness) = (row.to_array(), x.to_array(), y.to_array(), nearness.to_array());
         while members != 0 {
-            let lane = members.trailing_zeros() as usize;
+            let lane = members.trailing_zeros() as usize % LANES;
             members &= members - 1;
-            let point = Mapped { x: x[lane], y: y[lane], nearness: nearness[lane], pixel: (first + lane) as u32 };
-            slab.bands[(bands[lane] >> shift) as usize].push(point);
+            let pixel = (first + lane) as u32;
+            let point = Mapped { x: x[lane], y: y[lane], nearness: nearness[lane], pixel, cell: cell[lane] as u32 };
+            slab.push((row[lane] >> shift) as usize, point);
         }
     }
 }
 
 /// Eight points on a face.
 struct MappedEight<S: Simd> {
-    at: [f64x8<S>; 3],
+    at: Vectors<S>,
     /// Which belong to each class.
     classes: [u64; Layer::CLASSES.len()],
     /// Which belong to the face and no class.
@@ -113,8 +129,8 @@ struct MappedEight<S: Simd> {
 fn map_eight<S: Simd>(simd: S, points: &Points, layer: &Layer, first: usize, t: f64x8<S>) -> MappedEight<S> {
     let face = &layer.face;
     let (origin, direction) = points.rays.eight(simd, first);
-    let at = |axis: usize| t.mul_add(direction[axis], origin[axis] - face.origin.to_array()[axis]);
-    let v = [at(0), at(1), at(2)];
+    let from = minus(origin, splat_vector(simd, face.origin));
+    let v = [t.mul_add(direction[0], from[0]), t.mul_add(direction[1], from[1]), t.mul_add(direction[2], from[2])];
     let is_point = t.simd_eq(t) & face.owns(simd, v);
     let (at, inverse) = face.project(simd, v);
     let one = f64x8::splat(simd, 1.0);
@@ -126,11 +142,11 @@ fn map_eight<S: Simd>(simd: S, points: &Points, layer: &Layer, first: usize, t: 
     let is_point = is_point.to_bitmask();
     let inside = is_point & is_inside.to_bitmask();
     let mut below = 0;
-    let classes = Layer::CLASSES.map(|largest| {
+    let mut classes = [0; Layer::CLASSES.len()];
+    for (class, largest) in classes.iter_mut().zip(Layer::CLASSES) {
         let within = inside & slack.simd_le(f64x8::splat(simd, largest)).to_bitmask();
-        let class = within & !below;
+        *class = within & !below;
         below |= within;
-        class
-    });
+    }
     MappedEight { at, classes, lost: is_point & !below }
 }

@@ -94,7 +94,7 @@ pub struct LightGridSeconds {
 
 /// Which points that the camera sees a light reaches, rebuilt for every frame and light.
 ///
-/// For each pixel 8 bytes of distance, 16 bytes of mapped point, 20 bytes of sorted point and a byte of shadow; for
+/// For each pixel 8 bytes of distance, 20 bytes of mapped point, 20 bytes of sorted point and a byte of shadow; for
 /// each vertex 16 bytes. Keep it and use it again: its memory is reused.
 #[derive(Default)]
 pub struct LightGrid {
@@ -107,6 +107,7 @@ pub struct LightGrid {
     blocks: Vec<Block>,
     vertices: Vec<[f32; 4]>,
     workers: Vec<Worker>,
+    huge: Vec<u32>,
     shadowed: Vec<AtomicU8>,
     outliers: Vec<u32>,
     counts: LightGridCounts,
@@ -150,6 +151,6 @@ impl LightGrid {
             + self.blocks.capacity() * size_of::<Block>()
             + self.vertices.capacity() * size_of::<[f32; 4]>()
             + self.shadowed.capacity()
-            + self.outliers.capacity() * size_of::<u32>()
+            + (self.outliers.capacity() + self.huge.capacity()) * size_of::<u32>()
     }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::LightGrid;
 use super::face::Face;
-use super::lanes::{LANES, Vectors, largest, splat_vector};
+use super::lanes::{LANES, Vectors, dot, largest, minus, narrow, splat_vector, widen};
 
 const CHUNK_VERTICES: usize = 2048;
 
@@ -38,10 +38,12 @@ fn project<S: Simd>(simd: S, face: &Face, positions: &[Vec3], vertices: &mut [[f
             axes[1][lane] = position.y;
             axes[2][lane] = position.z;
         }
-        let axes = axes.map(|axis| f32x16::simd_from(simd, axis).widen());
-        let (low, low_codes) = project_eight(simd, face, axes.map(|axis| axis.0));
-        let (high, high_codes) = project_eight(simd, face, axes.map(|axis| axis.1));
-        let [x, y, nearness] = [0, 1, 2].map(|axis| low[axis].narrow(high[axis]).to_array());
+        let [x, y, z] = axes;
+        let [low, high] = widen([f32x16::simd_from(simd, x), f32x16::simd_from(simd, y), f32x16::simd_from(simd, z)]);
+        let (low, low_codes) = project_eight(simd, face, low);
+        let (high, high_codes) = project_eight(simd, face, high);
+        let [x, y, nearness] = narrow(low, high);
+        let (x, y, nearness) = (x.to_array(), y.to_array(), nearness.to_array());
         let codes = [low_codes, high_codes];
         for (lane, vertex) in vertices.iter_mut().enumerate() {
             let code = codes[lane / 8].map(|outside| (outside >> (lane % 8)) as u32 & 1);
@@ -61,13 +63,12 @@ fn project<S: Simd>(simd: S, face: &Face, positions: &[Vec3], vertices: &mut [[f
 fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>) -> (Vectors<S>, [u64; 5]) {
     const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
     let constant = |value: f64| f64x8::splat(simd, value);
-    let origin = splat_vector(simd, face.origin);
-    let v = [position[0] - origin[0], position[1] - origin[1], position[2] - origin[2]];
+    let v = minus(position, splat_vector(simd, face.origin));
     let (at, inverse) = face.project(simd, v);
     let reach = largest(v);
     let one = constant(1.0);
     let usable = if face.is_parallel {
-        (reach * face.norms().max_element()).simd_le(constant((1 << 24) as f64))
+        (reach * face.norms().max_element()).simd_le(constant(f64::from(1 << 24)))
     } else {
         (reach * inverse).simd_le(constant(16.0))
             & inverse.simd_gt(constant(0.0))
@@ -78,12 +79,8 @@ fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>) -> (Vector
     let nan = constant(f64::NAN);
 
     // p.x > p.z and so on, by more than rounding; written so that NaN is outside of nothing.
-    let homogeneous = |row: glam::DVec3| {
-        let row = splat_vector(simd, row);
-        super::lanes::dot(v, row)
-    };
-    let (x, y) = (homogeneous(face.x), homogeneous(face.y));
-    let z = if face.is_parallel { one } else { homogeneous(face.z) };
+    let (x, y) = (dot(v, splat_vector(simd, face.x)), dot(v, splat_vector(simd, face.y)));
+    let z = if face.is_parallel { one } else { dot(v, splat_vector(simd, face.z)) };
     let norms = face.norms();
     let error = reach * ((norms.x + norms.y + norms.z) * ROUNDINGS) + z.abs() * 1e-6;
     let limit = z + error;
@@ -95,5 +92,5 @@ fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>) -> (Vector
         (-y).simd_gt(limit).to_bitmask(),
         behind,
     ];
-    (at.map(|axis| usable.select(axis, nan)), outside)
+    ([usable.select(at[0], nan), usable.select(at[1], nan), usable.select(at[2], nan)], outside)
 }

@@ -1,7 +1,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, i32x16, mask32x16, u32x16};
 
-use super::block::{Block, Cells};
+use super::block::{Block, Cells, cells_at};
 use super::face::Layer;
 use super::lanes::{LANES, max3, min3, splat, transpose};
 use super::project::UNUSABLE;
@@ -89,8 +89,9 @@ impl Batch {
                 packed[corner][lane] = vertices.get(vertex as usize).copied().unwrap_or(UNUSABLE);
             }
         }
-        let [[x0, y0, w0, code0], [x1, y1, w1, code1], [x2, y2, w2, code2]] =
-            packed.map(|corner| transpose(simd, &corner));
+        let [x0, y0, w0, code0] = transpose(simd, &packed[0]);
+        let [x1, y1, w1, code1] = transpose(simd, &packed[1]);
+        let [x2, y2, w2, code2] = transpose(simd, &packed[2]);
         let filled = mask32x16::from_bitmask(simd, (1_u64 << triangles.len()) - 1);
         let shared = code0.to_bits() & code1.to_bits() & code2.to_bits();
         let reaches = shared.simd_eq(u32x16::splat(simd, 0)) & filled;
@@ -114,22 +115,19 @@ impl Batch {
 
         // Columns and rows are found as for points, which keeps their order.
         let margin = splat(simd, layer.margin);
-        let [scale_x, scale_y] = cells.scale().map(|scale| splat(simd, scale));
-        let low = splat(simd, -2.0);
-        let high = splat(simd, 2.0);
-        let place_of = |at: f32x16<S>, scale: f32x16<S>, count: usize| -> i32x16<S> {
-            let place: i32x16<S> = (at.max(low).min(high) * scale + scale).to_int();
-            place.max(i32x16::splat(simd, 0)).min(i32x16::splat(simd, count as i32 - 1))
-        };
-        let first_column = place_of(x_min - margin, scale_x, cells.columns);
-        let last_column = place_of(x_max + margin, scale_x, cells.columns);
-        let first_row = place_of(y_min - margin, scale_y, cells.rows);
-        let last_row = place_of(y_max + margin, scale_y, cells.rows);
+        let scale = cells.scale();
+        let (scale_x, scale_y) = (splat(simd, scale[0]), splat(simd, scale[1]));
+        let first_column = cells_at(simd, x_min - margin, scale_x, cells.columns);
+        let last_column = cells_at(simd, x_max + margin, scale_x, cells.columns);
+        let first_row = cells_at(simd, y_min - margin, scale_y, cells.rows);
+        let last_row = cells_at(simd, y_max + margin, scale_y, cells.rows);
         let is_small = (last_column - first_column).simd_lt(i32x16::splat(simd, SMALL_COLUMNS))
             & (last_row - first_row).simd_lt(i32x16::splat(simd, SMALL_ROWS));
 
-        let [per_side, per_area, constant] = layer.edge_errors.map(|error| splat(simd, error));
-        let [of_width, of_height, of_depth] = layer.predicate_errors.map(|error| splat(simd, error));
+        let [per_side, per_area, constant] = layer.edge_errors;
+        let (per_side, per_area, constant) = (splat(simd, per_side), splat(simd, per_area), splat(simd, constant));
+        let [of_width, of_height, of_depth] = layer.predicate_errors;
+        let (of_width, of_height, of_depth) = (splat(simd, of_width), splat(simd, of_height), splat(simd, of_depth));
         let (ux, uy, tx, ty) = (x1 - x0, y1 - y0, x2 - x0, y2 - y0);
         let area = ux * ty - tx * uy;
         let sign = splat(simd, 1.0).copysign(area);
@@ -173,10 +171,10 @@ impl Batch {
         store(&mut self.depth_error, is_certain.select(depth_error, infinite));
         let grown = nearest + nearest.abs() * splat(simd, 8.0 * layer.nearness_error);
         store(&mut self.nearest, grown + splat(simd, 8.0 * layer.nearness_error));
-        let fields = [&mut self.first_column, &mut self.last_column, &mut self.first_row, &mut self.last_row];
-        for (field, value) in fields.into_iter().zip([first_column, last_column, first_row, last_row]) {
-            value.store_slice(&mut field[place..place + LANES]);
-        }
+        first_column.store_slice(&mut self.first_column[place..place + LANES]);
+        last_column.store_slice(&mut self.last_column[place..place + LANES]);
+        first_row.store_slice(&mut self.first_row[place..place + LANES]);
+        last_row.store_slice(&mut self.last_row[place..place + LANES]);
         let fast = reaches & is_usable & near_the_face & is_even & is_small;
         let outside = is_usable
             & (x_min.simd_gt(splat(simd, 1.0) + margin)

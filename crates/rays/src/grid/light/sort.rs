@@ -1,9 +1,9 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16, i32x16};
+use fearless_simd::{Simd, dispatch, f32x16};
 
 use super::block::{Block, Cells};
 use super::lanes::LANES;
-use super::map::{Mapped, Slab};
+use super::map::Slab;
 use super::{LightGrid, SimdLevel};
 
 impl LightGrid {
@@ -83,18 +83,21 @@ impl Sorter<'_> {
     #[inline(always)]
     fn sort_band<S: Simd>(&self, simd: S, band: usize, first_block: usize, output: Bands<'_>) {
         let Bands { ends, blocks, farthest, padding } = output;
-        let first_row = (band * self.cells.rows_per_band) as i32;
+        let first_cell = (band * self.cells.rows_per_band * self.cells.columns) as u32;
         ends.fill(0);
-        self.for_each(simd, band, first_row, |cell, _| ends[cell] += 1);
+        for slab in self.slabs {
+            slab.bands[band].iter().for_each(|point| ends[(point.cell - first_cell) as usize] += 1);
+        }
         // Each cell's count becomes its beginning, and by counting up again its end.
         let first = (first_block * LANES) as u32;
         let mut sum = first;
         for end in ends.iter_mut() {
             (*end, sum) = (sum, sum + *end);
         }
-        self.for_each(simd, band, first_row, |cell, point| {
-            let place = (ends[cell] - first) as usize;
-            ends[cell] += 1;
+        for point in self.slabs.iter().flat_map(|slab| &slab.bands[band]) {
+            let end = &mut ends[(point.cell - first_cell) as usize];
+            let place = (*end - first) as usize;
+            *end += 1;
             let block = &mut blocks[place / LANES];
             let lane = place % LANES;
             block.x[lane] = point.x;
@@ -102,7 +105,7 @@ impl Sorter<'_> {
             block.nearness[lane] = point.nearness;
             block.pixel[lane] = point.pixel;
             block.triangle[lane] = self.triangle_of_pixel[point.pixel as usize];
-        });
+        }
         let used = (sum - first) as usize % LANES;
         padding.fill(0);
         if let (Some(block), Some(padding), 1..) = (blocks.last_mut(), padding.last_mut(), used) {
@@ -115,29 +118,6 @@ impl Sorter<'_> {
         }
         for (block, farthest) in blocks.iter().zip(farthest) {
             *farthest = f32x16::simd_from(simd, block.nearness).reduce_min();
-        }
-    }
-
-    /// Calls `visit` with each point of a band and its cell, counted from the band's first.
-    #[inline(always)]
-    fn for_each<S: Simd>(&self, simd: S, band: usize, first_row: i32, mut visit: impl FnMut(usize, &Mapped)) {
-        let [scale_x, scale_y] = self.cells.scale().map(|scale| f32x16::splat(simd, scale));
-        let columns = i32x16::splat(simd, self.cells.columns as i32);
-        for slab in self.slabs {
-            for points in slab.bands[band].chunks(LANES) {
-                let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
-                for (lane, point) in points.iter().enumerate() {
-                    (x[lane], y[lane]) = (point.x, point.y);
-                }
-                let column: i32x16<S> = (f32x16::simd_from(simd, x) * scale_x + scale_x).to_int();
-                let row: i32x16<S> = (f32x16::simd_from(simd, y) * scale_y + scale_y).to_int();
-                let column = column.max(i32x16::splat(simd, 0)).min(columns - 1);
-                let row = row.max(i32x16::splat(simd, 0)).min(i32x16::splat(simd, self.cells.rows as i32 - 1));
-                let cells = ((row - first_row) * columns + column).to_array();
-                for (point, cell) in points.iter().zip(cells) {
-                    visit(cell as usize, point);
-                }
-            }
         }
     }
 }

@@ -16,6 +16,12 @@ use crate::LightSource;
 /// Triangles that a thread takes at once.
 const CHUNK_TRIANGLES: usize = 512;
 
+/// Pairs of a triangle and a block that a thread collects before it tests them.
+const MOST_QUEUED: usize = 4096;
+
+/// Triangles that cover much of the face that a thread sets aside.
+const MOST_HUGE: usize = 1024;
+
 /// Undecided pairs that a thread collects before it asks the predicate.
 const MOST_UNDECIDED: usize = 1 << 15;
 
@@ -135,7 +141,7 @@ impl LightGrid {
         O: Fn(u32) -> bool + Sync,
         C: Fn(u32, [f32; 2]) -> bool + Sync,
     {
-        let Self { layer, cells, blocks, vertices, workers, shadowed, level, .. } = self;
+        let Self { layer, cells, blocks, vertices, workers, huge, shadowed, level, .. } = self;
         let level = level.0;
         let tester = Tester { layer, cells, blocks, vertices, shadowed, judge };
         workers.resize_with(rayon::current_num_threads(), Worker::default);
@@ -145,6 +151,9 @@ impl LightGrid {
             worker.shadowed.extend_from_slice(&cells.padding);
             worker.undecided.clear();
             worker.huge.clear();
+            worker.undecided.reserve_exact(MOST_UNDECIDED + LANES);
+            worker.huge.reserve_exact(MOST_HUGE);
+            worker.queue.reserve_exact(MOST_QUEUED);
             worker.counts = LightGridCounts::default();
             loop {
                 let first = next.fetch_add(CHUNK_TRIANGLES, Ordering::Relaxed);
@@ -154,10 +163,8 @@ impl LightGrid {
                 dispatch!(level, simd => tester.test_chunk(simd, worker, first));
             }
         });
-        let mut huge = std::mem::take(&mut workers[0].huge);
-        for worker in &mut workers[1..] {
-            huge.append(&mut worker.huge);
-        }
+        huge.clear();
+        workers.iter().for_each(|worker| huge.extend_from_slice(&worker.huge));
         if !huge.is_empty() {
             let next = AtomicUsize::new(0);
             workers.par_iter_mut().for_each(|worker| {
@@ -167,11 +174,10 @@ impl LightGrid {
                         break;
                     }
                     let rows = first..(first + CHUNK_ROWS).min(cells.rows);
-                    dispatch!(level, simd => tester.test_huge(simd, worker, &huge, rows));
+                    dispatch!(level, simd => tester.test_huge(simd, worker, huge, rows));
                 }
             });
         }
-        workers[0].huge = huge;
         for worker in workers {
             self.counts.small_triangles += worker.counts.small_triangles;
             self.counts.large_triangles += worker.counts.large_triangles;
@@ -209,10 +215,11 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
             worker.counts.small_triangles += u64::from(small.count_ones());
             worker.queue.clear();
             while small != 0 {
-                self.enqueue(worker, small.trailing_zeros() as usize);
+                self.enqueue(simd, worker, first, small.trailing_zeros() as usize);
                 small &= small - 1;
             }
             self.flush(simd, worker, first);
+            worker.queue.clear();
             while large != 0 {
                 self.test_large(simd, worker, (first + large.trailing_zeros() as usize) as u32);
                 large &= large - 1;
@@ -220,21 +227,26 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
         }
     }
 
-    /// Lists the blocks that a small triangle may shadow points of.
+    /// Lists the blocks that a small triangle may shadow points of, `first` being the id of the batch's first.
     #[inline(always)]
-    fn enqueue(&self, worker: &mut Worker, triangle: usize) {
-        let Worker { batch, queue, .. } = worker;
+    fn enqueue<S: Simd>(&self, simd: S, worker: &mut Worker, first_id: usize, triangle: usize) {
         let place = triangle % BATCH;
-        let nearest = batch.nearest[place];
-        for row in batch.first_row[place]..=batch.last_row[place] {
+        let nearest = worker.batch.nearest[place];
+        let (low, high) = (worker.batch.first_column[place] as usize, worker.batch.last_column[place] as usize + 1);
+        for row in worker.batch.first_row[place]..=worker.batch.last_row[place] {
             let row = row as usize * self.cells.columns;
-            let first = self.cells.ends[row + batch.first_column[place] as usize] as usize;
-            let end = self.cells.ends[row + batch.last_column[place] as usize + 1] as usize;
-            if first < end {
-                for block in first / LANES..end.div_ceil(LANES) {
-                    if self.cells.farthest[block] < nearest {
-                        queue.push([block as u32, triangle as u32]);
+            let (first, end) = (self.cells.ends[row + low] as usize, self.cells.ends[row + high] as usize);
+            if first >= end {
+                continue;
+            }
+            let first = first / LANES;
+            for (place, &farthest) in self.cells.farthest[first..end.div_ceil(LANES)].iter().enumerate() {
+                if farthest < nearest {
+                    if worker.queue.len() == MOST_QUEUED {
+                        self.flush(simd, worker, first_id);
+                        worker.queue.clear();
                     }
+                    worker.queue.push([(first + place) as u32, triangle as u32]);
                 }
             }
         }
@@ -263,7 +275,7 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
     fn test_large<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32) {
         let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { return };
         let planes = planes(self.layer, corners);
-        if planes.iter().flatten().any(|plane| plane.cells(self.cells) * 16 > self.cells.columns * self.cells.rows) {
+        if planes.iter().flatten().any(|plane| self.is_huge(plane)) && worker.huge.len() < MOST_HUGE {
             worker.huge.push(id);
             return;
         }
@@ -273,6 +285,10 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
                 self.test_row(simd, worker, plane, id, row);
             }
         }
+    }
+
+    fn is_huge(&self, plane: &Plane) -> bool {
+        plane.cells(self.cells) * 16 > self.cells.columns * self.cells.rows
     }
 
     /// Tests triangles that cover much of the face against the points in `rows`.

@@ -40,7 +40,7 @@ impl LightGrid {
                 if row * cells.columns + column != cell {
                     return Err(format!("the point of pixel {pixel} is in cell {cell} but not of it"));
                 }
-                if !(cells.farthest[place / LANES] <= block.nearness[lane]) {
+                if cells.farthest[place / LANES] > block.nearness[lane] || block.nearness[lane].is_nan() {
                     return Err(format!("the point of pixel {pixel} is farther than its block's farthest"));
                 }
                 let known = found.get_mut(pixel as usize).ok_or_else(|| format!("there is no pixel {pixel}"))?;
