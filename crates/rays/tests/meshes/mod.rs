@@ -4,11 +4,7 @@ use glam::Vec3;
 use umbrage_rays::Triangles;
 
 /// Reproducible random numbers (`SplitMix64`).
-<<<<<<< HEAD
-pub(crate) struct Random(pub u64);
-=======
 pub(crate) struct Random(pub(crate) u64);
->>>>>>> grid-light
 
 impl Random {
     pub(crate) fn bits(&mut self) -> u64 {
