@@ -262,3 +262,24 @@ fn a_grid_can_be_used_again_for_anything() {
     let too_large = View { width: 1 << 17, ..view(1, 1) };
     assert!(grid.build(Triangles::default(), &too_large, MIDDLE, |_| false).is_err());
 }
+
+#[test]
+fn samples_on_edges_of_triangles_through_the_eye_plane_are_seen_exactly() {
+    let mut random = Random(12);
+    for _ in 0..60 {
+        let (sin, cos) = (random.unit() * 6.0).sin_cos();
+        let (forward, right) = (Vec3::new(sin, 0.0, cos), Vec3::new(cos, 0.0, -sin));
+        let projection = Projection::Perspective { tan_half_height: 0.3 + random.unit() };
+        let camera = Camera { position: Vec3::ZERO, right, up: Vec3::Y, forward, projection };
+        // The rays of column 8 are in the plane of the eye, P and Q: they meet the edge PQ to the last bit.
+        let view = View { camera, width: 16, height: 16 };
+        let (p, q) = (forward * 4.0, Vec3::new(0.0, -2.0, 0.0));
+        let mut mesh = Mesh::default();
+        mesh.push([p, q, right * 5.0 - forward * 3.0 - Vec3::Y]);
+        mesh.push([p, q, right * -5.0 - forward * 3.0 - Vec3::Y]);
+        for triangles in [[0, 1], [1, 0]] {
+            let indices = triangles.map(|id: usize| mesh.indices[id]).to_vec();
+            check(&Mesh { positions: mesh.positions.clone(), indices }, &view, DVec2::new(0.0, 0.5));
+        }
+    }
+}

@@ -240,10 +240,15 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
         if best == doubt.triangle {
             return;
         }
+        let corners = |id: u32| self.triangles.corners(id);
+        // A copy of the best with a higher id never wins.
+        if best < doubt.triangle && corners(best) == corners(doubt.triangle) {
+            return;
+        }
         self.tally.referred += 1;
         let ray = self.space.ray(x, y);
         let hit = |id: u32| {
-            let crossing = crossing(&ray, self.triangles.corners(id))?;
+            let crossing = crossing(&ray, corners(id))?;
             let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
             (ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
         };
