@@ -64,7 +64,7 @@ impl LightGrid {
 
     /// As [`LightGrid::locate`], faster, where the distances are roughly known: for each pixel that has a triangle
     /// 1 / t of its ray, and how wrong that may be in relation to it. Pixels where it may be wrong by more than 2⁻²⁰,
-    /// or where the error is zero or NaN, are computed exactly.
+    /// or where the error is zero or NaN, are computed exactly. The largest error of the others counts for all.
     ///
     /// # Panics
     /// If one of the slices doesn't hold width × height pixels.
@@ -73,8 +73,11 @@ impl LightGrid {
         let start = Instant::now();
         let Points { t, boxes, rays } = &mut self.points;
         *rays = CameraRays::new(image);
-        // The reciprocal is wrong by a little more.
-        rays.relative_error = f64::from(WORST) * 1.01;
+        let is_trusted = |error: f32| error > 0.0 && error <= WORST;
+        let errors = relative_errors.par_iter().with_min_len(1 << 14).copied();
+        let worst = errors.filter(|&error| is_trusted(error)).reduce(|| 0.0, f32::max);
+        // The reciprocal is wrong by a little more, and the exact ones by little.
+        rays.relative_error = f64::from(worst) * 1.01 + RELATIVE_ERROR;
         resize(image, t, boxes);
         let pixels = t.len();
         assert!(inverse_distances.len() == pixels && relative_errors.len() == pixels, "a distance for each pixel");
@@ -86,7 +89,7 @@ impl LightGrid {
             for (place, (t, ((&inverse, &error), &triangle))) in t.iter_mut().zip(known).enumerate() {
                 *t = if triangle == SeenImage::NOTHING {
                     f64::NAN
-                } else if error > 0.0 && error <= WORST && inverse.is_normal() {
+                } else if is_trusted(error) && inverse.is_normal() {
                     1.0 / f64::from(inverse)
                 } else {
                     exact_distance(image, first + place)
@@ -157,6 +160,11 @@ impl CameraRays {
             largest_direction: if is_perspective { direction + across } else { direction },
             largest_origin: if is_perspective { origin } else { origin + across },
         }
+    }
+
+    /// About the t of the ray through a world position.
+    pub(super) fn depth(&self, position: DVec3) -> f64 {
+        self.forward.dot(position - self.position)
     }
 
     /// Origins and directions of the rays of eight pixels from `first`.
