@@ -1,7 +1,5 @@
 //! How long the light grid takes, stage by stage, beside a BVH.
 //!
-//! The grid is given the points' distances as wrong as a camera grid would know them ("near") or finds them itself.
-//!
 //! `cargo run --release -p umbrage-rays --example grid_speed -- [TRIANGLES | FILE.obj] [SIDE] [alone]`
 
 use std::time::Instant;
@@ -9,7 +7,7 @@ use std::time::Instant;
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Bvh, Camera, Hit, LightGrid, LightSource, SeenImage, Triangles, View};
+use umbrage_rays::{Bvh, Camera, LightGrid, LightSource, SeenImage, Triangles, View};
 
 struct Mesh {
     positions: Vec<Vec3>,
@@ -125,26 +123,13 @@ fn main() -> std::io::Result<()> {
         ("inside", LightSource::Point { position: Vec3::new(1.2, 1.5, 1.2) }),
         ("sun", LightSource::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() }),
     ];
-    // A quarter of a millionth: four roundings of an f32.
-    const ERROR: f32 = 2.4e-7;
-    let wrong = |(pixel, t): (usize, f64)| (1.0 / (t * (1.0 + 2e-7 * (pixel as f64).sin()))) as f32;
-    let inverse = |hit: (usize, &Option<Hit>)| hit.1.map_or(0.0, |known| wrong((hit.0, known.t)));
-    let inverse_distances: Vec<f32> = hits.iter().enumerate().map(inverse).collect();
-    let relative_errors = vec![ERROR; pixels];
     let mut grid = LightGrid::default();
     let mut lit = vec![0_u64; pixels.div_ceil(64)];
-    let runs = lights.into_iter().flat_map(|light| [(light, false), (light, true)]);
-    for ((name, light), near) in runs {
+    for (name, light) in lights {
         let mut stages: [Vec<f64>; 9] = Default::default();
         let mut differing = 0;
         for _ in 0..rounds {
-            let (_, locate) = timed(|| {
-                if near {
-                    grid.locate_near(&image, &inverse_distances, &relative_errors);
-                } else {
-                    grid.locate(&image);
-                }
-            });
+            let (_, locate) = timed(|| grid.locate(&image));
             let (_, shadow) = timed(|| grid.shadow(&image, &light, |_| true, |_, _| true, &mut lit));
             let seconds = grid.seconds();
             if alone {
@@ -178,9 +163,8 @@ fn main() -> std::io::Result<()> {
         let [locate, map, sort, project, trace, decide, shadow, build, bvh_trace] = stages.map(median);
         let counts = grid.counts();
         println!(
-            "{name}{}: locate {locate:.2} | map {map:.2} sort {sort:.2} project {project:.2} trace {trace:.2} decide \
-             {decide:.2} = {shadow:.2} ms | bvh build {build:.1} shadow {bvh_trace:.1} ms | {differing} bits differ",
-            if near { " near" } else { "" }
+            "{name}: locate {locate:.2} | map {map:.2} sort {sort:.2} project {project:.2} trace {trace:.2} decide \
+             {decide:.2} = {shadow:.2} ms | bvh build {build:.1} shadow {bvh_trace:.1} ms | {differing} bits differ"
         );
         println!("  {counts:?}, {:.1} MB", grid.bytes() as f64 / 1e6);
     }

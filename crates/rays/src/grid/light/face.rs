@@ -3,7 +3,7 @@ use fearless_simd::{Simd, f64x8};
 use glam::DVec3;
 
 use super::lanes::{Vectors, absolute, dot, splat_vector};
-use super::locate::{CameraRays, PointBox, Points};
+use super::locate::{CameraRays, PointBox, Points, RELATIVE_ERROR};
 
 /// A rectangle through which the light sees some of the points, as a projective map.
 ///
@@ -231,7 +231,7 @@ impl PointErrors {
         let predicate = sensitivity / PREDICATE_ERROR;
         Self {
             per_distance: [
-                point * rays.largest_direction * (rays.relative_error + 128.0 * ROUNDING),
+                point * rays.largest_direction * (RELATIVE_ERROR + 128.0 * ROUNDING),
                 predicate * rays.largest_direction * 16.0 * ROUNDING,
             ],
             constant: [point * largest * 128.0 * ROUNDING, predicate * largest * 16.0 * ROUNDING],
