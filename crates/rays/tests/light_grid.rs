@@ -272,33 +272,6 @@ fn masked_triangles_let_light_through() {
 }
 
 #[test]
-fn distances_may_be_known_roughly() {
-    let case = Case::new("rough", room(), camera(), (61, 47));
-    let mut random = Random(2);
-    for error in [0.0, 4e-7, 9e-7, 1e-5, f32::NAN] {
-        let triangles = case.mesh.triangles();
-        let inverse: Vec<f32> = (case.seen.iter().enumerate())
-            .map(|(pixel, &id)| {
-                if id == SeenImage::NOTHING {
-                    return 0.0;
-                }
-                let t = crossing(&case.ray(pixel), triangles.corners(id)).expect("a hit").t;
-                // An f32 alone is wrong by up to 6e-8.
-                (1.0 / (t * f64::from(1.0 + (error - 1e-7).max(0.0) * (2.0 * random.unit() - 1.0)))) as f32
-            })
-            .collect();
-        let errors = vec![error; inverse.len()];
-        let mut grid = LightGrid::default();
-        grid.locate_near(&case.image(), &inverse, &errors);
-        for light in lights(1.0, Vec3::ZERO) {
-            let mut lit = vec![0; case.seen.len().div_ceil(64)];
-            grid.shadow(&case.image(), &light, |_| true, |_, _| true, &mut lit);
-            assert_eq!(bits(&lit, case.seen.len()), case.lit(&light, |_, _| true), "{error}: {light:?}");
-        }
-    }
-}
-
-#[test]
 fn every_thread_count_and_instruction_set_gives_the_same_bits() {
     let mut mesh = room();
     let mut random = Random(1);

@@ -3,7 +3,7 @@ use fearless_simd::{Simd, f64x8};
 use glam::DVec3;
 
 use super::lanes::{Vectors, absolute, dot, splat_vector};
-use super::locate::{CameraRays, PointBox};
+use super::locate::{CameraRays, PointBox, Points, RELATIVE_ERROR};
 
 /// A rectangle through which the light sees some of the points, as a projective map.
 ///
@@ -113,12 +113,15 @@ impl Face {
 /// The coordinates of vertices are computed in f64 and rounded to f32. A vertex is only used by the fast test of small
 /// triangles where |X| and |Y| are at most 2: rounding then moves it by at most ε = 2⁻²⁴, and the f64 before it by less
 /// than ε / 8, since the face is never scaled by more than 2²⁰ ([`project`](super::project) checks the rest). A point
-/// has |X| and |Y| at most 1, so ε / 2, and is wrong by up to `slack` · 2⁻²⁸ before that ([`Layer::CLASSES`]).
+/// has |X| and |Y| at most 1, so ε / 2, and is wrong by up to `slack` · 2⁻²⁸ before that (`limits`).
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Layer {
     pub(super) face: Face,
-    /// Place in [`Layer::CLASSES`].
+    /// Place in `limits`.
     pub(super) class: usize,
+    /// The most slack of the points in each class: they are wrong by at most this times [`POINT_ERROR`], and the
+    /// predicate thinks them wrong by at most this times [`PREDICATE_ERROR`].
+    pub(super) limits: [f64; CLASSES],
     /// By how much a triangle's bounds are grown in X and Y so that no point in it is missed.
     pub(super) margin: f32,
     /// Errors of edge functions: per unit of the bounds' half circumference, of their area, and constant.
@@ -134,6 +137,12 @@ pub(super) struct Layer {
 /// Half the distance from one to the next f32.
 pub(super) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 
+/// How many classes of points there are, by how exactly their places are known.
+pub(super) const CLASSES: usize = 3;
+
+/// Points with more slack, which may be wrong by 2⁻¹⁰, are not mapped.
+const LARGEST_SLACK: f64 = (1 << 18) as f64;
+
 /// What error a mapped point may have for slack one.
 const POINT_ERROR: f64 = 1.0 / (1 << 28) as f64;
 
@@ -142,12 +151,24 @@ const POINT_ERROR: f64 = 1.0 / (1 << 28) as f64;
 pub(super) const PREDICATE_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
 
 impl Layer {
-    /// The slack of each class: points in it are wrong by at most this times [`POINT_ERROR`], and the predicate thinks
-    /// them wrong by at most this times [`PREDICATE_ERROR`]. The last makes 2⁻¹⁰.
-    pub(super) const CLASSES: [f64; 4] = [1.0, 64.0, 4096.0, (1 << 18) as f64];
-
-    pub(super) fn new(face: Face, class: usize, rays: &CameraRays) -> Self {
-        let slack = Self::CLASSES[class];
+    /// The layer of a class of the points in `boxes`.
+    ///
+    /// Nearly all points belong to the first class, so that the others, which take a round of their own, are rare.
+    pub(super) fn new(face: Face, class: usize, points: &Points) -> Self {
+        let point_errors = PointErrors::new(&face, &points.rays);
+        // The mean of the reciprocals keeps points right beside the light from counting for much.
+        let typical = points.boxes.iter().filter(|bounds| bounds.points > 0).map(|bounds| {
+            let middle = bounds.min * 0.5 + bounds.max * 0.5;
+            let depth = if face.is_parallel { 1.0 } else { face.z.dot(middle - face.origin) };
+            let slack = point_errors.slack_of(points.rays.depth(middle).abs(), depth.recip());
+            let counts = depth > 0.0 && slack > 0.0 && slack.is_finite();
+            (slack.recip(), counts)
+        });
+        let counted = typical.filter(|&(_, counts)| counts);
+        let (sum, count) = counted.fold((0.0, 0.0), |(sum, count), (inverse, _)| (sum + inverse, count + 1.0));
+        let first = if count > 0.0 { (4.0 * count / sum).clamp(1.0, 4096.0) } else { 1.0 };
+        let limits = [first, 64.0 * first, LARGEST_SLACK];
+        let slack = limits[class];
         let point = HALF_ULP * (0.5 + slack / 16.0);
         let vertex = HALF_ULP * 1.125;
         // An edge function (p − s) × (q − s) changes by at most |Δ|·(w + h) when one of p, q and s moves by Δ on both
@@ -160,11 +181,12 @@ impl Layer {
         Self {
             face,
             class,
+            limits,
             margin: (HALF_ULP * 6.0 + slack * POINT_ERROR) as f32,
             edge_errors,
             nearness_error,
             predicate_errors: Self::predicate_errors(&face, slack).map(|error| error as f32),
-            point_errors: PointErrors::new(&face, rays),
+            point_errors,
         }
     }
 
@@ -209,11 +231,16 @@ impl PointErrors {
         let predicate = sensitivity / PREDICATE_ERROR;
         Self {
             per_distance: [
-                point * rays.largest_direction * (rays.relative_error + 128.0 * ROUNDING),
+                point * rays.largest_direction * (RELATIVE_ERROR + 128.0 * ROUNDING),
                 predicate * rays.largest_direction * 16.0 * ROUNDING,
             ],
             constant: [point * largest * 128.0 * ROUNDING, predicate * largest * 16.0 * ROUNDING],
         }
+    }
+
+    fn slack_of(&self, t: f64, inverse: f64) -> f64 {
+        let [point, predicate] = [0, 1].map(|which| t * self.per_distance[which] + self.constant[which]);
+        point.max(predicate) * inverse
     }
 
     /// The slack of eight points, given t and 1 / p.z.

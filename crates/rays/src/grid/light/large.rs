@@ -52,7 +52,7 @@ pub(super) fn planes(layer: &Layer, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
     let determinant_error = 3.0 * sizes[0] * edge_errors[0] + 32.0 * ROUNDING * sizes[0] * edges[0].abs().max_element();
     let is_certain = determinant.abs() > 4096.0 * determinant_error && determinant.is_finite();
 
-    let slack = Layer::CLASSES[layer.class];
+    let slack = layer.limits[layer.class];
     let mut plane = Plane {
         edges: [[0.0; 3]; 3],
         edge_errors: [f32::INFINITY; 3],
@@ -104,7 +104,7 @@ fn predicate_error(layer: &Layer, [a, b, c]: [DVec3; 3], determinant: f64, nearn
     let face = &layer.face;
     let (ab, ac) = ((b - a).abs().max_element(), (c - a).abs().max_element());
     let from_light = (a - face.origin).abs().max_element();
-    let error = PREDICATE_ERROR * Layer::CLASSES[layer.class] / face.sensitivity();
+    let error = PREDICATE_ERROR * layer.limits[layer.class] / face.sensitivity();
     let volume = determinant.abs() / (face.scale.x * face.scale.y);
     if face.is_parallel {
         let reach = 2.0 * (face.scale.x.recip() + face.scale.y.recip() + face.scale.z.recip()) + from_light;

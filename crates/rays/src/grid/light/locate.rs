@@ -16,13 +16,13 @@ pub(super) const CHUNK_PIXELS: usize = 1024;
 /// Half the distance from one to the next f64.
 const ROUNDING: f64 = f64::EPSILON / 2.0;
 
-/// How wrong a distance that is computed here may be, in relation to it.
-const RELATIVE_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
+/// How wrong a point's distance may be, in relation to it.
+pub(super) const RELATIVE_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
 
 /// Where along its camera ray each point is.
 #[derive(Default)]
 pub(super) struct Points {
-    /// For each pixel the t of its ray, wrong by at most its `relative_error`; NaN where there is no point.
+    /// For each pixel the t of its ray, wrong by at most [`RELATIVE_ERROR`]; NaN where there is no point.
     pub(super) t: Vec<f64>,
     /// For each [`CHUNK_PIXELS`] pixels the box around their points.
     pub(super) boxes: Vec<PointBox>,
@@ -50,9 +50,13 @@ impl LightGrid {
     /// If `image.triangle_of_pixel` doesn't hold width × height pixels.
     pub fn locate(&mut self, image: &SeenImage<'_>) {
         let start = Instant::now();
+        let pixels = image.triangle_of_pixel.len();
+        let size = u64::from(image.view.width) * u64::from(image.view.height);
+        assert!(pixels as u64 == size, "{pixels} triangles for an image of {size} pixels");
         let Points { t, boxes, rays } = &mut self.points;
         *rays = CameraRays::new(image);
-        resize(image, t, boxes);
+        t.resize(pixels, f64::NAN);
+        boxes.resize(pixels.div_ceil(CHUNK_PIXELS), PointBox::default());
         let (level, rays) = (self.level.0, &*rays);
         t.par_chunks_mut(CHUNK_PIXELS).zip(boxes).enumerate().for_each(|(chunk, (t, bounds))| {
             let first = chunk * CHUNK_PIXELS;
@@ -61,50 +65,6 @@ impl LightGrid {
         });
         self.seconds.locate = start.elapsed().as_secs_f64();
     }
-
-    /// As [`LightGrid::locate`], faster, where the distances are roughly known: for each pixel that has a triangle
-    /// 1 / t of its ray, and how wrong that may be in relation to it. Pixels where it may be wrong by more than 2⁻²⁰,
-    /// or where the error is zero or NaN, are computed exactly.
-    ///
-    /// # Panics
-    /// If one of the slices doesn't hold width × height pixels.
-    pub fn locate_near(&mut self, image: &SeenImage<'_>, inverse_distances: &[f32], relative_errors: &[f32]) {
-        const WORST: f32 = 1.0 / (1 << 20) as f32;
-        let start = Instant::now();
-        let Points { t, boxes, rays } = &mut self.points;
-        *rays = CameraRays::new(image);
-        // The reciprocal is wrong by a little more.
-        rays.relative_error = f64::from(WORST) * 1.01;
-        resize(image, t, boxes);
-        let pixels = t.len();
-        assert!(inverse_distances.len() == pixels && relative_errors.len() == pixels, "a distance for each pixel");
-        let (level, rays) = (self.level.0, &*rays);
-        t.par_chunks_mut(CHUNK_PIXELS).zip(boxes).enumerate().for_each(|(chunk, (t, bounds))| {
-            let first = chunk * CHUNK_PIXELS;
-            let known = inverse_distances[first..].iter().zip(&relative_errors[first..]);
-            let known = known.zip(&image.triangle_of_pixel[first..]);
-            for (place, (t, ((&inverse, &error), &triangle))) in t.iter_mut().zip(known).enumerate() {
-                *t = if triangle == SeenImage::NOTHING {
-                    f64::NAN
-                } else if error > 0.0 && error <= WORST && inverse.is_normal() {
-                    1.0 / f64::from(inverse)
-                } else {
-                    exact_distance(image, first + place)
-                };
-            }
-            *bounds = dispatch!(level, simd => bound(simd, rays, first, t));
-        });
-        self.seconds.locate = start.elapsed().as_secs_f64();
-    }
-}
-
-/// Makes room for the pixels of an image.
-fn resize(image: &SeenImage<'_>, t: &mut Vec<f64>, boxes: &mut Vec<PointBox>) {
-    let pixels = image.triangle_of_pixel.len();
-    let size = u64::from(image.view.width) * u64::from(image.view.height);
-    assert!(pixels as u64 == size, "{pixels} triangles for an image of {size} pixels");
-    t.resize(pixels, f64::NAN);
-    boxes.resize(pixels.div_ceil(CHUNK_PIXELS), PointBox::default());
 }
 
 /// The constants of [`View::ray`](crate::View::ray).
@@ -120,8 +80,6 @@ pub(super) struct CameraRays {
     forward: DVec3,
     is_perspective: bool,
     width: usize,
-    /// How wrong each t may be.
-    pub(super) relative_error: f64,
     /// Largest component of any direction.
     pub(super) largest_direction: f64,
     /// Largest coordinate of any origin.
@@ -153,10 +111,14 @@ impl CameraRays {
             forward,
             is_perspective,
             width: image.view.width as usize,
-            relative_error: RELATIVE_ERROR,
             largest_direction: if is_perspective { direction + across } else { direction },
             largest_origin: if is_perspective { origin } else { origin + across },
         }
+    }
+
+    /// About the t of the ray through a world position.
+    pub(super) fn depth(&self, position: DVec3) -> f64 {
+        self.forward.dot(position - self.position)
     }
 
     /// Origins and directions of the rays of eight pixels from `first`.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::LightGrid;
 use super::block::{Cells, cells_at};
-use super::face::Layer;
+use super::face::{CLASSES, Layer};
 use super::lanes::{LANES, Vectors, minus, narrow, splat, splat_vector};
 use super::locate::{CHUNK_PIXELS, Points};
 
@@ -26,7 +26,7 @@ pub(super) struct Slab {
     /// Pixels whose points belong to the face and to no class.
     pub(super) outliers: Vec<u32>,
     /// How many points belong to each class.
-    pub(super) points_of_class: [u32; Layer::CLASSES.len()],
+    pub(super) points_of_class: [u32; CLASSES],
 }
 
 impl Slab {
@@ -120,7 +120,7 @@ fn map<S: Simd>(simd: S, points: &Points, layer: &Layer, cells: &Cells, slab: &m
 struct MappedEight<S: Simd> {
     at: Vectors<S>,
     /// Which belong to each class.
-    classes: [u64; Layer::CLASSES.len()],
+    classes: [u64; CLASSES],
     /// Which belong to the face and no class.
     lost: u64,
 }
@@ -142,8 +142,8 @@ fn map_eight<S: Simd>(simd: S, points: &Points, layer: &Layer, first: usize, t: 
     let is_point = is_point.to_bitmask();
     let inside = is_point & is_inside.to_bitmask();
     let mut below = 0;
-    let mut classes = [0; Layer::CLASSES.len()];
-    for (class, largest) in classes.iter_mut().zip(Layer::CLASSES) {
+    let mut classes = [0; CLASSES];
+    for (class, largest) in classes.iter_mut().zip(layer.limits) {
         let within = inside & slack.simd_le(f64x8::splat(simd, largest)).to_bitmask();
         *class = within & !below;
         below |= within;

@@ -202,11 +202,15 @@ impl Batch {
         let least = min3([e0, e1, e2]);
         let nearer = e1.mul_add(of(&self.rises[0]), e2.mul_add(of(&self.rises[1]), -(area * rise)));
         let depth_error = of(&self.depth_error);
-        let others = u32x16::simd_from(simd, block.triangle).simd_ne(u32x16::splat(simd, id));
         // Written so that NaN is undecided.
-        let possible = least.simd_ge(-of(&self.outside)) & !nearer.simd_lt(-depth_error) & others;
+        let possible = least.simd_ge(-of(&self.outside)) & !nearer.simd_lt(-depth_error);
+        if !possible.any_true() {
+            // Most end here, without a look at the points' own triangles, which are a cache line of their own.
+            return (0, 0);
+        }
+        let others = u32x16::simd_from(simd, block.triangle).simd_ne(u32x16::splat(simd, id));
         let certain = least.simd_gt(of(&self.inside)) & nearer.simd_gt(depth_error);
-        let (possible, certain) = (possible.to_bitmask(), certain.to_bitmask());
+        let (possible, certain) = ((possible & others).to_bitmask(), certain.to_bitmask());
         (possible & certain, possible & !certain)
     }
 }

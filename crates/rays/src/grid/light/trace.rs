@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::block::{Block, Cells};
 use super::decide::Judge;
-use super::face::Layer;
+use super::face::{CLASSES, Layer};
 use super::lanes::LANES;
 use super::large::{Plane, planes};
 use super::small::{BATCH, Batch};
@@ -79,8 +79,8 @@ impl LightGrid {
         if choose::choose(light, &self.points.boxes, &mut faces).is_some() {
             let judge = Judge { image, light, is_opaque, casts };
             for face in &faces {
-                for class in 0..Layer::CLASSES.len() {
-                    self.layer = Layer::new(*face, class, &self.points.rays);
+                for class in 0..CLASSES {
+                    self.layer = Layer::new(*face, class, &self.points);
                     let rest = self.shadow_layer(&judge);
                     if rest == 0 {
                         break;
@@ -111,7 +111,7 @@ impl LightGrid {
         self.cells.choose(expected, triangles.len());
         self.map();
         let points_of = |class: usize| self.slabs.iter().map(|slab| slab.points_of_class[class]).sum::<u32>();
-        let rest = (class + 1..Layer::CLASSES.len()).map(points_of).sum();
+        let rest = (class + 1..CLASSES).map(points_of).sum();
         let here = points_of(class);
         if class == 0 {
             self.slabs.iter().for_each(|slab| self.outliers.extend_from_slice(&slab.outliers));
