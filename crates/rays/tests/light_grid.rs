@@ -1,10 +1,9 @@
 //! The light grid against the predicate, pixel by pixel.
 
-#[allow(dead_code, reason = "shared by tests of which each uses a part")]
-mod meshes;
+mod support;
 
 use glam::{DVec2, Vec3};
-use meshes::{Mesh, Random};
+use support::{Mesh, Random};
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
 use umbrage_rays::{Camera, LightGrid, LightSource, Projection, SeenImage, SimdLevel, Triangles, View};
 
@@ -156,7 +155,7 @@ fn scales_and_offsets() {
     for (scale, offset) in [(1e-6, Vec3::ZERO), (1e6, Vec3::ZERO), (1.0, far), (300.0, far)] {
         let mut camera = camera();
         camera.position = camera.position * scale + offset;
-        let case = Case::new(&format!("room × {scale}"), room().placed(scale, offset), camera, (31, 23));
+        let case = Case::new(&format!("room × {scale}"), room().moved(scale, offset), camera, (31, 23));
         case.check(&lights(scale, offset));
     }
 }

@@ -41,7 +41,7 @@ fn a_camera_inside_the_scene_sees_exactly() {
     let mut random = Random(3);
     for look in 0..6 {
         let mesh = Mesh::soup(&mut random, 200, 0.3);
-        let camera = Camera::look_at(random.vector() * 0.5, random.vector(), Vec3::Y, 0.5 + 0.4 * look as f32);
+        let camera = Camera::look_at(random.point() * 0.5, random.point(), Vec3::Y, 0.5 + 0.4 * look as f32);
         check(&mesh, &View { camera, width: 70, height: 66 }, MIDDLE);
     }
 }
@@ -125,9 +125,9 @@ fn slivers_needles_and_near_coincident_planes_are_seen_exactly() {
     let mut random = Random(5);
     let mut mesh = Mesh::default();
     for _ in 0..120 {
-        let (from, to) = (random.vector() * 2.0, random.vector() * 2.0);
+        let (from, to) = (random.point() * 2.0, random.point() * 2.0);
         let thickness = 1e-7_f32.powf(random.unit());
-        mesh.push([from, to, from + (to - from) * random.unit() + random.vector() * thickness]);
+        mesh.push([from, to, from + (to - from) * random.unit() + random.point() * thickness]);
     }
     for layer in 0..20 {
         // Less than an f32's rounding apart at the camera's distance.

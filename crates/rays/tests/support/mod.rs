@@ -23,6 +23,38 @@ impl Mesh {
         self.indices.push([first, first + 1, first + 2]);
     }
 
+    /// Two triangles between four corners.
+    pub(crate) fn quad(&mut self, [a, b, c, d]: [Vec3; 4]) {
+        let first = self.positions.len() as u32;
+        self.positions.extend([a, b, c, d]);
+        self.indices.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+
+    /// A ball of `rings` by twice as many parts with shared vertices, bumpy by `bump`.
+    pub(crate) fn ball(&mut self, center: Vec3, radius: f32, rings: u32, bump: f32) {
+        let first = self.positions.len() as u32;
+        let parts = 2 * rings;
+        for ring in 0..=rings {
+            for part in 0..parts {
+                let (polar, around) = (
+                    std::f32::consts::PI * ring as f32 / rings as f32,
+                    std::f32::consts::TAU * part as f32 / parts as f32,
+                );
+                let radius = radius * (1.0 + bump * (9.0 * polar).sin() * (7.0 * around).cos());
+                let (sin, cos) = polar.sin_cos();
+                let direction = Vec3::new(sin * around.cos(), cos, sin * around.sin());
+                self.positions.push(center + direction * radius);
+            }
+        }
+        for ring in 0..rings {
+            for part in 0..parts {
+                let at = |ring: u32, part: u32| first + ring * parts + part % parts;
+                let [a, b, c, d] = [at(ring, part), at(ring, part + 1), at(ring + 1, part + 1), at(ring + 1, part)];
+                self.indices.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+    }
+
     pub(crate) fn append(&mut self, other: &Self) {
         let first = self.positions.len() as u32;
         self.positions.extend(&other.positions);
@@ -35,28 +67,10 @@ impl Mesh {
         Self { positions, indices: self.indices.clone() }
     }
 
-    /// A ball with bumps, of 2 · `rings` · (`rings` − 1) · 2 triangles.
+    /// A ball with bumps.
     pub(crate) fn bumpy_ball(center: Vec3, radius: f32, rings: u32) -> Self {
-        let segments = 2 * rings;
         let mut mesh = Self::default();
-        for ring in 0..=rings {
-            for segment in 0..segments {
-                let latitude = std::f32::consts::PI * ring as f32 / rings as f32;
-                let longitude = std::f32::consts::TAU * segment as f32 / segments as f32;
-                let bump = 1.0 + 0.1 * (7.0 * longitude).sin() * (5.0 * latitude).sin();
-                let (sin, cos) = latitude.sin_cos();
-                let normal = Vec3::new(sin * longitude.cos(), cos, sin * longitude.sin());
-                mesh.positions.push(center + normal * (radius * bump));
-            }
-        }
-        for ring in 0..rings {
-            for segment in 0..segments {
-                let at = |ring: u32, segment: u32| ring * segments + segment % segments;
-                let [a, b] = [at(ring, segment), at(ring, segment + 1)];
-                let [c, d] = [at(ring + 1, segment), at(ring + 1, segment + 1)];
-                mesh.indices.extend([[a, b, d], [a, d, c]]);
-            }
-        }
+        mesh.ball(center, radius, rings, 0.1);
         mesh
     }
 
@@ -64,9 +78,9 @@ impl Mesh {
     pub(crate) fn soup(random: &mut Random, count: usize, smallest: f32) -> Self {
         let mut mesh = Self::default();
         for _ in 0..count {
-            let center = random.vector() * 2.0;
+            let center = random.point() * 2.0;
             let size = smallest.powf(random.unit());
-            mesh.push([0; 3].map(|_| center + random.vector() * size));
+            mesh.push([0; 3].map(|_| center + random.point() * size));
         }
         mesh
     }
@@ -107,8 +121,8 @@ impl Random {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
 
-    /// Each coordinate in [−1, 1).
-    pub(crate) fn vector(&mut self) -> Vec3 {
+    /// From the cube [−1, 1)³.
+    pub(crate) fn point(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 }

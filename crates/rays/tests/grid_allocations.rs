@@ -1,0 +1,72 @@
+//! A grid that has seen a frame of the same size takes nothing from the heap.
+
+#[path = "support/allocations.rs"]
+mod allocations;
+mod support;
+
+use allocations::allocations;
+use glam::{DVec2, Vec3};
+use support::{Mesh, Random, view};
+use umbrage_rays::{Bvh, Camera, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, View};
+
+#[test]
+fn a_steady_perspective_grid_allocates_nothing() {
+    let mut mesh = Mesh::soup(&mut Random(1), 2000, 0.01);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 40));
+    mesh.append(&Mesh::floor(1, 100.0));
+    mesh.positions[17].x = f32::NAN;
+    let view = view(200, 150);
+    // One thread does all the work, and is the one whose allocations are counted.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let counted = pool.install(|| {
+        let mut grid = PerspectiveGrid::default();
+        let mut seen = SeenPixels::default();
+        [0; 3].map(|_| {
+            let before = allocations();
+            grid.build(mesh.triangles(), &view, DVec2::splat(0.5), |_| false).expect("a small image");
+            grid.trace(mesh.triangles(), |_| true, &mut seen);
+            allocations() - before
+        })
+    });
+    assert!(counted[0] > 100, "the first frame is counted: {counted:?}");
+    assert_eq!(counted[1..], [0, 0]);
+}
+
+#[test]
+fn a_steady_light_grid_allocates_nothing() {
+    let mut mesh = Mesh::default();
+    mesh.ball(Vec3::ZERO, 1.0, 12, 0.1);
+    mesh.quad([(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)].map(|(x, z)| Vec3::new(x, -1.2, z)));
+    let mesh = mesh.placed(1.5, Vec3::Y);
+    let mut bvh = Bvh::default();
+    bvh.build(mesh.triangles());
+    let camera = Camera::look_at(Vec3::new(1.0, 3.0, 6.0), Vec3::ZERO, Vec3::Y, 0.8);
+    let view = View { camera, width: 150, height: 111 };
+    let offset_pixels = DVec2::splat(0.5);
+    let see = |pixel: u32| {
+        let ray = view.ray(f64::from(pixel % 150) + 0.5, f64::from(pixel / 150) + 0.5);
+        bvh.nearest(mesh.triangles(), &ray, |_| true).map_or(SeenImage::NOTHING, |hit| hit.triangle)
+    };
+    let seen: Vec<u32> = (0..150 * 111).map(see).collect();
+    let image = SeenImage { triangles: mesh.triangles(), view, offset_pixels, triangle_of_pixel: &seen };
+    let place = Random(4).point() * 0.3 + Vec3::new(0.5, 4.0, 1.0);
+    let lights = [
+        LightSource::Point { position: place },
+        LightSource::Point { position: Vec3::new(1.8, -0.5, 1.0) },
+        LightSource::Directional { direction: Vec3::new(0.2, -1.0, 0.1) },
+    ];
+    let mut lit = vec![0; seen.len().div_ceil(64)];
+    // One thread, on which rayon takes no memory either.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    pool.install(|| {
+        let mut grid = LightGrid::default();
+        let mut frame = || {
+            let before = allocations();
+            grid.locate(&image);
+            lights.iter().for_each(|light| grid.shadow(&image, light, |_| true, |_, _| true, &mut lit));
+            allocations() - before
+        };
+        assert!(frame() > 0);
+        assert_eq!([frame(), frame()], [0, 0]);
+    });
+}
