@@ -37,7 +37,7 @@ fn a_steady_light_grid_allocates_nothing() {
     let mut mesh = Mesh::default();
     mesh.ball(Vec3::ZERO, 1.0, 12, 0.1);
     mesh.quad([(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)].map(|(x, z)| Vec3::new(x, -1.2, z)));
-    let mesh = mesh.placed(1.5, Vec3::Y);
+    let mesh = mesh.moved(1.5, Vec3::Y);
     let mut bvh = Bvh::default();
     bvh.build(mesh.triangles());
     let camera = Camera::look_at(Vec3::new(1.0, 3.0, 6.0), Vec3::ZERO, Vec3::Y, 0.8);
