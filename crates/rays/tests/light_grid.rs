@@ -271,6 +271,48 @@ fn masked_triangles_let_light_through() {
 }
 
 #[test]
+fn scenes_on_a_lattice_with_lights_in_their_corners() {
+    // Corners, cameras and lights that meet exactly; the seeds are some at which bounds of zero fail.
+    for seed in 1030..1038 {
+        let mut random = Random(seed);
+        let mut mesh = Mesh::default();
+        let quantum = [0.0, 0.25, 0.5, 0.01][(random.bits() % 4) as usize];
+        let snap = |point: Vec3| if quantum > 0.0 { (point / quantum).round() * quantum } else { point };
+        for _ in 0..1 + random.bits() % 150 {
+            let stretch = 10.0_f32.powf(random.unit() * 4.0 - 3.0);
+            let center = random.point();
+            let corners = [(); 3].map(|()| snap(center + random.point() * stretch));
+            mesh.push(corners);
+        }
+        if random.bits().is_multiple_of(2) {
+            mesh.ball(random.point(), random.unit(), 2 + (random.bits() % 8) as u32, 0.1);
+        }
+        if random.bits().is_multiple_of(2) {
+            mesh.quad([(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)].map(|(x, z)| Vec3::new(x, -1.0, z)));
+        }
+        let (from, to) = (snap(random.point() * 3.0), snap(random.point()));
+        let mut camera = Camera::look_at(from, to, Vec3::Y, 0.3 + random.unit());
+        let scale = [1.0, 1.0, 1e-6, 1e6, 77.0][(random.bits() % 5) as usize];
+        let far = Vec3::new(148_376.0, 1_234.0, -223_423.0);
+        let offset = if random.bits().is_multiple_of(4) { far } else { Vec3::ZERO };
+        let mut lights = Vec::new();
+        for kind in 0..6 {
+            let position = match kind % 3 {
+                0 => snap(random.point() * 2.0),
+                1 => mesh.positions[random.bits() as usize % mesh.positions.len()],
+                _ => random.point() * 10.0_f32.powf(random.unit() * 6.0 - 2.0),
+            };
+            lights.push(LightSource::Point { position: position * scale + offset });
+            let direction = snap(random.point() * 2.0).try_normalize().unwrap_or(Vec3::X);
+            lights.push(LightSource::Directional { direction });
+        }
+        camera.position = camera.position * scale + offset;
+        let size = (1 + (random.bits() % 40) as u32, 1 + (random.bits() % 30) as u32);
+        Case::new(&format!("seed {seed}"), mesh.placed(scale, offset), camera, size).check(&lights);
+    }
+}
+
+#[test]
 fn every_thread_count_and_instruction_set_gives_the_same_bits() {
     let mut mesh = room();
     let mut random = Random(1);

@@ -56,7 +56,7 @@ impl Cells {
 
     /// Chooses how many cells there are, by how many points and triangles.
     ///
-    /// Measured at 1024² with 70 K to 1.1 M triangles: between a third and three times as many make little difference.
+    /// Six to 48 points to a cell, and about as many cells as triangles in between.
     pub(super) fn choose(&mut self, points: usize, triangles: usize) {
         let count = (triangles + triangles / 2).clamp(points / 48, points / 6).clamp(16, 1 << 20);
         let columns = ((3.0 * count as f64).sqrt() as usize).next_multiple_of(16);

@@ -3,7 +3,7 @@ use fearless_simd::{Simd, f32x16, f64x8};
 use glam::DVec3;
 
 // Closures and `array::map` are not reliably inlined where vectors pass through them, and what isn't inlined is compiled
-// without the instruction set: that made mapping six times slower. So the vector code here is written out.
+// without the instruction set: it made mapping take five times as long. So the vector code here is written out.
 
 /// Points or triangles handled at once.
 pub(super) const LANES: usize = 16;
