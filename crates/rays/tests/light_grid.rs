@@ -308,7 +308,7 @@ fn scenes_on_a_lattice_with_lights_in_their_corners() {
         }
         camera.position = camera.position * scale + offset;
         let size = (1 + (random.bits() % 40) as u32, 1 + (random.bits() % 30) as u32);
-        Case::new(&format!("seed {seed}"), mesh.placed(scale, offset), camera, size).check(&lights);
+        Case::new(&format!("seed {seed}"), mesh.moved(scale, offset), camera, size).check(&lights);
     }
 }
 
