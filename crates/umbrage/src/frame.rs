@@ -44,7 +44,7 @@ impl Renderer {
     /// Renders `scene` at a moment, on the threads of the current rayon pool.
     ///
     /// # Errors
-    /// Where the scene can't be posed, or a setting makes no sense.
+    /// Where the scene can't be posed, the image is too large, or a setting makes no sense.
     pub fn render(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> Result<&Film, Error> {
         settings.check()?;
         let Self { engine, frame, film, stats } = self;

@@ -2,6 +2,7 @@
 //!
 //! Guntury and Narayanan, *Ray Tracing Dynamic Scenes with Shadows on the GPU*, 2010.
 
+mod extremes;
 mod light;
 mod perspective;
 mod simd_level;

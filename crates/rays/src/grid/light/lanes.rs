@@ -54,16 +54,6 @@ pub(super) fn largest<S: Simd>(a: Vectors<S>) -> f64x8<S> {
     a[0].abs().max(a[1].abs()).max(a[2].abs())
 }
 
-#[inline(always)]
-pub(super) fn min3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
-    a.min(b).min(c)
-}
-
-#[inline(always)]
-pub(super) fn max3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
-    a.max(b).max(c)
-}
-
 /// The four columns of 16 rows.
 #[inline(always)]
 pub(super) fn transpose<S: Simd>(simd: S, rows: &[[f32; 4]; LANES]) -> [f32x16<S>; 4] {

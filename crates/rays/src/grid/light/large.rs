@@ -4,7 +4,8 @@ use glam::{DVec3, Vec3};
 
 use super::block::{Block, Cells};
 use super::face::{HALF_ULP, Layer, PREDICATE_ERROR};
-use super::lanes::{min3, splat};
+use super::lanes::splat;
+use crate::grid::extremes::min3;
 
 /// Half the distance from one to the next f64.
 const ROUNDING: f64 = f64::EPSILON / 2.0;

@@ -3,8 +3,9 @@ use fearless_simd::{Simd, f32x16, i32x16, mask32x16, u32x16};
 
 use super::block::{Block, Cells, cells_at};
 use super::face::Layer;
-use super::lanes::{LANES, max3, min3, splat, transpose};
+use super::lanes::{LANES, splat, transpose};
 use super::project::UNUSABLE;
+use crate::grid::extremes::{max3, min3};
 
 /// Triangles set up before their points are tested.
 pub(super) const BATCH: usize = 64;

@@ -7,9 +7,10 @@ use rayon::prelude::*;
 
 use super::bins::{Bins, Fragment, Path};
 use super::general::General;
-use super::lanes::{Corners, LANES, Setup, each, largest, max3, min3, sample_range, splat};
+use super::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::{ImageTooLarge, PerspectiveGrid};
+use crate::grid::extremes::{max3, min3};
 use crate::{Triangles, View};
 
 impl PerspectiveGrid {

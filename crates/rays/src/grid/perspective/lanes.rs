@@ -2,6 +2,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f32x16};
 
 use super::pixel_space::{HALF_ULP, Vertex};
+use crate::grid::extremes::{max3, min3};
 
 /// Triangles, or samples of a block, handled at once.
 pub(super) const LANES: usize = 16;
@@ -69,16 +70,6 @@ fn load_vertex<S: Simd>(simd: S, vertices: &[Vertex], place: u32) -> f32x4<S> {
 #[inline(always)]
 pub(super) fn each<T, U>([a, b, c]: [T; 3], f: impl Fn(T) -> U) -> [U; 3] {
     [f(a), f(b), f(c)]
-}
-
-#[inline(always)]
-pub(super) fn min3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
-    a.min(b).min(c)
-}
-
-#[inline(always)]
-pub(super) fn max3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
-    a.max(b).max(c)
 }
 
 /// The largest magnitude of three corners' coordinates.

@@ -5,8 +5,9 @@ use fearless_simd::{f32x16, f64x8, i32x16, mask32x16, u32x16};
 use super::SeenPixels;
 use super::bins::{Bins, Fragment};
 use super::general::{Depth, General, Square};
-use super::lanes::{LANES, Setup, each, max3, min3, splat};
+use super::lanes::{LANES, Setup, each, splat};
 use super::pixel_space::HALF_ULP;
+use crate::grid::extremes::{max3, min3};
 
 /// Blocks of 4×4 samples a side of a tile.
 pub(super) const BLOCKS: usize = Bins::TILE as usize / 4;
