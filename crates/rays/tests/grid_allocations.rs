@@ -7,7 +7,7 @@ mod support;
 use allocations::allocations;
 use glam::{DVec2, Vec3};
 use support::{Mesh, Random, view};
-use umbrage_rays::{Bvh, Camera, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, View};
+use umbrage_rays::{Camera, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, View};
 
 #[test]
 fn a_steady_perspective_grid_allocates_nothing() {
@@ -38,24 +38,21 @@ fn a_steady_light_grid_allocates_nothing() {
     mesh.ball(Vec3::ZERO, 1.0, 12, 0.1);
     mesh.quad([(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)].map(|(x, z)| Vec3::new(x, -1.2, z)));
     let mesh = mesh.moved(1.5, Vec3::Y);
-    let mut bvh = Bvh::default();
-    bvh.build(mesh.triangles());
     let camera = Camera::look_at(Vec3::new(1.0, 3.0, 6.0), Vec3::ZERO, Vec3::Y, 0.8);
     let view = View { camera, width: 150, height: 111 };
     let offset_pixels = DVec2::splat(0.5);
-    let see = |pixel: u32| {
-        let ray = view.ray(f64::from(pixel % 150) + 0.5, f64::from(pixel / 150) + 0.5);
-        bvh.nearest(mesh.triangles(), &ray, |_| true).map_or(SeenImage::NOTHING, |hit| hit.triangle)
-    };
-    let seen: Vec<u32> = (0..150 * 111).map(see).collect();
-    let image = SeenImage { triangles: mesh.triangles(), view, offset_pixels, triangle_of_pixel: &seen };
+    let mut seen = SeenPixels::default();
+    let mut camera_grid = PerspectiveGrid::default();
+    camera_grid.build(mesh.triangles(), &view, offset_pixels, |_| false).expect("a small image");
+    camera_grid.trace(mesh.triangles(), |_| true, &mut seen);
+    let image = SeenImage { triangles: mesh.triangles(), view, offset_pixels, seen: &seen };
     let place = Random(4).point() * 0.3 + Vec3::new(0.5, 4.0, 1.0);
     let lights = [
         LightSource::Point { position: place },
         LightSource::Point { position: Vec3::new(1.8, -0.5, 1.0) },
         LightSource::Directional { direction: Vec3::new(0.2, -1.0, 0.1) },
     ];
-    let mut lit = vec![0; seen.len().div_ceil(64)];
+    let mut lit = vec![0; seen.triangle.len() / 16];
     // One thread, on which rayon takes no memory either.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
     pool.install(|| {

@@ -5,7 +5,7 @@ mod support;
 use glam::{DVec2, Vec3};
 use support::{Mesh, Random};
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
-use umbrage_rays::{Camera, LightGrid, LightSource, Projection, SeenImage, SimdLevel, Triangles, View};
+use umbrage_rays::{Camera, LightGrid, LightSource, Projection, SeenImage, SeenPixels, SimdLevel, Triangles, View};
 
 /// Whether a triangle can be hit at all, by the definition of what is left out.
 fn usable(triangles: Triangles<'_>, id: u32) -> Option<[Vec3; 3]> {
@@ -20,50 +20,51 @@ struct Case {
     mesh: Mesh,
     view: View,
     offset: DVec2,
-    seen: Vec<u32>,
+    seen: SeenPixels,
 }
 
 impl Case {
     fn new(name: &str, mesh: Mesh, camera: Camera, (width, height): (u32, u32)) -> Self {
         let view = View { camera, width, height };
         let offset = DVec2::new(0.5, 0.4375);
-        let mut case = Self { name: name.into(), mesh, view, offset, seen: Vec::new() };
+        let mut case = Self { name: name.into(), mesh, view, offset, seen: SeenPixels::default() };
         let triangles = case.mesh.triangles();
-        case.seen = (0..(width * height) as usize)
-            .map(|pixel| {
-                let ray = case.ray(pixel);
-                let hits = (0..triangles.len() as u32).filter_map(|id| {
-                    let t = crossing(&ray, usable(triangles, id)?)?.t;
-                    (t > 0.0).then_some((t, id))
-                });
-                hits.min_by(|a, b| a.partial_cmp(b).expect("finite")).map_or(SeenImage::NOTHING, |(_, id)| id)
-            })
-            .collect();
+        let mut seen = SeenPixels::default();
+        seen.resize(width, height);
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+            let place = seen.order().place(x, y);
+            let ray = case.ray((x, y));
+            let hits = (0..triangles.len() as u32).filter_map(|id| {
+                let t = crossing(&ray, usable(triangles, id)?)?.t;
+                (t > 0.0).then_some((t, id))
+            });
+            if let Some((t, id)) = hits.min_by(|a, b| a.partial_cmp(b).expect("finite")) {
+                // About as wrong as it may be.
+                let error = 0.96 * SeenPixels::RELATIVE_ERROR;
+                let error = [1.0, 1.0 - error, 1.0 + error][place % 3];
+                (seen.triangle[place], seen.inverse_depth[place]) = (id, SeenPixels::inverse_of(t) * error);
+            }
+        }
+        case.seen = seen;
         case
     }
 
-    fn ray(&self, pixel: usize) -> umbrage_rays::Ray {
-        let width = self.view.width as usize;
-        self.view.ray((pixel % width) as f64 + self.offset.x, (pixel / width) as f64 + self.offset.y)
+    fn ray(&self, (x, y): (u32, u32)) -> umbrage_rays::Ray {
+        self.view.ray(f64::from(x) + self.offset.x, f64::from(y) + self.offset.y)
     }
 
     fn image(&self) -> SeenImage<'_> {
-        SeenImage {
-            triangles: self.mesh.triangles(),
-            view: self.view,
-            offset_pixels: self.offset,
-            triangle_of_pixel: &self.seen,
-        }
+        SeenImage { triangles: self.mesh.triangles(), view: self.view, offset_pixels: self.offset, seen: &self.seen }
     }
 
-    /// The truth.
+    /// The truth, in the order of `self.seen`.
     fn lit(&self, light: &LightSource, casts: impl Fn(u32, [f32; 2]) -> bool) -> Vec<bool> {
         let triangles = self.mesh.triangles();
-        let lit = self.seen.iter().enumerate().map(|(pixel, &own)| {
-            if own == SeenImage::NOTHING {
+        let lit = self.seen.triangle.iter().enumerate().map(|(place, &own)| {
+            if own == SeenPixels::NONE {
                 return false;
             }
-            let ray = self.ray(pixel);
+            let ray = self.ray(self.seen.order().column_and_row(place));
             let t = crossing(&ray, triangles.corners(own)).expect("the pixel's triangle is hit").t;
             let shadow_ray = ShadowRay::new(light, HitPoint::new(&ray, t));
             !(0..triangles.len() as u32).filter(|&id| id != own).any(|id| {
@@ -79,9 +80,9 @@ impl Case {
         let mut grid = LightGrid::default();
         grid.locate(&self.image());
         for light in lights {
-            let mut lit = vec![u64::MAX; self.seen.len().div_ceil(64)];
+            let mut lit = vec![u16::MAX; self.seen.triangle.len() / 16];
             grid.shadow(&self.image(), light, |_| true, |_, _| true, &mut lit);
-            let found = bits(&lit, self.seen.len());
+            let found = bits(&lit);
             let truth = self.lit(light, |_, _| true);
             let wrong: Vec<usize> = (0..found.len()).filter(|&pixel| found[pixel] != truth[pixel]).collect();
             let counts = grid.counts();
@@ -97,8 +98,8 @@ impl Case {
     }
 }
 
-fn bits(words: &[u64], count: usize) -> Vec<bool> {
-    (0..count).map(|pixel| words[pixel / 64] >> (pixel % 64) & 1 == 1).collect()
+fn bits(words: &[u16]) -> Vec<bool> {
+    words.iter().flat_map(|word| (0..16).map(move |place| word >> place & 1 == 1)).collect()
 }
 
 fn point(x: f32, y: f32, z: f32) -> LightSource {
@@ -264,9 +265,9 @@ fn masked_triangles_let_light_through() {
     let mut grid = LightGrid::default();
     grid.locate(&case.image());
     for light in lights(1.0, Vec3::ZERO) {
-        let mut lit = vec![0; case.seen.len().div_ceil(64)];
+        let mut lit = vec![0; case.seen.triangle.len() / 16];
         grid.shadow(&case.image(), &light, is_opaque, casts, &mut lit);
-        assert_eq!(bits(&lit, case.seen.len()), case.lit(&light, casts), "{light:?}");
+        assert_eq!(bits(&lit), case.lit(&light, casts), "{light:?}");
     }
 }
 
@@ -330,7 +331,7 @@ fn every_thread_count_and_instruction_set_gives_the_same_bits() {
                 let mut grid = LightGrid::with_level(level);
                 grid.locate(&case.image());
                 for light in lights(1.0, Vec3::ZERO) {
-                    let mut lit = vec![0; case.seen.len().div_ceil(64)];
+                    let mut lit = vec![0; case.seen.triangle.len() / 16];
                     grid.shadow(&case.image(), &light, |_| true, |_, _| true, &mut lit);
                     words.push(lit);
                 }

@@ -1,6 +1,6 @@
 //! The spine: a frame from top to bottom.
 
-use umbrage_rays::View;
+use umbrage_rays::{SeenPixels, View};
 use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
@@ -78,10 +78,9 @@ impl Renderer {
         &self.stats
     }
 
-    /// The triangle that each pixel showed at the last frame's last sample, in rows from the upper left corner;
-    /// [`Film::NO_TRIANGLE`] for none.
+    /// What each pixel showed at the last frame's last sample.
     #[must_use]
-    pub fn seen(&self) -> &[u32] {
+    pub fn seen(&self) -> &SeenPixels {
         self.engine.seen()
     }
 

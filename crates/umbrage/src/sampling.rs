@@ -24,11 +24,9 @@ impl Sample {
         })
     }
 
-    /// The ray of a pixel, given its place in the rows of the image.
-    pub(crate) fn ray(&self, view: &View, pixel: usize) -> Ray {
-        let width = view.width as usize;
-        let (x, y) = ((pixel % width) as f64, (pixel / width) as f64);
-        view.ray(x + self.offset_pixels.x, y + self.offset_pixels.y)
+    /// The ray of the pixel in column `x` and row `y`.
+    pub(crate) fn ray(&self, view: &View, x: u32, y: u32) -> Ray {
+        view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y)
     }
 }
 

@@ -28,8 +28,9 @@ fn compare_with(scene: &Scene, seconds: f64, name: &str, structure: Structure) -
     let camera = frame.camera(settings.width as f32 / settings.height as f32);
     let view = View { camera, width: settings.width, height: settings.height };
     let oracle = Oracle::new(frame.triangles());
-    for (pixel, &found) in renderer.seen().iter().enumerate() {
-        let (x, y) = (pixel as u32 % settings.width, pixel as u32 / settings.width);
+    let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
+    for (x, y) in pixels.clone() {
+        let found = renderer.seen().triangle_at(x, y);
         let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let truth = oracle.nearest(&ray, |hit| frame.is_solid(hit.triangle, hit.barycentric));
         assert_eq!(
@@ -43,10 +44,10 @@ fn compare_with(scene: &Scene, seconds: f64, name: &str, structure: Structure) -
                 let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
                 !oracle.blocked(&shadow_ray, hit.triangle, casts)
             });
-            assert_eq!(mask.is_lit(pixel), lit, "{name} at {seconds} s, pixel ({x}, {y}), light {}", light.name);
+            assert_eq!(mask.is_lit(x, y), lit, "{name} at {seconds} s, pixel ({x}, {y}), light {}", light.name);
         }
     }
-    renderer.seen().iter().filter(|&&id| id != Film::NO_TRIANGLE).count()
+    pixels.filter(|&(x, y)| renderer.seen().triangle_at(x, y) != Film::NO_TRIANGLE).count()
 }
 
 #[test]
@@ -96,7 +97,7 @@ fn the_number_of_threads_changes_nothing() {
         pool.install(|| {
             let mut renderer = Renderer::default();
             let film = renderer.render(&scene, 1.0, &settings).expect("a frame").clone();
-            (film, renderer.seen().to_vec(), renderer.light_masks().to_vec())
+            (film, renderer.seen().clone(), renderer.light_masks().to_vec())
         })
     };
     let (film, seen, masks) = on_threads(1);
@@ -104,7 +105,7 @@ fn the_number_of_threads_changes_nothing() {
         let (other_film, other_seen, other_masks) = on_threads(count);
         assert_eq!(film.color, other_film.color);
         assert_eq!(film.triangle, other_film.triangle);
-        assert_eq!(seen, other_seen);
+        assert_eq!(seen.triangle, other_seen.triangle);
         assert_eq!(masks, other_masks);
     }
 }

@@ -5,8 +5,12 @@
 mod extremes;
 mod light;
 mod perspective;
+mod seen;
 mod simd_level;
+mod tile_order;
 
 pub use light::{LightGrid, LightGridCounts, LightGridSeconds, SeenImage};
-pub use perspective::{GridCounts, ImageTooLarge, PerspectiveGrid, SeenPixels};
+pub use perspective::{GridCounts, ImageTooLarge, PerspectiveGrid};
+pub use seen::SeenPixels;
 pub use simd_level::SimdLevel;
+pub use tile_order::TileOrder;

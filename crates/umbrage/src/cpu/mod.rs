@@ -18,7 +18,7 @@ pub(crate) struct Cpu {
     bvh: Bvh,
     camera_grid: PerspectiveGrid,
     light_grid: LightGrid,
-    /// What each pixel sees at the current sample, in rows.
+    /// What each pixel sees at the current sample.
     seen: SeenPixels,
     /// For each light, which pixels it lights at the current sample.
     lit: Vec<LightMask>,
@@ -36,9 +36,9 @@ impl Cpu {
         }
     }
 
-    /// The triangle that each pixel showed at the last sample.
-    pub(crate) fn seen(&self) -> &[u32] {
-        &self.seen.triangle
+    /// What each pixel showed at the last sample.
+    pub(crate) fn seen(&self) -> &SeenPixels {
+        &self.seen
     }
 
     /// For each light, which pixels it lit at the last sample.
@@ -65,10 +65,9 @@ impl Cpu {
     }
 
     pub(crate) fn pixel_bytes(&self) -> usize {
-        let SeenPixels { triangle, inverse_depth, relative_error } = &self.seen;
+        let SeenPixels { triangle, inverse_depth, .. } = &self.seen;
         size_of_val(triangle.as_slice())
             + size_of_val(inverse_depth.as_slice())
-            + size_of_val(relative_error.as_slice())
             + self.lit.iter().map(LightMask::bytes).sum::<usize>()
     }
 }

@@ -21,10 +21,15 @@ impl Cpu {
                 camera_grid.trace(triangles, is_solid, seen);
             }
             Structure::Bvh => {
-                seen.triangle.resize(view.width as usize * view.height as usize, SeenPixels::NONE);
-                seen.triangle.par_iter_mut().enumerate().for_each(|(pixel, seen)| {
-                    let nearest = bvh.nearest(triangles, &sample.ray(view, pixel), is_solid);
-                    *seen = nearest.map_or(SeenPixels::NONE, |hit| hit.triangle);
+                seen.resize(view.width, view.height);
+                let order = seen.order();
+                let SeenPixels { triangle, inverse_depth, .. } = seen;
+                let places = triangle.par_iter_mut().zip(inverse_depth).enumerate();
+                places.for_each(|(place, (triangle, inverse_depth))| {
+                    let pixel = order.pixel(place);
+                    let nearest = pixel.and_then(|(x, y)| bvh.nearest(triangles, &sample.ray(view, x, y), is_solid));
+                    *triangle = nearest.map_or(SeenPixels::NONE, |hit| hit.triangle);
+                    *inverse_depth = nearest.map_or(f32::NAN, |hit| SeenPixels::inverse_of(hit.t));
                 });
             }
         }

@@ -23,10 +23,12 @@ impl Cpu {
         let footprint = Footprint::new(view, sample.of);
         let shading = Shading { bvh: &self.bvh, lit: &self.lit, frame, surroundings, footprint };
         let Film { color, depth, normal, triangle, .. } = film;
-        let pixels = self.seen.triangle.par_iter().zip(color).zip(depth).zip(normal).zip(triangle).enumerate();
-        pixels.for_each(|(pixel, ((((&seen, color), depth), normal), triangle))| {
-            let ray = sample.ray(view, pixel);
-            let seen = shading.seen(pixel, &ray, hit_of(frame, &ray, seen));
+        let (order, width) = (self.seen.order(), view.width as usize);
+        let pixels = color.par_iter_mut().zip(depth).zip(normal).zip(triangle).enumerate();
+        pixels.for_each(|(pixel, (((color, depth), normal), triangle))| {
+            let (x, y) = ((pixel % width) as u32, (pixel / width) as u32);
+            let (ray, place) = (sample.ray(view, x, y), order.place(x, y));
+            let seen = shading.seen(place, &ray, hit_of(frame, &ray, self.seen.triangle[place]));
             *color += seen.color;
             if let (0, Some((hit, surface))) = (sample.index, seen.first) {
                 (*depth, *normal, *triangle) = (hit.t as f32, surface.normal, hit.triangle);
@@ -55,9 +57,9 @@ impl Shading<'_> {
     /// How many such surfaces one behind the other are seen through.
     const MOST_LAYERS: usize = 32;
 
-    /// What a camera ray whose nearest hit is `hit` sees, through blended and transmissive surfaces to what
+    /// What the camera ray of a place, whose nearest hit is `hit`, sees, through blended and transmissive surfaces to what
     /// is behind them.
-    fn seen(&self, pixel: usize, ray: &Ray, hit: Option<Hit>) -> Seen {
+    fn seen(&self, place: usize, ray: &Ray, hit: Option<Hit>) -> Seen {
         let mut color = Vec3::ZERO;
         let mut through = Vec3::ONE;
         let mut first = None;
@@ -67,7 +69,7 @@ impl Shading<'_> {
             let surface = Surface::new(self.frame, ray, &hit, &self.footprint);
             let radiance = self.reflected(&surface, |light| {
                 if layer == 0 {
-                    self.lit[light].is_lit(pixel)
+                    self.lit[light].is_lit_at(place)
                 } else {
                     !is_blocked(self.bvh, self.frame, &self.frame.lights[light], ray, &hit)
                 }

@@ -1,33 +1,42 @@
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Bvh, Hit, Ray, SeenImage, SeenPixels, View};
+use umbrage_rays::{Bvh, Hit, Ray, SeenImage, SeenPixels, TileOrder, View};
 use umbrage_scene::{Frame, Light};
 
 use super::{Cpu, hit_of};
 use crate::Structure;
 use crate::sampling::Sample;
 
-/// Which pixels a light reaches: one bit each, in pixel order.
+/// Which pixels a light reaches: one bit each, in [`TileOrder`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LightMask {
-    words: Vec<u64>,
+    order: TileOrder,
+    /// One for each block of pixels, the first pixel in the lowest bit.
+    blocks: Vec<u16>,
 }
 
 impl LightMask {
-    const PIXELS: usize = u64::BITS as usize;
-
-    /// Whether nothing stands between the light and what a pixel shows, given the pixel's place in the rows of the
-    /// image; false where it shows no triangle. Cones and ranges of lights don't count here.
+    /// Whether nothing stands between the light and what the pixel in column `x` and row `y` shows; false where it
+    /// shows no triangle. Cones and ranges of lights don't count here.
     ///
     /// # Panics
-    /// If `pixel` is out of range.
+    /// If the pixel is outside of the image's tiles.
     #[must_use]
-    pub fn is_lit(&self, pixel: usize) -> bool {
-        self.words[pixel / Self::PIXELS] >> (pixel % Self::PIXELS) & 1 == 1
+    pub fn is_lit(&self, x: u32, y: u32) -> bool {
+        self.is_lit_at(self.order.place(x, y))
+    }
+
+    pub(super) fn is_lit_at(&self, place: usize) -> bool {
+        self.blocks[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1
+    }
+
+    fn resize(&mut self, order: TileOrder) {
+        self.order = order;
+        self.blocks.resize(order.places() / TileOrder::BLOCK_PLACES, 0);
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(self.words.as_slice())
+        size_of_val(self.blocks.as_slice())
     }
 }
 
@@ -35,9 +44,7 @@ impl Cpu {
     /// Finds which of the points that pixels show each light reaches.
     pub(crate) fn shadow(&mut self, frame: &Frame, view: &View, sample: &Sample) {
         self.lit.resize(frame.lights.len(), LightMask::default());
-        for mask in &mut self.lit {
-            mask.words.resize(self.seen.triangle.len().div_ceil(LightMask::PIXELS), 0);
-        }
+        self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
         match self.structure {
             Structure::Perspective => self.shadow_through_grids(frame, view, sample),
             Structure::Bvh => self.shadow_through_hierarchy(frame, view, sample),
@@ -48,31 +55,28 @@ impl Cpu {
 
     fn shadow_through_grids(&mut self, frame: &Frame, view: &View, sample: &Sample) {
         let Self { light_grid, seen, lit, .. } = self;
-        let image = SeenImage {
-            triangles: frame.triangles(),
-            view: *view,
-            offset_pixels: sample.offset_pixels,
-            triangle_of_pixel: &seen.triangle,
-        };
+        let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
         light_grid.locate(&image);
         for (light, mask) in frame.lights.iter().zip(lit) {
             let is_opaque = |id| frame.is_opaque(id);
             let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
-            light_grid.shadow(&image, &light.source, is_opaque, casts, &mut mask.words);
+            light_grid.shadow(&image, &light.source, is_opaque, casts, &mut mask.blocks);
         }
     }
 
     fn shadow_through_hierarchy(&mut self, frame: &Frame, view: &View, sample: &Sample) {
         let Self { bvh, seen, lit, .. } = self;
+        let order = seen.order();
         for (light, mask) in frame.lights.iter().zip(lit) {
-            let words = mask.words.par_iter_mut().zip(seen.triangle.par_chunks(LightMask::PIXELS)).enumerate();
-            words.for_each(|(chunk, (word, seen))| {
-                *word = 0;
+            let blocks = mask.blocks.par_iter_mut().zip(seen.triangle.par_chunks(TileOrder::BLOCK_PLACES));
+            blocks.enumerate().for_each(|(block, (bits, seen))| {
+                *bits = 0;
                 for (place, &seen) in seen.iter().enumerate() {
-                    let ray = sample.ray(view, chunk * LightMask::PIXELS + place);
+                    let Some((x, y)) = order.pixel(block * TileOrder::BLOCK_PLACES + place) else { continue };
+                    let ray = sample.ray(view, x, y);
                     let Some(hit) = hit_of(frame, &ray, seen) else { continue };
                     let lit = !is_blocked(bvh, frame, light, &ray, &hit);
-                    *word |= u64::from(lit) << place;
+                    *bits |= u16::from(lit) << place;
                 }
             });
         }

@@ -4,14 +4,15 @@ use rayon::prelude::*;
 
 use super::block::Block;
 use super::{LightGrid, SeenImage};
+use crate::grid::TileOrder;
 use crate::predicate::{HitPoint, ShadowRay, crossing};
 use crate::{LightSource, Ray};
 
 impl SeenImage<'_> {
-    /// The ray through a pixel.
+    /// The ray through the pixel at a place.
     pub(super) fn camera_ray(&self, pixel: usize) -> Ray {
-        let width = self.view.width as usize;
-        let (x, y) = ((pixel % width) as f64, (pixel / width) as f64);
+        let (x, y) = self.seen.order().column_and_row(pixel);
+        let (x, y) = (f64::from(x), f64::from(y));
         self.view.ray(x + self.offset_pixels.x, y + self.offset_pixels.y)
     }
 }
@@ -27,7 +28,7 @@ pub(super) struct Judge<'a, O, C> {
 impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Judge<'_, O, C> {
     /// The segment between the light and a pixel's point.
     fn shadow_ray(&self, pixel: u32) -> Option<ShadowRay> {
-        let own = self.image.triangle_of_pixel[pixel as usize];
+        let own = self.image.seen.triangle[pixel as usize];
         let ray = self.image.camera_ray(pixel as usize);
         let crossing = crossing(&ray, self.image.triangles.usable_corners(own).ok()?)?;
         Some(ShadowRay::new(self.light, HitPoint::new(&ray, crossing.t)))
@@ -111,7 +112,7 @@ impl LightGrid {
         let count = judge.image.triangles.len() as u32;
         for &pixel in &self.outliers {
             let Some(ray) = judge.shadow_ray(pixel) else { continue };
-            let own = judge.image.triangle_of_pixel[pixel as usize];
+            let own = judge.image.seen.triangle[pixel as usize];
             let blocked = (0..count).into_par_iter().with_min_len(1024);
             if blocked.filter(|&id| id != own).any(|id| judge.is_blocked(&ray, id)) {
                 *self.shadowed[pixel as usize].get_mut() = 1;
@@ -120,13 +121,13 @@ impl LightGrid {
     }
 
     /// The bits of the pixels that show a lit point.
-    pub(super) fn gather_bits(&mut self, lit: &mut [u64]) {
+    pub(super) fn gather_bits(&mut self, lit: &mut [u16]) {
         let Self { points, shadowed, .. } = self;
-        let pixels = shadowed.par_chunks_mut(64).zip(points.t.par_chunks(64));
-        lit.par_iter_mut().zip(pixels).with_min_len(64).for_each(|(word, (shadowed, t))| {
+        let pixels = shadowed.par_chunks_mut(TileOrder::BLOCK_PLACES).zip(points.t.par_chunks(TileOrder::BLOCK_PLACES));
+        lit.par_iter_mut().zip(pixels).with_min_len(256).for_each(|(word, (shadowed, t))| {
             let mut bits = 0;
             for (place, (shadowed, t)) in shadowed.iter_mut().zip(t).enumerate() {
-                bits |= u64::from(*shadowed.get_mut() == 0 && !t.is_nan()) << place;
+                bits |= u16::from(*shadowed.get_mut() == 0 && !t.is_nan()) << place;
             }
             *word = bits;
         });

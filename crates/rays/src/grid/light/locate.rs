@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::lanes::{LANES, Vectors, absolute, dot, largest, minus, splat_vector, widen};
 use super::{LightGrid, SeenImage};
+use crate::grid::{SeenPixels, TileOrder};
 use crate::predicate::crossing;
 use crate::{Camera, Projection};
 
@@ -47,12 +48,12 @@ impl LightGrid {
     /// Finds the points that `image` shows; call it before [`LightGrid::shadow`], once for all lights.
     ///
     /// # Panics
-    /// If `image.triangle_of_pixel` doesn't hold width × height pixels.
+    /// If `image.seen` isn't of the size of `image.view`.
     pub fn locate(&mut self, image: &SeenImage<'_>) {
         let start = Instant::now();
-        let pixels = image.triangle_of_pixel.len();
-        let size = u64::from(image.view.width) * u64::from(image.view.height);
-        assert!(pixels as u64 == size, "{pixels} triangles for an image of {size} pixels");
+        let pixels = image.seen.triangle.len();
+        let (size, seen) = ((image.view.width, image.view.height), image.seen.order().size());
+        assert!(seen == size, "an image of {seen:?} pixels seen through a view of {size:?}");
         let Points { t, boxes, rays } = &mut self.points;
         *rays = CameraRays::new(image);
         t.resize(pixels, f64::NAN);
@@ -79,7 +80,7 @@ pub(super) struct CameraRays {
     corner: DVec3,
     forward: DVec3,
     is_perspective: bool,
-    width: usize,
+    order: TileOrder,
     /// Largest component of any direction.
     pub(super) largest_direction: f64,
     /// Largest coordinate of any origin.
@@ -110,7 +111,7 @@ impl CameraRays {
             corner,
             forward,
             is_perspective,
-            width: image.view.width as usize,
+            order: image.seen.order(),
             largest_direction: if is_perspective { direction + across } else { direction },
             largest_origin: if is_perspective { origin } else { origin + across },
         }
@@ -121,22 +122,16 @@ impl CameraRays {
         self.forward.dot(position - self.position)
     }
 
-    /// Origins and directions of the rays of eight pixels from `first`.
+    /// Origins and directions of the rays of the eight places from `first`, half a block.
     ///
     /// Each component has four roundings: it is wrong by at most 4 × [`ROUNDING`] × the largest one.
     #[inline(always)]
     pub(super) fn eight<S: Simd>(&self, simd: S, first: usize) -> (Vectors<S>, Vectors<S>) {
-        const STEPS: [f64; 8] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-        let (x, y) = ((first % self.width) as f64, (first / self.width) as f64);
-        let mut columns = f64x8::simd_from(simd, STEPS) + x;
-        let mut rows = f64x8::splat(simd, y);
-        let width = self.width as f64;
-        while columns.simd_ge(f64x8::splat(simd, width)).any_true() {
-            // The rest of the eight pixels is in the next rows.
-            let over = columns.simd_ge(f64x8::splat(simd, width));
-            columns = over.select(columns - width, columns);
-            rows = over.select(rows + 1.0, rows);
-        }
+        const COLUMNS: [f64; 8] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
+        const ROWS: [f64; 8] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+        let (x, y) = self.order.column_and_row(first);
+        let columns = f64x8::simd_from(simd, COLUMNS) + f64::from(x);
+        let rows = f64x8::simd_from(simd, ROWS) + f64::from(y);
         let (step_x, step_y) = (splat_vector(simd, self.step_x), splat_vector(simd, self.step_y));
         let corner = splat_vector(simd, self.corner);
         let varying = [
@@ -157,8 +152,8 @@ impl CameraRays {
 fn locate<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, first: usize, t: &mut [f64]) {
     for (group, t) in t.chunks_mut(LANES).enumerate() {
         let first = first + group * LANES;
-        let ids = &image.triangle_of_pixel[first..first + t.len()];
-        if ids.iter().all(|&id| id == SeenImage::NOTHING) {
+        let ids = &image.seen.triangle[first..first + t.len()];
+        if ids.iter().all(|&id| id == SeenPixels::NONE) {
             t.fill(f64::NAN);
             continue;
         }
@@ -207,8 +202,8 @@ fn bound<S: Simd>(simd: S, rays: &CameraRays, first: usize, t: &[f64]) -> PointB
 /// The predicate's distance of a pixel's point; NaN where there is none.
 #[cold]
 fn exact_distance(image: &SeenImage<'_>, pixel: usize) -> f64 {
-    let id = image.triangle_of_pixel[pixel];
-    let Some(corners) = (id != SeenImage::NOTHING).then(|| image.triangles.usable_corners(id).ok()).flatten() else {
+    let id = image.seen.triangle[pixel];
+    let Some(corners) = (id != SeenPixels::NONE).then(|| image.triangles.usable_corners(id).ok()).flatten() else {
         return f64::NAN;
     };
     crossing(&image.camera_ray(pixel), corners).map_or(f64::NAN, |crossing| crossing.t)

@@ -27,7 +27,7 @@ use std::sync::atomic::AtomicU8;
 
 use glam::DVec2;
 
-use crate::grid::SimdLevel;
+use crate::grid::{SeenPixels, SimdLevel};
 use crate::{Triangles, View};
 use block::{Block, Cells};
 use face::{Face, Layer};
@@ -44,14 +44,8 @@ pub struct SeenImage<'a> {
     pub view: View,
     /// Where in each pixel its ray goes through, from (0, 0) for the upper left corner to (1, 1).
     pub offset_pixels: DVec2,
-    /// The triangle that the ray through each pixel hits, in rows from the upper left; [`SeenImage::NOTHING`] where it
-    /// hits none.
-    pub triangle_of_pixel: &'a [u32],
-}
-
-impl SeenImage<'_> {
-    /// Stands for no triangle.
-    pub const NOTHING: u32 = u32::MAX;
+    /// What the ray through each pixel hits.
+    pub seen: &'a SeenPixels,
 }
 
 /// What the last [`LightGrid::shadow`] did.

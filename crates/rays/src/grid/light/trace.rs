@@ -12,6 +12,7 @@ use super::large::{Plane, planes};
 use super::small::{BATCH, Batch};
 use super::{LightGrid, LightGridCounts, SeenImage, choose};
 use crate::LightSource;
+use crate::grid::TileOrder;
 
 /// Triangles that a thread takes at once.
 const CHUNK_TRIANGLES: usize = 512;
@@ -51,26 +52,28 @@ impl Worker {
 }
 
 impl LightGrid {
-    /// Finds which points that `image` shows are lit by `light`: a bit for each pixel, 64 pixels to a word of `lit`, the
-    /// first in the lowest bit; zero where there is no point. Cones of spot lights don't count.
+    /// Finds which points that `image` shows are lit by `light`: a bit for each place of [`TileOrder`], a block of 4×4
+    /// pixels to a word of `lit`, the first in the lowest bit; zero where there is no point. Cones of spot lights don't
+    /// count.
     ///
     /// A point is lit unless some triangle but its own shadows it as
     /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says. A triangle for which `is_opaque` is
     /// false only does if `casts`, given its id and the weights of its second and third corner, is true.
     ///
     /// # Panics
-    /// If [`LightGrid::locate`] wasn't called for `image`, or `lit` hasn't a word for each 64 pixels.
+    /// If [`LightGrid::locate`] wasn't called for `image`, or `lit` hasn't a word for each block.
     pub fn shadow(
         &mut self,
         image: &SeenImage<'_>,
         light: &LightSource,
         is_opaque: impl Fn(u32) -> bool + Sync,
         casts: impl Fn(u32, [f32; 2]) -> bool + Sync,
-        lit: &mut [u64],
+        lit: &mut [u16],
     ) {
-        let pixels = image.triangle_of_pixel.len();
+        let pixels = image.seen.triangle.len();
         assert!(self.points.t.len() == pixels, "the points of another image were located");
-        assert!(lit.len() == pixels.div_ceil(64), "{} words for {pixels} pixels", lit.len());
+        let blocks = pixels / TileOrder::BLOCK_PLACES;
+        assert!(lit.len() == blocks, "{} words for {blocks} blocks of pixels", lit.len());
         self.counts = LightGridCounts::default();
         self.seconds = super::LightGridSeconds { locate: self.seconds.locate, ..Default::default() };
         self.clear_shadows(pixels);
@@ -123,7 +126,7 @@ impl LightGrid {
         }
         self.counts.points += u64::from(here);
         self.counts.layers += 1;
-        self.sort(judge.image.triangle_of_pixel);
+        self.sort(&judge.image.seen.triangle);
         lap(&mut self.seconds.sort);
         self.project(triangles.positions);
         lap(&mut self.seconds.project);

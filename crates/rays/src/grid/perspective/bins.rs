@@ -1,6 +1,7 @@
 use super::general::{General, Square};
 use super::pixel_space::PixelSpace;
 use crate::Omitted;
+use crate::grid::TileOrder;
 
 /// What one range of triangles leaves in one tile.
 #[derive(Clone, Debug, Default)]
@@ -71,9 +72,9 @@ pub(super) struct Bins {
 
 impl Bins {
     /// Log₂ of the samples a side of a tile.
-    pub(super) const TILE_BITS: u32 = 6;
+    pub(super) const TILE_BITS: u32 = TileOrder::TILE_BITS;
     /// Samples a side of a tile.
-    pub(super) const TILE: u32 = 1 << Self::TILE_BITS;
+    pub(super) const TILE: u32 = TileOrder::TILE;
 
     /// Empties all bins and makes one for each of `columns` × `rows` tiles.
     pub(super) fn reset(&mut self, columns: u32, rows: u32) {

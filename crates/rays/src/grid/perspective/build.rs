@@ -10,6 +10,7 @@ use super::general::General;
 use super::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::{ImageTooLarge, PerspectiveGrid};
+use crate::grid::TileOrder;
 use crate::grid::extremes::{max3, min3};
 use crate::{Triangles, View};
 
@@ -235,7 +236,7 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
                 let x = columns[place] as i32 + dx + self.space.middle.x;
                 let y = rows[place] as i32 + dy + self.space.middle.y;
                 let fragment = Fragment {
-                    place: place_in_tile(x as u32, y as u32) | doubtful,
+                    place: TileOrder::place_in_tile(x as u32, y as u32) | doubtful,
                     triangle: first + lane,
                     low: low[place],
                     high: high[place],
@@ -278,13 +279,6 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
 fn clamp<S: Simd>(simd: S, [low, high]: [f32x16<S>; 2], middle: i32, side: u32) -> [f32x16<S>; 2] {
     let (first, last) = (-middle as f32, (side as i32 - 1 - middle) as f32);
     [low.max(splat(simd, first)), high.min(splat(simd, last))]
-}
-
-/// Where a pixel is in its tile: rows of 4×4 blocks.
-pub(super) fn place_in_tile(x: u32, y: u32) -> u32 {
-    const BLOCKS: u32 = Bins::TILE / 4;
-    let block = (y / 4 % BLOCKS) * BLOCKS + x / 4 % BLOCKS;
-    block * 16 + y % 4 * 4 + x % 4
 }
 
 /// The set bits of a mask, lowest first.

@@ -10,7 +10,6 @@ mod build;
 mod general;
 mod lanes;
 mod pixel_space;
-mod seen;
 mod tile;
 mod trace;
 mod validate;
@@ -20,10 +19,9 @@ use std::sync::Mutex;
 use crate::predicate::crossing;
 use crate::{Hit, Omitted, Triangles};
 
-use super::SimdLevel;
+use super::{SeenPixels, SimdLevel, TileOrder};
 use bins::{Bin, Bins, bytes_of};
 use pixel_space::{PixelSpace, Vertex};
-pub use seen::SeenPixels;
 use tile::Tile;
 
 /// The triangles of a frame, sorted to screen tiles for one ray through each pixel.
@@ -99,15 +97,14 @@ impl PerspectiveGrid {
         &self.omitted
     }
 
-    /// What the camera's ray through a pixel, given by its place in the rows of the image, hits; `None` for a miss.
+    /// What the camera's ray through the pixel in column `x` and row `y` hits; `None` for a miss.
     ///
     /// `triangles` and `seen` are those of the last build and trace.
     #[must_use]
-    pub fn hit(&self, triangles: Triangles<'_>, seen: &SeenPixels, pixel: usize) -> Option<Hit> {
+    pub fn hit(&self, triangles: Triangles<'_>, seen: &SeenPixels, (x, y): (u32, u32)) -> Option<Hit> {
         let space = self.space.as_ref()?;
-        let triangle = *seen.triangle.get(pixel).filter(|&&triangle| triangle != SeenPixels::NONE)?;
-        let width = space.size().0 as usize;
-        let ray = space.ray((pixel % width) as u32, (pixel / width) as u32);
+        let triangle = Some(seen.triangle_at(x, y)).filter(|&triangle| triangle != SeenPixels::NONE)?;
+        let ray = space.ray(x, y);
         let crossing = crossing(&ray, triangles.corners(triangle))?;
         Some(Hit { t: crossing.t, triangle, barycentric: crossing.barycentric })
     }
@@ -124,6 +121,6 @@ impl PerspectiveGrid {
     /// Columns and rows of tiles.
     fn tiles(&self) -> (u32, u32) {
         let (width, height) = self.space.as_ref().map_or((0, 0), PixelSpace::size);
-        (width.div_ceil(Bins::TILE), height.div_ceil(Bins::TILE))
+        TileOrder::new(width, height).tiles()
     }
 }

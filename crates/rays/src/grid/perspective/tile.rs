@@ -2,11 +2,11 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, f64x8, i32x16, mask32x16, u32x16};
 
-use super::SeenPixels;
 use super::bins::{Bins, Fragment};
 use super::general::{Depth, General, Square};
 use super::lanes::{LANES, Setup, each, splat};
 use super::pixel_space::HALF_ULP;
+use crate::grid::SeenPixels;
 use crate::grid::extremes::{max3, min3};
 
 /// Blocks of 4×4 samples a side of a tile.
@@ -286,7 +286,7 @@ impl Tile {
         self.stale[block / BLOCKS] |= 1 << (block % BLOCKS);
     }
 
-    /// Replaces `low` by the middle between it and `high`, and `high` by the relative error of that.
+    /// Replaces `low` by the middle between it and `high`, NaN for no hit, and `high` by the relative error of that.
     #[inline(always)]
     pub(super) fn turn_bounds_into_errors<S: Simd>(&mut self, simd: S) {
         let zero = splat(simd, 0.0);
@@ -298,8 +298,9 @@ impl Tile {
             let error = (upper - lower) / sum * splat(simd, 1.0 + 4.0 * HALF_ULP) + splat(simd, 1.01 * HALF_ULP);
             let in_range = sum.simd_gt(splat(simd, 1e-30)) & sum.simd_lt(splat(simd, 1e30));
             let error = in_range.select(error, splat(simd, f32::INFINITY));
-            sum.simd_gt(zero).select(error, zero).store_slice(high);
-            (sum * splat(simd, 0.5)).store_slice(low);
+            let is_hit = sum.simd_gt(zero);
+            is_hit.select(error, zero).store_slice(high);
+            is_hit.select(sum * splat(simd, 0.5), splat(simd, f32::NAN)).store_slice(low);
         }
     }
 

@@ -2,15 +2,16 @@ use std::sync::Mutex;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
-use glam::IVec2;
+use glam::{IVec2, UVec2};
 use rayon::prelude::*;
 
-use super::bins::{Bin, Bins};
+use super::bins::Bin;
 use super::general::{General, Square};
 use super::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::tile::{BLOCKS, Batch, Doubt, HALF, SAMPLES, Tile, block_range};
-use super::{GridCounts, PerspectiveGrid, SeenPixels};
+use super::{GridCounts, PerspectiveGrid};
+use crate::grid::SeenPixels;
 use crate::predicate::crossing;
 use crate::{Hit, Triangles};
 
@@ -26,34 +27,27 @@ impl PerspectiveGrid {
         seen: &mut SeenPixels,
     ) -> GridCounts {
         let Some(space) = self.space else {
-            seen.resize(0);
+            seen.resize(0, 0);
             return GridCounts::default();
         };
         let (width, height) = space.size();
-        seen.resize(width as usize * height as usize);
-        let (columns, _) = self.tiles();
+        seen.resize(width, height);
+        let order = seen.order();
         self.scratch.resize_with(rayon::current_num_threads() + 1, Mutex::default);
         let grid = &*self;
-        let band = (width as usize * Bins::TILE as usize).max(1);
-        let bands = seen.triangle.par_chunks_mut(band);
-        let bands = bands.zip(seen.inverse_depth.par_chunks_mut(band)).zip(seen.relative_error.par_chunks_mut(band));
-        let counted = bands.enumerate().with_max_len(1).map(|(row, ((triangle, inverse_depth), relative_error))| {
-            let mut rows = Rows { width: width as usize, triangle, inverse_depth, relative_error };
-            let mut tally = GridCounts::default();
+        let triangle_tiles = seen.triangle.par_chunks_mut(SAMPLES);
+        let tiles = triangle_tiles.zip(seen.inverse_depth.par_chunks_mut(SAMPLES)).enumerate().with_max_len(1);
+        let counted = tiles.map(|(index, (triangle, inverse_depth))| {
             // A thread waits for nobody here, since each has its own tile.
             let thread = rayon::current_thread_index().unwrap_or(grid.scratch.len() - 1);
             let mut tile = grid.scratch[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            for column in 0..columns {
-                let index = row * columns as usize + column as usize;
-                let corner = IVec2::new((column * Bins::TILE) as i32, (row as u32 * Bins::TILE) as i32);
-                let (space, vertices) = (&space, &grid.vertices);
-                let tile = &mut **tile;
-                let mut trace = TileTrace { space, triangles, vertices, counts: &counts, corner, tile, tally };
-                let bins = grid.ranges.iter().map(|range| &range.bins[index]);
-                dispatch!(grid.level.0, simd => trace.run(simd, bins.clone(), &mut rows));
-                tally = trace.tally;
-            }
-            tally
+            let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
+            let (space, vertices, tally) = (&space, &grid.vertices, GridCounts::default());
+            let mut trace = TileTrace { space, triangles, vertices, counts: &counts, corner, tile: &mut **tile, tally };
+            let bins = grid.ranges.iter().map(|range| &range.bins[index]);
+            dispatch!(grid.level.0, simd => trace.run(simd, bins.clone()));
+            trace.write(triangle, inverse_depth);
+            trace.tally
         });
         counted.reduce(GridCounts::default, GridCounts::plus)
     }
@@ -68,14 +62,6 @@ impl GridCounts {
             referred: self.referred + other.referred,
         }
     }
-}
-
-/// The rows of the image that a row of tiles covers.
-struct Rows<'a> {
-    width: usize,
-    triangle: &'a mut [u32],
-    inverse_depth: &'a mut [f32],
-    relative_error: &'a mut [f32],
 }
 
 /// The search of one tile.
@@ -93,7 +79,7 @@ struct TileTrace<'a, C> {
 impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
     /// Searches the tile's bins of all ranges of triangles.
     #[inline(always)]
-    fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone, rows: &mut Rows<'_>) {
+    fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone) {
         self.tile.clear();
         let mut batch = Batch::default();
         // Batches go on from one range's bin to the next one's, which often hold but few.
@@ -123,7 +109,7 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
             }
         }
         self.settle();
-        self.write(simd, rows);
+        self.tile.turn_bounds_into_errors(simd);
     }
 
     /// Tests up to 16 triangles on the fast path.
@@ -229,9 +215,7 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
 
     fn refer(&mut self, doubt: Doubt) {
         let place = doubt.place as usize;
-        let (block, sample) = (place / LANES, place % LANES);
-        let x = self.corner.x as u32 + (block % BLOCKS * 4 + sample % 4) as u32;
-        let y = self.corner.y as u32 + (block / BLOCKS * 4 + sample / 4) as u32;
+        let (x, y) = self.pixel(place);
         let (width, height) = self.space.size();
         if x >= width || y >= height {
             return;
@@ -264,20 +248,43 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
     }
 
     /// Copies the tile to the image.
-    #[inline(always)]
-    fn write<S: Simd>(&mut self, simd: S, rows: &mut Rows<'_>) {
-        self.tile.turn_bounds_into_errors(simd);
-        let Tile { low: middle, high: error, triangle, .. } = &*self.tile;
-        let left = self.corner.x as usize;
-        let columns = (2 * HALF as usize).min(rows.width - left);
-        let height = rows.triangle.len() / rows.width;
-        for y in 0..height.min(2 * HALF as usize) {
-            let pixels = y * rows.width + left..y * rows.width + left + columns;
-            let first = y / 4 * BLOCKS * LANES + y % 4 * 4;
-            copy_row(&mut rows.triangle[pixels.clone()], &triangle[first..]);
-            copy_row(&mut rows.inverse_depth[pixels.clone()], &middle[first..]);
-            copy_row(&mut rows.relative_error[pixels], &error[first..]);
+    fn write(&self, triangle: &mut [u32], inverse_depth: &mut [f32]) {
+        let Tile { low: middle, high: error, triangle: found, .. } = &*self.tile;
+        triangle.copy_from_slice(found);
+        inverse_depth.copy_from_slice(middle);
+        for (place, &error) in error.iter().enumerate() {
+            if error > SeenPixels::RELATIVE_ERROR {
+                inverse_depth[place] = self.inverse_depth(place);
+            }
         }
+        let (width, height) = self.space.size();
+        let is_whole = self.corner.x + 2 * HALF <= width as i32 && self.corner.y + 2 * HALF <= height as i32;
+        if !is_whole {
+            for place in 0..SAMPLES {
+                let (x, y) = self.pixel(place);
+                if x >= width || y >= height {
+                    (triangle[place], inverse_depth[place]) = (SeenPixels::NONE, f32::NAN);
+                }
+            }
+        }
+    }
+
+    /// The inverse depth of what is seen at a place, by the predicate.
+    #[cold]
+    fn inverse_depth(&self, place: usize) -> f32 {
+        let (x, y) = self.pixel(place);
+        let id = self.tile.triangle[place];
+        let corners = (id != SeenPixels::NONE).then(|| self.triangles.corners(id));
+        let crossing = corners.and_then(|corners| crossing(&self.space.ray(x, y), corners));
+        crossing.map_or(f32::NAN, |crossing| SeenPixels::inverse_of(crossing.t))
+    }
+
+    /// Column and row in the image of a place in the tile.
+    fn pixel(&self, place: usize) -> (u32, u32) {
+        let (block, sample) = (place / LANES, place % LANES);
+        let x = self.corner.x as u32 + (block % BLOCKS * 4 + sample % 4) as u32;
+        let y = self.corner.y as u32 + (block / BLOCKS * 4 + sample / 4) as u32;
+        (x, y)
     }
 }
 
@@ -286,21 +293,4 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
 fn overlaps<S: Simd>(simd: S, [low, high]: [f32x16<S>; 2], last: i32) -> mask32x16<S> {
     let last = splat(simd, last.min(HALF - 1) as f32);
     high.simd_ge(low) & high.simd_ge(splat(simd, -HALF as f32)) & low.simd_le(last)
-}
-
-/// Copies a row of pixels from a row of blocks.
-#[inline(always)]
-fn copy_row<T: Copy>(to: &mut [T], blocks: &[T]) {
-    for (to, block) in to.chunks_mut(4).zip(blocks.chunks(LANES)) {
-        copy_up_to_four(to, &block[..4]);
-    }
-}
-
-/// Copies as much of four numbers as there is room for: all of them in one move, but for the image's last columns.
-#[inline(always)]
-fn copy_up_to_four<T: Copy>(to: &mut [T], from: &[T]) {
-    match (<&mut [T; 4]>::try_from(&mut *to), <&[T; 4]>::try_from(from)) {
-        (Ok(to), Ok(from)) => *to = *from,
-        _ => to.iter_mut().zip(from).for_each(|(to, from)| *to = *from),
-    }
 }

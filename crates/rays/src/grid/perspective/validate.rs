@@ -4,6 +4,7 @@ use super::general::{General, Square};
 use super::pixel_space::PixelSpace;
 use super::tile::SAMPLES;
 use crate::Triangles;
+use crate::grid::TileOrder;
 use crate::predicate::crossing;
 
 impl PerspectiveGrid {
@@ -80,7 +81,7 @@ impl Lists<'_> {
             return square.quarters().into_iter().try_for_each(|quarter| self.check_square(id, triangle, quarter));
         }
         let tile = (y / Bins::TILE * self.columns + x / Bins::TILE) as usize;
-        let place = super::build::place_in_tile(x, y);
+        let place = TileOrder::place_in_tile(x, y);
         if self.listed[tile].binary_search(&id).is_ok() || self.fragments[tile].binary_search(&(id, place)).is_ok() {
             return Ok(());
         }

@@ -1,0 +1,51 @@
+use super::TileOrder;
+
+/// What each pixel of an image sees, in [`TileOrder`].
+///
+/// 8 bytes a place.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SeenPixels {
+    order: TileOrder,
+    /// The triangle that is hit nearest, the one with the lowest id at equal distance; [`SeenPixels::NONE`] for none.
+    pub triangle: Vec<u32>,
+    /// About 1/t of the hit, where t is the depth along [`Camera::forward`](crate::Camera::forward): wrong by at most
+    /// [`SeenPixels::RELATIVE_ERROR`]. NaN for no hit, and for hits with t outside of 10⁻³⁰ … 10³⁰.
+    pub inverse_depth: Vec<f32>,
+}
+
+impl SeenPixels {
+    /// Stands for no triangle.
+    pub const NONE: u32 = u32::MAX;
+
+    /// How wrong `inverse_depth` may be in relation to the true 1/t.
+    pub const RELATIVE_ERROR: f32 = 1.0 / (1 << 19) as f32;
+
+    /// Makes room for an image and keeps the memory; what it holds then is left over from before.
+    pub fn resize(&mut self, width: u32, height: u32) {
+        self.order = TileOrder::new(width, height);
+        self.triangle.resize(self.order.places(), Self::NONE);
+        self.inverse_depth.resize(self.order.places(), f32::NAN);
+    }
+
+    /// Where each pixel is stored.
+    #[must_use]
+    pub fn order(&self) -> TileOrder {
+        self.order
+    }
+
+    /// The triangle that the pixel in column `x` and row `y` shows, or [`SeenPixels::NONE`].
+    ///
+    /// # Panics
+    /// If the pixel is outside of the image's tiles.
+    #[must_use]
+    pub fn triangle_at(&self, x: u32, y: u32) -> u32 {
+        self.triangle[self.order.place(x, y)]
+    }
+
+    /// What [`inverse_depth`](Self::inverse_depth) holds for a hit at `t`.
+    #[must_use]
+    pub fn inverse_of(t: f64) -> f32 {
+        let inverse = 1.0 / t;
+        if (1e-30..=1e30).contains(&inverse) { inverse as f32 } else { f32::NAN }
+    }
+}
