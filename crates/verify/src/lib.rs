@@ -5,8 +5,10 @@ mod meshes;
 mod oracle;
 mod random;
 mod scenes;
+mod sheet;
 
 pub use meshes::TestMesh;
 pub use oracle::Oracle;
 pub use random::Random;
 pub use scenes::real_scene;
+pub use sheet::{Sheet, SheetShape};

@@ -2,61 +2,50 @@
 //!
 //! Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, 1997, §2.
 
-/// A real number as an unevaluated sum of f64, exact as long as nothing overflows or underflows.
+/// A real number as an unevaluated sum of at most `CAPACITY` f64, exact as long as nothing overflows or underflows.
 ///
-/// Terms don't overlap and grow in magnitude; zeros are left out, so the last term has the number's sign.
+/// Terms don't overlap and grow in magnitude; zeros are left out, so the last term has the number's sign. Capacities are
+/// what the operands' allow at most: a larger array would cost more to clear than the sums do.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Expansion {
-    terms: [f64; Self::CAPACITY],
+pub(super) struct Expansion<const CAPACITY: usize> {
+    terms: [f64; CAPACITY],
     len: usize,
 }
 
-impl From<f64> for Expansion {
-    fn from(value: f64) -> Self {
-        let mut sum = Self::ZERO;
-        sum.add(value);
-        sum
-    }
-}
-
-impl Expansion {
-    /// Enough for the largest product here, a difference (2 terms) dotted with a cross product of differences:
-    /// 3 axes × 2 products × 2 · 2² · 2 · 2 terms.
-    const CAPACITY: usize = 192;
-    const ZERO: Self = Self { terms: [0.0; Self::CAPACITY], len: 0 };
-
-    /// a − b.
-    pub(super) fn difference(a: f64, b: f64) -> Self {
-        let mut sum = Self::from(a);
-        sum.add(-b);
-        sum
-    }
-
-    pub(super) fn plus(mut self, other: &Self) -> Self {
-        other.terms().iter().for_each(|&term| self.add(term));
-        self
-    }
-
-    pub(super) fn minus(mut self, other: &Self) -> Self {
-        other.terms().iter().for_each(|&term| self.add(-term));
-        self
-    }
-
-    pub(super) fn times(&self, other: &Self) -> Self {
-        let mut product = Self::ZERO;
-        for &a in self.terms() {
-            for &b in other.terms() {
-                let (high, low) = two_product(a, b);
-                product.add(low);
-                product.add(high);
-            }
-        }
-        product
-    }
+impl<const CAPACITY: usize> Expansion<CAPACITY> {
+    pub(super) const ZERO: Self = Self { terms: [0.0; CAPACITY], len: 0 };
 
     /// The nearest f64, or a neighbour of it; the sign is exact.
     pub(super) fn estimate(&self) -> f64 {
         self.terms().iter().sum()
+    }
+
+    /// Adds a · b.
+    ///
+    /// # Panics
+    /// If the sum may have more than `CAPACITY` terms: twice the product of the numbers of terms, added to those here.
+    pub(super) fn add_product<const A: usize, const B: usize>(&mut self, a: &Expansion<A>, b: &Expansion<B>) {
+        for &a in a.terms() {
+            for &b in b.terms() {
+                let (high, low) = two_product(a, b);
+                self.add(low);
+                self.add(high);
+            }
+        }
+    }
+
+    /// Subtracts a · b.
+    ///
+    /// # Panics
+    /// As [`add_product`](Self::add_product).
+    pub(super) fn subtract_product<const A: usize, const B: usize>(&mut self, a: &Expansion<A>, b: &Expansion<B>) {
+        for &a in a.terms() {
+            for &b in b.terms() {
+                let (high, low) = two_product(-a, b);
+                self.add(low);
+                self.add(high);
+            }
+        }
     }
 
     fn terms(&self) -> &[f64] {
@@ -80,6 +69,24 @@ impl Expansion {
             len += 1;
         }
         self.len = len;
+    }
+}
+
+impl Expansion<1> {
+    pub(super) fn from_f64(value: f64) -> Self {
+        let mut sum = Self::ZERO;
+        sum.add(value);
+        sum
+    }
+}
+
+impl Expansion<2> {
+    /// a − b.
+    pub(super) fn difference(a: f64, b: f64) -> Self {
+        let mut sum = Self::ZERO;
+        sum.add(a);
+        sum.add(-b);
+        sum
     }
 }
 
@@ -114,19 +121,23 @@ mod tests {
 
     #[test]
     fn sums_keep_every_bit() {
-        let sum = Expansion::from(1e100).plus(&Expansion::from(1.0)).plus(&Expansion::from(1e-100));
-        let rest = sum.minus(&Expansion::from(1e100)).minus(&Expansion::from(1.0));
-        assert_eq!(rest.estimate(), 1e-100);
-        assert_eq!(rest.minus(&Expansion::from(1e-100)).estimate(), 0.0);
+        let mut sum = Expansion::<3>::ZERO;
+        [1e100, 1.0, 1e-100].into_iter().for_each(|term| sum.add(term));
+        [-1e100, -1.0].into_iter().for_each(|term| sum.add(term));
+        assert_eq!(sum.estimate(), 1e-100);
+        sum.add(-1e-100);
+        assert_eq!((sum.estimate(), sum.len), (0.0, 0));
     }
 
     #[test]
     fn products_keep_every_bit() {
         // (2⁵³ + 1)(2⁵³ − 1) = 2¹⁰⁶ − 1, which needs two terms on each side of the product.
-        let big = Expansion::from(9_007_199_254_740_992.0);
-        let one = Expansion::from(1.0);
-        let product = big.plus(&one).times(&big.minus(&one));
-        assert_eq!(product.minus(&big.times(&big)).estimate(), -1.0);
+        const BIG: f64 = 9_007_199_254_740_992.0;
+        let (above, below) = (Expansion::difference(BIG, -1.0), Expansion::difference(BIG, 1.0));
+        let mut product = Expansion::<10>::ZERO;
+        product.add_product(&above, &below);
+        product.subtract_product(&Expansion::from_f64(BIG), &Expansion::from_f64(BIG));
+        assert_eq!(product.estimate(), -1.0);
     }
 
     #[test]

@@ -124,9 +124,7 @@ impl Edges {
             height.quotient(slope)
         } else {
             let normal = exact_normal(a, b, c);
-            let slope = exact_dot(&normal, &self.direction.to_array().map(Expansion::from));
-            let height = exact_dot(&normal, &exact_difference(a, self.origin));
-            height.estimate() / slope.estimate()
+            exact_dot(&normal, &exact_difference(a, self.origin)) / exact_dot(&normal, &exact_vector(self.direction))
         }
     }
 
@@ -205,7 +203,7 @@ impl Signs {
 fn exact_edge(origin: DVec3, direction: DVec3, p: Vec3, q: Vec3) -> f64 {
     let p = exact_difference(p.as_dvec3(), origin);
     let q = exact_difference(q.as_dvec3(), origin);
-    exact_dot(&exact_cross(&p, &q), &scaled(direction).to_array().map(Expansion::from)).estimate()
+    exact_dot(&exact_cross(&p, &q), &exact_vector(scaled(direction)))
 }
 
 /// `direction` with its largest component between one and two, so that products with it don't underflow.
@@ -215,21 +213,37 @@ fn scaled(direction: DVec3) -> DVec3 {
     if largest.is_normal() { direction * 2.0_f64.powi(-(largest.log2().floor() as i32)) } else { direction }
 }
 
-fn exact_difference(a: DVec3, b: DVec3) -> [Expansion; 3] {
+/// The components of a − b.
+fn exact_difference(a: DVec3, b: DVec3) -> [Expansion<2>; 3] {
     std::array::from_fn(|axis| Expansion::difference(a[axis], b[axis]))
 }
 
-fn exact_normal(a: DVec3, b: DVec3, c: DVec3) -> [Expansion; 3] {
+fn exact_vector(a: DVec3) -> [Expansion<1>; 3] {
+    a.to_array().map(Expansion::from_f64)
+}
+
+/// (b − a) × (c − a).
+fn exact_normal(a: DVec3, b: DVec3, c: DVec3) -> [Expansion<16>; 3] {
     exact_cross(&exact_difference(b, a), &exact_difference(c, a))
 }
 
-fn exact_cross(a: &[Expansion; 3], b: &[Expansion; 3]) -> [Expansion; 3] {
+/// a × b: two products of 2 · 2 · 2 terms for each component.
+fn exact_cross(a: &[Expansion<2>; 3], b: &[Expansion<2>; 3]) -> [Expansion<16>; 3] {
     std::array::from_fn(|axis| {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        a[next].times(&b[last]).minus(&a[last].times(&b[next]))
+        let mut component = Expansion::ZERO;
+        component.add_product(&a[next], &b[last]);
+        component.subtract_product(&a[last], &b[next]);
+        component
     })
 }
 
-fn exact_dot(a: &[Expansion; 3], b: &[Expansion; 3]) -> Expansion {
-    a[0].times(&b[0]).plus(&a[1].times(&b[1])).plus(&a[2].times(&b[2]))
+/// a · b to within one rounding, with the exact sign: three products of 2 · 16 · 2 terms at most.
+fn exact_dot<const B: usize>(a: &[Expansion<16>; 3], b: &[Expansion<B>; 3]) -> f64 {
+    const { assert!(B <= 2) };
+    let mut sum = Expansion::<192>::ZERO;
+    for (a, b) in a.iter().zip(b) {
+        sum.add_product(a, b);
+    }
+    sum.estimate()
 }

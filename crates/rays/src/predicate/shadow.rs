@@ -99,11 +99,8 @@ impl Edges {
         // As for the edge functions: 42 roundings of the largest product, taken as 64.
         let bound = 64.0 * ROUNDING * reach;
         let decided = height.abs() > bound && bound >= super::SMALLEST_TRUSTED_BOUND;
-        let height = if decided {
-            height
-        } else {
-            exact_dot(&exact_normal(a, b, c), &exact_difference(a, self.origin)).estimate()
-        };
+        let height =
+            if decided { height } else { exact_dot(&exact_normal(a, b, c), &exact_difference(a, self.origin)) };
         height * self.side > 0.0
     }
 }
