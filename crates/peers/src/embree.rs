@@ -394,9 +394,11 @@ impl Scene {
     pub fn nearest(&self, valid: &Valid, packet: &mut RayHitPacket) {
         let Some(Built { scene, .. }) = self.built else { return };
         // SAFETY: the scene was committed, and the packet has the header's layout.
-        match self.embree.trace {
-            Trace::Three { intersect, .. } => unsafe { intersect(valid, scene, &mut { Context3::COHERENT }, packet) },
-            Trace::Four { intersect, .. } => unsafe { intersect(valid, scene, packet, &mut { Arguments4::COHERENT }) },
+        unsafe {
+            match self.embree.trace {
+                Trace::Three { intersect, .. } => intersect(valid, scene, &mut { Context3::COHERENT }, packet),
+                Trace::Four { intersect, .. } => intersect(valid, scene, packet, &mut { Arguments4::COHERENT }),
+            }
         }
     }
 
@@ -405,9 +407,11 @@ impl Scene {
     pub fn occluded(&self, valid: &Valid, packet: &mut RayPacket) {
         let Some(Built { scene, .. }) = self.built else { return };
         // SAFETY: as for `nearest`.
-        match self.embree.trace {
-            Trace::Three { occluded, .. } => unsafe { occluded(valid, scene, &mut { Context3::COHERENT }, packet) },
-            Trace::Four { occluded, .. } => unsafe { occluded(valid, scene, packet, &mut { Arguments4::COHERENT }) },
+        unsafe {
+            match self.embree.trace {
+                Trace::Three { occluded, .. } => occluded(valid, scene, &mut { Context3::COHERENT }, packet),
+                Trace::Four { occluded, .. } => occluded(valid, scene, packet, &mut { Arguments4::COHERENT }),
+            }
         }
     }
 }

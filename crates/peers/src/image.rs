@@ -1,3 +1,5 @@
+use std::array::from_fn;
+
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
@@ -113,7 +115,7 @@ impl PixelRays {
             return Valid::ALL;
         }
         let is_inside = |lane: u32| x + lane % PACKET_SIDE < self.width && y + lane / PACKET_SIDE < self.height;
-        Valid(std::array::from_fn(|lane| -i32::from(is_inside(lane as u32))))
+        Valid(from_fn(|lane| -i32::from(is_inside(lane as u32))))
     }
 }
 
@@ -128,9 +130,7 @@ impl Linear {
     #[inline(always)]
     fn fill(&self, axis: usize, [x, y]: [u32; 2], into: &mut [f32; WIDTH]) {
         let first = self.first[axis] + self.right[axis] * x as f32 + self.down[axis] * y as f32;
-        for lane in 0..WIDTH {
-            into[lane] = first + (self.right[axis] * COLUMNS[lane] + self.down[axis] * ROWS[lane]);
-        }
+        *into = from_fn(|lane| first + (self.right[axis] * COLUMNS[lane] + self.down[axis] * ROWS[lane]));
     }
 }
 
@@ -258,45 +258,28 @@ fn shadow_tile<S: Simd>(
         }
     }
     let mut point = [0.0; WIDTH];
+    let mut start = rays.origin.first.to_array().map(|at| [at; WIDTH]);
     for (index, (seen, lit)) in seen.iter().zip(lit).enumerate() {
-        let mut valid = Valid([0; WIDTH]);
-        let mut any = 0;
-        for lane in 0..WIDTH {
-            valid.0[lane] = if seen.triangle[lane] == Image::NOTHING { 0 } else { -1 };
-            any |= valid.0[lane];
-        }
+        let valid = Valid(seen.triangle.map(|triangle| if triangle == Image::NOTHING { 0 } else { -1 }));
         *lit = 0;
-        if any == 0 {
+        if valid == Valid::NONE {
             continue;
         }
         let corner = rays.corner(tile, index);
         for axis in 0..3 {
             rays.direction.fill(axis, corner, &mut point);
-            let mut origin = [rays.origin.first[axis]; WIDTH];
             if rays.is_parallel {
-                rays.origin.fill(axis, corner, &mut origin);
+                rays.origin.fill(axis, corner, &mut start[axis]);
             }
-            for lane in 0..WIDTH {
-                point[lane] = origin[lane] + point[lane] * seen.t[lane];
-            }
+            let point = from_fn(|lane| start[axis][lane] + point[lane] * seen.t[lane]);
             match shadows {
-                Shadows::From(light) => {
-                    for lane in 0..WIDTH {
-                        packet.direction[axis][lane] = point[lane] - light[axis];
-                    }
-                }
-                Shadows::Along(along) => {
-                    for lane in 0..WIDTH {
-                        packet.origin[axis][lane] = point[lane] - along[axis];
-                    }
-                }
+                Shadows::From(light) => packet.direction[axis] = point.map(|point| point - light[axis]),
+                Shadows::Along(along) => packet.origin[axis] = point.map(|point| point - along[axis]),
             }
         }
         packet.t_far = [BEFORE_POINT; WIDTH];
         occluded(&valid, &mut packet);
-        for lane in 0..WIDTH {
-            let is_lit = valid.0[lane] != 0 && packet.t_far[lane] >= 0.0;
-            *lit |= u16::from(is_lit) << lane;
-        }
+        let is_lit = |lane: usize| valid.0[lane] != 0 && packet.t_far[lane] >= 0.0;
+        *lit = (0..WIDTH).fold(0, |lit, lane| lit | u16::from(is_lit(lane)) << lane);
     }
 }

@@ -54,7 +54,7 @@ pub struct HitPacket {
 }
 
 /// `RTCRayHit16`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub struct RayHitPacket {
     /// The rays.
@@ -66,6 +66,8 @@ pub struct RayHitPacket {
 impl Valid {
     /// All rays are traced.
     pub const ALL: Self = Self([-1; WIDTH]);
+    /// No ray is traced.
+    pub const NONE: Self = Self([0; WIDTH]);
 }
 
 impl Default for RayPacket {
@@ -96,12 +98,6 @@ impl Default for HitPacket {
             instance: [NONE; WIDTH],
             instance_primitive: [NONE; WIDTH],
         }
-    }
-}
-
-impl Default for RayHitPacket {
-    fn default() -> Self {
-        Self { ray: RayPacket::default(), hit: HitPacket::default() }
     }
 }
 
