@@ -5,6 +5,8 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 use umbrage::{Renderer, Scene, Settings, Structure};
 
+use crate::median::median;
+
 #[derive(Debug, Args)]
 pub(crate) struct FrameFlags {
     /// Files, sequences or demo:NAME [default: the gallery]
@@ -24,7 +26,7 @@ pub(crate) struct FrameFlags {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Form {
+pub(crate) enum Form {
     /// Columns for people
     Table,
     /// Comma-separated values
@@ -33,7 +35,7 @@ enum Form {
     Json,
 }
 
-fn size(text: &str) -> Result<[u32; 2], String> {
+pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
     sides.ok_or_else(|| "two numbers are needed, such as 1024x1024".to_owned())
 }
@@ -124,12 +126,6 @@ fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<Row>> {
 
 fn stage_milliseconds(renderer: &Renderer, name: &str) -> f64 {
     renderer.stats().stages.iter().find(|stage| stage.name == name).map_or(0.0, |stage| stage.milliseconds)
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 fn print_columns(row: &Row, of_scene: &[Row]) {

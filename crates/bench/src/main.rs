@@ -2,6 +2,8 @@
 #![forbid(unsafe_code)]
 
 mod frame;
+mod median;
+mod peers;
 
 use clap::{Parser, Subcommand};
 
@@ -17,16 +19,21 @@ const EXAMPLES: &str = "Examples:
   umbrage-bench frame
       Every stage of a frame, for the whole gallery, through the grids and through the hierarchy
   umbrage-bench frame demo:cloth model.glb --size 2048x2048 --form csv
-      Some scenes only, larger, for a spreadsheet";
+      Some scenes only, larger, for a spreadsheet
+  umbrage-bench peers --files scenes
+      The gallery and the real scenes of a folder, side by side with Embree";
 
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Time every stage of a frame, for each scene and structure
     Frame(frame::FrameFlags),
+    /// Compare frames with those of Embree, which must be installed (Debian's package libembree-dev)
+    Peers(peers::PeersFlags),
 }
 
 fn main() -> anyhow::Result<()> {
     match Flags::parse().command {
         Command::Frame(flags) => frame::run(&flags),
+        Command::Peers(flags) => peers::run(&flags),
     }
 }

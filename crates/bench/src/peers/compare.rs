@@ -1,0 +1,51 @@
+use serde::Serialize;
+use umbrage::rays::{Ray, predicate};
+use umbrage_peers::Image;
+
+use super::contestants::{Grids, Task};
+
+/// In how many pixels two pictures of the same frame differ, at the last sample and light.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(super) struct Differences {
+    pub(super) pixels: u64,
+    /// Pixels of ours that show a triangle.
+    pub(super) points: u64,
+    /// Only one of the two shows a triangle.
+    pub(super) hit_or_miss: u64,
+    /// Both show a triangle, but not the same, at different distances.
+    pub(super) triangle: u64,
+    /// Both show a triangle, but not the same, at the same distance to about f32's last bits.
+    pub(super) triangle_at_same_distance: u64,
+    /// Both show the same triangle, lit in one only.
+    pub(super) shadow: u64,
+}
+
+impl Differences {
+    pub(super) fn add(&mut self, task: &Task<'_>, ours: &Grids, theirs: &Image) {
+        /// How far distances may differ that count as the same: eight roundings of f32.
+        const SAME: f64 = 8.0 * f32::EPSILON as f64;
+        let view = &task.view;
+        let offset = task.offsets_pixels.last().copied().unwrap_or_default();
+        for y in 0..view.height {
+            for x in 0..view.width {
+                self.pixels += 1;
+                let (ours, theirs) = (ours.pixel(x, y), theirs.seen(x, y).map(|hit| (hit, theirs.is_lit(x, y))));
+                self.points += u64::from(ours.is_some());
+                match (ours, theirs) {
+                    (None, None) => {}
+                    (Some(ours), Some(((triangle, t), is_lit))) => {
+                        if ours.triangle == triangle {
+                            self.shadow += u64::from(ours.is_lit != is_lit);
+                            continue;
+                        }
+                        let ray: Ray = view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y);
+                        let hit = predicate::hit(&ray, task.frame.triangles(), ours.triangle);
+                        let is_tie = hit.is_some_and(|hit| (hit.t - f64::from(t)).abs() <= SAME * hit.t);
+                        *(if is_tie { &mut self.triangle_at_same_distance } else { &mut self.triangle }) += 1;
+                    }
+                    _ => self.hit_or_miss += 1,
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,103 @@
+use super::contest::Row;
+use super::{Lights, PeersFlags};
+use crate::median::geometric_mean;
+
+pub(super) fn head(flags: &PeersFlags, [major, minor, patch]: [u32; 3]) {
+    let PeersFlags { size: [width, height], samples, frames, rounds, .. } = flags;
+    let threads = rayon::current_num_threads();
+    let lights = if flags.lights == Lights::First { "the first light" } else { "all lights" };
+    let masks = if flags.masks { "asked" } else { "not asked (all triangles opaque)" };
+    println!("Embree {major}.{minor}.{patch}, {width}x{height}, samples {samples}, threads {threads}, {lights}");
+    println!("alpha masks {masks}; medians of {frames} frames, {rounds} rounds each, in milliseconds");
+    println!(
+        "{:<26}{:>9} |{:>7}{:>7}{:>7}{:>7}{:>8} |{:>7}{:>7}{:>7}{:>8} {:<12}|{:>6} |{:>6}{:>6}{:>6}{:>7} | differ",
+        "scene",
+        "tris",
+        "build",
+        "see",
+        "locate",
+        "shadow",
+        "frame",
+        "build",
+        "see",
+        "shadow",
+        "frame",
+        " Embree's",
+        "rays",
+        "ratio",
+        "best",
+        "-rays",
+        "light"
+    );
+}
+
+pub(super) fn columns(row: &Row) {
+    let Row { grids, embree, differences, .. } = row;
+    print!("{:<26}{:>9} |", row.scene, row.triangles);
+    print!("{:>7.2}{:>7.2}{:>7.2}{:>7.2}{:>8.2} |", grids.build, grids.see, grids.locate, grids.shadow, grids.frame);
+    print!("{:>7.2}{:>7.2}{:>7.2}{:>8.2}  {:<11}|", embree.build, embree.see, embree.shadow, embree.frame, embree.name);
+    print!("{:>6.2} |", row.ray_generation.frame);
+    print!("{:>6.2}{:>6.2}", row.ratio, row.ratio_of_best);
+    print!("{:>6.2}{:>7.2} |", row.ratio_without_ray_generation, row.further_light);
+    print!(" hit {} id {}+{}", differences.hit_or_miss, differences.triangle, differences.triangle_at_same_distance);
+    println!(" shadow {} of {}", differences.shadow, differences.points);
+    if let Some(hierarchy) = &row.hierarchy {
+        let ratio = hierarchy.frame / grids.frame;
+        println!("{:<26}{:>9} | {:.2} by our own hierarchy, ratio {ratio:.1}", "", "", hierarchy.frame);
+    }
+}
+
+/// Geometric means over the scenes that move.
+pub(super) fn means(rows: &[Row]) {
+    let moving: Vec<&Row> = rows.iter().filter(|row| !row.is_static).collect();
+    let mean = |of: fn(&Row) -> f64| geometric_mean(moving.iter().map(|row| of(row)));
+    println!(
+        "geometric mean of the {} moving scenes: ratio {:.2}, of best {:.2}, without ray generation {:.2}, \
+         a further light {:.2} of Embree's shadow pass",
+        moving.len(),
+        mean(|row| row.ratio),
+        mean(|row| row.ratio_of_best),
+        mean(|row| row.ratio_without_ray_generation),
+        mean(|row| row.further_light)
+    );
+}
+
+pub(super) fn csv_head() {
+    println!(
+        "scene,static,triangles,lights,grids_build,grids_see,grids_locate,grids_shadow,grids_frame,grids_best_frame,\
+         embree_method,embree_build,embree_see,embree_shadow,embree_frame,embree_best_frame,ray_generation,ratio,\
+         ratio_of_best,ratio_without_ray_generation,further_light,hit_or_miss,triangle,triangle_at_same_distance,\
+         shadow,points,pixels"
+    );
+}
+
+pub(super) fn values(row: &Row) {
+    let Row { grids, embree, differences, .. } = row;
+    let numbers = [grids.build, grids.see, grids.locate, grids.shadow, grids.frame, grids.best_frame];
+    print!("{},{},{},{}", row.scene, row.is_static, row.triangles, row.lights);
+    numbers.iter().for_each(|number| print!(",{number:.3}"));
+    print!(",{}", embree.name.replace(',', ""));
+    let numbers = [
+        embree.build,
+        embree.see,
+        embree.shadow,
+        embree.frame,
+        embree.best_frame,
+        row.ray_generation.frame,
+        row.ratio,
+        row.ratio_of_best,
+        row.ratio_without_ray_generation,
+        row.further_light,
+    ];
+    numbers.iter().for_each(|number| print!(",{number:.3}"));
+    let counts = [
+        differences.hit_or_miss,
+        differences.triangle,
+        differences.triangle_at_same_distance,
+        differences.shadow,
+        differences.points,
+        differences.pixels,
+    ];
+    counts.iter().for_each(|count| print!(",{count}"));
+    println!();
+}

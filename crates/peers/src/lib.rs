@@ -1,0 +1,15 @@
+//! The same frames through other ray tracers, for comparison.
+//!
+//! [`Embree`] is loaded when the program runs: everything builds without it. [`Scene`] is its hierarchy over one
+//! frame's triangles, and [`Image`] traces camera rays and shadow rays through it in coherent packets of 16.
+#![deny(unsafe_code)]
+
+mod embree;
+mod image;
+mod packet;
+mod posed;
+
+pub use embree::{BuildMethod, Embree, Error, Quality, Scene};
+pub use image::{Image, PixelRays};
+pub use packet::{HitPacket, RayHitPacket, RayPacket, Valid, WIDTH};
+pub use posed::Posed;
