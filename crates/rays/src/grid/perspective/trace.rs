@@ -43,7 +43,7 @@ impl PerspectiveGrid {
             let mut tile = grid.scratch[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
             let (space, vertices, tally) = (&space, &grid.vertices, GridCounts::default());
-            let mut trace = TileTrace { space, triangles, vertices, counts: &counts, corner, tile: &mut **tile, tally };
+            let mut trace = TileTrace { space, triangles, vertices, counts: &counts, corner, tile: &mut tile, tally };
             let bins = grid.ranges.iter().map(|range| &range.bins[index]);
             dispatch!(grid.level.0, simd => trace.run(simd, bins.clone()));
             trace.write(triangle, inverse_depth);
