@@ -59,6 +59,8 @@ pub struct GridCounts {
     pub undecided: u64,
     /// Those of them that were handed to the predicate, since nothing nearer was found.
     pub referred: u64,
+    /// Samples whose depth the predicate gave, since the filter's wasn't exact enough.
+    pub refined: u64,
 }
 
 /// An image with a side that is too long for the grid.
