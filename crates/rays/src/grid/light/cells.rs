@@ -1,5 +1,5 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, i32x16};
+use fearless_simd::{Simd, f32x16, i32x16, mask32x16};
 
 use super::block::Cluster;
 use super::lanes::{LANES, splat};
@@ -11,7 +11,9 @@ use super::lanes::{LANES, splat};
 #[derive(Debug, Default)]
 pub(super) struct Cells {
     pub(super) columns: usize,
-    pub(super) rows: Vec<Row>,
+    /// Those of earlier faces that had more are kept, for their memory.
+    all_rows: Vec<Row>,
+    row_count: usize,
     /// Clusters are at most this wide and high.
     pub(super) reach: f32,
 }
@@ -30,7 +32,15 @@ pub(super) struct Row {
 
 impl Cells {
     pub(super) fn bytes(&self) -> usize {
-        self.rows.capacity() * size_of::<Row>() + self.rows.iter().map(Row::bytes).sum::<usize>()
+        self.all_rows.capacity() * size_of::<Row>() + self.all_rows.iter().map(Row::bytes).sum::<usize>()
+    }
+
+    pub(super) fn rows(&self) -> &[Row] {
+        &self.all_rows[..self.row_count]
+    }
+
+    pub(super) fn rows_mut(&mut self) -> &mut [Row] {
+        &mut self.all_rows[..self.row_count]
     }
 
     /// Chooses how many cells there are for a number of points.
@@ -38,7 +48,10 @@ impl Cells {
         // As many columns as a square of full blocks has, and a quarter as many rows.
         let side = (points as f64 / LANES as f64).sqrt().clamp(4.0, 4096.0);
         self.columns = side as usize;
-        self.rows.resize_with((side / 4.0) as usize, Row::default);
+        self.row_count = (side / 4.0) as usize;
+        if self.all_rows.len() < self.row_count {
+            self.all_rows.resize_with(self.row_count, Row::default);
+        }
         self.reach = (CLUSTER_COLUMNS * 2.0 / side) as f32;
     }
 
@@ -47,7 +60,7 @@ impl Cells {
     /// A little less than half their number, so that one stays in the last cell.
     pub(super) fn scale(&self) -> [f32; 2] {
         const SHRINK: f32 = 0.499_999;
-        [self.columns as f32 * SHRINK, self.rows.len() as f32 * SHRINK]
+        [self.columns as f32 * SHRINK, self.row_count as f32 * SHRINK]
     }
 
     /// Below a triangle's lowest X or Y by this, no cluster can begin that it overlaps.
@@ -103,15 +116,14 @@ impl Row {
     }
 
     /// Which of the 16 clusters from `first` overlap a box and have points that are farther from the light than
-    /// `nearest`. NaN overlaps everything.
+    /// `nearest`.
     #[inline(always)]
-    pub(super) fn overlap<S: Simd>(&self, simd: S, first: usize, bounds: &Bounds<S>) -> u64 {
-        let apart = load(simd, &self.x[0], first).simd_gt(bounds.x[1])
-            | load(simd, &self.x[1], first).simd_lt(bounds.x[0])
-            | load(simd, &self.y[0], first).simd_gt(bounds.y[1])
-            | load(simd, &self.y[1], first).simd_lt(bounds.y[0])
-            | load(simd, &self.farthest, first).simd_ge(bounds.nearest);
-        (!apart).to_bitmask()
+    pub(super) fn overlap<S: Simd>(&self, simd: S, first: usize, bounds: &Bounds<S>) -> mask32x16<S> {
+        load(simd, &self.x[0], first).simd_le(bounds.x[1])
+            & load(simd, &self.x[1], first).simd_ge(bounds.x[0])
+            & load(simd, &self.y[0], first).simd_le(bounds.y[1])
+            & load(simd, &self.y[1], first).simd_ge(bounds.y[0])
+            & load(simd, &self.farthest, first).simd_lt(bounds.nearest)
     }
 }
 

@@ -65,13 +65,6 @@ impl Face {
         DVec3::new(norm(self.x), norm(self.y), norm(self.z))
     }
 
-    /// How much X, Y and, in relation to itself in perspective, W change when a point on the face at p.z = 1 moves by
-    /// one along each axis.
-    pub(super) fn sensitivity(&self) -> f64 {
-        let norms = self.norms();
-        if self.is_parallel { norms.max_element() } else { norms.x.max(norms.y) + norms.z }
-    }
-
     /// What the predicate thinks a point may be wrong by, in relation to its p.z in perspective, for the pixels whose
     /// rays meet it at t: 5 roundings of the step along the ray and of the position.
     pub(super) fn point_error_at(&self, rays: &CameraRays, t: f64, depth: f64) -> f64 {

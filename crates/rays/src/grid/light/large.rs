@@ -1,5 +1,5 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, u32x16};
+use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
 use super::block::{Block, BlockErrors};
@@ -170,7 +170,7 @@ const GROW: f32 = 1e-5;
 impl Plane {
     /// The rows of cells in which clusters begin that the triangle may overlap.
     pub(super) fn rows(&self, cells: &Cells) -> std::ops::RangeInclusive<usize> {
-        let ([low, high], scale, count) = (self.bounds[1], cells.scale()[1], cells.rows.len());
+        let ([low, high], scale, count) = (self.bounds[1], cells.scale()[1], cells.rows().len());
         cell_at(low - cells.reach_back(), scale, count)..=cell_at(high, scale, count)
     }
 
@@ -182,9 +182,14 @@ impl Plane {
 
     /// The columns in a row of cells in which clusters begin that the triangle may overlap, and where in X and Y it may,
     /// with the most nearness that it has there.
-    pub(super) fn span<S: Simd>(&self, simd: S, cells: &Cells, row: usize) -> Option<(std::ops::Range<usize>, Bounds<S>)> {
+    pub(super) fn span<S: Simd>(
+        &self,
+        simd: S,
+        cells: &Cells,
+        row: usize,
+    ) -> Option<(std::ops::Range<usize>, Bounds<S>)> {
         let [scale_x, scale_y] = cells.scale();
-        let last_row = row + 1 == cells.rows.len();
+        let last_row = row + 1 == cells.rows().len();
         // The first and last row also hold what is beyond.
         let low_y = if row == 0 { -2.0 } else { row as f32 / scale_y - 1.0 - GROW };
         let high_y = if last_row { 2.0 } else { (row + 1) as f32 / scale_y - 1.0 + GROW };
@@ -211,7 +216,8 @@ impl Plane {
         let [a, b, c] = self.nearness;
         let nearest = c + most(b) + (a * low).max(a * high) + self.depth_error;
         let nearest = nearest + nearest.abs() * 4.0 * f32::EPSILON + f32::MIN_POSITIVE;
-        let columns = cell_at(low - cells.reach_back(), scale_x, cells.columns)..cell_at(high, scale_x, cells.columns) + 1;
+        let columns =
+            cell_at(low - cells.reach_back(), scale_x, cells.columns)..cell_at(high, scale_x, cells.columns) + 1;
         let bounds = Bounds {
             x: [splat(simd, low), splat(simd, high)],
             y: [splat(simd, low_y), splat(simd, high_y)],
@@ -222,14 +228,7 @@ impl Plane {
 
     /// As [`Batch::test`](super::small::Batch::test).
     #[inline(always)]
-    pub(super) fn test<S: Simd>(
-        &self,
-        simd: S,
-        id: u32,
-        block: &Block,
-        error: BlockErrors,
-        triangles: &[u32],
-    ) -> (u64, u64) {
+    pub(super) fn test<S: Simd>(&self, simd: S, block: &Block, error: BlockErrors) -> (mask32x16<S>, mask32x16<S>) {
         let (x, y) = (f32x16::simd_from(simd, block.x), f32x16::simd_from(simd, block.y));
         let [first, second, third] = self.edges;
         let (e0, e1, e2) = (line(simd, first, x, y), line(simd, second, x, y), line(simd, third, x, y));
@@ -243,10 +242,9 @@ impl Plane {
         let nearer = line(simd, self.nearness, x, y) - f32x16::simd_from(simd, block.nearness);
         let depth_error = self.depth_error + (error.nearness + error.place * self.steepness) * 1.001;
         let depth_error = splat(simd, depth_error);
-        let others = u32x16::from_slice(simd, triangles).simd_ne(u32x16::splat(simd, id));
-        let possible = (possible & !nearer.simd_lt(-depth_error) & others).to_bitmask();
-        let certain = (certain & nearer.simd_gt(depth_error)).to_bitmask();
-        (possible & certain, possible & !certain)
+        let possible = possible & !nearer.simd_lt(-depth_error);
+        let certain = certain & nearer.simd_gt(depth_error);
+        (certain, possible)
     }
 }
 

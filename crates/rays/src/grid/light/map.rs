@@ -64,7 +64,7 @@ impl LightGrid {
             .par_chunks_mut(per_slab * TILE_BLOCKS)
             .zip(errors.par_chunks_mut(per_slab * TILE_BLOCKS))
             .zip(members.par_chunks_mut(per_slab * TILE_BLOCKS));
-        slabs.iter_mut().for_each(|slab| slab.clear(cells.rows.len()));
+        slabs.iter_mut().for_each(|slab| slab.clear(cells.rows().len()));
         slabs.par_iter_mut().zip(outputs).enumerate().for_each(|(place, (slab, ((blocks, errors), members)))| {
             let tiles = blocks
                 .chunks_exact_mut(TILE_BLOCKS)
@@ -299,7 +299,8 @@ impl<'a> Mapper<'a> {
     fn linear_error<S: Simd>(&self, simd: S, place: usize, base: f32x16<S>) -> (f32x16<S>, f32) {
         const ROUNDED: f32 = 3.01 * HALF_ULP as f32;
         let [constant, slope] = self.wide_errors[place];
-        let of_base = (base.abs() + splat(simd, self.spreads[place])).mul_add(splat(simd, ROUNDED), splat(simd, constant));
+        let of_base =
+            (base.abs() + splat(simd, self.spreads[place])).mul_add(splat(simd, ROUNDED), splat(simd, constant));
         (of_base, self.slopes[place].abs() * ROUNDED + slope)
     }
 
@@ -330,8 +331,8 @@ impl<'a> Mapper<'a> {
         let along_y = along(simd, m1, m3, y);
         let along_w = along(simd, m2, m3, nearness);
         // |X| is at most 1.001.
-        let of_place = (c0.max(c1) + c3 * 1.001) * inverse
-            + depth * (along_x.max(along_y) * OF_DEPTH + (g0.max(g1) + g3 * 1.001));
+        let of_place =
+            (c0.max(c1) + c3 * 1.001) * inverse + depth * (along_x.max(along_y) * OF_DEPTH + (g0.max(g1) + g3 * 1.001));
         let place = of_place * GROWN + 3.0 * HALF_ULP as f32;
         let of_nearness = (c2 + c3 * nearest) * inverse + depth * (along_w * OF_DEPTH + (nearest * g3 + g2));
         let nearness = of_nearness * GROWN + nearest * (3.0 * HALF_ULP as f32);
@@ -362,9 +363,12 @@ impl<'a> Mapper<'a> {
         let (c0, g0) = self.linear_error(simd, 0, splat(simd, bases[0]));
         let (c1, g1) = self.linear_error(simd, 1, splat(simd, bases[1]));
         let (c3, g3) = self.linear_error(simd, 3, splat(simd, bases[3]));
-        let slope = g0.max(g1) + g3 * most + (self.slopes[0].abs().max(self.slopes[1].abs()) + self.slopes[3].abs() * most) * OF_DEPTH;
+        let slope = g0.max(g1)
+            + g3 * most
+            + (self.slopes[0].abs().max(self.slopes[1].abs()) + self.slopes[3].abs() * most) * OF_DEPTH;
         // The factor covers the roundings of the comparisons' own left sides.
-        let error = (c0.max(c1) + c3 * most + s.abs() * slope) * 2.0 + (r0.abs().max(r1.abs()) + r3.abs() * most) * (4.0 * HALF_ULP as f32);
+        let error = (c0.max(c1) + c3 * most + s.abs() * slope) * 2.0
+            + (r0.abs().max(r1.abs()) + r3.abs() * most) * (4.0 * HALF_ULP as f32);
         let of_divisor = c3 * 2.0 + s.abs() * (g3 + self.slopes[3].abs() * OF_DEPTH) * 2.0;
         (r0 - r3 * x[1]).simd_gt(error)
             | (r3 * x[0] - r0).simd_gt(error)
@@ -407,7 +411,7 @@ impl<'a> Mapper<'a> {
                 column: 0,
             };
             let column = super::cells::cell_at(cluster.x[0], scale_x, self.cells.columns) as u32;
-            let row = super::cells::cell_at(cluster.y[0], scale_y, self.cells.rows.len());
+            let row = super::cells::cell_at(cluster.y[0], scale_y, self.cells.rows().len());
             slab.push(row, Cluster { column, ..cluster });
         }
     }
@@ -460,7 +464,7 @@ impl Filed {
             y: [y[0].to_array(), y[1].to_array()],
             farthest: farthest.to_array(),
             column: cells_at(simd, x[0], splat(simd, scale_x), cells.columns).to_array(),
-            row: cells_at(simd, y[0], splat(simd, scale_y), cells.rows.len()).to_array(),
+            row: cells_at(simd, y[0], splat(simd, scale_y), cells.rows().len()).to_array(),
             fits,
         }
     }

@@ -23,6 +23,7 @@ mod map;
 mod pixel_map;
 mod points;
 mod project;
+mod queue;
 mod refine;
 mod small;
 mod sort;
@@ -71,6 +72,8 @@ pub struct LightGridCounts {
     pub small_triangles: u64,
     /// Triangles that were tested, once for each face, row by row.
     pub large_triangles: u64,
+    /// Tests of a triangle against the bounds of 16 clusters.
+    pub cluster_tests: u64,
     /// Tests of a triangle against 16 points.
     pub block_tests: u64,
     /// Pairs of a triangle and a point that the fast test couldn't decide.

@@ -57,11 +57,53 @@ impl PixelMap {
         };
         Self { rows, errors, point_errors, is_reciprocal: !rays.is_perspective }
     }
+}
 
-    /// The constant part of each R at a column and row.
-    #[cfg(test)]
-    pub(super) fn at(&self, column: f64, row: f64, s: f64) -> [f64; 3] {
-        let [x, y, w, d] = self.rows.map(|r| r[COLUMN] * column + r[ROW] * row + r[ONE] + r[DEPTH] * s);
-        [x / d, y / d, w / d]
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3, Vec3};
+
+    use super::super::choose::choose;
+    use super::super::survey::{CameraRays, Tile};
+    use super::super::{Face, SeenImage};
+    use super::*;
+    use crate::grid::SeenPixels;
+    use crate::{Camera, LightSource, Projection, Triangles, View};
+
+    /// Where the face has a world position.
+    fn place(face: &Face, position: DVec3) -> [f64; 3] {
+        let p = face.homogeneous(position);
+        if face.is_parallel { p.to_array() } else { [p.x / p.z, p.y / p.z, face.near / p.z] }
+    }
+
+    #[test]
+    fn pixels_are_where_their_points_are() {
+        let camera = Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::ZERO, Vec3::Y, 0.7);
+        let mut seen = SeenPixels::default();
+        seen.resize(64, 64);
+        for projection in [camera.projection, Projection::Orthographic { half_height: 2.0 }] {
+            let view = View { camera: Camera { projection, ..camera }, width: 64, height: 64 };
+            let offset_pixels = DVec2::new(0.25, 0.75);
+            let image = SeenImage { triangles: Triangles::default(), view, offset_pixels, seen: &seen };
+            let rays = CameraRays::new(&image);
+            let tile = Tile { points: 1, corners: rays.frustum(0, [0.2, 0.4]), ..Tile::default() };
+            let position = Vec3::new(3.0, 4.0, 1.0);
+            for light in
+                [LightSource::Point { position }, LightSource::Directional { direction: -position.normalize() }]
+            {
+                let mut faces = Vec::new();
+                choose(&light, &[tile], &mut faces).expect("a light");
+                let map = PixelMap::new(&faces[0], &rays);
+                for (column, row, t) in [(0.0, 0.0, 3.0), (17.0, 50.0, 4.0), (63.0, 2.0, 4.5)] {
+                    let ray = view.ray(column + offset_pixels.x, row + offset_pixels.y);
+                    let expected = place(&faces[0], ray.origin + ray.direction * t);
+                    let s = if map.is_reciprocal { t } else { 1.0 / t };
+                    let [x, y, w, d] = map.rows.map(|r| r[COLUMN] * column + r[ROW] * row + r[ONE] + r[DEPTH] * s);
+                    for (found, expected) in [x / d, y / d, w / d].into_iter().zip(expected) {
+                        assert!((found - expected).abs() < 1e-12, "{found} for {expected} of {light:?}");
+                    }
+                }
+            }
+        }
     }
 }

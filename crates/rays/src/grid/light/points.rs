@@ -65,16 +65,12 @@ impl<S: Simd> EightPoints<S> {
     /// product with the other vector one more for each, the vector one, the sum two: eight, taken as sixteen. The ray
     /// itself is wrong by 4 roundings of its largest component, and differs by 10 from the predicate's.
     #[inline(always)]
-    pub(super) fn find(
-        simd: S,
-        image: &SeenImage<'_>,
-        rays: &CameraRays,
-        places: [u32; 8],
-        light: DVec3,
-    ) -> Self {
-        let own = EightTriangles::load(simd, image, places.map(|place| {
-            image.seen.triangle.get(place as usize).copied().unwrap_or(SeenPixels::NONE)
-        }));
+    pub(super) fn find(simd: S, image: &SeenImage<'_>, rays: &CameraRays, places: [u32; 8], light: DVec3) -> Self {
+        let own = EightTriangles::load(
+            simd,
+            image,
+            places.map(|place| image.seen.triangle.get(place as usize).copied().unwrap_or(SeenPixels::NONE)),
+        );
         let (origin, direction) = eight_rays(simd, rays, places);
         let [a, b, c] = own.corners;
         let (normal, magnitude) = cross(minus(b, a), minus(c, a));
@@ -88,9 +84,9 @@ impl<S: Simd> EightPoints<S> {
         let t = height / slope;
         let (height_size, slope_size) = (height.abs(), slope.abs());
         // What is this far below the size keeps the quotient's error from growing itself.
-        let small = 1.0 / (1 << 10) as f64;
+        const SMALL: f64 = 1.0 / (1 << 10) as f64;
         let bound = height_size * slope_size;
-        let certain = slope_error.simd_le(slope_size * small)
+        let certain = slope_error.simd_le(slope_size * SMALL)
             & largest([height, slope, t]).simd_lt(f64x8::splat(simd, 1e200))
             & bound.simd_gt(f64x8::splat(simd, 1e-250));
         // |dt| = |dh − t ds| / |s + ds|, and the quotient's own rounding.

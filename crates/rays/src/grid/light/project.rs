@@ -14,15 +14,17 @@ const CHUNK_VERTICES: usize = 2048;
 /// The outcode has a bit for each side of the face's frustum, as far as [`FACE_LIMIT`], that the vertex is certainly outside of: high X,
 /// low X, high Y, low Y, behind the light. A triangle whose vertices share a bit can't be
 /// between the light and the face's points.
-pub(super) const UNUSABLE: [f32; 4] = [f32::NAN, f32::NAN, f32::NAN, 0.0];
+const UNUSABLE: [f32; 4] = [f32::NAN, f32::NAN, f32::NAN, 0.0];
 
 impl LightGrid {
-    /// Maps all vertices to the face, each once.
+    /// Maps all vertices to the face, each once, and lists one after them that stands for all that don't exist.
     pub(super) fn project(&mut self, positions: &[Vec3]) {
         let Self { vertices, face, level, .. } = self;
-        vertices.resize(positions.len(), UNUSABLE);
+        vertices.resize(positions.len() + 1, UNUSABLE);
+        vertices[positions.len()] = UNUSABLE;
         let (face, level) = (&*face, level.0);
-        let chunks = vertices.par_chunks_mut(CHUNK_VERTICES).zip(positions.par_chunks(CHUNK_VERTICES));
+        let chunks =
+            vertices[..positions.len()].par_chunks_mut(CHUNK_VERTICES).zip(positions.par_chunks(CHUNK_VERTICES));
         chunks.for_each(|(vertices, positions)| {
             dispatch!(level, simd => project(simd, face, positions, vertices));
         });

@@ -4,8 +4,7 @@ use fearless_simd::{Simd, f32x16, i32x16, mask32x16, u32x16};
 use super::block::{Block, BlockErrors};
 use super::cells::{Bounds, Cells, cells_at};
 use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
-use super::lanes::{LANES, splat, transpose};
-use super::project::UNUSABLE;
+use super::lanes::{LANES, load_corner, splat};
 use crate::grid::extremes::{max3, min3};
 
 /// Triangles set up before their points are tested.
@@ -31,6 +30,15 @@ const OF_NOTHING: f32 = (8.0 * VertexErrors::MOVED * VertexErrors::MOVED) as f32
 /// The nearness of three corners, each wrong by ε, weighted by at most 2, and the roundings of the point's: in relation
 /// to the largest nearness.
 const NEARNESS_ERROR: f32 = 8.0 * EPSILON;
+
+/// What triangles are set up on.
+pub(super) struct Mapped<'a> {
+    pub(super) face: &'a Face,
+    pub(super) vertex_errors: VertexErrors,
+    pub(super) cells: &'a Cells,
+    /// As [`project`](super::project) leaves them.
+    pub(super) vertices: &'a [[f32; 4]],
+}
 
 /// What setting up 16 triangles makes of them.
 pub(super) struct Survivors {
@@ -105,22 +113,19 @@ impl Batch {
     pub(super) fn set_up<S: Simd>(
         &mut self,
         simd: S,
-        face: &Face,
-        errors: &VertexErrors,
-        cells: &Cells,
-        vertices: &[[f32; 4]],
+        on: &Mapped<'_>,
         triangles: &[[u32; 3]],
         place: usize,
     ) -> Survivors {
-        let mut packed = [[UNUSABLE; LANES]; 3];
-        for (lane, triangle) in triangles.iter().enumerate() {
-            for (corner, &vertex) in triangle.iter().enumerate() {
-                packed[corner][lane] = vertices.get(vertex as usize).copied().unwrap_or(UNUSABLE);
-            }
-        }
-        let [x0, y0, w0, code0] = transpose(simd, &packed[0]);
-        let [x1, y1, w1, code1] = transpose(simd, &packed[1]);
-        let [x2, y2, w2, code2] = transpose(simd, &packed[2]);
+        let &Mapped { face, vertex_errors, cells, vertices } = on;
+        let mut padded = [[u32::MAX; 3]; LANES];
+        let all = triangles.try_into().unwrap_or_else(|_| {
+            padded[..triangles.len()].copy_from_slice(triangles);
+            &padded
+        });
+        let [x0, y0, w0, code0] = load_corner(simd, vertices, all, 0);
+        let [x1, y1, w1, code1] = load_corner(simd, vertices, all, 1);
+        let [x2, y2, w2, code2] = load_corner(simd, vertices, all, 2);
         let filled = mask32x16::from_bitmask(simd, (1_u64 << triangles.len()) - 1);
         let shared = code0.to_bits() & code1.to_bits() & code2.to_bits();
         let reaches = shared.simd_eq(u32x16::splat(simd, 0)) & filled;
@@ -150,12 +155,12 @@ impl Batch {
         let (scale_x, scale_y) = (splat(simd, scale[0]), splat(simd, scale[1]));
         let first_column = cells_at(simd, x_range[0] - reach, scale_x, cells.columns);
         let last_column = cells_at(simd, x_range[1], scale_x, cells.columns);
-        let first_row = cells_at(simd, y_range[0] - reach, scale_y, cells.rows.len());
-        let last_row = cells_at(simd, y_range[1], scale_y, cells.rows.len());
+        let first_row = cells_at(simd, y_range[0] - reach, scale_y, cells.rows().len());
+        let last_row = cells_at(simd, y_range[1], scale_y, cells.rows().len());
         let is_small = (last_column - first_column).simd_lt(i32x16::splat(simd, SMALL_COLUMNS))
             & (last_row - first_row).simd_lt(i32x16::splat(simd, SMALL_ROWS));
 
-        let [of_width, of_height, of_depth] = errors.of_predicate;
+        let [of_width, of_height, of_depth] = vertex_errors.of_predicate;
         let (ux, uy, tx, ty) = (x1 - x0, y1 - y0, x2 - x0, y2 - y0);
         let area = ux * ty - tx * uy;
         let sign = splat(simd, 1.0).copysign(area);
@@ -211,8 +216,8 @@ impl Batch {
         last_row.store_slice(&mut self.last_row[place..place + LANES]);
         let fast = reaches & is_usable & near_the_face & is_even & is_small;
         let limit = splat(simd, FACE_LIMIT as f32);
-        let outside = is_usable
-            & (x_min.simd_gt(limit) | x_max.simd_lt(-limit) | y_min.simd_gt(limit) | y_max.simd_lt(-limit));
+        let outside =
+            is_usable & (x_min.simd_gt(limit) | x_max.simd_lt(-limit) | y_min.simd_gt(limit) | y_max.simd_lt(-limit));
         let (fast, outside) = (fast.to_bitmask(), outside.to_bitmask());
         let reaches = reaches.to_bitmask() & !outside;
         Survivors { small: reaches & fast, large: reaches & !fast }
@@ -229,19 +234,16 @@ impl Batch {
         }
     }
 
-    /// Tests a triangle against a block: which of its points it shadows for certain, and about which more must be known.
-    ///
-    /// `triangles` are those that the block's points are on.
+    /// Tests a triangle against a block: which of its points it shadows for certain, and which possibly, among them all
+    /// of the former. Points on the triangle itself may be among the latter.
     #[inline(always)]
     pub(super) fn test<S: Simd>(
         &self,
         simd: S,
         triangle: usize,
-        id: u32,
         block: &Block,
         error: BlockErrors,
-        triangles: &[u32],
-    ) -> (u64, u64) {
+    ) -> (mask32x16<S>, mask32x16<S>) {
         let triangle = triangle % BATCH;
         let x = f32x16::simd_from(simd, block.x) - splat(simd, self.x[triangle]);
         let y = f32x16::simd_from(simd, block.y) - splat(simd, self.y[triangle]);
@@ -251,7 +253,10 @@ impl Batch {
         let e1 = splat(simd, self.a[1][triangle]).mul_add(x, splat(simd, self.b[1][triangle]) * y);
         let e2 = splat(simd, self.a[2][triangle]).mul_add(x, splat(simd, self.b[2][triangle]) * y);
         let least = min3([e0, e1, e2]);
-        let nearer = e1.mul_add(splat(simd, self.rises[0][triangle]), e2.mul_add(splat(simd, self.rises[1][triangle]), -(area * rise)));
+        let nearer = e1.mul_add(
+            splat(simd, self.rises[0][triangle]),
+            e2.mul_add(splat(simd, self.rises[1][triangle]), -(area * rise)),
+        );
         let edge_error = splat(simd, error.place * self.edge_error[1][triangle] + self.edge_error[0][triangle]);
         let depth_error = splat(
             simd,
@@ -259,16 +264,9 @@ impl Batch {
                 + error.nearness * self.area[triangle]
                 + self.depth_error[0][triangle],
         );
-        // Written so that NaN is undecided.
+        // Written so that NaN is possible. An infinite error leaves nothing certain.
         let possible = least.simd_ge(-edge_error) & !nearer.simd_lt(-depth_error);
-        if !possible.any_true() {
-            // Most end here, without a look at the points' own triangles, which are a cache line of their own.
-            return (0, 0);
-        }
-        let others = u32x16::from_slice(simd, triangles).simd_ne(u32x16::splat(simd, id));
-        // An infinite error leaves nothing certain.
         let certain = least.simd_gt(edge_error) & nearer.simd_gt(depth_error);
-        let (possible, certain) = ((possible & others).to_bitmask(), certain.to_bitmask());
-        (possible & certain, possible & !certain)
+        (certain, possible)
     }
 }

@@ -7,7 +7,7 @@ impl LightGrid {
     pub(super) fn sort(&mut self) {
         let Self { slabs, cells, .. } = self;
         let columns = cells.columns;
-        cells.rows.par_iter_mut().enumerate().for_each(|(place, row)| {
+        cells.rows_mut().par_iter_mut().enumerate().for_each(|(place, row)| {
             row.sort(columns, slabs.iter().flat_map(|slab| &slab.rows[place]));
         });
     }

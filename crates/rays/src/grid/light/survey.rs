@@ -33,7 +33,7 @@ pub(super) struct Tile {
     /// How many of its places show a point at a known depth.
     pub(super) points: u32,
     /// Whether some place shows a point at an unknown depth.
-    has_unknown: bool,
+    pub(super) has_unknown: bool,
     /// The corners of a frustum that all points of known depth are in.
     pub(super) corners: [DVec3; 8],
 }
@@ -111,7 +111,7 @@ pub(super) struct CameraRays {
 }
 
 impl CameraRays {
-    fn new(image: &SeenImage<'_>) -> Self {
+    pub(super) fn new(image: &SeenImage<'_>) -> Self {
         let Camera { position, right, up, forward, projection } = image.view.camera;
         let (width, height) = (f64::from(image.view.width), f64::from(image.view.height));
         let (is_perspective, half_height) = match projection {
@@ -152,7 +152,7 @@ impl CameraRays {
 
     /// The corners of the part of the view in which the tile that begins at `first` shows points of these inverse
     /// depths.
-    fn frustum(&self, first: usize, depths: [f32; 2]) -> [DVec3; 8] {
+    pub(super) fn frustum(&self, first: usize, depths: [f32; 2]) -> [DVec3; 8] {
         let (x, y) = self.order.column_and_row(first);
         let last = f64::from(TileOrder::TILE - 1);
         // The tile's own border, so that rounding can't lose a point, and depths as wrong as they may be.

@@ -12,13 +12,13 @@ impl LightGrid {
         let cells = &self.cells;
         let [scale_x, scale_y] = cells.scale();
         let mut clustered = vec![0_u16; self.members.len()];
-        for (place, row) in cells.rows.iter().enumerate() {
+        for (place, row) in cells.rows().iter().enumerate() {
             for (column, ends) in row.ends.windows(2).enumerate() {
                 for cluster in ends[0] as usize..ends[1] as usize {
                     let (x, y) = (row.x.each_ref().map(|x| x[cluster]), row.y.each_ref().map(|y| y[cluster]));
                     let name = format!("cluster {cluster} of row {place}");
                     if cell_at(x[0], scale_x, cells.columns) != column
-                        || cell_at(y[0], scale_y, cells.rows.len()) != place
+                        || cell_at(y[0], scale_y, cells.rows().len()) != place
                     {
                         return Err(format!("{name} is in a cell that it doesn't begin in"));
                     }
@@ -30,7 +30,8 @@ impl LightGrid {
                     let points = self.blocks.get(block).ok_or_else(|| format!("{name} has no block"))?;
                     let error = self.errors[block];
                     for lane in 0..LANES {
-                        let inside = |at: f32, [low, high]: [f32; 2]| low <= at - error.place && at + error.place <= high;
+                        let inside =
+                            |at: f32, [low, high]: [f32; 2]| low <= at - error.place && at + error.place <= high;
                         let is_inside = inside(points.x[lane], x)
                             && inside(points.y[lane], y)
                             && row.farthest[cluster] <= points.nearness[lane] - error.nearness;
