@@ -59,7 +59,7 @@ fn a_steady_light_grid_allocates_nothing() {
         let mut grid = LightGrid::default();
         let mut frame = || {
             let before = allocations();
-            grid.locate(&image);
+            grid.survey(&image);
             lights.iter().for_each(|light| grid.shadow(&image, light, |_| true, |_, _| true, &mut lit));
             allocations() - before
         };

@@ -56,7 +56,7 @@ impl Cpu {
     fn shadow_through_grids(&mut self, frame: &Frame, view: &View, sample: &Sample) {
         let Self { light_grid, seen, lit, .. } = self;
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
-        light_grid.locate(&image);
+        light_grid.survey(&image);
         for (light, mask) in frame.lights.iter().zip(lit) {
             let is_opaque = |id| frame.is_opaque(id);
             let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
