@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use umbrage::rays::View;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
+use umbrage::rays::{ListedOptions, View};
 use umbrage::{Film, Renderer, Scene, Settings, Structure};
 use umbrage_verify::{Oracle, real_scene};
 
@@ -16,8 +16,9 @@ fn settings(structure: Structure) -> Settings {
 /// Compares a frame with the oracle; returns how many of its pixels show a triangle.
 fn compare(scene: &Scene, seconds: f64, name: &str) -> usize {
     let grids = compare_with(scene, seconds, name, Structure::Perspective);
-    let hierarchy = compare_with(scene, seconds, name, Structure::Bvh);
-    assert_eq!(grids, hierarchy);
+    for other in [Structure::Listed(ListedOptions::DEFAULT), Structure::Bvh] {
+        assert_eq!(grids, compare_with(scene, seconds, name, other));
+    }
     grids
 }
 
