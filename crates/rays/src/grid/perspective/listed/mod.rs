@@ -5,6 +5,7 @@
 
 mod build;
 mod cells;
+mod depth;
 mod drop;
 mod list;
 mod samples;
@@ -101,6 +102,8 @@ pub struct ListedCounts {
     pub undecided: u64,
     /// Those of them that were handed to the predicate, since nothing nearer was found.
     pub referred: u64,
+    /// Pixels whose depth was found again in f64, since the filter's wasn't good enough.
+    pub refined: u64,
 }
 
 /// What each stage of the last frame took.

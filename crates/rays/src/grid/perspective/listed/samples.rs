@@ -232,6 +232,22 @@ impl Samples {
         found.triangle = certain.select(u32x16::splat(simd, batch.ids[lane]), found.triangle);
     }
 
+    /// Writes inverse depths that are certain to [`SeenPixels::RELATIVE_ERROR`], and NaN for others and for no hit.
+    #[inline(always)]
+    pub(super) fn write_depths<S: Simd>(&self, simd: S, inverse_depth: &mut [f32]) {
+        let blocks = self.low.as_chunks::<LANES>().0.iter().zip(self.high.as_chunks::<LANES>().0);
+        for ((low, high), inverse_depth) in blocks.zip(inverse_depth.as_chunks_mut::<LANES>().0) {
+            let (low, high) = (f32x16::from_slice(simd, low), f32x16::from_slice(simd, high));
+            let sum = low + high;
+            // Half ulps of the sum: one for its rounding, which its half takes over, and less than three for those of
+            // the difference and the comparison. Outside of the range where that holds, nothing is sure.
+            let allowed = sum * splat(simd, SeenPixels::RELATIVE_ERROR - 4.0 * HALF_ULP);
+            let in_range = sum.simd_gt(splat(simd, 1e-30)) & sum.simd_lt(splat(simd, 1e30));
+            let is_sure = (high - low).simd_le(allowed) & in_range;
+            is_sure.select(sum * splat(simd, 0.5), splat(simd, f32::NAN)).store_slice(inverse_depth);
+        }
+    }
+
     #[cold]
     #[inline(never)]
     fn doubt(&mut self, block: usize, triangle: u32, lanes: u64, high: &[f32; LANES]) {

@@ -1,4 +1,5 @@
-use super::samples::{BLOCKS, Doubt, Samples};
+use super::depth;
+use super::samples::{BLOCKS, Doubt};
 use super::trace::TileTrace;
 use crate::Hit;
 use crate::grid::perspective::lanes::LANES;
@@ -62,30 +63,19 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
         self.samples.triangle[place] = nearest.triangle;
     }
 
-    /// Copies what was found to the image.
-    pub(super) fn write(&self, triangle: &mut [u32], inverse_depth: &mut [f32]) {
-        let Samples { low, high, triangle: found, .. } = &*self.samples;
-        triangle.copy_from_slice(found);
+    /// Fills in the inverse depths that the filter left out, in f64 or by the predicate.
+    pub(super) fn refine(&mut self, inverse_depth: &mut [f32]) {
         for (place, inverse_depth) in inverse_depth.iter_mut().enumerate() {
-            let (low, high) = (low[place], high[place]);
-            let sum = low + high;
-            // Three half ulps for the roundings of the difference, the sum and their quotient, and one for the middle's.
-            // Outside of the range where that holds, nothing is sure.
-            let error = (high - low) / sum + 4.0 * (f32::EPSILON / 2.0);
-            let is_sure = error <= SeenPixels::RELATIVE_ERROR && (1e-30..=1e30).contains(&sum);
-            *inverse_depth = if is_sure { 0.5 * sum } else { self.inverse_depth(place) };
+            let id = self.samples.triangle[place];
+            if inverse_depth.is_nan() && id != SeenPixels::NONE {
+                self.tally.refined += 1;
+                let (x, y) = self.pixel(place);
+                let (ray, corners) = (self.space.ray(x, y), self.triangles.corners(id));
+                let of_predicate = || crossing(&ray, corners).map(|crossing| SeenPixels::inverse_of(crossing.t));
+                let refined = depth::inverse_depth(&ray, corners).or_else(of_predicate);
+                *inverse_depth = refined.unwrap_or(f32::NAN);
+            }
         }
-    }
-
-    /// The inverse depth of what is seen at a place, by the predicate; NaN where nothing is.
-    fn inverse_depth(&self, place: usize) -> f32 {
-        let id = self.samples.triangle[place];
-        if id == SeenPixels::NONE {
-            return f32::NAN;
-        }
-        let (x, y) = self.pixel(place);
-        let crossing = crossing(&self.space.ray(x, y), self.triangles.corners(id));
-        crossing.map_or(f32::NAN, |crossing| SeenPixels::inverse_of(crossing.t))
     }
 
     /// Column and row in the image of a place in the tile.

@@ -6,6 +6,7 @@ use fearless_simd::{Simd, dispatch, f32x16};
 use glam::IVec2;
 use rayon::prelude::*;
 
+use super::depth::depth_error;
 use super::samples::{BLOCKS, Batch, Block, SAMPLES, Samples};
 use super::sort::TileCells;
 use super::{ListedCounts, ListedGrid};
@@ -48,11 +49,12 @@ impl ListedGrid {
                 cells,
                 counts: &counts,
                 corner: IVec2::new(x as i32, y as i32),
-                samples: &mut **samples,
+                samples: &mut samples,
                 tally: ListedCounts { pairs: cells.pairs() as u64, ..ListedCounts::default() },
             };
-            dispatch!(grid.level.0, simd => trace.run(simd));
-            trace.write(triangle, inverse_depth);
+            dispatch!(grid.level.0, simd => trace.run(simd, inverse_depth));
+            triangle.copy_from_slice(&trace.samples.triangle);
+            trace.refine(inverse_depth);
             trace.tally
         });
         let counted = counted.reduce(ListedCounts::default, ListedCounts::plus);
@@ -71,6 +73,7 @@ impl ListedCounts {
             tests: self.tests + other.tests,
             undecided: self.undecided + other.undecided,
             referred: self.referred + other.referred,
+            refined: self.refined + other.refined,
         }
     }
 }
@@ -106,9 +109,9 @@ struct Waiting {
 }
 
 impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
-    /// Searches one tracing tile after the other.
+    /// Searches one tracing tile after the other, and writes inverse depths where they are good enough, else NaN.
     #[inline(always)]
-    fn run<S: Simd>(&mut self, simd: S) {
+    fn run<S: Simd>(&mut self, simd: S, inverse_depth: &mut [f32]) {
         self.samples.clear();
         self.leave_out_what_is_outside();
         let cells = self.grid.options.cells;
@@ -123,6 +126,7 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
                 self.search(simd, TracingTile { first, origin, slice: 0 }, &mut waiting);
             }
         }
+        self.samples.write_depths(simd, inverse_depth);
     }
 
     /// Samples outside of the image have all they need, so that nobody looks for it.
@@ -276,7 +280,8 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
         // bounds reach into.
         let reach = if self.grid.options.skips_blocks { TileOrder::BLOCK } else { cells.sorting_tile() } as f32;
         let samples = (cells.sorting_tile() * cells.tracing_tiles() / 2) as f32;
-        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, samples, reach + 0.25);
+        let mut setup = Setup::new(simd, x, y, corners.inverse_depth, error, samples, reach + 0.25);
+        setup.depth_error = depth_error(simd, &setup, x, y, error, samples);
         // The error again for the sums of coordinates and their errors.
         let bounds = [sample_range(x, error + error), sample_range(y, error + error)];
         batch.fill(simd, &setup, corners.inverse_depth[0], bounds);
