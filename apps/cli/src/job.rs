@@ -2,6 +2,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use umbrage::output::{BitDepth, Chroma, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
+use umbrage::rays::ListedOptions;
 use umbrage::scene::{Clip, OpenOptions};
 use umbrage::{Background, Settings, Structure, ToneMap};
 
@@ -61,6 +62,7 @@ impl Job {
         };
         let structure = match flags.structure {
             StructureFlag::Perspective => Structure::Perspective,
+            StructureFlag::Listed => Structure::Listed(ListedOptions::DEFAULT),
             StructureFlag::Bvh => Structure::Bvh,
         };
         let tone_map = match flags.tone_map {

@@ -4,7 +4,7 @@ mod see;
 mod shade;
 mod shadow;
 
-use umbrage_rays::{Bvh, Hit, LightGrid, Omitted, PerspectiveGrid, Ray, SeenPixels, predicate};
+use umbrage_rays::{Bvh, Hit, LightGrid, ListedGrid, Omitted, PerspectiveGrid, Ray, SeenPixels, predicate};
 use umbrage_scene::Frame;
 
 use crate::Structure;
@@ -17,6 +17,7 @@ pub(crate) struct Cpu {
     /// For single rays; for all rays where the structure is the hierarchy.
     bvh: Bvh,
     camera_grid: PerspectiveGrid,
+    listed_grid: ListedGrid,
     light_grid: LightGrid,
     /// What each pixel sees at the current sample.
     seen: SeenPixels,
@@ -49,6 +50,7 @@ impl Cpu {
     pub(crate) fn omitted(&self) -> &Omitted {
         match self.structure {
             Structure::Perspective => self.camera_grid.omitted(),
+            Structure::Listed(_) => self.listed_grid.omitted(),
             Structure::Bvh => self.bvh.omitted(),
         }
     }
@@ -60,6 +62,7 @@ impl Cpu {
     pub(crate) fn structure_bytes(&self) -> usize {
         match self.structure {
             Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.bytes(),
+            Structure::Listed(_) => self.bvh.bytes() + self.listed_grid.bytes() + self.light_grid.bytes(),
             Structure::Bvh => self.bvh.bytes(),
         }
     }

@@ -46,7 +46,7 @@ impl Cpu {
         self.lit.resize(frame.lights.len(), LightMask::default());
         self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
         match self.structure {
-            Structure::Perspective => self.shadow_through_grids(frame, view, sample),
+            Structure::Perspective | Structure::Listed(_) => self.shadow_through_grids(frame, view, sample),
             Structure::Bvh => self.shadow_through_hierarchy(frame, view, sample),
         }
         let points = self.seen.triangle.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();

@@ -9,6 +9,7 @@ mod bins;
 mod build;
 mod general;
 mod lanes;
+mod listed;
 mod pixel_space;
 mod tile;
 mod trace;
@@ -21,6 +22,7 @@ use crate::{Hit, Omitted, Triangles};
 
 use super::{SeenPixels, SimdLevel, TileOrder};
 use bins::{Bin, Bins, bytes_of};
+pub use listed::{Cells, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds};
 use pixel_space::{PixelSpace, Vertex};
 use tile::Tile;
 

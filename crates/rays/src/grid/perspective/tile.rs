@@ -336,7 +336,7 @@ impl Depth {
     /// Bounds of one over the depth, given the value of its plane at a sample; `None` where the depth is certainly
     /// below zero.
     #[inline(always)]
-    fn inverse_bounds(&self, value: f64) -> Option<(f32, f32)> {
+    pub(super) fn inverse_bounds(&self, value: f64) -> Option<(f32, f32)> {
         let (low, high) = match *self {
             Self::Inverse { error, .. } if value.is_finite() => (value - error, value + error),
             Self::Direct { error, .. } if value > error => (1.0 / (value + error), 1.0 / (value - error)),
