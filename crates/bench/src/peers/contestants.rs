@@ -8,7 +8,9 @@ use anyhow::Result;
 use glam::DVec2;
 use rayon::prelude::*;
 use umbrage::rays::predicate::{self, HitPoint, ShadowRay};
-use umbrage::rays::{Bounds, Bvh, Hit, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, View};
+use umbrage::rays::{
+    Bounds, Bvh, Hit, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, TileOrder, View,
+};
 use umbrage::scene::Frame;
 use umbrage_peers::{BuildMethod, Embree, Image, PixelRays, Posed, Scene};
 
@@ -64,25 +66,24 @@ pub(super) struct Grids {
     camera_grid: PerspectiveGrid,
     light_grid: LightGrid,
     seen: SeenPixels,
-    lit: Vec<u64>,
-    width: usize,
+    /// One for each block of pixels, the first pixel in the lowest bit.
+    lit: Vec<u16>,
 }
 
 impl Grids {
     pub(super) fn trace(&mut self, task: &Task<'_>) -> Result<Times> {
-        let Self { camera_grid, light_grid, seen, lit, width } = self;
+        let Self { camera_grid, light_grid, seen, lit } = self;
         let Task { frame, view, offsets_pixels, lights, masks, .. } = task;
         let triangles = frame.triangles();
         let mut times = Times::default();
-        *width = view.width as usize;
-        lit.resize((view.width as usize * view.height as usize).div_ceil(64), 0);
         for &offset_pixels in offsets_pixels {
             time(&mut times.build, || {
                 camera_grid.build(triangles, view, offset_pixels, |id| *masks && frame.is_masked(id))
             })?;
             let is_solid = |hit: &Hit| !*masks || frame.is_solid(hit.triangle, hit.barycentric);
             time(&mut times.see, || camera_grid.trace(triangles, is_solid, seen));
-            let image = SeenImage { triangles, view: *view, offset_pixels, triangle_of_pixel: &seen.triangle };
+            let image = SeenImage { triangles, view: *view, offset_pixels, seen };
+            lit.resize(seen.order().places() / TileOrder::BLOCK_PLACES, 0);
             time(&mut times.locate, || light_grid.locate(&image));
             for light in *lights {
                 let is_opaque = |id| !*masks || frame.is_opaque(id);
@@ -95,9 +96,9 @@ impl Grids {
 
     /// What a pixel showed at the last sample; `None` for nothing.
     pub(super) fn pixel(&self, x: u32, y: u32) -> Option<Pixel> {
-        let place = y as usize * self.width + x as usize;
+        let place = self.seen.order().place(x, y);
         let triangle = self.seen.triangle[place];
-        let is_lit = self.lit[place / 64] >> (place % 64) & 1 == 1;
+        let is_lit = self.lit[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1;
         (triangle != SeenPixels::NONE).then_some(Pixel { triangle, is_lit })
     }
 }
