@@ -2,8 +2,10 @@
 #![forbid(unsafe_code)]
 
 mod frame;
+mod grids;
 mod median;
 mod peers;
+mod shot;
 
 use clap::{Parser, Subcommand};
 

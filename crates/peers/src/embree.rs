@@ -18,7 +18,7 @@ use libloading::Library;
 use umbrage_scene::Frame;
 
 use crate::packet::{RayHitPacket, RayPacket, Valid};
-use crate::posed::Posed;
+use crate::posed::{Asked, Posed};
 
 type Handle = NonNull<c_void>;
 type Filter = unsafe extern "C" fn(*const FilterArguments);
@@ -100,7 +100,9 @@ pub struct Scene {
 #[derive(Debug)]
 struct Built {
     scene: Handle,
-    geometry: Handle,
+    opaque: Handle,
+    /// The triangles that are asked about, where there are any.
+    asked: Option<Handle>,
     posed: Arc<Posed>,
 }
 
@@ -327,28 +329,31 @@ impl Scene {
     /// Where Embree reports one; the scene is then empty.
     pub fn build(&mut self, posed: &Arc<Posed>) -> Result<(), Error> {
         self.clear();
+        if self.built.as_ref().is_some_and(|built| built.asked.is_some() != posed.asked().is_some()) {
+            self.release();
+        }
         if self.built.is_none() {
             self.built = Some(self.make(posed)?);
         }
         let functions = &self.embree.functions;
         if let Some(built) = &mut self.built {
-            let (positions, indices) = (posed.positions(), posed.indices());
-            let masks = posed.masks.as_ref();
-            // SAFETY: both handles are alive. The buffers have as many items as is said and are kept by `built.posed`,
-            // as is the frame that the filters are given; old ones are released only after Embree was given these.
+            let positions = posed.positions();
+            // SAFETY: the handles are alive. The buffers have as many items as is said and are kept by `built.posed`, as
+            // is what the filters are given; old ones are released only after Embree was given these.
             unsafe {
-                let share = |buffer, format, first: *const c_void, count| {
-                    (functions.set_shared_buffer)(built.geometry, buffer, 0, format, first, 0, 12, count);
+                let share = |geometry, indices: &[[u32; 3]]| {
+                    let share = functions.set_shared_buffer;
+                    let (vertices, corners) = (positions.as_ptr().cast(), indices.as_ptr().cast());
+                    share(geometry, VERTEX_BUFFER, 0, FORMAT_FLOAT3, vertices, 0, 12, positions.len());
+                    share(geometry, INDEX_BUFFER, 0, FORMAT_UINT3, corners, 0, 12, indices.len());
                 };
-                share(VERTEX_BUFFER, FORMAT_FLOAT3, positions.as_ptr().cast(), positions.len());
-                share(INDEX_BUFFER, FORMAT_UINT3, indices.as_ptr().cast(), indices.len());
-                (functions.set_user_data)(
-                    built.geometry,
-                    masks.map_or(ptr::null(), |frame| ptr::from_ref(frame).cast()),
-                );
-                (functions.set_intersect_filter)(built.geometry, masks.map(|_| keep_solid as Filter));
-                (functions.set_occluded_filter)(built.geometry, masks.map(|_| keep_casting as Filter));
-                (functions.commit_geometry)(built.geometry);
+                share(built.opaque, posed.opaque());
+                (functions.commit_geometry)(built.opaque);
+                if let Some((geometry, asked)) = built.asked.zip(posed.asked()) {
+                    share(geometry, &asked.indices);
+                    (functions.set_user_data)(geometry, ptr::from_ref(asked).cast());
+                    (functions.commit_geometry)(geometry);
+                }
                 (functions.commit_scene)(built.scene);
             }
             built.posed = Arc::clone(posed);
@@ -356,34 +361,48 @@ impl Scene {
         self.embree.check("build a scene").inspect_err(|_| self.release())
     }
 
-    /// An empty scene with an empty geometry.
+    /// An empty scene with one empty geometry or two.
     fn make(&self, posed: &Arc<Posed>) -> Result<Built, Error> {
         let Embree { functions, device, .. } = &*self.embree;
         let quality = match self.method.quality {
             Quality::Low => 0,
             Quality::Medium => 1,
         };
-        // SAFETY: the device is alive; the handles are released once, in `release` or here.
+        let failed =
+            || self.embree.check("make a scene").err().unwrap_or(Error::Failed { what: "make a scene", code: 0 });
+        // SAFETY: the device is alive. The handles are released once: those of `Built` in `release`, and others here.
         unsafe {
-            let made = (functions.new_scene)(*device).zip((functions.new_geometry)(*device, TRIANGLE));
-            let Some((scene, geometry)) = made else {
-                self.embree.check("make a scene")?;
-                return Err(Error::Failed { what: "make a scene", code: 0 });
+            let scene = (functions.new_scene)(*device).ok_or_else(failed)?;
+            let geometry = || {
+                let geometry = (functions.new_geometry)(*device, TRIANGLE)?;
+                (functions.set_geometry_quality)(geometry, quality);
+                (functions.attach_geometry)(scene, geometry);
+                Some(geometry)
             };
+            let opaque = geometry();
+            let asked = if posed.asked().is_some() { geometry().map(Some) } else { Some(None) };
+            let Some((opaque, asked)) = opaque.zip(asked) else {
+                // The scene holds what is attached to it.
+                opaque.into_iter().chain(asked.flatten()).for_each(|geometry| (functions.release_geometry)(geometry));
+                (functions.release_scene)(scene);
+                return Err(failed());
+            };
+            if let Some(asked) = asked {
+                (functions.set_intersect_filter)(asked, Some(keep_solid));
+                (functions.set_occluded_filter)(asked, Some(keep_casting));
+            }
             (functions.set_scene_quality)(scene, quality);
             (functions.set_scene_flags)(scene, if self.method.kept { DYNAMIC } else { 0 });
-            (functions.set_geometry_quality)(geometry, quality);
-            (functions.attach_geometry)(scene, geometry);
-            Ok(Built { scene, geometry, posed: Arc::clone(posed) })
+            Ok(Built { scene, opaque, asked, posed: Arc::clone(posed) })
         }
     }
 
     fn release(&mut self) {
-        if let Some(Built { scene, geometry, .. }) = self.built.take() {
+        if let Some(Built { scene, opaque, asked, .. }) = self.built.take() {
             let functions = &self.embree.functions;
             // SAFETY: each handle is released once; nobody traces through them, since this has `&mut self`.
             unsafe {
-                (functions.release_geometry)(geometry);
+                [opaque].into_iter().chain(asked).for_each(|geometry| (functions.release_geometry)(geometry));
                 (functions.release_scene)(scene);
             }
         }
@@ -446,17 +465,18 @@ unsafe extern "C" fn keep_casting(arguments: *const FilterArguments) {
 /// Clears the flags of hits that `counts` refuses, given a triangle and the weights of its second and third corner.
 ///
 /// # Safety
-/// `arguments` and what they point to must be valid, with the frame of a [`Posed`] as the geometry's user data.
+/// `arguments` and what they point to must be valid, with the [`Asked`] of a [`Posed`] as the geometry's user data.
 unsafe fn keep(arguments: *const FilterArguments, counts: impl Fn(&Frame, u32, [f32; 2]) -> bool) {
     // SAFETY: the caller's. A hit packet of N rays has arrays of N numbers: three of normals, u, v and ids.
     unsafe {
         let FilterArguments { valid, geometry_user_data, hit, width, .. } = *arguments;
-        let frame = &*geometry_user_data.cast::<Frame>();
+        let Asked { frame, ids, .. } = &*geometry_user_data.cast::<Asked>();
         let width = width as usize;
-        let (weights, ids) = (hit.cast::<f32>(), hit.cast::<u32>());
-        for lane in 0..width {
+        let (weights, primitives) = (hit.cast::<f32>(), hit.cast::<u32>());
+        for lane in (0..width).filter(|&lane| *valid.add(lane) != 0) {
             let weights = [*weights.add(3 * width + lane), *weights.add(4 * width + lane)];
-            if *valid.add(lane) != 0 && !counts(frame, *ids.add(5 * width + lane), weights) {
+            let primitive = *primitives.add(5 * width + lane) as usize;
+            if !counts(frame, ids[primitive], weights) {
                 *valid.add(lane) = 0;
             }
         }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use umbrage_rays::{Bounds, LightSource, View};
 
 use crate::packet::{RayHitPacket, RayPacket, Valid, WIDTH};
+use crate::posed::Posed;
 
 /// Pixels on a side of a packet.
 const PACKET_SIDE: u32 = 4;
@@ -187,7 +188,8 @@ impl Image {
         self.seen.clone_from(&other.seen);
     }
 
-    /// The triangle that a pixel shows and its distance in lengths of the camera ray's direction; `None` for none.
+    /// The name of the triangle that a pixel shows, which [`Posed::triangle`] knows, and its distance in lengths of the
+    /// camera ray's direction; `None` for none.
     #[must_use]
     pub fn seen(&self, x: u32, y: u32) -> Option<(u32, f32)> {
         let (packet, lane) = self.place(x, y);
@@ -236,7 +238,7 @@ fn see_tile<S: Simd>(
         packet.forget_hits();
         nearest(&rays.inside(corner), &mut packet);
         seen.t = packet.ray.t_far;
-        seen.triangle = packet.hit.primitive;
+        seen.triangle = Posed::names(&packet.hit.primitive, &packet.hit.geometry);
     }
 }
 

@@ -32,6 +32,7 @@ pub use cpu::LightMask;
 pub use film::{Film, Image};
 pub use frame::{Error, Renderer};
 pub use panorama::Panorama;
+pub use sampling::Sample;
 pub use settings::{Settings, Structure, ToneMap};
 pub use stats::{OmittedTriangles, Stage, Stats};
 pub use umbrage_rays as rays;

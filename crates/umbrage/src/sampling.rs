@@ -1,21 +1,21 @@
 use glam::DVec2;
 use umbrage_rays::{Ray, View};
 
-/// One of the rays that each pixel casts.
+/// One of the rays that each pixel casts: the same one in all pixels.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sample {
+pub struct Sample {
     /// Which one, counted from 0.
-    pub(crate) index: u32,
+    pub index: u32,
     /// Of how many.
-    pub(crate) of: u32,
+    pub of: u32,
     /// Where in the pixel, from (0, 0) at its upper left to (1, 1).
-    pub(crate) offset_pixels: DVec2,
+    pub offset_pixels: DVec2,
 }
 
 impl Sample {
     /// All samples of a pixel: a Hammersley set, which has one in each of `count` columns and each of `count` rows. A
     /// single sample is in the middle.
-    pub(crate) fn all(count: u32) -> impl Iterator<Item = Self> {
+    pub fn all(count: u32) -> impl Iterator<Item = Self> {
         let side = f64::from(count);
         (0..count).map(move |index| {
             let row = rank_of_mirrored_bits(index, count);
@@ -25,7 +25,8 @@ impl Sample {
     }
 
     /// The ray of the pixel in column `x` and row `y`.
-    pub(crate) fn ray(&self, view: &View, x: u32, y: u32) -> Ray {
+    #[must_use]
+    pub fn ray(&self, view: &View, x: u32, y: u32) -> Ray {
         view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y)
     }
 }

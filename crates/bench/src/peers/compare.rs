@@ -1,8 +1,9 @@
 use serde::Serialize;
 use umbrage::rays::{Ray, predicate};
-use umbrage_peers::Image;
+use umbrage_peers::{Image, Posed};
 
-use super::contestants::{Grids, Task};
+use crate::grids::Grids;
+use crate::shot::Shot;
 
 /// In how many pixels two pictures of the same frame differ, at the last sample and light.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -21,25 +22,25 @@ pub(super) struct Differences {
 }
 
 impl Differences {
-    pub(super) fn add(&mut self, task: &Task<'_>, ours: &Grids, theirs: &Image) {
+    pub(super) fn add(&mut self, shot: &Shot<'_>, ours: &Grids, (theirs, posed): (&Image, &Posed)) {
         /// How far distances may differ that count as the same: eight roundings of f32.
         const SAME: f64 = 8.0 * f32::EPSILON as f64;
-        let view = &task.view;
-        let offset = task.offsets_pixels.last().copied().unwrap_or_default();
+        let view = &shot.view;
+        let offset = shot.offsets_pixels.last().copied().unwrap_or_default();
         for y in 0..view.height {
             for x in 0..view.width {
                 self.pixels += 1;
-                let (ours, theirs) = (ours.pixel(x, y), theirs.seen(x, y).map(|hit| (hit, theirs.is_lit(x, y))));
-                self.points += u64::from(ours.is_some());
-                match (ours, theirs) {
+                let (our, their) = (ours.pixel(x, y), theirs.seen(x, y));
+                self.points += u64::from(our.is_some());
+                match (our, their) {
                     (None, None) => {}
-                    (Some(ours), Some(((triangle, t), is_lit))) => {
-                        if ours.triangle == triangle {
-                            self.shadow += u64::from(ours.is_lit != is_lit);
+                    (Some(our), Some((name, t))) => {
+                        if our.triangle == posed.triangle(name) {
+                            self.shadow += u64::from(our.is_lit != theirs.is_lit(x, y));
                             continue;
                         }
                         let ray: Ray = view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y);
-                        let hit = predicate::hit(&ray, task.frame.triangles(), ours.triangle);
+                        let hit = predicate::hit(&ray, shot.frame.triangles(), our.triangle);
                         let is_tie = hit.is_some_and(|hit| (hit.t - f64::from(t)).abs() <= SAME * hit.t);
                         *(if is_tie { &mut self.triangle_at_same_distance } else { &mut self.triangle }) += 1;
                     }

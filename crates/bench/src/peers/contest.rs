@@ -1,17 +1,17 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use glam::DVec2;
 use serde::Serialize;
 use umbrage::Scene;
-use umbrage::rays::{LightSource, View};
 use umbrage::scene::Frame;
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality};
 
+use super::PeersFlags;
 use super::compare::Differences;
-use super::contestants::{EmbreeSide, Grids, Hierarchy, RaysOnly, Task, Times};
-use super::{Lights, PeersFlags};
+use super::contestants::{EmbreeSide, Hierarchy, RaysOnly};
+use crate::grids::{Grids, Times};
 use crate::median::median;
+use crate::shot::{Shot, name};
 
 /// A scene's frames by everyone, in milliseconds.
 #[derive(Debug, Serialize)]
@@ -44,7 +44,7 @@ pub(super) struct Summary {
     pub(super) name: &'static str,
     pub(super) build: f64,
     pub(super) see: f64,
-    pub(super) locate: f64,
+    pub(super) survey: f64,
     pub(super) shadow: f64,
     /// Median over frames and rounds.
     pub(super) frame: f64,
@@ -61,7 +61,7 @@ impl Summary {
             name,
             build: of(|times| times.build),
             see: of(|times| times.see),
-            locate: of(|times| times.locate),
+            survey: of(|times| times.survey),
             shadow: of(|times| times.shadow),
             frame: of(Times::frame),
             best_frame: median(times.iter().map(best)),
@@ -88,17 +88,14 @@ pub(super) fn hold(address: &str, scene: &Scene, flags: &PeersFlags, embree: &Ar
     let (mut grid_log, mut rays_log, mut hierarchy_log) = (Log::new(), Log::new(), Log::new());
     let mut side_logs: [Log; 4] = Default::default();
     let mut differences = Differences::default();
-    let mut lights = Vec::new();
+    let mut lights = 0;
     // Kept until every scene has taken the next one, so that nobody's time counts its release.
     let mut last_posed = None;
     for number in 0..flags.frames {
         let seconds = scene.duration_seconds() * f64::from(number) / f64::from(flags.frames);
         scene.pose(seconds, &mut frame)?;
-        lights = frame.lights.iter().map(|light| light.source).collect();
-        if flags.lights == Lights::First {
-            lights.truncate(1);
-        }
-        let task = task(&frame, &lights, flags);
+        let shot = Shot { masks: flags.masks, ..Shot::new(&frame, address, flags.size, flags.samples, flags.lights) };
+        lights = shot.lights.len();
         let posed = Arc::new(Posed::new(&frame, flags.masks)?);
         for log in side_logs.iter_mut().chain([&mut grid_log, &mut rays_log, &mut hierarchy_log]) {
             log.push(Vec::new());
@@ -114,16 +111,16 @@ pub(super) fn hold(address: &str, scene: &Scene, flags: &PeersFlags, embree: &Ar
                     Ok(())
                 }
             };
-            note(&mut grid_log, grids.trace(&task)?)?;
+            note(&mut grid_log, grids.trace(&shot)?)?;
             for (side, log) in sides.iter_mut().zip(&mut side_logs) {
-                note(log, side.trace(&task, &posed)?)?;
+                note(log, side.trace(&shot, &posed)?)?;
             }
-            note(&mut rays_log, rays_only.trace(&task, &sides[0].image))?;
+            note(&mut rays_log, rays_only.trace(&shot, &sides[0].image))?;
             if let Some(hierarchy) = &mut hierarchy {
-                note(&mut hierarchy_log, hierarchy.trace(&task))?;
+                note(&mut hierarchy_log, hierarchy.trace(&shot))?;
             }
         }
-        differences.add(&task, &grids, &sides[0].image);
+        differences.add(&shot, &grids, (&sides[0].image, &posed));
         last_posed = Some(posed);
     }
     drop(last_posed);
@@ -135,10 +132,10 @@ pub(super) fn hold(address: &str, scene: &Scene, flags: &PeersFlags, embree: &Ar
     let grids = Summary::new("grids", &grid_log);
     let ray_generation = Summary::new("rays only", &rays_log);
     Ok(Row {
-        scene: address.rsplit('/').next().unwrap_or(address).to_owned(),
+        scene: name(address).to_owned(),
         is_static: scene.duration_seconds() == 0.0,
         triangles: frame.triangles().len(),
-        lights: lights.len(),
+        lights,
         ratio: embree.frame / grids.frame,
         ratio_of_best: best_frame / grids.best_frame,
         ratio_without_ray_generation: (embree.frame - ray_generation.frame) / grids.frame,
@@ -150,17 +147,4 @@ pub(super) fn hold(address: &str, scene: &Scene, flags: &PeersFlags, embree: &Ar
         hierarchy: hierarchy.is_some().then(|| Summary::new("bvh", &hierarchy_log)),
         differences,
     })
-}
-
-fn task<'a>(frame: &'a Frame, lights: &'a [LightSource], flags: &PeersFlags) -> Task<'a> {
-    let [width, height] = flags.size;
-    let view = View { camera: frame.camera(width as f32 / height as f32), width, height };
-    // One in each of as many columns, and spread over the rows in van der Corput's order.
-    let count = f64::from(flags.samples);
-    let offset = |sample: u32| {
-        let row = f64::from(sample.reverse_bits()) / (f64::from(u32::MAX) + 1.0);
-        DVec2::new((f64::from(sample) + 0.5) / count, row + 0.5 / count)
-    };
-    let offsets_pixels = (0..flags.samples).map(offset).collect();
-    Task { frame, view, offsets_pixels, lights, bounds: frame.triangles().bounds(), masks: flags.masks }
 }

@@ -1,106 +1,16 @@
-//! Who traces a frame: each takes the same triangles, camera and lights, and times its stages.
+//! Whom the grids are compared with: each takes the same triangles, camera and lights, and times its stages.
 
 use std::hint::black_box;
 use std::sync::Arc;
-use std::time::Instant;
 
 use anyhow::Result;
-use glam::DVec2;
 use rayon::prelude::*;
 use umbrage::rays::predicate::{self, HitPoint, ShadowRay};
-use umbrage::rays::{Bounds, Bvh, Hit, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, View};
-use umbrage::scene::Frame;
+use umbrage::rays::{Bvh, Hit};
 use umbrage_peers::{BuildMethod, Embree, Image, PixelRays, Posed, Scene};
 
-/// One frame as everyone is given it.
-#[derive(Debug)]
-pub(super) struct Task<'a> {
-    pub(super) frame: &'a Frame,
-    pub(super) view: View,
-    /// Where in each pixel the rays of each sample go through.
-    pub(super) offsets_pixels: Vec<DVec2>,
-    pub(super) lights: &'a [LightSource],
-    /// Of all triangles.
-    pub(super) bounds: Bounds,
-    /// Whether alpha masks and opacity are asked about hits.
-    pub(super) masks: bool,
-}
-
-/// What a frame took, in milliseconds, over all samples and lights.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Times {
-    /// What is built before any ray is traced.
-    pub(super) build: f64,
-    pub(super) see: f64,
-    /// Finding the points for the lights, once for all of them.
-    pub(super) locate: f64,
-    pub(super) shadow: f64,
-}
-
-impl Times {
-    pub(super) fn frame(&self) -> f64 {
-        self.build + self.see + self.locate + self.shadow
-    }
-}
-
-/// Calls `stage` and adds what it took to `milliseconds`.
-fn time<T>(milliseconds: &mut f64, stage: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
-    let result = stage();
-    *milliseconds += start.elapsed().as_secs_f64() * 1e3;
-    result
-}
-
-/// What a pixel shows and whether the last light reaches it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pixel {
-    pub(super) triangle: u32,
-    pub(super) is_lit: bool,
-}
-
-/// Our grids, as the engine calls them.
-#[derive(Debug, Default)]
-pub(super) struct Grids {
-    camera_grid: PerspectiveGrid,
-    light_grid: LightGrid,
-    seen: SeenPixels,
-    lit: Vec<u64>,
-    width: usize,
-}
-
-impl Grids {
-    pub(super) fn trace(&mut self, task: &Task<'_>) -> Result<Times> {
-        let Self { camera_grid, light_grid, seen, lit, width } = self;
-        let Task { frame, view, offsets_pixels, lights, masks, .. } = task;
-        let triangles = frame.triangles();
-        let mut times = Times::default();
-        *width = view.width as usize;
-        lit.resize((view.width as usize * view.height as usize).div_ceil(64), 0);
-        for &offset_pixels in offsets_pixels {
-            time(&mut times.build, || {
-                camera_grid.build(triangles, view, offset_pixels, |id| *masks && frame.is_masked(id))
-            })?;
-            let is_solid = |hit: &Hit| !*masks || frame.is_solid(hit.triangle, hit.barycentric);
-            time(&mut times.see, || camera_grid.trace(triangles, is_solid, seen));
-            let image = SeenImage { triangles, view: *view, offset_pixels, triangle_of_pixel: &seen.triangle };
-            time(&mut times.locate, || light_grid.locate(&image));
-            for light in *lights {
-                let is_opaque = |id| !*masks || frame.is_opaque(id);
-                let casts = |id, weights| !*masks || frame.casts_shadow(id, weights);
-                time(&mut times.shadow, || light_grid.shadow(&image, light, is_opaque, casts, lit));
-            }
-        }
-        Ok(times)
-    }
-
-    /// What a pixel showed at the last sample; `None` for nothing.
-    pub(super) fn pixel(&self, x: u32, y: u32) -> Option<Pixel> {
-        let place = y as usize * self.width + x as usize;
-        let triangle = self.seen.triangle[place];
-        let is_lit = self.lit[place / 64] >> (place % 64) & 1 == 1;
-        (triangle != SeenPixels::NONE).then_some(Pixel { triangle, is_lit })
-    }
-}
+use crate::grids::{Times, time};
+use crate::shot::Shot;
 
 /// Embree, with one way to build its hierarchy.
 #[derive(Debug)]
@@ -114,17 +24,17 @@ impl EmbreeSide {
         Self { scene: Scene::new(embree, method), image: Image::default() }
     }
 
-    pub(super) fn trace(&mut self, task: &Task<'_>, posed: &Arc<Posed>) -> Result<Times> {
+    pub(super) fn trace(&mut self, shot: &Shot<'_>, posed: &Arc<Posed>) -> Result<Times> {
         let Self { scene, image, .. } = self;
         let mut times = Times::default();
         scene.clear();
         time(&mut times.build, || scene.build(posed))?;
-        for &offset_pixels in &task.offsets_pixels {
-            let rays = PixelRays::new(&task.view, offset_pixels);
+        for &offset_pixels in &shot.offsets_pixels {
+            let rays = PixelRays::new(&shot.view, offset_pixels);
             time(&mut times.see, || image.see(&rays, |valid, packet| scene.nearest(valid, packet)));
-            for light in task.lights {
+            for light in &shot.lights {
                 let occluded = |valid: &_, packet: &mut _| scene.occluded(valid, packet);
-                time(&mut times.shadow, || image.shadow(&rays, (light, task.bounds), occluded));
+                time(&mut times.shadow, || image.shadow(&rays, (light, shot.bounds), occluded));
             }
         }
         Ok(times)
@@ -139,19 +49,19 @@ pub(super) struct RaysOnly {
 
 impl RaysOnly {
     /// `seen` is what a tracer saw at the last sample, which stands for all.
-    pub(super) fn trace(&mut self, task: &Task<'_>, seen: &Image) -> Times {
+    pub(super) fn trace(&mut self, shot: &Shot<'_>, seen: &Image) -> Times {
         let mut times = Times::default();
-        for &offset_pixels in &task.offsets_pixels {
-            let rays = PixelRays::new(&task.view, offset_pixels);
+        for &offset_pixels in &shot.offsets_pixels {
+            let rays = PixelRays::new(&shot.view, offset_pixels);
             time(&mut times.see, || {
                 self.image.see(&rays, |_, packet| {
                     black_box(packet);
                 });
             });
             self.image.clone_hits_from(seen);
-            for light in task.lights {
+            for light in &shot.lights {
                 time(&mut times.shadow, || {
-                    self.image.shadow(&rays, (light, task.bounds), |_, packet| {
+                    self.image.shadow(&rays, (light, shot.bounds), |_, packet| {
                         black_box(packet);
                     });
                 });
@@ -168,9 +78,9 @@ pub(super) struct Hierarchy {
 }
 
 impl Hierarchy {
-    pub(super) fn trace(&mut self, task: &Task<'_>) -> Times {
+    pub(super) fn trace(&mut self, shot: &Shot<'_>) -> Times {
         let Self { bvh } = self;
-        let Task { frame, view, offsets_pixels, lights, masks, .. } = task;
+        let Shot { frame, view, offsets_pixels, lights, masks, .. } = shot;
         let triangles = frame.triangles();
         let mut times = Times::default();
         time(&mut times.build, || bvh.build(triangles));
@@ -188,7 +98,7 @@ impl Hierarchy {
                     .map(|pixel| bvh.nearest(triangles, &ray(pixel), is_solid).map(|hit| hit.triangle))
                     .collect_into_vec(&mut seen);
             });
-            for light in *lights {
+            for light in lights {
                 let is_lit = |(pixel, triangle): (usize, &Option<u32>)| {
                     let (ray, triangle) = (ray(pixel as u32), (*triangle)?);
                     let hit = predicate::hit(&ray, triangles, triangle)?;

@@ -5,14 +5,15 @@ mod contest;
 mod contestants;
 mod print;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use umbrage::Scene;
 use umbrage_peers::Embree;
 
 use crate::frame::{Form, size};
+use crate::shot::{self, Lights};
 
 #[derive(Debug, Args)]
 pub(crate) struct PeersFlags {
@@ -50,38 +51,16 @@ pub(crate) struct PeersFlags {
     form: Form,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Lights {
-    /// The frame's first one
-    First,
-    /// All of them, one after the other
-    All,
-}
-
-/// Scenes of the gallery whose triangles all move or change.
-const GALLERY: [&str; 6] = ["demo:cloth", "demo:forest", "demo:hall", "demo:shatter", "demo:statue", "demo:marbles"];
-/// Files that are looked for in the folder of real scenes; those that aren't there are left away.
-const FILES: [&str; 9] = [
-    "cesium_man.glb",
-    "robot_expressive.glb",
-    "robot_arm.glb",
-    "elephant_gallop.glb",
-    "vintage_fan.glb",
-    "horse_gallop_obj_sequence",
-    "sibenik.obj",
-    "country_kitchen.glb",
-    "dream_apartment.glb",
-];
-
 pub(crate) fn run(flags: &PeersFlags) -> Result<()> {
     let embree = Embree::load(flags.embree.as_deref(), rayon::current_num_threads())?;
+    let addresses = shot::addresses(&flags.scenes, flags.files.as_ref());
     if matches!(flags.form, Form::Table) {
-        print::head(flags, embree.version());
+        print::head(flags, &addresses, embree.version());
     } else if matches!(flags.form, Form::Csv) {
         print::csv_head();
     }
     let mut rows = Vec::new();
-    for address in scenes(flags) {
+    for address in addresses {
         let scene = Scene::open(&address).with_context(|| format!("scene {address}"))?;
         let row = contest::hold(&address, &scene, flags, &embree).with_context(|| format!("scene {address}"))?;
         match flags.form {
@@ -97,14 +76,4 @@ pub(crate) fn run(flags: &PeersFlags) -> Result<()> {
         Form::Json => println!("{}", serde_json::to_string_pretty(&rows)?),
     }
     Ok(())
-}
-
-/// Addresses of the scenes that take part.
-fn scenes(flags: &PeersFlags) -> Vec<String> {
-    if !flags.scenes.is_empty() {
-        return flags.scenes.clone();
-    }
-    let path = |folder: &Path, name: &str| folder.join(name).to_string_lossy().into_owned();
-    let files = flags.files.iter().flat_map(|folder| FILES.map(|name| path(folder, name)));
-    GALLERY.map(str::to_owned).into_iter().chain(files.filter(|path| Path::new(path).exists())).collect()
 }

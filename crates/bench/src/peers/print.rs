@@ -1,21 +1,23 @@
+use super::PeersFlags;
 use super::contest::Row;
-use super::{Lights, PeersFlags};
 use crate::median::geometric_mean;
+use crate::shot::{Lights, viewpoints};
 
-pub(super) fn head(flags: &PeersFlags, [major, minor, patch]: [u32; 3]) {
+pub(super) fn head(flags: &PeersFlags, addresses: &[String], [major, minor, patch]: [u32; 3]) {
     let PeersFlags { size: [width, height], samples, frames, rounds, .. } = flags;
     let threads = rayon::current_num_threads();
     let lights = if flags.lights == Lights::First { "the first light" } else { "all lights" };
     let masks = if flags.masks { "asked" } else { "not asked (all triangles opaque)" };
     println!("Embree {major}.{minor}.{patch}, {width}x{height}, samples {samples}, threads {threads}, {lights}");
     println!("alpha masks {masks}; medians of {frames} frames, {rounds} rounds each, in milliseconds");
+    viewpoints(addresses).iter().for_each(|viewpoint| println!("{viewpoint}"));
     println!(
         "{:<26}{:>9} |{:>7}{:>7}{:>7}{:>7}{:>8} |{:>7}{:>7}{:>7}{:>8} {:<12}|{:>6} |{:>6}{:>6}{:>6}{:>7} | differ",
         "scene",
         "tris",
         "build",
         "see",
-        "locate",
+        "survey",
         "shadow",
         "frame",
         "build",
@@ -34,7 +36,7 @@ pub(super) fn head(flags: &PeersFlags, [major, minor, patch]: [u32; 3]) {
 pub(super) fn columns(row: &Row) {
     let Row { grids, embree, differences, .. } = row;
     print!("{:<26}{:>9} |", row.scene, row.triangles);
-    print!("{:>7.2}{:>7.2}{:>7.2}{:>7.2}{:>8.2} |", grids.build, grids.see, grids.locate, grids.shadow, grids.frame);
+    print!("{:>7.2}{:>7.2}{:>7.2}{:>7.2}{:>8.2} |", grids.build, grids.see, grids.survey, grids.shadow, grids.frame);
     print!("{:>7.2}{:>7.2}{:>7.2}{:>8.2}  {:<11}|", embree.build, embree.see, embree.shadow, embree.frame, embree.name);
     print!("{:>6.2} |", row.ray_generation.frame);
     print!("{:>6.2}{:>6.2}", row.ratio, row.ratio_of_best);
@@ -64,7 +66,7 @@ pub(super) fn means(rows: &[Row]) {
 
 pub(super) fn csv_head() {
     println!(
-        "scene,static,triangles,lights,grids_build,grids_see,grids_locate,grids_shadow,grids_frame,grids_best_frame,\
+        "scene,static,triangles,lights,grids_build,grids_see,grids_survey,grids_shadow,grids_frame,grids_best_frame,\
          embree_method,embree_build,embree_see,embree_shadow,embree_frame,embree_best_frame,ray_generation,ratio,\
          ratio_of_best,ratio_without_ray_generation,further_light,hit_or_miss,triangle,triangle_at_same_distance,\
          shadow,points,pixels"
@@ -73,7 +75,7 @@ pub(super) fn csv_head() {
 
 pub(super) fn values(row: &Row) {
     let Row { grids, embree, differences, .. } = row;
-    let numbers = [grids.build, grids.see, grids.locate, grids.shadow, grids.frame, grids.best_frame];
+    let numbers = [grids.build, grids.see, grids.survey, grids.shadow, grids.frame, grids.best_frame];
     print!("{},{},{},{}", row.scene, row.is_static, row.triangles, row.lights);
     numbers.iter().for_each(|number| print!(",{number:.3}"));
     print!(",{}", embree.name.replace(',', ""));

@@ -1,0 +1,140 @@
+//! Embree's answers are those of the reference predicate, but for the few that its arithmetic gets wrong. Skipped where
+//! there is no Embree.
+
+use std::sync::Arc;
+
+use glam::{DVec2, Vec3, Vec4};
+use umbrage_peers::{BuildMethod, Embree, Error, Image, PixelRays, Posed, Quality, Scene};
+use umbrage_rays::predicate::{HitPoint, ShadowRay};
+use umbrage_rays::{Camera, LightSource, View};
+use umbrage_scene::{Alpha, Frame, Material, Materials, Mesh};
+use umbrage_verify::{Oracle, TestMesh};
+
+/// Width and height in pixels.
+const SIDE: u32 = 60;
+
+fn embree() -> Option<Arc<Embree>> {
+    let path = std::env::var_os("UMBRAGE_EMBREE").map(std::path::PathBuf::from);
+    match Embree::load(path.as_deref(), 2) {
+        Ok(embree) => Some(embree),
+        Err(error @ Error::NotFound { .. }) => {
+            println!("skipped: {error}");
+            None
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// A ball above a floor. Materials of triangles repeat: opaque, and cut away by an alpha mask.
+fn frame(is_cut: impl Fn(usize) -> bool) -> Frame {
+    let mut mesh = TestMesh::ball(2);
+    let corner = |x: f32, z: f32| Vec3::new(x, -1.2, z);
+    mesh.push([corner(-6.0, -6.0), corner(-6.0, 6.0), corner(6.0, -6.0)]);
+    mesh.push([corner(6.0, 6.0), corner(-6.0, 6.0), corner(6.0, -6.0)]);
+    let cut = Material { base_color: Vec4::ZERO, alpha: Alpha::Mask { cutoff: 0.5 }, ..Material::default() };
+    let material_of_triangle = (0..mesh.indices.len()).map(|triangle| u32::from(is_cut(triangle))).collect();
+    Frame {
+        positions: mesh.positions,
+        mesh: Arc::new(Mesh { triangles: mesh.indices, material_of_triangle, ..Mesh::default() }),
+        materials: Arc::new(Materials { materials: vec![Material::default(), cut], ..Materials::default() }),
+        ..Frame::default()
+    }
+}
+
+/// A frame with a light, seen by a camera, and what the oracle says about its pixels.
+struct Case {
+    frame: Frame,
+    light: LightSource,
+    /// Triangle and distance that each pixel shows, row by row, and whether the light reaches it.
+    truth: Vec<Option<(u32, f64, bool)>>,
+}
+
+const OFFSET_PIXELS: DVec2 = DVec2::new(0.4, 0.7);
+
+fn view() -> View {
+    let camera = Camera::look_at(Vec3::new(1.0, 1.5, 4.0), Vec3::new(0.0, -0.3, 0.0), Vec3::Y, 0.8);
+    View { camera, width: SIDE, height: SIDE }
+}
+
+impl Case {
+    fn new(frame: Frame, light: LightSource) -> Self {
+        let oracle = Oracle::new(frame.triangles());
+        let truth = |pixel| {
+            let (x, y) = (pixel % SIDE, pixel / SIDE);
+            let ray = view().ray(f64::from(x) + OFFSET_PIXELS.x, f64::from(y) + OFFSET_PIXELS.y);
+            let hit = oracle.nearest(&ray, |hit| frame.is_solid(hit.triangle, hit.barycentric))?;
+            let shadow_ray = ShadowRay::new(&light, HitPoint::new(&ray, hit.t));
+            let is_blocked = oracle.blocked(&shadow_ray, hit.triangle, |id, weights| frame.casts_shadow(id, weights));
+            Some((hit.triangle, hit.t, !is_blocked))
+        };
+        let truth: Vec<_> = (0..SIDE * SIDE).map(truth).collect();
+        let (lit, dark): (Vec<bool>, Vec<bool>) = truth.iter().flatten().map(|&(_, _, lit)| lit).partition(|&lit| lit);
+        assert!(lit.len() > truth.len() / 4 && dark.len() > truth.len() / 16, "{} lit, {} dark", lit.len(), dark.len());
+        Self { frame, light, truth }
+    }
+
+    /// Asserts that nearly all pixels show what the oracle says.
+    fn assert_agrees(&self, scene: &mut Scene) {
+        let posed = Arc::new(Posed::new(&self.frame, true).expect("indices in range"));
+        scene.build(&posed).expect("a scene");
+        let rays = PixelRays::new(&view(), OFFSET_PIXELS);
+        let bounds = self.frame.triangles().bounds();
+        let mut image = Image::default();
+        image.see(&rays, |valid, packet| scene.nearest(valid, packet));
+        image.shadow(&rays, (&self.light, bounds), |valid, packet| scene.occluded(valid, packet));
+        let is_wrong = |&(pixel, truth): &(u32, &Option<(u32, f64, bool)>)| {
+            let (x, y) = (pixel % SIDE, pixel / SIDE);
+            match (truth, image.seen(x, y)) {
+                (None, None) => false,
+                (&Some((triangle, t, is_lit)), Some((name, seen_t))) => {
+                    let is_near = (f64::from(seen_t) - t).abs() < 1e-5 * t;
+                    posed.triangle(name) != triangle || !is_near || image.is_lit(x, y) != is_lit
+                }
+                _ => true,
+            }
+        };
+        let wrong = (0..).zip(&self.truth).filter(is_wrong).count();
+        // Rays that meet an edge, and points that a light grazes.
+        assert!(wrong < self.truth.len() / 200, "{wrong} of {} pixels are wrong", self.truth.len());
+    }
+}
+
+#[test]
+fn pixels_show_what_the_oracle_says() {
+    let Some(embree) = embree() else { return };
+    let point = LightSource::Point { position: Vec3::new(1.5, 4.0, 1.0) };
+    let sun = LightSource::Directional { direction: Vec3::new(-0.4, -1.0, -0.2).normalize() };
+    let cases = [
+        Case::new(frame(|_| false), point),
+        Case::new(frame(|triangle| triangle % 3 == 1 && triangle < 320), point),
+        Case::new(frame(|_| false), sun),
+    ];
+    for quality in [Quality::Low, Quality::Medium] {
+        for kept in [false, true] {
+            let mut scene = Scene::new(&embree, BuildMethod { quality, kept });
+            cases.iter().for_each(|case| case.assert_agrees(&mut scene));
+        }
+    }
+}
+
+#[test]
+fn a_scene_of_masks_alone_can_be_built() {
+    let Some(embree) = embree() else { return };
+    let frame = frame(|_| true);
+    let posed = Arc::new(Posed::new(&frame, true).expect("indices in range"));
+    let mut scene = Scene::new(&embree, BuildMethod { quality: Quality::Low, kept: false });
+    scene.build(&posed).expect("a scene");
+    let view = View { camera: Camera::look_at(Vec3::Z * 5.0, Vec3::ZERO, Vec3::Y, 0.5), width: 16, height: 16 };
+    let mut image = Image::default();
+    image.see(&PixelRays::new(&view, DVec2::splat(0.5)), |valid, packet| scene.nearest(valid, packet));
+    assert!((0..16).all(|at| image.seen(at, at).is_none()));
+}
+
+#[test]
+fn indices_out_of_range_are_refused() {
+    let mut frame = frame(|_| false);
+    let mut mesh = (*frame.mesh).clone();
+    mesh.triangles[7][2] = frame.positions.len() as u32;
+    frame.mesh = Arc::new(mesh);
+    assert!(matches!(Posed::new(&frame, false), Err(Error::IndexOutOfRange { triangle: 7 })));
+}
