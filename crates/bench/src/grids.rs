@@ -75,7 +75,7 @@ impl Grids {
             *camera_counts = time(&mut times.see, || camera_grid.trace(triangles, is_solid, seen));
             let image = SeenImage { triangles, view: *view, offset_pixels, seen };
             lit.resize(seen.order().places() / TileOrder::BLOCK_PLACES, 0);
-            time(&mut times.survey, || light_grid.locate(&image));
+            time(&mut times.survey, || light_grid.survey(&image));
             for light in lights {
                 let is_opaque = |id| !*masks || frame.is_opaque(id);
                 let casts = |id, weights| !*masks || frame.casts_shadow(id, weights);
@@ -94,7 +94,7 @@ impl Grids {
     }
 
     /// What the last camera and the last light were as work.
-    pub(crate) fn counts(&self) -> Vec<(&'static str, u64)> {
+    pub(crate) fn counts(&self) -> Vec<(String, u64)> {
         counts(&self.camera_counts, &self.light_grid.counts())
     }
 
@@ -110,28 +110,13 @@ impl Grids {
 }
 
 /// What a camera and a light were as work, each number with its name.
-pub(crate) fn counts(camera: &GridCounts, light: &LightGridCounts) -> Vec<(&'static str, u64)> {
-    let GridCounts { fragments, listed, undecided, referred } = *camera;
-    let camera =
-        [("fragments", fragments), ("listed", listed), ("see_undecided", undecided), ("see_referred", referred)];
-    let LightGridCounts { points, outliers, layers, small_triangles, large_triangles, block_tests, undecided, masked } =
-        *light;
-    let light = [
-        ("points", points),
-        ("outliers", outliers),
-        ("layers", layers),
-        ("small_triangles", small_triangles),
-        ("large_triangles", large_triangles),
-        ("block_tests", block_tests),
-        ("shadow_undecided", undecided),
-        ("shadow_masked", masked),
-    ];
+pub(crate) fn counts(camera: &GridCounts, light: &LightGridCounts) -> Vec<(String, u64)> {
+    let camera = camera.named().map(|(name, count)| (format!("see_{name}"), count));
+    let light = light.named().map(|(name, count)| (format!("shadow_{name}"), count));
     camera.into_iter().chain(light).collect()
 }
 
 /// Milliseconds of the light grid's stages, each with its name.
 pub(crate) fn light_stages(seconds: &LightGridSeconds) -> [(&'static str, f64); 6] {
-    let LightGridSeconds { locate, map, sort, project, trace, decide } = *seconds;
-    [("locate", locate), ("map", map), ("sort", sort), ("project", project), ("trace", trace), ("decide", decide)]
-        .map(|(name, seconds)| (name, 1e3 * seconds))
+    seconds.named().map(|(name, seconds)| (name, 1e3 * seconds))
 }

@@ -43,7 +43,7 @@ fn every_pattern_of_nan_and_infinity_is_left_out_and_counted() {
         grid.trace(mesh.triangles(), |_| true, &mut seen);
         let mut light_grid = LightGrid::default();
         let image = SeenImage { triangles: mesh.triangles(), view, offset_pixels, seen: &seen };
-        light_grid.locate(&image);
+        light_grid.survey(&image);
         let masks = lights.map(|light| {
             let mut lit = vec![0_u16; seen.triangle.len() / 16];
             light_grid.shadow(&image, &light, |_| true, |_, _| true, &mut lit);

@@ -101,6 +101,38 @@ pub struct LightGridSeconds {
     pub decide: f64,
 }
 
+impl LightGridCounts {
+    /// Each count with its name.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, u64); 11] {
+        let Self { points, refined, outliers, faces, clusters, .. } = *self;
+        let Self { small_triangles, large_triangles, cluster_tests, block_tests, .. } = *self;
+        let Self { undecided, masked, asked, .. } = *self;
+        [
+            ("points", points),
+            ("refined", refined),
+            ("outliers", outliers),
+            ("faces", faces),
+            ("clusters", clusters),
+            ("triangles", small_triangles + large_triangles),
+            ("cluster_tests", cluster_tests),
+            ("block_tests", block_tests),
+            ("undecided", undecided),
+            ("masked", masked),
+            ("asked", asked),
+        ]
+    }
+}
+
+impl LightGridSeconds {
+    /// Each stage with its name.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, f64); 6] {
+        let Self { survey, map, sort, project, trace, decide } = *self;
+        [("survey", survey), ("map", map), ("sort", sort), ("project", project), ("trace", trace), ("decide", decide)]
+    }
+}
+
 /// Which points that the camera sees a light reaches, rebuilt for every frame and light.
 ///
 /// For each place 12 bytes, for each block of 16 another 12 and 52 for each of its clusters, of which there is mostly

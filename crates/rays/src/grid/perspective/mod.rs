@@ -65,6 +65,21 @@ pub struct GridCounts {
     pub refined: u64,
 }
 
+impl GridCounts {
+    /// Each count with its name.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, u64); 5] {
+        let Self { fragments, listed, undecided, referred, refined } = *self;
+        [
+            ("fragments", fragments),
+            ("listed", listed),
+            ("undecided", undecided),
+            ("referred", referred),
+            ("refined", refined),
+        ]
+    }
+}
+
 /// An image with a side that is too long for the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageTooLarge {
