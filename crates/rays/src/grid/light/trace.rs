@@ -107,8 +107,7 @@ impl LightGrid {
         };
         self.face = face;
         self.face.choose_point_error(&self.survey.rays, &self.survey.tiles);
-        let expected = self.survey.tiles.iter().filter(|tile| self.face.may_own(tile));
-        self.cells.choose(expected.map(|tile| tile.points as usize).sum());
+        self.spread(judge.image);
         self.map(judge.image);
         self.slabs.iter().for_each(|slab| self.outliers.extend_from_slice(&slab.outliers));
         let points: u64 = self.slabs.iter().map(|slab| u64::from(slab.points)).sum();
@@ -227,20 +226,24 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
     fn enqueue<S: Simd>(&self, simd: S, worker: &mut Worker, first_id: usize, triangle: usize) {
         let place = triangle % BATCH;
         let bounds = worker.batch.bounds(simd, place);
-        let (low, high) = (worker.batch.first_column[place] as usize, worker.batch.last_column[place] as usize + 1);
-        for row in worker.batch.first_row[place]..=worker.batch.last_row[place] {
-            let row = &self.mapped.cells.rows()[row as usize];
-            let (first, end) = (row.ends[low] as usize, row.ends[high] as usize);
-            let mut first = first;
-            while first < end {
-                // What is beyond the end begins too far right to overlap.
-                let overlapping = row.overlap(simd, first, &bounds);
+        let cells = worker.batch.cells[place];
+        for row in cells.rows[0]..=cells.rows[1] {
+            let is_first = row == cells.rows[0];
+            let row = &self.mapped.cells.rows()[usize::from(row)];
+            let mut clusters = row.reaching(cells.columns[0].into(), cells.columns[1].into());
+            while clusters.start < clusters.end {
+                let first = clusters.start;
+                // What is beyond the end begins too far right to overlap. What began above was found there.
+                let mut overlapping = row.overlap(simd, first, &bounds);
+                if !is_first {
+                    overlapping &= row.begin_here(simd, first);
+                }
                 worker.counts.cluster_tests += 1;
                 if worker.queue.is_full() {
                     self.flush_apart(simd, worker, first_id);
                 }
                 worker.queue.add(simd, triangle as u32, row, first, overlapping);
-                first += LANES;
+                clusters.start += LANES;
             }
         }
     }
@@ -295,7 +298,7 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
     }
 
     fn is_huge(&self, plane: &Plane) -> bool {
-        plane.cells(self.mapped.cells) * 16 > self.mapped.cells.columns * self.mapped.cells.rows().len()
+        plane.cells(self.mapped.cells) * 16 > self.mapped.cells.across.count * self.mapped.cells.rows().len()
     }
 
     /// Tests triangles that cover much of the face against the points in `rows`.
@@ -317,9 +320,8 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
     fn test_row<S: Simd>(&self, simd: S, worker: &mut Worker, plane: &Plane, id: u32, row: usize) {
         let Some((columns, bounds)) = plane.span(simd, self.mapped.cells, row) else { return };
         let row = &self.mapped.cells.rows()[row];
-        let (first, end) = (row.ends[columns.start] as usize, row.ends[columns.end] as usize);
         let Worker { shadowed, undecided, counts, .. } = worker;
-        for first in (first..end).step_by(LANES) {
+        for first in row.reaching(*columns.start(), *columns.end()).step_by(LANES) {
             let mut overlapping = row.overlap(simd, first, &bounds).to_bitmask();
             counts.cluster_tests += 1;
             while overlapping != 0 {
