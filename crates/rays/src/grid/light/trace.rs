@@ -83,7 +83,7 @@ impl LightGrid {
         let mut faces = std::mem::take(&mut self.faces);
         let (rays, level) = (self.survey.rays, self.level);
         if choose::choose(light, &self.survey.tiles, &mut faces).is_some() {
-            let judge = Judge { image, rays, light, is_opaque, casts, level };
+            let judge = Judge { image, rays, light, is_opaque: &is_opaque, casts: &casts, level };
             for face in &faces {
                 self.shadow_face(*face, &judge);
             }
@@ -94,11 +94,7 @@ impl LightGrid {
     }
 
     /// Shadows the points of a face.
-    fn shadow_face<O, C>(&mut self, face: Face, judge: &Judge<'_, O, C>)
-    where
-        O: Fn(u32) -> bool + Sync,
-        C: Fn(u32, [f32; 2]) -> bool + Sync,
-    {
+    fn shadow_face(&mut self, face: Face, judge: &Judge<'_>) {
         let mut clock = Instant::now();
         let mut lap = |seconds: &mut f64| {
             let now = Instant::now();
@@ -131,11 +127,7 @@ impl LightGrid {
     }
 
     /// Tests every triangle against the blocks that it covers.
-    fn test_triangles<O, C>(&mut self, judge: &Judge<'_, O, C>)
-    where
-        O: Fn(u32) -> bool + Sync,
-        C: Fn(u32, [f32; 2]) -> bool + Sync,
-    {
+    fn test_triangles(&mut self, judge: &Judge<'_>) {
         let Self { face, cells, blocks, errors, members, vertices, workers, huge, level, .. } = self;
         let level = level.0;
         let vertex_errors = VertexErrors::new(face);
@@ -187,14 +179,14 @@ impl LightGrid {
 }
 
 /// What testing a triangle needs to know.
-struct Tester<'a, O, C> {
+struct Tester<'a> {
     mapped: Mapped<'a>,
     blocks: &'a [Block],
     errors: &'a [BlockErrors],
-    judge: &'a Judge<'a, O, C>,
+    judge: &'a Judge<'a>,
 }
 
-impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, O, C> {
+impl Tester<'_> {
     #[inline(always)]
     fn test_chunk<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
         let all = self.judge.image.triangles.indices;
