@@ -14,6 +14,8 @@ pub(super) struct Cells {
     pub(super) down: Axis,
     /// Those of earlier faces that had more are kept, for their memory.
     all_rows: Vec<Row>,
+    /// For each row and column the least nearness of any cluster in that cell and the [`WINDOW`] − 1 to the right.
+    minima: Vec<f32>,
 }
 
 /// How X is divided into columns, or Y into rows: each place in one of [`Axis::STRIPS`] strips, each strip in a cell.
@@ -39,6 +41,16 @@ pub(super) struct Row {
     /// Where the row begins and ends in Y; the first and the last one also hold what is beyond.
     pub(super) range: [f32; 2],
 }
+
+/// The cells that a triangle's bounds are in: first and last column and row.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Covered {
+    pub(super) columns: [u16; 2],
+    pub(super) rows: [u16; 2],
+}
+
+/// Most columns that [`Cells::farthest`] looks at.
+const WINDOW: u16 = 4;
 
 impl Axis {
     /// Strips are half as wide as the error of points may be, so that no cluster reaches over many cells.
@@ -104,16 +116,30 @@ impl Cells {
     pub(super) fn bytes(&self) -> usize {
         let rows: usize = self.all_rows.iter().map(Row::bytes).sum();
         let axes = self.across.cells.capacity() + self.down.cells.capacity();
-        self.all_rows.capacity() * size_of::<Row>() + rows + axes * size_of::<u16>()
+        let rows = rows + self.all_rows.capacity() * size_of::<Row>();
+        rows + axes * size_of::<u16>() + self.minima.capacity() * size_of::<f32>()
     }
 
     pub(super) fn rows(&self) -> &[Row] {
         &self.all_rows[..self.down.count]
     }
 
-    /// The columns, and the rows as an axis and as lists.
-    pub(super) fn parts(&mut self) -> (&Axis, &Axis, &mut [Row]) {
-        (&self.across, &self.down, &mut self.all_rows[..self.down.count])
+    /// The columns, the rows as an axis and as lists, and the minima.
+    pub(super) fn parts(&mut self) -> (&Axis, &Axis, &mut [Row], &mut [f32]) {
+        (&self.across, &self.down, &mut self.all_rows[..self.down.count], &mut self.minima)
+    }
+
+    /// At most the nearness of the farthest point in some cells; infinite where there is none.
+    #[inline(always)]
+    pub(super) fn farthest(&self, Covered { columns, rows }: Covered) -> f32 {
+        if columns[1] - columns[0] >= WINDOW || rows[1] - rows[0] >= 2 {
+            return f32::NEG_INFINITY;
+        }
+        let at = |row: u16| {
+            let place = usize::from(row) * self.across.count + usize::from(columns[0]);
+            self.minima.get(place).copied().unwrap_or(f32::NEG_INFINITY)
+        };
+        at(rows[0]).min(at(rows[1]))
     }
 
     /// Chooses the cells for a number of points, of which some are in the strips of X and Y.
@@ -125,6 +151,7 @@ impl Cells {
         if self.all_rows.len() < self.down.count {
             self.all_rows.resize_with(self.down.count, Row::default);
         }
+        self.minima.resize(self.across.count * self.down.count, f32::INFINITY);
     }
 }
 
@@ -134,8 +161,10 @@ impl Row {
         (floats + self.ends.capacity() + self.firsts.capacity() + self.block.capacity()) * size_of::<f32>()
     }
 
-    /// Sorts clusters into the row's cells: a counting sort.
-    pub(super) fn sort<'a>(&mut self, columns: usize, clusters: impl Iterator<Item = &'a Cluster> + Clone) {
+    /// Sorts clusters into the row's cells: a counting sort. `minima` has a number for each column.
+    pub(super) fn sort<'a>(&mut self, minima: &mut [f32], clusters: impl Iterator<Item = &'a Cluster> + Clone) {
+        let columns = minima.len();
+        minima.fill(f32::INFINITY);
         self.ends.clear();
         self.ends.resize(columns + 1, 0);
         self.firsts.clear();
@@ -146,7 +175,14 @@ impl Row {
             self.ends[usize::from(first) + 1] += 1;
             let reached = &mut self.firsts[usize::from(last)];
             *reached = u32::from(first).min(*reached);
+            for least in &mut minima[usize::from(first)..=usize::from(last)] {
+                *least = least.min(cluster.farthest);
+            }
             count += 1;
+        }
+        for column in 0..columns {
+            let window = &minima[column..(column + usize::from(WINDOW)).min(columns)];
+            minima[column] = window.iter().fold(f32::INFINITY, |least, &at| least.min(at));
         }
         // What reaches a column has also reached those before, as far as it began.
         let mut least = u32::MAX;

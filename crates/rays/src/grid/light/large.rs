@@ -110,8 +110,8 @@ fn predicate_error(face: &Face, [a, b, c]: [DVec3; 3], determinant: f64, nearnes
         let reach = 2.0 * (face.scale.x.recip() + face.scale.y.recip() + face.scale.z.recip()) + from_light;
         6.0 * ab * ac * (10.0 * ROUNDING * reach + error) * face.scale.z / volume
     } else {
-        // A point of the face is at most 6 z from the light; z · W is `near`.
-        6.0 * ab * ac * (10.0 * ROUNDING * (6.0 * face.near + from_light * nearness) + error * face.near) / volume
+        // A point of the face is at most 18 z from the light; z · W is `near`.
+        6.0 * ab * ac * (10.0 * ROUNDING * (18.0 * face.near + from_light * nearness) + error * face.near) / volume
     }
 }
 

@@ -2,7 +2,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
 use super::block::{Block, BlockErrors};
-use super::cells::{Bounds, Cells};
+use super::cells::{Bounds, Cells, Covered};
 use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
 use super::lanes::{LANES, load_corner, splat};
 use crate::grid::extremes::{max3, min3};
@@ -72,13 +72,6 @@ pub(super) struct Batch {
     /// Of the nearest corner, grown by its error.
     nearest: [f32; BATCH],
     pub(super) cells: [Covered; BATCH],
-}
-
-/// The cells that a triangle's bounds are in: first and last column and row.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Covered {
-    pub(super) columns: [u16; 2],
-    pub(super) rows: [u16; 2],
 }
 
 impl Default for Batch {
@@ -153,13 +146,30 @@ impl Batch {
             (cells.across.cells_at(simd, x_range[0]), cells.across.cells_at(simd, x_range[1]));
         let (first_rows, last_rows) = (cells.down.cells_at(simd, y_range[0]), cells.down.cells_at(simd, y_range[1]));
         let mut is_small = 0;
+        let mut behind = [f32::NEG_INFINITY; LANES];
         for lane in 0..LANES {
-            let columns = [first_columns[lane], last_columns[lane]];
-            let rows = [first_rows[lane], last_rows[lane]];
-            let is_small_here =
-                columns[1].wrapping_sub(columns[0]) < SMALL_COLUMNS && rows[1].wrapping_sub(rows[0]) < SMALL_ROWS;
-            is_small |= u64::from(is_small_here) << lane;
-            self.cells[place + lane] = Covered { columns, rows };
+            let covered = Covered {
+                columns: [first_columns[lane], last_columns[lane]],
+                rows: [first_rows[lane], last_rows[lane]],
+            };
+            // Only bounds that are NaN wrap.
+            let is_small_here = covered.columns[1].wrapping_sub(covered.columns[0]) < SMALL_COLUMNS
+                && covered.rows[1].wrapping_sub(covered.rows[0]) < SMALL_ROWS;
+            if is_small_here {
+                is_small |= 1 << lane;
+                behind[lane] = cells.farthest(covered);
+            }
+            self.cells[place + lane] = covered;
+        }
+        let grown = nearest + nearest.abs() * splat(simd, 8.0 * NEARNESS_ERROR);
+        let grown = if face.is_parallel { grown + splat(simd, 8.0 * NEARNESS_ERROR) } else { grown };
+        let limit = splat(simd, FACE_LIMIT as f32);
+        let is_outside = x_min.simd_gt(limit) | x_max.simd_lt(-limit) | y_min.simd_gt(limit) | y_max.simd_lt(-limit);
+        // Behind all that is seen there, or where nothing is.
+        let is_behind = grown.simd_le(f32x16::simd_from(simd, behind));
+        let reaches = reaches & !(is_usable & (is_outside | is_behind));
+        if !reaches.any_true() {
+            return Survivors { small: 0, large: 0 };
         }
 
         let [of_width, of_height, of_depth] = vertex_errors.of_predicate;
@@ -209,15 +219,9 @@ impl Batch {
         store(place, &mut self.x_range[1], x_range[1]);
         store(place, &mut self.y_range[0], y_range[0]);
         store(place, &mut self.y_range[1], y_range[1]);
-        let grown = nearest + nearest.abs() * splat(simd, 8.0 * NEARNESS_ERROR);
-        let grown = if face.is_parallel { grown + splat(simd, 8.0 * NEARNESS_ERROR) } else { grown };
         store(place, &mut self.nearest, grown);
         let fast = reaches & is_usable & near_the_face & is_even;
-        let limit = splat(simd, FACE_LIMIT as f32);
-        let outside =
-            is_usable & (x_min.simd_gt(limit) | x_max.simd_lt(-limit) | y_min.simd_gt(limit) | y_max.simd_lt(-limit));
-        let (fast, outside) = (fast.to_bitmask() & is_small, outside.to_bitmask());
-        let reaches = reaches.to_bitmask() & !outside;
+        let (fast, reaches) = (fast.to_bitmask() & is_small, reaches.to_bitmask());
         Survivors { small: reaches & fast, large: reaches & !fast }
     }
 

@@ -82,7 +82,7 @@ impl LightGrid {
         self.outliers.clear();
         let mut faces = std::mem::take(&mut self.faces);
         let (rays, level) = (self.survey.rays, self.level);
-        if choose::choose(light, &self.survey.tiles, &mut faces).is_some() {
+        if choose::choose(light, &rays, &self.survey.tiles, &mut faces).is_some() {
             let judge = Judge { image, rays, light, is_opaque: &is_opaque, casts: &casts, level };
             for face in &faces {
                 self.shadow_face(*face, &judge);
