@@ -136,8 +136,8 @@ impl LightGridSeconds {
 
 /// Which points that the camera sees a light reaches, rebuilt for every frame and light.
 ///
-/// For each place 12 bytes, for each block of 16 another 12 and 52 for each of its clusters, of which there is mostly
-/// one; for each vertex 16 bytes. Keep it and use it again: its memory is reused.
+/// For each place 12 bytes, for each block of 16 another 12, for each of its clusters and each row of cells that it is in
+/// 52, mostly once; for each vertex 16 bytes. Keep it and use it again: its memory is reused.
 #[derive(Default)]
 pub struct LightGrid {
     level: SimdLevel,

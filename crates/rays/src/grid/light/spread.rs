@@ -17,7 +17,7 @@ impl LightGrid {
         }
         let blocks = image.seen.inverse_depth.chunks_exact(LANES).enumerate();
         // An odd step goes through all columns of blocks.
-        for (block, depths) in blocks.step_by(survey.places / (LANES * SAMPLES) | 1) {
+        for (block, depths) in blocks.step_by((survey.places / (LANES * SAMPLES)) | 1) {
             let lane = block % LANES;
             let depth = f64::from(depths[lane]);
             let (column, row) = survey.rays.order.column_and_row(block * LANES + lane);
