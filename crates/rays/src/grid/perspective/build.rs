@@ -125,12 +125,11 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
             if seen == 0 {
                 continue;
             }
-            for lane in lanes_of(seen) {
-                let id = first as u32 + lane;
-                if (self.masked)(id) {
-                    seen &= !(1 << lane);
-                    self.set_aside(id);
-                }
+            let masked = lanes_of(seen).filter(|lane| (self.masked)(first as u32 + lane));
+            let masked = masked.fold(0, |masked, lane| masked | 1 << lane);
+            if masked != 0 {
+                seen &= !masked;
+                self.list_in_tiles(Path::Masked, first as u32, &bounds, masked);
             }
             let one = splat(simd, 1.0);
             let tiny = (bounds.x[1] - bounds.x[0]).simd_le(one) & (bounds.y[1] - bounds.y[0]).simd_le(one);
@@ -139,7 +138,7 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
                 self.leave_fragments(simd, first as u32, &corners, &bounds, tiny_lanes);
             }
             if seen != tiny_lanes {
-                self.list_in_tiles(first as u32, &bounds, seen & !tiny_lanes);
+                self.list_in_tiles(Path::Ordinary, first as u32, &bounds, seen & !tiny_lanes);
             }
         }
     }
@@ -160,7 +159,7 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
         match self.triangles.usable_corners(id) {
             Err(why) => self.bins.omitted.note(id, why),
             Ok(corners) => {
-                let path = if (self.masked)(id) { Path::Masked } else { Path::General };
+                let path = if (self.masked)(id) { Path::MaskedGeneral } else { Path::General };
                 self.bins.list_general(self.space, path, id, &General::new(self.space, corners));
             }
         }
@@ -246,9 +245,9 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
         }
     }
 
-    /// Lists larger triangles in the tiles that they overlap.
+    /// Lists triangles in the tiles that they overlap.
     #[inline(always)]
-    fn list_in_tiles<S: Simd>(&mut self, first: u32, bounds: &PixelBounds<S>, lanes: u64) {
+    fn list_in_tiles<S: Simd>(&mut self, path: Path, first: u32, bounds: &PixelBounds<S>, lanes: u64) {
         let (x0, x1): ([f32; LANES], [f32; LANES]) = (bounds.x[0].into(), bounds.x[1].into());
         let (y0, y1): ([f32; LANES], [f32; LANES]) = (bounds.y[0].into(), bounds.y[1].into());
         for lane in lanes_of(lanes) {
@@ -265,10 +264,10 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
             // Where bounds hold many tiles, a triangle often misses most of them.
             const MOST_UNTESTED: i32 = 4;
             if (tiles[1] - tiles[0] + 1) * (tiles[3] - tiles[2] + 1) <= MOST_UNTESTED {
-                self.bins.list(Path::Ordinary, id, tiles);
+                self.bins.list(path, id, tiles);
             } else {
                 let general = General::new(self.space, self.triangles.corners(id));
-                self.bins.list_general(self.space, Path::Ordinary, id, &general);
+                self.bins.list_general(self.space, path, id, &general);
             }
         }
     }
