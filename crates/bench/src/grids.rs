@@ -7,6 +7,7 @@ use umbrage::rays::{
     GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel,
     TileOrder,
 };
+use umbrage::scene::SolidPoints;
 
 use crate::shot::Shot;
 
@@ -71,8 +72,13 @@ impl Grids {
             time(&mut times.build, || {
                 camera_grid.build(triangles, view, offset_pixels, |id| *masks && frame.is_masked(id))
             })?;
-            let is_solid = |hit: &Hit| !*masks || frame.is_solid(hit.triangle, hit.barycentric);
-            *camera_counts = time(&mut times.see, || camera_grid.trace(triangles, is_solid, seen));
+            *camera_counts = time(&mut times.see, || {
+                if *masks {
+                    camera_grid.trace(triangles, SolidPoints(frame), seen)
+                } else {
+                    camera_grid.trace(triangles, |_: &Hit| true, seen)
+                }
+            });
             let image = SeenImage { triangles, view: *view, offset_pixels, seen };
             lit.resize(seen.order().places() / TileOrder::BLOCK_PLACES, 0);
             time(&mut times.survey, || light_grid.survey(&image));

@@ -4,12 +4,14 @@
 
 mod extremes;
 mod light;
+mod mask;
 mod perspective;
 mod seen;
 mod simd_level;
 mod tile_order;
 
 pub use light::{LightGrid, LightGridCounts, LightGridSeconds, SeenImage};
+pub use mask::{Mask, MaskAnswers, MaskPoints};
 pub use perspective::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds,
     PerspectiveGrid,

@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 use umbrage_rays::{Hit, ImageTooLarge, SeenPixels, View};
-use umbrage_scene::Frame;
+use umbrage_scene::{Frame, SolidPoints};
 
 use super::Cpu;
 use crate::Structure;
@@ -14,17 +14,17 @@ impl Cpu {
     pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
         let Self { structure, bvh, camera_grid, listed_grid, seen, .. } = self;
         let triangles = frame.triangles();
-        let is_solid = |hit: &Hit| frame.is_solid(hit.triangle, hit.barycentric);
         match structure {
             Structure::Perspective => {
                 camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
-                camera_grid.trace(triangles, is_solid, seen);
+                camera_grid.trace(triangles, SolidPoints(frame), seen);
             }
             Structure::Listed(options) => {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;
-                listed_grid.trace(triangles, is_solid, seen);
+                listed_grid.trace(triangles, SolidPoints(frame), seen);
             }
             Structure::Bvh => {
+                let is_solid = |hit: &Hit| frame.is_solid(hit.triangle, hit.barycentric);
                 seen.resize(view.width, view.height);
                 let order = seen.order();
                 let SeenPixels { triangle, inverse_depth, .. } = seen;

@@ -12,8 +12,10 @@ pub(super) struct Bin {
     pub(super) ordinary: Vec<Listed>,
     /// Triangles for the general path.
     pub(super) general: Vec<Listed>,
-    /// Triangles for the general path each hit on which is in question.
+    /// Triangles for the fast path with a mask.
     pub(super) masked: Vec<Listed>,
+    /// Triangles for the general path with a mask.
+    pub(super) masked_general: Vec<Listed>,
 }
 
 /// A triangle that may be hit in a tile. 8 bytes.
@@ -49,15 +51,20 @@ pub(super) fn bytes_of<T>(list: &[T]) -> usize {
 
 impl Bin {
     fn clear(&mut self) {
-        let Self { fragments, ordinary, general, masked } = self;
+        let Self { fragments, ordinary, general, masked, masked_general } = self;
         fragments.clear();
-        for list in [ordinary, general, masked] {
+        for list in [ordinary, general, masked, masked_general] {
             list.clear();
         }
     }
 
     pub(super) fn bytes(&self) -> usize {
-        bytes_of(&self.fragments) + bytes_of(&self.ordinary) + bytes_of(&self.general) + bytes_of(&self.masked)
+        bytes_of(&self.fragments) + self.lists().map(|list| bytes_of(list)).sum::<usize>()
+    }
+
+    /// The lists of triangles.
+    pub(super) fn lists(&self) -> impl Iterator<Item = &Vec<Listed>> {
+        [&self.ordinary, &self.general, &self.masked, &self.masked_general].into_iter()
     }
 }
 
@@ -67,6 +74,7 @@ pub(super) enum Path {
     Ordinary,
     General,
     Masked,
+    MaskedGeneral,
 }
 
 /// The bins of one range of triangles: one for each tile, row by row.
@@ -136,6 +144,7 @@ impl Bins {
             Path::Ordinary => &mut bin.ordinary,
             Path::General => &mut bin.general,
             Path::Masked => &mut bin.masked,
+            Path::MaskedGeneral => &mut bin.masked_general,
         };
         list.push(listed);
     }

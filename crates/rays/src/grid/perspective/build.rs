@@ -58,7 +58,7 @@ impl PerspectiveGrid {
     }
 
     /// Sorts triangles to tiles, in ranges whose number doesn't depend on that of threads.
-    fn set_up(&mut self, space: &PixelSpace, triangles: Triangles<'_>, masked: &(impl Fn(u32) -> bool + Sync)) {
+    fn set_up(&mut self, space: &PixelSpace, triangles: Triangles<'_>, masked: &(dyn Fn(u32) -> bool + Sync)) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
         let count = triangles.len();
@@ -78,11 +78,11 @@ impl PerspectiveGrid {
 }
 
 /// The set-up of one range of triangles.
-struct SetUp<'a, M> {
+struct SetUp<'a> {
     space: &'a PixelSpace,
     triangles: Triangles<'a>,
     vertices: &'a [Vertex],
-    masked: &'a M,
+    masked: &'a (dyn Fn(u32) -> bool + Sync),
     bins: &'a mut Bins,
 }
 
@@ -94,7 +94,7 @@ struct PixelBounds<S: Simd> {
     error: f32x16<S>,
 }
 
-impl<M: Fn(u32) -> bool> SetUp<'_, M> {
+impl SetUp<'_> {
     #[inline(always)]
     fn range<S: Simd>(mut self, simd: S, ids: Range<usize>) {
         let end = ids.end;
@@ -125,12 +125,11 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
             if seen == 0 {
                 continue;
             }
-            for lane in lanes_of(seen) {
-                let id = first as u32 + lane;
-                if (self.masked)(id) {
-                    seen &= !(1 << lane);
-                    self.set_aside(id);
-                }
+            let masked = lanes_of(seen).filter(|lane| (self.masked)(first as u32 + lane));
+            let masked = masked.fold(0, |masked, lane| masked | 1 << lane);
+            if masked != 0 {
+                seen &= !masked;
+                self.list_in_tiles(simd, Path::Masked, first as u32, &corners, &bounds, masked);
             }
             let one = splat(simd, 1.0);
             let tiny = (bounds.x[1] - bounds.x[0]).simd_le(one) & (bounds.y[1] - bounds.y[0]).simd_le(one);
@@ -139,7 +138,7 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
                 self.leave_fragments(simd, first as u32, &corners, &bounds, tiny_lanes);
             }
             if seen != tiny_lanes {
-                self.list_in_tiles(simd, first as u32, &corners, &bounds, seen & !tiny_lanes);
+                self.list_in_tiles(simd, Path::Ordinary, first as u32, &corners, &bounds, seen & !tiny_lanes);
             }
         }
     }
@@ -160,7 +159,7 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
         match self.triangles.usable_corners(id) {
             Err(why) => self.bins.omitted.note(id, why),
             Ok(corners) => {
-                let path = if (self.masked)(id) { Path::Masked } else { Path::General };
+                let path = if (self.masked)(id) { Path::MaskedGeneral } else { Path::General };
                 let listed = Listed { triangle: id, nearest: f32::INFINITY };
                 self.bins.list_general(self.space, path, listed, &General::new(self.space, corners));
             }
@@ -247,11 +246,12 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
         }
     }
 
-    /// Lists larger triangles in the tiles that they overlap.
+    /// Lists triangles in the tiles that they overlap.
     #[inline(always)]
     fn list_in_tiles<S: Simd>(
         &mut self,
         simd: S,
+        path: Path,
         first: u32,
         corners: &Corners<S>,
         bounds: &PixelBounds<S>,
@@ -276,10 +276,10 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
             // Where bounds hold many tiles, a triangle often misses most of them.
             const MOST_UNTESTED: i32 = 4;
             if (tiles[1] - tiles[0] + 1) * (tiles[3] - tiles[2] + 1) <= MOST_UNTESTED {
-                self.bins.list(Path::Ordinary, listed, tiles);
+                self.bins.list(path, listed, tiles);
             } else {
                 let general = General::new(self.space, self.triangles.corners(id));
-                self.bins.list_general(self.space, Path::Ordinary, listed, &general);
+                self.bins.list_general(self.space, path, listed, &general);
             }
         }
     }

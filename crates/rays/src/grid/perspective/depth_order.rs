@@ -15,8 +15,8 @@ impl DepthOrder {
     /// Slices of a tile. Twice or half as many take the same time to within a few per cent.
     const SLICES: usize = 64;
 
-    /// Replaces the order by that of some lists; how many triangles there are.
-    pub(super) fn sort_by_depth<'a>(&mut self, lists: impl Iterator<Item = &'a [Listed]>) -> usize {
+    /// Replaces the order by that of some lists.
+    pub(super) fn sort_by_depth<'a>(&mut self, lists: impl Iterator<Item = &'a [Listed]>) {
         let Self { unsorted, sorted } = self;
         unsorted.clear();
         lists.for_each(|list| unsorted.extend_from_slice(list));
@@ -24,7 +24,7 @@ impl DepthOrder {
         // Few enough to be tested at once anyway.
         if unsorted.len() <= 2 * LANES {
             sorted.extend_from_slice(unsorted);
-            return unsorted.len();
+            return;
         }
         // Bits of floats grow about with their logarithm: slices are as deep as they are far away.
         let bits = |listed: &Listed| listed.nearest.to_bits();
@@ -44,7 +44,6 @@ impl DepthOrder {
             sorted[*end as usize] = *listed;
             *end += 1;
         }
-        sorted.len()
     }
 
     /// The triangles in order.

@@ -1,3 +1,5 @@
+mod masked;
+
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, f64x8, i32x16, mask32x16, u32x16};
@@ -9,6 +11,7 @@ use super::lanes::{DepthPlane, LANES, Setup, each, splat};
 use super::pixel_space::HALF_ULP;
 use crate::grid::SeenPixels;
 use crate::grid::extremes::{max3, min3};
+pub(super) use masked::MaskWeights;
 
 /// Blocks of 4×4 samples a side of a tile.
 pub(super) const BLOCKS: usize = Bins::TILE as usize / 4;

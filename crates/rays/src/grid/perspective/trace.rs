@@ -10,23 +10,23 @@ use super::general::{General, Square};
 use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
 use super::listed::depth;
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
-use super::tile::{BLOCKS, Batch, Doubt, HALF, SAMPLES, Tile, block_range};
+use super::tile::{BLOCKS, Batch, Doubt, HALF, MaskWeights, SAMPLES, Tile, block_range};
 use super::{GridCounts, PerspectiveGrid};
-use crate::grid::SeenPixels;
+use crate::grid::{Mask, SeenPixels};
 use crate::predicate::crossing;
 use crate::{Hit, Triangles};
 
 impl PerspectiveGrid {
     /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level.
     ///
-    /// `triangles` are those of the last [`build`](Self::build). A hit counts where `counts` says so, which may refuse
-    /// hits on triangles that were masked there, and no others.
-    pub fn trace(
-        &mut self,
-        triangles: Triangles<'_>,
-        counts: impl Fn(&Hit) -> bool + Sync,
-        seen: &mut SeenPixels,
-    ) -> GridCounts {
+    /// `triangles` are those of the last [`build`](Self::build). A hit counts where `mask` says that it is solid, which it
+    /// may deny of triangles that were masked there, and of no others.
+    pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> GridCounts {
+        self.trace_tiles(triangles, &mask, seen)
+    }
+
+    /// As [`trace`](Self::trace): compiled once, not for every type of mask.
+    fn trace_tiles(&mut self, triangles: Triangles<'_>, mask: &dyn Mask, seen: &mut SeenPixels) -> GridCounts {
         let Some(space) = self.space else {
             seen.resize(0, 0);
             return GridCounts::default();
@@ -44,7 +44,7 @@ impl PerspectiveGrid {
             let mut tile = grid.scratch[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
             let (space, vertices, tally) = (&space, &grid.vertices, GridCounts::default());
-            let mut trace = TileTrace { space, triangles, vertices, counts: &counts, corner, tile: &mut tile, tally };
+            let mut trace = TileTrace { space, triangles, vertices, mask, corner, tile: &mut tile, tally };
             let bins = grid.ranges.iter().map(|range| &range.bins[index]);
             dispatch!(grid.level.0, simd => trace.run(simd, bins.clone()));
             trace.write(triangle, inverse_depth);
@@ -67,44 +67,48 @@ impl GridCounts {
 }
 
 /// The search of one tile.
-struct TileTrace<'a, C> {
+struct TileTrace<'a> {
     space: &'a PixelSpace,
     triangles: Triangles<'a>,
     vertices: &'a [Vertex],
-    counts: &'a C,
+    mask: &'a dyn Mask,
     /// The tile's first column and row in the image.
     corner: IVec2,
     tile: &'a mut Tile,
     tally: GridCounts,
 }
 
-impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
+impl TileTrace<'_> {
     /// Searches the tile's bins of all ranges of triangles.
     #[inline(always)]
     fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone) {
         self.tile.clear();
-        let lists = bins.clone().map(|bin| bin.ordinary.as_slice());
-        self.tally.listed += self.tile.order.sort_by_depth(lists) as u64;
-        self.test_nearest_first(simd);
+        self.tally.listed += bins.clone().flat_map(Bin::lists).map(Vec::len).sum::<usize>() as u64;
+        self.tile.order.sort_by_depth(bins.clone().map(|bin| bin.ordinary.as_slice()));
+        self.test_nearest_first::<S, false>(simd);
         for bin in bins.clone() {
-            self.tally.listed += (bin.general.len() + bin.masked.len()) as u64;
             self.test_general(simd, &bin.general, false);
-            self.test_general(simd, &bin.masked, true);
         }
-        for bin in bins {
+        for bin in bins.clone() {
             self.tally.fragments += bin.fragments.len() as u64;
             for fragments in bin.fragments.chunks(SAMPLES) {
                 fragments.iter().for_each(|fragment| self.tile.merge(fragment));
                 self.settle_if_many();
             }
         }
+        // Masked triangles come last: the less of them is seen, the fewer questions there are for the mask.
+        self.tile.order.sort_by_depth(bins.clone().map(|bin| bin.masked.as_slice()));
+        self.test_nearest_first::<S, true>(simd);
+        for bin in bins {
+            self.test_general(simd, &bin.masked_general, true);
+        }
         self.settle();
         self.tile.turn_bounds_into_errors(simd);
     }
 
-    /// Tests the triangles in the tile's order, but for those that are behind all that is seen by then.
+    /// Tests the triangles in the tile's order, all of them masked or none, but for those that are behind all that is seen by then.
     #[inline(always)]
-    fn test_nearest_first<S: Simd>(&mut self, simd: S) {
+    fn test_nearest_first<S: Simd, const MASKED: bool>(&mut self, simd: S) {
         let order = std::mem::take(&mut self.tile.order);
         let mut batch = Batch::default();
         let (mut ids, mut waiting, mut farthest) = ([0; LANES], 0, 0.0);
@@ -112,18 +116,18 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
             ids[waiting] = listed.triangle;
             waiting += usize::from(listed.nearest >= farthest);
             if waiting == LANES {
-                self.test_ordinary(simd, &ids, &mut batch);
+                self.test_ordinary::<S, MASKED>(simd, &ids, &mut batch);
                 waiting = 0;
                 farthest = self.tile.farthest(simd);
             }
         }
-        self.test_ordinary(simd, &ids[..waiting], &mut batch);
+        self.test_ordinary::<S, MASKED>(simd, &ids[..waiting], &mut batch);
         self.tile.order = order;
     }
 
-    /// Tests up to 16 triangles on the fast path.
+    /// Tests up to 16 triangles on the fast path, all of them masked or none.
     #[inline(always)]
-    fn test_ordinary<S: Simd>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
+    fn test_ordinary<S: Simd, const MASKED: bool>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
         let indices = self.triangles.indices;
         let mut corners = [[u32::MAX; 3]; LANES];
         for (corners, &id) in corners.iter_mut().zip(ids) {
@@ -167,7 +171,12 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
         }
         let certain = certain.to_bitmask();
         self.settle_if_many();
-        self.tile.test_batch::<S, true>(simd, batch, seen & certain);
+        if MASKED {
+            let weights = MaskWeights::new(simd, self.space, &corners, &setup, [x, y], error);
+            self.tile.test_masked(simd, batch, &weights, self.mask, seen & certain);
+        } else {
+            self.tile.test_batch::<S, true>(simd, batch, seen & certain);
+        }
         if seen & !certain != 0 {
             self.tile.test_batch::<S, false>(simd, batch, seen & !certain);
         }
@@ -259,7 +268,7 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
             let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
             (ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
         };
-        let Some(new) = hit(doubt.triangle).filter(|hit| (self.counts)(hit)) else { return };
+        let Some(new) = hit(doubt.triangle).filter(|hit| self.mask.is_solid(hit)) else { return };
         let old = if best == SeenPixels::NONE { None } else { hit(best) };
         let nearest = match old {
             Some(old) if (old.t, old.triangle) < (new.t, new.triangle) => old,

@@ -3,10 +3,10 @@ use super::samples::{BLOCKS, Doubt};
 use super::trace::TileTrace;
 use crate::Hit;
 use crate::grid::perspective::lanes::LANES;
-use crate::grid::{SeenPixels, TileOrder};
+use crate::grid::{Mask, SeenPixels, TileOrder};
 use crate::predicate::crossing;
 
-impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
+impl<M: Mask> TileTrace<'_, M> {
     pub(super) fn settle_if_many(&mut self) {
         const MANY: usize = 1 << 14;
         if self.samples.doubts.len() >= MANY {
@@ -52,7 +52,7 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
             let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
             (is_there && ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
         };
-        let Some(new) = hit(doubt.triangle).filter(|hit| (self.counts)(hit)) else { return };
+        let Some(new) = hit(doubt.triangle).filter(|hit| self.mask.is_solid(hit)) else { return };
         let old = if best == SeenPixels::NONE { None } else { hit(best) };
         let nearest = match old {
             Some(old) if (old.t, old.triangle) < (new.t, new.triangle) => old,

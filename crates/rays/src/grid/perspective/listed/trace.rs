@@ -10,25 +10,20 @@ use super::depth::depth_error;
 use super::samples::{BLOCKS, Batch, Block, SAMPLES, Samples};
 use super::sort::TileCells;
 use super::{ListedCounts, ListedGrid};
+use crate::Triangles;
 use crate::grid::extremes::min3;
 use crate::grid::perspective::build::lanes_of;
 use crate::grid::perspective::general::{General, Square};
 use crate::grid::perspective::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
 use crate::grid::perspective::pixel_space::{HALF_ULP, PixelSpace, Vertex};
-use crate::grid::{SeenPixels, TileOrder};
-use crate::{Hit, Triangles};
+use crate::grid::{Mask, SeenPixels, TileOrder};
 
 impl ListedGrid {
     /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level.
     ///
-    /// `triangles` are those of the last [`build`](Self::build). A hit counts where `counts` says so, which may refuse
-    /// hits on triangles that were masked there, and no others.
-    pub fn trace(
-        &mut self,
-        triangles: Triangles<'_>,
-        counts: impl Fn(&Hit) -> bool + Sync,
-        seen: &mut SeenPixels,
-    ) -> ListedCounts {
+    /// `triangles` are those of the last [`build`](Self::build). A hit counts where `mask` says that it is solid, which it
+    /// may deny of triangles that were masked there, and of no others.
+    pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> ListedCounts {
         let start = Instant::now();
         let order = self.order();
         seen.resize(order.size().0, order.size().1);
@@ -47,7 +42,7 @@ impl ListedGrid {
                 space,
                 triangles,
                 cells,
-                counts: &counts,
+                mask: &mask,
                 corner: IVec2::new(x as i32, y as i32),
                 samples: &mut samples,
                 tally: ListedCounts { pairs: cells.pairs() as u64, ..ListedCounts::default() },
@@ -79,12 +74,12 @@ impl ListedCounts {
 }
 
 /// The search of one tile of the [`TileOrder`].
-pub(super) struct TileTrace<'a, C> {
+pub(super) struct TileTrace<'a, M> {
     pub(super) grid: &'a ListedGrid,
     pub(super) space: &'a PixelSpace,
     pub(super) triangles: Triangles<'a>,
     cells: &'a TileCells,
-    pub(super) counts: &'a C,
+    pub(super) mask: &'a M,
     /// The tile's first column and row in the image.
     pub(super) corner: IVec2,
     pub(super) samples: &'a mut Samples,
@@ -108,7 +103,7 @@ struct Waiting {
     batch: Batch,
 }
 
-impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
+impl<M: Mask> TileTrace<'_, M> {
     /// Searches one tracing tile after the other, and writes inverse depths where they are good enough, else NaN.
     #[inline(always)]
     fn run<S: Simd>(&mut self, simd: S, inverse_depth: &mut [f32]) {
@@ -198,7 +193,7 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
 
     /// The blocks of a sorting tile.
     #[inline(always)]
-    fn blocks(&self, tile: &TracingTile, sorting_tile: u32) -> impl Iterator<Item = Block> + use<C> {
+    fn blocks(&self, tile: &TracingTile, sorting_tile: u32) -> impl Iterator<Item = Block> + use<M> {
         let cells = self.grid.options.cells;
         let k = cells.tracing_tiles();
         let (column, row) = (tile.first.x as u32 + sorting_tile % k, tile.first.y as u32 + sorting_tile / k);
