@@ -18,7 +18,7 @@ pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
 pub use grid::{
     GridCounts, ImageTooLarge, LightGrid, LightGridCounts, LightGridSeconds, PerspectiveGrid, SeenImage, SeenPixels,
-    SimdLevel, TileOrder,
+    SimdLevel, TileOrder, UnknownSimdLevel,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

@@ -12,5 +12,5 @@ mod tile_order;
 pub use light::{LightGrid, LightGridCounts, LightGridSeconds, SeenImage};
 pub use perspective::{GridCounts, ImageTooLarge, PerspectiveGrid};
 pub use seen::SeenPixels;
-pub use simd_level::SimdLevel;
+pub use simd_level::{SimdLevel, UnknownSimdLevel};
 pub use tile_order::TileOrder;
