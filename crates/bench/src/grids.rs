@@ -3,12 +3,10 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use umbrage::rays::{
-    GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel,
-    TileOrder,
-};
+use umbrage::rays::{GridCounts, Hit, LightGrid, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel, TileOrder};
 
 use crate::shot::Shot;
+use crate::work::Work;
 
 /// What a frame took, in milliseconds, over all samples and lights.
 #[derive(Clone, Copy, Debug, Default)]
@@ -94,44 +92,12 @@ impl Grids {
     }
 
     /// What the last camera and the last light were as work.
-    pub(crate) fn counts(&self) -> Vec<(&'static str, u64)> {
-        counts(&self.camera_counts, &self.light_grid.counts())
-    }
-
-    /// Milliseconds of the light grid's own stages, for the last light.
-    pub(crate) fn light_stages(&self) -> [(&'static str, f64); 6] {
-        light_stages(&self.light_grid.seconds())
+    pub(crate) fn work(&self) -> Work {
+        Work::sum(&self.camera_counts, [(self.light_grid.counts(), self.light_grid.seconds())])
     }
 
     /// Bytes that each grid holds: the camera's and the lights'.
     pub(crate) fn bytes(&self) -> [usize; 2] {
         [self.camera_grid.bytes(), self.light_grid.bytes()]
     }
-}
-
-/// What a camera and a light were as work, each number with its name.
-pub(crate) fn counts(camera: &GridCounts, light: &LightGridCounts) -> Vec<(&'static str, u64)> {
-    let GridCounts { fragments, listed, undecided, referred } = *camera;
-    let camera =
-        [("fragments", fragments), ("listed", listed), ("see_undecided", undecided), ("see_referred", referred)];
-    let LightGridCounts { points, outliers, layers, small_triangles, large_triangles, block_tests, undecided, masked } =
-        *light;
-    let light = [
-        ("points", points),
-        ("outliers", outliers),
-        ("layers", layers),
-        ("small_triangles", small_triangles),
-        ("large_triangles", large_triangles),
-        ("block_tests", block_tests),
-        ("shadow_undecided", undecided),
-        ("shadow_masked", masked),
-    ];
-    camera.into_iter().chain(light).collect()
-}
-
-/// Milliseconds of the light grid's stages, each with its name.
-pub(crate) fn light_stages(seconds: &LightGridSeconds) -> [(&'static str, f64); 6] {
-    let LightGridSeconds { locate, map, sort, project, trace, decide } = *seconds;
-    [("locate", locate), ("map", map), ("sort", sort), ("project", project), ("trace", trace), ("decide", decide)]
-        .map(|(name, seconds)| (name, 1e3 * seconds))
 }

@@ -6,6 +6,7 @@ mod grids;
 mod median;
 mod peers;
 mod shot;
+mod work;
 
 use clap::{Parser, Subcommand};
 
