@@ -1,0 +1,60 @@
+use super::axis::{Axis, Scale};
+use super::color;
+use super::svg::Sheet;
+
+/// Lines through points.
+#[derive(Clone, Debug)]
+pub(crate) struct LineChart<'a> {
+    pub(crate) title: &'a str,
+    /// What is along each axis, with its unit.
+    pub(crate) x_title: &'a str,
+    pub(crate) y_title: &'a str,
+    pub(crate) scale: Scale,
+    pub(crate) series: Vec<Series>,
+}
+
+/// One line.
+#[derive(Clone, Debug)]
+pub(crate) struct Series {
+    pub(crate) name: String,
+    /// In the order in which the line goes through them; those that can't be shown are left out.
+    pub(crate) points: Vec<[f64; 2]>,
+}
+
+impl LineChart<'_> {
+    /// The chart as an SVG file.
+    pub(crate) fn svg(&self) -> String {
+        let values = |axis: usize| self.series.iter().flat_map(|series| &series.points).map(move |point| point[axis]);
+        let (x_axis, y_axis) = (Axis::new(self.scale, values(0)), Axis::new(self.scale, values(1)));
+        let mut sheet = Sheet::new(self.title);
+        sheet.rightward_axis(&x_axis, self.x_title);
+        sheet.upward_axis(&y_axis, self.y_title);
+        for (place, series) in self.series.iter().enumerate() {
+            let at = |&[x, y]: &[f64; 2]| Some(Sheet::at([x_axis.place(x)?, y_axis.place(y)?]));
+            let points: Vec<[f64; 2]> = series.points.iter().filter_map(at).collect();
+            points.windows(2).for_each(|ends| sheet.line(ends[0], ends[1], color(place), 2.0));
+            points.iter().for_each(|&point| sheet.dot(point, color(place)));
+        }
+        let names = self.series.iter().enumerate();
+        sheet.frame_and_legend(names.map(|(place, series)| (series.name.as_str(), color(place))));
+        sheet.finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_go_through_their_points() {
+        let points = vec![[0.0, 0.0], [5.0, f64::NAN], [10.0, 20.0]];
+        let series = vec![Series { name: "a < b".to_owned(), points }];
+        let chart = LineChart { title: "t", x_title: "x", y_title: "y", scale: Scale::Linear, series };
+        let svg = chart.svg();
+        assert_eq!(svg.matches("<circle").count(), 2);
+        let [[x1, y1], [x2, y2]] = [[0.0, 0.0], [1.0, 1.0]].map(Sheet::at);
+        let line = format!("<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"{}\"", color(0));
+        assert!(svg.contains(&line), "{svg}");
+        assert!(svg.contains("a &lt; b") && svg.ends_with("</svg>\n"));
+    }
+}
