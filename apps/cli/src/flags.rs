@@ -205,6 +205,8 @@ impl From<FormatFlag> for Format {
 pub(crate) enum StructureFlag {
     /// Grids made for the camera's and the lights' rays
     Perspective,
+    /// The same in their paper's form, with triangles listed by cell
+    Listed,
     /// A bounding volume hierarchy
     Bvh,
 }

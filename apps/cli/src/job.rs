@@ -2,7 +2,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use umbrage::output::{BitDepth, Chroma, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
-use umbrage::rays::SimdLevel;
+use umbrage::rays::{ListedOptions, SimdLevel};
 use umbrage::scene::{Clip, OpenOptions};
 use umbrage::{Background, Settings, Structure, ToneMap};
 
@@ -63,6 +63,7 @@ impl Job {
         };
         let structure = match flags.structure {
             StructureFlag::Perspective => Structure::Perspective,
+            StructureFlag::Listed => Structure::Listed(ListedOptions::DEFAULT),
             StructureFlag::Bvh => Structure::Bvh,
         };
         let tone_map = match flags.tone_map {

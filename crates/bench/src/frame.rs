@@ -163,7 +163,7 @@ fn print_columns(row: &Row, of_scene: &[Row], with_work: bool) {
         let counts: Vec<String> = counts.iter().map(|(name, count)| format!("{name} {count}")).collect();
         let stages: Vec<String> = light_milliseconds.iter().map(|(name, time)| format!("{name} {time:.2}")).collect();
         println!("    {}", counts.join(", "));
-        println!("    light grid: {}", stages.join(", "));
+        println!("    {}", stages.join(", "));
     }
 }
 

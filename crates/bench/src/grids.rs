@@ -73,7 +73,7 @@ impl Grids {
             *camera_counts = time(&mut times.see, || camera_grid.trace(triangles, is_solid, seen));
             let image = SeenImage { triangles, view: *view, offset_pixels, seen };
             lit.resize(seen.order().places() / TileOrder::BLOCK_PLACES, 0);
-            time(&mut times.survey, || light_grid.locate(&image));
+            time(&mut times.survey, || light_grid.survey(&image));
             for light in lights {
                 let is_opaque = |id| !*masks || frame.is_opaque(id);
                 let casts = |id, weights| !*masks || frame.casts_shadow(id, weights);

@@ -17,8 +17,9 @@ pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
 pub use grid::{
-    GridCounts, ImageTooLarge, LightGrid, LightGridCounts, LightGridSeconds, PerspectiveGrid, SeenImage, SeenPixels,
-    SimdLevel, TileOrder, UnknownSimdLevel,
+    Cells, GridCounts, ImageTooLarge, ImpossibleCells, LightGrid, LightGridCounts, LightGridSeconds, ListedCounts,
+    ListedGrid, ListedOptions, ListedSeconds, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel, TileOrder,
+    UnknownSimdLevel,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

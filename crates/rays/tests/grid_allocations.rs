@@ -7,7 +7,9 @@ mod support;
 use allocations::allocations;
 use glam::{DVec2, Vec3};
 use support::{Mesh, Random, view};
-use umbrage_rays::{Camera, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, View};
+use umbrage_rays::{
+    Camera, LightGrid, LightSource, ListedGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels, View,
+};
 
 #[test]
 fn a_steady_perspective_grid_allocates_nothing() {
@@ -29,6 +31,30 @@ fn a_steady_perspective_grid_allocates_nothing() {
         })
     });
     assert!(counted[0] > 100, "the first frame is counted: {counted:?}");
+    assert_eq!(counted[1..], [0, 0]);
+}
+
+#[test]
+fn a_steady_listed_grid_allocates_nothing() {
+    let mut mesh = Mesh::soup(&mut Random(1), 2000, 0.01);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 40));
+    mesh.append(&Mesh::floor(1, 100.0));
+    mesh.positions[17].x = f32::NAN;
+    let view = view(200, 150);
+    // One thread does all the work, and is the one whose allocations are counted.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let counted = pool.install(|| {
+        let mut grid = ListedGrid::default();
+        let mut seen = SeenPixels::default();
+        [0; 3].map(|_| {
+            let before = allocations();
+            let options = ListedOptions::DEFAULT;
+            grid.build(mesh.triangles(), &view, DVec2::splat(0.5), options, |_| false).expect("a small image");
+            grid.trace(mesh.triangles(), |_| true, &mut seen);
+            allocations() - before
+        })
+    });
+    assert!(counted[0] > 20, "the first frame is counted: {counted:?}");
     assert_eq!(counted[1..], [0, 0]);
 }
 
@@ -59,7 +85,7 @@ fn a_steady_light_grid_allocates_nothing() {
         let mut grid = LightGrid::default();
         let mut frame = || {
             let before = allocations();
-            grid.locate(&image);
+            grid.survey(&image);
             lights.iter().for_each(|light| grid.shadow(&image, light, |_| true, |_, _| true, &mut lit));
             allocations() - before
         };

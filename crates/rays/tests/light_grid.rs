@@ -78,7 +78,7 @@ impl Case {
     /// Compares a grid with the truth for each light.
     fn check(&self, lights: &[LightSource]) {
         let mut grid = LightGrid::default();
-        grid.locate(&self.image());
+        grid.survey(&self.image());
         for light in lights {
             let mut lit = vec![u16::MAX; self.seen.triangle.len() / 16];
             grid.shadow(&self.image(), light, |_| true, |_, _| true, &mut lit);
@@ -263,7 +263,7 @@ fn masked_triangles_let_light_through() {
     let is_opaque = |id: u32| !id.is_multiple_of(3);
     let casts = |id: u32, [b, c]: [f32; 2]| is_opaque(id) || (b * 7.0) as u32 % 2 == (c * 7.0) as u32 % 2;
     let mut grid = LightGrid::default();
-    grid.locate(&case.image());
+    grid.survey(&case.image());
     for light in lights(1.0, Vec3::ZERO) {
         let mut lit = vec![0; case.seen.triangle.len() / 16];
         grid.shadow(&case.image(), &light, is_opaque, casts, &mut lit);
@@ -329,7 +329,7 @@ fn every_thread_count_and_instruction_set_gives_the_same_bits() {
             let mut words = Vec::new();
             pool.install(|| {
                 let mut grid = LightGrid::with_level(level);
-                grid.locate(&case.image());
+                grid.survey(&case.image());
                 for light in lights(1.0, Vec3::ZERO) {
                     let mut lit = vec![0; case.seen.triangle.len() / 16];
                     grid.shadow(&case.image(), &light, |_| true, |_, _| true, &mut lit);

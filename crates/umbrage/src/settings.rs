@@ -1,4 +1,4 @@
-use umbrage_rays::Camera;
+use umbrage_rays::{Camera, ListedOptions};
 use umbrage_scene::Light;
 
 use crate::{Background, Error};
@@ -71,6 +71,9 @@ pub enum Structure {
     /// Grids made for the rays: a perspective grid for the camera.
     #[default]
     Perspective,
+    /// Grids as their paper describes them, with triangles listed by cell: a perspective grid for the camera, and for
+    /// the lights what [`Structure::Perspective`] has.
+    Listed(ListedOptions),
     /// One bounding volume hierarchy for all rays.
     Bvh,
 }

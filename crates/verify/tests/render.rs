@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use umbrage::rays::View;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
+use umbrage::rays::{ListedOptions, View};
+use umbrage::scene::Frame;
 use umbrage::{Film, Renderer, Scene, Settings, Structure};
 use umbrage_verify::{Oracle, real_scene};
 
@@ -13,41 +14,51 @@ fn settings(structure: Structure) -> Settings {
     Settings { width: SIDE, height: SIDE - 1, structure, ..Settings::default() }
 }
 
-/// Compares a frame with the oracle; returns how many of its pixels show a triangle.
+/// Compares a frame through every structure with the oracle; returns how many of its pixels show a triangle.
 fn compare(scene: &Scene, seconds: f64, name: &str) -> usize {
-    let grids = compare_with(scene, seconds, name, Structure::Perspective);
-    let hierarchy = compare_with(scene, seconds, name, Structure::Bvh);
-    assert_eq!(grids, hierarchy);
-    grids
+    let mut truth = None;
+    for structure in [Structure::Perspective, Structure::Listed(ListedOptions::DEFAULT), Structure::Bvh] {
+        let (settings, mut renderer) = (settings(structure), Renderer::default());
+        renderer.render(scene, seconds, &settings).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let truth = truth.get_or_insert_with(|| oracle(renderer.frame(), &settings));
+        for (pixel, truth) in (0..).zip(&*truth) {
+            let (x, y) = (pixel % settings.width, pixel / settings.width);
+            let place = format!("{name} at {seconds} s through {structure:?}, pixel ({x}, {y})");
+            assert_eq!(renderer.seen().triangle_at(x, y), truth.triangle, "{place}");
+            assert_eq!(renderer.light_masks().len(), truth.lit.len());
+            for (light, (mask, &lit)) in renderer.light_masks().iter().zip(&truth.lit).enumerate() {
+                assert_eq!(mask.is_lit(x, y), lit, "{place}, light {}", renderer.frame().lights[light].name);
+            }
+        }
+    }
+    truth.into_iter().flatten().filter(|pixel| pixel.triangle != Film::NO_TRIANGLE).count()
 }
 
-fn compare_with(scene: &Scene, seconds: f64, name: &str, structure: Structure) -> usize {
-    let (settings, mut renderer) = (settings(structure), Renderer::default());
-    renderer.render(scene, seconds, &settings).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let frame = renderer.frame();
+/// What a pixel truly shows, and whether each light reaches it.
+struct Truth {
+    triangle: u32,
+    lit: Vec<bool>,
+}
+
+/// The truth about each pixel, row by row.
+fn oracle(frame: &Frame, settings: &Settings) -> Vec<Truth> {
     let camera = frame.camera(settings.width as f32 / settings.height as f32);
     let view = View { camera, width: settings.width, height: settings.height };
     let oracle = Oracle::new(frame.triangles());
     let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
-    for (x, y) in pixels.clone() {
-        let found = renderer.seen().triangle_at(x, y);
+    let truth = pixels.map(|(x, y)| {
         let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let truth = oracle.nearest(&ray, |hit| frame.is_solid(hit.triangle, hit.barycentric));
-        assert_eq!(
-            found,
-            truth.map_or(Film::NO_TRIANGLE, |hit| hit.triangle),
-            "{name} at {seconds} s, pixel ({x}, {y})"
-        );
-        for (light, mask) in frame.lights.iter().zip(renderer.light_masks()) {
-            let lit = truth.is_some_and(|hit| {
+        let hit = oracle.nearest(&ray, |hit| frame.is_solid(hit.triangle, hit.barycentric));
+        let lit = frame.lights.iter().map(|light| {
+            hit.is_some_and(|hit| {
                 let shadow_ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
                 let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
                 !oracle.blocked(&shadow_ray, hit.triangle, casts)
-            });
-            assert_eq!(mask.is_lit(x, y), lit, "{name} at {seconds} s, pixel ({x}, {y}), light {}", light.name);
-        }
-    }
-    pixels.filter(|&(x, y)| renderer.seen().triangle_at(x, y) != Film::NO_TRIANGLE).count()
+            })
+        });
+        Truth { triangle: hit.map_or(Film::NO_TRIANGLE, |hit| hit.triangle), lit: lit.collect() }
+    });
+    truth.collect()
 }
 
 #[test]

@@ -24,7 +24,7 @@ use outcome::Outcome;
 type Check = (&'static str, fn(&Path) -> Outcome);
 
 /// In the order in which they run: what fails fast comes first, and what builds the most comes last.
-const CHECKS: [Check; 12] = [
+const CHECKS: [Check; 13] = [
     ("packages", debian::install),
     ("format", |root| run(cargo(root).args(["fmt", "--all", "--check"]))),
     ("file length", file_length::check),
@@ -41,6 +41,9 @@ const CHECKS: [Check; 12] = [
     ("doc tests", |root| run(cargo(root).args(["test", "--doc", "--workspace", "--locked"]))),
     ("release build", |root| run(cargo(root).args(["build", "--release", "-p", "umbrage-cli", "--locked"]))),
     ("smoke render", smoke::check),
+    ("watertight", |root| {
+        run(cargo(root).args(["run", "--release", "-p", "umbrage-verify", "--bin", "watertight", "--locked"]))
+    }),
 ];
 
 fn main() -> ExitCode {

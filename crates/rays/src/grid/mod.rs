@@ -10,7 +10,10 @@ mod simd_level;
 mod tile_order;
 
 pub use light::{LightGrid, LightGridCounts, LightGridSeconds, SeenImage};
-pub use perspective::{GridCounts, ImageTooLarge, PerspectiveGrid};
+pub use perspective::{
+    Cells, GridCounts, ImageTooLarge, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds,
+    PerspectiveGrid,
+};
 pub use seen::SeenPixels;
 pub use simd_level::{SimdLevel, UnknownSimdLevel};
 pub use tile_order::TileOrder;

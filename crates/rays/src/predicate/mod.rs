@@ -214,12 +214,14 @@ fn scaled(direction: DVec3) -> DVec3 {
 }
 
 /// The components of a − b.
+#[inline]
 fn exact_difference(a: DVec3, b: DVec3) -> [Expansion<2>; 3] {
-    std::array::from_fn(|axis| Expansion::difference(a[axis], b[axis]))
+    [Expansion::difference(a.x, b.x), Expansion::difference(a.y, b.y), Expansion::difference(a.z, b.z)]
 }
 
+#[inline]
 fn exact_vector(a: DVec3) -> [Expansion<1>; 3] {
-    a.to_array().map(Expansion::from_f64)
+    [Expansion::from_f64(a.x), Expansion::from_f64(a.y), Expansion::from_f64(a.z)]
 }
 
 /// (b − a) × (c − a).
@@ -228,14 +230,16 @@ fn exact_normal(a: DVec3, b: DVec3, c: DVec3) -> [Expansion<16>; 3] {
 }
 
 /// a × b: two products of 2 · 2 · 2 terms for each component.
+#[inline]
 fn exact_cross(a: &[Expansion<2>; 3], b: &[Expansion<2>; 3]) -> [Expansion<16>; 3] {
-    std::array::from_fn(|axis| {
+    // Filled where they are: moving so many bytes would take longer than the sums.
+    let mut product = [Expansion::ZERO; 3];
+    for (axis, component) in product.iter_mut().enumerate() {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        let mut component = Expansion::ZERO;
         component.add_product(&a[next], &b[last]);
         component.subtract_product(&a[last], &b[next]);
-        component
-    })
+    }
+    product
 }
 
 /// a · b to within one rounding, with the exact sign: three products of 2 · 16 · 2 terms at most.

@@ -1,6 +1,6 @@
 use glam::{DVec3, Vec3};
 
-use super::{Edges, ROUNDING, exact_difference, exact_dot, exact_normal};
+use super::{Edges, ROUNDING, canonical_order, exact_difference, exact_dot, exact_normal};
 use crate::{LightSource, Ray};
 
 /// A point that a ray has hit, with a bound on how far rounding may have moved it on any axis.
@@ -59,37 +59,36 @@ impl ShadowRay {
     /// than the one that the point is on.
     #[must_use]
     pub fn blocked_by(&self, corners: [Vec3; 3]) -> Option<[f32; 2]> {
+        // Asked first, since it is cheap and the triangles around the point's own mostly end here.
+        let height = height_above(canonical_order(&corners).map(|place| corners[place]), self.point)?;
         let edges = Edges::new(self.ray.origin, self.ray.direction, corners)?;
-        let blocked = if self.from_point {
-            // The crossing is ahead of the point.
-            edges.height_of(self.point) < 0.0
-        } else {
-            edges.height_of(self.point) > 0.0 && edges.is_ahead()
-        };
+        let is_behind = height * edges.side > 0.0;
+        // From the point, the crossing has to be ahead of it.
+        let blocked = if self.from_point { !is_behind } else { is_behind && edges.is_ahead() };
         blocked.then(|| edges.barycentric())
     }
 }
 
-impl Edges {
-    /// How far behind the triangle's plane, seen along the line, a point is, in lengths of the unnormalised normal;
-    /// zero where that is within the error of the point and of this evaluation.
-    fn height_of(&self, point: HitPoint) -> f64 {
-        let [a, b, c] = self.corners.map(Vec3::as_dvec3);
-        let (ab, ac) = (b - a, c - a);
-        let normal = ab.cross(ac);
-        let magnitude = DVec3::new(
-            (ab.y * ac.z).abs() + (ab.z * ac.y).abs(),
-            (ab.z * ac.x).abs() + (ab.x * ac.z).abs(),
-            (ab.x * ac.y).abs() + (ab.y * ac.x).abs(),
-        );
-        let offset = point.position - a;
-        // A component of the normal has four roundings, of the offset one, the product one and the sums two: eight,
-        // and two more for the bound's own.
-        let bound = magnitude.dot(offset.abs() * (10.0 * ROUNDING) + DVec3::splat(point.error));
-        let height = normal.dot(offset);
-        if height.abs() > bound { height * self.side } else { 0.0 }
-    }
+/// How far a point is from the plane of a triangle, in lengths of its unnormalised normal and towards it; `None` where
+/// that is within the error of the point and of this evaluation.
+fn height_above(corners: [Vec3; 3], point: HitPoint) -> Option<f64> {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let (ab, ac) = (b - a, c - a);
+    let normal = ab.cross(ac);
+    let magnitude = DVec3::new(
+        (ab.y * ac.z).abs() + (ab.z * ac.y).abs(),
+        (ab.z * ac.x).abs() + (ab.x * ac.z).abs(),
+        (ab.x * ac.y).abs() + (ab.y * ac.x).abs(),
+    );
+    let offset = point.position - a;
+    // A component of the normal has four roundings, of the offset one, the product one and the sums two: eight,
+    // and two more for the bound's own.
+    let bound = magnitude.dot(offset.abs() * (10.0 * ROUNDING) + DVec3::splat(point.error));
+    let height = normal.dot(offset);
+    (height.abs() > bound).then_some(height)
+}
 
+impl Edges {
     /// Whether the line meets the plane at t > 0, exactly.
     fn is_ahead(&self) -> bool {
         let [a, b, c] = self.corners.map(Vec3::as_dvec3);

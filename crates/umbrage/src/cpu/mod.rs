@@ -5,8 +5,8 @@ mod shade;
 mod shadow;
 
 use umbrage_rays::{
-    Bvh, GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, Omitted, PerspectiveGrid, Ray, SeenPixels,
-    SimdLevel, predicate,
+    Bvh, GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, ListedGrid, Omitted, PerspectiveGrid, Ray,
+    SeenPixels, SimdLevel, predicate,
 };
 use umbrage_scene::Frame;
 
@@ -20,6 +20,7 @@ pub(crate) struct Cpu {
     /// For single rays; for all rays where the structure is the hierarchy.
     bvh: Bvh,
     camera_grid: PerspectiveGrid,
+    listed_grid: ListedGrid,
     light_grid: LightGrid,
     /// What each pixel sees at the current sample.
     seen: SeenPixels,
@@ -42,8 +43,12 @@ pub struct LightWork {
 impl Cpu {
     /// An engine whose grids use the instructions of `level`.
     pub(crate) fn with_level(level: SimdLevel) -> Self {
-        let (camera_grid, light_grid) = (PerspectiveGrid::with_level(level), LightGrid::with_level(level));
-        Self { camera_grid, light_grid, ..Self::default() }
+        Self {
+            camera_grid: PerspectiveGrid::with_level(level),
+            listed_grid: ListedGrid::with_level(level),
+            light_grid: LightGrid::with_level(level),
+            ..Self::default()
+        }
     }
 
     /// Rebuilds what serves all samples of a frame: the hierarchy, where anything needs it. Grids are made for the rays
@@ -81,6 +86,7 @@ impl Cpu {
     pub(crate) fn omitted(&self) -> &Omitted {
         match self.structure {
             Structure::Perspective => self.camera_grid.omitted(),
+            Structure::Listed(_) => self.listed_grid.omitted(),
             Structure::Bvh => self.bvh.omitted(),
         }
     }
@@ -92,6 +98,7 @@ impl Cpu {
     pub(crate) fn structure_bytes(&self) -> usize {
         match self.structure {
             Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.bytes(),
+            Structure::Listed(_) => self.bvh.bytes() + self.listed_grid.bytes() + self.light_grid.bytes(),
             Structure::Bvh => self.bvh.bytes(),
         }
     }

@@ -46,7 +46,7 @@ impl Cpu {
         self.lit.resize(frame.lights.len(), LightMask::default());
         self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
         match self.structure {
-            Structure::Perspective => self.shadow_through_grids(frame, view, sample),
+            Structure::Perspective | Structure::Listed(_) => self.shadow_through_grids(frame, view, sample),
             Structure::Bvh => self.shadow_through_hierarchy(frame, view, sample),
         }
         let points = self.seen.triangle.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();
@@ -56,7 +56,7 @@ impl Cpu {
     fn shadow_through_grids(&mut self, frame: &Frame, view: &View, sample: &Sample) {
         let Self { light_grid, seen, lit, light_work, .. } = self;
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
-        light_grid.locate(&image);
+        light_grid.survey(&image);
         light_work.clear();
         for (light, mask) in frame.lights.iter().zip(lit) {
             let is_opaque = |id| frame.is_opaque(id);

@@ -101,7 +101,7 @@ impl Trial {
         }
         let image = SeenImage { triangles, view, offset_pixels, seen };
         lit.resize(order.places() / TileOrder::BLOCK_PLACES, 0);
-        light_grid.locate(&image);
+        light_grid.survey(&image);
         light_grid.shadow(&image, &sheet.light, |_| true, |_, _| true, lit);
         let undecided = light_grid.counts().undecided;
         for (x, y) in pixels() {

@@ -1,7 +1,7 @@
 use glam::{DVec2, DVec3};
 
-use super::face::{Face, Side};
-use super::locate::PointBox;
+use super::face::{Face, POINT_LIMIT};
+use super::survey::Tile;
 use crate::LightSource;
 
 /// Faces are never scaled by more than this: it keeps what f64 loses small beside what f32 does.
@@ -10,34 +10,51 @@ const LARGEST_SCALE: f64 = (1 << 18) as f64;
 /// Points farther than this from a face's axis, as a tangent, need a cube.
 const WIDEST: f64 = 1.6;
 
-/// The faces through which a light sees everything in `boxes`; `None` where the light is no light at all and reaches
+/// A side of a cube around the light.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    axis: usize,
+    is_positive: bool,
+}
+
+impl Side {
+    const ALL: [Self; 6] = [
+        Self { axis: 0, is_positive: true },
+        Self { axis: 0, is_positive: false },
+        Self { axis: 1, is_positive: true },
+        Self { axis: 1, is_positive: false },
+        Self { axis: 2, is_positive: true },
+        Self { axis: 2, is_positive: false },
+    ];
+}
+
+/// The faces through which a light sees all points of `tiles`; `None` where the light is no light at all and reaches
 /// everything.
-pub(super) fn choose(light: &LightSource, boxes: &[PointBox], faces: &mut Vec<Face>) -> Option<()> {
+pub(super) fn choose(light: &LightSource, tiles: &[Tile], faces: &mut Vec<Face>) -> Option<()> {
     faces.clear();
     match *light {
         LightSource::Point { position } | LightSource::Spot { position, .. } => {
             let origin = position.is_finite().then(|| position.as_dvec3())?;
-            match in_one(origin, boxes) {
+            match in_one(origin, tiles) {
                 Some(face) => faces.push(face),
-                None => faces.extend(Side::ALL.iter().filter_map(|&side| on_side(origin, side, boxes))),
+                None => faces.extend(Side::ALL.iter().filter_map(|&side| on_side(origin, side, tiles))),
             }
         }
         LightSource::Directional { direction } => {
             let direction = direction.as_dvec3();
             let direction = direction.is_finite().then(|| direction.try_normalize()).flatten()?;
-            faces.push(parallel(direction, boxes));
+            faces.push(parallel(direction, tiles));
         }
     }
     Some(())
 }
 
-fn filled(boxes: &[PointBox]) -> impl Iterator<Item = &PointBox> {
-    boxes.iter().filter(|bounds| bounds.points > 0)
+fn filled(tiles: &[Tile]) -> impl Iterator<Item = &Tile> {
+    tiles.iter().filter(|tile| tile.points > 0)
 }
 
-fn corners(bounds: &PointBox) -> [DVec3; 8] {
-    let pick = |high: usize, axis: usize| if high & (1 << axis) == 0 { bounds.min[axis] } else { bounds.max[axis] };
-    std::array::from_fn(|corner| DVec3::new(pick(corner, 0), pick(corner, 1), pick(corner, 2)))
+fn corners(tiles: &[Tile]) -> impl Iterator<Item = DVec3> {
+    filled(tiles).flat_map(|tile| tile.corners)
 }
 
 /// Two vectors that with `forward` make a right-angled frame.
@@ -65,12 +82,12 @@ impl Rectangle {
 }
 
 /// The one face that sees everything, if the light is outside and what it sees isn't too wide.
-fn in_one(origin: DVec3, boxes: &[PointBox]) -> Option<Face> {
-    let towards = |bounds: &PointBox| ((bounds.min - origin) * 0.5 + (bounds.max - origin) * 0.5).normalize_or_zero();
-    let forward = filled(boxes).map(towards).sum::<DVec3>().try_normalize()?;
+fn in_one(origin: DVec3, tiles: &[Tile]) -> Option<Face> {
+    let towards = |tile: &Tile| (tile.corners.iter().sum::<DVec3>() * 0.125 - origin).normalize_or_zero();
+    let forward = filled(tiles).map(towards).sum::<DVec3>().try_normalize()?;
     let (right, up) = across(forward);
     let mut nearest = f64::INFINITY;
-    for corner in filled(boxes).flat_map(corners) {
+    for corner in corners(tiles) {
         let v = corner - origin;
         let z = forward.dot(v);
         // Written so that NaN is too wide.
@@ -80,11 +97,11 @@ fn in_one(origin: DVec3, boxes: &[PointBox]) -> Option<Face> {
         }
         nearest = nearest.min(z);
     }
-    let seen = filled(boxes).flat_map(corners).map(|corner| {
+    let seen = corners(tiles).map(|corner| {
         let v = corner - origin;
         DVec2::new(right.dot(v), up.dot(v)) / forward.dot(v)
     });
-    Some(perspective(origin, [right, up, forward], &Rectangle::around(seen, 1.0 / LARGEST_SCALE), nearest, None))
+    Some(perspective(origin, [right, up, forward], &Rectangle::around(seen, 1.0 / LARGEST_SCALE), nearest, false))
 }
 
 fn perspective(
@@ -92,9 +109,15 @@ fn perspective(
     [right, up, forward]: [DVec3; 3],
     rectangle: &Rectangle,
     near: f64,
-    side: Option<Side>,
+    is_side: bool,
 ) -> Face {
     let scale = rectangle.half.recip();
+    // Where the neighbouring sides begin, and half as much as points may be outside of the face.
+    let overlap = 0.5 * (POINT_LIMIT - 1.0);
+    let owned = |axis: usize| {
+        let end = |sign: f64| (sign - rectangle.middle[axis]) * scale[axis] + sign * overlap;
+        [end(-1.0), end(1.0)]
+    };
     Face {
         origin,
         x: (right - forward * rectangle.middle.x) * scale.x,
@@ -102,19 +125,20 @@ fn perspective(
         z: forward,
         near,
         is_parallel: false,
-        side,
         scale: scale.extend(1.0),
+        owned: is_side.then(|| [owned(0), owned(1)]),
+        point_error: 0.0,
     }
 }
 
 /// The face on one side of a cube around the light, if it sees anything.
-fn on_side(origin: DVec3, side: Side, boxes: &[PointBox]) -> Option<Face> {
+fn on_side(origin: DVec3, side: Side, tiles: &[Tile]) -> Option<Face> {
     let forward = DVec3::AXES[side.axis] * if side.is_positive { 1.0 } else { -1.0 };
     let (right, up) = (DVec3::AXES[(side.axis + 1) % 3], DVec3::AXES[(side.axis + 2) % 3]);
     let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     let (mut nearest, mut farthest) = (f64::INFINITY, 0.0_f64);
-    for bounds in filled(boxes) {
-        let corners = corners(bounds).map(|corner| corner - origin);
+    for tile in filled(tiles) {
+        let corners = tile.corners.map(|corner| corner - origin);
         let depths = corners.map(|v| forward.dot(v));
         let nearest_here = depths.into_iter().fold(f64::INFINITY, f64::min);
         let farthest_here = depths.into_iter().fold(f64::NEG_INFINITY, f64::max);
@@ -140,14 +164,14 @@ fn on_side(origin: DVec3, side: Side, boxes: &[PointBox]) -> Option<Face> {
     let rectangle = Rectangle::around([min, max].into_iter(), 1.0 / LARGEST_SCALE);
     // Any depth will do: it only keeps numbers of a size.
     let near = if nearest > 0.0 { nearest } else { farthest * 1e-3 };
-    Some(perspective(origin, [right, up, forward], &rectangle, near.max(f64::MIN_POSITIVE), Some(side)))
+    Some(perspective(origin, [right, up, forward], &rectangle, near.max(f64::MIN_POSITIVE), true))
 }
 
 /// The face of light that travels along `direction`.
-fn parallel(direction: DVec3, boxes: &[PointBox]) -> Face {
+fn parallel(direction: DVec3, tiles: &[Tile]) -> Face {
     let (right, up) = across(direction);
     let map = |axis: DVec3| {
-        let range = filled(boxes).flat_map(corners).map(|corner| axis.dot(corner));
+        let range = corners(tiles).map(|corner| axis.dot(corner));
         range.fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), at| (min.min(at), max.max(at)))
     };
     let ranges = [right, up, -direction].map(map);
@@ -165,7 +189,8 @@ fn parallel(direction: DVec3, boxes: &[PointBox]) -> Face {
         z: -direction * scale.z,
         near: 1.0,
         is_parallel: true,
-        side: None,
         scale,
+        owned: None,
+        point_error: 0.0,
     }
 }

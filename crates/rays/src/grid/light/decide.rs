@@ -1,35 +1,37 @@
-use std::sync::atomic::{AtomicU8, Ordering};
-
+use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
-use super::block::Block;
-use super::{LightGrid, SeenImage};
-use crate::grid::TileOrder;
+use super::filter::decide_eight;
+use super::survey::CameraRays;
+use super::{LightGrid, SeenImage, SimdLevel};
+use crate::grid::{SeenPixels, TileOrder};
 use crate::predicate::{HitPoint, ShadowRay, crossing};
 use crate::{LightSource, Ray};
 
 impl SeenImage<'_> {
     /// The ray through the pixel at a place.
-    pub(super) fn camera_ray(&self, pixel: usize) -> Ray {
-        let (x, y) = self.seen.order().column_and_row(pixel);
+    pub(super) fn camera_ray(&self, place: usize) -> Ray {
+        let (x, y) = self.seen.order().column_and_row(place);
         let (x, y) = (f64::from(x), f64::from(y));
         self.view.ray(x + self.offset_pixels.x, y + self.offset_pixels.y)
     }
 }
 
-/// Asks the predicate.
+/// Decides what the fast test couldn't: in f64, and what that can't either by asking the predicate.
 pub(super) struct Judge<'a, O, C> {
     pub(super) image: &'a SeenImage<'a>,
+    pub(super) rays: CameraRays,
     pub(super) light: &'a LightSource,
     pub(super) is_opaque: O,
     pub(super) casts: C,
+    pub(super) level: SimdLevel,
 }
 
 impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Judge<'_, O, C> {
-    /// The segment between the light and a pixel's point.
-    fn shadow_ray(&self, pixel: u32) -> Option<ShadowRay> {
-        let own = self.image.seen.triangle[pixel as usize];
-        let ray = self.image.camera_ray(pixel as usize);
+    /// The segment between the light and a place's point.
+    fn shadow_ray(&self, place: u32) -> Option<ShadowRay> {
+        let own = self.image.seen.triangle[place as usize];
+        let ray = self.image.camera_ray(place as usize);
         let crossing = crossing(&ray, self.image.triangles.usable_corners(own).ok()?)?;
         Some(ShadowRay::new(self.light, HitPoint::new(&ray, crossing.t)))
     }
@@ -40,96 +42,105 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Judge<'_, O
         barycentric.is_some_and(|barycentric| (self.is_opaque)(id) || (self.casts)(id, barycentric))
     }
 
-    /// Decides pairs of a pixel and a triangle, and forgets them.
-    #[inline(never)]
-    pub(super) fn decide(&self, pairs: &mut Vec<[u32; 2]>, shadowed: &[AtomicU8]) {
-        self.decide_all(pairs, shadowed);
-        pairs.clear();
+    /// Decides pairs of a place and a triangle, and notes in `shadowed`, which has a word for each block, which points
+    /// are in shadow; how many pairs the predicate was asked about.
+    pub(super) fn decide(&self, pairs: &[[u32; 2]], shadowed: &mut [u16]) -> u64 {
+        dispatch!(self.level.0, simd => self.decide_with(simd, pairs, shadowed))
     }
 
-    fn decide_all(&self, pairs: &[[u32; 2]], shadowed: &[AtomicU8]) {
+    #[inline(always)]
+    fn decide_with<S: Simd>(&self, simd: S, pairs: &[[u32; 2]], shadowed: &mut [u16]) -> u64 {
+        let mut asked = 0;
         let mut last: Option<(u32, Option<ShadowRay>)> = None;
-        for &[pixel, id] in pairs {
-            if shadowed[pixel as usize].load(Ordering::Relaxed) != 0 {
-                continue;
-            }
-            let ray = match last {
-                Some((known, ray)) if known == pixel => ray,
-                _ => self.shadow_ray(pixel),
-            };
-            last = Some((pixel, ray));
-            if ray.is_some_and(|ray| self.is_blocked(&ray, id)) {
-                shadowed[pixel as usize].store(1, Ordering::Relaxed);
+        for eight in pairs.chunks(8) {
+            let mut padded = [[u32::MAX; 2]; 8];
+            padded[..eight.len()].copy_from_slice(eight);
+            let (places, ids) = (padded.map(|[place, _]| place), padded.map(|[_, id]| id));
+            let verdicts = decide_eight(simd, self.image, &self.rays, self.light, places, ids);
+            for (lane, &[place, id]) in eight.iter().enumerate() {
+                let (word, bit) = (place as usize / TileOrder::BLOCK_PLACES, place as usize % TileOrder::BLOCK_PLACES);
+                if shadowed[word] >> bit & 1 == 1 {
+                    continue;
+                }
+                let mut is_shadowed = verdicts.shadowed >> lane & 1 == 1;
+                if verdicts.unknown >> lane & 1 == 1 || is_shadowed && !(self.is_opaque)(id) {
+                    asked += 1;
+                    let ray = match last {
+                        Some((known, ray)) if known == place => ray,
+                        _ => self.shadow_ray(place),
+                    };
+                    last = Some((place, ray));
+                    is_shadowed = ray.is_some_and(|ray| self.is_blocked(&ray, id));
+                }
+                shadowed[word] |= u16::from(is_shadowed) << bit;
             }
         }
+        asked
     }
 }
 
 impl LightGrid {
-    pub(super) fn clear_shadows(&mut self, pixels: usize) {
-        self.shadowed.resize_with(pixels, AtomicU8::default);
-        self.shadowed.par_chunks_mut(1 << 14).for_each(|chunk| {
-            chunk.iter_mut().for_each(|shadowed| *shadowed.get_mut() = 0);
-        });
-    }
-
-    /// Brings what the threads found from blocks to pixels.
-    pub(super) fn merge_shadows(&mut self) {
-        let Self { blocks, workers, shadowed, .. } = self;
-        blocks.par_iter().enumerate().with_min_len(256).for_each(|(place, block)| {
-            let mut found = workers.iter().fold(0, |found, worker| found | worker.shadowed[place]);
-            while found != 0 {
-                let lane = found.trailing_zeros() as usize;
-                found &= found - 1;
-                let pixel = block.pixel[lane];
-                if pixel != Block::PADDING {
-                    shadowed[pixel as usize].store(1, Ordering::Relaxed);
-                }
-            }
-        });
-    }
-
-    /// Asks the predicate about what the threads couldn't decide.
+    /// Decides what the threads couldn't, in equal parts.
     pub(super) fn decide<O, C>(&mut self, judge: &Judge<'_, O, C>)
     where
         O: Fn(u32) -> bool + Sync,
         C: Fn(u32, [f32; 2]) -> bool + Sync,
     {
-        let shadowed = &self.shadowed;
-        self.workers.par_iter_mut().for_each(|worker| {
-            worker.undecided.par_chunks(256).for_each(|pairs| judge.decide_all(pairs, shadowed));
-            worker.undecided.clear();
+        let Self { workers, undecided, .. } = self;
+        undecided.clear();
+        workers.iter_mut().for_each(|worker| undecided.append(&mut worker.undecided));
+        let share = undecided.len().div_ceil(workers.len()).max(8);
+        workers.par_iter_mut().zip(undecided.par_chunks(share)).for_each(|(worker, pairs)| {
+            worker.counts.asked += judge.decide(pairs, &mut worker.shadowed);
         });
     }
 
-    /// Tests the points that no class holds against every triangle.
+    /// Tests the points that no face could map against every triangle.
     pub(super) fn decide_outliers<O, C>(&mut self, judge: &Judge<'_, O, C>)
     where
         O: Fn(u32) -> bool + Sync,
         C: Fn(u32, [f32; 2]) -> bool + Sync,
     {
-        self.counts.outliers = self.outliers.len() as u64;
+        let Self { outliers, survey, shadowed, counts, .. } = self;
+        outliers.extend_from_slice(&survey.unknown);
+        outliers.sort_unstable();
+        outliers.dedup();
+        counts.outliers = outliers.len() as u64;
         let count = judge.image.triangles.len() as u32;
-        for &pixel in &self.outliers {
-            let Some(ray) = judge.shadow_ray(pixel) else { continue };
-            let own = judge.image.seen.triangle[pixel as usize];
+        for &place in &*outliers {
+            let Some(ray) = judge.shadow_ray(place) else { continue };
+            let own = judge.image.seen.triangle[place as usize];
             let blocked = (0..count).into_par_iter().with_min_len(1024);
             if blocked.filter(|&id| id != own).any(|id| judge.is_blocked(&ray, id)) {
-                *self.shadowed[pixel as usize].get_mut() = 1;
+                shadowed[place as usize / TileOrder::BLOCK_PLACES] |= 1 << (place as usize % TileOrder::BLOCK_PLACES);
             }
         }
     }
 
-    /// The bits of the pixels that show a lit point.
-    pub(super) fn gather_bits(&mut self, lit: &mut [u16]) {
-        let Self { points, shadowed, .. } = self;
-        let pixels = shadowed.par_chunks_mut(TileOrder::BLOCK_PLACES).zip(points.t.par_chunks(TileOrder::BLOCK_PLACES));
-        lit.par_iter_mut().zip(pixels).with_min_len(256).for_each(|(word, (shadowed, t))| {
-            let mut bits = 0;
-            for (place, (shadowed, t)) in shadowed.iter_mut().zip(t).enumerate() {
-                bits |= u16::from(*shadowed.get_mut() == 0 && !t.is_nan()) << place;
+    /// Brings together which points the threads found in shadow on a face.
+    pub(super) fn merge_shadows(&mut self) {
+        let Self { workers, shadowed, members, .. } = self;
+        const CHUNK: usize = 4096;
+        let chunks = shadowed.par_chunks_mut(CHUNK).zip(members.par_chunks(CHUNK)).enumerate();
+        chunks.for_each(|(chunk, (shadowed, members))| {
+            for worker in workers.iter() {
+                let found = &worker.shadowed[chunk * CHUNK..][..shadowed.len()];
+                shadowed.iter_mut().zip(found).zip(members).for_each(|((all, found), members)| *all |= found & members);
             }
-            *word = bits;
+        });
+    }
+
+    /// The bits of the pixels that show a lit point.
+    pub(super) fn light_the_rest(&self, seen: &SeenPixels, lit: &mut [u16]) {
+        const CHUNK: usize = 1024;
+        let words = lit.par_chunks_mut(CHUNK).zip(self.shadowed.par_chunks(CHUNK)).enumerate();
+        words.for_each(|(chunk, (lit, shadowed))| {
+            let places = &seen.triangle[chunk * CHUNK * TileOrder::BLOCK_PLACES..];
+            let blocks = places.chunks_exact(TileOrder::BLOCK_PLACES);
+            for ((lit, shadowed), block) in lit.iter_mut().zip(shadowed).zip(blocks) {
+                let points = block.iter().rev().fold(0, |bits, &id| bits << 1 | u16::from(id != SeenPixels::NONE));
+                *lit = points & !shadowed;
+            }
         });
     }
 }

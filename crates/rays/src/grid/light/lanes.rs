@@ -1,5 +1,5 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, f64x8};
+use fearless_simd::{Simd, f32x4, f32x16, f64x8};
 use glam::DVec3;
 
 // Closures and `array::map` are not reliably inlined where vectors pass through them, and what isn't inlined is compiled
@@ -54,12 +54,19 @@ pub(super) fn largest<S: Simd>(a: Vectors<S>) -> f64x8<S> {
     a[0].abs().max(a[1].abs()).max(a[2].abs())
 }
 
-/// The four columns of 16 rows.
+/// One corner of 16 triangles, given as places in `vertices`, the last of which stands for all that are out of range:
+/// the four numbers of each.
 #[inline(always)]
-pub(super) fn transpose<S: Simd>(simd: S, rows: &[[f32; 4]; LANES]) -> [f32x16<S>; 4] {
-    let rows = rows.as_flattened();
-    let (a, b) = (f32x16::from_slice(simd, &rows[..16]), f32x16::from_slice(simd, &rows[16..32]));
-    let (c, d) = (f32x16::from_slice(simd, &rows[32..48]), f32x16::from_slice(simd, &rows[48..]));
+pub(super) fn load_corner<S: Simd>(
+    simd: S,
+    vertices: &[[f32; 4]],
+    triangles: &[[u32; 3]; LANES],
+    corner: usize,
+) -> [f32x16<S>; 4] {
+    let a = load_quarter(simd, vertices, triangles, corner, 0);
+    let b = load_quarter(simd, vertices, triangles, corner, 4);
+    let c = load_quarter(simd, vertices, triangles, corner, 8);
+    let d = load_quarter(simd, vertices, triangles, corner, 12);
     // Two rounds of unzipping take every fourth number.
     let (even_low, even_high) = (a.unzip_low(b), c.unzip_low(d));
     let (odd_low, odd_high) = (a.unzip_high(b), c.unzip_high(d));
@@ -69,4 +76,26 @@ pub(super) fn transpose<S: Simd>(simd: S, rows: &[[f32; 4]; LANES]) -> [f32x16<S
         even_low.unzip_high(even_high),
         odd_low.unzip_high(odd_high),
     ]
+}
+
+/// One corner of four triangles. Combining registers avoids a store and a load through memory, which wait for each
+/// other.
+#[inline(always)]
+fn load_quarter<S: Simd>(
+    simd: S,
+    vertices: &[[f32; 4]],
+    triangles: &[[u32; 3]; LANES],
+    corner: usize,
+    lane: usize,
+) -> f32x16<S> {
+    let a = load_vertex(simd, vertices, triangles[lane][corner]);
+    let b = load_vertex(simd, vertices, triangles[lane + 1][corner]);
+    let c = load_vertex(simd, vertices, triangles[lane + 2][corner]);
+    let d = load_vertex(simd, vertices, triangles[lane + 3][corner]);
+    a.combine(b).combine(c.combine(d))
+}
+
+#[inline(always)]
+fn load_vertex<S: Simd>(simd: S, vertices: &[[f32; 4]], place: u32) -> f32x4<S> {
+    f32x4::simd_from(simd, vertices[(place as usize).min(vertices.len() - 1)])
 }

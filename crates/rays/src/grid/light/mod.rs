@@ -1,38 +1,45 @@
 //! The light grid: which of the points that a camera sees does a light reach?
 //!
 //! The light takes the camera's role (Guntury and Narayanan 2010, §4): what the camera sees is mapped to the light's
-//! perspective, clamped to the rectangle that it fills there, and sorted into the rectangle's cells. Other than in the
-//! paper triangles are not listed: each visits the cells that it covers and is tested where it is set up, 16 points at
-//! a time. The f32 test knows its error; what it can't decide goes to the [predicate](crate::predicate).
+//! perspective, clamped to the rectangle that it fills there. Other than in the paper neither triangles nor single
+//! points are listed in cells: the points of 4×4 pixels, which are mostly near each other for the light too, stay
+//! together, and only their bounds are sorted. Each triangle looks up the bounds that it overlaps and is tested where it
+//! is set up, 16 points at a time. The f32 test knows its error; what it can't decide is tested in f64, and what that
+//! can't goes to the [predicate](crate::predicate).
 //!
-//! One verb a file: `locate` finds the points, `choose` the light's faces, `map` and `sort` bring the points into
-//! cells, `project` the vertices to the face, `small` and `large` test triangles against points, `decide` asks the
-//! predicate.
+//! One verb a file: `survey` finds how far the image's tiles reach, `choose` the light's faces, `map` brings points to a
+//! face, `refine` those that need f64, `sort` brings them into cells, `project` the vertices to the face, `small` and
+//! `large` test triangles against points, `decide` and `filter` what they leave open.
 
 mod block;
+mod cells;
 mod choose;
 mod decide;
 mod face;
+mod filter;
 mod lanes;
 mod large;
-mod locate;
 mod map;
+mod pixel_map;
+mod points;
 mod project;
+mod queue;
+mod refine;
 mod small;
 mod sort;
+mod survey;
 mod trace;
 mod validate;
-
-use std::sync::atomic::AtomicU8;
 
 use glam::DVec2;
 
 use crate::grid::{SeenPixels, SimdLevel};
 use crate::{Triangles, View};
-use block::{Block, Cells};
-use face::{Face, Layer};
-use locate::Points;
+use block::{Block, BlockErrors};
+use cells::Cells;
+use face::Face;
 use map::Slab;
+use survey::Survey;
 use trace::Worker;
 
 /// What a camera sees: the points that a [`LightGrid`] decides about.
@@ -51,58 +58,104 @@ pub struct SeenImage<'a> {
 /// What the last [`LightGrid::shadow`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightGridCounts {
-    /// Points that were sorted into cells.
+    /// Points that were tested, once for each face that they are on or beside.
     pub points: u64,
+    /// Of those the ones that were mapped in f64, because their depths weren't exact enough.
+    pub refined: u64,
     /// Points that no face of the light could hold, tested against every triangle.
     pub outliers: u64,
-    /// Faces of the light, times the classes of exactness of the points on them.
-    pub layers: u64,
-    /// Triangles that were tested, once for each layer, in local coordinates.
+    /// Faces of the light that see points.
+    pub faces: u64,
+    /// Groups of up to 16 points that are near each other.
+    pub clusters: u64,
+    /// Triangles that were tested, once for each face, in local coordinates.
     pub small_triangles: u64,
-    /// Triangles that were tested, once for each layer, row by row.
+    /// Triangles that were tested, once for each face, row by row.
     pub large_triangles: u64,
+    /// Tests of a triangle against the bounds of 16 clusters.
+    pub cluster_tests: u64,
     /// Tests of a triangle against 16 points.
     pub block_tests: u64,
-    /// Pairs of a triangle and a point that went to the predicate because the fast test couldn't decide them.
+    /// Pairs of a triangle and a point that the fast test couldn't decide.
     pub undecided: u64,
-    /// Pairs that went to the predicate because the triangle isn't opaque.
+    /// Pairs that the fast test decided in vain, because the triangle isn't opaque.
     pub masked: u64,
+    /// Pairs that the predicate was asked about, because f64 couldn't decide them or the triangle isn't opaque.
+    pub asked: u64,
 }
 
-/// Seconds that each stage of the last [`LightGrid::locate`] and [`LightGrid::shadow`] took.
+/// Seconds that each stage of the last [`LightGrid::survey`] and [`LightGrid::shadow`] took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LightGridSeconds {
-    /// Distances of the points from the camera; once for all lights.
-    pub locate: f64,
+    /// How far away the image's tiles are; once for all lights.
+    pub survey: f64,
     /// The points to the light's faces.
     pub map: f64,
-    /// The points to cells.
+    /// Clusters to cells.
     pub sort: f64,
     /// The vertices to the light's faces.
     pub project: f64,
     /// Triangles against points.
     pub trace: f64,
-    /// What the predicate decides, and the bits in pixel order.
+    /// What the fast test left open, and the bits of all threads.
     pub decide: f64,
+}
+
+impl LightGridCounts {
+    /// Each count with its name.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, u64); 11] {
+        let Self { points, refined, outliers, faces, clusters, .. } = *self;
+        let Self { small_triangles, large_triangles, cluster_tests, block_tests, .. } = *self;
+        let Self { undecided, masked, asked, .. } = *self;
+        [
+            ("points", points),
+            ("refined", refined),
+            ("outliers", outliers),
+            ("faces", faces),
+            ("clusters", clusters),
+            ("triangles", small_triangles + large_triangles),
+            ("cluster_tests", cluster_tests),
+            ("block_tests", block_tests),
+            ("undecided", undecided),
+            ("masked", masked),
+            ("asked", asked),
+        ]
+    }
+}
+
+impl LightGridSeconds {
+    /// Each stage with its name.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, f64); 6] {
+        let Self { survey, map, sort, project, trace, decide } = *self;
+        [("survey", survey), ("map", map), ("sort", sort), ("project", project), ("trace", trace), ("decide", decide)]
+    }
 }
 
 /// Which points that the camera sees a light reaches, rebuilt for every frame and light.
 ///
-/// For each pixel 8 bytes of distance, 20 bytes of mapped point, 20 bytes of sorted point and a byte of shadow; for
-/// each vertex 16 bytes. Keep it and use it again: its memory is reused.
+/// For each place 12 bytes, for each block of 16 another 12 and 52 for each of its clusters, of which there is mostly
+/// one; for each vertex 16 bytes. Keep it and use it again: its memory is reused.
 #[derive(Default)]
 pub struct LightGrid {
     level: SimdLevel,
-    points: Points,
+    survey: Survey,
     faces: Vec<Face>,
+    /// The face that the rest is about.
+    face: Face,
     slabs: Vec<Slab>,
-    layer: Layer,
     cells: Cells,
     blocks: Vec<Block>,
+    errors: Vec<BlockErrors>,
+    /// Which places of each block show a point of the face.
+    members: Vec<u16>,
     vertices: Vec<[f32; 4]>,
     workers: Vec<Worker>,
     huge: Vec<u32>,
-    shadowed: Vec<AtomicU8>,
+    undecided: Vec<[u32; 2]>,
+    /// For each block which points are in shadow, as far as is known.
+    shadowed: Vec<u16>,
     outliers: Vec<u32>,
     counts: LightGridCounts,
     seconds: LightGridSeconds,
@@ -127,7 +180,7 @@ impl LightGrid {
         self.counts
     }
 
-    /// How long the stages of the last [`LightGrid::locate`] and [`LightGrid::shadow`] took.
+    /// How long the stages of the last [`LightGrid::survey`] and [`LightGrid::shadow`] took.
     #[must_use]
     pub fn seconds(&self) -> LightGridSeconds {
         self.seconds
@@ -138,13 +191,15 @@ impl LightGrid {
     pub fn bytes(&self) -> usize {
         let slabs: usize = self.slabs.iter().map(Slab::bytes).sum();
         let workers: usize = self.workers.iter().map(Worker::bytes).sum();
-        self.points.bytes()
+        self.survey.bytes()
             + slabs
             + workers
             + self.cells.bytes()
             + self.blocks.capacity() * size_of::<Block>()
             + self.vertices.capacity() * size_of::<[f32; 4]>()
-            + self.shadowed.capacity()
+            + self.errors.capacity() * size_of::<BlockErrors>()
+            + (self.members.capacity() + self.shadowed.capacity()) * size_of::<u16>()
+            + self.undecided.capacity() * size_of::<[u32; 2]>()
             + (self.outliers.capacity() + self.huge.capacity()) * size_of::<u32>()
     }
 }

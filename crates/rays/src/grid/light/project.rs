@@ -4,25 +4,27 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::LightGrid;
-use super::face::Face;
+use super::face::{FACE_LIMIT, Face};
 use super::lanes::{LANES, Vectors, dot, largest, minus, narrow, splat_vector, widen};
 
 const CHUNK_VERTICES: usize = 2048;
 
 /// A vertex of a face is (X, Y, W, outcode). One that the fast test can't use has NaN for X, Y and W.
 ///
-/// The outcode has a bit for each side of the face's frustum that the vertex is certainly outside of: X above one, X
-/// below minus one, Y above one, Y below minus one, behind the light. A triangle whose vertices share a bit can't be
+/// The outcode has a bit for each side of the face's frustum, as far as [`FACE_LIMIT`], that the vertex is certainly outside of: high X,
+/// low X, high Y, low Y, behind the light. A triangle whose vertices share a bit can't be
 /// between the light and the face's points.
-pub(super) const UNUSABLE: [f32; 4] = [f32::NAN, f32::NAN, f32::NAN, 0.0];
+const UNUSABLE: [f32; 4] = [f32::NAN, f32::NAN, f32::NAN, 0.0];
 
 impl LightGrid {
-    /// Maps all vertices to the layer's face, each once.
+    /// Maps all vertices to the face, each once, and lists one after them that stands for all that don't exist.
     pub(super) fn project(&mut self, positions: &[Vec3]) {
-        let Self { vertices, layer, level, .. } = self;
-        vertices.resize(positions.len(), UNUSABLE);
-        let (face, level) = (&layer.face, level.0);
-        let chunks = vertices.par_chunks_mut(CHUNK_VERTICES).zip(positions.par_chunks(CHUNK_VERTICES));
+        let Self { vertices, face, level, .. } = self;
+        vertices.resize(positions.len() + 1, UNUSABLE);
+        vertices[positions.len()] = UNUSABLE;
+        let (face, level) = (&*face, level.0);
+        let chunks =
+            vertices[..positions.len()].par_chunks_mut(CHUNK_VERTICES).zip(positions.par_chunks(CHUNK_VERTICES));
         chunks.for_each(|(vertices, positions)| {
             dispatch!(level, simd => project(simd, face, positions, vertices));
         });
@@ -83,7 +85,7 @@ fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>) -> (Vector
     let z = if face.is_parallel { one } else { dot(v, splat_vector(simd, face.z)) };
     let norms = face.norms();
     let error = reach * ((norms.x + norms.y + norms.z) * ROUNDINGS) + z.abs() * 1e-6;
-    let limit = z + error;
+    let limit = z * FACE_LIMIT + error;
     let behind = if face.is_parallel { 0 } else { (z + error).simd_lt(constant(0.0)).to_bitmask() };
     let outside = [
         x.simd_gt(limit).to_bitmask(),

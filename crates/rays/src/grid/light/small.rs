@@ -1,10 +1,10 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, i32x16, mask32x16, u32x16};
 
-use super::block::{Block, Cells, cells_at};
-use super::face::Layer;
-use super::lanes::{LANES, splat, transpose};
-use super::project::UNUSABLE;
+use super::block::{Block, BlockErrors};
+use super::cells::{Bounds, Cells, cells_at};
+use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
+use super::lanes::{LANES, load_corner, splat};
 use crate::grid::extremes::{max3, min3};
 
 /// Triangles set up before their points are tested.
@@ -14,6 +14,32 @@ pub(super) const BATCH: usize = 64;
 const SMALL_COLUMNS: i32 = 24;
 const SMALL_ROWS: i32 = 8;
 
+const EPSILON: f32 = HALF_ULP as f32;
+
+// How wrong an edge function may be, with ε = `EPSILON`, w and h the extents of the triangle's bounds, v the most that
+// rounding moves a vertex and e the point's own error. It is (p − s) × (q − s), with p and q two corners and s the
+// point, and changes by at most v (w + h) when p or q moves and by e (w + h) when s does; both together add 2 (2 v)²
+// and 4 v e. Its own roundings: the differences, factors and products make at most eleven of w h for each of two
+// products, and the area in the third function as much. For a point outside of the bounds all of this grows in
+// proportion to how far outside it is, and so does, in a triangle whose area is certain, the least of the functions,
+// more steeply and to below zero.
+const OF_GIRTH: f32 = (2.0 * VertexErrors::MOVED * 1.1) as f32;
+const OF_BOUNDS: f32 = 24.0 * EPSILON;
+const OF_NOTHING: f32 = (8.0 * VertexErrors::MOVED * VertexErrors::MOVED) as f32;
+
+/// The nearness of three corners, each wrong by ε, weighted by at most 2, and the roundings of the point's: in relation
+/// to the largest nearness.
+const NEARNESS_ERROR: f32 = 8.0 * EPSILON;
+
+/// What triangles are set up on.
+pub(super) struct Mapped<'a> {
+    pub(super) face: &'a Face,
+    pub(super) vertex_errors: VertexErrors,
+    pub(super) cells: &'a Cells,
+    /// As [`project`](super::project) leaves them.
+    pub(super) vertices: &'a [[f32; 4]],
+}
+
 /// What setting up 16 triangles makes of them.
 pub(super) struct Survivors {
     /// Which are in the batch.
@@ -22,7 +48,7 @@ pub(super) struct Survivors {
     pub(super) large: u64,
 }
 
-/// Triangles as the fast test wants them, by field. 76 bytes each.
+/// Triangles as the fast test wants them, by field. 108 bytes each.
 ///
 /// With s the first corner and (x, y) a point in relation to it, the edge functions are E₁ = a₁ x + b₁ y and
 /// E₂ = a₂ x + b₂ y, the barycentric weights of the second and third corner times `area`, and E₀ = a₀ x + b₀ y + area.
@@ -35,14 +61,17 @@ pub(super) struct Batch {
     b: [[f32; BATCH]; 3],
     area: [f32; BATCH],
     rises: [[f32; BATCH]; 2],
-    /// Edge functions below minus this are outside.
-    outside: [f32; BATCH],
-    /// Edge functions above this are inside; infinite where the area is too uncertain.
-    inside: [f32; BATCH],
-    /// G is wrong by at most this; infinite where the area is too uncertain.
-    depth_error: [f32; BATCH],
+    /// How wrong edge functions may be: at most this, and the second times the point's own error.
+    edge_error: [[f32; BATCH]; 2],
+    /// How wrong G may be: at most this, and the second times the point's own error in X and Y, and the area times that
+    /// in W. Infinite where the area is too uncertain for any verdict.
+    depth_error: [[f32; BATCH]; 2],
+    /// Lowest and highest X, and Y, grown by the vertices' error.
+    x_range: [[f32; BATCH]; 2],
+    y_range: [[f32; BATCH]; 2],
     /// Of the nearest corner, grown by its error.
-    pub(super) nearest: [f32; BATCH],
+    nearest: [f32; BATCH],
+    /// Of the cells in which clusters begin that may overlap the triangle.
     pub(super) first_column: [i32; BATCH],
     pub(super) last_column: [i32; BATCH],
     pub(super) first_row: [i32; BATCH],
@@ -60,9 +89,10 @@ impl Default for Batch {
             b: [zero; 3],
             area: zero,
             rises: [zero; 2],
-            outside: zero,
-            inside: zero,
-            depth_error: zero,
+            edge_error: [zero; 2],
+            depth_error: [zero; 2],
+            x_range: [zero; 2],
+            y_range: [zero; 2],
             nearest: zero,
             first_column: [0; BATCH],
             last_column: [0; BATCH],
@@ -72,27 +102,30 @@ impl Default for Batch {
     }
 }
 
+#[inline(always)]
+fn store<S: Simd>(place: usize, field: &mut [f32; BATCH], value: f32x16<S>) {
+    value.store_slice(&mut field[place..place + LANES]);
+}
+
 impl Batch {
     /// Sets up up to 16 triangles at `place`, a multiple of 16.
     #[inline(always)]
     pub(super) fn set_up<S: Simd>(
         &mut self,
         simd: S,
-        layer: &Layer,
-        cells: &Cells,
-        vertices: &[[f32; 4]],
+        on: &Mapped<'_>,
         triangles: &[[u32; 3]],
         place: usize,
     ) -> Survivors {
-        let mut packed = [[UNUSABLE; LANES]; 3];
-        for (lane, triangle) in triangles.iter().enumerate() {
-            for (corner, &vertex) in triangle.iter().enumerate() {
-                packed[corner][lane] = vertices.get(vertex as usize).copied().unwrap_or(UNUSABLE);
-            }
-        }
-        let [x0, y0, w0, code0] = transpose(simd, &packed[0]);
-        let [x1, y1, w1, code1] = transpose(simd, &packed[1]);
-        let [x2, y2, w2, code2] = transpose(simd, &packed[2]);
+        let &Mapped { face, vertex_errors, cells, vertices } = on;
+        let mut padded = [[u32::MAX; 3]; LANES];
+        let all = triangles.try_into().unwrap_or_else(|_| {
+            padded[..triangles.len()].copy_from_slice(triangles);
+            &padded
+        });
+        let [x0, y0, w0, code0] = load_corner(simd, vertices, all, 0);
+        let [x1, y1, w1, code1] = load_corner(simd, vertices, all, 1);
+        let [x2, y2, w2, code2] = load_corner(simd, vertices, all, 2);
         let filled = mask32x16::from_bitmask(simd, (1_u64 << triangles.len()) - 1);
         let shared = code0.to_bits() & code1.to_bits() & code2.to_bits();
         let reaches = shared.simd_eq(u32x16::splat(simd, 0)) & filled;
@@ -107,111 +140,133 @@ impl Batch {
         let is_usable = sum.simd_eq(sum);
         let size = splat(simd, 2.0);
         let near_the_face = x_max.simd_le(size) & x_min.simd_ge(-size) & y_max.simd_le(size) & y_min.simd_ge(-size);
-        let is_even = if layer.face.is_parallel {
+        let is_even = if face.is_parallel {
             mask32x16::splat(simd, true)
         } else {
             // The predicate's bound counts on it.
             nearest.simd_le(farthest * splat(simd, 1.99))
         };
 
-        // Columns and rows are found as for points, which keeps their order.
-        let margin = splat(simd, layer.margin);
+        // Columns and rows are found as for clusters, which keeps their order.
+        let margin = splat(simd, VERTEX_MARGIN);
+        let (x_range, y_range) = ([x_min - margin, x_max + margin], [y_min - margin, y_max + margin]);
+        let reach = splat(simd, cells.reach_back());
         let scale = cells.scale();
         let (scale_x, scale_y) = (splat(simd, scale[0]), splat(simd, scale[1]));
-        let first_column = cells_at(simd, x_min - margin, scale_x, cells.columns);
-        let last_column = cells_at(simd, x_max + margin, scale_x, cells.columns);
-        let first_row = cells_at(simd, y_min - margin, scale_y, cells.rows);
-        let last_row = cells_at(simd, y_max + margin, scale_y, cells.rows);
+        let first_column = cells_at(simd, x_range[0] - reach, scale_x, cells.columns);
+        let last_column = cells_at(simd, x_range[1], scale_x, cells.columns);
+        let first_row = cells_at(simd, y_range[0] - reach, scale_y, cells.rows().len());
+        let last_row = cells_at(simd, y_range[1], scale_y, cells.rows().len());
         let is_small = (last_column - first_column).simd_lt(i32x16::splat(simd, SMALL_COLUMNS))
             & (last_row - first_row).simd_lt(i32x16::splat(simd, SMALL_ROWS));
 
-        let [per_side, per_area, constant] = layer.edge_errors;
-        let (per_side, per_area, constant) = (splat(simd, per_side), splat(simd, per_area), splat(simd, constant));
-        let [of_width, of_height, of_depth] = layer.predicate_errors;
-        let (of_width, of_height, of_depth) = (splat(simd, of_width), splat(simd, of_height), splat(simd, of_depth));
+        let [of_width, of_height, of_depth] = vertex_errors.of_predicate;
         let (ux, uy, tx, ty) = (x1 - x0, y1 - y0, x2 - x0, y2 - y0);
         let area = ux * ty - tx * uy;
         let sign = splat(simd, 1.0).copysign(area);
         let area = area * sign;
         let (width, height, depth) = (x_max - x_min, y_max - y_min, nearest - farthest);
-        let bounds_area = width * height;
-        let edge_error = (width + height) * per_side + bounds_area * per_area + constant;
-        // Where the area is less than this, points outside could seem inside, and G lose its sign.
+        let (girth, bounds_area) = (width + height, width * height);
+        let edge_error = girth * OF_GIRTH + bounds_area * OF_BOUNDS + OF_NOTHING;
+        // Where the area is less than this its sign, and so that of all else, is uncertain.
         let is_certain = area.simd_gt(edge_error * splat(simd, 4.0));
         let largest_nearness =
-            if layer.face.is_parallel { nearest.abs().max(farthest.abs()).max(splat(simd, 1.0)) } else { nearest };
-        let relative_depth = if layer.face.is_parallel { depth } else { depth / nearest };
+            if face.is_parallel { nearest.abs().max(farthest.abs()).max(splat(simd, 1.0)) } else { nearest };
+        let relative_depth = if face.is_parallel { depth } else { depth / nearest };
         let of_predicate = width * of_width + height * of_height + relative_depth * of_depth;
-        // Edge functions are wrong by `edge_error`, in each of the two products with d and in the area; nearnesses by
-        // theirs, weighted by the area; G's own 10 roundings and those of E, relative to at most 3 times area × depth.
+        let (rise1, rise2) = (w1 - w0, w2 - w0);
+        // G's slopes along X and Y.
+        let slope = (ty * rise1 - uy * rise2).abs() + (ux * rise2 - tx * rise1).abs();
         let depth_error = edge_error * depth * splat(simd, 4.0)
-            + bounds_area * largest_nearness * splat(simd, layer.nearness_error)
-            + bounds_area * depth * splat(simd, 30.0 * super::face::HALF_ULP as f32)
+            + bounds_area * largest_nearness * splat(simd, NEARNESS_ERROR)
+            + bounds_area * depth * splat(simd, 30.0 * EPSILON)
             + of_predicate * of_predicate * largest_nearness
             // Products that underflow lose their bound.
             + splat(simd, 1e-30);
+        let depth_per_error = slope * splat(simd, 1.001)
+            + (girth * (depth * 64.0 + largest_nearness * 4.0) + depth * 20.0) * splat(simd, EPSILON);
         let infinite = splat(simd, f32::INFINITY);
-
-        let store = |field: &mut [f32; BATCH], value: f32x16<S>| {
-            value.store_slice(&mut field[place..place + LANES]);
-        };
-        store(&mut self.x, x0);
-        store(&mut self.y, y0);
-        store(&mut self.nearness, w0);
-        store(&mut self.a[0], (y1 - y2) * sign);
-        store(&mut self.b[0], (x2 - x1) * sign);
-        store(&mut self.a[1], ty * sign);
-        store(&mut self.b[1], -tx * sign);
-        store(&mut self.a[2], -uy * sign);
-        store(&mut self.b[2], ux * sign);
-        store(&mut self.area, area);
-        store(&mut self.rises[0], w1 - w0);
-        store(&mut self.rises[1], w2 - w0);
-        store(&mut self.outside, edge_error);
-        store(&mut self.inside, is_certain.select(edge_error, infinite));
-        store(&mut self.depth_error, is_certain.select(depth_error, infinite));
-        let grown = nearest + nearest.abs() * splat(simd, 8.0 * layer.nearness_error);
-        store(&mut self.nearest, grown + splat(simd, 8.0 * layer.nearness_error));
+        store(place, &mut self.x, x0);
+        store(place, &mut self.y, y0);
+        store(place, &mut self.nearness, w0);
+        store(place, &mut self.a[0], (y1 - y2) * sign);
+        store(place, &mut self.b[0], (x2 - x1) * sign);
+        store(place, &mut self.a[1], ty * sign);
+        store(place, &mut self.b[1], -tx * sign);
+        store(place, &mut self.a[2], -uy * sign);
+        store(place, &mut self.b[2], ux * sign);
+        store(place, &mut self.area, area);
+        store(place, &mut self.rises[0], rise1);
+        store(place, &mut self.rises[1], rise2);
+        // With the wrong sign, a point inside has edge functions down to minus the area, which is below two errors.
+        store(place, &mut self.edge_error[0], is_certain.select(edge_error, edge_error * 4.0));
+        store(place, &mut self.edge_error[1], girth * splat(simd, 1.001) + splat(simd, 8.0 * EPSILON));
+        store(place, &mut self.depth_error[0], is_certain.select(depth_error, infinite));
+        store(place, &mut self.depth_error[1], depth_per_error);
+        store(place, &mut self.x_range[0], x_range[0]);
+        store(place, &mut self.x_range[1], x_range[1]);
+        store(place, &mut self.y_range[0], y_range[0]);
+        store(place, &mut self.y_range[1], y_range[1]);
+        let grown = nearest + nearest.abs() * splat(simd, 8.0 * NEARNESS_ERROR);
+        let grown = if face.is_parallel { grown + splat(simd, 8.0 * NEARNESS_ERROR) } else { grown };
+        store(place, &mut self.nearest, grown);
         first_column.store_slice(&mut self.first_column[place..place + LANES]);
         last_column.store_slice(&mut self.last_column[place..place + LANES]);
         first_row.store_slice(&mut self.first_row[place..place + LANES]);
         last_row.store_slice(&mut self.last_row[place..place + LANES]);
         let fast = reaches & is_usable & near_the_face & is_even & is_small;
-        let outside = is_usable
-            & (x_min.simd_gt(splat(simd, 1.0) + margin)
-                | x_max.simd_lt(splat(simd, -1.0) - margin)
-                | y_min.simd_gt(splat(simd, 1.0) + margin)
-                | y_max.simd_lt(splat(simd, -1.0) - margin));
+        let limit = splat(simd, FACE_LIMIT as f32);
+        let outside =
+            is_usable & (x_min.simd_gt(limit) | x_max.simd_lt(-limit) | y_min.simd_gt(limit) | y_max.simd_lt(-limit));
         let (fast, outside) = (fast.to_bitmask(), outside.to_bitmask());
         let reaches = reaches.to_bitmask() & !outside;
         Survivors { small: reaches & fast, large: reaches & !fast }
     }
 
-    /// Tests a triangle against a block: which of its points it shadows for certain, and about which the predicate must
-    /// be asked.
+    /// Where a triangle is.
     #[inline(always)]
-    pub(super) fn test<S: Simd>(&self, simd: S, triangle: usize, id: u32, block: &Block) -> (u64, u64) {
+    pub(super) fn bounds<S: Simd>(&self, simd: S, triangle: usize) -> Bounds<S> {
         let triangle = triangle % BATCH;
-        let of = |field: &[f32; BATCH]| splat(simd, field[triangle]);
-        let x = f32x16::simd_from(simd, block.x) - of(&self.x);
-        let y = f32x16::simd_from(simd, block.y) - of(&self.y);
-        let rise = f32x16::simd_from(simd, block.nearness) - of(&self.nearness);
-        let area = of(&self.area);
-        let e0 = of(&self.a[0]).mul_add(x, of(&self.b[0]).mul_add(y, area));
-        let e1 = of(&self.a[1]).mul_add(x, of(&self.b[1]) * y);
-        let e2 = of(&self.a[2]).mul_add(x, of(&self.b[2]) * y);
-        let least = min3([e0, e1, e2]);
-        let nearer = e1.mul_add(of(&self.rises[0]), e2.mul_add(of(&self.rises[1]), -(area * rise)));
-        let depth_error = of(&self.depth_error);
-        // Written so that NaN is undecided.
-        let possible = least.simd_ge(-of(&self.outside)) & !nearer.simd_lt(-depth_error);
-        if !possible.any_true() {
-            // Most end here, without a look at the points' own triangles, which are a cache line of their own.
-            return (0, 0);
+        Bounds {
+            x: [splat(simd, self.x_range[0][triangle]), splat(simd, self.x_range[1][triangle])],
+            y: [splat(simd, self.y_range[0][triangle]), splat(simd, self.y_range[1][triangle])],
+            nearest: splat(simd, self.nearest[triangle]),
         }
-        let others = u32x16::simd_from(simd, block.triangle).simd_ne(u32x16::splat(simd, id));
-        let certain = least.simd_gt(of(&self.inside)) & nearer.simd_gt(depth_error);
-        let (possible, certain) = ((possible & others).to_bitmask(), certain.to_bitmask());
-        (possible & certain, possible & !certain)
+    }
+
+    /// Tests a triangle against a block: which of its points it shadows for certain, and which possibly, among them all
+    /// of the former. Points on the triangle itself may be among the latter.
+    #[inline(always)]
+    pub(super) fn test<S: Simd>(
+        &self,
+        simd: S,
+        triangle: usize,
+        block: &Block,
+        error: BlockErrors,
+    ) -> (mask32x16<S>, mask32x16<S>) {
+        let triangle = triangle % BATCH;
+        let x = f32x16::simd_from(simd, block.x) - splat(simd, self.x[triangle]);
+        let y = f32x16::simd_from(simd, block.y) - splat(simd, self.y[triangle]);
+        let rise = f32x16::simd_from(simd, block.nearness) - splat(simd, self.nearness[triangle]);
+        let area = splat(simd, self.area[triangle]);
+        let e0 = splat(simd, self.a[0][triangle]).mul_add(x, splat(simd, self.b[0][triangle]).mul_add(y, area));
+        let e1 = splat(simd, self.a[1][triangle]).mul_add(x, splat(simd, self.b[1][triangle]) * y);
+        let e2 = splat(simd, self.a[2][triangle]).mul_add(x, splat(simd, self.b[2][triangle]) * y);
+        let least = min3([e0, e1, e2]);
+        let nearer = e1.mul_add(
+            splat(simd, self.rises[0][triangle]),
+            e2.mul_add(splat(simd, self.rises[1][triangle]), -(area * rise)),
+        );
+        let edge_error = splat(simd, error.place * self.edge_error[1][triangle] + self.edge_error[0][triangle]);
+        let depth_error = splat(
+            simd,
+            error.place * self.depth_error[1][triangle]
+                + error.nearness * self.area[triangle]
+                + self.depth_error[0][triangle],
+        );
+        // Written so that NaN is possible. An infinite error leaves nothing certain.
+        let possible = least.simd_ge(-edge_error) & !nearer.simd_lt(-depth_error);
+        let certain = least.simd_gt(edge_error) & nearer.simd_gt(depth_error);
+        (certain, possible)
     }
 }

@@ -1,24 +1,23 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, mask32x16, u32x16};
 use rayon::prelude::*;
 
-use super::block::{Block, Cells};
+use super::block::{Block, BlockErrors};
 use super::decide::Judge;
-use super::face::{CLASSES, Layer};
+use super::face::{Face, VertexErrors};
 use super::lanes::LANES;
 use super::large::{Plane, planes};
-use super::small::{BATCH, Batch};
+use super::queue::Queue;
+use super::small::{BATCH, Batch, Mapped};
 use super::{LightGrid, LightGridCounts, SeenImage, choose};
 use crate::LightSource;
 use crate::grid::TileOrder;
 
 /// Triangles that a thread takes at once.
 const CHUNK_TRIANGLES: usize = 512;
-
-/// Pairs of a triangle and a block that a thread collects before it tests them.
-const MOST_QUEUED: usize = 4096;
 
 /// Triangles that cover much of the face that a thread sets aside.
 const MOST_HUGE: usize = 1024;
@@ -32,13 +31,14 @@ const CHUNK_ROWS: usize = 4;
 /// What one thread has found out.
 #[derive(Default)]
 pub(super) struct Worker {
-    /// For each block which of its points are shadowed for certain, counting padding.
+    /// For each block which of its places needn't be tested any more: those in shadow, and those without a point of the
+    /// face.
     pub(super) shadowed: Vec<u16>,
-    /// Pairs of a pixel and a triangle that the fast test couldn't decide.
+    /// Pairs of a place and a triangle that the fast test couldn't decide.
     pub(super) undecided: Vec<[u32; 2]>,
     /// Triangles that cover much of the face.
     huge: Vec<u32>,
-    queue: Vec<[u32; 2]>,
+    queue: Queue,
     batch: Batch,
     pub(super) counts: LightGridCounts,
 }
@@ -46,7 +46,8 @@ pub(super) struct Worker {
 impl Worker {
     pub(super) fn bytes(&self) -> usize {
         self.shadowed.capacity() * size_of::<u16>()
-            + (self.undecided.capacity() + self.queue.capacity()) * size_of::<[u32; 2]>()
+            + self.undecided.capacity() * size_of::<[u32; 2]>()
+            + self.queue.bytes()
             + self.huge.capacity() * size_of::<u32>()
     }
 }
@@ -61,7 +62,7 @@ impl LightGrid {
     /// false only does if `casts`, given its id and the weights of its second and third corner, is true.
     ///
     /// # Panics
-    /// If [`LightGrid::locate`] wasn't called for `image`, or `lit` hasn't a word for each block.
+    /// If [`LightGrid::survey`] wasn't called for `image`, or `lit` hasn't a word for each block.
     pub fn shadow(
         &mut self,
         image: &SeenImage<'_>,
@@ -70,34 +71,30 @@ impl LightGrid {
         casts: impl Fn(u32, [f32; 2]) -> bool + Sync,
         lit: &mut [u16],
     ) {
-        let pixels = image.seen.triangle.len();
-        assert!(self.points.t.len() == pixels, "the points of another image were located");
-        let blocks = pixels / TileOrder::BLOCK_PLACES;
+        let places = image.seen.triangle.len();
+        assert!(self.survey.places == places, "another image was surveyed");
+        let blocks = places / TileOrder::BLOCK_PLACES;
         assert!(lit.len() == blocks, "{} words for {blocks} blocks of pixels", lit.len());
         self.counts = LightGridCounts::default();
-        self.seconds = super::LightGridSeconds { locate: self.seconds.locate, ..Default::default() };
-        self.clear_shadows(pixels);
+        self.seconds = super::LightGridSeconds { survey: self.seconds.survey, ..Default::default() };
+        self.shadowed.clear();
+        self.shadowed.resize(blocks, 0);
         self.outliers.clear();
         let mut faces = std::mem::take(&mut self.faces);
-        if choose::choose(light, &self.points.boxes, &mut faces).is_some() {
-            let judge = Judge { image, light, is_opaque, casts };
+        let (rays, level) = (self.survey.rays, self.level);
+        if choose::choose(light, &self.survey.tiles, &mut faces).is_some() {
+            let judge = Judge { image, rays, light, is_opaque, casts, level };
             for face in &faces {
-                for class in 0..CLASSES {
-                    self.layer = Layer::new(*face, class, &self.points);
-                    let rest = self.shadow_layer(&judge);
-                    if rest == 0 {
-                        break;
-                    }
-                }
+                self.shadow_face(*face, &judge);
             }
             self.decide_outliers(&judge);
         }
         self.faces = faces;
-        self.gather_bits(lit);
+        self.light_the_rest(image.seen, lit);
     }
 
-    /// Shadows the points of `self.layer`; how many points of the face belong to later classes.
-    fn shadow_layer<O, C>(&mut self, judge: &Judge<'_, O, C>) -> u32
+    /// Shadows the points of a face.
+    fn shadow_face<O, C>(&mut self, face: Face, judge: &Judge<'_, O, C>)
     where
         O: Fn(u32) -> bool + Sync,
         C: Fn(u32, [f32; 2]) -> bool + Sync,
@@ -108,34 +105,30 @@ impl LightGrid {
             *seconds += (now - clock).as_secs_f64();
             clock = now;
         };
-        let triangles = judge.image.triangles;
-        let class = self.layer.class;
-        let expected = self.points.boxes.iter().map(|bounds| bounds.points as usize).sum::<usize>();
-        self.cells.choose(expected, triangles.len());
-        self.map();
-        let points_of = |class: usize| self.slabs.iter().map(|slab| slab.points_of_class[class]).sum::<u32>();
-        let rest = (class + 1..CLASSES).map(points_of).sum();
-        let here = points_of(class);
-        if class == 0 {
-            self.slabs.iter().for_each(|slab| self.outliers.extend_from_slice(&slab.outliers));
-        }
+        self.face = face;
+        self.face.choose_point_error(&self.survey.rays, &self.survey.tiles);
+        let expected = self.survey.tiles.iter().filter(|tile| self.face.may_own(tile));
+        self.cells.choose(expected.map(|tile| tile.points as usize).sum());
+        self.map(judge.image);
+        self.slabs.iter().for_each(|slab| self.outliers.extend_from_slice(&slab.outliers));
+        let points: u64 = self.slabs.iter().map(|slab| u64::from(slab.points)).sum();
         lap(&mut self.seconds.map);
-        if here == 0 {
-            self.forget_points();
-            return rest;
-        }
-        self.counts.points += u64::from(here);
-        self.counts.layers += 1;
-        self.sort(&judge.image.seen.triangle);
+        self.sort();
         lap(&mut self.seconds.sort);
-        self.project(triangles.positions);
+        if points == 0 {
+            return;
+        }
+        self.counts.points += points;
+        self.counts.refined += self.slabs.iter().map(|slab| u64::from(slab.refined)).sum::<u64>();
+        self.counts.clusters += self.cells.rows().iter().map(|row| row.len() as u64).sum::<u64>();
+        self.counts.faces += 1;
+        self.project(judge.image.triangles.positions);
         lap(&mut self.seconds.project);
         self.test_triangles(judge);
         lap(&mut self.seconds.trace);
-        self.merge_shadows();
         self.decide(judge);
+        self.merge_shadows();
         lap(&mut self.seconds.decide);
-        rest
     }
 
     /// Tests every triangle against the blocks that it covers.
@@ -144,19 +137,20 @@ impl LightGrid {
         O: Fn(u32) -> bool + Sync,
         C: Fn(u32, [f32; 2]) -> bool + Sync,
     {
-        let Self { layer, cells, blocks, vertices, workers, huge, shadowed, level, .. } = self;
+        let Self { face, cells, blocks, errors, members, vertices, workers, huge, level, .. } = self;
         let level = level.0;
-        let tester = Tester { layer, cells, blocks, vertices, shadowed, judge };
+        let vertex_errors = VertexErrors::new(face);
+        let mapped = Mapped { face, vertex_errors, cells, vertices };
+        let tester = Tester { mapped, blocks, errors, judge };
         workers.resize_with(rayon::current_num_threads(), Worker::default);
         let next = AtomicUsize::new(0);
         workers.par_iter_mut().for_each(|worker| {
             worker.shadowed.clear();
-            worker.shadowed.extend_from_slice(&cells.padding);
+            worker.shadowed.extend(members.iter().map(|members| !members));
             worker.undecided.clear();
             worker.huge.clear();
             worker.undecided.reserve_exact(MOST_UNDECIDED + LANES);
             worker.huge.reserve_exact(MOST_HUGE);
-            worker.queue.reserve_exact(MOST_QUEUED);
             worker.counts = LightGridCounts::default();
             loop {
                 let first = next.fetch_add(CHUNK_TRIANGLES, Ordering::Relaxed);
@@ -173,10 +167,10 @@ impl LightGrid {
             workers.par_iter_mut().for_each(|worker| {
                 loop {
                     let first = next.fetch_add(CHUNK_ROWS, Ordering::Relaxed);
-                    if first >= cells.rows {
+                    if first >= cells.rows().len() {
                         break;
                     }
-                    let rows = first..(first + CHUNK_ROWS).min(cells.rows);
+                    let rows = first..(first + CHUNK_ROWS).min(cells.rows().len());
                     dispatch!(level, simd => tester.test_huge(simd, worker, huge, rows));
                 }
             });
@@ -184,8 +178,10 @@ impl LightGrid {
         for worker in workers {
             self.counts.small_triangles += worker.counts.small_triangles;
             self.counts.large_triangles += worker.counts.large_triangles;
+            self.counts.cluster_tests += worker.counts.cluster_tests;
             self.counts.block_tests += worker.counts.block_tests;
             self.counts.undecided += worker.counts.undecided;
+            self.counts.asked += worker.counts.asked;
             self.counts.masked += worker.counts.masked;
         }
     }
@@ -193,11 +189,9 @@ impl LightGrid {
 
 /// What testing a triangle needs to know.
 struct Tester<'a, O, C> {
-    layer: &'a Layer,
-    cells: &'a Cells,
+    mapped: Mapped<'a>,
     blocks: &'a [Block],
-    vertices: &'a [[f32; 4]],
-    shadowed: &'a [std::sync::atomic::AtomicU8],
+    errors: &'a [BlockErrors],
     judge: &'a Judge<'a, O, C>,
 }
 
@@ -211,18 +205,16 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
             let (mut small, mut large) = (0, 0);
             for (group, triangles) in triangles.chunks(LANES).enumerate() {
                 let place = group * LANES;
-                let survivors = worker.batch.set_up(simd, self.layer, self.cells, self.vertices, triangles, place);
+                let survivors = worker.batch.set_up(simd, &self.mapped, triangles, place);
                 small |= survivors.small << place;
                 large |= survivors.large << place;
             }
             worker.counts.small_triangles += u64::from(small.count_ones());
-            worker.queue.clear();
             while small != 0 {
                 self.enqueue(simd, worker, first, small.trailing_zeros() as usize);
                 small &= small - 1;
             }
             self.flush(simd, worker, first);
-            worker.queue.clear();
             while large != 0 {
                 self.test_large(simd, worker, (first + large.trailing_zeros() as usize) as u32);
                 large &= large - 1;
@@ -234,42 +226,54 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
     #[inline(always)]
     fn enqueue<S: Simd>(&self, simd: S, worker: &mut Worker, first_id: usize, triangle: usize) {
         let place = triangle % BATCH;
-        let nearest = worker.batch.nearest[place];
+        let bounds = worker.batch.bounds(simd, place);
         let (low, high) = (worker.batch.first_column[place] as usize, worker.batch.last_column[place] as usize + 1);
         for row in worker.batch.first_row[place]..=worker.batch.last_row[place] {
-            let row = row as usize * self.cells.columns;
-            let (first, end) = (self.cells.ends[row + low] as usize, self.cells.ends[row + high] as usize);
-            if first >= end {
-                continue;
-            }
-            let first = first / LANES;
-            for (place, &farthest) in self.cells.farthest[first..end.div_ceil(LANES)].iter().enumerate() {
-                if farthest < nearest {
-                    if worker.queue.len() == MOST_QUEUED {
-                        self.flush(simd, worker, first_id);
-                        worker.queue.clear();
-                    }
-                    worker.queue.push([(first + place) as u32, triangle as u32]);
+            let row = &self.mapped.cells.rows()[row as usize];
+            let (first, end) = (row.ends[low] as usize, row.ends[high] as usize);
+            let mut first = first;
+            while first < end {
+                // What is beyond the end begins too far right to overlap.
+                let overlapping = row.overlap(simd, first, &bounds);
+                worker.counts.cluster_tests += 1;
+                if worker.queue.is_full() {
+                    self.flush_apart(simd, worker, first_id);
                 }
+                worker.queue.add(simd, triangle as u32, row, first, overlapping);
+                first += LANES;
             }
         }
     }
 
-    /// Tests what is listed; `first` is the id of the batch's first triangle.
+    /// [`flush`](Self::flush), out of the way of the loop that seldom needs it.
+    #[cold]
+    #[inline(never)]
+    fn flush_apart<S: Simd>(&self, simd: S, worker: &mut Worker, first_id: usize) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.flush(simd, worker, first_id),
+        );
+    }
+
+    /// Tests what is listed, and empties the list; `first` is the id of the batch's first triangle.
     #[inline(always)]
     fn flush<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
-        worker.counts.block_tests += worker.queue.len() as u64;
-        for place in 0..worker.queue.len() {
-            let [block, triangle] = worker.queue[place];
-            let known = worker.shadowed[block as usize];
-            if known == u16::MAX {
+        let Worker { batch, queue, shadowed, undecided, counts, .. } = worker;
+        counts.block_tests += queue.pairs().len() as u64;
+        for (block, triangle) in queue.pairs() {
+            if shadowed[block] == u16::MAX {
                 continue;
             }
-            let id = first as u32 + triangle;
-            let (certain, possible) = worker.batch.test(simd, triangle as usize, id, &self.blocks[block as usize]);
-            if certain | possible != 0 {
-                self.note(worker, block as usize, id, certain, possible);
+            let (certain, possible) = batch.test(simd, triangle, &self.blocks[block], self.errors[block]);
+            if possible.any_true() {
+                let id = (first + triangle) as u32;
+                self.note(simd, &mut shadowed[block], undecided, counts, block, id, certain, possible);
             }
+        }
+        queue.clear();
+        if undecided.len() >= MOST_UNDECIDED {
+            counts.asked += self.judge.decide(undecided, shadowed);
+            undecided.clear();
         }
     }
 
@@ -277,21 +281,21 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
     #[inline(always)]
     fn test_large<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32) {
         let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { return };
-        let planes = planes(self.layer, corners);
+        let planes = planes(self.mapped.face, corners);
         if planes.iter().flatten().any(|plane| self.is_huge(plane)) && worker.huge.len() < MOST_HUGE {
             worker.huge.push(id);
             return;
         }
         for plane in planes.iter().flatten() {
             worker.counts.large_triangles += 1;
-            for row in plane.rows(self.cells) {
+            for row in plane.rows(self.mapped.cells) {
                 self.test_row(simd, worker, plane, id, row);
             }
         }
     }
 
     fn is_huge(&self, plane: &Plane) -> bool {
-        plane.cells(self.cells) * 16 > self.cells.columns * self.cells.rows
+        plane.cells(self.mapped.cells) * 16 > self.mapped.cells.columns * self.mapped.cells.rows().len()
     }
 
     /// Tests triangles that cover much of the face against the points in `rows`.
@@ -299,9 +303,9 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
     fn test_huge<S: Simd>(&self, simd: S, worker: &mut Worker, huge: &[u32], rows: std::ops::Range<usize>) {
         for &id in huge {
             let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { continue };
-            for plane in planes(self.layer, corners).iter().flatten() {
+            for plane in planes(self.mapped.face, corners).iter().flatten() {
                 worker.counts.large_triangles += u64::from(rows.start == 0);
-                let covered = plane.rows(self.cells);
+                let covered = plane.rows(self.mapped.cells);
                 for row in rows.start.max(*covered.start())..rows.end.min(covered.end() + 1) {
                     self.test_row(simd, worker, plane, id, row);
                 }
@@ -311,44 +315,61 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
 
     #[inline(always)]
     fn test_row<S: Simd>(&self, simd: S, worker: &mut Worker, plane: &Plane, id: u32, row: usize) {
-        let Some((columns, nearest)) = plane.span(self.layer, self.cells, row) else { return };
-        let row = row * self.cells.columns;
-        let first = self.cells.ends[row + columns.start()] as usize;
-        let end = self.cells.ends[row + columns.end() + 1] as usize;
-        if first >= end {
-            return;
+        let Some((columns, bounds)) = plane.span(simd, self.mapped.cells, row) else { return };
+        let row = &self.mapped.cells.rows()[row];
+        let (first, end) = (row.ends[columns.start] as usize, row.ends[columns.end] as usize);
+        let Worker { shadowed, undecided, counts, .. } = worker;
+        for first in (first..end).step_by(LANES) {
+            let mut overlapping = row.overlap(simd, first, &bounds).to_bitmask();
+            counts.cluster_tests += 1;
+            while overlapping != 0 {
+                let block = row.block[first + overlapping.trailing_zeros() as usize] as usize;
+                overlapping &= overlapping - 1;
+                if shadowed[block] == u16::MAX {
+                    continue;
+                }
+                counts.block_tests += 1;
+                let (certain, possible) = plane.test(simd, &self.blocks[block], self.errors[block]);
+                if possible.any_true() {
+                    self.note(simd, &mut shadowed[block], undecided, counts, block, id, certain, possible);
+                }
+            }
         }
-        for block in first / LANES..end.div_ceil(LANES) {
-            // Written so that NaN is tested.
-            if self.cells.farthest[block] > nearest || worker.shadowed[block] == u16::MAX {
-                continue;
-            }
-            worker.counts.block_tests += 1;
-            let (certain, possible) = plane.test(simd, id, &self.blocks[block]);
-            if certain | possible != 0 {
-                self.note(worker, block, id, certain, possible);
-            }
+        if undecided.len() >= MOST_UNDECIDED {
+            counts.asked += self.judge.decide(undecided, shadowed);
+            undecided.clear();
         }
     }
 
-    /// Notes which points of a block a triangle shadows for certain or possibly.
-    #[inline]
-    fn note(&self, worker: &mut Worker, block: usize, id: u32, certain: u64, possible: u64) {
-        let known = u64::from(worker.shadowed[block]);
-        let (mut certain, mut possible) = (certain & !known, possible & !known);
-        worker.counts.undecided += u64::from(possible.count_ones());
+    /// Notes which points of a block a triangle certainly shadows, of those that it possibly does.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "they are parts of a worker that is borrowed in parts")]
+    fn note<S: Simd>(
+        &self,
+        simd: S,
+        shadowed: &mut u16,
+        undecided: &mut Vec<[u32; 2]>,
+        counts: &mut LightGridCounts,
+        block: usize,
+        id: u32,
+        certain: mask32x16<S>,
+        possible: mask32x16<S>,
+    ) {
+        // Only now, since they are in a cache line of their own.
+        let own = u32x16::from_slice(simd, &self.judge.image.seen.triangle[block * LANES..(block + 1) * LANES]);
+        let others = own.simd_ne(u32x16::splat(simd, id)).to_bitmask() as u16 & !*shadowed;
+        let mut certain = certain.to_bitmask() as u16 & others;
+        let mut open = possible.to_bitmask() as u16 & others & !certain;
+        counts.undecided += u64::from(open.count_ones());
         if certain != 0 && !(self.judge.is_opaque)(id) {
-            worker.counts.masked += u64::from(certain.count_ones());
-            (certain, possible) = (0, certain | possible);
+            counts.masked += u64::from(certain.count_ones());
+            (certain, open) = (0, certain | open);
         }
-        worker.shadowed[block] |= certain as u16;
-        while possible != 0 {
-            let lane = possible.trailing_zeros() as usize;
-            possible &= possible - 1;
-            worker.undecided.push([self.blocks[block].pixel[lane], id]);
-        }
-        if worker.undecided.len() >= MOST_UNDECIDED {
-            self.judge.decide(&mut worker.undecided, self.shadowed);
+        *shadowed |= certain;
+        while open != 0 {
+            let lane = open.trailing_zeros() as usize;
+            open &= open - 1;
+            undecided.push([(block * LANES + lane) as u32, id]);
         }
     }
 }

@@ -1,58 +1,49 @@
 use super::LightGrid;
-use super::block::Block;
+use super::cells::cell_at;
 use super::lanes::LANES;
 
 impl LightGrid {
-    /// Checks the cells of the last layer that was built.
+    /// Checks the cells of the last face that was built.
     ///
     /// # Errors
-    /// Names the first point or cell that breaks a rule: every mapped point is in exactly one place, in the cell that
-    /// holds its coordinates; every block knows its farthest point and its padding; counts add up.
+    /// Names the first point or cluster that breaks a rule: every point is in a cluster of its block, which knows its
+    /// bounds and its farthest point, isn't too large and is in the cell that its bounds begin in; counts add up.
     pub fn validate(&self) -> Result<(), String> {
         let cells = &self.cells;
-        let seen = self.points.t.iter().filter(|t| !t.is_nan()).count() as u64;
-        let counted = self.counts.points + self.counts.outliers;
-        if self.counts.layers > 0 && seen != counted {
-            return Err(format!("{counted} of {seen} points were tested"));
-        }
-        if self.blocks.len() != cells.farthest.len() || self.blocks.len() != cells.padding.len() {
-            return Err("blocks were lost".into());
-        }
-        let mut found = vec![false; self.points.t.len()];
         let [scale_x, scale_y] = cells.scale();
-        for (cell, ends) in cells.ends.windows(2).enumerate() {
-            let (first, end) = (ends[0] as usize, ends[1] as usize);
-            if first > end || end > self.blocks.len() * LANES {
-                return Err(format!("cell {cell} holds points {first} to {end}"));
-            }
-            for place in first..end {
-                let (block, lane) = (&self.blocks[place / LANES], place % LANES);
-                let pixel = block.pixel[lane];
-                let is_padding = cells.padding[place / LANES] >> lane & 1 == 1;
-                if is_padding != (pixel == Block::PADDING) {
-                    return Err(format!("point {place} is half padding"));
-                }
-                if is_padding {
-                    continue;
-                }
-                let column = ((block.x[lane] * scale_x + scale_x) as usize).min(cells.columns - 1);
-                let row = ((block.y[lane] * scale_y + scale_y) as usize).min(cells.rows - 1);
-                if row * cells.columns + column != cell {
-                    return Err(format!("the point of pixel {pixel} is in cell {cell} but not of it"));
-                }
-                if cells.farthest[place / LANES] > block.nearness[lane] || block.nearness[lane].is_nan() {
-                    return Err(format!("the point of pixel {pixel} is farther than its block's farthest"));
-                }
-                let known = found.get_mut(pixel as usize).ok_or_else(|| format!("there is no pixel {pixel}"))?;
-                if std::mem::replace(known, true) {
-                    return Err(format!("the point of pixel {pixel} is in two places"));
+        let mut clustered = vec![0_u16; self.members.len()];
+        for (place, row) in cells.rows().iter().enumerate() {
+            for (column, ends) in row.ends.windows(2).enumerate() {
+                for cluster in ends[0] as usize..ends[1] as usize {
+                    let (x, y) = (row.x.each_ref().map(|x| x[cluster]), row.y.each_ref().map(|y| y[cluster]));
+                    let name = format!("cluster {cluster} of row {place}");
+                    if cell_at(x[0], scale_x, cells.columns) != column
+                        || cell_at(y[0], scale_y, cells.rows().len()) != place
+                    {
+                        return Err(format!("{name} is in a cell that it doesn't begin in"));
+                    }
+                    let size = cells.reach_back();
+                    if x[1] - x[0] > size || y[1] - y[0] > size {
+                        return Err(format!("{name} is larger than triangles look for"));
+                    }
+                    let block = row.block[cluster] as usize;
+                    let points = self.blocks.get(block).ok_or_else(|| format!("{name} has no block"))?;
+                    let error = self.errors[block];
+                    for lane in 0..LANES {
+                        let inside =
+                            |at: f32, [low, high]: [f32; 2]| low <= at - error.place && at + error.place <= high;
+                        let is_inside = inside(points.x[lane], x)
+                            && inside(points.y[lane], y)
+                            && row.farthest[cluster] <= points.nearness[lane] - error.nearness;
+                        clustered[block] |= u16::from(is_inside) << lane;
+                    }
                 }
             }
         }
-        let listed = found.iter().filter(|&&found| found).count();
-        let mapped: usize = self.slabs.iter().flat_map(|slab| &slab.bands[..cells.bands()]).map(Vec::len).sum();
-        if self.counts.layers > 0 && listed != mapped {
-            return Err(format!("{listed} of {mapped} mapped points are in cells"));
+        for (block, (members, clustered)) in self.members.iter().zip(&clustered).enumerate() {
+            if members & !clustered != 0 {
+                return Err(format!("points {:016b} of block {block} are in no cluster", members & !clustered));
+            }
         }
         Ok(())
     }

@@ -1,5 +1,5 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x4, f32x16};
+use fearless_simd::{Simd, f32x4, f32x16, f64x8};
 
 use super::pixel_space::{HALF_ULP, Vertex};
 use crate::grid::extremes::{max3, min3};
@@ -117,11 +117,11 @@ impl<S: Simd> Setup<S> {
     /// With m the largest coordinate, w and h the sides of the bounds and ε half an ulp, an edge function is wrong
     /// - by 2 δ (w + h + 2 · overhang) + 2 δ² for the corners: E = (p − s) × (q − s), and each difference is no longer
     ///   than the bounds and the overhang;
-    /// - by 4 ε (samples · (w + h) + 2 m²) for its own rounding in the form a·x + (b·y + c): four roundings in each of
-    ///   a·x, b·y and the products of c.
+    /// - by 5 ε (samples + m) (w + h) for its own rounding in the form a·x + (b·y − (a·p + b·q)): five roundings at
+    ///   most on each path, where |a| ≤ h and |b| ≤ w.
     ///
-    /// The area is wrong by at most 4 δ (w + h) + 8 δ² + 8 ε w h, which is less than four times that, since w and h are
-    /// at most 2 m.
+    /// The area is wrong by at most 4 δ (w + h) + 8 δ² for the corners and 6 ε w h for rounding, which is less than four
+    /// times that, since w h ≤ m (w + h).
     #[inline(always)]
     pub(super) fn new(
         simd: S,
@@ -132,12 +132,12 @@ impl<S: Simd> Setup<S> {
         samples: f32,
         overhang: f32,
     ) -> Self {
-        let size = max3(x) - min3(x) + (max3(y) - min3(y));
-        let largest = largest(x, y);
+        let (width, height) = (max3(x) - min3(x), max3(y) - min3(y));
+        let size = width + height;
         let corners = error * (size + splat(simd, 2.0 * overhang) + error) * splat(simd, 2.0);
-        let rounding = size * splat(simd, samples) + largest * largest * splat(simd, 2.0);
+        let rounding = size * (largest(x, y) + splat(simd, samples)) * splat(simd, 5.0 * HALF_ULP);
         // The last factor covers the bound's own rounding.
-        let bound = (corners + rounding * splat(simd, 4.0 * HALF_ULP)) * splat(simd, 1.001);
+        let bound = (corners + rounding) * splat(simd, 1.001);
 
         let (ab_x, ab_y, ac_x, ac_y) = (x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]);
         let area = ab_x * ac_y - ac_x * ab_y;
@@ -155,21 +155,29 @@ impl<S: Simd> Setup<S> {
             |(p, q)| (x[q] - x[p]) * sign,
         );
         let c = each(
-            edges,
+            [0, 1, 2],
             #[inline(always)]
-            |(p, q)| (x[p] * y[q] - x[q] * y[p]) * sign,
+            |edge: usize| -(a[edge] * x[edges[edge].0] + b[edge] * y[edges[edge].0]),
         );
 
-        // A barycentric coordinate is wrong by (1 + 4 |λ|) bound / (area − 4 bound). Where the area is at least 8 ×
-        // the bound, and |λ| at most 1 + 1/8, that's less than 12 bound / area. Corners' inverse depths are wrong by
-        // 1.01 ε; the difference, reciprocal and two products have 4 roundings relative to each difference, and the
-        // two sums and the bounds themselves one each relative to the result.
+        // Where the area is at least 8 × the bound, the depth at a sample inside the triangle is wrong
+        // - by δ |∇z|₁ for the corners: in the plane through displaced corners, the sample's barycentric coordinates
+        //   belong to a place displaced by no more than they are;
+        // - by the edge functions' rounding and the area's over the area, times the rise of the depth;
+        // - by five more roundings relative to the rise: the difference, reciprocal, two products and a sum;
+        // - by one rounding of the result and 1.01 ε for the corners' own inverse depths.
+        // Factors above one cover 1 / (1 − 1/8), for the area in the denominators, and barycentric coordinates up to
+        // 1/8 outside of their range, for the displaced corners.
         let inverse_area = splat(simd, 1.0) / area;
         let rises = [inverse_depth[1] - inverse_depth[0], inverse_depth[2] - inverse_depth[0]];
         let rise = rises[0].abs() + rises[1].abs();
         let nearest = max3(inverse_depth);
-        let of_barycentric = bound * inverse_area * splat(simd, 12.5) + splat(simd, 8.0 * HALF_ULP);
-        let depth_error = (nearest * splat(simd, 8.0 * HALF_ULP) + rise * of_barycentric) * splat(simd, 1.001);
+        let of_rise = (rounding * splat(simd, 1.2) + width * height * splat(simd, 10.5 * HALF_ULP)) * inverse_area
+            + splat(simd, 8.0 * HALF_ULP);
+        let gradient =
+            (rises[0].abs() * (a[1].abs() + b[1].abs()) + rises[1].abs() * (a[2].abs() + b[2].abs())) * inverse_area;
+        let depth_error = nearest * splat(simd, 8.0 * HALF_ULP) + rise * of_rise + gradient * error * splat(simd, 1.2);
+        let depth_error = depth_error * splat(simd, 1.001);
         Self { a, b, c, bound, area, slopes: [rises[0] * inverse_area, rises[1] * inverse_area], depth_error, nearest }
     }
 
@@ -187,5 +195,78 @@ impl<S: Simd> Setup<S> {
             #[inline(always)]
             |edge| self.a[edge] * x + (self.b[edge] * y + self.c[edge]),
         )
+    }
+}
+
+/// One over the depth of 16 triangles as a linear function of the place in a tile, whose middle is the origin.
+pub(super) struct DepthPlane<S: Simd> {
+    /// What it changes by to the right and downwards, a pixel.
+    pub(super) gradient: [f32x16<S>; 2],
+    /// Its value in the middle of the tile.
+    pub(super) middle: f32x16<S>,
+    /// How wrong it may be at a sample inside both the tile and the triangle.
+    pub(super) error: f32x16<S>,
+}
+
+impl<S: Simd> DepthPlane<S> {
+    /// The planes of triangles whose corners, in pixel space, are wrong by at most `error`, for the tile with its middle
+    /// at `origin` and its samples at most `samples` from there along each axis. They hold where
+    /// [`Setup::is_certain`].
+    ///
+    /// The plane is found in f64: in f32 a corner far from the tile would take most of the digits. With ε half an ulp
+    /// of an f32, δ the error of the corners and M the largest value in the tile, it is wrong
+    /// - by δ |∇z|₁ for the corners: in the plane through displaced corners, the sample's barycentric coordinates
+    ///   belong to a place displaced by no more than they are; 1.2 covers an area that is wrong by 1/8;
+    /// - by 1.01 ε M for the corners' own inverse depths, whose weights at a sample inside are not below zero;
+    /// - by 4 ε M for rounding the plane to f32 and three roundings when it is evaluated;
+    /// - by 20 · 2⁻⁵³ w h / area < 2⁻³⁰ relative to the rise for roundings in f64, since certain areas are at least
+    ///   40 ε w h;
+    /// - by ε M when the error is taken from it or added to it. The seventh ε is for the bound's own rounding.
+    #[inline(always)]
+    pub(super) fn new(simd: S, corners: &Corners<S>, error: f32x16<S>, origin: [f32; 2], samples: f32) -> Self {
+        let halves = |values: [f32x16<S>; 3]| {
+            let [a, b, c] = each(
+                values,
+                #[inline(always)]
+                |values| simd.widen_f32x16(values),
+            );
+            [[a.0, b.0, c.0], [a.1, b.1, c.1]]
+        };
+        let (x, y, inverse_depth) = (halves(corners.x), halves(corners.y), halves(corners.inverse_depth));
+        let first = Self::half(simd, x[0], y[0], inverse_depth[0], origin);
+        let second = Self::half(simd, x[1], y[1], inverse_depth[1], origin);
+        let [right, down, middle] = each(
+            [0, 1, 2],
+            #[inline(always)]
+            |part: usize| simd.narrow_f64x8(first[part], second[part]),
+        );
+        let [a, b, c] = corners.inverse_depth;
+        let rise = (b - a).abs() + (c - a).abs();
+        let slope = right.abs() + down.abs();
+        let largest = middle.abs() + slope * splat(simd, samples);
+        let error = slope * error * splat(simd, 1.2)
+            + largest * splat(simd, 7.0 * HALF_ULP)
+            + rise * splat(simd, 1.0 / (1 << 30) as f32);
+        Self { gradient: [right, down], middle, error: error * splat(simd, 1.001) }
+    }
+
+    /// Slopes to the right and downwards, and the value at `origin`, of eight planes.
+    #[inline(always)]
+    fn half(
+        simd: S,
+        x: [f64x8<S>; 3],
+        y: [f64x8<S>; 3],
+        inverse_depth: [f64x8<S>; 3],
+        origin: [f32; 2],
+    ) -> [f64x8<S>; 3] {
+        let (ab_x, ab_y, ac_x, ac_y) = (x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]);
+        let inverse_area = f64x8::splat(simd, 1.0) / (ab_x * ac_y - ac_x * ab_y);
+        let rises = [inverse_depth[1] - inverse_depth[0], inverse_depth[2] - inverse_depth[0]];
+        let right = (rises[0] * ac_y - rises[1] * ab_y) * inverse_area;
+        let down = (rises[1] * ab_x - rises[0] * ac_x) * inverse_area;
+        let [origin_x, origin_y] = origin.map(f64::from);
+        let across = f64x8::splat(simd, origin_x) - x[0];
+        let along = f64x8::splat(simd, origin_y) - y[0];
+        [right, down, inverse_depth[0] + (right * across + down * along)]
     }
 }

@@ -9,6 +9,7 @@ mod bins;
 mod build;
 mod general;
 mod lanes;
+mod listed;
 mod pixel_space;
 mod tile;
 mod trace;
@@ -21,6 +22,7 @@ use crate::{Hit, Omitted, Triangles};
 
 use super::{SeenPixels, SimdLevel, TileOrder};
 use bins::{Bin, Bins, bytes_of};
+pub use listed::{Cells, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds};
 use pixel_space::{PixelSpace, Vertex};
 use tile::Tile;
 
@@ -59,6 +61,23 @@ pub struct GridCounts {
     pub undecided: u64,
     /// Those of them that were handed to the predicate, since nothing nearer was found.
     pub referred: u64,
+    /// Samples whose depth the predicate gave, since the filter's wasn't exact enough.
+    pub refined: u64,
+}
+
+impl GridCounts {
+    /// Each count with its name.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, u64); 5] {
+        let Self { fragments, listed, undecided, referred, refined } = *self;
+        [
+            ("fragments", fragments),
+            ("listed", listed),
+            ("undecided", undecided),
+            ("referred", referred),
+            ("refined", refined),
+        ]
+    }
 }
 
 /// An image with a side that is too long for the grid.

@@ -159,8 +159,8 @@ impl PixelSpace {
         let (point, _) = self.camera_point(position);
         let inverse_depth = 1.0 / point.z;
         let (x, y) = (point.x * inverse_depth, point.y * inverse_depth);
-        // Far from where 1/z or what is derived from it leaves the range of an f32.
-        const RANGE: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
+        // Far from where 1/z or its slopes, 10¹² times as large at most, leave the range of an f32.
+        const RANGE: std::ops::RangeInclusive<f64> = 1e-24..=1e24;
         let ordinary = (x.abs() <= self.guard) & (y.abs() <= self.guard);
         let ordinary = ordinary & (inverse_depth >= *RANGE.start()) & (inverse_depth <= *RANGE.end());
         let x = x * self.scale + self.axis_pixels.x;

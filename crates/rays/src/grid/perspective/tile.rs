@@ -4,7 +4,7 @@ use fearless_simd::{f32x16, f64x8, i32x16, mask32x16, u32x16};
 
 use super::bins::{Bins, Fragment};
 use super::general::{Depth, General, Square};
-use super::lanes::{LANES, Setup, each, splat};
+use super::lanes::{DepthPlane, LANES, Setup, each, splat};
 use super::pixel_space::HALF_ULP;
 use crate::grid::SeenPixels;
 use crate::grid::extremes::{max3, min3};
@@ -66,8 +66,10 @@ pub(super) struct Batch {
     b: [[f32; LANES]; 3],
     c: [[f32; LANES]; 3],
     bound: [f32; LANES],
+    /// One over the depth in the middle of the tile.
     inverse_depth: [f32; LANES],
-    slopes: [[f32; LANES]; 2],
+    /// What it changes by to the right and downwards, a pixel.
+    gradient: [[f32; LANES]; 2],
     depth_error: [f32; LANES],
     /// Upper bound of one over the depth.
     nearest: [f32; LANES],
@@ -80,7 +82,7 @@ impl Batch {
     /// Takes over 16 triangles, but for their ids and blocks. Where the orientation isn't `certain`, all that is known
     /// of the depth is that the nearest corner's is the nearest.
     #[inline(always)]
-    pub(super) fn fill<S: Simd>(&mut self, simd: S, setup: &Setup<S>, inverse_depth: f32x16<S>, certain: mask32x16<S>) {
+    pub(super) fn fill<S: Simd>(&mut self, simd: S, setup: &Setup<S>, plane: &DepthPlane<S>, certain: mask32x16<S>) {
         let zero = splat(simd, 0.0);
         let nearest = setup.nearest * splat(simd, 1.0 + 4.0 * HALF_ULP);
         for edge in 0..3 {
@@ -90,10 +92,10 @@ impl Batch {
         }
         setup.bound.store_slice(&mut self.bound);
         nearest.store_slice(&mut self.nearest);
-        certain.select(inverse_depth, zero).store_slice(&mut self.inverse_depth);
-        certain.select(setup.slopes[0], zero).store_slice(&mut self.slopes[0]);
-        certain.select(setup.slopes[1], zero).store_slice(&mut self.slopes[1]);
-        certain.select(setup.depth_error, nearest).store_slice(&mut self.depth_error);
+        certain.select(plane.middle, zero).store_slice(&mut self.inverse_depth);
+        certain.select(plane.gradient[0], zero).store_slice(&mut self.gradient[0]);
+        certain.select(plane.gradient[1], zero).store_slice(&mut self.gradient[1]);
+        certain.select(plane.error, nearest).store_slice(&mut self.depth_error);
     }
 
     /// The edge functions of the triangle in `lane` at 16 places.
@@ -202,7 +204,7 @@ impl Tile {
         let y = f32x16::simd_from(simd, ROWS) + splat(simd, (4 * (block / BLOCKS) as i32 - HALF) as f32);
         let edges = batch.edges(simd, lane, x, y);
         let (lowest, bound) = (min3(edges), at(&batch.bound));
-        let depth = at(&batch.inverse_depth) + (edges[1] * at(&batch.slopes[0]) + edges[2] * at(&batch.slopes[1]));
+        let depth = at(&batch.inverse_depth) + (x * at(&batch.gradient[0]) + y * at(&batch.gradient[1]));
         let error = at(&batch.depth_error);
         let (low, high) = (depth - error, depth + error);
 
@@ -334,7 +336,7 @@ impl Depth {
     /// Bounds of one over the depth, given the value of its plane at a sample; `None` where the depth is certainly
     /// below zero.
     #[inline(always)]
-    fn inverse_bounds(&self, value: f64) -> Option<(f32, f32)> {
+    pub(super) fn inverse_bounds(&self, value: f64) -> Option<(f32, f32)> {
         let (low, high) = match *self {
             Self::Inverse { error, .. } if value.is_finite() => (value - error, value + error),
             Self::Direct { error, .. } if value > error => (1.0 / (value + error), 1.0 / (value - error)),

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::bins::Bin;
 use super::general::{General, Square};
-use super::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
+use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::tile::{BLOCKS, Batch, Doubt, HALF, SAMPLES, Tile, block_range};
 use super::{GridCounts, PerspectiveGrid};
@@ -43,7 +43,7 @@ impl PerspectiveGrid {
             let mut tile = grid.scratch[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
             let (space, vertices, tally) = (&space, &grid.vertices, GridCounts::default());
-            let mut trace = TileTrace { space, triangles, vertices, counts: &counts, corner, tile: &mut **tile, tally };
+            let mut trace = TileTrace { space, triangles, vertices, counts: &counts, corner, tile: &mut tile, tally };
             let bins = grid.ranges.iter().map(|range| &range.bins[index]);
             dispatch!(grid.level.0, simd => trace.run(simd, bins.clone()));
             trace.write(triangle, inverse_depth);
@@ -60,6 +60,7 @@ impl GridCounts {
             listed: self.listed + other.listed,
             undecided: self.undecided + other.undecided,
             referred: self.referred + other.referred,
+            refined: self.refined + other.refined,
         }
     }
 }
@@ -133,8 +134,9 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
             |y| y - splat(simd, origin.y as f32),
         );
         // Half an ulp for the corner, one for the move to the tile's middle.
-        let error = (largest(corners.x, corners.y) + largest(x, y)) * splat(simd, 1.01 * HALF_ULP)
-            + splat(simd, 1.01 * Vertex::ERROR_PIXELS);
+        let corner_error =
+            largest(corners.x, corners.y) * splat(simd, 1.01 * HALF_ULP) + splat(simd, 1.01 * Vertex::ERROR_PIXELS);
+        let error = corner_error + largest(x, y) * splat(simd, 1.01 * HALF_ULP);
         // The same again for the sums of coordinates and their errors.
         let (columns, rows) = (sample_range(x, error + error), sample_range(y, error + error));
         let (width, height) = self.space.size();
@@ -147,7 +149,9 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
         const OVERHANG_PIXELS: f32 = 3.25;
         let setup = Setup::new(simd, x, y, corners.inverse_depth, error, HALF as f32, OVERHANG_PIXELS);
         let certain = setup.is_certain(simd);
-        batch.fill(simd, &setup, corners.inverse_depth[0], certain);
+        let origin_pixels = [origin.x as f32, origin.y as f32];
+        let plane = DepthPlane::new(simd, &corners, corner_error, origin_pixels, HALF as f32);
+        batch.fill(simd, &setup, &plane, certain);
         batch.ids[..ids.len()].copy_from_slice(ids);
         let ranges = [block_range(simd, columns[0], columns[1]), block_range(simd, rows[0], rows[1])];
         for (blocks, range) in batch.blocks.iter_mut().zip(ranges.as_flattened()) {
@@ -248,13 +252,14 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
     }
 
     /// Copies the tile to the image.
-    fn write(&self, triangle: &mut [u32], inverse_depth: &mut [f32]) {
+    fn write(&mut self, triangle: &mut [u32], inverse_depth: &mut [f32]) {
         let Tile { low: middle, high: error, triangle: found, .. } = &*self.tile;
         triangle.copy_from_slice(found);
         inverse_depth.copy_from_slice(middle);
         for (place, &error) in error.iter().enumerate() {
             if error > SeenPixels::RELATIVE_ERROR {
                 inverse_depth[place] = self.inverse_depth(place);
+                self.tally.refined += 1;
             }
         }
         let (width, height) = self.space.size();
