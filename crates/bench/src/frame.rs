@@ -1,12 +1,14 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::Serialize;
 use umbrage::rays::SimdLevel;
 use umbrage::{Renderer, Scene, Settings, Structure};
 
+use crate::flags::{size, use_threads};
 use crate::median::median;
+use crate::table::Form;
 use crate::work::Work;
 
 #[derive(Debug, Args)]
@@ -36,21 +38,6 @@ pub(crate) struct FrameFlags {
     form: Form,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum Form {
-    /// Columns for people
-    Table,
-    /// Comma-separated values
-    Csv,
-    /// JSON
-    Json,
-}
-
-pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
-    let sides = text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
-    sides.ok_or_else(|| "two numbers are needed, such as 1024x1024".to_owned())
-}
-
 /// A scene's frames through one structure.
 #[derive(Debug, Serialize)]
 struct Row {
@@ -74,9 +61,7 @@ const STAGES: [&str; 5] = ["animate", "build", "see", "shadow", "shade"];
 const STRUCTURES: [(&str, Structure); 2] = [("perspective", Structure::Perspective), ("bvh", Structure::Bvh)];
 
 pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
-    if let Some(threads) = flags.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
-    }
+    use_threads(flags.threads)?;
     let simd = flags.simd.unwrap_or_default();
     let gallery: Vec<String> = umbrage::scene::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
     let scenes = if flags.scenes.is_empty() { &gallery } else { &flags.scenes };

@@ -46,10 +46,12 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// Writes the head. Columns have titles, and widths in characters; the first is aligned to the left.
-    pub(crate) fn start(form: Form, columns: &'static [(&'static str, usize)]) -> Self {
+    /// Writes the head: for people, under which `conditions` was measured. Columns have titles, and widths in characters;
+    /// the first is aligned to the left.
+    pub(crate) fn start(form: Form, conditions: &str, columns: &'static [(&'static str, usize)]) -> Self {
         let table = Self { form, columns, rows: Vec::new() };
         let titles: Vec<Cell> = columns.iter().map(|&(title, _)| title.into()).collect();
+        table.note(conditions);
         match form {
             Form::Table => println!("{}", table.aligned(&titles)),
             Form::Csv => println!("{}", separated(&titles)),

@@ -20,9 +20,8 @@ impl Axis {
     /// An axis that `values` fit on; those that a logarithmic one can't show don't count.
     pub(super) fn new(scale: Scale, values: impl Iterator<Item = f64>) -> Self {
         let shown = values.filter(|value| value.is_finite() && (scale == Scale::Linear || *value > 0.0));
-        let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
+        let (low, high) =
+            shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
         let (low, high) = if low <= high { (low, high) } else { (1.0, 10.0) };
         match scale {
             Scale::Linear => Self::linear(low.min(0.0), high),

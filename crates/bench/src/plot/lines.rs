@@ -21,6 +21,16 @@ pub(crate) struct Series {
     pub(crate) points: Vec<[f64; 2]>,
 }
 
+impl Series {
+    /// Adds a point to the line of that name, which begins with it if there is none.
+    pub(crate) fn add(series: &mut Vec<Self>, name: &str, point: [f64; 2]) {
+        match series.iter_mut().find(|line| line.name == name) {
+            Some(line) => line.points.push(point),
+            None => series.push(Self { name: name.to_owned(), points: vec![point] }),
+        }
+    }
+}
+
 impl LineChart<'_> {
     /// The chart as an SVG file.
     pub(crate) fn svg(&self) -> String {
