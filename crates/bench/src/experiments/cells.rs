@@ -80,7 +80,7 @@ impl CellsFlags {
         table.finish();
         self.common.draw(|| {
             let (x_title, y_title) = ("depth slices", "milliseconds to build and see");
-            LineChart { title: "Cell sizes", x_title, y_title, scale: Scale::Logarithmic, series }.svg()
+            LineChart { title: "Cell sizes", x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series }.svg()
         })
     }
 }

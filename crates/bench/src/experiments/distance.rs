@@ -79,7 +79,7 @@ impl DistanceFlags {
             let (x_title, y_title) =
                 ("distance of the light, in half diagonals of the scene's box", "milliseconds for shadows");
             let title = "Shadows of a light that moves away";
-            LineChart { title, x_title, y_title, scale: Scale::Linear, series: lines }.svg()
+            LineChart { title, x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series: lines }.svg()
         })
     }
 }

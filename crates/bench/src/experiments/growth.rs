@@ -76,7 +76,7 @@ impl GrowthFlags {
         table.finish();
         self.common.draw(|| {
             let (x_title, y_title) = ("triangles (at 1024x1024 pixels), or pixels", "milliseconds a frame");
-            LineChart { title: "Growth", x_title, y_title, scale: Scale::Logarithmic, series }.svg()
+            LineChart { title: "Growth", x_title, y_title, scales: [Scale::Logarithmic; 2], series }.svg()
         })
     }
 }

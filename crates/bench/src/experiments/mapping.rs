@@ -71,7 +71,8 @@ impl MappingFlags {
         table.finish();
         self.common.draw(|| {
             let (x_title, y_title) = ("k, sorting tiles a side of a tracing tile", "milliseconds to build and see");
-            LineChart { title: "Indirect mapping", x_title, y_title, scale: Scale::Logarithmic, series }.svg()
+            LineChart { title: "Indirect mapping", x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series }
+                .svg()
         })
     }
 }

@@ -87,12 +87,13 @@ impl Table1Flags {
             let [direct, listed] = &costs[..] else { continue };
             let paper = PAPER.iter().find(|row| row.like == name(address));
             table.push(&cells(name(address), direct, listed, paper));
-            bars.push(bar(&format!("{}, direct", name(address)), direct));
-            bars.push(bar(&format!("{}, listed", name(address)), listed));
-            bars.extend(paper.map(|PaperRow { scene, build, trace, with_shadows, .. }| Bar {
-                name: format!("{scene}, 2010"),
-                heights: vec![*build, *trace, with_shadows - build - trace],
-            }));
+            // The chart is about the paper's scenes.
+            if let Some(PaperRow { scene, build, trace, with_shadows, .. }) = paper {
+                bars.push(bar(&format!("{}, direct", name(address)), direct));
+                bars.push(bar(&format!("{}, listed", name(address)), listed));
+                let heights = vec![*build, *trace, with_shadows - build - trace];
+                bars.push(Bar { name: format!("{scene}, 2010"), heights });
+            }
         }
         table.note(
             "A frame is build + see + shadow for one light; each form's shadows go through the direct light grid.",

@@ -1,6 +1,6 @@
 use super::axis::{Axis, Scale};
-use super::color;
 use super::svg::Sheet;
+use super::{COLORS, color};
 
 /// Lines through points.
 #[derive(Clone, Debug)]
@@ -9,7 +9,8 @@ pub(crate) struct LineChart<'a> {
     /// What is along each axis, with its unit.
     pub(crate) x_title: &'a str,
     pub(crate) y_title: &'a str,
-    pub(crate) scale: Scale,
+    /// Along, and upwards.
+    pub(crate) scales: [Scale; 2],
     pub(crate) series: Vec<Series>,
 }
 
@@ -34,16 +35,17 @@ impl Series {
 impl LineChart<'_> {
     /// The chart as an SVG file.
     pub(crate) fn svg(&self) -> String {
+        /// Of the axes' rectangle, in pixels.
+        const WIDTH: f64 = 560.0;
         let values = |axis: usize| self.series.iter().flat_map(|series| &series.points).map(move |point| point[axis]);
-        let (x_axis, y_axis) = (Axis::new(self.scale, values(0)), Axis::new(self.scale, values(1)));
-        let mut sheet = Sheet::new(self.title);
+        let (x_axis, y_axis) = (Axis::new(self.scales[0], values(0)), Axis::new(self.scales[1], values(1)));
+        let mut sheet = Sheet::new(self.title, WIDTH, 0.0);
         sheet.rightward_axis(&x_axis, self.x_title);
         sheet.upward_axis(&y_axis, self.y_title);
         for (place, series) in self.series.iter().enumerate() {
-            let at = |&[x, y]: &[f64; 2]| Some(Sheet::at([x_axis.place(x)?, y_axis.place(y)?]));
+            let at = |&[x, y]: &[f64; 2]| Some(sheet.at([x_axis.place(x)?, y_axis.place(y)?]));
             let points: Vec<[f64; 2]> = series.points.iter().filter_map(at).collect();
-            points.windows(2).for_each(|ends| sheet.line(ends[0], ends[1], color(place), 2.0));
-            points.iter().for_each(|&point| sheet.dot(point, color(place)));
+            sheet.dotted_line(&points, color(place), place >= COLORS.len());
         }
         let names = self.series.iter().enumerate();
         sheet.frame_and_legend(names.map(|(place, series)| (series.name.as_str(), color(place))));
@@ -59,12 +61,12 @@ mod tests {
     fn lines_go_through_their_points() {
         let points = vec![[0.0, 0.0], [5.0, f64::NAN], [10.0, 20.0]];
         let series = vec![Series { name: "a < b".to_owned(), points }];
-        let chart = LineChart { title: "t", x_title: "x", y_title: "y", scale: Scale::Linear, series };
+        let chart = LineChart { title: "t", x_title: "x", y_title: "y", scales: [Scale::Linear; 2], series };
         let svg = chart.svg();
         assert_eq!(svg.matches("<circle").count(), 2);
-        let [[x1, y1], [x2, y2]] = [[0.0, 0.0], [1.0, 1.0]].map(Sheet::at);
-        let line = format!("<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"{}\"", color(0));
-        assert!(svg.contains(&line), "{svg}");
+        let sheet = Sheet::new("t", 560.0, 0.0);
+        let [[x1, y1], [x2, y2]] = [[0.0, 0.0], [1.0, 1.0]].map(|place| sheet.at(place));
+        assert!(svg.contains(&format!("<polyline points=\"{x1:.1},{y1:.1} {x2:.1},{y2:.1}\"")), "{svg}");
         assert!(svg.contains("a &lt; b") && svg.ends_with("</svg>\n"));
     }
 }

@@ -4,42 +4,45 @@ use std::fmt::Write as _;
 
 use super::axis::Axis;
 
-/// Size of a chart in pixels.
-const WIDTH: f64 = 860.0;
-const HEIGHT: f64 = 480.0;
-/// The axes' rectangle: left, top, right and bottom.
+/// Places in pixels of the axes' rectangle, and what is right of it and below.
 const LEFT: f64 = 76.0;
 const TOP: f64 = 48.0;
-const RIGHT: f64 = 640.0;
 const BOTTOM: f64 = 408.0;
+const LEGEND_WIDTH: f64 = 230.0;
+const LABELS_HEIGHT: f64 = 72.0;
 
 /// An SVG file that is being written.
 pub(super) struct Sheet {
     text: String,
+    /// Right border of the axes' rectangle.
+    right: f64,
 }
 
 impl Sheet {
-    pub(super) fn new(title: &str) -> Self {
+    /// A sheet whose axes' rectangle is `width` pixels wide. `slant` is how far below names of the longest kind reach.
+    pub(super) fn new(title: &str, width: f64, slant: f64) -> Self {
+        let right = LEFT + width;
+        let (width, height) = (right + LEGEND_WIDTH, BOTTOM + LABELS_HEIGHT.max(slant));
         let text = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" \
-             height=\"{HEIGHT}\" font-family=\"sans-serif\" font-size=\"13\" fill=\"#222\">\n\
-             <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"white\"/>\n"
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
+             height=\"{height:.0}\" font-family=\"sans-serif\" font-size=\"13\" fill=\"#222\">\n\
+             <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"white\"/>\n"
         );
-        let mut sheet = Self { text };
-        sheet.write(16, [0.5 * (LEFT + RIGHT), TOP - 20.0], "middle", title);
+        let mut sheet = Self { text, right };
+        sheet.write(16, [0.5 * (LEFT + right), TOP - 20.0], "middle", title);
         sheet
     }
 
     /// Where a place in the axes' rectangle is on the sheet, from (0, 0) at its lower left to (1, 1).
-    pub(super) fn at([x, y]: [f64; 2]) -> [f64; 2] {
-        [LEFT + x * (RIGHT - LEFT), BOTTOM + y * (TOP - BOTTOM)]
+    pub(super) fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [LEFT + x * (self.right - LEFT), BOTTOM + y * (TOP - BOTTOM)]
     }
 
     /// Values upwards, with lines across.
     pub(super) fn upward_axis(&mut self, axis: &Axis, title: &str) {
         for (place, label) in axis.ticks() {
-            let [_, y] = Self::at([0.0, place]);
-            self.line([LEFT, y], [RIGHT, y], "#ddd", 1.0);
+            let [_, y] = self.at([0.0, place]);
+            self.line([LEFT, y], [self.right, y]);
             self.write(13, [LEFT - 8.0, y + 4.5], "end", &label);
         }
         let middle = 0.5 * (TOP + BOTTOM);
@@ -53,48 +56,55 @@ impl Sheet {
     /// Values to the right, with lines upwards.
     pub(super) fn rightward_axis(&mut self, axis: &Axis, title: &str) {
         for (place, label) in axis.ticks() {
-            let [x, _] = Self::at([place, 0.0]);
-            self.line([x, TOP], [x, BOTTOM], "#ddd", 1.0);
+            let [x, _] = self.at([place, 0.0]);
+            self.line([x, TOP], [x, BOTTOM]);
             self.write(13, [x, BOTTOM + 20.0], "middle", &label);
         }
-        self.write(13, [0.5 * (LEFT + RIGHT), BOTTOM + 46.0], "middle", title);
+        self.write(13, [0.5 * (LEFT + self.right), BOTTOM + 46.0], "middle", title);
     }
 
     /// The name of something that stands at `place` on the lower border, slanted so that names don't overlap.
     pub(super) fn name_below(&mut self, place: f64, name: &str) {
-        let [x, y] = Self::at([place, 0.0]);
+        let [x, y] = self.at([place, 0.0]);
         let y = y + 16.0;
         let _ = writeln!(
             self.text,
-            "<text transform=\"translate({x:.1} {y:.1}) rotate(-25)\" text-anchor=\"end\">{}</text>",
+            "<text transform=\"translate({x:.1} {y:.1}) rotate(-40)\" text-anchor=\"end\">{}</text>",
             escaped(name)
         );
     }
 
     /// The rectangle's border and, to its right, names with their colours, from above.
     pub(super) fn frame_and_legend<'a>(&mut self, entries: impl IntoIterator<Item = (&'a str, &'a str)>) {
-        let (width, height) = (RIGHT - LEFT, BOTTOM - TOP);
+        let (right, width, height) = (self.right, self.right - LEFT, BOTTOM - TOP);
         let _ = writeln!(
             self.text,
             "<rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"#444\"/>"
         );
         for (row, (name, color)) in entries.into_iter().enumerate() {
             let y = TOP + 10.0 + 22.0 * row as f64;
-            self.rectangle([RIGHT + 16.0, y - 6.0], [RIGHT + 30.0, y + 6.0], color);
-            self.write(13, [RIGHT + 38.0, y + 4.5], "start", name);
+            self.rectangle([right + 16.0, y - 6.0], [right + 30.0, y + 6.0], color);
+            self.write(13, [right + 38.0, y + 4.5], "start", name);
         }
     }
 
-    pub(super) fn line(&mut self, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2], color: &str, width: f64) {
-        let _ = writeln!(
-            self.text,
-            "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"{color}\" \
-             stroke-width=\"{width}\"/>"
-        );
+    fn line(&mut self, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) {
+        let _ =
+            writeln!(self.text, "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"#ddd\"/>");
     }
 
-    pub(super) fn dot(&mut self, [x, y]: [f64; 2], color: &str) {
-        let _ = writeln!(self.text, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" fill=\"{color}\"/>");
+    /// A line through points, and a dot at each.
+    pub(super) fn dotted_line(&mut self, points: &[[f64; 2]], color: &str, is_dashed: bool) {
+        let places: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+        let dashes = if is_dashed { " stroke-dasharray=\"7 4\"" } else { "" };
+        let _ = writeln!(
+            self.text,
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"2\"{dashes}/>",
+            places.join(" ")
+        );
+        for [x, y] in points {
+            let _ = writeln!(self.text, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" fill=\"{color}\"/>");
+        }
     }
 
     pub(super) fn rectangle(&mut self, [left, top]: [f64; 2], [right, bottom]: [f64; 2], color: &str) {
