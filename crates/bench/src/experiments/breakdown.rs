@@ -8,7 +8,7 @@ use clap::Args;
 use crate::flags::{ExperimentFlags, size, use_threads};
 use crate::measure::{Costs, measure};
 use crate::plot::{Bar, BarChart};
-use crate::shot::{addresses, name, viewpoints};
+use crate::shot::{addresses, name, short_name, viewpoints};
 use crate::table::{Cell, Table};
 
 #[derive(Args, Debug)]
@@ -63,7 +63,7 @@ impl BreakdownFlags {
                 row.push(Cell::Number(100.0 - percent(&["build", "see"]), 0));
                 table.push(&row);
                 bars.push(Bar {
-                    name: name(address).to_owned(),
+                    name: short_name(address).to_owned(),
                     heights: stages.iter().map(|(_, time)| 100.0 * time / sum).collect(),
                 });
             }

@@ -7,7 +7,7 @@ use umbrage::rays::{Cells, ListedOptions};
 use crate::flags::{ExperimentFlags, size, use_threads};
 use crate::measure::measure;
 use crate::plot::{LineChart, Scale, Series};
-use crate::shot::name;
+use crate::shot::{name, short_name};
 use crate::table::{Cell, Table};
 
 #[derive(Args, Debug)]
@@ -71,7 +71,7 @@ impl CellsFlags {
                 row.extend([costs.build, costs.see, costs.frame].map(|time| Cell::Number(time, 2)));
                 row.push(Cell::Number(costs.bytes[0] as f64 / costs.triangles.max(1) as f64, 1));
                 table.push(&row);
-                let title = format!("{}, {tile}x{tile}", name(address));
+                let title = format!("{}, {tile}x{tile}", short_name(address));
                 let point = [f64::from(slices), costs.frame];
                 Series::add(&mut series, &title, point);
             }

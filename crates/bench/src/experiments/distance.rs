@@ -8,7 +8,7 @@ use umbrage::rays::LightSource;
 use crate::flags::{ExperimentFlags, size, use_threads};
 use crate::measure::measure;
 use crate::plot::{LineChart, Scale, Series};
-use crate::shot::name;
+use crate::shot::{name, short_name};
 use crate::table::{Cell, Table};
 
 #[derive(Args, Debug)]
@@ -69,7 +69,7 @@ impl DistanceFlags {
                     points.push([f64::from(distance), shadow]);
                 }
             }
-            lines.push(Series { name: name(address).to_owned(), points });
+            lines.push(Series { name: short_name(address).to_owned(), points });
         }
         table.note(
             "Rearranging is survey, map and sort; distances are in units of half the diagonal of the scene's box.",

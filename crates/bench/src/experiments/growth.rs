@@ -6,7 +6,7 @@ use clap::Args;
 use crate::flags::{ExperimentFlags, use_threads};
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
-use crate::shot::name;
+use crate::shot::{name, short_name};
 use crate::table::{Cell, Table};
 
 #[derive(Args, Debug)]
@@ -69,7 +69,7 @@ impl GrowthFlags {
                     name(address),
                     slope(&points)
                 ));
-                series.push(Series { name: format!("{}, {grows}", name(address)), points });
+                series.push(Series { name: format!("{}, {grows}", short_name(address)), points });
             }
         }
         table.note("slope: the power with which time grows from the step before; 1 is linear.");

@@ -7,7 +7,7 @@ use umbrage::rays::{Cells, ListedOptions};
 use crate::flags::{ExperimentFlags, size, use_threads};
 use crate::measure::measure;
 use crate::plot::{LineChart, Scale, Series};
-use crate::shot::name;
+use crate::shot::{name, short_name};
 use crate::table::{Cell, Table};
 
 #[derive(Args, Debug)]
@@ -62,7 +62,7 @@ impl MappingFlags {
                 row.extend([counts.pairs, counts.cells, counts.tests].map(Cell::Count));
                 row.extend([costs.build, costs.see, costs.frame].map(|time| Cell::Number(time, 2)));
                 table.push(&row);
-                let title = format!("{}, {tile}x{tile}", name(address));
+                let title = format!("{}, {tile}x{tile}", short_name(address));
                 let point = [f64::from(k), costs.frame];
                 Series::add(&mut series, &title, point);
             }

@@ -9,7 +9,7 @@ use umbrage::rays::ListedOptions;
 use crate::flags::{ExperimentFlags, size, use_threads};
 use crate::measure::{Costs, measure};
 use crate::plot::{Bar, BarChart};
-use crate::shot::{addresses, name, viewpoints};
+use crate::shot::{addresses, name, short_name, viewpoints};
 use crate::table::{Cell, Table};
 
 #[derive(Args, Debug)]
@@ -89,8 +89,8 @@ impl Table1Flags {
             table.push(&cells(name(address), direct, listed, paper));
             // The chart is about the paper's scenes.
             if let Some(PaperRow { scene, build, trace, with_shadows, .. }) = paper {
-                bars.push(bar(&format!("{}, direct", name(address)), direct));
-                bars.push(bar(&format!("{}, listed", name(address)), listed));
+                bars.push(bar(&format!("{}, direct", short_name(address)), direct));
+                bars.push(bar(&format!("{}, listed", short_name(address)), listed));
                 let heights = vec![*build, *trace, with_shadows - build - trace];
                 bars.push(Bar { name: format!("{scene}, 2010"), heights });
             }

@@ -49,7 +49,7 @@ impl BarChart<'_> {
         }
         // From above, as the parts are stacked.
         let names = self.parts.iter().enumerate().rev();
-        sheet.frame_and_legend(names.map(|(part, name)| (name.as_str(), color(part))));
+        sheet.frame_and_legend(names.map(|(part, name)| (name.as_str(), color(part), false)));
         sheet.finish()
     }
 }

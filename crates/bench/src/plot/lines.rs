@@ -45,12 +45,17 @@ impl LineChart<'_> {
         for (place, series) in self.series.iter().enumerate() {
             let at = |&[x, y]: &[f64; 2]| Some(sheet.at([x_axis.place(x)?, y_axis.place(y)?]));
             let points: Vec<[f64; 2]> = series.points.iter().filter_map(at).collect();
-            sheet.dotted_line(&points, color(place), place >= COLORS.len());
+            sheet.dotted_line(&points, color(place), is_dashed(place));
         }
         let names = self.series.iter().enumerate();
-        sheet.frame_and_legend(names.map(|(place, series)| (series.name.as_str(), color(place))));
+        sheet.frame_and_legend(names.map(|(place, series)| (series.name.as_str(), color(place), is_dashed(place))));
         sheet.finish()
     }
+}
+
+/// Whether a line has the colour of an earlier one.
+fn is_dashed(place: usize) -> bool {
+    place >= COLORS.len()
 }
 
 #[cfg(test)]

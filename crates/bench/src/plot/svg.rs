@@ -74,16 +74,21 @@ impl Sheet {
         );
     }
 
-    /// The rectangle's border and, to its right, names with their colours, from above.
-    pub(super) fn frame_and_legend<'a>(&mut self, entries: impl IntoIterator<Item = (&'a str, &'a str)>) {
+    /// The rectangle's border and, to its right, names with their colours and whether they are dashed, from above.
+    pub(super) fn frame_and_legend<'a>(&mut self, entries: impl IntoIterator<Item = (&'a str, &'a str, bool)>) {
         let (right, width, height) = (self.right, self.right - LEFT, BOTTOM - TOP);
         let _ = writeln!(
             self.text,
             "<rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"#444\"/>"
         );
-        for (row, (name, color)) in entries.into_iter().enumerate() {
+        for (row, (name, color, is_dashed)) in entries.into_iter().enumerate() {
             let y = TOP + 10.0 + 22.0 * row as f64;
-            self.rectangle([right + 16.0, y - 6.0], [right + 30.0, y + 6.0], color);
+            if is_dashed {
+                self.rectangle([right + 16.0, y - 6.0], [right + 21.0, y + 6.0], color);
+                self.rectangle([right + 25.0, y - 6.0], [right + 30.0, y + 6.0], color);
+            } else {
+                self.rectangle([right + 16.0, y - 6.0], [right + 30.0, y + 6.0], color);
+            }
             self.write(13, [right + 38.0, y + 4.5], "start", name);
         }
     }
