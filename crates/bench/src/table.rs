@@ -1,5 +1,7 @@
 //! One table in three forms.
 
+use std::io::{self, Write};
+
 use clap::ValueEnum;
 use serde_json::{Map, Value, json};
 
@@ -48,42 +50,39 @@ pub(crate) struct Table {
 impl Table {
     /// Writes the head: for people, under which `conditions` was measured. Columns have titles, and widths in characters;
     /// the first is aligned to the left.
-    pub(crate) fn start(form: Form, conditions: &str, columns: &'static [(&'static str, usize)]) -> Self {
+    pub(crate) fn start(form: Form, conditions: &str, columns: &'static [(&'static str, usize)]) -> io::Result<Self> {
         let table = Self { form, columns, rows: Vec::new() };
         let titles: Vec<Cell> = columns.iter().map(|&(title, _)| title.into()).collect();
-        table.note(conditions);
+        table.note(conditions)?;
         match form {
-            Form::Table => println!("{}", table.aligned(&titles)),
-            Form::Csv => println!("{}", separated(&titles)),
+            Form::Table => write_line(&table.aligned(&titles))?,
+            Form::Csv => write_line(&separated(&titles))?,
             Form::Json => {}
         }
-        table
+        Ok(table)
     }
 
     /// Adds a row, which has a value for each column.
-    pub(crate) fn push(&mut self, row: &[Cell]) {
+    pub(crate) fn push(&mut self, row: &[Cell]) -> io::Result<()> {
         match self.form {
-            Form::Table => println!("{}", self.aligned(row)),
-            Form::Csv => println!("{}", separated(row)),
+            Form::Table => write_line(&self.aligned(row)),
+            Form::Csv => write_line(&separated(row)),
             Form::Json => {
                 let pairs = self.columns.iter().zip(row).map(|(&(title, _), cell)| (title.to_owned(), cell.json()));
                 self.rows.push(Value::Object(pairs.collect::<Map<_, _>>()));
+                Ok(())
             }
         }
     }
 
     /// Writes a line between rows or below them, for people only.
-    pub(crate) fn note(&self, text: &str) {
-        if self.form == Form::Table {
-            println!("{text}");
-        }
+    pub(crate) fn note(&self, text: &str) -> io::Result<()> {
+        if self.form == Form::Table { write_line(text) } else { Ok(()) }
     }
 
     /// Writes what is left.
-    pub(crate) fn finish(self) {
-        if self.form == Form::Json {
-            println!("{:#}", Value::Array(self.rows));
-        }
+    pub(crate) fn finish(self) -> io::Result<()> {
+        if self.form == Form::Json { write_line(&format!("{:#}", Value::Array(self.rows))) } else { Ok(()) }
     }
 
     fn aligned(&self, row: &[Cell]) -> String {
@@ -94,6 +93,11 @@ impl Table {
         });
         cells.collect::<String>().trim_end().to_owned()
     }
+}
+
+/// Writes a line to standard output, which may be closed.
+fn write_line(text: &str) -> io::Result<()> {
+    writeln!(io::stdout(), "{text}")
 }
 
 fn separated(row: &[Cell]) -> String {

@@ -48,7 +48,7 @@ impl BreakdownFlags {
         let addresses = addresses(&self.scenes, self.files.as_ref());
         let mut bars = Vec::new();
         let conditions = self.common.conditions(Some(self.size));
-        let mut table = Table::start(self.common.form, &conditions, COLUMNS);
+        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
         for address in &addresses {
             for costs in measure(address, self.size, &[None], &self.common, |_| {})? {
                 let stages = stages(&costs);
@@ -61,7 +61,7 @@ impl BreakdownFlags {
                 row.extend(stages.iter().map(|&(_, time)| Cell::Number(time, 2)));
                 row.push(Cell::Number(percent(&REARRANGING), 0));
                 row.push(Cell::Number(100.0 - percent(&["build", "see"]), 0));
-                table.push(&row);
+                table.push(&row)?;
                 bars.push(Bar {
                     name: short_name(address).to_owned(),
                     heights: stages.iter().map(|(_, time)| 100.0 * time / sum).collect(),
@@ -69,9 +69,9 @@ impl BreakdownFlags {
             }
         }
         table.note("build and see are the camera's; the others are the light's. Rearranging is what the paper calls so: points");
-        table.note("brought to the light's view and sorted (survey, map, sort).");
-        viewpoints(&addresses).iter().for_each(|viewpoint| table.note(viewpoint));
-        table.finish();
+        table.note("brought to the light's view and sorted (survey, map, sort).")?;
+        viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
+        table.finish()?;
         self.common.draw(|| {
             let parts = COLUMNS[3..11].iter().map(|&(title, _)| title.to_owned()).collect();
             BarChart { title: "Where a frame's time goes", y_title: "percent of the frame", parts, bars }.svg()

@@ -58,7 +58,7 @@ impl CellsFlags {
         let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks, ..ListedOptions::DEFAULT };
         let forms: Vec<_> = possible.iter().map(|&cells| Some(options(cells))).collect();
         let conditions = self.common.conditions(Some(self.size));
-        let mut table = Table::start(self.common.form, &conditions, COLUMNS);
+        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
         let mut series: Vec<Series> = Vec::new();
         for address in &self.scenes {
             let all = measure(address, self.size, &forms, &self.common, |shot| shot.lights.clear())?;
@@ -70,14 +70,14 @@ impl CellsFlags {
                 row.extend([counts.pairs, counts.cells, counts.tests].map(Cell::Count));
                 row.extend([costs.build, costs.see, costs.frame].map(|time| Cell::Number(time, 2)));
                 row.push(Cell::Number(costs.bytes[0] as f64 / costs.triangles.max(1) as f64, 1));
-                table.push(&row);
+                table.push(&row)?;
                 let title = format!("{}, {tile}x{tile}", short_name(address));
                 let point = [f64::from(slices), costs.frame];
                 Series::add(&mut series, &title, point);
             }
         }
-        table.note("Tracing tiles of 64x64 pixels. Primary rays only.");
-        table.finish();
+        table.note("Tracing tiles of 64x64 pixels. Primary rays only.")?;
+        table.finish()?;
         self.common.draw(|| {
             let (x_title, y_title) = ("depth slices", "milliseconds to build and see");
             LineChart { title: "Cell sizes", x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series }.svg()

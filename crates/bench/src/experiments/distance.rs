@@ -45,7 +45,7 @@ impl DistanceFlags {
     pub(crate) fn run(&self) -> Result<()> {
         use_threads(self.common.threads)?;
         let conditions = self.common.conditions(Some(self.size));
-        let mut table = Table::start(self.common.form, &conditions, COLUMNS);
+        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
         let mut lines = Vec::new();
         for address in &self.scenes {
             let mut points = Vec::new();
@@ -65,7 +65,7 @@ impl DistanceFlags {
                     let mut row =
                         vec![name(address).into(), costs.triangles.into(), Cell::Number(f64::from(distance), 2)];
                     row.extend(times.map(|time| Cell::Number(time, 2)));
-                    table.push(&row);
+                    table.push(&row)?;
                     points.push([f64::from(distance), shadow]);
                 }
             }
@@ -74,7 +74,7 @@ impl DistanceFlags {
         table.note(
             "Rearranging is survey, map and sort; distances are in units of half the diagonal of the scene's box.",
         );
-        table.finish();
+        table.finish()?;
         self.common.draw(|| {
             let (x_title, y_title) =
                 ("distance of the light, in half diagonals of the scene's box", "milliseconds for shadows");

@@ -47,7 +47,7 @@ impl GrowthFlags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
         use_threads(self.common.threads)?;
-        let mut table = Table::start(self.common.form, &self.common.conditions(None), COLUMNS);
+        let mut table = Table::start(self.common.form, &self.common.conditions(None), COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let triangles = self.triangles.iter().map(|count| (format!("{address}?triangles={count}"), SIDE));
@@ -60,7 +60,7 @@ impl GrowthFlags {
                         let size = if grows == "triangles" { costs.triangles } else { pixels };
                         let point = [size as f64, costs.frame];
                         let slope = points.last().map(|&last| slope(&[last, point]));
-                        table.push(&cells(name(address), grows, &costs, pixels, (point, slope)));
+                        table.push(&cells(name(address), grows, &costs, pixels, (point, slope)))?;
                         points.push(point);
                     }
                 }
@@ -68,12 +68,12 @@ impl GrowthFlags {
                     "{}, in {grows}: time grows with power {:.2}, fitted to all steps",
                     name(address),
                     slope(&points)
-                ));
+                ))?;
                 series.push(Series { name: format!("{}, {grows}", short_name(address)), points });
             }
         }
         table.note("slope: the power with which time grows from the step before; 1 is linear.");
-        table.finish();
+        table.finish()?;
         self.common.draw(|| {
             let (x_title, y_title) = ("triangles (at 1024x1024 pixels), or pixels", "milliseconds a frame");
             LineChart { title: "Growth", x_title, y_title, scales: [Scale::Logarithmic; 2], series }.svg()

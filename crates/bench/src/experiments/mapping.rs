@@ -50,7 +50,7 @@ impl MappingFlags {
         let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks, ..ListedOptions::DEFAULT };
         let forms: Vec<_> = possible.iter().map(|&cells| Some(options(cells))).collect();
         let conditions = self.common.conditions(Some(self.size));
-        let mut table = Table::start(self.common.form, &conditions, COLUMNS);
+        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
         let mut series: Vec<Series> = Vec::new();
         for address in &self.scenes {
             let all = measure(address, self.size, &forms, &self.common, |shot| shot.lights.clear())?;
@@ -61,14 +61,14 @@ impl MappingFlags {
                 row.extend([tile, k, tile * k].map(|number| Cell::Count(u64::from(number))));
                 row.extend([counts.pairs, counts.cells, counts.tests].map(Cell::Count));
                 row.extend([costs.build, costs.see, costs.frame].map(|time| Cell::Number(time, 2)));
-                table.push(&row);
+                table.push(&row)?;
                 let title = format!("{}, {tile}x{tile}", short_name(address));
                 let point = [f64::from(k), costs.frame];
                 Series::add(&mut series, &title, point);
             }
         }
         table.note("k x k sorting tiles make a tracing tile; k = 1 is without indirect mapping. Primary rays only.");
-        table.finish();
+        table.finish()?;
         self.common.draw(|| {
             let (x_title, y_title) = ("k, sorting tiles a side of a tracing tile", "milliseconds to build and see");
             LineChart { title: "Indirect mapping", x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series }

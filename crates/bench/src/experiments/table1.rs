@@ -80,13 +80,13 @@ impl Table1Flags {
         let addresses = addresses(&self.scenes, self.files.as_ref());
         let mut bars = Vec::new();
         let conditions = self.common.conditions(Some(self.size));
-        let mut table = Table::start(self.common.form, &conditions, COLUMNS);
+        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
         for address in &addresses {
             let forms = [None, Some(ListedOptions::DEFAULT)];
             let costs = measure(address, self.size, &forms, &self.common, |_| {})?;
             let [direct, listed] = &costs[..] else { continue };
             let paper = PAPER.iter().find(|row| row.like == name(address));
-            table.push(&cells(name(address), direct, listed, paper));
+            table.push(&cells(name(address), direct, listed, paper))?;
             // The chart is about the paper's scenes.
             if let Some(PaperRow { scene, build, trace, with_shadows, .. }) = paper {
                 bars.push(bar(&format!("{}, direct", short_name(address)), direct));
@@ -100,15 +100,15 @@ impl Table1Flags {
         );
         table.note(
             "The direct form tests tiny triangles while it builds: its build is part of what others call tracing.",
-        );
+        )?;
         table.note(
             "The paper's numbers are of an NVIDIA GTX 280, at 1024x1024, for its own scenes, and without sorting out",
-        );
+        )?;
         table.note(
             "what its f32 tests can't decide; ours named beside them are of the same kind and about the same size.",
         );
-        viewpoints(&addresses).iter().for_each(|viewpoint| table.note(viewpoint));
-        table.finish();
+        viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
+        table.finish()?;
         self.common.draw(|| {
             let parts = ["build", "see", "shadow"].map(str::to_owned).to_vec();
             BarChart { title: "A frame, rebuilt and traced", y_title: "milliseconds", parts, bars }.svg()
