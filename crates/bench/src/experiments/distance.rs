@@ -73,7 +73,7 @@ impl DistanceFlags {
         }
         table.note(
             "Rearranging is survey, map and sort; distances are in units of half the diagonal of the scene's box.",
-        );
+        )?;
         table.finish()?;
         self.common.draw(|| {
             let (x_title, y_title) =

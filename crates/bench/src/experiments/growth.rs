@@ -72,7 +72,7 @@ impl GrowthFlags {
                 series.push(Series { name: format!("{}, {grows}", short_name(address)), points });
             }
         }
-        table.note("slope: the power with which time grows from the step before; 1 is linear.");
+        table.note("slope: the power with which time grows from the step before; 1 is linear.")?;
         table.finish()?;
         self.common.draw(|| {
             let (x_title, y_title) = ("triangles (at 1024x1024 pixels), or pixels", "milliseconds a frame");

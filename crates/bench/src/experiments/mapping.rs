@@ -67,7 +67,7 @@ impl MappingFlags {
                 Series::add(&mut series, &title, point);
             }
         }
-        table.note("k x k sorting tiles make a tracing tile; k = 1 is without indirect mapping. Primary rays only.");
+        table.note("k x k sorting tiles make a tracing tile; k = 1 is without indirect mapping. Primary rays only.")?;
         table.finish()?;
         self.common.draw(|| {
             let (x_title, y_title) = ("k, sorting tiles a side of a tracing tile", "milliseconds to build and see");

@@ -97,7 +97,7 @@ impl Table1Flags {
         }
         table.note(
             "A frame is build + see + shadow for one light; each form's shadows go through the direct light grid.",
-        );
+        )?;
         table.note(
             "The direct form tests tiny triangles while it builds: its build is part of what others call tracing.",
         )?;
@@ -106,7 +106,7 @@ impl Table1Flags {
         )?;
         table.note(
             "what its f32 tests can't decide; ours named beside them are of the same kind and about the same size.",
-        );
+        )?;
         viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
         table.finish()?;
         self.common.draw(|| {
