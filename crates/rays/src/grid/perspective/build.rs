@@ -5,7 +5,7 @@ use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::bins::{Bins, Fragment, Path};
+use super::bins::{Bins, Fragment, Listed, Path};
 use super::general::General;
 use super::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
@@ -139,7 +139,7 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
                 self.leave_fragments(simd, first as u32, &corners, &bounds, tiny_lanes);
             }
             if seen != tiny_lanes {
-                self.list_in_tiles(first as u32, &bounds, seen & !tiny_lanes);
+                self.list_in_tiles(simd, first as u32, &corners, &bounds, seen & !tiny_lanes);
             }
         }
     }
@@ -161,7 +161,8 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
             Err(why) => self.bins.omitted.note(id, why),
             Ok(corners) => {
                 let path = if (self.masked)(id) { Path::Masked } else { Path::General };
-                self.bins.list_general(self.space, path, id, &General::new(self.space, corners));
+                let listed = Listed { triangle: id, nearest: f32::INFINITY };
+                self.bins.list_general(self.space, path, listed, &General::new(self.space, corners));
             }
         }
     }
@@ -248,12 +249,22 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
 
     /// Lists larger triangles in the tiles that they overlap.
     #[inline(always)]
-    fn list_in_tiles<S: Simd>(&mut self, first: u32, bounds: &PixelBounds<S>, lanes: u64) {
+    fn list_in_tiles<S: Simd>(
+        &mut self,
+        simd: S,
+        first: u32,
+        corners: &Corners<S>,
+        bounds: &PixelBounds<S>,
+        lanes: u64,
+    ) {
+        let nearest = max3(corners.inverse_depth) * splat(simd, 1.0 + 4.0 * HALF_ULP);
+        let nearest: [f32; LANES] = nearest.into();
         let (x0, x1): ([f32; LANES], [f32; LANES]) = (bounds.x[0].into(), bounds.x[1].into());
         let (y0, y1): ([f32; LANES], [f32; LANES]) = (bounds.y[0].into(), bounds.y[1].into());
         for lane in lanes_of(lanes) {
             let id = first + lane;
             let lane = lane as usize;
+            let listed = Listed { triangle: id, nearest: nearest[lane] };
             let tile = |sample: f32, middle: i32| (sample as i32 + middle) >> Bins::TILE_BITS;
             let (middle_x, middle_y) = (self.space.middle.x, self.space.middle.y);
             let tiles = [
@@ -265,10 +276,10 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
             // Where bounds hold many tiles, a triangle often misses most of them.
             const MOST_UNTESTED: i32 = 4;
             if (tiles[1] - tiles[0] + 1) * (tiles[3] - tiles[2] + 1) <= MOST_UNTESTED {
-                self.bins.list(Path::Ordinary, id, tiles);
+                self.bins.list(Path::Ordinary, listed, tiles);
             } else {
                 let general = General::new(self.space, self.triangles.corners(id));
-                self.bins.list_general(self.space, Path::Ordinary, id, &general);
+                self.bins.list_general(self.space, Path::Ordinary, listed, &general);
             }
         }
     }

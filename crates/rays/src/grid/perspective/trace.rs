@@ -5,9 +5,10 @@ use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
 use glam::{IVec2, UVec2};
 use rayon::prelude::*;
 
-use super::bins::Bin;
+use super::bins::{Bin, Listed};
 use super::general::{General, Square};
 use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
+use super::listed::depth;
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::tile::{BLOCKS, Batch, Doubt, HALF, SAMPLES, Tile, block_range};
 use super::{GridCounts, PerspectiveGrid};
@@ -82,23 +83,11 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
     #[inline(always)]
     fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone) {
         self.tile.clear();
-        let mut batch = Batch::default();
-        // Batches go on from one range's bin to the next one's, which often hold but few.
-        let mut ids = [0; LANES];
-        let mut waiting = 0;
+        let lists = bins.clone().map(|bin| bin.ordinary.as_slice());
+        self.tally.listed += self.tile.order.sort_by_depth(lists) as u64;
+        self.test_nearest_first(simd);
         for bin in bins.clone() {
-            self.tally.listed += (bin.ordinary.len() + bin.general.len() + bin.masked.len()) as u64;
-            for &id in &bin.ordinary {
-                ids[waiting] = id;
-                waiting += 1;
-                if waiting == LANES {
-                    self.test_ordinary(simd, &ids, &mut batch);
-                    waiting = 0;
-                }
-            }
-        }
-        self.test_ordinary(simd, &ids[..waiting], &mut batch);
-        for bin in bins.clone() {
+            self.tally.listed += (bin.general.len() + bin.masked.len()) as u64;
             self.test_general(simd, &bin.general, false);
             self.test_general(simd, &bin.masked, true);
         }
@@ -111,6 +100,25 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
         }
         self.settle();
         self.tile.turn_bounds_into_errors(simd);
+    }
+
+    /// Tests the triangles in the tile's order, but for those that are behind all that is seen by then.
+    #[inline(always)]
+    fn test_nearest_first<S: Simd>(&mut self, simd: S) {
+        let order = std::mem::take(&mut self.tile.order);
+        let mut batch = Batch::default();
+        let (mut ids, mut waiting, mut farthest) = ([0; LANES], 0, 0.0);
+        for listed in order.listed() {
+            ids[waiting] = listed.triangle;
+            waiting += usize::from(listed.nearest >= farthest);
+            if waiting == LANES {
+                self.test_ordinary(simd, &ids, &mut batch);
+                waiting = 0;
+                farthest = self.tile.farthest(simd);
+            }
+        }
+        self.test_ordinary(simd, &ids[..waiting], &mut batch);
+        self.tile.order = order;
     }
 
     /// Tests up to 16 triangles on the fast path.
@@ -165,16 +173,27 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
         }
     }
 
-    /// Tests triangles on the general path.
+    /// Tests triangles with edge functions found in f64: in f32 in the tile where that will do, else in f64.
     #[inline(always)]
-    fn test_general<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool) {
+    fn test_general<S: Simd>(&mut self, simd: S, list: &[Listed], masked: bool) {
         let corner = self.corner - self.space.middle;
         let whole = Square { x: corner.x, y: corner.y, side: 2 * HALF };
-        for &id in ids {
+        let middle = (corner + HALF).as_dvec2().to_array();
+        let (mut batch, mut waiting) = (Batch::default(), 0);
+        for &Listed { triangle: id, .. } in list {
             let triangle = General::new(self.space, self.triangles.corners(id));
-            self.test_square(simd, &triangle, id, masked, whole);
+            if triangle.oriented && !masked && batch.fill_general(waiting, &triangle, middle, id) {
+                waiting += 1;
+                if waiting == LANES {
+                    self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
+                    waiting = 0;
+                }
+            } else {
+                self.test_square(simd, &triangle, id, masked, whole);
+            }
             self.settle_if_many();
         }
+        self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
     }
 
     fn test_square<S: Simd>(&mut self, simd: S, triangle: &General, id: u32, masked: bool, square: Square) {
@@ -274,14 +293,16 @@ impl<C: Fn(&Hit) -> bool> TileTrace<'_, C> {
         }
     }
 
-    /// The inverse depth of what is seen at a place, by the predicate.
-    #[cold]
+    /// The inverse depth of what is seen at a place, in f64 or by the predicate.
     fn inverse_depth(&self, place: usize) -> f32 {
         let (x, y) = self.pixel(place);
         let id = self.tile.triangle[place];
-        let corners = (id != SeenPixels::NONE).then(|| self.triangles.corners(id));
-        let crossing = corners.and_then(|corners| crossing(&self.space.ray(x, y), corners));
-        crossing.map_or(f32::NAN, |crossing| SeenPixels::inverse_of(crossing.t))
+        if id == SeenPixels::NONE {
+            return f32::NAN;
+        }
+        let (ray, corners) = (self.space.ray(x, y), self.triangles.corners(id));
+        let of_predicate = || crossing(&ray, corners).map(|crossing| SeenPixels::inverse_of(crossing.t));
+        depth::inverse_depth(&ray, corners).or_else(of_predicate).unwrap_or(f32::NAN)
     }
 
     /// Column and row in the image of a place in the tile.
