@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use anyhow::Result;
 use umbrage::rays::{
-    Hit, LightGrid, ListedCounts, ListedGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel,
-    TileOrder,
+    LightGrid, ListedCounts, ListedGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel, TileOrder,
+    Unmasked,
 };
 use umbrage::scene::SolidPoints;
 
@@ -88,20 +88,19 @@ impl Grids {
         let mut times = Times::default();
         for &offset_pixels in offsets_pixels {
             let is_masked = |id| *masks && frame.is_masked(id);
-            let anything = |_: &Hit| true;
             match camera_grid {
                 CameraGrid::Direct(grid) => {
                     time(&mut times.build, || grid.build(triangles, view, offset_pixels, is_masked))?;
                     time(&mut times.see, || match masks {
                         true => grid.trace(triangles, SolidPoints(frame), seen),
-                        false => grid.trace(triangles, anything, seen),
+                        false => grid.trace(triangles, Unmasked, seen),
                     });
                 }
                 CameraGrid::Listed(grid, options, counts) => {
                     time(&mut times.build, || grid.build(triangles, view, offset_pixels, *options, is_masked))?;
                     *counts = time(&mut times.see, || match masks {
                         true => grid.trace(triangles, SolidPoints(frame), seen),
-                        false => grid.trace(triangles, anything, seen),
+                        false => grid.trace(triangles, Unmasked, seen),
                     });
                 }
             }
