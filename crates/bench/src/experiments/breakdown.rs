@@ -68,8 +68,10 @@ impl BreakdownFlags {
                 });
             }
         }
-        table.note("build and see are the camera's; the others are the light's. Rearranging is what the paper calls so: points")?;
-        table.note("brought to the light's view and sorted (survey, map, sort).")?;
+        table.note(
+            "build and see are the camera's; the others are the light's. Rearranging is what the paper calls so:",
+        )?;
+        table.note("points brought to the light's view and sorted (survey, map, sort).")?;
         viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
         table.finish()?;
         self.common.draw(|| {

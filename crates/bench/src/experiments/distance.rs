@@ -17,7 +17,7 @@ pub(crate) struct DistanceFlags {
     #[arg(default_values = ["demo:cloth", "demo:hall", "demo:shatter"])]
     scenes: Vec<String>,
     /// Distances of the light from the scene's centre, in units of half the diagonal of the scene's box
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 8.0, 16.0])]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = DISTANCES)]
     distances: Vec<f32>,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
@@ -36,6 +36,8 @@ const COLUMNS: &[(&str, usize)] = &[
     ("decide", 8),
     ("shadow", 8),
 ];
+
+const DISTANCES: [f32; 9] = [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 8.0, 16.0];
 
 /// Where the light is, as the scene's centre sees it: above, to the right and in front.
 const TOWARDS_LIGHT: Vec3 = Vec3::new(0.4, 0.8, 0.45);

@@ -15,7 +15,7 @@ pub(crate) struct GrowthFlags {
     #[arg(default_values = ["demo:statue", "demo:cloth"])]
     scenes: Vec<String>,
     /// Triangles of each scene, at 1024x1024 pixels
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 10_000_000])]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = TRIANGLES)]
     triangles: Vec<u32>,
     /// Widths and heights of the image, for the number of triangles that each scene has by itself
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [256, 512, 1024, 2048, 4096])]
@@ -39,6 +39,8 @@ const COLUMNS: &[(&str, usize)] = &[
     ("light_bytes_pixel", 17),
     ("bytes_both", 11),
 ];
+
+const TRIANGLES: [u32; 7] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 10_000_000];
 
 /// Width and height while triangles grow, in pixels.
 const SIDE: u32 = 1024;
