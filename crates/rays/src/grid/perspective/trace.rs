@@ -2,7 +2,7 @@ use std::sync::Mutex;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
-use glam::{IVec2, UVec2};
+use glam::{IVec2, UVec2, Vec3};
 use rayon::prelude::*;
 
 use super::bins::{Bin, Listed};
@@ -257,8 +257,9 @@ impl TileTrace<'_> {
             return;
         }
         let corners = |id: u32| self.triangles.corners(id);
-        // A copy of the best with a higher id never wins.
-        if best < doubt.triangle && corners(best) == corners(doubt.triangle) {
+        // Two triangles with the same corners, such as those between two pieces that have come apart, are hit alike.
+        let is_copy = best != SeenPixels::NONE && are_the_same(corners(best), corners(doubt.triangle));
+        if is_copy && best < doubt.triangle {
             return;
         }
         self.tally.referred += 1;
@@ -269,7 +270,7 @@ impl TileTrace<'_> {
             (ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
         };
         let Some(new) = hit(doubt.triangle).filter(|hit| self.mask.is_solid(hit)) else { return };
-        let old = if best == SeenPixels::NONE { None } else { hit(best) };
+        let old = if best == SeenPixels::NONE || is_copy { None } else { hit(best) };
         let nearest = match old {
             Some(old) if (old.t, old.triangle) < (new.t, new.triangle) => old,
             _ => new,
@@ -321,6 +322,11 @@ impl TileTrace<'_> {
         let y = self.corner.y as u32 + (block / BLOCKS * 4 + sample / 4) as u32;
         (x, y)
     }
+}
+
+/// Whether two triangles have the same corners, in whatever order.
+fn are_the_same(first: [Vec3; 3], [a, b, c]: [Vec3; 3]) -> bool {
+    [[a, b, c], [b, c, a], [c, a, b], [c, b, a], [b, a, c], [a, c, b]].contains(&first)
 }
 
 /// Whether ranges of samples have any that is in the tile and, in tile-local coordinates, not after `last`.
