@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use anyhow::Result;
 use umbrage::rays::{
-    GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel,
-    TileOrder,
+    GridCounts, LightGrid, LightGridCounts, LightGridSeconds, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel,
+    TileOrder, Unmasked,
 };
 use umbrage::scene::SolidPoints;
 
@@ -76,7 +76,7 @@ impl Grids {
                 if *masks {
                     camera_grid.trace(triangles, SolidPoints(frame), seen)
                 } else {
-                    camera_grid.trace(triangles, |_: &Hit| true, seen)
+                    camera_grid.trace(triangles, Unmasked, seen)
                 }
             });
             let image = SeenImage { triangles, view: *view, offset_pixels, seen };

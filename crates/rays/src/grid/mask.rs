@@ -44,3 +44,17 @@ impl<F: Fn(&Hit) -> bool + Sync> Mask for F {
         MaskAnswers::default()
     }
 }
+
+/// The mask of scenes that have none: everything is there.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unmasked;
+
+impl Mask for Unmasked {
+    fn is_solid(&self, _: &Hit) -> bool {
+        true
+    }
+
+    fn are_solid(&self, _: u32, points: &MaskPoints) -> MaskAnswers {
+        MaskAnswers { solid: points.asked, cut: 0 }
+    }
+}
