@@ -17,5 +17,5 @@ pub use perspective::{
     PerspectiveGrid,
 };
 pub use seen::SeenPixels;
-pub use simd_level::SimdLevel;
+pub use simd_level::{SimdLevel, UnknownSimdLevel};
 pub use tile_order::TileOrder;

@@ -12,12 +12,12 @@ impl Cpu {
     /// # Errors
     /// Where the image is larger than the structure's limit.
     pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
-        let Self { structure, bvh, camera_grid, listed_grid, seen, .. } = self;
+        let Self { structure, bvh, camera_grid, listed_grid, seen, camera_work, .. } = self;
         let triangles = frame.triangles();
         match structure {
             Structure::Perspective => {
                 camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
-                camera_grid.trace(triangles, SolidPoints(frame), seen);
+                *camera_work = camera_grid.trace(triangles, SolidPoints(frame), seen);
             }
             Structure::Listed(options) => {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;

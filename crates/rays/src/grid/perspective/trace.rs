@@ -5,9 +5,10 @@ use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
 use glam::{IVec2, UVec2};
 use rayon::prelude::*;
 
-use super::bins::Bin;
+use super::bins::{Bin, Listed};
 use super::general::{General, Square};
 use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
+use super::listed::depth;
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::tile::{BLOCKS, Batch, Doubt, HALF, MaskWeights, SAMPLES, Tile, block_range};
 use super::{GridCounts, PerspectiveGrid};
@@ -21,6 +22,11 @@ impl PerspectiveGrid {
     /// `triangles` are those of the last [`build`](Self::build). A hit counts where `mask` says that it is solid, which it
     /// may deny of triangles that were masked there, and of no others.
     pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> GridCounts {
+        self.trace_tiles(triangles, &mask, seen)
+    }
+
+    /// As [`trace`](Self::trace): compiled once, not for every type of mask.
+    fn trace_tiles(&mut self, triangles: Triangles<'_>, mask: &dyn Mask, seen: &mut SeenPixels) -> GridCounts {
         let Some(space) = self.space else {
             seen.resize(0, 0);
             return GridCounts::default();
@@ -38,7 +44,7 @@ impl PerspectiveGrid {
             let mut tile = grid.scratch[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
             let (space, vertices, tally) = (&space, &grid.vertices, GridCounts::default());
-            let mut trace = TileTrace { space, triangles, vertices, mask: &mask, corner, tile: &mut tile, tally };
+            let mut trace = TileTrace { space, triangles, vertices, mask, corner, tile: &mut tile, tally };
             let bins = grid.ranges.iter().map(|range| &range.bins[index]);
             dispatch!(grid.level.0, simd => trace.run(simd, bins.clone()));
             trace.write(triangle, inverse_depth);
@@ -61,38 +67,25 @@ impl GridCounts {
 }
 
 /// The search of one tile.
-struct TileTrace<'a, M> {
+struct TileTrace<'a> {
     space: &'a PixelSpace,
     triangles: Triangles<'a>,
     vertices: &'a [Vertex],
-    mask: &'a M,
+    mask: &'a dyn Mask,
     /// The tile's first column and row in the image.
     corner: IVec2,
     tile: &'a mut Tile,
     tally: GridCounts,
 }
 
-impl<M: Mask> TileTrace<'_, M> {
+impl TileTrace<'_> {
     /// Searches the tile's bins of all ranges of triangles.
     #[inline(always)]
     fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone) {
         self.tile.clear();
-        let mut batch = Batch::default();
-        // Batches go on from one range's bin to the next one's, which often hold but few.
-        let mut ids = [0; LANES];
-        let mut waiting = 0;
-        for bin in bins.clone() {
-            self.tally.listed += bin.lists().map(Vec::len).sum::<usize>() as u64;
-            for &id in &bin.ordinary {
-                ids[waiting] = id;
-                waiting += 1;
-                if waiting == LANES {
-                    self.test_ordinary::<S, false>(simd, &ids, &mut batch);
-                    waiting = 0;
-                }
-            }
-        }
-        self.test_ordinary::<S, false>(simd, &ids[..waiting], &mut batch);
+        self.tally.listed += bins.clone().flat_map(Bin::lists).map(Vec::len).sum::<usize>() as u64;
+        self.tile.order.sort_by_depth(bins.clone().map(|bin| bin.ordinary.as_slice()));
+        self.test_nearest_first::<S, false>(simd);
         for bin in bins.clone() {
             self.test_general(simd, &bin.general, false);
         }
@@ -104,23 +97,32 @@ impl<M: Mask> TileTrace<'_, M> {
             }
         }
         // Masked triangles come last: the less of them is seen, the fewer questions there are for the mask.
-        waiting = 0;
-        for bin in bins.clone() {
-            for &id in &bin.masked {
-                ids[waiting] = id;
-                waiting += 1;
-                if waiting == LANES {
-                    self.test_ordinary::<S, true>(simd, &ids, &mut batch);
-                    waiting = 0;
-                }
-            }
-        }
-        self.test_ordinary::<S, true>(simd, &ids[..waiting], &mut batch);
+        self.tile.order.sort_by_depth(bins.clone().map(|bin| bin.masked.as_slice()));
+        self.test_nearest_first::<S, true>(simd);
         for bin in bins {
             self.test_general(simd, &bin.masked_general, true);
         }
         self.settle();
         self.tile.turn_bounds_into_errors(simd);
+    }
+
+    /// Tests the triangles in the tile's order, all of them masked or none, but for those that are behind all that is seen by then.
+    #[inline(always)]
+    fn test_nearest_first<S: Simd, const MASKED: bool>(&mut self, simd: S) {
+        let order = std::mem::take(&mut self.tile.order);
+        let mut batch = Batch::default();
+        let (mut ids, mut waiting, mut farthest) = ([0; LANES], 0, 0.0);
+        for listed in order.listed() {
+            ids[waiting] = listed.triangle;
+            waiting += usize::from(listed.nearest >= farthest);
+            if waiting == LANES {
+                self.test_ordinary::<S, MASKED>(simd, &ids, &mut batch);
+                waiting = 0;
+                farthest = self.tile.farthest(simd);
+            }
+        }
+        self.test_ordinary::<S, MASKED>(simd, &ids[..waiting], &mut batch);
+        self.tile.order = order;
     }
 
     /// Tests up to 16 triangles on the fast path, all of them masked or none.
@@ -180,16 +182,27 @@ impl<M: Mask> TileTrace<'_, M> {
         }
     }
 
-    /// Tests triangles on the general path.
+    /// Tests triangles with edge functions found in f64: in f32 in the tile where that will do, else in f64.
     #[inline(always)]
-    fn test_general<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool) {
+    fn test_general<S: Simd>(&mut self, simd: S, list: &[Listed], masked: bool) {
         let corner = self.corner - self.space.middle;
         let whole = Square { x: corner.x, y: corner.y, side: 2 * HALF };
-        for &id in ids {
+        let middle = (corner + HALF).as_dvec2().to_array();
+        let (mut batch, mut waiting) = (Batch::default(), 0);
+        for &Listed { triangle: id, .. } in list {
             let triangle = General::new(self.space, self.triangles.corners(id));
-            self.test_square(simd, &triangle, id, masked, whole);
+            if triangle.oriented && !masked && batch.fill_general(waiting, &triangle, middle, id) {
+                waiting += 1;
+                if waiting == LANES {
+                    self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
+                    waiting = 0;
+                }
+            } else {
+                self.test_square(simd, &triangle, id, masked, whole);
+            }
             self.settle_if_many();
         }
+        self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
     }
 
     fn test_square<S: Simd>(&mut self, simd: S, triangle: &General, id: u32, masked: bool, square: Square) {
@@ -289,14 +302,16 @@ impl<M: Mask> TileTrace<'_, M> {
         }
     }
 
-    /// The inverse depth of what is seen at a place, by the predicate.
-    #[cold]
+    /// The inverse depth of what is seen at a place, in f64 or by the predicate.
     fn inverse_depth(&self, place: usize) -> f32 {
         let (x, y) = self.pixel(place);
         let id = self.tile.triangle[place];
-        let corners = (id != SeenPixels::NONE).then(|| self.triangles.corners(id));
-        let crossing = corners.and_then(|corners| crossing(&self.space.ray(x, y), corners));
-        crossing.map_or(f32::NAN, |crossing| SeenPixels::inverse_of(crossing.t))
+        if id == SeenPixels::NONE {
+            return f32::NAN;
+        }
+        let (ray, corners) = (self.space.ray(x, y), self.triangles.corners(id));
+        let of_predicate = || crossing(&ray, corners).map(|crossing| SeenPixels::inverse_of(crossing.t));
+        depth::inverse_depth(&ray, corners).or_else(of_predicate).unwrap_or(f32::NAN)
     }
 
     /// Column and row in the image of a place in the tile.

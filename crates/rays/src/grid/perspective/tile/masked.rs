@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
-use super::{BLOCKS, Batch, COLUMNS, HALF, ROWS, Tile};
+use super::{BLOCKS, Batch, HALF, Tile, coordinates};
 use crate::grid::extremes::{max3, min3};
 use crate::grid::perspective::lanes::{Corners, LANES, Setup, each, largest, splat};
 use crate::grid::perspective::pixel_space::{HALF_ULP, PixelSpace};
@@ -89,14 +89,17 @@ impl Tile {
         simd: S,
         batch: &Batch,
         weights: &MaskWeights,
-        mask: &impl Mask,
+        mask: &dyn Mask,
         lanes: u64,
     ) {
-        let mut waiting = 0;
+        let (mut waiting, mut covered) = (0, 0);
         for lane in super::super::build::lanes_of(lanes) {
             let lane = lane as usize % LANES;
             let blocks = [0, 1, 2, 3].map(|bound: usize| batch.blocks[bound][lane] as usize % BLOCKS);
-            waiting = self.enqueue_blocks(simd, batch, lane, blocks, waiting);
+            (waiting, covered) = self.enqueue_blocks(simd, batch, lane, blocks, (waiting, covered));
+        }
+        for place in 0..covered {
+            self.test_masked_block(simd, batch, weights, mask, self.covered[place] as usize);
         }
         for place in 0..waiting {
             self.test_masked_block(simd, batch, weights, mask, self.queue[place] as usize);
@@ -110,14 +113,13 @@ impl Tile {
         simd: S,
         batch: &Batch,
         weights: &MaskWeights,
-        mask: &impl Mask,
+        mask: &dyn Mask,
         queued: usize,
     ) {
         let lane = queued / (BLOCKS * BLOCKS) % LANES;
         let block = queued % (BLOCKS * BLOCKS);
         let at = |values: &[f32; LANES]| splat(simd, values[lane]);
-        let x = f32x16::simd_from(simd, COLUMNS) + splat(simd, (4 * (block % BLOCKS) as i32 - HALF) as f32);
-        let y = f32x16::simd_from(simd, ROWS) + splat(simd, (4 * (block / BLOCKS) as i32 - HALF) as f32);
+        let [x, y] = coordinates(simd, block);
         let edges = batch.edges(simd, lane, x, y);
         let (lowest, bound) = (min3(edges), at(&batch.bound));
         let depth = at(&batch.inverse_depth) + (x * at(&batch.gradient[0]) + y * at(&batch.gradient[1]));
@@ -142,11 +144,12 @@ impl Tile {
             self.doubt(block, batch.ids[lane], possible & !certain, &high);
         }
         let certain = mask32x16::from_bitmask(simd, certain);
-        certain.select(low, old_low).store_slice(&mut self.low[samples.clone()]);
+        let new_low = certain.select(low, old_low);
+        new_low.store_slice(&mut self.low[samples.clone()]);
         certain.select(high, old_high).store_slice(&mut self.high[samples.clone()]);
         let old_triangle = u32x16::from_slice(simd, &self.triangle[samples.clone()]);
         let triangle = u32x16::splat(simd, batch.ids[lane]);
         certain.select(triangle, old_triangle).store_slice(&mut self.triangle[samples]);
-        self.stale[block / BLOCKS] |= 1 << (block % BLOCKS);
+        self.farthest[block] = new_low.reduce_min();
     }
 }
