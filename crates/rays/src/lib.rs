@@ -18,7 +18,8 @@ pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
 pub use grid::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, LightGrid, LightGridCounts, LightGridSeconds, ListedCounts,
-    ListedGrid, ListedOptions, ListedSeconds, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel, TileOrder,
+    ListedGrid, ListedOptions, ListedSeconds, PerspectiveGrid, PixelWork, SeenImage, SeenPixels, SimdLevel, TileOrder,
+    Work,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

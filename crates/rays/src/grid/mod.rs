@@ -8,6 +8,7 @@ mod perspective;
 mod seen;
 mod simd_level;
 mod tile_order;
+mod work;
 
 pub use light::{LightGrid, LightGridCounts, LightGridSeconds, SeenImage};
 pub use perspective::{
@@ -17,3 +18,4 @@ pub use perspective::{
 pub use seen::SeenPixels;
 pub use simd_level::SimdLevel;
 pub use tile_order::TileOrder;
+pub use work::{PixelWork, Work};

@@ -29,7 +29,7 @@ pub(super) struct Tile {
     /// A bit for each block of a row with new hits.
     stale: [u16; BLOCKS],
     /// Blocks that the triangles of a batch may cover: 256 × the lane, plus the block.
-    queue: [u32; LANES * BLOCKS * BLOCKS],
+    pub(super) queue: [u32; LANES * BLOCKS * BLOCKS],
     /// What the predicate has to decide.
     pub(super) doubts: Vec<Doubt>,
 }
@@ -128,9 +128,10 @@ impl Tile {
         self.stale.fill(0);
     }
 
-    /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not.
+    /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not;
+    /// returns how many blocks it queued and tested.
     #[inline(always)]
-    pub(super) fn test_batch<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, lanes: u64) {
+    pub(super) fn test_batch<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, lanes: u64) -> usize {
         let mut waiting = 0;
         for lane in super::build::lanes_of(lanes) {
             let lane = lane as usize % LANES;
@@ -152,6 +153,7 @@ impl Tile {
         for place in 0..waiting {
             self.test_block::<S, CERTAIN>(simd, batch, self.queue[place] as usize);
         }
+        waiting
     }
 
     /// Queues those of a triangle's blocks that aren't certain to miss it, or to hide it.
