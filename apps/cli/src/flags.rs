@@ -27,6 +27,8 @@ Examples:
       The light goes round the scene
   umbrage render demo:cloth --frames 0..9 -o %d.png --stats json
       What each frame cost
+  umbrage heatmap demo:forest --structure listed --sorting-tile 8 --max 200
+      How many triangles each pixel is tested with
   umbrage info demo:cloth --json
       What is in a scene";
 
@@ -59,6 +61,9 @@ pub(crate) enum Command {
     /// Render a picture, numbered frames, an animation or raw video
     #[command(after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"), args_override_self = true)]
     Render(Box<RenderFlags>),
+    /// Draw how much work each pixel is: triangles tested, cells visited, or tests that the filter left undecided
+    #[command(args_override_self = true)]
+    Heatmap(Box<HeatmapFlags>),
     /// Show what is in a scene, or without one which scenes are built in
     Info(InfoFlags),
     /// Print a completion script for a shell
@@ -178,6 +183,72 @@ pub(crate) struct RenderFlags {
     pub(crate) quiet: bool,
     #[command(flatten)]
     pub(crate) opening: OpeningFlags,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct HeatmapFlags {
+    /// A .gltf, .glb, .obj, .ply or .stl file, a folder or pattern of numbered ones, or demo:NAME
+    /// [default: demo:cloth]
+    pub(crate) scene: Option<PathBuf>,
+    /// The PNG to write [default: heatmap.png]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// What the colours show
+    #[arg(long, value_enum, default_value = "tested")]
+    pub(crate) of: CountedFlag,
+    /// What finds the triangles that camera rays hit
+    #[arg(long, value_enum, default_value = "listed")]
+    pub(crate) structure: GridFlag,
+    /// Pixels a side of the tiles that triangles are listed in: 8, 16, 32 or 64
+    #[arg(long, value_name = "PIXELS")]
+    pub(crate) sorting_tile: Option<u32>,
+    /// Sorting tiles a side of the tiles that are searched at once: 1, 2, 4 or 8, of 64 pixels at most
+    #[arg(long, value_name = "K")]
+    pub(crate) tracing_tiles: Option<u32>,
+    /// Depth slices, 1 to 64
+    #[arg(long, value_name = "N")]
+    pub(crate) slices: Option<u32>,
+    /// Test all triangles of a cell on all pixels of its tile, as one GPU thread for each pixel does
+    #[arg(long)]
+    pub(crate) whole_tiles: bool,
+    /// The count that has the last colour [default: one that few pixels exceed]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
+    pub(crate) max: Option<u32>,
+    /// The moment to show; the animation starts again after its end
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
+    pub(crate) time: Option<f64>,
+    /// Width and height in pixels, without the legend
+    #[arg(long, value_name = "WxH", default_value = "1024x1024")]
+    pub(crate) size: Size,
+    /// A camera of the scene by name or by number from 0, or a new one at X,Y,Z that looks at another place, with
+    /// its vertical field of view in degrees (40) [default: the scene's first, else one that sees everything]
+    #[arg(long, value_name = "NAME|NUMBER|X,Y,Z:X,Y,Z[:FOV]", allow_hyphen_values = true)]
+    pub(crate) camera: Option<CameraFlag>,
+    /// Threads to work with [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    #[command(flatten)]
+    pub(crate) opening: OpeningFlags,
+}
+
+/// What a heat map shows.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum CountedFlag {
+    /// Triangles tested on the pixel
+    Tested,
+    /// Cells with triangles that were searched for it
+    Cells,
+    /// Tests on it that the filter left undecided
+    Undecided,
+}
+
+/// Structures whose work is counted pixel by pixel.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum GridFlag {
+    /// The grid that tests small triangles directly
+    Perspective,
+    /// The same in its paper's form, with triangles listed by cell
+    Listed,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -12,8 +12,8 @@ use crate::lights::LightFlag;
 use crate::values::{BackgroundFlag, CameraFlag};
 
 /// The scene of a command that names none, and a moment at which it looks good.
-const DEFAULT_SCENE: &str = "demo:cloth";
-const DEFAULT_SCENE_SECONDS: f64 = 2.5;
+pub(crate) const DEFAULT_SCENE: &str = "demo:cloth";
+pub(crate) const DEFAULT_SCENE_SECONDS: f64 = 2.5;
 
 /// A render that makes sense: what is left to go wrong is in the scene or in the system.
 #[derive(Debug)]
@@ -108,6 +108,13 @@ impl Job {
         };
         (frames, move |frame| single.unwrap_or_else(|| rate.seconds(frame)))
     }
+}
+
+/// Has everything work on that many threads, where a number is given.
+pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
+    let Some(threads) = threads else { return Ok(()) };
+    let built = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
+    built.map_err(|error| Failure::Work(format!("--threads {threads}: {error}")))
 }
 
 impl From<OpeningFlags> for OpenOptions {

@@ -3,6 +3,7 @@
 
 mod failure;
 mod flags;
+mod heatmap;
 mod info;
 mod job;
 mod lights;
@@ -30,6 +31,7 @@ fn main() -> ExitCode {
 fn run(flags: Flags) -> Result<(), Failure> {
     match flags.command {
         Command::Render(flags) => render::run(&job::Job::new(*flags)?),
+        Command::Heatmap(flags) => heatmap::run(*flags),
         Command::Info(flags) => info::run(flags),
         Command::Completions { shell } => pages::completions(shell),
         Command::Man { folder } => pages::man(folder.as_deref()),

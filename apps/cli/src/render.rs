@@ -7,16 +7,13 @@ use umbrage::{Renderer, Scene};
 
 use crate::failure::Failure;
 use crate::flags::StatsFlag;
-use crate::job::Job;
+use crate::job::{Job, use_threads};
 use crate::progress::Progress;
 use crate::report::{self, FrameReport, Report};
 use crate::staging::Staging;
 
 pub(crate) fn run(job: &Job) -> Result<(), Failure> {
-    if let Some(threads) = job.threads {
-        let built = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
-        built.map_err(|error| Failure::Work(format!("--threads {threads}: {error}")))?;
-    }
+    use_threads(job.threads)?;
     let scene = Scene::open_with(&job.scene, &job.open_options)?;
     if !job.quiet {
         for warning in scene.warnings() {

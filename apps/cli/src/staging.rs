@@ -71,7 +71,7 @@ impl Staging {
 }
 
 /// The place of the camera with this name, or else this number.
-fn listed_camera(frame: &Frame, name: &str) -> Result<usize, Failure> {
+pub(crate) fn listed_camera(frame: &Frame, name: &str) -> Result<usize, Failure> {
     let cameras = &frame.cameras;
     let named = cameras.iter().position(|camera| &*camera.name == name);
     let numbered = || name.parse().ok().filter(|&number: &usize| number < cameras.len());

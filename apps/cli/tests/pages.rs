@@ -90,7 +90,7 @@ fn examples_of_the_help_work() {
     let place = Workplace::new();
     let (help, _) = place.succeed(&["--help"]);
     let examples = examples(&help);
-    assert!(examples.len() == 9, "{help}");
+    assert!(examples.len() == 10, "{help}");
     for mut words in examples {
         let example = words.join(" ");
         for word in &mut words {
@@ -99,7 +99,7 @@ fn examples_of_the_help_work() {
             }
         }
         let mut arguments: Vec<&str> = words.iter().map(String::as_str).collect();
-        if arguments[0] == "render" {
+        if ["render", "heatmap"].contains(&arguments[0]) {
             arguments.extend(["--size", "16x9"]);
         }
         if words.contains(&"y4m".to_owned()) || words.contains(&"--frames".to_owned()) {

@@ -6,8 +6,8 @@ use glam::{DVec2, Vec3};
 use support::{Mesh, Random, assert_exact, is_same, view};
 use umbrage_rays::predicate::crossing;
 use umbrage_rays::{
-    Camera, Cells, Hit, ImageTooLarge, ListedCounts, ListedGrid, ListedOptions, Projection, SeenPixels, SimdLevel,
-    Triangles, Unmasked, View,
+    Camera, Cells, Hit, ImageTooLarge, ListedCounts, ListedGrid, ListedOptions, PixelWork, Projection, SeenPixels,
+    SimdLevel, Triangles, Unmasked, View,
 };
 
 const MIDDLE: DVec2 = DVec2::splat(0.5);
@@ -51,6 +51,38 @@ fn check(mesh: &Mesh, view: &View, offset: DVec2) -> ListedCounts {
         }
     }
     counts
+}
+
+/// The sums of tested triangles, cells and undecided ones over the pixels of an image.
+fn sums(work: &PixelWork, view: &View) -> [u64; 3] {
+    let mut sums = [0; 3];
+    for (x, y) in (0..view.height).flat_map(|y| (0..view.width).map(move |x| (x, y))) {
+        let work = work.at(x, y);
+        for (sum, count) in sums.iter_mut().zip([work.tested, work.cells, work.undecided]) {
+            *sum += u64::from(count);
+        }
+    }
+    sums
+}
+
+#[test]
+fn work_adds_up_and_changes_nothing() {
+    let mesh = Mesh::soup(&mut Random(7), 200, 0.1);
+    let view = view(128, 64);
+    let (reference, _) = trace(&mesh, &view, MIDDLE, ListedOptions::DEFAULT);
+    let mut work = PixelWork::default();
+    for options in many_options() {
+        let mut grid = ListedGrid::default();
+        let mut seen = SeenPixels::default();
+        grid.build(mesh.triangles(), &view, MIDDLE, options, |_| false).expect("a small image");
+        for _ in 0..2 {
+            let counts = grid.trace_counting(mesh.triangles(), Unmasked, &mut seen, &mut work);
+            assert_eq!(seen.triangle, reference.triangle);
+            // All samples of a block are tested together, and all of a sorting tile visit a cell together.
+            let side = u64::from(options.cells.sorting_tile());
+            assert_eq!(sums(&work, &view), [counts.tests * 16, counts.cells * side * side, counts.undecided]);
+        }
+    }
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! The spine: a frame from top to bottom.
 
-use umbrage_rays::{GridCounts, SeenPixels, SimdLevel, View};
+use umbrage_rays::{GridCounts, PixelWork, SeenPixels, SimdLevel};
 use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
 use crate::cpu::{Cpu, LightMask, LightWork};
 use crate::sampling::Sample;
-use crate::{Film, Settings, Stats};
+use crate::{Film, Settings, Stats, Structure};
 
 /// Renders frames, one after the other, in the same memory.
 #[derive(Debug, Default)]
@@ -60,9 +60,7 @@ impl Renderer {
         if let Some(lights) = &settings.lights {
             frame.lights.clone_from(lights);
         }
-        let aspect = settings.width as f32 / settings.height as f32;
-        let camera = settings.camera.unwrap_or_else(|| frame.camera(aspect));
-        let view = View { camera, width: settings.width, height: settings.height };
+        let view = settings.view(frame);
         let surroundings = Surroundings::new(&settings.background);
 
         film.clear(&view);
@@ -76,6 +74,32 @@ impl Renderer {
 
         stats.count(frame, film, engine, settings.samples);
         Ok(film)
+    }
+
+    /// Counts, pixel by pixel, the work of seeing `scene` at a moment through the middle of each pixel, and lights
+    /// nothing. The work of [`Structure::Bvh`] isn't counted.
+    ///
+    /// # Errors
+    /// Where the scene can't be posed, the image is too large, or a setting makes no sense.
+    pub fn count_work(
+        &mut self,
+        scene: &Scene,
+        seconds: f64,
+        settings: &Settings,
+        work: &mut PixelWork,
+    ) -> Result<(), Error> {
+        settings.check()?;
+        if settings.structure == Structure::Bvh {
+            return Err(Error::Settings("the work of pixels is counted in grids alone".to_owned()));
+        }
+        let Self { engine, frame, .. } = self;
+        scene.pose(seconds, frame)?;
+        let view = settings.view(frame);
+        engine.build(frame, settings.structure);
+        for sample in Sample::all(1) {
+            engine.see_counting(frame, &view, &sample, work)?;
+        }
+        Ok(())
     }
 
     /// What the last frame cost.

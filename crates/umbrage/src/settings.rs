@@ -1,5 +1,5 @@
-use umbrage_rays::{Camera, ListedOptions};
-use umbrage_scene::Light;
+use umbrage_rays::{Camera, ListedOptions, View};
+use umbrage_scene::{Frame, Light};
 
 use crate::{Background, Error};
 
@@ -47,6 +47,13 @@ impl Settings {
     pub const MAX_SIDE: u32 = 16_384;
     /// The most camera rays for each pixel.
     pub const MAX_SAMPLES: u32 = 4_096;
+
+    /// What the camera sees of a frame.
+    pub(crate) fn view(&self, frame: &Frame) -> View {
+        let aspect = self.width as f32 / self.height as f32;
+        let camera = self.camera.unwrap_or_else(|| frame.camera(aspect));
+        View { camera, width: self.width, height: self.height }
+    }
 
     pub(crate) fn check(&self) -> Result<(), Error> {
         let Self { width, height, samples, .. } = *self;

@@ -9,6 +9,7 @@ mod perspective;
 mod seen;
 mod simd_level;
 mod tile_order;
+mod work;
 
 pub use light::{LightGrid, LightGridCounts, LightGridSeconds, SeenImage};
 pub use mask::{Mask, MaskAnswers, MaskPoints, Unmasked};
@@ -19,3 +20,4 @@ pub use perspective::{
 pub use seen::SeenPixels;
 pub use simd_level::{SimdLevel, UnknownSimdLevel};
 pub use tile_order::TileOrder;
+pub use work::{PixelWork, Work};

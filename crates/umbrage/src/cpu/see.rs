@@ -1,5 +1,5 @@
 use rayon::prelude::*;
-use umbrage_rays::{Hit, ImageTooLarge, SeenPixels, View};
+use umbrage_rays::{Hit, ImageTooLarge, PixelWork, SeenPixels, View};
 use umbrage_scene::{Frame, SolidPoints};
 
 use super::Cpu;
@@ -7,6 +7,34 @@ use crate::Structure;
 use crate::sampling::Sample;
 
 impl Cpu {
+    /// Finds the triangle that each pixel shows, and counts what that took; the hierarchy counts nothing.
+    ///
+    /// # Errors
+    /// Where the image is larger than the structure's limit.
+    pub(crate) fn see_counting(
+        &mut self,
+        frame: &Frame,
+        view: &View,
+        sample: &Sample,
+        work: &mut PixelWork,
+    ) -> Result<(), ImageTooLarge> {
+        let Self { structure, camera_grid, listed_grid, seen, .. } = self;
+        let triangles = frame.triangles();
+        let is_solid = |hit: &Hit| frame.is_solid(hit.triangle, hit.barycentric);
+        match structure {
+            Structure::Perspective => {
+                camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
+                camera_grid.trace_counting(triangles, is_solid, seen, work);
+            }
+            Structure::Listed(options) => {
+                listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;
+                listed_grid.trace_counting(triangles, is_solid, seen, work);
+            }
+            Structure::Bvh => self.see(frame, view, sample)?,
+        }
+        Ok(())
+    }
+
     /// Finds the triangle that each pixel shows.
     ///
     /// # Errors

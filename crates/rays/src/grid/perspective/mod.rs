@@ -138,9 +138,14 @@ impl PerspectiveGrid {
             + self.scratch.len() * size_of::<Tile>()
     }
 
+    /// The image's order of tiles.
+    fn order(&self) -> TileOrder {
+        let (width, height) = self.space.as_ref().map_or((0, 0), PixelSpace::size);
+        TileOrder::new(width, height)
+    }
+
     /// Columns and rows of tiles.
     fn tiles(&self) -> (u32, u32) {
-        let (width, height) = self.space.as_ref().map_or((0, 0), PixelSpace::size);
-        TileOrder::new(width, height).tiles()
+        self.order().tiles()
     }
 }

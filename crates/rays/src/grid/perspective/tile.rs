@@ -31,9 +31,9 @@ pub(super) struct Tile {
     /// The lowest of `low` in each block.
     farthest: [f32; BLOCKS * BLOCKS],
     /// Blocks that the triangles of a batch may cover in part: 256 × the lane, plus the block.
-    queue: [u32; LANES * BLOCKS * BLOCKS],
+    pub(super) queue: [u32; LANES * BLOCKS * BLOCKS],
     /// Blocks that they cover wholly.
-    covered: [u32; LANES * BLOCKS * BLOCKS],
+    pub(super) covered: [u32; LANES * BLOCKS * BLOCKS],
     /// What the predicate has to decide.
     pub(super) doubts: Vec<Doubt>,
     /// The order in which triangles are tested.
@@ -196,9 +196,15 @@ impl Tile {
         least.reduce_min()
     }
 
-    /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not.
+    /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not;
+    /// returns how many blocks it tested in part and wholly, which both queues still hold.
     #[inline(always)]
-    pub(super) fn test_batch<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, lanes: u64) {
+    pub(super) fn test_batch<S: Simd, const CERTAIN: bool>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        lanes: u64,
+    ) -> [usize; 2] {
         let (mut waiting, mut covered) = (0, 0);
         for lane in super::build::lanes_of(lanes) {
             let lane = lane as usize % LANES;
@@ -225,6 +231,7 @@ impl Tile {
         for place in 0..waiting {
             self.test_block::<S, CERTAIN>(simd, batch, self.queue[place] as usize);
         }
+        [waiting, covered]
     }
 
     /// Queues those of a triangle's blocks that it isn't certain to miss, nor to be hidden in; the ends of both queues.

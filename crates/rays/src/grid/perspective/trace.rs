@@ -12,7 +12,8 @@ use super::listed::depth;
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::tile::{BLOCKS, Batch, Doubt, HALF, MaskWeights, SAMPLES, Tile, block_range};
 use super::{GridCounts, PerspectiveGrid};
-use crate::grid::{Mask, SeenPixels};
+use crate::grid::work::{Kind, TileWork};
+use crate::grid::{Mask, PixelWork, SeenPixels};
 use crate::predicate::crossing;
 use crate::{Hit, Triangles};
 
@@ -22,11 +23,29 @@ impl PerspectiveGrid {
     /// `triangles` are those of the last [`build`](Self::build). A hit counts where `mask` says that it is solid, which it
     /// may deny of triangles that were masked there, and of no others.
     pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> GridCounts {
-        self.trace_tiles(triangles, &mask, seen)
+        self.trace_tiles(triangles, &mask, seen, &mut vec![[]; self.order().places()])
     }
 
-    /// As [`trace`](Self::trace): compiled once, not for every type of mask.
-    fn trace_tiles(&mut self, triangles: Triangles<'_>, mask: &dyn Mask, seen: &mut SeenPixels) -> GridCounts {
+    /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is. A tile is one cell here.
+    pub fn trace_counting(
+        &mut self,
+        triangles: Triangles<'_>,
+        mask: impl Mask,
+        seen: &mut SeenPixels,
+        work: &mut PixelWork,
+    ) -> GridCounts {
+        let work = work.start(self.order());
+        self.trace_tiles(triangles, &mask, seen, work)
+    }
+
+    /// Traces with `work` for all places. Knows the mask by reference, so that this is compiled once.
+    fn trace_tiles<const N: usize>(
+        &mut self,
+        triangles: Triangles<'_>,
+        mask: &dyn Mask,
+        seen: &mut SeenPixels,
+        work: &mut [[u32; N]],
+    ) -> GridCounts {
         let Some(space) = self.space else {
             seen.resize(0, 0);
             return GridCounts::default();
@@ -37,14 +56,15 @@ impl PerspectiveGrid {
         self.scratch.resize_with(rayon::current_num_threads() + 1, Mutex::default);
         let grid = &*self;
         let triangle_tiles = seen.triangle.par_chunks_mut(SAMPLES);
-        let tiles = triangle_tiles.zip(seen.inverse_depth.par_chunks_mut(SAMPLES)).enumerate().with_max_len(1);
-        let counted = tiles.map(|(index, (triangle, inverse_depth))| {
+        let tiles = triangle_tiles.zip(seen.inverse_depth.par_chunks_mut(SAMPLES)).zip(work.par_chunks_mut(SAMPLES));
+        let counted = tiles.enumerate().with_max_len(1).map(|(index, ((triangle, inverse_depth), work))| {
             // A thread waits for nobody here, since each has its own tile.
             let thread = rayon::current_thread_index().unwrap_or(grid.scratch.len() - 1);
             let mut tile = grid.scratch[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
-            let (space, vertices, tally) = (&space, &grid.vertices, GridCounts::default());
-            let mut trace = TileTrace { space, triangles, vertices, mask, corner, tile: &mut tile, tally };
+            let (space, vertices) = (&space, &grid.vertices);
+            let (tile, work, tally) = (&mut *tile, TileWork(work), GridCounts::default());
+            let mut trace = TileTrace { space, triangles, vertices, mask, corner, tile, work, tally };
             let bins = grid.ranges.iter().map(|range| &range.bins[index]);
             dispatch!(grid.level.0, simd => trace.run(simd, bins.clone()));
             trace.write(triangle, inverse_depth);
@@ -67,7 +87,7 @@ impl GridCounts {
 }
 
 /// The search of one tile.
-struct TileTrace<'a> {
+struct TileTrace<'a, const N: usize> {
     space: &'a PixelSpace,
     triangles: Triangles<'a>,
     vertices: &'a [Vertex],
@@ -75,10 +95,11 @@ struct TileTrace<'a> {
     /// The tile's first column and row in the image.
     corner: IVec2,
     tile: &'a mut Tile,
+    work: TileWork<'a, N>,
     tally: GridCounts,
 }
 
-impl TileTrace<'_> {
+impl<const N: usize> TileTrace<'_, N> {
     /// Searches the tile's bins of all ranges of triangles.
     #[inline(always)]
     fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone) {
@@ -92,7 +113,11 @@ impl TileTrace<'_> {
         for bin in bins.clone() {
             self.tally.fragments += bin.fragments.len() as u64;
             for fragments in bin.fragments.chunks(SAMPLES) {
-                fragments.iter().for_each(|fragment| self.tile.merge(fragment));
+                for fragment in fragments {
+                    let place = fragment.place as usize % SAMPLES;
+                    self.work.add(Kind::Tested, place..place + 1, 1);
+                    self.tile.merge(fragment);
+                }
                 self.settle_if_many();
             }
         }
@@ -103,6 +128,9 @@ impl TileTrace<'_> {
             self.test_general(simd, &bin.masked_general, true);
         }
         self.settle();
+        if self.tally.listed + self.tally.fragments > 0 {
+            self.work.add(Kind::Cells, 0..SAMPLES, 1);
+        }
         self.tile.turn_bounds_into_errors(simd);
     }
 
@@ -171,14 +199,27 @@ impl TileTrace<'_> {
         }
         let certain = certain.to_bitmask();
         self.settle_if_many();
-        if MASKED {
+        let queued = if MASKED {
             let weights = MaskWeights::new(simd, self.space, &corners, &setup, [x, y], error);
-            self.tile.test_masked(simd, batch, &weights, self.mask, seen & certain);
+            self.tile.test_masked(simd, batch, &weights, self.mask, seen & certain)
         } else {
-            self.tile.test_batch::<S, true>(simd, batch, seen & certain);
-        }
+            self.tile.test_batch::<S, true>(simd, batch, seen & certain)
+        };
+        self.count_queued(queued);
         if seen & !certain != 0 {
-            self.tile.test_batch::<S, false>(simd, batch, seen & !certain);
+            let queued = self.tile.test_batch::<S, false>(simd, batch, seen & !certain);
+            self.count_queued(queued);
+        }
+    }
+
+    /// Counts the tests of the blocks that were queued last.
+    #[inline(always)]
+    fn count_queued(&mut self, [waiting, covered]: [usize; 2]) {
+        if N > 0 {
+            for &queued in self.tile.queue[..waiting].iter().chain(&self.tile.covered[..covered]) {
+                let first = queued as usize % (BLOCKS * BLOCKS) * LANES;
+                self.work.add(Kind::Tested, first..first + LANES, 1);
+            }
         }
     }
 
@@ -194,7 +235,8 @@ impl TileTrace<'_> {
             if triangle.oriented && !masked && batch.fill_general(waiting, &triangle, middle, id) {
                 waiting += 1;
                 if waiting == LANES {
-                    self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
+                    let queued = self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
+                    self.count_queued(queued);
                     waiting = 0;
                 }
             } else {
@@ -202,7 +244,8 @@ impl TileTrace<'_> {
             }
             self.settle_if_many();
         }
-        self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
+        let queued = self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
+        self.count_queued(queued);
     }
 
     fn test_square<S: Simd>(&mut self, simd: S, triangle: &General, id: u32, masked: bool, square: Square) {
@@ -216,6 +259,7 @@ impl TileTrace<'_> {
         } else {
             let in_tile = (place - self.corner) / 4;
             let block = in_tile.y as usize * BLOCKS + in_tile.x as usize;
+            self.work.add(Kind::Tested, block * LANES..(block + 1) * LANES, 1);
             let tile = &mut *self.tile;
             simd.vectorize(
                 #[inline(always)]
@@ -238,7 +282,9 @@ impl TileTrace<'_> {
         self.tally.undecided += self.tile.doubts.len() as u64;
         let mut doubts = std::mem::take(&mut self.tile.doubts);
         for doubt in doubts.drain(..) {
-            if doubt.high >= self.tile.low[doubt.place as usize] {
+            let place = doubt.place as usize;
+            self.work.add(Kind::Undecided, place..place + 1, 1);
+            if doubt.high >= self.tile.low[place] {
                 self.refer(doubt);
             }
         }

@@ -25,6 +25,8 @@ impl Cells {
     pub const MOST_SLICES: u32 = 64;
     /// Pixels a side of the smallest sorting tile.
     pub const SMALLEST_TILE: u32 = 8;
+    /// Pixels a side of the largest sorting or tracing tile.
+    pub const LARGEST_TILE: u32 = TileOrder::TILE;
 
     /// Sorting tiles of `sorting_tile` × `sorting_tile` pixels (8, 16, 32 or 64), `tracing_tiles` × `tracing_tiles` of
     /// them to a tracing tile (a power of two; a tracing tile has at most 64 × 64 pixels), and `slices` depth slices
@@ -33,11 +35,11 @@ impl Cells {
     /// # Errors
     /// If a number is out of its range.
     pub fn new(sorting_tile: u32, tracing_tiles: u32, slices: u32) -> Result<Self, ImpossibleCells> {
-        let sizes = Self::SMALLEST_TILE..=TileOrder::TILE;
+        let sizes = Self::SMALLEST_TILE..=Self::LARGEST_TILE;
         let possible = sorting_tile.is_power_of_two()
             && sizes.contains(&sorting_tile)
             && tracing_tiles.is_power_of_two()
-            && tracing_tiles <= TileOrder::TILE / sorting_tile
+            && tracing_tiles <= Self::LARGEST_TILE / sorting_tile
             && (1..=Self::MOST_SLICES).contains(&slices);
         if possible {
             Ok(Self { sorting_bits: sorting_tile.ilog2(), tracing_bits: tracing_tiles.ilog2(), slices })

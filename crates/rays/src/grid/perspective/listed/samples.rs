@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16, u32x16};
 
@@ -69,6 +71,14 @@ pub(super) struct Block {
     pub(super) place: usize,
     pub(super) x: f32,
     pub(super) y: f32,
+}
+
+impl Block {
+    /// The places of its samples in the tile.
+    #[inline(always)]
+    pub(super) fn places(&self) -> Range<usize> {
+        self.place * LANES..(self.place + 1) * LANES
+    }
 }
 
 impl Batch {
@@ -174,7 +184,7 @@ impl Samples {
         if lanes == 0 {
             return 0;
         }
-        let samples = block.place * LANES..(block.place + 1) * LANES;
+        let samples = block.places();
         let mut found = Found {
             low: f32x16::from_slice(simd, &self.low[samples.clone()]),
             high: f32x16::from_slice(simd, &self.high[samples.clone()]),

@@ -3,10 +3,11 @@ use super::samples::{BLOCKS, Doubt};
 use super::trace::TileTrace;
 use crate::Hit;
 use crate::grid::perspective::lanes::LANES;
-use crate::grid::{Mask, SeenPixels, TileOrder};
+use crate::grid::work::Kind;
+use crate::grid::{SeenPixels, TileOrder};
 use crate::predicate::crossing;
 
-impl<M: Mask> TileTrace<'_, M> {
+impl<const N: usize> TileTrace<'_, N> {
     pub(super) fn settle_if_many(&mut self) {
         const MANY: usize = 1 << 14;
         if self.samples.doubts.len() >= MANY {
@@ -22,7 +23,9 @@ impl<M: Mask> TileTrace<'_, M> {
         self.tally.undecided += self.samples.doubts.len() as u64;
         let mut doubts = std::mem::take(&mut self.samples.doubts);
         for doubt in doubts.drain(..) {
-            if doubt.high >= self.samples.low[doubt.place as usize] {
+            let place = doubt.place as usize;
+            self.work.add(Kind::Undecided, place..place + 1, 1);
+            if doubt.high >= self.samples.low[place] {
                 self.refer(doubt);
             }
         }

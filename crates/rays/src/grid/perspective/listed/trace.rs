@@ -16,7 +16,8 @@ use crate::grid::perspective::build::lanes_of;
 use crate::grid::perspective::general::{General, Square};
 use crate::grid::perspective::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
 use crate::grid::perspective::pixel_space::{HALF_ULP, PixelSpace, Vertex};
-use crate::grid::{Mask, SeenPixels, TileOrder};
+use crate::grid::work::{Kind, TileWork};
+use crate::grid::{Mask, PixelWork, SeenPixels, TileOrder};
 
 impl ListedGrid {
     /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level.
@@ -24,6 +25,29 @@ impl ListedGrid {
     /// `triangles` are those of the last [`build`](Self::build). A hit counts where `mask` says that it is solid, which it
     /// may deny of triangles that were masked there, and of no others.
     pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> ListedCounts {
+        self.trace_tiles(triangles, &mask, seen, &mut vec![[]; self.order().places()])
+    }
+
+    /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is.
+    pub fn trace_counting(
+        &mut self,
+        triangles: Triangles<'_>,
+        mask: impl Mask,
+        seen: &mut SeenPixels,
+        work: &mut PixelWork,
+    ) -> ListedCounts {
+        let work = work.start(self.order());
+        self.trace_tiles(triangles, &mask, seen, work)
+    }
+
+    /// Traces with `work` for all places. Knows the mask by reference, so that this is compiled once.
+    fn trace_tiles<const N: usize>(
+        &mut self,
+        triangles: Triangles<'_>,
+        mask: &dyn Mask,
+        seen: &mut SeenPixels,
+        work: &mut [[u32; N]],
+    ) -> ListedCounts {
         let start = Instant::now();
         let order = self.order();
         seen.resize(order.size().0, order.size().1);
@@ -31,8 +55,9 @@ impl ListedGrid {
         self.scratch.resize_with(rayon::current_num_threads() + 1, Mutex::default);
         let grid = &*self;
         let triangle_tiles = seen.triangle.par_chunks_mut(SAMPLES);
-        let tiles = triangle_tiles.zip(seen.inverse_depth.par_chunks_mut(SAMPLES)).zip(&grid.tiles);
-        let counted = tiles.enumerate().with_max_len(1).map(|(index, ((triangle, inverse_depth), cells))| {
+        let tiles = triangle_tiles.zip(seen.inverse_depth.par_chunks_mut(SAMPLES)).zip(work.par_chunks_mut(SAMPLES));
+        let tiles = tiles.zip(&grid.tiles).enumerate().with_max_len(1);
+        let counted = tiles.map(|(index, (((triangle, inverse_depth), work), cells))| {
             // A thread waits for nobody here, since each has its own samples.
             let thread = rayon::current_thread_index().unwrap_or(grid.scratch.len() - 1);
             let mut samples = grid.scratch[thread].lock().unwrap_or_else(PoisonError::into_inner);
@@ -42,9 +67,10 @@ impl ListedGrid {
                 space,
                 triangles,
                 cells,
-                mask: &mask,
+                mask,
                 corner: IVec2::new(x as i32, y as i32),
                 samples: &mut samples,
+                work: TileWork(work),
                 tally: ListedCounts { pairs: cells.pairs() as u64, ..ListedCounts::default() },
             };
             dispatch!(grid.level.0, simd => trace.run(simd, inverse_depth));
@@ -74,15 +100,16 @@ impl ListedCounts {
 }
 
 /// The search of one tile of the [`TileOrder`].
-pub(super) struct TileTrace<'a, M> {
+pub(super) struct TileTrace<'a, const N: usize> {
     pub(super) grid: &'a ListedGrid,
     pub(super) space: &'a PixelSpace,
     pub(super) triangles: Triangles<'a>,
     cells: &'a TileCells,
-    pub(super) mask: &'a M,
+    pub(super) mask: &'a dyn Mask,
     /// The tile's first column and row in the image.
     pub(super) corner: IVec2,
     pub(super) samples: &'a mut Samples,
+    pub(super) work: TileWork<'a, N>,
     pub(super) tally: ListedCounts,
 }
 
@@ -103,7 +130,7 @@ struct Waiting {
     batch: Batch,
 }
 
-impl<M: Mask> TileTrace<'_, M> {
+impl<const N: usize> TileTrace<'_, N> {
     /// Searches one tracing tile after the other, and writes inverse depths where they are good enough, else NaN.
     #[inline(always)]
     fn run<S: Simd>(&mut self, simd: S, inverse_depth: &mut [f32]) {
@@ -162,6 +189,9 @@ impl<M: Mask> TileTrace<'_, M> {
                 if !listed.is_empty() {
                     searched |= 1 << sorting_tile;
                     self.tally.cells += 1;
+                    if N > 0 {
+                        self.count_cell(&tile, sorting_tile);
+                    }
                 }
                 for &id in listed {
                     (waiting.ids[waiting.count], waiting.sorting_tiles[waiting.count]) = (id, sorting_tile);
@@ -191,9 +221,16 @@ impl<M: Mask> TileTrace<'_, M> {
         self.blocks(tile, sorting_tile).all(|block| self.samples.farthest(simd, block.place) >= end)
     }
 
+    /// Counts a cell for all samples of its sorting tile.
+    fn count_cell(&mut self, tile: &TracingTile, sorting_tile: u32) {
+        for block in self.blocks(tile, sorting_tile) {
+            self.work.add(Kind::Cells, block.places(), 1);
+        }
+    }
+
     /// The blocks of a sorting tile.
     #[inline(always)]
-    fn blocks(&self, tile: &TracingTile, sorting_tile: u32) -> impl Iterator<Item = Block> + use<M> {
+    fn blocks(&self, tile: &TracingTile, sorting_tile: u32) -> impl Iterator<Item = Block> + use<N> {
         let cells = self.grid.options.cells;
         let k = cells.tracing_tiles();
         let (column, row) = (tile.first.x as u32 + sorting_tile % k, tile.first.y as u32 + sorting_tile / k);
@@ -248,6 +285,7 @@ impl<M: Mask> TileTrace<'_, M> {
         for block in self.blocks(tile, sorting_tile) {
             let tests = self.samples.test_block(simd, batch, lanes, &block, skips, end);
             self.tally.tests += u64::from(tests);
+            self.work.add(Kind::Tested, block.places(), tests);
         }
     }
 
@@ -313,6 +351,7 @@ impl<M: Mask> TileTrace<'_, M> {
             let square = Square { x: at.x, y: at.y, side: TileOrder::BLOCK as i32 };
             if !triangle.misses(square) {
                 self.tally.tests += 1;
+                self.work.add(Kind::Tested, block.places(), 1);
                 let samples = &mut *self.samples;
                 simd.vectorize(
                     #[inline(always)]

@@ -82,7 +82,8 @@ impl MaskWeights {
 }
 
 impl Tile {
-    /// Tests those triangles of a batch that are set in `lanes`, all of which have a certain orientation and a mask.
+    /// Tests those triangles of a batch that are set in `lanes`, all of which have a certain orientation and a mask;
+    /// returns what [`test_batch`](Self::test_batch) does.
     #[inline(always)]
     pub(in super::super) fn test_masked<S: Simd>(
         &mut self,
@@ -91,7 +92,7 @@ impl Tile {
         weights: &MaskWeights,
         mask: &dyn Mask,
         lanes: u64,
-    ) {
+    ) -> [usize; 2] {
         let (mut waiting, mut covered) = (0, 0);
         for lane in super::super::build::lanes_of(lanes) {
             let lane = lane as usize % LANES;
@@ -104,6 +105,7 @@ impl Tile {
         for place in 0..waiting {
             self.test_masked_block(simd, batch, weights, mask, self.queue[place] as usize);
         }
+        [waiting, covered]
     }
 
     /// Tests the 16 samples of one queued block.

@@ -1,0 +1,191 @@
+//! `umbrage heatmap`: how much work each pixel is (Guntury and Narayanan 2010, Figure 2).
+
+mod font;
+mod legend;
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use umbrage::output::{BitDepth, write_png};
+use umbrage::rays::{Cells, ListedOptions, PixelWork, Work};
+use umbrage::scene::Frame;
+use umbrage::{Image, Renderer, Scene, Settings, Structure};
+
+use crate::failure::Failure;
+use crate::flags::{CountedFlag, GridFlag, HeatmapFlags};
+use crate::job::{DEFAULT_SCENE, DEFAULT_SCENE_SECONDS, use_threads};
+use crate::staging::listed_camera;
+use crate::values::{CameraFlag, Size};
+use legend::{Legend, Scale, sixteen_bits};
+
+/// What a picture shows of each pixel's work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Counted {
+    Tested,
+    Cells,
+    Undecided,
+}
+
+impl Counted {
+    const ALL: [Self; 3] = [Self::Tested, Self::Cells, Self::Undecided];
+
+    fn of(self, work: Work) -> u32 {
+        match self {
+            Self::Tested => work.tested,
+            Self::Cells => work.cells,
+            Self::Undecided => work.undecided,
+        }
+    }
+
+    fn title(self) -> &'static str {
+        match self {
+            Self::Tested => "triangles tested",
+            Self::Cells => "cells visited",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+impl From<CountedFlag> for Counted {
+    fn from(flag: CountedFlag) -> Self {
+        match flag {
+            CountedFlag::Tested => Self::Tested,
+            CountedFlag::Cells => Self::Cells,
+            CountedFlag::Undecided => Self::Undecided,
+        }
+    }
+}
+
+pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
+    let structure = structure(&flags)?;
+    let default_seconds = if flags.scene.is_none() { DEFAULT_SCENE_SECONDS } else { 0.0 };
+    let seconds = flags.time.unwrap_or(default_seconds);
+    let address = flags.scene.unwrap_or_else(|| DEFAULT_SCENE.into());
+    use_threads(flags.threads)?;
+    let scene = Scene::open_with(&address, &flags.opening.into())?;
+    let camera = match flags.camera {
+        None => None,
+        Some(CameraFlag::Placed(camera)) => Some(camera),
+        Some(CameraFlag::Listed(name)) => {
+            let mut frame = Frame::default();
+            scene.pose(seconds, &mut frame)?;
+            Some(frame.cameras[listed_camera(&frame, &name)?].camera)
+        }
+    };
+    let Size { width, height } = flags.size;
+    let settings = Settings { width, height, camera, structure, ..Settings::default() };
+    let mut work = PixelWork::default();
+    Renderer::default().count_work(&scene, seconds, &settings, &mut work)?;
+
+    let counted = Counted::from(flags.of);
+    let counts = |counted: Counted| {
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        pixels.map(|(x, y)| counted.of(work.at(x, y))).collect::<Vec<u32>>()
+    };
+    let image = picture(&counts(counted), flags.size, counted.title(), flags.max);
+    let path = flags.output.as_deref().unwrap_or(Path::new("heatmap.png"));
+    write_png(&image, path, BitDepth::Eight)?;
+    let mut stdout = io::stdout();
+    for counted in Counted::ALL {
+        writeln!(stdout, "{:<16}  {}", counted.title(), Summary::of(&counts(counted)).text())?;
+    }
+    Ok(())
+}
+
+/// What finds the triangles.
+fn structure(flags: &HeatmapFlags) -> Result<Structure, Failure> {
+    let asked = [flags.sorting_tile, flags.tracing_tiles, flags.slices];
+    match flags.structure {
+        GridFlag::Perspective if flags.whole_tiles || asked.iter().any(Option::is_some) => Err(Failure::input(
+            "the perspective grid's cells can't be chosen",
+            "--sorting-tile, --tracing-tiles, --slices and --whole-tiles are for `--structure listed`",
+        )),
+        GridFlag::Perspective => Ok(Structure::Perspective),
+        GridFlag::Listed => {
+            let default = Cells::DEFAULT;
+            let sorting_tile = flags.sorting_tile.unwrap_or(default.sorting_tile());
+            let tracing_tiles = flags.tracing_tiles.unwrap_or_else(|| {
+                // As many as fit, where that is fewer.
+                let fit = Cells::LARGEST_TILE.checked_div(sorting_tile).unwrap_or(1);
+                default.tracing_tiles().min(fit.max(1))
+            });
+            let slices = flags.slices.unwrap_or(default.slices());
+            let cells = Cells::new(sorting_tile, tracing_tiles, slices)
+                .map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
+            let skips_blocks = !flags.whole_tiles;
+            Ok(Structure::Listed(ListedOptions { cells, skips_blocks, ..ListedOptions::DEFAULT }))
+        }
+    }
+}
+
+/// Draws counts in rows of pixels, with a legend below. Colours end at `max`, or where few pixels go beyond.
+fn picture(counts: &[u32], size: Size, title: &str, max: Option<u32>) -> Image {
+    let summary = Summary::of(counts);
+    let scale = Scale::up_to(max.unwrap_or_else(|| exceeded_by_few(counts)));
+    let background = std::iter::repeat_n([0; 3], Legend::height(size.width) as usize * size.width as usize);
+    let colors = counts.iter().map(|&count| scale.color(count).map(sixteen_bits));
+    let height = size.height + Legend::height(size.width);
+    let mut image = Image { width: size.width, height, pixels: colors.chain(background).collect() };
+    let title = format!("{title}  {}", summary.text());
+    Legend { title: &title, scale, highest: summary.highest }.draw(&mut image, size.height);
+    image
+}
+
+/// The lowest count that at most one in a thousand exceeds.
+fn exceeded_by_few(counts: &[u32]) -> u32 {
+    let mut sorted = counts.to_vec();
+    let place = (sorted.len() - sorted.len() / 1000).saturating_sub(1);
+    if sorted.is_empty() { 0 } else { *sorted.select_nth_unstable(place).1 }
+}
+
+/// What all counts come to.
+struct Summary {
+    lowest: u32,
+    mean: f64,
+    highest: u32,
+}
+
+impl Summary {
+    fn of(counts: &[u32]) -> Self {
+        let sum: u64 = counts.iter().copied().map(u64::from).sum();
+        Self {
+            lowest: counts.iter().copied().min().unwrap_or(0),
+            mean: sum as f64 / counts.len().max(1) as f64,
+            highest: counts.iter().copied().max().unwrap_or(0),
+        }
+    }
+
+    fn text(&self) -> String {
+        let Self { lowest, mean, highest } = self;
+        format!("min {lowest}  mean {mean:.2}  max {highest}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_outliers_are_left_out_of_the_scale() {
+        let mut counts = vec![3; 1998];
+        counts.extend([7, 900]);
+        assert_eq!(exceeded_by_few(&counts), 3);
+        counts.truncate(1500);
+        counts.push(5);
+        counts.push(6);
+        assert_eq!(exceeded_by_few(&counts), 5);
+        assert_eq!((exceeded_by_few(&[8]), exceeded_by_few(&[])), (8, 0));
+    }
+
+    #[test]
+    fn a_picture_shows_each_count_in_its_place() {
+        let counts = [0, 1, 2, 3, 4, 50];
+        let image = picture(&counts, Size { width: 3, height: 2 }, "CELLS", Some(4));
+        assert_eq!((image.width, image.height), (3, 2 + Legend::height(3)));
+        assert_eq!(image.pixels.len(), 3 * image.height as usize);
+        let scale = Scale::up_to(4);
+        let expected = counts.map(|count| scale.color(count).map(sixteen_bits));
+        assert_eq!(image.pixels[..6], expected);
+        assert_eq!(Summary::of(&counts).text(), "min 0  mean 10.00  max 50");
+    }
+}
