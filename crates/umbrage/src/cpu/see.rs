@@ -20,15 +20,14 @@ impl Cpu {
     ) -> Result<(), ImageTooLarge> {
         let Self { structure, camera_grid, listed_grid, seen, .. } = self;
         let triangles = frame.triangles();
-        let is_solid = |hit: &Hit| frame.is_solid(hit.triangle, hit.barycentric);
         match structure {
             Structure::Perspective => {
                 camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
-                camera_grid.trace_counting(triangles, is_solid, seen, work);
+                camera_grid.trace_counting(triangles, SolidPoints(frame), seen, work);
             }
             Structure::Listed(options) => {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;
-                listed_grid.trace_counting(triangles, is_solid, seen, work);
+                listed_grid.trace_counting(triangles, SolidPoints(frame), seen, work);
             }
             Structure::Bvh => self.see(frame, view, sample)?,
         }
