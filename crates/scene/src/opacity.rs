@@ -257,7 +257,7 @@ impl<'a> OpacityPlane<'a> {
     #[inline]
     fn opacity_within(&self, [v, w]: [f32; 2], error: f32) -> Option<[f32; 2]> {
         let least = -Self::OVERHANG;
-        let usable = v >= least && w >= least && v + w <= 1.0 - least && error >= 0.0 && error <= Self::OVERHANG;
+        let usable = v >= least && w >= least && v + w <= 1.0 - least && (0.0..=Self::OVERHANG).contains(&error);
         if !usable {
             return None;
         }

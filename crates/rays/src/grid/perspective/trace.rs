@@ -22,6 +22,7 @@ impl PerspectiveGrid {
     ///
     /// `triangles` are those of the last [`build`](Self::build). A hit counts where `mask` says that it is solid, which it
     /// may deny of triangles that were masked there, and of no others.
+    #[expect(clippy::needless_pass_by_value, reason = "masks are small and written where they are passed")]
     pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> GridCounts {
         self.trace_tiles(triangles, &mask, seen, &mut vec![[]; self.order().places()])
     }
