@@ -5,7 +5,10 @@ mod support;
 use glam::{DVec2, Vec3};
 use support::{Mesh, Random};
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
-use umbrage_rays::{Camera, LightGrid, LightSource, Projection, SeenImage, SeenPixels, SimdLevel, Triangles, View};
+use umbrage_rays::{
+    Camera, LightGrid, LightSource, ListedLightGrid, ListedLightOptions, Projection, SeenImage, SeenPixels, SimdLevel,
+    Triangles, View,
+};
 
 /// Whether a triangle can be hit at all, by the definition of what is left out.
 fn usable(triangles: Triangles<'_>, id: u32) -> Option<[Vec3; 3]> {
@@ -75,11 +78,13 @@ impl Case {
         lit.collect()
     }
 
-    /// Compares a grid with the truth for each light.
+    /// Compares both grids with the truth for each light.
     fn check(&self, lights: &[LightSource]) {
+        let mut listed = ListedLightGrid::default();
+        listed.survey(&self.image());
         let mut grid = LightGrid::default();
         grid.survey(&self.image());
-        for light in lights {
+        for (light_place, light) in lights.iter().enumerate() {
             let mut lit = vec![u16::MAX; self.seen.triangle.len() / 16];
             grid.shadow(&self.image(), light, |_| true, |_, _| true, &mut lit);
             let found = bits(&lit);
@@ -94,6 +99,17 @@ impl Case {
                 &wrong[..1]
             );
             grid.validate().unwrap_or_else(|broken| panic!("{}: {light:?}: {broken}", self.name));
+            // Other cells and blocks for each light.
+            let (cells, points, triangles) =
+                [(192, 256, 512), (7, 16, 16), (1, 4096, 33), (64, 48, 5)][light_place % 4];
+            listed.set_options(ListedLightOptions::new(cells, points, triangles).expect("possible cells"));
+            let mut in_listed = vec![u16::MAX; lit.len()];
+            listed.shadow(&self.image(), light, |_| true, |_, _| true, &mut in_listed);
+            let (name, counts) = (&self.name, listed.counts());
+            assert!(in_listed == lit, "{name}: {light:?} through lists: {counts:?}");
+            assert_eq!((counts.points, counts.outliers), (grid.counts().points, grid.counts().outliers), "{name}");
+            let checked = listed.validate(&self.image(), light);
+            checked.unwrap_or_else(|broken| panic!("{name}: {light:?} through lists: {broken}"));
         }
     }
 }

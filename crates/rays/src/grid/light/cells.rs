@@ -12,8 +12,8 @@ use super::lanes::{LANES, splat};
 pub(super) struct Cells {
     pub(super) columns: usize,
     /// Those of earlier faces that had more are kept, for their memory.
-    all_rows: Vec<Row>,
-    row_count: usize,
+    pub(super) all_rows: Vec<Row>,
+    pub(super) row_count: usize,
     /// Clusters are at most this wide and high.
     pub(super) reach: f32,
 }

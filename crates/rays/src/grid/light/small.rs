@@ -70,7 +70,7 @@ pub(super) struct Batch {
     x_range: [[f32; BATCH]; 2],
     y_range: [[f32; BATCH]; 2],
     /// Of the nearest corner, grown by its error.
-    nearest: [f32; BATCH],
+    pub(super) nearest: [f32; BATCH],
     /// Of the cells in which clusters begin that may overlap the triangle.
     pub(super) first_column: [i32; BATCH],
     pub(super) last_column: [i32; BATCH],
