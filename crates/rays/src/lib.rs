@@ -18,8 +18,8 @@ pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
 pub use grid::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, LightGrid, LightGridCounts, LightGridSeconds, ListedCounts,
-    ListedGrid, ListedOptions, ListedSeconds, PerspectiveGrid, PixelWork, SeenImage, SeenPixels, SimdLevel, TileOrder,
-    Work,
+    ListedGrid, ListedOptions, ListedSeconds, Mask, MaskAnswers, MaskPoints, PerspectiveGrid, PixelWork, SeenImage,
+    SeenPixels, SimdLevel, TileOrder, UnknownSimdLevel, Unmasked, Work,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

@@ -4,6 +4,7 @@
 
 mod extremes;
 mod light;
+mod mask;
 mod perspective;
 mod seen;
 mod simd_level;
@@ -11,11 +12,12 @@ mod tile_order;
 mod work;
 
 pub use light::{LightGrid, LightGridCounts, LightGridSeconds, SeenImage};
+pub use mask::{Mask, MaskAnswers, MaskPoints, Unmasked};
 pub use perspective::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds,
     PerspectiveGrid,
 };
 pub use seen::SeenPixels;
-pub use simd_level::SimdLevel;
+pub use simd_level::{SimdLevel, UnknownSimdLevel};
 pub use tile_order::TileOrder;
 pub use work::{PixelWork, Work};

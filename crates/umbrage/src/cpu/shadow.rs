@@ -3,7 +3,7 @@ use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Bvh, Hit, Ray, SeenImage, SeenPixels, TileOrder, View};
 use umbrage_scene::{Frame, Light};
 
-use super::{Cpu, hit_of};
+use super::{Cpu, LightWork, hit_of};
 use crate::Structure;
 use crate::sampling::Sample;
 
@@ -54,13 +54,15 @@ impl Cpu {
     }
 
     fn shadow_through_grids(&mut self, frame: &Frame, view: &View, sample: &Sample) {
-        let Self { light_grid, seen, lit, .. } = self;
+        let Self { light_grid, seen, lit, light_work, .. } = self;
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
         light_grid.survey(&image);
+        light_work.clear();
         for (light, mask) in frame.lights.iter().zip(lit) {
             let is_opaque = |id| frame.is_opaque(id);
             let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
             light_grid.shadow(&image, &light.source, is_opaque, casts, &mut mask.blocks);
+            light_work.push(LightWork { counts: light_grid.counts(), seconds: light_grid.seconds() });
         }
     }
 
