@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use umbrage::output::{Format, FrameRate};
+use umbrage::rays::SimdLevel;
 
 use crate::lights::LightFlag;
 use crate::values::{self, BackgroundFlag, CameraFlag, FrameRange, Size};
@@ -169,6 +170,10 @@ pub(crate) struct RenderFlags {
     /// Threads to work with [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
+    /// SIMD instructions for the grids: sse2, sse4.2, avx2 or avx512, as far as this machine has them; the picture is
+    /// the same [default: the widest]
+    #[arg(long, value_name = "LEVEL")]
+    pub(crate) simd: Option<SimdLevel>,
     /// Say what each frame cost: `text` on standard error, or `json` on standard output (on standard error when the
     /// video goes to standard output)
     #[arg(long, value_enum, value_name = "FORM")]

@@ -2,7 +2,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use umbrage::output::{BitDepth, Chroma, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
-use umbrage::rays::ListedOptions;
+use umbrage::rays::{ListedOptions, SimdLevel};
 use umbrage::scene::{Clip, OpenOptions};
 use umbrage::{Background, Settings, Structure, ToneMap};
 
@@ -30,6 +30,7 @@ pub(crate) struct Job {
     pub(crate) lights: Vec<LightFlag>,
     pub(crate) orbit_light: bool,
     pub(crate) threads: Option<u16>,
+    pub(crate) simd: SimdLevel,
     pub(crate) stats: Option<StatsFlag>,
     pub(crate) quiet: bool,
 }
@@ -91,6 +92,7 @@ impl Job {
             lights: flags.lights,
             orbit_light: flags.orbit_light,
             threads: flags.threads,
+            simd: flags.simd.unwrap_or_default(),
             stats: flags.stats,
             quiet: flags.quiet,
         })

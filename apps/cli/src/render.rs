@@ -34,7 +34,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     let (frames, second_of) = job.frames(duration_seconds);
     let mut writer = Writer::create(&job.target, job.format, &frames, &job.settings, &job.output_options)?;
     let mut staging = Staging::new(job, scene, second_of(frames.start))?;
-    let mut renderer = Renderer::default();
+    let mut renderer = Renderer::with_simd_level(job.simd);
     let progress = Progress::start(frames.end - frames.start, job.quiet);
     for frame in frames.clone() {
         let seconds = second_of(frame);

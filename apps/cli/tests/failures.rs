@@ -27,6 +27,7 @@ fn wrong_flags_name_what_is_right() {
         (&["--background", "none.hdr"], "none.hdr"),
         (&["--exposure", "nan"], "stops from -60 to 60"),
         (&["--threads", "0"], "1..=1024"),
+        (&["--simd", "mmx"], "no SIMD level `mmx`"),
         (&["--bit-depth", "12"], "PNG and APNG have 8 or 16"),
         (&["--tone-map", "aces"], "neutral"),
         (&["-o", "a.jpeg"], "use .png, .exr"),

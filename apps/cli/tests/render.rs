@@ -162,6 +162,15 @@ fn threads_do_not_change_the_picture_and_samples_smooth_it() {
 }
 
 #[test]
+fn simd_levels_do_not_change_the_picture() {
+    let place = Workplace::new();
+    let widest = place.picture(&[]);
+    for level in umbrage::rays::SimdLevel::available() {
+        assert_eq!(place.picture(&["--simd", level.name()]), widest, "{level}");
+    }
+}
+
+#[test]
 fn animations_are_chosen() {
     let place = Workplace::new();
     let rest = place.picture(&["--time", "0.25", "--animation", "none"]);

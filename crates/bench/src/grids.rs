@@ -4,11 +4,15 @@ use std::time::Instant;
 
 use anyhow::Result;
 use umbrage::rays::{
-    GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel,
-    TileOrder,
+    LightGrid, ListedCounts, ListedGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel, TileOrder,
+    Unmasked,
 };
+use umbrage::scene::SolidPoints;
 
 use crate::shot::Shot;
+
+/// How many stages the light grid has.
+pub(crate) const LIGHT_STAGES: usize = 6;
 
 /// What a frame took, in milliseconds, over all samples and lights.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,34 +49,61 @@ pub(crate) struct Pixel {
 /// The camera's grid and the lights'.
 #[derive(Debug, Default)]
 pub(crate) struct Grids {
-    camera_grid: PerspectiveGrid,
+    camera_grid: CameraGrid,
     light_grid: LightGrid,
     seen: SeenPixels,
     /// One for each block of pixels, the first pixel in the lowest bit.
     lit: Vec<u16>,
-    camera_counts: GridCounts,
+}
+
+/// A form of the camera's grid; the listed one with its options and what it last did.
+#[derive(Debug)]
+enum CameraGrid {
+    Direct(Box<PerspectiveGrid>),
+    Listed(Box<ListedGrid>, ListedOptions, ListedCounts),
+}
+
+impl Default for CameraGrid {
+    fn default() -> Self {
+        Self::Direct(Box::default())
+    }
 }
 
 impl Grids {
-    pub(crate) fn with_level(level: SimdLevel) -> Self {
-        Self {
-            camera_grid: PerspectiveGrid::with_level(level),
-            light_grid: LightGrid::with_level(level),
-            ..Self::default()
-        }
+    /// Grids that use the instructions of `level`; the camera's is the paper's own form if it has `listed` options.
+    pub(crate) fn new(level: SimdLevel, listed: Option<ListedOptions>) -> Self {
+        let camera_grid = match listed {
+            None => CameraGrid::Direct(Box::new(PerspectiveGrid::with_level(level))),
+            Some(options) => {
+                CameraGrid::Listed(Box::new(ListedGrid::with_level(level)), options, ListedCounts::default())
+            }
+        };
+        Self { camera_grid, light_grid: LightGrid::with_level(level), ..Self::default() }
     }
 
     pub(crate) fn trace(&mut self, shot: &Shot<'_>) -> Result<Times> {
-        let Self { camera_grid, light_grid, seen, lit, camera_counts } = self;
+        let Self { camera_grid, light_grid, seen, lit } = self;
         let Shot { frame, view, offsets_pixels, lights, masks, .. } = shot;
         let triangles = frame.triangles();
         let mut times = Times::default();
         for &offset_pixels in offsets_pixels {
-            time(&mut times.build, || {
-                camera_grid.build(triangles, view, offset_pixels, |id| *masks && frame.is_masked(id))
-            })?;
-            let is_solid = |hit: &Hit| !*masks || frame.is_solid(hit.triangle, hit.barycentric);
-            *camera_counts = time(&mut times.see, || camera_grid.trace(triangles, is_solid, seen));
+            let is_masked = |id| *masks && frame.is_masked(id);
+            match camera_grid {
+                CameraGrid::Direct(grid) => {
+                    time(&mut times.build, || grid.build(triangles, view, offset_pixels, is_masked))?;
+                    time(&mut times.see, || match masks {
+                        true => grid.trace(triangles, SolidPoints(frame), seen),
+                        false => grid.trace(triangles, Unmasked, seen),
+                    });
+                }
+                CameraGrid::Listed(grid, options, counts) => {
+                    time(&mut times.build, || grid.build(triangles, view, offset_pixels, *options, is_masked))?;
+                    *counts = time(&mut times.see, || match masks {
+                        true => grid.trace(triangles, SolidPoints(frame), seen),
+                        false => grid.trace(triangles, Unmasked, seen),
+                    });
+                }
+            }
             let image = SeenImage { triangles, view: *view, offset_pixels, seen };
             lit.resize(seen.order().places() / TileOrder::BLOCK_PLACES, 0);
             time(&mut times.survey, || light_grid.survey(&image));
@@ -93,30 +124,25 @@ impl Grids {
         (triangle != SeenPixels::NONE).then_some(Pixel { triangle, is_lit })
     }
 
-    /// What the last camera and the last light were as work.
-    pub(crate) fn counts(&self) -> Vec<(String, u64)> {
-        counts(&self.camera_counts, &self.light_grid.counts())
+    /// Milliseconds of the light grid's own stages, for the last light.
+    pub(crate) fn light_milliseconds(&self) -> [(&'static str, f64); LIGHT_STAGES] {
+        self.light_grid.seconds().named().map(|(name, seconds)| (name, 1e3 * seconds))
     }
 
-    /// Milliseconds of the light grid's own stages, for the last light.
-    pub(crate) fn light_stages(&self) -> [(&'static str, f64); 6] {
-        light_stages(&self.light_grid.seconds())
+    /// What the listed form of the camera's grid did; `None` for the direct one.
+    pub(crate) fn listed_counts(&self) -> Option<ListedCounts> {
+        match &self.camera_grid {
+            CameraGrid::Direct(_) => None,
+            CameraGrid::Listed(_, _, counts) => Some(*counts),
+        }
     }
 
     /// Bytes that each grid holds: the camera's and the lights'.
     pub(crate) fn bytes(&self) -> [usize; 2] {
-        [self.camera_grid.bytes(), self.light_grid.bytes()]
+        let camera = match &self.camera_grid {
+            CameraGrid::Direct(grid) => grid.bytes(),
+            CameraGrid::Listed(grid, ..) => grid.bytes(),
+        };
+        [camera, self.light_grid.bytes()]
     }
-}
-
-/// What a camera and a light were as work, each number with its name.
-pub(crate) fn counts(camera: &GridCounts, light: &LightGridCounts) -> Vec<(String, u64)> {
-    let camera = camera.named().map(|(name, count)| (format!("see_{name}"), count));
-    let light = light.named().map(|(name, count)| (format!("shadow_{name}"), count));
-    camera.into_iter().chain(light).collect()
-}
-
-/// Milliseconds of the light grid's stages, each with its name.
-pub(crate) fn light_stages(seconds: &LightGridSeconds) -> [(&'static str, f64); 6] {
-    seconds.named().map(|(name, seconds)| (name, 1e3 * seconds))
 }

@@ -1,11 +1,17 @@
 //! `umbrage-bench`: how fast is it?
 #![forbid(unsafe_code)]
 
+mod experiments;
+mod flags;
 mod frame;
 mod grids;
+mod measure;
 mod median;
 mod peers;
+mod plot;
 mod shot;
+mod table;
+mod work;
 
 use clap::{Parser, Subcommand};
 
@@ -23,7 +29,9 @@ const EXAMPLES: &str = "Examples:
   umbrage-bench frame demo:cloth model.glb --size 2048x2048 --form csv
       Some scenes only, larger, for a spreadsheet
   umbrage-bench peers --files scenes
-      The gallery and the real scenes of a folder, side by side with Embree";
+      The gallery and the real scenes of a folder, side by side with Embree
+  umbrage-bench breakdown --plot breakdown.svg
+      One of the paper's experiments, as a table and a chart";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -31,11 +39,29 @@ enum Command {
     Frame(frame::FrameFlags),
     /// Compare frames with those of Embree, which must be installed (Debian's package libembree-dev)
     Peers(peers::PeersFlags),
+    /// Table 1 of the paper: what building and tracing take, beside the paper's own numbers
+    Table1(experiments::Table1Flags),
+    /// Figure 10 of the paper: which stages a frame's time goes to
+    Breakdown(experiments::BreakdownFlags),
+    /// Figure 11 of the paper: shadows of a light that moves away
+    Distance(experiments::DistanceFlags),
+    /// How time and memory grow with triangles and pixels
+    Growth(experiments::GrowthFlags),
+    /// Indirect mapping: sorting to small tiles, tracing by larger ones
+    Mapping(experiments::MappingFlags),
+    /// Sizes of the camera grid's cells
+    Cells(experiments::CellsFlags),
 }
 
 fn main() -> anyhow::Result<()> {
     match Flags::parse().command {
         Command::Frame(flags) => frame::run(&flags),
         Command::Peers(flags) => peers::run(&flags),
+        Command::Table1(flags) => flags.run(),
+        Command::Breakdown(flags) => flags.run(),
+        Command::Distance(flags) => flags.run(),
+        Command::Growth(flags) => flags.run(),
+        Command::Mapping(flags) => flags.run(),
+        Command::Cells(flags) => flags.run(),
     }
 }

@@ -129,6 +129,13 @@ pub(crate) fn name(address: &str) -> &str {
     address.rsplit('/').next().unwrap_or(address)
 }
 
+/// The same without what all of a kind share, for charts.
+pub(crate) fn short_name(address: &str) -> &str {
+    let name = name(address);
+    let name = name.strip_prefix("demo:").unwrap_or(name);
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+}
+
 /// Addresses of the scenes that take part: those that were named, or else the gallery's and those of a folder of files.
 pub(crate) fn addresses(named: &[String], folder: Option<&PathBuf>) -> Vec<String> {
     if !named.is_empty() {

@@ -19,8 +19,8 @@ pub use camera::{Camera, Projection, View};
 pub use grid::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, ImpossibleLightCells, LightGrid, LightGridCounts,
     LightGridSeconds, ListedCounts, ListedGrid, ListedLightCounts, ListedLightGrid, ListedLightOptions,
-    ListedLightSeconds, ListedOptions, ListedSeconds, PerspectiveGrid, PixelWork, SeenImage, SeenPixels, SimdLevel,
-    TileOrder, Work,
+    ListedLightSeconds, ListedOptions, ListedSeconds, Mask, MaskAnswers, MaskPoints, PerspectiveGrid, PixelWork,
+    SeenImage, SeenPixels, SimdLevel, TileOrder, UnknownSimdLevel, Unmasked, Work,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

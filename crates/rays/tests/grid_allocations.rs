@@ -8,7 +8,8 @@ use allocations::allocations;
 use glam::{DVec2, Vec3};
 use support::{Mesh, Random, view};
 use umbrage_rays::{
-    Camera, LightGrid, LightSource, ListedGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels, View,
+    Camera, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels,
+    Unmasked, View,
 };
 
 #[test]
@@ -26,7 +27,7 @@ fn a_steady_perspective_grid_allocates_nothing() {
         [0; 3].map(|_| {
             let before = allocations();
             grid.build(mesh.triangles(), &view, DVec2::splat(0.5), |_| false).expect("a small image");
-            grid.trace(mesh.triangles(), |_| true, &mut seen);
+            grid.trace(mesh.triangles(), Unmasked, &mut seen);
             allocations() - before
         })
     });
@@ -50,7 +51,7 @@ fn a_steady_listed_grid_allocates_nothing() {
             let before = allocations();
             let options = ListedOptions::DEFAULT;
             grid.build(mesh.triangles(), &view, DVec2::splat(0.5), options, |_| false).expect("a small image");
-            grid.trace(mesh.triangles(), |_| true, &mut seen);
+            grid.trace(mesh.triangles(), Unmasked, &mut seen);
             allocations() - before
         })
     });
@@ -70,7 +71,7 @@ fn a_steady_light_grid_allocates_nothing() {
     let mut seen = SeenPixels::default();
     let mut camera_grid = PerspectiveGrid::default();
     camera_grid.build(mesh.triangles(), &view, offset_pixels, |_| false).expect("a small image");
-    camera_grid.trace(mesh.triangles(), |_| true, &mut seen);
+    camera_grid.trace(mesh.triangles(), Unmasked, &mut seen);
     let image = SeenImage { triangles: mesh.triangles(), view, offset_pixels, seen: &seen };
     let place = Random(4).point() * 0.3 + Vec3::new(0.5, 4.0, 1.0);
     let lights = [
@@ -87,6 +88,15 @@ fn a_steady_light_grid_allocates_nothing() {
             let before = allocations();
             grid.survey(&image);
             lights.iter().for_each(|light| grid.shadow(&image, light, |_| true, |_, _| true, &mut lit));
+            allocations() - before
+        };
+        assert!(frame() > 0);
+        assert_eq!([frame(), frame()], [0, 0]);
+        let mut listed = ListedLightGrid::default();
+        let mut frame = || {
+            let before = allocations();
+            listed.survey(&image);
+            lights.iter().for_each(|light| listed.shadow(&image, light, |_| true, |_, _| true, &mut lit));
             allocations() - before
         };
         assert!(frame() > 0);

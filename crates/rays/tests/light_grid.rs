@@ -280,10 +280,15 @@ fn masked_triangles_let_light_through() {
     let casts = |id: u32, [b, c]: [f32; 2]| is_opaque(id) || (b * 7.0) as u32 % 2 == (c * 7.0) as u32 % 2;
     let mut grid = LightGrid::default();
     grid.survey(&case.image());
+    let mut listed = ListedLightGrid::default();
+    listed.survey(&case.image());
     for light in lights(1.0, Vec3::ZERO) {
         let mut lit = vec![0; case.seen.triangle.len() / 16];
         grid.shadow(&case.image(), &light, is_opaque, casts, &mut lit);
         assert_eq!(bits(&lit), case.lit(&light, casts), "{light:?}");
+        let mut in_listed = vec![0; lit.len()];
+        listed.shadow(&case.image(), &light, is_opaque, casts, &mut in_listed);
+        assert_eq!(in_listed, lit, "{light:?} through lists");
     }
 }
 
@@ -346,9 +351,14 @@ fn every_thread_count_and_instruction_set_gives_the_same_bits() {
             pool.install(|| {
                 let mut grid = LightGrid::with_level(level);
                 grid.survey(&case.image());
+                let mut listed = ListedLightGrid::with_level(level);
+                listed.survey(&case.image());
                 for light in lights(1.0, Vec3::ZERO) {
                     let mut lit = vec![0; case.seen.triangle.len() / 16];
                     grid.shadow(&case.image(), &light, |_| true, |_, _| true, &mut lit);
+                    let mut in_listed = vec![0; lit.len()];
+                    listed.shadow(&case.image(), &light, |_| true, |_, _| true, &mut in_listed);
+                    assert_eq!(in_listed, lit);
                     words.push(lit);
                 }
             });

@@ -7,7 +7,7 @@ use support::{Mesh, Random, assert_exact, is_same, view};
 use umbrage_rays::predicate::crossing;
 use umbrage_rays::{
     Camera, Cells, Hit, ImageTooLarge, ListedCounts, ListedGrid, ListedOptions, PixelWork, Projection, SeenPixels,
-    SimdLevel, Triangles, View,
+    SimdLevel, Triangles, Unmasked, View,
 };
 
 const MIDDLE: DVec2 = DVec2::splat(0.5);
@@ -34,7 +34,7 @@ fn trace(mesh: &Mesh, view: &View, offset: DVec2, options: ListedOptions) -> (Se
     let mut seen = SeenPixels::default();
     grid.build(mesh.triangles(), view, offset, options, |_| false).expect("a small image");
     grid.validate(mesh.triangles()).unwrap_or_else(|wrong| panic!("{options:?}: {wrong}"));
-    let counts = grid.trace(mesh.triangles(), |_| true, &mut seen);
+    let counts = grid.trace(mesh.triangles(), Unmasked, &mut seen);
     (seen, counts)
 }
 
@@ -76,7 +76,7 @@ fn work_adds_up_and_changes_nothing() {
         let mut seen = SeenPixels::default();
         grid.build(mesh.triangles(), &view, MIDDLE, options, |_| false).expect("a small image");
         for _ in 0..2 {
-            let counts = grid.trace_counting(mesh.triangles(), |_| true, &mut seen, &mut work);
+            let counts = grid.trace_counting(mesh.triangles(), Unmasked, &mut seen, &mut work);
             assert_eq!(seen.triangle, reference.triangle);
             // All samples of a block are tested together, and all of a sorting tile visit a cell together.
             let side = u64::from(options.cells.sorting_tile());
@@ -227,7 +227,7 @@ fn of_identical_triangles_the_lowest_id_is_seen() {
     let mut grid = ListedGrid::default();
     let mut seen = SeenPixels::default();
     grid.build(mesh.triangles(), &view(12, 9), MIDDLE, ListedOptions::DEFAULT, |_| false).unwrap();
-    grid.trace(mesh.triangles(), |_| true, &mut seen);
+    grid.trace(mesh.triangles(), Unmasked, &mut seen);
     assert!(seen.triangle.contains(&0));
     assert!(seen.triangle.iter().all(|&id| id == 0 || id == SeenPixels::NONE));
 }
@@ -354,7 +354,7 @@ fn threads_and_instructions_change_no_bit() {
                 let mut grid = ListedGrid::with_level(level);
                 let mut seen = SeenPixels::default();
                 grid.build(mesh.triangles(), &view, MIDDLE, options, |_| false).unwrap();
-                let counts = grid.trace(mesh.triangles(), |_| true, &mut seen);
+                let counts = grid.trace(mesh.triangles(), Unmasked, &mut seen);
                 (seen, counts)
             });
             let (seen, counts) = reference.get_or_insert_with(|| result.clone());
@@ -368,13 +368,13 @@ fn a_grid_can_be_used_again_for_anything() {
     let mut random = Random(11);
     let mut grid = ListedGrid::default();
     let mut seen = SeenPixels::default();
-    assert_eq!(grid.trace(Triangles::default(), |_| true, &mut seen), ListedCounts::default());
+    assert_eq!(grid.trace(Triangles::default(), Unmasked, &mut seen), ListedCounts::default());
     for (count, width, height) in [(100, 100, 70), (5000, 10, 10), (0, 30, 30), (50, 0, 5), (50, 5, 0), (80, 130, 3)] {
         let mesh = Mesh::soup(&mut random, count, 0.1);
         let view = view(width, height);
         grid.build(mesh.triangles(), &view, MIDDLE, ListedOptions::DEFAULT, |_| false).unwrap();
         grid.validate(mesh.triangles()).unwrap();
-        grid.trace(mesh.triangles(), |_| true, &mut seen);
+        grid.trace(mesh.triangles(), Unmasked, &mut seen);
         assert_exact(mesh.triangles(), &view, MIDDLE, &seen, |_| true);
     }
     let too_large = View { width: ImageTooLarge::LARGEST_SIDE + 1, ..view(1, 1) };

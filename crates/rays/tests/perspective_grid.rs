@@ -2,9 +2,14 @@
 
 mod support;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::{DVec2, Vec3};
 use support::{Mesh, Random, assert_exact, check, is_same, view};
-use umbrage_rays::{Camera, PerspectiveGrid, Projection, SeenPixels, SimdLevel, Triangles, View};
+use umbrage_rays::{
+    Camera, Hit, Mask, MaskAnswers, MaskPoints, PerspectiveGrid, Projection, SeenPixels, SimdLevel, Triangles,
+    Unmasked, View,
+};
 
 const MIDDLE: DVec2 = DVec2::splat(0.5);
 
@@ -113,7 +118,7 @@ fn samples_on_edges_and_corners_are_seen_exactly() {
         let mut grid = PerspectiveGrid::default();
         let mut seen = SeenPixels::default();
         grid.build(shuffled.triangles(), &view, offset, |_| false).unwrap();
-        grid.trace(shuffled.triangles(), |_| true, &mut seen);
+        grid.trace(shuffled.triangles(), Unmasked, &mut seen);
         for (place, &id) in seen.triangle.iter().enumerate() {
             let Some((x, y)) = seen.order().pixel(place) else { continue };
             let ray = view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y);
@@ -149,7 +154,7 @@ fn of_identical_triangles_the_lowest_id_is_seen() {
     let mut grid = PerspectiveGrid::default();
     let mut seen = SeenPixels::default();
     grid.build(mesh.triangles(), &view, MIDDLE, |_| false).unwrap();
-    grid.trace(mesh.triangles(), |_| true, &mut seen);
+    grid.trace(mesh.triangles(), Unmasked, &mut seen);
     assert!(seen.triangle.contains(&0));
     assert!(seen.triangle.iter().all(|&id| id == 0 || id == SeenPixels::NONE));
 }
@@ -180,13 +185,83 @@ fn refused_hits_are_seen_through() {
     let mesh = Mesh::soup(&mut random, 200, 0.1);
     let view = view(40, 40);
     let masked = |id: u32| id.is_multiple_of(3);
-    let counts = |hit: &umbrage_rays::Hit| !masked(hit.triangle) || hit.barycentric[0] < 0.4;
+    let counts = |hit: &Hit| !masked(hit.triangle) || hit.barycentric[0] < 0.4;
     let mut grid = PerspectiveGrid::default();
     let mut seen = SeenPixels::default();
     grid.build(mesh.triangles(), &view, MIDDLE, masked).unwrap();
     grid.validate(mesh.triangles()).unwrap();
     grid.trace(mesh.triangles(), counts, &mut seen);
     assert_exact(mesh.triangles(), &view, MIDDLE, &seen, counts);
+}
+
+/// Cuts every other one of so many stripes out of each third triangle.
+struct Stripes {
+    across: usize,
+    count: f64,
+    /// Points that were asked about, and answers.
+    asked: AtomicUsize,
+    answered: AtomicUsize,
+}
+
+impl Stripes {
+    fn masks(id: u32) -> bool {
+        id.is_multiple_of(3)
+    }
+
+    fn stripe(&self, weight: f64) -> i64 {
+        (weight * self.count).floor() as i64
+    }
+}
+
+impl Mask for &Stripes {
+    fn is_solid(&self, hit: &Hit) -> bool {
+        !Stripes::masks(hit.triangle) || self.stripe(f64::from(hit.barycentric[self.across])) % 2 == 0
+    }
+
+    fn are_solid(&self, triangle: u32, points: &MaskPoints) -> MaskAnswers {
+        assert!(Stripes::masks(triangle));
+        let mut answers = MaskAnswers::default();
+        for point in (0..16).filter(|point| points.asked >> point & 1 == 1) {
+            let [weight, error] = [points.barycentric[self.across][point], points.error[point]].map(f64::from);
+            assert!(error > 0.0 || error.is_nan());
+            let (first, last) = (self.stripe(weight - error), self.stripe(weight + error));
+            if first == last && error <= 1.0 {
+                let answer = if first % 2 == 0 { &mut answers.solid } else { &mut answers.cut };
+                *answer |= 1 << point;
+            }
+        }
+        self.asked.fetch_add(points.asked.count_ones() as usize, Ordering::Relaxed);
+        self.answered.fetch_add((answers.solid | answers.cut).count_ones() as usize, Ordering::Relaxed);
+        answers
+    }
+}
+
+#[test]
+fn masks_that_answer_early_are_seen_exactly() {
+    let mut random = Random(21);
+    let mut mesh = Mesh::soup(&mut random, 60, 0.1);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.2, 24));
+    mesh.append(&Mesh::floor(3, 500.0));
+    let view = view(70, 50);
+    for (across, count) in [(0, 3.0), (1, 50.0), (0, 1e3), (1, 3e4)] {
+        let stripes = Stripes { across, count, asked: AtomicUsize::new(0), answered: AtomicUsize::new(0) };
+        let mut first: Option<SeenPixels> = None;
+        for level in SimdLevel::available() {
+            let mut grid = PerspectiveGrid::with_level(level);
+            let mut seen = SeenPixels::default();
+            grid.build(mesh.triangles(), &view, MIDDLE, Stripes::masks).unwrap();
+            grid.validate(mesh.triangles()).unwrap();
+            grid.trace(mesh.triangles(), &stripes, &mut seen);
+            match &first {
+                Some(first) => assert_eq!(seen.triangle, first.triangle),
+                None => assert_exact(mesh.triangles(), &view, MIDDLE, &seen, |hit| (&stripes).is_solid(hit)),
+            }
+            first.get_or_insert(seen);
+        }
+        let (asked, answered) = (stripes.asked.into_inner(), stripes.answered.into_inner());
+        assert!(asked > 500);
+        assert!(count > 100.0 || answered * 20 > asked * 19, "{answered} answers to {asked} questions");
+    }
 }
 
 #[test]
@@ -237,7 +312,7 @@ fn threads_and_instructions_change_no_bit() {
                 let mut grid = PerspectiveGrid::with_level(level);
                 let mut seen = SeenPixels::default();
                 grid.build(mesh.triangles(), &view, MIDDLE, |_| false).unwrap();
-                let counts = grid.trace(mesh.triangles(), |_| true, &mut seen);
+                let counts = grid.trace(mesh.triangles(), Unmasked, &mut seen);
                 (seen, counts)
             });
             match &reference {
@@ -255,13 +330,13 @@ fn a_grid_can_be_used_again_for_anything() {
     let mut random = Random(11);
     let mut grid = PerspectiveGrid::default();
     let mut seen = SeenPixels::default();
-    assert_eq!(grid.trace(Triangles::default(), |_| true, &mut seen).listed, 0);
+    assert_eq!(grid.trace(Triangles::default(), Unmasked, &mut seen).listed, 0);
     for (count, width, height) in [(100, 100, 70), (5000, 10, 10), (0, 30, 30), (50, 0, 5), (50, 5, 0), (80, 130, 3)] {
         let mesh = Mesh::soup(&mut random, count, 0.1);
         let view = view(width, height);
         grid.build(mesh.triangles(), &view, MIDDLE, |_| false).unwrap();
         grid.validate(mesh.triangles()).unwrap();
-        grid.trace(mesh.triangles(), |_| true, &mut seen);
+        grid.trace(mesh.triangles(), Unmasked, &mut seen);
         assert_exact(mesh.triangles(), &view, MIDDLE, &seen, |_| true);
     }
     let too_large = View { width: 1 << 17, ..view(1, 1) };

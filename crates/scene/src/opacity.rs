@@ -1,6 +1,8 @@
 use glam::{Vec2, Vec4};
 
-use crate::{Alpha, Frame, Material};
+use umbrage_rays::{Hit, Mask, MaskAnswers, MaskPoints};
+
+use crate::{Alpha, Frame, Material, Texture};
 
 impl Frame {
     /// The material of a triangle.
@@ -64,6 +66,46 @@ impl Frame {
         }
     }
 
+    /// What [`Frame::is_solid`] says for every barycentric that is within `error` of the given one in each coordinate;
+    /// `None` where that differs or takes too long to find out. With an error of zero it always knows.
+    #[must_use]
+    pub fn is_solid_within(&self, triangle: u32, barycentric: [f32; 2], error: f32) -> Option<bool> {
+        if error == 0.0 {
+            return Some(self.is_solid(triangle, barycentric));
+        }
+        self.solid_part(triangle).holds_within(barycentric, error)
+    }
+
+    /// As [`Frame::is_solid_within`] for [`Frame::casts_shadow`].
+    #[must_use]
+    pub fn casts_shadow_within(&self, triangle: u32, barycentric: [f32; 2], error: f32) -> Option<bool> {
+        if error == 0.0 {
+            return Some(self.casts_shadow(triangle, barycentric));
+        }
+        self.shadowing_part(triangle).holds_within(barycentric, error)
+    }
+
+    /// The part of a triangle where [`Frame::is_solid`].
+    fn solid_part(&self, triangle: u32) -> Part<'_> {
+        match self.material(triangle).alpha {
+            Alpha::Opaque | Alpha::Blend => Part::All(true),
+            Alpha::Mask { cutoff } => Part::Opaque(OpacityPlane::new(self, triangle), cutoff),
+        }
+    }
+
+    /// The part of a triangle where it [casts a shadow](Frame::casts_shadow).
+    fn shadowing_part(&self, triangle: u32) -> Part<'_> {
+        let material = self.material(triangle);
+        if material.transmission >= 0.5 {
+            return Part::All(false);
+        }
+        match material.alpha {
+            Alpha::Opaque => Part::All(true),
+            Alpha::Blend => Part::Opaque(OpacityPlane::new(self, triangle), 0.5),
+            Alpha::Mask { cutoff } => Part::Opaque(OpacityPlane::new(self, triangle), cutoff),
+        }
+    }
+
     /// Whether a point of a triangle keeps light off what is behind it: masked-out points don't, blended ones do where
     /// they are at least half opaque, and materials that transmit at least half of the light don't at all.
     #[must_use]
@@ -87,5 +129,152 @@ impl Frame {
             self.materials.textures[texture.texture as usize].opacity(coords)
         });
         material.base_color.w * self.vertex_color(triangle, barycentric).w * texture
+    }
+}
+
+/// The points that [`Frame::is_solid`], for structures that ask for them.
+#[derive(Clone, Copy, Debug)]
+pub struct SolidPoints<'a>(pub &'a Frame);
+
+impl Mask for SolidPoints<'_> {
+    #[inline]
+    fn is_solid(&self, hit: &Hit) -> bool {
+        self.0.is_solid(hit.triangle, hit.barycentric)
+    }
+
+    fn are_solid(&self, triangle: u32, points: &MaskPoints) -> MaskAnswers {
+        self.0.solid_part(triangle).answers(points)
+    }
+}
+
+/// A part of a triangle.
+#[derive(Debug)]
+enum Part<'a> {
+    /// All of it or nothing.
+    All(bool),
+    /// Where its opacity is at least this.
+    Opaque(OpacityPlane<'a>, f32),
+}
+
+impl Part<'_> {
+    /// Whether all points around one are in it or none is; `None` where that is open.
+    #[inline]
+    fn holds_within(&self, [v, w]: [f32; 2], error: f32) -> Option<bool> {
+        match self {
+            Self::All(all) => Some(*all),
+            Self::Opaque(plane, cutoff) => {
+                let [low, high] = plane.opacity_within([v, w], error)?;
+                if low >= *cutoff {
+                    Some(true)
+                } else if high < *cutoff {
+                    Some(false)
+                } else {
+                    None
+                }
+            }
+        }
+    }
+
+    fn answers(&self, points: &MaskPoints) -> MaskAnswers {
+        let MaskPoints { barycentric: [v, w], error, asked } = points;
+        let (mut answers, mut left) = (MaskAnswers::default(), *asked);
+        while left != 0 {
+            let point = left.trailing_zeros() as usize;
+            match self.holds_within([v[point], w[point]], error[point]) {
+                Some(true) => answers.solid |= 1 << point,
+                Some(false) => answers.cut |= 1 << point,
+                None => {}
+            }
+            left &= left - 1;
+        }
+        answers
+    }
+}
+
+/// What a triangle's opacity is made of, as linear functions of the weights of its second and third vertex.
+#[derive(Debug)]
+struct OpacityPlane<'a> {
+    texture: Option<&'a Texture>,
+    /// Place in the texture, in texels, of the first vertex, and from there to the others.
+    place: [Vec2; 3],
+    /// How wrong a place may be along each axis.
+    place_error: Vec2,
+    /// Vertex opacity of the first vertex, and how much more it is at the others.
+    vertex: [f32; 3],
+    /// How wrong a vertex opacity may be.
+    vertex_error: f32,
+    /// The material's own opacity.
+    base: f32,
+}
+
+impl<'a> OpacityPlane<'a> {
+    /// How far weights, and what they may be wrong by, are allowed to leave 0 … 1.
+    const OVERHANG: f32 = 0.25;
+
+    /// Roundings between two ways to interpolate three values up to one, which are linear functions of them with three
+    /// steps in between; f32 ulps relative to the largest that takes part.
+    ///
+    /// With weights that are at most 1/2 outside of their range, the magnitudes of three weights add up to three at
+    /// most. In half ulps, the way of [`Frame::tex_coords`] is wrong by 12.5 (3.5 for the first weight, 3 for the
+    /// products, 6 for the sums), the transform by 12 more, the product with the size by 3 and the move by half a texel
+    /// by 3.5. The way taken here is wrong by 4 for the first vertex, 25 for the differences and what makes texels of
+    /// them, 16 for products and sums, and by 14 for the reach and the bounds around it.
+    const ROUNDING: f32 = 64.0 * f32::EPSILON;
+
+    fn new(frame: &'a Frame, triangle: u32) -> Self {
+        let material = frame.material(triangle);
+        let vertices = frame.mesh.triangles[triangle as usize].map(|vertex| vertex as usize);
+        let mut plane = Self {
+            texture: None,
+            place: [Vec2::ZERO; 3],
+            place_error: Vec2::ZERO,
+            vertex: [1.0, 0.0, 0.0],
+            vertex_error: 0.0,
+            base: material.base_color.w,
+        };
+        if let Some(used) = &material.base_color_texture {
+            let texture = &frame.materials.textures[used.texture as usize];
+            let coords = &frame.mesh.tex_coords[usize::from(used.tex_coord_set.min(1))];
+            let [a, b, c] = if coords.is_empty() { [Vec2::ZERO; 3] } else { vertices.map(|vertex| coords[vertex]) };
+            let [width, height] = texture.size();
+            let (size, transform) = (Vec2::new(width as f32, height as f32), &used.image_from_mesh);
+            let matrix = &transform.matrix2;
+            plane.place = [transform.transform_point2(a), *matrix * (b - a), *matrix * (c - a)].map(|at| at * size);
+            let largest = a.abs().max(b.abs()).max(c.abs());
+            let reach = matrix.x_axis.abs() * largest.x + matrix.y_axis.abs() * largest.y + transform.translation.abs();
+            plane.place_error = (reach * size + 0.5) * Self::ROUNDING;
+            plane.texture = Some(texture);
+        }
+        if !frame.mesh.colors.is_empty() {
+            let [a, b, c] = vertices.map(|vertex| frame.mesh.colors[vertex].w);
+            plane.vertex = [a, b - a, c - a];
+            plane.vertex_error = a.abs().max(b.abs()).max(c.abs()) * Self::ROUNDING;
+        }
+        plane
+    }
+
+    /// Bounds of the opacity, as [`Frame::is_solid`] finds it, of all points around one; `None` where they aren't known.
+    #[inline]
+    fn opacity_within(&self, [v, w]: [f32; 2], error: f32) -> Option<[f32; 2]> {
+        let least = -Self::OVERHANG;
+        let usable = v >= least && w >= least && v + w <= 1.0 - least && error >= 0.0 && error <= Self::OVERHANG;
+        if !usable {
+            return None;
+        }
+        let texture = match self.texture {
+            None => [1.0; 2],
+            Some(texture) => {
+                let [origin, to_second, to_third] = self.place;
+                let reach = (to_second.abs() + to_third.abs()) * error + self.place_error;
+                texture.opacity_around(origin + (to_second * v + to_third * w), reach)?
+            }
+        };
+        let [origin, to_second, to_third] = self.vertex;
+        let vertex = origin + (to_second * v + to_third * w);
+        let vertex_error = (to_second.abs() + to_third.abs()) * error + self.vertex_error;
+        let vertex = [vertex - vertex_error, vertex + vertex_error];
+        // Where no factor is below zero, rounded products are in the same order as they.
+        let is_ordered = self.base >= 0.0 && vertex[0] >= 0.0;
+        is_ordered.then(|| [0, 1].map(|bound: usize| self.base * vertex[bound] * texture[bound]))
     }
 }

@@ -1,7 +1,9 @@
 use std::io::Cursor;
-use std::sync::LazyLock;
+use std::sync::{LazyLock, OnceLock};
 
 use glam::{Vec2, Vec4};
+
+mod opacity;
 
 /// An image with its smaller copies (mip levels), and how it is read between and beyond its texels.
 ///
@@ -14,6 +16,9 @@ pub struct Texture {
     filter: Filter,
     wrap: [Wrap; 2],
     levels: Vec<Level>,
+    /// Made when it is first asked for: the least and the greatest opacity of the texels that are mixed in each cell of
+    /// the full image.
+    opacities: OnceLock<Vec<[u8; 2]>>,
 }
 
 /// How texels are read between their centres.
@@ -72,7 +77,7 @@ impl Texture {
         while let Some(smaller) = levels.last().and_then(|level| level.halved(space)) {
             levels.push(smaller);
         }
-        Self { name: name.into(), space, filter, wrap, levels }
+        Self { name: name.into(), space, filter, wrap, levels, opacities: OnceLock::new() }
     }
 
     /// A texture from the bytes of an image file (PNG, JPEG, BMP or TGA).
@@ -123,10 +128,11 @@ impl Texture {
         [self.levels[0].width, self.levels[0].height]
     }
 
-    /// Bytes taken by the texels of all levels.
+    /// Bytes taken by the texels of all levels, and by what is known of their opacity.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.levels.iter().map(|level| size_of_val(level.texels.as_slice())).sum()
+        let opacities = self.opacities.get().map_or(0, |opacities| size_of_val(opacities.as_slice()));
+        opacities + self.levels.iter().map(|level| size_of_val(level.texels.as_slice())).sum::<usize>()
     }
 
     /// The linear colour at `coords`, averaged over about `footprint_texels` texels of the full image.
@@ -141,12 +147,6 @@ impl Texture {
             Filter::Linear if part == 0.0 => self.read(fine as usize, coords),
             Filter::Linear => self.read(fine as usize, coords).lerp(self.read(fine as usize + 1, coords), part),
         }
-    }
-
-    /// The opacity at `coords` in the full image: what decides whether an alpha-masked point is there.
-    #[must_use]
-    pub fn opacity(&self, coords: Vec2) -> f32 {
-        self.read(0, coords).w
     }
 
     fn read(&self, level: usize, coords: Vec2) -> Vec4 {
@@ -199,6 +199,9 @@ impl Wrap {
     /// The texel that stands for place `at`, a whole number, on a side of `side` texels.
     fn place(self, at: f32, side: u32) -> usize {
         let length = side as f32;
+        if (0.0..length).contains(&at) {
+            return at as usize;
+        }
         // A NaN coordinate casts to texel 0.
         let at = match self {
             Self::Repeat => at.rem_euclid(length),

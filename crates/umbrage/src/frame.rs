@@ -1,10 +1,10 @@
 //! The spine: a frame from top to bottom.
 
-use umbrage_rays::{PixelWork, SeenPixels};
+use umbrage_rays::{GridCounts, PixelWork, SeenPixels, SimdLevel};
 use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
-use crate::cpu::{Cpu, LightMask};
+use crate::cpu::{Cpu, LightMask, LightWork};
 use crate::sampling::Sample;
 use crate::{Film, Settings, Stats, Structure};
 
@@ -41,6 +41,12 @@ pub enum Error {
 }
 
 impl Renderer {
+    /// A renderer whose grids use the instructions of `level` rather than the widest; pictures are the same.
+    #[must_use]
+    pub fn with_simd_level(level: SimdLevel) -> Self {
+        Self { engine: Cpu::with_level(level), ..Self::default() }
+    }
+
     /// Renders `scene` at a moment, on the threads of the current rayon pool.
     ///
     /// # Errors
@@ -100,6 +106,18 @@ impl Renderer {
     #[must_use]
     pub fn stats(&self) -> &Stats {
         &self.stats
+    }
+
+    /// What the camera was as work for its grid, at the last frame's last sample; zero without a grid.
+    #[must_use]
+    pub fn camera_work(&self) -> GridCounts {
+        self.engine.camera_work()
+    }
+
+    /// What each light was as work for its grid, at the last frame's last sample; empty without a grid.
+    #[must_use]
+    pub fn light_work(&self) -> &[LightWork] {
+        self.engine.light_work()
     }
 
     /// What each pixel showed at the last frame's last sample.

@@ -28,7 +28,7 @@ mod stats;
 mod tone_map;
 
 pub use background::Background;
-pub use cpu::LightMask;
+pub use cpu::{LightMask, LightWork};
 pub use film::{Film, Image};
 pub use frame::{Error, Renderer};
 pub use panorama::Panorama;

@@ -1,7 +1,7 @@
 //! Triangles with corners that are no numbers are left out, counted, and change nothing.
 
 use glam::{DVec2, Vec3};
-use umbrage_rays::{Bvh, Camera, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, View};
+use umbrage_rays::{Bvh, Camera, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, Unmasked, View};
 use umbrage_verify::TestMesh;
 
 /// A ball and, in between its triangles, one triangle for every way in which nine coordinates can be a number, NaN and
@@ -40,7 +40,7 @@ fn every_pattern_of_nan_and_infinity_is_left_out_and_counted() {
     let look = |mesh: &TestMesh| {
         let (mut grid, mut seen) = (PerspectiveGrid::default(), SeenPixels::default());
         grid.build(mesh.triangles(), &view, offset_pixels, |_| false).expect("a small image");
-        grid.trace(mesh.triangles(), |_| true, &mut seen);
+        grid.trace(mesh.triangles(), Unmasked, &mut seen);
         let mut light_grid = LightGrid::default();
         let image = SeenImage { triangles: mesh.triangles(), view, offset_pixels, seen: &seen };
         light_grid.survey(&image);

@@ -12,8 +12,9 @@ use clap::Args;
 use umbrage::Scene;
 use umbrage_peers::Embree;
 
-use crate::frame::{Form, size};
+use crate::flags::size;
 use crate::shot::{self, Lights};
+use crate::table::Form;
 
 #[derive(Debug, Args)]
 pub(crate) struct PeersFlags {

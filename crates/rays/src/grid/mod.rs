@@ -5,6 +5,7 @@
 mod counting_sort;
 mod extremes;
 mod light;
+mod mask;
 mod perspective;
 mod seen;
 mod simd_level;
@@ -15,11 +16,12 @@ pub use light::{
     ImpossibleLightCells, LightGrid, LightGridCounts, LightGridSeconds, ListedLightCounts, ListedLightGrid,
     ListedLightOptions, ListedLightSeconds, SeenImage,
 };
+pub use mask::{Mask, MaskAnswers, MaskPoints, Unmasked};
 pub use perspective::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds,
     PerspectiveGrid,
 };
 pub use seen::SeenPixels;
-pub use simd_level::SimdLevel;
+pub use simd_level::{SimdLevel, UnknownSimdLevel};
 pub use tile_order::TileOrder;
 pub use work::{PixelWork, Work};

@@ -3,7 +3,7 @@
 
 use glam::{DVec2, Vec3};
 use umbrage_rays::predicate::crossing;
-use umbrage_rays::{Camera, Hit, PerspectiveGrid, SeenPixels, Triangles, View};
+use umbrage_rays::{Camera, Hit, PerspectiveGrid, SeenPixels, Triangles, Unmasked, View};
 
 /// A mesh of its own.
 #[derive(Clone, Debug, Default)]
@@ -189,7 +189,7 @@ pub(crate) fn check(mesh: &Mesh, view: &View, offset: DVec2) -> (SeenPixels, umb
     let mut seen = SeenPixels::default();
     grid.build(mesh.triangles(), view, offset, |_| false).expect("a small image");
     grid.validate(mesh.triangles()).expect("a valid grid");
-    let counts = grid.trace(mesh.triangles(), |_| true, &mut seen);
+    let counts = grid.trace(mesh.triangles(), Unmasked, &mut seen);
     assert_exact(mesh.triangles(), view, offset, &seen, |_| true);
     (seen, counts)
 }

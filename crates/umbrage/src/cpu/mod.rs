@@ -4,7 +4,10 @@ mod see;
 mod shade;
 mod shadow;
 
-use umbrage_rays::{Bvh, Hit, LightGrid, ListedGrid, Omitted, PerspectiveGrid, Ray, SeenPixels, predicate};
+use umbrage_rays::{
+    Bvh, GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, ListedGrid, ListedLightGrid, Omitted,
+    PerspectiveGrid, Ray, SeenPixels, SimdLevel, predicate,
+};
 use umbrage_scene::Frame;
 
 use crate::Structure;
@@ -19,19 +22,44 @@ pub(crate) struct Cpu {
     camera_grid: PerspectiveGrid,
     listed_grid: ListedGrid,
     light_grid: LightGrid,
+    listed_light_grid: ListedLightGrid,
     /// What each pixel sees at the current sample.
     seen: SeenPixels,
     /// For each light, which pixels it lights at the current sample.
     lit: Vec<LightMask>,
     shadow_rays: u64,
+    camera_work: GridCounts,
+    light_work: Vec<LightWork>,
+}
+
+/// What a light was as work for its grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightWork {
+    /// How much there was to do.
+    pub counts: LightGridCounts,
+    /// How long each stage took; what serves all lights is counted for each.
+    pub seconds: LightGridSeconds,
 }
 
 impl Cpu {
+    /// An engine whose grids use the instructions of `level`.
+    pub(crate) fn with_level(level: SimdLevel) -> Self {
+        Self {
+            camera_grid: PerspectiveGrid::with_level(level),
+            listed_grid: ListedGrid::with_level(level),
+            light_grid: LightGrid::with_level(level),
+            listed_light_grid: ListedLightGrid::with_level(level),
+            ..Self::default()
+        }
+    }
+
     /// Rebuilds what serves all samples of a frame: the hierarchy, where anything needs it. Grids are made for the rays
     /// of one sample, by the stages that trace them.
     pub(crate) fn build(&mut self, frame: &Frame, structure: Structure) {
         self.structure = structure;
         self.shadow_rays = 0;
+        self.camera_work = GridCounts::default();
+        self.light_work.clear();
         if structure == Structure::Bvh || frame.is_see_through() {
             self.bvh.build(frame.triangles());
         }
@@ -45,6 +73,16 @@ impl Cpu {
     /// For each light, which pixels it lit at the last sample.
     pub(crate) fn light_masks(&self) -> &[LightMask] {
         &self.lit
+    }
+
+    /// What the camera was as work for its grid, at the last sample; zero where there is none.
+    pub(crate) fn camera_work(&self) -> GridCounts {
+        self.camera_work
+    }
+
+    /// What each light was as work for its grid, at the last sample; empty where there is none.
+    pub(crate) fn light_work(&self) -> &[LightWork] {
+        &self.light_work
     }
 
     pub(crate) fn omitted(&self) -> &Omitted {
@@ -62,7 +100,7 @@ impl Cpu {
     pub(crate) fn structure_bytes(&self) -> usize {
         match self.structure {
             Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.bytes(),
-            Structure::Listed(_) => self.bvh.bytes() + self.listed_grid.bytes() + self.light_grid.bytes(),
+            Structure::Listed(_) => self.bvh.bytes() + self.listed_grid.bytes() + self.listed_light_grid.bytes(),
             Structure::Bvh => self.bvh.bytes(),
         }
     }

@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 use umbrage_rays::{Hit, ImageTooLarge, PixelWork, SeenPixels, View};
-use umbrage_scene::Frame;
+use umbrage_scene::{Frame, SolidPoints};
 
 use super::Cpu;
 use crate::Structure;
@@ -18,17 +18,16 @@ impl Cpu {
         sample: &Sample,
         work: &mut PixelWork,
     ) -> Result<(), ImageTooLarge> {
-        let Self { structure, camera_grid, listed_grid, seen, .. } = self;
+        let Self { structure, camera_grid, listed_grid, seen, camera_work, .. } = self;
         let triangles = frame.triangles();
-        let is_solid = |hit: &Hit| frame.is_solid(hit.triangle, hit.barycentric);
         match structure {
             Structure::Perspective => {
                 camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
-                camera_grid.trace_counting(triangles, is_solid, seen, work);
+                *camera_work = camera_grid.trace_counting(triangles, SolidPoints(frame), seen, work);
             }
             Structure::Listed(options) => {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;
-                listed_grid.trace_counting(triangles, is_solid, seen, work);
+                listed_grid.trace_counting(triangles, SolidPoints(frame), seen, work);
             }
             Structure::Bvh => self.see(frame, view, sample)?,
         }
@@ -40,19 +39,19 @@ impl Cpu {
     /// # Errors
     /// Where the image is larger than the structure's limit.
     pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
-        let Self { structure, bvh, camera_grid, listed_grid, seen, .. } = self;
+        let Self { structure, bvh, camera_grid, listed_grid, seen, camera_work, .. } = self;
         let triangles = frame.triangles();
-        let is_solid = |hit: &Hit| frame.is_solid(hit.triangle, hit.barycentric);
         match structure {
             Structure::Perspective => {
                 camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
-                camera_grid.trace(triangles, is_solid, seen);
+                *camera_work = camera_grid.trace(triangles, SolidPoints(frame), seen);
             }
             Structure::Listed(options) => {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;
-                listed_grid.trace(triangles, is_solid, seen);
+                listed_grid.trace(triangles, SolidPoints(frame), seen);
             }
             Structure::Bvh => {
+                let is_solid = |hit: &Hit| frame.is_solid(hit.triangle, hit.barycentric);
                 seen.resize(view.width, view.height);
                 let order = seen.order();
                 let SeenPixels { triangle, inverse_depth, .. } = seen;

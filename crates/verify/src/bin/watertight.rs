@@ -8,7 +8,7 @@ use clap::Parser;
 use glam::Vec3;
 use indicatif::ProgressBar;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Bvh, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, TileOrder};
+use umbrage_rays::{Bvh, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, TileOrder, Unmasked};
 use umbrage_verify::{Random, Sheet, SheetShape};
 
 /// Aims rays at shared edges and vertices, through both grids, and counts leaks and self-shadowing.
@@ -91,7 +91,7 @@ impl Trial {
         let (triangles, view, offset_pixels) = (sheet.mesh.triangles(), sheet.view, sheet.offset_pixels);
         let Self { camera_grid, light_grid, bvh, seen, lit, .. } = self;
         camera_grid.build(triangles, &view, offset_pixels, |_| false)?;
-        let counts = camera_grid.trace(triangles, |_| true, seen);
+        let counts = camera_grid.trace(triangles, Unmasked, seen);
         let order = seen.order();
         let pixels = || (0..shape.side).flat_map(|y| (0..shape.side).map(move |x| (x, y)));
         for (x, y) in pixels() {

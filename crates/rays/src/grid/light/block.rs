@@ -36,6 +36,6 @@ pub(super) struct Cluster {
     /// At most the nearness of the farthest point.
     pub(super) farthest: f32,
     pub(super) block: u32,
-    /// Of the cell of the lowest X and Y.
-    pub(super) column: u32,
+    /// The first and the last column of cells that it is in.
+    pub(super) columns: [u16; 2],
 }

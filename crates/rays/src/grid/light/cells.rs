@@ -4,88 +4,191 @@ use fearless_simd::{Simd, f32x16, i32x16, mask32x16};
 use super::block::Cluster;
 use super::lanes::{LANES, splat};
 
-/// The cells of a face, in rows. A cluster is in the cell of its lowest X and Y.
+/// The cells of a face, in rows. A cluster is listed in each row that it overlaps, in the column of its lowest X.
 ///
-/// Cells are narrow and high, since a row's cells next to each other are one range of clusters, and 16 clusters are
-/// looked at together.
+/// Cells are as narrow and as high as points are dense: see [`Axis`]. They are narrower than high, since a row's cells
+/// next to each other are one range of clusters, and 16 clusters are looked at together.
 #[derive(Debug, Default)]
 pub(super) struct Cells {
-    pub(super) columns: usize,
+    pub(super) across: Axis,
+    pub(super) down: Axis,
     /// Those of earlier faces that had more are kept, for their memory.
     pub(super) all_rows: Vec<Row>,
-    pub(super) row_count: usize,
-    /// Clusters are at most this wide and high.
-    pub(super) reach: f32,
+    /// For each row and column the least nearness of any cluster in that cell and the [`WINDOW`] − 1 to the right.
+    minima: Vec<f32>,
+}
+
+/// How X is divided into columns, or Y into rows: each place in one of [`Axis::STRIPS`] strips, each strip in a cell.
+/// 16 KiB.
+#[derive(Debug, Default)]
+pub(super) struct Axis {
+    cells: Vec<u16>,
+    pub(super) count: usize,
 }
 
 /// The clusters of a row of cells, sorted by column. 24 bytes each.
 #[derive(Debug, Default)]
 pub(super) struct Row {
     /// The clusters of column c are from `ends[c]` to `ends[c + 1]`.
-    pub(super) ends: Vec<u32>,
+    ends: Vec<u32>,
+    /// The first cluster that reaches column c.
+    firsts: Vec<u32>,
     /// Lowest and highest X, and Y, and the least nearness; after the last cluster 16 that overlap nothing.
     pub(super) x: [Vec<f32>; 2],
     pub(super) y: [Vec<f32>; 2],
     pub(super) farthest: Vec<f32>,
     pub(super) block: Vec<u32>,
+    /// Where the row begins and ends in Y; the first and the last one also hold what is beyond.
+    pub(super) range: [f32; 2],
 }
+
+/// The cells that a triangle's bounds are in: first and last column and row.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Covered {
+    pub(super) columns: [u16; 2],
+    pub(super) rows: [u16; 2],
+}
+
+/// Most columns that [`Cells::farthest`] looks at.
+const WINDOW: u16 = 4;
+
+impl Axis {
+    /// Strips are half as wide as the error of points may be, so that no cluster reaches over many cells.
+    pub(super) const STRIPS: usize = 8192;
+
+    /// Divides the axis into `count` cells, about as many in each part as there are points, and a few where there are
+    /// none. `points` has a number for each strip.
+    pub(super) fn choose(&mut self, count: usize, points: &[u32]) {
+        const EMPTY_SHARE: u64 = 4;
+        let all: u64 = points.iter().map(|&points| u64::from(points)).sum::<u64>().max(1);
+        let whole = all * EMPTY_SHARE * Self::STRIPS as u64 + all * Self::STRIPS as u64;
+        let mut before = 0;
+        self.count = count;
+        self.cells.clear();
+        self.cells.extend(points.iter().map(|&points| {
+            let cell = before * count as u64 / whole;
+            before += u64::from(points) * EMPTY_SHARE * Self::STRIPS as u64 + all;
+            cell as u16
+        }));
+    }
+
+    /// The cell of a place: for clusters and triangles alike, which keeps their order.
+    pub(super) fn cell(&self, at: f32) -> usize {
+        usize::from(self.cells[strip(at)])
+    }
+
+    /// The cells of 16 places.
+    #[inline(always)]
+    pub(super) fn cells_at<S: Simd>(&self, simd: S, at: f32x16<S>) -> [u16; LANES] {
+        const LAST: usize = Axis::STRIPS - 1;
+        let strips: i32x16<S> =
+            (at.max(splat(simd, -2.0)).min(splat(simd, 2.0)) * splat(simd, SCALE) + splat(simd, SCALE)).to_int();
+        let strips = strips.max(i32x16::splat(simd, 0)).to_array();
+        let Some(cells) = self.cells.first_chunk::<{ Axis::STRIPS }>() else { return [0; LANES] };
+        let mut found = [0; LANES];
+        for (cell, strip) in found.iter_mut().zip(strips) {
+            *cell = cells[(strip as usize).min(LAST)];
+        }
+        found
+    }
+
+    /// Where a cell begins and ends, give or take 10⁻⁶; the first and the last one also hold what is beyond.
+    pub(super) fn range(&self, cell: usize) -> [f32; 2] {
+        let edge = |strip: usize| strip as f32 / SCALE - 1.0;
+        let low = if cell == 0 { -2.0 } else { edge(self.cells.partition_point(|&at| usize::from(at) < cell)) };
+        let high = self.cells.partition_point(|&at| usize::from(at) <= cell);
+        [low, if high == Self::STRIPS { 2.0 } else { edge(high) }]
+    }
+}
+
+/// What X and Y in [−1, 1], plus one, are multiplied with to get the strip: exact in f32.
+const SCALE: f32 = (Axis::STRIPS / 2) as f32;
+
+/// The strip of a place.
+pub(super) fn strip(at: f32) -> usize {
+    ((at.clamp(-2.0, 2.0) * SCALE + SCALE) as usize).min(Axis::STRIPS - 1)
+}
+
+/// How many columns and rows beyond its first one a cluster may reach, but for the error of its points.
+pub(super) const REACH: [u16; 2] = [3, 1];
 
 impl Cells {
     pub(super) fn bytes(&self) -> usize {
-        self.all_rows.capacity() * size_of::<Row>() + self.all_rows.iter().map(Row::bytes).sum::<usize>()
+        let rows: usize = self.all_rows.iter().map(Row::bytes).sum();
+        let axes = self.across.cells.capacity() + self.down.cells.capacity();
+        let rows = rows + self.all_rows.capacity() * size_of::<Row>();
+        rows + axes * size_of::<u16>() + self.minima.capacity() * size_of::<f32>()
     }
 
     pub(super) fn rows(&self) -> &[Row] {
-        &self.all_rows[..self.row_count]
+        &self.all_rows[..self.down.count]
     }
 
-    pub(super) fn rows_mut(&mut self) -> &mut [Row] {
-        &mut self.all_rows[..self.row_count]
+    /// The columns, the rows as an axis and as lists, and the minima.
+    pub(super) fn parts(&mut self) -> (&Axis, &Axis, &mut [Row], &mut [f32]) {
+        (&self.across, &self.down, &mut self.all_rows[..self.down.count], &mut self.minima)
     }
 
-    /// Chooses how many cells there are for a number of points.
-    pub(super) fn choose(&mut self, points: usize) {
+    /// At most the nearness of the farthest point in some cells; infinite where there is none.
+    #[inline(always)]
+    pub(super) fn farthest(&self, Covered { columns, rows }: Covered) -> f32 {
+        if columns[1] - columns[0] >= WINDOW || rows[1] - rows[0] >= 2 {
+            return f32::NEG_INFINITY;
+        }
+        let at = |row: u16| {
+            let place = usize::from(row) * self.across.count + usize::from(columns[0]);
+            self.minima.get(place).copied().unwrap_or(f32::NEG_INFINITY)
+        };
+        at(rows[0]).min(at(rows[1]))
+    }
+
+    /// Chooses the cells for a number of points, of which some are in the strips of X and Y.
+    pub(super) fn choose(&mut self, points: usize, samples: [&[u32]; 2]) {
         // As many columns as a square of full blocks has, and a quarter as many rows.
         let side = (points as f64 / LANES as f64).sqrt().clamp(4.0, 4096.0);
-        self.columns = side as usize;
-        self.row_count = (side / 4.0) as usize;
-        if self.all_rows.len() < self.row_count {
-            self.all_rows.resize_with(self.row_count, Row::default);
+        self.across.choose(side as usize, samples[0]);
+        self.down.choose((side / 4.0) as usize, samples[1]);
+        if self.all_rows.len() < self.down.count {
+            self.all_rows.resize_with(self.down.count, Row::default);
         }
-        self.reach = (CLUSTER_COLUMNS * 2.0 / side) as f32;
-    }
-
-    /// What X and Y in [−1, 1], plus one, are multiplied with to get the column and row.
-    ///
-    /// A little less than half their number, so that one stays in the last cell.
-    pub(super) fn scale(&self) -> [f32; 2] {
-        const SHRINK: f32 = 0.499_999;
-        [self.columns as f32 * SHRINK, self.row_count as f32 * SHRINK]
-    }
-
-    /// Below a triangle's lowest X or Y by this, no cluster can begin that it overlaps.
-    pub(super) fn reach_back(&self) -> f32 {
-        self.reach * 1.001 + 1e-6
+        self.minima.resize(self.across.count * self.down.count, f32::INFINITY);
     }
 }
-
-/// How many columns of cells a cluster may be wide.
-const CLUSTER_COLUMNS: f64 = 2.5;
 
 impl Row {
     fn bytes(&self) -> usize {
         let floats: usize = self.x.iter().chain(&self.y).chain([&self.farthest]).map(Vec::capacity).sum();
-        (floats + self.ends.capacity() + self.block.capacity()) * size_of::<f32>()
+        (floats + self.ends.capacity() + self.firsts.capacity() + self.block.capacity()) * size_of::<f32>()
     }
 
-    /// Sorts clusters into the row's cells: a counting sort.
-    pub(super) fn sort<'a>(&mut self, columns: usize, clusters: impl Iterator<Item = &'a Cluster> + Clone) {
+    /// Sorts clusters into the row's cells: a counting sort. `minima` has a number for each column.
+    pub(super) fn sort<'a>(&mut self, minima: &mut [f32], clusters: impl Iterator<Item = &'a Cluster> + Clone) {
+        let columns = minima.len();
+        minima.fill(f32::INFINITY);
         self.ends.clear();
         self.ends.resize(columns + 1, 0);
+        self.firsts.clear();
+        self.firsts.extend(0..columns as u32);
         let mut count = 0;
         for cluster in clusters.clone() {
-            self.ends[cluster.column as usize + 1] += 1;
+            let [first, last] = cluster.columns;
+            self.ends[usize::from(first) + 1] += 1;
+            let reached = &mut self.firsts[usize::from(last)];
+            *reached = u32::from(first).min(*reached);
+            for least in &mut minima[usize::from(first)..=usize::from(last)] {
+                *least = least.min(cluster.farthest);
+            }
             count += 1;
+        }
+        for column in 0..columns {
+            let window = &minima[column..(column + usize::from(WINDOW)).min(columns)];
+            minima[column] = window.iter().fold(f32::INFINITY, |least, &at| least.min(at));
+        }
+        // What reaches a column has also reached those before, as far as it began.
+        let mut least = u32::MAX;
+        for first in self.firsts.iter_mut().rev() {
+            least = least.min(*first);
+            *first = least;
         }
         // Each cell's count becomes its beginning, and by counting up again its end.
         let mut sum = 0;
@@ -98,7 +201,7 @@ impl Row {
         }
         self.block.resize(count + LANES, u32::MAX);
         for cluster in clusters {
-            let end = &mut self.ends[cluster.column as usize + 1];
+            let end = &mut self.ends[usize::from(cluster.columns[0]) + 1];
             let place = *end as usize;
             *end += 1;
             self.x[0][place] = cluster.x[0];
@@ -108,11 +211,21 @@ impl Row {
             self.farthest[place] = cluster.farthest;
             self.block[place] = cluster.block;
         }
+        for first in &mut self.firsts {
+            *first = self.ends[*first as usize];
+        }
     }
 
     /// How many clusters there are.
     pub(super) fn len(&self) -> usize {
         self.block.len().saturating_sub(LANES)
+    }
+
+    /// The clusters that may be in some columns: others are among them, but 16 from the last one on nothing is that isn't
+    /// there.
+    #[inline(always)]
+    pub(super) fn reaching(&self, first_column: usize, last_column: usize) -> std::ops::Range<usize> {
+        self.firsts[first_column] as usize..self.ends[last_column + 1] as usize
     }
 
     /// Which of the 16 clusters from `first` overlap a box and have points that are farther from the light than
@@ -124,6 +237,12 @@ impl Row {
             & load(simd, &self.y[0], first).simd_le(bounds.y[1])
             & load(simd, &self.y[1], first).simd_ge(bounds.y[0])
             & load(simd, &self.farthest, first).simd_lt(bounds.nearest)
+    }
+
+    /// Which of the 16 clusters from `first` begin in this row, with few others.
+    #[inline(always)]
+    pub(super) fn begin_here<S: Simd>(&self, simd: S, first: usize) -> mask32x16<S> {
+        load(simd, &self.y[0], first).simd_ge(splat(simd, self.range[0] - 1e-6))
     }
 }
 
@@ -137,16 +256,4 @@ pub(super) struct Bounds<S: Simd> {
 #[inline(always)]
 fn load<S: Simd>(simd: S, list: &[f32], first: usize) -> f32x16<S> {
     f32x16::from_slice(simd, &list[first..first + LANES])
-}
-
-/// The columns or rows of places in X or Y: for clusters and triangles alike, which keeps their order.
-#[inline(always)]
-pub(super) fn cells_at<S: Simd>(simd: S, at: f32x16<S>, scale: f32x16<S>, count: usize) -> i32x16<S> {
-    let cell: i32x16<S> = (at.max(splat(simd, -2.0)).min(splat(simd, 2.0)) * scale + scale).to_int();
-    cell.max(i32x16::splat(simd, 0)).min(i32x16::splat(simd, count as i32 - 1))
-}
-
-/// As [`cells_at`], for one place.
-pub(super) fn cell_at(at: f32, scale: f32, count: usize) -> usize {
-    ((at.clamp(-2.0, 2.0) * scale + scale) as usize).min(count - 1)
 }

@@ -18,16 +18,18 @@ impl SeenImage<'_> {
 }
 
 /// Decides what the fast test couldn't: in f64, and what that can't either by asking the predicate.
-pub(super) struct Judge<'a, O, C> {
+///
+/// Callbacks are called through references, so that the tests are compiled once and not wherever they are used.
+pub(super) struct Judge<'a> {
     pub(super) image: &'a SeenImage<'a>,
     pub(super) rays: CameraRays,
     pub(super) light: &'a LightSource,
-    pub(super) is_opaque: O,
-    pub(super) casts: C,
+    pub(super) is_opaque: &'a (dyn Fn(u32) -> bool + Sync),
+    pub(super) casts: &'a (dyn Fn(u32, [f32; 2]) -> bool + Sync),
     pub(super) level: SimdLevel,
 }
 
-impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Judge<'_, O, C> {
+impl Judge<'_> {
     /// The segment between the light and a place's point.
     fn shadow_ray(&self, place: u32) -> Option<ShadowRay> {
         let own = self.image.seen.triangle[place as usize];
@@ -81,11 +83,7 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Judge<'_, O
 
 impl LightGrid {
     /// Decides what the threads couldn't, in equal parts.
-    pub(super) fn decide<O, C>(&mut self, judge: &Judge<'_, O, C>)
-    where
-        O: Fn(u32) -> bool + Sync,
-        C: Fn(u32, [f32; 2]) -> bool + Sync,
-    {
+    pub(super) fn decide(&mut self, judge: &Judge<'_>) {
         let Self { workers, undecided, .. } = self;
         undecided.clear();
         workers.iter_mut().for_each(|worker| undecided.append(&mut worker.undecided));
@@ -96,11 +94,7 @@ impl LightGrid {
     }
 
     /// Tests the points that no face could map against every triangle.
-    pub(super) fn decide_outliers<O, C>(&mut self, judge: &Judge<'_, O, C>)
-    where
-        O: Fn(u32) -> bool + Sync,
-        C: Fn(u32, [f32; 2]) -> bool + Sync,
-    {
+    pub(super) fn decide_outliers(&mut self, judge: &Judge<'_>) {
         let Self { outliers, survey, shadowed, counts, .. } = self;
         outliers.extend_from_slice(&survey.unknown);
         outliers.sort_unstable();

@@ -139,8 +139,8 @@ impl VertexErrors {
     /// It wants n · (P − a), for the unnormalised normal n, above 6 |ab| |ac| (10 u |P − a| + e), with u = 2⁻⁵³, largest
     /// components |·| and the point's error e. The fast test's area × (W of the triangle − W of the point) is
     /// n · (P − a) × s.x · s.y · near / (z₀ z₁ z₂ z), in parallel light × s.x · s.y · s.z. With corners whose depths
-    /// differ by at most a factor of two, |X|, |Y| ≤ 2 and so |P| ≤ 6 z, the bound is at most
-    /// 24 s.x s.y W (170 u + e / z) T², T = 2 (w / s.x + h / s.y) + 12 ΔW / W.
+    /// differ by at most a factor of two, |X|, |Y| ≤ 2 and so |P| ≤ 18 z, the bound is at most
+    /// 24 s.x s.y W (510 u + e / z) T², T = 2 (w / s.x + h / s.y) + 36 ΔW / W.
     pub(super) fn new(face: &Face) -> Self {
         let scale = face.scale;
         let of_predicate = if face.is_parallel {
@@ -148,8 +148,8 @@ impl VertexErrors {
             let factor = (18.0 * scale.x * scale.y * (reach * 1.8e-15 + face.point_error * scale.z)).sqrt();
             scale.recip().to_array().map(|size| size * factor)
         } else {
-            let factor = (24.0 * scale.x * scale.y * (6e-14 + face.point_error)).sqrt();
-            [factor * 2.0 / scale.x, factor * 2.0 / scale.y, factor * 12.0]
+            let factor = (24.0 * scale.x * scale.y * (1.8e-13 + face.point_error)).sqrt();
+            [factor * 2.0 / scale.x, factor * 2.0 / scale.y, factor * 36.0]
         };
         Self { of_predicate: of_predicate.map(|error| error as f32) }
     }

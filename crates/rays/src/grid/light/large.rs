@@ -3,7 +3,7 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
 use super::block::{Block, BlockErrors};
-use super::cells::{Bounds, Cells, cell_at};
+use super::cells::{Bounds, Cells};
 use super::face::{Face, HALF_ULP, POINT_LIMIT, ROUNDING, VERTEX_MARGIN};
 use super::lanes::splat;
 use crate::grid::extremes::min3;
@@ -25,7 +25,7 @@ pub(super) struct Plane {
     depth_error: f32,
     steepness: f32,
     /// Where the triangle is, in X and Y: lowest and highest.
-    bounds: [[f32; 2]; 2],
+    pub(super) bounds: [[f32; 2]; 2],
 }
 
 /// The planes of a triangle: none if it can't shadow a point of the face, two if the light may be in its plane, so
@@ -110,8 +110,8 @@ fn predicate_error(face: &Face, [a, b, c]: [DVec3; 3], determinant: f64, nearnes
         let reach = 2.0 * (face.scale.x.recip() + face.scale.y.recip() + face.scale.z.recip()) + from_light;
         6.0 * ab * ac * (10.0 * ROUNDING * reach + error) * face.scale.z / volume
     } else {
-        // A point of the face is at most 6 z from the light; z · W is `near`.
-        6.0 * ab * ac * (10.0 * ROUNDING * (6.0 * face.near + from_light * nearness) + error * face.near) / volume
+        // A point of the face is at most 18 z from the light; z · W is `near`.
+        6.0 * ab * ac * (10.0 * ROUNDING * (18.0 * face.near + from_light * nearness) + error * face.near) / volume
     }
 }
 
@@ -168,32 +168,28 @@ fn bounds(points: &[DVec3; 3], sizes: [f64; 3], margin: f64) -> Option<[[f32; 2]
 const GROW: f32 = 1e-5;
 
 impl Plane {
-    /// The rows of cells in which clusters begin that the triangle may overlap.
+    /// The rows of cells that the triangle may overlap.
     pub(super) fn rows(&self, cells: &Cells) -> std::ops::RangeInclusive<usize> {
-        let ([low, high], scale, count) = (self.bounds[1], cells.scale()[1], cells.rows().len());
-        cell_at(low - cells.reach_back(), scale, count)..=cell_at(high, scale, count)
+        let [low, high] = self.bounds[1];
+        cells.down.cell(low)..=cells.down.cell(high)
     }
 
     /// How many cells the triangle's bounds cover.
     pub(super) fn cells(&self, cells: &Cells) -> usize {
-        let columns = (self.bounds[0][1] - self.bounds[0][0]) * cells.scale()[0];
-        self.rows(cells).count() * (columns as usize + 1)
+        let [low, high] = self.bounds[0];
+        self.rows(cells).count() * (cells.across.cell(high) - cells.across.cell(low) + 1)
     }
 
-    /// The columns in a row of cells in which clusters begin that the triangle may overlap, and where in X and Y it may,
+    /// The columns in a row of cells that the triangle may overlap there, and where in X and Y it may,
     /// with the most nearness that it has there.
     pub(super) fn span<S: Simd>(
         &self,
         simd: S,
         cells: &Cells,
         row: usize,
-    ) -> Option<(std::ops::Range<usize>, Bounds<S>)> {
-        let [scale_x, scale_y] = cells.scale();
-        let last_row = row + 1 == cells.rows().len();
-        // The first and last row also hold what is beyond.
-        let low_y = if row == 0 { -2.0 } else { row as f32 / scale_y - 1.0 - GROW };
-        let high_y = if last_row { 2.0 } else { (row + 1) as f32 / scale_y - 1.0 + GROW };
-        let (low_y, high_y) = (low_y.max(self.bounds[1][0]), (high_y + cells.reach_back()).min(self.bounds[1][1]));
+    ) -> Option<(std::ops::RangeInclusive<usize>, Bounds<S>)> {
+        let [low_y, high_y] = cells.rows()[row].range;
+        let (low_y, high_y) = ((low_y - GROW).max(self.bounds[1][0]), (high_y + GROW).min(self.bounds[1][1]));
         let most = |slope: f32| (slope * low_y).max(slope * high_y);
         let [mut low, mut high] = self.bounds[0];
         for ([a, b, c], error) in self.edges.into_iter().zip(self.edge_errors) {
@@ -216,8 +212,7 @@ impl Plane {
         let [a, b, c] = self.nearness;
         let nearest = c + most(b) + (a * low).max(a * high) + self.depth_error;
         let nearest = nearest + nearest.abs() * 4.0 * f32::EPSILON + f32::MIN_POSITIVE;
-        let columns =
-            cell_at(low - cells.reach_back(), scale_x, cells.columns)..cell_at(high, scale_x, cells.columns) + 1;
+        let columns = cells.across.cell(low)..=cells.across.cell(high);
         let bounds = Bounds {
             x: [splat(simd, low), splat(simd, high)],
             y: [splat(simd, low_y), splat(simd, high_y)],

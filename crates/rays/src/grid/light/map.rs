@@ -3,7 +3,7 @@ use fearless_simd::{Simd, dispatch, f32x16, f64x8};
 use rayon::prelude::*;
 
 use super::block::{Block, BlockErrors, Cluster};
-use super::cells::{Cells, cells_at};
+use super::cells::{Cells, REACH};
 use super::face::{Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT};
 use super::lanes::{LANES, splat};
 use super::pixel_map::{COLUMN, DEPTH, ONE, PixelMap, ROW};
@@ -35,14 +35,16 @@ impl Slab {
         clusters * size_of::<Cluster>() + self.outliers.capacity() * size_of::<u32>()
     }
 
-    /// Adds a cluster to a row; memory grows by little, since there are many lists.
+    /// Adds a cluster to the rows from the first to the last; memory grows by little, since there are many lists.
     #[inline(always)]
-    fn push(&mut self, row: usize, cluster: Cluster) {
-        let row = &mut self.rows[row];
-        if row.len() == row.capacity() {
-            row.reserve_exact(128);
+    fn push(&mut self, [first, last]: [u16; 2], cluster: Cluster) {
+        for row in first..=last {
+            let row = &mut self.rows[usize::from(row)];
+            if row.len() == row.capacity() {
+                row.reserve_exact(128);
+            }
+            row.push(cluster);
         }
-        row.push(cluster);
     }
 }
 
@@ -249,7 +251,7 @@ impl<'a> Mapper<'a> {
             if lost[place] == 0 && is_exact >> place & 1 == 1 {
                 errors[place] = BlockErrors { place: place_errors[place], nearness: nearness_errors[place] };
                 if filed.fits >> place & 1 == 1 {
-                    slab.push(filed.row[place] as usize, filed.cluster(place, block));
+                    slab.push([filed.rows[0][place], filed.rows[1][place]], filed.cluster(place, block));
                 } else {
                     self.divide(simd, slab, block, &blocks[place], errors[place], mask);
                 }
@@ -390,14 +392,17 @@ impl<'a> Mapper<'a> {
     ) {
         let (x, y) = (f32x16::simd_from(simd, points.x), f32x16::simd_from(simd, points.y));
         let nearness = f32x16::simd_from(simd, points.nearness);
-        let half = splat(simd, (0.5 * self.cells.reach - error.place) * 0.999);
-        let (infinity, [scale_x, scale_y]) = (splat(simd, f32::INFINITY), self.cells.scale());
+        let infinity = splat(simd, f32::INFINITY);
+        let Cells { across, down, .. } = self.cells;
+        let (columns, rows) = (across.cells_at(simd, x), down.cells_at(simd, y));
         while mask != 0 {
-            let anchor = mask.trailing_zeros() as usize;
-            let near = (x - splat(simd, points.x[anchor])).abs().simd_le(half)
-                & (y - splat(simd, points.y[anchor])).abs().simd_le(half);
-            // The anchor itself, even if it were NaN.
-            let near = near.to_bitmask() as u16 & mask | 1 << anchor;
+            // The upper border of the cluster is the upper border of what is left, so that it fills its rows.
+            let left = (0..LANES).filter(|lane| mask >> lane & 1 == 1);
+            let anchor = left.clone().min_by_key(|&lane| rows[lane]).unwrap_or_default();
+            let (column, row) = (columns[anchor], rows[anchor]);
+            let is_near =
+                |&lane: &usize| columns[lane].abs_diff(column) <= REACH[0] / 2 && rows[lane].abs_diff(row) <= REACH[1];
+            let near = left.filter(is_near).fold(1 << anchor, |near, lane| near | 1_u16 << lane);
             mask &= !near;
             let near = fearless_simd::mask32x16::from_bitmask(simd, u64::from(near));
             let low = [near.select(x, infinity).reduce_min(), near.select(y, infinity).reduce_min()];
@@ -408,11 +413,10 @@ impl<'a> Mapper<'a> {
                 y: grown([low[1], high[1]], error.place),
                 farthest: grown([farthest; 2], error.nearness)[0],
                 block,
-                column: 0,
+                columns: [0; 2],
             };
-            let column = super::cells::cell_at(cluster.x[0], scale_x, self.cells.columns) as u32;
-            let row = super::cells::cell_at(cluster.y[0], scale_y, self.cells.rows().len());
-            slab.push(row, Cluster { column, ..cluster });
+            let columns = cluster.x.map(|at| across.cell(at) as u16);
+            slab.push(cluster.y.map(|at| down.cell(at) as u16), Cluster { columns, ..cluster });
         }
     }
 }
@@ -436,8 +440,8 @@ struct Filed {
     x: [[f32; ROW_BLOCKS]; 2],
     y: [[f32; ROW_BLOCKS]; 2],
     farthest: [f32; ROW_BLOCKS],
-    column: [i32; ROW_BLOCKS],
-    row: [i32; ROW_BLOCKS],
+    columns: [[u16; ROW_BLOCKS]; 2],
+    rows: [[u16; ROW_BLOCKS]; 2],
     /// Which blocks are small enough to be one cluster.
     fits: u64,
 }
@@ -456,15 +460,19 @@ impl Filed {
         let error = place_error * 1.001 + 3.0 * HALF_ULP as f32;
         let (x, y) = ([x[0] - error, x[1] + error], [y[0] - error, y[1] + error]);
         let farthest = nearness[0] - (nearness_error * 1.001 + nearness[0].abs() * (2.0 * HALF_ULP as f32));
-        let [scale_x, scale_y] = cells.scale();
-        let reach = splat(simd, cells.reach);
-        let fits = ((x[1] - x[0]).simd_le(reach) & (y[1] - y[0]).simd_le(reach)).to_bitmask();
+        let columns = [cells.across.cells_at(simd, x[0]), cells.across.cells_at(simd, x[1])];
+        let rows = [cells.down.cells_at(simd, y[0]), cells.down.cells_at(simd, y[1])];
+        let fit = |place: usize| {
+            columns[1][place].wrapping_sub(columns[0][place]) <= REACH[0]
+                && rows[1][place].wrapping_sub(rows[0][place]) <= REACH[1]
+        };
+        let fits = (0..ROW_BLOCKS).fold(0, |fits, place| fits | u64::from(fit(place)) << place);
         Self {
             x: [x[0].to_array(), x[1].to_array()],
             y: [y[0].to_array(), y[1].to_array()],
             farthest: farthest.to_array(),
-            column: cells_at(simd, x[0], splat(simd, scale_x), cells.columns).to_array(),
-            row: cells_at(simd, y[0], splat(simd, scale_y), cells.rows().len()).to_array(),
+            columns,
+            rows,
             fits,
         }
     }
@@ -476,7 +484,7 @@ impl Filed {
             y: [self.y[0][place], self.y[1][place]],
             farthest: self.farthest[place],
             block,
-            column: self.column[place] as u32,
+            columns: [self.columns[0][place], self.columns[1][place]],
         }
     }
 }

@@ -7,8 +7,8 @@
 //! is set up, 16 points at a time. The f32 test knows its error; what it can't decide is tested in f64, and what that
 //! can't goes to the [predicate](crate::predicate).
 //!
-//! One verb a file: `survey` finds how far the image's tiles reach, `choose` the light's faces, `map` brings points to a
-//! face, `refine` those that need f64, `sort` brings them into cells, `project` the vertices to the face, `small` and
+//! One verb a file: `survey` finds how far the image's tiles reach, `choose` the light's faces, `spread` cells over
+//! where the points are, `map` brings points to a face, `refine` those that need f64, `sort` brings them into cells, `project` the vertices to the face, `small` and
 //! `large` test triangles against points, `decide` and `filter` what they leave open.
 
 mod block;
@@ -28,6 +28,7 @@ mod queue;
 mod refine;
 mod small;
 mod sort;
+mod spread;
 mod survey;
 mod trace;
 mod validate;
@@ -91,7 +92,7 @@ pub struct LightGridCounts {
 pub struct LightGridSeconds {
     /// How far away the image's tiles are; once for all lights.
     pub survey: f64,
-    /// The points to the light's faces.
+    /// The light's faces divided into cells, and the points to the faces.
     pub map: f64,
     /// Clusters to cells.
     pub sort: f64,
@@ -137,8 +138,8 @@ impl LightGridSeconds {
 
 /// Which points that the camera sees a light reaches, rebuilt for every frame and light.
 ///
-/// For each place 12 bytes, for each block of 16 another 12 and 52 for each of its clusters, of which there is mostly
-/// one; for each vertex 16 bytes. Keep it and use it again: its memory is reused.
+/// For each place 12 bytes, for each block of 16 another 12, for each of its clusters and each row of cells that it is in
+/// 52, mostly once; for each vertex 16 bytes. Keep it and use it again: its memory is reused.
 #[derive(Default)]
 pub struct LightGrid {
     level: SimdLevel,
@@ -148,6 +149,8 @@ pub struct LightGrid {
     face: Face,
     slabs: Vec<Slab>,
     cells: Cells,
+    /// How many of some points are in each strip of the axes.
+    samples: [Vec<u32>; 2],
     blocks: Vec<Block>,
     errors: Vec<BlockErrors>,
     /// Which places of each block show a point of the face.
@@ -197,6 +200,7 @@ impl LightGrid {
             + slabs
             + workers
             + self.cells.bytes()
+            + self.samples.iter().map(Vec::capacity).sum::<usize>() * size_of::<u32>()
             + self.blocks.capacity() * size_of::<Block>()
             + self.vertices.capacity() * size_of::<[f32; 4]>()
             + self.errors.capacity() * size_of::<BlockErrors>()

@@ -1,8 +1,8 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, i32x16, mask32x16, u32x16};
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
 use super::block::{Block, BlockErrors};
-use super::cells::{Bounds, Cells, cells_at};
+use super::cells::{Bounds, Cells, Covered};
 use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
 use super::lanes::{LANES, load_corner, splat};
 use crate::grid::extremes::{max3, min3};
@@ -11,8 +11,8 @@ use crate::grid::extremes::{max3, min3};
 pub(super) const BATCH: usize = 64;
 
 /// A triangle is small when it covers at most this many columns and rows of cells.
-const SMALL_COLUMNS: i32 = 24;
-const SMALL_ROWS: i32 = 8;
+const SMALL_COLUMNS: u16 = 24;
+const SMALL_ROWS: u16 = 8;
 
 const EPSILON: f32 = HALF_ULP as f32;
 
@@ -67,15 +67,11 @@ pub(super) struct Batch {
     /// in W. Infinite where the area is too uncertain for any verdict.
     depth_error: [[f32; BATCH]; 2],
     /// Lowest and highest X, and Y, grown by the vertices' error.
-    x_range: [[f32; BATCH]; 2],
-    y_range: [[f32; BATCH]; 2],
+    pub(super) x_range: [[f32; BATCH]; 2],
+    pub(super) y_range: [[f32; BATCH]; 2],
     /// Of the nearest corner, grown by its error.
     pub(super) nearest: [f32; BATCH],
-    /// Of the cells in which clusters begin that may overlap the triangle.
-    pub(super) first_column: [i32; BATCH],
-    pub(super) last_column: [i32; BATCH],
-    pub(super) first_row: [i32; BATCH],
-    pub(super) last_row: [i32; BATCH],
+    pub(super) cells: [Covered; BATCH],
 }
 
 impl Default for Batch {
@@ -94,10 +90,7 @@ impl Default for Batch {
             x_range: [zero; 2],
             y_range: [zero; 2],
             nearest: zero,
-            first_column: [0; BATCH],
-            last_column: [0; BATCH],
-            first_row: [0; BATCH],
-            last_row: [0; BATCH],
+            cells: [Covered::default(); BATCH],
         }
     }
 }
@@ -147,18 +140,37 @@ impl Batch {
             nearest.simd_le(farthest * splat(simd, 1.99))
         };
 
-        // Columns and rows are found as for clusters, which keeps their order.
         let margin = splat(simd, VERTEX_MARGIN);
         let (x_range, y_range) = ([x_min - margin, x_max + margin], [y_min - margin, y_max + margin]);
-        let reach = splat(simd, cells.reach_back());
-        let scale = cells.scale();
-        let (scale_x, scale_y) = (splat(simd, scale[0]), splat(simd, scale[1]));
-        let first_column = cells_at(simd, x_range[0] - reach, scale_x, cells.columns);
-        let last_column = cells_at(simd, x_range[1], scale_x, cells.columns);
-        let first_row = cells_at(simd, y_range[0] - reach, scale_y, cells.rows().len());
-        let last_row = cells_at(simd, y_range[1], scale_y, cells.rows().len());
-        let is_small = (last_column - first_column).simd_lt(i32x16::splat(simd, SMALL_COLUMNS))
-            & (last_row - first_row).simd_lt(i32x16::splat(simd, SMALL_ROWS));
+        let (first_columns, last_columns) =
+            (cells.across.cells_at(simd, x_range[0]), cells.across.cells_at(simd, x_range[1]));
+        let (first_rows, last_rows) = (cells.down.cells_at(simd, y_range[0]), cells.down.cells_at(simd, y_range[1]));
+        let mut is_small = 0;
+        let mut behind = [f32::NEG_INFINITY; LANES];
+        for lane in 0..LANES {
+            let covered = Covered {
+                columns: [first_columns[lane], last_columns[lane]],
+                rows: [first_rows[lane], last_rows[lane]],
+            };
+            // Only bounds that are NaN wrap.
+            let is_small_here = covered.columns[1].wrapping_sub(covered.columns[0]) < SMALL_COLUMNS
+                && covered.rows[1].wrapping_sub(covered.rows[0]) < SMALL_ROWS;
+            if is_small_here {
+                is_small |= 1 << lane;
+                behind[lane] = cells.farthest(covered);
+            }
+            self.cells[place + lane] = covered;
+        }
+        let grown = nearest + nearest.abs() * splat(simd, 8.0 * NEARNESS_ERROR);
+        let grown = if face.is_parallel { grown + splat(simd, 8.0 * NEARNESS_ERROR) } else { grown };
+        let limit = splat(simd, FACE_LIMIT as f32);
+        let is_outside = x_min.simd_gt(limit) | x_max.simd_lt(-limit) | y_min.simd_gt(limit) | y_max.simd_lt(-limit);
+        // Behind all that is seen there, or where nothing is.
+        let is_behind = grown.simd_le(f32x16::simd_from(simd, behind));
+        let reaches = reaches & !(is_usable & (is_outside | is_behind));
+        if !reaches.any_true() {
+            return Survivors { small: 0, large: 0 };
+        }
 
         let [of_width, of_height, of_depth] = vertex_errors.of_predicate;
         let (ux, uy, tx, ty) = (x1 - x0, y1 - y0, x2 - x0, y2 - y0);
@@ -207,19 +219,9 @@ impl Batch {
         store(place, &mut self.x_range[1], x_range[1]);
         store(place, &mut self.y_range[0], y_range[0]);
         store(place, &mut self.y_range[1], y_range[1]);
-        let grown = nearest + nearest.abs() * splat(simd, 8.0 * NEARNESS_ERROR);
-        let grown = if face.is_parallel { grown + splat(simd, 8.0 * NEARNESS_ERROR) } else { grown };
         store(place, &mut self.nearest, grown);
-        first_column.store_slice(&mut self.first_column[place..place + LANES]);
-        last_column.store_slice(&mut self.last_column[place..place + LANES]);
-        first_row.store_slice(&mut self.first_row[place..place + LANES]);
-        last_row.store_slice(&mut self.last_row[place..place + LANES]);
-        let fast = reaches & is_usable & near_the_face & is_even & is_small;
-        let limit = splat(simd, FACE_LIMIT as f32);
-        let outside =
-            is_usable & (x_min.simd_gt(limit) | x_max.simd_lt(-limit) | y_min.simd_gt(limit) | y_max.simd_lt(-limit));
-        let (fast, outside) = (fast.to_bitmask(), outside.to_bitmask());
-        let reaches = reaches.to_bitmask() & !outside;
+        let fast = reaches & is_usable & near_the_face & is_even;
+        let (fast, reaches) = (fast.to_bitmask() & is_small, reaches.to_bitmask());
         Survivors { small: reaches & fast, large: reaches & !fast }
     }
 

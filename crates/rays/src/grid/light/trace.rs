@@ -82,8 +82,8 @@ impl LightGrid {
         self.outliers.clear();
         let mut faces = std::mem::take(&mut self.faces);
         let (rays, level) = (self.survey.rays, self.level);
-        if choose::choose(light, &self.survey.tiles, &mut faces).is_some() {
-            let judge = Judge { image, rays, light, is_opaque, casts, level };
+        if choose::choose(light, &rays, &self.survey.tiles, &mut faces).is_some() {
+            let judge = Judge { image, rays, light, is_opaque: &is_opaque, casts: &casts, level };
             for face in &faces {
                 self.shadow_face(*face, &judge);
             }
@@ -94,11 +94,7 @@ impl LightGrid {
     }
 
     /// Shadows the points of a face.
-    fn shadow_face<O, C>(&mut self, face: Face, judge: &Judge<'_, O, C>)
-    where
-        O: Fn(u32) -> bool + Sync,
-        C: Fn(u32, [f32; 2]) -> bool + Sync,
-    {
+    fn shadow_face(&mut self, face: Face, judge: &Judge<'_>) {
         let mut clock = Instant::now();
         let mut lap = |seconds: &mut f64| {
             let now = Instant::now();
@@ -107,8 +103,7 @@ impl LightGrid {
         };
         self.face = face;
         self.face.choose_point_error(&self.survey.rays, &self.survey.tiles);
-        let expected = self.survey.tiles.iter().filter(|tile| self.face.may_own(tile));
-        self.cells.choose(expected.map(|tile| tile.points as usize).sum());
+        self.spread(judge.image);
         self.map(judge.image);
         self.slabs.iter().for_each(|slab| self.outliers.extend_from_slice(&slab.outliers));
         let points: u64 = self.slabs.iter().map(|slab| u64::from(slab.points)).sum();
@@ -132,11 +127,7 @@ impl LightGrid {
     }
 
     /// Tests every triangle against the blocks that it covers.
-    fn test_triangles<O, C>(&mut self, judge: &Judge<'_, O, C>)
-    where
-        O: Fn(u32) -> bool + Sync,
-        C: Fn(u32, [f32; 2]) -> bool + Sync,
-    {
+    fn test_triangles(&mut self, judge: &Judge<'_>) {
         let Self { face, cells, blocks, errors, members, vertices, workers, huge, level, .. } = self;
         let level = level.0;
         let vertex_errors = VertexErrors::new(face);
@@ -188,14 +179,14 @@ impl LightGrid {
 }
 
 /// What testing a triangle needs to know.
-struct Tester<'a, O, C> {
+struct Tester<'a> {
     mapped: Mapped<'a>,
     blocks: &'a [Block],
     errors: &'a [BlockErrors],
-    judge: &'a Judge<'a, O, C>,
+    judge: &'a Judge<'a>,
 }
 
-impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, O, C> {
+impl Tester<'_> {
     #[inline(always)]
     fn test_chunk<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
         let all = self.judge.image.triangles.indices;
@@ -227,20 +218,24 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
     fn enqueue<S: Simd>(&self, simd: S, worker: &mut Worker, first_id: usize, triangle: usize) {
         let place = triangle % BATCH;
         let bounds = worker.batch.bounds(simd, place);
-        let (low, high) = (worker.batch.first_column[place] as usize, worker.batch.last_column[place] as usize + 1);
-        for row in worker.batch.first_row[place]..=worker.batch.last_row[place] {
-            let row = &self.mapped.cells.rows()[row as usize];
-            let (first, end) = (row.ends[low] as usize, row.ends[high] as usize);
-            let mut first = first;
-            while first < end {
-                // What is beyond the end begins too far right to overlap.
-                let overlapping = row.overlap(simd, first, &bounds);
+        let cells = worker.batch.cells[place];
+        for row in cells.rows[0]..=cells.rows[1] {
+            let is_first = row == cells.rows[0];
+            let row = &self.mapped.cells.rows()[usize::from(row)];
+            let mut clusters = row.reaching(cells.columns[0].into(), cells.columns[1].into());
+            while clusters.start < clusters.end {
+                let first = clusters.start;
+                // What is beyond the end begins too far right to overlap. What began above was found there.
+                let mut overlapping = row.overlap(simd, first, &bounds);
+                if !is_first {
+                    overlapping &= row.begin_here(simd, first);
+                }
                 worker.counts.cluster_tests += 1;
                 if worker.queue.is_full() {
                     self.flush_apart(simd, worker, first_id);
                 }
                 worker.queue.add(simd, triangle as u32, row, first, overlapping);
-                first += LANES;
+                clusters.start += LANES;
             }
         }
     }
@@ -295,7 +290,7 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
     }
 
     fn is_huge(&self, plane: &Plane) -> bool {
-        plane.cells(self.mapped.cells) * 16 > self.mapped.cells.columns * self.mapped.cells.rows().len()
+        plane.cells(self.mapped.cells) * 16 > self.mapped.cells.across.count * self.mapped.cells.rows().len()
     }
 
     /// Tests triangles that cover much of the face against the points in `rows`.
@@ -317,9 +312,8 @@ impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, 
     fn test_row<S: Simd>(&self, simd: S, worker: &mut Worker, plane: &Plane, id: u32, row: usize) {
         let Some((columns, bounds)) = plane.span(simd, self.mapped.cells, row) else { return };
         let row = &self.mapped.cells.rows()[row];
-        let (first, end) = (row.ends[columns.start] as usize, row.ends[columns.end] as usize);
         let Worker { shadowed, undecided, counts, .. } = worker;
-        for first in (first..end).step_by(LANES) {
+        for first in row.reaching(*columns.start(), *columns.end()).step_by(LANES) {
             let mut overlapping = row.overlap(simd, first, &bounds).to_bitmask();
             counts.cluster_tests += 1;
             while overlapping != 0 {

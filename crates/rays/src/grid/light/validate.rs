@@ -1,5 +1,4 @@
 use super::LightGrid;
-use super::cells::cell_at;
 use super::lanes::LANES;
 
 impl LightGrid {
@@ -10,33 +9,28 @@ impl LightGrid {
     /// bounds and its farthest point, isn't too large and is in the cell that its bounds begin in; counts add up.
     pub fn validate(&self) -> Result<(), String> {
         let cells = &self.cells;
-        let [scale_x, scale_y] = cells.scale();
         let mut clustered = vec![0_u16; self.members.len()];
         for (place, row) in cells.rows().iter().enumerate() {
-            for (column, ends) in row.ends.windows(2).enumerate() {
-                for cluster in ends[0] as usize..ends[1] as usize {
-                    let (x, y) = (row.x.each_ref().map(|x| x[cluster]), row.y.each_ref().map(|y| y[cluster]));
-                    let name = format!("cluster {cluster} of row {place}");
-                    if cell_at(x[0], scale_x, cells.columns) != column
-                        || cell_at(y[0], scale_y, cells.rows().len()) != place
-                    {
-                        return Err(format!("{name} is in a cell that it doesn't begin in"));
+            for cluster in 0..row.len() {
+                let (x, y) = (row.x.each_ref().map(|x| x[cluster]), row.y.each_ref().map(|y| y[cluster]));
+                let name = format!("cluster {cluster} of row {place}");
+                if !(cells.down.cell(y[0])..=cells.down.cell(y[1])).contains(&place) {
+                    return Err(format!("{name} is not in it"));
+                }
+                for column in cells.across.cell(x[0])..=cells.across.cell(x[1]) {
+                    if !row.reaching(column, column).contains(&cluster) {
+                        return Err(format!("{name} is not found in column {column}"));
                     }
-                    let size = cells.reach_back();
-                    if x[1] - x[0] > size || y[1] - y[0] > size {
-                        return Err(format!("{name} is larger than triangles look for"));
-                    }
-                    let block = row.block[cluster] as usize;
-                    let points = self.blocks.get(block).ok_or_else(|| format!("{name} has no block"))?;
-                    let error = self.errors[block];
-                    for lane in 0..LANES {
-                        let inside =
-                            |at: f32, [low, high]: [f32; 2]| low <= at - error.place && at + error.place <= high;
-                        let is_inside = inside(points.x[lane], x)
-                            && inside(points.y[lane], y)
-                            && row.farthest[cluster] <= points.nearness[lane] - error.nearness;
-                        clustered[block] |= u16::from(is_inside) << lane;
-                    }
+                }
+                let block = row.block[cluster] as usize;
+                let points = self.blocks.get(block).ok_or_else(|| format!("{name} has no block"))?;
+                let error = self.errors[block];
+                for lane in 0..LANES {
+                    let inside = |at: f32, [low, high]: [f32; 2]| low <= at - error.place && at + error.place <= high;
+                    let is_inside = inside(points.x[lane], x)
+                        && inside(points.y[lane], y)
+                        && row.farthest[cluster] <= points.nearness[lane] - error.nearness;
+                    clustered[block] |= u16::from(is_inside) << lane;
                 }
             }
         }

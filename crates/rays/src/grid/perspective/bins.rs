@@ -8,12 +8,22 @@ use crate::grid::TileOrder;
 pub(super) struct Bin {
     /// Samples of tiny triangles. 16 bytes each.
     pub(super) fragments: Vec<Fragment>,
-    /// Triangles for the fast path. Four bytes each, as in the other lists.
-    pub(super) ordinary: Vec<u32>,
+    /// Triangles for the fast path. Eight bytes each, as in the other lists.
+    pub(super) ordinary: Vec<Listed>,
     /// Triangles for the general path.
-    pub(super) general: Vec<u32>,
-    /// Triangles for the general path each hit on which is in question.
-    pub(super) masked: Vec<u32>,
+    pub(super) general: Vec<Listed>,
+    /// Triangles for the fast path with a mask.
+    pub(super) masked: Vec<Listed>,
+    /// Triangles for the general path with a mask.
+    pub(super) masked_general: Vec<Listed>,
+}
+
+/// A triangle that may be hit in a tile. 8 bytes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Listed {
+    pub(super) triangle: u32,
+    /// Upper bound of one over the depth of all hits; infinite where there is none.
+    pub(super) nearest: f32,
 }
 
 /// A sample that a tiny triangle hits or may hit. 16 bytes.
@@ -41,15 +51,20 @@ pub(super) fn bytes_of<T>(list: &[T]) -> usize {
 
 impl Bin {
     fn clear(&mut self) {
-        let Self { fragments, ordinary, general, masked } = self;
+        let Self { fragments, ordinary, general, masked, masked_general } = self;
         fragments.clear();
-        for list in [ordinary, general, masked] {
+        for list in [ordinary, general, masked, masked_general] {
             list.clear();
         }
     }
 
     pub(super) fn bytes(&self) -> usize {
-        bytes_of(&self.fragments) + bytes_of(&self.ordinary) + bytes_of(&self.general) + bytes_of(&self.masked)
+        bytes_of(&self.fragments) + self.lists().map(|list| bytes_of(list)).sum::<usize>()
+    }
+
+    /// The lists of triangles.
+    pub(super) fn lists(&self) -> impl Iterator<Item = &Vec<Listed>> {
+        [&self.ordinary, &self.general, &self.masked, &self.masked_general].into_iter()
     }
 }
 
@@ -59,6 +74,7 @@ pub(super) enum Path {
     Ordinary,
     General,
     Masked,
+    MaskedGeneral,
 }
 
 /// The bins of one range of triangles: one for each tile, row by row.
@@ -92,43 +108,44 @@ impl Bins {
     }
 
     /// Lists a triangle in the tiles of `tiles` (columns, then rows) whose samples it may hit.
-    pub(super) fn list(&mut self, path: Path, id: u32, [x0, x1, y0, y1]: [i32; 4]) {
+    pub(super) fn list(&mut self, path: Path, listed: Listed, [x0, x1, y0, y1]: [i32; 4]) {
         for y in y0..=y1 {
             for x in x0..=x1 {
-                self.push(path, id, x, y);
+                self.push(path, listed, x, y);
             }
         }
     }
 
     /// Lists a triangle in all tiles whose samples it isn't certain to miss.
-    pub(super) fn list_general(&mut self, space: &PixelSpace, path: Path, id: u32, triangle: &General) {
+    pub(super) fn list_general(&mut self, space: &PixelSpace, path: Path, listed: Listed, triangle: &General) {
         let tiles = self.columns.max(self.rows).max(1) as u32;
         let side = (tiles.next_power_of_two() * Self::TILE) as i32;
         let whole = Square { x: -space.middle.x, y: -space.middle.y, side };
-        self.list_square(space, path, id, triangle, whole);
+        self.list_square(space, path, listed, triangle, whole);
     }
 
-    fn list_square(&mut self, space: &PixelSpace, path: Path, id: u32, triangle: &General, square: Square) {
+    fn list_square(&mut self, space: &PixelSpace, path: Path, listed: Listed, triangle: &General, square: Square) {
         let (x, y) = ((square.x + space.middle.x) >> Self::TILE_BITS, (square.y + space.middle.y) >> Self::TILE_BITS);
         if x >= self.columns || y >= self.rows || triangle.misses(square) {
             return;
         }
         if square.side == Self::TILE as i32 {
-            self.push(path, id, x, y);
+            self.push(path, listed, x, y);
         } else {
             for quarter in square.quarters() {
-                self.list_square(space, path, id, triangle, quarter);
+                self.list_square(space, path, listed, triangle, quarter);
             }
         }
     }
 
-    fn push(&mut self, path: Path, id: u32, column: i32, row: i32) {
+    fn push(&mut self, path: Path, listed: Listed, column: i32, row: i32) {
         let bin = &mut self.bins[(row * self.columns + column) as usize];
         let list = match path {
             Path::Ordinary => &mut bin.ordinary,
             Path::General => &mut bin.general,
             Path::Masked => &mut bin.masked,
+            Path::MaskedGeneral => &mut bin.masked_general,
         };
-        list.push(id);
+        list.push(listed);
     }
 }

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::bins::{Bins, Fragment, Path};
+use super::bins::{Bins, Fragment, Listed, Path};
 use super::general::General;
 use super::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
@@ -58,7 +58,7 @@ impl PerspectiveGrid {
     }
 
     /// Sorts triangles to tiles, in ranges whose number doesn't depend on that of threads.
-    fn set_up(&mut self, space: &PixelSpace, triangles: Triangles<'_>, masked: &(impl Fn(u32) -> bool + Sync)) {
+    fn set_up(&mut self, space: &PixelSpace, triangles: Triangles<'_>, masked: &(dyn Fn(u32) -> bool + Sync)) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
         let count = triangles.len();
@@ -78,11 +78,11 @@ impl PerspectiveGrid {
 }
 
 /// The set-up of one range of triangles.
-struct SetUp<'a, M> {
+struct SetUp<'a> {
     space: &'a PixelSpace,
     triangles: Triangles<'a>,
     vertices: &'a [Vertex],
-    masked: &'a M,
+    masked: &'a (dyn Fn(u32) -> bool + Sync),
     bins: &'a mut Bins,
 }
 
@@ -94,7 +94,7 @@ struct PixelBounds<S: Simd> {
     error: f32x16<S>,
 }
 
-impl<M: Fn(u32) -> bool> SetUp<'_, M> {
+impl SetUp<'_> {
     #[inline(always)]
     fn range<S: Simd>(mut self, simd: S, ids: Range<usize>) {
         let end = ids.end;
@@ -125,12 +125,11 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
             if seen == 0 {
                 continue;
             }
-            for lane in lanes_of(seen) {
-                let id = first as u32 + lane;
-                if (self.masked)(id) {
-                    seen &= !(1 << lane);
-                    self.set_aside(id);
-                }
+            let masked = lanes_of(seen).filter(|lane| (self.masked)(first as u32 + lane));
+            let masked = masked.fold(0, |masked, lane| masked | 1 << lane);
+            if masked != 0 {
+                seen &= !masked;
+                self.list_in_tiles(simd, Path::Masked, first as u32, &corners, &bounds, masked);
             }
             let one = splat(simd, 1.0);
             let tiny = (bounds.x[1] - bounds.x[0]).simd_le(one) & (bounds.y[1] - bounds.y[0]).simd_le(one);
@@ -139,7 +138,7 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
                 self.leave_fragments(simd, first as u32, &corners, &bounds, tiny_lanes);
             }
             if seen != tiny_lanes {
-                self.list_in_tiles(first as u32, &bounds, seen & !tiny_lanes);
+                self.list_in_tiles(simd, Path::Ordinary, first as u32, &corners, &bounds, seen & !tiny_lanes);
             }
         }
     }
@@ -160,8 +159,9 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
         match self.triangles.usable_corners(id) {
             Err(why) => self.bins.omitted.note(id, why),
             Ok(corners) => {
-                let path = if (self.masked)(id) { Path::Masked } else { Path::General };
-                self.bins.list_general(self.space, path, id, &General::new(self.space, corners));
+                let path = if (self.masked)(id) { Path::MaskedGeneral } else { Path::General };
+                let listed = Listed { triangle: id, nearest: f32::INFINITY };
+                self.bins.list_general(self.space, path, listed, &General::new(self.space, corners));
             }
         }
     }
@@ -246,14 +246,25 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
         }
     }
 
-    /// Lists larger triangles in the tiles that they overlap.
+    /// Lists triangles in the tiles that they overlap.
     #[inline(always)]
-    fn list_in_tiles<S: Simd>(&mut self, first: u32, bounds: &PixelBounds<S>, lanes: u64) {
+    fn list_in_tiles<S: Simd>(
+        &mut self,
+        simd: S,
+        path: Path,
+        first: u32,
+        corners: &Corners<S>,
+        bounds: &PixelBounds<S>,
+        lanes: u64,
+    ) {
+        let nearest = max3(corners.inverse_depth) * splat(simd, 1.0 + 4.0 * HALF_ULP);
+        let nearest: [f32; LANES] = nearest.into();
         let (x0, x1): ([f32; LANES], [f32; LANES]) = (bounds.x[0].into(), bounds.x[1].into());
         let (y0, y1): ([f32; LANES], [f32; LANES]) = (bounds.y[0].into(), bounds.y[1].into());
         for lane in lanes_of(lanes) {
             let id = first + lane;
             let lane = lane as usize;
+            let listed = Listed { triangle: id, nearest: nearest[lane] };
             let tile = |sample: f32, middle: i32| (sample as i32 + middle) >> Bins::TILE_BITS;
             let (middle_x, middle_y) = (self.space.middle.x, self.space.middle.y);
             let tiles = [
@@ -265,10 +276,10 @@ impl<M: Fn(u32) -> bool> SetUp<'_, M> {
             // Where bounds hold many tiles, a triangle often misses most of them.
             const MOST_UNTESTED: i32 = 4;
             if (tiles[1] - tiles[0] + 1) * (tiles[3] - tiles[2] + 1) <= MOST_UNTESTED {
-                self.bins.list(Path::Ordinary, id, tiles);
+                self.bins.list(path, listed, tiles);
             } else {
                 let general = General::new(self.space, self.triangles.corners(id));
-                self.bins.list_general(self.space, Path::Ordinary, id, &general);
+                self.bins.list_general(self.space, path, listed, &general);
             }
         }
     }

@@ -7,6 +7,7 @@
 
 mod bins;
 mod build;
+mod depth_order;
 mod general;
 mod lanes;
 mod listed;

@@ -1,13 +1,17 @@
+mod masked;
+
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, f64x8, i32x16, mask32x16, u32x16};
 
 use super::bins::{Bins, Fragment};
+use super::depth_order::DepthOrder;
 use super::general::{Depth, General, Square};
 use super::lanes::{DepthPlane, LANES, Setup, each, splat};
 use super::pixel_space::HALF_ULP;
 use crate::grid::SeenPixels;
 use crate::grid::extremes::{max3, min3};
+pub(super) use masked::MaskWeights;
 
 /// Blocks of 4×4 samples a side of a tile.
 pub(super) const BLOCKS: usize = Bins::TILE as usize / 4;
@@ -24,14 +28,16 @@ pub(super) struct Tile {
     /// Upper bounds.
     pub(super) high: [f32; SAMPLES],
     pub(super) triangle: [u32; SAMPLES],
-    /// The lowest of `low` in each block that isn't `stale`.
+    /// The lowest of `low` in each block.
     farthest: [f32; BLOCKS * BLOCKS],
-    /// A bit for each block of a row with new hits.
-    stale: [u16; BLOCKS],
-    /// Blocks that the triangles of a batch may cover: 256 × the lane, plus the block.
+    /// Blocks that the triangles of a batch may cover in part: 256 × the lane, plus the block.
     pub(super) queue: [u32; LANES * BLOCKS * BLOCKS],
+    /// Blocks that they cover wholly.
+    pub(super) covered: [u32; LANES * BLOCKS * BLOCKS],
     /// What the predicate has to decide.
     pub(super) doubts: Vec<Doubt>,
+    /// The order in which triangles are tested.
+    pub(super) order: DepthOrder,
 }
 
 /// A triangle that may be the nearest at a sample.
@@ -51,9 +57,10 @@ impl Default for Tile {
             high: [0.0; SAMPLES],
             triangle: [SeenPixels::NONE; SAMPLES],
             farthest: [0.0; BLOCKS * BLOCKS],
-            stale: [0; BLOCKS],
             queue: [0; LANES * BLOCKS * BLOCKS],
+            covered: [0; LANES * BLOCKS * BLOCKS],
             doubts: Vec::new(),
+            order: DepthOrder::default(),
         }
     }
 }
@@ -98,6 +105,47 @@ impl Batch {
         certain.select(plane.error, nearest).store_slice(&mut self.depth_error);
     }
 
+    /// Takes over a general triangle into `lane`, for the tile with its middle at (`x`, `y`) in pixel space; false where
+    /// f32 can't hold it.
+    ///
+    /// Each edge function is divided by its error, which so becomes one. Coefficients are rounded once, and evaluation
+    /// adds a rounding of each product and two of sums: four on a path, taken as six.
+    pub(super) fn fill_general(&mut self, lane: usize, triangle: &General, [x, y]: [f64; 2], id: u32) -> bool {
+        let Depth::Inverse { plane, error } = triangle.depth else { return false };
+        let reach = f64::from(HALF);
+        const ROUNDINGS: f64 = 6.0 * HALF_ULP as f64;
+        let middle = glam::DVec3::new(x, y, 1.0);
+        for (edge, (&coefficients, &bound)) in triangle.edges.iter().zip(&triangle.bounds).enumerate() {
+            let constant = coefficients.dot(middle);
+            let largest = reach * (coefficients.x.abs() + coefficients.y.abs()) + constant.abs();
+            let scale = (bound + ROUNDINGS * largest).recip();
+            // Beyond this, sums in f32 could overflow; it also keeps out what isn't a number.
+            if !(largest * scale < 1e30 && scale.is_normal()) {
+                return false;
+            }
+            self.a[edge][lane] = (coefficients.x * scale) as f32;
+            self.b[edge][lane] = (coefficients.y * scale) as f32;
+            self.c[edge][lane] = (constant * scale) as f32;
+        }
+        self.bound[lane] = 1.0;
+        let inverse_depth = plane.dot(middle);
+        let largest = inverse_depth.abs() + reach * (plane.x.abs() + plane.y.abs());
+        let error = error + ROUNDINGS * largest;
+        if !(largest < 1e24 && error > 1e-24) {
+            return false;
+        }
+        self.inverse_depth[lane] = inverse_depth as f32;
+        self.gradient[0][lane] = plane.x as f32;
+        self.gradient[1][lane] = plane.y as f32;
+        self.depth_error[lane] = (error as f32).next_up();
+        self.nearest[lane] = ((largest + error) as f32).next_up();
+        self.ids[lane] = id;
+        for (blocks, place) in self.blocks.iter_mut().zip([0, BLOCKS - 1, 0, BLOCKS - 1]) {
+            blocks[lane] = place as i32;
+        }
+        true
+    }
+
     /// The edge functions of the triangle in `lane` at 16 places.
     #[inline(always)]
     fn edges<S: Simd>(&self, simd: S, lane: usize, x: f32x16<S>, y: f32x16<S>) -> [f32x16<S>; 3] {
@@ -119,44 +167,74 @@ const FIRST_COLUMNS: [f32; BLOCKS] =
     [-32., -28., -24., -20., -16., -12., -8., -4., 0., 4., 8., 12., 16., 20., 24., 28.];
 const ROWS: [f32; LANES] = [0., 0., 0., 0., 1., 1., 1., 1., 2., 2., 2., 2., 3., 3., 3., 3.];
 
+/// Tile-local coordinates of a block's samples.
+#[inline(always)]
+fn coordinates<S: Simd>(simd: S, block: usize) -> [f32x16<S>; 2] {
+    let (column, row) = ((block % BLOCKS) as i32, (block / BLOCKS) as i32);
+    [
+        f32x16::simd_from(simd, COLUMNS) + splat(simd, (4 * column - HALF) as f32),
+        f32x16::simd_from(simd, ROWS) + splat(simd, (4 * row - HALF) as f32),
+    ]
+}
+
 impl Tile {
     pub(super) fn clear(&mut self) {
         self.low.fill(0.0);
         self.high.fill(0.0);
         self.triangle.fill(SeenPixels::NONE);
         self.farthest.fill(0.0);
-        self.stale.fill(0);
+    }
+
+    /// A lower bound of one over the depth of what is seen anywhere in the tile: what is farther is hidden. Zero where
+    /// a sample has no hit.
+    #[inline(always)]
+    pub(super) fn farthest<S: Simd>(&self, simd: S) -> f32 {
+        let mut least = splat(simd, f32::INFINITY);
+        for row in self.farthest.as_chunks::<LANES>().0 {
+            least = least.min(f32x16::simd_from(simd, *row));
+        }
+        least.reduce_min()
     }
 
     /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not;
-    /// returns how many blocks it queued and tested.
+    /// returns how many blocks are in `covered` and in `queue`.
     #[inline(always)]
-    pub(super) fn test_batch<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, lanes: u64) -> usize {
-        let mut waiting = 0;
+    pub(super) fn test_batch<S: Simd, const CERTAIN: bool>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        lanes: u64,
+    ) -> [usize; 2] {
+        let (mut waiting, mut covered) = (0, 0);
         for lane in super::build::lanes_of(lanes) {
             let lane = lane as usize % LANES;
             let (x0, x1) = (batch.blocks[0][lane] as usize % BLOCKS, batch.blocks[1][lane] as usize % BLOCKS);
             let (y0, y1) = (batch.blocks[2][lane] as usize % BLOCKS, batch.blocks[3][lane] as usize % BLOCKS);
-            // Rejecting whole blocks costs about as much as testing this many.
-            const FEW: usize = 8;
+            // Rejecting whole blocks by edges costs about as much as testing this many.
+            const FEW: usize = 4;
             if !CERTAIN || (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW {
+                let nearest = batch.nearest[lane];
                 for y in y0..=y1 {
                     for x in x0..=x1 {
-                        self.queue[waiting] = (lane * BLOCKS * BLOCKS + y * BLOCKS + x) as u32;
-                        waiting += 1;
+                        let block = y * BLOCKS + x;
+                        self.queue[waiting] = (lane * BLOCKS * BLOCKS + block) as u32;
+                        waiting += usize::from(nearest >= self.farthest[block]);
                     }
                 }
             } else {
-                waiting = self.enqueue_blocks(simd, batch, lane, [x0, x1, y0, y1], waiting);
+                (waiting, covered) = self.enqueue_blocks(simd, batch, lane, [x0, x1, y0, y1], (waiting, covered));
             }
+        }
+        for place in 0..covered {
+            self.test_covered_block(simd, batch, self.covered[place] as usize);
         }
         for place in 0..waiting {
             self.test_block::<S, CERTAIN>(simd, batch, self.queue[place] as usize);
         }
-        waiting
+        [covered, waiting]
     }
 
-    /// Queues those of a triangle's blocks that aren't certain to miss it, or to hide it.
+    /// Queues those of a triangle's blocks that it isn't certain to miss, nor to be hidden in; the ends of both queues.
     #[inline(always)]
     fn enqueue_blocks<S: Simd>(
         &mut self,
@@ -164,8 +242,8 @@ impl Tile {
         batch: &Batch,
         lane: usize,
         [x0, x1, y0, y1]: [usize; 4],
-        mut waiting: usize,
-    ) -> usize {
+        (mut waiting, mut covered): (usize, usize),
+    ) -> (usize, usize) {
         const MIDDLE: f32 = 1.5;
         let columns = f32x16::simd_from(simd, FIRST_COLUMNS) + splat(simd, MIDDLE);
         // From a block's middle to a corner. Four bounds cover the roundings here and in the test itself.
@@ -175,25 +253,33 @@ impl Tile {
             #[inline(always)]
             |edge: usize| splat(simd, MIDDLE * (a[edge][lane].abs() + b[edge][lane].abs()) + 4.0 * batch.bound[lane]),
         );
+        // The same for the depth, whose error counts the roundings of one sum like this.
+        let gradient = [batch.gradient[0][lane], batch.gradient[1][lane]];
+        let rise = MIDDLE * (gradient[0].abs() + gradient[1].abs()) + 2.0 * batch.depth_error[lane];
+        let along_row = columns * splat(simd, gradient[0]) + splat(simd, batch.inverse_depth[lane] + rise);
         let nearest = splat(simd, batch.nearest[lane]);
-        let inside = (2 << x1) - (1 << x0);
+        let within_bounds = (2 << x1) - (1 << x0);
         for y in y0..=y1 {
-            for x in super::build::lanes_of(u64::from(std::mem::take(&mut self.stale[y]))) {
-                let block = y * BLOCKS + x as usize;
-                let low = f32x16::from_slice(simd, &self.low[block * LANES..(block + 1) * LANES]);
-                self.farthest[block] = low.reduce_min();
-            }
-            let row = splat(simd, (4 * y as i32 - HALF) as f32 + MIDDLE);
-            let edges = batch.edges(simd, lane, columns, row);
+            let row = (4 * y as i32 - HALF) as f32 + MIDDLE;
+            let edges = batch.edges(simd, lane, columns, splat(simd, row));
             let highest = min3([edges[0] + reach[0], edges[1] + reach[1], edges[2] + reach[2]]);
+            let lowest = min3([edges[0] - reach[0], edges[1] - reach[1], edges[2] - reach[2]]);
+            let here = nearest.min(along_row + splat(simd, row * gradient[1]));
             let farthest = f32x16::from_slice(simd, &self.farthest[y * BLOCKS..(y + 1) * BLOCKS]);
-            let open = highest.simd_ge(splat(simd, 0.0)) & nearest.simd_ge(farthest);
-            for x in super::build::lanes_of(open.to_bitmask() & inside) {
-                self.queue[waiting] = (lane * BLOCKS * BLOCKS + y * BLOCKS) as u32 + x;
+            let zero = splat(simd, 0.0);
+            let open = (highest.simd_ge(zero) & here.simd_ge(farthest)).to_bitmask() & within_bounds;
+            let whole = lowest.simd_gt(zero).to_bitmask();
+            let first = (lane * BLOCKS * BLOCKS + y * BLOCKS) as u32;
+            for x in super::build::lanes_of(open & whole) {
+                self.covered[covered] = first + x;
+                covered += 1;
+            }
+            for x in super::build::lanes_of(open & !whole) {
+                self.queue[waiting] = first + x;
                 waiting += 1;
             }
         }
-        waiting
+        (waiting, covered)
     }
 
     /// Tests the 16 samples of one queued block.
@@ -201,28 +287,49 @@ impl Tile {
     fn test_block<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, queued: usize) {
         let lane = queued / (BLOCKS * BLOCKS) % LANES;
         let block = queued % (BLOCKS * BLOCKS);
-        let at = |values: &[f32; LANES]| splat(simd, values[lane]);
-        let x = f32x16::simd_from(simd, COLUMNS) + splat(simd, (4 * (block % BLOCKS) as i32 - HALF) as f32);
-        let y = f32x16::simd_from(simd, ROWS) + splat(simd, (4 * (block / BLOCKS) as i32 - HALF) as f32);
+        let [x, y] = coordinates(simd, block);
         let edges = batch.edges(simd, lane, x, y);
-        let (lowest, bound) = (min3(edges), at(&batch.bound));
-        let depth = at(&batch.inverse_depth) + (x * at(&batch.gradient[0]) + y * at(&batch.gradient[1]));
-        let error = at(&batch.depth_error);
-        let (low, high) = (depth - error, depth + error);
-
-        let samples = block * LANES..(block + 1) * LANES;
-        let old_low = f32x16::from_slice(simd, &self.low[samples.clone()]);
-        let old_high = f32x16::from_slice(simd, &self.high[samples.clone()]);
+        let (lowest, bound) = (min3(edges), splat(simd, batch.bound[lane]));
         let mut missed = lowest.simd_lt(-bound);
         if !CERTAIN {
             // Then a miss takes two edge functions with opposite certain signs.
             missed &= max3(edges).simd_gt(bound);
         }
-        let possible = high.simd_ge(old_low) & !missed;
+        self.take_nearer(simd, batch, lane, block, [x, y], [!missed, lowest.simd_gt(bound)]);
+    }
+
+    /// Tests the 16 samples of one block all of which the triangle covers.
+    #[inline(always)]
+    fn test_covered_block<S: Simd>(&mut self, simd: S, batch: &Batch, queued: usize) {
+        let lane = queued / (BLOCKS * BLOCKS) % LANES;
+        let block = queued % (BLOCKS * BLOCKS);
+        let all = mask32x16::splat(simd, true);
+        self.take_nearer(simd, batch, lane, block, coordinates(simd, block), [all, all]);
+    }
+
+    /// Takes in a triangle where it is nearer than what is known, given where it may be hit and where it certainly is.
+    #[inline(always)]
+    fn take_nearer<S: Simd>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        lane: usize,
+        block: usize,
+        [x, y]: [f32x16<S>; 2],
+        [possible, inside]: [mask32x16<S>; 2],
+    ) {
+        let at = |values: &[f32; LANES]| splat(simd, values[lane]);
+        let depth = at(&batch.inverse_depth) + (x * at(&batch.gradient[0]) + y * at(&batch.gradient[1]));
+        let error = at(&batch.depth_error);
+        let (low, high) = (depth - error, depth + error);
+        let samples = block * LANES..(block + 1) * LANES;
+        let old_low = f32x16::from_slice(simd, &self.low[samples.clone()]);
+        let old_high = f32x16::from_slice(simd, &self.high[samples.clone()]);
+        let possible = possible & high.simd_ge(old_low);
         if !possible.any_true() {
             return;
         }
-        let certain = possible & lowest.simd_gt(bound) & low.simd_gt(old_high);
+        let certain = possible & inside & low.simd_gt(old_high);
         let doubtful = possible & !certain;
         if doubtful.any_true() {
             let high: [f32; LANES] = high.into();
@@ -234,7 +341,7 @@ impl Tile {
         let old_triangle = u32x16::from_slice(simd, &self.triangle[samples.clone()]);
         let triangle = u32x16::splat(simd, batch.ids[lane]);
         certain.select(triangle, old_triangle).store_slice(&mut self.triangle[samples]);
-        self.stale[block / BLOCKS] |= 1 << (block % BLOCKS);
+        self.farthest[block] = new_low.reduce_min();
     }
 
     /// Tests a general triangle against the samples of one block, the first of which is at (`x`, `y`) in pixel space.
@@ -287,7 +394,8 @@ impl Tile {
                 }
             }
         }
-        self.stale[block / BLOCKS] |= 1 << (block % BLOCKS);
+        let low = f32x16::from_slice(simd, &self.low[samples..samples + LANES]);
+        self.farthest[block] = low.reduce_min();
     }
 
     /// Replaces `low` by the middle between it and `high`, NaN for no hit, and `high` by the relative error of that.

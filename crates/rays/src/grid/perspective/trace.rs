@@ -5,48 +5,46 @@ use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
 use glam::{IVec2, UVec2};
 use rayon::prelude::*;
 
-use super::bins::Bin;
+use super::bins::{Bin, Listed};
 use super::general::{General, Square};
 use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
+use super::listed::depth;
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
-use super::tile::{BLOCKS, Batch, Doubt, HALF, SAMPLES, Tile, block_range};
+use super::tile::{BLOCKS, Batch, Doubt, HALF, MaskWeights, SAMPLES, Tile, block_range};
 use super::{GridCounts, PerspectiveGrid};
 use crate::grid::work::{Kind, TileWork};
-use crate::grid::{PixelWork, SeenPixels};
+use crate::grid::{Mask, PixelWork, SeenPixels};
 use crate::predicate::crossing;
 use crate::{Hit, Triangles};
 
 impl PerspectiveGrid {
     /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level.
     ///
-    /// `triangles` are those of the last [`build`](Self::build). A hit counts where `counts` says so, which may refuse
-    /// hits on triangles that were masked there, and no others.
-    pub fn trace(
-        &mut self,
-        triangles: Triangles<'_>,
-        counts: impl Fn(&Hit) -> bool + Sync,
-        seen: &mut SeenPixels,
-    ) -> GridCounts {
-        self.trace_tiles(triangles, &counts, seen, &mut vec![[]; self.order().places()])
+    /// `triangles` are those of the last [`build`](Self::build). A hit counts where `mask` says that it is solid, which it
+    /// may deny of triangles that were masked there, and of no others.
+    #[expect(clippy::needless_pass_by_value, reason = "a closure is most easily given by value")]
+    pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> GridCounts {
+        self.trace_tiles(triangles, &mask, seen, &mut vec![[]; self.order().places()])
     }
 
     /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is. A tile is one cell here.
+    #[expect(clippy::needless_pass_by_value, reason = "a closure is most easily given by value")]
     pub fn trace_counting(
         &mut self,
         triangles: Triangles<'_>,
-        counts: impl Fn(&Hit) -> bool + Sync,
+        mask: impl Mask,
         seen: &mut SeenPixels,
         work: &mut PixelWork,
     ) -> GridCounts {
         let work = work.start(self.order());
-        self.trace_tiles(triangles, &counts, seen, work)
+        self.trace_tiles(triangles, &mask, seen, work)
     }
 
-    /// Traces with `work` for all places. Knows `counts` by reference, so that this is compiled once.
+    /// Traces with `work` for all places. Compiled once, not for every type of mask.
     fn trace_tiles<const N: usize>(
         &mut self,
         triangles: Triangles<'_>,
-        counts: &(dyn Fn(&Hit) -> bool + Sync),
+        mask: &dyn Mask,
         seen: &mut SeenPixels,
         work: &mut [[u32; N]],
     ) -> GridCounts {
@@ -68,7 +66,7 @@ impl PerspectiveGrid {
             let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
             let (space, vertices) = (&space, &grid.vertices);
             let (tile, work, tally) = (&mut **tile, TileWork(work), GridCounts::default());
-            let mut trace = TileTrace { space, triangles, vertices, counts, corner, tile, work, tally };
+            let mut trace = TileTrace { space, triangles, vertices, mask, corner, tile, work, tally };
             let bins = grid.ranges.iter().map(|range| &range.bins[index]);
             dispatch!(grid.level.0, simd => trace.run(simd, bins.clone()));
             trace.write(triangle, inverse_depth);
@@ -95,7 +93,7 @@ struct TileTrace<'a, const N: usize> {
     space: &'a PixelSpace,
     triangles: Triangles<'a>,
     vertices: &'a [Vertex],
-    counts: &'a (dyn Fn(&Hit) -> bool + Sync),
+    mask: &'a dyn Mask,
     /// The tile's first column and row in the image.
     corner: IVec2,
     tile: &'a mut Tile,
@@ -108,27 +106,13 @@ impl<const N: usize> TileTrace<'_, N> {
     #[inline(always)]
     fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone) {
         self.tile.clear();
-        let mut batch = Batch::default();
-        // Batches go on from one range's bin to the next one's, which often hold but few.
-        let mut ids = [0; LANES];
-        let mut waiting = 0;
-        for bin in bins.clone() {
-            self.tally.listed += (bin.ordinary.len() + bin.general.len() + bin.masked.len()) as u64;
-            for &id in &bin.ordinary {
-                ids[waiting] = id;
-                waiting += 1;
-                if waiting == LANES {
-                    self.test_ordinary(simd, &ids, &mut batch);
-                    waiting = 0;
-                }
-            }
-        }
-        self.test_ordinary(simd, &ids[..waiting], &mut batch);
+        self.tally.listed += bins.clone().flat_map(Bin::lists).map(Vec::len).sum::<usize>() as u64;
+        self.tile.order.sort_by_depth(bins.clone().map(|bin| bin.ordinary.as_slice()));
+        self.test_nearest_first::<S, false>(simd);
         for bin in bins.clone() {
             self.test_general(simd, &bin.general, false);
-            self.test_general(simd, &bin.masked, true);
         }
-        for bin in bins {
+        for bin in bins.clone() {
             self.tally.fragments += bin.fragments.len() as u64;
             for fragments in bin.fragments.chunks(SAMPLES) {
                 for fragment in fragments {
@@ -139,6 +123,12 @@ impl<const N: usize> TileTrace<'_, N> {
                 self.settle_if_many();
             }
         }
+        // Masked triangles come last: the less of them is seen, the fewer questions there are for the mask.
+        self.tile.order.sort_by_depth(bins.clone().map(|bin| bin.masked.as_slice()));
+        self.test_nearest_first::<S, true>(simd);
+        for bin in bins {
+            self.test_general(simd, &bin.masked_general, true);
+        }
         self.settle();
         if self.tally.listed + self.tally.fragments > 0 {
             self.work.add(Kind::Cells, 0..SAMPLES, 1);
@@ -146,9 +136,28 @@ impl<const N: usize> TileTrace<'_, N> {
         self.tile.turn_bounds_into_errors(simd);
     }
 
-    /// Tests up to 16 triangles on the fast path.
+    /// Tests the triangles in the tile's order, all of them masked or none, but for those that are behind all that is seen by then.
     #[inline(always)]
-    fn test_ordinary<S: Simd>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
+    fn test_nearest_first<S: Simd, const MASKED: bool>(&mut self, simd: S) {
+        let order = std::mem::take(&mut self.tile.order);
+        let mut batch = Batch::default();
+        let (mut ids, mut waiting, mut farthest) = ([0; LANES], 0, 0.0);
+        for listed in order.listed() {
+            ids[waiting] = listed.triangle;
+            waiting += usize::from(listed.nearest >= farthest);
+            if waiting == LANES {
+                self.test_ordinary::<S, MASKED>(simd, &ids, &mut batch);
+                waiting = 0;
+                farthest = self.tile.farthest(simd);
+            }
+        }
+        self.test_ordinary::<S, MASKED>(simd, &ids[..waiting], &mut batch);
+        self.tile.order = order;
+    }
+
+    /// Tests up to 16 triangles on the fast path, all of them masked or none.
+    #[inline(always)]
+    fn test_ordinary<S: Simd, const MASKED: bool>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
         let indices = self.triangles.indices;
         let mut corners = [[u32::MAX; 3]; LANES];
         for (corners, &id) in corners.iter_mut().zip(ids) {
@@ -192,35 +201,57 @@ impl<const N: usize> TileTrace<'_, N> {
         }
         let certain = certain.to_bitmask();
         self.settle_if_many();
-        let queued = self.tile.test_batch::<S, true>(simd, batch, seen & certain);
-        self.count_queued(queued);
-        if seen & !certain != 0 {
-            let queued = self.tile.test_batch::<S, false>(simd, batch, seen & !certain);
+        if MASKED {
+            let weights = MaskWeights::new(simd, self.space, &corners, &setup, [x, y], error);
+            let queued = self.tile.test_masked(simd, batch, &weights, self.mask, seen & certain);
             self.count_queued(queued);
+        } else {
+            self.test_batch::<S, true>(simd, batch, seen & certain);
         }
+        if seen & !certain != 0 {
+            self.test_batch::<S, false>(simd, batch, seen & !certain);
+        }
+    }
+
+    /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not.
+    #[inline(always)]
+    fn test_batch<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, lanes: u64) {
+        let queued = self.tile.test_batch::<S, CERTAIN>(simd, batch, lanes);
+        self.count_queued(queued);
     }
 
     /// Counts the tests of the blocks that were queued last.
     #[inline(always)]
-    fn count_queued(&mut self, queued: usize) {
+    fn count_queued(&mut self, [covered, waiting]: [usize; 2]) {
         if N > 0 {
-            for &queued in &self.tile.queue[..queued] {
+            for &queued in self.tile.covered[..covered].iter().chain(&self.tile.queue[..waiting]) {
                 let first = queued as usize % (BLOCKS * BLOCKS) * LANES;
                 self.work.add(Kind::Tested, first..first + LANES, 1);
             }
         }
     }
 
-    /// Tests triangles on the general path.
+    /// Tests triangles with edge functions found in f64: in f32 in the tile where that will do, else in f64.
     #[inline(always)]
-    fn test_general<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool) {
+    fn test_general<S: Simd>(&mut self, simd: S, list: &[Listed], masked: bool) {
         let corner = self.corner - self.space.middle;
         let whole = Square { x: corner.x, y: corner.y, side: 2 * HALF };
-        for &id in ids {
+        let middle = (corner + HALF).as_dvec2().to_array();
+        let (mut batch, mut waiting) = (Batch::default(), 0);
+        for &Listed { triangle: id, .. } in list {
             let triangle = General::new(self.space, self.triangles.corners(id));
-            self.test_square(simd, &triangle, id, masked, whole);
+            if triangle.oriented && !masked && batch.fill_general(waiting, &triangle, middle, id) {
+                waiting += 1;
+                if waiting == LANES {
+                    self.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
+                    waiting = 0;
+                }
+            } else {
+                self.test_square(simd, &triangle, id, masked, whole);
+            }
             self.settle_if_many();
         }
+        self.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
     }
 
     fn test_square<S: Simd>(&mut self, simd: S, triangle: &General, id: u32, masked: bool, square: Square) {
@@ -289,7 +320,7 @@ impl<const N: usize> TileTrace<'_, N> {
             let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
             (ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
         };
-        let Some(new) = hit(doubt.triangle).filter(|hit| (self.counts)(hit)) else { return };
+        let Some(new) = hit(doubt.triangle).filter(|hit| self.mask.is_solid(hit)) else { return };
         let old = if best == SeenPixels::NONE { None } else { hit(best) };
         let nearest = match old {
             Some(old) if (old.t, old.triangle) < (new.t, new.triangle) => old,
@@ -323,14 +354,16 @@ impl<const N: usize> TileTrace<'_, N> {
         }
     }
 
-    /// The inverse depth of what is seen at a place, by the predicate.
-    #[cold]
+    /// The inverse depth of what is seen at a place, in f64 or by the predicate.
     fn inverse_depth(&self, place: usize) -> f32 {
         let (x, y) = self.pixel(place);
         let id = self.tile.triangle[place];
-        let corners = (id != SeenPixels::NONE).then(|| self.triangles.corners(id));
-        let crossing = corners.and_then(|corners| crossing(&self.space.ray(x, y), corners));
-        crossing.map_or(f32::NAN, |crossing| SeenPixels::inverse_of(crossing.t))
+        if id == SeenPixels::NONE {
+            return f32::NAN;
+        }
+        let (ray, corners) = (self.space.ray(x, y), self.triangles.corners(id));
+        let of_predicate = || crossing(&ray, corners).map(|crossing| SeenPixels::inverse_of(crossing.t));
+        depth::inverse_depth(&ray, corners).or_else(of_predicate).unwrap_or(f32::NAN)
     }
 
     /// Column and row in the image of a place in the tile.

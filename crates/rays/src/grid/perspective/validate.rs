@@ -25,7 +25,7 @@ impl PerspectiveGrid {
                 return Err(format!("{} bins instead of {tiles}", range.bins.len()));
             }
             for (tile, bin) in range.bins.iter().enumerate() {
-                listed[tile].extend(bin.ordinary.iter().chain(&bin.general).chain(&bin.masked));
+                listed[tile].extend(bin.lists().flatten().map(|listed| listed.triangle));
                 let places =
                     bin.fragments.iter().map(|fragment| (fragment.triangle, fragment.place & !Fragment::DOUBTFUL));
                 fragments[tile].extend(places);

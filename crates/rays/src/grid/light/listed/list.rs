@@ -8,10 +8,11 @@ use super::points::PointRow;
 use super::sort::{Bins, Entry, SortedRow};
 use super::trace::LARGE;
 use crate::Triangles;
+use crate::grid::light::cells::Cells;
 use crate::grid::light::face::VertexErrors;
 use crate::grid::light::lanes::LANES;
 use crate::grid::light::large::{Plane, planes};
-use crate::grid::light::small::{Batch, Mapped};
+use crate::grid::light::small::{BATCH, Batch, Mapped};
 
 /// What one range of triangles has in cells.
 #[derive(Default)]
@@ -42,10 +43,10 @@ impl ListedLightGrid {
     pub(super) fn list(&mut self, triangles: Triangles<'_>) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
-        let Self { grid, cells, point_rows, ranges, large, .. } = self;
+        let Self { grid, cells, margin, point_rows, ranges, large, .. } = self;
         let vertex_errors = VertexErrors::new(&grid.face);
         let mapped = Mapped { face: &grid.face, vertex_errors, cells, vertices: &grid.vertices };
-        let listing = Listing { mapped, triangles, point_rows };
+        let listing = Listing { mapped, triangles, margin: *margin, point_rows };
         let count = triangles.len();
         // Ranges don't depend on the number of threads.
         ranges.resize_with(count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES), Range::default);
@@ -69,7 +70,7 @@ impl ListedLightGrid {
         let Self { cells, ranges, triangle_rows, .. } = self;
         triangle_rows.resize_with(cells.rows().len(), SortedRow::default);
         triangle_rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(row, triangles)| {
-            triangles.sort(cells.columns, ranges.iter().flat_map(|range| range.row(row)));
+            triangles.sort(cells.across.count, ranges.iter().flat_map(|range| range.row(row)));
         });
         self.counts.pairs += triangle_rows.iter().map(|row| row.items().len() as u64).sum::<u64>();
     }
@@ -79,6 +80,8 @@ impl ListedLightGrid {
 struct Listing<'a> {
     mapped: Mapped<'a>,
     triangles: Triangles<'a>,
+    /// How far a point may be from its cell.
+    margin: f32,
     point_rows: &'a [PointRow],
 }
 
@@ -110,9 +113,13 @@ impl Listing<'_> {
     #[inline(always)]
     fn list_small(&self, range: &mut Range, lane: usize, id: u32) {
         let Range { bins, batch, .. } = range;
-        let columns = batch.first_column[lane] as usize..=batch.last_column[lane] as usize;
-        for row in batch.first_row[lane]..=batch.last_row[lane] {
-            let farthest = &self.point_rows[row as usize].farthest[columns.clone()];
+        let Cells { across, down, .. } = self.mapped.cells;
+        let range = |[low, high]: &[[f32; BATCH]; 2]| [low[lane] - self.margin, high[lane] + self.margin];
+        let [left, right] = range(&batch.x_range).map(|at| across.cell(at));
+        let [top, bottom] = range(&batch.y_range).map(|at| down.cell(at));
+        let columns = left..=right;
+        for row in top..=bottom {
+            let farthest = &self.point_rows[row].farthest[columns.clone()];
             for (column, &farthest) in columns.clone().zip(farthest) {
                 if farthest < batch.nearest[lane] {
                     bins.unsorted.push(Entry { column: column as u16, row: row as u16, item: id });
@@ -130,8 +137,11 @@ impl Listing<'_> {
         for plane in planes(self.mapped.face, corners).into_iter().flatten() {
             let item = LARGE | range.large.len() as u32;
             let before = range.bins.unsorted.len();
-            for row in plane.rows(cells) {
-                let Some((columns, bounds)) = plane.span(simd, cells, row) else { continue };
+            let [low, high] = plane.bounds[1];
+            for row in cells.down.cell(low - self.margin)..=cells.down.cell(high + self.margin) {
+                let Some((_, bounds)) = plane.span(simd, cells, row) else { continue };
+                let ([left, ..], [right, ..]): ([f32; LANES], [f32; LANES]) = (bounds.x[0].into(), bounds.x[1].into());
+                let columns = cells.across.cell(left - self.margin)..=cells.across.cell(right + self.margin);
                 let nearest: [f32; LANES] = bounds.nearest.into();
                 let farthest = &self.point_rows[row].farthest[columns.clone()];
                 for (column, &farthest) in columns.zip(farthest) {

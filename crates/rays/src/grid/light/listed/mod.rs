@@ -12,7 +12,7 @@ mod sort;
 mod trace;
 mod validate;
 
-use super::cells::{Cells, Row};
+use super::cells::{Axis, Cells, Row};
 use super::large::Plane;
 use super::{LightGrid, SeenImage};
 use crate::grid::SimdLevel;
@@ -31,8 +31,9 @@ pub struct ListedLightGrid {
     /// For the light's faces and the points on them.
     grid: LightGrid,
     options: ListedLightOptions,
-    /// A point is in the cell of its lowest possible X and Y.
     cells: Cells,
+    /// How far a point may be from its cell.
+    margin: f32,
     point_bins: Vec<Bins>,
     point_rows: Vec<PointRow>,
     ranges: Vec<Range>,
@@ -265,12 +266,18 @@ impl ListedLightGrid {
             + self.blocks.capacity() * size_of::<Block>()
     }
 
-    /// Makes room for the cells of a face on which points are wrong by at most `error`.
+    /// Divides a face on which points are wrong by at most `error` evenly into cells.
     fn choose_cells(&mut self, error: f32) {
+        const EVENLY: &[u32] = &[1; Axis::STRIPS];
         let side = self.options.side as usize;
-        (self.cells.columns, self.cells.row_count) = (side, side);
+        // With the rounding of sums with it.
+        self.margin = error * 1.001 + 2.0 * f32::EPSILON;
+        self.cells.across.choose(side, EVENLY);
+        self.cells.down.choose(side, EVENLY);
         self.cells.all_rows.resize_with(side, Row::default);
-        // From a point's lowest possible place to its highest, and as much again for roundings.
-        self.cells.reach = 2.0 * error + 4.0 * f32::EPSILON;
+        for row in 0..side {
+            let [low, high] = self.cells.down.range(row);
+            self.cells.all_rows[row].range = [low - self.margin, high + self.margin];
+        }
     }
 }

@@ -3,7 +3,6 @@ use rayon::prelude::*;
 use super::ListedLightGrid;
 use super::sort::{Bins, Entry, SortedRow};
 use crate::grid::light::block::{Block, BlockErrors};
-use crate::grid::light::cells::cell_at;
 use crate::grid::light::face::HALF_ULP;
 use crate::grid::light::lanes::LANES;
 
@@ -90,12 +89,9 @@ impl ListedLightGrid {
         self.choose_cells(error);
         let Self { grid, cells, point_bins, point_rows, .. } = self;
         let (blocks, errors, members) = (&grid.blocks, &grid.errors, &grid.members);
-        let [scale_x, scale_y] = cells.scale();
-        let (columns, rows) = (cells.columns, cells.rows().len());
+        let (columns, rows) = (cells.across.count, cells.down.count);
         let length = blocks.len().div_ceil(MOST_RANGES).max(1);
         point_bins.resize_with(blocks.len().div_ceil(length), Bins::default);
-        // Its own rounding as well.
-        let margin = error * 1.001 + f32::EPSILON;
         point_bins.par_iter_mut().enumerate().with_max_len(1).for_each(|(range, bins)| {
             bins.unsorted.clear();
             for block in range * length..((range + 1) * length).min(blocks.len()) {
@@ -103,8 +99,8 @@ impl ListedLightGrid {
                 while members != 0 {
                     let lane = members.trailing_zeros() as usize;
                     members &= members - 1;
-                    let column = cell_at(blocks[block].x[lane] - margin, scale_x, columns) as u16;
-                    let row = cell_at(blocks[block].y[lane] - margin, scale_y, rows) as u16;
+                    let column = cells.across.cell(blocks[block].x[lane]) as u16;
+                    let row = cells.down.cell(blocks[block].y[lane]) as u16;
                     bins.unsorted.push(Entry { column, row, item: (block * LANES + lane) as u32 });
                 }
             }

@@ -60,8 +60,8 @@ impl ListedLightGrid {
         self.grid.outliers.clear();
         let mut faces = std::mem::take(&mut self.grid.faces);
         let (rays, level) = (self.grid.survey.rays, self.grid.level);
-        if choose::choose(light, &self.grid.survey.tiles, &mut faces).is_some() {
-            let judge = Judge { image, rays, light, is_opaque, casts, level };
+        if choose::choose(light, &rays, &self.grid.survey.tiles, &mut faces).is_some() {
+            let judge = Judge { image, rays, light, is_opaque: &is_opaque, casts: &casts, level };
             for face in &faces {
                 self.shadow_face(*face, &judge);
             }
@@ -73,11 +73,7 @@ impl ListedLightGrid {
     }
 
     /// Shadows the points of a face.
-    fn shadow_face<O, C>(&mut self, face: Face, judge: &Judge<'_, O, C>)
-    where
-        O: Fn(u32) -> bool + Sync,
-        C: Fn(u32, [f32; 2]) -> bool + Sync,
-    {
+    fn shadow_face(&mut self, face: Face, judge: &Judge<'_>) {
         let mut clock = Instant::now();
         let mut lap = |seconds: &mut f64| {
             let now = Instant::now();
@@ -87,8 +83,8 @@ impl ListedLightGrid {
         let grid = &mut self.grid;
         grid.face = face;
         grid.face.choose_point_error(&grid.survey.rays, &grid.survey.tiles);
-        let expected = grid.survey.tiles.iter().filter(|tile| grid.face.may_own(tile));
-        grid.cells.choose(expected.map(|tile| tile.points as usize).sum());
+        // The direct form's cells, which mapping needs.
+        grid.spread(judge.image);
         grid.map(judge.image);
         grid.slabs.iter().for_each(|slab| grid.outliers.extend_from_slice(&slab.outliers));
         let points: u64 = grid.slabs.iter().map(|slab| u64::from(slab.points)).sum();
@@ -127,7 +123,7 @@ impl ListedLightGrid {
         let (points, triangles) = (options.points as usize / LANES, options.triangles as usize);
         blocks.clear();
         for (row, (in_points, in_triangles)) in point_rows.iter().zip(&*triangle_rows).enumerate() {
-            for column in 0..cells.columns {
+            for column in 0..cells.across.count {
                 let groups = in_points.of_cell(column);
                 counts.cells += u64::from(!groups.is_empty());
                 for groups in parts(groups, points) {
@@ -141,11 +137,7 @@ impl ListedLightGrid {
     }
 
     /// Tests each block's points against its triangles.
-    fn test_blocks<O, C>(&mut self, judge: &Judge<'_, O, C>)
-    where
-        O: Fn(u32) -> bool + Sync,
-        C: Fn(u32, [f32; 2]) -> bool + Sync,
-    {
+    fn test_blocks(&mut self, judge: &Judge<'_>) {
         const TAKEN_AT_ONCE: usize = 16;
         let Self { grid, cells, point_rows, triangle_rows, large, blocks, .. } = self;
         let level = grid.level.0;
@@ -183,15 +175,15 @@ fn parts(range: Range<usize>, most: usize) -> impl Iterator<Item = [u32; 2]> {
 }
 
 /// What testing a block needs to know.
-struct Tester<'a, O, C> {
+struct Tester<'a> {
     mapped: Mapped<'a>,
     point_rows: &'a [PointRow],
     triangle_rows: &'a [SortedRow],
     large: &'a [(u32, Plane)],
-    judge: &'a Judge<'a, O, C>,
+    judge: &'a Judge<'a>,
 }
 
-impl<O: Fn(u32) -> bool + Sync, C: Fn(u32, [f32; 2]) -> bool + Sync> Tester<'_, O, C> {
+impl Tester<'_> {
     #[inline(always)]
     fn test<S: Simd>(&self, simd: S, worker: &mut Worker, block: &Block) {
         let [first, end] = block.groups.map(|group| group as usize);

@@ -14,7 +14,7 @@ impl ListedLightGrid {
     pub fn validate(&self, image: &SeenImage<'_>, light: &LightSource) -> Result<(), String> {
         let mut members = self.grid.members.clone();
         for (row, (points, triangles)) in self.point_rows.iter().zip(&self.triangle_rows).enumerate() {
-            for column in 0..self.cells.columns {
+            for column in 0..self.cells.across.count {
                 let mut listed: Vec<u32> =
                     triangles.items()[triangles.range(column)].iter().map(|&item| self.id(item)).collect();
                 listed.sort_unstable();

@@ -58,7 +58,7 @@ pub(super) fn depth_error<S: Simd>(
 ///
 /// Each path from an input to the numerator or denominator has eight roundings at most: two for differences of corners,
 /// one each for a product, their difference and the way from the ray's origin, a product, and two sums.
-pub(super) fn inverse_depth(ray: &Ray, corners: [Vec3; 3]) -> Option<f32> {
+pub(in crate::grid::perspective) fn inverse_depth(ray: &Ray, corners: [Vec3; 3]) -> Option<f32> {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let (u, v, from_origin) = (b - a, c - a, a - ray.origin);
     let normal = u.cross(v);

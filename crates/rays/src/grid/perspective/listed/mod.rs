@@ -5,7 +5,7 @@
 
 mod build;
 mod cells;
-mod depth;
+pub(super) mod depth;
 mod drop;
 mod list;
 mod samples;

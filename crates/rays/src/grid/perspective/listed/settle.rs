@@ -55,7 +55,7 @@ impl<const N: usize> TileTrace<'_, N> {
             let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
             (is_there && ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
         };
-        let Some(new) = hit(doubt.triangle).filter(|hit| (self.counts)(hit)) else { return };
+        let Some(new) = hit(doubt.triangle).filter(|hit| self.mask.is_solid(hit)) else { return };
         let old = if best == SeenPixels::NONE { None } else { hit(best) };
         let nearest = match old {
             Some(old) if (old.t, old.triangle) < (new.t, new.triangle) => old,

@@ -10,46 +10,43 @@ use super::depth::depth_error;
 use super::samples::{BLOCKS, Batch, Block, SAMPLES, Samples};
 use super::sort::TileCells;
 use super::{ListedCounts, ListedGrid};
+use crate::Triangles;
 use crate::grid::extremes::min3;
 use crate::grid::perspective::build::lanes_of;
 use crate::grid::perspective::general::{General, Square};
 use crate::grid::perspective::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
 use crate::grid::perspective::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use crate::grid::work::{Kind, TileWork};
-use crate::grid::{PixelWork, SeenPixels, TileOrder};
-use crate::{Hit, Triangles};
+use crate::grid::{Mask, PixelWork, SeenPixels, TileOrder};
 
 impl ListedGrid {
     /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level.
     ///
-    /// `triangles` are those of the last [`build`](Self::build). A hit counts where `counts` says so, which may refuse
-    /// hits on triangles that were masked there, and no others.
-    pub fn trace(
-        &mut self,
-        triangles: Triangles<'_>,
-        counts: impl Fn(&Hit) -> bool + Sync,
-        seen: &mut SeenPixels,
-    ) -> ListedCounts {
-        self.trace_tiles(triangles, &counts, seen, &mut vec![[]; self.order().places()])
+    /// `triangles` are those of the last [`build`](Self::build). A hit counts where `mask` says that it is solid, which it
+    /// may deny of triangles that were masked there, and of no others.
+    #[expect(clippy::needless_pass_by_value, reason = "a closure is most easily given by value")]
+    pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> ListedCounts {
+        self.trace_tiles(triangles, &mask, seen, &mut vec![[]; self.order().places()])
     }
 
     /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is.
+    #[expect(clippy::needless_pass_by_value, reason = "a closure is most easily given by value")]
     pub fn trace_counting(
         &mut self,
         triangles: Triangles<'_>,
-        counts: impl Fn(&Hit) -> bool + Sync,
+        mask: impl Mask,
         seen: &mut SeenPixels,
         work: &mut PixelWork,
     ) -> ListedCounts {
         let work = work.start(self.order());
-        self.trace_tiles(triangles, &counts, seen, work)
+        self.trace_tiles(triangles, &mask, seen, work)
     }
 
-    /// Traces with `work` for all places. Knows `counts` by reference, so that this is compiled once.
+    /// Traces with `work` for all places. Compiled once, not for every type of mask.
     fn trace_tiles<const N: usize>(
         &mut self,
         triangles: Triangles<'_>,
-        counts: &(dyn Fn(&Hit) -> bool + Sync),
+        mask: &dyn Mask,
         seen: &mut SeenPixels,
         work: &mut [[u32; N]],
     ) -> ListedCounts {
@@ -72,7 +69,7 @@ impl ListedGrid {
                 space,
                 triangles,
                 cells,
-                counts,
+                mask,
                 corner: IVec2::new(x as i32, y as i32),
                 samples: &mut samples,
                 work: TileWork(work),
@@ -110,7 +107,7 @@ pub(super) struct TileTrace<'a, const N: usize> {
     pub(super) space: &'a PixelSpace,
     pub(super) triangles: Triangles<'a>,
     cells: &'a TileCells,
-    pub(super) counts: &'a (dyn Fn(&Hit) -> bool + Sync),
+    pub(super) mask: &'a dyn Mask,
     /// The tile's first column and row in the image.
     pub(super) corner: IVec2,
     pub(super) samples: &'a mut Samples,

@@ -1,0 +1,90 @@
+//! Figure 10 of the paper: which stages a frame's time goes to.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+
+use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::measure::{Costs, measure};
+use crate::plot::{Bar, BarChart};
+use crate::shot::{addresses, name, short_name, viewpoints};
+use crate::table::{Cell, Table};
+
+#[derive(Args, Debug)]
+pub(crate) struct BreakdownFlags {
+    /// Files, sequences or demo:NAME [default: the gallery's dynamic scenes, and the real ones of --files]
+    scenes: Vec<String>,
+    /// Folder of the real scenes
+    #[arg(long, value_name = "DIR")]
+    files: Option<PathBuf>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
+    size: [u32; 2],
+    #[command(flatten)]
+    common: ExperimentFlags,
+}
+
+const COLUMNS: &[(&str, usize)] = &[
+    ("scene", 26),
+    ("triangles", 9),
+    ("frame", 8),
+    ("build", 8),
+    ("see", 8),
+    ("survey", 8),
+    ("map", 8),
+    ("sort", 8),
+    ("project", 8),
+    ("trace", 8),
+    ("decide", 8),
+    ("rearranging_percent", 19),
+    ("shadows_percent", 15),
+];
+
+impl BreakdownFlags {
+    /// Measures, prints and draws.
+    pub(crate) fn run(&self) -> Result<()> {
+        use_threads(self.common.threads)?;
+        let addresses = addresses(&self.scenes, self.files.as_ref());
+        let mut bars = Vec::new();
+        let conditions = self.common.conditions(Some(self.size));
+        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
+        for address in &addresses {
+            for costs in measure(address, self.size, &[None], &self.common, |_| {})? {
+                let stages = stages(&costs);
+                let sum: f64 = stages.iter().map(|(_, time)| time).sum();
+                let percent = |of: &[&str]| {
+                    let of: f64 = stages.iter().filter(|(name, _)| of.contains(name)).map(|(_, time)| time).sum();
+                    100.0 * of / sum
+                };
+                let mut row = vec![name(address).into(), costs.triangles.into(), Cell::Number(costs.frame, 2)];
+                row.extend(stages.iter().map(|&(_, time)| Cell::Number(time, 2)));
+                row.push(Cell::Number(percent(&REARRANGING), 0));
+                row.push(Cell::Number(100.0 - percent(&["build", "see"]), 0));
+                table.push(&row)?;
+                bars.push(Bar {
+                    name: short_name(address).to_owned(),
+                    heights: stages.iter().map(|(_, time)| 100.0 * time / sum).collect(),
+                });
+            }
+        }
+        table.note(
+            "build and see are the camera's; the others are the light's. Rearranging is what the paper calls so:",
+        )?;
+        table.note("points brought to the light's view and sorted (survey, map, sort).")?;
+        viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
+        table.finish()?;
+        self.common.draw(|| {
+            let parts = COLUMNS[3..11].iter().map(|&(title, _)| title.to_owned()).collect();
+            BarChart { title: "Where a frame's time goes", y_title: "percent of the frame", parts, bars }.svg()
+        })
+    }
+}
+
+/// What the paper calls data rearrangement.
+const REARRANGING: [&str; 3] = ["survey", "map", "sort"];
+
+/// The camera's stages, and the light's.
+fn stages(costs: &Costs) -> Vec<(&'static str, f64)> {
+    [("build", costs.build), ("see", costs.see)].into_iter().chain(costs.light_stages).collect()
+}

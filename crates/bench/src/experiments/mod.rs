@@ -1,0 +1,15 @@
+//! The experiments of Guntury and Narayanan 2010, one a file, each a table and a chart.
+
+mod breakdown;
+mod cells;
+mod distance;
+mod growth;
+mod mapping;
+mod table1;
+
+pub(crate) use breakdown::BreakdownFlags;
+pub(crate) use cells::CellsFlags;
+pub(crate) use distance::DistanceFlags;
+pub(crate) use growth::GrowthFlags;
+pub(crate) use mapping::MappingFlags;
+pub(crate) use table1::Table1Flags;

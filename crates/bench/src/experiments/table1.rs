@@ -1,0 +1,135 @@
+//! Table 1 of the paper: what building and tracing take, with its own numbers beside.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use umbrage::rays::ListedOptions;
+
+use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::measure::{Costs, measure};
+use crate::plot::{Bar, BarChart};
+use crate::shot::{addresses, name, short_name, viewpoints};
+use crate::table::{Cell, Table};
+
+#[derive(Args, Debug)]
+pub(crate) struct Table1Flags {
+    /// Files, sequences or demo:NAME [default: the gallery's dynamic scenes, and the real ones of --files]
+    scenes: Vec<String>,
+    /// Folder of the real scenes
+    #[arg(long, value_name = "DIR")]
+    files: Option<PathBuf>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
+    size: [u32; 2],
+    #[command(flatten)]
+    common: ExperimentFlags,
+}
+
+/// A row of the paper's table, in milliseconds.
+struct PaperRow {
+    scene: &'static str,
+    /// The scene of ours that is of the same kind and size.
+    like: &'static str,
+    triangles: usize,
+    build: f64,
+    trace: f64,
+    with_shadows: f64,
+}
+
+const fn row(
+    scene: &'static str,
+    like: &'static str,
+    triangles: usize,
+    [build, trace]: [f64; 2],
+    with_shadows: f64,
+) -> PaperRow {
+    PaperRow { scene, like, triangles, build, trace, with_shadows }
+}
+
+/// The columns "our method" of the paper's Table 1.
+const PAPER: [PaperRow; 6] = [
+    row("Fairy", "demo:forest", 174_000, [8.73, 32.43], 82.18),
+    row("Sibenik", "sibenik.obj", 82_000, [8.86, 13.11], 58.81),
+    row("Bunny/Dragon", "demo:shatter", 252_000, [3.71, 10.92], 31.63),
+    row("Conference", "demo:hall", 284_000, [7.51, 17.64], 61.15),
+    row("Cloth", "demo:cloth", 92_000, [5.23, 11.23], 44.47),
+    row("Buddha", "demo:statue", 1_090_000, [13.76, 38.91], 114.57),
+];
+
+const COLUMNS: &[(&str, usize)] = &[
+    ("scene", 26),
+    ("triangles", 9),
+    ("build", 7),
+    ("see", 7),
+    ("frame", 7),
+    ("listed_build", 12),
+    ("listed_see", 10),
+    ("listed_frame", 12),
+    ("paper_scene", 13),
+    ("paper_triangles", 15),
+    ("paper_build", 11),
+    ("paper_see", 9),
+    ("paper_frame", 11),
+];
+
+impl Table1Flags {
+    /// Measures, prints and draws.
+    pub(crate) fn run(&self) -> Result<()> {
+        use_threads(self.common.threads)?;
+        let addresses = addresses(&self.scenes, self.files.as_ref());
+        let mut bars = Vec::new();
+        let conditions = self.common.conditions(Some(self.size));
+        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
+        for address in &addresses {
+            let forms = [None, Some(ListedOptions::DEFAULT)];
+            let costs = measure(address, self.size, &forms, &self.common, |_| {})?;
+            let [direct, listed] = &costs[..] else { continue };
+            let paper = PAPER.iter().find(|row| row.like == name(address));
+            table.push(&cells(name(address), direct, listed, paper))?;
+            // The chart is about the paper's scenes.
+            if let Some(PaperRow { scene, build, trace, with_shadows, .. }) = paper {
+                bars.push(bar(&format!("{}, direct", short_name(address)), direct));
+                bars.push(bar(&format!("{}, listed", short_name(address)), listed));
+                let heights = vec![*build, *trace, with_shadows - build - trace];
+                bars.push(Bar { name: format!("{scene}, 2010"), heights });
+            }
+        }
+        table.note(
+            "A frame is build + see + shadow for one light; each form's shadows go through the direct light grid.",
+        )?;
+        table.note(
+            "The direct form tests tiny triangles while it builds: its build is part of what others call tracing.",
+        )?;
+        table.note(
+            "The paper's numbers are of an NVIDIA GTX 280, at 1024x1024, for its own scenes, and without sorting out",
+        )?;
+        table.note(
+            "what its f32 tests can't decide; ours named beside them are of the same kind and about the same size.",
+        )?;
+        viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
+        table.finish()?;
+        self.common.draw(|| {
+            let parts = ["build", "see", "shadow"].map(str::to_owned).to_vec();
+            BarChart { title: "A frame, rebuilt and traced", y_title: "milliseconds", parts, bars }.svg()
+        })
+    }
+}
+
+fn cells(name: &str, direct: &Costs, listed: &Costs, paper: Option<&PaperRow>) -> Vec<Cell> {
+    let time = |milliseconds| Cell::Number(milliseconds, 2);
+    let mut cells = vec![name.into(), direct.triangles.into()];
+    cells.extend([direct, listed].into_iter().flat_map(|costs| [costs.build, costs.see, costs.frame].map(time)));
+    match paper {
+        Some(PaperRow { scene, triangles, build, trace, with_shadows, .. }) => {
+            cells.extend([(*scene).into(), (*triangles).into()]);
+            cells.extend([*build, *trace, *with_shadows].map(time));
+        }
+        None => cells.extend([const { Cell::Nothing }; 5]),
+    }
+    cells
+}
+
+fn bar(name: &str, costs: &Costs) -> Bar {
+    Bar { name: name.to_owned(), heights: vec![costs.build, costs.see, costs.survey + costs.shadow] }
+}

@@ -1,0 +1,95 @@
+//! Medians of a scene's frames through the grids.
+
+use anyhow::{Context, Result};
+use umbrage::Scene;
+use umbrage::rays::{ListedCounts, ListedOptions};
+use umbrage::scene::Frame;
+
+use crate::flags::ExperimentFlags;
+use crate::grids::{Grids, LIGHT_STAGES, Times};
+use crate::median::median;
+use crate::shot::{Lights, Shot};
+
+/// What frames cost: medians, in milliseconds.
+#[derive(Clone, Debug)]
+pub(crate) struct Costs {
+    /// Of the last frame.
+    pub(crate) triangles: usize,
+    pub(crate) build: f64,
+    pub(crate) see: f64,
+    pub(crate) survey: f64,
+    pub(crate) shadow: f64,
+    /// The median of the sums, not the sum of the medians.
+    pub(crate) frame: f64,
+    /// The light grid's own stages, which are `survey` and `shadow`.
+    pub(crate) light_stages: [(&'static str, f64); LIGHT_STAGES],
+    /// Bytes that the camera's and the light's grid hold in the end.
+    pub(crate) bytes: [usize; 2],
+    /// What the last frame was as work for the listed form.
+    pub(crate) listed: Option<ListedCounts>,
+}
+
+/// Traces frames of the scene at `address`, with its first light, through grids of each of `forms` in turn: the direct
+/// one, or the listed one with its options. `arrange` may change what each frame shows.
+pub(crate) fn measure(
+    address: &str,
+    size: [u32; 2],
+    forms: &[Option<ListedOptions>],
+    flags: &ExperimentFlags,
+    arrange: impl Fn(&mut Shot<'_>),
+) -> Result<Vec<Costs>> {
+    measure_scene(address, size, forms, flags, arrange).with_context(|| format!("scene {address}"))
+}
+
+fn measure_scene(
+    address: &str,
+    size: [u32; 2],
+    forms: &[Option<ListedOptions>],
+    flags: &ExperimentFlags,
+    arrange: impl Fn(&mut Shot<'_>),
+) -> Result<Vec<Costs>> {
+    let scene = Scene::open(address)?;
+    let mut frame = Frame::default();
+    let level = flags.simd.unwrap_or_default();
+    let mut grids: Vec<Grids> = forms.iter().map(|&listed| Grids::new(level, listed)).collect();
+    let mut logs: Vec<Log> = forms.iter().map(|_| Log::default()).collect();
+    // The first frame takes memory that later ones use again: it doesn't count.
+    for number in 0..=flags.frames {
+        let seconds = scene.duration_seconds() * f64::from(number) / f64::from(flags.frames + 1);
+        scene.pose(seconds, &mut frame)?;
+        let mut shot = Shot { masks: flags.masks, ..Shot::new(&frame, address, size, 1, Lights::First) };
+        arrange(&mut shot);
+        for (grids, log) in grids.iter_mut().zip(&mut logs) {
+            let times = grids.trace(&shot)?;
+            if number > 0 {
+                log.push((times, grids.light_milliseconds()));
+            }
+        }
+    }
+    let triangles = frame.triangles().len();
+    Ok(grids.iter().zip(&logs).map(|(grids, log)| Costs::new(triangles, grids, log)).collect())
+}
+
+/// Each frame's stages, and those of the light grid.
+type Log = Vec<(Times, [(&'static str, f64); LIGHT_STAGES])>;
+
+impl Costs {
+    fn new(triangles: usize, grids: &Grids, log: &Log) -> Self {
+        let of = |stage: fn(&Times) -> f64| median(log.iter().map(|(times, _)| stage(times)));
+        let mut light_stages = grids.light_milliseconds();
+        for (place, stage) in light_stages.iter_mut().enumerate() {
+            stage.1 = median(log.iter().map(|(_, stages)| stages[place].1));
+        }
+        Self {
+            triangles,
+            build: of(|times| times.build),
+            see: of(|times| times.see),
+            survey: of(|times| times.survey),
+            shadow: of(|times| times.shadow),
+            frame: of(Times::frame),
+            light_stages,
+            bytes: grids.bytes(),
+            listed: grids.listed_counts(),
+        }
+    }
+}

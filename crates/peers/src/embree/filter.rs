@@ -1,0 +1,66 @@
+use std::ffi::c_void;
+
+use umbrage_scene::Frame;
+
+use crate::posed::Asked;
+
+/// `RTCFilterFunctionN`.
+pub(super) type Filter = unsafe extern "C" fn(*const FilterArguments);
+
+/// `RTCFilterFunctionNArguments`.
+#[repr(C)]
+pub(super) struct FilterArguments {
+    valid: *mut i32,
+    geometry_user_data: *const c_void,
+    context: *mut c_void,
+    ray: *mut c_void,
+    hit: *const c_void,
+    width: u32,
+}
+
+/// Refuses hits where an alpha mask has cut the triangle away.
+pub(super) unsafe extern "C" fn keep_solid(arguments: *const FilterArguments) {
+    // SAFETY: Embree calls this with arguments that are valid for the call.
+    unsafe { keep(arguments, Frame::is_solid) }
+}
+
+/// Refuses hits on what casts no shadow there.
+pub(super) unsafe extern "C" fn keep_casting(arguments: *const FilterArguments) {
+    // SAFETY: Embree calls this with arguments that are valid for the call.
+    unsafe { keep(arguments, Frame::casts_shadow) }
+}
+
+/// Clears the flags of hits that `counts` refuses, given a triangle and the weights of its second and third corner.
+///
+/// # Safety
+/// `arguments` and what they point to must be valid, with the [`Asked`] of a posed frame as the geometry's user data.
+unsafe fn keep(arguments: *const FilterArguments, counts: impl Fn(&Frame, u32, [f32; 2]) -> bool) {
+    // SAFETY: the caller's. A hit packet of N rays has arrays of N numbers: three of normals, u, v and ids.
+    unsafe {
+        let FilterArguments { valid, geometry_user_data, hit, width, .. } = *arguments;
+        let Asked { frame, ids, .. } = &*geometry_user_data.cast::<Asked>();
+        let width = width as usize;
+        let (weights, primitives) = (hit.cast::<f32>(), hit.cast::<u32>());
+        for lane in (0..width).filter(|&lane| *valid.add(lane) != 0) {
+            let weights = [*weights.add(3 * width + lane), *weights.add(4 * width + lane)];
+            let primitive = *primitives.add(5 * width + lane) as usize;
+            if !counts(frame, ids[primitive], weights) {
+                *valid.add(lane) = 0;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::mem::offset_of;
+
+    use super::*;
+
+    /// Numbers from `rtcore_common.h`.
+    #[test]
+    fn arguments_are_laid_out_as_embree_reads_them() {
+        assert_eq!((size_of::<FilterArguments>(), offset_of!(FilterArguments, hit)), (48, 32));
+        assert_eq!(offset_of!(FilterArguments, width), 40);
+    }
+}

@@ -1,0 +1,151 @@
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::mem::ManuallyDrop;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use libloading::Library;
+
+use super::filter::Filter;
+use super::trace::Trace;
+use super::{Error, Handle};
+
+/// Embree with a device of its own.
+#[derive(Debug)]
+pub struct Embree {
+    pub(super) functions: Functions,
+    pub(super) trace: Trace,
+    pub(super) device: Handle,
+    version: [u32; 3],
+    /// Never unloaded: its build threads may still be on their way out when the device is gone.
+    _library: ManuallyDrop<Library>,
+}
+
+/// Functions that both versions have alike.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Functions {
+    pub(super) new_device: unsafe extern "C" fn(*const c_char) -> Option<Handle>,
+    pub(super) release_device: unsafe extern "C" fn(Handle),
+    pub(super) device_property: unsafe extern "C" fn(Handle, i32) -> isize,
+    pub(super) device_error: unsafe extern "C" fn(Option<Handle>) -> i32,
+    pub(super) new_scene: unsafe extern "C" fn(Handle) -> Option<Handle>,
+    pub(super) release_scene: unsafe extern "C" fn(Handle),
+    pub(super) set_scene_quality: unsafe extern "C" fn(Handle, i32),
+    pub(super) set_scene_flags: unsafe extern "C" fn(Handle, i32),
+    pub(super) commit_scene: unsafe extern "C" fn(Handle),
+    pub(super) attach_geometry: unsafe extern "C" fn(Handle, Handle) -> u32,
+    pub(super) new_geometry: unsafe extern "C" fn(Handle, i32) -> Option<Handle>,
+    pub(super) release_geometry: unsafe extern "C" fn(Handle),
+    pub(super) set_geometry_quality: unsafe extern "C" fn(Handle, i32),
+    pub(super) set_shared_buffer: unsafe extern "C" fn(Handle, i32, u32, i32, *const c_void, usize, usize, usize),
+    pub(super) set_intersect_filter: unsafe extern "C" fn(Handle, Option<Filter>),
+    pub(super) set_occluded_filter: unsafe extern "C" fn(Handle, Option<Filter>),
+    pub(super) set_user_data: unsafe extern "C" fn(Handle, *const c_void),
+    pub(super) commit_geometry: unsafe extern "C" fn(Handle),
+}
+
+/// `RTC_DEVICE_PROPERTY_VERSION`.
+const VERSION: i32 = 0;
+
+/// File names of the versions that are known, the newest first.
+const FILE_NAMES: [&str; 2] = ["libembree4.so.4", "libembree3.so.3"];
+
+impl Embree {
+    /// Loads the library at `path`, or else one that the system knows, with `threads` threads to build with.
+    ///
+    /// # Errors
+    /// If there is none, or it isn't version 3 or 4.
+    pub fn load(path: Option<&Path>, threads: usize) -> Result<Arc<Self>, Error> {
+        let paths = path.map_or_else(|| FILE_NAMES.map(PathBuf::from).to_vec(), |path| vec![path.to_owned()]);
+        for path in &paths {
+            // SAFETY: loading runs the library's initialisers, which for Embree touch nothing of ours.
+            if let Ok(library) = unsafe { Library::new(path) } {
+                return Self::new(library, threads).map(Arc::new).map_err(|error| match error {
+                    Error::Unusable { cause, .. } => Error::Unusable { path: path.clone(), cause },
+                    error => error,
+                });
+            }
+        }
+        let tried: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        Err(Error::NotFound { tried: tried.join(", ") })
+    }
+
+    fn new(library: Library, threads: usize) -> Result<Self, Error> {
+        let unusable = |cause| Error::Unusable { path: PathBuf::new(), cause };
+        let functions = Functions::find(&library).map_err(|error| unusable(error.to_string()))?;
+        let settings = CString::new(format!("threads={threads}")).map_err(|error| unusable(error.to_string()))?;
+        // SAFETY: the text ends with a zero. The device is released once, in `drop`.
+        let (device, version) = unsafe {
+            let Some(device) = (functions.new_device)(settings.as_ptr()) else {
+                return Err(Error::Failed { what: "make a device", code: (functions.device_error)(None) });
+            };
+            (device, (functions.device_property)(device, VERSION) as u32)
+        };
+        let version = [version / 10_000, version / 100 % 100, version % 100];
+        let trace = Trace::find(&library, version[0]);
+        match trace {
+            Ok(trace) => Ok(Self { functions, trace, device, version, _library: ManuallyDrop::new(library) }),
+            Err(cause) => {
+                // SAFETY: nothing else knows the device.
+                unsafe { (functions.release_device)(device) };
+                Err(unusable(cause))
+            }
+        }
+    }
+
+    /// Major, minor and patch number.
+    #[must_use]
+    pub fn version(&self) -> [u32; 3] {
+        self.version
+    }
+
+    /// The device's last error, if there is one since it was last asked.
+    pub(super) fn check(&self, what: &'static str) -> Result<(), Error> {
+        // SAFETY: the device lives as long as `self`.
+        match unsafe { (self.functions.device_error)(Some(self.device)) } {
+            0 => Ok(()),
+            code => Err(Error::Failed { what, code }),
+        }
+    }
+}
+
+impl Functions {
+    fn find(library: &Library) -> Result<Self, libloading::Error> {
+        /// The function of a name, as the type that is asked for.
+        fn named<F: Copy>(library: &Library, name: &CStr) -> Result<F, libloading::Error> {
+            // SAFETY: the caller's type is the header's, and the library outlives the function: both are in `Embree`.
+            unsafe { library.get::<F>(name.to_bytes_with_nul()).map(|symbol| *symbol) }
+        }
+        Ok(Self {
+            new_device: named(library, c"rtcNewDevice")?,
+            release_device: named(library, c"rtcReleaseDevice")?,
+            device_property: named(library, c"rtcGetDeviceProperty")?,
+            device_error: named(library, c"rtcGetDeviceError")?,
+            new_scene: named(library, c"rtcNewScene")?,
+            release_scene: named(library, c"rtcReleaseScene")?,
+            set_scene_quality: named(library, c"rtcSetSceneBuildQuality")?,
+            set_scene_flags: named(library, c"rtcSetSceneFlags")?,
+            commit_scene: named(library, c"rtcCommitScene")?,
+            attach_geometry: named(library, c"rtcAttachGeometry")?,
+            new_geometry: named(library, c"rtcNewGeometry")?,
+            release_geometry: named(library, c"rtcReleaseGeometry")?,
+            set_geometry_quality: named(library, c"rtcSetGeometryBuildQuality")?,
+            set_shared_buffer: named(library, c"rtcSetSharedGeometryBuffer")?,
+            set_intersect_filter: named(library, c"rtcSetGeometryIntersectFilterFunction")?,
+            set_occluded_filter: named(library, c"rtcSetGeometryOccludedFilterFunction")?,
+            set_user_data: named(library, c"rtcSetGeometryUserData")?,
+            commit_geometry: named(library, c"rtcCommitGeometry")?,
+        })
+    }
+}
+
+// SAFETY: Embree's devices may be used by many threads at once.
+unsafe impl Send for Embree {}
+// SAFETY: as above.
+unsafe impl Sync for Embree {}
+
+impl Drop for Embree {
+    fn drop(&mut self) {
+        // SAFETY: scenes hold an `Arc` of this, so none is left.
+        unsafe { (self.functions.release_device)(self.device) }
+    }
+}

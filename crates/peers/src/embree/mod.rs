@@ -1,0 +1,63 @@
+//! Embree, through the functions of its shared library: versions 3 and 4.
+//!
+//! # Safety
+//! Everything unsafe of this crate is here, for three reasons. Functions are looked up by name and given the types of
+//! the headers `rtcore_*.h`; the two versions differ in the two functions that trace, and which one it is the library
+//! itself says. Buffers are shared, not copied: a [`Scene`] keeps the [`Posed`](crate::Posed) that owns them, unchanged behind an
+//! [`Arc`](std::sync::Arc), until its geometry is given other ones or released; indices were checked, and positions have the padding
+//! that 16-byte reads need. Packets have the layouts of the headers, which tests compare with the headers' numbers.
+//!
+//! Embree's manual recommends to trace with denormal numbers taken for zero. Calls that switched to that mode and back
+//! took as long as others (within 1 % on the gallery's cloth and shatter), so the mode is left as Rust needs it.
+#![allow(unsafe_code, reason = "calls a C library")]
+
+mod filter;
+mod library;
+mod scene;
+mod trace;
+
+use std::ffi::c_void;
+use std::path::PathBuf;
+use std::ptr::NonNull;
+
+pub use library::Embree;
+pub use scene::{BuildMethod, Quality, Scene};
+
+type Handle = NonNull<c_void>;
+
+/// Why Embree can't be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// No library was found.
+    #[error(
+        "Embree is not installed (tried {tried}): install Debian's package libembree-dev, or name a library with \
+         --embree PATH or the environment variable UMBRAGE_EMBREE"
+    )]
+    NotFound {
+        /// File names and paths.
+        tried: String,
+    },
+    /// The library is not one that is known.
+    #[error("{}: {cause}", path.display())]
+    Unusable {
+        /// The library.
+        path: PathBuf,
+        /// What it lacks.
+        cause: String,
+    },
+    /// Embree reports an error.
+    #[error("Embree could not {what}: error {code}")]
+    Failed {
+        /// What was tried.
+        what: &'static str,
+        /// `RTCError`.
+        code: i32,
+    },
+    /// A triangle that Embree must not be given.
+    #[error("triangle {triangle} has a vertex that is out of range")]
+    IndexOutOfRange {
+        /// Its id.
+        triangle: usize,
+    },
+}

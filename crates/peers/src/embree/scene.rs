@@ -1,0 +1,179 @@
+use std::ptr;
+use std::sync::Arc;
+
+use super::filter::{keep_casting, keep_solid};
+use super::{Embree, Error, Handle};
+use crate::packet::{RayHitPacket, RayPacket, Valid};
+use crate::posed::Posed;
+
+/// How a scene is built anew for each frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BuildMethod {
+    /// What the hierarchy is built with.
+    pub quality: Quality,
+    /// Whether the scene is a dynamic one that is kept, so that its memory is used again; else it is a new one.
+    pub kept: bool,
+}
+
+/// What a hierarchy is built with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quality {
+    /// By Morton codes.
+    Low,
+    /// By the binned surface area heuristic.
+    Medium,
+}
+
+/// Embree's hierarchy over a frame's triangles.
+#[derive(Debug)]
+pub struct Scene {
+    embree: Arc<Embree>,
+    method: BuildMethod,
+    built: Option<Built>,
+}
+
+#[derive(Debug)]
+struct Built {
+    scene: Handle,
+    opaque: Handle,
+    /// The triangles that are asked about, where there are any.
+    asked: Option<Handle>,
+    posed: Arc<Posed>,
+}
+
+// From `rtcore_common.h`, `rtcore_buffer.h`, `rtcore_geometry.h` and `rtcore_scene.h`.
+const TRIANGLE: i32 = 0;
+const INDEX_BUFFER: i32 = 0;
+const VERTEX_BUFFER: i32 = 1;
+const FORMAT_UINT3: i32 = 0x5003;
+const FORMAT_FLOAT3: i32 = 0x9003;
+const DYNAMIC: i32 = 1;
+
+// SAFETY: many threads may trace through a scene at once; what changes it takes `&mut self`.
+unsafe impl Send for Scene {}
+// SAFETY: as above.
+unsafe impl Sync for Scene {}
+
+impl Scene {
+    /// A scene without triangles.
+    #[must_use]
+    pub fn new(embree: &Arc<Embree>, method: BuildMethod) -> Self {
+        Self { embree: Arc::clone(embree), method, built: None }
+    }
+
+    /// Releases what the next build makes anew, so that it needn't be timed there; nothing for a scene that is kept.
+    pub fn clear(&mut self) {
+        if !self.method.kept {
+            self.release();
+        }
+    }
+
+    /// Builds the hierarchy over a frame's triangles, on Embree's own threads.
+    ///
+    /// # Errors
+    /// Where Embree reports one; the scene is then empty.
+    pub fn build(&mut self, posed: &Arc<Posed>) -> Result<(), Error> {
+        self.clear();
+        if self.built.as_ref().is_some_and(|built| built.asked.is_some() != posed.asked().is_some()) {
+            self.release();
+        }
+        if self.built.is_none() {
+            self.built = Some(self.make(posed)?);
+        }
+        let functions = &self.embree.functions;
+        if let Some(built) = &mut self.built {
+            let positions = posed.positions();
+            // SAFETY: the handles are alive. The buffers have as many items as is said and are kept by `built.posed`, as
+            // is what the filters are given; old ones are released only after Embree was given these.
+            unsafe {
+                let share = |geometry, indices: &[[u32; 3]]| {
+                    let share = functions.set_shared_buffer;
+                    let (vertices, corners) = (positions.as_ptr().cast(), indices.as_ptr().cast());
+                    share(geometry, VERTEX_BUFFER, 0, FORMAT_FLOAT3, vertices, 0, 12, positions.len());
+                    share(geometry, INDEX_BUFFER, 0, FORMAT_UINT3, corners, 0, 12, indices.len());
+                };
+                share(built.opaque, posed.opaque());
+                (functions.commit_geometry)(built.opaque);
+                if let Some((geometry, asked)) = built.asked.zip(posed.asked()) {
+                    share(geometry, &asked.indices);
+                    (functions.set_user_data)(geometry, ptr::from_ref(asked).cast());
+                    (functions.commit_geometry)(geometry);
+                }
+                (functions.commit_scene)(built.scene);
+            }
+            built.posed = Arc::clone(posed);
+        }
+        self.embree.check("build a scene").inspect_err(|_| self.release())
+    }
+
+    /// An empty scene with one empty geometry or two.
+    fn make(&self, posed: &Arc<Posed>) -> Result<Built, Error> {
+        let Embree { functions, device, .. } = &*self.embree;
+        let quality = match self.method.quality {
+            Quality::Low => 0,
+            Quality::Medium => 1,
+        };
+        let failed =
+            || self.embree.check("make a scene").err().unwrap_or(Error::Failed { what: "make a scene", code: 0 });
+        // SAFETY: the device is alive. The handles are released once: those of `Built` in `release`, and others here.
+        unsafe {
+            let scene = (functions.new_scene)(*device).ok_or_else(failed)?;
+            let geometry = || {
+                let geometry = (functions.new_geometry)(*device, TRIANGLE)?;
+                (functions.set_geometry_quality)(geometry, quality);
+                (functions.attach_geometry)(scene, geometry);
+                Some(geometry)
+            };
+            let opaque = geometry();
+            let asked = if posed.asked().is_some() { geometry().map(Some) } else { Some(None) };
+            let Some((opaque, asked)) = opaque.zip(asked) else {
+                // The scene holds what is attached to it.
+                opaque.into_iter().chain(asked.flatten()).for_each(|geometry| (functions.release_geometry)(geometry));
+                (functions.release_scene)(scene);
+                return Err(failed());
+            };
+            if let Some(asked) = asked {
+                (functions.set_intersect_filter)(asked, Some(keep_solid));
+                (functions.set_occluded_filter)(asked, Some(keep_casting));
+            }
+            (functions.set_scene_quality)(scene, quality);
+            (functions.set_scene_flags)(scene, if self.method.kept { DYNAMIC } else { 0 });
+            Ok(Built { scene, opaque, asked, posed: Arc::clone(posed) })
+        }
+    }
+
+    fn release(&mut self) {
+        if let Some(Built { scene, opaque, asked, .. }) = self.built.take() {
+            let functions = &self.embree.functions;
+            // SAFETY: each handle is released once; nobody traces through them, since this has `&mut self`.
+            unsafe {
+                [opaque].into_iter().chain(asked).for_each(|geometry| (functions.release_geometry)(geometry));
+                (functions.release_scene)(scene);
+            }
+        }
+    }
+
+    /// Finds the nearest hits of the rays that are `valid`; rays that hit nothing keep what they had.
+    #[inline]
+    pub fn nearest(&self, valid: &Valid, packet: &mut RayHitPacket) {
+        if let Some(Built { scene, .. }) = self.built {
+            // SAFETY: the scene was committed, and is not changed while it is borrowed.
+            unsafe { self.embree.trace.nearest(scene, valid, packet) }
+        }
+    }
+
+    /// Sets `t_far` of the `valid` rays that hit anything to −∞.
+    #[inline]
+    pub fn occluded(&self, valid: &Valid, packet: &mut RayPacket) {
+        if let Some(Built { scene, .. }) = self.built {
+            // SAFETY: as for `nearest`.
+            unsafe { self.embree.trace.occluded(scene, valid, packet) }
+        }
+    }
+}
+
+impl Drop for Scene {
+    fn drop(&mut self) {
+        self.release();
+    }
+}

@@ -1,0 +1,53 @@
+use super::bins::Listed;
+use super::lanes::LANES;
+
+/// The triangles of a tile, roughly from front to back.
+///
+/// These are the paper's depth slices (§3), except that a triangle is only in the one where it begins: by the time a
+/// tile comes to a slice behind all that is seen in it, there is nothing left to do.
+#[derive(Default)]
+pub(super) struct DepthOrder {
+    unsorted: Vec<Listed>,
+    sorted: Vec<Listed>,
+}
+
+impl DepthOrder {
+    /// Slices of a tile. Twice or half as many take the same time to within a few per cent.
+    const SLICES: usize = 64;
+
+    /// Replaces the order by that of some lists.
+    pub(super) fn sort_by_depth<'a>(&mut self, lists: impl Iterator<Item = &'a [Listed]>) {
+        let Self { unsorted, sorted } = self;
+        unsorted.clear();
+        lists.for_each(|list| unsorted.extend_from_slice(list));
+        sorted.clear();
+        // Few enough to be tested at once anyway.
+        if unsorted.len() <= 2 * LANES {
+            sorted.extend_from_slice(unsorted);
+            return;
+        }
+        // Bits of floats grow about with their logarithm: slices are as deep as they are far away.
+        let bits = |listed: &Listed| listed.nearest.to_bits();
+        let (least, most) = unsorted
+            .iter()
+            .fold((u32::MAX, 0), |(least, most), listed| (least.min(bits(listed)), most.max(bits(listed))));
+        let scale = (Self::SLICES - 1) as f32 / (most - least).max(1) as f32;
+        let slice = |listed: &Listed| ((most - bits(listed)) as f32 * scale) as usize % Self::SLICES;
+        let mut ends = [0_u32; Self::SLICES + 1];
+        unsorted.iter().for_each(|listed| ends[slice(listed) + 1] += 1);
+        for place in 0..Self::SLICES {
+            ends[place + 1] += ends[place];
+        }
+        sorted.resize(unsorted.len(), Listed::default());
+        for listed in unsorted.iter() {
+            let end = &mut ends[slice(listed)];
+            sorted[*end as usize] = *listed;
+            *end += 1;
+        }
+    }
+
+    /// The triangles in order.
+    pub(super) fn listed(&self) -> &[Listed] {
+        &self.sorted
+    }
+}
