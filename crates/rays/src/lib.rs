@@ -17,9 +17,10 @@ pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
 pub use grid::{
-    Cells, GridCounts, ImageTooLarge, ImpossibleCells, LightGrid, LightGridCounts, LightGridSeconds, ListedCounts,
-    ListedGrid, ListedOptions, ListedSeconds, Mask, MaskAnswers, MaskPoints, PerspectiveGrid, PixelWork, SeenImage,
-    SeenPixels, SimdLevel, TileOrder, UnknownSimdLevel, Unmasked, Work,
+    Cells, GridCounts, ImageTooLarge, ImpossibleCells, ImpossibleLightCells, LightGrid, LightGridCounts,
+    LightGridSeconds, ListedCounts, ListedGrid, ListedLightCounts, ListedLightGrid, ListedLightOptions,
+    ListedLightSeconds, ListedOptions, ListedSeconds, Mask, MaskAnswers, MaskPoints, PerspectiveGrid, PixelWork,
+    SeenImage, SeenPixels, SimdLevel, TileOrder, UnknownSimdLevel, Unmasked, Work,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

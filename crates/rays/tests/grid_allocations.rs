@@ -8,7 +8,8 @@ use allocations::allocations;
 use glam::{DVec2, Vec3};
 use support::{Mesh, Random, view};
 use umbrage_rays::{
-    Camera, LightGrid, LightSource, ListedGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels, Unmasked, View,
+    Camera, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels,
+    Unmasked, View,
 };
 
 #[test]
@@ -87,6 +88,15 @@ fn a_steady_light_grid_allocates_nothing() {
             let before = allocations();
             grid.survey(&image);
             lights.iter().for_each(|light| grid.shadow(&image, light, |_| true, |_, _| true, &mut lit));
+            allocations() - before
+        };
+        assert!(frame() > 0);
+        assert_eq!([frame(), frame()], [0, 0]);
+        let mut listed = ListedLightGrid::default();
+        let mut frame = || {
+            let before = allocations();
+            listed.survey(&image);
+            lights.iter().for_each(|light| listed.shadow(&image, light, |_| true, |_, _| true, &mut lit));
             allocations() - before
         };
         assert!(frame() > 0);

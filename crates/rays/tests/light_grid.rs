@@ -5,7 +5,10 @@ mod support;
 use glam::{DVec2, Vec3};
 use support::{Mesh, Random};
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
-use umbrage_rays::{Camera, LightGrid, LightSource, Projection, SeenImage, SeenPixels, SimdLevel, Triangles, View};
+use umbrage_rays::{
+    Camera, LightGrid, LightSource, ListedLightGrid, ListedLightOptions, Projection, SeenImage, SeenPixels, SimdLevel,
+    Triangles, View,
+};
 
 /// Whether a triangle can be hit at all, by the definition of what is left out.
 fn usable(triangles: Triangles<'_>, id: u32) -> Option<[Vec3; 3]> {
@@ -75,11 +78,13 @@ impl Case {
         lit.collect()
     }
 
-    /// Compares a grid with the truth for each light.
+    /// Compares both grids with the truth for each light.
     fn check(&self, lights: &[LightSource]) {
+        let mut listed = ListedLightGrid::default();
+        listed.survey(&self.image());
         let mut grid = LightGrid::default();
         grid.survey(&self.image());
-        for light in lights {
+        for (light_place, light) in lights.iter().enumerate() {
             let mut lit = vec![u16::MAX; self.seen.triangle.len() / 16];
             grid.shadow(&self.image(), light, |_| true, |_, _| true, &mut lit);
             let found = bits(&lit);
@@ -94,6 +99,17 @@ impl Case {
                 &wrong[..1]
             );
             grid.validate().unwrap_or_else(|broken| panic!("{}: {light:?}: {broken}", self.name));
+            // Other cells and blocks for each light.
+            let (cells, points, triangles) =
+                [(192, 256, 512), (7, 16, 16), (1, 4096, 33), (64, 48, 5)][light_place % 4];
+            listed.set_options(ListedLightOptions::new(cells, points, triangles).expect("possible cells"));
+            let mut in_listed = vec![u16::MAX; lit.len()];
+            listed.shadow(&self.image(), light, |_| true, |_, _| true, &mut in_listed);
+            let (name, counts) = (&self.name, listed.counts());
+            assert!(in_listed == lit, "{name}: {light:?} through lists: {counts:?}");
+            assert_eq!((counts.points, counts.outliers), (grid.counts().points, grid.counts().outliers), "{name}");
+            let checked = listed.validate(&self.image(), light);
+            checked.unwrap_or_else(|broken| panic!("{name}: {light:?} through lists: {broken}"));
         }
     }
 }
@@ -264,10 +280,15 @@ fn masked_triangles_let_light_through() {
     let casts = |id: u32, [b, c]: [f32; 2]| is_opaque(id) || (b * 7.0) as u32 % 2 == (c * 7.0) as u32 % 2;
     let mut grid = LightGrid::default();
     grid.survey(&case.image());
+    let mut listed = ListedLightGrid::default();
+    listed.survey(&case.image());
     for light in lights(1.0, Vec3::ZERO) {
         let mut lit = vec![0; case.seen.triangle.len() / 16];
         grid.shadow(&case.image(), &light, is_opaque, casts, &mut lit);
         assert_eq!(bits(&lit), case.lit(&light, casts), "{light:?}");
+        let mut in_listed = vec![0; lit.len()];
+        listed.shadow(&case.image(), &light, is_opaque, casts, &mut in_listed);
+        assert_eq!(in_listed, lit, "{light:?} through lists");
     }
 }
 
@@ -330,9 +351,14 @@ fn every_thread_count_and_instruction_set_gives_the_same_bits() {
             pool.install(|| {
                 let mut grid = LightGrid::with_level(level);
                 grid.survey(&case.image());
+                let mut listed = ListedLightGrid::with_level(level);
+                listed.survey(&case.image());
                 for light in lights(1.0, Vec3::ZERO) {
                     let mut lit = vec![0; case.seen.triangle.len() / 16];
                     grid.shadow(&case.image(), &light, |_| true, |_, _| true, &mut lit);
+                    let mut in_listed = vec![0; lit.len()];
+                    listed.shadow(&case.image(), &light, |_| true, |_, _| true, &mut in_listed);
+                    assert_eq!(in_listed, lit);
                     words.push(lit);
                 }
             });

@@ -78,8 +78,7 @@ pub enum Structure {
     /// Grids made for the rays: a perspective grid for the camera.
     #[default]
     Perspective,
-    /// Grids as their paper describes them, with triangles listed by cell: a perspective grid for the camera, and for
-    /// the lights what [`Structure::Perspective`] has.
+    /// Grids as their paper describes them, with triangles listed by cell, for the camera and for each light.
     Listed(ListedOptions),
     /// One bounding volume hierarchy for all rays.
     Bvh,

@@ -2,6 +2,7 @@
 //!
 //! Guntury and Narayanan, *Ray Tracing Dynamic Scenes with Shadows on the GPU*, 2010.
 
+mod counting_sort;
 mod extremes;
 mod light;
 mod mask;
@@ -11,7 +12,10 @@ mod simd_level;
 mod tile_order;
 mod work;
 
-pub use light::{LightGrid, LightGridCounts, LightGridSeconds, SeenImage};
+pub use light::{
+    ImpossibleLightCells, LightGrid, LightGridCounts, LightGridSeconds, ListedLightCounts, ListedLightGrid,
+    ListedLightOptions, ListedLightSeconds, SeenImage,
+};
 pub use mask::{Mask, MaskAnswers, MaskPoints, Unmasked};
 pub use perspective::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds,

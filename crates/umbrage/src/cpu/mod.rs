@@ -5,8 +5,8 @@ mod shade;
 mod shadow;
 
 use umbrage_rays::{
-    Bvh, GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, ListedGrid, Omitted, PerspectiveGrid, Ray,
-    SeenPixels, SimdLevel, predicate,
+    Bvh, GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, ListedGrid, ListedLightGrid, Omitted,
+    PerspectiveGrid, Ray, SeenPixels, SimdLevel, predicate,
 };
 use umbrage_scene::Frame;
 
@@ -22,6 +22,7 @@ pub(crate) struct Cpu {
     camera_grid: PerspectiveGrid,
     listed_grid: ListedGrid,
     light_grid: LightGrid,
+    listed_light_grid: ListedLightGrid,
     /// What each pixel sees at the current sample.
     seen: SeenPixels,
     /// For each light, which pixels it lights at the current sample.
@@ -47,6 +48,7 @@ impl Cpu {
             camera_grid: PerspectiveGrid::with_level(level),
             listed_grid: ListedGrid::with_level(level),
             light_grid: LightGrid::with_level(level),
+            listed_light_grid: ListedLightGrid::with_level(level),
             ..Self::default()
         }
     }
@@ -98,7 +100,7 @@ impl Cpu {
     pub(crate) fn structure_bytes(&self) -> usize {
         match self.structure {
             Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.bytes(),
-            Structure::Listed(_) => self.bvh.bytes() + self.listed_grid.bytes() + self.light_grid.bytes(),
+            Structure::Listed(_) => self.bvh.bytes() + self.listed_grid.bytes() + self.listed_light_grid.bytes(),
             Structure::Bvh => self.bvh.bytes(),
         }
     }

@@ -18,12 +18,12 @@ impl Cpu {
         sample: &Sample,
         work: &mut PixelWork,
     ) -> Result<(), ImageTooLarge> {
-        let Self { structure, camera_grid, listed_grid, seen, .. } = self;
+        let Self { structure, camera_grid, listed_grid, seen, camera_work, .. } = self;
         let triangles = frame.triangles();
         match structure {
             Structure::Perspective => {
                 camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
-                camera_grid.trace_counting(triangles, SolidPoints(frame), seen, work);
+                *camera_work = camera_grid.trace_counting(triangles, SolidPoints(frame), seen, work);
             }
             Structure::Listed(options) => {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;

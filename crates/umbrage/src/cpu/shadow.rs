@@ -46,7 +46,8 @@ impl Cpu {
         self.lit.resize(frame.lights.len(), LightMask::default());
         self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
         match self.structure {
-            Structure::Perspective | Structure::Listed(_) => self.shadow_through_grids(frame, view, sample),
+            Structure::Perspective => self.shadow_through_grids(frame, view, sample),
+            Structure::Listed(_) => self.shadow_through_lists(frame, view, sample),
             Structure::Bvh => self.shadow_through_hierarchy(frame, view, sample),
         }
         let points = self.seen.triangle.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();
@@ -63,6 +64,17 @@ impl Cpu {
             let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
             light_grid.shadow(&image, &light.source, is_opaque, casts, &mut mask.blocks);
             light_work.push(LightWork { counts: light_grid.counts(), seconds: light_grid.seconds() });
+        }
+    }
+
+    fn shadow_through_lists(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+        let Self { listed_light_grid, seen, lit, .. } = self;
+        let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
+        listed_light_grid.survey(&image);
+        for (light, mask) in frame.lights.iter().zip(lit) {
+            let is_opaque = |id| frame.is_opaque(id);
+            let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
+            listed_light_grid.shadow(&image, &light.source, is_opaque, casts, &mut mask.blocks);
         }
     }
 

@@ -13,7 +13,7 @@ pub(super) struct Cells {
     pub(super) across: Axis,
     pub(super) down: Axis,
     /// Those of earlier faces that had more are kept, for their memory.
-    all_rows: Vec<Row>,
+    pub(super) all_rows: Vec<Row>,
     /// For each row and column the least nearness of any cluster in that cell and the [`WINDOW`] − 1 to the right.
     minima: Vec<f32>,
 }

@@ -25,7 +25,7 @@ pub(super) struct Plane {
     depth_error: f32,
     steepness: f32,
     /// Where the triangle is, in X and Y: lowest and highest.
-    bounds: [[f32; 2]; 2],
+    pub(super) bounds: [[f32; 2]; 2],
 }
 
 /// The planes of a triangle: none if it can't shadow a point of the face, two if the light may be in its plane, so

@@ -67,10 +67,10 @@ pub(super) struct Batch {
     /// in W. Infinite where the area is too uncertain for any verdict.
     depth_error: [[f32; BATCH]; 2],
     /// Lowest and highest X, and Y, grown by the vertices' error.
-    x_range: [[f32; BATCH]; 2],
-    y_range: [[f32; BATCH]; 2],
+    pub(super) x_range: [[f32; BATCH]; 2],
+    pub(super) y_range: [[f32; BATCH]; 2],
     /// Of the nearest corner, grown by its error.
-    nearest: [f32; BATCH],
+    pub(super) nearest: [f32; BATCH],
     pub(super) cells: [Covered; BATCH],
 }
 

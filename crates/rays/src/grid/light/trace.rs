@@ -23,7 +23,7 @@ const CHUNK_TRIANGLES: usize = 512;
 const MOST_HUGE: usize = 1024;
 
 /// Undecided pairs that a thread collects before it asks the predicate.
-const MOST_UNDECIDED: usize = 1 << 15;
+pub(super) const MOST_UNDECIDED: usize = 1 << 15;
 
 /// Rows of cells that a thread takes at once for the triangles that cover much of the face.
 const CHUNK_ROWS: usize = 4;
@@ -39,7 +39,7 @@ pub(super) struct Worker {
     /// Triangles that cover much of the face.
     huge: Vec<u32>,
     queue: Queue,
-    batch: Batch,
+    pub(super) batch: Batch,
     pub(super) counts: LightGridCounts,
 }
 
