@@ -19,7 +19,7 @@ pub use camera::{Camera, Projection, View};
 pub use grid::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, LightGrid, LightGridCounts, LightGridSeconds, ListedCounts,
     ListedGrid, ListedOptions, ListedSeconds, Mask, MaskAnswers, MaskPoints, PerspectiveGrid, SeenImage, SeenPixels,
-    SimdLevel, TileOrder, UnknownSimdLevel, Unmasked,
+    ShadowMask, SimdLevel, TileOrder, UnknownSimdLevel, Unmasked,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

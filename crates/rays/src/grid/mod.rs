@@ -11,7 +11,7 @@ mod simd_level;
 mod tile_order;
 
 pub use light::{LightGrid, LightGridCounts, LightGridSeconds, SeenImage};
-pub use mask::{Mask, MaskAnswers, MaskPoints, Unmasked};
+pub use mask::{Mask, MaskAnswers, MaskPoints, ShadowMask, Unmasked};
 pub use perspective::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds,
     PerspectiveGrid,
