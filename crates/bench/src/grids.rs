@@ -110,9 +110,9 @@ impl Grids {
             for light in lights {
                 time(&mut times.shadow, || {
                     if *masks {
-                        light_grid.shadow(&image, light, |id| frame.is_opaque(id), ShadowingPoints(frame), lit);
+                        light_grid.shadow(&image, light, |id| frame.is_opaque(id), &ShadowingPoints(frame), lit);
                     } else {
-                        light_grid.shadow(&image, light, |_| true, Unmasked, lit);
+                        light_grid.shadow(&image, light, |_| true, &Unmasked, lit);
                     }
                 });
             }

@@ -84,7 +84,7 @@ impl Case {
         grid.survey(&self.image());
         for light in lights {
             let mut lit = vec![u16::MAX; self.seen.triangle.len() / 16];
-            grid.shadow(&self.image(), light, |_| true, Unmasked, &mut lit);
+            grid.shadow(&self.image(), light, |_| true, &Unmasked, &mut lit);
             let found = bits(&lit);
             let truth = self.lit(light, |_, _| true);
             let wrong: Vec<usize> = (0..found.len()).filter(|&pixel| found[pixel] != truth[pixel]).collect();
@@ -308,12 +308,12 @@ fn masked_triangles_let_light_through() {
         for light in lights(scale, offset) {
             let truth = case.lit(&light, |id, barycentric| Squares.casts(id, barycentric));
             let mut lit = vec![0; case.seen.triangle.len() / 16];
-            grid.shadow(&case.image(), &light, Squares::is_opaque, Squares, &mut lit);
+            grid.shadow(&case.image(), &light, Squares::is_opaque, &Squares, &mut lit);
             assert_eq!(bits(&lit), truth, "{light:?}");
             (masked, asked) = (masked + grid.counts().masked, asked + grid.counts().asked);
             // A function knows nothing of the points around.
             let casts = |id: u32, barycentric: [f32; 2]| Squares.casts(id, barycentric);
-            grid.shadow(&case.image(), &light, Squares::is_opaque, casts, &mut lit);
+            grid.shadow(&case.image(), &light, Squares::is_opaque, &casts, &mut lit);
             assert_eq!(bits(&lit), truth, "{light:?}");
         }
         assert!(masked > 100 && asked * 2 < masked, "{masked} masked pairs, {asked} for the predicate");
@@ -381,7 +381,7 @@ fn every_thread_count_and_instruction_set_gives_the_same_bits() {
                 grid.survey(&case.image());
                 for light in lights(1.0, Vec3::ZERO) {
                     let mut lit = vec![0; case.seen.triangle.len() / 16];
-                    grid.shadow(&case.image(), &light, |_| true, Unmasked, &mut lit);
+                    grid.shadow(&case.image(), &light, |_| true, &Unmasked, &mut lit);
                     words.push(lit);
                 }
             });

@@ -60,7 +60,7 @@ impl Cpu {
         light_work.clear();
         for (light, mask) in frame.lights.iter().zip(lit) {
             let is_opaque = |id| frame.is_opaque(id);
-            light_grid.shadow(&image, &light.source, is_opaque, ShadowingPoints(frame), &mut mask.blocks);
+            light_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
             light_work.push(LightWork { counts: light_grid.counts(), seconds: light_grid.seconds() });
         }
     }

@@ -68,7 +68,7 @@ impl LightGrid {
         image: &SeenImage<'_>,
         light: &LightSource,
         is_opaque: impl Fn(u32) -> bool + Sync,
-        mask: impl ShadowMask,
+        mask: &impl ShadowMask,
         lit: &mut [u16],
     ) {
         let places = image.seen.triangle.len();
@@ -83,7 +83,7 @@ impl LightGrid {
         let mut faces = std::mem::take(&mut self.faces);
         let (rays, level) = (self.survey.rays, self.level);
         if choose::choose(light, &rays, &self.survey.tiles, &mut faces).is_some() {
-            let judge = Judge { image, rays, light, is_opaque: &is_opaque, mask: &mask, level };
+            let judge = Judge { image, rays, light, is_opaque: &is_opaque, mask, level };
             for face in &faces {
                 self.shadow_face(*face, &judge);
             }
