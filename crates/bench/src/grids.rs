@@ -7,7 +7,7 @@ use umbrage::rays::{
     LightGrid, ListedCounts, ListedGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel, TileOrder,
     Unmasked,
 };
-use umbrage::scene::SolidPoints;
+use umbrage::scene::{ShadowingPoints, SolidPoints};
 
 use crate::shot::Shot;
 
@@ -108,9 +108,13 @@ impl Grids {
             lit.resize(seen.order().places() / TileOrder::BLOCK_PLACES, 0);
             time(&mut times.survey, || light_grid.survey(&image));
             for light in lights {
-                let is_opaque = |id| !*masks || frame.is_opaque(id);
-                let casts = |id, weights| !*masks || frame.casts_shadow(id, weights);
-                time(&mut times.shadow, || light_grid.shadow(&image, light, is_opaque, casts, lit));
+                time(&mut times.shadow, || {
+                    if *masks {
+                        light_grid.shadow(&image, light, |id| frame.is_opaque(id), &ShadowingPoints(frame), lit);
+                    } else {
+                        light_grid.shadow(&image, light, |_| true, &Unmasked, lit);
+                    }
+                });
             }
         }
         Ok(times)

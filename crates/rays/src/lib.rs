@@ -20,7 +20,7 @@ pub use grid::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, ImpossibleLightCells, LightGrid, LightGridCounts,
     LightGridSeconds, ListedCounts, ListedGrid, ListedLightCounts, ListedLightGrid, ListedLightOptions,
     ListedLightSeconds, ListedOptions, ListedSeconds, Mask, MaskAnswers, MaskPoints, PerspectiveGrid, PixelWork,
-    SeenImage, SeenPixels, SimdLevel, TileOrder, UnknownSimdLevel, Unmasked, Work,
+    SeenImage, SeenPixels, ShadowMask, SimdLevel, TileOrder, UnknownSimdLevel, Unmasked, Work,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

@@ -87,7 +87,7 @@ fn a_steady_light_grid_allocates_nothing() {
         let mut frame = || {
             let before = allocations();
             grid.survey(&image);
-            lights.iter().for_each(|light| grid.shadow(&image, light, |_| true, |_, _| true, &mut lit));
+            lights.iter().for_each(|light| grid.shadow(&image, light, |_| true, &Unmasked, &mut lit));
             allocations() - before
         };
         assert!(frame() > 0);
@@ -96,7 +96,7 @@ fn a_steady_light_grid_allocates_nothing() {
         let mut frame = || {
             let before = allocations();
             listed.survey(&image);
-            lights.iter().for_each(|light| listed.shadow(&image, light, |_| true, |_, _| true, &mut lit));
+            lights.iter().for_each(|light| listed.shadow(&image, light, |_| true, &Unmasked, &mut lit));
             allocations() - before
         };
         assert!(frame() > 0);

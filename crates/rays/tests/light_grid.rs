@@ -6,8 +6,8 @@ use glam::{DVec2, Vec3};
 use support::{Mesh, Random};
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
 use umbrage_rays::{
-    Camera, LightGrid, LightSource, ListedLightGrid, ListedLightOptions, Projection, SeenImage, SeenPixels, SimdLevel,
-    Triangles, View,
+    Camera, LightGrid, LightSource, ListedLightGrid, ListedLightOptions, MaskAnswers, MaskPoints, Projection,
+    SeenImage, SeenPixels, ShadowMask, SimdLevel, Triangles, Unmasked, View,
 };
 
 /// Whether a triangle can be hit at all, by the definition of what is left out.
@@ -86,7 +86,7 @@ impl Case {
         grid.survey(&self.image());
         for (light_place, light) in lights.iter().enumerate() {
             let mut lit = vec![u16::MAX; self.seen.triangle.len() / 16];
-            grid.shadow(&self.image(), light, |_| true, |_, _| true, &mut lit);
+            grid.shadow(&self.image(), light, |_| true, &Unmasked, &mut lit);
             let found = bits(&lit);
             let truth = self.lit(light, |_, _| true);
             let wrong: Vec<usize> = (0..found.len()).filter(|&pixel| found[pixel] != truth[pixel]).collect();
@@ -104,7 +104,7 @@ impl Case {
                 [(192, 256, 512), (7, 16, 16), (1, 4096, 33), (64, 48, 5)][light_place % 4];
             listed.set_options(ListedLightOptions::new(cells, points, triangles).expect("possible cells"));
             let mut in_listed = vec![u16::MAX; lit.len()];
-            listed.shadow(&self.image(), light, |_| true, |_, _| true, &mut in_listed);
+            listed.shadow(&self.image(), light, |_| true, &Unmasked, &mut in_listed);
             let (name, counts) = (&self.name, listed.counts());
             assert!(in_listed == lit, "{name}: {light:?} through lists: {counts:?}");
             assert_eq!((counts.points, counts.outliers), (grid.counts().points, grid.counts().outliers), "{name}");
@@ -273,22 +273,68 @@ fn lights_that_are_none_reach_everything() {
     ]);
 }
 
+/// A mask of squares on every third triangle, which knows how far their borders are.
+struct Squares;
+
+impl Squares {
+    fn is_opaque(id: u32) -> bool {
+        !id.is_multiple_of(3)
+    }
+
+    fn square([b, c]: [f32; 2]) -> [u32; 2] {
+        [(b * 7.0) as u32, (c * 7.0) as u32]
+    }
+}
+
+impl ShadowMask for Squares {
+    fn casts(&self, id: u32, barycentric: [f32; 2]) -> bool {
+        let [b, c] = Self::square(barycentric);
+        Self::is_opaque(id) || b % 2 == c % 2
+    }
+
+    fn which_cast(&self, id: u32, points: &MaskPoints) -> MaskAnswers {
+        assert!(!Self::is_opaque(id), "nobody needs to ask");
+        let MaskPoints { barycentric: [b, c], error, asked } = points;
+        let mut answers = MaskAnswers::default();
+        for point in (0..16).filter(|point| asked >> point & 1 == 1) {
+            let error = error[point] + 1e-6;
+            let at = |error: f32| Self::square([b[point] + error, c[point] + error]);
+            if error >= 0.0 && at(-error) == at(error) {
+                let casts = self.casts(id, [b[point], c[point]]);
+                *if casts { &mut answers.solid } else { &mut answers.cut } |= 1 << point;
+            }
+        }
+        answers
+    }
+}
+
 #[test]
 fn masked_triangles_let_light_through() {
-    let case = Case::new("masked", room(), camera(), (37, 29));
-    let is_opaque = |id: u32| !id.is_multiple_of(3);
-    let casts = |id: u32, [b, c]: [f32; 2]| is_opaque(id) || (b * 7.0) as u32 % 2 == (c * 7.0) as u32 % 2;
-    let mut grid = LightGrid::default();
-    grid.survey(&case.image());
-    let mut listed = ListedLightGrid::default();
-    listed.survey(&case.image());
-    for light in lights(1.0, Vec3::ZERO) {
-        let mut lit = vec![0; case.seen.triangle.len() / 16];
-        grid.shadow(&case.image(), &light, is_opaque, casts, &mut lit);
-        assert_eq!(bits(&lit), case.lit(&light, casts), "{light:?}");
-        let mut in_listed = vec![0; lit.len()];
-        listed.shadow(&case.image(), &light, is_opaque, casts, &mut in_listed);
-        assert_eq!(in_listed, lit, "{light:?} through lists");
+    let far = Vec3::new(148_376.0, 1_234.0, -223_423.0);
+    for (scale, offset) in [(1.0, Vec3::ZERO), (1e-6, Vec3::ZERO), (300.0, far)] {
+        let mut camera = camera();
+        camera.position = camera.position * scale + offset;
+        let case = Case::new("masked", room().moved(scale, offset), camera, (37, 29));
+        let mut grid = LightGrid::default();
+        grid.survey(&case.image());
+        let mut listed = ListedLightGrid::default();
+        listed.survey(&case.image());
+        let (mut masked, mut asked) = (0, 0);
+        for light in lights(scale, offset) {
+            let truth = case.lit(&light, |id, barycentric| Squares.casts(id, barycentric));
+            let mut lit = vec![0; case.seen.triangle.len() / 16];
+            grid.shadow(&case.image(), &light, Squares::is_opaque, &Squares, &mut lit);
+            let mut in_listed = vec![0; lit.len()];
+            listed.shadow(&case.image(), &light, Squares::is_opaque, &Squares, &mut in_listed);
+            assert_eq!(in_listed, lit, "{light:?} through lists");
+            assert_eq!(bits(&lit), truth, "{light:?}");
+            (masked, asked) = (masked + grid.counts().masked, asked + grid.counts().asked);
+            // A function knows nothing of the points around.
+            let casts = |id: u32, barycentric: [f32; 2]| Squares.casts(id, barycentric);
+            grid.shadow(&case.image(), &light, Squares::is_opaque, &casts, &mut lit);
+            assert_eq!(bits(&lit), truth, "{light:?}");
+        }
+        assert!(masked > 100 && asked * 2 < masked, "{masked} masked pairs, {asked} for the predicate");
     }
 }
 
@@ -355,10 +401,7 @@ fn every_thread_count_and_instruction_set_gives_the_same_bits() {
                 listed.survey(&case.image());
                 for light in lights(1.0, Vec3::ZERO) {
                     let mut lit = vec![0; case.seen.triangle.len() / 16];
-                    grid.shadow(&case.image(), &light, |_| true, |_, _| true, &mut lit);
-                    let mut in_listed = vec![0; lit.len()];
-                    listed.shadow(&case.image(), &light, |_| true, |_, _| true, &mut in_listed);
-                    assert_eq!(in_listed, lit);
+                    grid.shadow(&case.image(), &light, |_| true, &Unmasked, &mut lit);
                     words.push(lit);
                 }
             });

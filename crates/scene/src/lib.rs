@@ -24,6 +24,6 @@ pub use error::Error;
 pub use frame::{Frame, Mesh, NamedCamera};
 pub use light::Light;
 pub use material::{Alpha, Material, Materials, TextureUse, Volume};
-pub use opacity::SolidPoints;
+pub use opacity::{ShadowingPoints, SolidPoints};
 pub use scene::{Animation, Clip, OpenOptions, Scene};
 pub use texture::{ColorSpace, Filter, Texture, Wrap};

@@ -1,6 +1,6 @@
 use glam::{Vec2, Vec4};
 
-use umbrage_rays::{Hit, Mask, MaskAnswers, MaskPoints};
+use umbrage_rays::{Hit, Mask, MaskAnswers, MaskPoints, ShadowMask};
 
 use crate::{Alpha, Frame, Material, Texture};
 
@@ -144,6 +144,22 @@ impl Mask for SolidPoints<'_> {
 
     fn are_solid(&self, triangle: u32, points: &MaskPoints) -> MaskAnswers {
         self.0.solid_part(triangle).answers(points)
+    }
+}
+
+/// The points that [cast a shadow](Frame::casts_shadow), for structures that ask for them.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadowingPoints<'a>(pub &'a Frame);
+
+impl ShadowMask for ShadowingPoints<'_> {
+    #[inline]
+    fn casts(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
+        self.0.casts_shadow(triangle, barycentric)
+    }
+
+    #[inline]
+    fn which_cast(&self, triangle: u32, points: &MaskPoints) -> MaskAnswers {
+        self.0.shadowing_part(triangle).answers(points)
     }
 }
 

@@ -58,3 +58,37 @@ impl Mask for Unmasked {
         MaskAnswers { solid: points.asked, cut: 0 }
     }
 }
+
+/// Says which points of triangles that aren't opaque keep light off what is behind them.
+///
+/// A function of a triangle and the weights of its second and third vertex is one that knows nothing of the points
+/// around.
+pub trait ShadowMask: Sync {
+    /// Whether a point, given by the weights of the triangle's second and third vertex, casts a shadow.
+    fn casts(&self, triangle: u32, barycentric: [f32; 2]) -> bool;
+
+    /// Which of 16 points of `triangle` are certain to cast one, and which are certain not to: `solid` and `cut`.
+    ///
+    /// Certain as in [`Mask::are_solid`].
+    fn which_cast(&self, triangle: u32, points: &MaskPoints) -> MaskAnswers;
+}
+
+impl<F: Fn(u32, [f32; 2]) -> bool + Sync> ShadowMask for F {
+    fn casts(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
+        self(triangle, barycentric)
+    }
+
+    fn which_cast(&self, _: u32, _: &MaskPoints) -> MaskAnswers {
+        MaskAnswers::default()
+    }
+}
+
+impl ShadowMask for Unmasked {
+    fn casts(&self, _: u32, _: [f32; 2]) -> bool {
+        true
+    }
+
+    fn which_cast(&self, _: u32, points: &MaskPoints) -> MaskAnswers {
+        MaskAnswers { solid: points.asked, cut: 0 }
+    }
+}

@@ -16,7 +16,7 @@ pub use light::{
     ImpossibleLightCells, LightGrid, LightGridCounts, LightGridSeconds, ListedLightCounts, ListedLightGrid,
     ListedLightOptions, ListedLightSeconds, SeenImage,
 };
-pub use mask::{Mask, MaskAnswers, MaskPoints, Unmasked};
+pub use mask::{Mask, MaskAnswers, MaskPoints, ShadowMask, Unmasked};
 pub use perspective::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds,
     PerspectiveGrid,

@@ -1,7 +1,7 @@
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Bvh, Hit, Ray, SeenImage, SeenPixels, TileOrder, View};
-use umbrage_scene::{Frame, Light};
+use umbrage_scene::{Frame, Light, ShadowingPoints};
 
 use super::{Cpu, LightWork, hit_of};
 use crate::Structure;
@@ -61,8 +61,7 @@ impl Cpu {
         light_work.clear();
         for (light, mask) in frame.lights.iter().zip(lit) {
             let is_opaque = |id| frame.is_opaque(id);
-            let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
-            light_grid.shadow(&image, &light.source, is_opaque, casts, &mut mask.blocks);
+            light_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
             light_work.push(LightWork { counts: light_grid.counts(), seconds: light_grid.seconds() });
         }
     }
@@ -73,8 +72,7 @@ impl Cpu {
         listed_light_grid.survey(&image);
         for (light, mask) in frame.lights.iter().zip(lit) {
             let is_opaque = |id| frame.is_opaque(id);
-            let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
-            listed_light_grid.shadow(&image, &light.source, is_opaque, casts, &mut mask.blocks);
+            listed_light_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
         }
     }
 

@@ -102,7 +102,7 @@ impl Trial {
         let image = SeenImage { triangles, view, offset_pixels, seen };
         lit.resize(order.places() / TileOrder::BLOCK_PLACES, 0);
         light_grid.survey(&image);
-        light_grid.shadow(&image, &sheet.light, |_| true, |_, _| true, lit);
+        light_grid.shadow(&image, &sheet.light, |_| true, &Unmasked, lit);
         let undecided = light_grid.counts().undecided;
         for (x, y) in pixels() {
             ensure!(is_lit(lit, order.place(x, y)), "pixel ({x}, {y}) shadows itself: {shape:?}");
@@ -111,7 +111,7 @@ impl Trial {
         // A light to the side, where the sheet does shadow itself: some pixels against the hierarchy.
         let side = view.camera.right * (3.0 * shape.scale) + view.camera.forward * (2.0 * shape.scale);
         let light = LightSource::Point { position: shape.position + side };
-        light_grid.shadow(&image, &light, |_| true, |_, _| true, lit);
+        light_grid.shadow(&image, &light, |_| true, &Unmasked, lit);
         bvh.build(triangles);
         for _ in 0..200 {
             let (x, y) = (random.below(shape.side as usize) as u32, random.below(shape.side as usize) as u32);

@@ -1,10 +1,11 @@
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
-use super::filter::decide_eight;
+use super::face::HALF_ULP;
+use super::filter::{Verdicts, decide_eight};
 use super::survey::CameraRays;
 use super::{LightGrid, SeenImage, SimdLevel};
-use crate::grid::{SeenPixels, TileOrder};
+use crate::grid::{MaskPoints, SeenPixels, ShadowMask, TileOrder};
 use crate::predicate::{HitPoint, ShadowRay, crossing};
 use crate::{LightSource, Ray};
 
@@ -25,7 +26,7 @@ pub(super) struct Judge<'a> {
     pub(super) rays: CameraRays,
     pub(super) light: &'a LightSource,
     pub(super) is_opaque: &'a (dyn Fn(u32) -> bool + Sync),
-    pub(super) casts: &'a (dyn Fn(u32, [f32; 2]) -> bool + Sync),
+    pub(super) mask: &'a dyn ShadowMask,
     pub(super) level: SimdLevel,
 }
 
@@ -41,7 +42,21 @@ impl Judge<'_> {
     fn is_blocked(&self, ray: &ShadowRay, id: u32) -> bool {
         let Ok(corners) = self.image.triangles.usable_corners(id) else { return false };
         let barycentric = ray.blocked_by(corners);
-        barycentric.is_some_and(|barycentric| (self.is_opaque)(id) || (self.casts)(id, barycentric))
+        barycentric.is_some_and(|barycentric| (self.is_opaque)(id) || self.mask.casts(id, barycentric))
+    }
+
+    /// What the mask says about the point of a triangle in `lane`; `None` if that depends on roundings.
+    fn casts(&self, id: u32, verdicts: &Verdicts, lane: usize) -> Option<bool> {
+        if (self.is_opaque)(id) {
+            return Some(true);
+        }
+        let [mut second, mut third, mut error] = [[0.0; 16]; 3];
+        let weights = verdicts.barycentric.map(|weights| weights[lane]);
+        (second[0], third[0]) = (weights[0] as f32, weights[1] as f32);
+        // Both are rounded to f32, here and by the predicate.
+        error[0] = verdicts.weight_error[lane] as f32 + 4.0 * HALF_ULP as f32;
+        let answers = self.mask.which_cast(id, &MaskPoints { barycentric: [second, third], error, asked: 1 });
+        if answers.solid | answers.cut == 0 { None } else { Some(answers.solid != 0) }
     }
 
     /// Decides pairs of a place and a triangle, and notes in `shadowed`, which has a word for each block, which points
@@ -64,16 +79,20 @@ impl Judge<'_> {
                 if shadowed[word] >> bit & 1 == 1 {
                     continue;
                 }
-                let mut is_shadowed = verdicts.shadowed >> lane & 1 == 1;
-                if verdicts.unknown >> lane & 1 == 1 || is_shadowed && !(self.is_opaque)(id) {
+                let verdict = if verdicts.shadowed >> lane & 1 == 1 {
+                    self.casts(id, &verdicts, lane)
+                } else {
+                    (verdicts.unknown >> lane & 1 == 0).then_some(false)
+                };
+                let is_shadowed = verdict.unwrap_or_else(|| {
                     asked += 1;
                     let ray = match last {
                         Some((known, ray)) if known == place => ray,
                         _ => self.shadow_ray(place),
                     };
                     last = Some((place, ray));
-                    is_shadowed = ray.is_some_and(|ray| self.is_blocked(&ray, id));
-                }
+                    ray.is_some_and(|ray| self.is_blocked(&ray, id))
+                });
                 shadowed[word] |= u16::from(is_shadowed) << bit;
             }
         }

@@ -128,6 +128,9 @@ pub(super) struct VertexErrors {
     /// The predicate's own bound: the square of these times the triangle's extents in X, Y and W, in relation to the
     /// largest nearness.
     pub(super) of_predicate: [f32; 3],
+    /// What the predicate's own weights of corners may be wrong by, as edge functions: the square of the first plus the
+    /// second times the largest nearness.
+    pub(super) of_weights: [f32; 2],
 }
 
 impl VertexErrors {
@@ -141,8 +144,22 @@ impl VertexErrors {
     /// n · (P − a) × s.x · s.y · near / (z₀ z₁ z₂ z), in parallel light × s.x · s.y · s.z. With corners whose depths
     /// differ by at most a factor of two, |X|, |Y| ≤ 2 and so |P| ≤ 18 z, the bound is at most
     /// 24 s.x s.y W (510 u + e / z) T², T = 2 (w / s.x + h / s.y) + 36 ΔW / W.
+    ///
+    /// Its weights d · ((p − o) × (q − o)) have 64 roundings of |d| r², with r the largest component of any corner from
+    /// o. An edge function of the fast test is that × s.x · s.y / (z₀ z₁ z), in parallel light × s.x · s.y / |d|; depths
+    /// of corners differ by at most a factor of two.
     pub(super) fn new(face: &Face) -> Self {
         let scale = face.scale;
+        let across = 2.5 / scale.x + 2.5 / scale.y;
+        let roundings = (64.0 * ROUNDING * scale.x * scale.y).sqrt();
+        let of_weights = if face.is_parallel {
+            [roundings * (across * 2.0 + 2.0 / scale.z), roundings / scale.z]
+        } else {
+            // How far a vertex may be from the light in relation to its depth.
+            let reach = 1.0 + across + (face.x.dot(face.z) / scale.x).abs() + (face.y.dot(face.z) / scale.y).abs();
+            [roundings * 2.0 * reach * reach.sqrt(), 0.0]
+        };
+        let of_weights = of_weights.map(|error| error as f32 * 1.001);
         let of_predicate = if face.is_parallel {
             let reach = scale.z * (3.0 / scale.x + 3.0 / scale.y) + 2.0;
             let factor = (18.0 * scale.x * scale.y * (reach * 1.8e-15 + face.point_error * scale.z)).sqrt();
@@ -151,6 +168,6 @@ impl VertexErrors {
             let factor = (24.0 * scale.x * scale.y * (1.8e-13 + face.point_error)).sqrt();
             [factor * 2.0 / scale.x, factor * 2.0 / scale.y, factor * 36.0]
         };
-        Self { of_predicate: of_predicate.map(|error| error as f32) }
+        Self { of_predicate: of_predicate.map(|error| error as f32), of_weights }
     }
 }

@@ -15,6 +15,10 @@ pub(super) struct Verdicts {
     pub(super) shadowed: u64,
     /// About which the predicate must be asked.
     pub(super) unknown: u64,
+    /// Weights of the second and third corner where a triangle shadows a point.
+    pub(super) barycentric: [[f64; 8]; 2],
+    /// By how much each weight may differ from the predicate's.
+    pub(super) weight_error: [f64; 8],
 }
 
 /// Decides in f64 whether triangles shadow the points at `places`, as
@@ -97,7 +101,19 @@ pub(super) fn decide_eight<S: Simd>(
         & length.simd_lt(f64x8::splat(simd, 1e90))
         & product.simd_gt(f64x8::splat(simd, 1e-200));
     let (shadowed, lit) = ((trusted & shadowed).to_bitmask(), (trusted & lit).to_bitmask());
-    Verdicts { shadowed, unknown: !(shadowed | lit) & 0xff }
+
+    // Each weight is its edge function over the sum of all, so it is wrong by at most twice the largest error of one,
+    // over that sum. The predicate's own have 64 roundings of the largest product.
+    let farthest = largest([reach[0], reach[1], reach[2]]);
+    let of_predicate = length * farthest * farthest * (64.0 * ROUNDING);
+    let inverse = f64x8::splat(simd, 1.0) / (e0 + e1 + e2);
+    let weight_error = (largest([error0, error1, error2]) + of_predicate) * inverse.abs() * 2.02;
+    Verdicts {
+        shadowed,
+        unknown: !(shadowed | lit) & 0xff,
+        barycentric: [(e1 * inverse).to_array(), (e2 * inverse).to_array()],
+        weight_error: weight_error.to_array(),
+    }
 }
 
 /// d · (p × q) and its error.

@@ -79,11 +79,11 @@ pub struct LightGridCounts {
     pub cluster_tests: u64,
     /// Tests of a triangle against 16 points.
     pub block_tests: u64,
-    /// Pairs of a triangle and a point that the fast test couldn't decide.
+    /// Pairs of a triangle and a point that the fast test, or a mask asked by it, couldn't decide.
     pub undecided: u64,
-    /// Pairs that the fast test decided in vain, because the triangle isn't opaque.
+    /// Pairs about which the fast test asked the triangle's mask.
     pub masked: u64,
-    /// Pairs that the predicate was asked about, because f64 couldn't decide them or the triangle isn't opaque.
+    /// Pairs that the predicate was asked about, because f64 or the mask couldn't decide them.
     pub asked: u64,
 }
 

@@ -5,6 +5,7 @@ use super::block::{Block, BlockErrors};
 use super::cells::{Bounds, Cells, Covered};
 use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
 use super::lanes::{LANES, load_corner, splat};
+use crate::grid::MaskPoints;
 use crate::grid::extremes::{max3, min3};
 
 /// Triangles set up before their points are tested.
@@ -48,7 +49,7 @@ pub(super) struct Survivors {
     pub(super) large: u64,
 }
 
-/// Triangles as the fast test wants them, by field. 108 bytes each.
+/// Triangles as the fast test wants them, by field. 112 bytes each.
 ///
 /// With s the first corner and (x, y) a point in relation to it, the edge functions are E₁ = a₁ x + b₁ y and
 /// E₂ = a₂ x + b₂ y, the barycentric weights of the second and third corner times `area`, and E₀ = a₀ x + b₀ y + area.
@@ -66,6 +67,8 @@ pub(super) struct Batch {
     /// How wrong G may be: at most this, and the second times the point's own error in X and Y, and the area times that
     /// in W. Infinite where the area is too uncertain for any verdict.
     depth_error: [[f32; BATCH]; 2],
+    /// How wrong the predicate's weights may be, as edge functions.
+    weight_error: [f32; BATCH],
     /// Lowest and highest X, and Y, grown by the vertices' error.
     pub(super) x_range: [[f32; BATCH]; 2],
     pub(super) y_range: [[f32; BATCH]; 2],
@@ -87,6 +90,7 @@ impl Default for Batch {
             rises: [zero; 2],
             edge_error: [zero; 2],
             depth_error: [zero; 2],
+            weight_error: zero,
             x_range: [zero; 2],
             y_range: [zero; 2],
             nearest: zero,
@@ -215,6 +219,9 @@ impl Batch {
         store(place, &mut self.edge_error[1], girth * splat(simd, 1.001) + splat(simd, 8.0 * EPSILON));
         store(place, &mut self.depth_error[0], is_certain.select(depth_error, infinite));
         store(place, &mut self.depth_error[1], depth_per_error);
+        let [constant, per_nearness] = vertex_errors.of_weights;
+        let weight_error = largest_nearness * per_nearness + constant;
+        store(place, &mut self.weight_error, weight_error * weight_error);
         store(place, &mut self.x_range[0], x_range[0]);
         store(place, &mut self.x_range[1], x_range[1]);
         store(place, &mut self.y_range[0], y_range[0]);
@@ -236,6 +243,51 @@ impl Batch {
         }
     }
 
+    /// The edge functions at a block's points.
+    #[inline(always)]
+    fn edges<S: Simd>(&self, simd: S, triangle: usize, block: &Block) -> [f32x16<S>; 3] {
+        let x = f32x16::simd_from(simd, block.x) - splat(simd, self.x[triangle]);
+        let y = f32x16::simd_from(simd, block.y) - splat(simd, self.y[triangle]);
+        let area = splat(simd, self.area[triangle]);
+        [
+            splat(simd, self.a[0][triangle]).mul_add(x, splat(simd, self.b[0][triangle]).mul_add(y, area)),
+            splat(simd, self.a[1][triangle]).mul_add(x, splat(simd, self.b[1][triangle]) * y),
+            splat(simd, self.a[2][triangle]).mul_add(x, splat(simd, self.b[2][triangle]) * y),
+        ]
+    }
+
+    /// Where on a triangle the `asked` points of a block have their shadow from, if they have.
+    ///
+    /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there.
+    /// If each E is wrong by at most δ, a weight from 0 to 1 is by at most 2 δ W / D, W being the largest, taken as 3.
+    /// The nearness of a corner is wrong by 4 ε of itself, and with products, sums, quotient and the predicate's own
+    /// rounding that makes 15 ε, taken as 24.
+    #[inline(always)]
+    pub(super) fn weights<S: Simd>(
+        &self,
+        simd: S,
+        face: &Face,
+        triangle: usize,
+        block: &Block,
+        error: BlockErrors,
+        asked: u16,
+    ) -> MaskPoints {
+        let triangle = triangle % BATCH;
+        let [e0, e1, e2] = self.edges(simd, triangle, block);
+        let first = self.nearness[triangle];
+        let [w0, w1, w2] = if face.is_parallel {
+            [1.0; 3]
+        } else {
+            [first, first + self.rises[0][triangle], first + self.rises[1][triangle]]
+        };
+        let (e1, e2) = (e1 * splat(simd, w1), e2 * splat(simd, w2));
+        let inverse = splat(simd, 1.0) / (e0 * splat(simd, w0) + (e1 + e2));
+        let edge_error = error.place * self.edge_error[1][triangle] + self.edge_error[0][triangle];
+        let error = (edge_error + self.weight_error[triangle]) * (3.01 * w0.max(w1).max(w2));
+        let error = inverse.abs() * splat(simd, error) + splat(simd, 24.0 * EPSILON);
+        MaskPoints { barycentric: [(e1 * inverse).into(), (e2 * inverse).into()], error: error.into(), asked }
+    }
+
     /// Tests a triangle against a block: which of its points it shadows for certain, and which possibly, among them all
     /// of the former. Points on the triangle itself may be among the latter.
     #[inline(always)]
@@ -247,13 +299,9 @@ impl Batch {
         error: BlockErrors,
     ) -> (mask32x16<S>, mask32x16<S>) {
         let triangle = triangle % BATCH;
-        let x = f32x16::simd_from(simd, block.x) - splat(simd, self.x[triangle]);
-        let y = f32x16::simd_from(simd, block.y) - splat(simd, self.y[triangle]);
         let rise = f32x16::simd_from(simd, block.nearness) - splat(simd, self.nearness[triangle]);
         let area = splat(simd, self.area[triangle]);
-        let e0 = splat(simd, self.a[0][triangle]).mul_add(x, splat(simd, self.b[0][triangle]).mul_add(y, area));
-        let e1 = splat(simd, self.a[1][triangle]).mul_add(x, splat(simd, self.b[1][triangle]) * y);
-        let e2 = splat(simd, self.a[2][triangle]).mul_add(x, splat(simd, self.b[2][triangle]) * y);
+        let [e0, e1, e2] = self.edges(simd, triangle, block);
         let least = min3([e0, e1, e2]);
         let nearer = e1.mul_add(
             splat(simd, self.rises[0][triangle]),

@@ -14,7 +14,7 @@ use super::queue::Queue;
 use super::small::{BATCH, Batch, Mapped};
 use super::{LightGrid, LightGridCounts, SeenImage, choose};
 use crate::LightSource;
-use crate::grid::TileOrder;
+use crate::grid::{ShadowMask, TileOrder};
 
 /// Triangles that a thread takes at once.
 const CHUNK_TRIANGLES: usize = 512;
@@ -59,7 +59,7 @@ impl LightGrid {
     ///
     /// A point is lit unless some triangle but its own shadows it as
     /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says. A triangle for which `is_opaque` is
-    /// false only does if `casts`, given its id and the weights of its second and third corner, is true.
+    /// false only does where `mask` says that it casts a shadow.
     ///
     /// # Panics
     /// If [`LightGrid::survey`] wasn't called for `image`, or `lit` hasn't a word for each block.
@@ -68,7 +68,7 @@ impl LightGrid {
         image: &SeenImage<'_>,
         light: &LightSource,
         is_opaque: impl Fn(u32) -> bool + Sync,
-        casts: impl Fn(u32, [f32; 2]) -> bool + Sync,
+        mask: &impl ShadowMask,
         lit: &mut [u16],
     ) {
         let places = image.seen.triangle.len();
@@ -83,7 +83,7 @@ impl LightGrid {
         let mut faces = std::mem::take(&mut self.faces);
         let (rays, level) = (self.survey.rays, self.level);
         if choose::choose(light, &rays, &self.survey.tiles, &mut faces).is_some() {
-            let judge = Judge { image, rays, light, is_opaque: &is_opaque, casts: &casts, level };
+            let judge = Judge { image, rays, light, is_opaque: &is_opaque, mask, level };
             for face in &faces {
                 self.shadow_face(*face, &judge);
             }
@@ -261,8 +261,9 @@ impl Tester<'_> {
             }
             let (certain, possible) = batch.test(simd, triangle, &self.blocks[block], self.errors[block]);
             if possible.any_true() {
-                let id = (first + triangle) as u32;
-                self.note(simd, &mut shadowed[block], undecided, counts, block, id, certain, possible);
+                let found = Found { id: (first + triangle) as u32, block, certain, possible };
+                let of_batch = Some((&*batch, triangle));
+                self.note(simd, &mut shadowed[block], undecided, counts, &found, of_batch);
             }
         }
         queue.clear();
@@ -325,7 +326,8 @@ impl Tester<'_> {
                 counts.block_tests += 1;
                 let (certain, possible) = plane.test(simd, &self.blocks[block], self.errors[block]);
                 if possible.any_true() {
-                    self.note(simd, &mut shadowed[block], undecided, counts, block, id, certain, possible);
+                    let found = Found { id, block, certain, possible };
+                    self.note(simd, &mut shadowed[block], undecided, counts, &found, None);
                 }
             }
         }
@@ -335,30 +337,39 @@ impl Tester<'_> {
         }
     }
 
-    /// Notes which points of a block a triangle certainly shadows, of those that it possibly does.
+    /// Notes which points of a block a triangle shadows; the triangle's place in the batch, if it has one, tells where on
+    /// it their shadows are from.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "they are parts of a worker that is borrowed in parts")]
     fn note<S: Simd>(
         &self,
         simd: S,
         shadowed: &mut u16,
         undecided: &mut Vec<[u32; 2]>,
         counts: &mut LightGridCounts,
-        block: usize,
-        id: u32,
-        certain: mask32x16<S>,
-        possible: mask32x16<S>,
+        found: &Found<S>,
+        of_batch: Option<(&Batch, usize)>,
     ) {
+        let &Found { id, block, certain, possible } = found;
         // Only now, since they are in a cache line of their own.
         let own = u32x16::from_slice(simd, &self.judge.image.seen.triangle[block * LANES..(block + 1) * LANES]);
         let others = own.simd_ne(u32x16::splat(simd, id)).to_bitmask() as u16 & !*shadowed;
         let mut certain = certain.to_bitmask() as u16 & others;
-        let mut open = possible.to_bitmask() as u16 & others & !certain;
-        counts.undecided += u64::from(open.count_ones());
+        let mut possible = possible.to_bitmask() as u16 & others;
         if certain != 0 && !(self.judge.is_opaque)(id) {
-            counts.masked += u64::from(certain.count_ones());
-            (certain, open) = (0, certain | open);
+            let answers = of_batch.map(
+                #[inline(always)]
+                |(batch, triangle)| {
+                    counts.masked += u64::from(possible.count_ones());
+                    let (points, error) = (&self.blocks[block], self.errors[block]);
+                    let asked = batch.weights(simd, self.mapped.face, triangle, points, error, possible);
+                    self.judge.mask.which_cast(id, &asked)
+                },
+            );
+            let answers = answers.unwrap_or_default();
+            (certain, possible) = (certain & answers.solid, possible & !answers.cut);
         }
+        let mut open = possible & !certain;
+        counts.undecided += u64::from(open.count_ones());
         *shadowed |= certain;
         while open != 0 {
             let lane = open.trailing_zeros() as usize;
@@ -366,4 +377,14 @@ impl Tester<'_> {
             undecided.push([(block * LANES + lane) as u32, id]);
         }
     }
+}
+
+/// What the fast test says about a triangle and a block's points.
+struct Found<S: Simd> {
+    id: u32,
+    block: usize,
+    /// Which points it shadows for certain, but for its mask.
+    certain: mask32x16<S>,
+    /// Which it shadows possibly.
+    possible: mask32x16<S>,
 }

@@ -10,6 +10,7 @@ use super::points::{Group, PointRow};
 use super::sort::SortedRow;
 use super::{ListedLightCounts, ListedLightGrid, ListedLightSeconds, SeenImage};
 use crate::LightSource;
+use crate::grid::ShadowMask;
 use crate::grid::TileOrder;
 use crate::grid::light::choose;
 use crate::grid::light::decide::Judge;
@@ -44,7 +45,7 @@ impl ListedLightGrid {
         image: &SeenImage<'_>,
         light: &LightSource,
         is_opaque: impl Fn(u32) -> bool + Sync,
-        casts: impl Fn(u32, [f32; 2]) -> bool + Sync,
+        mask: &impl ShadowMask,
         lit: &mut [u16],
     ) {
         let places = image.seen.triangle.len();
@@ -61,7 +62,7 @@ impl ListedLightGrid {
         let mut faces = std::mem::take(&mut self.grid.faces);
         let (rays, level) = (self.grid.survey.rays, self.grid.level);
         if choose::choose(light, &rays, &self.grid.survey.tiles, &mut faces).is_some() {
-            let judge = Judge { image, rays, light, is_opaque: &is_opaque, casts: &casts, level };
+            let judge = Judge { image, rays, light, is_opaque: &is_opaque, mask, level };
             for face in &faces {
                 self.shadow_face(*face, &judge);
             }
