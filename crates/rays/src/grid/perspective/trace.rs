@@ -28,6 +28,7 @@ impl PerspectiveGrid {
     }
 
     /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is. A tile is one cell here.
+    #[expect(clippy::needless_pass_by_value, reason = "a closure is most easily given by value")]
     pub fn trace_counting(
         &mut self,
         triangles: Triangles<'_>,

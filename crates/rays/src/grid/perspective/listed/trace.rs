@@ -30,6 +30,7 @@ impl ListedGrid {
     }
 
     /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is.
+    #[expect(clippy::needless_pass_by_value, reason = "a closure is most easily given by value")]
     pub fn trace_counting(
         &mut self,
         triangles: Triangles<'_>,
