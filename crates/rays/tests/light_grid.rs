@@ -98,7 +98,7 @@ impl Case {
                 wrong.len(),
                 &wrong[..1]
             );
-            grid.validate().unwrap_or_else(|broken| panic!("{}: {light:?}: {broken}", self.name));
+            grid.validate(&self.image(), light).unwrap_or_else(|broken| panic!("{}: {light:?}: {broken}", self.name));
             // Other cells and blocks for each light.
             let (cells, points, triangles) =
                 [(192, 256, 512), (7, 16, 16), (1, 4096, 33), (64, 48, 5)][light_place % 4];
@@ -336,6 +336,47 @@ fn masked_triangles_let_light_through() {
         }
         assert!(masked > 100 && asked * 2 < masked, "{masked} masked pairs, {asked} for the predicate");
     }
+}
+
+#[test]
+fn ten_thousand_identical_triangles() {
+    let copy = [Vec3::new(-1.5, -0.5, 0.0), Vec3::new(-0.5, -0.5, 1.0), Vec3::new(-1.0, 0.5, 1.0)];
+    let mut mesh = room();
+    mesh.push(copy);
+    let mut case = Case::new("copies", mesh, camera(), (37, 29));
+    let lights = [point(3.0, 5.0, 2.0), LightSource::Directional { direction: Vec3::new(0.3, -1.0, 0.2) }];
+    // What one of them shadows, all do, and none another.
+    let truth = lights.map(|light| case.lit(&light, |_, _| true));
+    (1..10_000).for_each(|_| case.mesh.push(copy));
+    let mut grid = LightGrid::default();
+    grid.survey(&case.image());
+    for (light, truth) in lights.iter().zip(truth) {
+        let mut lit = vec![0; case.seen.triangle.len() / 16];
+        grid.shadow(&case.image(), light, |_| true, &Unmasked, &mut lit);
+        assert_eq!(bits(&lit), truth, "{light:?}");
+    }
+}
+
+#[test]
+fn triangles_barely_in_front_of_what_is_seen() {
+    // A floor of small triangles, and others a little above and below it: the light has to tell their nearness apart.
+    // From below the floor, the camera sees what they shadow.
+    let mut random = Random(11);
+    let mut mesh = Mesh::default();
+    let at = |x: i32, z: i32| Vec3::new(0.12 * x as f32, -0.5, 0.12 * z as f32);
+    for (x, z) in (-12..12).flat_map(|x| (-12..12).map(move |z| (x, z))) {
+        mesh.quad([at(x, z), at(x + 1, z), at(x + 1, z + 1), at(x, z + 1)]);
+    }
+    for height in [1e-2, 1e-4, 1e-5, 3e-6, -1e-5, -1e-2] {
+        for _ in 0..60 {
+            let center = Vec3::new(random.unit() * 2.4 - 1.2, -0.5 + height, random.unit() * 2.4 - 1.2);
+            mesh.push([(); 3].map(|()| center + random.point() * 0.06 * Vec3::new(1.0, 0.0, 1.0)));
+        }
+    }
+    let sun = |x: f32, y: f32, z: f32| LightSource::Directional { direction: Vec3::new(x, y, z) };
+    let lights = [point(0.2, 4.0, 0.1), point(0.0, -0.2, 0.0), sun(0.0, -1.0, 0.0), sun(1.0, -0.2, 0.1)];
+    let below = Camera::look_at(Vec3::new(0.3, -3.5, 1.0), Vec3::new(0.0, -0.5, 0.0), Vec3::X, 0.8);
+    Case::new("barely", mesh, below, (37, 29)).check(&lights);
 }
 
 #[test]

@@ -239,6 +239,15 @@ impl Row {
             & load(simd, &self.farthest, first).simd_lt(bounds.nearest)
     }
 
+    /// The part of 16 clusters from `first` that is in a box: lowest and highest X and Y, the wrong way around where
+    /// there is none.
+    #[inline(always)]
+    pub(super) fn part_in<S: Simd>(&self, simd: S, first: usize, bounds: &Bounds<S>) -> [[f32x16<S>; 2]; 2] {
+        let x = [load(simd, &self.x[0], first).max(bounds.x[0]), load(simd, &self.x[1], first).min(bounds.x[1])];
+        let y = [load(simd, &self.y[0], first).max(bounds.y[0]), load(simd, &self.y[1], first).min(bounds.y[1])];
+        [x, y]
+    }
+
     /// Which of the 16 clusters from `first` begin in this row, with few others.
     #[inline(always)]
     pub(super) fn begin_here<S: Simd>(&self, simd: S, first: usize) -> mask32x16<S> {

@@ -256,6 +256,34 @@ impl Batch {
         ]
     }
 
+    /// In which of 16 boxes a triangle may have a part: those where no edge function is below zero everywhere. Boxes are
+    /// in the triangle's bounds, and given as lowest and highest X and Y.
+    ///
+    /// They hold their points' errors, so that what is left is the error of an edge function at a place in the bounds,
+    /// and once more for what rounding the ends in relation to the first corner makes of it.
+    #[inline(always)]
+    pub(super) fn may_touch<S: Simd>(&self, simd: S, triangle: usize, [x, y]: [[f32x16<S>; 2]; 2]) -> mask32x16<S> {
+        let triangle = triangle % BATCH;
+        let (first_x, first_y) = (splat(simd, self.x[triangle]), splat(simd, self.y[triangle]));
+        let (x, y) = ([x[0] - first_x, x[1] - first_x], [y[0] - first_y, y[1] - first_y]);
+        let area = splat(simd, self.area[triangle]);
+        let most = [
+            self.most(simd, triangle, 0, x, y) + area,
+            self.most(simd, triangle, 1, x, y),
+            self.most(simd, triangle, 2, x, y),
+        ];
+        min3(most).simd_ge(splat(simd, -2.0 * self.edge_error[0][triangle]))
+    }
+
+    /// The most of an edge function, without its constant, in boxes in relation to the first corner.
+    #[inline(always)]
+    fn most<S: Simd>(&self, simd: S, triangle: usize, edge: usize, x: [f32x16<S>; 2], y: [f32x16<S>; 2]) -> f32x16<S> {
+        let (a, b) = (self.a[edge][triangle], self.b[edge][triangle]);
+        let x = if a > 0.0 { x[1] } else { x[0] };
+        let y = if b > 0.0 { y[1] } else { y[0] };
+        splat(simd, a).mul_add(x, splat(simd, b) * y)
+    }
+
     /// Where on a triangle the `asked` points of a block have their shadow from, if they have.
     ///
     /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there.

@@ -101,11 +101,7 @@ impl LightGrid {
             *seconds += (now - clock).as_secs_f64();
             clock = now;
         };
-        self.face = face;
-        self.face.choose_point_error(&self.survey.rays, &self.survey.tiles);
-        self.spread(judge.image);
-        self.map(judge.image);
-        self.slabs.iter().for_each(|slab| self.outliers.extend_from_slice(&slab.outliers));
+        self.map_face(face, judge.image);
         let points: u64 = self.slabs.iter().map(|slab| u64::from(slab.points)).sum();
         lap(&mut self.seconds.map);
         self.sort();
@@ -124,6 +120,15 @@ impl LightGrid {
         self.decide(judge);
         self.merge_shadows();
         lap(&mut self.seconds.decide);
+    }
+
+    /// Makes `face` the one that the grid is about, and maps its points.
+    pub(super) fn map_face(&mut self, face: Face, image: &SeenImage<'_>) {
+        self.face = face;
+        self.face.choose_point_error(&self.survey.rays, &self.survey.tiles);
+        self.spread(image);
+        self.map(image);
+        self.slabs.iter().for_each(|slab| self.outliers.extend_from_slice(&slab.outliers));
     }
 
     /// Tests every triangle against the blocks that it covers.
@@ -219,6 +224,10 @@ impl Tester<'_> {
         let place = triangle % BATCH;
         let bounds = worker.batch.bounds(simd, place);
         let cells = worker.batch.cells[place];
+        // A triangle that is smaller than a cluster touches most that its bounds do, and tests for it take longer: 10 %
+        // in the shards. For all triangles it spares 35 % of the tests of 16 points in the forest and the hall, 20 % in the
+        // cloth, and 2 to 5 % of the time.
+        let covers_much = cells.columns[1] - cells.columns[0] >= 2 || cells.rows[1] - cells.rows[0] >= 2;
         for row in cells.rows[0]..=cells.rows[1] {
             let is_first = row == cells.rows[0];
             let row = &self.mapped.cells.rows()[usize::from(row)];
@@ -229,6 +238,9 @@ impl Tester<'_> {
                 let mut overlapping = row.overlap(simd, first, &bounds);
                 if !is_first {
                     overlapping &= row.begin_here(simd, first);
+                }
+                if covers_much {
+                    overlapping &= worker.batch.may_touch(simd, place, row.part_in(simd, first, &bounds));
                 }
                 worker.counts.cluster_tests += 1;
                 if worker.queue.is_full() {

@@ -1,13 +1,52 @@
-use super::LightGrid;
+use super::cells::Covered;
 use super::lanes::LANES;
+use super::{LightGrid, SeenImage, choose};
+use crate::LightSource;
+use crate::grid::SeenPixels;
 
 impl LightGrid {
-    /// Checks the cells of the last face that was built.
+    /// Builds the cells of each face that `light` needs for `image`, and checks them.
     ///
     /// # Errors
-    /// Names the first point or cluster that breaks a rule: every point is in a cluster of its block, which knows its
-    /// bounds and its farthest point, isn't too large and is in the cell that its bounds begin in; counts add up.
-    pub fn validate(&self) -> Result<(), String> {
+    /// Names the first point or cluster that breaks a rule: every point is mapped to a face or known as an outlier; on
+    /// its face it is in a cluster of its block, which knows its bounds and its farthest point, is in the cells that
+    /// its bounds are in, and keeps no triangle that is nearer to the light than its farthest point from being tested.
+    ///
+    /// # Panics
+    /// If [`LightGrid::survey`] wasn't called for `image`.
+    pub fn validate(&mut self, image: &SeenImage<'_>, light: &LightSource) -> Result<(), String> {
+        let places = image.seen.triangle.len();
+        assert!(self.survey.places == places, "another image was surveyed");
+        let mut faces = std::mem::take(&mut self.faces);
+        let is_light = choose::choose(light, &self.survey.rays, &self.survey.tiles, &mut faces).is_some();
+        let mut placed = vec![0_u16; places / LANES];
+        self.outliers.clear();
+        let mut result = Ok(());
+        for (number, face) in faces.iter().enumerate() {
+            self.map_face(*face, image);
+            self.sort();
+            placed.iter_mut().zip(&self.members).for_each(|(placed, members)| *placed |= members);
+            result = self.validate_face().map_err(|broken| format!("face {number}: {broken}"));
+            if result.is_err() {
+                break;
+            }
+        }
+        self.faces = faces;
+        result?;
+        for &place in self.outliers.iter().chain(&self.survey.unknown) {
+            placed[place as usize / LANES] |= 1 << (place as usize % LANES);
+        }
+        let is_lost = |&place: &usize| {
+            image.seen.triangle[place] != SeenPixels::NONE && placed[place / LANES] >> (place % LANES) & 1 == 0
+        };
+        match (0..places).filter(|_| is_light).find(is_lost) {
+            Some(place) => Err(format!("the point at {place} is on no face")),
+            None => Ok(()),
+        }
+    }
+
+    /// Checks the cells of the face that is built.
+    fn validate_face(&self) -> Result<(), String> {
         let cells = &self.cells;
         let mut clustered = vec![0_u16; self.members.len()];
         for (place, row) in cells.rows().iter().enumerate() {
@@ -20,6 +59,10 @@ impl LightGrid {
                 for column in cells.across.cell(x[0])..=cells.across.cell(x[1]) {
                     if !row.reaching(column, column).contains(&cluster) {
                         return Err(format!("{name} is not found in column {column}"));
+                    }
+                    let covered = Covered { columns: [column as u16; 2], rows: [place as u16; 2] };
+                    if cells.farthest(covered) > row.farthest[cluster] {
+                        return Err(format!("triangles that {name} may be behind are dropped in column {column}"));
                     }
                 }
                 let block = row.block[cluster] as usize;
