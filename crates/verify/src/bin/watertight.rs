@@ -55,9 +55,12 @@ fn main() -> Result<()> {
             break;
         }
         let (position, scale) = PLACES[round % PLACES.len()];
+        // Orthographic views of what is tiny, huge or far away are exact too, but so far nearly all of their tests need the
+        // predicate, which takes minutes a view.
+        let is_near = position == Vec3::ZERO && (0.5..2.0).contains(&scale);
         let has_shell = position == Vec3::ZERO && random.below(3) == 0;
         let side = if has_shell { 128 } else { 512 };
-        let (step, is_orthographic) = ([1, 2, 4][random.below(3)], scale >= 1.0 && random.below(4) == 0);
+        let (step, is_orthographic) = ([1, 2, 4][random.below(3)], is_near && random.below(4) == 0);
         trial.run(SheetShape { side, step, position, scale, is_orthographic, has_shell }, &mut random)?;
         progress.set_position(trial.rays.min(flags.rays));
     }
