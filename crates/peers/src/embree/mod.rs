@@ -8,7 +8,7 @@
 //! that 16-byte reads need. Packets have the layouts of the headers, which tests compare with the headers' numbers.
 //!
 //! Embree's manual recommends to trace with denormal numbers taken for zero. Calls that switched to that mode and back
-//! took as long as others (within 1 % on the gallery's cloth and shatter), so the mode is left as Rust needs it.
+//! took as long as others (no difference above the noise on the gallery's cloth and shatter), so the mode is left as Rust needs it.
 #![allow(unsafe_code, reason = "calls a C library")]
 
 mod filter;

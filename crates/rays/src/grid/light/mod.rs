@@ -8,8 +8,9 @@
 //! can't goes to the [predicate](crate::predicate).
 //!
 //! One verb a file: `survey` finds how far the image's tiles reach, `choose` the light's faces, `spread` cells over
-//! where the points are, `map` brings points to a face, `refine` those that need f64, `sort` brings them into cells, `project` the vertices to the face, `small` and
-//! `large` test triangles against points, `decide` and `filter` what they leave open.
+//! where the points are, `map` brings points to a face, `refine` those that need f64, `sort` brings their bounds into
+//! cells, `project` the vertices to the face, `small` and `large` test triangles against points, `decide` and `filter`
+//! what they leave open.
 
 mod block;
 mod cells;
