@@ -32,14 +32,14 @@ pub(super) struct Judge<'a> {
 
 impl Judge<'_> {
     /// The segment between the light and a place's point.
-    fn shadow_ray(&self, place: u32) -> Option<ShadowRay> {
+    pub(super) fn shadow_ray(&self, place: u32) -> Option<ShadowRay> {
         let own = self.image.seen.triangle[place as usize];
         let ray = self.image.camera_ray(place as usize);
         let crossing = crossing(&ray, self.image.triangles.usable_corners(own).ok()?)?;
         Some(ShadowRay::new(self.light, HitPoint::new(&ray, crossing.t)))
     }
 
-    fn is_blocked(&self, ray: &ShadowRay, id: u32) -> bool {
+    pub(super) fn is_blocked(&self, ray: &ShadowRay, id: u32) -> bool {
         let Ok(corners) = self.image.triangles.usable_corners(id) else { return false };
         let barycentric = ray.blocked_by(corners);
         barycentric.is_some_and(|barycentric| (self.is_opaque)(id) || self.mask.casts(id, barycentric))

@@ -184,11 +184,11 @@ impl LightGrid {
 }
 
 /// What testing a triangle needs to know.
-struct Tester<'a> {
-    mapped: Mapped<'a>,
-    blocks: &'a [Block],
-    errors: &'a [BlockErrors],
-    judge: &'a Judge<'a>,
+pub(super) struct Tester<'a> {
+    pub(super) mapped: Mapped<'a>,
+    pub(super) blocks: &'a [Block],
+    pub(super) errors: &'a [BlockErrors],
+    pub(super) judge: &'a Judge<'a>,
 }
 
 impl Tester<'_> {
@@ -323,17 +323,15 @@ impl Tester<'_> {
 
     #[inline(always)]
     fn test_row<S: Simd>(&self, simd: S, worker: &mut Worker, plane: &Plane, id: u32, row: usize) {
-        let Some((columns, bounds)) = plane.span(simd, self.mapped.cells, row) else { return };
-        let row = &self.mapped.cells.rows()[row];
         let Worker { shadowed, undecided, counts, .. } = worker;
-        for first in row.reaching(*columns.start(), *columns.end()).step_by(LANES) {
-            let mut overlapping = row.overlap(simd, first, &bounds).to_bitmask();
-            counts.cluster_tests += 1;
-            while overlapping != 0 {
-                let block = row.block[first + overlapping.trailing_zeros() as usize] as usize;
-                overlapping &= overlapping - 1;
+        counts.cluster_tests += self.visit_row(
+            simd,
+            plane,
+            row,
+            #[inline(always)]
+            |block| {
                 if shadowed[block] == u16::MAX {
-                    continue;
+                    return;
                 }
                 counts.block_tests += 1;
                 let (certain, possible) = plane.test(simd, &self.blocks[block], self.errors[block]);
@@ -341,11 +339,49 @@ impl Tester<'_> {
                     let found = Found { id, block, certain, possible };
                     self.note(simd, &mut shadowed[block], undecided, counts, &found, None);
                 }
-            }
-        }
+            },
+        );
         if undecided.len() >= MOST_UNDECIDED {
             counts.asked += self.judge.decide(undecided, shadowed);
             undecided.clear();
+        }
+    }
+
+    /// Calls `visit` with the blocks in a row of cells that a large triangle may shadow points of; how often it tested 16
+    /// clusters for that.
+    #[inline(always)]
+    fn visit_row<S: Simd>(&self, simd: S, plane: &Plane, row: usize, mut visit: impl FnMut(usize)) -> u64 {
+        let Some((columns, bounds)) = plane.span(simd, self.mapped.cells, row) else { return 0 };
+        let row = &self.mapped.cells.rows()[row];
+        let clusters = row.reaching(*columns.start(), *columns.end()).step_by(LANES);
+        let tests = clusters.len() as u64;
+        for first in clusters {
+            let mut overlapping = row.overlap(simd, first, &bounds).to_bitmask();
+            while overlapping != 0 {
+                visit(row.block[first + overlapping.trailing_zeros() as usize] as usize);
+                overlapping &= overlapping - 1;
+            }
+        }
+        tests
+    }
+
+    /// Calls `visit` with the blocks that a triangle is tested against, if they are few enough for the queue.
+    #[inline(always)]
+    pub(super) fn visit_blocks<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32, mut visit: impl FnMut(usize)) {
+        let triangle = &self.judge.image.triangles.indices[id as usize..=id as usize];
+        let survivors = worker.batch.set_up(simd, &self.mapped, triangle, 0);
+        if survivors.small != 0 {
+            self.enqueue(simd, worker, id as usize, 0);
+            worker.queue.pairs().for_each(|(block, _)| visit(block));
+            worker.queue.clear();
+        }
+        let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { return };
+        if survivors.large != 0 {
+            for plane in planes(self.mapped.face, corners).iter().flatten() {
+                for row in plane.rows(self.mapped.cells) {
+                    self.visit_row(simd, plane, row, &mut visit);
+                }
+            }
         }
     }
 

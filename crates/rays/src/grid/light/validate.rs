@@ -1,16 +1,25 @@
+use fearless_simd::dispatch;
+
 use super::cells::Covered;
+use super::decide::Judge;
+use super::face::VertexErrors;
 use super::lanes::LANES;
+use super::small::Mapped;
+use super::trace::{Tester, Worker};
 use super::{LightGrid, SeenImage, choose};
 use crate::LightSource;
-use crate::grid::SeenPixels;
+use crate::grid::{SeenPixels, Unmasked};
 
 impl LightGrid {
     /// Builds the cells of each face that `light` needs for `image`, and checks them.
     ///
+    /// It asks the predicate about every triangle and point, so it takes long for large images.
+    ///
     /// # Errors
-    /// Names the first point or cluster that breaks a rule: every point is mapped to a face or known as an outlier; on
-    /// its face it is in a cluster of its block, which knows its bounds and its farthest point, is in the cells that
-    /// its bounds are in, and keeps no triangle that is nearer to the light than its farthest point from being tested.
+    /// Names the first point, cluster or triangle that breaks a rule: every point is mapped to a face or known as an
+    /// outlier; on its face it is in a cluster of its block, which knows its bounds and its farthest point, is in the
+    /// cells that its bounds are in, and keeps no triangle that is nearer to the light than its farthest point from
+    /// being tested; and every triangle that shadows a point finds the point's block.
     ///
     /// # Panics
     /// If [`LightGrid::survey`] wasn't called for `image`.
@@ -22,11 +31,15 @@ impl LightGrid {
         let mut placed = vec![0_u16; places / LANES];
         self.outliers.clear();
         let mut result = Ok(());
+        let judge =
+            Judge { image, rays: self.survey.rays, light, is_opaque: &|_| true, mask: &Unmasked, level: self.level };
         for (number, face) in faces.iter().enumerate() {
             self.map_face(*face, image);
             self.sort();
             placed.iter_mut().zip(&self.members).for_each(|(placed, members)| *placed |= members);
-            result = self.validate_face().map_err(|broken| format!("face {number}: {broken}"));
+            self.project(image.triangles.positions);
+            let checked = self.validate_face().and_then(|()| self.validate_reach(&judge));
+            result = checked.map_err(|broken| format!("face {number}: {broken}"));
             if result.is_err() {
                 break;
             }
@@ -43,6 +56,29 @@ impl LightGrid {
             Some(place) => Err(format!("the point at {place} is on no face")),
             None => Ok(()),
         }
+    }
+
+    /// Checks that triangles find the points that they shadow on the face that is built.
+    fn validate_reach(&self, judge: &Judge<'_>) -> Result<(), String> {
+        let Self { face, cells, blocks, errors, members, vertices, .. } = self;
+        let mapped = Mapped { face, vertex_errors: VertexErrors::new(face), cells, vertices };
+        let tester = Tester { mapped, blocks, errors, judge };
+        let points = members.iter().enumerate().flat_map(|(block, members)| {
+            (0..LANES).filter(move |lane| members >> lane & 1 == 1).map(move |lane| block * LANES + lane)
+        });
+        let rays: Vec<_> = points.filter_map(|place| Some((place, judge.shadow_ray(place as u32)?))).collect();
+        let mut worker = Worker::default();
+        for id in 0..judge.image.triangles.len() as u32 {
+            let mut is_found = vec![false; blocks.len()];
+            let found = |block: usize| is_found[block] = true;
+            dispatch!(judge.level.0, simd => tester.visit_blocks(simd, &mut worker, id, found));
+            let own = |place: usize| judge.image.seen.triangle[place];
+            let mut missed = rays.iter().filter(|(place, _)| !is_found[place / LANES] && own(*place) != id);
+            if let Some((place, _)) = missed.find(|(_, ray)| judge.is_blocked(ray, id)) {
+                return Err(format!("triangle {id} shadows the point at {place}, and isn't tested against it"));
+            }
+        }
+        Ok(())
     }
 
     /// Checks the cells of the face that is built.
