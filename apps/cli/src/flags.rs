@@ -158,6 +158,15 @@ pub(crate) struct RenderFlags {
     /// What finds the triangles that rays hit; the picture is the same either way
     #[arg(long, value_enum, default_value = "perspective")]
     pub(crate) structure: StructureFlag,
+    /// Cells a side of the light grids of `--structure listed`, 1 to 2048 [default: 192]
+    #[arg(long, value_name = "N")]
+    pub(crate) light_cells: Option<u32>,
+    /// The most shadow rays in one of their blocks of work, the paper's r, 1 to 4096 [default: 256]
+    #[arg(long, value_name = "R")]
+    pub(crate) light_rays: Option<u32>,
+    /// The most triangles in one of them, 1 to 4096 [default: 512]
+    #[arg(long, value_name = "N")]
+    pub(crate) light_triangles: Option<u32>,
     /// From radiance to the screen
     #[arg(long, value_enum, default_value = "neutral")]
     pub(crate) tone_map: ToneMapFlag,

@@ -2,7 +2,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use umbrage::output::{BitDepth, Chroma, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
-use umbrage::rays::{ListedOptions, SimdLevel};
+use umbrage::rays::{ListedLightOptions, ListedOptions, SimdLevel};
 use umbrage::scene::{Clip, OpenOptions};
 use umbrage::{Background, Settings, Structure, ToneMap};
 
@@ -48,6 +48,7 @@ pub(crate) enum Moments {
 
 impl Job {
     pub(crate) fn new(flags: RenderFlags) -> Result<Self, Failure> {
+        let structure = structure(&flags)?;
         let default_seconds = if flags.scene.is_none() { DEFAULT_SCENE_SECONDS } else { 0.0 };
         let (target, format) = target(flags.output, flags.format.map(Format::from), flags.frames.is_some())?;
         let moments = match (flags.frames, flags.time) {
@@ -60,11 +61,6 @@ impl Job {
         let chroma = match flags.chroma {
             ChromaFlag::Quarter => Chroma::Quarter,
             ChromaFlag::Full => Chroma::Full,
-        };
-        let structure = match flags.structure {
-            StructureFlag::Perspective => Structure::Perspective,
-            StructureFlag::Listed => Structure::Listed(ListedOptions::DEFAULT),
-            StructureFlag::Bvh => Structure::Bvh,
         };
         let tone_map = match flags.tone_map {
             ToneMapFlag::Neutral => ToneMap::PbrNeutral,
@@ -107,6 +103,30 @@ impl Job {
             Moments::All => (0..rate.frames_within(duration_seconds), None),
         };
         (frames, move |frame| single.unwrap_or_else(|| rate.seconds(frame)))
+    }
+}
+
+/// What finds the triangles.
+fn structure(flags: &RenderFlags) -> Result<Structure, Failure> {
+    let asked = [flags.light_cells, flags.light_rays, flags.light_triangles];
+    match flags.structure {
+        StructureFlag::Listed => {
+            let default = ListedLightOptions::DEFAULT;
+            let [cells, rays, triangles] = asked;
+            let light = ListedLightOptions::new(
+                cells.unwrap_or(default.cells()),
+                rays.unwrap_or(default.points()),
+                triangles.unwrap_or(default.triangles()),
+            );
+            let light = light.map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
+            Ok(Structure::Listed { camera: ListedOptions::DEFAULT, light })
+        }
+        _ if asked.iter().any(Option::is_some) => Err(Failure::input(
+            "the light grids' cells and blocks can't be chosen",
+            "--light-cells, --light-rays and --light-triangles are for `--structure listed`",
+        )),
+        StructureFlag::Perspective => Ok(Structure::Perspective),
+        StructureFlag::Bvh => Ok(Structure::Bvh),
     }
 }
 

@@ -212,3 +212,21 @@ fn pipes_see_no_progress_and_quiet_says_nothing() {
     let (stdout, stderr) = place.succeed(&["render", "scene.gltf", "--size", "16x12", "-q"]);
     assert_eq!((stdout.as_str(), stderr.as_str()), ("", ""));
 }
+
+#[test]
+fn blocks_of_light_rays_change_no_pixel() {
+    let place = Workplace::new();
+    let render = |name: &str, flags: &[&str]| {
+        let fixed = ["render", "demo:marbles?triangles=800", "--size", "40x30", "-o", name];
+        place.succeed(&[&fixed, flags].concat());
+        decode_png(&place.path(name))
+    };
+    let listed = ["--structure", "listed"];
+    let first = render("a.png", &listed);
+    let blocks = ["--light-cells", "9", "--light-rays", "16", "--light-triangles", "3"];
+    assert_eq!(render("b.png", &[&listed[..], &blocks].concat()), first);
+    let refused = |flags: &[&str]| place.fail(2, &[&["render", "scene.gltf"], flags].concat());
+    assert!(refused(&["--light-rays", "16"]).contains("--structure listed"));
+    assert!(refused(&["--structure", "listed", "--light-cells", "0"]).contains("1 to 2048"));
+    assert!(refused(&["--structure", "listed", "--light-rays", "5000"]).contains("1 to 4096"));
+}

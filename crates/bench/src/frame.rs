@@ -1,4 +1,5 @@
 use std::collections::BTreeMap;
+use std::io::{self, Write};
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -65,34 +66,24 @@ pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
     let simd = flags.simd.unwrap_or_default();
     let gallery: Vec<String> = umbrage::scene::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
     let scenes = if flags.scenes.is_empty() { &gallery } else { &flags.scenes };
-    if matches!(flags.form, Form::Table) {
-        let [width, height] = flags.size;
-        let (threads, frames, samples) = (rayon::current_num_threads(), flags.frames, flags.samples);
-        println!(
-            "{width}x{height}, samples {samples}, threads {threads}, {simd}, medians of {frames} frames in milliseconds"
-        );
-        print!("{:<28}{:>12}{:>10}{:>7}", "scene", "structure", "triangles", "lights");
-        STAGES.iter().for_each(|stage| print!("{stage:>9}"));
-        println!("{:>9}{:>7}{:>7}{:>8}", "traced", "ratio", "B/tri", "B/pixel");
-    } else if matches!(flags.form, Form::Csv) {
-        print!("scene,structure,triangles,lights,{},traced,bytes_per_triangle,bytes_per_pixel", STAGES.join(","));
-        if flags.work {
-            Work::names().for_each(|name| print!(",{name}"));
-        }
-        println!();
+    let mut out = io::stdout();
+    match flags.form {
+        Form::Table => write_head(&mut out, flags, simd)?,
+        Form::Csv => write_names(&mut out, flags.work)?,
+        Form::Json => {}
     }
     let mut rows = Vec::new();
     for address in scenes {
         let of_scene = measure(address, flags).with_context(|| format!("scene {address}"))?;
         match flags.form {
-            Form::Table => of_scene.iter().for_each(|row| print_columns(row, &of_scene, flags.work)),
-            Form::Csv => of_scene.iter().for_each(|row| print_values(row, flags.work)),
+            Form::Table => of_scene.iter().try_for_each(|row| write_columns(&mut out, row, &of_scene, flags.work))?,
+            Form::Csv => of_scene.iter().try_for_each(|row| write_values(&mut out, row, flags.work))?,
             Form::Json => {}
         }
         rows.extend(of_scene);
     }
     if matches!(flags.form, Form::Json) {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
+        writeln!(out, "{}", serde_json::to_string_pretty(&rows)?)?;
     }
     Ok(())
 }
@@ -137,24 +128,48 @@ fn stage_milliseconds(renderer: &Renderer, name: &str) -> f64 {
     renderer.stats().stages.iter().find(|stage| stage.name == name).map_or(0.0, |stage| stage.milliseconds)
 }
 
-fn print_columns(row: &Row, of_scene: &[Row], with_work: bool) {
+/// The head for people.
+fn write_head(out: &mut impl Write, flags: &FrameFlags, simd: SimdLevel) -> io::Result<()> {
+    let FrameFlags { size: [width, height], frames, samples, .. } = flags;
+    let threads = rayon::current_num_threads();
+    writeln!(
+        out,
+        "{width}x{height}, samples {samples}, threads {threads}, {simd}, medians of {frames} frames in milliseconds"
+    )?;
+    write!(out, "{:<28}{:>12}{:>10}{:>7}", "scene", "structure", "triangles", "lights")?;
+    STAGES.iter().try_for_each(|stage| write!(out, "{stage:>9}"))?;
+    writeln!(out, "{:>9}{:>7}{:>7}{:>8}", "traced", "ratio", "B/tri", "B/pixel")
+}
+
+/// The head of values with commas between them.
+fn write_names(out: &mut impl Write, with_work: bool) -> io::Result<()> {
+    write!(out, "scene,structure,triangles,lights,{},traced,bytes_per_triangle,bytes_per_pixel", STAGES.join(","))?;
+    if with_work {
+        Work::names().try_for_each(|name| write!(out, ",{name}"))?;
+    }
+    writeln!(out)
+}
+
+fn write_columns(out: &mut impl Write, row: &Row, of_scene: &[Row], with_work: bool) -> io::Result<()> {
     let slowest = of_scene.iter().map(|row| row.traced_milliseconds).fold(0.0, f64::max);
-    print!("{:<28}{:>12}{:>10}{:>7}", row.scene, row.structure, row.triangles, row.lights);
-    STAGES.iter().for_each(|stage| print!("{:>9.2}", row.stages[stage]));
+    write!(out, "{:<28}{:>12}{:>10}{:>7}", row.scene, row.structure, row.triangles, row.lights)?;
+    STAGES.iter().try_for_each(|stage| write!(out, "{:>9.2}", row.stages[stage]))?;
     let ratio = slowest / row.traced_milliseconds;
     let (traced, triangle, pixel) = (row.traced_milliseconds, row.structure_bytes_per_triangle, row.bytes_per_pixel);
-    println!("{traced:>9.2}{ratio:>7.1}{triangle:>7.0}{pixel:>8.0}");
+    writeln!(out, "{traced:>9.2}{ratio:>7.1}{triangle:>7.0}{pixel:>8.0}")?;
     if let Some(Work { counts, light_milliseconds }) = row.work.as_ref().filter(|_| with_work) {
         let counts: Vec<String> = counts.iter().map(|(name, count)| format!("{name} {count}")).collect();
         let stages: Vec<String> = light_milliseconds.iter().map(|(name, time)| format!("{name} {time:.2}")).collect();
-        println!("    {}", counts.join(", "));
-        println!("    {}", stages.join(", "));
+        writeln!(out, "    {}", counts.join(", "))?;
+        writeln!(out, "    {}", stages.join(", "))?;
     }
+    Ok(())
 }
 
-fn print_values(row: &Row, with_work: bool) {
+fn write_values(out: &mut impl Write, row: &Row, with_work: bool) -> io::Result<()> {
     let stages: Vec<String> = STAGES.iter().map(|stage| format!("{:.3}", row.stages[stage])).collect();
-    print!(
+    write!(
+        out,
         "{},{},{},{},{},{:.3},{:.1},{:.1}",
         row.scene,
         row.structure,
@@ -164,15 +179,15 @@ fn print_values(row: &Row, with_work: bool) {
         row.traced_milliseconds,
         row.structure_bytes_per_triangle,
         row.bytes_per_pixel
-    );
+    )?;
     if with_work {
         match &row.work {
             Some(Work { counts, light_milliseconds }) => {
-                counts.iter().for_each(|(_, count)| print!(",{count}"));
-                light_milliseconds.iter().for_each(|(_, time)| print!(",{time:.3}"));
+                counts.iter().try_for_each(|(_, count)| write!(out, ",{count}"))?;
+                light_milliseconds.iter().try_for_each(|(_, time)| write!(out, ",{time:.3}"))?;
             }
-            None => Work::names().for_each(|_| print!(",")),
+            None => Work::names().try_for_each(|_| write!(out, ","))?,
         }
     }
-    println!();
+    writeln!(out)
 }

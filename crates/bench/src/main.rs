@@ -13,6 +13,9 @@ mod shot;
 mod table;
 mod work;
 
+use std::io;
+use std::process::ExitCode;
+
 use clap::{Parser, Subcommand};
 
 /// Measures frames side by side, in alternation, and prints medians.
@@ -53,8 +56,20 @@ enum Command {
     Cells(experiments::CellsFlags),
 }
 
-fn main() -> anyhow::Result<()> {
-    match Flags::parse().command {
+fn main() -> ExitCode {
+    match run(Flags::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        // The reader of standard output has gone, which is its right.
+        Err(error) if is_unread(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:?}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Command) -> anyhow::Result<()> {
+    match command {
         Command::Frame(flags) => frame::run(&flags),
         Command::Peers(flags) => peers::run(&flags),
         Command::Table1(flags) => flags.run(),
@@ -64,4 +79,9 @@ fn main() -> anyhow::Result<()> {
         Command::Mapping(flags) => flags.run(),
         Command::Cells(flags) => flags.run(),
     }
+}
+
+fn is_unread(error: &anyhow::Error) -> bool {
+    let cause = error.root_cause().downcast_ref::<io::Error>();
+    cause.is_some_and(|cause| cause.kind() == io::ErrorKind::BrokenPipe)
 }

@@ -75,6 +75,26 @@ fn leaf() -> impl Strategy<Value = Leaf> {
     )
 }
 
+/// Whether what is certain around a point holds at a place that is within `error` of it.
+fn holds(frame: &Frame, point: [f32; 2], error: f32, there: [f32; 2]) -> bool {
+    let agrees = |certain: Option<bool>, truth: bool| certain.is_none_or(|certain| certain == truth);
+    agrees(frame.is_solid_within(0, point, error), frame.is_solid(0, there))
+        && agrees(frame.casts_shadow_within(0, point, error), frame.casts_shadow(0, there))
+}
+
+/// Two places between `from` and `to`, next to each other as far as f32 goes, of which `is_solid` says different things, as
+/// it does of these two.
+fn border(is_solid: impl Fn([f32; 2]) -> bool, mut from: [f32; 2], mut to: [f32; 2]) -> [[f32; 2]; 2] {
+    let side = is_solid(from);
+    loop {
+        let middle = [0, 1].map(|axis| from[axis].midpoint(to[axis]));
+        if middle == from || middle == to {
+            return [from, to];
+        }
+        *if is_solid(middle) == side { &mut from } else { &mut to } = middle;
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -87,7 +107,6 @@ proptest! {
         let frame = leaf.frame();
         for (v, w, exponent) in points {
             let (w, error) = (w * (1.0 - v), 10.0_f32.powf(exponent));
-            let (solid, casts) = (frame.is_solid_within(0, [v, w], error), frame.casts_shadow_within(0, [v, w], error));
             prop_assert_eq!(frame.is_solid_within(0, [v, w], 0.0), Some(frame.is_solid(0, [v, w])));
             let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (0.0, 0.0)];
             for (along, across) in moves.iter().copied().chain(corners) {
@@ -97,12 +116,33 @@ proptest! {
                     if (f64::from(to) - f64::from(from)).abs() <= f64::from(error) { to } else { from }
                 };
                 let there = [moved(v, along), moved(w, across)];
-                if let Some(solid) = solid {
-                    prop_assert_eq!(frame.is_solid(0, there), solid, "{:?} around {:?}, {}", there, [v, w], error);
-                }
-                if let Some(casts) = casts {
-                    prop_assert_eq!(frame.casts_shadow(0, there), casts, "{:?} around {:?}, {}", there, [v, w], error);
-                }
+                prop_assert!(holds(&frame, [v, w], error, there), "{:?} around {:?}, {}", there, [v, w], error);
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_certain_at_borders(
+        leaf in leaf(),
+        points in prop::collection::vec((0.0..1.0_f32, 0.0..1.0_f32), 20),
+    ) {
+        // Where roundings decide what is solid, they decide what is certain.
+        let frame = leaf.frame();
+        let points: Vec<[f32; 2]> = points.into_iter().map(|(v, w)| [v, w * (1.0 - v)]).collect();
+        let answers: [&dyn Fn([f32; 2]) -> bool; 2] =
+            [&|point| frame.is_solid(0, point), &|point| frame.casts_shadow(0, point)];
+        for (is_solid, ends) in answers.iter().flat_map(|answer| points.windows(2).map(move |ends| (answer, ends))) {
+            if is_solid(ends[0]) == is_solid(ends[1]) {
+                continue;
+            }
+            let places = border(is_solid, ends[0], ends[1]);
+            let apart = (places[0][0] - places[1][0]).abs().max((places[0][1] - places[1][1]).abs());
+            for [here, there] in [[places[0], places[1]], [places[1], places[0]]] {
+                // Less than to the next place; as far as there; and both from a point that is a little beside.
+                prop_assert!(holds(&frame, here, 1e-12, here), "{:?} of {:?}", here, places);
+                prop_assert!(holds(&frame, here, apart, there), "{:?} of {:?}", here, places);
+                let beside = [here[0] + 3e-7, here[1] - 3e-7];
+                prop_assert!(holds(&frame, beside, 6e-7, here) && holds(&frame, beside, 6e-7, there), "{:?}", places);
             }
         }
     }

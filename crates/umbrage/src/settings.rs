@@ -1,4 +1,4 @@
-use umbrage_rays::{Camera, ListedOptions, View};
+use umbrage_rays::{Camera, ListedLightOptions, ListedOptions, View};
 use umbrage_scene::{Frame, Light};
 
 use crate::{Background, Error};
@@ -79,9 +79,19 @@ pub enum Structure {
     #[default]
     Perspective,
     /// Grids as their paper describes them, with triangles listed by cell, for the camera and for each light.
-    Listed(ListedOptions),
+    Listed {
+        /// How the camera's grid is cut into cells.
+        camera: ListedOptions,
+        /// How each light's grid is, and its cells into blocks of work.
+        light: ListedLightOptions,
+    },
     /// One bounding volume hierarchy for all rays.
     Bvh,
+}
+
+impl Structure {
+    /// The grids of the paper with their default options.
+    pub const LISTED: Self = Self::Listed { camera: ListedOptions::DEFAULT, light: ListedLightOptions::DEFAULT };
 }
 
 /// From linear radiance to what a screen can show.

@@ -21,6 +21,16 @@ pub struct Sheet {
     pub offset_pixels: DVec2,
     /// A light that sees what the camera sees.
     pub light: LightSource,
+    shape: SheetShape,
+}
+
+/// How many of a [`Sheet`]'s pixels have rays exactly through what triangles share.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Seams {
+    /// Through a vertex.
+    pub vertices: u64,
+    /// Through an edge, between its vertices.
+    pub edges: u64,
 }
 
 /// What a [`Sheet`] looks like.
@@ -91,6 +101,15 @@ impl Sheet {
             }
             front = if front == 0 { mesh.indices.len() as u32 } else { front };
         }
-        Self { mesh, front, view, offset_pixels: DVec2::ZERO, light }
+        Self { mesh, front, view, offset_pixels: DVec2::ZERO, light, shape }
+    }
+
+    /// How many rays are at seams of the sheet.
+    #[must_use]
+    pub fn seams(&self) -> Seams {
+        let SheetShape { side, step, .. } = self.shape;
+        let squares = u64::from(side / step).pow(2);
+        // Each square has one corner, one side along each axis, and a diagonal that is as long whichever way it goes.
+        Seams { vertices: squares, edges: 3 * u64::from(step - 1) * squares }
     }
 }

@@ -1,7 +1,10 @@
 //! Triangles with corners that are no numbers are left out, counted, and change nothing.
 
 use glam::{DVec2, Vec3};
-use umbrage_rays::{Bvh, Camera, LightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, Unmasked, View};
+use umbrage_rays::{
+    Bvh, Camera, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedOptions, PerspectiveGrid, SeenImage,
+    SeenPixels, Unmasked, View,
+};
 use umbrage_verify::TestMesh;
 
 /// A ball and, in between its triangles, one triangle for every way in which nine coordinates can be a number, NaN and
@@ -49,6 +52,18 @@ fn every_pattern_of_nan_and_infinity_is_left_out_and_counted() {
             light_grid.shadow(&image, &light, |_| true, &Unmasked, &mut lit);
             lit
         });
+        let (mut listed_grid, mut listed_seen) = (ListedGrid::default(), SeenPixels::default());
+        let options = ListedOptions::DEFAULT;
+        listed_grid.build(mesh.triangles(), &view, offset_pixels, options, |_| false).expect("a small image");
+        listed_grid.trace(mesh.triangles(), Unmasked, &mut listed_seen);
+        assert_eq!((listed_seen.triangle, listed_grid.omitted()), (seen.triangle.clone(), grid.omitted()));
+        let mut listed_light_grid = ListedLightGrid::default();
+        listed_light_grid.survey(&image);
+        for (light, mask) in lights.iter().zip(&masks) {
+            let mut lit = vec![0_u16; mask.len()];
+            listed_light_grid.shadow(&image, light, |_| true, &Unmasked, &mut lit);
+            assert_eq!(&lit, mask, "{light:?} through lists");
+        }
         // Ids differ between the meshes; places don't.
         let corners = |&id: &u32| (id != SeenPixels::NONE).then(|| mesh.triangles().corners(id));
         let shown: Vec<_> = seen.triangle.iter().map(corners).collect();

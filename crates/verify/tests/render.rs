@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use umbrage::rays::View;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
-use umbrage::rays::{ListedOptions, View};
 use umbrage::scene::Frame;
 use umbrage::{Film, Renderer, Scene, Settings, Structure};
 use umbrage_verify::{Oracle, real_scene};
@@ -17,7 +17,7 @@ fn settings(structure: Structure) -> Settings {
 /// Compares a frame through every structure with the oracle; returns how many of its pixels show a triangle.
 fn compare(scene: &Scene, seconds: f64, name: &str) -> usize {
     let mut truth = None;
-    for structure in [Structure::Perspective, Structure::Listed(ListedOptions::DEFAULT), Structure::Bvh] {
+    for structure in [Structure::Perspective, Structure::LISTED, Structure::Bvh] {
         let (settings, mut renderer) = (settings(structure), Renderer::default());
         renderer.render(scene, seconds, &settings).unwrap_or_else(|error| panic!("{name}: {error}"));
         let truth = truth.get_or_insert_with(|| oracle(renderer.frame(), &settings));

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use umbrage::output::{BitDepth, write_png};
-use umbrage::rays::{Cells, ListedOptions, PixelWork, Work};
+use umbrage::rays::{Cells, ListedLightOptions, ListedOptions, PixelWork, Work};
 use umbrage::scene::Frame;
 use umbrage::{Image, Renderer, Scene, Settings, Structure};
 
@@ -113,7 +113,8 @@ fn structure(flags: &HeatmapFlags) -> Result<Structure, Failure> {
             let cells = Cells::new(sorting_tile, tracing_tiles, slices)
                 .map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
             let skips_blocks = !flags.whole_tiles;
-            Ok(Structure::Listed(ListedOptions { cells, skips_blocks, ..ListedOptions::DEFAULT }))
+            let camera = ListedOptions { cells, skips_blocks, ..ListedOptions::DEFAULT };
+            Ok(Structure::Listed { camera, light: ListedLightOptions::DEFAULT })
         }
     }
 }

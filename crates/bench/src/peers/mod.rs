@@ -5,6 +5,7 @@ mod contest;
 mod contestants;
 mod print;
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
@@ -55,26 +56,27 @@ pub(crate) struct PeersFlags {
 pub(crate) fn run(flags: &PeersFlags) -> Result<()> {
     let embree = Embree::load(flags.embree.as_deref(), rayon::current_num_threads())?;
     let addresses = shot::addresses(&flags.scenes, flags.files.as_ref());
-    if matches!(flags.form, Form::Table) {
-        print::head(flags, &addresses, embree.version());
-    } else if matches!(flags.form, Form::Csv) {
-        print::csv_head();
+    let mut out = io::stdout();
+    match flags.form {
+        Form::Table => print::head(&mut out, flags, &addresses, embree.version())?,
+        Form::Csv => print::csv_head(&mut out)?,
+        Form::Json => {}
     }
     let mut rows = Vec::new();
     for address in addresses {
         let scene = Scene::open(&address).with_context(|| format!("scene {address}"))?;
         let row = contest::hold(&address, &scene, flags, &embree).with_context(|| format!("scene {address}"))?;
         match flags.form {
-            Form::Table => print::columns(&row),
-            Form::Csv => print::values(&row),
+            Form::Table => print::columns(&mut out, &row)?,
+            Form::Csv => print::values(&mut out, &row)?,
             Form::Json => {}
         }
         rows.push(row);
     }
     match flags.form {
-        Form::Table => print::means(&rows),
+        Form::Table => print::means(&mut out, &rows)?,
         Form::Csv => {}
-        Form::Json => println!("{}", serde_json::to_string_pretty(&rows)?),
+        Form::Json => writeln!(out, "{}", serde_json::to_string_pretty(&rows)?)?,
     }
     Ok(())
 }

@@ -88,7 +88,7 @@ impl Cpu {
     pub(crate) fn omitted(&self) -> &Omitted {
         match self.structure {
             Structure::Perspective => self.camera_grid.omitted(),
-            Structure::Listed(_) => self.listed_grid.omitted(),
+            Structure::Listed { .. } => self.listed_grid.omitted(),
             Structure::Bvh => self.bvh.omitted(),
         }
     }
@@ -100,7 +100,7 @@ impl Cpu {
     pub(crate) fn structure_bytes(&self) -> usize {
         match self.structure {
             Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.bytes(),
-            Structure::Listed(_) => self.bvh.bytes() + self.listed_grid.bytes() + self.listed_light_grid.bytes(),
+            Structure::Listed { .. } => self.bvh.bytes() + self.listed_grid.bytes() + self.listed_light_grid.bytes(),
             Structure::Bvh => self.bvh.bytes(),
         }
     }

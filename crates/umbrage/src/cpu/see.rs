@@ -25,7 +25,7 @@ impl Cpu {
                 camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
                 *camera_work = camera_grid.trace_counting(triangles, SolidPoints(frame), seen, work);
             }
-            Structure::Listed(options) => {
+            Structure::Listed { camera: options, .. } => {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;
                 listed_grid.trace_counting(triangles, SolidPoints(frame), seen, work);
             }
@@ -46,7 +46,7 @@ impl Cpu {
                 camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
                 *camera_work = camera_grid.trace(triangles, SolidPoints(frame), seen);
             }
-            Structure::Listed(options) => {
+            Structure::Listed { camera: options, .. } => {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;
                 listed_grid.trace(triangles, SolidPoints(frame), seen);
             }

@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Bvh, Hit, Ray, SeenImage, SeenPixels, TileOrder, View};
+use umbrage_rays::{Bvh, Hit, ListedLightOptions, Ray, SeenImage, SeenPixels, TileOrder, View};
 use umbrage_scene::{Frame, Light, ShadowingPoints};
 
 use super::{Cpu, LightWork, hit_of};
@@ -47,7 +47,7 @@ impl Cpu {
         self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
         match self.structure {
             Structure::Perspective => self.shadow_through_grids(frame, view, sample),
-            Structure::Listed(_) => self.shadow_through_lists(frame, view, sample),
+            Structure::Listed { light, .. } => self.shadow_through_lists(frame, view, sample, light),
             Structure::Bvh => self.shadow_through_hierarchy(frame, view, sample),
         }
         let points = self.seen.triangle.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();
@@ -66,9 +66,10 @@ impl Cpu {
         }
     }
 
-    fn shadow_through_lists(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+    fn shadow_through_lists(&mut self, frame: &Frame, view: &View, sample: &Sample, options: ListedLightOptions) {
         let Self { listed_light_grid, seen, lit, .. } = self;
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
+        listed_light_grid.set_options(options);
         listed_light_grid.survey(&image);
         for (light, mask) in frame.lights.iter().zip(lit) {
             let is_opaque = |id| frame.is_opaque(id);

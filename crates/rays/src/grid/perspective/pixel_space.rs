@@ -50,8 +50,12 @@ pub(super) struct PixelSpace {
     guard: f64,
     /// T of [`RELATIVE_EDGE_ERROR`](Self::RELATIVE_EDGE_ERROR), in pixels.
     pub(super) extent: f64,
-    /// Error of the edge functions of [`General`](super::general::General) for vertices at distance one of the eye.
+    /// Error of the edge functions of [`General`](super::general::General) for vertices with a reach of one.
     pub(super) edge_error: f64,
+    /// The reaches of [`camera_point`](Self::camera_point) for each world unit.
+    reach_per_unit: f64,
+    /// The least reach that counts in an orthographic view.
+    least_reach: f64,
 }
 
 impl PixelSpace {
@@ -74,17 +78,20 @@ impl PixelSpace {
         let rigid = [right, up, forward].into_iter().chain(camera_from_world).all(unit)
             && (0.98..1.02).contains(&determinant.abs());
         let farthest = DVec2::new(width, height) + axis_pixels.abs();
-        let extent = scale.abs() + farthest.x + farthest.y + 64.0;
-        let steepness = 1.0 + (farthest.x + farthest.y) / scale.abs();
-        let edge_error = Self::RELATIVE_EDGE_ERROR * extent * extent * steepness;
-        let edge_error = if rigid && edge_error.is_finite() { edge_error } else { f64::INFINITY };
+        let is_perspective = matches!(projection, Projection::Perspective { .. });
+        let eye = position.as_dvec3();
+        let bounds = if is_perspective {
+            EdgeBounds::of_perspective(scale.abs(), farthest)
+        } else {
+            EdgeBounds::of_orthographic(scale.abs(), farthest, eye.abs().max_element())
+        };
+        let bounds = if rigid && bounds.is_usable() { bounds } else { EdgeBounds::NONE };
+        let EdgeBounds { extent, edge_error, reach_per_unit, least_reach } = bounds;
 
         const LARGEST_ERROR_PRODUCT: f64 = (1 << 24) as f64;
         let guard = 0.5 * ((LARGEST_ERROR_PRODUCT / scale).sqrt() - 1.0);
-        let is_perspective = matches!(projection, Projection::Perspective { .. });
         let sees_inside_guard = farthest.max_element() / scale <= guard;
         let guard = if rigid && is_perspective && scale > 0.0 && sees_inside_guard { guard } else { -1.0 };
-        let eye = position.as_dvec3();
         Self {
             view: *view,
             offset_pixels,
@@ -96,20 +103,24 @@ impl PixelSpace {
             guard,
             extent,
             edge_error,
+            reach_per_unit,
+            least_reach,
         }
     }
 
-    /// Relative to T² (1 + x/z + y/z) rⱼ rₖ, where T is the extent of pixel space (scale, image and offset together)
+    /// Relative to T² (1 + x/z + y/z) rⱼ rₖ in a perspective view, where T is the extent of pixel space (scale, image and offset together)
     /// and r the largest coordinate of a vertex in relation to the eye.
     ///
     /// With q = (s·x + a·z, s·y + b·z, z) for a vertex, coordinates are at most 2 T r, 2 T r and 2 r and wrong by
     /// 2⁻⁴⁴·⁹ T r, 2⁻⁴⁴·⁹ T r and 2⁻⁴⁵ r. That makes 8.3 · 2⁻⁴⁵ T rⱼ rₖ in x and y of the cross product, 8.6 · 2⁻⁴⁵ T²
     /// rⱼ rₖ in z, and 25 · 2⁻⁴⁵ T² rⱼ rₖ in the edge function of a sample, whose coordinates are at most T. Its six
     /// roundings on a path add 144 · 2⁻⁵³, and the rays' own (see [`Vertex::ERROR_PIXELS`]) 2⁻⁴⁴ (1 + x/z + y/z): less
-    /// than 2⁻⁴⁰, doubled for the bound's own roundings and sums of three.
+    /// than 2⁻⁴⁰, doubled for the bound's own roundings and sums of three. [`EdgeBounds::of_orthographic`] derives the
+    /// same number for an orthographic view.
     const RELATIVE_EDGE_ERROR: f64 = 1.0 / (1_u64 << 39) as f64;
 
-    /// A point along the camera's right, up and forward axes, and the largest coordinate r of its offset from the eye.
+    /// A point along the camera's right, up and forward axes, and its reach: the largest coordinate r of its offset from
+    /// the eye, in an orthographic view times a factor that isn't below one.
     ///
     /// Each coordinate is wrong by at most 2⁻⁴⁵ r: the inverse matrix by 64 f64 roundings (its cofactors have 6, its
     /// determinant 30), the offset, product and sums by five, on each of three axes.
@@ -118,7 +129,7 @@ impl PixelSpace {
         let offset = DVec3::new(f64::from(point.x), f64::from(point.y), f64::from(point.z)) - self.eye;
         let [right, up, forward] = self.camera_from_world;
         let point = DVec3::new(dot(right, offset), dot(up, offset), dot(forward, offset));
-        (point, offset.x.abs().max(offset.y.abs()).max(offset.z.abs()))
+        (point, self.reach_per_unit * offset.x.abs().max(offset.y.abs()).max(offset.z.abs()))
     }
 
     /// Whether all rays start at the eye.
@@ -126,9 +137,9 @@ impl PixelSpace {
         matches!(self.view.camera.projection, Projection::Perspective { .. })
     }
 
-    /// The largest coordinate of the eye's position.
+    /// The least reach that counts in an orthographic view, where rays start all over the camera's plane.
     pub(super) fn eye_reach(&self) -> f64 {
-        self.eye.abs().max_element()
+        self.least_reach
     }
 
     /// Image width and height in pixels.
@@ -167,6 +178,69 @@ impl PixelSpace {
         let y = y * -self.scale + self.axis_pixels.y;
         let vertex = Vertex([x as f32, y as f32, inverse_depth as f32, 0.0]);
         if ordinary { vertex } else { Vertex::AWKWARD }
+    }
+}
+
+/// What bounds the edge functions of a view: `edge_error` · ρⱼ ρₖ, where ρ is the reach of a vertex.
+#[derive(Clone, Copy, Debug)]
+struct EdgeBounds {
+    extent: f64,
+    edge_error: f64,
+    reach_per_unit: f64,
+    least_reach: f64,
+}
+
+impl EdgeBounds {
+    /// Certain of nothing.
+    const NONE: Self = Self { extent: 1.0, edge_error: f64::INFINITY, reach_per_unit: 1.0, least_reach: 1.0 };
+
+    /// With `scale` pixels a unit of x/z, and samples and axis at most `farthest` from the middle.
+    fn of_perspective(scale: f64, farthest: DVec2) -> Self {
+        let extent = scale + farthest.x + farthest.y + 64.0;
+        let steepness = 1.0 + (farthest.x + farthest.y) / scale;
+        let edge_error = PixelSpace::RELATIVE_EDGE_ERROR * extent * extent * steepness;
+        Self { extent, edge_error, reach_per_unit: 1.0, least_reach: 0.0 }
+    }
+
+    /// With `scale` pixels a world unit, samples and axis at most `farthest` from the middle, and the eye `eye_reach`
+    /// from the world's origin.
+    ///
+    /// Let s be the scale, T the extent (the sum of `farthest`), r the largest coordinate of a vertex in relation to the
+    /// eye, e that of the eye, and M = max(T, s r), all s r and T in pixels.
+    /// - A vertex in pixels, s x + a, is wrong by s r 2⁻⁴⁵ (see [`PixelSpace::camera_point`]) and a few f64 roundings:
+    ///   2⁻⁴⁴·⁹ s r + 2⁻⁵¹ T.
+    /// - A ray starts where it should but for one rounding of e and seven of each of two axes' T/s on the way to each
+    ///   world coordinate, three of which make one of the camera's: 2⁻⁵¹·⁴ s e + 2⁻⁴⁷·⁵ T pixels. Its direction is exact.
+    /// - Together that is at most 2⁻⁴⁴·⁶ M + 2⁻⁵¹·⁴ s e. Vertices are at most 3.1 s r + T ≤ 4.1 M from a sample, so in the
+    ///   edge function (Xⱼ − x)(Yₖ − y) − (Xₖ − x)(Yⱼ − y) it makes 16.4 Mⱼ Mₖ (2⁻⁴⁴·⁶ + 2⁻⁵¹·⁴ s e / T). Five roundings
+    ///   on each path to its value add 2⁻⁴⁵ Mⱼ Mₖ.
+    ///
+    /// The sum is below Mⱼ Mₖ 2⁻⁴⁰ (1 + 2⁻⁷ s e / T) · 0.8; doubled as in [`PixelSpace::RELATIVE_EDGE_ERROR`].
+    ///
+    /// The reach ρ = M u / s makes M of it, with any unit u. It must not be below r, which
+    /// [`General`](super::general::General) bounds depths by, nor below one: with T/s, what the image is across, u is the
+    /// least that does. So depths are wrong by at most three of `General`'s four Σ bounds · ρ / area: 1.6 for the edge
+    /// functions (z ≤ 3.1 r, and half of each bound is true), 0.6 for the depths (edge functions are below 34 Mⱼ Mₖ, and
+    /// depths wrong by 2⁻⁴⁵ r), and far below one for where the ray starts (the area is below 34 Σ Mⱼ Mₖ). In worlds with
+    /// views that are far narrower than one unit that says little of depths, and much is left to the predicate.
+    fn of_orthographic(scale: f64, farthest: DVec2, eye_reach: f64) -> Self {
+        let extent = farthest.x + farthest.y;
+        let across = extent / scale;
+        let unit = across.min(1.0);
+        let relative = PixelSpace::RELATIVE_EDGE_ERROR * (1.0 + eye_reach / across / 128.0);
+        let pixels = scale * unit;
+        Self {
+            extent,
+            edge_error: relative * pixels * pixels,
+            reach_per_unit: unit.recip(),
+            least_reach: across / unit,
+        }
+    }
+
+    /// Whether all of it is a number above zero, but for the least reach.
+    fn is_usable(&self) -> bool {
+        [self.extent, self.edge_error, self.reach_per_unit].iter().all(|bound| bound.is_normal())
+            && self.least_reach.is_finite()
     }
 }
 
