@@ -70,6 +70,25 @@ fn triangles_that_cover_the_view_or_lie_behind_are_seen_exactly() {
 }
 
 #[test]
+fn triangles_over_many_tiles_are_seen_exactly() {
+    let mut random = Random(11);
+    // More columns of tiles than are looked at together; more rows than columns; a tile more in each than is whole.
+    for (width, height) in [(1100, 70), (66, 400), (330, 260)] {
+        let mut mesh = Mesh::default();
+        for step in 0..60 {
+            // From needles to triangles that hold the whole view, around the camera and through the eye plane.
+            let (length, width) = ([1.0, 2.0, 9.0][step % 3], [0.02, 0.5, 1.0, 40.0][step % 4]);
+            let [middle, across, along] = [0; 3].map(|_| random.point());
+            let corner = middle * 3.0;
+            mesh.push([corner, corner + across * length, corner + across + along * width]);
+        }
+        let camera = Camera::look_at(random.point() * 0.2, random.point(), Vec3::Y, 1.2);
+        let (_, counts) = check(&mesh, &View { camera, width, height }, MIDDLE);
+        assert!(counts.listed > 50, "{counts:?}");
+    }
+}
+
+#[test]
 fn huge_offsets_and_scales_are_seen_exactly() {
     let mut random = Random(4);
     let mut mesh = Mesh::soup(&mut random, 100, 0.05);

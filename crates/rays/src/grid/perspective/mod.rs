@@ -7,9 +7,11 @@
 
 mod bins;
 mod build;
+mod coarse;
 mod depth_order;
 mod general;
 mod lanes;
+mod linear;
 mod listed;
 mod pixel_space;
 mod tile;

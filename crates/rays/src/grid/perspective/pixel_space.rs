@@ -11,8 +11,9 @@ pub(super) const HALF_ULP: f32 = f32::EPSILON / 2.0;
 /// x and y count in pixels to the right and downwards from the sample at [`PixelSpace::middle`], so that samples have
 /// integer coordinates. They are wrong by at most |x| · [`HALF_ULP`] (|y| · `HALF_ULP`) + [`Vertex::ERROR_PIXELS`].
 ///
-/// The inverse depth has a relative error below 1.01 `HALF_ULP`. It is negative for a vertex that is behind the eye, too
-/// far to the side or not finite, whose x and y mean nothing.
+/// The inverse depth has a relative error below 1.01 `HALF_ULP`. It is [`Vertex::BEHIND`] for a vertex that is certainly
+/// behind the eye, and otherwise negative for one that is near its plane, too far to the side or not finite. Then x and
+/// y mean nothing, but for vertices in the same place behind the eye they are the same.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
 pub(super) struct Vertex(pub(super) [f32; 4]);
@@ -20,6 +21,9 @@ pub(super) struct Vertex(pub(super) [f32; 4]);
 impl Vertex {
     /// Stands for every vertex that the fast path can't take.
     pub(super) const AWKWARD: Self = Self([0.0, 0.0, -1.0, 0.0]);
+
+    /// The inverse depth of vertices that are certainly behind the eye. No ray hits a triangle with three of them.
+    pub(super) const BEHIND: f32 = -2.0;
 
     /// What the transform, before the rounding to f32, and the rounding of the rays' own directions may move a vertex
     /// by in relation to a sample.
@@ -156,7 +160,7 @@ impl PixelSpace {
 
     #[inline(always)]
     fn vertex(&self, position: Vec3) -> Vertex {
-        let (point, _) = self.camera_point(position);
+        let (point, reach) = self.camera_point(position);
         let inverse_depth = 1.0 / point.z;
         let (x, y) = (point.x * inverse_depth, point.y * inverse_depth);
         // Far from where 1/z or its slopes, 10¹² times as large at most, leave the range of an f32.
@@ -166,7 +170,12 @@ impl PixelSpace {
         let x = x * self.scale + self.axis_pixels.x;
         let y = y * -self.scale + self.axis_pixels.y;
         let vertex = Vertex([x as f32, y as f32, inverse_depth as f32, 0.0]);
-        if ordinary { vertex } else { Vertex::AWKWARD }
+        // Wrong by 2⁻⁴⁵ of the reach. Directions of rays have a depth of one but for a few roundings.
+        const DOUBT: f64 = 1.0 / (1_u64 << 40) as f64;
+        let behind = (point.z < -DOUBT * reach) & (self.guard >= 0.0);
+        let Vertex([x, y, ..]) = vertex;
+        let other = if behind { Vertex([x, y, Vertex::BEHIND, 0.0]) } else { Vertex::AWKWARD };
+        if ordinary { vertex } else { other }
     }
 }
 

@@ -69,17 +69,17 @@ impl Default for Tile {
 #[derive(Default)]
 #[repr(C, align(64))]
 pub(super) struct Batch {
-    a: [[f32; LANES]; 3],
-    b: [[f32; LANES]; 3],
-    c: [[f32; LANES]; 3],
-    bound: [f32; LANES],
+    pub(super) a: [[f32; LANES]; 3],
+    pub(super) b: [[f32; LANES]; 3],
+    pub(super) c: [[f32; LANES]; 3],
+    pub(super) bound: [f32; LANES],
     /// One over the depth in the middle of the tile.
-    inverse_depth: [f32; LANES],
+    pub(super) inverse_depth: [f32; LANES],
     /// What it changes by to the right and downwards, a pixel.
-    gradient: [[f32; LANES]; 2],
-    depth_error: [f32; LANES],
+    pub(super) gradient: [[f32; LANES]; 2],
+    pub(super) depth_error: [f32; LANES],
     /// Upper bound of one over the depth.
-    nearest: [f32; LANES],
+    pub(super) nearest: [f32; LANES],
     pub(super) ids: [u32; LANES],
     /// First and last column, and first and last row, of the blocks that hold a triangle's bounds.
     pub(super) blocks: [[i32; LANES]; 4],
@@ -103,47 +103,6 @@ impl Batch {
         certain.select(plane.gradient[0], zero).store_slice(&mut self.gradient[0]);
         certain.select(plane.gradient[1], zero).store_slice(&mut self.gradient[1]);
         certain.select(plane.error, nearest).store_slice(&mut self.depth_error);
-    }
-
-    /// Takes over a general triangle into `lane`, for the tile with its middle at (`x`, `y`) in pixel space; false where
-    /// f32 can't hold it.
-    ///
-    /// Each edge function is divided by its error, which so becomes one. Coefficients are rounded once, and evaluation
-    /// adds a rounding of each product and two of sums: four on a path, taken as six.
-    pub(super) fn fill_general(&mut self, lane: usize, triangle: &General, [x, y]: [f64; 2], id: u32) -> bool {
-        let Depth::Inverse { plane, error } = triangle.depth else { return false };
-        let reach = f64::from(HALF);
-        const ROUNDINGS: f64 = 6.0 * HALF_ULP as f64;
-        let middle = glam::DVec3::new(x, y, 1.0);
-        for (edge, (&coefficients, &bound)) in triangle.edges.iter().zip(&triangle.bounds).enumerate() {
-            let constant = coefficients.dot(middle);
-            let largest = reach * (coefficients.x.abs() + coefficients.y.abs()) + constant.abs();
-            let scale = (bound + ROUNDINGS * largest).recip();
-            // Beyond this, sums in f32 could overflow; it also keeps out what isn't a number.
-            if !(largest * scale < 1e30 && scale.is_normal()) {
-                return false;
-            }
-            self.a[edge][lane] = (coefficients.x * scale) as f32;
-            self.b[edge][lane] = (coefficients.y * scale) as f32;
-            self.c[edge][lane] = (constant * scale) as f32;
-        }
-        self.bound[lane] = 1.0;
-        let inverse_depth = plane.dot(middle);
-        let largest = inverse_depth.abs() + reach * (plane.x.abs() + plane.y.abs());
-        let error = error + ROUNDINGS * largest;
-        if !(largest < 1e24 && error > 1e-24) {
-            return false;
-        }
-        self.inverse_depth[lane] = inverse_depth as f32;
-        self.gradient[0][lane] = plane.x as f32;
-        self.gradient[1][lane] = plane.y as f32;
-        self.depth_error[lane] = (error as f32).next_up();
-        self.nearest[lane] = ((largest + error) as f32).next_up();
-        self.ids[lane] = id;
-        for (blocks, place) in self.blocks.iter_mut().zip([0, BLOCKS - 1, 0, BLOCKS - 1]) {
-            blocks[lane] = place as i32;
-        }
-        true
     }
 
     /// The edge functions of the triangle in `lane` at 16 places.

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
 use glam::{IVec2, UVec2, Vec3};
 use rayon::prelude::*;
 
-use super::bins::{Bin, Listed};
+use super::bins::Bin;
 use super::general::{General, Square};
 use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
 use super::listed::depth;
@@ -107,11 +107,9 @@ impl<const N: usize> TileTrace<'_, N> {
     fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone) {
         self.tile.clear();
         self.tally.listed += bins.clone().flat_map(Bin::lists).map(Vec::len).sum::<usize>() as u64;
-        self.tile.order.sort_by_depth(bins.clone().map(|bin| bin.ordinary.as_slice()));
+        let (ordinary, general) = (bins.clone().map(|bin| &*bin.ordinary), bins.clone().map(|bin| &*bin.general));
+        self.tile.order.sort_by_depth(ordinary, general);
         self.test_nearest_first::<S, false>(simd);
-        for bin in bins.clone() {
-            self.test_general(simd, &bin.general, false);
-        }
         for bin in bins.clone() {
             self.tally.fragments += bin.fragments.len() as u64;
             for fragments in bin.fragments.chunks(SAMPLES) {
@@ -124,11 +122,9 @@ impl<const N: usize> TileTrace<'_, N> {
             }
         }
         // Masked triangles come last: the less of them is seen, the fewer questions there are for the mask.
-        self.tile.order.sort_by_depth(bins.clone().map(|bin| bin.masked.as_slice()));
+        let (ordinary, general) = (bins.clone().map(|bin| &*bin.masked), bins.map(|bin| &*bin.masked_general));
+        self.tile.order.sort_by_depth(ordinary, general);
         self.test_nearest_first::<S, true>(simd);
-        for bin in bins {
-            self.test_general(simd, &bin.masked_general, true);
-        }
         self.settle();
         if self.tally.listed + self.tally.fragments > 0 {
             self.work.add(Kind::Cells, 0..SAMPLES, 1);
@@ -142,7 +138,18 @@ impl<const N: usize> TileTrace<'_, N> {
         let order = std::mem::take(&mut self.tile.order);
         let mut batch = Batch::default();
         let (mut ids, mut waiting, mut farthest) = ([0; LANES], 0, 0.0);
+        let (mut general, mut waiting_general) = ([0; LANES], 0);
         for listed in order.listed() {
+            if listed.nearest.is_sign_negative() {
+                general[waiting_general] = listed.triangle;
+                waiting_general += usize::from(-listed.nearest >= farthest);
+                if waiting_general == LANES {
+                    self.test_general(simd, &general, MASKED, &mut batch);
+                    waiting_general = 0;
+                    farthest = self.tile.farthest(simd);
+                }
+                continue;
+            }
             ids[waiting] = listed.triangle;
             waiting += usize::from(listed.nearest >= farthest);
             if waiting == LANES {
@@ -151,6 +158,7 @@ impl<const N: usize> TileTrace<'_, N> {
                 farthest = self.tile.farthest(simd);
             }
         }
+        self.test_general(simd, &general[..waiting_general], MASKED, &mut batch);
         self.test_ordinary::<S, MASKED>(simd, &ids[..waiting], &mut batch);
         self.tile.order = order;
     }
@@ -225,28 +233,26 @@ impl<const N: usize> TileTrace<'_, N> {
         }
     }
 
-    /// Tests triangles with edge functions found in f64: in f32 in the tile where that will do, else in f64.
+    /// Tests up to 16 triangles with edge functions found in f64: in f32 in the tile where that will do, else in f64.
     #[inline(always)]
-    fn test_general<S: Simd>(&mut self, simd: S, list: &[Listed], masked: bool) {
+    fn test_general<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool, batch: &mut Batch) {
         let corner = self.corner - self.space.middle;
         let whole = Square { x: corner.x, y: corner.y, side: 2 * HALF };
         let middle = (corner + HALF).as_dvec2().to_array();
-        let (mut batch, mut waiting) = (Batch::default(), 0);
-        for &Listed { triangle: id, .. } in list {
+        let mut waiting = 0;
+        for &id in ids {
             let triangle = General::new(self.space, self.triangles.corners(id));
-            if triangle.oriented && !masked && batch.fill_general(waiting, &triangle, middle, id) {
+            let linear = if masked { None } else { triangle.linear(middle, f64::from(HALF)) };
+            if let Some(linear) = linear {
+                batch.set(waiting, &linear, id);
                 waiting += 1;
-                if waiting == LANES {
-                    let queued = self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
-                    self.count_queued(queued);
-                    waiting = 0;
-                }
             } else {
                 self.test_square(simd, &triangle, id, masked, whole);
+                self.settle_if_many();
             }
-            self.settle_if_many();
         }
-        let queued = self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
+        self.settle_if_many();
+        let queued = self.tile.test_batch::<S, true>(simd, batch, (1 << waiting) - 1);
         self.count_queued(queued);
     }
 
