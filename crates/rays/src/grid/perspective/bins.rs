@@ -56,6 +56,10 @@ impl Bin {
         }
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.fragments.is_empty() && self.lists().all(Vec::is_empty)
+    }
+
     pub(super) fn bytes(&self) -> usize {
         bytes_of(&self.fragments) + self.lists().map(|list| bytes_of(list)).sum::<usize>()
     }

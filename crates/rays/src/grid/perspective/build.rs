@@ -310,7 +310,13 @@ impl SetUp<'_> {
         let (x, y) = (corners.x, corners.y);
         let setup = Setup::new(simd, x, y, corners.inverse_depth, bounds.error, samples, OVERHANG_PIXELS);
         let plane = DepthPlane::new(simd, corners, bounds.error, [0.0; 2], samples);
-        let certain = setup.is_certain(simd);
+        // Where corners are far from the image, their own rounding would take so many digits of the depth that most
+        // samples had to be refined. In f64 they have enough of them.
+        const FAR_IN_SIDES: f32 = 4.0;
+        let (width, height) = self.space.size();
+        let far = splat(simd, FAR_IN_SIDES * width.max(height) as f32);
+        let is_near = largest(x, y).simd_le(far) | mask32x16::splat(simd, path != Path::Ordinary);
+        let certain = setup.is_certain(simd) & is_near;
         let mut batch = Batch::default();
         batch.fill(simd, &setup, &plane, certain);
         let certain = certain.to_bitmask();
@@ -322,6 +328,7 @@ impl SetUp<'_> {
             self.bins.list_linear(simd, self.space, path, first + lane, &triangle, tiles);
         }
         for lane in lanes_of(lanes & !certain) {
+            let path = if path == Path::Ordinary { Path::General } else { path };
             self.list_general(simd, path, first + lane, self.triangles.corners(first + lane));
         }
     }

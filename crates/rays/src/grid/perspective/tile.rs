@@ -357,22 +357,22 @@ impl Tile {
         self.farthest[block] = low.reduce_min();
     }
 
-    /// Replaces `low` by the middle between it and `high`, NaN for no hit, and `high` by the relative error of that.
+    /// Writes the middles between the bounds of a block to `inverse_depth`, NaN for no hit; which of them may be wrong by
+    /// more than [`SeenPixels::RELATIVE_ERROR`].
     #[inline(always)]
-    pub(super) fn turn_bounds_into_errors<S: Simd>(&mut self, simd: S) {
-        let zero = splat(simd, 0.0);
-        for (low, high) in self.low.as_chunks_mut::<LANES>().0.iter_mut().zip(self.high.as_chunks_mut::<LANES>().0) {
-            let (lower, upper) = (f32x16::from_slice(simd, low), f32x16::from_slice(simd, high));
-            let sum = lower + upper;
-            // Three half ulps for the bound's own roundings, relative to it, and one for the middle's. Outside the range
-            // where that holds, nothing is sure.
-            let error = (upper - lower) / sum * splat(simd, 1.0 + 4.0 * HALF_ULP) + splat(simd, 1.01 * HALF_ULP);
-            let in_range = sum.simd_gt(splat(simd, 1e-30)) & sum.simd_lt(splat(simd, 1e30));
-            let error = in_range.select(error, splat(simd, f32::INFINITY));
-            let is_hit = sum.simd_gt(zero);
-            is_hit.select(error, zero).store_slice(high);
-            is_hit.select(sum * splat(simd, 0.5), splat(simd, f32::NAN)).store_slice(low);
-        }
+    pub(super) fn write_middles<S: Simd>(&self, simd: S, block: usize, inverse_depth: &mut [f32]) -> u64 {
+        let samples = block * LANES..(block + 1) * LANES;
+        let low = f32x16::from_slice(simd, &self.low[samples.clone()]);
+        let high = f32x16::from_slice(simd, &self.high[samples]);
+        let sum = low + high;
+        // The middle is wrong by half the difference and one half ulp. Relative to it, that is the difference over the
+        // sum, with two roundings of each, and 1.01 half ulps; nothing is sure outside the range where that holds.
+        const MOST: f32 = SeenPixels::RELATIVE_ERROR - 1.1 * HALF_ULP;
+        let sure = (high - low).simd_lt(sum * splat(simd, MOST));
+        let in_range = sum.simd_gt(splat(simd, 1e-30)) & sum.simd_lt(splat(simd, 1e30));
+        let is_hit = sum.simd_gt(splat(simd, 0.0));
+        is_hit.select(sum * splat(simd, 0.5), splat(simd, f32::NAN)).store_slice(inverse_depth);
+        (is_hit & !(sure & in_range)).to_bitmask()
     }
 
     /// Takes in a sample of a tiny triangle.

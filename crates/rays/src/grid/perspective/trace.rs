@@ -6,6 +6,7 @@ use glam::{IVec2, UVec2, Vec3};
 use rayon::prelude::*;
 
 use super::bins::Bin;
+use super::build::lanes_of;
 use super::general::{General, Square};
 use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
 use super::listed::depth;
@@ -68,8 +69,7 @@ impl PerspectiveGrid {
             let (tile, work, tally) = (&mut *tile, TileWork(work), GridCounts::default());
             let mut trace = TileTrace { space, triangles, vertices, mask, corner, tile, work, tally };
             let bins = grid.ranges.iter().map(|range| &range.bins[index]);
-            dispatch!(grid.level.0, simd => trace.run(simd, bins.clone()));
-            trace.write(triangle, inverse_depth);
+            dispatch!(grid.level.0, simd => trace.run(simd, bins.clone(), triangle, inverse_depth));
             trace.tally
         });
         counted.reduce(GridCounts::default, GridCounts::plus)
@@ -102,9 +102,19 @@ struct TileTrace<'a, const N: usize> {
 }
 
 impl<const N: usize> TileTrace<'_, N> {
-    /// Searches the tile's bins of all ranges of triangles.
+    /// Searches the tile's bins of all ranges of triangles, and writes what each sample sees.
     #[inline(always)]
-    fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone) {
+    fn run<'b, S: Simd>(
+        &mut self,
+        simd: S,
+        bins: impl Iterator<Item = &'b Bin> + Clone,
+        triangle: &mut [u32],
+        inverse_depth: &mut [f32],
+    ) {
+        if bins.clone().all(Bin::is_empty) {
+            leave_empty(triangle, inverse_depth);
+            return;
+        }
         self.tile.clear();
         self.tally.listed += bins.clone().flat_map(Bin::lists).map(Vec::len).sum::<usize>() as u64;
         let (ordinary, general) = (bins.clone().map(|bin| &*bin.ordinary), bins.clone().map(|bin| &*bin.general));
@@ -129,7 +139,7 @@ impl<const N: usize> TileTrace<'_, N> {
         if self.tally.listed + self.tally.fragments > 0 {
             self.work.add(Kind::Cells, 0..SAMPLES, 1);
         }
-        self.tile.turn_bounds_into_errors(simd);
+        self.write(simd, triangle, inverse_depth);
     }
 
     /// Tests the triangles in the tile's order, all of them masked or none, but for those that are behind all that is seen by then.
@@ -335,13 +345,13 @@ impl<const N: usize> TileTrace<'_, N> {
     }
 
     /// Copies the tile to the image.
-    fn write(&mut self, triangle: &mut [u32], inverse_depth: &mut [f32]) {
-        let Tile { low: middle, high: error, triangle: found, .. } = &*self.tile;
-        triangle.copy_from_slice(found);
-        inverse_depth.copy_from_slice(middle);
-        for (place, &error) in error.iter().enumerate() {
-            if error > SeenPixels::RELATIVE_ERROR {
-                inverse_depth[place] = self.inverse_depth(place);
+    #[inline(always)]
+    fn write<S: Simd>(&mut self, simd: S, triangle: &mut [u32], inverse_depth: &mut [f32]) {
+        triangle.copy_from_slice(&self.tile.triangle);
+        for (block, inverse_depth) in inverse_depth.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+            let unsure = self.tile.write_middles(simd, block, inverse_depth);
+            for lane in lanes_of(unsure) {
+                inverse_depth[lane as usize % LANES] = self.inverse_depth(block * LANES + lane as usize);
                 self.tally.refined += 1;
             }
         }
@@ -358,6 +368,8 @@ impl<const N: usize> TileTrace<'_, N> {
     }
 
     /// The inverse depth of what is seen at a place, in f64 or by the predicate.
+    #[cold]
+    #[inline(never)]
     fn inverse_depth(&self, place: usize) -> f32 {
         let (x, y) = self.pixel(place);
         let id = self.tile.triangle[place];
@@ -375,6 +387,17 @@ impl<const N: usize> TileTrace<'_, N> {
         let x = self.corner.x as u32 + (block % BLOCKS * 4 + sample % 4) as u32;
         let y = self.corner.y as u32 + (block / BLOCKS * 4 + sample / 4) as u32;
         (x, y)
+    }
+}
+
+/// Makes a tile show nothing. In most frames it did so before: reading that takes less time than writing it.
+#[inline(always)]
+fn leave_empty(triangle: &mut [u32], inverse_depth: &mut [f32]) {
+    if triangle.iter().fold(SeenPixels::NONE, |all, id| all & id) != SeenPixels::NONE {
+        triangle.fill(SeenPixels::NONE);
+    }
+    if !inverse_depth.iter().fold(true, |all, inverse| all & inverse.is_nan()) {
+        inverse_depth.fill(f32::NAN);
     }
 }
 
