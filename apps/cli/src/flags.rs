@@ -158,6 +158,9 @@ pub(crate) struct RenderFlags {
     /// What finds the triangles that rays hit; the picture is the same either way
     #[arg(long, value_enum, default_value = "perspective")]
     pub(crate) structure: StructureFlag,
+    /// See through triangles whose corners are seen clockwise; they cast shadows all the same
+    #[arg(long)]
+    pub(crate) cull_back_faces: bool,
     /// From radiance to the screen
     #[arg(long, value_enum, default_value = "neutral")]
     pub(crate) tone_map: ToneMapFlag,

@@ -69,10 +69,11 @@ impl PerspectiveGrid {
         let (columns, rows) = self.tiles();
         self.ranges.resize_with(ranges, Bins::default);
         let vertices = &self.vertices;
+        let facing = if self.culls_back_faces { space.front_sign() } else { 0.0 };
         self.ranges.par_iter_mut().enumerate().with_max_len(1).for_each(|(range, bins)| {
             bins.reset(columns, rows);
             let ids = (range * length).min(count)..((range + 1) * length).min(count);
-            let set_up = SetUp { space, triangles, vertices, masked, bins };
+            let set_up = SetUp { space, triangles, vertices, masked, facing, bins };
             dispatch!(level, simd => set_up.range(simd, ids));
         });
     }
@@ -84,6 +85,8 @@ struct SetUp<'a> {
     triangles: Triangles<'a>,
     vertices: &'a [Vertex],
     masked: &'a (dyn Fn(u32) -> bool + Sync),
+    /// The sign of the area in pixel space of triangles that show their front; zero where both sides count.
+    facing: f32,
     bins: &'a mut Bins,
 }
 
@@ -127,6 +130,9 @@ impl SetUp<'_> {
             if seen == 0 {
                 continue;
             }
+            if self.facing != 0.0 {
+                seen &= self.fronts(simd, first as u32, &corners, &bounds, seen);
+            }
             let masked = lanes_of(seen).filter(|lane| (self.masked)(first as u32 + lane));
             let masked = masked.fold(0, |masked, lane| masked | 1 << lane);
             if masked != 0 {
@@ -145,6 +151,18 @@ impl SetUp<'_> {
         }
     }
 
+    /// Which of some triangles show their front: those whose area is certain, and those that the predicate says do.
+    #[inline(always)]
+    fn fronts<S: Simd>(&self, simd: S, first: u32, corners: &Corners<S>, bounds: &PixelBounds<S>, lanes: u64) -> u64 {
+        let [area, bound] = corners.signed_area(simd, bounds.error);
+        let area = area * splat(simd, self.facing);
+        let (mut fronts, backs) = (area.simd_gt(bound).to_bitmask(), area.simd_lt(-bound).to_bitmask());
+        for lane in lanes_of(lanes & !(fronts | backs)) {
+            fronts |= u64::from(self.space.sees_front(self.triangles.corners(first + lane))) << lane;
+        }
+        fronts
+    }
+
     /// Whether two corners are in the same place in the image.
     #[inline(always)]
     fn coincide<S: Simd>(&self, corners: &Corners<S>) -> mask32x16<S> {
@@ -160,6 +178,7 @@ impl SetUp<'_> {
     fn set_aside<S: Simd>(&mut self, simd: S, id: u32) {
         match self.triangles.usable_corners(id) {
             Err(why) => self.bins.omitted.note(id, why),
+            Ok(corners) if self.facing != 0.0 && !self.space.sees_front(corners) => {}
             Ok(corners) => {
                 let path = if (self.masked)(id) { Path::MaskedGeneral } else { Path::General };
                 self.list_general(simd, path, id, corners);

@@ -1,6 +1,7 @@
 use fearless_simd::Simd;
 use glam::{DVec2, DVec3, IVec2, Vec3};
 
+use crate::predicate::{is_front_along, is_front_from};
 use crate::{Camera, Projection, Ray, View};
 
 /// Half the distance from one to the next f32: the relative error of one rounding.
@@ -123,6 +124,22 @@ impl PixelSpace {
         let [right, up, forward] = self.camera_from_world;
         let point = DVec3::new(dot(right, offset), dot(up, offset), dot(forward, offset));
         (point, offset.x.abs().max(offset.y.abs()).max(offset.z.abs()))
+    }
+
+    /// The sign of a triangle's area in pixel space, where y goes down, when its corners are seen counterclockwise.
+    pub(super) fn front_sign(&self) -> f32 {
+        let Camera { right, up, forward, .. } = self.view.camera;
+        // Below zero for a camera in a right-handed world, whose image isn't mirrored: there y down turns the sign.
+        right.as_dvec3().dot(up.as_dvec3().cross(forward.as_dvec3())).signum() as f32
+    }
+
+    /// Whether rays see a triangle's front, where they hit it.
+    pub(super) fn sees_front(&self, corners: [Vec3; 3]) -> bool {
+        if self.is_perspective() {
+            is_front_from(self.eye, corners)
+        } else {
+            is_front_along(self.view.camera.forward.as_dvec3(), corners)
+        }
     }
 
     /// Whether all rays start at the eye.
