@@ -299,7 +299,8 @@ impl SetUp<'_> {
             let lane = lane as usize;
             let listed = Listed { triangle: id, nearest: nearest[lane] };
             let tiles = self.tiles([x0[lane], x1[lane], y0[lane], y1[lane]]);
-            // Where bounds hold many tiles, a triangle often misses most of them.
+            // Where bounds hold many tiles, a triangle often misses most of them. With 1 or 2 here, building takes up to a
+            // half longer, and seeing no less time; with 8, both take the same (as measured for `DepthOrder`).
             const MOST_UNTESTED: i32 = 4;
             if (tiles[1] - tiles[0] + 1) * (tiles[3] - tiles[2] + 1) <= MOST_UNTESTED {
                 self.bins.list(path, listed, tiles);

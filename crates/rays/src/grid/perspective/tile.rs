@@ -169,7 +169,8 @@ impl Tile {
             let lane = lane as usize % LANES;
             let (x0, x1) = (batch.blocks[0][lane] as usize % BLOCKS, batch.blocks[1][lane] as usize % BLOCKS);
             let (y0, y1) = (batch.blocks[2][lane] as usize % BLOCKS, batch.blocks[3][lane] as usize % BLOCKS);
-            // Fewer blocks than this are tested without rejecting any by edges first: a guess, not measured.
+            // So few blocks are tested without rejecting any by edges first. From 1 to 16, times differ by no more than
+            // the 3 % that they vary by (cloth, hall, forest and sibenik.obj at 1024², Zen 4).
             const FEW: usize = 4;
             if !CERTAIN || (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW {
                 let nearest = batch.nearest[lane];
