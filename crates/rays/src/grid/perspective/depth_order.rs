@@ -13,7 +13,7 @@ pub(super) struct DepthOrder {
 
 impl DepthOrder {
     /// Slices of a tile. From 16 to 256, times differ by no more than the 3 % that they vary by (cloth, hall, forest,
-    /// sibenik.obj and dream_apartment.glb at 1024², Zen 4).
+    /// `sibenik.obj` and `dream_apartment.glb` at 1024², Zen 4).
     const SLICES: usize = 64;
 
     /// Replaces the order by that of some lists, those of triangles for the fast path and those of triangles for the
