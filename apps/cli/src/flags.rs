@@ -167,6 +167,9 @@ pub(crate) struct RenderFlags {
     /// The most triangles in one of them, 1 to 4096 [default: 512]
     #[arg(long, value_name = "N")]
     pub(crate) light_triangles: Option<u32>,
+    /// See through triangles whose corners are seen clockwise; they cast shadows all the same
+    #[arg(long)]
+    pub(crate) cull_back_faces: bool,
     /// From radiance to the screen
     #[arg(long, value_enum, default_value = "neutral")]
     pub(crate) tone_map: ToneMapFlag,

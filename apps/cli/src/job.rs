@@ -71,6 +71,7 @@ impl Job {
             height: flags.size.height,
             samples: flags.samples,
             structure,
+            culls_back_faces: flags.cull_back_faces,
             background: background(flags.background)?,
             exposure_stops: flags.exposure,
             tone_map,

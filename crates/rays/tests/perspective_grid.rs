@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec2, Vec3};
 use support::{Mesh, Random, assert_exact, check, is_same, view};
+use umbrage_rays::predicate::crossing;
 use umbrage_rays::{
     Camera, Hit, Mask, MaskAnswers, MaskPoints, PerspectiveGrid, Projection, SeenPixels, SimdLevel, Triangles,
     Unmasked, View,
@@ -66,6 +67,62 @@ fn triangles_that_cover_the_view_or_lie_behind_are_seen_exactly() {
         let order = seen.order();
         let mut inside = (0..order.places()).filter(|&place| order.pixel(place).is_some());
         assert!(inside.all(|place| seen.triangle[place] < 2));
+    }
+}
+
+#[test]
+fn triangles_over_many_tiles_are_seen_exactly() {
+    let mut random = Random(11);
+    // More columns of tiles than are looked at together; more rows than columns; a tile more in each than is whole.
+    for (width, height) in [(1100, 70), (66, 400), (330, 260)] {
+        let mut mesh = Mesh::default();
+        for step in 0..60 {
+            // From needles to triangles that hold the whole view, around the camera and through the eye plane.
+            let (length, width) = ([1.0, 2.0, 9.0][step % 3], [0.02, 0.5, 1.0, 40.0][step % 4]);
+            let [middle, across, along] = [0; 3].map(|_| random.point());
+            let corner = middle * 3.0;
+            mesh.push([corner, corner + across * length, corner + across + along * width]);
+        }
+        let camera = Camera::look_at(random.point() * 0.2, random.point(), Vec3::Y, 1.2);
+        let (_, counts) = check(&mesh, &View { camera, width, height }, MIDDLE);
+        assert!(counts.listed > 30, "{counts:?}");
+    }
+}
+
+#[test]
+fn culled_back_faces_are_seen_through() {
+    let mut random = Random(13);
+    let mut mesh = Mesh::soup(&mut random, 150, 0.05);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 12));
+    mesh.append(&Mesh::floor(3, 500.0));
+    // Edge-on for the camera of `view`, but for roundings.
+    let eye = view(1, 1).camera.position;
+    for _ in 0..50 {
+        let (a, b) = (random.point(), random.point());
+        mesh.push([a, b, a + (a - eye) * random.unit()]);
+    }
+    let mut views = [view(40, 40), view(40, 40), view(40, 40)];
+    views[1].camera.right = -views[1].camera.right;
+    views[2].camera.projection = Projection::Orthographic { half_height: 1.5 };
+    let mut grid = PerspectiveGrid::default();
+    let mut seen = SeenPixels::default();
+    for view in &views {
+        for culls in [true, false] {
+            grid.set_culls_back_faces(culls);
+            grid.build(mesh.triangles(), view, MIDDLE, |_| false).unwrap();
+            grid.validate(mesh.triangles()).unwrap();
+            grid.trace(mesh.triangles(), Unmasked, &mut seen);
+            for (x, y) in (0..40 * 40).map(|pixel| (pixel % 40, pixel / 40)) {
+                let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let is_there = |hit: &Hit| {
+                    let crossing = crossing(&ray, mesh.triangles().corners(hit.triangle));
+                    !culls || crossing.is_some_and(|crossing| crossing.front)
+                };
+                let hit = support::nearest(mesh.triangles(), view, MIDDLE, (x, y), is_there);
+                let expected = hit.map_or(SeenPixels::NONE, |hit| hit.triangle);
+                assert_eq!(seen.triangle_at(x, y), expected, "pixel ({x}, {y}), {culls}");
+            }
+        }
     }
 }
 

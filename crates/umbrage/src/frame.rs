@@ -64,7 +64,7 @@ impl Renderer {
         let surroundings = Surroundings::new(&settings.background);
 
         film.clear(&view);
-        stats.time("build", || engine.build(frame, settings.structure));
+        stats.time("build", || engine.build(frame, settings));
         for sample in Sample::all(settings.samples) {
             stats.time("see", || engine.see(frame, &view, &sample))?;
             stats.time("shadow", || engine.shadow(frame, &view, &sample));
@@ -95,7 +95,7 @@ impl Renderer {
         let Self { engine, frame, .. } = self;
         scene.pose(seconds, frame)?;
         let view = settings.view(frame);
-        engine.build(frame, settings.structure);
+        engine.build(frame, settings);
         for sample in Sample::all(1) {
             engine.see_counting(frame, &view, &sample, work)?;
         }

@@ -18,6 +18,8 @@ pub struct Settings {
     pub lights: Option<Vec<Light>>,
     /// What finds the triangles that rays hit; the picture is the same either way.
     pub structure: Structure,
+    /// Whether camera rays go through triangles whose corners they see clockwise. Those cast shadows all the same.
+    pub culls_back_faces: bool,
     /// What is behind and around the scene.
     pub background: Background,
     /// Brightness in photographic stops: each step doubles it.
@@ -35,6 +37,7 @@ impl Default for Settings {
             camera: None,
             lights: None,
             structure: Structure::default(),
+            culls_back_faces: false,
             background: Background::Sky,
             exposure_stops: 0.0,
             tone_map: ToneMap::PbrNeutral,

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use umbrage::rays::View;
-use umbrage::rays::predicate::{HitPoint, ShadowRay};
+use umbrage::rays::predicate::{HitPoint, ShadowRay, crossing};
+use umbrage::rays::{Hit, View};
 use umbrage::scene::Frame;
 use umbrage::{Film, Renderer, Scene, Settings, Structure};
 use umbrage_verify::{Oracle, real_scene};
@@ -16,9 +16,15 @@ fn settings(structure: Structure) -> Settings {
 
 /// Compares a frame through every structure with the oracle; returns how many of its pixels show a triangle.
 fn compare(scene: &Scene, seconds: f64, name: &str) -> usize {
+    compare_with(scene, seconds, name, false)
+}
+
+/// Does the same with back faces culled or not.
+fn compare_with(scene: &Scene, seconds: f64, name: &str, culls_back_faces: bool) -> usize {
     let mut truth = None;
     for structure in [Structure::Perspective, Structure::LISTED, Structure::Bvh] {
-        let (settings, mut renderer) = (settings(structure), Renderer::default());
+        let settings = Settings { culls_back_faces, ..settings(structure) };
+        let mut renderer = Renderer::default();
         renderer.render(scene, seconds, &settings).unwrap_or_else(|error| panic!("{name}: {error}"));
         let truth = truth.get_or_insert_with(|| oracle(renderer.frame(), &settings));
         for (pixel, truth) in (0..).zip(&*truth) {
@@ -48,7 +54,12 @@ fn oracle(frame: &Frame, settings: &Settings) -> Vec<Truth> {
     let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
     let truth = pixels.map(|(x, y)| {
         let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let hit = oracle.nearest(&ray, |hit| frame.is_solid(hit.triangle, hit.barycentric));
+        let counts = |hit: &Hit| {
+            let corners = frame.triangles().corners(hit.triangle);
+            let is_front = crossing(&ray, corners).is_some_and(|crossing| crossing.front);
+            (is_front || !settings.culls_back_faces) && frame.is_solid(hit.triangle, hit.barycentric)
+        };
+        let hit = oracle.nearest(&ray, counts);
         let lit = frame.lights.iter().map(|light| {
             hit.is_some_and(|hit| {
                 let shadow_ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
@@ -67,6 +78,16 @@ fn procedural_scenes_are_the_oracles() {
         let scene = Scene::open(format!("demo:{name}?triangles=1500")).expect("a scene of the gallery");
         let seen = compare(&scene, 0.4 * scene.duration_seconds(), name);
         assert!(seen > 200, "{name} shows {seen} pixels");
+    }
+}
+
+#[test]
+fn culled_back_faces_are_the_oracles() {
+    for name in ["cloth", "marbles", "forest", "shatter", "glass"] {
+        let scene = Scene::open(format!("demo:{name}?triangles=1500")).expect("a scene of the gallery");
+        let seconds = 0.4 * scene.duration_seconds();
+        let [all, fronts] = [false, true].map(|culls| compare_with(&scene, seconds, name, culls));
+        assert!(fronts > 100 && fronts <= all, "{name} shows {fronts} pixels of {all}");
     }
 }
 

@@ -52,6 +52,41 @@ pub fn hit(ray: &Ray, triangles: Triangles<'_>, id: u32) -> Option<Hit> {
     (ray.t_min < t && t < ray.t_max).then_some(Hit { t, triangle: id, barycentric })
 }
 
+/// Whether rays of a `direction` meet a triangle on the side from which its corners are seen counterclockwise; false
+/// where they only graze it. Where they hit it, this is [`Crossing::front`].
+#[must_use]
+pub fn is_front_along(direction: DVec3, corners: [Vec3; 3]) -> bool {
+    let direction = scaled(direction);
+    is_against_normal(corners, direction.to_array().map(Double::from), || exact_vector(direction))
+}
+
+/// Whether a triangle's corners are seen counterclockwise from a `point`; false where that is in the triangle's plane.
+/// For rays from there that hit it, this is [`Crossing::front`].
+#[must_use]
+pub fn is_front_from(point: DVec3, corners: [Vec3; 3]) -> bool {
+    let corner = corners[0].as_dvec3();
+    is_against_normal(corners, Double::difference(corner, point), || exact_difference(corner, point))
+}
+
+/// Whether n · v is below zero for the unnormalised normal n of a triangle and a vector v, given in two forms.
+fn is_against_normal<const N: usize>(
+    corners: [Vec3; 3],
+    vector: [Double; 3],
+    exact: impl FnOnce() -> [Expansion<N>; 3],
+) -> bool {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let normal = Double::cross(Double::difference(b, a), Double::difference(c, a));
+    let product = Double::dot(normal, vector);
+    if product.value().abs() > CANCELLATION * product.magnitude() {
+        product.value() < 0.0
+    } else {
+        exact_dot(&exact_normal(a, b, c), &exact()) < 0.0
+    }
+}
+
+/// Double-double arithmetic loses at most about 2⁻⁹⁸ of the terms; 2⁻⁴⁰ of them left means 2⁻⁵⁸ of the result.
+const CANCELLATION: f64 = 1.0 / (1_u64 << 40) as f64;
+
 /// A triangle that a line meets, with its corners in canonical order.
 ///
 /// Corners are sorted by position: a triangle gives bit for bit the same result however its corners are listed.
@@ -116,8 +151,6 @@ impl Edges {
         let normal = Double::cross(Double::difference(b, a), Double::difference(c, a));
         let slope = Double::dot(normal, self.direction.to_array().map(Double::from));
         let height = Double::dot(normal, Double::difference(a, self.origin));
-        // Double-double loses at most about 2⁻⁹⁸ of the terms; 2⁻⁴⁰ of them left means 2⁻⁵⁸ of the result.
-        const CANCELLATION: f64 = 1.0 / (1_u64 << 40) as f64;
         if slope.value().abs() > CANCELLATION * slope.magnitude()
             && height.value().abs() > CANCELLATION * height.magnitude()
         {

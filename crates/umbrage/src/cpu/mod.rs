@@ -10,13 +10,15 @@ use umbrage_rays::{
 };
 use umbrage_scene::Frame;
 
-use crate::Structure;
+use crate::{Settings, Structure};
 pub use shadow::LightMask;
 
 /// Finds what each pixel sees and which lights reach it, through structures rebuilt for every frame.
 #[derive(Debug, Default)]
 pub(crate) struct Cpu {
     structure: Structure,
+    /// Whether camera rays go through back faces.
+    culls_back_faces: bool,
     /// For single rays; for all rays where the structure is the hierarchy.
     bvh: Bvh,
     camera_grid: PerspectiveGrid,
@@ -55,12 +57,17 @@ impl Cpu {
 
     /// Rebuilds what serves all samples of a frame: the hierarchy, where anything needs it. Grids are made for the rays
     /// of one sample, by the stages that trace them.
-    pub(crate) fn build(&mut self, frame: &Frame, structure: Structure) {
-        self.structure = structure;
+    pub(crate) fn build(&mut self, frame: &Frame, settings: &Settings) {
+        self.structure = settings.structure;
+        if let Structure::Listed { camera, .. } = &mut self.structure {
+            camera.culls_back_faces |= settings.culls_back_faces;
+        }
+        self.culls_back_faces = settings.culls_back_faces;
+        self.camera_grid.set_culls_back_faces(settings.culls_back_faces);
         self.shadow_rays = 0;
         self.camera_work = GridCounts::default();
         self.light_work.clear();
-        if structure == Structure::Bvh || frame.is_see_through() {
+        if self.structure == Structure::Bvh || frame.is_see_through() {
             self.bvh.build(frame.triangles());
         }
     }
@@ -111,6 +118,13 @@ impl Cpu {
             + size_of_val(inverse_depth.as_slice())
             + self.lit.iter().map(LightMask::bytes).sum::<usize>()
     }
+}
+
+/// Whether a camera ray that meets a triangle there is stopped by it, or seen by it to be of some colour.
+fn counts(frame: &Frame, ray: &Ray, hit: &Hit, culls_back_faces: bool) -> bool {
+    let is_there =
+        !culls_back_faces || predicate::is_front_along(ray.direction, frame.triangles().corners(hit.triangle));
+    is_there && frame.is_solid(hit.triangle, hit.barycentric)
 }
 
 /// Where `ray` meets the triangle that it is known to show.

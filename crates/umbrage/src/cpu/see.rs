@@ -2,7 +2,7 @@ use rayon::prelude::*;
 use umbrage_rays::{Hit, ImageTooLarge, PixelWork, SeenPixels, View};
 use umbrage_scene::{Frame, SolidPoints};
 
-use super::Cpu;
+use super::{Cpu, counts};
 use crate::Structure;
 use crate::sampling::Sample;
 
@@ -40,6 +40,7 @@ impl Cpu {
     /// Where the image is larger than the structure's limit.
     pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
         let Self { structure, bvh, camera_grid, listed_grid, seen, camera_work, .. } = self;
+        let culls_back_faces = self.culls_back_faces;
         let triangles = frame.triangles();
         match structure {
             Structure::Perspective => {
@@ -51,14 +52,16 @@ impl Cpu {
                 listed_grid.trace(triangles, SolidPoints(frame), seen);
             }
             Structure::Bvh => {
-                let is_solid = |hit: &Hit| frame.is_solid(hit.triangle, hit.barycentric);
                 seen.resize(view.width, view.height);
                 let order = seen.order();
                 let SeenPixels { triangle, inverse_depth, .. } = seen;
                 let places = triangle.par_iter_mut().zip(inverse_depth).enumerate();
                 places.for_each(|(place, (triangle, inverse_depth))| {
                     let pixel = order.pixel(place);
-                    let nearest = pixel.and_then(|(x, y)| bvh.nearest(triangles, &sample.ray(view, x, y), is_solid));
+                    let nearest = pixel.and_then(|(x, y)| {
+                        let ray = sample.ray(view, x, y);
+                        bvh.nearest(triangles, &ray, |hit: &Hit| counts(frame, &ray, hit, culls_back_faces))
+                    });
                     *triangle = nearest.map_or(SeenPixels::NONE, |hit| hit.triangle);
                     *inverse_depth = nearest.map_or(f32::NAN, |hit| SeenPixels::inverse_of(hit.t));
                 });

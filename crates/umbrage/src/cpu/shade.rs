@@ -4,7 +4,7 @@ use umbrage_rays::{Bvh, Hit, Ray, View};
 use umbrage_scene::Frame;
 
 use super::shadow::{LightMask, is_blocked};
-use super::{Cpu, hit_of};
+use super::{Cpu, counts, hit_of};
 use crate::Film;
 use crate::background::Surroundings;
 use crate::sampling::Sample;
@@ -21,7 +21,8 @@ impl Cpu {
         film: &mut Film,
     ) {
         let footprint = Footprint::new(view, sample.of);
-        let shading = Shading { bvh: &self.bvh, lit: &self.lit, frame, surroundings, footprint };
+        let culls_back_faces = self.culls_back_faces;
+        let shading = Shading { bvh: &self.bvh, lit: &self.lit, frame, surroundings, footprint, culls_back_faces };
         let Film { color, depth, normal, triangle, .. } = film;
         let (order, width) = (self.seen.order(), view.width as usize);
         let pixels = color.par_iter_mut().zip(depth).zip(normal).zip(triangle).enumerate();
@@ -44,6 +45,7 @@ struct Shading<'a> {
     frame: &'a Frame,
     surroundings: &'a Surroundings<'a>,
     footprint: Footprint,
+    culls_back_faces: bool,
 }
 
 /// What one ray saw.
@@ -81,8 +83,8 @@ impl Shading<'_> {
                 break;
             }
             let behind = Ray { t_min: hit.t, ..*ray };
-            let solid = |hit: &Hit| self.frame.is_solid(hit.triangle, hit.barycentric);
-            next = self.bvh.nearest(self.frame.triangles(), &behind, solid);
+            let counts = |hit: &Hit| counts(self.frame, ray, hit, self.culls_back_faces);
+            next = self.bvh.nearest(self.frame.triangles(), &behind, counts);
         }
         color += self.surroundings.radiance(ray.direction.normalize().as_vec3()) * through;
         Seen { color: color.extend(1.0 - through.element_sum() / 3.0), first }

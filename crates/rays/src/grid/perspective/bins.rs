@@ -1,5 +1,3 @@
-use super::general::{General, Square};
-use super::pixel_space::PixelSpace;
 use crate::Omitted;
 use crate::grid::TileOrder;
 
@@ -22,7 +20,7 @@ pub(super) struct Bin {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Listed {
     pub(super) triangle: u32,
-    /// Upper bound of one over the depth of all hits; infinite where there is none.
+    /// Upper bound of one over the depth of all hits in the tile; infinite where there is none.
     pub(super) nearest: f32,
 }
 
@@ -58,6 +56,10 @@ impl Bin {
         }
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.fragments.is_empty() && self.lists().all(Vec::is_empty)
+    }
+
     pub(super) fn bytes(&self) -> usize {
         bytes_of(&self.fragments) + self.lists().map(|list| bytes_of(list)).sum::<usize>()
     }
@@ -80,8 +82,8 @@ pub(super) enum Path {
 /// The bins of one range of triangles: one for each tile, row by row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bins {
-    columns: i32,
-    rows: i32,
+    pub(super) columns: i32,
+    pub(super) rows: i32,
     pub(super) bins: Vec<Bin>,
     pub(super) omitted: Omitted,
 }
@@ -116,29 +118,7 @@ impl Bins {
         }
     }
 
-    /// Lists a triangle in all tiles whose samples it isn't certain to miss.
-    pub(super) fn list_general(&mut self, space: &PixelSpace, path: Path, listed: Listed, triangle: &General) {
-        let tiles = self.columns.max(self.rows).max(1) as u32;
-        let side = (tiles.next_power_of_two() * Self::TILE) as i32;
-        let whole = Square { x: -space.middle.x, y: -space.middle.y, side };
-        self.list_square(space, path, listed, triangle, whole);
-    }
-
-    fn list_square(&mut self, space: &PixelSpace, path: Path, listed: Listed, triangle: &General, square: Square) {
-        let (x, y) = ((square.x + space.middle.x) >> Self::TILE_BITS, (square.y + space.middle.y) >> Self::TILE_BITS);
-        if x >= self.columns || y >= self.rows || triangle.misses(square) {
-            return;
-        }
-        if square.side == Self::TILE as i32 {
-            self.push(path, listed, x, y);
-        } else {
-            for quarter in square.quarters() {
-                self.list_square(space, path, listed, triangle, quarter);
-            }
-        }
-    }
-
-    fn push(&mut self, path: Path, listed: Listed, column: i32, row: i32) {
+    pub(super) fn push(&mut self, path: Path, listed: Listed, column: i32, row: i32) {
         let bin = &mut self.bins[(row * self.columns + column) as usize];
         let list = match path {
             Path::Ordinary => &mut bin.ordinary,

@@ -97,6 +97,11 @@ impl General {
         Self { edges, bounds, oriented, depth, limits }
     }
 
+    /// Lowest and highest x, and y, of a sample that may be hit, in pixel space.
+    pub(super) fn limits(&self) -> [[f64; 2]; 2] {
+        self.limits
+    }
+
     /// Whether no ray of `square` hits the triangle, certainly.
     pub(super) fn misses(&self, square: Square) -> bool {
         let half = 0.5 * f64::from(square.side - 1);
@@ -121,18 +126,22 @@ impl General {
 
 const NO_LIMITS: [[f64; 2]; 2] = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
 
-/// The bounds of three homogeneous vertices, given the largest coordinate r of each; none where one isn't well in front
-/// of the eye.
+/// The bounds of three homogeneous vertices, given the largest coordinate r of each. Where one isn't well in front of
+/// the eye there are no bounds, but those of nothing where all three are beyond one side of the image.
 ///
 /// With the errors at [`PixelSpace`]'s edge functions, x/z is wrong by (T + |x/z|) 2⁻⁴⁴ r/z, and samples by
 /// T (1 + x/z + y/z) 2⁻⁴⁸.
-fn limits(space: &PixelSpace, vertices: [DVec3; 3], reach: [f64; 3]) -> [[f64; 2]; 2] {
+fn limits(space: &PixelSpace, vertices: [DVec3; 3], reaches: [f64; 3]) -> [[f64; 2]; 2] {
     const FRONT: f64 = 1.0 / (1 << 30) as f64;
     let mut limits = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for (vertex, reach) in vertices.into_iter().zip(reach) {
+    for (vertex, reach) in vertices.into_iter().zip(reaches) {
         let in_front = vertex.z > FRONT * reach;
         if !in_front {
-            return NO_LIMITS;
+            return if are_outside(space, vertices, reaches) {
+                [[f64::INFINITY, f64::NEG_INFINITY]; 2]
+            } else {
+                NO_LIMITS
+            };
         }
         for (axis, [low, high]) in limits.iter_mut().enumerate() {
             let at = vertex[axis] / vertex.z;
@@ -143,6 +152,23 @@ fn limits(space: &PixelSpace, vertices: [DVec3; 3], reach: [f64; 3]) -> [[f64; 2
         }
     }
     limits
+}
+
+/// Whether three homogeneous vertices are certainly all behind the eye, or all beyond one side of the image.
+///
+/// A sample at x is hit at a point with x z for x and z above zero, which lies between the vertices. So it isn't where
+/// all of them have x z above that of the last sample. That is wrong by what [`limits`] gives times z, at |x| ≤ T.
+fn are_outside(space: &PixelSpace, vertices: [DVec3; 3], reach: [f64; 3]) -> bool {
+    let (width, height) = space.size();
+    let relative_error = 2.0 * space.edge_error / space.extent;
+    let all = |beyond: &dyn Fn(DVec3) -> f64| {
+        vertices.iter().zip(reach).all(|(&vertex, reach)| beyond(vertex) > relative_error * reach)
+    };
+    let beyond_sides = |axis: usize, middle: i32, side: u32| {
+        let (first, last) = (-f64::from(middle), f64::from(side) - 1.0 - f64::from(middle));
+        all(&|vertex| first * vertex.z - vertex[axis]) || all(&|vertex| vertex[axis] - last * vertex.z)
+    };
+    all(&|vertex| -vertex.z) || beyond_sides(0, space.middle.x, width) || beyond_sides(1, space.middle.y, height)
 }
 
 impl Depth {

@@ -26,6 +26,22 @@ impl<S: Simd> Corners<S> {
     }
 }
 
+impl<S: Simd> Corners<S> {
+    /// Twice the area of each triangle in pixel space, with its sign, and how wrong it may be where corners are wrong by
+    /// at most `error`.
+    ///
+    /// With δ the error of a corner and w and h the sides of the bounds, that is
+    /// 4 δ (w + h) + 8 δ² + 8 ε w h (see [`Setup::new`]).
+    #[inline(always)]
+    pub(super) fn signed_area(&self, simd: S, error: f32x16<S>) -> [f32x16<S>; 2] {
+        let Self { x, y, .. } = *self;
+        let (width, height) = (max3(x) - min3(x), max3(y) - min3(y));
+        let area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
+        let of_corners = error * (width + height + error + error) * splat(simd, 4.0);
+        [area, (of_corners + width * height * splat(simd, 8.0 * HALF_ULP)) * splat(simd, 1.001)]
+    }
+}
+
 /// x, y and inverse depth of one corner of 16 triangles.
 #[inline(always)]
 fn load_corner<S: Simd>(

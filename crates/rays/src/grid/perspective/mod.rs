@@ -7,9 +7,11 @@
 
 mod bins;
 mod build;
+mod coarse;
 mod depth_order;
 mod general;
 mod lanes;
+mod linear;
 mod listed;
 mod pixel_space;
 mod tile;
@@ -37,6 +39,7 @@ pub struct PerspectiveGrid {
     /// None before the first build.
     space: Option<PixelSpace>,
     triangle_count: usize,
+    culls_back_faces: bool,
     vertices: Vec<Vertex>,
     /// In order of triangle ids.
     ranges: Vec<Bins>,
@@ -109,6 +112,12 @@ impl PerspectiveGrid {
     #[must_use]
     pub fn with_level(level: SimdLevel) -> Self {
         Self { level, ..Self::default() }
+    }
+
+    /// Says whether triangles whose corners are seen clockwise are there from the next build on; they are unless this
+    /// says otherwise.
+    pub fn set_culls_back_faces(&mut self, culls: bool) {
+        self.culls_back_faces = culls;
     }
 
     /// The triangles that were left out because no ray can hit them.

@@ -1,6 +1,7 @@
 use fearless_simd::Simd;
 use glam::{DVec2, DVec3, IVec2, Vec3};
 
+use crate::predicate::{is_front_along, is_front_from};
 use crate::{Camera, Projection, Ray, View};
 
 /// Half the distance from one to the next f32: the relative error of one rounding.
@@ -11,8 +12,9 @@ pub(super) const HALF_ULP: f32 = f32::EPSILON / 2.0;
 /// x and y count in pixels to the right and downwards from the sample at [`PixelSpace::middle`], so that samples have
 /// integer coordinates. They are wrong by at most |x| · [`HALF_ULP`] (|y| · `HALF_ULP`) + [`Vertex::ERROR_PIXELS`].
 ///
-/// The inverse depth has a relative error below 1.01 `HALF_ULP`. It is negative for a vertex that is behind the eye, too
-/// far to the side or not finite, whose x and y mean nothing.
+/// The inverse depth has a relative error below 1.01 `HALF_ULP`. It is [`Vertex::BEHIND`] for a vertex that is certainly
+/// behind the eye, and otherwise negative for one that is near its plane, too far to the side or not finite. Then x and
+/// y mean nothing, but for vertices in the same place behind the eye they are the same.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
 pub(super) struct Vertex(pub(super) [f32; 4]);
@@ -20,6 +22,9 @@ pub(super) struct Vertex(pub(super) [f32; 4]);
 impl Vertex {
     /// Stands for every vertex that the fast path can't take.
     pub(super) const AWKWARD: Self = Self([0.0, 0.0, -1.0, 0.0]);
+
+    /// The inverse depth of vertices that are certainly behind the eye. No ray hits a triangle with three of them.
+    pub(super) const BEHIND: f32 = -2.0;
 
     /// What the transform, before the rounding to f32, and the rounding of the rays' own directions may move a vertex
     /// by in relation to a sample.
@@ -132,6 +137,22 @@ impl PixelSpace {
         (point, self.reach_per_unit * offset.x.abs().max(offset.y.abs()).max(offset.z.abs()))
     }
 
+    /// The sign of a triangle's area in pixel space, where y goes down, when its corners are seen counterclockwise.
+    pub(super) fn front_sign(&self) -> f32 {
+        let Camera { right, up, forward, .. } = self.view.camera;
+        // Below zero for a camera in a right-handed world, whose image isn't mirrored: there y down turns the sign.
+        right.as_dvec3().dot(up.as_dvec3().cross(forward.as_dvec3())).signum() as f32
+    }
+
+    /// Whether rays see a triangle's front, where they hit it.
+    pub(super) fn sees_front(&self, corners: [Vec3; 3]) -> bool {
+        if self.is_perspective() {
+            is_front_from(self.eye, corners)
+        } else {
+            is_front_along(self.view.camera.forward.as_dvec3(), corners)
+        }
+    }
+
     /// Whether all rays start at the eye.
     pub(super) fn is_perspective(&self) -> bool {
         matches!(self.view.camera.projection, Projection::Perspective { .. })
@@ -167,7 +188,7 @@ impl PixelSpace {
 
     #[inline(always)]
     fn vertex(&self, position: Vec3) -> Vertex {
-        let (point, _) = self.camera_point(position);
+        let (point, reach) = self.camera_point(position);
         let inverse_depth = 1.0 / point.z;
         let (x, y) = (point.x * inverse_depth, point.y * inverse_depth);
         // Far from where 1/z or its slopes, 10¹² times as large at most, leave the range of an f32.
@@ -177,7 +198,12 @@ impl PixelSpace {
         let x = x * self.scale + self.axis_pixels.x;
         let y = y * -self.scale + self.axis_pixels.y;
         let vertex = Vertex([x as f32, y as f32, inverse_depth as f32, 0.0]);
-        if ordinary { vertex } else { Vertex::AWKWARD }
+        // Wrong by 2⁻⁴⁵ of the reach. Directions of rays have a depth of one but for a few roundings.
+        const DOUBT: f64 = 1.0 / (1_u64 << 40) as f64;
+        let behind = (point.z < -DOUBT * reach) & (self.guard >= 0.0);
+        let Vertex([x, y, ..]) = vertex;
+        let other = if behind { Vertex([x, y, Vertex::BEHIND, 0.0]) } else { Vertex::AWKWARD };
+        if ordinary { vertex } else { other }
     }
 }
 

@@ -5,7 +5,8 @@ use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
 use glam::{IVec2, UVec2, Vec3};
 use rayon::prelude::*;
 
-use super::bins::{Bin, Listed};
+use super::bins::Bin;
+use super::build::lanes_of;
 use super::general::{General, Square};
 use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
 use super::listed::depth;
@@ -68,8 +69,7 @@ impl PerspectiveGrid {
             let (tile, work, tally) = (&mut *tile, TileWork(work), GridCounts::default());
             let mut trace = TileTrace { space, triangles, vertices, mask, corner, tile, work, tally };
             let bins = grid.ranges.iter().map(|range| &range.bins[index]);
-            dispatch!(grid.level.0, simd => trace.run(simd, bins.clone()));
-            trace.write(triangle, inverse_depth);
+            dispatch!(grid.level.0, simd => trace.run(simd, bins.clone(), triangle, inverse_depth));
             trace.tally
         });
         counted.reduce(GridCounts::default, GridCounts::plus)
@@ -102,16 +102,24 @@ struct TileTrace<'a, const N: usize> {
 }
 
 impl<const N: usize> TileTrace<'_, N> {
-    /// Searches the tile's bins of all ranges of triangles.
+    /// Searches the tile's bins of all ranges of triangles, and writes what each sample sees.
     #[inline(always)]
-    fn run<'b, S: Simd>(&mut self, simd: S, bins: impl Iterator<Item = &'b Bin> + Clone) {
+    fn run<'b, S: Simd>(
+        &mut self,
+        simd: S,
+        bins: impl Iterator<Item = &'b Bin> + Clone,
+        triangle: &mut [u32],
+        inverse_depth: &mut [f32],
+    ) {
+        if bins.clone().all(Bin::is_empty) {
+            leave_empty(triangle, inverse_depth);
+            return;
+        }
         self.tile.clear();
         self.tally.listed += bins.clone().flat_map(Bin::lists).map(Vec::len).sum::<usize>() as u64;
-        self.tile.order.sort_by_depth(bins.clone().map(|bin| bin.ordinary.as_slice()));
+        let (ordinary, general) = (bins.clone().map(|bin| &*bin.ordinary), bins.clone().map(|bin| &*bin.general));
+        self.tile.order.sort_by_depth(ordinary, general);
         self.test_nearest_first::<S, false>(simd);
-        for bin in bins.clone() {
-            self.test_general(simd, &bin.general, false);
-        }
         for bin in bins.clone() {
             self.tally.fragments += bin.fragments.len() as u64;
             for fragments in bin.fragments.chunks(SAMPLES) {
@@ -124,16 +132,14 @@ impl<const N: usize> TileTrace<'_, N> {
             }
         }
         // Masked triangles come last: the less of them is seen, the fewer questions there are for the mask.
-        self.tile.order.sort_by_depth(bins.clone().map(|bin| bin.masked.as_slice()));
+        let (ordinary, general) = (bins.clone().map(|bin| &*bin.masked), bins.map(|bin| &*bin.masked_general));
+        self.tile.order.sort_by_depth(ordinary, general);
         self.test_nearest_first::<S, true>(simd);
-        for bin in bins {
-            self.test_general(simd, &bin.masked_general, true);
-        }
         self.settle();
         if self.tally.listed + self.tally.fragments > 0 {
             self.work.add(Kind::Cells, 0..SAMPLES, 1);
         }
-        self.tile.turn_bounds_into_errors(simd);
+        self.write(simd, triangle, inverse_depth);
     }
 
     /// Tests the triangles in the tile's order, all of them masked or none, but for those that are behind all that is seen by then.
@@ -142,7 +148,18 @@ impl<const N: usize> TileTrace<'_, N> {
         let order = std::mem::take(&mut self.tile.order);
         let mut batch = Batch::default();
         let (mut ids, mut waiting, mut farthest) = ([0; LANES], 0, 0.0);
+        let (mut general, mut waiting_general) = ([0; LANES], 0);
         for listed in order.listed() {
+            if listed.nearest.is_sign_negative() {
+                general[waiting_general] = listed.triangle;
+                waiting_general += usize::from(-listed.nearest >= farthest);
+                if waiting_general == LANES {
+                    self.test_general(simd, &general, MASKED, &mut batch);
+                    waiting_general = 0;
+                    farthest = self.tile.farthest(simd);
+                }
+                continue;
+            }
             ids[waiting] = listed.triangle;
             waiting += usize::from(listed.nearest >= farthest);
             if waiting == LANES {
@@ -151,6 +168,7 @@ impl<const N: usize> TileTrace<'_, N> {
                 farthest = self.tile.farthest(simd);
             }
         }
+        self.test_general(simd, &general[..waiting_general], MASKED, &mut batch);
         self.test_ordinary::<S, MASKED>(simd, &ids[..waiting], &mut batch);
         self.tile.order = order;
     }
@@ -225,28 +243,26 @@ impl<const N: usize> TileTrace<'_, N> {
         }
     }
 
-    /// Tests triangles with edge functions found in f64: in f32 in the tile where that will do, else in f64.
+    /// Tests up to 16 triangles with edge functions found in f64: in f32 in the tile where that will do, else in f64.
     #[inline(always)]
-    fn test_general<S: Simd>(&mut self, simd: S, list: &[Listed], masked: bool) {
+    fn test_general<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool, batch: &mut Batch) {
         let corner = self.corner - self.space.middle;
         let whole = Square { x: corner.x, y: corner.y, side: 2 * HALF };
         let middle = (corner + HALF).as_dvec2().to_array();
-        let (mut batch, mut waiting) = (Batch::default(), 0);
-        for &Listed { triangle: id, .. } in list {
+        let mut waiting = 0;
+        for &id in ids {
             let triangle = General::new(self.space, self.triangles.corners(id));
-            if triangle.oriented && !masked && batch.fill_general(waiting, &triangle, middle, id) {
+            let linear = if masked { None } else { triangle.linear(middle, f64::from(HALF)) };
+            if let Some(linear) = linear {
+                batch.set(waiting, &linear, id);
                 waiting += 1;
-                if waiting == LANES {
-                    let queued = self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
-                    self.count_queued(queued);
-                    waiting = 0;
-                }
             } else {
                 self.test_square(simd, &triangle, id, masked, whole);
+                self.settle_if_many();
             }
-            self.settle_if_many();
         }
-        let queued = self.tile.test_batch::<S, true>(simd, &batch, (1 << waiting) - 1);
+        self.settle_if_many();
+        let queued = self.tile.test_batch::<S, true>(simd, batch, (1 << waiting) - 1);
         self.count_queued(queued);
     }
 
@@ -329,13 +345,13 @@ impl<const N: usize> TileTrace<'_, N> {
     }
 
     /// Copies the tile to the image.
-    fn write(&mut self, triangle: &mut [u32], inverse_depth: &mut [f32]) {
-        let Tile { low: middle, high: error, triangle: found, .. } = &*self.tile;
-        triangle.copy_from_slice(found);
-        inverse_depth.copy_from_slice(middle);
-        for (place, &error) in error.iter().enumerate() {
-            if error > SeenPixels::RELATIVE_ERROR {
-                inverse_depth[place] = self.inverse_depth(place);
+    #[inline(always)]
+    fn write<S: Simd>(&mut self, simd: S, triangle: &mut [u32], inverse_depth: &mut [f32]) {
+        triangle.copy_from_slice(&self.tile.triangle);
+        for (block, inverse_depth) in inverse_depth.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+            let unsure = self.tile.write_middles(simd, block, inverse_depth);
+            for lane in lanes_of(unsure) {
+                inverse_depth[lane as usize % LANES] = self.inverse_depth(block * LANES + lane as usize);
                 self.tally.refined += 1;
             }
         }
@@ -352,6 +368,8 @@ impl<const N: usize> TileTrace<'_, N> {
     }
 
     /// The inverse depth of what is seen at a place, in f64 or by the predicate.
+    #[cold]
+    #[inline(never)]
     fn inverse_depth(&self, place: usize) -> f32 {
         let (x, y) = self.pixel(place);
         let id = self.tile.triangle[place];
@@ -369,6 +387,17 @@ impl<const N: usize> TileTrace<'_, N> {
         let x = self.corner.x as u32 + (block % BLOCKS * 4 + sample % 4) as u32;
         let y = self.corner.y as u32 + (block / BLOCKS * 4 + sample / 4) as u32;
         (x, y)
+    }
+}
+
+/// Makes a tile show nothing. In most frames it did so before: reading that takes less time than writing it.
+#[inline(always)]
+fn leave_empty(triangle: &mut [u32], inverse_depth: &mut [f32]) {
+    if triangle.iter().fold(SeenPixels::NONE, |all, id| all & id) != SeenPixels::NONE {
+        triangle.fill(SeenPixels::NONE);
+    }
+    if !inverse_depth.iter().fold(true, |all, inverse| all & inverse.is_nan()) {
+        inverse_depth.fill(f32::NAN);
     }
 }
 

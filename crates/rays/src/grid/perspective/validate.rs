@@ -47,7 +47,8 @@ impl PerspectiveGrid {
                 return Err(format!("a fragment of triangle {id} is at place {place} of tile {tile}"));
             }
         }
-        let lists = Lists { space, columns, triangles, listed: &listed, fragments: &fragments };
+        let lists =
+            Lists { space, columns, culls: self.culls_back_faces, triangles, listed: &listed, fragments: &fragments };
         (0..triangles.len() as u32).try_for_each(|id| lists.check(id))
     }
 }
@@ -55,6 +56,8 @@ impl PerspectiveGrid {
 struct Lists<'a> {
     space: &'a PixelSpace,
     columns: u32,
+    /// Whether back faces aren't there.
+    culls: bool,
     triangles: Triangles<'a>,
     /// Sorted ids for each tile.
     listed: &'a [Vec<u32>],
@@ -86,7 +89,9 @@ impl Lists<'_> {
             return Ok(());
         }
         match crossing(&self.space.ray(x, y), self.triangles.corners(id)) {
-            Some(crossing) if crossing.t > 0.0 => Err(format!("triangle {id} isn't listed at pixel ({x}, {y})")),
+            Some(crossing) if crossing.t > 0.0 && (crossing.front || !self.culls) => {
+                Err(format!("triangle {id} isn't listed at pixel ({x}, {y})"))
+            }
             _ => Ok(()),
         }
     }

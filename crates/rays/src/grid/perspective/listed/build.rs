@@ -1,7 +1,7 @@
 use std::time::Instant;
 
 use fearless_simd::dispatch;
-use glam::{DVec2, Vec3};
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::drop::{Drop, Range};
@@ -10,7 +10,7 @@ use super::sort::TileCells;
 use super::{ListedGrid, ListedOptions, ListedSeconds, Slices};
 use crate::grid::perspective::ImageTooLarge;
 use crate::grid::perspective::pixel_space::{PixelSpace, Vertex};
-use crate::{Camera, Triangles, View};
+use crate::{Triangles, View};
 
 impl ListedGrid {
     /// Replaces the grid by one of `triangles` for the rays of `view` through `offset_pixels` in each pixel, which is
@@ -38,7 +38,7 @@ impl ListedGrid {
         let start = Instant::now();
         self.project(&space, triangles);
         let projected = Instant::now();
-        self.facing = if self.options.culls_back_faces { front_sign(&view.camera) } else { 0.0 };
+        self.facing = if self.options.culls_back_faces { space.front_sign() } else { 0.0 };
         self.drop(&space, triangles, &masked);
         self.list(&space, triangles);
         let listed = Instant::now();
@@ -116,11 +116,4 @@ impl ListedGrid {
         let tiles = self.tiles.par_iter_mut().enumerate().with_max_len(1);
         tiles.for_each(|(tile, sorted)| sorted.sort(ranges, tile, cells));
     }
-}
-
-/// The sign of a triangle's area in pixel space, where y goes down, when its corners are seen counterclockwise.
-fn front_sign(camera: &Camera) -> f32 {
-    let [right, up, forward] = [camera.right, camera.up, camera.forward].map(Vec3::as_dvec3);
-    // Below zero for a camera in a right-handed world, whose image isn't mirrored: there y down turns the sign.
-    right.dot(up.cross(forward)).signum() as f32
 }

@@ -146,16 +146,9 @@ impl<M: Fn(u32) -> bool> Drop<'_, M> {
     }
 
     /// Whether triangles certainly show their back.
-    ///
-    /// With δ the error of a corner and w and h the sides of the bounds, twice the area is wrong by at most
-    /// 4 δ (w + h) + 8 δ² + 8 ε w h (see [`Setup::new`](crate::grid::perspective::lanes::Setup::new)).
     #[inline(always)]
     fn faces_away<S: Simd>(&self, simd: S, corners: &Corners<S>, error: f32x16<S>) -> mask32x16<S> {
-        let Corners { x, y, .. } = *corners;
-        let (width, height) = (max3(x) - min3(x), max3(y) - min3(y));
-        let area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
-        let of_corners = error * (width + height + error + error) * splat(simd, 4.0);
-        let bound = (of_corners + width * height * splat(simd, 8.0 * HALF_ULP)) * splat(simd, 1.001);
+        let [area, bound] = corners.signed_area(simd, error);
         (area * splat(simd, self.facing)).simd_lt(-bound)
     }
 
