@@ -1,8 +1,8 @@
 //! The perspective grid: camera rays (Guntury and Narayanan 2010, §3).
 //!
 //! The direct form: vertices go to pixel space once; triangles of at most 2×2 samples are tested where they are set up
-//! and leave fragments in tiles of 64×64 samples; larger ones are listed in the tiles and tested there against blocks
-//! of 4×4 samples. A filter in f32 with a certified error bound decides nearly all samples. The
+//! and leave fragments in tiles of 64×64 samples; larger ones are listed in the tiles, by a coarse rasterization where
+//! they may overlap many, and tested there against blocks of 4×4 samples. A filter in f32 with a certified error bound decides nearly all samples. The
 //! [predicate](crate::predicate) decides the rest, so that the answer is its own.
 
 mod bins;
@@ -31,7 +31,7 @@ use tile::Tile;
 
 /// The triangles of a frame, sorted to screen tiles for one ray through each pixel.
 ///
-/// 16 bytes a vertex, four for each triangle and tile, 16 for each sample that a tiny triangle hits, and 96 for each
+/// 16 bytes a vertex, eight for each triangle and tile, 16 for each sample that a tiny triangle hits, and 120 for each
 /// tile and range of triangles. Keep it and rebuild it: its memory is reused.
 #[derive(Default)]
 pub struct PerspectiveGrid {
