@@ -4,15 +4,12 @@ use std::time::Instant;
 
 use anyhow::Result;
 use umbrage::rays::{
-    LightGrid, ListedCounts, ListedGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels, SimdLevel, TileOrder,
-    Unmasked,
+    LightGrid, LightSource, ListedCounts, ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptions,
+    PerspectiveGrid, SeenImage, SeenPixels, SimdLevel, TileOrder, Unmasked,
 };
-use umbrage::scene::{ShadowingPoints, SolidPoints};
+use umbrage::scene::{Frame, ShadowingPoints, SolidPoints};
 
 use crate::shot::Shot;
-
-/// How many stages the light grid has.
-pub(crate) const LIGHT_STAGES: usize = 6;
 
 /// What a frame took, in milliseconds, over all samples and lights.
 #[derive(Clone, Copy, Debug, Default)]
@@ -50,7 +47,7 @@ pub(crate) struct Pixel {
 #[derive(Debug, Default)]
 pub(crate) struct Grids {
     camera_grid: CameraGrid,
-    light_grid: LightGrid,
+    light_grid: LightsGrid,
     seen: SeenPixels,
     /// One for each block of pixels, the first pixel in the lowest bit.
     lit: Vec<u16>,
@@ -69,16 +66,51 @@ impl Default for CameraGrid {
     }
 }
 
+/// A form of the lights' grid.
+#[derive(Debug)]
+enum LightsGrid {
+    Direct(Box<LightGrid>),
+    Listed(Box<ListedLightGrid>),
+}
+
+impl Default for LightsGrid {
+    fn default() -> Self {
+        Self::Direct(Box::default())
+    }
+}
+
+/// Which forms the grids have: the paper's own where they have options for it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Forms {
+    pub(crate) camera: Option<ListedOptions>,
+    pub(crate) lights: Option<ListedLightOptions>,
+}
+
+impl From<ListedOptions> for Forms {
+    /// The paper's form of the camera's grid, and the direct one of the lights'.
+    fn from(options: ListedOptions) -> Self {
+        Self { camera: Some(options), lights: None }
+    }
+}
+
 impl Grids {
-    /// Grids that use the instructions of `level`; the camera's is the paper's own form if it has `listed` options.
-    pub(crate) fn new(level: SimdLevel, listed: Option<ListedOptions>) -> Self {
-        let camera_grid = match listed {
+    /// Grids that use the instructions of `level`.
+    pub(crate) fn new(level: SimdLevel, forms: Forms) -> Self {
+        let camera_grid = match forms.camera {
             None => CameraGrid::Direct(Box::new(PerspectiveGrid::with_level(level))),
             Some(options) => {
                 CameraGrid::Listed(Box::new(ListedGrid::with_level(level)), options, ListedCounts::default())
             }
         };
-        Self { camera_grid, light_grid: LightGrid::with_level(level), ..Self::default() }
+        let light_grid = match forms.lights {
+            None => LightsGrid::Direct(Box::new(LightGrid::with_level(level))),
+            Some(options) => {
+                let mut grid = ListedLightGrid::with_level(level);
+                grid.set_options(options);
+                LightsGrid::Listed(Box::new(grid))
+            }
+        };
+        Self { camera_grid, light_grid, ..Self::default() }
     }
 
     pub(crate) fn trace(&mut self, shot: &Shot<'_>) -> Result<Times> {
@@ -108,13 +140,7 @@ impl Grids {
             lit.resize(seen.order().places() / TileOrder::BLOCK_PLACES, 0);
             time(&mut times.survey, || light_grid.survey(&image));
             for light in lights {
-                time(&mut times.shadow, || {
-                    if *masks {
-                        light_grid.shadow(&image, light, |id| frame.is_opaque(id), &ShadowingPoints(frame), lit);
-                    } else {
-                        light_grid.shadow(&image, light, |_| true, &Unmasked, lit);
-                    }
-                });
+                time(&mut times.shadow, || light_grid.shadow(&image, light, masks.then_some(*frame), lit));
             }
         }
         Ok(times)
@@ -128,9 +154,13 @@ impl Grids {
         (triangle != SeenPixels::NONE).then_some(Pixel { triangle, is_lit })
     }
 
-    /// Milliseconds of the light grid's own stages, for the last light.
-    pub(crate) fn light_milliseconds(&self) -> [(&'static str, f64); LIGHT_STAGES] {
-        self.light_grid.seconds().named().map(|(name, seconds)| (name, 1e3 * seconds))
+    /// Milliseconds of the light grid's own stages, for the last light: other ones for each form.
+    pub(crate) fn light_milliseconds(&self) -> Vec<(&'static str, f64)> {
+        let milliseconds = |(name, seconds)| (name, 1e3 * seconds);
+        match &self.light_grid {
+            LightsGrid::Direct(grid) => grid.seconds().named().map(milliseconds).into(),
+            LightsGrid::Listed(grid) => grid.seconds().named().map(milliseconds).into(),
+        }
     }
 
     /// What the listed form of the camera's grid did; `None` for the direct one.
@@ -147,6 +177,33 @@ impl Grids {
             CameraGrid::Direct(grid) => grid.bytes(),
             CameraGrid::Listed(grid, ..) => grid.bytes(),
         };
-        [camera, self.light_grid.bytes()]
+        let lights = match &self.light_grid {
+            LightsGrid::Direct(grid) => grid.bytes(),
+            LightsGrid::Listed(grid) => grid.bytes(),
+        };
+        [camera, lights]
+    }
+}
+
+impl LightsGrid {
+    fn survey(&mut self, image: &SeenImage<'_>) {
+        match self {
+            Self::Direct(grid) => grid.survey(image),
+            Self::Listed(grid) => grid.survey(image),
+        }
+    }
+
+    /// Finds what `light` reaches; with a `masked` frame, whose opacity is asked about hits.
+    fn shadow(&mut self, image: &SeenImage<'_>, light: &LightSource, masked: Option<&Frame>, lit: &mut [u16]) {
+        match (self, masked) {
+            (Self::Direct(grid), None) => grid.shadow(image, light, |_| true, &Unmasked, lit),
+            (Self::Listed(grid), None) => grid.shadow(image, light, |_| true, &Unmasked, lit),
+            (Self::Direct(grid), Some(frame)) => {
+                grid.shadow(image, light, |id| frame.is_opaque(id), &ShadowingPoints(frame), lit);
+            }
+            (Self::Listed(grid), Some(frame)) => {
+                grid.shadow(image, light, |id| frame.is_opaque(id), &ShadowingPoints(frame), lit);
+            }
+        }
     }
 }

@@ -2,11 +2,11 @@
 
 use anyhow::{Context, Result};
 use umbrage::Scene;
-use umbrage::rays::{ListedCounts, ListedOptions};
+use umbrage::rays::ListedCounts;
 use umbrage::scene::Frame;
 
 use crate::flags::ExperimentFlags;
-use crate::grids::{Grids, LIGHT_STAGES, Times};
+use crate::grids::{Forms, Grids, Times};
 use crate::median::median;
 use crate::shot::{Lights, Shot};
 
@@ -22,19 +22,18 @@ pub(crate) struct Costs {
     /// The median of the sums, not the sum of the medians.
     pub(crate) frame: f64,
     /// The light grid's own stages, which are `survey` and `shadow`.
-    pub(crate) light_stages: [(&'static str, f64); LIGHT_STAGES],
+    pub(crate) light_stages: Vec<(&'static str, f64)>,
     /// Bytes that the camera's and the light's grid hold in the end.
     pub(crate) bytes: [usize; 2],
     /// What the last frame was as work for the listed form.
     pub(crate) listed: Option<ListedCounts>,
 }
 
-/// Traces frames of the scene at `address`, with its first light, through grids of each of `forms` in turn: the direct
-/// one, or the listed one with its options. `arrange` may change what each frame shows.
+/// Traces frames of the scene at `address`, with its first light, through grids of each of `forms` in turn. `arrange` may change what each frame shows.
 pub(crate) fn measure(
     address: &str,
     size: [u32; 2],
-    forms: &[Option<ListedOptions>],
+    forms: &[Forms],
     flags: &ExperimentFlags,
     arrange: impl Fn(&mut Shot<'_>),
 ) -> Result<Vec<Costs>> {
@@ -44,14 +43,14 @@ pub(crate) fn measure(
 fn measure_scene(
     address: &str,
     size: [u32; 2],
-    forms: &[Option<ListedOptions>],
+    forms: &[Forms],
     flags: &ExperimentFlags,
     arrange: impl Fn(&mut Shot<'_>),
 ) -> Result<Vec<Costs>> {
     let scene = Scene::open(address)?;
     let mut frame = Frame::default();
     let level = flags.simd.unwrap_or_default();
-    let mut grids: Vec<Grids> = forms.iter().map(|&listed| Grids::new(level, listed)).collect();
+    let mut grids: Vec<Grids> = forms.iter().map(|&forms| Grids::new(level, forms)).collect();
     let mut logs: Vec<Log> = forms.iter().map(|_| Log::default()).collect();
     // The first frame takes memory that later ones use again: it doesn't count.
     for number in 0..=flags.frames {
@@ -71,7 +70,7 @@ fn measure_scene(
 }
 
 /// Each frame's stages, and those of the light grid.
-type Log = Vec<(Times, [(&'static str, f64); LIGHT_STAGES])>;
+type Log = Vec<(Times, Vec<(&'static str, f64)>)>;
 
 impl Costs {
     fn new(triangles: usize, grids: &Grids, log: &Log) -> Self {

@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::Args;
 
 use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{Bar, BarChart};
 use crate::shot::{addresses, name, short_name, viewpoints};
@@ -50,7 +51,7 @@ impl BreakdownFlags {
         let conditions = self.common.conditions(Some(self.size));
         let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
         for address in &addresses {
-            for costs in measure(address, self.size, &[None], &self.common, |_| {})? {
+            for costs in measure(address, self.size, &[Forms::default()], &self.common, |_| {})? {
                 let stages = stages(&costs);
                 let sum: f64 = stages.iter().map(|(_, time)| time).sum();
                 let percent = |of: &[&str]| {
@@ -86,5 +87,5 @@ const REARRANGING: [&str; 3] = ["survey", "map", "sort"];
 
 /// The camera's stages, and the light's.
 fn stages(costs: &Costs) -> Vec<(&'static str, f64)> {
-    [("build", costs.build), ("see", costs.see)].into_iter().chain(costs.light_stages).collect()
+    [("build", costs.build), ("see", costs.see)].into_iter().chain(costs.light_stages.iter().copied()).collect()
 }

@@ -56,7 +56,7 @@ impl CellsFlags {
             .map(|(tile, slices)| Cells::new(tile, (LARGEST_TILE / tile.max(1)).max(1), slices))
             .collect::<Result<_, _>>()?;
         let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks, ..ListedOptions::DEFAULT };
-        let forms: Vec<_> = possible.iter().map(|&cells| Some(options(cells))).collect();
+        let forms: Vec<_> = possible.iter().map(|&cells| options(cells).into()).collect();
         let conditions = self.common.conditions(Some(self.size));
         let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
         let mut series: Vec<Series> = Vec::new();

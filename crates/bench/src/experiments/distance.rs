@@ -1,12 +1,13 @@
-//! Figure 11 of the paper: shadows of a light that moves away.
+//! Figure 11 of the paper: shadows of a light that moves away, by the most rays in a block of work.
 
 use anyhow::Result;
 use clap::Args;
 use glam::Vec3;
-use umbrage::rays::LightSource;
+use umbrage::rays::{LightSource, ListedLightOptions};
 
 use crate::flags::{ExperimentFlags, size, use_threads};
-use crate::measure::measure;
+use crate::grids::Forms;
+use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
 use crate::table::{Cell, Table};
@@ -19,6 +20,12 @@ pub(crate) struct DistanceFlags {
     /// Distances of the light from the scene's centre, in units of half the diagonal of the scene's box
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = DISTANCES)]
     distances: Vec<f32>,
+    /// The most rays in a block of work of the listed light grid: the paper's r, rounded up to a multiple of 16
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = RAYS)]
+    rays: Vec<u32>,
+    /// Cells a side of the listed light grid
+    #[arg(long, value_name = "N", default_value_t = ListedLightOptions::DEFAULT.cells())]
+    cells: u32,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
     size: [u32; 2],
@@ -30,14 +37,17 @@ const COLUMNS: &[(&str, usize)] = &[
     ("scene", 26),
     ("triangles", 9),
     ("distance", 8),
+    ("rays_a_block", 12),
     ("rearranging", 11),
     ("project", 8),
+    ("list", 8),
     ("trace", 8),
     ("decide", 8),
     ("shadow", 8),
 ];
 
 const DISTANCES: [f32; 9] = [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 8.0, 16.0];
+const RAYS: [u32; 4] = [16, 64, 256, 1024];
 
 /// Where the light is, as the scene's centre sees it: above, to the right and in front.
 const TOWARDS_LIGHT: Vec3 = Vec3::new(0.4, 0.8, 0.45);
@@ -49,32 +59,32 @@ impl DistanceFlags {
         let conditions = self.common.conditions(Some(self.size));
         let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
         let mut lines = Vec::new();
+        // Nothing stands for the direct form, which has no blocks.
+        let blocks: Vec<_> = std::iter::once(None).chain(self.rays.iter().copied().map(Some)).collect();
+        let forms: Vec<Forms> = blocks.iter().map(|&rays| self.forms(rays)).collect::<Result<_>>()?;
         for address in &self.scenes {
-            let mut points = Vec::new();
             for &distance in &self.distances {
-                let costs = measure(address, self.size, &[None], &self.common, |shot| {
+                let all = measure(address, self.size, &forms, &self.common, |shot| {
                     let reach = 0.5 * shot.bounds.size().length();
                     let position = shot.bounds.center() + TOWARDS_LIGHT.normalize() * (reach * distance);
                     shot.lights = vec![LightSource::Point { position }];
                 })?;
-                for costs in costs {
-                    let of = |name: &str| {
-                        costs.light_stages.iter().find(|stage| stage.0 == name).map_or(0.0, |stage| stage.1)
-                    };
-                    let shadow = costs.survey + costs.shadow;
-                    let times =
-                        [of("survey") + of("map") + of("sort"), of("project"), of("trace"), of("decide"), shadow];
+                for (&rays, costs) in blocks.iter().zip(&all) {
                     let mut row =
                         vec![name(address).into(), costs.triangles.into(), Cell::Number(f64::from(distance), 2)];
-                    row.extend(times.map(|time| Cell::Number(time, 2)));
+                    row.push(rays.map_or(Cell::Nothing, |rays| Cell::Count(u64::from(rays))));
+                    row.extend(times(costs).map(|time| time.map_or(Cell::Nothing, |time| Cell::Number(time, 2))));
                     table.push(&row)?;
-                    points.push([f64::from(distance), shadow]);
+                    let form = rays.map_or("direct".to_owned(), |rays| format!("r = {rays}"));
+                    let title = format!("{}, {form}", short_name(address));
+                    Series::add(&mut lines, &title, [f64::from(distance), costs.survey + costs.shadow]);
                 }
             }
-            lines.push(Series { name: short_name(address).to_owned(), points });
         }
+        table
+            .note("Rearranging is survey, map and the sorting of points; list is the sorting of triangles by cell.")?;
         table.note(
-            "Rearranging is survey, map and sort; distances are in units of half the diagonal of the scene's box.",
+            "Without rays a block: the direct form. Distances are in units of half the diagonal of the scene's box.",
         )?;
         table.finish()?;
         self.common.draw(|| {
@@ -84,4 +94,22 @@ impl DistanceFlags {
             LineChart { title, x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series: lines }.svg()
         })
     }
+
+    /// The direct form of the lights' grid, or the listed one with blocks of at most so many rays.
+    fn forms(&self, rays: Option<u32>) -> Result<Forms> {
+        let triangles = ListedLightOptions::DEFAULT.triangles();
+        let options = rays.map(|rays| ListedLightOptions::new(self.cells, rays, triangles)).transpose()?;
+        Ok(Forms { lights: options, ..Forms::default() })
+    }
+}
+
+/// Rearranging, projecting, listing, tracing and deciding, and all of it. The direct form doesn't list triangles, and its
+/// `sort` is that of points.
+fn times(costs: &Costs) -> [Option<f64>; 6] {
+    let of = |name: &str| costs.light_stages.iter().find(|stage| stage.0 == name).map(|stage| stage.1);
+    let list = of("list").zip(of("sort")).map(|(list, sort)| list + sort);
+    let of_points = if list.is_some() { of("points") } else { of("sort") };
+    let rearranging = [of("survey"), of("map"), of_points].into_iter().flatten().sum();
+    let shadow = costs.survey + costs.shadow;
+    [Some(rearranging), of("project"), list, of("trace"), of("decide"), Some(shadow)]
 }

@@ -4,6 +4,7 @@ use anyhow::Result;
 use clap::Args;
 
 use crate::flags::{ExperimentFlags, use_threads};
+use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
@@ -57,7 +58,7 @@ impl GrowthFlags {
             for (grows, steps) in [("triangles", triangles.collect::<Vec<_>>()), ("pixels", pixels.collect())] {
                 let mut points: Vec<[f64; 2]> = Vec::new();
                 for (step, side) in steps {
-                    for costs in measure(&step, [side, side], &[None], &self.common, |_| {})? {
+                    for costs in measure(&step, [side, side], &[Forms::default()], &self.common, |_| {})? {
                         let pixels = side as usize * side as usize;
                         let size = if grows == "triangles" { costs.triangles } else { pixels };
                         let point = [size as f64, costs.frame];

@@ -48,7 +48,7 @@ impl MappingFlags {
         let sizes = [8_u32, 16, 32, 64].into_iter().flat_map(|tile| [1, 2, 4, 8].map(|k| (tile, k)));
         let possible: Vec<Cells> = sizes.filter_map(|(tile, k)| Cells::new(tile, k, self.slices).ok()).collect();
         let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks, ..ListedOptions::DEFAULT };
-        let forms: Vec<_> = possible.iter().map(|&cells| Some(options(cells))).collect();
+        let forms: Vec<_> = possible.iter().map(|&cells| options(cells).into()).collect();
         let conditions = self.common.conditions(Some(self.size));
         let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
         let mut series: Vec<Series> = Vec::new();

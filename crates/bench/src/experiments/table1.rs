@@ -7,6 +7,7 @@ use clap::Args;
 use umbrage::rays::ListedOptions;
 
 use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{Bar, BarChart};
 use crate::shot::{addresses, name, short_name, viewpoints};
@@ -82,7 +83,7 @@ impl Table1Flags {
         let conditions = self.common.conditions(Some(self.size));
         let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
         for address in &addresses {
-            let forms = [None, Some(ListedOptions::DEFAULT)];
+            let forms = [Forms::default(), ListedOptions::DEFAULT.into()];
             let costs = measure(address, self.size, &forms, &self.common, |_| {})?;
             let [direct, listed] = &costs[..] else { continue };
             let paper = PAPER.iter().find(|row| row.like == name(address));
