@@ -105,6 +105,9 @@ impl Report {
         line("shadow rays", thousands(stats.shadow_rays));
         line("bytes", String::new());
         line("structure", per(stats.structure_bytes, stats.triangles, "triangle"));
+        if stats.point_bytes > 0 {
+            line("light grid", per(stats.point_bytes, self.width as usize * self.height as usize, "pixel"));
+        }
         line("frame", per(stats.frame_bytes, stats.triangles, "triangle"));
         line("pixels", per(stats.pixel_bytes, self.width as usize * self.height as usize, "pixel"));
         for omitted in &stats.omitted {

@@ -51,6 +51,7 @@ struct Row {
     /// Median of build + see + shadow.
     traced_milliseconds: f64,
     structure_bytes_per_triangle: f64,
+    light_bytes_per_pixel: f64,
     bytes_per_pixel: f64,
     /// What the grids had to do in the last frame's last sample.
     work: Option<Work>,
@@ -118,6 +119,7 @@ fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<Row>> {
             traced_milliseconds: median(times.iter().map(traced)),
             structure_bytes_per_triangle: stats.structure_bytes as f64 / stats.triangles.max(1) as f64,
             work: Work::of(renderer),
+            light_bytes_per_pixel: stats.point_bytes as f64 / (f64::from(width) * f64::from(height)),
             bytes_per_pixel: stats.pixel_bytes as f64 / (f64::from(width) * f64::from(height)),
         }
     });
@@ -138,12 +140,16 @@ fn write_head(out: &mut impl Write, flags: &FrameFlags, simd: SimdLevel) -> io::
     )?;
     write!(out, "{:<28}{:>12}{:>10}{:>7}", "scene", "structure", "triangles", "lights")?;
     STAGES.iter().try_for_each(|stage| write!(out, "{stage:>9}"))?;
-    writeln!(out, "{:>9}{:>7}{:>7}{:>8}", "traced", "ratio", "B/tri", "B/pixel")
+    writeln!(out, "{:>9}{:>7}{:>7}{:>8}{:>8}", "traced", "ratio", "B/tri", "B/point", "B/pixel")
 }
 
 /// The head of values with commas between them.
 fn write_names(out: &mut impl Write, with_work: bool) -> io::Result<()> {
-    write!(out, "scene,structure,triangles,lights,{},traced,bytes_per_triangle,bytes_per_pixel", STAGES.join(","))?;
+    write!(
+        out,
+        "scene,structure,triangles,lights,{},traced,bytes_per_triangle,light_bytes_per_pixel,bytes_per_pixel",
+        STAGES.join(",")
+    )?;
     if with_work {
         Work::names().try_for_each(|name| write!(out, ",{name}"))?;
     }
@@ -155,8 +161,9 @@ fn write_columns(out: &mut impl Write, row: &Row, of_scene: &[Row], with_work: b
     write!(out, "{:<28}{:>12}{:>10}{:>7}", row.scene, row.structure, row.triangles, row.lights)?;
     STAGES.iter().try_for_each(|stage| write!(out, "{:>9.2}", row.stages[stage]))?;
     let ratio = slowest / row.traced_milliseconds;
-    let (traced, triangle, pixel) = (row.traced_milliseconds, row.structure_bytes_per_triangle, row.bytes_per_pixel);
-    writeln!(out, "{traced:>9.2}{ratio:>7.1}{triangle:>7.0}{pixel:>8.0}")?;
+    let (traced, triangle) = (row.traced_milliseconds, row.structure_bytes_per_triangle);
+    let (light, pixel) = (row.light_bytes_per_pixel, row.bytes_per_pixel);
+    writeln!(out, "{traced:>9.2}{ratio:>7.1}{triangle:>7.0}{light:>8.0}{pixel:>8.0}")?;
     if let Some(Work { counts, light_milliseconds }) = row.work.as_ref().filter(|_| with_work) {
         let counts: Vec<String> = counts.iter().map(|(name, count)| format!("{name} {count}")).collect();
         let stages: Vec<String> = light_milliseconds.iter().map(|(name, time)| format!("{name} {time:.2}")).collect();
@@ -170,7 +177,7 @@ fn write_values(out: &mut impl Write, row: &Row, with_work: bool) -> io::Result<
     let stages: Vec<String> = STAGES.iter().map(|stage| format!("{:.3}", row.stages[stage])).collect();
     write!(
         out,
-        "{},{},{},{},{},{:.3},{:.1},{:.1}",
+        "{},{},{},{},{},{:.3},{:.1},{:.1},{:.1}",
         row.scene,
         row.structure,
         row.triangles,
@@ -178,6 +185,7 @@ fn write_values(out: &mut impl Write, row: &Row, with_work: bool) -> io::Result<
         stages.join(","),
         row.traced_milliseconds,
         row.structure_bytes_per_triangle,
+        row.light_bytes_per_pixel,
         row.bytes_per_pixel
     )?;
     if with_work {

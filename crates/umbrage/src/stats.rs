@@ -21,8 +21,10 @@ pub struct Stats {
     pub camera_rays: u64,
     /// Shadow rays traced.
     pub shadow_rays: u64,
-    /// Bytes held by the acceleration structure.
+    /// Bytes held by the acceleration structures for triangles.
     pub structure_bytes: usize,
+    /// Bytes held by the light grid, which lights use in turn, for the points that pixels show.
+    pub point_bytes: usize,
     /// Bytes held by the frame's vertices, triangles and textures.
     pub frame_bytes: usize,
     /// Bytes held for pixels: the film, hits and light masks.
@@ -80,6 +82,7 @@ impl Stats {
         self.camera_rays = film.color.len() as u64 * u64::from(samples);
         self.shadow_rays = engine.shadow_rays();
         self.structure_bytes = engine.structure_bytes();
+        self.point_bytes = engine.point_bytes();
         self.frame_bytes = frame.bytes();
         self.pixel_bytes = film.bytes() + engine.pixel_bytes();
         let omitted = engine.omitted();

@@ -106,9 +106,17 @@ impl Cpu {
 
     pub(crate) fn structure_bytes(&self) -> usize {
         match self.structure {
-            Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.bytes(),
+            Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.triangle_bytes(),
             Structure::Listed { .. } => self.bvh.bytes() + self.listed_grid.bytes() + self.listed_light_grid.bytes(),
             Structure::Bvh => self.bvh.bytes(),
+        }
+    }
+
+    pub(crate) fn point_bytes(&self) -> usize {
+        match self.structure {
+            Structure::Perspective => self.light_grid.bytes() - self.light_grid.triangle_bytes(),
+            // The paper's form counts with the triangles: its points and triangles share lists.
+            Structure::Listed { .. } | Structure::Bvh => 0,
         }
     }
 

@@ -192,21 +192,27 @@ impl LightGrid {
         self.seconds
     }
 
+    /// Bytes held for triangles: what is left of [`bytes`](Self::bytes) is held for points.
+    #[must_use]
+    pub fn triangle_bytes(&self) -> usize {
+        self.vertices.capacity() * size_of::<[f32; 4]>() + self.huge.capacity() * size_of::<u32>()
+    }
+
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let slabs: usize = self.slabs.iter().map(Slab::bytes).sum();
         let workers: usize = self.workers.iter().map(Worker::bytes).sum();
-        self.survey.bytes()
+        self.triangle_bytes()
+            + self.survey.bytes()
             + slabs
             + workers
             + self.cells.bytes()
             + self.samples.iter().map(Vec::capacity).sum::<usize>() * size_of::<u32>()
             + self.blocks.capacity() * size_of::<Block>()
-            + self.vertices.capacity() * size_of::<[f32; 4]>()
             + self.errors.capacity() * size_of::<BlockErrors>()
             + (self.members.capacity() + self.shadowed.capacity()) * size_of::<u16>()
             + self.undecided.capacity() * size_of::<[u32; 2]>()
-            + (self.outliers.capacity() + self.huge.capacity()) * size_of::<u32>()
+            + self.outliers.capacity() * size_of::<u32>()
     }
 }
