@@ -5,6 +5,7 @@ mod cells;
 mod distance;
 mod growth;
 mod mapping;
+mod sweep;
 mod table1;
 
 pub(crate) use breakdown::BreakdownFlags;

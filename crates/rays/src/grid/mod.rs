@@ -3,7 +3,7 @@
 //! Guntury and Narayanan, *Ray Tracing Dynamic Scenes with Shadows on the GPU*, 2010.
 
 mod counting_sort;
-mod extremes;
+mod lanes;
 mod light;
 mod mask;
 mod perspective;

@@ -6,7 +6,7 @@ use super::block::{Block, BlockErrors};
 use super::cells::{Bounds, Cells};
 use super::face::{Face, HALF_ULP, POINT_LIMIT, ROUNDING, VERTEX_MARGIN};
 use super::lanes::splat;
-use crate::grid::extremes::min3;
+use crate::grid::lanes::min3;
 
 /// A triangle as linear functions of X and Y, for those that cover many cells or reach around the light.
 ///

@@ -6,7 +6,7 @@ use super::cells::{Bounds, Cells, Covered};
 use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
 use super::lanes::{LANES, load_corner, splat};
 use crate::grid::MaskPoints;
-use crate::grid::extremes::{max3, min3};
+use crate::grid::lanes::{max3, min3};
 
 /// Triangles set up before their points are tested.
 pub(super) const BATCH: usize = 64;

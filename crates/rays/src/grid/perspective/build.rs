@@ -12,7 +12,7 @@ use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::tile::Batch;
 use super::{ImageTooLarge, PerspectiveGrid};
 use crate::grid::TileOrder;
-use crate::grid::extremes::{max3, min3};
+use crate::grid::lanes::{max3, min3};
 use crate::{Triangles, View};
 
 impl PerspectiveGrid {

@@ -9,7 +9,7 @@ use super::general::{General, Square};
 use super::lanes::{LANES, each, splat};
 use super::linear::Linear;
 use super::pixel_space::PixelSpace;
-use crate::grid::extremes::min3;
+use crate::grid::lanes::min3;
 
 /// How far samples are from the middle of their tile, along each axis.
 const REACH: f32 = (Bins::TILE - 1) as f32 / 2.0;

@@ -1,11 +1,9 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x4, f32x16, f64x8};
+use fearless_simd::{Simd, f32x16, f64x8};
 
 use super::pixel_space::{HALF_ULP, Vertex};
-use crate::grid::extremes::{max3, min3};
-
-/// Triangles, or samples of a block, handled at once.
-pub(super) const LANES: usize = 16;
+pub(super) use crate::grid::lanes::{LANES, splat};
+use crate::grid::lanes::{load_corner, max3, min3};
 
 /// The corners of 16 triangles: x, y and inverse depth of each.
 pub(super) struct Corners<S: Simd> {
@@ -19,9 +17,9 @@ impl<S: Simd> Corners<S> {
     /// range.
     #[inline(always)]
     pub(super) fn load(simd: S, vertices: &[Vertex], triangles: &[[u32; 3]; LANES]) -> Self {
-        let (ax, ay, az) = load_corner(simd, vertices, triangles, 0);
-        let (bx, by, bz) = load_corner(simd, vertices, triangles, 1);
-        let (cx, cy, cz) = load_corner(simd, vertices, triangles, 2);
+        let [ax, ay, az, _] = load_corner(simd, vertices, triangles, 0);
+        let [bx, by, bz, _] = load_corner(simd, vertices, triangles, 1);
+        let [cx, cy, cz, _] = load_corner(simd, vertices, triangles, 2);
         Self { x: [ax, bx, cx], y: [ay, by, cy], inverse_depth: [az, bz, cz] }
     }
 }
@@ -42,46 +40,6 @@ impl<S: Simd> Corners<S> {
     }
 }
 
-/// x, y and inverse depth of one corner of 16 triangles.
-#[inline(always)]
-fn load_corner<S: Simd>(
-    simd: S,
-    vertices: &[Vertex],
-    triangles: &[[u32; 3]; LANES],
-    corner: usize,
-) -> (f32x16<S>, f32x16<S>, f32x16<S>) {
-    let first = load_quarter(simd, vertices, triangles, corner, 0);
-    let second = load_quarter(simd, vertices, triangles, corner, 4);
-    let third = load_quarter(simd, vertices, triangles, corner, 8);
-    let fourth = load_quarter(simd, vertices, triangles, corner, 12);
-    // Two rounds of unzipping take every fourth number.
-    let (even_low, even_high) = (first.unzip_low(second), third.unzip_low(fourth));
-    let (odd_low, odd_high) = (first.unzip_high(second), third.unzip_high(fourth));
-    (even_low.unzip_low(even_high), odd_low.unzip_low(odd_high), even_low.unzip_high(even_high))
-}
-
-/// One corner of four triangles, vertex after vertex. Combining registers is what avoids a store and a load through
-/// memory, which wait for each other.
-#[inline(always)]
-fn load_quarter<S: Simd>(
-    simd: S,
-    vertices: &[Vertex],
-    triangles: &[[u32; 3]; LANES],
-    corner: usize,
-    lane: usize,
-) -> f32x16<S> {
-    let a = load_vertex(simd, vertices, triangles[lane][corner]);
-    let b = load_vertex(simd, vertices, triangles[lane + 1][corner]);
-    let c = load_vertex(simd, vertices, triangles[lane + 2][corner]);
-    let d = load_vertex(simd, vertices, triangles[lane + 3][corner]);
-    a.combine(b).combine(c.combine(d))
-}
-
-#[inline(always)]
-fn load_vertex<S: Simd>(simd: S, vertices: &[Vertex], place: u32) -> f32x4<S> {
-    f32x4::simd_from(simd, vertices[(place as usize).min(vertices.len() - 1)].0)
-}
-
 /// The results of `f` for each of three, inlined together with it as SIMD code has to be.
 #[inline(always)]
 pub(super) fn each<T, U>([a, b, c]: [T; 3], f: impl Fn(T) -> U) -> [U; 3] {
@@ -98,12 +56,6 @@ pub(super) fn largest<S: Simd>(x: [f32x16<S>; 3], y: [f32x16<S>; 3]) -> f32x16<S
 #[inline(always)]
 pub(super) fn sample_range<S: Simd>(corners: [f32x16<S>; 3], error: f32x16<S>) -> [f32x16<S>; 2] {
     [(min3(corners) - error).ceil(), (max3(corners) + error).floor()]
-}
-
-/// The same number in all lanes.
-#[inline(always)]
-pub(super) fn splat<S: Simd>(simd: S, value: f32) -> f32x16<S> {
-    f32x16::splat(simd, value)
 }
 
 /// Edge functions, depth and their error bounds of 16 triangles in coordinates with an origin near the samples.

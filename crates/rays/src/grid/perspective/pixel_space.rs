@@ -19,6 +19,13 @@ pub(super) const HALF_ULP: f32 = f32::EPSILON / 2.0;
 #[repr(C, align(16))]
 pub(super) struct Vertex(pub(super) [f32; 4]);
 
+impl From<Vertex> for [f32; 4] {
+    #[inline(always)]
+    fn from(vertex: Vertex) -> Self {
+        vertex.0
+    }
+}
+
 impl Vertex {
     /// Stands for every vertex that the fast path can't take.
     pub(super) const AWKWARD: Self = Self([0.0, 0.0, -1.0, 0.0]);

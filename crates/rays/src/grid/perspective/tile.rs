@@ -10,7 +10,7 @@ use super::general::{Depth, General, Square};
 use super::lanes::{DepthPlane, LANES, Setup, each, splat};
 use super::pixel_space::HALF_ULP;
 use crate::grid::SeenPixels;
-use crate::grid::extremes::{max3, min3};
+use crate::grid::lanes::{max3, min3};
 pub(super) use masked::MaskWeights;
 
 /// Blocks of 4×4 samples a side of a tile.

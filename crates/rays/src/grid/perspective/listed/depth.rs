@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::Ray;
 use crate::grid::SeenPixels;
-use crate::grid::extremes::{max3, min3};
+use crate::grid::lanes::{max3, min3};
 use crate::grid::perspective::lanes::{Setup, splat};
 use crate::grid::perspective::pixel_space::HALF_ULP;
 

@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 
 use super::list::Pair;
-use crate::grid::extremes::{max3, min3};
+use crate::grid::lanes::{max3, min3};
 use crate::grid::perspective::bins::bytes_of;
 use crate::grid::perspective::build::lanes_of;
 use crate::grid::perspective::general::{General, Square};

@@ -3,7 +3,7 @@ use std::ops::Range;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16, u32x16};
 
-use crate::grid::extremes::{max3, min3};
+use crate::grid::lanes::{max3, min3};
 use crate::grid::perspective::build::lanes_of;
 use crate::grid::perspective::general::{Depth, General, Square};
 use crate::grid::perspective::lanes::{LANES, Setup, each, splat};

@@ -11,7 +11,7 @@ use super::samples::{BLOCKS, Batch, Block, SAMPLES, Samples};
 use super::sort::TileCells;
 use super::{ListedCounts, ListedGrid};
 use crate::Triangles;
-use crate::grid::extremes::min3;
+use crate::grid::lanes::min3;
 use crate::grid::perspective::build::lanes_of;
 use crate::grid::perspective::general::{General, Square};
 use crate::grid::perspective::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};

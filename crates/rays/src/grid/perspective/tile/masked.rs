@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
 use super::{BLOCKS, Batch, HALF, Tile, coordinates};
-use crate::grid::extremes::{max3, min3};
+use crate::grid::lanes::{max3, min3};
 use crate::grid::perspective::lanes::{Corners, LANES, Setup, each, largest, splat};
 use crate::grid::perspective::pixel_space::{HALF_ULP, PixelSpace};
 use crate::grid::{Mask, MaskPoints};
