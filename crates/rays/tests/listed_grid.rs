@@ -271,19 +271,7 @@ fn refused_hits_are_seen_through() {
 
 #[test]
 fn culled_back_faces_are_seen_through() {
-    let mut random = Random(13);
-    let mut mesh = Mesh::soup(&mut random, 150, 0.05);
-    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 12));
-    mesh.append(&Mesh::floor(3, 500.0));
-    // Edge-on for the camera of `view`, but for roundings.
-    let eye = view(1, 1).camera.position;
-    for _ in 0..50 {
-        let (a, b) = (random.point(), random.point());
-        mesh.push([a, b, a + (a - eye) * random.unit()]);
-    }
-    let mut views = vec![view(40, 40), view(40, 40), view(40, 40)];
-    views[1].camera.right = -views[1].camera.right;
-    views[2].camera.projection = Projection::Orthographic { half_height: 1.5 };
+    let (mesh, views) = support::seen_from_both_sides();
     for view in &views {
         let expected = |x: u32, y: u32| {
             let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);

@@ -50,6 +50,18 @@ pub struct SheetShape {
     pub has_shell: bool,
 }
 
+impl SheetShape {
+    /// Where cameras are put and how large their worlds are: near and far, and about a millionth and a million.
+    pub const PLACES: [(Vec3, f32); 6] = [
+        (Vec3::ZERO, 1.0),
+        (Vec3::ZERO, 1.0 / (1 << 20) as f32),
+        (Vec3::ZERO, (1 << 20) as f32),
+        (Vec3::new(148_376.0, 1_234.0, -223_423.0), 4.0),
+        (Vec3::new(-96.25, 0.015_625, 131.5), 8.0),
+        (Vec3::new(148_376.0, -223_423.0, 1_234.0), 1024.0),
+    ];
+}
+
 impl Sheet {
     /// A random sheet of a shape.
     #[must_use]

@@ -4,21 +4,11 @@ use glam::Vec3;
 use umbrage_rays::LightSource;
 use umbrage_verify::{Random, Seams, Sheet, SheetShape, Shot};
 
-/// Where cameras are and how large their worlds are.
-const PLACES: [(Vec3, f32); 6] = [
-    (Vec3::ZERO, 1.0),
-    (Vec3::ZERO, 1.0 / (1 << 20) as f32),
-    (Vec3::ZERO, (1 << 20) as f32),
-    (Vec3::new(148_376.0, 1_234.0, -223_423.0), 4.0),
-    (Vec3::new(-96.25, 0.015_625, 131.5), 8.0),
-    (Vec3::new(148_376.0, -223_423.0, 1_234.0), 1024.0),
-];
-
 fn shapes() -> impl Iterator<Item = SheetShape> {
     let sizes = [(16, 1), (16, 2), (32, 4)].into_iter().flat_map(|size| [false, true].map(|shell| (size, shell)));
     let sizes = sizes.flat_map(|size| [false, true].map(|is_orthographic| (size, is_orthographic)));
     sizes.flat_map(|(((side, step), shell), is_orthographic)| {
-        PLACES.map(|(position, scale)| {
+        SheetShape::PLACES.map(|(position, scale)| {
             let has_shell = shell && position == Vec3::ZERO;
             SheetShape { side, step, position, scale, is_orthographic, has_shell }
         })

@@ -3,7 +3,7 @@
 
 use glam::{DVec2, Vec3};
 use umbrage_rays::predicate::crossing;
-use umbrage_rays::{Camera, Hit, PerspectiveGrid, SeenPixels, Triangles, Unmasked, View};
+use umbrage_rays::{Camera, Hit, PerspectiveGrid, Projection, SeenPixels, Triangles, Unmasked, View};
 
 /// A mesh of its own.
 #[derive(Clone, Debug, Default)]
@@ -130,6 +130,25 @@ impl Random {
 pub(crate) fn view(width: u32, height: u32) -> View {
     let camera = Camera::look_at(Vec3::new(2.5, 1.5, 3.5), Vec3::ZERO, Vec3::Y, 0.9);
     View { camera, width, height }
+}
+
+/// Triangles that show their front, their back or, to roundings, neither; and views of them, one of them mirrored and one
+/// with parallel rays.
+pub(crate) fn seen_from_both_sides() -> (Mesh, [View; 3]) {
+    let mut random = Random(13);
+    let mut mesh = Mesh::soup(&mut random, 150, 0.05);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 12));
+    mesh.append(&Mesh::floor(3, 500.0));
+    // Edge-on for the camera of `view`, but for roundings.
+    let eye = view(1, 1).camera.position;
+    for _ in 0..50 {
+        let (a, b) = (random.point(), random.point());
+        mesh.push([a, b, a + (a - eye) * random.unit()]);
+    }
+    let mut views = [view(40, 40); 3];
+    views[1].camera.right = -views[1].camera.right;
+    views[2].camera.projection = Projection::Orthographic { half_height: 1.5 };
+    (mesh, views)
 }
 
 /// The nearest hit of the ray through `offset` of the pixel in column `x` and row `y`.

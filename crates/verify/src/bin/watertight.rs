@@ -38,17 +38,6 @@ fn count(text: &str) -> Result<u64, String> {
     if (1.0..=1e15).contains(&number) { Ok(number as u64) } else { Err("from 1 to 1e15".to_owned()) }
 }
 
-/// Where cameras are and how large their worlds are.
-const PLACES: [(Vec3, f32); 6] = [
-    (Vec3::ZERO, 1.0),
-    // 2⁻²⁰ and 2²⁰: about a millionth and a million.
-    (Vec3::ZERO, 1.0 / (1 << 20) as f32),
-    (Vec3::ZERO, (1 << 20) as f32),
-    (Vec3::new(148_376.0, 1_234.0, -223_423.0), 4.0),
-    (Vec3::new(-96.25, 0.015_625, 131.5), 8.0),
-    (Vec3::new(148_376.0, -223_423.0, 1_234.0), 1024.0),
-];
-
 fn main() -> Result<()> {
     let flags = Flags::parse();
     let (mut random, started) = (Random::new(flags.seed), Instant::now());
@@ -60,7 +49,7 @@ fn main() -> Result<()> {
         if at_seams >= flags.rays {
             break;
         }
-        let (position, scale) = PLACES[round % PLACES.len()];
+        let (position, scale) = SheetShape::PLACES[round % SheetShape::PLACES.len()];
         let has_shell = position == Vec3::ZERO && random.below(3) == 0;
         let side = if has_shell { 128 } else { 512 };
         let (step, is_orthographic) = ([1, 2, 2, 4][random.below(4)], random.below(4) == 0);
