@@ -1,0 +1,121 @@
+use bytemuck::Pod;
+
+use crate::{Gpu, GpuError};
+
+/// A storage buffer that keeps its memory from frame to frame and grows when it must.
+#[derive(Debug)]
+pub struct Buffer {
+    name: &'static str,
+    buffer: wgpu::Buffer,
+    usage: wgpu::BufferUsages,
+}
+
+impl Buffer {
+    const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
+        .union(wgpu::BufferUsages::COPY_SRC)
+        .union(wgpu::BufferUsages::COPY_DST)
+        .union(wgpu::BufferUsages::INDIRECT);
+    const UNIFORM: wgpu::BufferUsages = wgpu::BufferUsages::UNIFORM.union(wgpu::BufferUsages::COPY_DST);
+
+    /// An empty buffer that shaders can read and write.
+    #[must_use]
+    pub fn storage(gpu: &Gpu, name: &'static str) -> Self {
+        Self::with_usage(gpu, name, Self::STORAGE)
+    }
+
+    /// An empty buffer of parameters that shaders can read.
+    #[must_use]
+    pub fn uniform(gpu: &Gpu, name: &'static str) -> Self {
+        Self::with_usage(gpu, name, Self::UNIFORM)
+    }
+
+    pub(crate) fn storage_for_queries(gpu: &Gpu) -> Self {
+        Self::with_usage(gpu, "stage times", wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC)
+    }
+
+    fn with_usage(gpu: &Gpu, name: &'static str, usage: wgpu::BufferUsages) -> Self {
+        Self { name, buffer: create(gpu, name, 16, usage), usage }
+    }
+
+    /// Makes room for `bytes` bytes. Where there is less, the buffer is made anew and what it held is gone.
+    ///
+    /// # Errors
+    /// Where that is more than the device allows in one buffer.
+    pub fn reserve(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
+        let limit = gpu.max_binding_bytes();
+        if bytes > limit {
+            return Err(GpuError::TooLarge { what: self.name.to_owned(), bytes, limit });
+        }
+        if bytes > self.buffer.size() {
+            // Released first: there may be no room for both.
+            self.buffer.destroy();
+            self.buffer = create(gpu, self.name, bytes.next_multiple_of(16).min(limit), self.usage);
+        }
+        Ok(())
+    }
+
+    /// Replaces what the buffer holds from its start on, and grows it where it must.
+    ///
+    /// # Errors
+    /// Where `contents` are more than the device allows in one buffer.
+    pub fn write<T: Pod>(&mut self, gpu: &Gpu, contents: &[T]) -> Result<(), GpuError> {
+        let bytes: &[u8] = bytemuck::cast_slice(contents);
+        self.reserve(gpu, bytes.len() as u64)?;
+        if !bytes.is_empty() {
+            gpu.queue.write_buffer(&self.buffer, 0, bytes);
+        }
+        Ok(())
+    }
+
+    /// Waits for all that was submitted, then gives the first `len` elements.
+    ///
+    /// # Errors
+    /// Where the device is lost or has reported an error.
+    ///
+    /// # Panics
+    /// If the buffer is smaller than that.
+    pub fn read<T: Pod>(&self, gpu: &Gpu, len: usize) -> Result<Vec<T>, GpuError> {
+        let mut contents = vec![T::zeroed(); len];
+        self.read_into(gpu, &mut contents)?;
+        Ok(contents)
+    }
+
+    /// Waits for all that was submitted, then fills `contents` from the buffer's start.
+    ///
+    /// # Errors
+    /// Where the device is lost or has reported an error.
+    ///
+    /// # Panics
+    /// If the buffer is smaller than that.
+    pub fn read_into<T: Pod>(&self, gpu: &Gpu, contents: &mut [T]) -> Result<(), GpuError> {
+        let bytes = size_of_val(contents) as u64;
+        assert!(bytes <= self.bytes(), "{}: {bytes} bytes of {}", self.name, self.bytes());
+        if bytes == 0 {
+            return gpu.wait();
+        }
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let staging = create(gpu, self.name, bytes.next_multiple_of(4), usage);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(self.name) });
+        encoder.copy_buffer_to_buffer(&self.buffer, 0, &staging, 0, bytes.next_multiple_of(4));
+        gpu.queue.submit([encoder.finish()]);
+        staging.map_async(wgpu::MapMode::Read, .., |_| ());
+        gpu.wait()?;
+        let mapped = staging.get_mapped_range(..).map_err(|cause| GpuError::Lost(cause.to_string()))?;
+        bytemuck::cast_slice_mut(contents).copy_from_slice(&mapped[..bytes as usize]);
+        Ok(())
+    }
+
+    /// How many bytes it has room for.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.buffer.size()
+    }
+
+    pub(crate) fn raw(&self) -> &wgpu::Buffer {
+        &self.buffer
+    }
+}
+
+fn create(gpu: &Gpu, name: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some(name), size, usage, mapped_at_creation: false })
+}

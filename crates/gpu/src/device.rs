@@ -1,0 +1,166 @@
+use std::sync::{Arc, Mutex};
+
+use crate::GpuError;
+
+/// A GPU that is ready to work.
+#[derive(Debug)]
+pub struct Gpu {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    info: Adapter,
+    /// The first thing that went wrong, until it is asked for.
+    trouble: Arc<Mutex<Option<GpuError>>>,
+}
+
+/// What is known about an adapter without opening it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Adapter {
+    /// The device's name, as its driver says it.
+    pub name: String,
+    /// The driver and its version.
+    pub driver: String,
+    /// Vulkan, Metal, Dx12 …
+    pub backend: String,
+    /// Whether it is a program on the CPU rather than a GPU.
+    pub is_software: bool,
+}
+
+/// How much of what the adapter can do is used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DeviceLimits {
+    /// As large buffers as the adapter has.
+    #[default]
+    Adapter,
+    /// What every device has: bindings of 128 MiB, buffers of 256 MiB.
+    Portable,
+}
+
+impl Adapter {
+    /// All adapters of this machine, GPUs before software, in an order of the driver's otherwise.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let mut all: Vec<_> = enumerate().iter().map(Self::of).collect();
+        all.sort_by_key(|adapter| adapter.is_software);
+        all
+    }
+
+    fn of(adapter: &wgpu::Adapter) -> Self {
+        let info = adapter.get_info();
+        let driver = [info.driver, info.driver_info].join(" ").trim().to_owned();
+        Self {
+            name: info.name,
+            driver,
+            backend: format!("{:?}", info.backend),
+            is_software: info.device_type == wgpu::DeviceType::Cpu,
+        }
+    }
+}
+
+impl Gpu {
+    /// Opens the first adapter whose name contains `name`, whatever the case; the first GPU, or else the first software
+    /// adapter, where `name` is empty.
+    ///
+    /// # Errors
+    /// Where there is no such adapter, or it can't be opened.
+    pub fn open(name: &str, limits: DeviceLimits) -> Result<Self, GpuError> {
+        let wanted = name.to_lowercase();
+        let mut found: Vec<_> = enumerate().into_iter().map(|adapter| (Adapter::of(&adapter), adapter)).collect();
+        found.sort_by_key(|(info, _)| info.is_software);
+        let names = found.iter().map(|(info, _)| info.name.clone()).collect::<Vec<_>>().join(", ");
+        let chosen = found.into_iter().find(|(info, _)| info.name.to_lowercase().contains(&wanted));
+        let Some((info, adapter)) = chosen else {
+            return Err(GpuError::NoAdapter(if names.is_empty() {
+                "was found: install a Vulkan driver (on Debian, mesa-vulkan-drivers has one in software)".to_owned()
+            } else {
+                format!("has \"{name}\" in its name; there is {names}")
+            }));
+        };
+        Self::open_adapter(info, &adapter, limits)
+    }
+
+    fn open_adapter(info: Adapter, adapter: &wgpu::Adapter, limits: DeviceLimits) -> Result<Self, GpuError> {
+        let has = adapter.limits();
+        let mut required_limits = wgpu::Limits::default();
+        if limits == DeviceLimits::Adapter {
+            required_limits.max_buffer_size = has.max_buffer_size;
+            required_limits.max_storage_buffer_binding_size = has.max_storage_buffer_binding_size;
+        }
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("umbrage"),
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+            required_limits,
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|cause| GpuError::Device { adapter: info.name.clone(), cause: cause.to_string() })?;
+        let trouble = Arc::new(Mutex::new(None));
+        let note = |trouble: &Mutex<Option<GpuError>>, error| {
+            if let Ok(mut trouble) = trouble.lock() {
+                trouble.get_or_insert(error);
+            }
+        };
+        let of_errors = Arc::clone(&trouble);
+        device.on_uncaptured_error(Arc::new(move |error| {
+            note(
+                &of_errors,
+                match error {
+                    wgpu::Error::OutOfMemory { .. } => GpuError::OutOfMemory(error.to_string()),
+                    _ => GpuError::Rejected(error.to_string()),
+                },
+            );
+        }));
+        let of_loss = Arc::clone(&trouble);
+        device.set_device_lost_callback(move |_, cause| note(&of_loss, GpuError::Lost(cause)));
+        Ok(Self { device, queue, info, trouble })
+    }
+
+    /// Which adapter this is.
+    #[must_use]
+    pub fn adapter(&self) -> &Adapter {
+        &self.info
+    }
+
+    /// Whether stages can be timed.
+    #[must_use]
+    pub fn has_timestamps(&self) -> bool {
+        self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+    }
+
+    /// The most bytes that a shader can see of one buffer.
+    #[must_use]
+    pub fn max_binding_bytes(&self) -> u64 {
+        let limits = self.device.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    }
+
+    /// What went wrong since this was last asked.
+    ///
+    /// # Errors
+    /// The first of the errors that the device has reported.
+    pub fn check(&self) -> Result<(), GpuError> {
+        let trouble = self.trouble.lock().ok().and_then(|mut trouble| trouble.take());
+        trouble.map_or(Ok(()), Err)
+    }
+
+    /// Waits until all that was submitted is done.
+    ///
+    /// # Errors
+    /// Where the device is lost.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map_err(|cause| GpuError::Lost(cause.to_string()))
+            .and_then(|_| self.check())
+    }
+}
+
+fn enumerate() -> Vec<wgpu::Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    // Counts of indirect dispatches come from our own stages, which keep to the limits.
+    descriptor.flags = wgpu::InstanceFlags::empty();
+    if cfg!(debug_assertions) {
+        descriptor.flags |= wgpu::InstanceFlags::DEBUG;
+    }
+    let instance = wgpu::Instance::new(descriptor);
+    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
+}

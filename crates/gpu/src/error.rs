@@ -1,0 +1,35 @@
+/// Why a GPU did not do what it was asked for.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// There is no adapter, or none of that name.
+    #[error("no GPU adapter {0}")]
+    NoAdapter(String),
+    /// The adapter refused to become a device.
+    #[error("{adapter}: {cause}")]
+    Device {
+        /// The adapter's name.
+        adapter: String,
+        /// What its driver said.
+        cause: String,
+    },
+    /// The device went away: it was reset, unplugged or its driver stopped.
+    #[error("the GPU was lost: {0}")]
+    Lost(String),
+    /// The device has no memory left.
+    #[error("the GPU is out of memory: {0}")]
+    OutOfMemory(String),
+    /// Something needs a larger buffer than the device allows.
+    #[error("{what} needs {bytes} bytes in one buffer; this GPU allows {limit}")]
+    TooLarge {
+        /// What is too large.
+        what: String,
+        /// How many bytes it needs.
+        bytes: u64,
+        /// The most bytes that one buffer may have.
+        limit: u64,
+    },
+    /// A mistake of this crate, found by the driver's or wgpu's validation.
+    #[error("the GPU rejected a command: {0}")]
+    Rejected(String),
+}

@@ -1,0 +1,20 @@
+//! What does a ray hit? The same questions as `umbrage-rays` answers, asked of a GPU through wgpu.
+//!
+//! Grids are rebuilt from the raw triangles for every frame, in compute shaders, without ray-tracing hardware, subgroups,
+//! 64-bit integers or f64. A stage is one `.rs` and one `.wgsl` file side by side, and has one name in its timer, its
+//! label and its tests. Nothing is read back between stages: counts travel by indirect dispatch.
+#![forbid(unsafe_code)]
+
+mod buffer;
+mod device;
+mod error;
+mod kernel;
+mod link;
+pub mod primitives;
+mod recorder;
+
+pub use buffer::Buffer;
+pub use device::{Adapter, DeviceLimits, Gpu};
+pub use error::GpuError;
+pub use kernel::{Groups, Kernel};
+pub use recorder::{Recorder, StageTime};

@@ -1,0 +1,94 @@
+use crate::{Buffer, Gpu, GpuError};
+
+/// Collects a frame's stages, then submits them at once.
+#[derive(Debug)]
+pub struct Recorder<'a> {
+    gpu: &'a Gpu,
+    encoder: wgpu::CommandEncoder,
+    queries: Option<wgpu::QuerySet>,
+    names: Vec<&'static str>,
+}
+
+/// How long a stage took on the GPU.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StageTime {
+    /// The stage's one name.
+    pub name: &'static str,
+    /// From its first to its last command, in milliseconds.
+    pub milliseconds: f64,
+}
+
+/// The most stages that are timed in one submission.
+const MOST_STAGES: u32 = 256;
+
+impl<'a> Recorder<'a> {
+    /// Nothing yet.
+    #[must_use]
+    pub fn new(gpu: &'a Gpu) -> Self {
+        let queries = gpu.has_timestamps().then(|| {
+            gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("stages"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2 * MOST_STAGES,
+            })
+        });
+        let encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        Self { gpu, encoder, queries, names: Vec::new() }
+    }
+
+    /// Records one stage: all that `record` dispatches, in order.
+    pub fn stage(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
+        let place = self.names.len() as u32;
+        let timestamp_writes =
+            self.queries.as_ref().filter(|_| place < MOST_STAGES).map(|query_set| wgpu::ComputePassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: Some(2 * place),
+                end_of_pass_write_index: Some(2 * place + 1),
+            });
+        self.names.push(name);
+        let mut pass =
+            self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes });
+        record(&mut pass);
+    }
+
+    /// Fills a buffer with zeros.
+    pub fn clear(&mut self, buffer: &Buffer) {
+        self.encoder.clear_buffer(buffer.raw(), 0, None);
+    }
+
+    /// Submits all stages. The function that it returns waits for them and gives each one's time; of stages of the same
+    /// name the sum; nothing where the device has no timestamps.
+    pub fn submit(mut self) -> impl FnOnce() -> Result<Vec<StageTime>, GpuError> + use<'a> {
+        let count = 2 * (self.names.len() as u32).min(MOST_STAGES);
+        let mut times = Buffer::storage_for_queries(self.gpu);
+        let reserved = times.reserve(self.gpu, u64::from(count) * 8);
+        if let (Some(queries), Ok(())) = (&self.queries, &reserved)
+            && count > 0
+        {
+            self.encoder.resolve_query_set(queries, 0..count, times.raw(), 0);
+        }
+        self.gpu.queue.submit([self.encoder.finish()]);
+        let (gpu, names, has_times) = (self.gpu, self.names, self.queries.is_some());
+        move || {
+            reserved?;
+            if !has_times {
+                gpu.wait()?;
+                return Ok(Vec::new());
+            }
+            let ticks: Vec<u64> = times.read(gpu, count as usize)?;
+            Ok(sum_by_name(&names, &ticks, f64::from(gpu.queue.get_timestamp_period())))
+        }
+    }
+}
+
+fn sum_by_name(names: &[&'static str], ticks: &[u64], nanoseconds_per_tick: f64) -> Vec<StageTime> {
+    let mut stages: Vec<StageTime> = Vec::new();
+    for (&name, ticks) in names.iter().zip(ticks.chunks_exact(2)) {
+        let milliseconds = ticks[1].saturating_sub(ticks[0]) as f64 * nanoseconds_per_tick * 1e-6;
+        match stages.iter_mut().find(|stage| stage.name == name) {
+            Some(stage) => stage.milliseconds += milliseconds,
+            None => stages.push(StageTime { name, milliseconds }),
+        }
+    }
+    stages
+}
