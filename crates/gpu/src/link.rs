@@ -4,8 +4,16 @@
 //! the whole crate, so joining is concatenation: each needed module once, before those that need it.
 
 /// Every module's path and text.
-const MODULES: &[(&str, &str)] =
-    &[("dispatch", include_str!("dispatch.wgsl")), ("primitives::scan", include_str!("primitives/scan.wgsl"))];
+const MODULES: &[(&str, &str)] = &[
+    ("dispatch", include_str!("dispatch.wgsl")),
+    ("exact::camera", include_str!("exact/camera.wgsl")),
+    ("exact::double", include_str!("exact/double.wgsl")),
+    ("exact::expansion", include_str!("exact/expansion.wgsl")),
+    ("exact::predicate", include_str!("exact/predicate.wgsl")),
+    ("exact::shadow", include_str!("exact/shadow.wgsl")),
+    ("exact::vector", include_str!("exact/vector.wgsl")),
+    ("primitives::scan", include_str!("primitives/scan.wgsl")),
+];
 
 /// A shader's whole text.
 ///

@@ -1,0 +1,356 @@
+// IEEE 754 binary64 in 32-bit integers: bit for bit what Rust's f64 gives, subnormals included.
+//
+// WGSL has no f64, and a compiler may contract or reassociate its f32, so nothing here computes in floating point.
+// Results are rounded to nearest, ties to even. Every NaN is one and the same.
+
+// The bits of a binary64: low word, high word.
+alias F64 = vec2<u32>;
+
+// A sum or a product in two terms, as high + low.
+struct F64Terms {
+    // The rounded result.
+    high: F64,
+    // What the rounding lost; +0 where that is nothing.
+    low: F64,
+}
+
+// A number apart from its sign: significand · 2^(exponent − 1075).
+struct F64Parts {
+    significand: vec2<u32>,
+    exponent: i32,
+}
+
+const F64_SIGN = 0x80000000u;
+const F64_HIDDEN_BIT = 0x00100000u;
+const F64_NAN = F64(0u, 0x7ff80000u);
+const F64_ZERO = F64(0u, 0u);
+const F64_NEGATIVE_ZERO = F64(0u, F64_SIGN);
+
+// Unsigned integers of 64 bits: low word, high word.
+
+fn bits_add(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
+    let low = a.x + b.x;
+    return vec2(low, a.y + b.y + u32(low < a.x));
+}
+
+fn bits_subtract(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
+    return vec2(a.x - b.x, a.y - b.y - u32(a.x < b.x));
+}
+
+fn bits_negate_if(condition: bool, a: vec2<u32>) -> vec2<u32> {
+    return select(a, vec2(0u - a.x, ~a.y + u32(a.x == 0u)), condition);
+}
+
+fn bits_less(a: vec2<u32>, b: vec2<u32>) -> bool {
+    return a.y < b.y || (a.y == b.y && a.x < b.x);
+}
+
+fn bits_leading_zeros(a: vec2<u32>) -> u32 {
+    return select(countLeadingZeros(a.y), 32u + countLeadingZeros(a.x), a.y == 0u);
+}
+
+// Shifts by 64 and more leave nothing.
+fn bits_shift_left(a: vec2<u32>, count: u32) -> vec2<u32> {
+    let within = count & 31u;
+    // In two steps, since a shift by 32 isn't one.
+    let shifted = vec2(a.x << within, (a.y << within) | ((a.x >> 1u) >> (31u - within)));
+    let moved = select(shifted, vec2(0u, shifted.x), count >= 32u);
+    return select(moved, vec2(0u), count >= 64u);
+}
+
+// Shifts by 64 and more leave nothing.
+fn bits_shift_right(a: vec2<u32>, count: u32) -> vec2<u32> {
+    let within = count & 31u;
+    let shifted = vec2((a.x >> within) | ((a.y << 1u) << (31u - within)), a.y >> within);
+    let moved = select(shifted, vec2(shifted.y, 0u), count >= 32u);
+    return select(moved, vec2(0u), count >= 64u);
+}
+
+// Shifts to the right; the lowest bit is set as well if a bit that was shifted out was set.
+fn bits_shift_right_sticky(a: vec2<u32>, count: u32) -> vec2<u32> {
+    // With the lowest bit that stays: where that is set, nothing changes.
+    let within = 31u - (count & 31u);
+    let lost = select(a.x << within, (a.y << within) | a.x, count >= 32u);
+    let shifted = bits_shift_right(a, count);
+    return vec2(shifted.x | u32(select(lost, a.x | a.y, count >= 64u) != 0u), shifted.y);
+}
+
+// Taking apart and putting together.
+
+fn f64_exponent_field(a: F64) -> u32 {
+    return (a.y >> 20u) & 0x7ffu;
+}
+
+// The parts of a finite number, as they are stored: a significand of 53 bits, or fewer for a subnormal number.
+fn f64_parts(a: F64) -> F64Parts {
+    let field = f64_exponent_field(a);
+    let hidden = select(0u, F64_HIDDEN_BIT, field != 0u);
+    return F64Parts(vec2(a.x, (a.y & 0xfffffu) | hidden), i32(max(field, 1u)));
+}
+
+// The parts of a finite number with a significand of 53 bits exactly, also for subnormal numbers but zero.
+fn f64_normal_parts(a: F64) -> F64Parts {
+    let parts = f64_parts(a);
+    let shift = bits_leading_zeros(parts.significand) - 11u;
+    return F64Parts(bits_shift_left(parts.significand, shift), parts.exponent - i32(shift));
+}
+
+// The number whose highest bit is bit 62 of `significand`, whose lowest ten bits are to be rounded away; with an
+// `exponent` of 1 the highest bit may be lower.
+fn f64_rounded(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
+    let up = bits_add(significand, vec2(0x200u, 0u));
+    let is_tie = (significand.x & 0x3ffu) == 0x200u;
+    let low = ((up.x >> 10u) | (up.y << 22u)) & ~u32(is_tie);
+    // The highest bit counts one in the exponent's field, and one more where rounding carries into it.
+    let high = (up.y >> 10u) + (u32(exponent - 1) << 20u);
+    return select(F64(low, sign | high), F64(0u, sign | 0x7ff00000u), exponent >= 0x7ff);
+}
+
+// The number significand · 2^(exponent − 1075) where the significand has at most 53 bits: nothing is rounded, but what
+// is less than the smallest number is cut off. +0 for a significand of zero.
+fn f64_from_parts(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
+    if all(significand == vec2(0u)) {
+        return F64_ZERO;
+    }
+    if exponent < 1 {
+        let kept = bits_shift_right(significand, u32(1 - exponent));
+        return F64(kept.x, sign | kept.y);
+    }
+    let shift = min(exponent - 1, i32(bits_leading_zeros(significand)) - 11);
+    let raised = bits_shift_left(significand, u32(shift));
+    return F64(raised.x, sign | (raised.y + (u32(exponent - shift - 1) << 20u)));
+}
+
+// The product or quotient with a `significand` whose highest bit is bit 62 or 61 and whose lowest bit is sticky.
+fn f64_scaled_and_rounded(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
+    let shift = i32(bits_leading_zeros(significand)) - 1;
+    let raised = bits_shift_left(significand, u32(shift));
+    let place = exponent - shift;
+    // A subnormal result loses more bits.
+    return f64_rounded(sign, max(place, 1), bits_shift_right_sticky(raised, u32(max(1 - place, 0))));
+}
+
+fn f64_from_u32(value: u32) -> F64 {
+    return f64_from_parts(0u, 1075, vec2(value, 0u));
+}
+
+fn f64_from_i32(value: i32) -> F64 {
+    return f64_from_parts(u32(value) & F64_SIGN, 1075, vec2(select(u32(value), 0u - u32(value), value < 0), 0u));
+}
+
+// From the bits of an f32: what holds an f32 may lose subnormal numbers.
+fn f64_from_f32_bits(bits: u32) -> F64 {
+    let sign = bits & F64_SIGN;
+    let field = (bits >> 23u) & 0xffu;
+    let fraction = bits & 0x7fffffu;
+    if field == 0xffu {
+        return select(F64_NAN, F64(0u, sign | 0x7ff00000u), fraction == 0u);
+    }
+    // 2⁻¹⁴⁹, the smallest subnormal number, is 2^(926 − 1075).
+    let significand = fraction | select(0u, 0x800000u, field != 0u);
+    let magnitude = f64_from_parts(0u, 925 + i32(max(field, 1u)), vec2(significand, 0u));
+    return F64(magnitude.x, sign | magnitude.y);
+}
+
+// The bits of the nearest f32, ties to even.
+fn f64_to_f32_bits(a: F64) -> u32 {
+    let sign = a.y & F64_SIGN;
+    if f64_is_nan(a) {
+        return 0x7fc00000u;
+    }
+    let parts = f64_parts(a);
+    // The highest bit at bit 30, seven bits to be rounded away.
+    let significand = bits_shift_right_sticky(parts.significand, 22u).x;
+    let exponent = parts.exponent - (1023 - 127);
+    let lowered = bits_shift_right_sticky(vec2(significand, 0u), u32(clamp(1 - exponent, 0, 63))).x;
+    let is_tie = (lowered & 0x7fu) == 0x40u;
+    let rounded = ((lowered + 0x40u) >> 7u) & ~u32(is_tie);
+    let number = rounded + (u32(max(exponent, 1) - 1) << 23u);
+    return sign | select(number, 0x7f800000u, exponent >= 0xff);
+}
+
+// What kind of number.
+
+fn f64_is_finite(a: F64) -> bool {
+    return f64_exponent_field(a) != 0x7ffu;
+}
+
+fn f64_is_nan(a: F64) -> bool {
+    return bits_less(vec2(0u, 0x7ff00000u), f64_abs(a));
+}
+
+fn f64_is_zero(a: F64) -> bool {
+    return (a.x | (a.y << 1u)) == 0u;
+}
+
+// Comparisons, false for NaN.
+
+fn f64_equal(a: F64, b: F64) -> bool {
+    return !f64_is_nan(a) && !f64_is_nan(b) && (all(a == b) || (f64_is_zero(a) && f64_is_zero(b)));
+}
+
+fn f64_less(a: F64, b: F64) -> bool {
+    // As integers in two's complement, zeros of both signs being one.
+    let first = bits_negate_if(a.y >= F64_SIGN, f64_abs(a));
+    let second = bits_negate_if(b.y >= F64_SIGN, f64_abs(b));
+    let order = bits_less(vec2(first.x, first.y ^ F64_SIGN), vec2(second.x, second.y ^ F64_SIGN));
+    return order && !f64_is_nan(a) && !f64_is_nan(b);
+}
+
+// Arithmetic.
+
+fn f64_negate(a: F64) -> F64 {
+    return F64(a.x, a.y ^ F64_SIGN);
+}
+
+fn f64_abs(a: F64) -> F64 {
+    return F64(a.x, a.y & ~F64_SIGN);
+}
+
+fn f64_add(a: F64, b: F64) -> F64 {
+    return two_sum(a, b).high;
+}
+
+fn f64_subtract(a: F64, b: F64) -> F64 {
+    return two_sum(a, f64_negate(b)).high;
+}
+
+fn f64_multiply(a: F64, b: F64) -> F64 {
+    return two_product(a, b).high;
+}
+
+// The rounded sum and what the rounding lost, exactly, as Knuth's algorithm gives it (which overflows within a factor of
+// two of the largest number; this doesn't). The loss is NaN where the sum isn't finite.
+fn two_sum(a: F64, b: F64) -> F64Terms {
+    let ordered = bits_less(f64_abs(a), f64_abs(b));
+    let large = select(a, b, ordered);
+    let small = select(b, a, ordered);
+    let sign = large.y & F64_SIGN;
+    let opposite = ((large.y ^ small.y) & F64_SIGN) != 0u;
+    if !f64_is_finite(large) {
+        let is_number = !f64_is_nan(large) && !(opposite && all(f64_abs(large) == f64_abs(small)));
+        return F64Terms(select(F64_NAN, large, is_number), F64_NAN);
+    }
+    let of_large = f64_parts(large);
+    let of_small = f64_parts(small);
+    let distance = u32(of_large.exponent - of_small.exponent);
+
+    // The larger one's highest bit at bit 61, so that a carry ends at bit 62.
+    let aligned = bits_shift_right_sticky(bits_shift_left(of_small.significand, 9u), distance);
+    let sum = bits_add(bits_shift_left(of_large.significand, 9u), bits_negate_if(opposite, aligned));
+    if all(sum == vec2(0u)) {
+        return F64Terms(F64(0u, select(sign, 0u, opposite)), F64_ZERO);
+    }
+    // At an exponent of 1 it stays where it is: a subnormal number.
+    let shift = min(i32(bits_leading_zeros(sum)) - 1, of_large.exponent);
+    let high = f64_rounded(sign, of_large.exponent + 1 - shift, bits_shift_left(sum, u32(shift)));
+    if !f64_is_finite(high) {
+        return F64Terms(high, F64_NAN);
+    }
+
+    // The loss is a multiple of the smaller one's last place, below 2⁵³ of them, so the difference of what was summed and
+    // the sum is right in 64 bits although its terms aren't.
+    let of_high = f64_parts(high);
+    let rise = of_high.exponent - of_small.exponent;
+    let summed = bits_add(
+        bits_shift_left(of_large.significand, distance),
+        bits_negate_if(opposite, of_small.significand),
+    );
+    let loss = bits_subtract(summed, bits_shift_left(of_high.significand, u32(rise)));
+    let low = f64_from_parts(
+        sign ^ (loss.y & F64_SIGN), of_small.exponent, bits_negate_if(loss.y >= F64_SIGN, loss),
+    );
+    // A sum with smaller places than its terms has cancelled and is exact.
+    return F64Terms(high, select(low, F64_ZERO, rise < 0));
+}
+
+// The rounded product and what the rounding lost, as Dekker's algorithm gives it wherever that is exact; where the loss
+// has bits below the smallest number, those are cut off. NaN where the product isn't finite.
+fn two_product(a: F64, b: F64) -> F64Terms {
+    let sign = (a.y ^ b.y) & F64_SIGN;
+    let is_zero = f64_is_zero(a) || f64_is_zero(b);
+    if !f64_is_finite(a) || !f64_is_finite(b) {
+        let is_number = !f64_is_nan(a) && !f64_is_nan(b) && !is_zero;
+        return F64Terms(select(F64_NAN, F64(0u, sign | 0x7ff00000u), is_number), F64_NAN);
+    }
+    if is_zero {
+        return F64Terms(F64(0u, sign), F64_ZERO);
+    }
+    let of_a = f64_normal_parts(a);
+    let of_b = f64_normal_parts(b);
+
+    // Digits of 14 bits of the significands times eight: their products fit into 32 bits, and so do sums of four.
+    let x = bits_digits(of_a.significand);
+    let y = bits_digits(of_b.significand);
+    let column_0 = x.x * y.x;
+    let column_1 = x.x * y.y + x.y * y.x + (column_0 >> 14u);
+    let column_2 = x.x * y.z + x.y * y.y + x.z * y.x + (column_1 >> 14u);
+    let column_3 = x.x * y.w + x.y * y.z + x.z * y.y + x.w * y.x + (column_2 >> 14u);
+    let column_4 = x.y * y.w + x.z * y.z + x.w * y.y + (column_3 >> 14u);
+    let column_5 = x.z * y.w + x.w * y.z + (column_4 >> 14u);
+    let column_6 = x.w * y.w + (column_5 >> 14u);
+    // The product has 112 bits, 56 in each.
+    let lower = bits_from_digits(vec4(column_0, column_1, column_2, column_3));
+    let upper = bits_from_digits(vec4(column_4, column_5, column_6 & 0x3fffu, column_6 >> 14u));
+
+    let top = bits_shift_left(upper, 7u);
+    let below = bits_shift_right_sticky(lower, 49u).x;
+    // A product of ones, with its highest bit at bit 61, has the sum of the exponents as its own.
+    let exponent = of_a.exponent + of_b.exponent - 1023;
+    let high = f64_scaled_and_rounded(sign, exponent + 1, vec2(top.x | below, top.y));
+    if !f64_is_finite(high) {
+        return F64Terms(high, F64_NAN);
+    }
+
+    // Right in 64 bits, as for sums. Both significands had been multiplied by eight.
+    let of_high = f64_parts(high);
+    let rise = of_high.exponent - exponent + 58;
+    let whole = vec2(lower.x, lower.y | (upper.x << 24u));
+    let loss = bits_subtract(whole, bits_shift_left(of_high.significand, u32(rise)));
+    let magnitude = bits_shift_right(bits_negate_if(loss.y >= F64_SIGN, loss), 6u);
+    let low = f64_from_parts(sign ^ (loss.y & F64_SIGN), exponent - 52, magnitude);
+    // What a subnormal product loses is less than the smallest number.
+    return F64Terms(high, select(low, F64_ZERO, f64_exponent_field(high) == 0u));
+}
+
+// Eight times a number of 53 bits in digits of 14 bits, the lowest first.
+fn bits_digits(a: vec2<u32>) -> vec4<u32> {
+    return vec4(a.x << 3u, a.x >> 11u, (a.x >> 25u) | (a.y << 7u), a.y >> 7u) & vec4(0x3fffu);
+}
+
+// 56 bits from the lowest 14 bits of each digit, the lowest first.
+fn bits_from_digits(digits: vec4<u32>) -> vec2<u32> {
+    let cut = digits & vec4(0x3fffu);
+    return vec2(cut.x | (cut.y << 14u) | (cut.z << 28u), (cut.z >> 4u) | (cut.w << 10u));
+}
+
+fn f64_divide(a: F64, b: F64) -> F64 {
+    let sign = (a.y ^ b.y) & F64_SIGN;
+    let is_infinite = !f64_is_finite(a) || f64_is_zero(b);
+    let is_zero = f64_is_zero(a) || !f64_is_finite(b);
+    if f64_is_nan(a) || f64_is_nan(b) || (is_infinite && is_zero) {
+        return F64_NAN;
+    }
+    if is_infinite || is_zero {
+        return F64(0u, sign | select(0u, 0x7ff00000u, is_infinite));
+    }
+    let of_a = f64_normal_parts(a);
+    let of_b = f64_normal_parts(b);
+    // 55 bits, one after the other: 53, one to round by, and one since the first may be zero.
+    var rest = of_a.significand;
+    var quotient = vec2(0u);
+    for (var place = 0u; place < 55u; place++) {
+        let fits = !bits_less(rest, of_b.significand);
+        rest = bits_subtract(rest, select(vec2(0u), of_b.significand, fits));
+        rest = vec2(rest.x << 1u, (rest.y << 1u) | (rest.x >> 31u));
+        quotient = vec2((quotient.x << 1u) | u32(fits), (quotient.y << 1u) | (quotient.x >> 31u));
+    }
+    let significand = bits_shift_left(quotient, 8u);
+    let sticky = u32(any(rest != vec2(0u)));
+    return f64_scaled_and_rounded(sign, of_a.exponent - of_b.exponent + 1023, significand | vec2(sticky, 0u));
+}
+
+// The larger of two numbers; `b` where they don't compare.
+fn f64_maximum(a: F64, b: F64) -> F64 {
+    return select(b, a, f64_less(b, a));
+}
