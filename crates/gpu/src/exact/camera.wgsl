@@ -26,30 +26,16 @@ fn exact_pixel_ray(view: ExactView, column: u32, row: u32, x_offset: F64, y_offs
 fn exact_ray(view: ExactView, x_pixels: F64, y_pixels: F64) -> ExactRay {
     let half_height = f64_from_f32_bits(view.half_height);
     let height = f64_from_u32(view.height);
-    let twice_x = f64_add(x_pixels, x_pixels);
-    let twice_y = f64_add(y_pixels, y_pixels);
-    var minuends = array<F64, 2>(twice_x, height);
-    var subtrahends = array<F64, 2>(f64_from_u32(view.width), twice_y);
-    var axes = array<F64Vector, 2>(f64_vector_from_f32_bits(view.right), f64_vector_from_f32_bits(view.up));
-    // right · (x · half height) + up · (y · half height); a sum that starts from −0 starts with its first term.
-    var across = F64Vector(F64_NEGATIVE_ZERO, F64_NEGATIVE_ZERO, F64_NEGATIVE_ZERO);
-    for (var side = 0u; side < 2u; side++) {
-        let place = f64_divide(f64_subtract(minuends[side], subtrahends[side]), height);
-        let factor = f64_multiply(place, half_height);
-        for (var axis = 0u; axis < 3u; axis++) {
-            across[axis] = f64_add(across[axis], f64_multiply(axes[side][axis], factor));
-        }
-    }
+    let x = f64_divide(f64_subtract(f64_add(x_pixels, x_pixels), f64_from_u32(view.width)), height);
+    let y = f64_divide(f64_subtract(height, f64_add(y_pixels, y_pixels)), height);
+    let across = f64_vector_add(
+        f64_vector_scale(f64_vector_from_f32_bits(view.right), f64_multiply(x, half_height)),
+        f64_vector_scale(f64_vector_from_f32_bits(view.up), f64_multiply(y, half_height)),
+    );
     let position = f64_vector_from_f32_bits(view.position);
     let forward = f64_vector_from_f32_bits(view.forward);
-    var origin = position;
-    var direction = forward;
-    for (var axis = 0u; axis < 3u; axis++) {
-        if view.is_orthographic != 0u {
-            origin[axis] = f64_add(origin[axis], across[axis]);
-        } else {
-            direction[axis] = f64_add(direction[axis], across[axis]);
-        }
+    if view.is_orthographic != 0u {
+        return ExactRay(f64_vector_add(position, across), forward);
     }
-    return ExactRay(origin, direction);
+    return ExactRay(position, f64_vector_add(forward, across));
 }

@@ -46,7 +46,7 @@ fn bits_less(a: vec2<u32>, b: vec2<u32>) -> bool {
 }
 
 fn bits_leading_zeros(a: vec2<u32>) -> u32 {
-    return select(countLeadingZeros(a.y), 32u + countLeadingZeros(a.x), a.y == 0u);
+    return countLeadingZeros(select(a.y, a.x, a.y == 0u)) + select(0u, 32u, a.y == 0u);
 }
 
 // Shifts by 64 and more leave nothing.
@@ -109,25 +109,21 @@ fn f64_rounded(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
 // The number significand · 2^(exponent − 1075) where the significand has at most 53 bits: nothing is rounded, but what
 // is less than the smallest number is cut off. +0 for a significand of zero.
 fn f64_from_parts(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
-    if all(significand == vec2(0u)) {
-        return F64_ZERO;
-    }
-    if exponent < 1 {
-        let kept = bits_shift_right(significand, u32(1 - exponent));
-        return F64(kept.x, sign | kept.y);
-    }
-    let shift = min(exponent - 1, i32(bits_leading_zeros(significand)) - 11);
-    let raised = bits_shift_left(significand, u32(shift));
-    return F64(raised.x, sign | (raised.y + (u32(exponent - shift - 1) << 20u)));
+    let place = max(exponent, 1);
+    let kept = bits_shift_right(significand, u32(place - exponent));
+    let shift = min(place - 1, i32(bits_leading_zeros(kept)) - 11);
+    let raised = bits_shift_left(kept, u32(shift));
+    let number = F64(raised.x, sign | (raised.y + (u32(place - shift - 1) << 20u)));
+    return select(number, F64_ZERO, all(kept == vec2(0u)));
 }
 
 // The product or quotient with a `significand` whose highest bit is bit 62 or 61 and whose lowest bit is sticky.
 fn f64_scaled_and_rounded(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
-    let shift = i32(bits_leading_zeros(significand)) - 1;
-    let raised = bits_shift_left(significand, u32(shift));
-    let place = exponent - shift;
+    let is_low = significand.y < 0x40000000u;
+    let scaled = select(significand, bits_add(significand, significand), is_low);
     // A subnormal result loses more bits.
-    return f64_rounded(sign, max(place, 1), bits_shift_right_sticky(raised, u32(max(1 - place, 0))));
+    let place = exponent - i32(is_low);
+    return f64_rounded(sign, max(place, 1), bits_shift_right_sticky(scaled, u32(max(1 - place, 0))));
 }
 
 fn f64_from_u32(value: u32) -> F64 {
@@ -197,6 +193,19 @@ fn f64_less(a: F64, b: F64) -> bool {
     return order && !f64_is_nan(a) && !f64_is_nan(b);
 }
 
+// |a| < |b|.
+fn f64_magnitude_less(a: F64, b: F64) -> bool {
+    return bits_less(f64_abs(a), f64_abs(b)) && !f64_is_nan(b);
+}
+
+fn f64_is_below_zero(a: F64) -> bool {
+    return a.y >= F64_SIGN && !f64_is_zero(a) && !f64_is_nan(a);
+}
+
+fn f64_is_above_zero(a: F64) -> bool {
+    return a.y < F64_SIGN && !f64_is_zero(a) && !f64_is_nan(a);
+}
+
 // Arithmetic.
 
 fn f64_negate(a: F64) -> F64 {
@@ -227,10 +236,6 @@ fn two_sum(a: F64, b: F64) -> F64Terms {
     let small = select(b, a, ordered);
     let sign = large.y & F64_SIGN;
     let opposite = ((large.y ^ small.y) & F64_SIGN) != 0u;
-    if !f64_is_finite(large) {
-        let is_number = !f64_is_nan(large) && !(opposite && all(f64_abs(large) == f64_abs(small)));
-        return F64Terms(select(F64_NAN, large, is_number), F64_NAN);
-    }
     let of_large = f64_parts(large);
     let of_small = f64_parts(small);
     let distance = u32(of_large.exponent - of_small.exponent);
@@ -238,15 +243,14 @@ fn two_sum(a: F64, b: F64) -> F64Terms {
     // The larger one's highest bit at bit 61, so that a carry ends at bit 62.
     let aligned = bits_shift_right_sticky(bits_shift_left(of_small.significand, 9u), distance);
     let sum = bits_add(bits_shift_left(of_large.significand, 9u), bits_negate_if(opposite, aligned));
-    if all(sum == vec2(0u)) {
-        return F64Terms(F64(0u, select(sign, 0u, opposite)), F64_ZERO);
-    }
     // At an exponent of 1 it stays where it is: a subnormal number.
     let shift = min(i32(bits_leading_zeros(sum)) - 1, of_large.exponent);
-    let high = f64_rounded(sign, of_large.exponent + 1 - shift, bits_shift_left(sum, u32(shift)));
-    if !f64_is_finite(high) {
-        return F64Terms(high, F64_NAN);
-    }
+    let rounded = f64_rounded(sign, of_large.exponent + 1 - shift, bits_shift_left(sum, u32(shift)));
+    // Equal magnitudes of opposite signs cancel to +0, or to NaN if they are infinite.
+    let is_zero = all(sum == vec2(0u));
+    let number = select(rounded, F64(0u, select(sign, 0u, opposite)), is_zero);
+    let is_nan = f64_is_nan(large) || (is_zero && opposite);
+    let high = select(number, select(large, F64_NAN, is_nan), !f64_is_finite(large));
 
     // The loss is a multiple of the smaller one's last place, below 2⁵³ of them, so the difference of what was summed and
     // the sum is right in 64 bits although its terms aren't.
@@ -257,25 +261,16 @@ fn two_sum(a: F64, b: F64) -> F64Terms {
         bits_negate_if(opposite, of_small.significand),
     );
     let loss = bits_subtract(summed, bits_shift_left(of_high.significand, u32(rise)));
-    let low = f64_from_parts(
-        sign ^ (loss.y & F64_SIGN), of_small.exponent, bits_negate_if(loss.y >= F64_SIGN, loss),
-    );
+    let is_below = loss.y >= F64_SIGN;
+    let low = f64_from_parts(sign ^ (loss.y & F64_SIGN), of_small.exponent, bits_negate_if(is_below, loss));
     // A sum with smaller places than its terms has cancelled and is exact.
-    return F64Terms(high, select(low, F64_ZERO, rise < 0));
+    return F64Terms(high, select(select(low, F64_ZERO, rise < 0), F64_NAN, !f64_is_finite(high)));
 }
 
 // The rounded product and what the rounding lost, as Dekker's algorithm gives it wherever that is exact; where the loss
 // has bits below the smallest number, those are cut off. NaN where the product isn't finite.
 fn two_product(a: F64, b: F64) -> F64Terms {
     let sign = (a.y ^ b.y) & F64_SIGN;
-    let is_zero = f64_is_zero(a) || f64_is_zero(b);
-    if !f64_is_finite(a) || !f64_is_finite(b) {
-        let is_number = !f64_is_nan(a) && !f64_is_nan(b) && !is_zero;
-        return F64Terms(select(F64_NAN, F64(0u, sign | 0x7ff00000u), is_number), F64_NAN);
-    }
-    if is_zero {
-        return F64Terms(F64(0u, sign), F64_ZERO);
-    }
     let of_a = f64_normal_parts(a);
     let of_b = f64_normal_parts(b);
 
@@ -297,10 +292,12 @@ fn two_product(a: F64, b: F64) -> F64Terms {
     let below = bits_shift_right_sticky(lower, 49u).x;
     // A product of ones, with its highest bit at bit 61, has the sum of the exponents as its own.
     let exponent = of_a.exponent + of_b.exponent - 1023;
-    let high = f64_scaled_and_rounded(sign, exponent + 1, vec2(top.x | below, top.y));
-    if !f64_is_finite(high) {
-        return F64Terms(high, F64_NAN);
-    }
+    let rounded = f64_scaled_and_rounded(sign, exponent + 1, vec2(top.x | below, top.y));
+    let is_zero = f64_is_zero(a) || f64_is_zero(b);
+    let is_infinite = !f64_is_finite(a) || !f64_is_finite(b);
+    let is_nan = f64_is_nan(a) || f64_is_nan(b) || (is_zero && is_infinite);
+    let number = select(rounded, F64(0u, sign | select(0u, 0x7ff00000u, is_infinite)), is_zero || is_infinite);
+    let high = select(number, F64_NAN, is_nan);
 
     // Right in 64 bits, as for sums. Both significands had been multiplied by eight.
     let of_high = f64_parts(high);
@@ -308,9 +305,10 @@ fn two_product(a: F64, b: F64) -> F64Terms {
     let whole = vec2(lower.x, lower.y | (upper.x << 24u));
     let loss = bits_subtract(whole, bits_shift_left(of_high.significand, u32(rise)));
     let magnitude = bits_shift_right(bits_negate_if(loss.y >= F64_SIGN, loss), 6u);
-    let low = f64_from_parts(sign ^ (loss.y & F64_SIGN), exponent - 52, magnitude);
     // What a subnormal product loses is less than the smallest number.
-    return F64Terms(high, select(low, F64_ZERO, f64_exponent_field(high) == 0u));
+    let is_exact = is_zero || f64_exponent_field(high) == 0u;
+    let low = f64_from_parts(sign ^ (loss.y & F64_SIGN), exponent - 52, magnitude);
+    return F64Terms(high, select(select(low, F64_ZERO, is_exact), F64_NAN, !f64_is_finite(high)));
 }
 
 // Eight times a number of 53 bits in digits of 14 bits, the lowest first.
@@ -350,7 +348,7 @@ fn f64_divide(a: F64, b: F64) -> F64 {
     return f64_scaled_and_rounded(sign, of_a.exponent - of_b.exponent + 1023, significand | vec2(sticky, 0u));
 }
 
-// The larger of two numbers; `b` where they don't compare.
-fn f64_maximum(a: F64, b: F64) -> F64 {
-    return select(b, a, f64_less(b, a));
+// The larger of |a| and |b|; |b| where they don't compare.
+fn f64_larger_magnitude(a: F64, b: F64) -> F64 {
+    return f64_abs(select(b, a, f64_magnitude_less(b, a)));
 }

@@ -1,10 +1,7 @@
 // More than 53 bits: double-double numbers and Shewchuk's expansions, bit for bit as the Rust crate's `predicate::double`
 // and `predicate::expansion`.
-//
-// Compilers inline every call and an operation on F64 is long, so sums of products are loops rather than calls side by
-// side.
 
-import package::exact::double::{F64, two_sum, two_product, f64_add, f64_multiply, f64_divide};
+import package::exact::double::{F64, F64Terms, two_sum, two_product, f64_add, f64_multiply, f64_divide};
 import package::exact::vector::{F64Vector};
 
 // high + low, and the sum of the magnitudes of everything that was added up to it.
@@ -14,49 +11,17 @@ struct DoubleDouble {
     magnitude: F64,
 }
 
-alias DoubleDoubleVector = array<DoubleDouble, 3>;
+const DOUBLE_ZERO = DoubleDouble(F64_ZERO, F64_ZERO, F64_ZERO);
 
-fn double_from_f64(value: F64) -> DoubleDouble {
-    return DoubleDouble(value, F64_ZERO, f64_abs(value));
-}
-
-fn double_from_vector(a: F64Vector) -> DoubleDoubleVector {
-    return DoubleDoubleVector(double_from_f64(a[0]), double_from_f64(a[1]), double_from_f64(a[2]));
-}
-
-// a − b on each axis, exactly.
-fn double_difference(a: F64Vector, b: F64Vector) -> DoubleDoubleVector {
-    var difference: DoubleDoubleVector;
-    for (var axis = 0u; axis < 3u; axis++) {
-        let sum = two_sum(a[axis], f64_negate(b[axis]));
-        difference[axis] = DoubleDouble(sum.high, sum.low, f64_abs(sum.high));
-    }
-    return difference;
-}
-
-fn double_cross(a: DoubleDoubleVector, b: DoubleDoubleVector) -> DoubleDoubleVector {
-    var cross: DoubleDoubleVector;
-    for (var axis = 0u; axis < 3u; axis++) {
-        let next = (axis + 1u) % 3u;
-        let last = (axis + 2u) % 3u;
-        let forward = double_times(a[next], b[last]);
-        cross[axis] = double_plus(forward, double_negated(double_times(a[last], b[next])));
-    }
-    return cross;
-}
-
-fn double_dot(a: DoubleDoubleVector, b: DoubleDoubleVector) -> DoubleDouble {
-    var sum = double_times(a[0], b[0]);
-    for (var axis = 1u; axis < 3u; axis++) {
-        sum = double_plus(sum, double_times(a[axis], b[axis]));
-    }
-    return sum;
+fn double_from_terms(terms: F64Terms) -> DoubleDouble {
+    return DoubleDouble(terms.high, terms.low, f64_abs(terms.high));
 }
 
 // dividend ÷ divisor as an F64, to about one unit in the last place.
 fn double_quotient(dividend: DoubleDouble, divisor: DoubleDouble) -> F64 {
     let first = f64_divide(dividend.high, divisor.high);
-    let rest = double_plus(dividend, double_times(divisor, double_from_f64(f64_negate(first))));
+    let factor = DoubleDouble(f64_negate(first), F64_ZERO, f64_abs(first));
+    let rest = double_plus(dividend, double_times(divisor, factor));
     return f64_add(first, f64_divide(rest.high, divisor.high));
 }
 
@@ -77,13 +42,56 @@ fn double_times(a: DoubleDouble, b: DoubleDouble) -> DoubleDouble {
     return DoubleDouble(result.high, result.low, f64_multiply(a.magnitude, b.magnitude));
 }
 
-// An expansion of at most two terms, zeros left out; `len` of them are in use.
-struct TwoTerms {
-    terms: array<F64, 2>,
-    len: u32,
+// A vector whose components are sums of two terms that don't overlap.
+struct TermsVector {
+    x: F64Terms,
+    y: F64Terms,
+    z: F64Terms,
 }
 
-alias TwoTermsVector = array<TwoTerms, 3>;
+// The same in one term.
+fn terms_from_vector(a: F64Vector) -> TermsVector {
+    return TermsVector(F64Terms(a.x, F64_ZERO), F64Terms(a.y, F64_ZERO), F64Terms(a.z, F64_ZERO));
+}
+
+// a − b on each axis, exactly.
+fn terms_difference(a: F64Vector, b: F64Vector) -> TermsVector {
+    return TermsVector(
+        two_sum(a.x, f64_negate(b.x)), two_sum(a.y, f64_negate(b.y)), two_sum(a.z, f64_negate(b.z)),
+    );
+}
+
+// The next axis first.
+fn terms_turned(a: TermsVector) -> TermsVector {
+    return TermsVector(a.y, a.z, a.x);
+}
+
+// (a × b) · c and (a × b) · d in double-double numbers.
+struct DoubleTriples {
+    with_c: DoubleDouble,
+    with_d: DoubleDouble,
+}
+
+fn double_triples(a: TermsVector, b: TermsVector, c: TermsVector, d: TermsVector) -> DoubleTriples {
+    var left = a;
+    var right = b;
+    var first = c;
+    var second = d;
+    // A sum that starts from zero has the bits of one that starts with its first term.
+    var sums = DoubleTriples(DOUBLE_ZERO, DOUBLE_ZERO);
+    for (var axis = 0u; axis < 3u; axis++) {
+        let forward = double_times(double_from_terms(left.y), double_from_terms(right.z));
+        let backward = double_times(double_from_terms(left.z), double_from_terms(right.y));
+        let component = double_plus(forward, double_negated(backward));
+        sums.with_c = double_plus(sums.with_c, double_times(component, double_from_terms(first.x)));
+        sums.with_d = double_plus(sums.with_d, double_times(component, double_from_terms(second.x)));
+        left = terms_turned(left);
+        right = terms_turned(right);
+        first = terms_turned(first);
+        second = terms_turned(second);
+    }
+    return sums;
+}
 
 const EXPANSION_SUM = 0u;
 const EXPANSION_COMPONENT = 192u;
@@ -91,30 +99,6 @@ const EXPANSION_COMPONENT = 192u;
 // The two expansions that `expansion_triple` works on: the sum's 192 terms at most, and a component's 16. Declare it
 // where the answer is known to be needed: WGSL clears it.
 alias ExpansionTerms = array<F64, 208>;
-
-fn expansion_from_f64(value: F64) -> TwoTerms {
-    return TwoTerms(array<F64, 2>(value, F64_ZERO), u32(!f64_is_zero(value)));
-}
-
-// a − b.
-fn expansion_difference(a: F64, b: F64) -> TwoTerms {
-    let sum = two_sum(a, f64_negate(b));
-    let low_len = u32(!f64_is_zero(sum.low));
-    let terms = array<F64, 2>(select(sum.low, sum.high, low_len == 0u), sum.high);
-    return TwoTerms(terms, low_len + u32(!f64_is_zero(sum.high)));
-}
-
-fn expansion_vector_difference(a: F64Vector, b: F64Vector) -> TwoTermsVector {
-    var difference: TwoTermsVector;
-    for (var axis = 0u; axis < 3u; axis++) {
-        difference[axis] = expansion_difference(a[axis], b[axis]);
-    }
-    return difference;
-}
-
-fn expansion_vector(a: F64Vector) -> TwoTermsVector {
-    return TwoTermsVector(expansion_from_f64(a[0]), expansion_from_f64(a[1]), expansion_from_f64(a[2]));
-}
 
 // Grow-Expansion, leaving out zeros, on the `len` terms from `start` on; returns how many there are now.
 fn expansion_add(terms: ptr<function, ExpansionTerms>, start: u32, len: u32, value: F64) -> u32 {
@@ -135,49 +119,59 @@ fn expansion_add(terms: ptr<function, ExpansionTerms>, start: u32, len: u32, val
     return kept - start;
 }
 
+// Adds a · b to the `len` terms from `start` on, unless that is zero; returns how many there are now.
+fn expansion_add_product(terms: ptr<function, ExpansionTerms>, start: u32, len: u32, a: F64, b: F64) -> u32 {
+    if f64_is_zero(a) || f64_is_zero(b) {
+        return len;
+    }
+    let product = two_product(a, b);
+    var grown = len;
+    for (var half = 0u; half < 2u; half++) {
+        grown = expansion_add(terms, start, grown, select(product.low, product.high, half == 1u));
+    }
+    return grown;
+}
+
 // (a × b) · c to within one rounding, with the exact sign: three products of 2 · 16 · 2 terms at most.
 //
 // A component of a × b is added to the sum as soon as it is known, so that one is held at a time.
-fn expansion_triple(
-    terms: ptr<function, ExpansionTerms>, a: TwoTermsVector, b: TwoTermsVector, c: TwoTermsVector,
-) -> F64 {
-    var sum_len = 0u;
+fn expansion_triple(terms: ptr<function, ExpansionTerms>, a: TermsVector, b: TermsVector, c: TermsVector) -> F64 {
+    var left = a;
+    var right = b;
+    var along = c;
+    var len = 0u;
     for (var axis = 0u; axis < 3u; axis++) {
-        let next = (axis + 1u) % 3u;
-        let last = (axis + 2u) % 3u;
-        var len = 0u;
+        var component_len = 0u;
         for (var place = 0u; place < 8u; place++) {
+            // left.y · right.z − left.z · right.y, for each product the left's terms one by one and within them the
+            // right's, the lower term first.
             let is_subtracted = place >= 4u;
-            let of_left = select(next, last, is_subtracted);
-            let of_right = select(last, next, is_subtracted);
-            let first = (place >> 1u) & 1u;
-            let second = place & 1u;
-            if first < a[of_left].len && second < b[of_right].len {
-                let factor = a[of_left].terms[first];
-                let product = two_product(
-                    select(factor, f64_negate(factor), is_subtracted), b[of_right].terms[second],
-                );
-                for (var half = 0u; half < 2u; half++) {
-                    let term = select(product.low, product.high, half == 1u);
-                    len = expansion_add(terms, EXPANSION_COMPONENT, len, term);
-                }
-            }
+            let is_left_high = (place & 2u) != 0u;
+            let is_right_high = (place & 1u) != 0u;
+            let factor = terms_pick(left.y, left.z, is_subtracted, is_left_high);
+            let signed_factor = select(factor, f64_negate(factor), is_subtracted);
+            let other = terms_pick(right.z, right.y, is_subtracted, is_right_high);
+            component_len = expansion_add_product(terms, EXPANSION_COMPONENT, component_len, signed_factor, other);
         }
-        for (var place = 0u; place < 2u * len; place++) {
-            let second = place & 1u;
-            if second < c[axis].len {
-                let product = two_product((*terms)[EXPANSION_COMPONENT + (place >> 1u)], c[axis].terms[second]);
-                for (var half = 0u; half < 2u; half++) {
-                    let term = select(product.low, product.high, half == 1u);
-                    sum_len = expansion_add(terms, EXPANSION_SUM, sum_len, term);
-                }
-            }
+        for (var place = 0u; place < 2u * component_len; place++) {
+            let factor = (*terms)[EXPANSION_COMPONENT + (place >> 1u)];
+            let other = select(along.x.low, along.x.high, (place & 1u) != 0u);
+            len = expansion_add_product(terms, EXPANSION_SUM, len, factor, other);
         }
+        left = terms_turned(left);
+        right = terms_turned(right);
+        along = terms_turned(along);
     }
     // As Rust's sums, which start from −0.
     var estimate = F64_NEGATIVE_ZERO;
-    for (var place = 0u; place < sum_len; place++) {
+    for (var place = 0u; place < len; place++) {
         estimate = f64_add(estimate, (*terms)[EXPANSION_SUM + place]);
     }
     return estimate;
+}
+
+fn terms_pick(first: F64Terms, second: F64Terms, is_second: bool, is_high: bool) -> F64 {
+    return select(
+        select(first.low, first.high, is_high), select(second.low, second.high, is_high), is_second,
+    );
 }

@@ -3,8 +3,8 @@
 //
 // Corners come as the bits of their f32 coordinates: what holds an f32 may lose subnormal numbers.
 
-import package::exact::double::{F64, f64_add, f64_multiply, f64_divide, f64_less, f64_maximum, f64_to_f32_bits};
-import package::exact::expansion::{DoubleDouble, DoubleDoubleVector, TwoTermsVector, ExpansionTerms, expansion_triple};
+import package::exact::double::{F64, f64_add, f64_multiply, f64_divide, f64_magnitude_less, f64_to_f32_bits};
+import package::exact::expansion::{ExpansionTerms, double_triples, double_quotient, expansion_triple};
 import package::exact::vector::{F64Vector, f64_dot, f64_cross, f64_vector_subtract, f64_largest_magnitude};
 
 // origin + t · direction.
@@ -14,10 +14,25 @@ struct ExactRay {
 }
 
 // The bits of three corners' f32 coordinates.
-alias CornerBits = array<vec3<u32>, 3>;
+struct CornerBits {
+    a: vec3<u32>,
+    b: vec3<u32>,
+    c: vec3<u32>,
+}
 
 // The corners of a triangle as F64.
-alias ExactCorners = array<F64Vector, 3>;
+struct ExactCorners {
+    a: F64Vector,
+    b: F64Vector,
+    c: F64Vector,
+}
+
+// Corners in canonical order: sorted by x, then y, then z.
+struct SortedCorners {
+    corners: CornerBits,
+    // Where each of them stands in the caller's list.
+    places: vec3<u32>,
+}
 
 // A triangle that a line meets, with its corners in canonical order: a triangle gives bit for bit the same result however
 // its corners are listed.
@@ -42,13 +57,16 @@ const EXACT_CANCELLATION = F64(0u, 0x3d700000u);
 const EXACT_SMALLEST_TRUSTED_BOUND = F64(0x5da2824cu, 0x0c06e93fu);
 
 fn exact_from_corners(corners: CornerBits) -> ExactCorners {
-    var exact: ExactCorners;
-    for (var corner = 0u; corner < 3u; corner++) {
-        for (var axis = 0u; axis < 3u; axis++) {
-            exact[corner][axis] = f64_from_f32_bits(corners[corner][axis]);
-        }
-    }
-    return exact;
+    return ExactCorners(
+        f64_vector_from_f32_bits(corners.a),
+        f64_vector_from_f32_bits(corners.b),
+        f64_vector_from_f32_bits(corners.c),
+    );
+}
+
+// The next corner first.
+fn exact_corners_turned(corners: ExactCorners) -> ExactCorners {
+    return ExactCorners(corners.b, corners.c, corners.a);
 }
 
 // `direction` with its largest component between one and two, so that products with it don't underflow.
@@ -62,14 +80,10 @@ fn exact_scaled(direction: F64Vector) -> F64Vector {
 
 // Whether `first` is after `second` when sorted by x, then y, then z. What it says of NaN is of no use.
 fn exact_is_after(first: vec3<u32>, second: vec3<u32>) -> bool {
-    for (var axis = 0u; axis < 3u; axis++) {
-        let of_first = exact_order(first[axis]);
-        let of_second = exact_order(second[axis]);
-        if of_first != of_second {
-            return of_first > of_second;
-        }
-    }
-    return false;
+    let x = vec2(exact_order(first.x), exact_order(second.x));
+    let y = vec2(exact_order(first.y), exact_order(second.y));
+    let z = vec2(exact_order(first.z), exact_order(second.z));
+    return x.x > x.y || (x.x == x.y && (y.x > y.y || (y.x == y.y && z.x > z.y)));
 }
 
 // A number that is ordered as the f32 with these bits; zeros of both signs have the same.
@@ -78,74 +92,76 @@ fn exact_order(bits: u32) -> i32 {
     return select(magnitude, -magnitude, bits >= 0x80000000u);
 }
 
-// The places of the corners, sorted by x, then y, then z.
-fn exact_canonical_order(corners: CornerBits) -> vec3<u32> {
-    var places = vec3(0u, 1u, 2u);
+fn exact_sorted(corners: CornerBits) -> SortedCorners {
+    var sorted = SortedCorners(corners, vec3(0u, 1u, 2u));
     for (var step = 0u; step < 3u; step++) {
-        let at = step & 1u;
-        let first = places[at];
-        let second = places[at + 1u];
-        if exact_is_after(corners[first], corners[second]) {
-            places[at] = second;
-            places[at + 1u] = first;
+        let bits = sorted.corners;
+        let places = sorted.places;
+        // The first two, the last two, and the first two again.
+        if step == 1u {
+            if exact_is_after(bits.b, bits.c) {
+                sorted = SortedCorners(CornerBits(bits.a, bits.c, bits.b), places.xzy);
+            }
+        } else if exact_is_after(bits.a, bits.b) {
+            sorted = SortedCorners(CornerBits(bits.b, bits.a, bits.c), places.yxz);
         }
     }
-    return places;
-}
-
-fn exact_reordered(corners: CornerBits, places: vec3<u32>) -> CornerBits {
-    return CornerBits(corners[places.x], corners[places.y], corners[places.z]);
+    return sorted;
 }
 
 // The line through `ray` and a triangle.
 fn exact_edges(terms: ptr<function, ExpansionTerms>, ray: ExactRay, corners: CornerBits) -> ExactEdges {
+    let sorted = exact_sorted(corners);
     var edges: ExactEdges;
-    edges.places = exact_canonical_order(corners);
-    edges.corners = exact_from_corners(exact_reordered(corners, edges.places));
-    var relative: ExactCorners;
-    var reach = F64_ZERO;
-    for (var corner = 0u; corner < 3u; corner++) {
-        relative[corner] = f64_vector_subtract(edges.corners[corner], ray.origin);
-        reach = f64_maximum(f64_largest_magnitude(relative[corner]), reach);
-    }
-
-    var bound = f64_multiply(EXACT_ROUNDINGS_64, f64_largest_magnitude(ray.direction));
-    for (var factor = 0u; factor < 2u; factor++) {
-        bound = f64_multiply(bound, reach);
-    }
+    edges.places = sorted.places;
+    edges.corners = exact_from_corners(sorted.corners);
+    var relative = ExactCorners(
+        f64_vector_subtract(edges.corners.a, ray.origin),
+        f64_vector_subtract(edges.corners.b, ray.origin),
+        f64_vector_subtract(edges.corners.c, ray.origin),
+    );
+    let reach = f64_larger_magnitude(
+        f64_largest_magnitude(relative.a),
+        f64_larger_magnitude(f64_largest_magnitude(relative.b), f64_largest_magnitude(relative.c)),
+    );
+    let largest_product = f64_multiply(EXACT_ROUNDINGS_64, f64_largest_magnitude(ray.direction));
+    let bound = f64_multiply(f64_multiply(largest_product, reach), reach);
+    let is_trusted = !f64_magnitude_less(bound, EXACT_SMALLEST_TRUSTED_BOUND);
 
     var undecided = vec3(false);
     var positive = false;
     var negative = false;
     var finite = true;
-    for (var opposite = 0u; opposite < 3u; opposite++) {
-        let first = (opposite + 1u) % 3u;
-        let second = (opposite + 2u) % 3u;
-        let weight = f64_dot(ray.direction, f64_cross(relative[first], relative[second]));
-        edges.weights[opposite] = weight;
-        undecided[opposite] = !f64_less(bound, f64_abs(weight)) || f64_less(bound, EXACT_SMALLEST_TRUSTED_BOUND);
-        positive |= !undecided[opposite] && f64_less(F64_ZERO, weight);
-        negative |= !undecided[opposite] && f64_less(weight, F64_ZERO);
+    // Each corner's weight, from the edge opposite to it.
+    for (var corner = 0u; corner < 3u; corner++) {
+        let weight = f64_dot(ray.direction, f64_cross(relative.b, relative.c));
+        let decided = f64_magnitude_less(bound, weight) && is_trusted;
+        positive |= decided && f64_is_above_zero(weight);
+        negative |= decided && f64_is_below_zero(weight);
         finite &= f64_is_finite(weight);
+        edges.weights = F64Vector(edges.weights.y, edges.weights.z, weight);
+        undecided = vec3(undecided.yz, !decided);
+        relative = exact_corners_turned(relative);
     }
     if (positive && negative) || !finite {
         return edges;
     }
     if any(undecided) {
-        let direction = expansion_vector(exact_scaled(ray.direction));
-        for (var opposite = 0u; opposite < 3u; opposite++) {
-            if undecided[opposite] {
+        let direction = terms_from_vector(exact_scaled(ray.direction));
+        var turned = edges.corners;
+        for (var corner = 0u; corner < 3u; corner++) {
+            var weight = edges.weights.x;
+            if undecided.x && !(positive && negative) {
                 // d · ((p − o) × (q − o)) to within one rounding, with the exact sign.
-                let p = expansion_vector_difference(edges.corners[(opposite + 1u) % 3u], ray.origin);
-                let q = expansion_vector_difference(edges.corners[(opposite + 2u) % 3u], ray.origin);
-                let weight = expansion_triple(terms, p, q, direction);
-                edges.weights[opposite] = weight;
-                positive |= f64_less(F64_ZERO, weight);
-                negative |= f64_less(weight, F64_ZERO);
-                if positive && negative {
-                    return edges;
-                }
+                let p = terms_difference(turned.b, ray.origin);
+                let q = terms_difference(turned.c, ray.origin);
+                weight = expansion_triple(terms, p, q, direction);
+                positive |= f64_is_above_zero(weight);
+                negative |= f64_is_below_zero(weight);
             }
+            edges.weights = F64Vector(edges.weights.y, edges.weights.z, weight);
+            undecided = undecided.yzx;
+            turned = exact_corners_turned(turned);
         }
     }
     edges.side = i32(positive) - i32(negative);
@@ -156,40 +172,44 @@ fn exact_edges(terms: ptr<function, ExpansionTerms>, ray: ExactRay, corners: Cor
 //
 // In double-double arithmetic where that is exact enough to give t its last bit, else exactly.
 fn exact_t(terms: ptr<function, ExpansionTerms>, ray: ExactRay, edges: ExactEdges) -> F64 {
-    let a = edges.corners[0];
-    let b = edges.corners[1];
-    let c = edges.corners[2];
-    let normal = double_cross(double_difference(b, a), double_difference(c, a));
-    let slope = double_dot(normal, double_from_vector(ray.direction));
-    let height = double_dot(normal, double_difference(a, ray.origin));
+    let a = edges.corners.a;
+    let ab = terms_difference(edges.corners.b, a);
+    let ac = terms_difference(edges.corners.c, a);
+    var towards = terms_difference(a, ray.origin);
+    let direction = terms_from_vector(ray.direction);
+    let triples = double_triples(ab, ac, towards, direction);
+    let height = triples.with_c;
+    let slope = triples.with_d;
     if exact_is_precise(slope) && exact_is_precise(height) {
         return double_quotient(height, slope);
     }
-    let ab = expansion_vector_difference(b, a);
-    let ac = expansion_vector_difference(c, a);
-    let exact_height = expansion_triple(terms, ab, ac, expansion_vector_difference(a, ray.origin));
-    return f64_divide(exact_height, expansion_triple(terms, ab, ac, expansion_vector(ray.direction)));
+    var exact_height: F64;
+    var exact_slope: F64;
+    for (var vector = 0u; vector < 2u; vector++) {
+        exact_height = exact_slope;
+        exact_slope = expansion_triple(terms, ab, ac, towards);
+        towards = direction;
+    }
+    return f64_divide(exact_height, exact_slope);
 }
 
 fn exact_is_precise(a: DoubleDouble) -> bool {
-    return f64_less(f64_multiply(EXACT_CANCELLATION, a.magnitude), f64_abs(a.high));
+    return f64_magnitude_less(f64_multiply(EXACT_CANCELLATION, a.magnitude), a.high);
 }
 
 // The bits of the f32 weights of the second and third of the corners as the caller listed them.
 fn exact_barycentric(edges: ExactEdges) -> vec2<u32> {
-    var of_caller: F64Vector;
-    for (var corner = 0u; corner < 3u; corner++) {
-        of_caller[edges.places[corner]] = f64_abs(edges.weights[corner]);
-    }
-    var sum = of_caller[0];
-    for (var corner = 1u; corner < 3u; corner++) {
-        sum = f64_add(sum, of_caller[corner]);
-    }
-    var barycentric: vec2<u32>;
-    for (var corner = 0u; corner < 2u; corner++) {
-        barycentric[corner] = f64_to_f32_bits(f64_divide(of_caller[corner + 1u], sum));
-    }
-    return barycentric;
+    let first = exact_weight_of(edges, 0u);
+    let second = exact_weight_of(edges, 1u);
+    let third = exact_weight_of(edges, 2u);
+    let sum = f64_add(f64_add(first, second), third);
+    return vec2(f64_to_f32_bits(f64_divide(second, sum)), f64_to_f32_bits(f64_divide(third, sum)));
+}
+
+// The magnitude of the weight of one of the corners as the caller listed them.
+fn exact_weight_of(edges: ExactEdges, place: u32) -> F64 {
+    let first_or_second = select(edges.weights.x, edges.weights.y, edges.places.y == place);
+    return f64_abs(select(first_or_second, edges.weights.z, edges.places.z == place));
 }
 
 // Whether the ray comes from the side from which the corners are seen counterclockwise.
@@ -201,31 +221,22 @@ fn exact_is_front(edges: ExactEdges) -> bool {
 // Whether rays of a `direction` meet a triangle on the side from which its corners are seen counterclockwise; false where
 // they only graze it. Where they hit it, this is `exact_is_front`.
 fn exact_is_front_along(terms: ptr<function, ExpansionTerms>, direction: F64Vector, corners: CornerBits) -> bool {
-    let scaled = exact_scaled(direction);
-    let exact = exact_from_corners(corners);
-    return exact_is_against_normal(terms, exact, double_from_vector(scaled), expansion_vector(scaled));
+    return exact_is_against_normal(terms, exact_from_corners(corners), terms_from_vector(exact_scaled(direction)));
 }
 
 // Whether a triangle's corners are seen counterclockwise from a `point`; false where that is in the triangle's plane.
 fn exact_is_front_from(terms: ptr<function, ExpansionTerms>, point: F64Vector, corners: CornerBits) -> bool {
     let exact = exact_from_corners(corners);
-    return exact_is_against_normal(
-        terms, exact, double_difference(exact[0], point), expansion_vector_difference(exact[0], point),
-    );
+    return exact_is_against_normal(terms, exact, terms_difference(exact.a, point));
 }
 
-// Whether n · v is below zero for the unnormalised normal n of a triangle and a vector v, given in two forms.
-fn exact_is_against_normal(
-    terms: ptr<function, ExpansionTerms>, corners: ExactCorners, vector: DoubleDoubleVector, exact: TwoTermsVector,
-) -> bool {
-    let a = corners[0];
-    let b = corners[1];
-    let c = corners[2];
-    let product = double_dot(double_cross(double_difference(b, a), double_difference(c, a)), vector);
+// Whether n · v is below zero for the unnormalised normal n of a triangle and a vector v.
+fn exact_is_against_normal(terms: ptr<function, ExpansionTerms>, corners: ExactCorners, vector: TermsVector) -> bool {
+    let ab = terms_difference(corners.b, corners.a);
+    let ac = terms_difference(corners.c, corners.a);
+    let product = double_triples(ab, ac, vector, vector).with_c;
     if exact_is_precise(product) {
-        return f64_less(product.high, F64_ZERO);
+        return f64_is_below_zero(product.high);
     }
-    let ab = expansion_vector_difference(b, a);
-    let ac = expansion_vector_difference(c, a);
-    return f64_less(expansion_triple(terms, ab, ac, exact), F64_ZERO);
+    return f64_is_below_zero(expansion_triple(terms, ab, ac, vector));
 }

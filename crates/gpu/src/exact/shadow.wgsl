@@ -1,6 +1,6 @@
 // What shadows a point: bit for bit the Rust crate's `predicate::shadow`.
 
-import package::exact::double::{F64, f64_add, f64_subtract, f64_multiply, f64_less};
+import package::exact::double::{F64, f64_add, f64_subtract, f64_multiply, f64_magnitude_less};
 import package::exact::expansion::{ExpansionTerms, expansion_triple};
 import package::exact::predicate::{ExactRay, ExactEdges, CornerBits, ExactCorners, exact_edges};
 import package::exact::vector::{F64Vector, f64_dot, f64_cross, f64_vector_subtract, f64_largest_magnitude};
@@ -24,12 +24,8 @@ const EXACT_ROUNDINGS_10 = F64(0u, 0x3cd40000u);
 
 // The point at distance `t` along `ray`, `t` being correct to about its last bit.
 fn exact_point(ray: ExactRay, t: F64) -> ExactPoint {
-    var origin = ray.origin;
-    var step = f64_vector_scale(ray.direction, t);
-    var position: F64Vector;
-    for (var axis = 0u; axis < 3u; axis++) {
-        position[axis] = f64_add(origin[axis], step[axis]);
-    }
+    let step = f64_vector_scale(ray.direction, t);
+    let position = f64_vector_add(ray.origin, step);
     let size = f64_add(f64_largest_magnitude(step), f64_largest_magnitude(position));
     return ExactPoint(position, f64_multiply(EXACT_ROUNDINGS_5, size));
 }
@@ -39,8 +35,7 @@ fn exact_point(ray: ExactRay, t: F64) -> ExactPoint {
 fn exact_shadow(is_directional: bool, light: vec3<u32>, point: ExactPoint) -> ExactShadow {
     let vector = f64_vector_from_f32_bits(light);
     if is_directional {
-        let towards = F64Vector(f64_negate(vector[0]), f64_negate(vector[1]), f64_negate(vector[2]));
-        return ExactShadow(ExactRay(point.position, towards), point, true);
+        return ExactShadow(ExactRay(point.position, f64_vector_negate(vector)), point, true);
     }
     return ExactShadow(ExactRay(vector, f64_vector_subtract(point.position, vector)), point, false);
 }
@@ -55,8 +50,7 @@ fn exact_blocked_by(
     corners: CornerBits,
     edges: ptr<function, ExactEdges>,
 ) -> bool {
-    let places = exact_canonical_order(corners);
-    let height = exact_height_above(exact_from_corners(exact_reordered(corners, places)), shadow.point);
+    let height = exact_height_above(exact_from_corners(exact_sorted(corners).corners), shadow.point);
     // Asked first, since it is cheap and the triangles around the point's own mostly end here.
     if f64_is_zero(height) {
         return false;
@@ -76,42 +70,45 @@ fn exact_blocked_by(
 // How far a point is from the plane of a triangle, in lengths of its unnormalised normal and towards it; zero where that
 // is within the error of the point and of this evaluation.
 fn exact_height_above(corners: ExactCorners, point: ExactPoint) -> F64 {
-    var ab = f64_vector_subtract(corners[1], corners[0]);
-    var ac = f64_vector_subtract(corners[2], corners[0]);
-    var offset = f64_vector_subtract(point.position, corners[0]);
+    let ab = f64_vector_subtract(corners.b, corners.a);
+    let ac = f64_vector_subtract(corners.c, corners.a);
+    var offset = f64_vector_subtract(point.position, corners.a);
+    var left = ab;
+    var right = ac;
     // Of one component of the normal after the other; sums that start from −0 start with their first term.
     var height = F64_NEGATIVE_ZERO;
     var bound = F64_NEGATIVE_ZERO;
     for (var axis = 0u; axis < 3u; axis++) {
-        let next = (axis + 1u) % 3u;
-        let last = (axis + 2u) % 3u;
-        let forward = f64_multiply(ab[next], ac[last]);
-        let backward = f64_multiply(ac[next], ab[last]);
+        let forward = f64_multiply(left.y, right.z);
+        let backward = f64_multiply(right.y, left.z);
         let magnitude = f64_add(f64_abs(forward), f64_abs(backward));
-        let error = f64_add(f64_multiply(f64_abs(offset[axis]), EXACT_ROUNDINGS_10), point.error);
-        height = f64_add(height, f64_multiply(f64_subtract(forward, backward), offset[axis]));
+        let error = f64_add(f64_multiply(f64_abs(offset.x), EXACT_ROUNDINGS_10), point.error);
+        height = f64_add(height, f64_multiply(f64_subtract(forward, backward), offset.x));
         bound = f64_add(bound, f64_multiply(magnitude, error));
+        left = f64_vector_turned(left);
+        right = f64_vector_turned(right);
+        offset = f64_vector_turned(offset);
     }
-    return select(F64_ZERO, height, f64_less(bound, f64_abs(height)));
+    return select(F64_ZERO, height, f64_magnitude_less(bound, height));
 }
 
 // Whether the line meets the plane at t > 0, exactly.
 fn exact_is_ahead(terms: ptr<function, ExpansionTerms>, ray: ExactRay, edges: ExactEdges) -> bool {
-    let a = edges.corners[0];
-    let ab = f64_vector_subtract(edges.corners[1], a);
-    let ac = f64_vector_subtract(edges.corners[2], a);
+    let a = edges.corners.a;
+    let ab = f64_vector_subtract(edges.corners.b, a);
+    let ac = f64_vector_subtract(edges.corners.c, a);
     let towards = f64_vector_subtract(a, ray.origin);
     var height = f64_dot(f64_cross(ab, ac), towards);
-    let reach = f64_multiply(f64_multiply(f64_largest_magnitude(ab), f64_largest_magnitude(ac)), f64_largest_magnitude(towards));
+    let reach_of_edges = f64_multiply(f64_largest_magnitude(ab), f64_largest_magnitude(ac));
+    let reach = f64_multiply(reach_of_edges, f64_largest_magnitude(towards));
     let bound = f64_multiply(EXACT_ROUNDINGS_64, reach);
-    let decided = f64_less(bound, f64_abs(height)) && !f64_less(bound, EXACT_SMALLEST_TRUSTED_BOUND);
-    if !decided {
+    if !f64_magnitude_less(bound, height) || f64_magnitude_less(bound, EXACT_SMALLEST_TRUSTED_BOUND) {
         height = expansion_triple(
             terms,
-            expansion_vector_difference(edges.corners[1], a),
-            expansion_vector_difference(edges.corners[2], a),
-            expansion_vector_difference(a, ray.origin),
+            terms_difference(edges.corners.b, a),
+            terms_difference(edges.corners.c, a),
+            terms_difference(a, ray.origin),
         );
     }
-    return select(f64_less(height, F64_ZERO), f64_less(F64_ZERO, height), edges.side > 0);
+    return select(f64_is_below_zero(height), f64_is_above_zero(height), edges.side > 0);
 }

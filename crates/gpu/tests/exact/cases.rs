@@ -20,7 +20,7 @@ impl Pair {
     /// Some pair of the kind that `place` asks for, at a scale from 2⁻⁶⁰ to 2⁶⁰ for two of three.
     pub(crate) fn random(random: &mut Random, place: u64) -> Self {
         let mut pair = Self::of_kind(random, place % KINDS);
-        if place / KINDS % 3 != 0 {
+        if !(place / KINDS).is_multiple_of(3) {
             let scale = 2.0_f32.powi(random.below(121) as i32 - 60);
             pair.corners = pair.corners.map(|corner| corner * scale);
             pair.ray.origin *= f64::from(scale);

@@ -49,7 +49,7 @@ fn check(a: f64, b: f64, words: &[u32]) {
     expect("f32", 12, f64::from(f32::from_bits(low_word)));
     expect("u32", 14, f64::from(low_word));
     expect("i32", 16, f64::from(low_word as i32));
-    expect("maximum", 18, if a > b { a } else { b });
+    expect("larger magnitude", 18, if a.abs() > b.abs() { a.abs() } else { b.abs() });
     expect("magnitude", 22, a.abs());
     let single = f32::from_bits(words[20]);
     let rounded = a as f32;
@@ -57,7 +57,7 @@ fn check(a: f64, b: f64, words: &[u32]) {
         single.to_bits() == rounded.to_bits() || single.is_nan() && rounded.is_nan(),
         "{a:e} as f32: {single:e}, not {rounded:e}"
     );
-    let flags = [a < b, a == b, a.is_finite(), a.is_nan(), a == 0.0];
+    let flags = [a < b, a == b, a.is_finite(), a.is_nan(), a == 0.0, a.abs() < b.abs(), a < 0.0, a > 0.0];
     let expected = flags.iter().rev().fold(0, |bits, &flag| 2 * bits + u32::from(flag));
     assert_eq!(words[21], expected, "comparisons of {a:e} and {b:e}: {:b}, not {expected:b}", words[21]);
 }

@@ -37,9 +37,10 @@ fn operations(
     put(start + 12u, f64_from_f32_bits(a.x));
     put(start + 14u, f64_from_u32(a.x));
     put(start + 16u, f64_from_i32(i32(a.x)));
-    put(start + 18u, f64_maximum(a, b));
+    put(start + 18u, f64_larger_magnitude(a, b));
     results[start + 20u] = f64_to_f32_bits(a);
     results[start + 21u] = u32(f64_less(a, b)) | (u32(f64_equal(a, b)) << 1u) | (u32(f64_is_finite(a)) << 2u)
-        | (u32(f64_is_nan(a)) << 3u) | (u32(f64_is_zero(a)) << 4u);
+        | (u32(f64_is_nan(a)) << 3u) | (u32(f64_is_zero(a)) << 4u)
+        | (u32(f64_magnitude_less(a, b)) << 5u) | (u32(f64_is_below_zero(a)) << 6u) | (u32(f64_is_above_zero(a)) << 7u);
     put(start + 22u, f64_abs(f64_negate(a)));
 }
