@@ -5,6 +5,11 @@
 
 /// Every module's path and text.
 const MODULES: &[(&str, &str)] = &[
+    ("camera::balance", include_str!("camera/balance.wgsl")),
+    ("camera::nodes", include_str!("camera/nodes.wgsl")),
+    ("camera::settle", include_str!("camera/settle.wgsl")),
+    ("camera::trace", include_str!("camera/trace.wgsl")),
+    ("camera::work", include_str!("camera/work.wgsl")),
     ("dispatch", include_str!("dispatch.wgsl")),
     ("exact::camera", include_str!("exact/camera.wgsl")),
     ("exact::double", include_str!("exact/double.wgsl")),
@@ -12,7 +17,13 @@ const MODULES: &[(&str, &str)] = &[
     ("exact::predicate", include_str!("exact/predicate.wgsl")),
     ("exact::shadow", include_str!("exact/shadow.wgsl")),
     ("exact::vector", include_str!("exact/vector.wgsl")),
+    ("grid::header", include_str!("grid/header.wgsl")),
+    ("grid::list", include_str!("grid/list.wgsl")),
+    ("grid::set_up", include_str!("grid/set_up.wgsl")),
+    ("grid::space", include_str!("grid/space.wgsl")),
+    ("grid::transform", include_str!("grid/transform.wgsl")),
     ("primitives::scan", include_str!("primitives/scan.wgsl")),
+    ("tile_order", include_str!("tile_order.wgsl")),
 ];
 
 /// A shader's whole text.
