@@ -12,9 +12,11 @@ mod error;
 mod geometry;
 mod grid;
 mod kernel;
+mod light;
 mod link;
 pub mod primitives;
 mod recorder;
+mod view;
 
 pub use buffer::Buffer;
 pub use camera::{CameraGrid, CameraOptions, CameraWork};
@@ -22,4 +24,5 @@ pub use device::{Adapter, DeviceLimits, Gpu};
 pub use error::GpuError;
 pub use geometry::Geometry;
 pub use kernel::{Groups, Kernel};
+pub use light::{LightGrid, LightWork};
 pub use recorder::{Recorder, StageTime};

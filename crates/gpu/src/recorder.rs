@@ -63,7 +63,12 @@ impl<'a> Recorder<'a> {
 
     /// Copies `words` words from one buffer's start to another's.
     pub fn copy_words(&mut self, from: &Buffer, to: &Buffer, words: u64) {
-        self.encoder.copy_buffer_to_buffer(from.raw(), 0, to.raw(), 0, 4 * words);
+        self.copy_range((from, 0), (to, 0), words);
+    }
+
+    /// Copies `words` words from a word of one buffer to a word of another.
+    pub fn copy_range(&mut self, (from, first): (&Buffer, u64), (to, target): (&Buffer, u64), words: u64) {
+        self.encoder.copy_buffer_to_buffer(from.raw(), 4 * first, to.raw(), 4 * target, 4 * words);
     }
 
     /// Submits all stages. The function that it returns waits for them and gives each one's time; of stages of the same

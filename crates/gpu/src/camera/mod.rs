@@ -7,7 +7,8 @@ mod trace;
 use glam::DVec2;
 use umbrage_rays::{TileOrder, View};
 
-use crate::grid::{HEADER_WORDS, Header, List, ListBuffers, Space, Transform};
+use crate::grid::header::{HEADER_WORDS, LARGE};
+use crate::grid::{List, ListBuffers, ListNames, Space, Transform};
 use crate::{Buffer, Geometry, Gpu, GpuError, Recorder};
 use balance::Balance;
 use settle::Settle;
@@ -68,6 +69,8 @@ pub struct CameraGrid {
     work: CameraWork,
 }
 
+const NAMES: ListNames = ListNames { count: "count", scan: "scan", scatter: "scatter" };
+
 impl CameraGrid {
     /// Ready to build.
     #[must_use]
@@ -109,8 +112,8 @@ impl CameraGrid {
         self.cell_count = space.cells();
         self.spaces.write(gpu, &[space])?;
         self.space.write(gpu, &[space])?;
-        self.header.reserve(gpu, 4 * HEADER_WORDS as u64)?;
-        self.sizes.reserve(gpu, 4 * HEADER_WORDS as u64)?;
+        self.header.reserve(gpu, 4 * HEADER_WORDS)?;
+        self.sizes.reserve(gpu, 4 * HEADER_WORDS)?;
         self.transform.prepare(gpu, geometry.vertex_count(), 1)?;
         self.list.prepare(gpu, geometry.triangle_count(), geometry.vertex_count(), self.cell_count)?;
         self.balance.prepare(&space);
@@ -130,7 +133,7 @@ impl CameraGrid {
         recorder.clear_words(&self.nodes, Trace::NODES_HEADER);
         recorder.clear(&self.seen);
         recorder.stage("transform", |pass| {
-            self.transform.record(gpu, pass, &self.spaces, geometry.positions(), &self.header, 1);
+            self.transform.record(gpu, pass, &self.spaces, geometry.positions(), &self.header, self.transform.groups_of_one_face());
         });
         let buffers = ListBuffers {
             spaces: &self.spaces,
@@ -141,9 +144,9 @@ impl CameraGrid {
             sizes: &self.sizes,
             farthest_point: &self.no_points,
         };
-        self.list.record(gpu, recorder, buffers, 1);
+        self.list.record(gpu, recorder, buffers, self.list.groups_of_one_face(), &NAMES);
         recorder.stage("balance", |pass| self.balance.record(gpu, pass, &self.space, &self.cells, &self.header));
-        recorder.copy_words(&self.header, &self.sizes, HEADER_WORDS as u64);
+        recorder.copy_words(&self.header, &self.sizes, HEADER_WORDS);
         let vertices = self.transform.vertices();
         let traced = [
             &self.space,
@@ -165,13 +168,12 @@ impl CameraGrid {
     /// # Errors
     /// Where the device is lost, or more is needed than one of its buffers has room for.
     pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        let mut header = Header::default();
-        self.header.read_into(gpu, &mut header.0)?;
+        let header = self.header.read::<u32>(gpu, HEADER_WORDS as usize)?;
         let (pair_counts, word) = self.list.pair_counts();
         let pairs = pair_counts.read::<u32>(gpu, word as usize + 1)?[word as usize];
         let [open_hits, open_pixels] = self.nodes.read::<[u32; 2]>(gpu, 1)?[0];
-        self.work = CameraWork { pairs, large: header.large(), open_hits, open_pixels };
-        let mut fits = !self.list.grow(gpu, header.large(), pairs)?;
+        self.work = CameraWork { pairs, large: header[LARGE], open_hits, open_pixels };
+        let mut fits = !self.list.grow(gpu, header[LARGE], pairs)?;
         let nodes = Trace::node_bytes(u64::from(open_hits)) + 4 * u64::from(open_pixels);
         if nodes > self.nodes.bytes() {
             self.nodes.reserve(gpu, nodes + nodes / 2)?;

@@ -1,8 +1,10 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
-use umbrage_rays::{Camera, Projection, View};
+use umbrage_rays::View;
 
 use super::trace::Trace;
+use crate::grid::words;
+use crate::view::ExactView;
 use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// The stage `settle`: what the filter has left open, by the predicate.
@@ -22,46 +24,6 @@ struct SettleView {
     y_offset: [u32; 2],
     culls_back_faces: u32,
     unused: [u32; 3],
-}
-
-/// A camera and its image, as in `exact/camera.wgsl`.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct ExactView {
-    position: [f32; 3],
-    half_height: f32,
-    right: [f32; 3],
-    is_orthographic: u32,
-    up: [f32; 3],
-    width: u32,
-    forward: [f32; 3],
-    height: u32,
-}
-
-impl From<&View> for ExactView {
-    fn from(view: &View) -> Self {
-        let Camera { position, right, up, forward, projection } = view.camera;
-        let (half_height, is_orthographic) = match projection {
-            Projection::Perspective { tan_half_height } => (tan_half_height, 0),
-            Projection::Orthographic { half_height } => (half_height, 1),
-        };
-        Self {
-            position: position.to_array(),
-            half_height,
-            right: right.to_array(),
-            is_orthographic,
-            up: up.to_array(),
-            width: view.width,
-            forward: forward.to_array(),
-            height: view.height,
-        }
-    }
-}
-
-/// The two words of an f64, the low one first.
-pub(crate) fn words(number: f64) -> [u32; 2] {
-    let bits = number.to_bits();
-    [bits as u32, (bits >> 32) as u32]
 }
 
 impl Settle {

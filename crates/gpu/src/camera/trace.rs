@@ -1,4 +1,4 @@
-use crate::grid::Header;
+use crate::grid::header;
 use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
 
 /// The stages `trace` and `merge`: what each pixel sees.
@@ -42,8 +42,8 @@ impl Trace {
     /// `buffers` are the shader's, but for the last.
     pub(super) fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, buffers: &[&Buffer], sizes: &Buffer) {
         let all: Vec<_> = buffers.iter().copied().chain([&self.partials]).collect();
-        self.trace.dispatch(gpu, pass, &all, Groups::Indirect(sizes, Header::BLOCK_GROUPS));
-        self.merge.dispatch(gpu, pass, &all, Groups::Indirect(sizes, Header::SPLIT_GROUPS));
+        self.trace.dispatch(gpu, pass, &all, Groups::Indirect(sizes, header::BLOCK_GROUPS));
+        self.merge.dispatch(gpu, pass, &all, Groups::Indirect(sizes, header::SPLIT_GROUPS));
         self.size_settle.dispatch(gpu, pass, &all, Groups::Flat(1));
     }
 

@@ -15,3 +15,7 @@ const HEADER_SPLIT_GROUPS: u32 = 10u;
 const HEADER_PARTIALS: u32 = 13u;
 // For each face the largest and the complement of the smallest key of visible vertices, both in order.
 const HEADER_KEYS: u32 = 16u;
+// Of lights: how many faces, and the groups that take their vertices and triangles.
+const HEADER_FACES: u32 = 14u;
+const HEADER_VERTEX_GROUPS: u32 = 28u;
+const HEADER_TRIANGLE_GROUPS: u32 = 31u;

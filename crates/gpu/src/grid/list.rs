@@ -1,3 +1,4 @@
+use super::header::HEADER_WORDS;
 use crate::primitives::Scan;
 use crate::{Buffer, Gpu, GpuError, Groups, Kernel, Recorder};
 
@@ -33,29 +34,17 @@ pub(crate) struct ListBuffers<'a> {
     pub(crate) farthest_point: &'a Buffer,
 }
 
-/// Words of a structure's header.
-pub(crate) const HEADER_WORDS: usize = 32;
-
-/// What a structure needed, read back at the end of a frame; words as in `header.wgsl`.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Header(pub(crate) [u32; HEADER_WORDS]);
-
-impl Header {
-    pub(crate) const BLOCK_GROUPS: u32 = 6;
-    pub(crate) const SPLIT_GROUPS: u32 = 10;
-    const LARGE_GROUPS: u32 = 1;
-
-    pub(crate) fn large(&self) -> u32 {
-        self.0[0]
-    }
-
-    pub(crate) fn partials(&self) -> u32 {
-        self.0[13]
-    }
+/// What the three stages are called.
+pub(crate) struct ListNames {
+    pub(crate) count: &'static str,
+    pub(crate) scan: &'static str,
+    pub(crate) scatter: &'static str,
 }
 
 impl List {
     const LARGE_BYTES: u64 = 64;
+    /// Where the header has the groups that take chunks.
+    const LARGE_GROUPS: u32 = 1;
 
     pub(crate) fn new(gpu: &Gpu, has_points: bool) -> Self {
         let constants = [("HAS_POINTS", f64::from(u8::from(has_points)))];
@@ -72,6 +61,11 @@ impl List {
             pairs: Buffer::storage(gpu, "pairs"),
             triangles: 0,
         }
+    }
+
+    /// The groups that take all triangles of one face.
+    pub(crate) fn groups_of_one_face(&self) -> Groups<'static> {
+        Groups::Flat(self.triangles.div_ceil(256))
     }
 
     /// Makes ready for so many triangles, vertices and cells, with room for what they may need at least.
@@ -100,19 +94,18 @@ impl List {
         Ok(!fits)
     }
 
-    pub(crate) fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, buffers: ListBuffers<'_>, faces: u32) {
+    pub(crate) fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, buffers: ListBuffers<'_>, groups: Groups<'_>, names: &ListNames) {
         let ListBuffers { spaces, triangles, vertices, cells, header, sizes, farthest_point } = buffers;
         let all = [&self.size, spaces, triangles, vertices, cells, &self.large, header, farthest_point, &self.pairs];
-        let groups = Groups::Layers(self.triangles.div_ceil(256), faces);
-        let large = Groups::Indirect(sizes, Header::LARGE_GROUPS);
-        recorder.stage("count", |pass| {
+        let large = Groups::Indirect(sizes, Self::LARGE_GROUPS);
+        recorder.stage(names.count, |pass| {
             self.count_small.dispatch(gpu, pass, &all, groups);
             self.size_large.dispatch(gpu, pass, &all, Groups::Flat(1));
         });
-        recorder.copy_words(header, sizes, HEADER_WORDS as u64);
-        recorder.stage("count", |pass| self.count_large.dispatch(gpu, pass, &all, large));
-        recorder.stage("scan", |pass| self.scan.record(gpu, pass, cells));
-        recorder.stage("scatter", |pass| {
+        recorder.copy_words(header, sizes, HEADER_WORDS);
+        recorder.stage(names.count, |pass| self.count_large.dispatch(gpu, pass, &all, large));
+        recorder.stage(names.scan, |pass| self.scan.record(gpu, pass, cells));
+        recorder.stage(names.scatter, |pass| {
             self.scatter_small.dispatch(gpu, pass, &all, groups);
             self.scatter_large.dispatch(gpu, pass, &all, large);
         });

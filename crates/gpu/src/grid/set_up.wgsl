@@ -104,11 +104,28 @@ fn homogeneous(vertex: vec4<u32>, raster: Raster) -> vec3<f32> {
 
 // The triangle near the fixed-point place `origin`, for p within `reach` pixels of it on each axis.
 fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -> Edges {
+    let unit = exp2(-f32(raster.fraction_bits));
     if corners.kind == VERTEX_REGULAR {
-        return regular_edges(corners, origin, reach, raster);
+        let a = bitcast<vec2<i32>>(corners.a.xy);
+        let b = bitcast<vec2<i32>>(corners.b.xy);
+        let c = bitcast<vec2<i32>>(corners.c.xy);
+        // Differences in integers are exact: f32 rounds each once.
+        let sides = Sides(
+            vec2<f32>(a - origin) * unit, vec2<f32>(b - origin) * unit, vec2<f32>(c - origin) * unit,
+            vec2<f32>(c - b) * unit, vec2<f32>(a - c) * unit, vec2<f32>(b - a) * unit);
+        let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
+        return flat_edges(sides, unit * (1.0 + f32(raster.place_error)), keys, reach);
     }
     if raster.is_orthographic == 1u {
-        return undecided_edges();
+        // Far beside the image; nothing has to be divided.
+        let middle = vec2<f32>(origin) * unit;
+        let a = homogeneous(corners.a, raster).xy - middle;
+        let b = homogeneous(corners.b, raster).xy - middle;
+        let c = homogeneous(corners.c, raster).xy - middle;
+        let largest = max(max(abs(a), abs(b)), max(abs(c), abs(middle)));
+        let error = unit * (1.0 + f32(raster.place_error)) + 8.0 * U * max(largest.x, largest.y);
+        let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
+        return flat_edges(Sides(a, b, c, c - b, a - c, b - a), error, keys, reach);
     }
     return homogeneous_edges(corners, origin, reach, raster);
 }
@@ -119,39 +136,46 @@ fn undecided_edges() -> Edges {
         vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), INFINITE, INFINITE, INFINITE, false, false);
 }
 
-fn regular_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -> Edges {
-    let unit = exp2(-f32(raster.fraction_bits));
-    let fixed_a = bitcast<vec2<i32>>(corners.a.xy);
-    let fixed_b = bitcast<vec2<i32>>(corners.b.xy);
-    let fixed_c = bitcast<vec2<i32>>(corners.c.xy);
-    // Differences in integers are exact: f32 rounds each once.
-    let a = vec2<f32>(fixed_a - origin) * unit;
-    let b = vec2<f32>(fixed_b - origin) * unit;
-    let c = vec2<f32>(fixed_c - origin) * unit;
-    let bc = vec2<f32>(fixed_c - fixed_b) * unit;
-    let ca = vec2<f32>(fixed_a - fixed_c) * unit;
-    let ab = vec2<f32>(fixed_b - fixed_a) * unit;
+// Corners in relation to the origin, and edges.
+struct Sides {
+    a: vec2<f32>,
+    b: vec2<f32>,
+    c: vec2<f32>,
+    bc: vec2<f32>,
+    ca: vec2<f32>,
+    ab: vec2<f32>,
+}
 
+// Of a triangle whose corners are points of the image, wrong by `error` in relation to places on each axis.
+fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, reach: f32) -> Edges {
+    let a = sides.a;
+    let b = sides.b;
+    let c = sides.c;
+    let bc = sides.bc;
+    let ca = sides.ca;
+    let ab = sides.ab;
     let farthest = max(max(max(abs(a.x), abs(a.y)), max(abs(b.x), abs(b.y))), max(abs(c.x), abs(c.y)));
     // An edge function is the cross product of two corners in relation to p, each component at most `span` and wrong by
-    // a unit: 4 · unit · span. Its three terms are at most 2 · span² together with what they cancel, each with four
+    // `error`: 4 · error · span. Its three terms are at most 2 · span² together with what they cancel, each with four
     // roundings on its path, doubled once more.
     let span = farthest + reach;
-    let edge_error = 4.0 * unit * (span + unit) + 32.0 * U * span * span;
+    let edge_error = 4.0 * error * (span + error) + 32.0 * U * span * span;
 
     // Twice the signed area is the sum of the edge functions, and doesn't depend on p.
     let area = ab.x * -ca.y - ab.y * -ca.x;
     let longest = max(max(max(abs(bc.x), abs(bc.y)), max(abs(ca.x), abs(ca.y))), max(abs(ab.x), abs(ab.y)));
-    let area_error = 8.0 * unit * (longest + unit) + 16.0 * U * longest * longest;
+    let area_error = 8.0 * error * (longest + error) + 16.0 * U * longest * longest;
     let is_oriented = abs(area) > area_error;
     let sign = select(-1.0, 1.0, area > 0.0);
 
-    let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
     let nearest = max(max(keys.x, keys.y), keys.z);
     let farthest_key = min(min(keys.x, keys.y), keys.z);
     let largest_key = max(abs(nearest), abs(farthest_key));
     let range = nearest - farthest_key;
 
+    if !(edge_error < INFINITE) || !(largest_key < INFINITE) {
+        return undecided_edges();
+    }
     var edges: Edges;
     edges.a = sign * vec3<f32>(-bc.y, -ca.y, -ab.y);
     edges.b = sign * vec3<f32>(bc.x, ca.x, ab.x);
@@ -201,7 +225,7 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     let middle_reach = max(abs(middle.x), abs(middle.y));
     // A quotient has 2.5 units in the last place, fixed-point coordinates one of their own.
     let depth_error = 10.0 * U * depth;
-    let aside_error = 12.0 * U * (aside + middle_reach * depth) + 2.0 * unit * depth;
+    let aside_error = 12.0 * U * (aside + middle_reach * depth) + (2.0 + f32(raster.place_error)) * unit * depth;
     // a·x + b·y + c with a, b products of an aside and a depth, c of two asides.
     let slope_error = 2.0 * (from_middle * depth_error + depth * aside_error) + 8.0 * U * from_middle * depth;
     let constant_error = 4.0 * from_middle * aside_error + 8.0 * U * from_middle * from_middle;

@@ -26,10 +26,15 @@ pub(crate) struct Raster {
     pub(crate) is_orthographic: u32,
     pub(crate) has_samples: u32,
     pub(crate) culls_back_faces: u32,
-    unused: u32,
+    pub(crate) place_error: u32,
+    row_reach: f32,
+    unused: [u32; 3],
 }
 
 impl Space {
+    /// Bytes of one.
+    pub(crate) const BYTES: u64 = size_of::<Self>() as u64;
+
     /// The image of `view` whose samples are at `offset_pixels` of each pixel's upper left corner.
     pub(crate) fn of_view(
         view: &View,
@@ -71,9 +76,11 @@ impl Space {
             is_orthographic: u32::from(is_orthographic),
             has_samples: 1,
             culls_back_faces: u32::from(culls_back_faces),
-            unused: 0,
+            place_error: 0,
+            row_reach: 0.0,
+            unused: [0; 3],
         };
-        Self { projection: words(position.as_dvec3(), rows, added), raster }
+        Self { projection: packed(position.as_dvec3(), rows, added), raster }
     }
 
     /// How many cells it has.
@@ -82,12 +89,17 @@ impl Space {
     }
 }
 
-fn words(origin: DVec3, rows: [DVec3; 3], added: DVec2) -> [[u32; 2]; 14] {
-    let mut words = [[0; 2]; 14];
+fn packed(origin: DVec3, rows: [DVec3; 3], added: DVec2) -> [[u32; 2]; 14] {
+    let mut projection = [[0; 2]; 14];
     let numbers = origin.to_array().into_iter().chain(rows.into_iter().flat_map(|row| row.to_array()));
-    for (word, number) in words.iter_mut().zip(numbers.chain(added.to_array())) {
-        let bits = number.to_bits();
-        *word = [bits as u32, (bits >> 32) as u32];
+    for (pair, number) in projection.iter_mut().zip(numbers.chain(added.to_array())) {
+        *pair = words(number);
     }
-    words
+    projection
+}
+
+/// The two words of an f64, the low one first.
+pub(crate) fn words(number: f64) -> [u32; 2] {
+    let bits = number.to_bits();
+    [bits as u32, (bits >> 32) as u32]
 }

@@ -27,7 +27,13 @@ struct Raster {
     // Whether only places with integer coordinates are asked about.
     has_samples: u32,
     culls_back_faces: u32,
-    unused: u32,
+    // How many units places that are asked about may be wrong by.
+    place_error: u32,
+    // The largest number in the rows for x and y, for lights.
+    row_reach: f32,
+    unused_0: u32,
+    unused_1: u32,
+    unused_2: u32,
 }
 
 // A vertex in pixel space.

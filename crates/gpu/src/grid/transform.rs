@@ -28,6 +28,18 @@ impl Transform {
         self.vertices.reserve(gpu, u64::from(vertices) * u64::from(faces) * Self::VERTEX_BYTES)
     }
 
+    /// The groups that take all vertices of one face.
+    pub(crate) fn groups_of_one_face(&self) -> Groups<'static> {
+        Groups::Flat(self.count.div_ceil(256))
+    }
+
+    /// Makes room for so many faces; whether there was too little.
+    pub(crate) fn grow(&mut self, gpu: &Gpu, faces: u32) -> Result<bool, GpuError> {
+        let before = self.vertices.bytes();
+        self.vertices.reserve(gpu, u64::from(self.count) * u64::from(faces) * Self::VERTEX_BYTES)?;
+        Ok(self.vertices.bytes() > before)
+    }
+
     pub(crate) fn record(
         &self,
         gpu: &Gpu,
@@ -35,10 +47,10 @@ impl Transform {
         spaces: &Buffer,
         positions: &Buffer,
         header: &Buffer,
-        faces: u32,
+        groups: Groups<'_>,
     ) {
         let buffers = [&self.size, spaces, positions, &self.vertices, header];
-        self.kernel.dispatch(gpu, pass, &buffers, Groups::Layers(self.count.div_ceil(256), faces));
+        self.kernel.dispatch(gpu, pass, &buffers, groups);
     }
 
     pub(crate) fn vertices(&self) -> &Buffer {

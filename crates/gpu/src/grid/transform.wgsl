@@ -3,6 +3,7 @@
 import package::dispatch::{flat_group};
 import package::exact::double::{f64_add};
 import package::grid::header::{HEADER_KEYS};
+import package::grid::project::{fixed, fits_fixed};
 import package::grid::space::{Space};
 
 struct TransformSize {
@@ -102,15 +103,4 @@ fn transformed(face: u32, id: u32) -> vec4<u32> {
 
 fn pixels(value: F64, to_pixels: f32) -> u32 {
     return bitcast<u32>(bitcast<f32>(f64_to_f32_bits(value)) * to_pixels);
-}
-
-// Whether a number is below 2³⁰ in magnitude.
-fn fits_fixed(value: F64) -> bool {
-    return (value.y & 0x7fffffffu) < 0x41d00000u;
-}
-
-// The nearest integer of a number below 2³⁰ in magnitude.
-fn fixed(value: F64) -> i32 {
-    // Adding 1.5 · 2⁵² leaves the integer in the low word.
-    return bitcast<i32>(f64_add(value, F64(0u, 0x43380000u)).x);
 }
