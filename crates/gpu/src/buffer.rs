@@ -11,8 +11,10 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    const STORAGE: wgpu::BufferUsages =
-        wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_SRC).union(wgpu::BufferUsages::COPY_DST);
+    const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
+        .union(wgpu::BufferUsages::COPY_SRC)
+        .union(wgpu::BufferUsages::COPY_DST)
+        .union(wgpu::BufferUsages::UNIFORM);
     const SIZES: wgpu::BufferUsages = wgpu::BufferUsages::INDIRECT.union(wgpu::BufferUsages::COPY_DST);
     const UNIFORM: wgpu::BufferUsages = wgpu::BufferUsages::UNIFORM.union(wgpu::BufferUsages::COPY_DST);
 

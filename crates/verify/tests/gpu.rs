@@ -4,7 +4,7 @@ use glam::DVec2;
 use umbrage::rays::View;
 use umbrage::scene::DEMOS;
 use umbrage::{Renderer, Scene, Settings};
-use umbrage_gpu::{CameraGrid, CameraOptions, DeviceLimits, Geometry, Gpu, Recorder};
+use umbrage_gpu::{CameraGrid, CameraOptions, DeviceLimits, Geometry, Gpu, LightGrid, Recorder};
 use umbrage_verify::real_scene;
 
 fn gpu() -> Option<Gpu> {
@@ -17,7 +17,15 @@ fn gpu() -> Option<Gpu> {
     }
 }
 
-fn check(gpu: &Gpu, grid: &mut CameraGrid, name: &str, scene: &Scene, moment: f64, size: [u32; 2]) {
+fn check(
+    gpu: &Gpu,
+    grid: &mut CameraGrid,
+    lights: &mut LightGrid,
+    name: &str,
+    scene: &Scene,
+    moment: f64,
+    size: [u32; 2],
+) {
     let seconds = moment * scene.duration_seconds();
     let [width, height] = size;
     let settings = Settings { width, height, ..Settings::default() };
@@ -34,15 +42,18 @@ fn check(gpu: &Gpu, grid: &mut CameraGrid, name: &str, scene: &Scene, moment: f6
     loop {
         let start = std::time::Instant::now();
         grid.prepare(gpu, &geometry, &view, DVec2::splat(0.5)).expect("room");
+        let sources: Vec<_> = frame.lights.iter().map(|light| light.source).collect();
+        lights.prepare(gpu, &geometry, &view, DVec2::splat(0.5), &sources).expect("room");
         let mut recorder = Recorder::new(gpu);
         grid.record(gpu, &mut recorder, &geometry);
+        lights.record(gpu, &mut recorder, &geometry, grid.seen());
         let times = recorder.submit()().expect("a frame");
-        let fits = grid.finish(gpu).expect("a frame");
+        let fits = grid.finish(gpu).expect("a frame") & lights.finish(gpu).expect("a frame");
         let text: Vec<_> = times.iter().map(|t| format!("{} {:.2}", t.name, t.milliseconds)).collect();
         println!(
             "{name}: {} triangles {:?} {:?} {}",
             frame.triangles().len(),
-            grid.work(),
+            (grid.work(), lights.work()),
             start.elapsed(),
             text.join(" ")
         );
@@ -65,20 +76,39 @@ fn check(gpu: &Gpu, grid: &mut CameraGrid, name: &str, scene: &Scene, moment: f6
         }
     }
     println!("{name}: {different} pixels differ");
+    let words = lights.mask_words() as usize;
+    let lit: Vec<u32> = lights.lit().read(gpu, words * frame.lights.len()).expect("a frame");
+    for (number, mask) in renderer.light_masks().iter().enumerate() {
+        let mut different = 0;
+        for y in 0..height {
+            for x in 0..width {
+                let place = order.place(x, y);
+                let gpu = lit[number * words + place / 32] >> (place % 32) & 1 == 1;
+                if gpu != mask.is_lit(x, y) {
+                    different += 1;
+                    if different < 5 {
+                        println!("{name}: light {number} pixel ({x}, {y}): {gpu} on the GPU");
+                    }
+                }
+            }
+        }
+        println!("{name}: light {number}: {different} shadows differ");
+    }
 }
 
 #[test]
 fn gallery_scenes() {
     let Some(gpu) = gpu() else { return };
     let mut grid = CameraGrid::new(&gpu, CameraOptions::default());
-    for demo in DEMOS {
+    let mut lights = LightGrid::new(&gpu);
+    for demo in DEMOS.iter().filter(|d| std::env::var("ONLY").map_or(true, |o| o == d.name)) {
         let scene = Scene::open(format!("demo:{}?triangles=5000", demo.name)).expect("a scene of the gallery");
-        check(&gpu, &mut grid, demo.name, &scene, 0.4, [150, 70]);
+        check(&gpu, &mut grid, &mut lights, demo.name, &scene, 0.4, [150, 70]);
     }
     for name in ["cesium_man.glb", "robot_arm.glb", "elephant_gallop.glb", "sibenik.obj", "stanford_bunny.obj"] {
-        if let Some(path) = real_scene(name) {
+        if let (true, Some(path)) = (std::env::var("ONLY").map_or(true, |o| o == name), real_scene(name)) {
             let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
-            check(&gpu, &mut grid, name, &scene, 0.3, [512, 512]);
+            check(&gpu, &mut grid, &mut lights, name, &scene, 0.3, [512, 512]);
         }
     }
 }

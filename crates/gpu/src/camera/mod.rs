@@ -110,6 +110,7 @@ impl CameraGrid {
         let tile_bits = 4 - mapping.trailing_zeros();
         let space = Space::of_view(view, offset_pixels, tile_bits, slices, culls_back_faces);
         self.cell_count = space.cells();
+        self.spaces.reserve(gpu, 6 * Space::BYTES)?;
         self.spaces.write(gpu, &[space])?;
         self.space.write(gpu, &[space])?;
         self.header.reserve(gpu, 4 * HEADER_WORDS)?;
@@ -133,7 +134,14 @@ impl CameraGrid {
         recorder.clear_words(&self.nodes, Trace::NODES_HEADER);
         recorder.clear(&self.seen);
         recorder.stage("transform", |pass| {
-            self.transform.record(gpu, pass, &self.spaces, geometry.positions(), &self.header, self.transform.groups_of_one_face());
+            self.transform.record(
+                gpu,
+                pass,
+                &self.spaces,
+                geometry.positions(),
+                &self.header,
+                self.transform.groups_of_one_face(),
+            );
         });
         let buffers = ListBuffers {
             spaces: &self.spaces,
@@ -143,6 +151,7 @@ impl CameraGrid {
             header: &self.header,
             sizes: &self.sizes,
             farthest_point: &self.no_points,
+            spread: &self.no_points,
         };
         self.list.record(gpu, recorder, buffers, self.list.groups_of_one_face(), &NAMES);
         recorder.stage("balance", |pass| self.balance.record(gpu, pass, &self.space, &self.cells, &self.header));

@@ -32,6 +32,8 @@ pub(crate) struct ListBuffers<'a> {
     pub(crate) sizes: &'a Buffer,
     /// For lights, how far the points of each cell are.
     pub(crate) farthest_point: &'a Buffer,
+    /// For lights, how cells are spread over each face.
+    pub(crate) spread: &'a Buffer,
 }
 
 /// What the three stages are called.
@@ -94,9 +96,17 @@ impl List {
         Ok(!fits)
     }
 
-    pub(crate) fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, buffers: ListBuffers<'_>, groups: Groups<'_>, names: &ListNames) {
-        let ListBuffers { spaces, triangles, vertices, cells, header, sizes, farthest_point } = buffers;
-        let all = [&self.size, spaces, triangles, vertices, cells, &self.large, header, farthest_point, &self.pairs];
+    pub(crate) fn record(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        buffers: ListBuffers<'_>,
+        groups: Groups<'_>,
+        names: &ListNames,
+    ) {
+        let ListBuffers { spaces, triangles, vertices, cells, header, sizes, farthest_point, spread } = buffers;
+        let all =
+            [&self.size, spaces, triangles, vertices, cells, &self.large, header, farthest_point, spread, &self.pairs];
         let large = Groups::Indirect(sizes, Self::LARGE_GROUPS);
         recorder.stage(names.count, |pass| {
             self.count_small.dispatch(gpu, pass, &all, groups);

@@ -8,6 +8,7 @@ import package::dispatch::{flat_group, groups_of};
 import package::grid::header::{HEADER_LARGE};
 import package::grid::space::{Space};
 import package::grid::set_up::{rect_of};
+import package::light::cells::{spread_base};
 
 struct ListSize {
     triangles: u32,
@@ -25,7 +26,7 @@ const LARGE_BITS: u32 = 8u;
 override HAS_POINTS: bool = false;
 
 @group(0) @binding(0) var<uniform> list_size: ListSize;
-@group(0) @binding(1) var<storage, read> spaces: array<Space>;
+@group(0) @binding(1) var<uniform> spaces: array<Space, 6>;
 // Three vertices and the material.
 @group(0) @binding(2) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> vertices: array<vec4<u32>>;
@@ -35,7 +36,9 @@ override HAS_POINTS: bool = false;
 @group(0) @binding(6) var<storage, read_write> header: array<atomic<u32>>;
 // For each cell the complement of its farthest point's key, in order; zero where it has none.
 @group(0) @binding(7) var<storage, read> farthest_point: array<u32>;
-@group(0) @binding(8) var<storage, read_write> pairs: array<u32>;
+// For each axis of a face which column each bin is in.
+@group(0) @binding(8) var<storage, read> spread: array<u32>;
+@group(0) @binding(9) var<storage, read_write> pairs: array<u32>;
 
 struct Listed {
     corners: Corners,
@@ -62,7 +65,7 @@ fn listed(face: u32, id: u32) -> Listed {
     if any(pixels.last < pixels.first) {
         return Listed(corners, RECT_EMPTY, 0u, 0u);
     }
-    let tiles = Rect(pixels.first >> vec2<u32>(raster.tile_bits), pixels.last >> vec2<u32>(raster.tile_bits));
+    let tiles = Rect(tile_of(face, pixels.first), tile_of(face, pixels.last));
     var nearest = 0xffffffffu;
     if corners.kind == VERTEX_REGULAR {
         let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
@@ -71,6 +74,27 @@ fn listed(face: u32, id: u32) -> Listed {
         nearest = highest + min(8u, 0xffffffffu - highest);
     }
     return Listed(corners, tiles, slice_of(face, nearest), nearest);
+}
+
+// The tile of a pixel; of a light, the cell of a bin.
+fn tile_of(face: u32, pixel: vec2<i32>) -> vec2<i32> {
+    if HAS_POINTS {
+        let column = spread[spread_base(face, 0u) + u32(pixel.x)];
+        let row = spread[spread_base(face, 1u) + u32(pixel.y)];
+        return vec2<i32>(i32(column), i32(row));
+    }
+    return pixel >> vec2<u32>(spaces[face].raster.tile_bits);
+}
+
+// The pixels (bins) of a tile: the first, and the end.
+fn pixels_of(face: u32, tile: vec2<i32>) -> vec4<i32> {
+    if HAS_POINTS {
+        let column = spread_base(face, 0u) + SPREAD_STARTS + u32(tile.x);
+        let row = spread_base(face, 1u) + SPREAD_STARTS + u32(tile.y);
+        return vec4<i32>(vec4<u32>(spread[column], spread[row], spread[column + 1u], spread[row + 1u]));
+    }
+    let side = 1 << spaces[face].raster.tile_bits;
+    return vec4<i32>(tile * side, tile * side + side);
 }
 
 // Slices are equal parts of what is visible, in floats: about equal parts of its logarithm.
@@ -185,12 +209,12 @@ fn reaches(face: u32, id: u32, tile: vec2<i32>) -> bool {
     let base = face * list_size.vertices;
     let triangle = triangles[id].xyz;
     let corners = corners_of(vertices[base + triangle.x], vertices[base + triangle.y], vertices[base + triangle.z]);
-    // From the tile's middle; a tile of one cell has it at half a pixel.
-    let side = 1 << raster.tile_bits;
-    let half_fixed = (side << raster.fraction_bits) / 2;
-    let origin = ((tile * side) << vec2<u32>(raster.fraction_bits)) + half_fixed;
-    let half = 0.5 * f32(side) + 0.01;
-    return !misses_square(edges_near(corners, origin, half, raster), half);
+    let pixels = pixels_of(face, tile);
+    // From the tile's middle, which may be between two pixels.
+    let size = pixels.zw - pixels.xy;
+    let origin = (pixels.xy << vec2<u32>(raster.fraction_bits)) + size * (1 << (raster.fraction_bits - 1u));
+    let half = 0.5 * vec2<f32>(size) + 0.01;
+    return !misses_box(edges_near(corners, origin, max(half.x, half.y), raster), half);
 }
 
 @compute @workgroup_size(256)

@@ -266,9 +266,9 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     return edges;
 }
 
-// Whether a triangle certainly misses all places within `reach` pixels of the origin on each axis.
-fn misses_square(edges: Edges, reach: f32) -> bool {
-    let spread = reach * (abs(edges.a) + abs(edges.b));
-    let is_below = any(edges.c + spread < vec3<f32>(-edges.edge_error));
-    return is_below && (edges.is_oriented || any(edges.c - spread > vec3<f32>(edges.edge_error)));
+// Whether a triangle certainly misses all places within `half` pixels of the origin.
+fn misses_box(edges: Edges, half: vec2<f32>) -> bool {
+    let range = half.x * abs(edges.a) + half.y * abs(edges.b);
+    let is_below = any(edges.c + range < vec3<f32>(-edges.edge_error));
+    return is_below && (edges.is_oriented || any(edges.c - range > vec3<f32>(edges.edge_error)));
 }

@@ -5,13 +5,15 @@
 import package::dispatch::{flat_group, groups_of};
 import package::grid::header::{HEADER_BLOCKS};
 import package::light::blocks::{LIGHT_BLOCK_POINTS};
+import package::light::cells::{spread_base};
 import package::light::light::{Light};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> cells: array<u32>;
 @group(0) @binding(2) var<storage, read> point_cells: array<u32>;
 @group(0) @binding(3) var<storage, read_write> header: array<atomic<u32>>;
-@group(0) @binding(4) var<storage, read_write> blocks: array<u32>;
+@group(0) @binding(4) var<storage, read> spread: array<u32>;
+@group(0) @binding(5) var<storage, read_write> blocks: array<u32>;
 
 @compute @workgroup_size(64)
 fn balance(
@@ -33,6 +35,9 @@ fn balance(
     if columns * rows == 0u {
         return;
     }
+    let face = cell / (side * side);
+    let column = spread_base(face, 0u) + SPREAD_STARTS + cell % side;
+    let row = spread_base(face, 1u) + SPREAD_STARTS + cell / side % side;
     let first = atomicAdd(&header[HEADER_BLOCKS], columns * rows);
     for (var number = 0u; number < columns * rows; number++) {
         let word = LIGHT_BLOCKS_FIRST + (first + number) * LIGHT_BLOCK_WORDS;
@@ -41,11 +46,15 @@ fn balance(
         }
         let point = points.x + (number % columns) * LIGHT_BLOCK_POINTS;
         let pair = pairs.x + (number / columns) * LIGHT_BLOCK_PAIRS;
-        blocks[word] = cell;
+        blocks[word] = face;
         blocks[word + 1u] = point;
         blocks[word + 2u] = min(point + LIGHT_BLOCK_POINTS, points.y);
         blocks[word + 3u] = pair;
         blocks[word + 4u] = min(pair + LIGHT_BLOCK_PAIRS, pairs.y);
+        blocks[word + 5u] = spread[column];
+        blocks[word + 6u] = spread[row];
+        blocks[word + 7u] = spread[column + 1u];
+        blocks[word + 8u] = spread[row + 1u];
     }
 }
 

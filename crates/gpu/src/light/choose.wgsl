@@ -5,6 +5,7 @@ import package::dispatch::{groups_of};
 import package::exact::double::{f64_from_f32_bits};
 import package::grid::header::{HEADER_FACES, HEADER_VERTEX_GROUPS, HEADER_TRIANGLE_GROUPS};
 import package::grid::space::{Space, from_ordered_bits};
+import package::light::cells::{BINS};
 import package::light::light::{Light};
 import package::light::points::{SURVEY_LOW};
 
@@ -119,13 +120,12 @@ fn cube_face(number: u32) -> Face {
 }
 
 fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
-    // As `Space::of_view`: half of the range of i32 is for what is beside.
-    let fraction_bits = 29u - firstLeadingBit(max(2u * side - 1u, 1u));
+    let fraction_bits = BIN_FRACTION_BITS;
     let unit = exp2(f32(fraction_bits));
-    let scale = f32(side) * unit / (face.high - face.low);
+    let scale = f32(BINS) * unit / (face.high - face.low);
     var raster: Raster;
-    raster.columns = i32(side);
-    raster.rows = i32(side);
+    raster.columns = i32(BINS);
+    raster.rows = i32(BINS);
     raster.fraction_bits = fraction_bits;
     raster.tile_columns = side;
     raster.tile_rows = side;

@@ -1,10 +1,11 @@
-// Stage `map`: in which cell of the light's grid each point is.
+// Stage `map`: where each point is on the light's faces, and how many points each bin of their axes has.
 
 import package::dispatch::{flat_group};
 import package::exact::vector::{F64Vector, f64_vector_subtract, f64_dot, f64_largest_magnitude};
 import package::grid::header::{HEADER_FACES};
 import package::grid::project::{fixed, fits_fixed};
-import package::grid::space::{Space, ordered_bits};
+import package::grid::space::{Space};
+import package::light::cells::{spread_base};
 import package::light::light::{Light};
 import package::light::points::{POINT_NONE, OPEN_COUNT};
 
@@ -13,12 +14,10 @@ import package::light::points::{POINT_NONE, OPEN_COUNT};
 @group(0) @binding(2) var<storage, read> header: array<u32>;
 @group(0) @binding(3) var<storage, read> point_bits: array<u32>;
 @group(0) @binding(4) var<storage, read> points: array<u32>;
-// Fixed-point x and y, key and cell of each place.
+// Fixed-point x and y, key and face of each place.
 @group(0) @binding(5) var<storage, read_write> mapped: array<vec4<u32>>;
-@group(0) @binding(6) var<storage, read_write> point_cells: array<atomic<u32>>;
-// For each cell the complement of its farthest point's key, in order; zero where it has none.
-@group(0) @binding(7) var<storage, read_write> farthest_point: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read_write> open: array<atomic<u32>>;
+@group(0) @binding(6) var<storage, read_write> spread: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> open: array<atomic<u32>>;
 
 @compute @workgroup_size(64)
 fn map(
@@ -30,11 +29,11 @@ fn map(
     if place >= light.places {
         return;
     }
-    var cell = POINT_NONE;
+    var face = POINT_NONE;
     if (point_bits[place / 32u] >> (place & 31u) & 1u) == 1u {
-        cell = map_point(place);
+        face = map_point(place);
     }
-    if cell == POINT_NONE {
+    if face == POINT_NONE {
         mapped[place] = vec4<u32>(0u, 0u, 0u, POINT_NONE);
     }
 }
@@ -52,8 +51,8 @@ fn projection_term(face: u32, place: u32) -> F64 {
     return select(pair.xy, pair.zw, (place & 1u) == 1u);
 }
 
-// The cell of a point, after noting it there; none for a point at the light, which nothing shadows, and for one whose
-// cell isn't certain, which is compared with all triangles.
+// The face of a point, after noting it there; none for a point at the light, which nothing shadows, and for one whose
+// place isn't certain, which is compared with all triangles.
 fn map_point(place: u32) -> u32 {
     let point = F64Vector(word_pair(6u * place), word_pair(6u * place + 2u), word_pair(6u * place + 4u));
     let offset = f64_vector_subtract(point, projection_vector(0u, 0u));
@@ -87,12 +86,11 @@ fn map_point(place: u32) -> u32 {
         compare_with_all(place);
         return POINT_NONE;
     }
-    let cell = raster.first_cell + u32(column_and_row.y) * raster.tile_columns + u32(column_and_row.x);
-    mapped[place] = vec4<u32>(bitcast<vec2<u32>>(place_fixed), key, cell);
-    atomicAdd(&point_cells[cell], 1u);
-    // The key is wrong by a unit in the last place or two.
-    atomicMax(&farthest_point[cell], ~(ordered_bits(bitcast<f32>(key)) - 8u));
-    return cell;
+    mapped[place] = vec4<u32>(bitcast<vec2<u32>>(place_fixed), key, face);
+    let bins = vec2<u32>(column_and_row);
+    atomicAdd(&spread[spread_base(face, 0u) + bins.x], 1u);
+    atomicAdd(&spread[spread_base(face, 1u) + bins.y], 1u);
+    return face;
 }
 
 fn cube_face_of(offset: F64Vector) -> u32 {

@@ -1,5 +1,5 @@
-//! A light's grid, rebuilt for every frame and light: `locate` for all lights, then for each one `choose`, `map`, `sort`,
-//! `transform`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`.
+//! A light's grid, rebuilt for every frame and light: `locate` for all lights, then for each one `choose`, `map`, `spread`,
+//! `sort`, `transform`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`.
 
 mod parameters;
 mod points;
@@ -168,10 +168,11 @@ impl LightGrid {
             header,
             sizes,
             farthest_point: points.farthest(),
+            spread: points.spread(),
         };
         list.record(gpu, recorder, buffers, Groups::Indirect(sizes, TRIANGLE_GROUPS), &NAMES);
         recorder.stage("light balance", |pass| {
-            shadows.record_balance(gpu, pass, [light, cells, points.cells(), header], self.cell_count);
+            shadows.record_balance(gpu, pass, [light, cells, points.cells(), header, points.spread()], self.cell_count);
         });
         recorder.copy_words(header, sizes, HEADER_WORDS);
         recorder.stage("light trace", |pass| {

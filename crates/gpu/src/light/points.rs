@@ -7,6 +7,8 @@ pub(super) struct Points {
     locate: Kernel,
     choose: Kernel,
     map: Kernel,
+    spread_columns: Kernel,
+    assign: Kernel,
     sort: Kernel,
     scan: Scan,
     /// Where each place's point is, as three f64.
@@ -18,6 +20,8 @@ pub(super) struct Points {
     /// Where each place's point is in the light's grid.
     mapped: Buffer,
     sorted: Buffer,
+    /// For each axis of each face which column of cells each bin is in, and which bin each column starts with.
+    spread: Buffer,
     /// Counts, then ends, of the cells' points.
     cells: Buffer,
     /// How far the points of each cell are.
@@ -27,11 +31,16 @@ pub(super) struct Points {
 }
 
 impl Points {
+    /// Bytes for each axis of a face.
+    const AXIS_BYTES: u64 = 4 * 4096;
+
     pub(super) fn new(gpu: &Gpu) -> Self {
         Self {
             locate: Kernel::new(gpu, "light::locate", "locate", &[]),
             choose: Kernel::new(gpu, "light::choose", "choose", &[]),
             map: Kernel::new(gpu, "light::map", "map", &[]),
+            spread_columns: Kernel::new(gpu, "light::spread", "spread_columns", &[]),
+            assign: Kernel::new(gpu, "light::assign", "assign", &[]),
             sort: Kernel::new(gpu, "light::sort", "sort", &[]),
             scan: Scan::new(gpu),
             points: Buffer::storage(gpu, "points"),
@@ -39,6 +48,7 @@ impl Points {
             survey: Buffer::storage(gpu, "survey"),
             mapped: Buffer::storage(gpu, "mapped points"),
             sorted: Buffer::storage(gpu, "sorted points"),
+            spread: Buffer::storage(gpu, "spread of columns"),
             cells: Buffer::storage(gpu, "cells of points"),
             farthest: Buffer::storage(gpu, "farthest points"),
             places: 0,
@@ -54,6 +64,7 @@ impl Points {
         self.survey.reserve(gpu, 32)?;
         self.mapped.reserve(gpu, 16 * places)?;
         self.sorted.reserve(gpu, 16 * places)?;
+        self.spread.reserve(gpu, 12 * Self::AXIS_BYTES)?;
         self.cells.reserve(gpu, 4 * cells)?;
         self.farthest.reserve(gpu, 4 * cells)?;
         self.scan.prepare(gpu, cell_count)
@@ -68,8 +79,7 @@ impl Points {
         seen: &Buffer,
     ) {
         recorder.clear(&self.survey);
-        let buffers =
-            [view, geometry.triangles(), geometry.positions(), seen, &self.points, &self.bits, &self.survey];
+        let buffers = [view, geometry.triangles(), geometry.positions(), seen, &self.points, &self.bits, &self.survey];
         let groups = Groups::Flat(self.places.div_ceil(64));
         recorder.stage("locate", |pass| self.locate.dispatch(gpu, pass, &buffers, groups));
     }
@@ -95,17 +105,26 @@ impl Points {
         header: &Buffer,
         open: &Buffer,
     ) {
-        let Self { bits, points, mapped, sorted, cells, farthest, .. } = self;
+        let Self { bits, points, mapped, sorted, spread, cells, farthest, .. } = self;
+        recorder.clear(spread);
         recorder.clear_words(cells, u64::from(self.cell_count));
         recorder.clear_words(farthest, u64::from(self.cell_count));
-        let map = [light, spaces, header, bits, points, mapped, cells, farthest, open];
+        let map = [light, spaces, header, bits, points, mapped, spread, open];
         let groups = Groups::Flat(self.places.div_ceil(64));
         recorder.stage("map", |pass| self.map.dispatch(gpu, pass, &map, groups));
+        recorder.stage("spread", |pass| {
+            self.spread_columns.dispatch(gpu, pass, &[light, header, spread], Groups::Flat(12));
+        });
         let groups = Groups::Flat(self.places.div_ceil(256));
         recorder.stage("sort", |pass| {
+            self.assign.dispatch(gpu, pass, &[light, header, spread, mapped, cells, farthest], groups);
             self.scan.record(gpu, pass, cells);
             self.sort.dispatch(gpu, pass, &[light, mapped, cells, sorted], groups);
         });
+    }
+
+    pub(super) fn spread(&self) -> &Buffer {
+        &self.spread
     }
 
     pub(super) fn bits(&self) -> &Buffer {

@@ -35,7 +35,7 @@ impl Shadows {
     }
 
     fn bytes_of_blocks(blocks: u64) -> u64 {
-        4 * (8 + 8 * blocks)
+        4 * (8 + 12 * blocks)
     }
 
     fn bytes_of_open(open: u64) -> u64 {
@@ -65,10 +65,10 @@ impl Shadows {
         recorder.clear_words(&self.open, OPEN_HEADER);
     }
 
-    /// `read` are the light, the ends of triangles and of points, and the header.
-    pub(super) fn record_balance(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, read: [&Buffer; 4], cells: u32) {
-        let [light, triangle_cells, point_cells, header] = read;
-        let buffers = [light, triangle_cells, point_cells, header, &self.blocks];
+    /// `read` are the light, the ends of triangles and of points, the header and the spread of columns.
+    pub(super) fn record_balance(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, read: [&Buffer; 5], cells: u32) {
+        let [light, triangle_cells, point_cells, header, spread] = read;
+        let buffers = [light, triangle_cells, point_cells, header, spread, &self.blocks];
         self.balance.dispatch(gpu, pass, &buffers, Groups::Flat(cells.div_ceil(64)));
         self.size_blocks.dispatch(gpu, pass, &buffers, Groups::Flat(1));
     }

@@ -6,6 +6,7 @@
 import package::dispatch::{flat_group, groups_of};
 import package::grid::set_up::{edges_near};
 import package::grid::space::{Space};
+import package::light::cells::{BINS};
 import package::light::blocks::{LIGHT_BLOCK_POINTS};
 import package::light::light::{Light};
 import package::light::points::{OPEN_COUNT};
@@ -27,12 +28,14 @@ var<workgroup> record_a: array<vec4<f32>, BATCH>;
 var<workgroup> record_b: array<vec4<f32>, BATCH>;
 var<workgroup> record_c: array<vec4<f32>, BATCH>;
 var<workgroup> record_d: array<vec4<f32>, BATCH>;
+// The middle of where a triangle is in the cell, and how far that reaches, in fixed-point.
+var<workgroup> record_box: array<vec4<i32>, BATCH>;
 var<workgroup> still_lit: atomic<u32>;
 var<workgroup> goes_on: u32;
 
-// A point in relation to the middle of its cell.
 struct Point {
-    position: vec2<f32>,
+    // In fixed-point.
+    position: vec2<i32>,
     key: f32,
     key_error: f32,
     // The triangle that it is on.
@@ -40,16 +43,35 @@ struct Point {
     place: u32,
 }
 
-fn record(slot: u32, id: u32, face: u32, middle: vec2<i32>, raster: Raster) {
+fn record(slot: u32, id: u32, face: u32, cell_low: vec2<i32>, cell_high: vec2<i32>, raster: Raster) {
     let triangle = triangles[id].xyz;
     let base = face * light.vertices;
     let corners = corners_of(vertices[base + triangle.x], vertices[base + triangle.y], vertices[base + triangle.z]);
-    let edges = edges_near(corners, middle, 0.5, raster);
+    var low = cell_low;
+    var high = cell_high;
+    if corners.kind == VERTEX_REGULAR {
+        let a = bitcast<vec2<i32>>(corners.a.xy);
+        let b = bitcast<vec2<i32>>(corners.b.xy);
+        let c = bitcast<vec2<i32>>(corners.c.xy);
+        let error = i32(raster.place_error) + 1;
+        low = max(low, min(min(a, b), c) - error);
+        high = max(min(high, max(max(a, b), c) + error), low);
+    }
+    let middle = low + (high - low) / 2;
+    // Empty where the triangle is beside the cell.
+    let half = select(vec2<i32>(-1), high - middle, all(high > low));
+    let reach = f32(max(half.x, half.y)) * exp2(-f32(raster.fraction_bits));
+    let edges = edges_near(corners, middle, max(reach, 0.0), raster);
     // The sign of the error tells whether the triangle's winding is certain.
     record_a[slot] = vec4<f32>(edges.a, select(-edges.edge_error, edges.edge_error, edges.is_oriented));
     record_b[slot] = vec4<f32>(edges.b, edges.key_error);
     record_c[slot] = vec4<f32>(edges.c, bitcast<f32>(id));
     record_d[slot] = vec4<f32>(edges.key, 0.0);
+    record_box[slot] = vec4<i32>(middle, half);
+}
+
+fn offset_in_record(slot: u32, point: Point) -> vec2<f32> {
+    return vec2<f32>(point.position - record_box[slot].xy) * BIN_UNIT;
 }
 
 fn edges_at(slot: u32, p: vec2<f32>) -> vec3<f32> {
@@ -62,17 +84,20 @@ fn key_at(slot: u32, p: vec2<f32>) -> f32 {
 
 // Whether a triangle may be before a point.
 fn may_shadow(slot: u32, point: Point) -> bool {
-    let edge = edges_at(slot, point.position);
+    let p = offset_in_record(slot, point);
+    let is_in_box = all(abs(point.position - record_box[slot].xy) <= record_box[slot].zw);
+    let edge = edges_at(slot, p);
     let error = record_a[slot].w;
     let is_beside = min(min(edge.x, edge.y), edge.z) < -abs(error)
         && (error > 0.0 || max(max(edge.x, edge.y), edge.z) > abs(error));
-    let is_behind = key_at(slot, point.position) + record_b[slot].w < point.key - point.key_error;
-    return !is_beside && !is_behind && bitcast<u32>(record_c[slot].w) != point.own;
+    let is_behind = key_at(slot, p) + record_b[slot].w < point.key - point.key_error;
+    return is_in_box && !is_beside && !is_behind && bitcast<u32>(record_c[slot].w) != point.own;
 }
 
 fn does_shadow(slot: u32, point: Point) -> bool {
-    let edge = edges_at(slot, point.position);
-    let is_before = key_at(slot, point.position) - record_b[slot].w > point.key + point.key_error;
+    let p = offset_in_record(slot, point);
+    let edge = edges_at(slot, p);
+    let is_before = key_at(slot, p) - record_b[slot].w > point.key + point.key_error;
     return min(min(edge.x, edge.y), edge.z) > record_a[slot].w && record_a[slot].w > 0.0 && is_before;
 }
 
@@ -115,30 +140,25 @@ fn trace(
         return;
     }
     let entry = LIGHT_BLOCKS_FIRST + block * LIGHT_BLOCK_WORDS;
-    let cell = blocks[entry];
+    let face = blocks[entry];
     let first_pair = blocks[entry + 3u];
     let end_pair = min(blocks[entry + 4u], arrayLength(&pairs));
-    let side = u32(spaces[0].raster.columns);
-    let face = cell / (side * side);
     let raster = spaces[face].raster;
-    let in_face = cell - face * side * side;
-    let column_and_row = vec2<i32>(vec2<u32>(in_face % side, in_face / side));
-    let middle = (column_and_row << vec2<u32>(raster.fraction_bits)) + (1 << (raster.fraction_bits - 1u));
+    let low = vec2<i32>(i32(blocks[entry + 5u]), i32(blocks[entry + 6u])) << vec2<u32>(BIN_FRACTION_BITS);
+    let high = vec2<i32>(i32(blocks[entry + 7u]), i32(blocks[entry + 8u])) << vec2<u32>(BIN_FRACTION_BITS);
 
     let number = blocks[entry + 1u] + lane;
     var is_dark = number >= blocks[entry + 2u];
-    var point = Point(vec2<f32>(0.0), 0.0, 0.0, 0u, 0u);
+    var point = Point(vec2<i32>(0), 0.0, 0.0, 0u, 0u);
     if !is_dark {
         let found = sorted[number];
-        let unit = exp2(-f32(raster.fraction_bits));
         let key = bitcast<f32>(found.z);
-        point = Point(
-            vec2<f32>(bitcast<vec2<i32>>(found.xy) - middle) * unit, key, 4.0 * U * abs(key), seen[found.w], found.w);
+        point = Point(bitcast<vec2<i32>>(found.xy), key, 4.0 * U * abs(key), seen[found.w], found.w);
         is_dark = (atomicLoad(&lit[light.mask + point.place / 32u]) >> (point.place & 31u) & 1u) == 0u;
     }
     for (var first = first_pair; first < end_pair; first += BATCH) {
         if first + lane < end_pair {
-            record(lane, pairs[first + lane], face, middle, raster);
+            record(lane, pairs[first + lane], face, low, high, raster);
         }
         if lane == 0u {
             atomicStore(&still_lit, 0u);

@@ -1,0 +1,42 @@
+// Stage `assign`: in which cell each point is.
+
+import package::dispatch::{flat_group};
+import package::grid::header::{HEADER_FACES};
+import package::grid::space::{ordered_bits};
+import package::light::cells::{spread_base};
+import package::light::light::{Light};
+import package::light::points::{POINT_NONE};
+
+@group(0) @binding(0) var<uniform> light: Light;
+@group(0) @binding(1) var<storage, read> header: array<u32>;
+@group(0) @binding(2) var<storage, read> spread: array<u32>;
+// Fixed-point x and y, key, and face, then cell, of each place.
+@group(0) @binding(3) var<storage, read_write> mapped: array<vec4<u32>>;
+@group(0) @binding(4) var<storage, read_write> point_cells: array<atomic<u32>>;
+// For each cell the complement of its farthest point's key, in order; zero where it has none.
+@group(0) @binding(5) var<storage, read_write> farthest_point: array<atomic<u32>>;
+
+@compute @workgroup_size(256)
+fn assign(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let place = flat_group(group, groups) * 256u + lane;
+    if place >= light.places {
+        return;
+    }
+    let point = mapped[place];
+    if point.w == POINT_NONE {
+        return;
+    }
+    let side = select(light.side_of_six, light.side_of_one, header[HEADER_FACES] == 1u);
+    let bins = point.xy >> vec2<u32>(BIN_FRACTION_BITS);
+    let column = spread[spread_base(point.w, 0u) + bins.x];
+    let row = spread[spread_base(point.w, 1u) + bins.y];
+    let cell = (point.w * side + row) * side + column;
+    mapped[place].w = cell;
+    atomicAdd(&point_cells[cell], 1u);
+    // The key is wrong by a unit in the last place or two.
+    atomicMax(&farthest_point[cell], ~(ordered_bits(bitcast<f32>(point.z)) - 8u));
+}
