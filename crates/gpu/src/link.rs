@@ -9,8 +9,10 @@ const MODULES: &[(&str, &str)] = &[
     ("exact::camera", include_str!("exact/camera.wgsl")),
     ("exact::double", include_str!("exact/double.wgsl")),
     ("exact::expansion", include_str!("exact/expansion.wgsl")),
+    ("exact::mask", include_str!("exact/mask.wgsl")),
     ("exact::predicate", include_str!("exact/predicate.wgsl")),
     ("exact::shadow", include_str!("exact/shadow.wgsl")),
+    ("exact::single", include_str!("exact/single.wgsl")),
     ("exact::vector", include_str!("exact/vector.wgsl")),
     ("primitives::scan", include_str!("primitives/scan.wgsl")),
 ];
