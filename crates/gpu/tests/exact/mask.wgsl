@@ -1,6 +1,7 @@
 // The opacity at a place of each of many triangles.
 
 import package::dispatch::{flat_group};
+import package::exact::single::{f32_at_least};
 import package::exact::mask::{MaskTexture, mask_interpolated, mask_texels, mask_texture_opacity, mask_opacity};
 
 @group(0) @binding(0) var<storage, read> inputs: array<u32>;
@@ -41,5 +42,7 @@ fn opacities(
         inputs[texels.places.x], inputs[texels.places.y], inputs[texels.places.z], inputs[texels.places.w],
     );
     let of_texture = mask_texture_opacity(bytes, texels.part);
-    outputs[start / CASE_WORDS] = mask_opacity(inputs[start + 22u], vertices, of_texture);
+    let opacity = mask_opacity(inputs[start + 22u], vertices, of_texture);
+    outputs[2u * (start / CASE_WORDS)] = opacity;
+    outputs[2u * (start / CASE_WORDS) + 1u] = u32(f32_at_least(opacity, F32_HALF));
 }
