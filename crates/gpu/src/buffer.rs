@@ -11,10 +11,9 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
-        .union(wgpu::BufferUsages::COPY_SRC)
-        .union(wgpu::BufferUsages::COPY_DST)
-        .union(wgpu::BufferUsages::INDIRECT);
+    const STORAGE: wgpu::BufferUsages =
+        wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_SRC).union(wgpu::BufferUsages::COPY_DST);
+    const SIZES: wgpu::BufferUsages = wgpu::BufferUsages::INDIRECT.union(wgpu::BufferUsages::COPY_DST);
     const UNIFORM: wgpu::BufferUsages = wgpu::BufferUsages::UNIFORM.union(wgpu::BufferUsages::COPY_DST);
 
     /// An empty buffer that shaders can read and write.
@@ -27,6 +26,13 @@ impl Buffer {
     #[must_use]
     pub fn uniform(gpu: &Gpu, name: &'static str) -> Self {
         Self::with_usage(gpu, name, Self::UNIFORM)
+    }
+
+    /// An empty buffer for the sizes of indirect dispatches, which are copied to it: a dispatch can't take its size from a
+    /// buffer that it writes.
+    #[must_use]
+    pub fn sizes(gpu: &Gpu, name: &'static str) -> Self {
+        Self::with_usage(gpu, name, Self::SIZES)
     }
 
     pub(crate) fn storage_for_queries(gpu: &Gpu) -> Self {

@@ -14,8 +14,8 @@ pub struct Kernel {
 pub enum Groups<'a> {
     /// So many, in as many rows as the device needs; shaders get their place from `flat_group`.
     Flat(u32),
-    /// So many columns and rows.
-    Grid(u32, u32),
+    /// So many, in rows as above, for each of so many layers.
+    Layers(u32, u32),
     /// As the three u32 say that start at a word of a buffer.
     Indirect(&'a Buffer, u32),
 }
@@ -79,14 +79,17 @@ impl Kernel {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bind_group, &[]);
         match groups {
-            Groups::Flat(0) => {}
-            Groups::Flat(count) => {
-                let rows = count.div_ceil(gpu.device.limits().max_compute_workgroups_per_dimension);
-                pass.dispatch_workgroups(count.div_ceil(rows), rows, 1);
-            }
-            Groups::Grid(columns, rows) => pass.dispatch_workgroups(columns, rows, 1),
+            Groups::Flat(count) => dispatch_layers(gpu, pass, count, 1),
+            Groups::Layers(count, layers) => dispatch_layers(gpu, pass, count, layers),
             Groups::Indirect(counts, word) => pass.dispatch_workgroups_indirect(counts.raw(), u64::from(word) * 4),
         }
+    }
+}
+
+fn dispatch_layers(gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, count: u32, layers: u32) {
+    if count > 0 {
+        let rows = count.div_ceil(gpu.device.limits().max_compute_workgroups_per_dimension);
+        pass.dispatch_workgroups(count.div_ceil(rows), rows, layers);
     }
 }
 

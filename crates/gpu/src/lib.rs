@@ -6,15 +6,23 @@
 #![forbid(unsafe_code)]
 
 mod buffer;
+mod camera;
 mod device;
 mod error;
+mod geometry;
+mod grid;
 mod kernel;
+mod light;
 mod link;
 pub mod primitives;
 mod recorder;
+mod view;
 
 pub use buffer::Buffer;
+pub use camera::{CameraGrid, CameraOptions, CameraWork};
 pub use device::{Adapter, DeviceLimits, Gpu};
 pub use error::GpuError;
+pub use geometry::Geometry;
 pub use kernel::{Groups, Kernel};
+pub use light::{LightGrid, LightWork};
 pub use recorder::{Recorder, StageTime};

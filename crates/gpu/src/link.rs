@@ -5,6 +5,11 @@
 
 /// Every module's path and text.
 const MODULES: &[(&str, &str)] = &[
+    ("camera::balance", include_str!("camera/balance.wgsl")),
+    ("camera::nodes", include_str!("camera/nodes.wgsl")),
+    ("camera::settle", include_str!("camera/settle.wgsl")),
+    ("camera::trace", include_str!("camera/trace.wgsl")),
+    ("camera::work", include_str!("camera/work.wgsl")),
     ("dispatch", include_str!("dispatch.wgsl")),
     ("exact::camera", include_str!("exact/camera.wgsl")),
     ("exact::double", include_str!("exact/double.wgsl")),
@@ -14,7 +19,25 @@ const MODULES: &[(&str, &str)] = &[
     ("exact::shadow", include_str!("exact/shadow.wgsl")),
     ("exact::single", include_str!("exact/single.wgsl")),
     ("exact::vector", include_str!("exact/vector.wgsl")),
+    ("grid::header", include_str!("grid/header.wgsl")),
+    ("grid::list", include_str!("grid/list.wgsl")),
+    ("grid::project", include_str!("grid/project.wgsl")),
+    ("grid::set_up", include_str!("grid/set_up.wgsl")),
+    ("grid::space", include_str!("grid/space.wgsl")),
+    ("grid::transform", include_str!("grid/transform.wgsl")),
+    ("light::balance", include_str!("light/balance.wgsl")),
+    ("light::blocks", include_str!("light/blocks.wgsl")),
+    ("light::choose", include_str!("light/choose.wgsl")),
+    ("light::light", include_str!("light/light.wgsl")),
+    ("light::locate", include_str!("light/locate.wgsl")),
+    ("light::locate_view", include_str!("light/locate_view.wgsl")),
+    ("light::map", include_str!("light/map.wgsl")),
+    ("light::points", include_str!("light/points.wgsl")),
+    ("light::settle", include_str!("light/settle.wgsl")),
+    ("light::sort", include_str!("light/sort.wgsl")),
+    ("light::trace", include_str!("light/trace.wgsl")),
     ("primitives::scan", include_str!("primitives/scan.wgsl")),
+    ("tile_order", include_str!("tile_order.wgsl")),
 ];
 
 /// A shader's whole text.

@@ -56,6 +56,21 @@ impl<'a> Recorder<'a> {
         self.encoder.clear_buffer(buffer.raw(), 0, None);
     }
 
+    /// Fills a buffer's first words with zeros.
+    pub fn clear_words(&mut self, buffer: &Buffer, words: u64) {
+        self.encoder.clear_buffer(buffer.raw(), 0, Some(4 * words));
+    }
+
+    /// Copies `words` words from one buffer's start to another's.
+    pub fn copy_words(&mut self, from: &Buffer, to: &Buffer, words: u64) {
+        self.copy_range((from, 0), (to, 0), words);
+    }
+
+    /// Copies `words` words from a word of one buffer to a word of another.
+    pub fn copy_range(&mut self, (from, first): (&Buffer, u64), (to, target): (&Buffer, u64), words: u64) {
+        self.encoder.copy_buffer_to_buffer(from.raw(), 4 * first, to.raw(), 4 * target, 4 * words);
+    }
+
     /// Submits all stages. The function that it returns waits for them and gives each one's time; of stages of the same
     /// name the sum; nothing where the device has no timestamps.
     pub fn submit(mut self) -> impl FnOnce() -> Result<Vec<StageTime>, GpuError> + use<'a> {

@@ -1,0 +1,210 @@
+//! The camera's grid, rebuilt for every frame: `transform`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`.
+
+mod balance;
+mod settle;
+mod trace;
+
+use glam::DVec2;
+use umbrage_rays::{TileOrder, View};
+
+use crate::grid::header::{HEADER_WORDS, LARGE};
+use crate::grid::{List, ListBuffers, ListNames, Space, Transform};
+use crate::{Buffer, Geometry, Gpu, GpuError, Recorder};
+use balance::Balance;
+use settle::Settle;
+use trace::Trace;
+
+/// How the camera's grid is cut into cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CameraOptions {
+    /// Sorting tiles on each axis of a tracing tile, which always has 16×16 pixels: 1 or 2.
+    pub mapping: u32,
+    /// Depth slices of a tile, 1 or more.
+    pub slices: u32,
+    /// Whether rays go through triangles whose corners they see clockwise.
+    pub culls_back_faces: bool,
+}
+
+impl Default for CameraOptions {
+    fn default() -> Self {
+        Self { mapping: 1, slices: 8, culls_back_faces: false }
+    }
+}
+
+/// What a camera's frame was as work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CameraWork {
+    /// Pairs of a triangle and a cell.
+    pub pairs: u32,
+    /// Chunks of triangles over many cells.
+    pub large: u32,
+    /// Hits that were left to the predicate.
+    pub open_hits: u32,
+    /// Pixels with such hits.
+    pub open_pixels: u32,
+}
+
+/// What each pixel of a camera sees, found through a grid made for its rays.
+#[derive(Debug)]
+pub struct CameraGrid {
+    options: CameraOptions,
+    transform: Transform,
+    list: List,
+    balance: Balance,
+    trace: Trace,
+    settle: Settle,
+    spaces: Buffer,
+    space: Buffer,
+    header: Buffer,
+    sizes: Buffer,
+    /// Counts, then ends, of the cells' lists, then blocks of work.
+    cells: Buffer,
+    /// Cameras have no points.
+    no_points: Buffer,
+    /// The triangle of each pixel, in [`TileOrder`].
+    seen: Buffer,
+    /// Hits that the filter leaves open.
+    nodes: Buffer,
+    cell_count: u32,
+    work: CameraWork,
+}
+
+const NAMES: ListNames = ListNames { count: "count", scan: "scan", scatter: "scatter" };
+
+impl CameraGrid {
+    /// Ready to build.
+    #[must_use]
+    pub fn new(gpu: &Gpu, options: CameraOptions) -> Self {
+        Self {
+            options,
+            transform: Transform::new(gpu),
+            list: List::new(gpu, false),
+            balance: Balance::new(gpu, options.mapping),
+            trace: Trace::new(gpu, options.mapping),
+            settle: Settle::new(gpu),
+            spaces: Buffer::storage(gpu, "spaces"),
+            space: Buffer::uniform(gpu, "space"),
+            header: Buffer::storage(gpu, "camera header"),
+            sizes: Buffer::sizes(gpu, "camera dispatch sizes"),
+            cells: Buffer::storage(gpu, "cells"),
+            no_points: Buffer::storage(gpu, "no points"),
+            seen: Buffer::storage(gpu, "seen"),
+            nodes: Buffer::storage(gpu, "nodes"),
+            cell_count: 0,
+            work: CameraWork::default(),
+        }
+    }
+
+    /// Makes ready for a frame: parameters and room.
+    ///
+    /// # Errors
+    /// Where something needs more than one buffer of the device has room for.
+    pub fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        geometry: &Geometry,
+        view: &View,
+        offset_pixels: DVec2,
+    ) -> Result<(), GpuError> {
+        let CameraOptions { mapping, slices, culls_back_faces } = self.options;
+        let tile_bits = 4 - mapping.trailing_zeros();
+        let space = Space::of_view(view, offset_pixels, tile_bits, slices, culls_back_faces);
+        self.cell_count = space.cells();
+        self.spaces.write(gpu, &[space])?;
+        self.space.write(gpu, &[space])?;
+        self.header.reserve(gpu, 4 * HEADER_WORDS)?;
+        self.sizes.reserve(gpu, 4 * HEADER_WORDS)?;
+        self.transform.prepare(gpu, geometry.vertex_count(), 1)?;
+        self.list.prepare(gpu, geometry.triangle_count(), geometry.vertex_count(), self.cell_count)?;
+        self.balance.prepare(&space);
+        let blocks = Balance::most_blocks(&space, self.list.pair_room());
+        self.cells.reserve(gpu, 4 * u64::from(self.cell_count) + Balance::block_bytes(blocks))?;
+        self.trace.prepare(gpu, self.list.pair_room())?;
+        self.seen.reserve(gpu, 4 * TileOrder::new(view.width, view.height).places() as u64)?;
+        let pixels = u64::from(view.width) * u64::from(view.height);
+        self.nodes.reserve(gpu, Trace::node_bytes(pixels / 16 + (1 << 10)))?;
+        self.settle.prepare(gpu, view, offset_pixels, culls_back_faces)
+    }
+
+    /// Records all stages.
+    pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry) {
+        recorder.clear(&self.header);
+        recorder.clear_words(&self.cells, u64::from(self.cell_count));
+        recorder.clear_words(&self.nodes, Trace::NODES_HEADER);
+        recorder.clear(&self.seen);
+        recorder.stage("transform", |pass| {
+            self.transform.record(gpu, pass, &self.spaces, geometry.positions(), &self.header, self.transform.groups_of_one_face());
+        });
+        let buffers = ListBuffers {
+            spaces: &self.spaces,
+            triangles: geometry.triangles(),
+            vertices: self.transform.vertices(),
+            cells: &self.cells,
+            header: &self.header,
+            sizes: &self.sizes,
+            farthest_point: &self.no_points,
+        };
+        self.list.record(gpu, recorder, buffers, self.list.groups_of_one_face(), &NAMES);
+        recorder.stage("balance", |pass| self.balance.record(gpu, pass, &self.space, &self.cells, &self.header));
+        recorder.copy_words(&self.header, &self.sizes, HEADER_WORDS);
+        let vertices = self.transform.vertices();
+        let traced = [
+            &self.space,
+            geometry.triangles(),
+            vertices,
+            geometry.positions(),
+            &self.cells,
+            self.list.pairs(),
+            &self.seen,
+            &self.nodes,
+        ];
+        recorder.stage("trace", |pass| self.trace.record(gpu, pass, &traced, &self.sizes));
+        self.settle.record(gpu, recorder, geometry, &self.seen, &self.nodes);
+    }
+
+    /// Waits for the frame and looks at what it needed. Where that was more than there was room for, makes room and
+    /// answers false: then the frame has to be done again.
+    ///
+    /// # Errors
+    /// Where the device is lost, or more is needed than one of its buffers has room for.
+    pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
+        let header = self.header.read::<u32>(gpu, HEADER_WORDS as usize)?;
+        let (pair_counts, word) = self.list.pair_counts();
+        let pairs = pair_counts.read::<u32>(gpu, word as usize + 1)?[word as usize];
+        let [open_hits, open_pixels] = self.nodes.read::<[u32; 2]>(gpu, 1)?[0];
+        self.work = CameraWork { pairs, large: header[LARGE], open_hits, open_pixels };
+        let mut fits = !self.list.grow(gpu, header[LARGE], pairs)?;
+        let nodes = Trace::node_bytes(u64::from(open_hits)) + 4 * u64::from(open_pixels);
+        if nodes > self.nodes.bytes() {
+            self.nodes.reserve(gpu, nodes + nodes / 2)?;
+            fits = false;
+        }
+        Ok(fits)
+    }
+
+    /// What the last finished frame was as work.
+    #[must_use]
+    pub fn work(&self) -> CameraWork {
+        self.work
+    }
+
+    /// The triangle that each pixel shows, one u32 in [`TileOrder`], or [`SeenPixels::NONE`].
+    ///
+    /// [`SeenPixels::NONE`]: umbrage_rays::SeenPixels::NONE
+    #[must_use]
+    pub fn seen(&self) -> &Buffer {
+        &self.seen
+    }
+
+    /// Bytes on the GPU for triangles.
+    #[must_use]
+    pub fn structure_bytes(&self) -> u64 {
+        self.transform.vertices().bytes() + self.list.bytes() + self.cells.bytes() + self.trace.bytes()
+    }
+
+    /// Bytes on the GPU for pixels.
+    #[must_use]
+    pub fn pixel_bytes(&self) -> u64 {
+        self.seen.bytes() + self.nodes.bytes()
+    }
+}

@@ -1,0 +1,70 @@
+use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
+use umbrage_rays::View;
+
+use super::trace::Trace;
+use crate::grid::words;
+use crate::view::ExactView;
+use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+
+/// The stage `settle`: what the filter has left open, by the predicate.
+#[derive(Debug)]
+pub(super) struct Settle {
+    kernel: Kernel,
+    view: Buffer,
+    sizes: Buffer,
+}
+
+/// As in `settle.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct SettleView {
+    view: ExactView,
+    x_offset: [u32; 2],
+    y_offset: [u32; 2],
+    culls_back_faces: u32,
+    unused: [u32; 3],
+}
+
+impl Settle {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        Self {
+            kernel: Kernel::new(gpu, "camera::settle", "settle", &[]),
+            view: Buffer::uniform(gpu, "view to settle"),
+            sizes: Buffer::sizes(gpu, "settle dispatch sizes"),
+        }
+    }
+
+    pub(super) fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        view: &View,
+        offset_pixels: DVec2,
+        culls_back_faces: bool,
+    ) -> Result<(), GpuError> {
+        self.sizes.reserve(gpu, 4 * Trace::NODES_HEADER)?;
+        let view = SettleView {
+            view: view.into(),
+            x_offset: words(offset_pixels.x),
+            y_offset: words(offset_pixels.y),
+            culls_back_faces: u32::from(culls_back_faces),
+            unused: [0; 3],
+        };
+        self.view.write(gpu, &[view])
+    }
+
+    pub(super) fn record(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        geometry: &Geometry,
+        seen: &Buffer,
+        nodes: &Buffer,
+    ) {
+        recorder.copy_words(nodes, &self.sizes, Trace::NODES_HEADER);
+        let buffers = [&self.view, geometry.triangles(), geometry.positions(), seen, nodes];
+        recorder.stage("settle", |pass| {
+            self.kernel.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, 2));
+        });
+    }
+}

@@ -1,0 +1,53 @@
+use crate::grid::header;
+use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
+
+/// The stages `trace` and `merge`: what each pixel sees.
+#[derive(Debug)]
+pub(super) struct Trace {
+    trace: Kernel,
+    merge: Kernel,
+    size_settle: Kernel,
+    /// What blocks of cut tiles have found.
+    partials: Buffer,
+}
+
+impl Trace {
+    /// Words before the first node.
+    pub(super) const NODES_HEADER: u64 = 8;
+    const NODE_WORDS: u64 = 3;
+    /// For each of 256 pixels four words.
+    const PARTIAL_BYTES: u64 = 4096;
+
+    pub(super) fn new(gpu: &Gpu, mapping: u32) -> Self {
+        let kernel = |entry| Kernel::new(gpu, "camera::trace", entry, &[("MAPPING", f64::from(mapping))]);
+        Self {
+            trace: kernel("trace"),
+            merge: kernel("merge"),
+            size_settle: kernel("size_settle"),
+            partials: Buffer::storage(gpu, "partial results"),
+        }
+    }
+
+    /// Makes room for the partial results that so many pairs can lead to.
+    pub(super) fn prepare(&mut self, gpu: &Gpu, pairs: u64) -> Result<(), GpuError> {
+        // A cut tile has more than 2,048 pairs in one of its sorting tiles, so at most two blocks for each 2,048.
+        self.partials.reserve(gpu, (2 * (pairs / 2048) * Self::PARTIAL_BYTES).max(16))
+    }
+
+    /// Bytes for so many nodes and as many pixels.
+    pub(super) fn node_bytes(nodes: u64) -> u64 {
+        4 * (Self::NODES_HEADER + nodes * (Self::NODE_WORDS + 1))
+    }
+
+    /// `buffers` are the shader's, but for the last.
+    pub(super) fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, buffers: &[&Buffer], sizes: &Buffer) {
+        let all: Vec<_> = buffers.iter().copied().chain([&self.partials]).collect();
+        self.trace.dispatch(gpu, pass, &all, Groups::Indirect(sizes, header::BLOCK_GROUPS));
+        self.merge.dispatch(gpu, pass, &all, Groups::Indirect(sizes, header::SPLIT_GROUPS));
+        self.size_settle.dispatch(gpu, pass, &all, Groups::Flat(1));
+    }
+
+    pub(super) fn bytes(&self) -> u64 {
+        self.partials.bytes()
+    }
+}

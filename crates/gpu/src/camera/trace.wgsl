@@ -1,0 +1,368 @@
+// Stages `trace` and `merge`: what each pixel sees.
+//
+// A workgroup has a tile of 16×16 pixels, one each, and takes its triangles in batches through workgroup memory, from
+// front to back. Hits that the filter can't decide, and hits at equal depth as far as it can tell, become nodes of a
+// list of the pixel's own, which stage `settle` decides.
+
+import package::camera::nodes::{NODES_FIRST};
+import package::camera::work::{BLOCK_PAIRS};
+import package::dispatch::{flat_group, groups_of};
+import package::grid::set_up::{edges_near};
+import package::grid::space::{Space};
+import package::tile_order::{tile_order_place};
+
+@group(0) @binding(0) var<uniform> space: Space;
+@group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read> vertices: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read> positions: array<u32>;
+// Where each cell's list ends, then the blocks.
+@group(0) @binding(4) var<storage, read> cells: array<u32>;
+@group(0) @binding(5) var<storage, read> pairs: array<u32>;
+@group(0) @binding(6) var<storage, read_write> seen: array<u32>;
+@group(0) @binding(7) var<storage, read_write> nodes: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> partials: array<vec4<u32>>;
+
+const RECORDS: u32 = 128u;
+
+// Edges in a few words, and the pixels of the tile that the triangle may touch.
+var<workgroup> record_a: array<vec4<f32>, RECORDS>;
+var<workgroup> record_b: array<vec4<f32>, RECORDS>;
+var<workgroup> record_c: array<vec4<f32>, RECORDS>;
+var<workgroup> record_d: array<vec4<f32>, RECORDS>;
+var<workgroup> still_open: atomic<u32>;
+var<workgroup> goes_on: u32;
+
+// What a pixel sees for certain, and what it may see besides.
+struct Best {
+    triangle: u32,
+    key: f32,
+    error: f32,
+    node: u32,
+}
+
+const FLAG_ORIENTED: u32 = 1u << 20u;
+
+fn record(place: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
+    let triangle = triangles[id].xyz;
+    let corners = corners_of(vertices[triangle.x], vertices[triangle.y], vertices[triangle.z]);
+    let whole = rect_of(corners, raster);
+    let side = i32(TRACING_TILE / MAPPING);
+    let first = clamp(whole.first - tile_first, vec2<i32>(0), vec2<i32>(side));
+    let last = clamp(whole.last - tile_first, vec2<i32>(-1), vec2<i32>(side - 1));
+    let middle = (first + last) / 2;
+    let reach = max(max(last.x - middle.x, last.y - middle.y), max(middle.x - first.x, middle.y - first.y));
+    let edges = edges_near(corners, (tile_first + middle) << vec2<u32>(raster.fraction_bits), f32(reach), raster);
+    var rect = select(0xfffffu, bits_of_rect(first, last), all(first <= last));
+    if raster.culls_back_faces == 1u && edges.is_oriented && !edges.is_front {
+        rect = 0xfffffu;
+    }
+    let about_middle = u32(middle.x) << 24u | u32(middle.y) << 28u;
+    let flags = rect | select(0u, FLAG_ORIENTED, edges.is_oriented) | about_middle;
+    record_a[place] = vec4<f32>(edges.a, edges.edge_error);
+    record_b[place] = vec4<f32>(edges.b, edges.key_error);
+    record_c[place] = vec4<f32>(edges.c, bitcast<f32>(id));
+    record_d[place] = vec4<f32>(edges.key, bitcast<f32>(flags));
+}
+
+// Five bits each: first column and row, last column and row.
+fn bits_of_rect(first: vec2<i32>, last: vec2<i32>) -> u32 {
+    return u32(first.x) | u32(first.y) << 5u | u32(last.x) << 10u | u32(last.y) << 15u;
+}
+
+fn push_node(best: ptr<function, Best>, id: u32, nearest: f32) {
+    let node = atomicAdd(&nodes[NODES_COUNT], 1u);
+    let base = NODES_FIRST + node * NODE_WORDS;
+    if base + NODE_WORDS <= arrayLength(&nodes) {
+        atomicStore(&nodes[base], id);
+        atomicStore(&nodes[base + 1u], (*best).node);
+        atomicStore(&nodes[base + 2u], bitcast<u32>(nearest));
+        (*best).node = node;
+    }
+}
+
+fn same_place(a: u32, b: u32) -> bool {
+    return a == b || (positions[3u * a] == positions[3u * b] && positions[3u * a + 1u] == positions[3u * b + 1u]
+        && positions[3u * a + 2u] == positions[3u * b + 2u]);
+}
+
+// Whether two triangles have the same corners, in whatever order: then they are hit alike.
+fn same_triangle(a: u32, b: u32) -> bool {
+    let first = triangles[a].xyz;
+    let second = triangles[b].xyz;
+    for (var turn = 0u; turn < 3u; turn++) {
+        let x = second[turn];
+        let y = second[(turn + 1u) % 3u];
+        let z = second[(turn + 2u) % 3u];
+        if same_place(first.x, x) && ((same_place(first.y, y) && same_place(first.z, z))
+            || (same_place(first.y, z) && same_place(first.z, y))) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// Takes a hit for certain, or a possible one, into what a pixel sees. Whether that is left open.
+fn offer(best: ptr<function, Best>, id: u32, key: f32, error: f32, is_hit: bool) -> bool {
+    let has_best = (*best).triangle != NONE;
+    if has_best && key + error < (*best).key - (*best).error {
+        return false;
+    }
+    if is_hit && (!has_best || key - error > (*best).key + (*best).error) {
+        (*best).triangle = id;
+        (*best).key = key;
+        (*best).error = error;
+        return false;
+    }
+    return true;
+}
+
+// A hit that may be the nearest, or not be one at all: left to `settle`, but for a copy of what is seen already.
+fn leave_open(best: ptr<function, Best>, id: u32, nearest: f32, is_hit: bool) {
+    if is_hit && same_triangle(id, (*best).triangle) {
+        (*best).triangle = min(id, (*best).triangle);
+    } else {
+        push_node(best, id, nearest);
+    }
+}
+
+// Whether a pixel may be on a triangle.
+fn may_hit(place: u32, pixel: vec2<i32>) -> bool {
+    let flags = bitcast<u32>(record_d[place].w);
+    let rect = vec4<i32>((vec4<u32>(flags) >> vec4<u32>(0u, 5u, 10u, 15u)) & vec4<u32>(31u));
+    let edge = edges_at(place, offset_in_record(flags, pixel));
+    let error = record_a[place].w;
+    let is_beside = min(min(edge.x, edge.y), edge.z) < -error
+        && ((flags & FLAG_ORIENTED) != 0u || max(max(edge.x, edge.y), edge.z) > error);
+    return all(pixel >= rect.xy) && all(pixel <= rect.zw) && !is_beside;
+}
+
+fn offset_in_record(flags: u32, pixel: vec2<i32>) -> vec2<f32> {
+    return vec2<f32>(pixel - vec2<i32>((vec2<u32>(flags) >> vec2<u32>(24u, 28u)) & vec2<u32>(15u)));
+}
+
+fn edges_at(place: u32, p: vec2<f32>) -> vec3<f32> {
+    return record_a[place].xyz * p.x + record_b[place].xyz * p.y + record_c[place].xyz;
+}
+
+// Tests records from `first` on against a pixel: first all for whether they may be hit, then those that may. So the rest
+// runs only where some pixel of a few has a hit.
+fn test_batch(best: ptr<function, Best>, first: u32, count: u32, pixel: vec2<i32>) {
+    for (var start = 0u; start < count; start += 32u) {
+        var candidates = 0u;
+        for (var i = 0u; i < min(count - start, 32u); i++) {
+            candidates |= u32(may_hit(first + start + i, pixel)) << i;
+        }
+        while candidates != 0u {
+            let place = first + start + firstTrailingBit(candidates);
+            candidates &= candidates - 1u;
+            let d = record_d[place];
+            let flags = bitcast<u32>(d.w);
+            let p = offset_in_record(flags, pixel);
+            let edge = edges_at(place, p);
+            let is_hit = (flags & FLAG_ORIENTED) != 0u && min(min(edge.x, edge.y), edge.z) > record_a[place].w;
+            let key = d.x * p.x + d.y * p.y + d.z;
+            let id = bitcast<u32>(record_c[place].w);
+            var is_open = offer(best, id, key, record_b[place].w, is_hit);
+            // A loop of one turn at most: software adapters skip it where no pixel needs it.
+            while is_open {
+                leave_open(best, id, key + record_b[place].w, is_hit);
+                is_open = false;
+            }
+        }
+    }
+}
+
+// An upper bound on the keys of pairs from `place` on, in the list of the cell `cell` and the slices behind it.
+fn bound_of_rest(first_cell: u32, place: u32, slice: ptr<function, u32>) -> f32 {
+    let slices = space.raster.slices;
+    while *slice < slices && cells[first_cell + *slice] <= place {
+        *slice += 1u;
+    }
+    if *slice == 0u {
+        return INFINITE;
+    }
+    let work = space.raster.tile_columns * space.raster.tile_rows * slices;
+    let first = cells[work + WORK_KEYS];
+    let last = cells[work + WORK_KEYS + 1u];
+    if first <= last {
+        return INFINITE;
+    }
+    // Slices are cut by integers, so the bound is exact.
+    return from_ordered_bits(first - *slice * slice_depth(first, last, slices));
+}
+
+@compute @workgroup_size(256)
+fn trace(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let raster = space.raster;
+    let work = raster.tile_columns * raster.tile_rows * raster.slices;
+    let block = flat_group(group, groups);
+    if block >= cells[work + WORK_BLOCKS] {
+        return;
+    }
+    let entry = work + WORK_FIRST_BLOCK + block * BLOCK_WORDS;
+    let tile = cells[entry];
+    let number = cells[entry + 1u];
+    let blocks = cells[entry + 2u];
+    let columns = (raster.tile_columns + MAPPING - 1u) / MAPPING;
+    let tile_first = vec2<u32>(tile % columns, tile / columns) * TRACING_TILE;
+
+    // Pixels in the order in which they are stored.
+    let local = vec2<u32>(((lane >> 4u) & 3u) * 4u + (lane & 3u), (lane >> 6u) * 4u + ((lane >> 2u) & 3u));
+    let side = TRACING_TILE / MAPPING;
+    let sub = local / side;
+    let pixel = tile_first + local;
+    let is_inside = pixel.x < u32(raster.columns) && pixel.y < u32(raster.rows);
+
+    // Each sorting tile has its share of the records.
+    let share = RECORDS / (MAPPING * MAPPING);
+    let own = sub.y * MAPPING + sub.x;
+    let filled = lane / share;
+    let own_list = list_of(tile_first / side + sub, number);
+    let filled_sub = vec2<u32>(filled % MAPPING, filled / MAPPING);
+    let filled_list = list_of(tile_first / side + filled_sub, number);
+    let filled_first = vec2<i32>(tile_first + filled_sub * side);
+
+    var best = Best(NONE, 0.0, 0.0, NONE);
+    var slice = 0u;
+    for (var batch = 0u; batch < BLOCK_PAIRS; batch += share) {
+        let place = filled_list.x + batch + lane % share;
+        if lane < RECORDS && place < filled_list.y {
+            record(lane, pairs[place], filled_first, raster);
+        }
+        if lane == 0u {
+            atomicStore(&still_open, 0u);
+        }
+        workgroupBarrier();
+        let next = own_list.x + batch + share;
+        if is_inside && own_list.x + batch < own_list.y {
+            let count = min(own_list.y - own_list.x - batch, share);
+            test_batch(&best, own * share, count, vec2<i32>(local - sub * side));
+            let is_settled = next >= own_list.y
+                || (best.triangle != NONE && best.key - best.error > bound_of_rest(own_list.z, next, &slice));
+            if !is_settled {
+                atomicOr(&still_open, 1u);
+            }
+        }
+        workgroupBarrier();
+        if lane == 0u {
+            goes_on = atomicLoad(&still_open);
+        }
+        if workgroupUniformLoad(&goes_on) == 0u {
+            break;
+        }
+    }
+    if blocks > 1u {
+        let place = (cells[entry + 3u] + number) * 256u + lane;
+        if place < arrayLength(&partials) {
+            partials[place] =
+                vec4<u32>(best.triangle, bitcast<u32>(best.key), bitcast<u32>(best.error), best.node);
+        }
+    } else if is_inside {
+        write_seen(pixel, best);
+    }
+}
+
+// The part of a sorting tile's list that is taken by the block of this number: its first and end place, and the tile's
+// first cell.
+fn list_of(tile: vec2<u32>, number: u32) -> vec3<u32> {
+    let raster = space.raster;
+    if tile.x >= raster.tile_columns || tile.y >= raster.tile_rows {
+        return vec3<u32>(0u);
+    }
+    let first_cell = (tile.y * raster.tile_columns + tile.x) * raster.slices;
+    let start = select(0u, cells[max(first_cell, 1u) - 1u], first_cell > 0u);
+    let end = min(cells[first_cell + raster.slices - 1u], arrayLength(&pairs));
+    let first = min(start + number * BLOCK_PAIRS, end);
+    return vec3<u32>(first, min(first + BLOCK_PAIRS, end), first_cell);
+}
+
+// The triangle that is seen for certain, or a pixel for `settle`.
+fn write_seen(pixel: vec2<u32>, best: Best) {
+    let place = tile_order_place(pixel.x, pixel.y, u32(space.raster.columns));
+    if best.node == NONE {
+        seen[place] = best.triangle;
+        return;
+    }
+    var last = best;
+    if best.triangle != NONE {
+        push_node(&last, best.triangle, best.key + best.error);
+    }
+    seen[place] = last.node;
+    // Where nodes and pixels meet, the frame is done again with more room.
+    let count = atomicAdd(&nodes[NODES_PIXELS], 1u);
+    if count < node_pixel_room(atomicLoad(&nodes[NODES_COUNT]), arrayLength(&nodes)) {
+        atomicStore(&nodes[arrayLength(&nodes) - 1u - count], place);
+    }
+}
+
+// Joins the partial results of a tile's blocks.
+@compute @workgroup_size(256)
+fn merge(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let raster = space.raster;
+    let work = raster.tile_columns * raster.tile_rows * raster.slices;
+    let block = flat_group(group, groups);
+    if block >= cells[work + WORK_BLOCKS] {
+        return;
+    }
+    let entry = work + WORK_FIRST_BLOCK + block * BLOCK_WORDS;
+    let blocks = cells[entry + 2u];
+    if cells[entry + 1u] != 0u || blocks < 2u {
+        return;
+    }
+    let columns = (raster.tile_columns + MAPPING - 1u) / MAPPING;
+    let tile_first = vec2<u32>(cells[entry] % columns, cells[entry] / columns) * TRACING_TILE;
+    let local = vec2<u32>(((lane >> 4u) & 3u) * 4u + (lane & 3u), (lane >> 6u) * 4u + ((lane >> 2u) & 3u));
+    let pixel = tile_first + local;
+    if pixel.x >= u32(raster.columns) || pixel.y >= u32(raster.rows) {
+        return;
+    }
+    var best = Best(NONE, 0.0, 0.0, NONE);
+    for (var number = 0u; number < blocks; number++) {
+        let place = (cells[entry + 3u] + number) * 256u + lane;
+        if place >= arrayLength(&partials) {
+            break;
+        }
+        let partial = partials[place];
+        // Its own nodes go before those of the blocks before it.
+        if partial.w != NONE {
+            append_nodes(&best, partial.w);
+        }
+        let key = bitcast<f32>(partial.y);
+        let error = bitcast<f32>(partial.z);
+        if partial.x != NONE && offer(&best, partial.x, key, error, true) {
+            leave_open(&best, partial.x, key + error, true);
+        }
+    }
+    write_seen(pixel, best);
+}
+
+fn append_nodes(best: ptr<function, Best>, first: u32) {
+    let rest = (*best).node;
+    (*best).node = first;
+    if rest == NONE {
+        return;
+    }
+    var last = first;
+    while atomicLoad(&nodes[NODES_FIRST + last * NODE_WORDS + 1u]) != NONE {
+        last = atomicLoad(&nodes[NODES_FIRST + last * NODE_WORDS + 1u]);
+    }
+    atomicStore(&nodes[NODES_FIRST + last * NODE_WORDS + 1u], rest);
+}
+
+// The size of the dispatch that settles pixels.
+@compute @workgroup_size(1)
+fn size_settle() {
+    let room = node_pixel_room(atomicLoad(&nodes[NODES_COUNT]), arrayLength(&nodes));
+    let groups = groups_of((min(atomicLoad(&nodes[NODES_PIXELS]), room) + 63u) / 64u);
+    atomicStore(&nodes[NODES_GROUPS], groups.x);
+    atomicStore(&nodes[NODES_GROUPS + 1u], groups.y);
+    atomicStore(&nodes[NODES_GROUPS + 2u], groups.z);
+}

@@ -1,0 +1,77 @@
+use glam::Vec3;
+use umbrage_rays::Triangles;
+
+use crate::{Buffer, Gpu, GpuError};
+
+/// A scene's triangles on the GPU, where they stay from frame to frame.
+#[derive(Debug)]
+pub struct Geometry {
+    positions: Buffer,
+    triangles: Buffer,
+    vertex_count: u32,
+    triangle_count: u32,
+}
+
+impl Geometry {
+    /// Nothing yet.
+    #[must_use]
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            positions: Buffer::storage(gpu, "positions"),
+            triangles: Buffer::storage(gpu, "triangles"),
+            vertex_count: 0,
+            triangle_count: 0,
+        }
+    }
+
+    /// Takes over all of a scene: vertices, triangles and a number for each triangle (its material).
+    ///
+    /// # Errors
+    /// Where there is more than one buffer of the device has room for.
+    pub fn write(&mut self, gpu: &Gpu, triangles: Triangles<'_>, number: impl Fn(u32) -> u32) -> Result<(), GpuError> {
+        let records = triangles.indices.iter().zip(0..).map(|(&[a, b, c], id)| [a, b, c, number(id)]);
+        let records: Vec<[u32; 4]> = records.collect();
+        self.triangle_count = records.len() as u32;
+        self.triangles.write(gpu, &records)?;
+        self.write_positions(gpu, triangles.positions)
+    }
+
+    /// Takes over where vertices are now.
+    ///
+    /// # Errors
+    /// Where there is more than one buffer of the device has room for.
+    pub fn write_positions(&mut self, gpu: &Gpu, positions: &[Vec3]) -> Result<(), GpuError> {
+        self.vertex_count = positions.len() as u32;
+        self.positions.write(gpu, positions)
+    }
+
+    /// How many vertices there are.
+    #[must_use]
+    pub fn vertex_count(&self) -> u32 {
+        self.vertex_count
+    }
+
+    /// How many triangles there are.
+    #[must_use]
+    pub fn triangle_count(&self) -> u32 {
+        self.triangle_count
+    }
+
+    /// Three f32 for each vertex.
+    #[must_use]
+    pub fn positions(&self) -> &Buffer {
+        &self.positions
+    }
+
+    /// Four u32 for each triangle: its vertices and its number.
+    #[must_use]
+    pub fn triangles(&self) -> &Buffer {
+        &self.triangles
+    }
+
+    /// Bytes on the GPU.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.positions.bytes() + self.triangles.bytes()
+    }
+}

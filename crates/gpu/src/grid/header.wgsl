@@ -1,0 +1,21 @@
+// Counters of one structure and the sizes of indirect dispatches, in one buffer that is zero at first.
+
+// Chunks of triangles over many cells, and the groups that take them.
+const HEADER_LARGE: u32 = 0u;
+const HEADER_LARGE_GROUPS: u32 = 1u;
+// Pairs of a triangle and a cell.
+const HEADER_PAIRS: u32 = 4u;
+// Blocks of work, and the groups that take them.
+const HEADER_BLOCKS: u32 = 5u;
+const HEADER_BLOCK_GROUPS: u32 = 6u;
+// Tiles with several blocks, and the groups that merge them.
+const HEADER_SPLIT: u32 = 9u;
+const HEADER_SPLIT_GROUPS: u32 = 10u;
+// Blocks of split tiles.
+const HEADER_PARTIALS: u32 = 13u;
+// For each face the largest and the complement of the smallest key of visible vertices, both in order.
+const HEADER_KEYS: u32 = 16u;
+// Of lights: how many faces, and the groups that take their vertices and triangles.
+const HEADER_FACES: u32 = 14u;
+const HEADER_VERTEX_GROUPS: u32 = 28u;
+const HEADER_TRIANGLE_GROUPS: u32 = 31u;

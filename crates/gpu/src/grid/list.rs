@@ -1,0 +1,131 @@
+use super::header::HEADER_WORDS;
+use crate::primitives::Scan;
+use crate::{Buffer, Gpu, GpuError, Groups, Kernel, Recorder};
+
+/// The stages `count`, `scan` and `scatter`: which triangles each cell may need.
+#[derive(Debug)]
+pub(crate) struct List {
+    count_small: Kernel,
+    size_large: Kernel,
+    count_large: Kernel,
+    scatter_small: Kernel,
+    scatter_large: Kernel,
+    scan: Scan,
+    size: Buffer,
+    /// Chunks of triangles over many cells.
+    large: Buffer,
+    /// Triangles, those of each cell behind each other.
+    pairs: Buffer,
+    triangles: u32,
+}
+
+/// What listing reads and writes besides its own.
+#[derive(Clone, Copy)]
+pub(crate) struct ListBuffers<'a> {
+    pub(crate) spaces: &'a Buffer,
+    pub(crate) triangles: &'a Buffer,
+    pub(crate) vertices: &'a Buffer,
+    /// Counts, then ends, of the cells' lists.
+    pub(crate) cells: &'a Buffer,
+    pub(crate) header: &'a Buffer,
+    /// A copy of the header, for indirect dispatches.
+    pub(crate) sizes: &'a Buffer,
+    /// For lights, how far the points of each cell are.
+    pub(crate) farthest_point: &'a Buffer,
+}
+
+/// What the three stages are called.
+pub(crate) struct ListNames {
+    pub(crate) count: &'static str,
+    pub(crate) scan: &'static str,
+    pub(crate) scatter: &'static str,
+}
+
+impl List {
+    const LARGE_BYTES: u64 = 64;
+    /// Where the header has the groups that take chunks.
+    const LARGE_GROUPS: u32 = 1;
+
+    pub(crate) fn new(gpu: &Gpu, has_points: bool) -> Self {
+        let constants = [("HAS_POINTS", f64::from(u8::from(has_points)))];
+        let kernel = |entry| Kernel::new(gpu, "grid::list", entry, &constants);
+        Self {
+            count_small: kernel("count_small"),
+            size_large: kernel("size_large"),
+            count_large: kernel("count_large"),
+            scatter_small: kernel("scatter_small"),
+            scatter_large: kernel("scatter_large"),
+            scan: Scan::new(gpu),
+            size: Buffer::uniform(gpu, "list size"),
+            large: Buffer::storage(gpu, "large triangles"),
+            pairs: Buffer::storage(gpu, "pairs"),
+            triangles: 0,
+        }
+    }
+
+    /// The groups that take all triangles of one face.
+    pub(crate) fn groups_of_one_face(&self) -> Groups<'static> {
+        Groups::Flat(self.triangles.div_ceil(256))
+    }
+
+    /// Makes ready for so many triangles, vertices and cells, with room for what they may need at least.
+    pub(crate) fn prepare(&mut self, gpu: &Gpu, triangles: u32, vertices: u32, cells: u32) -> Result<(), GpuError> {
+        self.triangles = triangles;
+        self.size.write(gpu, &[triangles, vertices, 0, 0])?;
+        self.scan.prepare(gpu, cells)?;
+        let pairs = (2 * u64::from(triangles) + u64::from(cells)).max(1 << 12);
+        self.pairs.reserve(gpu, (4 * pairs).min(gpu.max_binding_bytes()))?;
+        self.large.reserve(gpu, (1 << 10) * Self::LARGE_BYTES)
+    }
+
+    /// Makes room for what a frame turned out to need; whether there was too little.
+    pub(crate) fn grow(&mut self, gpu: &Gpu, large: u32, pairs: u32) -> Result<bool, GpuError> {
+        let (large, pairs) = (u64::from(large) * Self::LARGE_BYTES, u64::from(pairs) * 4);
+        let fits = large <= self.large.bytes() && pairs <= self.pairs.bytes();
+        // Half as much again, for the next frame's sake.
+        let limit = gpu.max_binding_bytes();
+        let roomy = |bytes: u64| bytes.max((bytes + bytes / 2).min(limit));
+        if large > self.large.bytes() {
+            self.large.reserve(gpu, roomy(large))?;
+        }
+        if pairs > self.pairs.bytes() {
+            self.pairs.reserve(gpu, roomy(pairs))?;
+        }
+        Ok(!fits)
+    }
+
+    pub(crate) fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, buffers: ListBuffers<'_>, groups: Groups<'_>, names: &ListNames) {
+        let ListBuffers { spaces, triangles, vertices, cells, header, sizes, farthest_point } = buffers;
+        let all = [&self.size, spaces, triangles, vertices, cells, &self.large, header, farthest_point, &self.pairs];
+        let large = Groups::Indirect(sizes, Self::LARGE_GROUPS);
+        recorder.stage(names.count, |pass| {
+            self.count_small.dispatch(gpu, pass, &all, groups);
+            self.size_large.dispatch(gpu, pass, &all, Groups::Flat(1));
+        });
+        recorder.copy_words(header, sizes, HEADER_WORDS);
+        recorder.stage(names.count, |pass| self.count_large.dispatch(gpu, pass, &all, large));
+        recorder.stage(names.scan, |pass| self.scan.record(gpu, pass, cells));
+        recorder.stage(names.scatter, |pass| {
+            self.scatter_small.dispatch(gpu, pass, &all, groups);
+            self.scatter_large.dispatch(gpu, pass, &all, large);
+        });
+    }
+
+    pub(crate) fn pairs(&self) -> &Buffer {
+        &self.pairs
+    }
+
+    /// How many pairs there is room for.
+    pub(crate) fn pair_room(&self) -> u64 {
+        self.pairs.bytes() / 4
+    }
+
+    pub(crate) fn bytes(&self) -> u64 {
+        self.large.bytes() + self.pairs.bytes() + self.scan.totals().bytes()
+    }
+
+    /// Holds how many pairs there are, in the word of [`List::pair_count_word`].
+    pub(crate) fn pair_counts(&self) -> (&Buffer, u32) {
+        (self.scan.totals(), self.scan.total_word())
+    }
+}

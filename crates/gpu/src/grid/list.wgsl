@@ -1,0 +1,245 @@
+// Stages `count` and `scatter`: which triangles each cell may need. `count` counts them; `scatter`, after a prefix sum
+// over the counts, writes them behind each other.
+//
+// Both have to come to the same decisions, and two pipelines may round differently. So decisions are made in integers,
+// or by `count` alone, which notes them for `scatter`.
+
+import package::dispatch::{flat_group, groups_of};
+import package::grid::header::{HEADER_LARGE};
+import package::grid::space::{Space};
+import package::grid::set_up::{rect_of};
+
+struct ListSize {
+    triangles: u32,
+    vertices: u32,
+}
+
+// A triangle over more cells than this is taken by workgroups, one for each CHUNK cells.
+const MOST_CELLS_AT_ONCE: u32 = 4u;
+const CHUNK: u32 = 256u;
+// id, face, rectangle of tiles (first, last: row · 2¹⁶ + column), slice, chunk, and a bit for each cell.
+const LARGE_WORDS: u32 = 16u;
+const LARGE_BITS: u32 = 8u;
+
+// Whether cells matter only where they hold points, and up to the farthest of these.
+override HAS_POINTS: bool = false;
+
+@group(0) @binding(0) var<uniform> list_size: ListSize;
+@group(0) @binding(1) var<storage, read> spaces: array<Space>;
+// Three vertices and the material.
+@group(0) @binding(2) var<storage, read> triangles: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read> vertices: array<vec4<u32>>;
+// `count`: how many triangles; `scatter`: where the next one goes.
+@group(0) @binding(4) var<storage, read_write> cells: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> large: array<atomic<u32>>;
+@group(0) @binding(6) var<storage, read_write> header: array<atomic<u32>>;
+// For each cell the complement of its farthest point's key, in order; zero where it has none.
+@group(0) @binding(7) var<storage, read> farthest_point: array<u32>;
+@group(0) @binding(8) var<storage, read_write> pairs: array<u32>;
+
+struct Listed {
+    corners: Corners,
+    tiles: Rect,
+    slice: u32,
+    // In order, and not below that of any place of the triangle.
+    nearest: u32,
+}
+
+fn tile_count(tiles: Rect) -> u32 {
+    let size = max(tiles.last - tiles.first + 1, vec2<i32>(0));
+    return u32(size.x) * u32(size.y);
+}
+
+fn listed(face: u32, id: u32) -> Listed {
+    let triangle = triangles[id].xyz;
+    if any(triangle >= vec3<u32>(list_size.vertices)) {
+        return Listed(Corners(), RECT_EMPTY, 0u, 0u);
+    }
+    let raster = spaces[face].raster;
+    let base = face * list_size.vertices;
+    let corners = corners_of(vertices[base + triangle.x], vertices[base + triangle.y], vertices[base + triangle.z]);
+    let pixels = rect_of(corners, raster);
+    if any(pixels.last < pixels.first) {
+        return Listed(corners, RECT_EMPTY, 0u, 0u);
+    }
+    let tiles = Rect(pixels.first >> vec2<u32>(raster.tile_bits), pixels.last >> vec2<u32>(raster.tile_bits));
+    var nearest = 0xffffffffu;
+    if corners.kind == VERTEX_REGULAR {
+        let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
+        let highest = max(max(ordered_bits(keys.x), ordered_bits(keys.y)), ordered_bits(keys.z));
+        // Corners' keys are wrong by one or two units in the last place.
+        nearest = highest + min(8u, 0xffffffffu - highest);
+    }
+    return Listed(corners, tiles, slice_of(face, nearest), nearest);
+}
+
+// Slices are equal parts of what is visible, in floats: about equal parts of its logarithm.
+fn slice_of(face: u32, nearest: u32) -> u32 {
+    let slices = spaces[face].raster.slices;
+    let first = atomicLoad(&header[HEADER_KEYS + 2u * face]);
+    let last = ~atomicLoad(&header[HEADER_KEYS + 2u * face + 1u]);
+    if slices <= 1u || nearest >= first || first <= last {
+        return 0u;
+    }
+    return min((first - nearest) / slice_depth(first, last, slices), slices - 1u);
+}
+
+fn place_of_cell(face: u32, tile: vec2<i32>, slice: u32) -> u32 {
+    let raster = spaces[face].raster;
+    return raster.first_cell + (u32(tile.y) * raster.tile_columns + u32(tile.x)) * raster.slices + slice;
+}
+
+fn is_wanted(cell: u32, nearest: u32) -> bool {
+    // A cell without points has the key "farther than anything" in no point: zero.
+    return !HAS_POINTS || (farthest_point[cell] != 0u && nearest > ~farthest_point[cell]);
+}
+
+fn take(cell: u32, id: u32, is_scatter: bool) {
+    let place = atomicAdd(&cells[cell], 1u);
+    if is_scatter && place < arrayLength(&pairs) {
+        pairs[place] = id;
+    }
+}
+
+fn list_small(face: u32, id: u32, is_scatter: bool) {
+    let listed = listed(face, id);
+    let count = tile_count(listed.tiles);
+    if count == 0u {
+        return;
+    }
+    if count > MOST_CELLS_AT_ONCE || listed.corners.kind != VERTEX_REGULAR {
+        if !is_scatter {
+            split(face, id, listed, count);
+        }
+        return;
+    }
+    for (var y = listed.tiles.first.y; y <= listed.tiles.last.y; y++) {
+        for (var x = listed.tiles.first.x; x <= listed.tiles.last.x; x++) {
+            let cell = place_of_cell(face, vec2<i32>(x, y), listed.slice);
+            if is_wanted(cell, listed.nearest) {
+                take(cell, id, is_scatter);
+            }
+        }
+    }
+}
+
+// Leaves a triangle to `list_large`, in chunks.
+fn split(face: u32, id: u32, listed: Listed, count: u32) {
+    let chunks = (count + CHUNK - 1u) / CHUNK;
+    let first = atomicAdd(&header[HEADER_LARGE], chunks);
+    for (var chunk = 0u; chunk < chunks; chunk++) {
+        let base = (first + chunk) * LARGE_WORDS;
+        if base + LARGE_WORDS > arrayLength(&large) {
+            return;
+        }
+        atomicStore(&large[base], id);
+        atomicStore(&large[base + 1u], face);
+        atomicStore(&large[base + 2u], u32(listed.tiles.first.y) << 16u | u32(listed.tiles.first.x));
+        atomicStore(&large[base + 3u], u32(listed.tiles.last.y) << 16u | u32(listed.tiles.last.x));
+        atomicStore(&large[base + 4u], listed.slice);
+        atomicStore(&large[base + 5u], chunk);
+        atomicStore(&large[base + 6u], listed.nearest);
+        for (var word = 0u; word < CHUNK / 32u; word++) {
+            atomicStore(&large[base + LARGE_BITS + word], 0u);
+        }
+    }
+}
+
+fn list_large(entry: u32, lane: u32, is_scatter: bool) {
+    let base = entry * LARGE_WORDS;
+    if entry >= atomicLoad(&header[HEADER_LARGE]) || base + LARGE_WORDS > arrayLength(&large) {
+        return;
+    }
+    let id = atomicLoad(&large[base]);
+    let face = atomicLoad(&large[base + 1u]);
+    let first = vec2<u32>(atomicLoad(&large[base + 2u])) >> vec2<u32>(0u, 16u) & vec2<u32>(0xffffu);
+    let last = vec2<u32>(atomicLoad(&large[base + 3u])) >> vec2<u32>(0u, 16u) & vec2<u32>(0xffffu);
+    let slice = atomicLoad(&large[base + 4u]);
+    let chunk = atomicLoad(&large[base + 5u]);
+    let nearest = atomicLoad(&large[base + 6u]);
+    let columns = last.x - first.x + 1u;
+    let count = columns * (last.y - first.y + 1u);
+    for (var place = lane; place < CHUNK; place += 64u) {
+        let number = chunk * CHUNK + place;
+        if number >= count {
+            return;
+        }
+        let tile = vec2<i32>(first + vec2<u32>(number % columns, number / columns));
+        let cell = place_of_cell(face, tile, slice);
+        let word = base + LARGE_BITS + place / 32u;
+        let bit = 1u << (place & 31u);
+        if is_scatter {
+            if (atomicLoad(&large[word]) & bit) != 0u {
+                take(cell, id, true);
+            }
+        } else if is_wanted(cell, nearest) && reaches(face, id, tile) {
+            atomicOr(&large[word], bit);
+            take(cell, id, false);
+        }
+    }
+}
+
+// Whether a triangle may touch a tile.
+fn reaches(face: u32, id: u32, tile: vec2<i32>) -> bool {
+    let raster = spaces[face].raster;
+    let base = face * list_size.vertices;
+    let triangle = triangles[id].xyz;
+    let corners = corners_of(vertices[base + triangle.x], vertices[base + triangle.y], vertices[base + triangle.z]);
+    // From the tile's middle; a tile of one cell has it at half a pixel.
+    let side = 1 << raster.tile_bits;
+    let half_fixed = (side << raster.fraction_bits) / 2;
+    let origin = ((tile * side) << vec2<u32>(raster.fraction_bits)) + half_fixed;
+    let half = 0.5 * f32(side) + 0.01;
+    return !misses_square(edges_near(corners, origin, half, raster), half);
+}
+
+@compute @workgroup_size(256)
+fn count_small(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let id = (group.y * groups.x + group.x) * 256u + lane;
+    if id < list_size.triangles {
+        list_small(group.z, id, false);
+    }
+}
+
+@compute @workgroup_size(64)
+fn count_large(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    list_large(flat_group(group, groups), lane, false);
+}
+
+@compute @workgroup_size(256)
+fn scatter_small(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let id = (group.y * groups.x + group.x) * 256u + lane;
+    if id < list_size.triangles {
+        list_small(group.z, id, true);
+    }
+}
+
+@compute @workgroup_size(64)
+fn scatter_large(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    list_large(flat_group(group, groups), lane, true);
+}
+
+// The size of the dispatch that takes the chunks.
+@compute @workgroup_size(1)
+fn size_large() {
+    let groups = groups_of(min(atomicLoad(&header[HEADER_LARGE]), arrayLength(&large) / LARGE_WORDS));
+    atomicStore(&header[HEADER_LARGE_GROUPS], groups.x);
+    atomicStore(&header[HEADER_LARGE_GROUPS + 1u], groups.y);
+    atomicStore(&header[HEADER_LARGE_GROUPS + 2u], groups.z);
+}

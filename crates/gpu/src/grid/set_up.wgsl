@@ -1,0 +1,274 @@
+// What a triangle is in pixel space: the pixels that it may touch, and its edge functions and key near some place.
+//
+// A filter: all numbers carry bounds on their errors, and what those leave open is settled by the predicate. u is half
+// the distance from one to the next f32; WGSL may contract products and sums, which loses less, not more. Bounds are
+// therefore sums over the magnitudes of terms, and don't depend on an order of operations.
+
+import package::grid::space::{Raster};
+
+// Half the distance from one to the next f32.
+const U: f32 = 5.9604645e-8;
+const INFINITE: f32 = 3.0e38;
+
+struct Corners {
+    a: vec4<u32>,
+    b: vec4<u32>,
+    c: vec4<u32>,
+    kind: u32,
+}
+
+// Inclusive, empty where the last is before the first.
+struct Rect {
+    first: vec2<i32>,
+    last: vec2<i32>,
+}
+
+const RECT_EMPTY: Rect = Rect(vec2<i32>(0), vec2<i32>(-1));
+
+// A triangle near a place: for p in pixels from there, edge functions a·x + b·y + c and the key kx·x + ky·y + k.
+//
+// It is hit where the three edge functions are positive, or zero: certainly where they are above `edge_error`,
+// certainly not where one is below −`edge_error` and, unless `is_oriented`, another above `edge_error`. The key is wrong
+// by at most `key_error`; nearer hits have larger keys.
+struct Edges {
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+    key: vec3<f32>,
+    edge_error: f32,
+    key_error: f32,
+    // A bound on the key anywhere.
+    nearest: f32,
+    is_oriented: bool,
+    // Whether its corners are seen counterclockwise, where `is_oriented`.
+    is_front: bool,
+}
+
+fn corners_of(a: vec4<u32>, b: vec4<u32>, c: vec4<u32>) -> Corners {
+    // 0 where all are regular; otherwise those that are have to be made homogeneous as well.
+    let any_kind = a.w | b.w | c.w;
+    let kind = select(min(any_kind, VERTEX_HOMOGENEOUS), VERTEX_NOWHERE, any_kind >= VERTEX_NOWHERE);
+    return Corners(a, b, c, kind);
+}
+
+// The pixels (cells) that a triangle may touch.
+fn rect_of(corners: Corners, raster: Raster) -> Rect {
+    if corners.kind == VERTEX_NOWHERE {
+        return RECT_EMPTY;
+    }
+    let whole = Rect(vec2<i32>(0), vec2<i32>(raster.columns - 1, raster.rows - 1));
+    var rect = whole;
+    if corners.kind == VERTEX_REGULAR {
+        let a = bitcast<vec2<i32>>(corners.a.xy);
+        let b = bitcast<vec2<i32>>(corners.b.xy);
+        let c = bitcast<vec2<i32>>(corners.c.xy);
+        let low = min(min(a, b), c) - 1;
+        let high = max(max(a, b), c) + 1;
+        let up = select(0, (1 << raster.fraction_bits) - 1, raster.has_samples == 1u);
+        rect = Rect((low + up) >> vec2<u32>(raster.fraction_bits), high >> vec2<u32>(raster.fraction_bits));
+    } else {
+        let a = homogeneous(corners.a, raster);
+        let b = homogeneous(corners.b, raster);
+        let c = homogeneous(corners.c, raster);
+        let depths = vec3<f32>(a.z, b.z, c.z);
+        // Beyond the image by a pixel, so that the roundings of x, y and depth don't matter.
+        let size = vec2<f32>(f32(raster.columns), f32(raster.rows));
+        let before = max(max(a.xy + 1.01 * a.z, b.xy + 1.01 * b.z), c.xy + 1.01 * c.z);
+        let behind = min(
+            min(a.xy - (size + 1.01) * a.z, b.xy - (size + 1.01) * b.z), c.xy - (size + 1.01) * c.z);
+        if all(depths <= vec3<f32>(0.0)) || any(before < vec2<f32>(0.0)) || any(behind > vec2<f32>(0.0)) {
+            return RECT_EMPTY;
+        }
+        if all(depths > vec3<f32>(1e-30)) {
+            let low = min(min(a.xy / a.z, b.xy / b.z), c.xy / c.z);
+            let high = max(max(a.xy / a.z, b.xy / b.z), c.xy / c.z);
+            // A quotient up to 2¹⁵ is wrong by less than a hundredth; larger ones are cut off.
+            rect = Rect(
+                vec2<i32>(floor(clamp(low - 1.0, vec2<f32>(-4.0), size))),
+                vec2<i32>(ceil(clamp(high + 1.0, vec2<f32>(-4.0), size))));
+        }
+    }
+    return Rect(max(rect.first, whole.first), min(rect.last, whole.last));
+}
+
+// Not yet divided x and y in pixels, and depth (1 in an orthographic space).
+fn homogeneous(vertex: vec4<u32>, raster: Raster) -> vec3<f32> {
+    if vertex.w == VERTEX_HOMOGENEOUS {
+        let place = bitcast<vec3<f32>>(vertex.xyz);
+        return select(place, vec3<f32>(place.xy, 1.0), raster.is_orthographic == 1u);
+    }
+    let place = vec2<f32>(bitcast<vec2<i32>>(vertex.xy)) * exp2(-f32(raster.fraction_bits));
+    let depth = select(1.0 / bitcast<f32>(vertex.z), 1.0, raster.is_orthographic == 1u);
+    return vec3<f32>(place * depth, depth);
+}
+
+// The triangle near the fixed-point place `origin`, for p within `reach` pixels of it on each axis.
+fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -> Edges {
+    let unit = exp2(-f32(raster.fraction_bits));
+    if corners.kind == VERTEX_REGULAR {
+        let a = bitcast<vec2<i32>>(corners.a.xy);
+        let b = bitcast<vec2<i32>>(corners.b.xy);
+        let c = bitcast<vec2<i32>>(corners.c.xy);
+        // Differences in integers are exact: f32 rounds each once.
+        let sides = Sides(
+            vec2<f32>(a - origin) * unit, vec2<f32>(b - origin) * unit, vec2<f32>(c - origin) * unit,
+            vec2<f32>(c - b) * unit, vec2<f32>(a - c) * unit, vec2<f32>(b - a) * unit);
+        let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
+        return flat_edges(sides, unit * (1.0 + f32(raster.place_error)), keys, reach);
+    }
+    if raster.is_orthographic == 1u {
+        // Far beside the image; nothing has to be divided.
+        let middle = vec2<f32>(origin) * unit;
+        let a = homogeneous(corners.a, raster).xy - middle;
+        let b = homogeneous(corners.b, raster).xy - middle;
+        let c = homogeneous(corners.c, raster).xy - middle;
+        let largest = max(max(abs(a), abs(b)), max(abs(c), abs(middle)));
+        let error = unit * (1.0 + f32(raster.place_error)) + 8.0 * U * max(largest.x, largest.y);
+        let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
+        return flat_edges(Sides(a, b, c, c - b, a - c, b - a), error, keys, reach);
+    }
+    return homogeneous_edges(corners, origin, reach, raster);
+}
+
+// Nothing is certain.
+fn undecided_edges() -> Edges {
+    return Edges(
+        vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), INFINITE, INFINITE, INFINITE, false, false);
+}
+
+// Corners in relation to the origin, and edges.
+struct Sides {
+    a: vec2<f32>,
+    b: vec2<f32>,
+    c: vec2<f32>,
+    bc: vec2<f32>,
+    ca: vec2<f32>,
+    ab: vec2<f32>,
+}
+
+// Of a triangle whose corners are points of the image, wrong by `error` in relation to places on each axis.
+fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, reach: f32) -> Edges {
+    let a = sides.a;
+    let b = sides.b;
+    let c = sides.c;
+    let bc = sides.bc;
+    let ca = sides.ca;
+    let ab = sides.ab;
+    let farthest = max(max(max(abs(a.x), abs(a.y)), max(abs(b.x), abs(b.y))), max(abs(c.x), abs(c.y)));
+    // An edge function is the cross product of two corners in relation to p, each component at most `span` and wrong by
+    // `error`: 4 · error · span. Its three terms are at most 2 · span² together with what they cancel, each with four
+    // roundings on its path, doubled once more.
+    let span = farthest + reach;
+    let edge_error = 4.0 * error * (span + error) + 32.0 * U * span * span;
+
+    // Twice the signed area is the sum of the edge functions, and doesn't depend on p.
+    let area = ab.x * -ca.y - ab.y * -ca.x;
+    let longest = max(max(max(abs(bc.x), abs(bc.y)), max(abs(ca.x), abs(ca.y))), max(abs(ab.x), abs(ab.y)));
+    let area_error = 8.0 * error * (longest + error) + 16.0 * U * longest * longest;
+    let is_oriented = abs(area) > area_error;
+    let sign = select(-1.0, 1.0, area > 0.0);
+
+    let nearest = max(max(keys.x, keys.y), keys.z);
+    let farthest_key = min(min(keys.x, keys.y), keys.z);
+    let largest_key = max(abs(nearest), abs(farthest_key));
+    let range = nearest - farthest_key;
+
+    if !(edge_error < INFINITE) || !(largest_key < INFINITE) {
+        return undecided_edges();
+    }
+    var edges: Edges;
+    edges.a = sign * vec3<f32>(-bc.y, -ca.y, -ab.y);
+    edges.b = sign * vec3<f32>(bc.x, ca.x, ab.x);
+    edges.c = sign * vec3<f32>(b.x * c.y - b.y * c.x, c.x * a.y - c.y * a.x, a.x * b.y - a.y * b.x);
+    edges.edge_error = edge_error;
+    edges.is_oriented = is_oriented;
+    // Pixel rows go down, so counterclockwise corners make a negative area.
+    edges.is_front = area < 0.0;
+    // Each key has a relative error of one rounding and of the transform.
+    let key_rounding = 4.0 * U * largest_key;
+    edges.nearest = nearest + key_rounding;
+
+    // key = A + (wb · (B − A) + wc · (C − A)) / area, with weights that are wrong by `edge_error` and at most the area
+    // inside the triangle.
+    let inverse_area = sign / area;
+    let plane_error = range * (4.0 * edge_error + 2.0 * area_error) * abs(inverse_area) * 1.25 + key_rounding;
+    if is_oriented && plane_error < 0.5 * range + key_rounding {
+        let b_step = (keys.y - keys.x) * inverse_area;
+        let c_step = (keys.z - keys.x) * inverse_area;
+        edges.key = vec3<f32>(
+            edges.a.y * b_step + edges.a.z * c_step,
+            edges.b.y * b_step + edges.b.z * c_step,
+            keys.x + (edges.c.y * b_step + edges.c.z * c_step));
+        edges.key_error = plane_error;
+    } else {
+        // Between the corners' keys at any rate.
+        edges.key = vec3<f32>(0.0, 0.0, 0.5 * (nearest + farthest_key));
+        edges.key_error = 0.5 * range + 2.0 * key_rounding;
+    }
+    return edges;
+}
+
+fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -> Edges {
+    // Origins are whole pixels, so f32 has them exactly.
+    let unit = exp2(-f32(raster.fraction_bits));
+    let middle = vec2<f32>(origin) * unit;
+    let of_a = homogeneous(corners.a, raster);
+    let of_b = homogeneous(corners.b, raster);
+    let of_c = homogeneous(corners.c, raster);
+    let a = vec3<f32>(of_a.xy - middle * of_a.z, of_a.z);
+    let b = vec3<f32>(of_b.xy - middle * of_b.z, of_b.z);
+    let c = vec3<f32>(of_c.xy - middle * of_c.z, of_c.z);
+
+    let aside = max(max(max(abs(of_a.x), abs(of_a.y)), max(abs(of_b.x), abs(of_b.y))), max(abs(of_c.x), abs(of_c.y)));
+    let from_middle = max(max(max(abs(a.x), abs(a.y)), max(abs(b.x), abs(b.y))), max(abs(c.x), abs(c.y)));
+    let depth = max(max(abs(a.z), abs(b.z)), abs(c.z));
+    let middle_reach = max(abs(middle.x), abs(middle.y));
+    // A quotient has 2.5 units in the last place, fixed-point coordinates one of their own.
+    let depth_error = 10.0 * U * depth;
+    let aside_error = 12.0 * U * (aside + middle_reach * depth) + (2.0 + f32(raster.place_error)) * unit * depth;
+    // a·x + b·y + c with a, b products of an aside and a depth, c of two asides.
+    let slope_error = 2.0 * (from_middle * depth_error + depth * aside_error) + 8.0 * U * from_middle * depth;
+    let constant_error = 4.0 * from_middle * aside_error + 8.0 * U * from_middle * from_middle;
+    let edge_error = 1.25 * (2.0 * reach * slope_error + constant_error
+        + 8.0 * U * (4.0 * reach * from_middle * depth + 2.0 * from_middle * from_middle));
+
+    let of_bc = cross(b, c);
+    let of_ca = cross(c, a);
+    let of_ab = cross(a, b);
+    // The determinant is the depth times the sum of the edge functions, wherever the triangle is met.
+    let volume = dot(a, of_bc);
+    let volume_error = 1.25 * (2.0 * from_middle * slope_error + depth * constant_error
+        + 3.0 * aside_error * 2.0 * from_middle * depth + 2.0 * depth_error * from_middle * from_middle
+        + 24.0 * U * from_middle * from_middle * depth);
+    // A NaN is not below anything: then nothing is certain.
+    if !(edge_error < INFINITE) {
+        return undecided_edges();
+    }
+    let sign = select(-1.0, 1.0, volume > 0.0);
+    var edges: Edges;
+    edges.a = sign * vec3<f32>(of_bc.x, of_ca.x, of_ab.x);
+    edges.b = sign * vec3<f32>(of_bc.y, of_ca.y, of_ab.y);
+    edges.c = sign * vec3<f32>(of_bc.z, of_ca.z, of_ab.z);
+    edges.edge_error = edge_error;
+    edges.is_oriented = abs(volume) > volume_error;
+    edges.is_front = volume < 0.0;
+    edges.nearest = INFINITE;
+    edges.key_error = INFINITE;
+    if !edges.is_oriented {
+        return edges;
+    }
+    let inverse = 1.0 / abs(volume);
+    let slope = vec3<f32>(
+        edges.a.x + edges.a.y + edges.a.z, edges.b.x + edges.b.y + edges.b.z, edges.c.x + edges.c.y + edges.c.z);
+    edges.key = slope * inverse;
+    let largest = (abs(slope.x) + abs(slope.y)) * reach + abs(slope.z);
+    edges.key_error = 1.25 * inverse * (4.0 * edge_error + largest * (2.0 * volume_error * inverse + 8.0 * U));
+    return edges;
+}
+
+// Whether a triangle certainly misses all places within `reach` pixels of the origin on each axis.
+fn misses_square(edges: Edges, reach: f32) -> bool {
+    let spread = reach * (abs(edges.a) + abs(edges.b));
+    let is_below = any(edges.c + spread < vec3<f32>(-edges.edge_error));
+    return is_below && (edges.is_oriented || any(edges.c - spread > vec3<f32>(edges.edge_error)));
+}

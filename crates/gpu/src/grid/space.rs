@@ -1,0 +1,105 @@
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, DVec3, Vec3};
+use umbrage_rays::{Camera, Projection, View};
+
+/// Where a camera's image, or a face of a light's grid, sees a vertex; as in `space.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Space {
+    /// The origin, the rows that give x, y and depth, and what is added to x and y; two words for each f64.
+    projection: [[u32; 2]; 14],
+    pub(crate) raster: Raster,
+}
+
+/// How a space is cut into cells.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Raster {
+    pub(crate) columns: i32,
+    pub(crate) rows: i32,
+    pub(crate) fraction_bits: u32,
+    pub(crate) tile_bits: u32,
+    pub(crate) tile_columns: u32,
+    pub(crate) tile_rows: u32,
+    pub(crate) slices: u32,
+    pub(crate) first_cell: u32,
+    pub(crate) is_orthographic: u32,
+    pub(crate) has_samples: u32,
+    pub(crate) culls_back_faces: u32,
+    pub(crate) place_error: u32,
+    row_reach: f32,
+    unused: [u32; 3],
+}
+
+impl Space {
+    /// Bytes of one.
+    pub(crate) const BYTES: u64 = size_of::<Self>() as u64;
+
+    /// The image of `view` whose samples are at `offset_pixels` of each pixel's upper left corner.
+    pub(crate) fn of_view(
+        view: &View,
+        offset_pixels: DVec2,
+        tile_bits: u32,
+        slices: u32,
+        culls_back_faces: bool,
+    ) -> Self {
+        let Camera { position, right, up, forward, projection } = view.camera;
+        let [right, up, forward] = [right, up, forward].map(Vec3::as_dvec3);
+        let determinant = right.dot(up.cross(forward));
+        let [right, up, depth] =
+            [up.cross(forward), forward.cross(right), right.cross(up)].map(|row| row / determinant);
+        let size = DVec2::new(f64::from(view.width), f64::from(view.height));
+        // Half of the range of i32 is for what is beside the image.
+        let fraction_bits = 29 - view.width.max(view.height).next_power_of_two().trailing_zeros();
+        let unit = f64::from(1_u32 << fraction_bits);
+        let (half_height, is_orthographic) = match projection {
+            Projection::Perspective { tan_half_height } => (tan_half_height, false),
+            Projection::Orthographic { half_height } => (half_height, true),
+        };
+        let scale = unit * size.y / (2.0 * f64::from(half_height));
+        let middle = (0.5 * size - offset_pixels) * unit;
+        let (rows, added) = if is_orthographic {
+            ([right * scale, up * -scale, depth], middle)
+        } else {
+            ([right * scale + depth * middle.x, up * -scale + depth * middle.y, depth], DVec2::ZERO)
+        };
+        let tile = 1 << tile_bits;
+        let raster = Raster {
+            columns: view.width as i32,
+            rows: view.height as i32,
+            fraction_bits,
+            tile_bits,
+            tile_columns: view.width.div_ceil(tile),
+            tile_rows: view.height.div_ceil(tile),
+            slices,
+            first_cell: 0,
+            is_orthographic: u32::from(is_orthographic),
+            has_samples: 1,
+            culls_back_faces: u32::from(culls_back_faces),
+            place_error: 0,
+            row_reach: 0.0,
+            unused: [0; 3],
+        };
+        Self { projection: packed(position.as_dvec3(), rows, added), raster }
+    }
+
+    /// How many cells it has.
+    pub(crate) fn cells(&self) -> u32 {
+        self.raster.tile_columns * self.raster.tile_rows * self.raster.slices
+    }
+}
+
+fn packed(origin: DVec3, rows: [DVec3; 3], added: DVec2) -> [[u32; 2]; 14] {
+    let mut projection = [[0; 2]; 14];
+    let numbers = origin.to_array().into_iter().chain(rows.into_iter().flat_map(|row| row.to_array()));
+    for (pair, number) in projection.iter_mut().zip(numbers.chain(added.to_array())) {
+        *pair = words(number);
+    }
+    projection
+}
+
+/// The two words of an f64, the low one first.
+pub(crate) fn words(number: f64) -> [u32; 2] {
+    let bits = number.to_bits();
+    [bits as u32, (bits >> 32) as u32]
+}

@@ -1,0 +1,106 @@
+// Stage `transform`: each vertex into pixel space, once for every face.
+
+import package::dispatch::{flat_group};
+import package::exact::double::{f64_add};
+import package::grid::header::{HEADER_KEYS};
+import package::grid::project::{fixed, fits_fixed};
+import package::grid::space::{Space};
+
+struct TransformSize {
+    vertices: u32,
+}
+
+@group(0) @binding(0) var<uniform> transform_size: TransformSize;
+@group(0) @binding(1) var<storage, read> spaces: array<Space>;
+@group(0) @binding(2) var<storage, read> positions: array<u32>;
+@group(0) @binding(3) var<storage, read_write> vertices: array<vec4<u32>>;
+@group(0) @binding(4) var<storage, read_write> header: array<atomic<u32>>;
+
+var<workgroup> nearest_of_group: atomic<u32>;
+var<workgroup> farthest_of_group: atomic<u32>;
+
+@compute @workgroup_size(256)
+fn transform(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    // Rows of workgroups are faces where there are several.
+    let face = group.z;
+    let id = (group.y * groups.x + group.x) * 256u + lane;
+    if id < transform_size.vertices {
+        let vertex = transformed(face, id);
+        vertices[face * transform_size.vertices + id] = vertex;
+        let raster = spaces[face].raster;
+        let pixel = bitcast<vec2<i32>>(vertex.xy) >> vec2<u32>(raster.fraction_bits);
+        let inside = all(pixel >= vec2<i32>(0)) && pixel.x < raster.columns && pixel.y < raster.rows;
+        if vertex.w == VERTEX_REGULAR && inside {
+            let key = ordered_bits(bitcast<f32>(vertex.z));
+            atomicMax(&nearest_of_group, key);
+            atomicMax(&farthest_of_group, ~key);
+        }
+    }
+    workgroupBarrier();
+    if lane == 0u {
+        atomicMax(&header[HEADER_KEYS + 2u * face], atomicLoad(&nearest_of_group));
+        atomicMax(&header[HEADER_KEYS + 2u * face + 1u], atomicLoad(&farthest_of_group));
+    }
+}
+
+fn projection_term(face: u32, place: u32) -> F64 {
+    let pair = spaces[face].projection[place >> 1u];
+    return select(pair.xy, pair.zw, (place & 1u) == 1u);
+}
+
+// Coordinates in relation to the origin are exact to 2⁻⁵³, a row's product with them to 2⁻⁵⁰ of its largest term.
+// Where the depth is above 2⁻¹² of the largest coordinate, that is below a hundredth of a unit after the division.
+fn transformed(face: u32, id: u32) -> vec4<u32> {
+    let raster = spaces[face].raster;
+    var offset: array<F64, 3>;
+    var largest = 0u;
+    for (var axis = 0u; axis < 3u; axis++) {
+        let bits = positions[3u * id + axis];
+        if (bits & 0x7f800000u) == 0x7f800000u {
+            return vec4<u32>(0u, 0u, 0u, VERTEX_NOWHERE);
+        }
+        offset[axis] = f64_subtract(f64_from_f32_bits(bits), projection_term(face, axis));
+        largest = max(largest, offset[axis].y & 0x7fffffffu);
+    }
+    var place: array<F64, 3>;
+    for (var row = 0u; row < 3u; row++) {
+        var sum = F64(0u, 0u);
+        for (var axis = 0u; axis < 3u; axis++) {
+            sum = f64_add(sum, f64_multiply(projection_term(face, 3u + 3u * row + axis), offset[axis]));
+        }
+        place[row] = sum;
+    }
+    let to_pixels = exp2(-f32(raster.fraction_bits));
+    if raster.is_orthographic == 1u {
+        let x = f64_add(place[0], projection_term(face, 12u));
+        let y = f64_add(place[1], projection_term(face, 13u));
+        let key = f64_to_f32_bits(f64_negate(place[2]));
+        if fits_fixed(x) && fits_fixed(y) {
+            return vec4<u32>(bitcast<u32>(fixed(x)), bitcast<u32>(fixed(y)), key, VERTEX_REGULAR);
+        }
+        return vec4<u32>(pixels(x, to_pixels), pixels(y, to_pixels), key, VERTEX_HOMOGENEOUS);
+    }
+    // The high words of positive numbers compare as the numbers do; 12 is added to the exponent.
+    let depth_high = place[2].y;
+    if (depth_high & 0x80000000u) == 0u && depth_high + 0x00c00000u > largest {
+        let inverse = f64_divide(F64(0u, 0x3ff00000u), place[2]);
+        let x = f64_multiply(place[0], inverse);
+        let y = f64_multiply(place[1], inverse);
+        let key = f64_to_f32_bits(inverse);
+        let exponent = (key >> 23u) & 0xffu;
+        // Keys near the ends of f32's range are left to the homogeneous form, which ends at the predicate.
+        if fits_fixed(x) && fits_fixed(y) && exponent > 27u && exponent < 227u {
+            return vec4<u32>(bitcast<u32>(fixed(x)), bitcast<u32>(fixed(y)), key, VERTEX_REGULAR);
+        }
+    }
+    return vec4<u32>(
+        pixels(place[0], to_pixels), pixels(place[1], to_pixels), f64_to_f32_bits(place[2]), VERTEX_HOMOGENEOUS);
+}
+
+fn pixels(value: F64, to_pixels: f32) -> u32 {
+    return bitcast<u32>(bitcast<f32>(f64_to_f32_bits(value)) * to_pixels);
+}

@@ -1,0 +1,155 @@
+// Stage `choose`: the faces of a light's grid, from the box around all points. One where the light sees the box well
+// from outside, else the six of a cube around it.
+
+import package::dispatch::{groups_of};
+import package::exact::double::{f64_from_f32_bits};
+import package::grid::header::{HEADER_FACES, HEADER_VERTEX_GROUPS, HEADER_TRIANGLE_GROUPS};
+import package::grid::space::{Space, from_ordered_bits};
+import package::light::light::{Light};
+import package::light::points::{SURVEY_LOW};
+
+@group(0) @binding(0) var<uniform> light: Light;
+@group(0) @binding(1) var<storage, read> survey: array<u32>;
+@group(0) @binding(2) var<storage, read_write> spaces: array<Space>;
+@group(0) @binding(3) var<storage, read_write> header: array<u32>;
+
+// A face's plane at depth one: its axes, and the rectangle that its cells cover.
+struct Face {
+    right: vec3<f32>,
+    up: vec3<f32>,
+    forward: vec3<f32>,
+    low: vec2<f32>,
+    high: vec2<f32>,
+}
+
+// Points may be beside the face by rounding, not by more.
+const MARGIN: f32 = 1e-3;
+// A single face goes no farther aside than this, in depths.
+const WIDEST: f32 = 3.0;
+
+@compute @workgroup_size(1)
+fn choose() {
+    let low = from_survey(SURVEY_LOW, true);
+    let high = from_survey(SURVEY_LOW + 3u, false);
+    var faces = 1u;
+    // Nothing is seen: nothing has to be done.
+    if !all(low <= high) {
+        faces = 0u;
+    } else if light.is_directional == 1u {
+        let middle = 0.5 * low + 0.5 * high;
+        write_space(0u, fitted(along(light.vector), middle, low, high, true), middle, light.side_of_one);
+    } else {
+        let towards = 0.5 * low + 0.5 * high - light.vector;
+        let face = fitted(along(towards), light.vector, low, high, false);
+        if all(abs(face.low) <= vec2<f32>(WIDEST)) && all(abs(face.high) <= vec2<f32>(WIDEST)) {
+            write_space(0u, face, light.vector, light.side_of_one);
+        } else {
+            faces = 6u;
+            for (var number = 0u; number < 6u; number++) {
+                write_space(number, cube_face(number), light.vector, light.side_of_six);
+            }
+        }
+    }
+    header[HEADER_FACES] = faces;
+    write_groups(HEADER_VERTEX_GROUPS, (light.vertices + 255u) / 256u, faces);
+    write_groups(HEADER_TRIANGLE_GROUPS, (light.triangles + 255u) / 256u, faces);
+}
+
+fn write_groups(word: u32, count: u32, faces: u32) {
+    let groups = groups_of(count);
+    header[word] = groups.x;
+    header[word + 1u] = groups.y;
+    header[word + 2u] = select(0u, faces, count > 0u);
+}
+
+fn from_survey(word: u32, is_complement: bool) -> vec3<f32> {
+    var corner: vec3<f32>;
+    for (var axis = 0u; axis < 3u; axis++) {
+        let bits = survey[word + axis];
+        corner[axis] = from_ordered_bits(select(bits, ~bits, is_complement));
+    }
+    return corner;
+}
+
+// Axes with the third along `vector`.
+fn along(vector: vec3<f32>) -> Face {
+    // Scaled first: the squares of very large or small numbers aren't.
+    let largest = max(max(abs(vector.x), abs(vector.y)), abs(vector.z));
+    let forward = select(vec3<f32>(0.0, 0.0, 1.0), normalize(vector / largest), largest > 1e-30 && largest < 1e30);
+    let helper = select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), abs(forward.x) > 0.7);
+    let right = normalize(cross(helper, forward));
+    return Face(right, cross(forward, right), forward, vec2<f32>(0.0), vec2<f32>(0.0));
+}
+
+// The rectangle that a box covers; a very large one where the box isn't wholly before the light.
+fn fitted(axes: Face, origin: vec3<f32>, low: vec3<f32>, high: vec3<f32>, is_parallel: bool) -> Face {
+    var face = axes;
+    face.low = vec2<f32>(1e30);
+    face.high = vec2<f32>(-1e30);
+    for (var number = 0u; number < 8u; number++) {
+        let is_high = vec3<bool>((number & 1u) != 0u, (number & 2u) != 0u, (number & 4u) != 0u);
+        let corner = select(low, high, is_high) - origin;
+        let depth = select(dot(corner, face.forward), 1.0, is_parallel);
+        let place = vec2<f32>(dot(corner, face.right), dot(corner, face.up));
+        if !(depth * WIDEST > max(abs(place.x), abs(place.y))) && !is_parallel {
+            face.high = vec2<f32>(1e30);
+            return face;
+        }
+        face.low = min(face.low, place / depth);
+        face.high = max(face.high, place / depth);
+    }
+    let size = max(face.high - face.low, vec2<f32>(1e-3 * max(face.high.x - face.low.x, face.high.y - face.low.y)));
+    let spare = max(MARGIN * size, vec2<f32>(select(1e-6, 1e-30, is_parallel)))
+        + 1e-6 * (abs(face.low) + abs(face.high));
+    face.low -= spare;
+    face.high += spare;
+    return face;
+}
+
+fn cube_face(number: u32) -> Face {
+    let axis = number >> 1u;
+    let sign = select(1.0, -1.0, (number & 1u) == 1u);
+    var face: Face;
+    face.forward[axis] = sign;
+    face.right[(axis + 1u) % 3u] = 1.0;
+    face.up[(axis + 2u) % 3u] = 1.0;
+    face.low = vec2<f32>(-1.0 - MARGIN);
+    face.high = vec2<f32>(1.0 + MARGIN);
+    return face;
+}
+
+fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
+    // As `Space::of_view`: half of the range of i32 is for what is beside.
+    let fraction_bits = 29u - firstLeadingBit(max(2u * side - 1u, 1u));
+    let unit = exp2(f32(fraction_bits));
+    let scale = f32(side) * unit / (face.high - face.low);
+    var raster: Raster;
+    raster.columns = i32(side);
+    raster.rows = i32(side);
+    raster.fraction_bits = fraction_bits;
+    raster.tile_columns = side;
+    raster.tile_rows = side;
+    raster.slices = 1u;
+    raster.first_cell = number * side * side;
+    raster.is_orthographic = light.is_directional;
+    raster.place_error = 2u;
+
+    // (x − low · depth) · scale; of parallel light (x − low) · scale.
+    let shift = -face.low * scale;
+    let of_depth = select(shift, vec2<f32>(0.0), light.is_directional == 1u);
+    let x = face.right * scale.x + face.forward * of_depth.x;
+    let y = face.up * scale.y + face.forward * of_depth.y;
+    let added = select(vec2<f32>(0.0), shift, light.is_directional == 1u);
+    let reach = max(abs(x), abs(y));
+    raster.row_reach = max(max(reach.x, reach.y), reach.z);
+    spaces[number].raster = raster;
+    var numbers = array<f32, 14>(
+        origin.x, origin.y, origin.z,
+        x.x, x.y, x.z, y.x, y.y, y.z, face.forward.x, face.forward.y, face.forward.z,
+        added.x, added.y);
+    for (var pair = 0u; pair < 7u; pair++) {
+        let first = f64_from_f32_bits(bitcast<u32>(numbers[2u * pair]));
+        let second = f64_from_f32_bits(bitcast<u32>(numbers[2u * pair + 1u]));
+        spaces[number].projection[pair] = vec4<u32>(first, second);
+    }
+}

@@ -1,0 +1,17 @@
+// A light, as all stages of its grid see it.
+
+struct Light {
+    // Position, or the direction in which the light travels.
+    vector: vec3<f32>,
+    is_directional: u32,
+    // Cells a side of the only face, and of each of six.
+    side_of_one: u32,
+    side_of_six: u32,
+    vertices: u32,
+    triangles: u32,
+    // Where the light's bits start in the masks, in words.
+    mask: u32,
+    places: u32,
+    // A bound on the coordinates that rays start from.
+    reach: f32,
+}

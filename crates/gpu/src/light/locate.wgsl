@@ -1,0 +1,91 @@
+// Stage `locate`: where the points are that pixels show, once for all lights.
+//
+// Points are wrong by at most 2⁻⁴⁶ of their distance from the ray's origin.
+
+import package::dispatch::{flat_group};
+import package::exact::camera::{exact_pixel_ray};
+import package::exact::predicate::{exact_edges, exact_t};
+import package::grid::space::{ordered_bits};
+import package::light::locate_view::{LocateView};
+import package::light::points::{SURVEY_LOW};
+import package::tile_order::{tile_order_pixel};
+
+@group(0) @binding(0) var<uniform> locate_view: LocateView;
+@group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read> positions: array<u32>;
+@group(0) @binding(3) var<storage, read> seen: array<u32>;
+// Six words a place: x, y and z as F64.
+@group(0) @binding(4) var<storage, read_write> points: array<u32>;
+// A bit for each place that shows something.
+@group(0) @binding(5) var<storage, read_write> point_bits: array<u32>;
+@group(0) @binding(6) var<storage, read_write> survey: array<atomic<u32>>;
+
+var<workgroup> bits_of_group: array<atomic<u32>, 2>;
+// Complements of the lowest, then the highest coordinates, in order.
+var<workgroup> bounds_of_group: array<atomic<u32>, 6>;
+
+fn position_bits(vertex: u32) -> vec3<u32> {
+    return vec3<u32>(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
+}
+
+@compute @workgroup_size(64)
+fn locate(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let place = flat_group(group, groups) * 64u + lane;
+    var id = POINT_NONE;
+    if place < locate_view.places {
+        id = seen[place];
+    }
+    if id != POINT_NONE {
+        let point = point_on(id, place);
+        atomicOr(&bits_of_group[lane / 32u], 1u << (lane & 31u));
+        store(6u * place, point.x, 0u);
+        store(6u * place + 2u, point.y, 1u);
+        store(6u * place + 4u, point.z, 2u);
+    }
+    workgroupBarrier();
+    if lane < 2u && place < locate_view.places {
+        point_bits[(place - lane) / 32u + lane] = atomicLoad(&bits_of_group[lane]);
+    }
+    if lane < 6u {
+        atomicMax(&survey[SURVEY_LOW + lane], atomicLoad(&bounds_of_group[lane]));
+    }
+}
+
+fn store(word: u32, coordinate: F64, axis: u32) {
+    points[word] = coordinate.x;
+    points[word + 1u] = coordinate.y;
+    let key = ordered_bits(bitcast<f32>(f64_to_f32_bits(coordinate)));
+    atomicMax(&bounds_of_group[axis], ~key);
+    atomicMax(&bounds_of_group[3u + axis], key);
+}
+
+// Where the pixel's ray meets its triangle.
+fn point_on(id: u32, place: u32) -> F64Vector {
+    let pixel = tile_order_pixel(place, locate_view.view.width);
+    let ray = exact_pixel_ray(locate_view.view, pixel.x, pixel.y, locate_view.x_offset, locate_view.y_offset);
+    let corners = triangles[id].xyz;
+    let bits = CornerBits(position_bits(corners.x), position_bits(corners.y), position_bits(corners.z));
+    let exact = exact_from_corners(bits);
+    let ab = f64_vector_subtract(exact.b, exact.a);
+    let ac = f64_vector_subtract(exact.c, exact.a);
+    let normal = f64_cross(ab, ac);
+    let slope = f64_dot(normal, ray.direction);
+    // What cancels in the normal and the slope, in powers of two.
+    let magnitude = f64_multiply(
+        f64_multiply(f64_largest_magnitude(ab), f64_largest_magnitude(ac)), f64_largest_magnitude(ray.direction));
+    // A slope above 2⁻¹² of that is wrong by 2⁻³⁸ of itself at most, and so is t. A second step from there has that
+    // error of the rest, which leaves some 2⁻⁵⁰ of t where corners aren't farther than it.
+    if (slope.y & 0x7fffffffu) + 0x00c00000u > magnitude.y {
+        let t = f64_divide(f64_dot(normal, f64_vector_subtract(exact.a, ray.origin)), slope);
+        let point = f64_vector_add(ray.origin, f64_vector_scale(ray.direction, t));
+        let rest = f64_divide(f64_dot(normal, f64_vector_subtract(exact.a, point)), slope);
+        return f64_vector_add(ray.origin, f64_vector_scale(ray.direction, f64_add(t, rest)));
+    }
+    var terms: ExpansionTerms;
+    let edges = exact_edges(&terms, ray, bits);
+    return f64_vector_add(ray.origin, f64_vector_scale(ray.direction, exact_t(&terms, ray, edges)));
+}

@@ -1,0 +1,123 @@
+// Stage `map`: in which cell of the light's grid each point is.
+
+import package::dispatch::{flat_group};
+import package::exact::vector::{F64Vector, f64_vector_subtract, f64_dot, f64_largest_magnitude};
+import package::grid::header::{HEADER_FACES};
+import package::grid::project::{fixed, fits_fixed};
+import package::grid::space::{Space, ordered_bits};
+import package::light::light::{Light};
+import package::light::points::{POINT_NONE, OPEN_COUNT};
+
+@group(0) @binding(0) var<uniform> light: Light;
+@group(0) @binding(1) var<storage, read> spaces: array<Space>;
+@group(0) @binding(2) var<storage, read> header: array<u32>;
+@group(0) @binding(3) var<storage, read> point_bits: array<u32>;
+@group(0) @binding(4) var<storage, read> points: array<u32>;
+// Fixed-point x and y, key and cell of each place.
+@group(0) @binding(5) var<storage, read_write> mapped: array<vec4<u32>>;
+@group(0) @binding(6) var<storage, read_write> point_cells: array<atomic<u32>>;
+// For each cell the complement of its farthest point's key, in order; zero where it has none.
+@group(0) @binding(7) var<storage, read_write> farthest_point: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> open: array<atomic<u32>>;
+
+@compute @workgroup_size(64)
+fn map(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let place = flat_group(group, groups) * 64u + lane;
+    if place >= light.places {
+        return;
+    }
+    var cell = POINT_NONE;
+    if (point_bits[place / 32u] >> (place & 31u) & 1u) == 1u {
+        cell = map_point(place);
+    }
+    if cell == POINT_NONE {
+        mapped[place] = vec4<u32>(0u, 0u, 0u, POINT_NONE);
+    }
+}
+
+fn word_pair(word: u32) -> F64 {
+    return F64(points[word], points[word + 1u]);
+}
+
+fn projection_vector(face: u32, first: u32) -> F64Vector {
+    return F64Vector(projection_term(face, first), projection_term(face, first + 1u), projection_term(face, first + 2u));
+}
+
+fn projection_term(face: u32, place: u32) -> F64 {
+    let pair = spaces[face].projection[place >> 1u];
+    return select(pair.xy, pair.zw, (place & 1u) == 1u);
+}
+
+// The cell of a point, after noting it there; none for a point at the light, which nothing shadows, and for one whose
+// cell isn't certain, which is compared with all triangles.
+fn map_point(place: u32) -> u32 {
+    let point = F64Vector(word_pair(6u * place), word_pair(6u * place + 2u), word_pair(6u * place + 4u));
+    let offset = f64_vector_subtract(point, projection_vector(0u, 0u));
+    if f64_is_zero(f64_largest_magnitude(offset)) && light.is_directional == 0u {
+        return POINT_NONE;
+    }
+    var face = 0u;
+    if header[HEADER_FACES] == 6u {
+        face = cube_face_of(offset);
+    }
+    let raster = spaces[face].raster;
+    var x = f64_add(f64_dot(projection_vector(face, 3u), offset), projection_term(face, 12u));
+    var y = f64_add(f64_dot(projection_vector(face, 6u), offset), projection_term(face, 13u));
+    let depth = f64_dot(projection_vector(face, 9u), offset);
+    var key = f64_to_f32_bits(f64_negate(depth));
+    // Points are wrong by 2⁻⁴⁶ of what they were found from: below a unit where this is.
+    let reach = light.reach + bitcast<f32>(f64_to_f32_bits(f64_largest_magnitude(point)));
+    var error = 4.0 * 1.4210855e-14 * reach * raster.row_reach;
+    if light.is_directional == 0u {
+        let inverse = f64_divide(F64(0u, 0x3ff00000u), depth);
+        x = f64_multiply(x, inverse);
+        y = f64_multiply(y, inverse);
+        key = f64_to_f32_bits(inverse);
+        error *= bitcast<f32>(key);
+    }
+    let place_fixed = vec2<i32>(fixed(x), fixed(y));
+    let column_and_row = place_fixed >> vec2<u32>(raster.fraction_bits);
+    let is_inside = fits_fixed(x) && fits_fixed(y) && all(column_and_row >= vec2<i32>(0))
+        && column_and_row.x < raster.columns && column_and_row.y < raster.rows;
+    if !is_inside || !(error < 1.0) || (key & 0x7f800000u) == 0x7f800000u {
+        compare_with_all(place);
+        return POINT_NONE;
+    }
+    let cell = raster.first_cell + u32(column_and_row.y) * raster.tile_columns + u32(column_and_row.x);
+    mapped[place] = vec4<u32>(bitcast<vec2<u32>>(place_fixed), key, cell);
+    atomicAdd(&point_cells[cell], 1u);
+    // The key is wrong by a unit in the last place or two.
+    atomicMax(&farthest_point[cell], ~(ordered_bits(bitcast<f32>(key)) - 8u));
+    return cell;
+}
+
+fn cube_face_of(offset: F64Vector) -> u32 {
+    var axis = 0u;
+    var largest = offset.x;
+    if f64_magnitude_less(largest, offset.y) {
+        axis = 1u;
+        largest = offset.y;
+    }
+    if f64_magnitude_less(largest, offset.z) {
+        axis = 2u;
+        largest = offset.z;
+    }
+    return 2u * axis + (largest.y >> 31u);
+}
+
+fn compare_with_all(place: u32) {
+    let pages = (light.triangles + OPEN_PAGE_TRIANGLES - 1u) / OPEN_PAGE_TRIANGLES;
+    let first = atomicAdd(&open[OPEN_COUNT], pages);
+    for (var page = 0u; page < pages; page++) {
+        let word = OPEN_FIRST + 2u * (first + page);
+        if word + 2u > arrayLength(&open) {
+            return;
+        }
+        atomicStore(&open[word], place);
+        atomicStore(&open[word + 1u], OPEN_PAGE | page);
+    }
+}

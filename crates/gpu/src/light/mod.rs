@@ -1,0 +1,240 @@
+//! A light's grid, rebuilt for every frame and light: `locate` for all lights, then for each one `choose`, `map`, `sort`,
+//! `transform`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`.
+
+mod parameters;
+mod points;
+mod shadows;
+
+use glam::DVec2;
+use umbrage_rays::{LightSource, TileOrder, View};
+
+use crate::grid::header::{BLOCKS, FACES, HEADER_WORDS, LARGE, TRIANGLE_GROUPS, VERTEX_GROUPS};
+use crate::grid::{List, ListBuffers, ListNames, Space, Transform};
+use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Recorder};
+use parameters::{LightParameters, LocateView};
+use points::Points;
+use shadows::Shadows;
+
+/// What a light was as work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LightWork {
+    /// Faces of its grid: 1 or 6, and 0 where nothing is seen.
+    pub faces: u32,
+    /// Pairs of a triangle and a cell.
+    pub pairs: u32,
+    /// Chunks of triangles over many cells.
+    pub large: u32,
+    /// Blocks of points and triangles.
+    pub blocks: u32,
+    /// Questions that were left to the predicate.
+    pub open: u32,
+}
+
+/// Which of the points that pixels show each light reaches, found through grids made for its rays.
+#[derive(Debug)]
+pub struct LightGrid {
+    points: Points,
+    transform: Transform,
+    list: List,
+    shadows: Shadows,
+    locate_view: Buffer,
+    /// One for each light: all are in use in one submission.
+    parameters: Vec<Buffer>,
+    spaces: Buffer,
+    header: Buffer,
+    sizes: Buffer,
+    /// Counts, then ends, of the cells' lists of triangles.
+    cells: Buffer,
+    /// For each light a bit for each place.
+    lit: Buffer,
+    /// What each light has needed: its header, pairs and open questions.
+    needs: Buffer,
+    cell_count: u32,
+    mask_words: u32,
+    work: Vec<LightWork>,
+}
+
+/// Words of what a light has needed.
+const NEEDS_WORDS: u64 = HEADER_WORDS + 4;
+/// The pixels for which a light has a cell: its points are spread unevenly, so that some cells have many more.
+const PIXELS_PER_CELL: f64 = 24.0;
+/// Cells a side of a face, at most.
+const MOST_CELLS: f64 = 1024.0;
+
+const NAMES: ListNames = ListNames { count: "light count", scan: "light scan", scatter: "light scatter" };
+
+impl LightGrid {
+    /// Ready to build.
+    #[must_use]
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            points: Points::new(gpu),
+            transform: Transform::new(gpu),
+            list: List::new(gpu, true),
+            shadows: Shadows::new(gpu),
+            locate_view: Buffer::uniform(gpu, "view of points"),
+            parameters: Vec::new(),
+            spaces: Buffer::storage(gpu, "light spaces"),
+            header: Buffer::storage(gpu, "light header"),
+            sizes: Buffer::sizes(gpu, "light dispatch sizes"),
+            cells: Buffer::storage(gpu, "light cells"),
+            lit: Buffer::storage(gpu, "lit"),
+            needs: Buffer::storage(gpu, "light needs"),
+            cell_count: 0,
+            mask_words: 0,
+            work: Vec::new(),
+        }
+    }
+
+    /// Makes ready for a frame: parameters and room.
+    ///
+    /// # Errors
+    /// Where something needs more than one buffer of the device has room for.
+    pub fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        geometry: &Geometry,
+        view: &View,
+        offset_pixels: DVec2,
+        lights: &[LightSource],
+    ) -> Result<(), GpuError> {
+        let places = TileOrder::new(view.width, view.height).places() as u32;
+        let pixels = f64::from(view.width) * f64::from(view.height);
+        let side_of_one = (pixels / PIXELS_PER_CELL).sqrt().clamp(4.0, MOST_CELLS) as u32;
+        let side_of_six = side_of_one.div_ceil(2);
+        self.cell_count = (side_of_one * side_of_one).max(6 * side_of_six * side_of_six);
+        self.mask_words = places / 32;
+        self.locate_view.write(gpu, &[LocateView::new(view, offset_pixels, places)])?;
+        self.parameters.truncate(lights.len());
+        while self.parameters.len() < lights.len() {
+            self.parameters.push(Buffer::uniform(gpu, "light"));
+        }
+        for ((buffer, light), number) in self.parameters.iter_mut().zip(lights).zip(0..) {
+            let sides = [side_of_one, side_of_six];
+            let parameters = LightParameters::new(light, sides, geometry, number * self.mask_words, places, view);
+            buffer.write(gpu, &[parameters])?;
+        }
+        self.spaces.reserve(gpu, 6 * Space::BYTES)?;
+        self.header.reserve(gpu, 4 * HEADER_WORDS)?;
+        self.sizes.reserve(gpu, 4 * HEADER_WORDS)?;
+        self.cells.reserve(gpu, 4 * u64::from(self.cell_count))?;
+        self.lit.reserve(gpu, (4 * u64::from(self.mask_words) * lights.len() as u64).max(16))?;
+        self.needs.reserve(gpu, (4 * NEEDS_WORDS * lights.len() as u64).max(16))?;
+        self.points.prepare(gpu, places, self.cell_count)?;
+        self.transform.prepare(gpu, geometry.vertex_count(), 1)?;
+        self.list.prepare(gpu, geometry.triangle_count(), geometry.vertex_count(), self.cell_count)?;
+        self.shadows.prepare(gpu, places, self.cell_count)
+    }
+
+    /// Records all stages of all lights.
+    pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry, seen: &Buffer) {
+        if self.parameters.is_empty() {
+            return;
+        }
+        self.points.record_locate(gpu, recorder, &self.locate_view, geometry, seen);
+        for (light, number) in self.parameters.iter().zip(0..) {
+            self.record_light(gpu, recorder, geometry, seen, light, number);
+        }
+    }
+
+    fn record_light(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        geometry: &Geometry,
+        seen: &Buffer,
+        light: &Buffer,
+        number: u64,
+    ) {
+        let Self { points, transform, list, shadows, spaces, header, sizes, cells, lit, needs, .. } = self;
+        recorder.clear(header);
+        recorder.clear_words(cells, u64::from(self.cell_count));
+        let mask_words = u64::from(self.mask_words);
+        recorder.copy_range((points.bits(), 0), (lit, number * mask_words), mask_words);
+        shadows.record_clear(recorder);
+        points.record_choose(gpu, recorder, light, spaces, header);
+        recorder.copy_words(header, sizes, HEADER_WORDS);
+        points.record_sort(gpu, recorder, light, spaces, header, shadows.open());
+
+        recorder.stage("light transform", |pass| {
+            let groups = Groups::Indirect(sizes, VERTEX_GROUPS);
+            transform.record(gpu, pass, spaces, geometry.positions(), header, groups);
+        });
+        let buffers = ListBuffers {
+            spaces,
+            triangles: geometry.triangles(),
+            vertices: transform.vertices(),
+            cells,
+            header,
+            sizes,
+            farthest_point: points.farthest(),
+        };
+        list.record(gpu, recorder, buffers, Groups::Indirect(sizes, TRIANGLE_GROUPS), &NAMES);
+        recorder.stage("light balance", |pass| {
+            shadows.record_balance(gpu, pass, [light, cells, points.cells(), header], self.cell_count);
+        });
+        recorder.copy_words(header, sizes, HEADER_WORDS);
+        recorder.stage("light trace", |pass| {
+            let read = [light, spaces, geometry.triangles(), transform.vertices(), points.sorted(), list.pairs()];
+            shadows.record_trace(gpu, pass, read, seen, lit, sizes);
+        });
+        shadows.record_settle(gpu, recorder, [light, &self.locate_view], geometry, seen, lit);
+
+        let first = number * NEEDS_WORDS;
+        recorder.copy_range((header, 0), (needs, first), HEADER_WORDS);
+        let (pair_counts, word) = list.pair_counts();
+        recorder.copy_range((pair_counts, u64::from(word)), (needs, first + HEADER_WORDS), 1);
+        recorder.copy_range((shadows.open(), 0), (needs, first + HEADER_WORDS + 1), 1);
+    }
+
+    /// Waits for the frame and looks at what it needed. Where that was more than there was room for, makes room and
+    /// answers false: then the frame has to be done again.
+    ///
+    /// # Errors
+    /// Where the device is lost, or more is needed than one of its buffers has room for.
+    pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
+        self.work.clear();
+        let mut fits = true;
+        let words = self.needs.read::<u32>(gpu, NEEDS_WORDS as usize * self.parameters.len())?;
+        for needs in words.chunks_exact(NEEDS_WORDS as usize) {
+            let [pairs, open] = [needs[HEADER_WORDS as usize], needs[HEADER_WORDS as usize + 1]];
+            let [large, blocks, faces] = [LARGE, BLOCKS, FACES].map(|word| needs[word]);
+            self.work.push(LightWork { faces, pairs, large, blocks, open });
+            fits &= !self.transform.grow(gpu, faces)?;
+            fits &= !self.list.grow(gpu, large, pairs)?;
+            fits &= !self.shadows.grow(gpu, blocks, open)?;
+        }
+        Ok(fits)
+    }
+
+    /// What each light of the last finished frame was as work.
+    #[must_use]
+    pub fn work(&self) -> &[LightWork] {
+        &self.work
+    }
+
+    /// For each light one bit a place, in [`TileOrder`], 32 in a word from the lowest bit up: whether nothing stands
+    /// between the light and what the pixel shows.
+    #[must_use]
+    pub fn lit(&self) -> &Buffer {
+        &self.lit
+    }
+
+    /// Words of each light in [`LightGrid::lit`].
+    #[must_use]
+    pub fn mask_words(&self) -> u32 {
+        self.mask_words
+    }
+
+    /// Bytes on the GPU for triangles.
+    #[must_use]
+    pub fn structure_bytes(&self) -> u64 {
+        self.transform.vertices().bytes() + self.list.bytes() + self.cells.bytes() + self.shadows.block_bytes()
+    }
+
+    /// Bytes on the GPU for the points that pixels show.
+    #[must_use]
+    pub fn point_bytes(&self) -> u64 {
+        self.points.bytes() + self.shadows.open().bytes() + self.lit.bytes()
+    }
+}

@@ -1,0 +1,76 @@
+use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
+use umbrage_rays::{LightSource, View};
+
+use crate::Geometry;
+use crate::grid::words;
+use crate::view::ExactView;
+
+/// A light, as in `light.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct LightParameters {
+    vector: [f32; 3],
+    is_directional: u32,
+    side_of_one: u32,
+    side_of_six: u32,
+    vertices: u32,
+    triangles: u32,
+    mask: u32,
+    places: u32,
+    reach: f32,
+    unused: u32,
+}
+
+impl LightParameters {
+    pub(super) fn new(
+        light: &LightSource,
+        [side_of_one, side_of_six]: [u32; 2],
+        geometry: &Geometry,
+        mask: u32,
+        places: u32,
+        view: &View,
+    ) -> Self {
+        let (vector, is_directional) = match *light {
+            LightSource::Point { position } | LightSource::Spot { position, .. } => (position, 0),
+            LightSource::Directional { direction } => (direction, 1),
+        };
+        // Of an orthographic camera, rays start beside it.
+        let beside = match view.camera.projection {
+            umbrage_rays::Projection::Perspective { .. } => 0.0,
+            umbrage_rays::Projection::Orthographic { half_height } => {
+                half_height * (1.0 + view.width as f32 / view.height as f32)
+            }
+        };
+        Self {
+            vector: vector.to_array(),
+            is_directional,
+            side_of_one,
+            side_of_six,
+            vertices: geometry.vertex_count(),
+            triangles: geometry.triangle_count(),
+            mask,
+            places,
+            reach: view.camera.position.abs().max_element() + beside,
+            unused: 0,
+        }
+    }
+}
+
+/// The camera whose points a light is asked about, as in `locate_view.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct LocateView {
+    view: ExactView,
+    x_offset: [u32; 2],
+    y_offset: [u32; 2],
+    places: u32,
+    unused: [u32; 3],
+}
+
+impl LocateView {
+    pub(super) fn new(view: &View, offset_pixels: DVec2, places: u32) -> Self {
+        let [x_offset, y_offset] = [words(offset_pixels.x), words(offset_pixels.y)];
+        Self { view: view.into(), x_offset, y_offset, places, unused: [0; 3] }
+    }
+}

@@ -1,0 +1,131 @@
+use crate::primitives::Scan;
+use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+
+/// The stages `locate`, `choose`, `map` and `sort`: where points are, and in which cells of a light's grid.
+#[derive(Debug)]
+pub(super) struct Points {
+    locate: Kernel,
+    choose: Kernel,
+    map: Kernel,
+    sort: Kernel,
+    scan: Scan,
+    /// Where each place's point is, as three f64.
+    points: Buffer,
+    /// Which places have one.
+    bits: Buffer,
+    /// The box around all.
+    survey: Buffer,
+    /// Where each place's point is in the light's grid.
+    mapped: Buffer,
+    sorted: Buffer,
+    /// Counts, then ends, of the cells' points.
+    cells: Buffer,
+    /// How far the points of each cell are.
+    farthest: Buffer,
+    places: u32,
+    cell_count: u32,
+}
+
+impl Points {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        Self {
+            locate: Kernel::new(gpu, "light::locate", "locate", &[]),
+            choose: Kernel::new(gpu, "light::choose", "choose", &[]),
+            map: Kernel::new(gpu, "light::map", "map", &[]),
+            sort: Kernel::new(gpu, "light::sort", "sort", &[]),
+            scan: Scan::new(gpu),
+            points: Buffer::storage(gpu, "points"),
+            bits: Buffer::storage(gpu, "places with points"),
+            survey: Buffer::storage(gpu, "survey"),
+            mapped: Buffer::storage(gpu, "mapped points"),
+            sorted: Buffer::storage(gpu, "sorted points"),
+            cells: Buffer::storage(gpu, "cells of points"),
+            farthest: Buffer::storage(gpu, "farthest points"),
+            places: 0,
+            cell_count: 0,
+        }
+    }
+
+    pub(super) fn prepare(&mut self, gpu: &Gpu, places: u32, cell_count: u32) -> Result<(), GpuError> {
+        (self.places, self.cell_count) = (places, cell_count);
+        let (places, cells) = (u64::from(places), u64::from(cell_count));
+        self.points.reserve(gpu, 24 * places)?;
+        self.bits.reserve(gpu, places / 8)?;
+        self.survey.reserve(gpu, 32)?;
+        self.mapped.reserve(gpu, 16 * places)?;
+        self.sorted.reserve(gpu, 16 * places)?;
+        self.cells.reserve(gpu, 4 * cells)?;
+        self.farthest.reserve(gpu, 4 * cells)?;
+        self.scan.prepare(gpu, cell_count)
+    }
+
+    pub(super) fn record_locate(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        view: &Buffer,
+        geometry: &Geometry,
+        seen: &Buffer,
+    ) {
+        recorder.clear(&self.survey);
+        let buffers =
+            [view, geometry.triangles(), geometry.positions(), seen, &self.points, &self.bits, &self.survey];
+        let groups = Groups::Flat(self.places.div_ceil(64));
+        recorder.stage("locate", |pass| self.locate.dispatch(gpu, pass, &buffers, groups));
+    }
+
+    pub(super) fn record_choose(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        light: &Buffer,
+        spaces: &Buffer,
+        header: &Buffer,
+    ) {
+        let buffers = [light, &self.survey, spaces, header];
+        recorder.stage("choose", |pass| self.choose.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
+    }
+
+    pub(super) fn record_sort(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        light: &Buffer,
+        spaces: &Buffer,
+        header: &Buffer,
+        open: &Buffer,
+    ) {
+        let Self { bits, points, mapped, sorted, cells, farthest, .. } = self;
+        recorder.clear_words(cells, u64::from(self.cell_count));
+        recorder.clear_words(farthest, u64::from(self.cell_count));
+        let map = [light, spaces, header, bits, points, mapped, cells, farthest, open];
+        let groups = Groups::Flat(self.places.div_ceil(64));
+        recorder.stage("map", |pass| self.map.dispatch(gpu, pass, &map, groups));
+        let groups = Groups::Flat(self.places.div_ceil(256));
+        recorder.stage("sort", |pass| {
+            self.scan.record(gpu, pass, cells);
+            self.sort.dispatch(gpu, pass, &[light, mapped, cells, sorted], groups);
+        });
+    }
+
+    pub(super) fn bits(&self) -> &Buffer {
+        &self.bits
+    }
+
+    pub(super) fn sorted(&self) -> &Buffer {
+        &self.sorted
+    }
+
+    pub(super) fn cells(&self) -> &Buffer {
+        &self.cells
+    }
+
+    pub(super) fn farthest(&self) -> &Buffer {
+        &self.farthest
+    }
+
+    pub(super) fn bytes(&self) -> u64 {
+        let buffers = [&self.points, &self.bits, &self.mapped, &self.sorted, &self.cells, &self.farthest];
+        buffers.into_iter().map(Buffer::bytes).sum()
+    }
+}

@@ -1,0 +1,66 @@
+// Stage `settle` of a light: decides by the predicate what tracing has left open. An invocation has a question.
+
+import package::dispatch::{flat_group};
+import package::exact::shadow::{exact_point, exact_shadow, exact_blocked_by};
+import package::exact::camera::{ExactView, exact_pixel_ray};
+import package::light::light::{Light};
+import package::light::locate_view::{LocateView};
+import package::light::points::{OPEN_COUNT, OPEN_FIRST};
+import package::tile_order::{tile_order_pixel};
+
+@group(0) @binding(0) var<uniform> light: Light;
+@group(0) @binding(1) var<uniform> locate_view: LocateView;
+@group(0) @binding(2) var<storage, read> triangles: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read> positions: array<u32>;
+@group(0) @binding(4) var<storage, read> seen: array<u32>;
+@group(0) @binding(5) var<storage, read> open: array<u32>;
+@group(0) @binding(6) var<storage, read_write> lit: array<atomic<u32>>;
+
+fn corner_bits(id: u32) -> CornerBits {
+    let corners = min(triangles[id].xyz, vec3<u32>(light.vertices - 1u));
+    return CornerBits(position_bits(corners.x), position_bits(corners.y), position_bits(corners.z));
+}
+
+fn position_bits(vertex: u32) -> vec3<u32> {
+    return vec3<u32>(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
+}
+
+@compute @workgroup_size(64)
+fn settle(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let number = flat_group(group, groups) * 64u + lane;
+    let word = OPEN_FIRST + 2u * number;
+    if number >= open[OPEN_COUNT] || word + 2u > arrayLength(&open) {
+        return;
+    }
+    let place = open[word];
+    let mask = light.mask + place / 32u;
+    let bit = 1u << (place & 31u);
+    if (atomicLoad(&lit[mask]) & bit) == 0u {
+        return;
+    }
+    let pixel = tile_order_pixel(place, locate_view.view.width);
+    let ray = exact_pixel_ray(locate_view.view, pixel.x, pixel.y, locate_view.x_offset, locate_view.y_offset);
+    var terms: ExpansionTerms;
+    let own = seen[place];
+    let own_edges = exact_edges(&terms, ray, corner_bits(own));
+    let point = exact_point(ray, exact_t(&terms, ray, own_edges));
+    let shadow = exact_shadow(light.is_directional == 1u, bitcast<vec3<u32>>(light.vector), point);
+
+    var first = open[word + 1u];
+    var end = first + 1u;
+    if (first & OPEN_PAGE) != 0u {
+        first = (first & ~OPEN_PAGE) * OPEN_PAGE_TRIANGLES;
+        end = min(first + OPEN_PAGE_TRIANGLES, light.triangles);
+    }
+    for (var id = first; id < end; id++) {
+        var edges: ExactEdges;
+        if id != own && exact_blocked_by(&terms, shadow, corner_bits(id), &edges) {
+            atomicAnd(&lit[mask], ~bit);
+            return;
+        }
+    }
+}

@@ -1,0 +1,28 @@
+// Stage `sort`: points by cell. The ends of cells come from counts by a prefix sum.
+
+import package::dispatch::{flat_group};
+import package::light::light::{Light};
+import package::light::points::{POINT_NONE};
+
+@group(0) @binding(0) var<uniform> light: Light;
+@group(0) @binding(1) var<storage, read> mapped: array<vec4<u32>>;
+// Where each cell's next point goes; in the end, where its points end.
+@group(0) @binding(2) var<storage, read_write> point_cells: array<atomic<u32>>;
+// Fixed-point x and y, key and place.
+@group(0) @binding(3) var<storage, read_write> sorted: array<vec4<u32>>;
+
+@compute @workgroup_size(256)
+fn sort(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let place = flat_group(group, groups) * 256u + lane;
+    if place >= light.places {
+        return;
+    }
+    let point = mapped[place];
+    if point.w != POINT_NONE {
+        sorted[atomicAdd(&point_cells[point.w], 1u)] = vec4<u32>(point.xyz, place);
+    }
+}

@@ -1,0 +1,36 @@
+use bytemuck::{Pod, Zeroable};
+use umbrage_rays::{Camera, Projection, View};
+
+/// A camera and its image, as in `exact/camera.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct ExactView {
+    position: [f32; 3],
+    half_height: f32,
+    right: [f32; 3],
+    is_orthographic: u32,
+    up: [f32; 3],
+    width: u32,
+    forward: [f32; 3],
+    height: u32,
+}
+
+impl From<&View> for ExactView {
+    fn from(view: &View) -> Self {
+        let Camera { position, right, up, forward, projection } = view.camera;
+        let (half_height, is_orthographic) = match projection {
+            Projection::Perspective { tan_half_height } => (tan_half_height, 0),
+            Projection::Orthographic { half_height } => (half_height, 1),
+        };
+        Self {
+            position: position.to_array(),
+            half_height,
+            right: right.to_array(),
+            is_orthographic,
+            up: up.to_array(),
+            width: view.width,
+            forward: forward.to_array(),
+            height: view.height,
+        }
+    }
+}
