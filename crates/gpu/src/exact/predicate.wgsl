@@ -64,6 +64,14 @@ fn exact_from_corners(corners: CornerBits) -> ExactCorners {
     );
 }
 
+fn exact_corner(corners: ExactCorners, place: u32) -> F64Vector {
+    return F64Vector(
+        select(select(corners.c.x, corners.b.x, place == 1u), corners.a.x, place == 0u),
+        select(select(corners.c.y, corners.b.y, place == 1u), corners.a.y, place == 0u),
+        select(select(corners.c.z, corners.b.z, place == 1u), corners.a.z, place == 0u),
+    );
+}
+
 // The next corner first.
 fn exact_corners_turned(corners: ExactCorners) -> ExactCorners {
     return ExactCorners(corners.b, corners.c, corners.a);
@@ -148,20 +156,21 @@ fn exact_edges(terms: ptr<function, ExpansionTerms>, ray: ExactRay, corners: Cor
     }
     if any(undecided) {
         let direction = terms_from_vector(exact_scaled(ray.direction));
-        var turned = edges.corners;
-        for (var corner = 0u; corner < 3u; corner++) {
-            var weight = edges.weights.x;
-            if undecided.x && !(positive && negative) {
-                // d · ((p − o) × (q − o)) to within one rounding, with the exact sign.
-                let p = terms_difference(turned.b, ray.origin);
-                let q = terms_difference(turned.c, ray.origin);
-                weight = expansion_triple(terms, p, q, direction);
-                positive |= f64_is_above_zero(weight);
-                negative |= f64_is_below_zero(weight);
-            }
-            edges.weights = F64Vector(edges.weights.y, edges.weights.z, weight);
-            undecided = undecided.yzx;
-            turned = exact_corners_turned(turned);
+        while any(undecided) && !(positive && negative) {
+            // Each invocation takes the first corner that it is in doubt about, so that its neighbours needn't wait.
+            let corner = select(select(2u, 1u, undecided.y), 0u, undecided.x);
+            undecided &= vec3(0u, 1u, 2u) != vec3(corner);
+            // d · ((p − o) × (q − o)) to within one rounding, with the exact sign.
+            let p = terms_difference(exact_corner(edges.corners, (corner + 1u) % 3u), ray.origin);
+            let q = terms_difference(exact_corner(edges.corners, (corner + 2u) % 3u), ray.origin);
+            let weight = expansion_triple(terms, p, q, direction);
+            positive |= f64_is_above_zero(weight);
+            negative |= f64_is_below_zero(weight);
+            edges.weights = F64Vector(
+                select(edges.weights.x, weight, corner == 0u),
+                select(edges.weights.y, weight, corner == 1u),
+                select(edges.weights.z, weight, corner == 2u),
+            );
         }
     }
     edges.side = i32(positive) - i32(negative);

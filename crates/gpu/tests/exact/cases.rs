@@ -14,7 +14,7 @@ pub(crate) struct Pair {
 }
 
 /// How many kinds of pair there are.
-pub(crate) const KINDS: u64 = 14;
+pub(crate) const KINDS: u64 = 17;
 
 impl Pair {
     /// Some pair of the kind that `place` asks for, at a scale from 2⁻⁶⁰ to 2⁶⁰ for two of three.
@@ -25,6 +25,10 @@ impl Pair {
             pair.corners = pair.corners.map(|corner| corner * scale);
             pair.ray.origin *= f64::from(scale);
             pair.ray.direction *= 2.0_f64.powi(random.below(121) as i32 - 60);
+        }
+        if random.below(16) == 0 {
+            // So short that bounds on products with it underflow.
+            pair.ray.direction *= 2.0_f64.powi(-700);
         }
         if random.below(4) == 0 {
             pair.corners.rotate_left(1);
@@ -66,7 +70,10 @@ impl Pair {
                 Self { ray: Ray::new(origin, (b - a) * k + (c - a) * l), corners: whole }
             }
             // From a point of the triangle.
-            8 => Self { ray: ray(a + b - c, whole_origin), corners: whole },
+            8 => {
+                let (i, j) = (random.below(3) as f64, random.below(3) as f64);
+                Self { ray: ray((a * (4.0 - i - j) + b * i + c * j) * 0.25, whole_origin), corners: whole }
+            }
             9 => Self { ray: ray(inside(corners), origin), corners },
             // A sliver, and one without any area.
             10 => {
@@ -83,6 +90,25 @@ impl Pair {
                 let far = random.whole_point(1 << 20);
                 let corners = corners.map(|corner| corner + far);
                 Self { ray: ray(origin + far.as_dvec3(), inside(corners)), corners }
+            }
+            // In the plane exactly, of corners whose products have more bits than double-double numbers.
+            13 => {
+                let uneven = |point: Vec3, random: &mut Random| {
+                    Vec3::from_array(point.to_array().map(|number| number * 2.0_f32.powi(random.below(25) as i32 - 12)))
+                };
+                let corners = corners.map(|corner| uneven(corner, random));
+                let [a, b, c] = corners.map(Vec3::as_dvec3);
+                let along = if random.below(2) == 0 { b - a } else { c - b };
+                Self { ray: Ray::new(b + c - a, along), corners }
+            }
+            // With coordinates in common, so that the next ones order the corners.
+            14 | 15 => {
+                let zeros = [0.0, -0.0];
+                let mut corners = corners.map(|corner| corner.with_x(zeros[random.below(2) as usize]));
+                if kind == 15 {
+                    corners[1].y = corners[0].y;
+                }
+                Self { ray: ray(origin, inside(corners)), corners }
             }
             // Coordinates of any size, or none that is a number.
             _ => {
@@ -109,8 +135,13 @@ impl Shadowing {
     pub(crate) fn random(random: &mut Random, place: u64) -> Self {
         let Pair { ray, corners } = Pair::random(random, place);
         let t = crossing(&ray, corners).map_or(1.0, |crossing| crossing.t);
-        // Half of the points aren't on the triangle but in front of or behind it.
-        let t = if random.below(2) == 0 { t } else { t * (random.unit() * 2.0) };
+        // Half of the points aren't on the triangle but well in front of or behind it.
+        let t = match random.below(4) {
+            0 | 1 => t * (random.unit() * 2.0),
+            // By about as much as rounding may.
+            2 => t * (1.0 + (random.below(65) as f64 - 32.0) * f64::EPSILON),
+            _ => t,
+        };
         let point = (ray.origin + ray.direction * t).as_vec3();
         let [a, b, c] = corners;
         let is_directional = random.below(2) == 0;

@@ -5,6 +5,7 @@ mod cases;
 #[allow(dead_code, reason = "some of it is for other tests")]
 mod common;
 mod double;
+mod mask;
 mod predicate;
 mod speed;
 

@@ -1,0 +1,124 @@
+// Opacity at a place of a triangle: bit for bit what the Rust scene crate's `Frame::is_solid` and `Frame::casts_shadow`
+// compare with the cutoff. Numbers are the bits of f32.
+//
+// Texels stay with the caller, who has them in a storage buffer: `mask_texels` says which four to read, and
+// `mask_texture_opacity` mixes their alpha.
+
+import package::exact::double::{f64_from_u32, f64_to_f32_bits};
+import package::exact::single::{f32_add, f32_subtract, f32_multiply, f32_floor, f32_from_byte};
+
+// How a material reads the opacity in a texture.
+struct MaskTexture {
+    // From the mesh's texture coordinates to the image's: the two axes, then the translation.
+    x_axis: vec2<u32>,
+    y_axis: vec2<u32>,
+    translation: vec2<u32>,
+    // In texels, each at most 65,536.
+    size: vec2<u32>,
+    // What lies beyond the edges: one of the `MASK_WRAP` constants for each axis.
+    wrap: vec2<u32>,
+    // Whether four texels are mixed rather than the nearest one read: 1 or 0.
+    is_linear: u32,
+    // Where the full-size image's rows start among the caller's texels.
+    first_texel: u32,
+}
+
+const MASK_WRAP_REPEAT = 0u;
+const MASK_WRAP_MIRRORED_REPEAT = 1u;
+const MASK_WRAP_CLAMP_TO_EDGE = 2u;
+
+// Which texels are mixed: the upper left and right ones, then the lower ones. `part` is how far the place is from the
+// left to the right ones and from the upper to the lower ones.
+struct MaskTexels {
+    places: vec4<u32>,
+    part: vec2<u32>,
+}
+
+// A vertex attribute's value at the weights of the second and third vertex.
+fn mask_interpolated(of_vertices: vec3<u32>, barycentric: vec2<u32>) -> u32 {
+    let first = f32_subtract(f32_subtract(F32_ONE, barycentric.x), barycentric.y);
+    return f32_add(
+        f32_add(f32_multiply(of_vertices.x, first), f32_multiply(of_vertices.y, barycentric.x)),
+        f32_multiply(of_vertices.z, barycentric.y),
+    );
+}
+
+// The texels to read for the mesh's texture coordinates.
+fn mask_texels(texture: MaskTexture, coords: vec2<u32>) -> MaskTexels {
+    let x = mask_texels_along(
+        vec3(texture.x_axis.x, texture.y_axis.x, texture.translation.x),
+        coords, texture.size.x, texture.wrap.x, texture.is_linear != 0u,
+    );
+    let y = mask_texels_along(
+        vec3(texture.x_axis.y, texture.y_axis.y, texture.translation.y),
+        coords, texture.size.y, texture.wrap.y, texture.is_linear != 0u,
+    );
+    let upper = texture.first_texel + y.first * texture.size.x;
+    let lower = texture.first_texel + y.second * texture.size.x;
+    let places = vec4(upper + x.first, upper + x.second, lower + x.first, lower + x.second);
+    return MaskTexels(places, vec2(x.part, y.part));
+}
+
+// The two texels to mix along an axis.
+struct MaskSpan {
+    first: u32,
+    second: u32,
+    part: u32,
+}
+
+fn mask_texels_along(image_from_mesh: vec3<u32>, coords: vec2<u32>, side: u32, wrap: u32, is_linear: bool) -> MaskSpan {
+    let turned = f32_add(f32_multiply(image_from_mesh.x, coords.x), f32_multiply(image_from_mesh.y, coords.y));
+    let place = f32_multiply(f32_add(turned, image_from_mesh.z), f64_to_f32_bits(f64_from_u32(side)));
+    if !is_linear {
+        // Mixing a texel with itself gives it.
+        let nearest = mask_wrapped(f32_floor(place), side, wrap);
+        return MaskSpan(nearest, nearest, F32_ZERO);
+    }
+    let from_middle = f32_subtract(place, F32_HALF);
+    let corner = f32_floor(from_middle);
+    return MaskSpan(
+        mask_wrapped(corner, side, wrap),
+        mask_wrapped(f32_add(corner, F32_ONE), side, wrap),
+        f32_subtract(from_middle, corner),
+    );
+}
+
+// The texel that stands for place `at`, a whole number, on a side of `side` texels; the first for what isn't a number.
+fn mask_wrapped(at: u32, side: u32, wrap: u32) -> u32 {
+    let is_negative = at >= F32_SIGN;
+    let field = (at >> 23u) & 0xffu;
+    let significand = (at & 0x7fffffu) | 0x800000u;
+    if wrap == MASK_WRAP_CLAMP_TO_EDGE {
+        let whole = select(significand >> (min(150u - field, 31u) & 31u), 0xffffffffu, field >= 150u);
+        return select(min(whole, side - 1u), 0u, is_negative || f32_is_nan(at));
+    }
+    if field == 0xffu {
+        return 0u;
+    }
+    // A whole number of 24 bits, or one with zeros behind those.
+    let period = select(side, 2u * side, wrap == MASK_WRAP_MIRRORED_REPEAT);
+    var rest = select(significand >> (min(150u - field, 31u) & 31u), significand, field >= 150u) % period;
+    for (var doubled = 150u; doubled < field; doubled++) {
+        rest = (2u * rest) % period;
+    }
+    rest = select(rest, period - rest, is_negative && rest != 0u);
+    return select(rest, period - 1u - rest, rest >= side);
+}
+
+// The opacity of a texture from the alpha bytes of its four texels.
+fn mask_texture_opacity(bytes: vec4<u32>, part: vec2<u32>) -> u32 {
+    let upper = mask_mix(f32_from_byte(bytes.x), f32_from_byte(bytes.y), part.x);
+    let lower = mask_mix(f32_from_byte(bytes.z), f32_from_byte(bytes.w), part.x);
+    return mask_mix(upper, lower, part.y);
+}
+
+fn mask_mix(start: u32, end: u32, part: u32) -> u32 {
+    return f32_add(f32_multiply(start, f32_subtract(F32_ONE, part)), f32_multiply(end, part));
+}
+
+// The opacity of a point from the material's own, the vertices' (one without vertex colours) and the texture's (one
+// without a texture). What has a mask is there where this is `f32_at_least` the cutoff; what blends casts a shadow where
+// it is at least a half.
+fn mask_opacity(material: u32, vertices: u32, texture: u32) -> u32 {
+    return f32_multiply(f32_multiply(material, vertices), texture);
+}
