@@ -1,13 +1,14 @@
 use glam::Vec3;
 use umbrage_rays::Triangles;
 
-use crate::{Buffer, Gpu, GpuError};
+use crate::{Buffer, Gpu, GpuError, Masks};
 
 /// A scene's triangles on the GPU, where they stay from frame to frame.
 #[derive(Debug)]
 pub struct Geometry {
     positions: Buffer,
     triangles: Buffer,
+    masks: Masks,
     vertex_count: u32,
     triangle_count: u32,
 }
@@ -19,12 +20,14 @@ impl Geometry {
         Self {
             positions: Buffer::storage(gpu, "positions"),
             triangles: Buffer::storage(gpu, "triangles"),
+            masks: Masks::new(gpu),
             vertex_count: 0,
             triangle_count: 0,
         }
     }
 
-    /// Takes over all of a scene: vertices, triangles and a number for each triangle (its material).
+    /// Takes over all of a scene: vertices, triangles and a number for each triangle (see
+    /// [`TriangleFlags`](crate::TriangleFlags)).
     ///
     /// # Errors
     /// Where there is more than one buffer of the device has room for.
@@ -67,6 +70,17 @@ impl Geometry {
     #[must_use]
     pub fn triangles(&self) -> &Buffer {
         &self.triangles
+    }
+
+    /// Which points of masked triangles are there.
+    #[must_use]
+    pub fn masks(&self) -> &Masks {
+        &self.masks
+    }
+
+    /// As [`Geometry::masks`], to write them.
+    pub fn masks_mut(&mut self) -> &mut Masks {
+        &mut self.masks
     }
 
     /// Bytes on the GPU.

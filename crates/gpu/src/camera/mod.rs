@@ -120,8 +120,8 @@ impl CameraGrid {
         self.balance.prepare(&space);
         let blocks = Balance::most_blocks(&space, self.list.pair_room());
         self.cells.reserve(gpu, 4 * u64::from(self.cell_count) + Balance::block_bytes(blocks))?;
-        self.trace.prepare(gpu, self.list.pair_room())?;
-        self.seen.reserve(gpu, 4 * TileOrder::new(view.width, view.height).places() as u64)?;
+        let places = TileOrder::new(view.width, view.height).places() as u64;
+        self.seen.reserve(gpu, 4 * places + Trace::partial_bytes(self.list.pair_room()))?;
         let pixels = u64::from(view.width) * u64::from(view.height);
         self.nodes.reserve(gpu, Trace::node_bytes(pixels / 16 + (1 << 10)))?;
         self.settle.prepare(gpu, view, offset_pixels, culls_back_faces)
@@ -166,6 +166,7 @@ impl CameraGrid {
             self.list.pairs(),
             &self.seen,
             &self.nodes,
+            geometry.masks().buffer(),
         ];
         recorder.stage("trace", |pass| self.trace.record(gpu, pass, &traced, &self.sizes));
         self.settle.record(gpu, recorder, geometry, &self.seen, &self.nodes);
@@ -208,7 +209,7 @@ impl CameraGrid {
     /// Bytes on the GPU for triangles.
     #[must_use]
     pub fn structure_bytes(&self) -> u64 {
-        self.transform.vertices().bytes() + self.list.bytes() + self.cells.bytes() + self.trace.bytes()
+        self.transform.vertices().bytes() + self.list.bytes() + self.cells.bytes()
     }
 
     /// Bytes on the GPU for pixels.

@@ -62,7 +62,7 @@ impl Settle {
         nodes: &Buffer,
     ) {
         recorder.copy_words(nodes, &self.sizes, Trace::NODES_HEADER);
-        let buffers = [&self.view, geometry.triangles(), geometry.positions(), seen, nodes];
+        let buffers = [&self.view, geometry.triangles(), geometry.positions(), seen, nodes, geometry.masks().buffer()];
         recorder.stage("settle", |pass| {
             self.kernel.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, 2));
         });

@@ -3,7 +3,8 @@
 import package::camera::nodes::{NODES_FIRST};
 import package::dispatch::{flat_group};
 import package::exact::camera::{ExactView, exact_pixel_ray};
-import package::exact::predicate::{exact_edges, exact_t, exact_is_front};
+import package::exact::predicate::{exact_edges, exact_t, exact_is_front, exact_barycentric};
+import package::mask::exact::{is_there_exactly};
 import package::tile_order::{tile_order_pixel};
 
 struct SettleView {
@@ -19,6 +20,7 @@ struct SettleView {
 @group(0) @binding(2) var<storage, read> positions: array<u32>;
 @group(0) @binding(3) var<storage, read_write> seen: array<u32>;
 @group(0) @binding(4) var<storage, read> nodes: array<u32>;
+@group(0) @binding(5) var<storage, read> masks: array<u32>;
 
 fn position_bits(vertex: u32) -> vec3<u32> {
     return vec3<u32>(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
@@ -56,6 +58,10 @@ fn settle(
         let bits = CornerBits(position_bits(corners.x), position_bits(corners.y), position_bits(corners.z));
         let edges = exact_edges(&terms, ray, bits);
         if edges.side == 0 || (settle_view.culls_back_faces == 1u && !exact_is_front(edges)) {
+            continue;
+        }
+        if (triangles[id].w & TRIANGLE_MASKED) != 0u
+            && !is_there_exactly(triangles[id], exact_barycentric(edges), false) {
             continue;
         }
         let t = exact_t(&terms, ray, edges);

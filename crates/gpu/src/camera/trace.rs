@@ -1,5 +1,5 @@
 use crate::grid::header;
-use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
+use crate::{Buffer, Gpu, Groups, Kernel};
 
 /// The stages `trace` and `merge`: what each pixel sees.
 #[derive(Debug)]
@@ -7,8 +7,6 @@ pub(super) struct Trace {
     trace: Kernel,
     merge: Kernel,
     size_settle: Kernel,
-    /// What blocks of cut tiles have found.
-    partials: Buffer,
 }
 
 impl Trace {
@@ -20,18 +18,13 @@ impl Trace {
 
     pub(super) fn new(gpu: &Gpu, mapping: u32) -> Self {
         let kernel = |entry| Kernel::new(gpu, "camera::trace", entry, &[("MAPPING", f64::from(mapping))]);
-        Self {
-            trace: kernel("trace"),
-            merge: kernel("merge"),
-            size_settle: kernel("size_settle"),
-            partials: Buffer::storage(gpu, "partial results"),
-        }
+        Self { trace: kernel("trace"), merge: kernel("merge"), size_settle: kernel("size_settle") }
     }
 
-    /// Makes room for the partial results that so many pairs can lead to.
-    pub(super) fn prepare(&mut self, gpu: &Gpu, pairs: u64) -> Result<(), GpuError> {
+    /// Bytes of the partial results that so many pairs can lead to.
+    pub(super) fn partial_bytes(pairs: u64) -> u64 {
         // A cut tile has more than 2,048 pairs in one of its sorting tiles, so at most two blocks for each 2,048.
-        self.partials.reserve(gpu, (2 * (pairs / 2048) * Self::PARTIAL_BYTES).max(16))
+        2 * (pairs / 2048) * Self::PARTIAL_BYTES
     }
 
     /// Bytes for so many nodes and as many pixels.
@@ -39,15 +32,10 @@ impl Trace {
         4 * (Self::NODES_HEADER + nodes * (Self::NODE_WORDS + 1))
     }
 
-    /// `buffers` are the shader's, but for the last.
+    /// `buffers` are the shader's.
     pub(super) fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, buffers: &[&Buffer], sizes: &Buffer) {
-        let all: Vec<_> = buffers.iter().copied().chain([&self.partials]).collect();
-        self.trace.dispatch(gpu, pass, &all, Groups::Indirect(sizes, header::BLOCK_GROUPS));
-        self.merge.dispatch(gpu, pass, &all, Groups::Indirect(sizes, header::SPLIT_GROUPS));
-        self.size_settle.dispatch(gpu, pass, &all, Groups::Flat(1));
-    }
-
-    pub(super) fn bytes(&self) -> u64 {
-        self.partials.bytes()
+        self.trace.dispatch(gpu, pass, buffers, Groups::Indirect(sizes, header::BLOCK_GROUPS));
+        self.merge.dispatch(gpu, pass, buffers, Groups::Indirect(sizes, header::SPLIT_GROUPS));
+        self.size_settle.dispatch(gpu, pass, buffers, Groups::Flat(1));
     }
 }

@@ -9,6 +9,7 @@ import package::camera::work::{BLOCK_PAIRS};
 import package::dispatch::{flat_group, groups_of};
 import package::grid::set_up::{edges_near};
 import package::grid::space::{Space};
+import package::mask::filter::{mask_filter, rough_place};
 import package::tile_order::{tile_order_place};
 
 @group(0) @binding(0) var<uniform> space: Space;
@@ -18,9 +19,10 @@ import package::tile_order::{tile_order_place};
 // Where each cell's list ends, then the blocks.
 @group(0) @binding(4) var<storage, read> cells: array<u32>;
 @group(0) @binding(5) var<storage, read> pairs: array<u32>;
+// What each place shows, then the partial results of cut tiles: four words for each of a block's pixels.
 @group(0) @binding(6) var<storage, read_write> seen: array<u32>;
 @group(0) @binding(7) var<storage, read_write> nodes: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read_write> partials: array<vec4<u32>>;
+@group(0) @binding(8) var<storage, read> masks: array<u32>;
 
 const RECORDS: u32 = 128u;
 
@@ -136,6 +138,16 @@ fn may_hit(place: u32, pixel: vec2<i32>) -> bool {
     return all(pixel >= rect.xy) && all(pixel <= rect.zw) && !is_beside;
 }
 
+// Where on a triangle edge functions say that a pixel is.
+fn place_on(id: u32, edge: vec3<f32>, error: f32) -> RoughPlace {
+    let corners = triangles[id].xyz;
+    let keys = vec3<u32>(vertices[corners.x].z, vertices[corners.y].z, vertices[corners.z].z);
+    let kinds = vertices[corners.x].w | vertices[corners.y].w | vertices[corners.z].w;
+    // Parallel rays divide nothing, and homogeneous edge functions are weights already.
+    let is_divided = space.raster.is_orthographic == 0u && kinds == VERTEX_REGULAR;
+    return rough_place(edge, error, select(vec3<f32>(1.0), bitcast<vec3<f32>>(keys), is_divided));
+}
+
 fn offset_in_record(flags: u32, pixel: vec2<i32>) -> vec2<f32> {
     return vec2<f32>(pixel - vec2<i32>((vec2<u32>(flags) >> vec2<u32>(24u, 28u)) & vec2<u32>(15u)));
 }
@@ -159,11 +171,19 @@ fn test_batch(best: ptr<function, Best>, first: u32, count: u32, pixel: vec2<i32
             let flags = bitcast<u32>(d.w);
             let p = offset_in_record(flags, pixel);
             let edge = edges_at(place, p);
-            let is_hit = (flags & FLAG_ORIENTED) != 0u && min(min(edge.x, edge.y), edge.z) > record_a[place].w;
+            var is_hit = (flags & FLAG_ORIENTED) != 0u && min(min(edge.x, edge.y), edge.z) > record_a[place].w;
             let key = d.x * p.x + d.y * p.y + d.z;
             let id = bitcast<u32>(record_c[place].w);
-            var is_open = offer(best, id, key, record_b[place].w, is_hit);
-            // A loop of one turn at most: software adapters skip it where no pixel needs it.
+            // Loops of one turn at most: software adapters skip them where no pixel needs them.
+            var is_masked = is_hit && (triangles[id].w & TRIANGLE_MASKED) != 0u;
+            var is_cut = false;
+            while is_masked {
+                let answer = mask_filter(triangles[id], place_on(id, edge, record_a[place].w), false);
+                is_cut = answer == MASK_CUT;
+                is_hit = answer == MASK_THERE;
+                is_masked = false;
+            }
+            var is_open = !is_cut && offer(best, id, key, record_b[place].w, is_hit);
             while is_open {
                 leave_open(best, id, key + record_b[place].w, is_hit);
                 is_open = false;
@@ -256,14 +276,22 @@ fn trace(
         }
     }
     if blocks > 1u {
-        let place = (cells[entry + 3u] + number) * 256u + lane;
-        if place < arrayLength(&partials) {
-            partials[place] =
-                vec4<u32>(best.triangle, bitcast<u32>(best.key), bitcast<u32>(best.error), best.node);
+        let word = partial_word(cells[entry + 3u] + number, lane);
+        if word + 4u <= arrayLength(&seen) {
+            seen[word] = best.triangle;
+            seen[word + 1u] = bitcast<u32>(best.key);
+            seen[word + 2u] = bitcast<u32>(best.error);
+            seen[word + 3u] = best.node;
         }
     } else if is_inside {
         write_seen(pixel, best);
     }
+}
+
+// Where the result of a pixel of a block of a cut tile is.
+fn partial_word(block: u32, lane: u32) -> u32 {
+    let places = ((u32(space.raster.columns) + 63u) >> 6u) * ((u32(space.raster.rows) + 63u) >> 6u) << 12u;
+    return places + (block * 256u + lane) * 4u;
 }
 
 // The part of a sorting tile's list that is taken by the block of this number: its first and end place, and the tile's
@@ -326,11 +354,11 @@ fn merge(
     }
     var best = Best(NONE, 0.0, 0.0, NONE);
     for (var number = 0u; number < blocks; number++) {
-        let place = (cells[entry + 3u] + number) * 256u + lane;
-        if place >= arrayLength(&partials) {
+        let word = partial_word(cells[entry + 3u] + number, lane);
+        if word + 4u > arrayLength(&seen) {
             break;
         }
-        let partial = partials[place];
+        let partial = vec4<u32>(seen[word], seen[word + 1u], seen[word + 2u], seen[word + 3u]);
         // Its own nodes go before those of the blocks before it.
         if partial.w != NONE {
             append_nodes(&best, partial.w);

@@ -9,6 +9,7 @@ import package::grid::header::{HEADER_LARGE};
 import package::grid::space::{Space};
 import package::grid::set_up::{rect_of};
 import package::light::cells::{spread_base};
+import package::mask::flags::{TRIANGLE_SHADOWLESS};
 
 struct ListSize {
     triangles: u32,
@@ -27,7 +28,7 @@ override HAS_POINTS: bool = false;
 
 @group(0) @binding(0) var<uniform> list_size: ListSize;
 @group(0) @binding(1) var<uniform> spaces: array<Space, 6>;
-// Three vertices and the material.
+// Three vertices, and the material and flags.
 @group(0) @binding(2) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> vertices: array<vec4<u32>>;
 // `count`: how many triangles; `scatter`: where the next one goes.
@@ -55,7 +56,8 @@ fn tile_count(tiles: Rect) -> u32 {
 
 fn listed(face: u32, id: u32) -> Listed {
     let triangle = triangles[id].xyz;
-    if any(triangle >= vec3<u32>(list_size.vertices)) {
+    let is_shadowless = HAS_POINTS && (triangles[id].w & TRIANGLE_SHADOWLESS) != 0u;
+    if is_shadowless || any(triangle >= vec3<u32>(list_size.vertices)) {
         return Listed(Corners(), RECT_EMPTY, 0u, 0u);
     }
     let raster = spaces[face].raster;

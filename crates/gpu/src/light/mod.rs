@@ -154,7 +154,7 @@ impl LightGrid {
         shadows.record_clear(recorder);
         points.record_choose(gpu, recorder, light, spaces, header);
         recorder.copy_words(header, sizes, HEADER_WORDS);
-        points.record_sort(gpu, recorder, light, spaces, header, shadows.open());
+        points.record_sort(gpu, recorder, light, spaces, header, [seen, shadows.open()]);
 
         recorder.stage("light transform", |pass| {
             let groups = Groups::Indirect(sizes, VERTEX_GROUPS);
@@ -177,7 +177,7 @@ impl LightGrid {
         recorder.copy_words(header, sizes, HEADER_WORDS);
         recorder.stage("light trace", |pass| {
             let read = [light, spaces, geometry.triangles(), transform.vertices(), points.sorted(), list.pairs()];
-            shadows.record_trace(gpu, pass, read, seen, lit, sizes);
+            shadows.record_trace(gpu, pass, read, lit, geometry.masks().buffer(), sizes);
         });
         shadows.record_settle(gpu, recorder, [light, &self.locate_view], geometry, seen, lit);
 

@@ -63,7 +63,7 @@ impl Points {
         self.bits.reserve(gpu, places / 8)?;
         self.survey.reserve(gpu, 32)?;
         self.mapped.reserve(gpu, 16 * places)?;
-        self.sorted.reserve(gpu, 16 * places)?;
+        self.sorted.reserve(gpu, 20 * places)?;
         self.spread.reserve(gpu, 12 * Self::AXIS_BYTES)?;
         self.cells.reserve(gpu, 4 * cells)?;
         self.farthest.reserve(gpu, 4 * cells)?;
@@ -103,7 +103,7 @@ impl Points {
         light: &Buffer,
         spaces: &Buffer,
         header: &Buffer,
-        open: &Buffer,
+        [seen, open]: [&Buffer; 2],
     ) {
         let Self { bits, points, mapped, sorted, spread, cells, farthest, .. } = self;
         recorder.clear(spread);
@@ -119,7 +119,7 @@ impl Points {
         recorder.stage("sort", |pass| {
             self.assign.dispatch(gpu, pass, &[light, header, spread, mapped, cells, farthest], groups);
             self.scan.record(gpu, pass, cells);
-            self.sort.dispatch(gpu, pass, &[light, mapped, cells, sorted], groups);
+            self.sort.dispatch(gpu, pass, &[light, mapped, cells, sorted, seen], groups);
         });
     }
 

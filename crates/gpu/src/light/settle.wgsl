@@ -6,6 +6,7 @@ import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::light::light::{Light};
 import package::light::locate_view::{LocateView};
 import package::light::points::{OPEN_COUNT, OPEN_FIRST};
+import package::mask::exact::{is_there_exactly};
 import package::tile_order::{tile_order_pixel};
 
 @group(0) @binding(0) var<uniform> light: Light;
@@ -15,6 +16,7 @@ import package::tile_order::{tile_order_pixel};
 @group(0) @binding(4) var<storage, read> seen: array<u32>;
 @group(0) @binding(5) var<storage, read> open: array<u32>;
 @group(0) @binding(6) var<storage, read_write> lit: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read> masks: array<u32>;
 
 fn corner_bits(id: u32) -> CornerBits {
     let corners = min(triangles[id].xyz, vec3<u32>(light.vertices - 1u));
@@ -58,7 +60,12 @@ fn settle(
     }
     for (var id = first; id < end; id++) {
         var edges: ExactEdges;
-        if id != own && exact_blocked_by(&terms, shadow, corner_bits(id), &edges) {
+        if id == own || (triangles[id].w & TRIANGLE_SHADOWLESS) != 0u
+            || !exact_blocked_by(&terms, shadow, corner_bits(id), &edges) {
+            continue;
+        }
+        if (triangles[id].w & TRIANGLE_SHADOW_MASKED) == 0u
+            || is_there_exactly(triangles[id], exact_barycentric(edges), true) {
             atomicAnd(&lit[mask], ~bit);
             return;
         }

@@ -79,12 +79,12 @@ impl Shadows {
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         read: [&Buffer; 6],
-        seen: &Buffer,
         lit: &Buffer,
+        masks: &Buffer,
         sizes: &Buffer,
     ) {
         let [light, spaces, triangles, vertices, points, pairs] = read;
-        let buffers = [light, spaces, triangles, vertices, points, pairs, &self.blocks, seen, lit, &self.open];
+        let buffers = [light, spaces, triangles, vertices, points, pairs, &self.blocks, lit, &self.open, masks];
         self.trace.dispatch(gpu, pass, &buffers, Groups::Indirect(sizes, BLOCK_GROUPS));
         self.size_settle.dispatch(gpu, pass, &buffers, Groups::Flat(1));
     }
@@ -99,7 +99,8 @@ impl Shadows {
         lit: &Buffer,
     ) {
         recorder.copy_words(&self.open, &self.open_sizes, OPEN_HEADER);
-        let buffers = [light, view, geometry.triangles(), geometry.positions(), seen, &self.open, lit];
+        let buffers =
+            [light, view, geometry.triangles(), geometry.positions(), seen, &self.open, lit, geometry.masks().buffer()];
         recorder.stage("light settle", |pass| {
             self.settle.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.open_sizes, OPEN_GROUPS));
         });

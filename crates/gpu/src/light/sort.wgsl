@@ -8,8 +8,9 @@ import package::light::points::{POINT_NONE};
 @group(0) @binding(1) var<storage, read> mapped: array<vec4<u32>>;
 // Where each cell's next point goes; in the end, where its points end.
 @group(0) @binding(2) var<storage, read_write> point_cells: array<atomic<u32>>;
-// Fixed-point x and y, key and place.
+// Fixed-point x and y, key and place; then, four to an element, the triangles that points are on.
 @group(0) @binding(3) var<storage, read_write> sorted: array<vec4<u32>>;
+@group(0) @binding(4) var<storage, read> seen: array<u32>;
 
 @compute @workgroup_size(256)
 fn sort(
@@ -23,6 +24,8 @@ fn sort(
     }
     let point = mapped[place];
     if point.w != POINT_NONE {
-        sorted[atomicAdd(&point_cells[point.w], 1u)] = vec4<u32>(point.xyz, place);
+        let number = atomicAdd(&point_cells[point.w], 1u);
+        sorted[number] = vec4<u32>(point.xyz, place);
+        sorted[light.places + number / 4u][number & 3u] = seen[place];
     }
 }

@@ -10,6 +10,7 @@ import package::light::cells::{BINS};
 import package::light::blocks::{LIGHT_BLOCK_POINTS};
 import package::light::light::{Light};
 import package::light::points::{OPEN_COUNT};
+import package::mask::filter::{mask_filter, rough_place};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<uniform> spaces: array<Space, 6>;
@@ -18,9 +19,9 @@ import package::light::points::{OPEN_COUNT};
 @group(0) @binding(4) var<storage, read> sorted: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read> pairs: array<u32>;
 @group(0) @binding(6) var<storage, read> blocks: array<u32>;
-@group(0) @binding(7) var<storage, read> seen: array<u32>;
-@group(0) @binding(8) var<storage, read_write> lit: array<atomic<u32>>;
-@group(0) @binding(9) var<storage, read_write> open: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> lit: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> open: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read> masks: array<u32>;
 
 const BATCH: u32 = 64u;
 
@@ -102,7 +103,7 @@ fn does_shadow(slot: u32, point: Point) -> bool {
 }
 
 // Whether the point is in shadow for certain, as far as these triangles go.
-fn test_batch(point: Point, count: u32) -> bool {
+fn test_batch(point: Point, count: u32, face: u32) -> bool {
     for (var start = 0u; start < count; start += 32u) {
         // First which may be before it: the rest runs only where some point of a few has one.
         var candidates = 0u;
@@ -112,13 +113,35 @@ fn test_batch(point: Point, count: u32) -> bool {
         while candidates != 0u {
             let slot = start + firstTrailingBit(candidates);
             candidates &= candidates - 1u;
-            if does_shadow(slot, point) {
+            let id = bitcast<u32>(record_c[slot].w);
+            let is_certain = does_shadow(slot, point);
+            var answer = select(MASK_OPEN, MASK_THERE, is_certain);
+            // A loop of one turn at most: software adapters skip it where no point needs it.
+            var is_masked = is_certain && (triangles[id].w & TRIANGLE_SHADOW_MASKED) != 0u;
+            while is_masked {
+                let edge = edges_at(slot, offset_in_record(slot, point));
+                answer = mask_filter(triangles[id], place_on(id, edge, record_a[slot].w, face), true);
+                is_masked = false;
+            }
+            if answer == MASK_THERE {
                 return true;
             }
-            leave_open(point.place, bitcast<u32>(record_c[slot].w));
+            if answer == MASK_OPEN {
+                leave_open(point.place, id);
+            }
         }
     }
     return false;
+}
+
+// Where on a triangle edge functions say that a point's ray is.
+fn place_on(id: u32, edge: vec3<f32>, error: f32, face: u32) -> RoughPlace {
+    let corners = triangles[id].xyz + face * light.vertices;
+    let keys = vec3<u32>(vertices[corners.x].z, vertices[corners.y].z, vertices[corners.z].z);
+    let kinds = vertices[corners.x].w | vertices[corners.y].w | vertices[corners.z].w;
+    // Parallel light divides nothing, and homogeneous edge functions are weights already.
+    let is_divided = light.is_directional == 0u && kinds == VERTEX_REGULAR;
+    return rough_place(edge, error, select(vec3<f32>(1.0), bitcast<vec3<f32>>(keys), is_divided));
 }
 
 fn leave_open(place: u32, id: u32) {
@@ -153,7 +176,8 @@ fn trace(
     if !is_dark {
         let found = sorted[number];
         let key = bitcast<f32>(found.z);
-        point = Point(bitcast<vec2<i32>>(found.xy), key, 4.0 * U * abs(key), seen[found.w], found.w);
+        let own = sorted[light.places + number / 4u][number & 3u];
+        point = Point(bitcast<vec2<i32>>(found.xy), key, 4.0 * U * abs(key), own, found.w);
         is_dark = (atomicLoad(&lit[light.mask + point.place / 32u]) >> (point.place & 31u) & 1u) == 0u;
     }
     for (var first = first_pair; first < end_pair; first += BATCH) {
@@ -165,7 +189,7 @@ fn trace(
         }
         workgroupBarrier();
         if !is_dark {
-            is_dark = test_batch(point, min(end_pair - first, BATCH));
+            is_dark = test_batch(point, min(end_pair - first, BATCH), face);
             if is_dark {
                 atomicAnd(&lit[light.mask + point.place / 32u], ~(1u << (point.place & 31u)));
             } else {

@@ -1,0 +1,48 @@
+// Which points of masked triangles are there: tables in `masks`, which a stage declares as a buffer of u32.
+//
+// Words: where vertices start, where bytes of opacity start, where materials start, whether vertices have an opacity of
+// their own. As `masks.rs` writes them.
+
+import package::exact::mask::{MaskTexture, mask_interpolated, mask_texels, mask_texture_opacity, mask_opacity};
+import package::mask::flags::{TRIANGLE_MATERIAL};
+import package::exact::single::{f32_at_least};
+
+const MASKS_VERTICES: u32 = 0u;
+const MASKS_OPACITIES: u32 = 1u;
+const MASKS_MATERIALS: u32 = 2u;
+const MASKS_HAS_VERTEX_OPACITY: u32 = 3u;
+const MASK_MATERIAL_WORDS: u32 = 20u;
+const MASK_VERTEX_WORDS: u32 = 5u;
+
+// Of a material: its own opacity, the cutoffs of camera and shadow rays, whether it has a texture, and the set of
+// texture coordinates; then the texture.
+fn mask_material(triangle: u32) -> u32 {
+    return masks[MASKS_MATERIALS] + (triangle & TRIANGLE_MATERIAL) * MASK_MATERIAL_WORDS;
+}
+
+fn mask_pair(word: u32) -> vec2<u32> {
+    return vec2<u32>(masks[word], masks[word + 1u]);
+}
+
+fn mask_texture_at(word: u32) -> MaskTexture {
+    return MaskTexture(
+        mask_pair(word), mask_pair(word + 2u), mask_pair(word + 4u), mask_pair(word + 6u), mask_pair(word + 8u),
+        masks[word + 10u], masks[word + 11u]);
+}
+
+fn mask_vertex(vertex: u32, word: u32) -> u32 {
+    return masks[masks[MASKS_VERTICES] + vertex * MASK_VERTEX_WORDS + word];
+}
+
+fn mask_vertices(triangle: vec4<u32>, word: u32) -> vec3<u32> {
+    return vec3<u32>(
+        mask_vertex(triangle.x, word), mask_vertex(triangle.y, word), mask_vertex(triangle.z, word));
+}
+
+fn mask_byte(place: u32) -> u32 {
+    return masks[masks[MASKS_OPACITIES] + place / 4u] >> (8u * (place & 3u)) & 0xffu;
+}
+
+fn mask_bytes(places: vec4<u32>) -> vec4<u32> {
+    return vec4<u32>(mask_byte(places.x), mask_byte(places.y), mask_byte(places.z), mask_byte(places.w));
+}
