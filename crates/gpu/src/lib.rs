@@ -12,6 +12,7 @@ mod kernel;
 mod link;
 pub mod primitives;
 mod recorder;
+pub mod shade;
 
 pub use buffer::Buffer;
 pub use device::{Adapter, DeviceLimits, Gpu};

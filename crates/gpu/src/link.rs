@@ -4,8 +4,25 @@
 //! the whole crate, so joining is concatenation: each needed module once, before those that need it.
 
 /// Every module's path and text.
-const MODULES: &[(&str, &str)] =
-    &[("dispatch", include_str!("dispatch.wgsl")), ("primitives::scan", include_str!("primitives/scan.wgsl"))];
+const MODULES: &[(&str, &str)] = &[
+    ("dispatch", include_str!("dispatch.wgsl")),
+    ("primitives::scan", include_str!("primitives/scan.wgsl")),
+    ("shade::attributes", include_str!("shade/attributes.wgsl")),
+    ("shade::brdf", include_str!("shade/brdf.wgsl")),
+    ("shade::develop", include_str!("shade/develop.wgsl")),
+    ("shade::hit", include_str!("shade/hit.wgsl")),
+    ("shade::irradiance", include_str!("shade/irradiance.wgsl")),
+    ("shade::panorama", include_str!("shade/panorama.wgsl")),
+    ("shade::rows", include_str!("shade/rows.wgsl")),
+    ("shade::shade", include_str!("shade/shade.wgsl")),
+    ("shade::specular_albedo", include_str!("shade/specular_albedo.wgsl")),
+    ("shade::surface", include_str!("shade/surface.wgsl")),
+    ("shade::surroundings", include_str!("shade/surroundings.wgsl")),
+    ("shade::tables", include_str!("shade/tables.wgsl")),
+    ("shade::texture", include_str!("shade/texture.wgsl")),
+    ("shade::tone_map", include_str!("shade/tone_map.wgsl")),
+    ("tile_order", include_str!("tile_order.wgsl")),
+];
 
 /// A shader's whole text.
 ///
