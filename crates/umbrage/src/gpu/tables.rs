@@ -24,6 +24,15 @@ pub(crate) struct Tables {
     panorama_word: u32,
 }
 
+/// What of a frame was new to the GPU, beside what moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Uploaded {
+    /// Materials, with their textures and the panorama.
+    pub materials: bool,
+    /// What triangles and vertices are painted with.
+    pub mesh: bool,
+}
+
 impl Tables {
     /// Brings all that shading reads of a frame, but for positions and indices, to the GPU.
     ///
@@ -35,24 +44,26 @@ impl Tables {
         frame: &Frame,
         surroundings: &Surroundings<'_>,
         shade: &mut Shade,
-    ) -> Result<(), GpuError> {
-        self.upload_images(gpu, &frame.materials, surroundings.background(), shade)?;
+    ) -> Result<Uploaded, GpuError> {
+        let materials = self.upload_images(gpu, &frame.materials, surroundings.background(), shade)?;
         shade.set_surroundings(self.surroundings(surroundings));
         let is_same_mesh = self.mesh.as_ref().is_some_and(|mesh| Arc::ptr_eq(mesh, &frame.mesh));
         // Held, so that no other mesh takes its place in memory; only once it is there.
         self.mesh = None;
         shade.set_attributes(gpu, &attributes(frame), is_same_mesh)?;
         self.mesh = Some(Arc::clone(&frame.mesh));
-        shade.set_lights(gpu, &frame.lights.iter().map(light).collect::<Vec<_>>())
+        shade.set_lights(gpu, &frame.lights.iter().map(light).collect::<Vec<_>>())?;
+        Ok(Uploaded { materials, mesh: !is_same_mesh })
     }
 
+    /// Whether any were new.
     fn upload_images(
         &mut self,
         gpu: &Gpu,
         materials: &Arc<Materials>,
         background: &Background,
         shade: &mut Shade,
-    ) -> Result<(), GpuError> {
+    ) -> Result<bool, GpuError> {
         let panorama = match background {
             Background::Image(panorama) => Some(panorama),
             Background::Color(_) | Background::Sky => None,
@@ -60,7 +71,7 @@ impl Tables {
         let has_materials = self.materials.as_ref().is_some_and(|old| Arc::ptr_eq(old, materials));
         let has_panorama = panorama.is_none_or(|new| self.panorama.as_ref().is_some_and(|old| Arc::ptr_eq(old, new)));
         if has_materials && has_panorama {
-            return Ok(());
+            return Ok(false);
         }
         let mut texels = Texels::new(ColorSpace::linear_from_srgb(), &specular_albedo_table());
         let words: Vec<u32> = materials.textures.iter().map(|texture| add_texture(&mut texels, texture)).collect();
@@ -69,7 +80,7 @@ impl Tables {
         (self.materials, self.panorama) = (None, None);
         shade.set_materials(gpu, &rows, &texels)?;
         (self.materials, self.panorama) = (Some(Arc::clone(materials)), panorama.cloned());
-        Ok(())
+        Ok(true)
     }
 
     fn surroundings(&self, surroundings: &Surroundings<'_>) -> ShadeSurroundings {

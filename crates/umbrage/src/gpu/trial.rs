@@ -5,6 +5,7 @@ use umbrage_gpu::{Buffer, Gpu, Recorder};
 use umbrage_rays::{SeenPixels, View};
 use umbrage_scene::{Frame, Scene};
 
+pub use super::tables::Uploaded;
 use super::tables::{Tables, sample_rays};
 use crate::background::Surroundings;
 use crate::cpu::{Cpu, PeeledLayer};
@@ -37,6 +38,8 @@ pub struct Films {
     pub gpu: Film,
     /// The GPU's film as the GPU develops it: sRGB-encoded RGBA.
     pub developed: Vec<[u8; 4]>,
+    /// What of the frame the GPU didn't have yet.
+    pub uploaded: Uploaded,
 }
 
 impl Trial {
@@ -92,7 +95,7 @@ impl Trial {
         film.clear(&view);
         self.cpu.build(&self.frame, settings);
         let Self { gpu, frame, tables, shade, .. } = self;
-        tables.upload(gpu, frame, &surroundings, shade)?;
+        let uploaded = tables.upload(gpu, frame, &surroundings, shade)?;
         self.positions.write(gpu, &frame.positions)?;
         self.indices.write(gpu, &frame.mesh.triangles)?;
         let is_see_through = frame.is_see_through();
@@ -104,7 +107,7 @@ impl Trial {
             self.shade_layers(&view, &sample, is_see_through)?;
         }
         film.average(settings.samples);
-        Ok(Films { gpu: self.film(settings)?, developed: self.developed(settings)?, cpu: film })
+        Ok(Films { gpu: self.film(settings)?, developed: self.developed(settings)?, cpu: film, uploaded })
     }
 
     fn shade_layers(&mut self, view: &View, sample: &Sample, is_see_through: bool) -> Result<(), Error> {

@@ -16,8 +16,17 @@ pub(crate) fn trial() -> Option<Trial> {
 }
 
 /// How many pixels of two films differ, and by how much at most.
+///
+/// The CPU has hits in f64 and shades in f32; the GPU has both in f32 and may contract sums of products. Most pixels so
+/// agree to about 10⁻⁶, less than a hundredth of a level. Three things can make more of a rounding: a texel edge on a
+/// triangle with so many texels that f32 weights hardly tell them apart (on a floor of 100,000 texels a side, half a unit
+/// in the last place is 0.003 texels, on the CPU as well), a ray that only grazes its triangle, and a light in the plane
+/// of the triangle that it shines on. On lavapipe and on SwiftShader no picture of these tests has such
+/// a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Difference {
+    /// Of how many.
+    pub(crate) pixels: usize,
     /// Pixels that differ by more than [`Difference::LEVELS`] in some channel after tone mapping.
     pub(crate) colors: usize,
     /// The largest difference after tone mapping, in levels of 255.
@@ -41,7 +50,7 @@ impl Difference {
     const RELATIVE_DEPTH: f32 = 1e-3;
 
     pub(crate) fn of(cpu: &Film, gpu: &Film, settings: &Settings) -> Self {
-        let mut difference = Self::default();
+        let mut difference = Self { pixels: cpu.color.len(), ..Self::default() };
         let developed = [cpu, gpu].map(|film| film.develop(settings).pixels);
         for pixel in 0..cpu.color.len() {
             let [one, other] = [0, 1].map(|film: usize| developed[film][pixel]);
@@ -61,12 +70,13 @@ impl Difference {
         difference
     }
 
-    /// Fails where more than `most` pixels differ in something, or triangles in any.
-    pub(crate) fn expect_at_most(&self, most: usize, name: &str) {
-        let Self { colors, coverages, normals, depths, triangles, .. } = *self;
+    /// Fails where more pixels differ than one in 10,000, or any has another triangle.
+    pub(crate) fn expect_alike(&self, name: &str) {
+        let Self { pixels, colors, coverages, normals, depths, triangles, .. } = *self;
         println!("{name}: {self:?}");
-        assert_eq!(triangles, 0, "{name}: {self:?}");
-        assert!([colors, coverages, normals, depths].iter().all(|&count| count <= most), "{name}: {self:?}");
+        let most = pixels / 10_000;
+        let is_alike = triangles == 0 && [colors, coverages, normals, depths].iter().all(|&count| count <= most);
+        assert!(is_alike, "{name}: {self:?}");
     }
 }
 

@@ -4,9 +4,10 @@ use std::f32::consts::{FRAC_PI_3, FRAC_PI_6, PI};
 use std::sync::Arc;
 
 use glam::{Affine2, Vec2, Vec3, Vec4};
+use umbrage::gpu::trial::Uploaded;
 use umbrage::rays::{Camera, LightSource, Projection};
 use umbrage::scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Mesh, Texture, TextureUse, Wrap};
-use umbrage::{Background, Panorama, Settings, ToneMap};
+use umbrage::{Background, Film, Panorama, Settings, ToneMap};
 use umbrage_verify::Random;
 
 use crate::compare::{Difference, developed_otherwise, trial};
@@ -155,7 +156,7 @@ fn textures_of_every_kind_look_the_same() {
     let settings = settings(300);
     let films = trial.render_made(textured_panels(), &settings).expect("a frame");
     let difference = Difference::of(&films.cpu, &films.gpu, &settings);
-    difference.expect_at_most(4, "textures");
+    difference.expect_alike("textures");
 }
 
 #[test]
@@ -174,7 +175,7 @@ fn materials_and_layers_look_the_same_with_every_light_in_all_surroundings() {
             let frame = Frame { lights: vec![light], ..frame.clone() };
             let films = trial.render_made(frame, &settings).expect("a frame");
             let difference = Difference::of(&films.cpu, &films.gpu, &settings);
-            difference.expect_at_most(2, &format!("light {place} under {name}"));
+            difference.expect_alike(&format!("light {place} under {name}"));
         }
     }
 }
@@ -199,9 +200,23 @@ fn samples_projections_and_tone_maps_look_the_same() {
             };
             let films = trial.render_made(frame.clone(), &settings).expect("a frame");
             let difference = Difference::of(&films.cpu, &films.gpu, &settings);
-            difference.expect_at_most(4, &format!("{name}, {samples} samples"));
+            difference.expect_alike(&format!("{name}, {samples} samples"));
             assert_eq!(developed_otherwise(&films, &settings), 0, "{name}");
         }
+    }
+}
+
+#[test]
+fn flat_surfaces_look_the_same_from_both_sides() {
+    let Some(mut trial) = trial() else { return };
+    let frame = Frame { normals: Vec::new(), tangents: Vec::new(), lights: lights(), ..varied_panels() };
+    for z in [5.0, -6.5] {
+        let camera = Camera::look_at(Vec3::new(0.5, 2.5, z), Vec3::new(1.7, 1.7, -0.5), Vec3::Y, 0.9);
+        let settings = Settings { camera: Some(camera), ..settings(150) };
+        let films = trial.render_made(frame.clone(), &settings).expect("a frame");
+        Difference::of(&films.cpu, &films.gpu, &settings).expect_alike(&format!("from {z}"));
+        let seen = films.cpu.triangle.iter().filter(|&&triangle| triangle != Film::NO_TRIANGLE).count();
+        assert!(seen > 5000, "{seen} pixels show a triangle");
     }
 }
 
@@ -209,17 +224,20 @@ fn samples_projections_and_tone_maps_look_the_same() {
 fn frames_that_share_memory_keep_apart() {
     let Some(mut trial) = trial() else { return };
     let settings = settings(100);
-    let mut posed = textured_panels();
-    let frames = [varied_panels(), posed.clone(), {
-        // The same mesh and materials with other positions and flat.
-        posed.positions.iter_mut().for_each(|position| position.z += 0.1 * position.x);
-        posed.normals.clear();
-        posed.tangents.clear();
-        posed
-    }];
-    for place in [0, 1, 2, 1, 0, 2] {
+    let posed = textured_panels();
+    // The same mesh and materials, moved, with other normals and without tangents, and then flat.
+    let mut moved = posed.clone();
+    moved.positions.iter_mut().for_each(|position| position.z += 0.1 * position.x);
+    moved.normals.iter_mut().for_each(|normal| *normal = (*normal + Vec3::Y).normalize());
+    moved.tangents.clear();
+    let flat = Frame { normals: Vec::new(), ..moved.clone() };
+    let frames = [varied_panels(), posed, moved, flat];
+    // Frames 1 to 3 share all that doesn't move.
+    for (place, is_new) in [(0, true), (1, true), (2, false), (3, false), (1, false), (0, true), (3, true), (2, false)]
+    {
         let films = trial.render_made(frames[place].clone(), &settings).expect("a frame");
-        Difference::of(&films.cpu, &films.gpu, &settings).expect_at_most(2, &format!("frame {place}"));
+        Difference::of(&films.cpu, &films.gpu, &settings).expect_alike(&format!("frame {place}"));
+        assert_eq!(films.uploaded, Uploaded { materials: is_new, mesh: is_new }, "frame {place}");
     }
 }
 

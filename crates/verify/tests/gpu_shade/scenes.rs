@@ -15,7 +15,7 @@ fn the_gallery_looks_the_same() {
         let scene = Scene::open(format!("demo:{}?triangles=20000", demo.name)).expect("a scene of the gallery");
         let settings = Settings { width: 250, height: 170, ..Settings::default() };
         let (_, difference) = render(&mut trial, &scene, 0.4 * scene.duration_seconds(), &settings);
-        difference.expect_at_most(4, demo.name);
+        difference.expect_alike(demo.name);
     }
 }
 
@@ -45,7 +45,7 @@ fn real_scenes_look_the_same() {
         for (part, side) in [(0.0, 150), (0.37, 120)] {
             let settings = Settings { width: side, height: side, ..Settings::default() };
             let (_, difference) = render(&mut trial, &scene, part * scene.duration_seconds(), &settings);
-            difference.expect_at_most(8, &format!("{name} at {part}"));
+            difference.expect_alike(&format!("{name} at {part}"));
         }
     }
 }
