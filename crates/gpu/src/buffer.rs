@@ -75,6 +75,22 @@ impl Buffer {
         Ok(())
     }
 
+    /// Replaces what the buffer holds from a place on, which is a multiple of four bytes, as `contents` are.
+    ///
+    /// # Errors
+    /// Where that reaches beyond what was reserved.
+    pub fn write_at<T: Pod>(&self, gpu: &Gpu, first_byte: u64, contents: &[T]) -> Result<(), GpuError> {
+        let bytes: &[u8] = bytemuck::cast_slice(contents);
+        let (end, limit) = (first_byte + bytes.len() as u64, self.bytes());
+        if end > limit {
+            return Err(GpuError::TooLarge { what: self.name.to_owned(), bytes: end, limit });
+        }
+        if !bytes.is_empty() {
+            gpu.queue.write_buffer(&self.buffer, first_byte, bytes);
+        }
+        Ok(())
+    }
+
     /// Waits for all that was submitted, then gives the first `len` elements.
     ///
     /// # Errors

@@ -17,6 +17,7 @@ mod link;
 mod mask;
 pub mod primitives;
 mod recorder;
+pub mod shade;
 mod view;
 
 pub use buffer::Buffer;

@@ -1,17 +1,34 @@
-// The order in which what belongs to pixels is stored: tiles of 64×64 pixels, in them blocks of 4×4 (as `TileOrder`).
+// The order in which what belongs to an image's pixels is stored: umbrage_rays::TileOrder.
 
-fn tile_order_place(x: u32, y: u32, width: u32) -> u32 {
-    let tile = (y >> 6u) * ((width + 63u) >> 6u) + (x >> 6u);
-    let block = ((y >> 2u) & 15u) * 16u + ((x >> 2u) & 15u);
-    return tile * 4096u + block * 16u + (y & 3u) * 4u + (x & 3u);
+// Pixels a side of a tile and of a block.
+const TILE_SIDE: u32 = 64u;
+const BLOCK_SIDE: u32 = 4u;
+const TILE_BLOCKS: u32 = TILE_SIDE / BLOCK_SIDE;
+const TILE_PLACES: u32 = TILE_SIDE * TILE_SIDE;
+const BLOCK_PLACES: u32 = BLOCK_SIDE * BLOCK_SIDE;
+
+// How many tiles stand side by side in an image so many pixels wide.
+fn tile_columns(width: u32) -> u32 {
+    return (width + TILE_SIDE - 1u) / TILE_SIDE;
+}
+
+// Where a pixel, given by column and row, is stored in an image so many pixels wide.
+fn place_of_pixel(pixel: vec2<u32>, width: u32) -> u32 {
+    let tile = pixel / TILE_SIDE;
+    let block = pixel / BLOCK_SIDE % TILE_BLOCKS;
+    let sample = pixel % BLOCK_SIDE;
+    return (tile.y * tile_columns(width) + tile.x) * TILE_PLACES
+        + (block.y * TILE_BLOCKS + block.x) * BLOCK_PLACES
+        + sample.y * BLOCK_SIDE + sample.x;
 }
 
 // Column and row of what is stored at a place; beyond the image's border where that is no pixel.
-fn tile_order_pixel(place: u32, width: u32) -> vec2<u32> {
-    let columns = max((width + 63u) >> 6u, 1u);
-    let tile = place >> 12u;
-    let block = (place >> 4u) & 255u;
-    return vec2<u32>(
-        (tile % columns) * 64u + (block & 15u) * 4u + (place & 3u),
-        (tile / columns) * 64u + (block >> 4u) * 4u + ((place >> 2u) & 3u));
+fn pixel_of_place(place: u32, width: u32) -> vec2<u32> {
+    let columns = max(tile_columns(width), 1u);
+    let tile = place / TILE_PLACES;
+    let block = place % TILE_PLACES / BLOCK_PLACES;
+    let sample = place % BLOCK_PLACES;
+    return vec2<u32>(tile % columns, tile / columns) * TILE_SIDE
+        + vec2<u32>(block % TILE_BLOCKS, block / TILE_BLOCKS) * BLOCK_SIDE
+        + vec2<u32>(sample % BLOCK_SIDE, sample / BLOCK_SIDE);
 }

@@ -128,6 +128,30 @@ impl Texture {
         [self.levels[0].width, self.levels[0].height]
     }
 
+    /// The image and its smaller copies, each half as wide and high as the one before, rounded down but at least 1: RGBA
+    /// texels in rows, the upper row first.
+    pub fn levels(&self) -> impl ExactSizeIterator<Item = &[[u8; 4]]> {
+        self.levels.iter().map(|level| level.texels.as_slice())
+    }
+
+    /// What its numbers mean.
+    #[must_use]
+    pub fn space(&self) -> ColorSpace {
+        self.space
+    }
+
+    /// How it is read between its texels.
+    #[must_use]
+    pub fn filter(&self) -> Filter {
+        self.filter
+    }
+
+    /// What lies beyond its edges in x and in y.
+    #[must_use]
+    pub fn wrap(&self) -> [Wrap; 2] {
+        self.wrap
+    }
+
     /// Bytes taken by the texels of all levels, and by what is known of their opacity.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -225,6 +249,12 @@ pub(crate) fn linear_from_srgb(encoded: f64) -> f64 {
 }
 
 impl ColorSpace {
+    /// The linear value of each byte of a colour that is encoded by the sRGB transfer function.
+    #[must_use]
+    pub fn linear_from_srgb() -> &'static [f32; 256] {
+        &LINEAR_FROM_SRGB
+    }
+
     /// The linear colour and the opacity, 0 … 1, of a texel.
     pub(crate) fn decode(self, [r, g, b, a]: [u8; 4]) -> Vec4 {
         let quantity = |byte: u8| f32::from(byte) / 255.0;

@@ -93,6 +93,18 @@ impl<'a> Surroundings<'a> {
         Self { background, irradiance }
     }
 
+    /// What it was prepared from.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn background(&self) -> &'a Background {
+        self.background
+    }
+
+    /// The coefficients that [`irradiance`](Self::irradiance) is made of.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn irradiance_coefficients(&self) -> &[Vec3; 9] {
+        &self.irradiance
+    }
+
     /// Radiance from a unit direction.
     pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
         self.background.radiance(direction)

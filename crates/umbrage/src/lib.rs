@@ -19,6 +19,9 @@ mod background;
 mod cpu;
 mod film;
 mod frame;
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub mod gpu;
 pub mod output;
 mod panorama;
 mod sampling;

@@ -69,6 +69,19 @@ impl Panorama {
         Self::new(size.width(), size.height(), texels)
     }
 
+    /// Width and height of the full image, in texels.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn size(&self) -> [usize; 2] {
+        [self.levels[0].width, self.levels[0].height]
+    }
+
+    /// The texels of the image and of its smaller copies, each half as wide and high as the one before, rounded down but
+    /// at least 1.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn levels(&self) -> impl ExactSizeIterator<Item = &[Vec3]> {
+        self.levels.iter().map(|level| level.texels.as_slice())
+    }
+
     /// Mean radiance around a unit direction, over a patch of about `width` of the sphere's circumference.
     pub(crate) fn radiance(&self, direction: Vec3, width: f32) -> Vec3 {
         let last = self.levels.len() - 1;

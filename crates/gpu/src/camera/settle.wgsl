@@ -5,7 +5,7 @@ import package::dispatch::{flat_group};
 import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::exact::predicate::{exact_edges, exact_t, exact_is_front, exact_barycentric};
 import package::mask::exact::{is_there_exactly};
-import package::tile_order::{tile_order_pixel};
+import package::tile_order::{pixel_of_place};
 
 struct SettleView {
     view: ExactView,
@@ -37,7 +37,7 @@ fn settle(
         return;
     }
     let place = nodes[arrayLength(&nodes) - 1u - number];
-    let pixel = tile_order_pixel(place, settle_view.view.width);
+    let pixel = pixel_of_place(place, settle_view.view.width);
     let ray = exact_pixel_ray(settle_view.view, pixel.x, pixel.y, settle_view.x_offset, settle_view.y_offset);
 
     var terms: ExpansionTerms;

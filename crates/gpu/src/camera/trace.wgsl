@@ -10,7 +10,7 @@ import package::dispatch::{flat_group, groups_of};
 import package::grid::set_up::{edges_near};
 import package::grid::space::{Space};
 import package::mask::filter::{mask_filter, rough_place};
-import package::tile_order::{tile_order_place};
+import package::tile_order::{place_of_pixel};
 
 @group(0) @binding(0) var<uniform> space: Space;
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
@@ -310,7 +310,7 @@ fn list_of(tile: vec2<u32>, number: u32) -> vec3<u32> {
 
 // The triangle that is seen for certain, or a pixel for `settle`.
 fn write_seen(pixel: vec2<u32>, best: Best) {
-    let place = tile_order_place(pixel.x, pixel.y, u32(space.raster.columns));
+    let place = place_of_pixel(pixel, u32(space.raster.columns));
     if best.node == NONE {
         seen[place] = best.triangle;
         return;

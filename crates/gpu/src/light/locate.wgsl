@@ -8,7 +8,7 @@ import package::exact::predicate::{exact_edges, exact_t};
 import package::grid::space::{ordered_bits};
 import package::light::locate_view::{LocateView};
 import package::light::points::{SURVEY_LOW};
-import package::tile_order::{tile_order_pixel};
+import package::tile_order::{pixel_of_place};
 
 @group(0) @binding(0) var<uniform> locate_view: LocateView;
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
@@ -65,7 +65,7 @@ fn store(word: u32, coordinate: F64, axis: u32) {
 
 // Where the pixel's ray meets its triangle.
 fn point_on(id: u32, place: u32) -> F64Vector {
-    let pixel = tile_order_pixel(place, locate_view.view.width);
+    let pixel = pixel_of_place(place, locate_view.view.width);
     let ray = exact_pixel_ray(locate_view.view, pixel.x, pixel.y, locate_view.x_offset, locate_view.y_offset);
     let corners = triangles[id].xyz;
     let bits = CornerBits(position_bits(corners.x), position_bits(corners.y), position_bits(corners.z));

@@ -7,7 +7,7 @@ import package::light::light::{Light};
 import package::light::locate_view::{LocateView};
 import package::light::points::{OPEN_COUNT, OPEN_FIRST};
 import package::mask::exact::{is_there_exactly};
-import package::tile_order::{tile_order_pixel};
+import package::tile_order::{pixel_of_place};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<uniform> locate_view: LocateView;
@@ -44,7 +44,7 @@ fn settle(
     if (atomicLoad(&lit[mask]) & bit) == 0u {
         return;
     }
-    let pixel = tile_order_pixel(place, locate_view.view.width);
+    let pixel = pixel_of_place(place, locate_view.view.width);
     let ray = exact_pixel_ray(locate_view.view, pixel.x, pixel.y, locate_view.x_offset, locate_view.y_offset);
     var terms: ExpansionTerms;
     let own = seen[place];

@@ -1,5 +1,7 @@
 //! What the tests of stages share.
 
+#![allow(dead_code, reason = "each test file uses its part")]
+
 use umbrage_gpu::{DeviceLimits, Gpu};
 
 /// The machine's adapter, or none: then says so on the standard error, and CI counts it.

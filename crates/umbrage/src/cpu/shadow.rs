@@ -30,6 +30,12 @@ impl LightMask {
         self.blocks[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1
     }
 
+    /// One for each block of pixels, the first pixel in the lowest bit.
+    #[cfg(feature = "gpu")]
+    pub(super) fn blocks(&self) -> &[u16] {
+        &self.blocks
+    }
+
     fn resize(&mut self, order: TileOrder) {
         self.order = order;
         self.blocks.resize(order.places() / TileOrder::BLOCK_PLACES, 0);

@@ -7,4 +7,6 @@ mod surface;
 
 pub(crate) use brdf::Reflectance;
 pub(crate) use irradiance::arriving;
+#[cfg(feature = "gpu")]
+pub(crate) use specular_albedo::specular_albedo_table;
 pub(crate) use surface::{Footprint, Surface};

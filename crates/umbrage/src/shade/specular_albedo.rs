@@ -13,6 +13,12 @@ static TABLE: LazyLock<[[Vec2; SIDE]; SIDE]> = LazyLock::new(|| {
     std::array::from_fn(|row| std::array::from_fn(|column| integrated(value(row), value(column))))
 });
 
+/// The table, by roughness and then by cosine, both from 0 to 1.
+#[cfg(feature = "gpu")]
+pub(crate) fn specular_albedo_table() -> [[[f32; 2]; SIDE]; SIDE] {
+    TABLE.map(|row| row.map(Vec2::into))
+}
+
 /// Scale and bias of f0 in the directional albedo of a GGX layer, at the cosine `n_v` between normal and view: the
 /// second of the two sums into which Karis splits light from all around (*Real Shading in Unreal Engine 4*, 2013).
 pub(super) fn specular_albedo(roughness: f32, n_v: f32) -> Vec2 {

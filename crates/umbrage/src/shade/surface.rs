@@ -8,8 +8,10 @@ use super::Reflectance;
 /// How wide the cone of a camera ray's pixel is.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Footprint {
-    width: f32,
-    width_per_depth: f32,
+    /// At depth 0, in world units.
+    pub(crate) width: f32,
+    /// How much wider it becomes for each unit of depth.
+    pub(crate) width_per_depth: f32,
 }
 
 impl Footprint {

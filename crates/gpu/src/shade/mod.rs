@@ -1,0 +1,16 @@
+//! The shade stage: what each pixel's surface sends to the camera, as the CPU engine finds it, summed into a film that
+//! stays on the GPU until it is developed.
+
+mod develop;
+mod film;
+mod stage;
+mod tables;
+mod texels;
+
+pub use develop::{Develop, ToneMap};
+pub use film::FilmPlanes;
+pub use stage::{Attributes, Layer, Shade, ShadeInputs};
+pub use tables::{
+    DevelopSettings, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture,
+};
+pub use texels::Texels;

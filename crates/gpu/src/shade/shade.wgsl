@@ -1,0 +1,96 @@
+// Adds each pixel's radiance at the current sample to the film: crates/umbrage/src/cpu/shade.rs.
+//
+// A dispatch takes one layer of surfaces. Layers come front to back: what those so far let through is kept for each
+// pixel, and after the last one the surroundings are seen through them.
+
+import package::dispatch::{flat_group};
+import package::tile_order::{pixel_of_place};
+import package::shade::tables::{shade_sample, shade_scene, shade_lights, shade_seen, shade_lit, shade_film};
+import package::shade::brdf::{reflectance_ambient, reflectance_evaluate, reflectance_view};
+import package::shade::hit::{ray_across, ray_direction};
+import package::shade::irradiance::{arriving_light};
+import package::shade::surface::{Surface, surface_at};
+import package::shade::surroundings::{surroundings_blurred, surroundings_irradiance, surroundings_radiance};
+
+@compute @workgroup_size(64)
+fn shade(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let place = flat_group(group, groups) * 64u + lane;
+    let size = shade_sample.size_pixels;
+    let column_and_row = pixel_of_place(place, size.x);
+    if any(column_and_row >= size) {
+        return;
+    }
+    let pixel = column_and_row.y * size.x + column_and_row.x;
+    let across = ray_across(column_and_row);
+    let id = shade_seen[place];
+    var color = vec3<f32>(0.0);
+    var through = vec3<f32>(1.0);
+    if shade_sample.is_first_layer == 0u {
+        through = shade_film[shade_sample.through_plane + pixel].xyz;
+    }
+    // Normal and depth.
+    var first = vec4<f32>(0.0, 0.0, 0.0, shade_sample.miss_depth);
+    if id != NO_TRIANGLE && max(through.x, max(through.y, through.z)) > 0.0 {
+        let surface = surface_at(id, across);
+        color = reflected(surface, place) * (through * surface.opacity);
+        through *= mix(vec3<f32>(1.0), surface.transmitted, surface.opacity);
+        first = vec4<f32>(surface.normal, surface.depth);
+    }
+    var coverage = 0.0;
+    if shade_sample.is_last_layer != 0u {
+        if any(through != vec3<f32>(0.0)) {
+            color += surroundings_radiance(ray_direction(across)) * through;
+        }
+        coverage = 1.0 - (through.x + through.y + through.z) / 3.0;
+    } else {
+        shade_film[shade_sample.through_plane + pixel] = vec4<f32>(through, 0.0);
+    }
+    if shade_sample.is_first_layer != 0u && shade_sample.is_first_sample != 0u {
+        shade_film[pixel] = vec4<f32>(color, coverage);
+        if shade_sample.first_plane != NO_WORD {
+            shade_film[shade_sample.first_plane + pixel] = first;
+        }
+    } else {
+        shade_film[pixel] += vec4<f32>(color, coverage);
+    }
+}
+
+// Radiance that a surface sends along the ray, by itself and from the lights that reach it.
+fn reflected(surface: Surface, place: u32) -> vec3<f32> {
+    if surface.is_unlit {
+        return surface.base_color;
+    }
+    let normal = surface.normal;
+    let view = surface.view;
+    let n_v = dot(normal, view);
+    let ambient = reflectance_ambient(
+        surface.reflectance,
+        reflectance_view(surface.reflectance, max(n_v, 0.0)).specular,
+        surroundings_irradiance(normal),
+        surroundings_blurred(reflect(-view, normal), surface.reflectance.roughness),
+    );
+    let seen = reflectance_view(surface.reflectance, max(n_v, 1e-4));
+    var radiance = surface.emitted + ambient * surface.ambient_occlusion;
+    for (var light = 0u; light < shade_scene.light_count; light++) {
+        if !is_lit(light, place) {
+            continue;
+        }
+        let arriving = arriving_light(shade_lights[light], surface.corner, surface.from_corner);
+        // Light from behind the triangle lights its other side, whatever the bent normal says.
+        if dot(surface.geometric_normal, arriving.towards) > 0.0 {
+            let cosine = max(dot(normal, arriving.towards), 0.0);
+            radiance += reflectance_evaluate(surface.reflectance, seen, normal, view, arriving.towards)
+                * arriving.irradiance * cosine;
+        }
+    }
+    return radiance;
+}
+
+fn is_lit(light: u32, place: u32) -> bool {
+    let word = shade_lit[light * shade_sample.words_per_light + place / 32u];
+    return (word >> (place % 32u) & 1u) == 1u;
+}

@@ -1,0 +1,217 @@
+use glam::{Vec2, Vec3, Vec4};
+
+use super::{FilmPlanes, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, Texels};
+use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
+
+/// The shade stage: adds each pixel's radiance at a sample to the film.
+#[derive(Debug)]
+pub struct Shade {
+    kernel: Kernel,
+    rows: Kernel,
+    sample: Buffer,
+    scene: Buffer,
+    lights: Buffer,
+    attributes: Buffer,
+    materials: Buffer,
+    texels: Buffer,
+    size: Buffer,
+    /// Where attributes are, and what surrounds the scene.
+    of_scene: ShadeScene,
+    places: u32,
+    is_start_of_film: bool,
+}
+
+/// What triangles and vertices are painted with. A slice that nothing has is empty; the others have one value for each
+/// triangle or vertex.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Attributes<'a> {
+    /// Place of each triangle's material.
+    pub material_of_triangle: &'a [u32],
+    /// Two sets of texture coordinates for each vertex.
+    pub tex_coords: [&'a [Vec2]; 2],
+    /// Linear colour and opacity of each vertex.
+    pub colors: &'a [Vec4],
+    /// Unit normal of each vertex, or zero where the surface is flat.
+    pub normals: &'a [Vec3],
+    /// Unit tangent of each vertex and, in w, the sign of its bitangent; zero where there is none.
+    pub tangents: &'a [Vec4],
+}
+
+/// What earlier stages leave on the GPU.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadeInputs<'a> {
+    /// The triangle that each place shows, in [`TileOrder`](umbrage_rays::TileOrder); `0xffffffff` for none.
+    pub seen: &'a Buffer,
+    /// Which places each light reaches: one bit a place, the first in the lowest bit, light after light.
+    pub lit: &'a Buffer,
+    /// World position of each vertex: three f32.
+    pub positions: &'a Buffer,
+    /// Three vertices of each triangle.
+    pub indices: &'a Buffer,
+}
+
+/// Which of a pixel's surfaces are shaded. Layers of a sample come front to back, samples one after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layer {
+    /// Whether the sample is the first one, which starts the film.
+    pub is_of_first_sample: bool,
+    /// Whether it is the layer nearest to the camera.
+    pub is_first: bool,
+    /// Whether the surroundings are what is seen behind it.
+    pub is_last: bool,
+}
+
+impl Layer {
+    /// The one layer of a scene that isn't seen through.
+    #[must_use]
+    pub fn only(is_of_first_sample: bool) -> Self {
+        Self { is_of_first_sample, is_first: true, is_last: true }
+    }
+}
+
+impl Shade {
+    /// Places that a workgroup takes.
+    const WIDTH: u32 = 64;
+
+    /// Ready to shade black surroundings.
+    ///
+    /// # Errors
+    /// Where the device has no memory for the tables.
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let mut shade = Self {
+            kernel: Kernel::new(gpu, "shade::shade", "shade", &[]),
+            rows: Kernel::new(gpu, "shade::rows", "rows", &[]),
+            sample: Buffer::uniform(gpu, "shade sample"),
+            scene: Buffer::uniform(gpu, "shade scene"),
+            lights: Buffer::uniform(gpu, "lights"),
+            attributes: Buffer::storage(gpu, "vertex attributes"),
+            materials: Buffer::storage(gpu, "materials"),
+            texels: Buffer::storage(gpu, "textures and panorama"),
+            size: Buffer::uniform(gpu, "rows size"),
+            of_scene: ShadeScene::default(),
+            places: 0,
+            is_start_of_film: false,
+        };
+        shade.lights.reserve(gpu, (ShadeLight::MOST * size_of::<ShadeLight>()) as u64)?;
+        shade.materials.reserve(gpu, size_of::<ShadeMaterial>() as u64)?;
+        Ok(shade)
+    }
+
+    /// Replaces the materials and the images that they and the surroundings use.
+    ///
+    /// # Errors
+    /// Where they are more than the device allows in one buffer.
+    pub fn set_materials(&mut self, gpu: &Gpu, materials: &[ShadeMaterial], texels: &Texels) -> Result<(), GpuError> {
+        self.materials.write(gpu, materials)?;
+        self.texels.write(gpu, texels.words())
+    }
+
+    /// Replaces what is around the scene. A panorama is among the texels of [`Shade::set_materials`].
+    pub fn set_surroundings(&mut self, surroundings: ShadeSurroundings) {
+        self.of_scene.surroundings = surroundings;
+    }
+
+    /// Replaces the lights.
+    ///
+    /// # Errors
+    /// Where there are more than [`ShadeLight::MOST`].
+    pub fn set_lights(&mut self, gpu: &Gpu, lights: &[ShadeLight]) -> Result<(), GpuError> {
+        if lights.len() > ShadeLight::MOST {
+            let [bytes, limit] = [lights.len(), ShadeLight::MOST].map(|count| (count * size_of::<ShadeLight>()) as u64);
+            return Err(GpuError::TooLarge { what: format!("shading {} lights", lights.len()), bytes, limit });
+        }
+        self.of_scene.light_count = lights.len() as u32;
+        self.lights.write(gpu, lights)
+    }
+
+    /// Replaces what triangles and vertices are painted with. Where `is_same_mesh`, materials of triangles, texture
+    /// coordinates and colours are those of the last call, and only normals and tangents are uploaded.
+    ///
+    /// # Errors
+    /// Where they are more than the device allows in one buffer.
+    pub fn set_attributes(
+        &mut self,
+        gpu: &Gpu,
+        attributes: &Attributes<'_>,
+        is_same_mesh: bool,
+    ) -> Result<(), GpuError> {
+        let Attributes { material_of_triangle, tex_coords: [first_set, second_set], colors, .. } = *attributes;
+        // What stays comes first, so that what moves may come and go.
+        let parts: [&[u8]; 6] = [
+            bytemuck::cast_slice(material_of_triangle),
+            bytemuck::cast_slice(first_set),
+            bytemuck::cast_slice(second_set),
+            bytemuck::cast_slice(colors),
+            bytemuck::cast_slice(attributes.normals),
+            bytemuck::cast_slice(attributes.tangents),
+        ];
+        let mut starts = [0; 6];
+        let mut bytes = 0;
+        for (start, part) in starts.iter_mut().zip(parts) {
+            *start = bytes;
+            bytes += part.len() as u64;
+        }
+        let had = self.attributes.bytes();
+        self.attributes.reserve(gpu, bytes)?;
+        let is_new = !is_same_mesh || self.attributes.bytes() != had;
+        for (start, part) in starts.into_iter().zip(parts).skip(if is_new { 0 } else { 4 }) {
+            self.attributes.write_at(gpu, start, part)?;
+        }
+        let word = |part: usize| if parts[part].is_empty() { ShadeScene::NO_WORD } else { (starts[part] / 4) as u32 };
+        self.of_scene = ShadeScene {
+            material_word: word(0),
+            tex_coord_words: [word(1), word(2)],
+            color_word: word(3),
+            normal_word: word(4),
+            tangent_word: word(5),
+            ..self.of_scene
+        };
+        Ok(())
+    }
+
+    /// Makes ready for one layer of one sample, until it is called again: a submission has one.
+    ///
+    /// # Errors
+    /// Where the device has reported an error.
+    ///
+    /// # Panics
+    /// If the film isn't of the sample's size, or has no plane for what layers let through although there are several.
+    pub fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        sample: &ShadeSample,
+        layer: Layer,
+        film: &FilmPlanes,
+    ) -> Result<(), GpuError> {
+        let [width, height] = sample.size_pixels;
+        assert_eq!(film.size(), [width, height], "a film of the image's size");
+        assert!(film.through_plane().is_some() || (layer.is_first && layer.is_last), "a film for several layers");
+        self.places = umbrage_rays::TileOrder::new(width, height).places() as u32;
+        self.is_start_of_film = layer.is_of_first_sample && layer.is_first;
+        let sample = ShadeSample {
+            words_per_light: self.places / 32,
+            is_first_sample: u32::from(layer.is_of_first_sample),
+            is_first_layer: u32::from(layer.is_first),
+            is_last_layer: u32::from(layer.is_last),
+            first_plane: film.first_plane().unwrap_or(ShadeScene::NO_WORD),
+            through_plane: film.through_plane().unwrap_or(ShadeScene::NO_WORD),
+            ..*sample
+        };
+        self.sample.write(gpu, &[sample])?;
+        self.scene.write(gpu, &[self.of_scene])?;
+        self.size.write(gpu, &[width, height, 0, 0])
+    }
+
+    /// Shades the layer.
+    pub fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, inputs: &ShadeInputs<'_>, film: &FilmPlanes) {
+        let ShadeInputs { seen, lit, positions, indices } = inputs;
+        let Self { sample, scene, lights, attributes, materials, texels, .. } = self;
+        let groups = Groups::Flat(self.places / Self::WIDTH);
+        let buffers =
+            [sample, scene, lights, seen, lit, positions, indices, attributes, materials, texels, film.planes()];
+        self.kernel.dispatch(gpu, pass, &buffers, groups);
+        if self.is_start_of_film && film.first_plane().is_some() {
+            self.rows.dispatch(gpu, pass, &[&self.size, seen, film.triangle()], groups);
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! What shading reads, as `tables.wgsl` and `develop.wgsl` declare it; a test compares the layouts.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, Vec3};
+use umbrage_rays::{LightSource, Projection, View};
+
+/// The camera rays of one sample, and which layer of surfaces they meet: 128 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct ShadeSample {
+    /// World position of the camera.
+    pub position: [f32; 3],
+    /// [`ShadeSample::PERSPECTIVE`] or [`ShadeSample::ORTHOGRAPHIC`].
+    pub projection: u32,
+    /// Towards the right edge of the image, of unit length.
+    pub right: [f32; 3],
+    /// Half the height of the view, in world units, at depth 1 for a perspective.
+    pub half_height: f32,
+    /// Towards the upper edge of the image, of unit length.
+    pub up: [f32; 3],
+    /// Width of a ray's cone at depth 0, in world units.
+    pub footprint: f32,
+    /// Into the image, of unit length.
+    pub forward: [f32; 3],
+    /// How much wider the cone becomes for each unit of depth.
+    pub footprint_per_depth: f32,
+    /// Where in the pixel the sample is, from (0, 0) at its upper left to (1, 1).
+    pub offset_pixels: [f32; 2],
+    /// Width and height of the image.
+    pub size_pixels: [u32; 2],
+    /// The depth of a pixel that shows nothing.
+    pub miss_depth: f32,
+    /// Words from one light's mask to the next one's.
+    pub words_per_light: u32,
+    /// 1 for the sample that starts the film, else 0.
+    pub is_first_sample: u32,
+    /// 1 for the layer nearest to the camera, else 0.
+    pub is_first_layer: u32,
+    /// 1 for the layer behind which the surroundings are seen, else 0.
+    pub is_last_layer: u32,
+    /// Where the film's plane of normals and depths starts, in pixels; [`ShadeScene::NO_WORD`] for none.
+    pub first_plane: u32,
+    /// Where the film's plane of what layers let through starts, in pixels; [`ShadeScene::NO_WORD`] for none.
+    pub through_plane: u32,
+    #[doc(hidden)]
+    pub padding: u32,
+}
+
+impl ShadeSample {
+    /// `projection` of rays from one point.
+    pub const PERSPECTIVE: u32 = 0;
+    /// `projection` of parallel rays.
+    pub const ORTHOGRAPHIC: u32 = 1;
+
+    /// The rays of a view through one place in each pixel. What belongs to the film and its layers is set by
+    /// [`Shade::prepare`](super::Shade::prepare), the cone's width by the caller.
+    #[must_use]
+    pub fn new(view: &View, offset_pixels: DVec2) -> Self {
+        let (projection, half_height) = match view.camera.projection {
+            Projection::Perspective { tan_half_height } => (Self::PERSPECTIVE, tan_half_height),
+            Projection::Orthographic { half_height } => (Self::ORTHOGRAPHIC, half_height),
+        };
+        Self {
+            position: view.camera.position.to_array(),
+            projection,
+            right: view.camera.right.to_array(),
+            half_height,
+            up: view.camera.up.to_array(),
+            forward: view.camera.forward.to_array(),
+            offset_pixels: offset_pixels.as_vec2().to_array(),
+            size_pixels: [view.width, view.height],
+            miss_depth: f32::INFINITY,
+            ..Self::default()
+        }
+    }
+}
+
+/// What is around the scene: 176 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct ShadeSurroundings {
+    /// Irradiance by direction: coefficients of the real spherical harmonics of bands 0 to 2, convolved with the cosine
+    /// lobe; the fourth number is nothing.
+    pub irradiance: [[f32; 4]; 9],
+    /// Radiance of [`ShadeSurroundings::COLOR`].
+    pub color: [f32; 3],
+    /// [`ShadeSurroundings::COLOR`], [`ShadeSurroundings::SKY`] or [`ShadeSurroundings::IMAGE`].
+    pub kind: u32,
+    /// Width and height of the panorama's full image.
+    pub panorama_size: [u32; 2],
+    /// How many levels it has.
+    pub panorama_levels: u32,
+    /// Where its list of levels is among the [`Texels`](super::Texels).
+    pub panorama_word: u32,
+}
+
+impl ShadeSurroundings {
+    /// `kind` of one colour everywhere.
+    pub const COLOR: u32 = 0;
+    /// `kind` of the sky that is made by a formula.
+    pub const SKY: u32 = 1;
+    /// `kind` of a latitude–longitude image.
+    pub const IMAGE: u32 = 2;
+}
+
+/// What is the same for all pixels of a frame: 208 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct ShadeScene {
+    /// What is around it.
+    pub surroundings: ShadeSurroundings,
+    /// Where the attributes have the triangles' materials.
+    pub material_word: u32,
+    /// Where they have the vertices' normals; this and the next are [`ShadeScene::NO_WORD`] for none.
+    pub normal_word: u32,
+    /// Where they have the vertices' tangents.
+    pub tangent_word: u32,
+    /// Where they have the vertices' colours.
+    pub color_word: u32,
+    /// Where they have both sets of the vertices' texture coordinates.
+    pub tex_coord_words: [u32; 2],
+    /// How many lights there are.
+    pub light_count: u32,
+    #[doc(hidden)]
+    pub padding: u32,
+}
+
+impl ShadeScene {
+    /// Stands for what isn't there.
+    pub const NO_WORD: u32 = u32::MAX;
+}
+
+impl Default for ShadeScene {
+    /// Black, with no attributes and no lights.
+    fn default() -> Self {
+        Self {
+            material_word: Self::NO_WORD,
+            normal_word: Self::NO_WORD,
+            tangent_word: Self::NO_WORD,
+            color_word: Self::NO_WORD,
+            tex_coord_words: [Self::NO_WORD; 2],
+            ..Self::zeroed()
+        }
+    }
+}
+
+/// A light: 64 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct ShadeLight {
+    /// World position; nothing for a directional light.
+    pub position: [f32; 3],
+    /// [`ShadeLight::POINT`], [`ShadeLight::SPOT`] or [`ShadeLight::DIRECTIONAL`].
+    pub kind: u32,
+    /// In which the light travels, of unit length; nothing for a point light.
+    pub direction: [f32; 3],
+    /// Distance at which it has faded to nothing, in world units; 0 for never.
+    pub range: f32,
+    /// Colour times intensity: candela, or lux for a directional light.
+    pub emitted: [f32; 3],
+    /// Cosine of a spot light's outer half-angle.
+    pub outer_cosine: f32,
+    /// How much greater the cosine of its inner half-angle is; above zero.
+    pub cosine_span: f32,
+    #[doc(hidden)]
+    pub padding: [u32; 3],
+}
+
+impl ShadeLight {
+    /// `kind` of a light in every direction from one point.
+    pub const POINT: u32 = 0;
+    /// `kind` of a light from one point inside a cone.
+    pub const SPOT: u32 = 1;
+    /// `kind` of parallel light.
+    pub const DIRECTIONAL: u32 = 2;
+    /// The most lights that are shaded at once.
+    pub const MOST: usize = 1024;
+
+    /// A light that sends `emitted` and fades to nothing at `range`; `None` for never.
+    #[must_use]
+    pub fn new(source: &LightSource, emitted: Vec3, range: Option<f32>) -> Self {
+        let light = Self { emitted: emitted.to_array(), range: range.unwrap_or(0.0), ..Self::default() };
+        match *source {
+            LightSource::Point { position } => Self { position: position.to_array(), kind: Self::POINT, ..light },
+            LightSource::Spot { position, direction, inner_radians, outer_radians } => Self {
+                position: position.to_array(),
+                kind: Self::SPOT,
+                direction: direction.to_array(),
+                outer_cosine: outer_radians.cos(),
+                cosine_span: (inner_radians.cos() - outer_radians.cos()).max(1e-4),
+                ..light
+            },
+            LightSource::Directional { direction } => {
+                Self { direction: direction.to_array(), kind: Self::DIRECTIONAL, ..light }
+            }
+        }
+    }
+}
+
+/// A metallic-roughness material: 448 bytes. Colours are linear; a texture multiplies its factor.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct ShadeMaterial {
+    /// Colour and opacity.
+    pub base_color: [f32; 4],
+    /// Emitted radiance.
+    pub emissive: [f32; 3],
+    /// 0 for a dielectric, 1 for a metal.
+    pub metallic: f32,
+    /// Perceptual roughness, 0 for a mirror.
+    pub roughness: f32,
+    /// Index of refraction.
+    pub ior: f32,
+    /// How much light passes through instead of being scattered, 0 … 1.
+    pub transmission: f32,
+    /// Scale of the normal texture's x and y.
+    pub normal_scale: f32,
+    /// How much of the occlusion texture applies, 0 … 1.
+    pub occlusion_strength: f32,
+    /// 1 where opacity mixes with what is behind, else 0.
+    pub is_blended: u32,
+    /// 1 where the base colour is shown whatever the light, else 0.
+    pub is_unlit: u32,
+    #[doc(hidden)]
+    pub padding: u32,
+    /// By use: [`ShadeMaterial::BASE_COLOR`] …
+    pub textures: [ShadeTexture; 6],
+}
+
+impl ShadeMaterial {
+    /// Place in `textures` of colour (sRGB) and opacity.
+    pub const BASE_COLOR: usize = 0;
+    /// Place in `textures` of roughness in green and metallic in blue.
+    pub const METALLIC_ROUGHNESS: usize = 1;
+    /// Place in `textures` of tangent-space normals.
+    pub const NORMAL: usize = 2;
+    /// Place in `textures` of ambient occlusion in red.
+    pub const OCCLUSION: usize = 3;
+    /// Place in `textures` of emitted colour (sRGB).
+    pub const EMISSIVE: usize = 4;
+    /// Place in `textures` of transmission in red.
+    pub const TRANSMISSION: usize = 5;
+}
+
+/// A texture as a material uses it: 64 bytes. All zero where there is none.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct ShadeTexture {
+    /// From the mesh's texture coordinates to the image's, (0, 0) being its upper left corner: two columns.
+    pub matrix: [f32; 4],
+    /// What is added then.
+    pub translation: [f32; 2],
+    /// Width and height of the full image.
+    pub size: [u32; 2],
+    /// What lies beyond the image's edges in x and in y: [`ShadeTexture::REPEAT`], [`ShadeTexture::MIRRORED_REPEAT`] or
+    /// [`ShadeTexture::CLAMP_TO_EDGE`].
+    pub wrap: [u32; 2],
+    /// How many levels it has: the full image and its smaller copies; 0 where there is no texture.
+    pub levels: u32,
+    /// Where its list of levels is among the [`Texels`](super::Texels).
+    pub levels_word: u32,
+    /// Which set of texture coordinates: 0 or 1.
+    pub tex_coord_set: u32,
+    /// 1 where the nearest texel is read, 0 where the four nearest are mixed.
+    pub is_nearest: u32,
+    /// 1 for colours encoded by the sRGB transfer function, 0 for quantities.
+    pub is_srgb: u32,
+    #[doc(hidden)]
+    pub padding: u32,
+}
+
+impl ShadeTexture {
+    /// `wrap`: the image again.
+    pub const REPEAT: u32 = 0;
+    /// `wrap`: the image mirrored, then the image again.
+    pub const MIRRORED_REPEAT: u32 = 1;
+    /// `wrap`: the edge's texels.
+    pub const CLAMP_TO_EDGE: u32 = 2;
+}
+
+/// How a film is developed: 12 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct DevelopSettings {
+    /// What the film's sums are multiplied by: exposure over samples.
+    pub scale: f32,
+    /// [`DevelopSettings::NEUTRAL`] or [`DevelopSettings::CLIP`].
+    pub tone_map: u32,
+    /// How many pixels there are.
+    pub pixels: u32,
+}
+
+impl DevelopSettings {
+    /// `tone_map`: Khronos PBR Neutral.
+    pub const NEUTRAL: u32 = 0;
+    /// `tone_map`: everything above one is cut off.
+    pub const CLIP: u32 = 1;
+}

@@ -1,0 +1,142 @@
+// What shading reads, as tables.rs writes it, and the film.
+
+const NO_TRIANGLE: u32 = 0xffffffffu;
+// Stands for attributes that no vertex has.
+const NO_WORD: u32 = 0xffffffffu;
+
+const PROJECTION_PERSPECTIVE: u32 = 0u;
+const PROJECTION_ORTHOGRAPHIC: u32 = 1u;
+
+const SURROUNDINGS_COLOR: u32 = 0u;
+const SURROUNDINGS_SKY: u32 = 1u;
+const SURROUNDINGS_IMAGE: u32 = 2u;
+
+const LIGHT_POINT: u32 = 0u;
+const LIGHT_SPOT: u32 = 1u;
+const LIGHT_DIRECTIONAL: u32 = 2u;
+const MOST_LIGHTS: u32 = 1024u;
+
+const TEXTURE_BASE_COLOR: u32 = 0u;
+const TEXTURE_METALLIC_ROUGHNESS: u32 = 1u;
+const TEXTURE_NORMAL: u32 = 2u;
+const TEXTURE_OCCLUSION: u32 = 3u;
+const TEXTURE_EMISSIVE: u32 = 4u;
+const TEXTURE_TRANSMISSION: u32 = 5u;
+const TEXTURES: u32 = 6u;
+
+const WRAP_REPEAT: u32 = 0u;
+const WRAP_MIRRORED_REPEAT: u32 = 1u;
+const WRAP_CLAMP_TO_EDGE: u32 = 2u;
+
+// Where fixed tables are in shade_texels.
+const LINEAR_FROM_SRGB_WORD: u32 = 0u;
+const SPECULAR_ALBEDO_WORD: u32 = 256u;
+const SPECULAR_ALBEDO_SIDE: u32 = 24u;
+
+// The camera rays of one sample, and which layer of surfaces they meet.
+struct ShadeSample {
+    position: vec3<f32>,
+    projection: u32,
+    right: vec3<f32>,
+    // Half the height of the view, at depth 1 for a perspective.
+    half_height: f32,
+    up: vec3<f32>,
+    // Width of a ray's cone at depth 0, and how much it grows for each unit of depth.
+    footprint: f32,
+    forward: vec3<f32>,
+    footprint_per_depth: f32,
+    offset_pixels: vec2<f32>,
+    size_pixels: vec2<u32>,
+    // What the film's first plane says of a pixel that shows nothing.
+    miss_depth: f32,
+    words_per_light: u32,
+    is_first_sample: u32,
+    is_first_layer: u32,
+    is_last_layer: u32,
+    // Where planes of the film are, in pixels; NO_WORD for one that isn't kept.
+    first_plane: u32,
+    through_plane: u32,
+}
+
+struct ShadeSurroundings {
+    // Coefficients of spherical harmonics; w is nothing.
+    irradiance: array<vec4<f32>, 9>,
+    color: vec3<f32>,
+    kind: u32,
+    panorama_size: vec2<u32>,
+    panorama_levels: u32,
+    // Where in shade_texels each level's first texel is listed.
+    panorama_word: u32,
+}
+
+struct ShadeScene {
+    surroundings: ShadeSurroundings,
+    // Where attributes are in shade_attributes.
+    material_word: u32,
+    normal_word: u32,
+    tangent_word: u32,
+    color_word: u32,
+    tex_coord_words: vec2<u32>,
+    light_count: u32,
+}
+
+struct ShadeLight {
+    position: vec3<f32>,
+    kind: u32,
+    // In which the light travels.
+    direction: vec3<f32>,
+    // 0 for a light that never fades to nothing.
+    range: f32,
+    emitted: vec3<f32>,
+    // Of a spot light's outer half-angle, and how much greater that of its inner one is.
+    outer_cosine: f32,
+    cosine_span: f32,
+}
+
+struct ShadeMaterial {
+    base_color: vec4<f32>,
+    emissive: vec3<f32>,
+    metallic: f32,
+    roughness: f32,
+    ior: f32,
+    transmission: f32,
+    normal_scale: f32,
+    occlusion_strength: f32,
+    is_blended: u32,
+    is_unlit: u32,
+    textures: array<ShadeTexture, TEXTURES>,
+}
+
+// A texture as a material uses it.
+struct ShadeTexture {
+    // From the mesh's texture coordinates to the image's: two columns, then what is added.
+    matrix: vec4<f32>,
+    translation: vec2<f32>,
+    size: vec2<u32>,
+    wrap: vec2<u32>,
+    // 0 where there is no texture.
+    levels: u32,
+    // Where in shade_texels each level's first texel is listed.
+    levels_word: u32,
+    tex_coord_set: u32,
+    is_nearest: u32,
+    is_srgb: u32,
+}
+
+@group(0) @binding(0) var<uniform> shade_sample: ShadeSample;
+@group(0) @binding(1) var<uniform> shade_scene: ShadeScene;
+@group(0) @binding(2) var<uniform> shade_lights: array<ShadeLight, MOST_LIGHTS>;
+// What each place shows.
+@group(0) @binding(3) var<storage, read> shade_seen: array<u32>;
+// One bit a place for each light, light after light.
+@group(0) @binding(4) var<storage, read> shade_lit: array<u32>;
+@group(0) @binding(5) var<storage, read> shade_positions: array<f32>;
+@group(0) @binding(6) var<storage, read> shade_indices: array<u32>;
+// Materials of triangles and attributes of vertices.
+@group(0) @binding(7) var<storage, read> shade_attributes: array<u32>;
+@group(0) @binding(8) var<storage, read> shade_materials: array<ShadeMaterial>;
+// Fixed tables, then texels of textures (RGBA8) and of the panorama (three f32).
+@group(0) @binding(9) var<storage, read> shade_texels: array<u32>;
+// Planes of pixels in rows: colour and coverage summed over the samples; normal and depth at the first sample; what the
+// layers so far let through.
+@group(0) @binding(10) var<storage, read_write> shade_film: array<vec4<f32>>;

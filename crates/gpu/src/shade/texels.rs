@@ -1,0 +1,44 @@
+/// What images hold, one behind the other, with a list of levels before each: what fits into one buffer of the GPU.
+#[derive(Clone, Debug)]
+pub struct Texels {
+    words: Vec<u32>,
+}
+
+impl Texels {
+    /// Where the linear value of each sRGB byte is.
+    pub const LINEAR_FROM_SRGB_WORD: u32 = 0;
+    /// Where the table of specular albedo is.
+    pub const SPECULAR_ALBEDO_WORD: u32 = 256;
+    /// Entries along each side of the table of specular albedo.
+    pub const ALBEDO_SIDE: usize = 24;
+
+    /// No images yet, behind two fixed tables: the linear value of each sRGB byte, and scale and bias of specular albedo
+    /// by roughness (rows) and cosine (columns), both from 0 to 1.
+    #[must_use]
+    pub fn new(
+        linear_from_srgb: &[f32; 256],
+        specular_albedo: &[[[f32; 2]; Self::ALBEDO_SIDE]; Self::ALBEDO_SIDE],
+    ) -> Self {
+        let albedo = specular_albedo.as_flattened().as_flattened();
+        Self { words: linear_from_srgb.iter().chain(albedo).map(|value| value.to_bits()).collect() }
+    }
+
+    /// Adds an image from its levels, the full one first, each half as wide and high as the one before, rounded down but
+    /// at least 1: words in rows, the upper row first; RGBA8 with red in the lowest byte for a texture, three f32 a texel
+    /// for a panorama. Gives the place of its list of levels.
+    pub fn add<L: IntoIterator<Item = u32>>(&mut self, levels: impl ExactSizeIterator<Item = L>) -> u32 {
+        let list = self.words.len();
+        self.words.resize(list + levels.len(), 0);
+        for (place, level) in levels.enumerate() {
+            self.words[list + place] = self.words.len() as u32;
+            self.words.extend(level);
+        }
+        list as u32
+    }
+
+    /// All of it, as shaders read it.
+    #[must_use]
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+}

@@ -1,0 +1,4 @@
+//! The GPU engine's side of a frame.
+
+mod tables;
+pub mod trial;

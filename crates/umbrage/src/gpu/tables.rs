@@ -1,0 +1,184 @@
+//! From what the CPU knows of a frame to what the GPU's shading reads.
+
+use std::sync::Arc;
+
+use umbrage_gpu::shade::{
+    Attributes, Shade, ShadeLight, ShadeMaterial, ShadeSample, ShadeSurroundings, ShadeTexture, Texels,
+};
+use umbrage_gpu::{Gpu, GpuError};
+use umbrage_rays::View;
+use umbrage_scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Mesh, Texture, TextureUse, Wrap};
+
+use crate::background::Surroundings;
+use crate::sampling::Sample;
+use crate::shade::{Footprint, specular_albedo_table};
+use crate::{Background, Panorama};
+
+/// What of a frame is on the GPU, so that only what is new goes there.
+#[derive(Debug, Default)]
+pub(crate) struct Tables {
+    mesh: Option<Arc<Mesh>>,
+    materials: Option<Arc<Materials>>,
+    panorama: Option<Arc<Panorama>>,
+    /// Where the panorama's list of levels is.
+    panorama_word: u32,
+}
+
+/// What of a frame was new to the GPU, beside what moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Uploaded {
+    /// Materials, with their textures and the panorama.
+    pub materials: bool,
+    /// What triangles and vertices are painted with.
+    pub mesh: bool,
+}
+
+impl Tables {
+    /// Brings all that shading reads of a frame, but for positions and indices, to the GPU.
+    ///
+    /// # Errors
+    /// Where something is larger than the device allows.
+    pub(crate) fn upload(
+        &mut self,
+        gpu: &Gpu,
+        frame: &Frame,
+        surroundings: &Surroundings<'_>,
+        shade: &mut Shade,
+    ) -> Result<Uploaded, GpuError> {
+        let materials = self.upload_images(gpu, &frame.materials, surroundings.background(), shade)?;
+        shade.set_surroundings(self.surroundings(surroundings));
+        let is_same_mesh = self.mesh.as_ref().is_some_and(|mesh| Arc::ptr_eq(mesh, &frame.mesh));
+        // Held, so that no other mesh takes its place in memory; only once it is there.
+        self.mesh = None;
+        shade.set_attributes(gpu, &attributes(frame), is_same_mesh)?;
+        self.mesh = Some(Arc::clone(&frame.mesh));
+        shade.set_lights(gpu, &frame.lights.iter().map(light).collect::<Vec<_>>())?;
+        Ok(Uploaded { materials, mesh: !is_same_mesh })
+    }
+
+    /// Whether any were new.
+    fn upload_images(
+        &mut self,
+        gpu: &Gpu,
+        materials: &Arc<Materials>,
+        background: &Background,
+        shade: &mut Shade,
+    ) -> Result<bool, GpuError> {
+        let panorama = match background {
+            Background::Image(panorama) => Some(panorama),
+            Background::Color(_) | Background::Sky => None,
+        };
+        let has_materials = self.materials.as_ref().is_some_and(|old| Arc::ptr_eq(old, materials));
+        let has_panorama = panorama.is_none_or(|new| self.panorama.as_ref().is_some_and(|old| Arc::ptr_eq(old, new)));
+        if has_materials && has_panorama {
+            return Ok(false);
+        }
+        let mut texels = Texels::new(ColorSpace::linear_from_srgb(), &specular_albedo_table());
+        let words: Vec<u32> = materials.textures.iter().map(|texture| add_texture(&mut texels, texture)).collect();
+        self.panorama_word = panorama.map_or(0, |panorama| add_panorama(&mut texels, panorama));
+        let rows: Vec<_> = materials.materials.iter().map(|of| material(of, &materials.textures, &words)).collect();
+        (self.materials, self.panorama) = (None, None);
+        shade.set_materials(gpu, &rows, &texels)?;
+        (self.materials, self.panorama) = (Some(Arc::clone(materials)), panorama.cloned());
+        Ok(true)
+    }
+
+    fn surroundings(&self, surroundings: &Surroundings<'_>) -> ShadeSurroundings {
+        let irradiance = surroundings.irradiance_coefficients().map(|of| of.extend(0.0).to_array());
+        let all = ShadeSurroundings { irradiance, ..ShadeSurroundings::default() };
+        match surroundings.background() {
+            Background::Color(color) => {
+                ShadeSurroundings { kind: ShadeSurroundings::COLOR, color: color.to_array(), ..all }
+            }
+            Background::Sky => ShadeSurroundings { kind: ShadeSurroundings::SKY, ..all },
+            Background::Image(panorama) => ShadeSurroundings {
+                kind: ShadeSurroundings::IMAGE,
+                panorama_size: panorama.size().map(|side| side as u32),
+                panorama_levels: panorama.levels().len() as u32,
+                panorama_word: self.panorama_word,
+                ..all
+            },
+        }
+    }
+}
+
+/// The rays of a sample, with the cones of their pixels.
+pub(crate) fn sample_rays(view: &View, sample: &Sample) -> ShadeSample {
+    let Footprint { width, width_per_depth } = Footprint::new(view, sample.of);
+    ShadeSample {
+        footprint: width,
+        footprint_per_depth: width_per_depth,
+        ..ShadeSample::new(view, sample.offset_pixels)
+    }
+}
+
+fn attributes(frame: &Frame) -> Attributes<'_> {
+    let [first_set, second_set] = &frame.mesh.tex_coords;
+    Attributes {
+        material_of_triangle: &frame.mesh.material_of_triangle,
+        tex_coords: [first_set, second_set],
+        colors: &frame.mesh.colors,
+        normals: &frame.normals,
+        tangents: &frame.tangents,
+    }
+}
+
+fn light(light: &Light) -> ShadeLight {
+    ShadeLight::new(&light.source, light.color * light.intensity, light.range)
+}
+
+fn material(material: &Material, textures: &[Texture], words: &[u32]) -> ShadeMaterial {
+    let mut uses = [ShadeTexture::default(); 6];
+    for (place, used) in [
+        (ShadeMaterial::BASE_COLOR, material.base_color_texture),
+        (ShadeMaterial::METALLIC_ROUGHNESS, material.metallic_roughness_texture),
+        (ShadeMaterial::NORMAL, material.normal_texture),
+        (ShadeMaterial::OCCLUSION, material.occlusion_texture),
+        (ShadeMaterial::EMISSIVE, material.emissive_texture),
+        (ShadeMaterial::TRANSMISSION, material.transmission_texture),
+    ] {
+        uses[place] = used.map_or_else(ShadeTexture::default, |used| texture(&used, textures, words));
+    }
+    ShadeMaterial {
+        base_color: material.base_color.to_array(),
+        emissive: material.emissive.to_array(),
+        metallic: material.metallic,
+        roughness: material.roughness,
+        ior: material.ior,
+        transmission: material.transmission,
+        normal_scale: material.normal_scale,
+        occlusion_strength: material.occlusion_strength,
+        is_blended: u32::from(material.alpha == Alpha::Blend),
+        is_unlit: u32::from(material.unlit),
+        textures: uses,
+        ..ShadeMaterial::default()
+    }
+}
+
+fn texture(used: &TextureUse, textures: &[Texture], words: &[u32]) -> ShadeTexture {
+    let texture = &textures[used.texture as usize];
+    ShadeTexture {
+        matrix: used.image_from_mesh.matrix2.to_cols_array(),
+        translation: used.image_from_mesh.translation.to_array(),
+        size: texture.size(),
+        wrap: texture.wrap().map(|wrap| match wrap {
+            Wrap::Repeat => ShadeTexture::REPEAT,
+            Wrap::MirroredRepeat => ShadeTexture::MIRRORED_REPEAT,
+            Wrap::ClampToEdge => ShadeTexture::CLAMP_TO_EDGE,
+        }),
+        levels: texture.levels().len() as u32,
+        levels_word: words[used.texture as usize],
+        tex_coord_set: u32::from(used.tex_coord_set.min(1)),
+        is_nearest: u32::from(texture.filter() == Filter::Nearest),
+        is_srgb: u32::from(texture.space() == ColorSpace::Srgb),
+        ..ShadeTexture::default()
+    }
+}
+
+fn add_texture(texels: &mut Texels, texture: &Texture) -> u32 {
+    texels.add(texture.levels().map(|level| level.iter().map(|texel| u32::from_le_bytes(*texel))))
+}
+
+fn add_panorama(texels: &mut Texels, panorama: &Panorama) -> u32 {
+    texels.add(panorama.levels().map(|level| level.iter().flat_map(|texel| texel.to_array().map(f32::to_bits))))
+}

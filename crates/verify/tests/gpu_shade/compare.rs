@@ -1,0 +1,98 @@
+//! How two films differ.
+
+use umbrage::gpu::trial::{Films, Trial};
+use umbrage::{Film, Scene, Settings};
+use umbrage_gpu::{DeviceLimits, Gpu};
+
+/// The machine's adapter with the limits of every device, or none: then says so on the standard error.
+pub(crate) fn trial() -> Option<Trial> {
+    match Gpu::open("", DeviceLimits::Portable) {
+        Ok(gpu) => Some(Trial::new(gpu).expect("room for tables")),
+        Err(error) => {
+            eprintln!("skipped: {error}");
+            None
+        }
+    }
+}
+
+/// How many pixels of two films differ, and by how much at most.
+///
+/// The CPU has hits in f64 and shades in f32; the GPU has both in f32 and may contract sums of products. Most pixels so
+/// agree to about 10⁻⁶, less than a hundredth of a level. Three things can make more of a rounding: a texel edge on a
+/// triangle with so many texels that f32 weights hardly tell them apart (on a floor of 100,000 texels a side, half a unit
+/// in the last place is 0.003 texels, on the CPU as well), a ray that only grazes its triangle, and a light in the plane
+/// of the triangle that it shines on. On lavapipe and on SwiftShader no picture of these tests has such
+/// a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Difference {
+    /// Of how many.
+    pub(crate) pixels: usize,
+    /// Pixels that differ by more than [`Difference::LEVELS`] in some channel after tone mapping.
+    pub(crate) colors: usize,
+    /// The largest difference after tone mapping, in levels of 255.
+    pub(crate) largest_level: f32,
+    /// Pixels whose coverage differs by more than [`Difference::COVERAGE`].
+    pub(crate) coverages: usize,
+    /// Pixels whose normal differs by more than [`Difference::NORMAL`].
+    pub(crate) normals: usize,
+    /// Pixels whose depth differs by more than [`Difference::RELATIVE_DEPTH`].
+    pub(crate) depths: usize,
+    /// Pixels with another triangle.
+    pub(crate) triangles: usize,
+}
+
+impl Difference {
+    /// One step of an eight-bit image.
+    const LEVELS: f32 = 1.0;
+    const COVERAGE: f32 = 1e-4;
+    const NORMAL: f32 = 1e-2;
+    /// Rays that only graze a triangle have a depth that is hardly defined in f32.
+    const RELATIVE_DEPTH: f32 = 1e-3;
+
+    pub(crate) fn of(cpu: &Film, gpu: &Film, settings: &Settings) -> Self {
+        let mut difference = Self { pixels: cpu.color.len(), ..Self::default() };
+        let developed = [cpu, gpu].map(|film| film.develop(settings).pixels);
+        for pixel in 0..cpu.color.len() {
+            let [one, other] = [0, 1].map(|film: usize| developed[film][pixel]);
+            let levels = (0..3).map(|channel| f32::from(one[channel].abs_diff(other[channel])) / 257.0);
+            let most = levels.fold(0.0, f32::max);
+            difference.largest_level = difference.largest_level.max(most);
+            difference.colors += usize::from(most > Self::LEVELS);
+            let coverage = (cpu.color[pixel].w - gpu.color[pixel].w).abs();
+            difference.coverages += usize::from(coverage.is_nan() || coverage > Self::COVERAGE);
+            let apart = cpu.normal[pixel].distance(gpu.normal[pixel]);
+            difference.normals += usize::from(apart.is_nan() || apart > Self::NORMAL);
+            let (near, far) = (cpu.depth[pixel], gpu.depth[pixel]);
+            let is_same_depth = near == far || (near - far).abs() <= Self::RELATIVE_DEPTH * near.abs();
+            difference.depths += usize::from(!is_same_depth);
+            difference.triangles += usize::from(cpu.triangle[pixel] != gpu.triangle[pixel]);
+        }
+        difference
+    }
+
+    /// Fails where more pixels differ than one in 10,000, or any has another triangle.
+    pub(crate) fn expect_alike(&self, name: &str) {
+        let Self { pixels, colors, coverages, normals, depths, triangles, .. } = *self;
+        println!("{name}: {self:?}");
+        let most = pixels / 10_000;
+        let is_alike = triangles == 0 && [colors, coverages, normals, depths].iter().all(|&count| count <= most);
+        assert!(is_alike, "{name}: {self:?}");
+    }
+}
+
+/// Pixels that the GPU develops more than one level off from how the CPU develops the same film.
+pub(crate) fn developed_otherwise(films: &Films, settings: &Settings) -> usize {
+    let of_cpu = films.gpu.develop(settings).pixels;
+    let is_off = |(cpu, gpu): &(&[u16; 3], &[u8; 4])| {
+        gpu[3] != u8::MAX
+            || (0..3).any(|channel| (f32::from(cpu[channel]) / 257.0 - f32::from(gpu[channel])).abs() > 1.0)
+    };
+    of_cpu.iter().zip(&films.developed).filter(is_off).count()
+}
+
+/// Renders a scene both ways.
+pub(crate) fn render(trial: &mut Trial, scene: &Scene, seconds: f64, settings: &Settings) -> (Films, Difference) {
+    let films = trial.render(scene, seconds, settings).unwrap_or_else(|error| panic!("{error}"));
+    let difference = Difference::of(&films.cpu, &films.gpu, settings);
+    (films, difference)
+}
