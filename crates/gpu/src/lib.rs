@@ -21,7 +21,7 @@ pub mod shade;
 mod view;
 
 pub use buffer::Buffer;
-pub use camera::{CameraGrid, CameraOptions, CameraWork};
+pub use camera::{CameraGrid, CameraOptions, CameraWork, Sight};
 pub use device::{Adapter, DeviceLimits, Gpu};
 pub use error::GpuError;
 pub use geometry::Geometry;

@@ -5,13 +5,14 @@ use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
 use crate::cpu::{Cpu, LightMask, LightWork};
+use crate::engine::Engine;
 use crate::sampling::Sample;
 use crate::{Film, Settings, Stats, Structure};
 
 /// Renders frames, one after the other, in the same memory.
 #[derive(Debug, Default)]
 pub struct Renderer {
-    engine: Cpu,
+    engine: Engine,
     frame: Frame,
     film: Film,
     stats: Stats,
@@ -27,6 +28,10 @@ pub enum Error {
     /// The image has more pixels on a side than the structure can sort.
     #[error(transparent)]
     ImageTooLarge(#[from] umbrage_rays::ImageTooLarge),
+    /// The GPU can't do what is asked of it.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] umbrage_gpu::GpuError),
     /// A setting makes no sense.
     #[error("{0}")]
     Settings(String),
@@ -44,7 +49,19 @@ impl Renderer {
     /// A renderer whose grids use the instructions of `level` rather than the widest; pictures are the same.
     #[must_use]
     pub fn with_simd_level(level: SimdLevel) -> Self {
-        Self { engine: Cpu::with_level(level), ..Self::default() }
+        Self { engine: Engine::Cpu(Box::new(Cpu::with_level(level))), ..Self::default() }
+    }
+
+    /// A renderer that works on a GPU. Triangles and shadows are the CPU's; colours differ by rounding.
+    ///
+    /// [`Settings::structure`] doesn't matter to it: a GPU has the perspective grid.
+    ///
+    /// # Errors
+    /// Where the device has no memory for fixed tables.
+    #[cfg(feature = "gpu")]
+    pub fn with_gpu(gpu: umbrage_gpu::Gpu) -> Result<Self, Error> {
+        let engine = crate::gpu::GpuEngine::new(gpu, umbrage_gpu::CameraOptions::default())?;
+        Ok(Self { engine: Engine::Gpu(Box::new(engine)), ..Self::default() })
     }
 
     /// Renders `scene` at a moment, on the threads of the current rayon pool.
@@ -64,12 +81,12 @@ impl Renderer {
         let surroundings = Surroundings::new(&settings.background);
 
         film.clear(&view);
-        stats.time("build", || engine.build(frame, settings));
+        stats.time("build", || engine.build(frame, &view, settings, &surroundings))?;
         for sample in Sample::all(settings.samples) {
-            stats.time("see", || engine.see(frame, &view, &sample))?;
-            stats.time("shadow", || engine.shadow(frame, &view, &sample));
-            stats.time("shade", || engine.shade(frame, &view, &sample, &surroundings, film));
+            // See, shadow, shade.
+            engine.sample(frame, &view, &sample, &surroundings, film, stats)?;
         }
+        engine.finish(film, stats)?;
         film.average(settings.samples);
 
         stats.count(frame, film, engine, settings.samples);
@@ -95,7 +112,7 @@ impl Renderer {
         let Self { engine, frame, .. } = self;
         scene.pose(seconds, frame)?;
         let view = settings.view(frame);
-        engine.build(frame, settings);
+        engine.build(frame, &view, settings, &Surroundings::new(&settings.background))?;
         for sample in Sample::all(1) {
             engine.see_counting(frame, &view, &sample, work)?;
         }

@@ -17,6 +17,7 @@
 
 mod background;
 mod cpu;
+mod engine;
 mod film;
 mod frame;
 #[cfg(feature = "gpu")]

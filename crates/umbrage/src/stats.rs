@@ -4,7 +4,7 @@ use serde::Serialize;
 use umbrage_scene::Frame;
 
 use crate::Film;
-use crate::cpu::Cpu;
+use crate::engine::Engine;
 
 /// What a frame cost.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -67,15 +67,19 @@ impl Stats {
     pub(crate) fn time<T>(&mut self, name: &'static str, stage: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = stage();
-        let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+        self.add(name, start.elapsed().as_secs_f64() * 1e3);
+        result
+    }
+
+    /// Counts time that a stage took.
+    pub(crate) fn add(&mut self, name: &'static str, milliseconds: f64) {
         match self.stages.iter_mut().find(|stage| stage.name == name) {
             Some(stage) => stage.milliseconds += milliseconds,
             None => self.stages.push(Stage { name, milliseconds }),
         }
-        result
     }
 
-    pub(crate) fn count(&mut self, frame: &Frame, film: &Film, engine: &Cpu, samples: u32) {
+    pub(crate) fn count(&mut self, frame: &Frame, film: &Film, engine: &Engine, samples: u32) {
         self.triangles = frame.mesh.triangles.len();
         self.vertices = frame.positions.len();
         self.lights = frame.lights.len();
@@ -85,7 +89,7 @@ impl Stats {
         self.point_bytes = engine.point_bytes();
         self.frame_bytes = frame.bytes();
         self.pixel_bytes = film.bytes() + engine.pixel_bytes();
-        let omitted = engine.omitted();
+        let omitted = engine.omitted(frame);
         let kinds = [
             ("a coordinate is not finite", &omitted.not_finite),
             ("two corners are in the same place", &omitted.zero_area),

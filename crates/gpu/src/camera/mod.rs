@@ -21,14 +21,22 @@ pub struct CameraOptions {
     pub mapping: u32,
     /// Depth slices of a tile, 1 or more.
     pub slices: u32,
-    /// Whether rays go through triangles whose corners they see clockwise.
-    pub culls_back_faces: bool,
 }
 
 impl Default for CameraOptions {
     fn default() -> Self {
-        Self { mapping: 1, slices: 8, culls_back_faces: false }
+        Self { mapping: 1, slices: 8 }
     }
+}
+
+/// Which of the triangles on a pixel's ray are seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sight {
+    /// Whether rays go through triangles whose corners they see clockwise.
+    pub culls_back_faces: bool,
+    /// Whether pixels see what is behind the triangle that [`CameraGrid::seen`] has for them, rather than the nearest;
+    /// those that have none see nothing.
+    pub is_behind: bool,
 }
 
 /// What a camera's frame was as work.
@@ -63,9 +71,14 @@ pub struct CameraGrid {
     no_points: Buffer,
     /// The triangle of each pixel, in [`TileOrder`].
     seen: Buffer,
+    /// What pixels showed before, where what is behind that is asked for.
+    front: Buffer,
     /// Hits that the filter leaves open.
     nodes: Buffer,
     cell_count: u32,
+    places: u64,
+    is_behind: bool,
+    sees_any: bool,
     work: CameraWork,
 }
 
@@ -89,8 +102,12 @@ impl CameraGrid {
             cells: Buffer::storage(gpu, "cells"),
             no_points: Buffer::storage(gpu, "no points"),
             seen: Buffer::storage(gpu, "seen"),
+            front: Buffer::storage(gpu, "seen before"),
             nodes: Buffer::storage(gpu, "nodes"),
             cell_count: 0,
+            places: 0,
+            is_behind: false,
+            sees_any: false,
             work: CameraWork::default(),
         }
     }
@@ -105,10 +122,12 @@ impl CameraGrid {
         geometry: &Geometry,
         view: &View,
         offset_pixels: DVec2,
+        sight: Sight,
     ) -> Result<(), GpuError> {
-        let CameraOptions { mapping, slices, culls_back_faces } = self.options;
+        let CameraOptions { mapping, slices } = self.options;
         let tile_bits = 4 - mapping.trailing_zeros();
-        let space = Space::of_view(view, offset_pixels, tile_bits, slices, culls_back_faces);
+        let mut space = Space::of_view(view, offset_pixels, tile_bits, slices, sight.culls_back_faces);
+        space.raster.sees_behind = u32::from(sight.is_behind);
         self.cell_count = space.cells();
         self.spaces.reserve(gpu, 6 * Space::BYTES)?;
         self.spaces.write(gpu, &[space])?;
@@ -120,11 +139,12 @@ impl CameraGrid {
         self.balance.prepare(&space);
         let blocks = Balance::most_blocks(&space, self.list.pair_room());
         self.cells.reserve(gpu, 4 * u64::from(self.cell_count) + Balance::block_bytes(blocks))?;
-        let places = TileOrder::new(view.width, view.height).places() as u64;
-        self.seen.reserve(gpu, 4 * places + Trace::partial_bytes(self.list.pair_room()))?;
+        self.is_behind = sight.is_behind;
+        self.places = TileOrder::new(view.width, view.height).places() as u64;
+        self.seen.reserve(gpu, 4 * self.places + Trace::partial_bytes(self.list.pair_room()))?;
         let pixels = u64::from(view.width) * u64::from(view.height);
         self.nodes.reserve(gpu, Trace::node_bytes(pixels / 16 + (1 << 10)))?;
-        self.settle.prepare(gpu, view, offset_pixels, culls_back_faces)
+        self.settle.prepare(gpu, view, offset_pixels, sight.culls_back_faces)
     }
 
     /// Records all stages.
@@ -132,7 +152,9 @@ impl CameraGrid {
         recorder.clear(&self.header);
         recorder.clear_words(&self.cells, u64::from(self.cell_count));
         recorder.clear_words(&self.nodes, Trace::NODES_HEADER);
-        recorder.clear(&self.seen);
+        if self.is_behind {
+            recorder.copy_words(&self.front, &self.seen, self.places);
+        }
         recorder.stage("transform", |pass| {
             self.transform.record(
                 gpu,
@@ -172,6 +194,22 @@ impl CameraGrid {
         self.settle.record(gpu, recorder, geometry, &self.seen, &self.nodes);
     }
 
+    /// Keeps what pixels show, for a next frame that asks what is [behind](Sight::is_behind).
+    ///
+    /// # Errors
+    /// Where it needs more than one buffer of the device has room for.
+    pub fn keep(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>) -> Result<(), GpuError> {
+        self.front.reserve(gpu, 4 * self.places)?;
+        recorder.copy_words(&self.seen, &self.front, self.places);
+        Ok(())
+    }
+
+    /// Whether the last finished frame, which asked what is behind, saw anything.
+    #[must_use]
+    pub fn sees_any(&self) -> bool {
+        self.sees_any
+    }
+
     /// Waits for the frame and looks at what it needed. Where that was more than there was room for, makes room and
     /// answers false: then the frame has to be done again.
     ///
@@ -181,7 +219,8 @@ impl CameraGrid {
         let header = self.header.read::<u32>(gpu, HEADER_WORDS as usize)?;
         let (pair_counts, word) = self.list.pair_counts();
         let pairs = pair_counts.read::<u32>(gpu, word as usize + 1)?[word as usize];
-        let [open_hits, open_pixels] = self.nodes.read::<[u32; 2]>(gpu, 1)?[0];
+        let [open_hits, open_pixels, _, _, _, any] = self.nodes.read::<[u32; 6]>(gpu, 1)?[0];
+        self.sees_any = any != 0;
         self.work = CameraWork { pairs, large: header[LARGE], open_hits, open_pixels };
         let mut fits = !self.list.grow(gpu, header[LARGE], pairs)?;
         let nodes = Trace::node_bytes(u64::from(open_hits)) + 4 * u64::from(open_pixels);
@@ -215,6 +254,6 @@ impl CameraGrid {
     /// Bytes on the GPU for pixels.
     #[must_use]
     pub fn pixel_bytes(&self) -> u64 {
-        self.seen.bytes() + self.nodes.bytes()
+        self.seen.bytes() + self.front.bytes() + self.nodes.bytes()
     }
 }

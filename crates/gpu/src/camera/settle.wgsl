@@ -26,6 +26,11 @@ fn position_bits(vertex: u32) -> vec3<u32> {
     return vec3<u32>(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
 }
 
+fn corner_bits(id: u32) -> CornerBits {
+    let corners = triangles[id].xyz;
+    return CornerBits(position_bits(corners.x), position_bits(corners.y), position_bits(corners.z));
+}
+
 @compute @workgroup_size(64)
 fn settle(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -41,11 +46,18 @@ fn settle(
     let ray = exact_pixel_ray(settle_view.view, pixel.x, pixel.y, settle_view.x_offset, settle_view.y_offset);
 
     var terms: ExpansionTerms;
+    // What was seen already is the first node.
+    var node = seen[place];
+    var farther_than = F64_ZERO;
+    let front = nodes[NODES_FIRST + node * NODE_WORDS];
+    if (front & NODE_FRONT) != 0u {
+        farther_than = exact_t(&terms, ray, exact_edges(&terms, ray, corner_bits(front & ~NODE_FRONT)));
+        node = nodes[NODES_FIRST + node * NODE_WORDS + 1u];
+    }
     var nearest = F64_ZERO;
     // What the nearest hit so far has as its key; others below it by more than any error aren't asked about.
     var nearest_key = 0.0;
     var triangle = NONE;
-    var node = seen[place];
     while node != NONE {
         let base = NODES_FIRST + node * NODE_WORDS;
         let id = nodes[base];
@@ -54,9 +66,7 @@ fn settle(
         if triangle != NONE && highest_key < nearest_key - 1e-5 * abs(nearest_key) {
             continue;
         }
-        let corners = triangles[id].xyz;
-        let bits = CornerBits(position_bits(corners.x), position_bits(corners.y), position_bits(corners.z));
-        let edges = exact_edges(&terms, ray, bits);
+        let edges = exact_edges(&terms, ray, corner_bits(id));
         if edges.side == 0 || (settle_view.culls_back_faces == 1u && !exact_is_front(edges)) {
             continue;
         }
@@ -65,7 +75,7 @@ fn settle(
             continue;
         }
         let t = exact_t(&terms, ray, edges);
-        if !f64_less(F64_ZERO, t) {
+        if !f64_less(farther_than, t) {
             continue;
         }
         let is_nearer = f64_less(t, nearest) || (f64_equal(t, nearest) && id < triangle);

@@ -34,6 +34,13 @@ var<workgroup> record_d: array<vec4<f32>, RECORDS>;
 var<workgroup> still_open: atomic<u32>;
 var<workgroup> goes_on: u32;
 
+// What a pixel has seen already, where what is behind that is asked for: hits count from there on.
+struct Front {
+    triangle: u32,
+    key: f32,
+    error: f32,
+}
+
 // What a pixel sees for certain, and what it may see besides.
 struct Best {
     triangle: u32,
@@ -158,7 +165,7 @@ fn edges_at(place: u32, p: vec2<f32>) -> vec3<f32> {
 
 // Tests records from `first` on against a pixel: first all for whether they may be hit, then those that may. So the rest
 // runs only where some pixel of a few has a hit.
-fn test_batch(best: ptr<function, Best>, first: u32, count: u32, pixel: vec2<i32>) {
+fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, pixel: vec2<i32>) {
     for (var start = 0u; start < count; start += 32u) {
         var candidates = 0u;
         for (var i = 0u; i < min(count - start, 32u); i++) {
@@ -182,6 +189,11 @@ fn test_batch(best: ptr<function, Best>, first: u32, count: u32, pixel: vec2<i32
                 is_cut = answer == MASK_CUT;
                 is_hit = answer == MASK_THERE;
                 is_masked = false;
+            }
+            if front.triangle != NONE {
+                let error = front.error + record_b[place].w;
+                is_cut |= id == front.triangle || key > front.key + error;
+                is_hit = is_hit && key < front.key - error;
             }
             var is_open = !is_cut && offer(best, id, key, record_b[place].w, is_hit);
             while is_open {
@@ -235,7 +247,13 @@ fn trace(
     let side = TRACING_TILE / MAPPING;
     let sub = local / side;
     let pixel = tile_first + local;
-    let is_inside = pixel.x < u32(raster.columns) && pixel.y < u32(raster.rows);
+    var is_inside = pixel.x < u32(raster.columns) && pixel.y < u32(raster.rows);
+    var front = Front(NONE, 0.0, 0.0);
+    if raster.sees_behind == 1u && is_inside {
+        front = front_of(pixel);
+        // What has seen nothing sees nothing behind that.
+        is_inside = front.triangle != NONE;
+    }
 
     // Each sorting tile has its share of the records.
     let share = RECORDS / (MAPPING * MAPPING);
@@ -260,7 +278,7 @@ fn trace(
         let next = own_list.x + batch + share;
         if is_inside && own_list.x + batch < own_list.y {
             let count = min(own_list.y - own_list.x - batch, share);
-            test_batch(&best, own * share, count, vec2<i32>(local - sub * side));
+            test_batch(&best, front, own * share, count, vec2<i32>(local - sub * side));
             let is_settled = next >= own_list.y
                 || (best.triangle != NONE && best.key - best.error > bound_of_rest(own_list.z, next, &slice));
             if !is_settled {
@@ -284,8 +302,21 @@ fn trace(
             seen[word + 3u] = best.node;
         }
     } else if is_inside {
-        write_seen(pixel, best);
+        write_seen(pixel, best, front.triangle);
     }
+}
+
+// What the pixel has seen so far.
+fn front_of(pixel: vec2<u32>) -> Front {
+    let raster = space.raster;
+    let id = seen[place_of_pixel(pixel, u32(raster.columns))];
+    if id == NONE {
+        return Front(NONE, 0.0, 0.0);
+    }
+    let triangle = triangles[id].xyz;
+    let corners = corners_of(vertices[triangle.x], vertices[triangle.y], vertices[triangle.z]);
+    let edges = edges_near(corners, vec2<i32>(pixel) << vec2<u32>(raster.fraction_bits), 0.0, raster);
+    return Front(id, edges.key.z, edges.key_error);
 }
 
 // Where the result of a pixel of a block of a cut tile is.
@@ -309,7 +340,10 @@ fn list_of(tile: vec2<u32>, number: u32) -> vec3<u32> {
 }
 
 // The triangle that is seen for certain, or a pixel for `settle`.
-fn write_seen(pixel: vec2<u32>, best: Best) {
+fn write_seen(pixel: vec2<u32>, best: Best, front: u32) {
+    if front != NONE && (best.triangle != NONE || best.node != NONE) {
+        atomicStore(&nodes[NODES_ANY], 1u);
+    }
     let place = place_of_pixel(pixel, u32(space.raster.columns));
     if best.node == NONE {
         seen[place] = best.triangle;
@@ -318,6 +352,9 @@ fn write_seen(pixel: vec2<u32>, best: Best) {
     var last = best;
     if best.triangle != NONE {
         push_node(&last, best.triangle, best.key + best.error);
+    }
+    if front != NONE {
+        push_node(&last, front | NODE_FRONT, INFINITE);
     }
     seen[place] = last.node;
     // Where nodes and pixels meet, the frame is done again with more room.
@@ -352,6 +389,13 @@ fn merge(
     if pixel.x >= u32(raster.columns) || pixel.y >= u32(raster.rows) {
         return;
     }
+    var front = NONE;
+    if raster.sees_behind == 1u {
+        front = seen[place_of_pixel(pixel, u32(raster.columns))];
+        if front == NONE {
+            return;
+        }
+    }
     var best = Best(NONE, 0.0, 0.0, NONE);
     for (var number = 0u; number < blocks; number++) {
         let word = partial_word(cells[entry + 3u] + number, lane);
@@ -369,7 +413,7 @@ fn merge(
             leave_open(&best, partial.x, key + error, true);
         }
     }
-    write_seen(pixel, best);
+    write_seen(pixel, best, front);
 }
 
 fn append_nodes(best: ptr<function, Best>, first: u32) {

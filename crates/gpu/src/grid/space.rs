@@ -28,7 +28,8 @@ pub(crate) struct Raster {
     pub(crate) culls_back_faces: u32,
     pub(crate) place_error: u32,
     row_reach: f32,
-    unused: [u32; 3],
+    pub(crate) sees_behind: u32,
+    unused: [u32; 2],
 }
 
 impl Space {
@@ -78,7 +79,8 @@ impl Space {
             culls_back_faces: u32::from(culls_back_faces),
             place_error: 0,
             row_reach: 0.0,
-            unused: [0; 3],
+            sees_behind: 0,
+            unused: [0; 2],
         };
         Self { projection: packed(position.as_dvec3(), rows, added), raster }
     }

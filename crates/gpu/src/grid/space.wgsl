@@ -31,9 +31,10 @@ struct Raster {
     place_error: u32,
     // The largest number in the rows for x and y, for lights.
     row_reach: f32,
+    // Whether what is behind each pixel's triangle is asked for.
+    sees_behind: u32,
     unused_0: u32,
     unused_1: u32,
-    unused_2: u32,
 }
 
 // A vertex in pixel space.

@@ -36,7 +36,8 @@ fn locate(
 ) {
     let place = flat_group(group, groups) * 64u + lane;
     var id = POINT_NONE;
-    if place < locate_view.places {
+    let size = vec2<u32>(locate_view.view.width, locate_view.view.height);
+    if place < locate_view.places && all(pixel_of_place(place, size.x) < size) {
         id = seen[place];
     }
     if id != POINT_NONE {

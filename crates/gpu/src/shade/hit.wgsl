@@ -1,6 +1,6 @@
 // Where the ray of a pixel meets the triangle that it is known to show.
 
-import package::shade::tables::{shade_sample, shade_positions, shade_indices};
+import package::shade::tables::{shade_sample, shade_positions, shade_triangles};
 
 struct Triangle {
     vertices: vec3<u32>,
@@ -19,7 +19,7 @@ struct Hit {
 }
 
 fn triangle_of(id: u32) -> Triangle {
-    let vertices = vec3<u32>(shade_indices[3u * id], shade_indices[3u * id + 1u], shade_indices[3u * id + 2u]);
+    let vertices = shade_triangles[id].xyz;
     let corners = array<vec3<f32>, 3>(position_of(vertices.x), position_of(vertices.y), position_of(vertices.z));
     return Triangle(vertices, corners, corners[1] - corners[0], corners[2] - corners[0]);
 }

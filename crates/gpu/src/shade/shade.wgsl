@@ -40,6 +40,9 @@ fn shade(
         through *= mix(vec3<f32>(1.0), surface.transmitted, surface.opacity);
         first = vec4<f32>(surface.normal, surface.depth);
     }
+    if all(through == vec3<f32>(0.0)) && shade_sample.is_last_layer == 0u {
+        shade_seen[place] = NO_TRIANGLE;
+    }
     var coverage = 0.0;
     if shade_sample.is_last_layer != 0u {
         if any(through != vec3<f32>(0.0)) {

@@ -46,8 +46,8 @@ pub struct ShadeInputs<'a> {
     pub lit: &'a Buffer,
     /// World position of each vertex: three f32.
     pub positions: &'a Buffer,
-    /// Three vertices of each triangle.
-    pub indices: &'a Buffer,
+    /// Four u32 of each triangle: its vertices and its number.
+    pub triangles: &'a Buffer,
 }
 
 /// Which of a pixel's surfaces are shaded. Layers of a sample come front to back, samples one after the other.
@@ -204,14 +204,15 @@ impl Shade {
 
     /// Shades the layer.
     pub fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, inputs: &ShadeInputs<'_>, film: &FilmPlanes) {
-        let ShadeInputs { seen, lit, positions, indices } = inputs;
+        let ShadeInputs { seen, lit, positions, triangles } = inputs;
         let Self { sample, scene, lights, attributes, materials, texels, .. } = self;
         let groups = Groups::Flat(self.places / Self::WIDTH);
         let buffers =
-            [sample, scene, lights, seen, lit, positions, indices, attributes, materials, texels, film.planes()];
-        self.kernel.dispatch(gpu, pass, &buffers, groups);
+            [sample, scene, lights, seen, lit, positions, triangles, attributes, materials, texels, film.planes()];
+        // First, since shading empties places that are done.
         if self.is_start_of_film && film.first_plane().is_some() {
             self.rows.dispatch(gpu, pass, &[&self.size, seen, film.triangle()], groups);
         }
+        self.kernel.dispatch(gpu, pass, &buffers, groups);
     }
 }

@@ -127,11 +127,13 @@ struct ShadeTexture {
 @group(0) @binding(1) var<uniform> shade_scene: ShadeScene;
 @group(0) @binding(2) var<uniform> shade_lights: array<ShadeLight, MOST_LIGHTS>;
 // What each place shows.
-@group(0) @binding(3) var<storage, read> shade_seen: array<u32>;
+// Places that later layers needn't look at are emptied.
+@group(0) @binding(3) var<storage, read_write> shade_seen: array<u32>;
 // One bit a place for each light, light after light.
 @group(0) @binding(4) var<storage, read> shade_lit: array<u32>;
 @group(0) @binding(5) var<storage, read> shade_positions: array<f32>;
-@group(0) @binding(6) var<storage, read> shade_indices: array<u32>;
+// Three vertices and the number of each triangle.
+@group(0) @binding(6) var<storage, read> shade_triangles: array<vec4<u32>>;
 // Materials of triangles and attributes of vertices.
 @group(0) @binding(7) var<storage, read> shade_attributes: array<u32>;
 @group(0) @binding(8) var<storage, read> shade_materials: array<ShadeMaterial>;

@@ -97,7 +97,8 @@ impl Trial {
         let Self { gpu, frame, tables, shade, .. } = self;
         let uploaded = tables.upload(gpu, frame, &surroundings, shade)?;
         self.positions.write(gpu, &frame.positions)?;
-        self.indices.write(gpu, &frame.mesh.triangles)?;
+        let records: Vec<_> = frame.mesh.triangles.iter().map(|&[a, b, c]| [a, b, c, 0]).collect();
+        self.indices.write(gpu, &records)?;
         let is_see_through = frame.is_see_through();
         self.planes.prepare(gpu, [view.width, view.height], true, is_see_through)?;
         for sample in Sample::all(settings.samples) {
@@ -135,7 +136,7 @@ impl Trial {
         seen.write(gpu, &triangles.collect::<Vec<u32>>())?;
         lit.write(gpu, &layer.lit)?;
         shade.prepare(gpu, &sample_rays(view, sample), which, planes)?;
-        let inputs = ShadeInputs { seen, lit, positions, indices };
+        let inputs = ShadeInputs { seen, lit, positions, triangles: indices };
         let mut recorder = Recorder::new(gpu);
         recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes));
         recorder.submit()()?;

@@ -1,0 +1,172 @@
+//! What finds and shades a frame: the CPU or a GPU.
+
+use umbrage_rays::{GridCounts, Omitted, PixelWork, SeenPixels, View};
+use umbrage_scene::Frame;
+
+use crate::background::Surroundings;
+use crate::cpu::{Cpu, LightMask, LightWork};
+#[cfg(feature = "gpu")]
+use crate::gpu::GpuEngine;
+use crate::sampling::Sample;
+use crate::{Error, Film, Settings, Stats};
+
+/// Both give the same triangles and shadows; their shading differs by rounding.
+#[derive(Debug)]
+pub(crate) enum Engine {
+    Cpu(Box<Cpu>),
+    #[cfg(feature = "gpu")]
+    Gpu(Box<GpuEngine>),
+}
+
+impl Default for Engine {
+    fn default() -> Self {
+        Self::Cpu(Box::default())
+    }
+}
+
+impl Engine {
+    /// Rebuilds what serves all samples of a frame.
+    pub(crate) fn build(
+        &mut self,
+        frame: &Frame,
+        view: &View,
+        settings: &Settings,
+        surroundings: &Surroundings<'_>,
+    ) -> Result<(), Error> {
+        // What only a GPU needs.
+        let _ = (view, surroundings);
+        match self {
+            Self::Cpu(cpu) => cpu.build(frame, settings),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.build(frame, view, settings, surroundings)?,
+        }
+        Ok(())
+    }
+
+    /// Sees, shadows and shades one sample of each pixel. The film has it afterwards, or once it is
+    /// [finished](Self::finish).
+    pub(crate) fn sample(
+        &mut self,
+        frame: &Frame,
+        view: &View,
+        sample: &Sample,
+        surroundings: &Surroundings<'_>,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
+        match self {
+            Self::Cpu(cpu) => {
+                stats.time("see", || cpu.see(frame, view, sample))?;
+                stats.time("shadow", || cpu.shadow(frame, view, sample));
+                stats.time("shade", || cpu.shade(frame, view, sample, surroundings, film));
+            }
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.sample(frame, view, sample, stats)?,
+        }
+        Ok(())
+    }
+
+    /// Brings the sums over all samples into the film, if they aren't there.
+    pub(crate) fn finish(&mut self, film: &mut Film, stats: &mut Stats) -> Result<(), Error> {
+        // What only a GPU needs.
+        let _ = (&film, &stats);
+        match self {
+            Self::Cpu(_) => {}
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => stats.time("fetch", || gpu.read_film(film))?,
+        }
+        Ok(())
+    }
+
+    /// Counts what it takes to find the triangle that each pixel shows; a GPU counts nothing.
+    pub(crate) fn see_counting(
+        &mut self,
+        frame: &Frame,
+        view: &View,
+        sample: &Sample,
+        work: &mut PixelWork,
+    ) -> Result<(), Error> {
+        match self {
+            Self::Cpu(cpu) => Ok(cpu.see_counting(frame, view, sample, work)?),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) => Err(Error::Settings("the work of pixels is counted on the CPU alone".to_owned())),
+        }
+    }
+
+    /// What each pixel showed at the last sample.
+    pub(crate) fn seen(&self) -> &SeenPixels {
+        match self {
+            Self::Cpu(cpu) => cpu.seen(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.seen(),
+        }
+    }
+
+    /// For each light, which pixels it lit at the last sample.
+    pub(crate) fn light_masks(&self) -> &[LightMask] {
+        match self {
+            Self::Cpu(cpu) => cpu.light_masks(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.light_masks(),
+        }
+    }
+
+    /// What the camera was as work for the CPU's grid, at the last sample; zero where there is none.
+    pub(crate) fn camera_work(&self) -> GridCounts {
+        match self {
+            Self::Cpu(cpu) => cpu.camera_work(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) => GridCounts::default(),
+        }
+    }
+
+    /// What each light was as work for the CPU's grid, at the last sample; empty where there is none.
+    pub(crate) fn light_work(&self) -> &[LightWork] {
+        match self {
+            Self::Cpu(cpu) => cpu.light_work(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) => &[],
+        }
+    }
+
+    pub(crate) fn omitted(&self, frame: &Frame) -> Omitted {
+        match self {
+            Self::Cpu(cpu) => cpu.omitted().clone(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) => frame.triangles().omitted(),
+        }
+    }
+
+    /// Shadow rays of the last frame, all samples together.
+    pub(crate) fn shadow_rays(&self) -> u64 {
+        match self {
+            Self::Cpu(cpu) => cpu.shadow_rays(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.shadow_rays(),
+        }
+    }
+
+    pub(crate) fn structure_bytes(&self) -> usize {
+        match self {
+            Self::Cpu(cpu) => cpu.structure_bytes(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.structure_bytes(),
+        }
+    }
+
+    pub(crate) fn point_bytes(&self) -> usize {
+        match self {
+            Self::Cpu(cpu) => cpu.point_bytes(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.point_bytes(),
+        }
+    }
+
+    pub(crate) fn pixel_bytes(&self) -> usize {
+        match self {
+            Self::Cpu(cpu) => cpu.pixel_bytes(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.pixel_bytes(),
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! From a frame's triangles to what the GPU's grids are built over.
+
+use std::sync::Arc;
+
+use umbrage_gpu::{Geometry, Gpu, GpuError, MaskMaterial, MaskTexture, MaskVertex, TriangleFlags};
+use umbrage_scene::{Alpha, Filter, Frame, Material, Materials, Mesh, Texture, TextureUse, Wrap};
+
+/// A frame's triangles on the GPU, so that only what is new goes there.
+#[derive(Debug)]
+pub(super) struct FrameGeometry {
+    geometry: Geometry,
+    mesh: Option<Arc<Mesh>>,
+    materials: Option<Arc<Materials>>,
+}
+
+impl FrameGeometry {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        Self { geometry: Geometry::new(gpu), mesh: None, materials: None }
+    }
+
+    /// Brings a frame's vertices to the GPU, and what else of it is new.
+    ///
+    /// # Errors
+    /// Where something is larger than the device allows.
+    pub(super) fn upload(&mut self, gpu: &Gpu, frame: &Frame) -> Result<(), GpuError> {
+        let has_mesh = self.mesh.as_ref().is_some_and(|mesh| Arc::ptr_eq(mesh, &frame.mesh));
+        let has_materials = self.materials.as_ref().is_some_and(|old| Arc::ptr_eq(old, &frame.materials));
+        if has_mesh && has_materials {
+            return self.geometry.write_positions(gpu, &frame.positions);
+        }
+        // Held, so that no other mesh takes its place in memory; only once it is there.
+        (self.mesh, self.materials) = (None, None);
+        let flags: Vec<_> = frame.materials.materials.iter().map(flags).collect();
+        self.geometry.write(gpu, frame.triangles(), |id| {
+            let material = frame.mesh.material_of_triangle[id as usize];
+            flags[material as usize].with_material(material)
+        })?;
+        if flags.iter().any(|flags| flags.is_masked || flags.is_shadow_masked) {
+            self.upload_masks(gpu, frame)?;
+        }
+        (self.mesh, self.materials) = (Some(Arc::clone(&frame.mesh)), Some(Arc::clone(&frame.materials)));
+        Ok(())
+    }
+
+    fn upload_masks(&mut self, gpu: &Gpu, frame: &Frame) -> Result<(), GpuError> {
+        let Materials { materials, textures } = &*frame.materials;
+        let mut images: Vec<Vec<u8>> = Vec::new();
+        let mut image_of_texture = vec![None; textures.len()];
+        let mut image = |texture: u32| {
+            *image_of_texture[texture as usize].get_or_insert_with(|| {
+                images.push(opacities(&textures[texture as usize]));
+                images.len() - 1
+            })
+        };
+        let materials: Vec<_> = materials
+            .iter()
+            .map(|material| {
+                // Images that no mask asks for stay away.
+                let asked = flags(material).is_masked || flags(material).is_shadow_masked;
+                let texture = material.base_color_texture.filter(|_| asked);
+                let texture = texture.map(|used| mask_texture(&used, textures, image(used.texture)));
+                let (cutoff, shadow_cutoff) = cutoffs(material.alpha);
+                MaskMaterial { opacity: material.base_color.w, cutoff, shadow_cutoff, texture }
+            })
+            .collect();
+        let vertices = (0..frame.positions.len()).map(|vertex| mask_vertex(&frame.mesh, vertex));
+        let has_vertex_opacity = !frame.mesh.colors.is_empty();
+        self.geometry.masks_mut().write(gpu, &materials, &images, vertices, has_vertex_opacity)
+    }
+
+    pub(super) fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+}
+
+/// As [`Frame::is_masked`] and [`Frame::casts_shadow`] decide.
+fn flags(material: &Material) -> TriangleFlags {
+    let is_shadowless = material.transmission >= 0.5;
+    TriangleFlags {
+        is_masked: matches!(material.alpha, Alpha::Mask { .. }),
+        is_shadow_masked: material.alpha != Alpha::Opaque && !is_shadowless,
+        is_shadowless,
+    }
+}
+
+/// Of camera rays and of shadow rays.
+fn cutoffs(alpha: Alpha) -> (f32, f32) {
+    match alpha {
+        Alpha::Opaque => (0.0, 0.0),
+        Alpha::Blend => (0.0, 0.5),
+        Alpha::Mask { cutoff } => (cutoff, cutoff),
+    }
+}
+
+fn mask_texture(used: &TextureUse, textures: &[Texture], image: usize) -> MaskTexture {
+    let texture = &textures[used.texture as usize];
+    MaskTexture {
+        tex_coord_set: u32::from(used.tex_coord_set.min(1)),
+        image_from_mesh: used.image_from_mesh.to_cols_array(),
+        size: texture.size(),
+        wrap: texture.wrap().map(|wrap| match wrap {
+            Wrap::Repeat => 0,
+            Wrap::MirroredRepeat => 1,
+            Wrap::ClampToEdge => 2,
+        }),
+        is_linear: texture.filter() == Filter::Linear,
+        image,
+    }
+}
+
+fn opacities(texture: &Texture) -> Vec<u8> {
+    texture.levels().next().map_or_else(Vec::new, |texels| texels.iter().map(|texel| texel[3]).collect())
+}
+
+fn mask_vertex(mesh: &Mesh, vertex: usize) -> MaskVertex {
+    let [first, second] = mesh.tex_coords.each_ref().map(|set| set.get(vertex).copied().unwrap_or_default());
+    let opacity = mesh.colors.get(vertex).map_or(1.0, |color| color.w);
+    [first.x, first.y, second.x, second.y, opacity]
+}
