@@ -97,24 +97,31 @@ const EXPANSION_SUM = 0u;
 const EXPANSION_COMPONENT = 192u;
 
 // The two expansions that `expansion_triple` works on: the sum's 192 terms at most, and a component's 16. Declare it
-// where the answer is known to be needed: WGSL clears it.
-alias ExpansionTerms = array<F64, 208>;
+// where the answer is known to be needed: WGSL clears it. Words apart: that compiles in half the time (lavapipe).
+struct ExpansionTerms {
+    low: array<u32, 208>,
+    high: array<u32, 208>,
+}
+
+fn expansion_term(terms: ptr<function, ExpansionTerms>, place: u32) -> F64 {
+    return F64((*terms).low[place], (*terms).high[place]);
+}
 
 // Grow-Expansion, leaving out zeros, on the `len` terms from `start` on; returns how many there are now.
 fn expansion_add(terms: ptr<function, ExpansionTerms>, start: u32, len: u32, value: F64) -> u32 {
     var carry = value;
     var kept = start;
-    for (var place = start; place < start + len; place++) {
-        let sum = two_sum(carry, (*terms)[place]);
+    // One turn more than there are terms, for the last carry.
+    for (var place = start; place <= start + len; place++) {
+        let is_last = place == start + len;
+        let sum = two_sum(carry, expansion_term(terms, place));
+        let left = select(sum.low, carry, is_last);
         carry = sum.high;
-        if !f64_is_zero(sum.low) {
-            (*terms)[kept] = sum.low;
+        if !f64_is_zero(left) {
+            (*terms).low[kept] = left.x;
+            (*terms).high[kept] = left.y;
             kept++;
         }
-    }
-    if !f64_is_zero(carry) {
-        (*terms)[kept] = carry;
-        kept++;
     }
     return kept - start;
 }
@@ -142,21 +149,26 @@ fn expansion_triple(terms: ptr<function, ExpansionTerms>, a: TermsVector, b: Ter
     var len = 0u;
     for (var axis = 0u; axis < 3u; axis++) {
         var component_len = 0u;
-        for (var place = 0u; place < 8u; place++) {
+        // The products that make up the component, then those of its terms and `along`. One loop for both, since what
+        // it calls compiles slowly.
+        for (var place = 0u; place < 8u + 2u * component_len; place++) {
+            let is_component = place < 8u;
             // left.y · right.z − left.z · right.y, for each product the left's terms one by one and within them the
             // right's, the lower term first.
-            let is_subtracted = place >= 4u;
+            let is_subtracted = (place & 4u) != 0u;
             let is_left_high = (place & 2u) != 0u;
             let is_right_high = (place & 1u) != 0u;
-            let factor = terms_pick(left.y, left.z, is_subtracted, is_left_high);
-            let signed_factor = select(factor, f64_negate(factor), is_subtracted);
-            let other = terms_pick(right.z, right.y, is_subtracted, is_right_high);
-            component_len = expansion_add_product(terms, EXPANSION_COMPONENT, component_len, signed_factor, other);
-        }
-        for (var place = 0u; place < 2u * component_len; place++) {
-            let factor = (*terms)[EXPANSION_COMPONENT + (place >> 1u)];
-            let other = select(along.x.low, along.x.high, (place & 1u) != 0u);
-            len = expansion_add_product(terms, EXPANSION_SUM, len, factor, other);
+            let unsigned_factor = terms_pick(left.y, left.z, is_subtracted, is_left_high);
+            var factor = select(unsigned_factor, f64_negate(unsigned_factor), is_subtracted);
+            var other = terms_pick(right.z, right.y, is_subtracted, is_right_high);
+            if !is_component {
+                factor = expansion_term(terms, EXPANSION_COMPONENT + ((place - 8u) >> 1u));
+                other = select(along.x.low, along.x.high, is_right_high);
+            }
+            let start = select(EXPANSION_SUM, EXPANSION_COMPONENT, is_component);
+            let grown = expansion_add_product(terms, start, select(len, component_len, is_component), factor, other);
+            component_len = select(component_len, grown, is_component);
+            len = select(grown, len, is_component);
         }
         left = terms_turned(left);
         right = terms_turned(right);
@@ -165,7 +177,7 @@ fn expansion_triple(terms: ptr<function, ExpansionTerms>, a: TermsVector, b: Ter
     // As Rust's sums, which start from −0.
     var estimate = F64_NEGATIVE_ZERO;
     for (var place = 0u; place < len; place++) {
-        estimate = f64_add(estimate, (*terms)[EXPANSION_SUM + place]);
+        estimate = f64_add(estimate, expansion_term(terms, EXPANSION_SUM + place));
     }
     return estimate;
 }

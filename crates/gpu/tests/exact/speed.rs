@@ -8,7 +8,8 @@ use crate::cases::{Pair, Shadowing};
 use crate::predicate::{ANSWER_WORDS, kernel, pair_case, shadow_case};
 use crate::{LANES, Random, common};
 
-/// Run with `cargo test --release -p umbrage-gpu --test exact speed -- --ignored --nocapture`.
+/// Times are the processor's, of all threads together. Mesa keeps compiled shaders on disk; without, the first dispatch
+/// compiles. Run with `MESA_SHADER_CACHE_DISABLE=true cargo test --release -p umbrage-gpu --test exact speed -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn speed() {
@@ -22,14 +23,14 @@ fn speed() {
     let lists = [("decided in f64", of_kind(&[1, 2])), ("exact at a corner or an edge", of_kind(&[3, 4]))];
     let start = processor_seconds();
     let crossings = kernel(&gpu, "crossings");
-    println!("crossings: {:.0} ms to compile", (processor_seconds() - start) * 1e3);
+    println!("crossings: {:.0} ms to make the pipeline", (processor_seconds() - start) * 1e3);
     for (name, pairs) in &lists {
         let cases: Vec<_> = pairs.iter().map(pair_case).collect();
         println!("crossings, {name}: {}", rate(&gpu, &crossings, &cases));
     }
     let start = processor_seconds();
     let shadows = kernel(&gpu, "shadows");
-    println!("shadows: {:.0} ms to compile", (processor_seconds() - start) * 1e3);
+    println!("shadows: {:.0} ms to make the pipeline", (processor_seconds() - start) * 1e3);
     let mut random = Random(7);
     for (name, pairs) in &lists {
         let cases: Vec<_> = pairs.iter().map(|pair| shadow_case(&beyond(&mut random, pair))).collect();
