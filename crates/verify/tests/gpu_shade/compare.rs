@@ -21,7 +21,7 @@ pub(crate) fn trial() -> Option<Trial> {
 /// agree to about 10⁻⁶, less than a hundredth of a level. Three things can make more of a rounding: a texel edge on a
 /// triangle with so many texels that f32 weights hardly tell them apart (on a floor of 100,000 texels a side, half a unit
 /// in the last place is 0.003 texels, on the CPU as well), a ray that only grazes its triangle, and a light in the plane
-/// of the triangle that it shines on. On lavapipe and on SwiftShader no picture of these tests has such
+/// of the triangle that it shines on. On lavapipe and on `SwiftShader` no picture of these tests has such
 /// a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Difference {
@@ -51,9 +51,8 @@ impl Difference {
 
     pub(crate) fn of(cpu: &Film, gpu: &Film, settings: &Settings) -> Self {
         let mut difference = Self { pixels: cpu.color.len(), ..Self::default() };
-        let developed = [cpu, gpu].map(|film| film.develop(settings).pixels);
-        for pixel in 0..cpu.color.len() {
-            let [one, other] = [0, 1].map(|film: usize| developed[film][pixel]);
+        let [of_cpu, of_gpu] = [cpu, gpu].map(|film| film.develop(settings).pixels);
+        for (pixel, (one, other)) in of_cpu.into_iter().zip(of_gpu).enumerate() {
             let levels = (0..3).map(|channel| f32::from(one[channel].abs_diff(other[channel])) / 257.0);
             let most = levels.fold(0.0, f32::max);
             difference.largest_level = difference.largest_level.max(most);
