@@ -4,11 +4,11 @@ mod geometry;
 mod tables;
 pub mod trial;
 
+pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError};
+
 use rayon::prelude::*;
 use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
-use umbrage_gpu::{
-    Buffer, CameraGrid, CameraOptions, CameraWork, Gpu, GpuError, LightGrid, LightWork, Recorder, Sight,
-};
+use umbrage_gpu::{Buffer, CameraGrid, CameraOptions, CameraWork, LightGrid, LightWork, Recorder, Sight};
 use umbrage_rays::{SeenPixels, View};
 use umbrage_scene::Frame;
 
