@@ -5,6 +5,7 @@
 //! label and its tests. Nothing is read back between stages: counts travel by indirect dispatch.
 #![forbid(unsafe_code)]
 
+mod band;
 mod buffer;
 mod camera;
 mod device;
@@ -20,6 +21,7 @@ mod recorder;
 pub mod shade;
 mod view;
 
+pub use band::Band;
 pub use buffer::Buffer;
 pub use camera::{CameraGrid, CameraOptions, CameraWork, Sight};
 pub use device::{Adapter, DeviceLimits, Gpu};

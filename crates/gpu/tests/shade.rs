@@ -36,7 +36,7 @@ fn a_scene_without_triangles_shows_its_surroundings() {
         let view = View { camera, width, height };
         seen.write(&gpu, &vec![SeenPixels::NONE; TileOrder::new(width, height).places()]).expect("room");
         planes.prepare(&gpu, [width, height], true, false).expect("room");
-        let inputs = ShadeInputs { seen: &seen, lit: &lit, positions: &positions, indices: &indices };
+        let inputs = ShadeInputs { seen: &seen, lit: &lit, positions: &positions, triangles: &indices };
         for sample in 0..2 {
             let rays = ShadeSample::new(&view, DVec2::splat(0.5));
             shade.prepare(&gpu, &rays, Layer::only(sample == 0), &planes).expect("room");

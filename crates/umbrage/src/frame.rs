@@ -82,11 +82,13 @@ impl Renderer {
 
         film.clear(&view);
         stats.time("build", || engine.build(frame, &view, settings, &surroundings))?;
-        for sample in Sample::all(settings.samples) {
-            // See, shadow, shade.
-            engine.sample(frame, &view, &sample, &surroundings, film, stats)?;
+        for band in engine.bands(&view) {
+            for sample in Sample::all(settings.samples) {
+                // See, shadow, shade.
+                engine.sample(frame, &band, &sample, &surroundings, film, stats)?;
+            }
+            engine.finish(&band, film, stats)?;
         }
-        engine.finish(film, stats)?;
         film.average(settings.samples);
 
         stats.count(frame, film, engine, settings.samples);
@@ -117,6 +119,12 @@ impl Renderer {
             engine.see_counting(frame, &view, &sample, work)?;
         }
         Ok(())
+    }
+
+    /// The last frame's film; empty before the first.
+    #[must_use]
+    pub fn film(&self) -> &Film {
+        &self.film
     }
 
     /// What the last frame cost.

@@ -5,11 +5,10 @@ mod settle;
 mod trace;
 
 use glam::DVec2;
-use umbrage_rays::{TileOrder, View};
 
 use crate::grid::header::{HEADER_WORDS, LARGE};
 use crate::grid::{List, ListBuffers, ListNames, Space, Transform};
-use crate::{Buffer, Geometry, Gpu, GpuError, Recorder};
+use crate::{Band, Buffer, Geometry, Gpu, GpuError, Recorder};
 use balance::Balance;
 use settle::Settle;
 use trace::Trace;
@@ -69,7 +68,7 @@ pub struct CameraGrid {
     cells: Buffer,
     /// Cameras have no points.
     no_points: Buffer,
-    /// The triangle of each pixel, in [`TileOrder`].
+    /// The triangle of each pixel, in [`TileOrder`](umbrage_rays::TileOrder).
     seen: Buffer,
     /// What pixels showed before, where what is behind that is asked for.
     front: Buffer,
@@ -112,7 +111,7 @@ impl CameraGrid {
         }
     }
 
-    /// Makes ready for a frame: parameters and room.
+    /// Makes ready for a frame of all or some rows of an image: parameters and room.
     ///
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.
@@ -120,13 +119,14 @@ impl CameraGrid {
         &mut self,
         gpu: &Gpu,
         geometry: &Geometry,
-        view: &View,
+        band: impl Into<Band>,
         offset_pixels: DVec2,
         sight: Sight,
     ) -> Result<(), GpuError> {
         let CameraOptions { mapping, slices } = self.options;
         let tile_bits = 4 - mapping.trailing_zeros();
-        let mut space = Space::of_view(view, offset_pixels, tile_bits, slices, sight.culls_back_faces);
+        let band = band.into();
+        let mut space = Space::of_band(&band, offset_pixels, tile_bits, slices, sight.culls_back_faces);
         space.raster.sees_behind = u32::from(sight.is_behind);
         self.cell_count = space.cells();
         self.spaces.reserve(gpu, 6 * Space::BYTES)?;
@@ -140,11 +140,11 @@ impl CameraGrid {
         let blocks = Balance::most_blocks(&space, self.list.pair_room());
         self.cells.reserve(gpu, 4 * u64::from(self.cell_count) + Balance::block_bytes(blocks))?;
         self.is_behind = sight.is_behind;
-        self.places = TileOrder::new(view.width, view.height).places() as u64;
+        self.places = band.order().places() as u64;
         self.seen.reserve(gpu, 4 * self.places + Trace::partial_bytes(self.list.pair_room()))?;
-        let pixels = u64::from(view.width) * u64::from(view.height);
+        let pixels = u64::from(band.size()[0]) * u64::from(band.size()[1]);
         self.nodes.reserve(gpu, Trace::node_bytes(pixels / 16 + (1 << 10)))?;
-        self.settle.prepare(gpu, view, offset_pixels, sight.culls_back_faces)
+        self.settle.prepare(gpu, &band, offset_pixels, sight.culls_back_faces)
     }
 
     /// Records all stages.
@@ -237,7 +237,8 @@ impl CameraGrid {
         self.work
     }
 
-    /// The triangle that each pixel shows, one u32 in [`TileOrder`], or [`SeenPixels::NONE`].
+    /// The triangle that each pixel shows, one u32 in
+    /// [`TileOrder`](umbrage_rays::TileOrder), or [`SeenPixels::NONE`].
     ///
     /// [`SeenPixels::NONE`]: umbrage_rays::SeenPixels::NONE
     #[must_use]

@@ -6,11 +6,11 @@ mod points;
 mod shadows;
 
 use glam::DVec2;
-use umbrage_rays::{LightSource, TileOrder, View};
+use umbrage_rays::LightSource;
 
 use crate::grid::header::{BLOCKS, FACES, HEADER_WORDS, LARGE, TRIANGLE_GROUPS, VERTEX_GROUPS};
 use crate::grid::{List, ListBuffers, ListNames, Space, Transform};
-use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Recorder};
+use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Recorder};
 use parameters::{LightParameters, LocateView};
 use points::Points;
 use shadows::Shadows;
@@ -86,7 +86,7 @@ impl LightGrid {
         }
     }
 
-    /// Makes ready for a frame: parameters and room.
+    /// Makes ready for a frame of all or some rows of an image: parameters and room.
     ///
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.
@@ -94,24 +94,25 @@ impl LightGrid {
         &mut self,
         gpu: &Gpu,
         geometry: &Geometry,
-        view: &View,
+        band: impl Into<Band>,
         offset_pixels: DVec2,
         lights: &[LightSource],
     ) -> Result<(), GpuError> {
-        let places = TileOrder::new(view.width, view.height).places() as u32;
-        let pixels = f64::from(view.width) * f64::from(view.height);
+        let band = band.into();
+        let places = band.order().places() as u32;
+        let pixels = f64::from(band.size()[0]) * f64::from(band.size()[1]);
         let side_of_one = (pixels / PIXELS_PER_CELL).sqrt().clamp(4.0, MOST_CELLS) as u32;
         let side_of_six = side_of_one.div_ceil(2);
         self.cell_count = (side_of_one * side_of_one).max(6 * side_of_six * side_of_six);
         self.mask_words = places / 32;
-        self.locate_view.write(gpu, &[LocateView::new(view, offset_pixels, places)])?;
+        self.locate_view.write(gpu, &[LocateView::new(&band, offset_pixels)])?;
         self.parameters.truncate(lights.len());
         while self.parameters.len() < lights.len() {
             self.parameters.push(Buffer::uniform(gpu, "light"));
         }
         for ((buffer, light), number) in self.parameters.iter_mut().zip(lights).zip(0..) {
             let sides = [side_of_one, side_of_six];
-            let parameters = LightParameters::new(light, sides, geometry, number * self.mask_words, places, view);
+            let parameters = LightParameters::new(light, sides, geometry, number * self.mask_words, places, &band.view);
             buffer.write(gpu, &[parameters])?;
         }
         self.spaces.reserve(gpu, 6 * Space::BYTES)?;
@@ -214,7 +215,7 @@ impl LightGrid {
         &self.work
     }
 
-    /// For each light one bit a place, in [`TileOrder`], 32 in a word from the lowest bit up: whether nothing stands
+    /// For each light one bit a place, in [`TileOrder`](umbrage_rays::TileOrder), 32 in a word from the lowest bit up: whether nothing stands
     /// between the light and what the pixel shows.
     #[must_use]
     pub fn lit(&self) -> &Buffer {

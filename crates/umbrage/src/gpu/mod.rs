@@ -4,11 +4,12 @@ mod geometry;
 mod tables;
 pub mod trial;
 
+pub(crate) use umbrage_gpu::Band;
+pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError};
+
 use rayon::prelude::*;
 use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
-use umbrage_gpu::{
-    Buffer, CameraGrid, CameraOptions, CameraWork, Gpu, GpuError, LightGrid, LightWork, Recorder, Sight,
-};
+use umbrage_gpu::{Buffer, CameraGrid, CameraOptions, CameraWork, LightGrid, LightWork, Recorder, Sight};
 use umbrage_rays::{SeenPixels, View};
 use umbrage_scene::Frame;
 
@@ -81,7 +82,16 @@ impl GpuEngine {
         self.shadow_rays = 0;
         self.geometry.upload(&self.gpu, frame)?;
         self.tables.upload(&self.gpu, frame, surroundings, &mut self.shade)?;
-        self.planes.prepare(&self.gpu, [view.width, view.height], true, self.is_see_through)
+        self.seen.resize(view.width, view.height);
+        self.seen.inverse_depth.fill(f32::NAN);
+        self.lit.resize(frame.lights.len(), LightMask::default());
+        self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
+        Ok(())
+    }
+
+    /// The bands of rows in which an image is rendered: one where the device has room for it.
+    pub(crate) fn bands(&self, view: &View) -> Vec<Band> {
+        Band::all(&self.gpu, view).collect()
     }
 
     /// Adds a sample to the film on the GPU: sees, shadows and shades, layer by layer where the scene is seen through.
@@ -91,53 +101,44 @@ impl GpuEngine {
     pub(crate) fn sample(
         &mut self,
         frame: &Frame,
-        view: &View,
+        band: &Band,
         sample: &Sample,
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
-        self.layer(frame, view, sample, true, stats)?;
+        if sample.index == 0 {
+            self.planes.prepare(&self.gpu, band.size(), true, self.is_see_through)?;
+        }
+        self.layer(frame, band, sample, true, stats)?;
         if !self.is_see_through {
             return Ok(());
         }
         for _ in 1..Self::MOST_LAYERS {
-            if !self.layer(frame, view, sample, false, stats)? {
+            if !self.layer(frame, band, sample, false, stats)? {
                 break;
             }
         }
-        self.shade_surroundings(view, sample, stats)
+        self.shade_surroundings(band, sample, stats)
     }
 
     /// One layer of surfaces: the nearest ones, or those behind the last. Whether any was seen, of those behind.
     fn layer(
         &mut self,
         frame: &Frame,
-        view: &View,
+        band: &Band,
         sample: &Sample,
         is_first: bool,
         stats: &mut Stats,
     ) -> Result<bool, GpuError> {
-        self.trace(frame, view, sample, is_first, stats)?;
+        self.trace(frame, band, sample, is_first, stats)?;
         let Self { gpu, geometry, camera, lights, shade, planes, .. } = self;
         if is_first {
-            read_masks(gpu, lights, frame.lights.len(), view, &mut self.lit)?;
-            self.seen.resize(view.width, view.height);
-            camera.seen().read_into(gpu, &mut self.seen.triangle)?;
-            self.seen.inverse_depth.fill(f32::NAN);
-            let order = self.seen.order();
-            let places = self.seen.triangle.par_iter_mut().enumerate();
-            let points = places.filter_map(|(place, triangle)| {
-                if order.pixel(place).is_none() {
-                    *triangle = SeenPixels::NONE;
-                }
-                (*triangle != SeenPixels::NONE).then_some(())
-            });
-            let points = points.count();
-            self.shadow_rays += (points * frame.lights.len()) as u64;
+            self.shadow_rays += read_seen(gpu, camera, band, &mut self.seen)? * frame.lights.len() as u64;
+            read_masks(gpu, lights, band, &mut self.lit)?;
         } else if !camera.sees_any() {
             return Ok(false);
         }
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
-        shade.prepare(gpu, &sample_rays(view, sample), layer, planes)?;
+        shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
         let geometry = geometry.geometry();
         let (positions, triangles) = (geometry.positions(), geometry.triangles());
         let inputs = ShadeInputs { seen: camera.seen(), lit: lights.lit(), positions, triangles };
@@ -155,7 +156,7 @@ impl GpuEngine {
     fn trace(
         &mut self,
         frame: &Frame,
-        view: &View,
+        band: &Band,
         sample: &Sample,
         is_first: bool,
         stats: &mut Stats,
@@ -165,8 +166,8 @@ impl GpuEngine {
         let sources: Vec<_> = frame.lights.iter().map(|light| light.source).collect();
         let sight = Sight { culls_back_faces: self.culls_back_faces, is_behind: !is_first };
         loop {
-            camera.prepare(gpu, geometry, view, sample.offset_pixels, sight)?;
-            lights.prepare(gpu, geometry, view, sample.offset_pixels, &sources)?;
+            camera.prepare(gpu, geometry, band.clone(), sample.offset_pixels, sight)?;
+            lights.prepare(gpu, geometry, band.clone(), sample.offset_pixels, &sources)?;
             let mut recorder = Recorder::new(gpu);
             camera.record(gpu, &mut recorder, geometry);
             lights.record(gpu, &mut recorder, geometry, camera.seen());
@@ -179,12 +180,12 @@ impl GpuEngine {
     }
 
     /// What is around the scene, seen through all layers.
-    fn shade_surroundings(&mut self, view: &View, sample: &Sample, stats: &mut Stats) -> Result<(), GpuError> {
+    fn shade_surroundings(&mut self, band: &Band, sample: &Sample, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, lights, shade, planes, nothing, .. } = self;
-        let none = vec![SeenPixels::NONE; self.seen.order().places()];
+        let none = vec![SeenPixels::NONE; band.order().places()];
         nothing.write(gpu, &none)?;
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first: false, is_last: true };
-        shade.prepare(gpu, &sample_rays(view, sample), layer, planes)?;
+        shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
         let geometry = geometry.geometry();
         let (positions, triangles) = (geometry.positions(), geometry.triangles());
         let inputs = ShadeInputs { seen: nothing, lit: lights.lit(), positions, triangles };
@@ -194,17 +195,23 @@ impl GpuEngine {
         Ok(())
     }
 
-    /// Fetches the film: sums over the samples.
+    /// Fetches the film's rows of a band: sums over the samples.
     ///
     /// # Errors
     /// Where the device is lost.
-    pub(crate) fn read_film(&mut self, film: &mut Film) -> Result<(), GpuError> {
+    pub(crate) fn read_film(&mut self, band: &Band, film: &mut Film) -> Result<(), GpuError> {
         let Self { gpu, planes, .. } = self;
-        let first = planes.read_first(gpu)?;
-        film.color = planes.read_color(gpu)?.into_iter().map(Into::into).collect();
-        film.depth = first.iter().map(|&[.., depth]| depth).collect();
-        film.normal = first.iter().map(|&[x, y, z, _]| [x, y, z].into()).collect();
-        film.triangle = planes.read_triangle(gpu)?;
+        let [width, rows] = band.size().map(|side| side as usize);
+        let first = band.rows.start as usize * width;
+        let pixels = first..first + rows * width;
+        for (color, read) in film.color[pixels.clone()].iter_mut().zip(planes.read_color(gpu)?) {
+            *color = read.into();
+        }
+        let nearest = film.depth[pixels.clone()].iter_mut().zip(&mut film.normal[pixels.clone()]);
+        for ((depth, normal), [x, y, z, w]) in nearest.zip(planes.read_first(gpu)?) {
+            (*depth, *normal) = (w, [x, y, z].into());
+        }
+        film.triangle[pixels].copy_from_slice(&planes.read_triangle(gpu)?);
         Ok(())
     }
 
@@ -250,19 +257,28 @@ impl GpuEngine {
     }
 }
 
-/// Fetches for each light which places it reaches.
-fn read_masks(
-    gpu: &Gpu,
-    lights: &LightGrid,
-    count: usize,
-    view: &View,
-    masks: &mut Vec<LightMask>,
-) -> Result<(), GpuError> {
+/// Fetches what the pixels of a band show; how many show something.
+fn read_seen(gpu: &Gpu, camera: &CameraGrid, band: &Band, seen: &mut SeenPixels) -> Result<u64, GpuError> {
+    let order = band.order();
+    // Bands are whole rows of tiles, which follow each other.
+    let first = seen.order().place(0, band.rows.start);
+    let of_band = &mut seen.triangle[first..first + order.places()];
+    camera.seen().read_into(gpu, of_band)?;
+    let shown = of_band.par_iter_mut().enumerate().filter_map(|(place, triangle)| {
+        if order.pixel(place).is_none() {
+            *triangle = SeenPixels::NONE;
+        }
+        (*triangle != SeenPixels::NONE).then_some(())
+    });
+    Ok(shown.count() as u64)
+}
+
+/// Fetches for each light which places of a band it reaches.
+fn read_masks(gpu: &Gpu, lights: &LightGrid, band: &Band, masks: &mut [LightMask]) -> Result<(), GpuError> {
     let words = lights.mask_words() as usize;
-    let bits: Vec<u32> = lights.lit().read(gpu, words * count)?;
-    masks.resize(count, LightMask::default());
+    let bits: Vec<u32> = lights.lit().read(gpu, words * masks.len())?;
     for (mask, bits) in masks.iter_mut().zip(bits.chunks_exact(words.max(1))) {
-        mask.set_words(view.width, view.height, bits);
+        mask.set_words(band.rows.start, bits);
     }
     Ok(())
 }

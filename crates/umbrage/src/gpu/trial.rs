@@ -135,7 +135,7 @@ impl Trial {
         let triangles = layer.hits.iter().map(|hit| hit.map_or(SeenPixels::NONE, |hit| hit.triangle));
         seen.write(gpu, &triangles.collect::<Vec<u32>>())?;
         lit.write(gpu, &layer.lit)?;
-        shade.prepare(gpu, &sample_rays(view, sample), which, planes)?;
+        shade.prepare(gpu, &sample_rays(&view.into(), sample), which, planes)?;
         let inputs = ShadeInputs { seen, lit, positions, triangles: indices };
         let mut recorder = Recorder::new(gpu);
         recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes));
