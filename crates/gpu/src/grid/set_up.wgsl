@@ -79,7 +79,8 @@ fn rect_of(corners: Corners, raster: Raster) -> Rect {
         if all(depths <= vec3<f32>(0.0)) || any(before < vec2<f32>(0.0)) || any(behind > vec2<f32>(0.0)) {
             return RECT_EMPTY;
         }
-        if all(depths > vec3<f32>(1e-30)) {
+        // Quotients of numbers beyond f32 aren't any.
+        if all(depths > vec3<f32>(1e-30)) && all(depths < vec3<f32>(1e30)) {
             let low = min(min(a.xy / a.z, b.xy / b.z), c.xy / c.z);
             let high = max(max(a.xy / a.z, b.xy / b.z), c.xy / c.z);
             // A quotient up to 2¹⁵ is wrong by less than a hundredth; larger ones are cut off.

@@ -74,7 +74,8 @@ fn transformed(face: u32, id: u32) -> vec4<u32> {
         }
         place[row] = sum;
     }
-    let to_pixels = exp2(-f32(raster.fraction_bits));
+    // In F64: units of large worlds are beyond the range of f32, where their pixels aren't.
+    let to_pixels = F64(0u, (1023u - raster.fraction_bits) << 20u);
     if raster.is_orthographic == 1u {
         let x = f64_add(place[0], projection_term(face, 12u));
         let y = f64_add(place[1], projection_term(face, 13u));
@@ -101,6 +102,6 @@ fn transformed(face: u32, id: u32) -> vec4<u32> {
         pixels(place[0], to_pixels), pixels(place[1], to_pixels), f64_to_f32_bits(place[2]), VERTEX_HOMOGENEOUS);
 }
 
-fn pixels(value: F64, to_pixels: f32) -> u32 {
-    return bitcast<u32>(bitcast<f32>(f64_to_f32_bits(value)) * to_pixels);
+fn pixels(value: F64, to_pixels: F64) -> u32 {
+    return f64_to_f32_bits(f64_multiply(value, to_pixels));
 }
