@@ -34,7 +34,7 @@ var<workgroup> record_d: array<vec4<f32>, RECORDS>;
 var<workgroup> still_open: atomic<u32>;
 var<workgroup> goes_on: u32;
 
-// What a pixel has seen already, where what is behind that is asked for: hits count from there on.
+// Hits count from here on: behind what a pixel has seen already, where that is asked for, or else before the camera.
 struct Front {
     triangle: u32,
     key: f32,
@@ -190,11 +190,9 @@ fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, p
                 is_hit = answer == MASK_THERE;
                 is_masked = false;
             }
-            if front.triangle != NONE {
-                let error = front.error + record_b[place].w;
-                is_cut |= id == front.triangle || key > front.key + error;
-                is_hit = is_hit && key < front.key - error;
-            }
+            let front_error = front.error + record_b[place].w;
+            is_cut |= id == front.triangle || key > front.key + front_error;
+            is_hit = is_hit && key < front.key - front_error;
             var is_open = !is_cut && offer(best, id, key, record_b[place].w, is_hit);
             while is_open {
                 leave_open(best, id, key + record_b[place].w, is_hit);
@@ -248,7 +246,8 @@ fn trace(
     let sub = local / side;
     let pixel = tile_first + local;
     var is_inside = pixel.x < u32(raster.columns) && pixel.y < u32(raster.rows);
-    var front = Front(NONE, 0.0, 0.0);
+    // Parallel rays start at depth zero; others have edge functions that are positive before the camera alone.
+    var front = Front(NONE, select(INFINITE, 0.0, raster.is_orthographic == 1u), 0.0);
     if raster.sees_behind == 1u && is_inside {
         front = front_of(pixel);
         // What has seen nothing sees nothing behind that.

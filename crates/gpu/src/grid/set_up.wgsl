@@ -9,6 +9,8 @@ import package::grid::space::{Raster};
 // Half the distance from one to the next f32.
 const U: f32 = 5.9604645e-8;
 const INFINITE: f32 = 3.0e38;
+// 2⁻⁴⁹: what F64 loses in the product of a matrix row and a place.
+const ORTHOGRAPHIC_ROUNDING: f32 = 1.7763568e-15;
 
 struct Corners {
     a: vec4<u32>,
@@ -62,8 +64,9 @@ fn rect_of(corners: Corners, raster: Raster) -> Rect {
         let a = bitcast<vec2<i32>>(corners.a.xy);
         let b = bitcast<vec2<i32>>(corners.b.xy);
         let c = bitcast<vec2<i32>>(corners.c.xy);
-        let low = min(min(a, b), c) - 1;
-        let high = max(max(a, b), c) + 1;
+        let margin = i32(corner_error(corners, raster));
+        let low = min(min(a, b), c) - margin;
+        let high = max(max(a, b), c) + margin;
         let up = select(0, (1 << raster.fraction_bits) - 1, raster.has_samples == 1u);
         rect = Rect((low + up) >> vec2<u32>(raster.fraction_bits), high >> vec2<u32>(raster.fraction_bits));
     } else {
@@ -92,6 +95,18 @@ fn rect_of(corners: Corners, raster: Raster) -> Rect {
     return Rect(max(rect.first, whole.first), min(rect.last, whole.last));
 }
 
+// By how many units regular corners, or places that are asked about, may be wrong in relation to each other.
+fn corner_error(corners: Corners, raster: Raster) -> f32 {
+    let error = 1.0 + f32(raster.place_error);
+    if raster.is_orthographic == 0u {
+        return error;
+    }
+    // What parallel rays see from far away is the difference of large numbers.
+    let keys = abs(bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z)));
+    let of_depth = ORTHOGRAPHIC_ROUNDING * raster.row_reach * max(max(keys.x, keys.y), keys.z);
+    return min(error + ceil(of_depth), 536870912.0);
+}
+
 // Not yet divided x and y in pixels, and depth (1 in an orthographic space).
 fn homogeneous(vertex: vec4<u32>, raster: Raster) -> vec3<f32> {
     if vertex.w == VERTEX_HOMOGENEOUS {
@@ -115,7 +130,7 @@ fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -
             vec2<f32>(a - origin) * unit, vec2<f32>(b - origin) * unit, vec2<f32>(c - origin) * unit,
             vec2<f32>(c - b) * unit, vec2<f32>(a - c) * unit, vec2<f32>(b - a) * unit);
         let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
-        return flat_edges(sides, unit * (1.0 + f32(raster.place_error)), keys, reach);
+        return flat_edges(sides, unit * corner_error(corners, raster), keys, raster.depth_error, reach);
     }
     if raster.is_orthographic == 1u {
         // Far beside the image; nothing has to be divided.
@@ -124,9 +139,11 @@ fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -
         let b = homogeneous(corners.b, raster).xy - middle;
         let c = homogeneous(corners.c, raster).xy - middle;
         let largest = max(max(abs(a), abs(b)), max(abs(c), abs(middle)));
-        let error = unit * (1.0 + f32(raster.place_error)) + 8.0 * U * max(largest.x, largest.y);
+        let error = unit * corner_error(corners, raster) + 8.0 * U * max(largest.x, largest.y);
+        // `depth_error` is for places below 2³⁰ units.
+        let depth_error = raster.depth_error * (1.0 + max(largest.x, largest.y) * exp2(f32(raster.fraction_bits) - 30.0));
         let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
-        return flat_edges(Sides(a, b, c, c - b, a - c, b - a), error, keys, reach);
+        return flat_edges(Sides(a, b, c, c - b, a - c, b - a), error, keys, depth_error, reach);
     }
     return homogeneous_edges(corners, origin, reach, raster);
 }
@@ -147,8 +164,9 @@ struct Sides {
     ab: vec2<f32>,
 }
 
-// Of a triangle whose corners are points of the image, wrong by `error` in relation to places on each axis.
-fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, reach: f32) -> Edges {
+// Of a triangle whose corners are points of the image, wrong by `error` in relation to places on each axis, and whose keys
+// are wrong by `depth_error` besides their rounding.
+fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach: f32) -> Edges {
     let a = sides.a;
     let b = sides.b;
     let c = sides.c;
@@ -186,7 +204,7 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, reach: f32) -> Edges {
     // Pixel rows go down, so counterclockwise corners make a negative area.
     edges.is_front = area < 0.0;
     // Each key has a relative error of one rounding and of the transform.
-    let key_rounding = 4.0 * U * largest_key;
+    let key_rounding = 4.0 * U * largest_key + depth_error;
     edges.nearest = nearest + key_rounding;
 
     // key = A + (wb · (B − A) + wc · (C − A)) / area, with weights that are wrong by `edge_error` and at most the area

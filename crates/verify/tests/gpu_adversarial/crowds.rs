@@ -91,7 +91,7 @@ fn a_million_points_in_one_light_cell() {
     let truth = truth_of_cpu(&shot);
     for lit in &truth.lit {
         let lit = lit.iter().filter(|&&lit| lit).count();
-        assert!((100_000..1_000_000).contains(&lit), "{lit}");
+        assert!((100_000..1_040_000).contains(&lit), "{lit}");
     }
     grids.check_against("card", &shot, &truth);
 }
