@@ -11,8 +11,8 @@ pub(super) struct Trace {
 
 impl Trace {
     /// Words before the first node.
-    pub(super) const NODES_HEADER: u64 = 8;
-    const NODE_WORDS: u64 = 3;
+    pub(super) const NODES_HEADER: u64 = 12;
+    const NODE_WORDS: u64 = 5;
     /// For each of 256 pixels four words.
     const PARTIAL_BYTES: u64 = 4096;
 

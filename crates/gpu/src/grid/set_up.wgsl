@@ -9,6 +9,7 @@ import package::grid::space::{Raster};
 // Half the distance from one to the next f32.
 const U: f32 = 5.9604645e-8;
 const INFINITE: f32 = 3.0e38;
+const SMALLEST_KEY: f32 = 1.0e-37;
 // 2⁻⁴⁹: what F64 loses in the product of a matrix row and a place.
 const ORTHOGRAPHIC_ROUNDING: f32 = 1.7763568e-15;
 
@@ -118,6 +119,17 @@ fn homogeneous(vertex: vec4<u32>, raster: Raster) -> vec3<f32> {
     return vec3<f32>(place * depth, depth);
 }
 
+fn largest_of(vertex: vec4<u32>, raster: Raster) -> f32 {
+    let place = abs(homogeneous(vertex, raster));
+    return max(max(place.x, place.y), place.z);
+}
+
+// The power of two that brings a positive number between one and two.
+fn inverse_power_of_two(number: f32) -> f32 {
+    let exponent = clamp((bitcast<u32>(number) >> 23u) & 0xffu, 1u, 253u);
+    return bitcast<f32>((254u - exponent) << 23u);
+}
+
 // The triangle near the fixed-point place `origin`, for p within `reach` pixels of it on each axis.
 fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -> Edges {
     let unit = exp2(-f32(raster.fraction_bits));
@@ -221,7 +233,7 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach
         edges.key_error = plane_error;
     } else {
         // Between the corners' keys at any rate.
-        edges.key = vec3<f32>(0.0, 0.0, 0.5 * (nearest + farthest_key));
+        edges.key = vec3<f32>(0.0, 0.0, 0.5 * nearest + 0.5 * farthest_key);
         edges.key_error = 0.5 * range + 2.0 * key_rounding;
     }
     return edges;
@@ -231,9 +243,12 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     // Origins are whole pixels, so f32 has them exactly.
     let unit = exp2(-f32(raster.fraction_bits));
     let middle = vec2<f32>(origin) * unit;
-    let of_a = homogeneous(corners.a, raster);
-    let of_b = homogeneous(corners.b, raster);
-    let of_c = homogeneous(corners.c, raster);
+    // Weights don't depend on a common factor, and products of three coordinates stay in f32's range by one.
+    let largest = max(largest_of(corners.a, raster), max(largest_of(corners.b, raster), largest_of(corners.c, raster)));
+    let factor = inverse_power_of_two(largest);
+    let of_a = homogeneous(corners.a, raster) * factor;
+    let of_b = homogeneous(corners.b, raster) * factor;
+    let of_c = homogeneous(corners.c, raster) * factor;
     let a = vec3<f32>(of_a.xy - middle * of_a.z, of_a.z);
     let b = vec3<f32>(of_b.xy - middle * of_b.z, of_b.z);
     let c = vec3<f32>(of_c.xy - middle * of_c.z, of_c.z);
@@ -276,12 +291,14 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     if !edges.is_oriented {
         return edges;
     }
-    let inverse = 1.0 / abs(volume);
+    let inverse = factor / abs(volume);
     let slope = vec3<f32>(
         edges.a.x + edges.a.y + edges.a.z, edges.b.x + edges.b.y + edges.b.z, edges.c.x + edges.c.y + edges.c.z);
     edges.key = slope * inverse;
-    let largest = (abs(slope.x) + abs(slope.y)) * reach + abs(slope.z);
-    edges.key_error = 1.25 * inverse * (4.0 * edge_error + largest * (2.0 * volume_error * inverse + 8.0 * U));
+    let largest_slope = (abs(slope.x) + abs(slope.y)) * reach + abs(slope.z);
+    // Keys below f32's normal numbers may be lost.
+    edges.key_error = SMALLEST_KEY
+        + 1.25 * inverse * (4.0 * edge_error + largest_slope * (2.0 * volume_error / abs(volume) + 8.0 * U));
     return edges;
 }
 
