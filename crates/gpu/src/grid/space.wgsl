@@ -35,7 +35,8 @@ struct Raster {
     sees_behind: u32,
     // How much keys of parallel rays may be wrong by, wherever they are, besides their rounding.
     depth_error: f32,
-    unused: u32,
+    // Log2 of how many times as far on some axis as deep regular vertices of perspective spaces are at most.
+    depth_bits: u32,
 }
 
 // A vertex in pixel space.
