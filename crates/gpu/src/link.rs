@@ -19,6 +19,7 @@ const MODULES: &[(&str, &str)] = &[
     ("exact::shadow", include_str!("exact/shadow.wgsl")),
     ("exact::single", include_str!("exact/single.wgsl")),
     ("exact::vector", include_str!("exact/vector.wgsl")),
+    ("fit", include_str!("fit.wgsl")),
     ("grid::header", include_str!("grid/header.wgsl")),
     ("grid::list", include_str!("grid/list.wgsl")),
     ("grid::project", include_str!("grid/project.wgsl")),

@@ -91,13 +91,19 @@ impl Engine {
     }
 
     /// Brings a band's sums over all samples into the film, if they aren't there.
-    pub(crate) fn finish(&mut self, band: &Band, film: &mut Film, stats: &mut Stats) -> Result<(), Error> {
+    pub(crate) fn finish(
+        &mut self,
+        band: &Band,
+        samples: u32,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
         // What only a GPU needs.
-        let _ = (&band, &film, &stats);
+        let _ = (&band, samples, &film, &stats);
         match self {
             Self::Cpu(_) => {}
             #[cfg(feature = "gpu")]
-            Self::Gpu(gpu) => stats.time("fetch", || gpu.read_film(band, film))?,
+            Self::Gpu(gpu) => stats.time("fetch", || gpu.fetch(band, film, samples))?,
         }
         Ok(())
     }

@@ -87,7 +87,7 @@ impl Renderer {
                 // See, shadow, shade.
                 engine.sample(frame, &band, &sample, &surroundings, film, stats)?;
             }
-            engine.finish(&band, film, stats)?;
+            engine.finish(&band, settings.samples, film, stats)?;
         }
         film.average(settings.samples);
 

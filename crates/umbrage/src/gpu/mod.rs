@@ -1,5 +1,6 @@
 //! The GPU engine: a frame's stages as compute shaders, through structures rebuilt for every frame.
 
+mod first_layer;
 mod geometry;
 mod tables;
 pub mod trial;
@@ -7,9 +8,8 @@ pub mod trial;
 pub(crate) use umbrage_gpu::Band;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError};
 
-use rayon::prelude::*;
 use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
-use umbrage_gpu::{Buffer, CameraGrid, CameraOptions, CameraWork, LightGrid, LightWork, Recorder, Sight};
+use umbrage_gpu::{Buffer, CameraGrid, CameraOptions, Fit, Groups, LightGrid, Recorder, Sight};
 use umbrage_rays::{SeenPixels, View};
 use umbrage_scene::Frame;
 
@@ -17,6 +17,7 @@ use crate::background::Surroundings;
 use crate::cpu::LightMask;
 use crate::sampling::Sample;
 use crate::{Film, Settings, Stats};
+use first_layer::FirstLayer;
 use geometry::FrameGeometry;
 use tables::{Tables, sample_rays};
 
@@ -28,13 +29,16 @@ pub(crate) struct GpuEngine {
     camera: CameraGrid,
     lights: LightGrid,
     tables: Tables,
+    fit: Fit,
     shade: Shade,
     planes: FilmPlanes,
+    /// What pixels show first.
+    first: FirstLayer,
     /// A layer that shows nothing.
     nothing: Buffer,
     culls_back_faces: bool,
     is_see_through: bool,
-    /// What each pixel showed first, and which lights reached that, at the last sample; filled when it is asked for.
+    /// The same, and which lights reach it, fetched.
     seen: SeenPixels,
     lit: Vec<LightMask>,
     shadow_rays: u64,
@@ -54,8 +58,10 @@ impl GpuEngine {
             camera: CameraGrid::new(&gpu, options),
             lights: LightGrid::new(&gpu),
             tables: Tables::default(),
+            fit: Fit::new(&gpu),
             shade: Shade::new(&gpu)?,
             planes: FilmPlanes::new(&gpu),
+            first: FirstLayer::new(&gpu),
             nothing: Buffer::storage(&gpu, "nothing seen"),
             culls_back_faces: false,
             is_see_through: false,
@@ -121,6 +127,9 @@ impl GpuEngine {
     }
 
     /// One layer of surfaces: the nearest ones, or those behind the last. Whether any was seen, of those behind.
+    ///
+    /// All stages go to the GPU at once, and nothing is read back between them. Where there was too little room for what
+    /// they need, the layer isn't shaded, and all is done again with more.
     fn layer(
         &mut self,
         frame: &Frame,
@@ -129,52 +138,33 @@ impl GpuEngine {
         is_first: bool,
         stats: &mut Stats,
     ) -> Result<bool, GpuError> {
-        self.trace(frame, band, sample, is_first, stats)?;
-        let Self { gpu, geometry, camera, lights, shade, planes, .. } = self;
-        if is_first {
-            self.shadow_rays += read_seen(gpu, camera, band, &mut self.seen)? * frame.lights.len() as u64;
-            read_masks(gpu, lights, band, &mut self.lit)?;
-        } else if !camera.sees_any() {
-            return Ok(false);
-        }
-        let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
-        shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
-        let geometry = geometry.geometry();
-        let (positions, triangles) = (geometry.positions(), geometry.triangles());
-        let inputs = ShadeInputs { seen: camera.seen(), lit: lights.lit(), positions, triangles };
-        let mut recorder = Recorder::new(gpu);
-        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes));
-        if self.is_see_through {
-            camera.keep(gpu, &mut recorder)?;
-        }
-        recorder.submit()()?.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
-        Ok(true)
-    }
-
-    /// Finds the triangles of one layer and which lights reach them. Where there was too little room for what that needs,
-    /// it is done again with more.
-    fn trace(
-        &mut self,
-        frame: &Frame,
-        band: &Band,
-        sample: &Sample,
-        is_first: bool,
-        stats: &mut Stats,
-    ) -> Result<(), GpuError> {
-        let Self { gpu, geometry, camera, lights, .. } = self;
+        let Self { gpu, geometry, camera, lights, fit, shade, planes, .. } = self;
         let geometry = geometry.geometry();
         let sources: Vec<_> = frame.lights.iter().map(|light| light.source).collect();
         let sight = Sight { culls_back_faces: self.culls_back_faces, is_behind: !is_first };
+        let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
+        shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
         loop {
             camera.prepare(gpu, geometry, band.clone(), sample.offset_pixels, sight)?;
             lights.prepare(gpu, geometry, band.clone(), sample.offset_pixels, &sources)?;
+            fit.prepare(gpu, camera, lights, shade.groups())?;
             let mut recorder = Recorder::new(gpu);
             camera.record(gpu, &mut recorder, geometry);
             lights.record(gpu, &mut recorder, geometry, camera.seen());
+            fit.record(gpu, &mut recorder, camera, lights);
+            if is_first {
+                self.first.record(gpu, &mut recorder, camera, lights)?;
+            }
+            let (positions, triangles) = (geometry.positions(), geometry.triangles());
+            let inputs = ShadeInputs { seen: camera.seen(), lit: lights.lit(), positions, triangles };
+            recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, fit.groups()));
+            if self.is_see_through {
+                camera.keep(gpu, &mut recorder)?;
+            }
             let times = recorder.submit()()?;
             if camera.finish(gpu)? & lights.finish(gpu)? {
                 times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
-                return Ok(());
+                return Ok(is_first || camera.sees_any());
             }
         }
     }
@@ -190,16 +180,18 @@ impl GpuEngine {
         let (positions, triangles) = (geometry.positions(), geometry.triangles());
         let inputs = ShadeInputs { seen: nothing, lit: lights.lit(), positions, triangles };
         let mut recorder = Recorder::new(gpu);
-        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes));
+        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
         recorder.submit()()?.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
         Ok(())
     }
 
-    /// Fetches the film's rows of a band: sums over the samples.
+    /// Fetches a band: the film's rows, summed over the samples, and what the last sample showed first.
     ///
     /// # Errors
     /// Where the device is lost.
-    pub(crate) fn read_film(&mut self, band: &Band, film: &mut Film) -> Result<(), GpuError> {
+    pub(crate) fn fetch(&mut self, band: &Band, film: &mut Film, samples: u32) -> Result<(), GpuError> {
+        let shown = self.first.fetch(&self.gpu, band, &mut self.seen, &mut self.lit)?;
+        self.shadow_rays += shown * self.lit.len() as u64 * u64::from(samples);
         let Self { gpu, planes, .. } = self;
         let [width, rows] = band.size().map(|side| side as usize);
         let first = band.rows.start as usize * width;
@@ -225,21 +217,7 @@ impl GpuEngine {
         &self.lit
     }
 
-    pub(crate) fn gpu(&self) -> &Gpu {
-        &self.gpu
-    }
-
-    /// What the camera was as work at the last sample.
-    pub(crate) fn camera_work(&self) -> CameraWork {
-        self.camera.work()
-    }
-
-    /// What each light was as work at the last sample.
-    pub(crate) fn light_work(&self) -> &[LightWork] {
-        self.lights.work()
-    }
-
-    /// Shadow rays of the last sample's first surfaces, times the number of samples.
+    /// Shadow rays of the last sample's first surfaces, times the number of samples: those behind aren't counted.
     pub(crate) fn shadow_rays(&self) -> u64 {
         self.shadow_rays
     }
@@ -255,30 +233,4 @@ impl GpuEngine {
     pub(crate) fn pixel_bytes(&self) -> usize {
         (self.camera.pixel_bytes() + self.planes.planes().bytes() + self.planes.triangle().bytes()) as usize
     }
-}
-
-/// Fetches what the pixels of a band show; how many show something.
-fn read_seen(gpu: &Gpu, camera: &CameraGrid, band: &Band, seen: &mut SeenPixels) -> Result<u64, GpuError> {
-    let order = band.order();
-    // Bands are whole rows of tiles, which follow each other.
-    let first = seen.order().place(0, band.rows.start);
-    let of_band = &mut seen.triangle[first..first + order.places()];
-    camera.seen().read_into(gpu, of_band)?;
-    let shown = of_band.par_iter_mut().enumerate().filter_map(|(place, triangle)| {
-        if order.pixel(place).is_none() {
-            *triangle = SeenPixels::NONE;
-        }
-        (*triangle != SeenPixels::NONE).then_some(())
-    });
-    Ok(shown.count() as u64)
-}
-
-/// Fetches for each light which places of a band it reaches.
-fn read_masks(gpu: &Gpu, lights: &LightGrid, band: &Band, masks: &mut [LightMask]) -> Result<(), GpuError> {
-    let words = lights.mask_words() as usize;
-    let bits: Vec<u32> = lights.lit().read(gpu, words * masks.len())?;
-    for (mask, bits) in masks.iter_mut().zip(bits.chunks_exact(words.max(1))) {
-        mask.set_words(band.rows.start, bits);
-    }
-    Ok(())
 }
