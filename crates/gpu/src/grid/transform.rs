@@ -36,7 +36,7 @@ impl Transform {
     /// For how many faces there is room.
     pub(crate) fn face_room(&self) -> u32 {
         let bytes_of_one = u64::from(self.count) * Self::VERTEX_BYTES;
-        if bytes_of_one == 0 { u32::MAX } else { (self.vertices.bytes() / bytes_of_one) as u32 }
+        self.vertices.bytes().checked_div(bytes_of_one).map_or(u32::MAX, |faces| faces as u32)
     }
 
     /// Makes room for so many faces; whether there was too little.

@@ -2,7 +2,6 @@
 
 mod cases;
 #[path = "../common/mod.rs"]
-#[allow(dead_code, reason = "some of it is for other tests")]
 mod common;
 mod double;
 mod mask;
