@@ -27,6 +27,21 @@ pub(crate) struct Room {
     pub(crate) unused: u32,
 }
 
+impl Room {
+    /// Whether it is enough, as `fit.wgsl` decides it.
+    pub(crate) fn holds(&self, needs: &Needs) -> bool {
+        const MOST_QUESTIONS: u32 = 0x1000_0000;
+        const OPEN_HEADER: u32 = 8;
+        let Needs { large, pairs, blocks, faces, questions, pixels, .. } = *needs;
+        large <= self.large
+            && pairs <= self.pairs
+            && blocks <= self.blocks
+            && faces <= self.faces
+            && questions.max(pixels) < MOST_QUESTIONS
+            && OPEN_HEADER + questions * self.words_per_question + pixels * self.words_per_pixel <= self.open_words
+    }
+}
+
 /// As in `fit.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -57,6 +72,7 @@ impl Needs {
     /// Where its pairs are; behind them questions and pixels.
     pub(crate) const PAIRS: u64 = HEADER_WORDS;
 
+    /// Of a record that was read back.
     pub(crate) fn from_words(words: &[u32]) -> Self {
         let [pairs, questions, pixels, any] = [0, 1, 2, 3].map(|place| words[Self::PAIRS as usize + place]);
         Self { large: words[LARGE], pairs, blocks: words[BLOCKS], faces: words[FACES], questions, pixels, any }

@@ -252,11 +252,13 @@ impl CameraGrid {
         let Needs { large, pairs, questions: open_hits, pixels: open_pixels, any, .. } = needs;
         self.sees_any = any != 0;
         self.work = CameraWork { pairs, large, open_hits, open_pixels };
-        let mut fits = !self.list.grow(gpu, large, pairs)?;
-        let nodes = Trace::node_bytes(u64::from(open_hits)) + 4 * u64::from(open_pixels);
-        if nodes > self.nodes.bytes() {
-            self.nodes.reserve(gpu, nodes + nodes / 2)?;
-            fits = false;
+        let fits = self.room().holds(&needs);
+        if !fits {
+            self.list.grow(gpu, large, pairs)?;
+            let nodes = Trace::node_bytes(u64::from(open_hits)) + 4 * u64::from(open_pixels);
+            if nodes > self.nodes.bytes() {
+                self.nodes.reserve(gpu, (nodes + nodes / 2).min(gpu.max_binding_bytes()).max(nodes))?;
+            }
         }
         Ok(fits)
     }

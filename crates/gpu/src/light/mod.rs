@@ -196,13 +196,17 @@ impl LightGrid {
     pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
         self.work.clear();
         let mut fits = true;
+        let room = self.room();
         let words = self.needs.read::<u32>(gpu, Needs::WORDS as usize * self.parameters.len())?;
         for needs in words.chunks_exact(Needs::WORDS as usize).map(Needs::from_words) {
             let Needs { large, pairs, blocks, faces, questions: open, .. } = needs;
             self.work.push(LightWork { faces, pairs, large, blocks, open });
-            fits &= !self.transform.grow(gpu, faces)?;
-            fits &= !self.list.grow(gpu, large, pairs)?;
-            fits &= !self.shadows.grow(gpu, blocks, open)?;
+            if !room.holds(&needs) {
+                fits = false;
+                self.transform.grow(gpu, faces)?;
+                self.list.grow(gpu, large, pairs)?;
+                self.shadows.grow(gpu, blocks, open)?;
+            }
         }
         Ok(fits)
     }

@@ -51,17 +51,16 @@ impl Shadows {
         self.open_sizes.reserve(gpu, 4 * OPEN_HEADER)
     }
 
-    /// Makes room for so much; whether there was too little.
-    pub(super) fn grow(&mut self, gpu: &Gpu, blocks: u32, open: u32) -> Result<bool, GpuError> {
+    /// Makes room for so much.
+    pub(super) fn grow(&mut self, gpu: &Gpu, blocks: u32, open: u32) -> Result<(), GpuError> {
         let (blocks, open) = (Self::bytes_of_blocks(blocks.into()), Self::bytes_of_open(open.into()));
-        let fits = blocks <= self.blocks.bytes() && open <= self.open.bytes();
         if blocks > self.blocks.bytes() {
             self.blocks.reserve(gpu, (blocks + blocks / 2).min(gpu.max_binding_bytes()).max(blocks))?;
         }
         if open > self.open.bytes() {
             self.open.reserve(gpu, (open + open / 2).min(gpu.max_binding_bytes()).max(open))?;
         }
-        Ok(!fits)
+        Ok(())
     }
 
     /// For how many blocks, and how many words of open questions, there is room.

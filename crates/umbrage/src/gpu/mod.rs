@@ -47,6 +47,8 @@ pub(crate) struct GpuEngine {
 impl GpuEngine {
     /// How many surfaces one behind the other are seen through.
     const MOST_LAYERS: usize = 32;
+    /// How often a frame is done again with more room: each light's lists can only grow once those before it fit.
+    const MOST_TRIES: usize = 16;
 
     /// An engine on an open device.
     ///
@@ -144,7 +146,7 @@ impl GpuEngine {
         let sight = Sight { culls_back_faces: self.culls_back_faces, is_behind: !is_first };
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
         shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
-        loop {
+        for _ in 0..Self::MOST_TRIES {
             camera.prepare(gpu, geometry, band.clone(), sample.offset_pixels, sight)?;
             lights.prepare(gpu, geometry, band.clone(), sample.offset_pixels, &sources)?;
             fit.prepare(gpu, camera, lights, shade.groups())?;
@@ -167,6 +169,7 @@ impl GpuEngine {
                 return Ok(is_first || camera.sees_any());
             }
         }
+        Err(GpuError::OutOfMemory(format!("a frame's lists have outgrown their buffers {} times", Self::MOST_TRIES)))
     }
 
     /// What is around the scene, seen through all layers.
