@@ -47,7 +47,7 @@ pub(crate) struct GpuEngine {
 impl GpuEngine {
     /// How many surfaces one behind the other are seen through.
     const MOST_LAYERS: usize = 32;
-    /// How often a frame is done again with more room: each light's lists can only grow once those before it fit.
+    /// How often a frame is done again with more room: what a list needs is known once those before it fit.
     const MOST_TRIES: usize = 16;
 
     /// An engine on an open device.
