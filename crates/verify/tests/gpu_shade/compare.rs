@@ -9,7 +9,7 @@ pub(crate) fn trial() -> Option<Trial> {
     match Gpu::open("", DeviceLimits::Portable) {
         Ok(gpu) => Some(Trial::new(gpu).expect("room for tables")),
         Err(error) => {
-            eprintln!("skipped: {error}");
+            eprintln!("skipped-gpu: {error}");
             None
         }
     }
