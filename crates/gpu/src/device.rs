@@ -140,6 +140,11 @@ impl Gpu {
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
+    /// Gives the device back to its driver. From then on it is as lost: whatever it is asked for is an error.
+    pub fn close(&self) {
+        self.device.destroy();
+    }
+
     /// What went wrong since this was last asked.
     ///
     /// # Errors
