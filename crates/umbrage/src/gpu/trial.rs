@@ -3,7 +3,7 @@
 use umbrage_gpu::shade::{Develop, FilmPlanes, Layer, Shade, ShadeInputs, ToneMap};
 use umbrage_gpu::{Buffer, Gpu, Groups, Recorder};
 use umbrage_rays::{SeenPixels, View};
-use umbrage_scene::{Frame, Scene};
+use umbrage_scene::Frame;
 
 pub use super::tables::Uploaded;
 use super::tables::{Tables, sample_rays};
@@ -66,24 +66,12 @@ impl Trial {
         })
     }
 
-    /// Renders a scene at a moment.
+    /// Renders a frame.
     ///
     /// # Errors
     /// Where the CPU engine has one, and where the GPU has no room for the frame.
-    pub fn render(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> Result<Films, Error> {
-        settings.check()?;
-        scene.pose(seconds, &mut self.frame)?;
-        if let Some(lights) = &settings.lights {
-            self.frame.lights.clone_from(lights);
-        }
-        self.render_frame(settings)
-    }
-
-    /// Renders the frame that `frame` makes of the last one.
-    ///
-    /// # Errors
-    /// As [`Trial::render`].
     pub fn render_made(&mut self, frame: Frame, settings: &Settings) -> Result<Films, Error> {
+        settings.check()?;
         self.frame = frame;
         self.render_frame(settings)
     }
