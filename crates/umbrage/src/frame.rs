@@ -73,7 +73,7 @@ impl Renderer {
         let Self { engine, frame, film, stats } = self;
         stats.start();
 
-        stats.time("animate", || scene.pose(seconds, frame))?;
+        stats.time("animate", || engine.animate(scene, seconds, settings, frame))?;
         if let Some(lights) = &settings.lights {
             frame.lights.clone_from(lights);
         }
@@ -81,7 +81,7 @@ impl Renderer {
         let surroundings = Surroundings::new(&settings.background);
 
         film.clear(&view);
-        stats.time("build", || engine.build(frame, &view, settings, &surroundings))?;
+        engine.build(frame, &view, settings, &surroundings, stats)?;
         for sample in Sample::all(settings.samples) {
             // See, shadow, shade.
             engine.sample(frame, &view, &sample, &surroundings, film, stats)?;
@@ -89,7 +89,7 @@ impl Renderer {
         engine.finish(film, stats)?;
         film.average(settings.samples);
 
-        stats.count(frame, film, engine, settings.samples);
+        stats.count(frame, film, engine, settings.samples)?;
         Ok(film)
     }
 
@@ -109,10 +109,10 @@ impl Renderer {
         if settings.structure == Structure::Bvh {
             return Err(Error::Settings("the work of pixels is counted in grids alone".to_owned()));
         }
-        let Self { engine, frame, .. } = self;
-        scene.pose(seconds, frame)?;
+        let Self { engine, frame, stats, .. } = self;
+        engine.animate(scene, seconds, settings, frame)?;
         let view = settings.view(frame);
-        engine.build(frame, &view, settings, &Surroundings::new(&settings.background))?;
+        engine.build(frame, &view, settings, &Surroundings::new(&settings.background), stats)?;
         for sample in Sample::all(1) {
             engine.see_counting(frame, &view, &sample, work)?;
         }
@@ -149,9 +149,9 @@ impl Renderer {
         self.engine.light_masks()
     }
 
-    /// The scene as the last frame showed it.
+    /// The scene as the last frame showed it. Vertices that only a GPU has are posed for this.
     #[must_use]
     pub fn frame(&self) -> &Frame {
-        &self.frame
+        self.engine.whole_frame(&self.frame)
     }
 }

@@ -32,18 +32,36 @@ fn differences(name: &str, gpu: &mut Renderer, scene: &Scene, moment: f64, [widt
     gpu.render(scene, seconds, &settings).unwrap_or_else(|error| panic!("{name}: {error}"));
     let elapsed = start.elapsed();
     let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let triangles = pixels().filter(|&(x, y)| {
-        let is_other = cpu.seen().triangle_at(x, y) != gpu.seen().triangle_at(x, y);
-        if is_other { println!("{name}: ({x}, {y}) {} {}", cpu.seen().triangle_at(x, y), gpu.seen().triangle_at(x, y)); }
-        is_other
-    }).count();
+    let triangles = pixels()
+        .filter(|&(x, y)| {
+            let is_other = cpu.seen().triangle_at(x, y) != gpu.seen().triangle_at(x, y);
+            if is_other {
+                println!("{name}: ({x}, {y}) {} {}", cpu.seen().triangle_at(x, y), gpu.seen().triangle_at(x, y));
+            }
+            is_other
+        })
+        .count();
     let lights = cpu.light_masks().iter().zip(gpu.light_masks());
     let shadows = lights.map(|(cpu, gpu)| pixels().filter(|&(x, y)| cpu.is_lit(x, y) != gpu.is_lit(x, y)).count());
     let shadows = shadows.sum();
-    let (film, truth) = (gpu.render(scene, seconds, &settings).expect("a frame").develop(&settings), cpu.render(scene, seconds, &settings).expect("a frame").develop(&settings));
-    let off = film.pixels.iter().zip(&truth.pixels).filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 300)).count();
-    println!("{name}: {triangles} of {} triangles and {shadows} shadows differ; {off} colours; {elapsed:?}", width * height);
-    println!("{name}: {}", gpu.stats().stages.iter().map(|s| format!("{} {:.1}", s.name, s.milliseconds)).collect::<Vec<_>>().join(", "));
+    let (film, truth) = (
+        gpu.render(scene, seconds, &settings).expect("a frame").develop(&settings),
+        cpu.render(scene, seconds, &settings).expect("a frame").develop(&settings),
+    );
+    let off = film
+        .pixels
+        .iter()
+        .zip(&truth.pixels)
+        .filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 300))
+        .count();
+    println!(
+        "{name}: {triangles} of {} triangles and {shadows} shadows differ; {off} colours; {elapsed:?}",
+        width * height
+    );
+    println!(
+        "{name}: {}",
+        gpu.stats().stages.iter().map(|s| format!("{} {:.1}", s.name, s.milliseconds)).collect::<Vec<_>>().join(", ")
+    );
     [triangles, shadows]
 }
 
