@@ -24,6 +24,14 @@ impl Failure {
         Self::Input { message: message.into(), hint: Some(hint.into()) }
     }
 
+    /// What is wrong, without a hint.
+    pub(crate) fn message(&self) -> &str {
+        match self {
+            Self::Input { message, .. } | Self::Work(message) => message,
+            Self::Unread => "",
+        }
+    }
+
     /// Tells the user, and gives the exit code.
     pub(crate) fn report(self) -> ExitCode {
         match self {

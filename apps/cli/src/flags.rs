@@ -27,6 +27,8 @@ Examples:
       The light goes round the scene
   umbrage render demo:cloth --frames 0..9 -o %d.png --stats json
       What each frame cost
+  umbrage render demo:statue --engine gpu --stats text
+      On a GPU; `umbrage info --devices` lists them
   umbrage heatmap demo:forest --structure listed --sorting-tile 8 --max 200
       How many triangles each pixel is tested with
   umbrage info demo:cloth --json
@@ -86,6 +88,9 @@ pub(crate) struct InfoFlags {
     /// As JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Show which GPUs there are instead
+    #[arg(long, conflicts_with = "scene")]
+    pub(crate) devices: bool,
     #[command(flatten)]
     pub(crate) opening: OpeningFlags,
 }
@@ -155,7 +160,13 @@ pub(crate) struct RenderFlags {
         value_parser = values::exposure_stops
     )]
     pub(crate) exposure: f32,
-    /// What finds the triangles that rays hit; the picture is the same either way
+    /// What renders: triangles and shadows are the same, colours differ by rounding
+    #[arg(long, value_enum, default_value = "cpu")]
+    pub(crate) engine: EngineFlag,
+    /// The GPU, by a part of its name; `umbrage info --devices` lists them [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) device: Option<String>,
+    /// What finds the triangles that rays hit on the CPU; the picture is the same either way
     #[arg(long, value_enum, default_value = "perspective")]
     pub(crate) structure: StructureFlag,
     /// Cells a side of the light grids of `--structure listed`, 1 to 2048 [default: 192]
@@ -292,6 +303,17 @@ pub(crate) enum StructureFlag {
     Listed,
     /// A bounding volume hierarchy
     Bvh,
+}
+
+/// What renders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EngineFlag {
+    /// A GPU where there is one, else the CPU
+    Auto,
+    /// The CPU
+    Cpu,
+    /// A GPU, or a program that stands in for one
+    Gpu,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use umbrage::Scene;
+use umbrage::gpu::Adapter;
 use umbrage::rays::{LightSource, Omitted, OmittedKind};
 use umbrage::scene::{DEMOS, DemoScene, Frame};
 
@@ -67,6 +68,9 @@ struct OmittedContents {
 }
 
 pub(crate) fn run(flags: InfoFlags) -> Result<(), Failure> {
+    if flags.devices {
+        return devices(flags.json);
+    }
     let Some(address) = flags.scene else { return gallery(flags.json) };
     let scene = Scene::open_with(&address, &flags.opening.into())?;
     let contents = Contents::of(&address, &scene, &scene.at(0.0)?);
@@ -78,6 +82,38 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
     let mut json = serde_json::to_string_pretty(value).map_err(|error| Failure::Work(error.to_string()))?;
     json.push('\n');
     Ok(json)
+}
+
+/// Lists what can stand as a GPU.
+fn devices(as_json: bool) -> Result<(), Failure> {
+    #[derive(Serialize)]
+    struct Listed {
+        name: String,
+        driver: String,
+        backend: String,
+        is_software: bool,
+    }
+    let all = Adapter::all().into_iter().map(|Adapter { name, driver, backend, is_software }| Listed {
+        name,
+        driver,
+        backend,
+        is_software,
+    });
+    let listed: Vec<Listed> = all.collect();
+    let text = if as_json {
+        json(&listed)?
+    } else if listed.is_empty() {
+        "No GPU, and no program that stands in for one. A Vulkan driver may be missing; on Debian, the package\n\
+         mesa-vulkan-drivers has one in software.\n"
+            .to_owned()
+    } else {
+        let lines = listed.iter().map(|Listed { name, driver, backend, is_software }| {
+            let kind = if *is_software { "a program on the CPU" } else { "a GPU" };
+            format!("{name}\n    {kind}, {backend}, {driver}\n")
+        });
+        lines.collect()
+    };
+    Ok(io::stdout().write_all(text.as_bytes())?)
 }
 
 /// Lists the built-in scenes.

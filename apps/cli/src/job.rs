@@ -7,7 +7,7 @@ use umbrage::scene::{Clip, OpenOptions};
 use umbrage::{Background, Settings, Structure, ToneMap};
 
 use crate::failure::Failure;
-use crate::flags::{ChromaFlag, OpeningFlags, RenderFlags, StatsFlag, StructureFlag, ToneMapFlag};
+use crate::flags::{ChromaFlag, EngineFlag, OpeningFlags, RenderFlags, StatsFlag, StructureFlag, ToneMapFlag};
 use crate::lights::LightFlag;
 use crate::values::{BackgroundFlag, CameraFlag};
 
@@ -31,6 +31,8 @@ pub(crate) struct Job {
     pub(crate) orbit_light: bool,
     pub(crate) threads: Option<u16>,
     pub(crate) simd: SimdLevel,
+    pub(crate) engine: EngineFlag,
+    pub(crate) device: Option<String>,
     pub(crate) stats: Option<StatsFlag>,
     pub(crate) quiet: bool,
 }
@@ -49,6 +51,7 @@ pub(crate) enum Moments {
 impl Job {
     pub(crate) fn new(flags: RenderFlags) -> Result<Self, Failure> {
         let structure = structure(&flags)?;
+        engine(&flags)?;
         let default_seconds = if flags.scene.is_none() { DEFAULT_SCENE_SECONDS } else { 0.0 };
         let (target, format) = target(flags.output, flags.format.map(Format::from), flags.frames.is_some())?;
         let moments = match (flags.frames, flags.time) {
@@ -90,6 +93,8 @@ impl Job {
             orbit_light: flags.orbit_light,
             threads: flags.threads,
             simd: flags.simd.unwrap_or_default(),
+            engine: flags.engine,
+            device: flags.device,
             stats: flags.stats,
             quiet: flags.quiet,
         })
@@ -104,6 +109,20 @@ impl Job {
             Moments::All => (0..rate.frames_within(duration_seconds), None),
         };
         (frames, move |frame| single.unwrap_or_else(|| rate.seconds(frame)))
+    }
+}
+
+/// Whether what is asked of the engine is its to do.
+fn engine(flags: &RenderFlags) -> Result<(), Failure> {
+    let is_of_cpu = flags.simd.is_some() || !matches!(flags.structure, StructureFlag::Perspective);
+    match flags.engine {
+        EngineFlag::Gpu if is_of_cpu => {
+            Err(Failure::input("a GPU has no choice of SIMD level or structure", "leave out --simd and --structure"))
+        }
+        EngineFlag::Cpu if flags.device.is_some() => {
+            Err(Failure::input("--device names a GPU, but the CPU renders", "add `--engine gpu`"))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -1,6 +1,7 @@
 //! The `umbrage` command: flags → a validated job → the library → an exit code.
 #![forbid(unsafe_code)]
 
+mod engine;
 mod failure;
 mod flags;
 mod heatmap;

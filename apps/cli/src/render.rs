@@ -2,9 +2,10 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::Instant;
 
+use umbrage::Scene;
 use umbrage::output::{Target, Writer};
-use umbrage::{Renderer, Scene};
 
+use crate::engine;
 use crate::failure::Failure;
 use crate::flags::StatsFlag;
 use crate::job::{Job, use_threads};
@@ -34,7 +35,8 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     let (frames, second_of) = job.frames(duration_seconds);
     let mut writer = Writer::create(&job.target, job.format, &frames, &job.settings, &job.output_options)?;
     let mut staging = Staging::new(job, scene, second_of(frames.start))?;
-    let mut renderer = Renderer::with_simd_level(job.simd);
+    let (mut renderer, engine) = engine::renderer(job)?;
+    report.engine = engine;
     let progress = Progress::start(frames.end - frames.start, job.quiet);
     for frame in frames.clone() {
         let seconds = second_of(frame);

@@ -12,6 +12,8 @@ pub(crate) struct Report {
     pub(crate) height: u32,
     pub(crate) samples: u32,
     pub(crate) threads: usize,
+    /// What rendered.
+    pub(crate) engine: String,
     /// The median of all frames.
     pub(crate) median: Costs,
     pub(crate) frames: Vec<FrameReport>,
@@ -46,6 +48,7 @@ impl Report {
             height: settings.height,
             samples: settings.samples,
             threads: rayon::current_num_threads(),
+            engine: String::new(),
             median: Costs::default(),
             frames: Vec::new(),
         }
@@ -77,13 +80,14 @@ impl Report {
     /// The report for a person.
     pub(crate) fn text(&self) -> String {
         let mut text = format!(
-            "{}: {} x {} pixels, {} a pixel, {}, {}\n",
+            "{}: {} x {} pixels, {} a pixel, {}, {}, {}\n",
             self.scene,
             self.width,
             self.height,
             count(u64::from(self.samples), "sample"),
             count(self.frames.len() as u64, "frame"),
             count(self.threads as u64, "thread"),
+            self.engine,
         );
         let title = if self.frames.len() == 1 { "milliseconds" } else { "milliseconds (median of the frames)" };
         let mut line = |name: &str, value: String| {

@@ -2,12 +2,13 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use anyhow::{Context, Result};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde::Serialize;
 use umbrage::rays::SimdLevel;
 use umbrage::{Renderer, Scene, Settings, Structure};
 
 use crate::flags::{size, use_threads};
+use crate::gpu;
 use crate::median::median;
 use crate::table::Form;
 use crate::work::Work;
@@ -18,16 +19,22 @@ pub(crate) struct FrameFlags {
     scenes: Vec<String>,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
-    size: [u32; 2],
+    pub(crate) size: [u32; 2],
     /// Camera rays for each pixel
     #[arg(long, value_name = "N", default_value = "1")]
-    samples: u32,
+    pub(crate) samples: u32,
     /// Frames over each scene's animation; each is rendered once through each structure, in turn
     #[arg(long, value_name = "N", default_value = "9")]
-    frames: u32,
+    pub(crate) frames: u32,
     /// Threads to work with [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// What renders: `gpu` times each stage by the GPU's own clock, and compares nothing
+    #[arg(long, value_enum, default_value = "cpu")]
+    engine: EngineFlag,
+    /// The GPU, by a part of its name [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) device: Option<String>,
     /// SIMD instructions for the grids: sse2, sse4.2, avx2 or avx512 [default: the widest]
     #[arg(long, value_name = "LEVEL")]
     simd: Option<SimdLevel>,
@@ -36,7 +43,16 @@ pub(crate) struct FrameFlags {
     work: bool,
     /// How the results are written
     #[arg(long, value_enum, default_value = "table")]
-    form: Form,
+    pub(crate) form: Form,
+}
+
+/// What renders.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum EngineFlag {
+    /// The CPU, through the grids and through the hierarchy in turn
+    Cpu,
+    /// A GPU, or a program that stands in for one
+    Gpu,
 }
 
 /// A scene's frames through one structure.
@@ -67,6 +83,9 @@ pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
     let simd = flags.simd.unwrap_or_default();
     let gallery: Vec<String> = umbrage::scene::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
     let scenes = if flags.scenes.is_empty() { &gallery } else { &flags.scenes };
+    if matches!(flags.engine, EngineFlag::Gpu) {
+        return gpu::run(flags, scenes);
+    }
     let mut out = io::stdout();
     match flags.form {
         Form::Table => write_head(&mut out, flags, simd)?,

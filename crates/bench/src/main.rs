@@ -4,6 +4,7 @@
 mod experiments;
 mod flags;
 mod frame;
+mod gpu;
 mod grids;
 mod measure;
 mod median;

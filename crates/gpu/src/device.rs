@@ -35,6 +35,8 @@ pub enum DeviceLimits {
     Adapter,
     /// What every device has: bindings of 128 MiB, buffers of 256 MiB.
     Portable,
+    /// Buffers of at most so many bytes, fewer than every device has.
+    Buffers(u32),
 }
 
 impl Adapter {
@@ -83,10 +85,15 @@ impl Gpu {
     fn open_adapter(info: Adapter, adapter: &wgpu::Adapter, limits: DeviceLimits) -> Result<Self, GpuError> {
         let has = adapter.limits();
         let mut required_limits = wgpu::Limits::default();
-        if limits == DeviceLimits::Adapter {
-            required_limits.max_buffer_size = has.max_buffer_size;
-            required_limits.max_storage_buffer_binding_size = has.max_storage_buffer_binding_size;
-        }
+        let (buffer, binding) = match limits {
+            DeviceLimits::Adapter => (has.max_buffer_size, has.max_storage_buffer_binding_size),
+            DeviceLimits::Portable => {
+                (required_limits.max_buffer_size, required_limits.max_storage_buffer_binding_size)
+            }
+            DeviceLimits::Buffers(bytes) => (bytes.into(), bytes.into()),
+        };
+        required_limits.max_buffer_size = buffer;
+        required_limits.max_storage_buffer_binding_size = binding;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("umbrage"),
             required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,

@@ -5,10 +5,12 @@
 //! label and its tests. Nothing is read back between stages: counts travel by indirect dispatch.
 #![forbid(unsafe_code)]
 
+mod band;
 mod buffer;
 mod camera;
 mod device;
 mod error;
+mod fit;
 mod geometry;
 mod grid;
 mod kernel;
@@ -22,10 +24,12 @@ mod recorder;
 pub mod shade;
 mod view;
 
+pub use band::Band;
 pub use buffer::Buffer;
 pub use camera::{CameraGrid, CameraOptions, CameraWork, Sight};
 pub use device::{Adapter, DeviceLimits, Gpu};
 pub use error::GpuError;
+pub use fit::Fit;
 pub use geometry::Geometry;
 pub use kernel::{Groups, Kernel};
 pub use light::{LightGrid, LightWork};

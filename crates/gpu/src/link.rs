@@ -19,6 +19,7 @@ const MODULES: &[(&str, &str)] = &[
     ("exact::shadow", include_str!("exact/shadow.wgsl")),
     ("exact::single", include_str!("exact/single.wgsl")),
     ("exact::vector", include_str!("exact/vector.wgsl")),
+    ("fit", include_str!("fit.wgsl")),
     ("grid::header", include_str!("grid/header.wgsl")),
     ("grid::list", include_str!("grid/list.wgsl")),
     ("grid::project", include_str!("grid/project.wgsl")),
@@ -114,9 +115,12 @@ mod tests {
     fn every_module_links_and_is_valid_wgsl() {
         for (path, _) in MODULES {
             let mut text = link(path);
-            // Modules about masks leave it to the stage to declare the tables.
+            // Some modules leave it to the stage to declare what they read.
             if text.contains("masks[") && !text.contains("> masks:") {
                 text.push_str("@group(0) @binding(0) var<storage, read> masks: array<u32>;");
+            }
+            if text.contains("locate_view.") && !text.contains("> locate_view:") {
+                text.push_str("@group(0) @binding(0) var<uniform> locate_view: LocateView;");
             }
             let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|error| {
                 panic!("{path}: {}", error.emit_to_string(&text));

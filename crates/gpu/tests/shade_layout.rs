@@ -30,6 +30,8 @@ fn structs_are_those_of_the_shaders() {
             is_last_layer,
             first_plane,
             through_plane,
+            first_row,
+            image_height,
         }),
         layout!(ShadeSurroundings { irradiance, color, kind, panorama_size, panorama_levels, panorama_word }),
         layout!(ShadeScene {

@@ -6,9 +6,23 @@ use umbrage_scene::{Frame, Scene};
 use crate::background::Surroundings;
 use crate::cpu::{Cpu, LightMask, LightWork};
 #[cfg(feature = "gpu")]
-use crate::gpu::GpuEngine;
+use crate::gpu::{Band, GpuEngine};
 use crate::sampling::Sample;
 use crate::{Error, Film, Settings, Stats};
+
+/// All rows of an image.
+#[cfg(not(feature = "gpu"))]
+#[derive(Debug)]
+pub(crate) struct Band {
+    pub(crate) view: View,
+}
+
+#[cfg(not(feature = "gpu"))]
+impl From<&View> for Band {
+    fn from(view: &View) -> Self {
+        Self { view: *view }
+    }
+}
 
 /// Both give the same triangles and shadows; their shading differs by rounding.
 #[derive(Debug)]
@@ -50,24 +64,32 @@ impl Engine {
         view: &View,
         settings: &Settings,
         surroundings: &Surroundings<'_>,
-        stats: &mut Stats,
     ) -> Result<(), Error> {
         // What only a GPU needs.
         let _ = (view, surroundings);
         match self {
-            Self::Cpu(cpu) => stats.time("build", || cpu.build(frame, settings)),
+            Self::Cpu(cpu) => cpu.build(frame, settings),
             #[cfg(feature = "gpu")]
-            Self::Gpu(gpu) => gpu.build(frame, view, settings, surroundings, stats)?,
+            Self::Gpu(gpu) => gpu.build(frame, view, settings, surroundings)?,
         }
         Ok(())
     }
 
-    /// Sees, shadows and shades one sample of each pixel. The film has it afterwards, or once it is
+    /// The bands of rows in which an image is rendered: the CPU has room for all of it.
+    pub(crate) fn bands(&self, view: &View) -> Vec<Band> {
+        match self {
+            Self::Cpu(_) => vec![Band::from(view)],
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.bands(view),
+        }
+    }
+
+    /// Sees, shadows and shades one sample of each pixel of a band. The film has it afterwards, or once the band is
     /// [finished](Self::finish).
     pub(crate) fn sample(
         &mut self,
         frame: &Frame,
-        view: &View,
+        band: &Band,
         sample: &Sample,
         surroundings: &Surroundings<'_>,
         film: &mut Film,
@@ -75,24 +97,31 @@ impl Engine {
     ) -> Result<(), Error> {
         match self {
             Self::Cpu(cpu) => {
+                let view = &band.view;
                 stats.time("see", || cpu.see(frame, view, sample))?;
                 stats.time("shadow", || cpu.shadow(frame, view, sample));
                 stats.time("shade", || cpu.shade(frame, view, sample, surroundings, film));
             }
             #[cfg(feature = "gpu")]
-            Self::Gpu(gpu) => gpu.sample(frame, view, sample, stats)?,
+            Self::Gpu(gpu) => gpu.sample(frame, band, sample, stats)?,
         }
         Ok(())
     }
 
-    /// Brings the sums over all samples into the film, if they aren't there.
-    pub(crate) fn finish(&mut self, film: &mut Film, stats: &mut Stats) -> Result<(), Error> {
+    /// Brings a band's sums over all samples into the film, if they aren't there.
+    pub(crate) fn finish(
+        &mut self,
+        band: &Band,
+        samples: u32,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
         // What only a GPU needs.
-        let _ = (&film, &stats);
+        let _ = (&band, samples, &film, &stats);
         match self {
             Self::Cpu(_) => {}
             #[cfg(feature = "gpu")]
-            Self::Gpu(gpu) => stats.time("fetch", || gpu.read_film(film))?,
+            Self::Gpu(gpu) => stats.time("fetch", || gpu.fetch(band, film, samples))?,
         }
         Ok(())
     }

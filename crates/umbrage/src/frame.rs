@@ -81,12 +81,14 @@ impl Renderer {
         let surroundings = Surroundings::new(&settings.background);
 
         film.clear(&view);
-        engine.build(frame, &view, settings, &surroundings, stats)?;
-        for sample in Sample::all(settings.samples) {
-            // See, shadow, shade.
-            engine.sample(frame, &view, &sample, &surroundings, film, stats)?;
+        stats.time("build", || engine.build(frame, &view, settings, &surroundings))?;
+        for band in engine.bands(&view) {
+            for sample in Sample::all(settings.samples) {
+                // See, shadow, shade.
+                engine.sample(frame, &band, &sample, &surroundings, film, stats)?;
+            }
+            engine.finish(&band, settings.samples, film, stats)?;
         }
-        engine.finish(film, stats)?;
         film.average(settings.samples);
 
         stats.count(frame, film, engine, settings.samples)?;
@@ -109,14 +111,20 @@ impl Renderer {
         if settings.structure == Structure::Bvh {
             return Err(Error::Settings("the work of pixels is counted in grids alone".to_owned()));
         }
-        let Self { engine, frame, stats, .. } = self;
+        let Self { engine, frame, .. } = self;
         engine.animate(scene, seconds, settings, frame)?;
         let view = settings.view(frame);
-        engine.build(frame, &view, settings, &Surroundings::new(&settings.background), stats)?;
+        engine.build(frame, &view, settings, &Surroundings::new(&settings.background))?;
         for sample in Sample::all(1) {
             engine.see_counting(frame, &view, &sample, work)?;
         }
         Ok(())
+    }
+
+    /// The last frame's film; empty before the first.
+    #[must_use]
+    pub fn film(&self) -> &Film {
+        &self.film
     }
 
     /// What the last frame cost.

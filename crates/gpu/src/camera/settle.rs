@@ -1,11 +1,10 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
-use umbrage_rays::View;
 
 use super::trace::Trace;
 use crate::grid::words;
 use crate::view::ExactView;
-use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// The stage `settle`: what the filter has left open, by the predicate.
 #[derive(Debug)]
@@ -23,7 +22,8 @@ struct SettleView {
     x_offset: [u32; 2],
     y_offset: [u32; 2],
     culls_back_faces: u32,
-    unused: [u32; 3],
+    first_row: u32,
+    unused: [u32; 2],
 }
 
 impl Settle {
@@ -38,17 +38,18 @@ impl Settle {
     pub(super) fn prepare(
         &mut self,
         gpu: &Gpu,
-        view: &View,
+        band: &Band,
         offset_pixels: DVec2,
         culls_back_faces: bool,
     ) -> Result<(), GpuError> {
         self.sizes.reserve(gpu, 4 * Trace::NODES_HEADER)?;
         let view = SettleView {
-            view: view.into(),
+            view: (&band.view).into(),
             x_offset: words(offset_pixels.x),
             y_offset: words(offset_pixels.y),
             culls_back_faces: u32::from(culls_back_faces),
-            unused: [0; 3],
+            first_row: band.rows.start,
+            unused: [0; 2],
         };
         self.view.write(gpu, &[view])
     }

@@ -13,6 +13,8 @@ struct SettleView {
     x_offset: vec2<u32>,
     y_offset: vec2<u32>,
     culls_back_faces: u32,
+    // Of the whole image.
+    first_row: u32,
 }
 
 @group(0) @binding(0) var<uniform> settle_view: SettleView;
@@ -43,7 +45,8 @@ fn settle(
     }
     let place = nodes[arrayLength(&nodes) - 1u - number];
     let pixel = pixel_of_place(place, settle_view.view.width);
-    let ray = exact_pixel_ray(settle_view.view, pixel.x, pixel.y, settle_view.x_offset, settle_view.y_offset);
+    let row = pixel.y + settle_view.first_row;
+    let ray = exact_pixel_ray(settle_view.view, pixel.x, row, settle_view.x_offset, settle_view.y_offset);
 
     var terms: ExpansionTerms;
     // What was seen already is the first node.

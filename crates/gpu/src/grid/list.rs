@@ -130,6 +130,11 @@ impl List {
         self.pairs.bytes() / 4
     }
 
+    /// How many chunks of large triangles there is room for.
+    pub(crate) fn large_room(&self) -> u64 {
+        self.large.bytes() / Self::LARGE_BYTES
+    }
+
     pub(crate) fn bytes(&self) -> u64 {
         self.large.bytes() + self.pairs.bytes() + self.scan.totals().bytes()
     }

@@ -1,6 +1,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec3};
-use umbrage_rays::{Camera, Projection, View};
+use umbrage_rays::{Camera, Projection};
+
+use crate::Band;
 
 /// Where a camera's image, or a face of a light's grid, sees a vertex; as in `space.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -36,14 +38,15 @@ impl Space {
     /// Bytes of one.
     pub(crate) const BYTES: u64 = size_of::<Self>() as u64;
 
-    /// The image of `view` whose samples are at `offset_pixels` of each pixel's upper left corner.
-    pub(crate) fn of_view(
-        view: &View,
+    /// The image of a band whose samples are at `offset_pixels` of each pixel's upper left corner.
+    pub(crate) fn of_band(
+        band: &Band,
         offset_pixels: DVec2,
         tile_bits: u32,
         slices: u32,
         culls_back_faces: bool,
     ) -> Self {
+        let view = &band.view;
         let Camera { position, right, up, forward, projection } = view.camera;
         let [right, up, forward] = [right, up, forward].map(Vec3::as_dvec3);
         let determinant = right.dot(up.cross(forward));
@@ -58,7 +61,9 @@ impl Space {
             Projection::Orthographic { half_height } => (half_height, true),
         };
         let scale = unit * size.y / (2.0 * f64::from(half_height));
-        let middle = (0.5 * size - offset_pixels) * unit;
+        let first_row = DVec2::new(0.0, f64::from(band.rows.start));
+        let middle = (0.5 * size - offset_pixels - first_row) * unit;
+        let rows_of_band = band.rows.len() as u32;
         let (rows, added) = if is_orthographic {
             ([right * scale, up * -scale, depth], middle)
         } else {
@@ -67,11 +72,11 @@ impl Space {
         let tile = 1 << tile_bits;
         let raster = Raster {
             columns: view.width as i32,
-            rows: view.height as i32,
+            rows: rows_of_band as i32,
             fraction_bits,
             tile_bits,
             tile_columns: view.width.div_ceil(tile),
-            tile_rows: view.height.div_ceil(tile),
+            tile_rows: rows_of_band.div_ceil(tile),
             slices,
             first_cell: 0,
             is_orthographic: u32::from(is_orthographic),

@@ -33,6 +33,12 @@ impl Transform {
         Groups::Flat(self.count.div_ceil(256))
     }
 
+    /// For how many faces there is room.
+    pub(crate) fn face_room(&self) -> u32 {
+        let bytes_of_one = u64::from(self.count) * Self::VERTEX_BYTES;
+        if bytes_of_one == 0 { u32::MAX } else { (self.vertices.bytes() / bytes_of_one) as u32 }
+    }
+
     /// Makes room for so many faces; whether there was too little.
     pub(crate) fn grow(&mut self, gpu: &Gpu, faces: u32) -> Result<bool, GpuError> {
         let before = self.vertices.bytes();

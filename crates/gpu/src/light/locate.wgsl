@@ -3,10 +3,9 @@
 // Points are wrong by at most 2⁻⁴⁶ of their distance from the ray's origin.
 
 import package::dispatch::{flat_group};
-import package::exact::camera::{exact_pixel_ray};
 import package::exact::predicate::{exact_edges, exact_t};
 import package::grid::space::{ordered_bits};
-import package::light::locate_view::{LocateView};
+import package::light::locate_view::{LocateView, ray_of_place};
 import package::light::points::{SURVEY_LOW};
 import package::tile_order::{pixel_of_place};
 
@@ -36,7 +35,7 @@ fn locate(
 ) {
     let place = flat_group(group, groups) * 64u + lane;
     var id = POINT_NONE;
-    let size = vec2<u32>(locate_view.view.width, locate_view.view.height);
+    let size = vec2<u32>(locate_view.view.width, locate_view.rows);
     if place < locate_view.places && all(pixel_of_place(place, size.x) < size) {
         id = seen[place];
     }
@@ -66,8 +65,7 @@ fn store(word: u32, coordinate: F64, axis: u32) {
 
 // Where the pixel's ray meets its triangle.
 fn point_on(id: u32, place: u32) -> F64Vector {
-    let pixel = pixel_of_place(place, locate_view.view.width);
-    let ray = exact_pixel_ray(locate_view.view, pixel.x, pixel.y, locate_view.x_offset, locate_view.y_offset);
+    let ray = ray_of_place(place);
     let corners = triangles[id].xyz;
     let bits = CornerBits(position_bits(corners.x), position_bits(corners.y), position_bits(corners.z));
     let exact = exact_from_corners(bits);

@@ -2,9 +2,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
 use umbrage_rays::{LightSource, View};
 
-use crate::Geometry;
 use crate::grid::words;
 use crate::view::ExactView;
+use crate::{Band, Geometry};
 
 /// A light, as in `light.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -65,12 +65,16 @@ pub(super) struct LocateView {
     x_offset: [u32; 2],
     y_offset: [u32; 2],
     places: u32,
-    unused: [u32; 3],
+    first_row: u32,
+    rows: u32,
+    unused: u32,
 }
 
 impl LocateView {
-    pub(super) fn new(view: &View, offset_pixels: DVec2, places: u32) -> Self {
+    pub(super) fn new(band: &Band, offset_pixels: DVec2) -> Self {
         let [x_offset, y_offset] = [words(offset_pixels.x), words(offset_pixels.y)];
-        Self { view: view.into(), x_offset, y_offset, places, unused: [0; 3] }
+        let places = band.order().places() as u32;
+        let (first_row, rows) = (band.rows.start, band.rows.len() as u32);
+        Self { view: (&band.view).into(), x_offset, y_offset, places, first_row, rows, unused: 0 }
     }
 }

@@ -2,12 +2,10 @@
 
 import package::dispatch::{flat_group};
 import package::exact::shadow::{exact_point, exact_shadow, exact_blocked_by};
-import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::light::light::{Light};
-import package::light::locate_view::{LocateView};
+import package::light::locate_view::{LocateView, ray_of_place};
 import package::light::points::{OPEN_COUNT, OPEN_FIRST};
 import package::mask::exact::{is_there_exactly};
-import package::tile_order::{pixel_of_place};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<uniform> locate_view: LocateView;
@@ -44,8 +42,7 @@ fn settle(
     if (atomicLoad(&lit[mask]) & bit) == 0u {
         return;
     }
-    let pixel = pixel_of_place(place, locate_view.view.width);
-    let ray = exact_pixel_ray(locate_view.view, pixel.x, pixel.y, locate_view.x_offset, locate_view.y_offset);
+    let ray = ray_of_place(place);
     var terms: ExpansionTerms;
     let own = seen[place];
     let own_edges = exact_edges(&terms, ray, corner_bits(own));

@@ -31,8 +31,10 @@ fn position_of(vertex: u32) -> vec3<f32> {
 // How far right and up of the camera's axis a pixel's ray is: at depth 1 for a perspective, else everywhere.
 fn ray_across(pixel: vec2<u32>) -> vec2<f32> {
     // Whole numbers first, so that they stay exact.
-    let doubled = vec2<f32>(2 * vec2<i32>(pixel) - vec2<i32>(shade_sample.size_pixels)) + 2.0 * shade_sample.offset_pixels;
-    let scale = shade_sample.half_height / f32(shade_sample.size_pixels.y);
+    let in_image = vec2<i32>(pixel) + vec2<i32>(0, i32(shade_sample.first_row));
+    let image = vec2<i32>(i32(shade_sample.size_pixels.x), i32(shade_sample.image_height));
+    let doubled = vec2<f32>(2 * in_image - image) + 2.0 * shade_sample.offset_pixels;
+    let scale = shade_sample.half_height / f32(shade_sample.image_height);
     return vec2<f32>(doubled.x, -doubled.y) * scale;
 }
 

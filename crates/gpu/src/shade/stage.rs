@@ -248,11 +248,23 @@ impl Shade {
         self.size.write(gpu, &[width, height, 0, 0])
     }
 
-    /// Shades the layer.
-    pub fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, inputs: &ShadeInputs<'_>, film: &FilmPlanes) {
+    /// How many workgroups the prepared layer takes.
+    #[must_use]
+    pub fn groups(&self) -> u32 {
+        self.places / Self::WIDTH
+    }
+
+    /// Shades the layer with [as many](Self::groups) `groups`, or not at all with none.
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::ComputePass<'_>,
+        inputs: &ShadeInputs<'_>,
+        film: &FilmPlanes,
+        groups: Groups<'_>,
+    ) {
         let ShadeInputs { seen, lit, positions, triangles } = inputs;
         let Self { sample, scene, lights, attributes, materials, texels, .. } = self;
-        let groups = Groups::Flat(self.places / Self::WIDTH);
         let buffers =
             [sample, scene, lights, seen, lit, positions, triangles, attributes, materials, texels, film.planes()];
         // First, since shading empties places that are done.

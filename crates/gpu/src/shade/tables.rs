@@ -2,9 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, Vec3};
-use umbrage_rays::{LightSource, Projection, View};
+use umbrage_rays::{LightSource, Projection};
 
-/// The camera rays of one sample, and which layer of surfaces they meet: 128 bytes.
+use crate::Band;
+
+/// The camera rays of one sample, and which layer of surfaces they meet: 144 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ShadeSample {
@@ -26,7 +28,7 @@ pub struct ShadeSample {
     pub footprint_per_depth: f32,
     /// Where in the pixel the sample is, from (0, 0) at its upper left to (1, 1).
     pub offset_pixels: [f32; 2],
-    /// Width and height of the image.
+    /// Width and height of the rows that are shaded at once.
     pub size_pixels: [u32; 2],
     /// The depth of a pixel that shows nothing.
     pub miss_depth: f32,
@@ -42,8 +44,12 @@ pub struct ShadeSample {
     pub first_plane: u32,
     /// Where the film's plane of what layers let through starts, in pixels; [`ShadeScene::NO_WORD`] for none.
     pub through_plane: u32,
+    /// The first of the rows that are shaded at once.
+    pub first_row: u32,
+    /// How many rows the whole image has.
+    pub image_height: u32,
     #[doc(hidden)]
-    pub padding: u32,
+    pub padding: [u32; 3],
 }
 
 impl ShadeSample {
@@ -52,10 +58,12 @@ impl ShadeSample {
     /// `projection` of parallel rays.
     pub const ORTHOGRAPHIC: u32 = 1;
 
-    /// The rays of a view through one place in each pixel. What belongs to the film and its layers is set by
+    /// The rays of some rows of a view through one place in each pixel. What belongs to the film and its layers is set by
     /// [`Shade::prepare`](super::Shade::prepare), the cone's width by the caller.
     #[must_use]
-    pub fn new(view: &View, offset_pixels: DVec2) -> Self {
+    pub fn new(band: impl Into<Band>, offset_pixels: DVec2) -> Self {
+        let band = band.into();
+        let view = &band.view;
         let (projection, half_height) = match view.camera.projection {
             Projection::Perspective { tan_half_height } => (Self::PERSPECTIVE, tan_half_height),
             Projection::Orthographic { half_height } => (Self::ORTHOGRAPHIC, half_height),
@@ -68,7 +76,9 @@ impl ShadeSample {
             up: view.camera.up.to_array(),
             forward: view.camera.forward.to_array(),
             offset_pixels: offset_pixels.as_vec2().to_array(),
-            size_pixels: [view.width, view.height],
+            size_pixels: band.size(),
+            first_row: band.rows.start,
+            image_height: view.height,
             miss_depth: f32::INFINITY,
             ..Self::default()
         }

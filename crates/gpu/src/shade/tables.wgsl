@@ -46,6 +46,7 @@ struct ShadeSample {
     forward: vec3<f32>,
     footprint_per_depth: f32,
     offset_pixels: vec2<f32>,
+    // Of the rows that are shaded at once.
     size_pixels: vec2<u32>,
     // What the film's first plane says of a pixel that shows nothing.
     miss_depth: f32,
@@ -56,6 +57,9 @@ struct ShadeSample {
     // Where planes of the film are, in pixels; NO_WORD for one that isn't kept.
     first_plane: u32,
     through_plane: u32,
+    // The first of these rows, and how many the whole image has.
+    first_row: u32,
+    image_height: u32,
 }
 
 struct ShadeSurroundings {

@@ -36,16 +36,16 @@ impl LightMask {
         &self.blocks
     }
 
-    /// Takes over a mask of an image with a bit for each place, the first in the lowest bit of its word.
+    /// Takes over a bit for each place from a row of tiles on, the first in the lowest bit of its word.
     #[cfg(feature = "gpu")]
-    pub(crate) fn set_words(&mut self, width: u32, height: u32, words: &[u32]) {
-        self.resize(TileOrder::new(width, height));
-        for (blocks, word) in self.blocks.chunks_exact_mut(2).zip(words) {
+    pub(crate) fn set_words(&mut self, first_row: u32, words: &[u32]) {
+        let first = self.order.place(0, first_row) / TileOrder::BLOCK_PLACES;
+        for (blocks, word) in self.blocks[first..].chunks_exact_mut(2).zip(words) {
             blocks.copy_from_slice(&[*word as u16, (word >> 16) as u16]);
         }
     }
 
-    fn resize(&mut self, order: TileOrder) {
+    pub(crate) fn resize(&mut self, order: TileOrder) {
         self.order = order;
         self.blocks.resize(order.places() / TileOrder::BLOCK_PLACES, 0);
     }

@@ -1,5 +1,6 @@
 //! The GPU engine: a frame's stages as compute shaders, through structures rebuilt for every frame.
 
+mod first_layer;
 mod geometry;
 mod rig;
 mod tables;
@@ -7,11 +8,11 @@ pub mod trial;
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
+pub(crate) use umbrage_gpu::Band;
+pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError};
+
 use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
-use umbrage_gpu::{
-    Buffer, CameraGrid, CameraOptions, CameraWork, Gpu, GpuError, LightGrid, LightWork, Recorder, Sight,
-};
+use umbrage_gpu::{Buffer, CameraGrid, CameraOptions, Fit, Groups, LightGrid, Recorder, Sight};
 use umbrage_rays::{Omitted, SeenPixels, View};
 use umbrage_scene::{Frame, Scene};
 
@@ -19,6 +20,7 @@ use crate::background::Surroundings;
 use crate::cpu::LightMask;
 use crate::sampling::Sample;
 use crate::{Film, Settings, Stats};
+use first_layer::FirstLayer;
 use geometry::FrameGeometry;
 use rig::FrameRig;
 use tables::{Tables, sample_rays};
@@ -32,13 +34,16 @@ pub(crate) struct GpuEngine {
     camera: CameraGrid,
     lights: LightGrid,
     tables: Tables,
+    fit: Fit,
     shade: Shade,
     planes: FilmPlanes,
+    /// What pixels show first.
+    first: FirstLayer,
     /// A layer that shows nothing.
     nothing: Buffer,
     culls_back_faces: bool,
     is_see_through: bool,
-    /// What each pixel showed first, and which lights reached that, at the last sample; filled when it is asked for.
+    /// The same, and which lights reach it, fetched.
     seen: SeenPixels,
     lit: Vec<LightMask>,
     shadow_rays: u64,
@@ -61,8 +66,10 @@ impl GpuEngine {
             camera: CameraGrid::new(&gpu, options),
             lights: LightGrid::new(&gpu),
             tables: Tables::default(),
+            fit: Fit::new(&gpu),
             shade: Shade::new(&gpu)?,
             planes: FilmPlanes::new(&gpu),
+            first: FirstLayer::new(&gpu),
             nothing: Buffer::storage(&gpu, "nothing seen"),
             culls_back_faces: false,
             is_see_through: false,
@@ -104,7 +111,6 @@ impl GpuEngine {
         view: &View,
         settings: &Settings,
         surroundings: &Surroundings<'_>,
-        stats: &mut Stats,
     ) -> Result<(), GpuError> {
         self.culls_back_faces = settings.culls_back_faces;
         self.is_see_through = frame.is_see_through();
@@ -112,9 +118,17 @@ impl GpuEngine {
         let rig = self.rig.rig().map(Arc::as_ref);
         self.geometry.upload(&self.gpu, frame, rig)?;
         self.tables.upload(&self.gpu, frame, rig, surroundings, &mut self.shade)?;
-        let times = self.rig.pose(&self.gpu, self.geometry.geometry(), &self.shade)?;
-        times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
-        self.planes.prepare(&self.gpu, [view.width, view.height], true, self.is_see_through)
+        self.rig.prepare(&self.gpu, self.geometry.geometry(), &self.shade)?;
+        self.seen.resize(view.width, view.height);
+        self.seen.inverse_depth.fill(f32::NAN);
+        self.lit.resize(frame.lights.len(), LightMask::default());
+        self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
+        Ok(())
+    }
+
+    /// The bands of rows in which an image is rendered: one where the device has room for it.
+    pub(crate) fn bands(&self, view: &View) -> Vec<Band> {
+        Band::all(&self.gpu, view).collect()
     }
 
     /// Adds a sample to the film on the GPU: sees, shadows and shades, layer by layer where the scene is seen through.
@@ -124,120 +138,105 @@ impl GpuEngine {
     pub(crate) fn sample(
         &mut self,
         frame: &Frame,
-        view: &View,
+        band: &Band,
         sample: &Sample,
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
-        self.layer(frame, view, sample, true, stats)?;
+        if sample.index == 0 {
+            self.planes.prepare(&self.gpu, band.size(), true, self.is_see_through)?;
+        }
+        self.layer(frame, band, sample, true, stats)?;
         if !self.is_see_through {
             return Ok(());
         }
         for _ in 1..Self::MOST_LAYERS {
-            if !self.layer(frame, view, sample, false, stats)? {
+            if !self.layer(frame, band, sample, false, stats)? {
                 break;
             }
         }
-        self.shade_surroundings(view, sample, stats)
+        self.shade_surroundings(band, sample, stats)
     }
 
     /// One layer of surfaces: the nearest ones, or those behind the last. Whether any was seen, of those behind.
+    ///
+    /// All stages go to the GPU at once, and nothing is read back between them. Where there was too little room for what
+    /// they need, the layer isn't shaded, and all is done again with more.
     fn layer(
         &mut self,
         frame: &Frame,
-        view: &View,
+        band: &Band,
         sample: &Sample,
         is_first: bool,
         stats: &mut Stats,
     ) -> Result<bool, GpuError> {
-        self.trace(frame, view, sample, is_first, stats)?;
-        let Self { gpu, geometry, camera, lights, shade, planes, .. } = self;
-        if is_first {
-            read_masks(gpu, lights, frame.lights.len(), view, &mut self.lit)?;
-            self.seen.resize(view.width, view.height);
-            camera.seen().read_into(gpu, &mut self.seen.triangle)?;
-            self.seen.inverse_depth.fill(f32::NAN);
-            let order = self.seen.order();
-            let places = self.seen.triangle.par_iter_mut().enumerate();
-            let points = places.filter_map(|(place, triangle)| {
-                if order.pixel(place).is_none() {
-                    *triangle = SeenPixels::NONE;
-                }
-                (*triangle != SeenPixels::NONE).then_some(())
-            });
-            let points = points.count();
-            self.shadow_rays += (points * frame.lights.len()) as u64;
-        } else if !camera.sees_any() {
-            return Ok(false);
-        }
-        let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
-        shade.prepare(gpu, &sample_rays(view, sample), layer, planes)?;
-        let geometry = geometry.geometry();
-        let (positions, triangles) = (geometry.positions(), geometry.triangles());
-        let inputs = ShadeInputs { seen: camera.seen(), lit: lights.lit(), positions, triangles };
-        let mut recorder = Recorder::new(gpu);
-        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes));
-        if self.is_see_through {
-            camera.keep(gpu, &mut recorder)?;
-        }
-        recorder.submit()()?.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
-        Ok(true)
-    }
-
-    /// Finds the triangles of one layer and which lights reach them. Where there was too little room for what that needs,
-    /// it is done again with more.
-    fn trace(
-        &mut self,
-        frame: &Frame,
-        view: &View,
-        sample: &Sample,
-        is_first: bool,
-        stats: &mut Stats,
-    ) -> Result<(), GpuError> {
-        let Self { gpu, geometry, camera, lights, .. } = self;
+        let Self { gpu, rig, geometry, camera, lights, fit, shade, planes, .. } = self;
         let geometry = geometry.geometry();
         let sources: Vec<_> = frame.lights.iter().map(|light| light.source).collect();
         let sight = Sight { culls_back_faces: self.culls_back_faces, is_behind: !is_first };
+        let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
+        shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
         loop {
-            camera.prepare(gpu, geometry, view, sample.offset_pixels, sight)?;
-            lights.prepare(gpu, geometry, view, sample.offset_pixels, &sources)?;
+            camera.prepare(gpu, geometry, band.clone(), sample.offset_pixels, sight)?;
+            lights.prepare(gpu, geometry, band.clone(), sample.offset_pixels, &sources)?;
+            fit.prepare(gpu, camera, lights, shade.groups())?;
             let mut recorder = Recorder::new(gpu);
+            rig.record(gpu, &mut recorder, geometry, shade);
             camera.record(gpu, &mut recorder, geometry);
             lights.record(gpu, &mut recorder, geometry, camera.seen());
+            fit.record(gpu, &mut recorder, camera, lights);
+            if is_first {
+                self.first.record(gpu, &mut recorder, camera, lights)?;
+            }
+            let (positions, triangles) = (geometry.positions(), geometry.triangles());
+            let inputs = ShadeInputs { seen: camera.seen(), lit: lights.lit(), positions, triangles };
+            recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, fit.groups()));
+            if self.is_see_through {
+                camera.keep(gpu, &mut recorder)?;
+            }
             let times = recorder.submit()()?;
+            rig.finish();
             if camera.finish(gpu)? & lights.finish(gpu)? {
                 times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
-                return Ok(());
+                return Ok(is_first || camera.sees_any());
             }
         }
     }
 
     /// What is around the scene, seen through all layers.
-    fn shade_surroundings(&mut self, view: &View, sample: &Sample, stats: &mut Stats) -> Result<(), GpuError> {
+    fn shade_surroundings(&mut self, band: &Band, sample: &Sample, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, lights, shade, planes, nothing, .. } = self;
-        let none = vec![SeenPixels::NONE; self.seen.order().places()];
+        let none = vec![SeenPixels::NONE; band.order().places()];
         nothing.write(gpu, &none)?;
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first: false, is_last: true };
-        shade.prepare(gpu, &sample_rays(view, sample), layer, planes)?;
+        shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
         let geometry = geometry.geometry();
         let (positions, triangles) = (geometry.positions(), geometry.triangles());
         let inputs = ShadeInputs { seen: nothing, lit: lights.lit(), positions, triangles };
         let mut recorder = Recorder::new(gpu);
-        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes));
+        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
         recorder.submit()()?.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
         Ok(())
     }
 
-    /// Fetches the film: sums over the samples.
+    /// Fetches a band: the film's rows, summed over the samples, and what the last sample showed first.
     ///
     /// # Errors
     /// Where the device is lost.
-    pub(crate) fn read_film(&mut self, film: &mut Film) -> Result<(), GpuError> {
+    pub(crate) fn fetch(&mut self, band: &Band, film: &mut Film, samples: u32) -> Result<(), GpuError> {
+        let shown = self.first.fetch(&self.gpu, band, &mut self.seen, &mut self.lit)?;
+        self.shadow_rays += shown * self.lit.len() as u64 * u64::from(samples);
         let Self { gpu, planes, .. } = self;
-        let first = planes.read_first(gpu)?;
-        film.color = planes.read_color(gpu)?.into_iter().map(Into::into).collect();
-        film.depth = first.iter().map(|&[.., depth]| depth).collect();
-        film.normal = first.iter().map(|&[x, y, z, _]| [x, y, z].into()).collect();
-        film.triangle = planes.read_triangle(gpu)?;
+        let [width, rows] = band.size().map(|side| side as usize);
+        let first = band.rows.start as usize * width;
+        let pixels = first..first + rows * width;
+        for (color, read) in film.color[pixels.clone()].iter_mut().zip(planes.read_color(gpu)?) {
+            *color = read.into();
+        }
+        let nearest = film.depth[pixels.clone()].iter_mut().zip(&mut film.normal[pixels.clone()]);
+        for ((depth, normal), [x, y, z, w]) in nearest.zip(planes.read_first(gpu)?) {
+            (*depth, *normal) = (w, [x, y, z].into());
+        }
+        film.triangle[pixels].copy_from_slice(&planes.read_triangle(gpu)?);
         Ok(())
     }
 
@@ -279,21 +278,7 @@ impl GpuEngine {
         &self.lit
     }
 
-    pub(crate) fn gpu(&self) -> &Gpu {
-        &self.gpu
-    }
-
-    /// What the camera was as work at the last sample.
-    pub(crate) fn camera_work(&self) -> CameraWork {
-        self.camera.work()
-    }
-
-    /// What each light was as work at the last sample.
-    pub(crate) fn light_work(&self) -> &[LightWork] {
-        self.lights.work()
-    }
-
-    /// Shadow rays of the last sample's first surfaces, times the number of samples.
+    /// Shadow rays of the last sample's first surfaces, times the number of samples: those behind aren't counted.
     pub(crate) fn shadow_rays(&self) -> u64 {
         self.shadow_rays
     }
@@ -309,21 +294,4 @@ impl GpuEngine {
     pub(crate) fn pixel_bytes(&self) -> usize {
         (self.camera.pixel_bytes() + self.planes.planes().bytes() + self.planes.triangle().bytes()) as usize
     }
-}
-
-/// Fetches for each light which places it reaches.
-fn read_masks(
-    gpu: &Gpu,
-    lights: &LightGrid,
-    count: usize,
-    view: &View,
-    masks: &mut Vec<LightMask>,
-) -> Result<(), GpuError> {
-    let words = lights.mask_words() as usize;
-    let bits: Vec<u32> = lights.lit().read(gpu, words * count)?;
-    masks.resize(count, LightMask::default());
-    for (mask, bits) in masks.iter_mut().zip(bits.chunks_exact(words.max(1))) {
-        mask.set_words(view.width, view.height, bits);
-    }
-    Ok(())
 }

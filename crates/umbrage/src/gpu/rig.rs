@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use umbrage_gpu::pose::{self, Influences, RigPart, RigShape, RigTables, RigTarget};
 use umbrage_gpu::shade::Shade;
-use umbrage_gpu::{Geometry, Gpu, GpuError, Omit, Recorder, StageTime};
+use umbrage_gpu::{Geometry, Gpu, GpuError, Omit, Recorder};
 use umbrage_rays::Omitted;
 use umbrage_scene::rig::{Deltas, Placement, Pose, Rig, Shape};
 use umbrage_scene::{Frame, Scene};
@@ -17,8 +17,10 @@ pub(super) struct FrameRig {
     pose: Pose,
     /// What moves the last frame's vertices.
     rig: Option<Arc<Rig>>,
-    /// The rig whose tables are on the GPU.
+    /// The rig whose tables and posed vertices are on the GPU.
     on_gpu: Option<Arc<Rig>>,
+    /// Whether the last frame's vertices are still to be posed.
+    is_due: bool,
     /// The last frame with its vertices, for whoever asks.
     whole: OnceLock<Frame>,
 }
@@ -31,6 +33,7 @@ impl FrameRig {
             pose: Pose::default(),
             rig: None,
             on_gpu: None,
+            is_due: false,
             whole: OnceLock::new(),
         })
     }
@@ -74,34 +77,46 @@ impl FrameRig {
         })
     }
 
-    /// Poses the vertices, for which there is room, and finds which triangles that leaves without area.
+    /// Brings what moves the vertices to the GPU, and the rig itself where it is new. There is room for the vertices
+    /// already.
     ///
     /// # Errors
     /// Where the rig's tables are larger than the device allows.
-    pub(super) fn pose(&mut self, gpu: &Gpu, geometry: &Geometry, shade: &Shade) -> Result<Vec<StageTime>, GpuError> {
+    pub(super) fn prepare(&mut self, gpu: &Gpu, geometry: &Geometry, shade: &Shade) -> Result<(), GpuError> {
+        self.is_due = false;
         let Some(rig) = &self.rig else {
-            // Their positions are others' now.
+            // The memory of posed vertices is others' now.
             self.on_gpu = None;
-            return Ok(Vec::new());
+            return Ok(());
         };
         let is_new = !self.on_gpu.as_ref().is_some_and(|old| Arc::ptr_eq(old, rig));
         if is_new {
-            // Held, so that no other rig takes its place in memory; only once it is posed.
             self.on_gpu = None;
             self.stage.set_rig(gpu, &tables(rig))?;
         } else if rig.parts.iter().all(|part| !part.moves) {
-            return Ok(Vec::new());
+            return Ok(());
         }
-        let (attributes, places) = shade.posed_attributes();
         let Pose { matrices, weights } = &self.pose;
-        self.stage.prepare(gpu, matrices, rig.moving_matrices, weights, places)?;
+        self.stage.prepare(gpu, matrices, rig.moving_matrices, weights, shade.posed_attributes().1)?;
         self.omit.prepare(gpu, geometry)?;
-        let mut recorder = Recorder::new(gpu);
-        recorder.stage("pose", |pass| self.stage.record(gpu, pass, geometry.positions(), attributes));
-        self.omit.record(gpu, &mut recorder, geometry);
-        let times = recorder.submit()()?;
-        self.on_gpu = Some(Arc::clone(rig));
-        Ok(times)
+        self.is_due = true;
+        Ok(())
+    }
+
+    /// Poses the vertices where that is still to be done, and finds which triangles no ray can hit then.
+    pub(super) fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry, shade: &Shade) {
+        if self.is_due {
+            let (attributes, _) = shade.posed_attributes();
+            recorder.stage("pose", |pass| self.stage.record(gpu, pass, geometry.positions(), attributes));
+            self.omit.record(gpu, recorder, geometry);
+        }
+    }
+
+    /// Notes that what was recorded is done.
+    pub(super) fn finish(&mut self) {
+        self.is_due = false;
+        // Held, so that no other rig takes its place in memory.
+        self.on_gpu.clone_from(&self.rig);
     }
 
     /// Which of the last frame's triangles no ray can hit.

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use umbrage_gpu::shade::{
     Attributes, Moving, Shade, ShadeLight, ShadeMaterial, ShadeSample, ShadeSurroundings, ShadeTexture, Texels,
 };
-use umbrage_gpu::{Gpu, GpuError};
-use umbrage_rays::View;
+use umbrage_gpu::{Band, Gpu, GpuError};
 use umbrage_scene::rig::Rig;
 use umbrage_scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Mesh, Texture, TextureUse, Wrap};
 
@@ -106,12 +105,12 @@ impl Tables {
 }
 
 /// The rays of a sample, with the cones of their pixels.
-pub(crate) fn sample_rays(view: &View, sample: &Sample) -> ShadeSample {
-    let Footprint { width, width_per_depth } = Footprint::new(view, sample.of);
+pub(crate) fn sample_rays(band: &Band, sample: &Sample) -> ShadeSample {
+    let Footprint { width, width_per_depth } = Footprint::new(&band.view, sample.of);
     ShadeSample {
         footprint: width,
         footprint_per_depth: width_per_depth,
-        ..ShadeSample::new(view, sample.offset_pixels)
+        ..ShadeSample::new(band.clone(), sample.offset_pixels)
     }
 }
 

@@ -1,7 +1,7 @@
 //! One frame shaded by both engines, for the tests that compare them.
 
 use umbrage_gpu::shade::{Develop, FilmPlanes, Layer, Shade, ShadeInputs, ToneMap};
-use umbrage_gpu::{Buffer, Gpu, Recorder};
+use umbrage_gpu::{Buffer, Gpu, Groups, Recorder};
 use umbrage_rays::{SeenPixels, View};
 use umbrage_scene::{Frame, Scene};
 
@@ -135,10 +135,10 @@ impl Trial {
         let triangles = layer.hits.iter().map(|hit| hit.map_or(SeenPixels::NONE, |hit| hit.triangle));
         seen.write(gpu, &triangles.collect::<Vec<u32>>())?;
         lit.write(gpu, &layer.lit)?;
-        shade.prepare(gpu, &sample_rays(view, sample), which, planes)?;
+        shade.prepare(gpu, &sample_rays(&view.into(), sample), which, planes)?;
         let inputs = ShadeInputs { seen, lit, positions, triangles: indices };
         let mut recorder = Recorder::new(gpu);
-        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes));
+        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
         recorder.submit()()?;
         Ok(())
     }

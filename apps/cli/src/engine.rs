@@ -1,0 +1,53 @@
+//! Which engine renders, and which adapters there are.
+
+use umbrage::Renderer;
+use umbrage::gpu::{Adapter, DeviceLimits, Gpu};
+
+use crate::failure::Failure;
+use crate::flags::EngineFlag;
+use crate::job::Job;
+
+/// A renderer on the engine that the job asks for, and its name.
+pub(crate) fn renderer(job: &Job) -> Result<(Renderer, String), Failure> {
+    match job.engine {
+        EngineFlag::Cpu => Ok(on_cpu(job)),
+        EngineFlag::Gpu => on_gpu(job.device.as_deref().unwrap_or_default()),
+        EngineFlag::Auto => match found(job) {
+            Ok(renderer) => Ok(renderer),
+            Err(why) => {
+                if !job.quiet {
+                    eprintln!("note: rendering on the CPU: {why}");
+                }
+                Ok(on_cpu(job))
+            }
+        },
+    }
+}
+
+/// On the first GPU, or why there is none. Software adapters don't count: the CPU engine is faster.
+fn found(job: &Job) -> Result<(Renderer, String), String> {
+    let wanted = job.device.as_deref().unwrap_or_default();
+    let all = Adapter::all();
+    let is_wanted = |adapter: &&Adapter| adapter.name.to_lowercase().contains(&wanted.to_lowercase());
+    match all.iter().find(is_wanted) {
+        Some(adapter) if !adapter.is_software => {
+            on_gpu(wanted).map_err(|failure| format!("{}: {}", adapter.name, failure.message()))
+        }
+        Some(adapter) => Err(format!("{} is no GPU but a program on the CPU", adapter.name)),
+        None if wanted.is_empty() => Err("no GPU was found".to_owned()),
+        None => Err(format!("no adapter has \"{wanted}\" in its name")),
+    }
+}
+
+fn on_cpu(job: &Job) -> (Renderer, String) {
+    (Renderer::with_simd_level(job.simd), format!("CPU with {}", job.simd))
+}
+
+fn on_gpu(name: &str) -> Result<(Renderer, String), Failure> {
+    let gpu = Gpu::open(name, DeviceLimits::Adapter).map_err(|error| {
+        Failure::input(error.to_string(), "`umbrage info --devices` lists adapters; `--engine cpu` needs none")
+    })?;
+    let Adapter { name, driver, backend, .. } = gpu.adapter();
+    let about = format!("{name} ({backend}, {driver})");
+    Ok((Renderer::with_gpu(gpu)?, about))
+}
