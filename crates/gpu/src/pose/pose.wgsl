@@ -45,9 +45,10 @@ struct PoseShape {
 const NO_ATTRIBUTE = 0xffffffffu;
 // The number of differences where every vertex has one.
 const DENSE_DELTAS = 0xffffffffu;
-// The differences' place and number.
-const DELTAS_WORDS = 2u;
+// The differences' place and number for positions, normals and tangents.
 const TARGET_WORDS = 6u;
+const NORMAL_DELTAS = 2u;
+const TANGENT_DELTAS = 4u;
 const MATRIX_WORDS = 12u;
 // Two words with the places of four joints, then their weights.
 const INFLUENCE_WORDS = 6u;
@@ -233,7 +234,7 @@ fn pose_normal_and_tangent(part: PosePart, shape: PoseShape, place_in_shape: u32
     var normal = vec3<f32>(0.0);
     if shape.normal_word != NO_ATTRIBUTE {
         let bind = bitcast<vec3<f32>>(three_words_of_vertices(shape.normal_word + 3u * place_in_shape));
-        normal = unit_or_zero(normals.matrix * (bind + morphed(part, shape, place_in_shape, 1u)));
+        normal = unit_or_zero(normals.matrix * (bind + morphed(part, shape, place_in_shape, NORMAL_DELTAS)));
     }
     write_three(pose_size.normal_word + 3u * vertex, normal);
 
@@ -245,7 +246,7 @@ fn pose_normal_and_tangent(part: PosePart, shape: PoseShape, place_in_shape: u32
     if shape.tangent_word != NO_ATTRIBUTE {
         let word = shape.tangent_word + 4u * place_in_shape;
         let bind = bitcast<vec3<f32>>(three_words_of_vertices(word));
-        tangent = unit_or_zero(axes * (bind + morphed(part, shape, place_in_shape, 2u)));
+        tangent = unit_or_zero(axes * (bind + morphed(part, shape, place_in_shape, TANGENT_DELTAS)));
         // The bitangent is made from the normal and the tangent in the world, where a mirror turns their cross product.
         sign = bitcast<f32>(pose_vertices[word + 3u]) * normals.side;
     }
@@ -254,13 +255,13 @@ fn pose_normal_and_tangent(part: PosePart, shape: PoseShape, place_in_shape: u32
     pose_attributes[word + 3u] = bitcast<u32>(select(sign, 0.0, all(tangent == vec3<f32>(0.0))));
 }
 
-// What all morph targets together add to a vertex's normal (attribute 1) or tangent (attribute 2).
-fn morphed(part: PosePart, shape: PoseShape, place_in_shape: u32, attribute: u32) -> vec3<f32> {
+// What all morph targets together add to a vertex's normal or tangent.
+fn morphed(part: PosePart, shape: PoseShape, place_in_shape: u32, first_word: u32) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
     for (var target_place = 0u; target_place < shape.targets; target_place++) {
         let weight = bitcast<f32>(pose_motion[part.first_weight + target_place]);
         if weight != 0.0 {
-            let record = shape.target_word + target_place * TARGET_WORDS + attribute * DELTAS_WORDS;
+            let record = shape.target_word + target_place * TARGET_WORDS + first_word;
             sum += bitcast<vec3<f32>>(delta_of(record, place_in_shape).bits) * weight;
         }
     }

@@ -2,6 +2,7 @@
 
 mod first_layer;
 mod geometry;
+pub mod pose_trial;
 mod rig;
 mod tables;
 pub mod trial;

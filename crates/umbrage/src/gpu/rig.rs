@@ -134,7 +134,7 @@ impl FrameRig {
 }
 
 /// A rig as the stage `pose` reads it.
-fn tables(rig: &Rig) -> RigTables {
+pub(super) fn tables(rig: &Rig) -> RigTables {
     let parts = rig.parts.iter().map(|part| {
         let (matrix, is_skinned) = match part.placement {
             Placement::Rigid { matrix } => (matrix, false),
