@@ -44,6 +44,8 @@ const MODULES: &[(&str, &str)] = &[
     ("mask::filter", include_str!("mask/filter.wgsl")),
     ("mask::flags", include_str!("mask/flags.wgsl")),
     ("mask::table", include_str!("mask/table.wgsl")),
+    ("omit", include_str!("omit.wgsl")),
+    ("pose::pose", include_str!("pose/pose.wgsl")),
     ("primitives::scan", include_str!("primitives/scan.wgsl")),
     ("shade::attributes", include_str!("shade/attributes.wgsl")),
     ("shade::brdf", include_str!("shade/brdf.wgsl")),

@@ -2,16 +2,20 @@
 
 mod first_layer;
 mod geometry;
+pub mod pose_trial;
+mod rig;
 mod tables;
 pub mod trial;
+
+use std::sync::Arc;
 
 pub(crate) use umbrage_gpu::Band;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError};
 
 use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
 use umbrage_gpu::{Buffer, CameraGrid, CameraOptions, Fit, Groups, LightGrid, Recorder, Sight};
-use umbrage_rays::{SeenPixels, View};
-use umbrage_scene::Frame;
+use umbrage_rays::{Omitted, SeenPixels, View};
+use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
 use crate::cpu::LightMask;
@@ -19,12 +23,14 @@ use crate::sampling::Sample;
 use crate::{Film, Settings, Stats};
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
+use rig::FrameRig;
 use tables::{Tables, sample_rays};
 
 /// Finds what each pixel sees, which lights reach it and what that looks like, on a GPU.
 #[derive(Debug)]
 pub(crate) struct GpuEngine {
     gpu: Gpu,
+    rig: FrameRig,
     geometry: FrameGeometry,
     camera: CameraGrid,
     lights: LightGrid,
@@ -42,6 +48,8 @@ pub(crate) struct GpuEngine {
     seen: SeenPixels,
     lit: Vec<LightMask>,
     shadow_rays: u64,
+    /// What the GPU had taken over before the last frame.
+    uploaded_before: u64,
 }
 
 impl GpuEngine {
@@ -56,6 +64,7 @@ impl GpuEngine {
     /// Where the device has no memory for fixed tables.
     pub(crate) fn new(gpu: Gpu, options: CameraOptions) -> Result<Self, GpuError> {
         Ok(Self {
+            rig: FrameRig::new(&gpu)?,
             geometry: FrameGeometry::new(&gpu),
             camera: CameraGrid::new(&gpu, options),
             lights: LightGrid::new(&gpu),
@@ -70,8 +79,29 @@ impl GpuEngine {
             seen: SeenPixels::default(),
             lit: Vec::new(),
             shadow_rays: 0,
+            uploaded_before: 0,
             gpu,
         })
+    }
+
+    /// Brings a frame to a moment. Where a rig moves the scene, its vertices are posed on the GPU alone, unless a camera is
+    /// made from them.
+    ///
+    /// # Errors
+    /// Where the scene can't be posed.
+    pub(crate) fn animate(
+        &mut self,
+        scene: &Scene,
+        seconds: f64,
+        settings: &Settings,
+        frame: &mut Frame,
+    ) -> Result<(), umbrage_scene::Error> {
+        self.uploaded_before = self.gpu.uploaded_bytes();
+        self.rig.animate(scene, seconds, frame)?;
+        if settings.camera.is_none() && frame.cameras.is_empty() {
+            self.rig.pose_on_cpu(frame);
+        }
+        Ok(())
     }
 
     /// Brings what is new of a frame to the GPU.
@@ -88,8 +118,10 @@ impl GpuEngine {
         self.culls_back_faces = settings.culls_back_faces;
         self.is_see_through = frame.is_see_through();
         self.shadow_rays = 0;
-        self.geometry.upload(&self.gpu, frame)?;
-        self.tables.upload(&self.gpu, frame, surroundings, &mut self.shade)?;
+        let rig = self.rig.rig().map(Arc::as_ref);
+        self.geometry.upload(&self.gpu, frame, rig)?;
+        self.tables.upload(&self.gpu, frame, rig, surroundings, &mut self.shade)?;
+        self.rig.prepare(&self.gpu, self.geometry.geometry(), &self.shade)?;
         self.seen.resize(view.width, view.height);
         self.seen.inverse_depth.fill(f32::NAN);
         self.lit.resize(frame.lights.len(), LightMask::default());
@@ -140,7 +172,7 @@ impl GpuEngine {
         is_first: bool,
         stats: &mut Stats,
     ) -> Result<bool, GpuError> {
-        let Self { gpu, geometry, camera, lights, fit, shade, planes, .. } = self;
+        let Self { gpu, rig, geometry, camera, lights, fit, shade, planes, .. } = self;
         let geometry = geometry.geometry();
         let sources: Vec<_> = frame.lights.iter().map(|light| light.source).collect();
         let sight = Sight { culls_back_faces: self.culls_back_faces, is_behind: !is_first };
@@ -151,6 +183,7 @@ impl GpuEngine {
             lights.prepare(gpu, geometry, band.clone(), sample.offset_pixels, &sources)?;
             fit.prepare(gpu, camera, lights, shade.groups())?;
             let mut recorder = Recorder::new(gpu);
+            rig.record(gpu, &mut recorder, geometry, shade);
             camera.record(gpu, &mut recorder, geometry);
             lights.record(gpu, &mut recorder, geometry, camera.seen());
             fit.record(gpu, &mut recorder, camera, lights);
@@ -164,6 +197,7 @@ impl GpuEngine {
                 camera.keep(gpu, &mut recorder)?;
             }
             let times = recorder.submit()()?;
+            rig.finish();
             if camera.finish(gpu)? & lights.finish(gpu)? {
                 times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
                 return Ok(is_first || camera.sees_any());
@@ -208,6 +242,34 @@ impl GpuEngine {
         }
         film.triangle[pixels].copy_from_slice(&planes.read_triangle(gpu)?);
         Ok(())
+    }
+
+    /// The last frame with its vertices, which are posed on the CPU where only the GPU has them.
+    pub(crate) fn whole_frame<'a>(&'a self, frame: &'a Frame) -> &'a Frame {
+        self.rig.whole(frame)
+    }
+
+    /// Which of the last frame's triangles no ray can hit.
+    ///
+    /// # Errors
+    /// Where the device is lost.
+    pub(crate) fn omitted(&self, frame: &Frame) -> Result<Omitted, GpuError> {
+        self.rig.omitted(&self.gpu, frame)
+    }
+
+    /// How many vertices the last frame has.
+    pub(crate) fn vertices(&self) -> usize {
+        self.geometry.geometry().vertex_count() as usize
+    }
+
+    /// Bytes of what the vertices are made from that the GPU poses.
+    pub(crate) fn rig_bytes(&self) -> usize {
+        self.rig.bytes() as usize
+    }
+
+    /// Bytes that went to the GPU since the last frame was begun.
+    pub(crate) fn uploaded_bytes(&self) -> u64 {
+        self.gpu.uploaded_bytes() - self.uploaded_before
     }
 
     /// What each pixel showed first at the last sample.

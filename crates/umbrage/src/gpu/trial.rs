@@ -83,7 +83,7 @@ impl Trial {
         film.clear(&view);
         self.cpu.build(&self.frame, settings);
         let Self { gpu, frame, tables, shade, .. } = self;
-        let uploaded = tables.upload(gpu, frame, &surroundings, shade)?;
+        let uploaded = tables.upload(gpu, frame, None, &surroundings, shade)?;
         self.positions.write(gpu, &frame.positions)?;
         let records: Vec<_> = frame.mesh.triangles.iter().map(|&[a, b, c]| [a, b, c, 0]).collect();
         self.indices.write(gpu, &records)?;
