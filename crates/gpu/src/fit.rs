@@ -24,21 +24,20 @@ pub(crate) struct Room {
     pub(crate) open_words: u32,
     pub(crate) words_per_question: u32,
     pub(crate) words_per_pixel: u32,
-    pub(crate) unused: u32,
+    pub(crate) open_header: u32,
 }
 
 impl Room {
     /// Whether it is enough, as `fit.wgsl` decides it.
     pub(crate) fn holds(&self, needs: &Needs) -> bool {
         const MOST_QUESTIONS: u32 = 0x1000_0000;
-        const OPEN_HEADER: u32 = 8;
         let Needs { large, pairs, blocks, faces, questions, pixels, .. } = *needs;
         large <= self.large
             && pairs <= self.pairs
             && blocks <= self.blocks
             && faces <= self.faces
             && questions.max(pixels) < MOST_QUESTIONS
-            && OPEN_HEADER + questions * self.words_per_question + pixels * self.words_per_pixel <= self.open_words
+            && self.open_header + questions * self.words_per_question + pixels * self.words_per_pixel <= self.open_words
     }
 }
 

@@ -13,7 +13,8 @@ struct FitRoom {
     open_words: u32,
     words_per_question: u32,
     words_per_pixel: u32,
-    unused: u32,
+    // Words before the first question.
+    open_header: u32,
 }
 
 struct Fit {
@@ -35,12 +36,11 @@ const NEEDS_PAIRS: u32 = 36u;
 const NEEDS_QUESTIONS: u32 = 37u;
 const NEEDS_PIXELS: u32 = 38u;
 const NEEDS_WORDS: u32 = 40u;
-const OPEN_HEADER_WORDS: u32 = 8u;
 
 fn fits(room: FitRoom, large: u32, pairs: u32, blocks: u32, faces: u32, questions: u32, pixels: u32) -> bool {
     // Far below where products would leave u32.
     let is_small = questions < 0x10000000u && pixels < 0x10000000u;
-    let words = OPEN_HEADER_WORDS + questions * room.words_per_question + pixels * room.words_per_pixel;
+    let words = room.open_header + questions * room.words_per_question + pixels * room.words_per_pixel;
     return large <= room.large && pairs <= room.pairs && blocks <= room.blocks && faces <= room.faces
         && is_small && words <= room.open_words;
 }

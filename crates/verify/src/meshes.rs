@@ -59,6 +59,31 @@ impl TestMesh {
         Self { positions, indices }
     }
 
+    /// A floor of so many squares a side in the plane y = −1, from −2 to 2, whose corners are on a lattice of powers of
+    /// two where `side` is one.
+    #[must_use]
+    pub fn floor(side: u32) -> Self {
+        let at = |x: u32, z: u32| Vec3::new(x as f32, 0.0, z as f32) * (4.0 / side as f32) - Vec3::new(2.0, 1.0, 2.0);
+        let positions = (0..=side).flat_map(|z| (0..=side).map(move |x| (x, z))).map(|(x, z)| at(x, z)).collect();
+        let squares = (0..side).flat_map(|z| (0..side).map(move |x| (x, z)));
+        let halves = squares.flat_map(|(x, z)| {
+            let a = z * (side + 1) + x;
+            let [b, c, d] = [a + 1, a + side + 2, a + side + 1];
+            if (x + z) % 3 == 0 { [[a, b, c], [d, c, a]] } else { [[a, b, d], [b, d, c]] }
+        });
+        Self { positions, indices: halves.collect() }
+    }
+
+    /// A ball above a floor, and a wall behind both.
+    #[must_use]
+    pub fn room() -> Self {
+        let mut mesh = Self::floor(8);
+        let ball = Self::ball(2).placed(0.5, Vec3::new(0.25, -0.25, 0.0));
+        (0..ball.indices.len() as u32).for_each(|id| mesh.push(ball.triangles().corners(id)));
+        mesh.push([Vec3::new(-2.0, -1.0, -1.5), Vec3::new(2.0, -1.0, -1.5), Vec3::new(0.0, 2.0, -1.5)]);
+        mesh
+    }
+
     /// The mesh, scaled and then moved.
     #[must_use]
     pub fn placed(mut self, scale: f32, offset: Vec3) -> Self {

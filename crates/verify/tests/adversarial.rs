@@ -49,32 +49,9 @@ fn check(name: &str, mesh: &TestMesh, view: View, lights: &[LightSource]) -> Vec
     Shot { triangles: mesh.triangles(), view, offset_pixels: OFFSET_PIXELS, lights }.check(name)
 }
 
-/// A floor of so many squares a side in the plane y = −1, from −2 to 2, whose corners are on a lattice of powers of two.
-fn floor(side: u32) -> TestMesh {
-    let mut mesh = TestMesh::default();
-    let at = |x: u32, z: u32| Vec3::new(x as f32, 0.0, z as f32) * (4.0 / side as f32) - Vec3::new(2.0, 1.0, 2.0);
-    mesh.positions.extend((0..=side).flat_map(|z| (0..=side).map(move |x| (x, z))).map(|(x, z)| at(x, z)));
-    for (x, z) in (0..side).flat_map(|z| (0..side).map(move |x| (x, z))) {
-        let a = z * (side + 1) + x;
-        let [b, c, d] = [a + 1, a + side + 2, a + side + 1];
-        let halves = if (x + z) % 3 == 0 { [[a, b, c], [d, c, a]] } else { [[a, b, d], [b, d, c]] };
-        mesh.indices.extend(halves);
-    }
-    mesh
-}
-
-/// A ball above the floor, and a wall behind both.
-fn room() -> TestMesh {
-    let mut mesh = floor(8);
-    let ball = TestMesh::ball(2).placed(0.5, Vec3::new(0.25, -0.25, 0.0));
-    (0..ball.indices.len() as u32).for_each(|id| mesh.push(ball.triangles().corners(id)));
-    mesh.push([Vec3::new(-2.0, -1.0, -1.5), Vec3::new(2.0, -1.0, -1.5), Vec3::new(0.0, 2.0, -1.5)]);
-    mesh
-}
-
 #[test]
 fn lights_on_behind_and_grazing_surfaces() {
-    let room = room();
+    let room = TestMesh::room();
     for (world, (scale, offset)) in WORLDS.into_iter().enumerate() {
         let mesh = room.clone().placed(scale, offset);
         let corners = |id: u32| mesh.triangles().corners(id);
@@ -106,7 +83,7 @@ fn lights_on_behind_and_grazing_surfaces() {
 #[test]
 fn triangles_of_every_bad_shape() {
     let mut random = Random::new(31);
-    let mut room = room();
+    let mut room = TestMesh::room();
     for _ in 0..30 {
         // Slivers, needles, and points that still have an area.
         let (a, b) = (random.point() * 1.5, random.point() * 1.5);
@@ -138,7 +115,7 @@ fn triangles_of_every_bad_shape() {
 
 #[test]
 fn ten_thousand_identical_triangles() {
-    let mut mesh = room();
+    let mut mesh = TestMesh::room();
     let copy = [Vec3::new(-1.5, -0.5, 0.0), Vec3::new(-0.5, -0.5, 1.0), Vec3::new(-1.0, 0.5, 1.0)];
     (0..10_000).for_each(|_| mesh.push(copy));
     let lights = [point(Vec3::new(3.0, 5.0, 2.0)), sun(0.3, -1.0, 0.2)];
@@ -150,7 +127,7 @@ fn ten_thousand_identical_triangles() {
 
 #[test]
 fn a_million_triangles_in_one_light_cell() {
-    let mut mesh = floor(8);
+    let mut mesh = TestMesh::floor(8);
     let camera = Camera::look_at(Vec3::new(0.2, 0.9, 1.5), Vec3::new(0.0, -1.0, 0.0), Vec3::Y, 0.7);
     let view = view(camera, 40, 30);
     // Plates above what one pixel shows, and above the camera: each is within one of 192² cells of what is seen.
@@ -224,7 +201,7 @@ fn points_that_no_face_of_a_light_can_hold() {
         }
     }
     // Depths beyond what an inverse depth can be.
-    let room = room();
+    let room = TestMesh::room();
     let (scale, offset) = (1e32, Vec3::ZERO);
     let mesh = room.clone().placed(scale, offset);
     let lights = [point(Vec3::new(1.0, 3.0, 1.0) * scale), sun(0.2, -1.0, 0.1)];

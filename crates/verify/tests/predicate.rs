@@ -136,6 +136,34 @@ fn however_the_corners_are_listed_the_crossing_is_the_same() {
 }
 
 #[test]
+fn however_long_the_direction_the_crossing_is_at_the_same_place() {
+    let mut random = Random::new(4);
+    let mut near_edges = 0;
+    for _ in 0..2000 {
+        let corners = triangle(&mut random);
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let origin = (corners[0] + random.point() * corners[0].distance(corners[1])).as_dvec3();
+        // Close to an edge the filter decides some of the edge functions, and exact arithmetic the others.
+        let inwards = [0.0, 1e-16, 1e-15, 1e-14, 0.2][random.below(5)];
+        let mut direction = a.lerp(b, f64::from(random.unit())).lerp(c, inwards) - origin;
+        if random.below(2) == 0 {
+            // As little below a power of two as can be.
+            let axis = direction.abs().max_position();
+            direction /= direction[axis].abs();
+            direction[axis] = direction[axis].signum() * 1.0_f64.next_down();
+        }
+        let at_scale = |exponent| crossing(&Ray::new(origin, direction * 2.0_f64.powi(exponent)), corners);
+        let truth = at_scale(0).map(|crossing| crossing.barycentric);
+        near_edges += u32::from(truth.is_some_and(|[v, w]| v.min(w).min(1.0 - v - w) < 1e-6));
+        for exponent in [-600, -60, -1, 1, 60, 400] {
+            let found = at_scale(exponent).map(|crossing| crossing.barycentric);
+            assert_eq!(found, truth, "2^{exponent}: {origin} {direction} {corners:?}");
+        }
+    }
+    assert!(near_edges > 200, "the test aims badly: {near_edges} near edges");
+}
+
+#[test]
 fn the_front_is_where_corners_go_counterclockwise() {
     let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
     let from_front = Ray::new(DVec3::new(0.2, 0.2, 1.0), DVec3::NEG_Z);

@@ -222,7 +222,7 @@ impl CameraGrid {
             open_words: at_most(self.nodes.bytes() / 4),
             words_per_question: Trace::NODE_WORDS as u32,
             words_per_pixel: 1,
-            unused: 0,
+            open_header: Trace::NODES_HEADER as u32,
         }
     }
 

@@ -9,7 +9,8 @@ use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 /// The stage `settle`: what the filter has left open, by the predicate.
 #[derive(Debug)]
 pub(super) struct Settle {
-    kernel: Kernel,
+    nodes: Kernel,
+    pixels: Kernel,
     view: Buffer,
     sizes: Buffer,
 }
@@ -29,7 +30,8 @@ struct SettleView {
 impl Settle {
     pub(super) fn new(gpu: &Gpu) -> Self {
         Self {
-            kernel: Kernel::new(gpu, "camera::settle", "settle", &[]),
+            nodes: Kernel::new(gpu, "camera::settle", "settle_nodes", &[]),
+            pixels: Kernel::new(gpu, "camera::settle", "settle", &[]),
             view: Buffer::uniform(gpu, "view to settle"),
             sizes: Buffer::sizes(gpu, "settle dispatch sizes"),
         }
@@ -65,7 +67,8 @@ impl Settle {
         recorder.copy_words(nodes, &self.sizes, Trace::NODES_HEADER);
         let buffers = [&self.view, geometry.triangles(), geometry.positions(), seen, nodes, geometry.masks().buffer()];
         recorder.stage("settle", |pass| {
-            self.kernel.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, 2));
+            self.nodes.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, 2));
+            self.pixels.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, 6));
         });
     }
 }

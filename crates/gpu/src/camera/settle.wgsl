@@ -1,4 +1,5 @@
-// Stage `settle`: decides by the predicate what tracing has left open. An invocation has a pixel.
+// Stage `settle`: decides by the predicate what tracing has left open. First an invocation has a node, then a pixel: a
+// pixel may have so many that one alone would take too long, and lavapipe ends an invocation's loops after 65,535 turns.
 
 import package::camera::nodes::{NODES_FIRST};
 import package::dispatch::{flat_group};
@@ -21,8 +22,10 @@ struct SettleView {
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> positions: array<u32>;
 @group(0) @binding(3) var<storage, read_write> seen: array<u32>;
-@group(0) @binding(4) var<storage, read> nodes: array<u32>;
+@group(0) @binding(4) var<storage, read_write> nodes: array<u32>;
 @group(0) @binding(5) var<storage, read> masks: array<u32>;
+
+const F64_INFINITE = F64(0u, 0x7ff00000u);
 
 fn position_bits(vertex: u32) -> vec3<u32> {
     return vec3<u32>(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
@@ -33,6 +36,59 @@ fn corner_bits(id: u32) -> CornerBits {
     return CornerBits(position_bits(corners.x), position_bits(corners.y), position_bits(corners.z));
 }
 
+// Where a pixel's ray meets a node's triangle; infinite where the pixel doesn't see it, or certainly sees another before.
+@compute @workgroup_size(64)
+fn settle_nodes(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let number = flat_group(group, groups) * 64u + lane;
+    let base = NODES_FIRST + number * NODE_WORDS;
+    if number >= nodes[NODES_COUNT] || (nodes[base] & NODE_FRONT) != 0u {
+        return;
+    }
+    let t = seen_at(base);
+    nodes[base + NODE_T] = t.x;
+    nodes[base + NODE_T + 1u] = t.y;
+}
+
+fn seen_at(base: u32) -> F64 {
+    let place = nodes[base + NODE_PLACE];
+    let pixel = pixel_of_place(place, settle_view.view.width);
+    let row = pixel.y + settle_view.first_row;
+    let ray = exact_pixel_ray(settle_view.view, pixel.x, row, settle_view.x_offset, settle_view.y_offset);
+    var terms: ExpansionTerms;
+
+    // What was seen already is the first node, and what is seen for certain the first of those to decide about.
+    var farther_than = F64_ZERO;
+    var first = NODES_FIRST + seen[place] * NODE_WORDS;
+    if (nodes[first] & NODE_FRONT) != 0u {
+        let front = nodes[first] & NODE_TRIANGLE;
+        farther_than = exact_t(&terms, ray, exact_edges(&terms, ray, corner_bits(front)));
+        first = NODES_FIRST + nodes[first + NODE_NEXT] * NODE_WORDS;
+    }
+    let is_certain = (nodes[base] & NODE_CERTAIN) != 0u;
+    if !is_certain && (nodes[first] & NODE_CERTAIN) != 0u
+        && bitcast<f32>(nodes[base + NODE_KEY]) < bitcast<f32>(nodes[first + NODE_KEY]) {
+        return F64_INFINITE;
+    }
+    let id = nodes[base] & NODE_TRIANGLE;
+    let edges = exact_edges(&terms, ray, corner_bits(id));
+    if edges.side == 0 || (settle_view.culls_back_faces == 1u && !exact_is_front(edges)) {
+        return F64_INFINITE;
+    }
+    if (triangles[id].w & TRIANGLE_MASKED) != 0u && !is_there_exactly(triangles[id], exact_barycentric(edges), false) {
+        return F64_INFINITE;
+    }
+    let t = exact_t(&terms, ray, edges);
+    if !f64_less(farther_than, t) {
+        return F64_INFINITE;
+    }
+    return t;
+}
+
+// What a pixel sees: the nearest of its nodes.
 @compute @workgroup_size(64)
 fn settle(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -40,53 +96,24 @@ fn settle(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let number = flat_group(group, groups) * 64u + lane;
-    if number >= nodes[NODES_PIXELS] || number >= node_pixel_room(nodes[NODES_COUNT], arrayLength(&nodes)) {
+    if number >= nodes[NODES_PIXELS] {
         return;
     }
     let place = nodes[arrayLength(&nodes) - 1u - number];
-    let pixel = pixel_of_place(place, settle_view.view.width);
-    let row = pixel.y + settle_view.first_row;
-    let ray = exact_pixel_ray(settle_view.view, pixel.x, row, settle_view.x_offset, settle_view.y_offset);
-
-    var terms: ExpansionTerms;
-    // What was seen already is the first node.
-    var node = seen[place];
-    var farther_than = F64_ZERO;
-    let front = nodes[NODES_FIRST + node * NODE_WORDS];
-    if (front & NODE_FRONT) != 0u {
-        farther_than = exact_t(&terms, ray, exact_edges(&terms, ray, corner_bits(front & ~NODE_FRONT)));
-        node = nodes[NODES_FIRST + node * NODE_WORDS + 1u];
-    }
-    var nearest = F64_ZERO;
-    // What the nearest hit so far has as its key; others below it by more than any error aren't asked about.
-    var nearest_key = 0.0;
+    var nearest = F64_INFINITE;
     var triangle = NONE;
+    var node = seen[place];
     while node != NONE {
         let base = NODES_FIRST + node * NODE_WORDS;
-        let id = nodes[base];
-        let highest_key = bitcast<f32>(nodes[base + 2u]);
-        node = nodes[base + 1u];
-        if triangle != NONE && highest_key < nearest_key - 1e-5 * abs(nearest_key) {
+        node = nodes[base + NODE_NEXT];
+        if (nodes[base] & NODE_FRONT) != 0u {
             continue;
         }
-        let edges = exact_edges(&terms, ray, corner_bits(id));
-        if edges.side == 0 || (settle_view.culls_back_faces == 1u && !exact_is_front(edges)) {
-            continue;
-        }
-        if (triangles[id].w & TRIANGLE_MASKED) != 0u
-            && !is_there_exactly(triangles[id], exact_barycentric(edges), false) {
-            continue;
-        }
-        let t = exact_t(&terms, ray, edges);
-        if !f64_less(farther_than, t) {
-            continue;
-        }
-        let is_nearer = f64_less(t, nearest) || (f64_equal(t, nearest) && id < triangle);
-        if triangle == NONE || is_nearer {
+        let id = nodes[base] & NODE_TRIANGLE;
+        let t = F64(nodes[base + NODE_T], nodes[base + NODE_T + 1u]);
+        if f64_less(t, nearest) || (f64_equal(t, nearest) && triangle != NONE && id < triangle) {
             nearest = t;
             triangle = id;
-            let depth = bitcast<f32>(f64_to_f32_bits(t));
-            nearest_key = select(1.0 / depth, -depth, settle_view.view.is_orthographic == 1u);
         }
     }
     seen[place] = triangle;

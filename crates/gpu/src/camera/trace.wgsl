@@ -34,7 +34,7 @@ var<workgroup> record_d: array<vec4<f32>, RECORDS>;
 var<workgroup> still_open: atomic<u32>;
 var<workgroup> goes_on: u32;
 
-// What a pixel has seen already, where what is behind that is asked for: hits count from there on.
+// Hits count from here on: behind what a pixel has seen already, where that is asked for, or else before the camera.
 struct Front {
     triangle: u32,
     key: f32,
@@ -47,6 +47,8 @@ struct Best {
     key: f32,
     error: f32,
     node: u32,
+    // Where the pixel is stored.
+    place: u32,
 }
 
 const FLAG_ORIENTED: u32 = 1u << 20u;
@@ -78,13 +80,15 @@ fn bits_of_rect(first: vec2<i32>, last: vec2<i32>) -> u32 {
     return u32(first.x) | u32(first.y) << 5u | u32(last.x) << 10u | u32(last.y) << 15u;
 }
 
-fn push_node(best: ptr<function, Best>, id: u32, nearest: f32) {
+fn push_node(best: ptr<function, Best>, id: u32, key: f32) {
     let node = atomicAdd(&nodes[NODES_COUNT], 1u);
     let base = NODES_FIRST + node * NODE_WORDS;
-    if base + NODE_WORDS <= arrayLength(&nodes) {
+    // The first comparison is for counts whose products are beyond 32 bits.
+    if node < arrayLength(&nodes) / NODE_WORDS && base + NODE_WORDS <= arrayLength(&nodes) {
         atomicStore(&nodes[base], id);
-        atomicStore(&nodes[base + 1u], (*best).node);
-        atomicStore(&nodes[base + 2u], bitcast<u32>(nearest));
+        atomicStore(&nodes[base + NODE_NEXT], (*best).node);
+        atomicStore(&nodes[base + NODE_KEY], bitcast<u32>(key));
+        atomicStore(&nodes[base + NODE_PLACE], (*best).place);
         (*best).node = node;
     }
 }
@@ -190,11 +194,9 @@ fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, p
                 is_hit = answer == MASK_THERE;
                 is_masked = false;
             }
-            if front.triangle != NONE {
-                let error = front.error + record_b[place].w;
-                is_cut |= id == front.triangle || key > front.key + error;
-                is_hit = is_hit && key < front.key - error;
-            }
+            let front_error = front.error + record_b[place].w;
+            is_cut |= id == front.triangle || key > front.key + front_error;
+            is_hit = is_hit && key < front.key - front_error;
             var is_open = !is_cut && offer(best, id, key, record_b[place].w, is_hit);
             while is_open {
                 leave_open(best, id, key + record_b[place].w, is_hit);
@@ -248,7 +250,8 @@ fn trace(
     let sub = local / side;
     let pixel = tile_first + local;
     var is_inside = pixel.x < u32(raster.columns) && pixel.y < u32(raster.rows);
-    var front = Front(NONE, 0.0, 0.0);
+    // Parallel rays start at depth zero; others have edge functions that are positive before the camera alone.
+    var front = Front(NONE, select(INFINITE, 0.0, raster.is_orthographic == 1u), 0.0);
     if raster.sees_behind == 1u && is_inside {
         front = front_of(pixel);
         // What has seen nothing sees nothing behind that.
@@ -264,7 +267,7 @@ fn trace(
     let filled_list = list_of(tile_first / side + filled_sub, number);
     let filled_first = vec2<i32>(tile_first + filled_sub * side);
 
-    var best = Best(NONE, 0.0, 0.0, NONE);
+    var best = Best(NONE, 0.0, 0.0, NONE, place_of_pixel(pixel, u32(raster.columns)));
     var slice = 0u;
     for (var batch = 0u; batch < BLOCK_PAIRS; batch += share) {
         let place = filled_list.x + batch + lane % share;
@@ -302,7 +305,7 @@ fn trace(
             seen[word + 3u] = best.node;
         }
     } else if is_inside {
-        write_seen(pixel, best, front.triangle);
+        write_seen(best, front.triangle);
     }
 }
 
@@ -340,27 +343,26 @@ fn list_of(tile: vec2<u32>, number: u32) -> vec3<u32> {
 }
 
 // The triangle that is seen for certain, or a pixel for `settle`.
-fn write_seen(pixel: vec2<u32>, best: Best, front: u32) {
+fn write_seen(best: Best, front: u32) {
     if front != NONE && (best.triangle != NONE || best.node != NONE) {
         atomicStore(&nodes[NODES_ANY], 1u);
     }
-    let place = place_of_pixel(pixel, u32(space.raster.columns));
     if best.node == NONE {
-        seen[place] = best.triangle;
+        seen[best.place] = best.triangle;
         return;
     }
     var last = best;
     if best.triangle != NONE {
-        push_node(&last, best.triangle, best.key + best.error);
+        push_node(&last, best.triangle | NODE_CERTAIN, best.key - best.error);
     }
     if front != NONE {
         push_node(&last, front | NODE_FRONT, INFINITE);
     }
-    seen[place] = last.node;
+    seen[best.place] = last.node;
     // Where nodes and pixels meet, the frame is done again with more room.
     let count = atomicAdd(&nodes[NODES_PIXELS], 1u);
     if count < node_pixel_room(atomicLoad(&nodes[NODES_COUNT]), arrayLength(&nodes)) {
-        atomicStore(&nodes[arrayLength(&nodes) - 1u - count], place);
+        atomicStore(&nodes[arrayLength(&nodes) - 1u - count], best.place);
     }
 }
 
@@ -396,7 +398,7 @@ fn merge(
             return;
         }
     }
-    var best = Best(NONE, 0.0, 0.0, NONE);
+    var best = Best(NONE, 0.0, 0.0, NONE, place_of_pixel(pixel, u32(raster.columns)));
     for (var number = 0u; number < blocks; number++) {
         let word = partial_word(cells[entry + 3u] + number, lane);
         if word + 4u > arrayLength(&seen) {
@@ -413,7 +415,7 @@ fn merge(
             leave_open(&best, partial.x, key + error, true);
         }
     }
-    write_seen(pixel, best, front);
+    write_seen(best, front);
 }
 
 fn append_nodes(best: ptr<function, Best>, first: u32) {
@@ -423,18 +425,23 @@ fn append_nodes(best: ptr<function, Best>, first: u32) {
         return;
     }
     var last = first;
-    while atomicLoad(&nodes[NODES_FIRST + last * NODE_WORDS + 1u]) != NONE {
-        last = atomicLoad(&nodes[NODES_FIRST + last * NODE_WORDS + 1u]);
+    while atomicLoad(&nodes[NODES_FIRST + last * NODE_WORDS + NODE_NEXT]) != NONE {
+        last = atomicLoad(&nodes[NODES_FIRST + last * NODE_WORDS + NODE_NEXT]);
     }
-    atomicStore(&nodes[NODES_FIRST + last * NODE_WORDS + 1u], rest);
+    atomicStore(&nodes[NODES_FIRST + last * NODE_WORDS + NODE_NEXT], rest);
 }
 
-// The size of the dispatch that settles pixels.
+// The sizes of the dispatches that settle nodes and pixels; zero where there is no room for all, as the frame is done again
+// with more: lists may be broken then.
 @compute @workgroup_size(1)
 fn size_settle() {
-    let room = node_pixel_room(atomicLoad(&nodes[NODES_COUNT]), arrayLength(&nodes));
-    let groups = groups_of((min(atomicLoad(&nodes[NODES_PIXELS]), room) + 63u) / 64u);
-    atomicStore(&nodes[NODES_GROUPS], groups.x);
-    atomicStore(&nodes[NODES_GROUPS + 1u], groups.y);
-    atomicStore(&nodes[NODES_GROUPS + 2u], groups.z);
+    let count = atomicLoad(&nodes[NODES_COUNT]);
+    let pixels = atomicLoad(&nodes[NODES_PIXELS]);
+    let is_whole = count < arrayLength(&nodes) / NODE_WORDS && pixels <= node_pixel_room(count, arrayLength(&nodes));
+    let of_nodes = groups_of(select(0u, (count + 63u) / 64u, is_whole));
+    let of_pixels = groups_of(select(0u, (pixels + 63u) / 64u, is_whole));
+    for (var axis = 0u; axis < 3u; axis++) {
+        atomicStore(&nodes[NODES_GROUPS + axis], of_nodes[axis]);
+        atomicStore(&nodes[NODES_PIXEL_GROUPS + axis], of_pixels[axis]);
+    }
 }

@@ -77,13 +77,11 @@ fn exact_corners_turned(corners: ExactCorners) -> ExactCorners {
     return ExactCorners(corners.b, corners.c, corners.a);
 }
 
-// `direction` with its largest component between one and two, so that products with it don't underflow.
-fn exact_scaled(direction: F64Vector) -> F64Vector {
+// The power of two that brings the largest component of `direction` between one and two, so that products with it don't
+// underflow; one where there is no such normal number.
+fn exact_scale_to_one(direction: F64Vector) -> F64 {
     let field = f64_exponent_field(f64_largest_magnitude(direction));
-    if field == 0u || field == 0x7ffu {
-        return direction;
-    }
-    return f64_vector_scale(direction, F64(0u, (2046u - field) << 20u));
+    return F64(0u, select((2046u - field) << 20u, 0x3ff00000u, field == 0u || field >= 2046u));
 }
 
 // Whether `first` is after `second` when sorted by x, then y, then z. What it says of NaN is of no use.
@@ -155,7 +153,11 @@ fn exact_edges(terms: ptr<function, ExpansionTerms>, ray: ExactRay, corners: Cor
         return edges;
     }
     if any(undecided) {
-        let direction = terms_from_vector(exact_scaled(ray.direction));
+        // All weights get the scale of the exact ones, so that their ratios are right. Those that are decided are far above
+        // the smallest number, so a power of two changes no bit of theirs.
+        let scale = exact_scale_to_one(ray.direction);
+        edges.weights = f64_vector_scale(edges.weights, scale);
+        let direction = terms_from_vector(f64_vector_scale(ray.direction, scale));
         while any(undecided) && !(positive && negative) {
             // Each invocation takes the first corner that it is in doubt about, so that its neighbours needn't wait.
             let corner = select(select(2u, 1u, undecided.y), 0u, undecided.x);
@@ -230,7 +232,8 @@ fn exact_is_front(edges: ExactEdges) -> bool {
 // Whether rays of a `direction` meet a triangle on the side from which its corners are seen counterclockwise; false where
 // they only graze it. Where they hit it, this is `exact_is_front`.
 fn exact_is_front_along(terms: ptr<function, ExpansionTerms>, direction: F64Vector, corners: CornerBits) -> bool {
-    return exact_is_against_normal(terms, exact_from_corners(corners), terms_from_vector(exact_scaled(direction)));
+    let scaled = f64_vector_scale(direction, exact_scale_to_one(direction));
+    return exact_is_against_normal(terms, exact_from_corners(corners), terms_from_vector(scaled));
 }
 
 // Whether a triangle's corners are seen counterclockwise from a `point`; false where that is in the triangle's plane.

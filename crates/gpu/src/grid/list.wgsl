@@ -70,7 +70,8 @@ fn listed(face: u32, id: u32) -> Listed {
     let tiles = Rect(tile_of(face, pixels.first), tile_of(face, pixels.last));
     var nearest = 0xffffffffu;
     if corners.kind == VERTEX_REGULAR {
-        let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
+        // Points are wrong by `depth_error` as well.
+        let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z)) + 2.0 * raster.depth_error;
         let highest = max(max(ordered_bits(keys.x), ordered_bits(keys.y)), ordered_bits(keys.z));
         // Corners' keys are wrong by one or two units in the last place.
         nearest = highest + min(8u, 0xffffffffu - highest);

@@ -9,6 +9,9 @@ import package::grid::space::{Raster};
 // Half the distance from one to the next f32.
 const U: f32 = 5.9604645e-8;
 const INFINITE: f32 = 3.0e38;
+const SMALLEST_KEY: f32 = 1.0e-37;
+// 2⁻⁴⁹: what F64 loses in the product of a matrix row and a place.
+const ORTHOGRAPHIC_ROUNDING: f32 = 1.7763568e-15;
 
 struct Corners {
     a: vec4<u32>,
@@ -62,8 +65,9 @@ fn rect_of(corners: Corners, raster: Raster) -> Rect {
         let a = bitcast<vec2<i32>>(corners.a.xy);
         let b = bitcast<vec2<i32>>(corners.b.xy);
         let c = bitcast<vec2<i32>>(corners.c.xy);
-        let low = min(min(a, b), c) - 1;
-        let high = max(max(a, b), c) + 1;
+        let margin = i32(corner_error(corners, raster));
+        let low = min(min(a, b), c) - margin;
+        let high = max(max(a, b), c) + margin;
         let up = select(0, (1 << raster.fraction_bits) - 1, raster.has_samples == 1u);
         rect = Rect((low + up) >> vec2<u32>(raster.fraction_bits), high >> vec2<u32>(raster.fraction_bits));
     } else {
@@ -79,7 +83,8 @@ fn rect_of(corners: Corners, raster: Raster) -> Rect {
         if all(depths <= vec3<f32>(0.0)) || any(before < vec2<f32>(0.0)) || any(behind > vec2<f32>(0.0)) {
             return RECT_EMPTY;
         }
-        if all(depths > vec3<f32>(1e-30)) {
+        // Quotients of numbers beyond f32 aren't any.
+        if all(depths > vec3<f32>(1e-30)) && all(depths < vec3<f32>(1e30)) {
             let low = min(min(a.xy / a.z, b.xy / b.z), c.xy / c.z);
             let high = max(max(a.xy / a.z, b.xy / b.z), c.xy / c.z);
             // A quotient up to 2¹⁵ is wrong by less than a hundredth; larger ones are cut off.
@@ -91,6 +96,18 @@ fn rect_of(corners: Corners, raster: Raster) -> Rect {
     return Rect(max(rect.first, whole.first), min(rect.last, whole.last));
 }
 
+// By how many units regular corners, or places that are asked about, may be wrong in relation to each other.
+fn corner_error(corners: Corners, raster: Raster) -> f32 {
+    let error = 1.0 + f32(raster.place_error);
+    if raster.is_orthographic == 0u {
+        return error;
+    }
+    // What parallel rays see from far away is the difference of large numbers.
+    let keys = abs(bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z)));
+    let of_depth = ORTHOGRAPHIC_ROUNDING * raster.row_reach * max(max(keys.x, keys.y), keys.z);
+    return min(error + ceil(of_depth), 536870912.0);
+}
+
 // Not yet divided x and y in pixels, and depth (1 in an orthographic space).
 fn homogeneous(vertex: vec4<u32>, raster: Raster) -> vec3<f32> {
     if vertex.w == VERTEX_HOMOGENEOUS {
@@ -100,6 +117,17 @@ fn homogeneous(vertex: vec4<u32>, raster: Raster) -> vec3<f32> {
     let place = vec2<f32>(bitcast<vec2<i32>>(vertex.xy)) * exp2(-f32(raster.fraction_bits));
     let depth = select(1.0 / bitcast<f32>(vertex.z), 1.0, raster.is_orthographic == 1u);
     return vec3<f32>(place * depth, depth);
+}
+
+fn largest_of(vertex: vec4<u32>, raster: Raster) -> f32 {
+    let place = abs(homogeneous(vertex, raster));
+    return max(max(place.x, place.y), place.z);
+}
+
+// The power of two that brings a positive number between one and two.
+fn inverse_power_of_two(number: f32) -> f32 {
+    let exponent = clamp((bitcast<u32>(number) >> 23u) & 0xffu, 1u, 253u);
+    return bitcast<f32>((254u - exponent) << 23u);
 }
 
 // The triangle near the fixed-point place `origin`, for p within `reach` pixels of it on each axis.
@@ -114,7 +142,7 @@ fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -
             vec2<f32>(a - origin) * unit, vec2<f32>(b - origin) * unit, vec2<f32>(c - origin) * unit,
             vec2<f32>(c - b) * unit, vec2<f32>(a - c) * unit, vec2<f32>(b - a) * unit);
         let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
-        return flat_edges(sides, unit * (1.0 + f32(raster.place_error)), keys, reach);
+        return flat_edges(sides, unit * corner_error(corners, raster), keys, raster.depth_error, reach);
     }
     if raster.is_orthographic == 1u {
         // Far beside the image; nothing has to be divided.
@@ -123,9 +151,11 @@ fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -
         let b = homogeneous(corners.b, raster).xy - middle;
         let c = homogeneous(corners.c, raster).xy - middle;
         let largest = max(max(abs(a), abs(b)), max(abs(c), abs(middle)));
-        let error = unit * (1.0 + f32(raster.place_error)) + 8.0 * U * max(largest.x, largest.y);
+        let error = unit * corner_error(corners, raster) + 8.0 * U * max(largest.x, largest.y);
+        // `depth_error` is for places below 2³⁰ units.
+        let depth_error = raster.depth_error * (1.0 + max(largest.x, largest.y) * exp2(f32(raster.fraction_bits) - 30.0));
         let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
-        return flat_edges(Sides(a, b, c, c - b, a - c, b - a), error, keys, reach);
+        return flat_edges(Sides(a, b, c, c - b, a - c, b - a), error, keys, depth_error, reach);
     }
     return homogeneous_edges(corners, origin, reach, raster);
 }
@@ -146,8 +176,9 @@ struct Sides {
     ab: vec2<f32>,
 }
 
-// Of a triangle whose corners are points of the image, wrong by `error` in relation to places on each axis.
-fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, reach: f32) -> Edges {
+// Of a triangle whose corners are points of the image, wrong by `error` in relation to places on each axis, and whose keys
+// are wrong by `depth_error` besides their rounding.
+fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach: f32) -> Edges {
     let a = sides.a;
     let b = sides.b;
     let c = sides.c;
@@ -185,7 +216,7 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, reach: f32) -> Edges {
     // Pixel rows go down, so counterclockwise corners make a negative area.
     edges.is_front = area < 0.0;
     // Each key has a relative error of one rounding and of the transform.
-    let key_rounding = 4.0 * U * largest_key;
+    let key_rounding = 4.0 * U * largest_key + depth_error;
     edges.nearest = nearest + key_rounding;
 
     // key = A + (wb · (B − A) + wc · (C − A)) / area, with weights that are wrong by `edge_error` and at most the area
@@ -202,7 +233,7 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, reach: f32) -> Edges {
         edges.key_error = plane_error;
     } else {
         // Between the corners' keys at any rate.
-        edges.key = vec3<f32>(0.0, 0.0, 0.5 * (nearest + farthest_key));
+        edges.key = vec3<f32>(0.0, 0.0, 0.5 * nearest + 0.5 * farthest_key);
         edges.key_error = 0.5 * range + 2.0 * key_rounding;
     }
     return edges;
@@ -212,9 +243,12 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     // Origins are whole pixels, so f32 has them exactly.
     let unit = exp2(-f32(raster.fraction_bits));
     let middle = vec2<f32>(origin) * unit;
-    let of_a = homogeneous(corners.a, raster);
-    let of_b = homogeneous(corners.b, raster);
-    let of_c = homogeneous(corners.c, raster);
+    // Weights don't depend on a common factor, and products of three coordinates stay in f32's range by one.
+    let largest = max(largest_of(corners.a, raster), max(largest_of(corners.b, raster), largest_of(corners.c, raster)));
+    let factor = inverse_power_of_two(largest);
+    let of_a = homogeneous(corners.a, raster) * factor;
+    let of_b = homogeneous(corners.b, raster) * factor;
+    let of_c = homogeneous(corners.c, raster) * factor;
     let a = vec3<f32>(of_a.xy - middle * of_a.z, of_a.z);
     let b = vec3<f32>(of_b.xy - middle * of_b.z, of_b.z);
     let c = vec3<f32>(of_c.xy - middle * of_c.z, of_c.z);
@@ -257,12 +291,14 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     if !edges.is_oriented {
         return edges;
     }
-    let inverse = 1.0 / abs(volume);
+    let inverse = factor / abs(volume);
     let slope = vec3<f32>(
         edges.a.x + edges.a.y + edges.a.z, edges.b.x + edges.b.y + edges.b.z, edges.c.x + edges.c.y + edges.c.z);
     edges.key = slope * inverse;
-    let largest = (abs(slope.x) + abs(slope.y)) * reach + abs(slope.z);
-    edges.key_error = 1.25 * inverse * (4.0 * edge_error + largest * (2.0 * volume_error * inverse + 8.0 * U));
+    let largest_slope = (abs(slope.x) + abs(slope.y)) * reach + abs(slope.z);
+    // Keys below f32's normal numbers may be lost.
+    edges.key_error = SMALLEST_KEY
+        + 1.25 * inverse * (4.0 * edge_error + largest_slope * (2.0 * volume_error / abs(volume) + 8.0 * U));
     return edges;
 }
 

@@ -31,7 +31,8 @@ pub(crate) struct Raster {
     pub(crate) place_error: u32,
     row_reach: f32,
     pub(crate) sees_behind: u32,
-    unused: [u32; 2],
+    depth_error: f32,
+    depth_bits: u32,
 }
 
 impl Space {
@@ -69,6 +70,13 @@ impl Space {
         } else {
             ([right * scale + depth * middle.x, up * -scale + depth * middle.y, depth], DVec2::ZERO)
         };
+        let row_reach = rows[0].abs().max_element().max(rows[1].abs().max_element());
+        // Fixed-point places are below 2³⁰ units on each axis, and depths wrong by 2⁻⁴⁹ of that; twice for comparisons.
+        let depth_error = if is_orthographic { 2.0_f64.powi(32 - 49) / scale } else { 0.0 };
+        // A vertex at most 2ᵏ times as far on some axis as deep is wrong by `row_reach` · 2ᵏ⁻⁴⁹ units: an eighth at most, with
+        // k from 1 to 12; more for telescopes alone.
+        let spare_bits = (46.0 - row_reach.log2()).floor();
+        let telescope_error = if is_orthographic || spare_bits >= 1.0 { 0.0 } else { (1.0 - spare_bits).exp2() };
         let tile = 1 << tile_bits;
         let raster = Raster {
             columns: view.width as i32,
@@ -82,10 +90,11 @@ impl Space {
             is_orthographic: u32::from(is_orthographic),
             has_samples: 1,
             culls_back_faces: u32::from(culls_back_faces),
-            place_error: 0,
-            row_reach: 0.0,
+            place_error: telescope_error.min(f64::from(1 << 28)) as u32,
+            row_reach: row_reach.min(f64::from(f32::MAX)) as f32,
             sees_behind: 0,
-            unused: [0; 2],
+            depth_error: depth_error.min(f64::from(f32::MAX)) as f32,
+            depth_bits: spare_bits.clamp(1.0, 12.0) as u32,
         };
         Self { projection: packed(position.as_dvec3(), rows, added), raster }
     }

@@ -29,17 +29,20 @@ struct Raster {
     culls_back_faces: u32,
     // How many units places that are asked about may be wrong by.
     place_error: u32,
-    // The largest number in the rows for x and y, for lights.
+    // The largest number in the rows for x and y.
     row_reach: f32,
     // Whether what is behind each pixel's triangle is asked for.
     sees_behind: u32,
-    unused_0: u32,
-    unused_1: u32,
+    // How much keys of parallel rays may be wrong by, wherever they are, besides their rounding.
+    depth_error: f32,
+    // Log2 of how many times as far on some axis as deep regular vertices of perspective spaces are at most.
+    depth_bits: u32,
 }
 
 // A vertex in pixel space.
 //
-// Regular: x and y are fixed-point, z is the key, both wrong by at most one unit and one rounding.
+// Regular: x and y are fixed-point, z is the key, both wrong by at most one unit and one rounding. In an orthographic
+// space, x and y may be wrong by 2⁻⁴⁹ of the depth besides, times `row_reach`, and the key by `depth_error`.
 // Homogeneous: x, y and depth in pixels and world units, not yet divided, each wrong by at most one rounding.
 const VERTEX_REGULAR: u32 = 0u;
 const VERTEX_HOMOGENEOUS: u32 = 1u;

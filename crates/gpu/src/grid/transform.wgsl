@@ -53,7 +53,7 @@ fn projection_term(face: u32, place: u32) -> F64 {
 }
 
 // Coordinates in relation to the origin are exact to 2⁻⁵³, a row's product with them to 2⁻⁵⁰ of its largest term.
-// Where the depth is above 2⁻¹² of the largest coordinate, that is below a hundredth of a unit after the division.
+// `depth_bits` is such that this is below a unit after the division.
 fn transformed(face: u32, id: u32) -> vec4<u32> {
     let raster = spaces[face].raster;
     var offset: array<F64, 3>;
@@ -74,7 +74,8 @@ fn transformed(face: u32, id: u32) -> vec4<u32> {
         }
         place[row] = sum;
     }
-    let to_pixels = exp2(-f32(raster.fraction_bits));
+    // In F64: units of large worlds are beyond the range of f32, where their pixels aren't.
+    let to_pixels = F64(0u, (1023u - raster.fraction_bits) << 20u);
     if raster.is_orthographic == 1u {
         let x = f64_add(place[0], projection_term(face, 12u));
         let y = f64_add(place[1], projection_term(face, 13u));
@@ -84,9 +85,9 @@ fn transformed(face: u32, id: u32) -> vec4<u32> {
         }
         return vec4<u32>(pixels(x, to_pixels), pixels(y, to_pixels), key, VERTEX_HOMOGENEOUS);
     }
-    // The high words of positive numbers compare as the numbers do; 12 is added to the exponent.
+    // The high words of positive numbers compare as the numbers do; bits are added to the exponent.
     let depth_high = place[2].y;
-    if (depth_high & 0x80000000u) == 0u && depth_high + 0x00c00000u > largest {
+    if (depth_high & 0x80000000u) == 0u && depth_high + (raster.depth_bits << 20u) > largest {
         let inverse = f64_divide(F64(0u, 0x3ff00000u), place[2]);
         let x = f64_multiply(place[0], inverse);
         let y = f64_multiply(place[1], inverse);
@@ -101,6 +102,6 @@ fn transformed(face: u32, id: u32) -> vec4<u32> {
         pixels(place[0], to_pixels), pixels(place[1], to_pixels), f64_to_f32_bits(place[2]), VERTEX_HOMOGENEOUS);
 }
 
-fn pixels(value: F64, to_pixels: f32) -> u32 {
-    return bitcast<u32>(bitcast<f32>(f64_to_f32_bits(value)) * to_pixels);
+fn pixels(value: F64, to_pixels: F64) -> u32 {
+    return f64_to_f32_bits(f64_multiply(value, to_pixels));
 }

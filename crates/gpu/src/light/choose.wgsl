@@ -142,6 +142,14 @@ fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
     let added = select(vec2<f32>(0.0), shift, light.is_directional == 1u);
     let reach = max(abs(x), abs(y));
     raster.row_reach = max(max(reach.x, reach.y), reach.z);
+    // As for cameras; half a unit at most, since faces are at least 2⁻¹⁹ wide and `row_reach` is below 2⁴⁸.
+    raster.depth_bits = u32(clamp(48.0 - ceil(log2(raster.row_reach)), 0.0, 12.0));
+    if light.is_directional == 1u {
+        // Points are wrong by 2⁻⁴⁶ of what they were found from, and depths by 2⁻⁴⁹ of what fixed-point places reach.
+        let found_from = abs(origin) + light.reach;
+        let aside = face.high - face.low;
+        raster.depth_error = 5.684342e-14 * (found_from.x + found_from.y + found_from.z + aside.x + aside.y);
+    }
     spaces[number].raster = raster;
     var numbers = array<f32, 14>(
         origin.x, origin.y, origin.z,

@@ -234,7 +234,7 @@ impl LightGrid {
             open_words: at_most(open_words),
             words_per_question: 2,
             words_per_pixel: 0,
-            unused: 0,
+            open_header: 8,
         }
     }
 

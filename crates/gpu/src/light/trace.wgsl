@@ -4,7 +4,7 @@
 // memory. What the filter leaves open is noted for `settle`.
 
 import package::dispatch::{flat_group, groups_of};
-import package::grid::set_up::{edges_near};
+import package::grid::set_up::{corner_error, edges_near};
 import package::grid::space::{Space};
 import package::light::cells::{BINS};
 import package::light::blocks::{LIGHT_BLOCK_POINTS};
@@ -54,7 +54,7 @@ fn record(slot: u32, id: u32, face: u32, cell_low: vec2<i32>, cell_high: vec2<i3
         let a = bitcast<vec2<i32>>(corners.a.xy);
         let b = bitcast<vec2<i32>>(corners.b.xy);
         let c = bitcast<vec2<i32>>(corners.c.xy);
-        let error = i32(raster.place_error) + 1;
+        let error = i32(corner_error(corners, raster));
         low = max(low, min(min(a, b), c) - error);
         high = max(min(high, max(max(a, b), c) + error), low);
     }
@@ -177,7 +177,8 @@ fn trace(
         let found = sorted[number];
         let key = bitcast<f32>(found.z);
         let own = sorted[light.places + number / 4u][number & 3u];
-        point = Point(bitcast<vec2<i32>>(found.xy), key, 4.0 * U * abs(key), own, found.w);
+        let key_error = 4.0 * U * abs(key) + raster.depth_error;
+        point = Point(bitcast<vec2<i32>>(found.xy), key, key_error, own, found.w);
         is_dark = (atomicLoad(&lit[light.mask + point.place / 32u]) >> (point.place & 31u) & 1u) == 0u;
     }
     for (var first = first_pair; first < end_pair; first += BATCH) {

@@ -56,7 +56,7 @@ pub fn hit(ray: &Ray, triangles: Triangles<'_>, id: u32) -> Option<Hit> {
 /// where they only graze it. Where they hit it, this is [`Crossing::front`].
 #[must_use]
 pub fn is_front_along(direction: DVec3, corners: [Vec3; 3]) -> bool {
-    let direction = scaled(direction);
+    let direction = direction * scale_to_one(direction);
     is_against_normal(corners, direction.to_array().map(Double::from), || exact_vector(direction))
 }
 
@@ -131,12 +131,21 @@ impl Edges {
         if signs.disagree() || !finite {
             return None;
         }
-        for opposite in (0..3).filter(|&opposite| undecided[opposite]) {
-            let (first, second) = EDGE_OPPOSITE[opposite];
-            weights[opposite] = exact_edge(origin, direction, corners[first], corners[second]);
-            signs.note(weights[opposite]);
-            if signs.disagree() {
-                return None;
+        if undecided.contains(&true) {
+            // All weights get the scale of the exact ones, so that their ratios are right. Those that are decided are far
+            // above the smallest number, so a power of two changes no bit of theirs.
+            let scale = scale_to_one(direction);
+            for opposite in 0..3 {
+                if !undecided[opposite] {
+                    weights[opposite] *= scale;
+                    continue;
+                }
+                let (first, second) = EDGE_OPPOSITE[opposite];
+                weights[opposite] = exact_edge(origin, direction * scale, corners[first], corners[second]);
+                signs.note(weights[opposite]);
+                if signs.disagree() {
+                    return None;
+                }
             }
         }
         let side = signs.common()?;
@@ -236,15 +245,23 @@ impl Signs {
 fn exact_edge(origin: DVec3, direction: DVec3, p: Vec3, q: Vec3) -> f64 {
     let p = exact_difference(p.as_dvec3(), origin);
     let q = exact_difference(q.as_dvec3(), origin);
-    exact_dot(&exact_cross(&p, &q), &exact_vector(scaled(direction)))
+    exact_dot(&exact_cross(&p, &q), &exact_vector(direction))
 }
 
-/// `direction` with its largest component between one and two, so that products with it don't underflow.
-fn scaled(direction: DVec3) -> DVec3 {
-    let largest = direction.abs().max_element();
-    // Powers of two scale exactly.
-    if largest.is_normal() { direction * 2.0_f64.powi(-(largest.log2().floor() as i32)) } else { direction }
+/// The power of two that brings the largest component of `direction` between one and two, so that products with it
+/// don't underflow; one where there is no such normal number.
+fn scale_to_one(direction: DVec3) -> f64 {
+    // Exponent bits tell it exactly; a logarithm may round up to the next power.
+    let exponent_bits = direction.abs().max_element().to_bits() >> 52;
+    if (1..LARGEST_EXPONENT_BITS).contains(&exponent_bits) {
+        f64::from_bits((LARGEST_EXPONENT_BITS - exponent_bits) << 52)
+    } else {
+        1.0
+    }
 }
+
+/// The exponent bits of the largest finite f64; those of x and 1 / x, for a power of two, add up to them.
+const LARGEST_EXPONENT_BITS: u64 = 2046;
 
 /// The components of a − b.
 #[inline]

@@ -1,0 +1,7 @@
+//! What breaks ray tracers, through the GPU's grids: triangles and shadows are the truth's in every pixel.
+
+mod crowds;
+mod grids;
+mod lights;
+mod seams;
+mod shapes;
