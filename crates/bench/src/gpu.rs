@@ -43,7 +43,7 @@ const GROUPS: [(&str, &[&str]); 9] = [
 ];
 
 /// Stages that aren't part of finding triangles and shadows, or happen on the CPU.
-const BESIDE: [&str; 4] = ["animate", "build", "shade", "fetch"];
+const BESIDE: [&str; 6] = ["animate", "build", "pose", "omit", "shade", "fetch"];
 
 pub(crate) fn run(flags: &FrameFlags, scenes: &[String]) -> Result<()> {
     let gpu = open(flags)?;
