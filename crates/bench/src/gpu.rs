@@ -43,15 +43,15 @@ const GROUPS: [(&str, &[&str]); 9] = [
 ];
 
 /// Stages that aren't part of finding triangles and shadows, or happen on the CPU.
-const BESIDE: [&str; 4] = ["animate", "build", "shade", "fetch"];
+const BESIDE: [&str; 6] = ["animate", "build", "pose", "omit", "shade", "fetch"];
 
 pub(crate) fn run(flags: &FrameFlags, scenes: &[String]) -> Result<()> {
-    let gpu = Gpu::open(flags.device.as_deref().unwrap_or_default(), DeviceLimits::Adapter)?;
+    let gpu = open(flags)?;
     if !gpu.has_timestamps() {
         bail!("{} has no timestamps, so its stages can't be timed", gpu.adapter().name);
     }
     let Adapter { name, driver, backend, .. } = gpu.adapter().clone();
-    let mut renderer = Renderer::with_gpu(gpu)?;
+    drop(gpu);
     let mut out = io::stdout();
     if matches!(flags.form, Form::Table) {
         let FrameFlags { size: [width, height], samples, frames, .. } = flags;
@@ -63,7 +63,7 @@ pub(crate) fn run(flags: &FrameFlags, scenes: &[String]) -> Result<()> {
     }
     let mut rows = Vec::new();
     for address in scenes {
-        let row = measure(&mut renderer, address, flags).with_context(|| format!("scene {address}"))?;
+        let row = measure(address, flags).with_context(|| format!("scene {address}"))?;
         if matches!(flags.form, Form::Table) {
             write_columns(&mut out, &row)?;
         }
@@ -77,7 +77,13 @@ pub(crate) fn run(flags: &FrameFlags, scenes: &[String]) -> Result<()> {
     Ok(())
 }
 
-fn measure(renderer: &mut Renderer, address: &str, flags: &FrameFlags) -> Result<Row> {
+fn open(flags: &FrameFlags) -> Result<Gpu> {
+    Ok(Gpu::open(flags.device.as_deref().unwrap_or_default(), DeviceLimits::Adapter)?)
+}
+
+fn measure(address: &str, flags: &FrameFlags) -> Result<Row> {
+    // Each scene has a device of its own: buffers stay as large as the largest scene needed them.
+    let mut renderer = Renderer::with_gpu(open(flags)?)?;
     let scene = Scene::open(address)?;
     let [width, height] = flags.size;
     let settings = Settings { width, height, samples: flags.samples, ..Settings::default() };

@@ -1,3 +1,5 @@
+use std::sync::atomic::Ordering;
+
 use bytemuck::Pod;
 
 use crate::{Gpu, GpuError};
@@ -69,9 +71,7 @@ impl Buffer {
     pub fn write<T: Pod>(&mut self, gpu: &Gpu, contents: &[T]) -> Result<(), GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(contents);
         self.reserve(gpu, bytes.len() as u64)?;
-        if !bytes.is_empty() {
-            gpu.queue.write_buffer(&self.buffer, 0, bytes);
-        }
+        self.upload(gpu, 0, bytes);
         Ok(())
     }
 
@@ -85,10 +85,15 @@ impl Buffer {
         if end > limit {
             return Err(GpuError::TooLarge { what: self.name.to_owned(), bytes: end, limit });
         }
+        self.upload(gpu, first_byte, bytes);
+        Ok(())
+    }
+
+    fn upload(&self, gpu: &Gpu, first_byte: u64, bytes: &[u8]) {
         if !bytes.is_empty() {
             gpu.queue.write_buffer(&self.buffer, first_byte, bytes);
+            gpu.uploaded_bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
         }
-        Ok(())
     }
 
     /// Waits for all that was submitted, then gives the first `len` elements.

@@ -1,3 +1,4 @@
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use crate::GpuError;
@@ -8,6 +9,7 @@ pub struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     info: Adapter,
+    pub(crate) uploaded_bytes: AtomicU64,
     /// The first thing that went wrong, until it is asked for.
     trouble: Arc<Mutex<Option<GpuError>>>,
 }
@@ -118,7 +120,7 @@ impl Gpu {
         }));
         let of_loss = Arc::clone(&trouble);
         device.set_device_lost_callback(move |_, cause| note(&of_loss, GpuError::Lost(cause)));
-        Ok(Self { device, queue, info, trouble })
+        Ok(Self { device, queue, info, uploaded_bytes: AtomicU64::new(0), trouble })
     }
 
     /// Which adapter this is.
@@ -138,6 +140,17 @@ impl Gpu {
     pub fn max_binding_bytes(&self) -> u64 {
         let limits = self.device.limits();
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    }
+
+    /// Gives the device back to its driver. From then on it is as lost: whatever it is asked for is an error.
+    pub fn close(&self) {
+        self.device.destroy();
+    }
+
+    /// Bytes that were written to buffers so far.
+    #[must_use]
+    pub fn uploaded_bytes(&self) -> u64 {
+        self.uploaded_bytes.load(Ordering::Relaxed)
     }
 
     /// What went wrong since this was last asked.

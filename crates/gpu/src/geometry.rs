@@ -32,11 +32,34 @@ impl Geometry {
     /// # Errors
     /// Where there is more than one buffer of the device has room for.
     pub fn write(&mut self, gpu: &Gpu, triangles: Triangles<'_>, number: impl Fn(u32) -> u32) -> Result<(), GpuError> {
-        let records = triangles.indices.iter().zip(0..).map(|(&[a, b, c], id)| [a, b, c, number(id)]);
+        self.write_triangles(gpu, triangles.indices, number)?;
+        self.write_positions(gpu, triangles.positions)
+    }
+
+    /// Takes over triangles, with a number for each, but not where vertices are.
+    ///
+    /// # Errors
+    /// Where there are more than one buffer of the device has room for.
+    pub fn write_triangles(
+        &mut self,
+        gpu: &Gpu,
+        triangles: &[[u32; 3]],
+        number: impl Fn(u32) -> u32,
+    ) -> Result<(), GpuError> {
+        let records = triangles.iter().zip(0..).map(|(&[a, b, c], id)| [a, b, c, number(id)]);
         let records: Vec<[u32; 4]> = records.collect();
         self.triangle_count = records.len() as u32;
-        self.triangles.write(gpu, &records)?;
-        self.write_positions(gpu, triangles.positions)
+        self.triangles.write(gpu, &records)
+    }
+
+    /// Makes room for the positions of so many vertices, which a stage writes. Those that were there stay where there is
+    /// room already.
+    ///
+    /// # Errors
+    /// Where there is more than one buffer of the device has room for.
+    pub fn reserve_positions(&mut self, gpu: &Gpu, count: u32) -> Result<(), GpuError> {
+        self.vertex_count = count;
+        self.positions.reserve(gpu, u64::from(count) * size_of::<Vec3>() as u64)
     }
 
     /// Takes over where vertices are now.

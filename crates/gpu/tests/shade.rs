@@ -8,7 +8,7 @@ use glam::{DVec2, Vec3};
 use umbrage_gpu::shade::{
     Attributes, Develop, FilmPlanes, Layer, Shade, ShadeInputs, ShadeSample, ShadeSurroundings, Texels, ToneMap,
 };
-use umbrage_gpu::{Buffer, GpuError, Recorder};
+use umbrage_gpu::{Buffer, GpuError, Groups, Recorder};
 use umbrage_rays::{Camera, SeenPixels, TileOrder, View};
 
 const COLOR: Vec3 = Vec3::new(0.25, 0.5, 0.0);
@@ -42,7 +42,7 @@ fn a_scene_without_triangles_shows_its_surroundings() {
             shade.prepare(&gpu, &rays, Layer::only(sample == 0), &planes).expect("room");
             let mut recorder = Recorder::new(&gpu);
             let start = Instant::now();
-            recorder.stage("shade", |pass| shade.record(&gpu, pass, &inputs, &planes));
+            recorder.stage("shade", |pass| shade.record(&gpu, pass, &inputs, &planes, Groups::Flat(shade.groups())));
             recorder.submit()().expect("done");
             println!("{width}x{height} pixels are shaded after {:.3} s", start.elapsed().as_secs_f64());
         }

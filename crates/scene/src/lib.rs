@@ -22,6 +22,7 @@ mod stl;
 pub use demo::{DEMOS, DemoScene};
 pub use error::Error;
 pub use frame::{Frame, Mesh, NamedCamera};
+pub use gltf::rig;
 pub use light::Light;
 pub use material::{Alpha, Material, Materials, TextureUse, Volume};
 pub use opacity::{ShadowingPoints, SolidPoints};

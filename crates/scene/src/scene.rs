@@ -1,8 +1,11 @@
+use std::convert::Infallible;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::Vec3;
 use umbrage_rays::{Bounds, LightSource};
 
+use crate::rig::{Pose, Rig};
 use crate::{Error, Frame, Light};
 use crate::{demo::Demo, gltf::GltfScene, obj, ply, sequence::Sequence, still::Still, stl};
 
@@ -97,11 +100,34 @@ impl Scene {
     /// # Errors
     /// As [`Scene::at`]; `frame` then holds no useful scene.
     pub fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        self.pose_with(seconds, frame, |looped, frame| self.source.pose(looped, frame))
+    }
+
+    /// As [`Scene::pose`], but for vertices: `pose` is what moves those of the scene's rig, which stays the same, and the
+    /// frame has no positions, normals and tangents. [`Rig::pose`] would fill these in.
+    ///
+    /// `None`, and nothing is done, for scenes that aren't moved by a rig: all but glTF files.
+    pub fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) -> Option<&Arc<Rig>> {
+        let Source::Gltf(scene) = &self.source else { return None };
+        let Ok(()) = self.pose_with(seconds, frame, |looped, frame| {
+            scene.pose_rig(looped, frame, pose);
+            Ok::<(), Infallible>(())
+        });
+        Some(scene.rig())
+    }
+
+    /// Makes a frame of which `pose` fills in what is in the scene's source, at a moment before its end.
+    fn pose_with<E>(
+        &self,
+        seconds: f64,
+        frame: &mut Frame,
+        pose: impl FnOnce(f64, &mut Frame) -> Result<(), E>,
+    ) -> Result<(), E> {
         let duration = self.duration_seconds();
         let looped = if seconds > duration && duration > 0.0 { seconds % duration } else { seconds.max(0.0) };
         frame.lights.clear();
         frame.cameras.clear();
-        self.source.pose(looped, frame)?;
+        pose(looped, frame)?;
         frame.seconds = seconds;
         frame.animation_bounds = self.animation_bounds;
         if frame.lights.is_empty() {

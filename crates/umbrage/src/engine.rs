@@ -1,7 +1,7 @@
 //! What finds and shades a frame: the CPU or a GPU.
 
 use umbrage_rays::{GridCounts, Omitted, PixelWork, SeenPixels, View};
-use umbrage_scene::Frame;
+use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
 use crate::cpu::{Cpu, LightMask, LightWork};
@@ -39,6 +39,24 @@ impl Default for Engine {
 }
 
 impl Engine {
+    /// Brings a frame to a moment. A GPU may keep its vertices to itself, see [`Engine::whole_frame`].
+    pub(crate) fn animate(
+        &mut self,
+        scene: &Scene,
+        seconds: f64,
+        settings: &Settings,
+        frame: &mut Frame,
+    ) -> Result<(), Error> {
+        // What only a GPU needs.
+        let _ = settings;
+        match self {
+            Self::Cpu(_) => scene.pose(seconds, frame)?,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.animate(scene, seconds, settings, frame)?,
+        }
+        Ok(())
+    }
+
     /// Rebuilds what serves all samples of a frame.
     pub(crate) fn build(
         &mut self,
@@ -91,13 +109,19 @@ impl Engine {
     }
 
     /// Brings a band's sums over all samples into the film, if they aren't there.
-    pub(crate) fn finish(&mut self, band: &Band, film: &mut Film, stats: &mut Stats) -> Result<(), Error> {
+    pub(crate) fn finish(
+        &mut self,
+        band: &Band,
+        samples: u32,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
         // What only a GPU needs.
-        let _ = (&band, &film, &stats);
+        let _ = (&band, samples, &film, &stats);
         match self {
             Self::Cpu(_) => {}
             #[cfg(feature = "gpu")]
-            Self::Gpu(gpu) => stats.time("fetch", || gpu.read_film(band, film))?,
+            Self::Gpu(gpu) => stats.time("fetch", || gpu.fetch(band, film, samples))?,
         }
         Ok(())
     }
@@ -153,11 +177,48 @@ impl Engine {
         }
     }
 
-    pub(crate) fn omitted(&self, frame: &Frame) -> Omitted {
+    /// The frame with its vertices, wherever they were posed.
+    pub(crate) fn whole_frame<'a>(&'a self, frame: &'a Frame) -> &'a Frame {
         match self {
-            Self::Cpu(cpu) => cpu.omitted().clone(),
+            Self::Cpu(_) => frame,
             #[cfg(feature = "gpu")]
-            Self::Gpu(_) => frame.triangles().omitted(),
+            Self::Gpu(gpu) => gpu.whole_frame(frame),
+        }
+    }
+
+    pub(crate) fn omitted(&self, frame: &Frame) -> Result<Omitted, Error> {
+        // What only a GPU needs.
+        let _ = frame;
+        match self {
+            Self::Cpu(cpu) => Ok(cpu.omitted().clone()),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => Ok(gpu.omitted(frame)?),
+        }
+    }
+
+    pub(crate) fn vertices(&self, frame: &Frame) -> usize {
+        match self {
+            Self::Cpu(_) => frame.positions.len(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.vertices(),
+        }
+    }
+
+    /// Bytes of what vertices are made from that are posed elsewhere than in the frame.
+    pub(crate) fn rig_bytes(&self) -> usize {
+        match self {
+            Self::Cpu(_) => 0,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.rig_bytes(),
+        }
+    }
+
+    /// Bytes that went to a GPU for the last frame.
+    pub(crate) fn uploaded_bytes(&self) -> u64 {
+        match self {
+            Self::Cpu(_) => 0,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.uploaded_bytes(),
         }
     }
 

@@ -73,7 +73,7 @@ impl Renderer {
         let Self { engine, frame, film, stats } = self;
         stats.start();
 
-        stats.time("animate", || scene.pose(seconds, frame))?;
+        stats.time("animate", || engine.animate(scene, seconds, settings, frame))?;
         if let Some(lights) = &settings.lights {
             frame.lights.clone_from(lights);
         }
@@ -87,11 +87,11 @@ impl Renderer {
                 // See, shadow, shade.
                 engine.sample(frame, &band, &sample, &surroundings, film, stats)?;
             }
-            engine.finish(&band, film, stats)?;
+            engine.finish(&band, settings.samples, film, stats)?;
         }
         film.average(settings.samples);
 
-        stats.count(frame, film, engine, settings.samples);
+        stats.count(frame, film, engine, settings.samples)?;
         Ok(film)
     }
 
@@ -112,7 +112,7 @@ impl Renderer {
             return Err(Error::Settings("the work of pixels is counted in grids alone".to_owned()));
         }
         let Self { engine, frame, .. } = self;
-        scene.pose(seconds, frame)?;
+        engine.animate(scene, seconds, settings, frame)?;
         let view = settings.view(frame);
         engine.build(frame, &view, settings, &Surroundings::new(&settings.background))?;
         for sample in Sample::all(1) {
@@ -157,9 +157,9 @@ impl Renderer {
         self.engine.light_masks()
     }
 
-    /// The scene as the last frame showed it.
+    /// The scene as the last frame showed it. Vertices that only a GPU has are posed for this.
     #[must_use]
     pub fn frame(&self) -> &Frame {
-        &self.frame
+        self.engine.whole_frame(&self.frame)
     }
 }

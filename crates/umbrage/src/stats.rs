@@ -3,8 +3,8 @@ use std::time::Instant;
 use serde::Serialize;
 use umbrage_scene::Frame;
 
-use crate::Film;
 use crate::engine::Engine;
+use crate::{Error, Film};
 
 /// What a frame cost.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -29,6 +29,8 @@ pub struct Stats {
     pub frame_bytes: usize,
     /// Bytes held for pixels: the film, hits and light masks.
     pub pixel_bytes: usize,
+    /// Bytes that went to the GPU for this frame; zero on the CPU.
+    pub uploaded_bytes: u64,
     /// Triangles that no ray can hit, by reason; reasons that left out none are left away.
     pub omitted: Vec<OmittedTriangles>,
 }
@@ -79,22 +81,23 @@ impl Stats {
         }
     }
 
-    pub(crate) fn count(&mut self, frame: &Frame, film: &Film, engine: &Engine, samples: u32) {
+    pub(crate) fn count(&mut self, frame: &Frame, film: &Film, engine: &Engine, samples: u32) -> Result<(), Error> {
         self.triangles = frame.mesh.triangles.len();
-        self.vertices = frame.positions.len();
+        self.vertices = engine.vertices(frame);
         self.lights = frame.lights.len();
         self.camera_rays = film.color.len() as u64 * u64::from(samples);
         self.shadow_rays = engine.shadow_rays();
         self.structure_bytes = engine.structure_bytes();
         self.point_bytes = engine.point_bytes();
-        self.frame_bytes = frame.bytes();
+        self.frame_bytes = frame.bytes() + engine.rig_bytes();
         self.pixel_bytes = film.bytes() + engine.pixel_bytes();
-        let omitted = engine.omitted(frame);
+        let omitted = engine.omitted(frame)?;
         let kinds = [
             ("a coordinate is not finite", &omitted.not_finite),
             ("two corners are in the same place", &omitted.zero_area),
             ("a vertex index is out of range", &omitted.index_out_of_range),
         ];
+        self.uploaded_bytes = engine.uploaded_bytes();
         self.omitted.clear();
         self.omitted.extend(
             kinds.into_iter().filter(|(_, kind)| kind.count > 0).map(|(reason, kind)| OmittedTriangles {
@@ -103,5 +106,6 @@ impl Stats {
                 first_ids: kind.first_ids.clone(),
             }),
         );
+        Ok(())
     }
 }

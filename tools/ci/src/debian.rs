@@ -4,8 +4,11 @@ use std::process::{Command, Stdio};
 use crate::command::{output, run};
 use crate::outcome::Outcome;
 
+/// Mesa's Vulkan adapter in software, lavapipe, which stands in for a GPU.
+pub(crate) const SOFTWARE_ADAPTER: &str = "mesa-vulkan-drivers";
+
 /// Debian packages that the checks need, beside what builds Rust programs.
-const PACKAGES: &[&str] = &[];
+const PACKAGES: &[&str] = &[SOFTWARE_ADAPTER];
 
 /// Installs what is missing, where that is possible.
 pub(crate) fn install(_root: &Path) -> Outcome {
@@ -34,6 +37,11 @@ fn install_missing(
         Ok(()) => install(&missing),
         Err(why) => Outcome::Skipped(format!("{} missing, and {why}", missing.join(", "))),
     }
+}
+
+/// Whether a package is there, or could be.
+pub(crate) fn can_have(package: &str) -> bool {
+    is_installed(package) || may_install().is_ok()
 }
 
 fn is_installed(package: &str) -> bool {

@@ -6,6 +6,7 @@
 mod command;
 mod debian;
 mod file_length;
+mod gpu_tests;
 mod licences;
 mod links;
 mod outcome;
@@ -24,7 +25,7 @@ use outcome::Outcome;
 type Check = (&'static str, fn(&Path) -> Outcome);
 
 /// In the order in which they run: what fails fast comes first, and what builds the most comes last.
-const CHECKS: [Check; 13] = [
+const CHECKS: [Check; 14] = [
     ("packages", debian::install),
     ("format", |root| run(cargo(root).args(["fmt", "--all", "--check"]))),
     ("file length", file_length::check),
@@ -38,6 +39,7 @@ const CHECKS: [Check; 13] = [
         run(cargo(root).args(["doc", "--workspace", "--no-deps", "--locked"]).env("RUSTDOCFLAGS", "-D warnings"))
     }),
     ("tests", tests),
+    ("GPU tests", gpu_tests::check),
     ("doc tests", |root| run(cargo(root).args(["test", "--doc", "--workspace", "--locked"]))),
     ("release build", |root| run(cargo(root).args(["build", "--release", "-p", "umbrage-cli", "--locked"]))),
     ("smoke render", smoke::check),
@@ -65,10 +67,11 @@ fn main() -> ExitCode {
     if results.iter().any(|(_, _, outcome)| outcome.is_failure()) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
-/// All tests but those in documentation, which nextest can't run.
+/// All tests but those in documentation, which nextest can't run, and, with nextest, those that need a GPU adapter.
 fn tests(root: &Path) -> Outcome {
     if Program::Nextest.is_here() {
-        run(cargo(root).args(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]))
+        let others = format!("not ({})", gpu_tests::FILTER);
+        run(cargo(root).args(["nextest", "run", "--workspace", "--locked", "--no-fail-fast", "-E", &others]))
     } else {
         run(cargo(root).args(["test", "--workspace", "--all-targets", "--locked", "--no-fail-fast"]))
     }

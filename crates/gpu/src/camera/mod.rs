@@ -6,7 +6,8 @@ mod trace;
 
 use glam::DVec2;
 
-use crate::grid::header::{HEADER_WORDS, LARGE};
+use crate::fit::{Needs, Room};
+use crate::grid::header::HEADER_WORDS;
 use crate::grid::{List, ListBuffers, ListNames, Space, Transform};
 use crate::{Band, Buffer, Geometry, Gpu, GpuError, Recorder};
 use balance::Balance;
@@ -74,6 +75,8 @@ pub struct CameraGrid {
     front: Buffer,
     /// Hits that the filter leaves open.
     nodes: Buffer,
+    /// What a frame has needed.
+    needs: Buffer,
     cell_count: u32,
     places: u64,
     is_behind: bool,
@@ -103,6 +106,7 @@ impl CameraGrid {
             seen: Buffer::storage(gpu, "seen"),
             front: Buffer::storage(gpu, "seen before"),
             nodes: Buffer::storage(gpu, "nodes"),
+            needs: Buffer::storage(gpu, "camera needs"),
             cell_count: 0,
             places: 0,
             is_behind: false,
@@ -134,6 +138,7 @@ impl CameraGrid {
         self.space.write(gpu, &[space])?;
         self.header.reserve(gpu, 4 * HEADER_WORDS)?;
         self.sizes.reserve(gpu, 4 * HEADER_WORDS)?;
+        self.needs.reserve(gpu, 4 * Needs::WORDS)?;
         self.transform.prepare(gpu, geometry.vertex_count(), 1)?;
         self.list.prepare(gpu, geometry.triangle_count(), geometry.vertex_count(), self.cell_count)?;
         self.balance.prepare(&space);
@@ -192,6 +197,33 @@ impl CameraGrid {
         ];
         recorder.stage("trace", |pass| self.trace.record(gpu, pass, &traced, &self.sizes));
         self.settle.record(gpu, recorder, geometry, &self.seen, &self.nodes);
+
+        recorder.copy_words(&self.header, &self.needs, HEADER_WORDS);
+        let (pair_counts, word) = self.list.pair_counts();
+        recorder.copy_range((pair_counts, u64::from(word)), (&self.needs, Needs::PAIRS), 1);
+        recorder.copy_range((&self.nodes, 0), (&self.needs, Needs::PAIRS + 1), 2);
+        recorder.copy_range((&self.nodes, Trace::NODES_ANY), (&self.needs, Needs::PAIRS + 3), 1);
+    }
+
+    /// What a frame has needed, on the GPU.
+    pub(crate) fn needs(&self) -> &Buffer {
+        &self.needs
+    }
+
+    /// What there is room for.
+    pub(crate) fn room(&self) -> Room {
+        let at_most = |room: u64| room.min(u64::from(u32::MAX)) as u32;
+        Room {
+            large: at_most(self.list.large_room()),
+            pairs: at_most(self.list.pair_room()),
+            // There is room for as many as so many pairs can lead to.
+            blocks: u32::MAX,
+            faces: 1,
+            open_words: at_most(self.nodes.bytes() / 4),
+            words_per_question: Trace::NODE_WORDS as u32,
+            words_per_pixel: 1,
+            open_header: Trace::NODES_HEADER as u32,
+        }
     }
 
     /// Keeps what pixels show, for a next frame that asks what is [behind](Sight::is_behind).
@@ -216,17 +248,17 @@ impl CameraGrid {
     /// # Errors
     /// Where the device is lost, or more is needed than one of its buffers has room for.
     pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        let header = self.header.read::<u32>(gpu, HEADER_WORDS as usize)?;
-        let (pair_counts, word) = self.list.pair_counts();
-        let pairs = pair_counts.read::<u32>(gpu, word as usize + 1)?[word as usize];
-        let [open_hits, open_pixels, _, _, _, any] = self.nodes.read::<[u32; 6]>(gpu, 1)?[0];
+        let needs = Needs::from_words(&self.needs.read::<u32>(gpu, Needs::WORDS as usize)?);
+        let Needs { large, pairs, questions: open_hits, pixels: open_pixels, any, .. } = needs;
         self.sees_any = any != 0;
-        self.work = CameraWork { pairs, large: header[LARGE], open_hits, open_pixels };
-        let mut fits = !self.list.grow(gpu, header[LARGE], pairs)?;
-        let nodes = Trace::node_bytes(u64::from(open_hits)) + 4 * u64::from(open_pixels);
-        if nodes > self.nodes.bytes() {
-            self.nodes.reserve(gpu, nodes + nodes / 2)?;
-            fits = false;
+        self.work = CameraWork { pairs, large, open_hits, open_pixels };
+        let fits = self.room().holds(&needs);
+        if !fits {
+            self.list.grow(gpu, large, pairs)?;
+            let nodes = Trace::node_bytes(u64::from(open_hits)) + 4 * u64::from(open_pixels);
+            if nodes > self.nodes.bytes() {
+                self.nodes.reserve(gpu, (nodes + nodes / 2).min(gpu.max_binding_bytes()).max(nodes))?;
+            }
         }
         Ok(fits)
     }
@@ -244,6 +276,12 @@ impl CameraGrid {
     #[must_use]
     pub fn seen(&self) -> &Buffer {
         &self.seen
+    }
+
+    /// How many places [`CameraGrid::seen`] has.
+    #[must_use]
+    pub fn places(&self) -> u64 {
+        self.places
     }
 
     /// Bytes on the GPU for triangles.

@@ -12,7 +12,10 @@ pub(super) struct Trace {
 impl Trace {
     /// Words before the first node.
     pub(super) const NODES_HEADER: u64 = 12;
-    const NODE_WORDS: u64 = 5;
+    /// Words of a node.
+    pub(super) const NODE_WORDS: u64 = 5;
+    /// The word that says whether any pixel sees what is behind.
+    pub(super) const NODES_ANY: u64 = 5;
     /// For each of 256 pixels four words.
     const PARTIAL_BYTES: u64 = 4096;
 

@@ -80,10 +80,9 @@ impl List {
         self.large.reserve(gpu, (1 << 10) * Self::LARGE_BYTES)
     }
 
-    /// Makes room for what a frame turned out to need; whether there was too little.
-    pub(crate) fn grow(&mut self, gpu: &Gpu, large: u32, pairs: u32) -> Result<bool, GpuError> {
+    /// Makes room for what a frame turned out to need.
+    pub(crate) fn grow(&mut self, gpu: &Gpu, large: u32, pairs: u32) -> Result<(), GpuError> {
         let (large, pairs) = (u64::from(large) * Self::LARGE_BYTES, u64::from(pairs) * 4);
-        let fits = large <= self.large.bytes() && pairs <= self.pairs.bytes();
         // Half as much again, for the next frame's sake.
         let limit = gpu.max_binding_bytes();
         let roomy = |bytes: u64| bytes.max((bytes + bytes / 2).min(limit));
@@ -93,7 +92,7 @@ impl List {
         if pairs > self.pairs.bytes() {
             self.pairs.reserve(gpu, roomy(pairs))?;
         }
-        Ok(!fits)
+        Ok(())
     }
 
     pub(crate) fn record(
@@ -128,6 +127,11 @@ impl List {
     /// How many pairs there is room for.
     pub(crate) fn pair_room(&self) -> u64 {
         self.pairs.bytes() / 4
+    }
+
+    /// How many chunks of large triangles there is room for.
+    pub(crate) fn large_room(&self) -> u64 {
+        self.large.bytes() / Self::LARGE_BYTES
     }
 
     pub(crate) fn bytes(&self) -> u64 {

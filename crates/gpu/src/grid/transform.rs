@@ -33,11 +33,15 @@ impl Transform {
         Groups::Flat(self.count.div_ceil(256))
     }
 
-    /// Makes room for so many faces; whether there was too little.
-    pub(crate) fn grow(&mut self, gpu: &Gpu, faces: u32) -> Result<bool, GpuError> {
-        let before = self.vertices.bytes();
-        self.vertices.reserve(gpu, u64::from(self.count) * u64::from(faces) * Self::VERTEX_BYTES)?;
-        Ok(self.vertices.bytes() > before)
+    /// For how many faces there is room.
+    pub(crate) fn face_room(&self) -> u32 {
+        let bytes_of_one = u64::from(self.count) * Self::VERTEX_BYTES;
+        self.vertices.bytes().checked_div(bytes_of_one).map_or(u32::MAX, |faces| faces as u32)
+    }
+
+    /// Makes room for so many faces.
+    pub(crate) fn grow(&mut self, gpu: &Gpu, faces: u32) -> Result<(), GpuError> {
+        self.vertices.reserve(gpu, u64::from(self.count) * u64::from(faces) * Self::VERTEX_BYTES)
     }
 
     pub(crate) fn record(

@@ -8,7 +8,8 @@ mod shadows;
 use glam::DVec2;
 use umbrage_rays::LightSource;
 
-use crate::grid::header::{BLOCKS, FACES, HEADER_WORDS, LARGE, TRIANGLE_GROUPS, VERTEX_GROUPS};
+use crate::fit::{Needs, Room};
+use crate::grid::header::{HEADER_WORDS, TRIANGLE_GROUPS, VERTEX_GROUPS};
 use crate::grid::{List, ListBuffers, ListNames, Space, Transform};
 use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Recorder};
 use parameters::{LightParameters, LocateView};
@@ -54,8 +55,6 @@ pub struct LightGrid {
     work: Vec<LightWork>,
 }
 
-/// Words of what a light has needed.
-const NEEDS_WORDS: u64 = HEADER_WORDS + 4;
 /// The pixels for which a light has a cell: its points are spread unevenly, so that some cells have many more.
 const PIXELS_PER_CELL: f64 = 24.0;
 /// Cells a side of a face, at most.
@@ -120,7 +119,7 @@ impl LightGrid {
         self.sizes.reserve(gpu, 4 * HEADER_WORDS)?;
         self.cells.reserve(gpu, 4 * u64::from(self.cell_count))?;
         self.lit.reserve(gpu, (4 * u64::from(self.mask_words) * lights.len() as u64).max(16))?;
-        self.needs.reserve(gpu, (4 * NEEDS_WORDS * lights.len() as u64).max(16))?;
+        self.needs.reserve(gpu, (4 * Needs::WORDS * lights.len() as u64).max(16))?;
         self.points.prepare(gpu, places, self.cell_count)?;
         self.transform.prepare(gpu, geometry.vertex_count(), 1)?;
         self.list.prepare(gpu, geometry.triangle_count(), geometry.vertex_count(), self.cell_count)?;
@@ -182,11 +181,11 @@ impl LightGrid {
         });
         shadows.record_settle(gpu, recorder, [light, &self.locate_view], geometry, seen, lit);
 
-        let first = number * NEEDS_WORDS;
+        let first = number * Needs::WORDS;
         recorder.copy_range((header, 0), (needs, first), HEADER_WORDS);
         let (pair_counts, word) = list.pair_counts();
-        recorder.copy_range((pair_counts, u64::from(word)), (needs, first + HEADER_WORDS), 1);
-        recorder.copy_range((shadows.open(), 0), (needs, first + HEADER_WORDS + 1), 1);
+        recorder.copy_range((pair_counts, u64::from(word)), (needs, first + Needs::PAIRS), 1);
+        recorder.copy_range((shadows.open(), 0), (needs, first + Needs::PAIRS + 1), 1);
     }
 
     /// Waits for the frame and looks at what it needed. Where that was more than there was room for, makes room and
@@ -197,16 +196,46 @@ impl LightGrid {
     pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
         self.work.clear();
         let mut fits = true;
-        let words = self.needs.read::<u32>(gpu, NEEDS_WORDS as usize * self.parameters.len())?;
-        for needs in words.chunks_exact(NEEDS_WORDS as usize) {
-            let [pairs, open] = [needs[HEADER_WORDS as usize], needs[HEADER_WORDS as usize + 1]];
-            let [large, blocks, faces] = [LARGE, BLOCKS, FACES].map(|word| needs[word]);
+        let room = self.room();
+        let words = self.needs.read::<u32>(gpu, Needs::WORDS as usize * self.parameters.len())?;
+        for needs in words.chunks_exact(Needs::WORDS as usize).map(Needs::from_words) {
+            let Needs { large, pairs, blocks, faces, questions: open, .. } = needs;
             self.work.push(LightWork { faces, pairs, large, blocks, open });
-            fits &= !self.transform.grow(gpu, faces)?;
-            fits &= !self.list.grow(gpu, large, pairs)?;
-            fits &= !self.shadows.grow(gpu, blocks, open)?;
+            if !room.holds(&needs) {
+                fits = false;
+                self.transform.grow(gpu, faces)?;
+                self.list.grow(gpu, large, pairs)?;
+                self.shadows.grow(gpu, blocks, open)?;
+            }
         }
         Ok(fits)
+    }
+
+    /// What each light has needed, on the GPU.
+    pub(crate) fn needs(&self) -> &Buffer {
+        &self.needs
+    }
+
+    /// How many lights the last prepared frame has.
+    #[must_use]
+    pub fn light_count(&self) -> u32 {
+        self.parameters.len() as u32
+    }
+
+    /// What there is room for, for each light.
+    pub(crate) fn room(&self) -> Room {
+        let at_most = |room: u64| room.min(u64::from(u32::MAX)) as u32;
+        let (blocks, open_words) = self.shadows.room();
+        Room {
+            large: at_most(self.list.large_room()),
+            pairs: at_most(self.list.pair_room()),
+            blocks: at_most(blocks),
+            faces: self.transform.face_room(),
+            open_words: at_most(open_words),
+            words_per_question: 2,
+            words_per_pixel: 0,
+            open_header: 8,
+        }
     }
 
     /// What each light of the last finished frame was as work.

@@ -15,6 +15,9 @@ pub(super) struct Shadows {
     open_sizes: Buffer,
 }
 
+/// Words before the first block, and of a block.
+const BLOCKS_HEADER: u64 = 8;
+const BLOCK_WORDS: u64 = 12;
 /// Words before the first open question.
 const OPEN_HEADER: u64 = 8;
 /// The word of the groups that settle them.
@@ -35,7 +38,7 @@ impl Shadows {
     }
 
     fn bytes_of_blocks(blocks: u64) -> u64 {
-        4 * (8 + 12 * blocks)
+        4 * (BLOCKS_HEADER + BLOCK_WORDS * blocks)
     }
 
     fn bytes_of_open(open: u64) -> u64 {
@@ -48,17 +51,21 @@ impl Shadows {
         self.open_sizes.reserve(gpu, 4 * OPEN_HEADER)
     }
 
-    /// Makes room for so much; whether there was too little.
-    pub(super) fn grow(&mut self, gpu: &Gpu, blocks: u32, open: u32) -> Result<bool, GpuError> {
+    /// Makes room for so much.
+    pub(super) fn grow(&mut self, gpu: &Gpu, blocks: u32, open: u32) -> Result<(), GpuError> {
         let (blocks, open) = (Self::bytes_of_blocks(blocks.into()), Self::bytes_of_open(open.into()));
-        let fits = blocks <= self.blocks.bytes() && open <= self.open.bytes();
         if blocks > self.blocks.bytes() {
             self.blocks.reserve(gpu, (blocks + blocks / 2).min(gpu.max_binding_bytes()).max(blocks))?;
         }
         if open > self.open.bytes() {
             self.open.reserve(gpu, (open + open / 2).min(gpu.max_binding_bytes()).max(open))?;
         }
-        Ok(!fits)
+        Ok(())
+    }
+
+    /// For how many blocks, and how many words of open questions, there is room.
+    pub(super) fn room(&self) -> (u64, u64) {
+        ((self.blocks.bytes() / 4 - BLOCKS_HEADER) / BLOCK_WORDS, self.open.bytes() / 4)
     }
 
     pub(super) fn record_clear(&self, recorder: &mut Recorder<'_>) {

@@ -9,7 +9,7 @@ mod texels;
 
 pub use develop::{Develop, ToneMap};
 pub use film::FilmPlanes;
-pub use stage::{Attributes, Layer, Shade, ShadeInputs};
+pub use stage::{Attributes, Layer, Moving, Shade, ShadeInputs};
 pub use tables::{
     DevelopSettings, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture,
 };

@@ -1,6 +1,8 @@
+use bytemuck::Pod;
 use glam::{Vec2, Vec3, Vec4};
 
 use super::{FilmPlanes, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, Texels};
+use crate::pose::PosedAttributes;
 use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
 
 /// The shade stage: adds each pixel's radiance at a sample to the film.
@@ -32,9 +34,41 @@ pub struct Attributes<'a> {
     /// Linear colour and opacity of each vertex.
     pub colors: &'a [Vec4],
     /// Unit normal of each vertex, or zero where the surface is flat.
-    pub normals: &'a [Vec3],
+    pub normals: Moving<'a, Vec3>,
     /// Unit tangent of each vertex and, in w, the sign of its bitangent; zero where there is none.
-    pub tangents: &'a [Vec4],
+    pub tangents: Moving<'a, Vec4>,
+}
+
+/// What may be other in every frame.
+#[derive(Clone, Copy, Debug)]
+pub enum Moving<'a, T> {
+    /// One for each vertex, or none.
+    Uploaded(&'a [T]),
+    /// So many, which the stage `pose` writes.
+    Posed(usize),
+}
+
+impl<T> Default for Moving<'_, T> {
+    fn default() -> Self {
+        Self::Uploaded(&[])
+    }
+}
+
+impl<T: Pod> Moving<'_, T> {
+    fn bytes(&self) -> u64 {
+        match self {
+            Self::Uploaded(elements) => size_of_val(*elements) as u64,
+            Self::Posed(count) => (count * size_of::<T>()) as u64,
+        }
+    }
+
+    /// What is to be uploaded.
+    fn uploaded(&self) -> &[u8] {
+        match self {
+            Self::Uploaded(elements) => bytemuck::cast_slice(elements),
+            Self::Posed(_) => &[],
+        }
+    }
 }
 
 /// What earlier stages leave on the GPU.
@@ -125,7 +159,8 @@ impl Shade {
     }
 
     /// Replaces what triangles and vertices are painted with. Where `is_same_mesh`, materials of triangles, texture
-    /// coordinates and colours are those of the last call, and only normals and tangents are uploaded.
+    /// coordinates and colours are those of the last call, and only normals and tangents are uploaded. Those that the stage
+    /// `pose` has written stay where the mesh is the same and they are as many.
     ///
     /// # Errors
     /// Where they are more than the device allows in one buffer.
@@ -137,27 +172,30 @@ impl Shade {
     ) -> Result<(), GpuError> {
         let Attributes { material_of_triangle, tex_coords: [first_set, second_set], colors, .. } = *attributes;
         // What stays comes first, so that what moves may come and go.
-        let parts: [&[u8]; 6] = [
+        let still: [&[u8]; 4] = [
             bytemuck::cast_slice(material_of_triangle),
             bytemuck::cast_slice(first_set),
             bytemuck::cast_slice(second_set),
             bytemuck::cast_slice(colors),
-            bytemuck::cast_slice(attributes.normals),
-            bytemuck::cast_slice(attributes.tangents),
         ];
+        let [of_first, of_second, of_third, of_fourth] = still.map(|part| part.len() as u64);
+        let sizes = [of_first, of_second, of_third, of_fourth, attributes.normals.bytes(), attributes.tangents.bytes()];
         let mut starts = [0; 6];
         let mut bytes = 0;
-        for (start, part) in starts.iter_mut().zip(parts) {
+        for (start, size) in starts.iter_mut().zip(sizes) {
             *start = bytes;
-            bytes += part.len() as u64;
+            bytes += size;
         }
         let had = self.attributes.bytes();
         self.attributes.reserve(gpu, bytes)?;
-        let is_new = !is_same_mesh || self.attributes.bytes() != had;
-        for (start, part) in starts.into_iter().zip(parts).skip(if is_new { 0 } else { 4 }) {
-            self.attributes.write_at(gpu, start, part)?;
+        if !is_same_mesh || self.attributes.bytes() != had {
+            for (start, part) in starts.into_iter().zip(still) {
+                self.attributes.write_at(gpu, start, part)?;
+            }
         }
-        let word = |part: usize| if parts[part].is_empty() { ShadeScene::NO_WORD } else { (starts[part] / 4) as u32 };
+        self.attributes.write_at(gpu, starts[4], attributes.normals.uploaded())?;
+        self.attributes.write_at(gpu, starts[5], attributes.tangents.uploaded())?;
+        let word = |part: usize| if sizes[part] == 0 { ShadeScene::NO_WORD } else { (starts[part] / 4) as u32 };
         self.of_scene = ShadeScene {
             material_word: word(0),
             tex_coord_words: [word(1), word(2)],
@@ -167,6 +205,14 @@ impl Shade {
             ..self.of_scene
         };
         Ok(())
+    }
+
+    /// Where the stage `pose` writes normals and tangents: the buffer, and places in it.
+    #[must_use]
+    pub fn posed_attributes(&self) -> (&Buffer, PosedAttributes) {
+        let word = |word: u32| (word != ShadeScene::NO_WORD).then_some(word);
+        let (normal_word, tangent_word) = (word(self.of_scene.normal_word), word(self.of_scene.tangent_word));
+        (&self.attributes, PosedAttributes { normal_word, tangent_word })
     }
 
     /// Makes ready for one layer of one sample, until it is called again: a submission has one.
@@ -202,11 +248,23 @@ impl Shade {
         self.size.write(gpu, &[width, height, 0, 0])
     }
 
-    /// Shades the layer.
-    pub fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, inputs: &ShadeInputs<'_>, film: &FilmPlanes) {
+    /// How many workgroups the prepared layer takes.
+    #[must_use]
+    pub fn groups(&self) -> u32 {
+        self.places / Self::WIDTH
+    }
+
+    /// Shades the layer with [as many](Self::groups) `groups`, or not at all with none.
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::ComputePass<'_>,
+        inputs: &ShadeInputs<'_>,
+        film: &FilmPlanes,
+        groups: Groups<'_>,
+    ) {
         let ShadeInputs { seen, lit, positions, triangles } = inputs;
         let Self { sample, scene, lights, attributes, materials, texels, .. } = self;
-        let groups = Groups::Flat(self.places / Self::WIDTH);
         let buffers =
             [sample, scene, lights, seen, lit, positions, triangles, attributes, materials, texels, film.planes()];
         // First, since shading empties places that are done.

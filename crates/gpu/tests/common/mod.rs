@@ -9,7 +9,7 @@ pub(crate) fn gpu() -> Option<Gpu> {
     match Gpu::open("", DeviceLimits::Portable) {
         Ok(gpu) => Some(gpu),
         Err(error) => {
-            eprintln!("skipped: {error}");
+            eprintln!("skipped-gpu: {error}");
             None
         }
     }

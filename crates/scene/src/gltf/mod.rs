@@ -1,7 +1,8 @@
 //! glTF 2.0: reading and posing.
 //!
 //! `document` reads files, `accessor` their bytes. `nodes`, `skin`, `animation`, `primitive`, `material` and `attached`
-//! read what their names say; `parts` puts meshes and nodes together, and `pose` moves the result.
+//! read what their names say; `parts` puts meshes and nodes together, and `rig` says what moves the result. `pose` finds
+//! the moving nodes at a moment, `vertices` what follows them.
 
 mod accessor;
 mod animation;
@@ -17,9 +18,11 @@ mod parts;
 mod pose;
 mod primitive;
 mod rest;
+pub mod rig;
 mod skin;
 mod texture;
 mod uri;
+mod vertices;
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -31,6 +34,7 @@ use self::nodes::Nodes;
 use self::parts::Parts;
 use self::pose::Scratch;
 use self::rest::{MorphWeights, Rest};
+use self::rig::{MatrixSource, Rig};
 use self::skin::Skins;
 use crate::{Animation, Clip, Error, Materials, Mesh};
 
@@ -38,13 +42,12 @@ use crate::{Animation, Clip, Error, Materials, Mesh};
 #[derive(Debug)]
 pub(crate) struct GltfScene {
     rest: Rest,
-    skins: Skins,
     animations: Animations,
-    parts: Parts,
+    rig: Arc<Rig>,
+    /// For each matrix of the rig's poses.
+    matrix_sources: Vec<MatrixSource>,
     cameras: Vec<NodeCamera>,
     lights: Vec<NodeLight>,
-    has_normals: bool,
-    has_tangents: bool,
     mesh: Arc<Mesh>,
     materials: Arc<Materials>,
     warnings: Vec<String>,
@@ -74,14 +77,12 @@ impl GltfScene {
         // The file's bytes are as large as what was made from them.
         drop(document);
         let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32);
-        let any = |has: fn(&primitive::Shape) -> bool| parts.primitives.iter().any(|primitive| has(&primitive.shape));
+        let (rig, matrix_sources) = Rig::new(parts, &skins, &rest, &animations);
         Ok(Self {
-            has_normals: any(|shape| !shape.normals.is_empty()),
-            has_tangents: any(|shape| !shape.tangents.is_empty()),
             rest,
-            skins,
             animations,
-            parts,
+            rig: Arc::new(rig),
+            matrix_sources,
             cameras,
             lights,
             mesh: Arc::new(mesh),
@@ -89,6 +90,10 @@ impl GltfScene {
             warnings,
             idle: Mutex::new(Vec::new()),
         })
+    }
+
+    pub(crate) fn rig(&self) -> &Arc<Rig> {
+        &self.rig
     }
 
     pub(crate) fn duration_seconds(&self) -> f64 {

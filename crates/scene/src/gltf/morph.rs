@@ -9,19 +9,27 @@ use crate::Error;
 
 /// What one morph target adds at weight one.
 #[derive(Debug, Default)]
-pub(super) struct MorphTarget {
-    pub(super) positions: Deltas,
-    pub(super) normals: Deltas,
-    pub(super) tangents: Deltas,
+pub struct MorphTarget {
+    /// To positions.
+    pub positions: Deltas,
+    /// To normals.
+    pub normals: Deltas,
+    /// To tangents' directions.
+    pub tangents: Deltas,
 }
 
 /// Differences, for all vertices or for some.
 #[derive(Debug)]
-pub(super) enum Deltas {
+pub enum Deltas {
     /// One for each vertex.
     Dense(Vec<Vec3>),
-    /// One for each of the vertices in `vertices`, which rise; nothing for the others.
-    Sparse { vertices: Vec<u32>, deltas: Vec<Vec3> },
+    /// Nothing for most vertices.
+    Sparse {
+        /// The others, rising.
+        vertices: Vec<u32>,
+        /// One for each of these.
+        deltas: Vec<Vec3>,
+    },
 }
 
 impl Default for Deltas {

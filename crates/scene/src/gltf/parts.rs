@@ -33,7 +33,7 @@ pub(super) struct Part {
 }
 
 /// What moves a part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Placement {
     /// A node.
     Node(u32),
@@ -221,7 +221,8 @@ impl Parts {
     }
 }
 
-fn overlapping(parts: &[Part], elements: Range<usize>, first: impl Fn(&Part) -> u32) -> &[Part] {
+/// Of parts in the order of their elements, which have no gaps, those of which any element is in `elements`.
+pub(super) fn overlapping<T>(parts: &[T], elements: Range<usize>, first: impl Fn(&T) -> u32) -> &[T] {
     let from = parts.partition_point(|part| first(part) as usize <= elements.start).saturating_sub(1);
     let to = parts.partition_point(|part| (first(part) as usize) < elements.end);
     &parts[from.min(to)..to]

@@ -1,17 +1,13 @@
-//! A glTF scene at one moment: animated nodes, then joints, then every vertex.
+//! A glTF scene at one moment: animated nodes, then what they move.
 
-use std::ops::Range;
 use std::sync::PoisonError;
 
-use glam::{Affine3A, Mat3A, Vec3, Vec3A, Vec4};
+use glam::{Affine3A, Vec3};
 use gltf::json::animation::Property;
 
 use super::GltfScene;
-use super::expand::{GRAIN, overlap};
 use super::nodes::Trs;
-use super::parts::{Part, Placement};
-use super::primitive::Shape;
-use super::skin::Influences;
+use super::rig::Pose;
 use crate::Frame;
 
 /// What a pose computes before its vertices. Kept by the scene, so that a later pose allocates nothing.
@@ -21,21 +17,27 @@ pub(super) struct Scratch {
     locals: Vec<Trs>,
     /// For each node.
     world_from_node: Vec<Affine3A>,
-    /// For each joint of each skin.
-    world_from_mesh: Vec<Affine3A>,
-    /// For each morph target of each node.
-    weights: Vec<f32>,
-}
-
-/// The vertices of a frame, or some of them. Normals and tangents may be absent.
-struct Vertices<'a> {
-    positions: &'a mut [Vec3],
-    normals: &'a mut [Vec3],
-    tangents: &'a mut [Vec4],
+    pose: Pose,
 }
 
 impl GltfScene {
     pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
+        self.at(seconds, frame, |pose, frame| self.rig.pose(pose, frame));
+    }
+
+    /// As [`GltfScene::pose`], but for the frame's vertices, which are left empty: `pose` has what moves them.
+    pub(crate) fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) {
+        self.at(seconds, frame, |new, frame| {
+            pose.matrices.clone_from(&new.matrices);
+            pose.weights.clone_from(&new.weights);
+            frame.positions.clear();
+            frame.normals.clear();
+            frame.tangents.clear();
+        });
+    }
+
+    /// Fills a frame but for its vertices, with which `pose_vertices` is left.
+    fn at(&self, seconds: f64, frame: &mut Frame, pose_vertices: impl FnOnce(&Pose, &mut Frame)) {
         // Not held while posing: a thread that waits for others may be given another pose to do in the meantime.
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut scratch = idle.unwrap_or_else(|| self.scratch());
@@ -46,22 +48,17 @@ impl GltfScene {
             .cameras
             .extend(self.cameras.iter().map(|camera| camera.at(&scratch.world_from_node[camera.node as usize])));
         frame.lights.extend(self.lights.iter().map(|light| light.at(&scratch.world_from_node[light.node as usize])));
-        let vertices = self.parts.vertices;
-        frame.positions.resize(vertices, Vec3::ZERO);
-        frame.normals.resize(if self.has_normals { vertices } else { 0 }, Vec3::ZERO);
-        frame.tangents.resize(if self.has_tangents { vertices } else { 0 }, Vec4::ZERO);
-        let all =
-            Vertices { positions: &mut frame.positions, normals: &mut frame.normals, tangents: &mut frame.tangents };
-        self.pose_vertices(&scratch, 0..vertices, all);
+        pose_vertices(&scratch.pose, frame);
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
     }
 
     fn scratch(&self) -> Scratch {
+        let world_from_node = self.rest.world_from_node.clone();
+        let matrices = self.matrix_sources.iter().map(|source| source.at(&world_from_node)).collect();
         Scratch {
             locals: self.rest.animated.clone(),
-            world_from_node: self.rest.world_from_node.clone(),
-            world_from_mesh: vec![Affine3A::IDENTITY; self.skins.joints.len()],
-            weights: self.rest.weights.clone(),
+            pose: Pose { matrices, weights: self.rest.weights.clone() },
+            world_from_node,
         }
     }
 
@@ -72,7 +69,7 @@ impl GltfScene {
             let mut value = [0.0; 4];
             match channel.property {
                 Property::MorphTargetWeights => {
-                    let weights = &mut scratch.weights[slot..][..channel.curve.width];
+                    let weights = &mut scratch.pose.weights[slot..][..channel.curve.width];
                     channel.curve.sample(seconds, weights);
                 }
                 Property::Translation => {
@@ -99,153 +96,9 @@ impl GltfScene {
                 None => parent_from_node,
             };
         }
-        for (joint, world_from_mesh) in self.skins.joints.iter().zip(&mut scratch.world_from_mesh) {
-            *world_from_mesh = scratch.world_from_node[joint.node as usize] * joint.joint_from_mesh;
+        let moving = &mut scratch.pose.matrices[..self.rig.moving_matrices];
+        for (matrix, source) in moving.iter_mut().zip(&self.matrix_sources) {
+            *matrix = source.at(&scratch.world_from_node);
         }
     }
-
-    /// Poses the frame's vertices `range`, of which `vertices` is that part.
-    fn pose_vertices(&self, scratch: &Scratch, range: Range<usize>, mut vertices: Vertices<'_>) {
-        if range.len() > GRAIN {
-            let middle = range.start + range.len() / 2;
-            let (left, right) = vertices.split_at(middle - range.start);
-            rayon::join(
-                || self.pose_vertices(scratch, range.start..middle, left),
-                || self.pose_vertices(scratch, middle..range.end, right),
-            );
-            return;
-        }
-        for part in self.parts.with_vertices_in(range.clone()) {
-            let shape = &self.parts.primitive(part).shape;
-            let (target, source) = overlap(&range, part.first_vertex as usize, shape.positions.len());
-            self.pose_part(scratch, part, shape, source, vertices.range(target));
-        }
-    }
-
-    /// Poses the vertices `source` of a part into `vertices`.
-    fn pose_part(
-        &self,
-        scratch: &Scratch,
-        part: &Part,
-        shape: &Shape,
-        source: Range<usize>,
-        mut vertices: Vertices<'_>,
-    ) {
-        vertices.copy_from(shape, source.clone());
-        let weights = scratch.weights[part.first_weight as usize..].iter().zip(&shape.morph_targets);
-        for (&weight, target) in weights.filter(|&(&weight, _)| weight != 0.0) {
-            target.positions.add(weight, source.start, vertices.positions);
-            if !shape.normals.is_empty() {
-                target.normals.add(weight, source.start, vertices.normals);
-            }
-            if !shape.tangents.is_empty() {
-                target.tangents.add(weight, source.start, vertices.tangents);
-            }
-        }
-        match part.placement {
-            Placement::Node(node) => vertices.place(&scratch.world_from_node[node as usize]),
-            Placement::Instance { node, instance } => {
-                let world_from_node = scratch.world_from_node[node as usize];
-                vertices.place(&(world_from_node * self.parts.instances[instance as usize]));
-            }
-            Placement::Skin { first_joint } => {
-                let joints = &scratch.world_from_mesh[first_joint as usize..];
-                vertices.bend(joints, &shape.influences, source.start);
-            }
-        }
-    }
-}
-
-impl Vertices<'_> {
-    fn split_at(self, middle: usize) -> (Self, Self) {
-        let (positions, right_positions) = self.positions.split_at_mut(middle);
-        let (normals, right_normals) = self.normals.split_at_mut(middle.min(self.normals.len()));
-        let (tangents, right_tangents) = self.tangents.split_at_mut(middle.min(self.tangents.len()));
-        let right = Self { positions: right_positions, normals: right_normals, tangents: right_tangents };
-        (Self { positions, normals, tangents }, right)
-    }
-
-    fn range(&mut self, range: Range<usize>) -> Vertices<'_> {
-        Vertices {
-            positions: &mut self.positions[range.clone()],
-            normals: self.normals.get_mut(range.clone()).unwrap_or_default(),
-            tangents: self.tangents.get_mut(range).unwrap_or_default(),
-        }
-    }
-
-    /// Copies the shape's vertices `source`; absent normals and tangents become zero.
-    fn copy_from(&mut self, shape: &Shape, source: Range<usize>) {
-        self.positions.copy_from_slice(&shape.positions[source.clone()]);
-        match shape.normals.get(source.clone()) {
-            Some(normals) => self.normals.copy_from_slice(normals),
-            None => self.normals.fill(Vec3::ZERO),
-        }
-        match shape.tangents.get(source) {
-            Some(tangents) => self.tangents.copy_from_slice(tangents),
-            None => self.tangents.fill(Vec4::ZERO),
-        }
-    }
-
-    /// Moves all vertices by one transform.
-    fn place(&mut self, world_from_mesh: &Affine3A) {
-        for position in &mut *self.positions {
-            *position = world_from_mesh.transform_point3(*position);
-        }
-        let normals = NormalTransform::of(&world_from_mesh.matrix3);
-        for normal in &mut *self.normals {
-            *normal = normals.apply(*normal);
-        }
-        for tangent in &mut *self.tangents {
-            *tangent = apply_to_tangent(&world_from_mesh.matrix3, normals.side, *tangent);
-        }
-    }
-
-    /// Moves each vertex by the joints that it follows (linear blend skinning); `first` is the first one's place in
-    /// `influences`.
-    fn bend(&mut self, joints: &[Affine3A], influences: &[Vec<Influences>], first: usize) {
-        for (at, position) in self.positions.iter_mut().enumerate() {
-            let mut world_from_mesh = Affine3A::ZERO;
-            for set in influences {
-                set[first + at].add_to(&mut world_from_mesh, joints);
-            }
-            *position = world_from_mesh.transform_point3(*position);
-            let Some(normal) = self.normals.get_mut(at) else { continue };
-            let normals = NormalTransform::of(&world_from_mesh.matrix3);
-            *normal = normals.apply(*normal);
-            if let Some(tangent) = self.tangents.get_mut(at) {
-                *tangent = apply_to_tangent(&world_from_mesh.matrix3, normals.side, *tangent);
-            }
-        }
-    }
-}
-
-/// Turns normals as a transform turns the planes that they stand on.
-struct NormalTransform {
-    /// The inverse transpose times the determinant's absolute value. Unlike the inverse it exists for flattening
-    /// transforms too.
-    matrix: Mat3A,
-    /// −1 for a mirroring transform, else 1.
-    side: f32,
-}
-
-impl NormalTransform {
-    fn of(matrix: &Mat3A) -> Self {
-        // Products of very small or large scales would leave the range of f32.
-        let largest = matrix.x_axis.abs().max(matrix.y_axis.abs()).max(matrix.z_axis.abs()).max_element();
-        let scaled = if largest > 0.0 && largest.is_finite() { *matrix * (1.0 / largest) } else { *matrix };
-        let (x, y, z): (Vec3A, Vec3A, Vec3A) = (scaled.x_axis, scaled.y_axis, scaled.z_axis);
-        let x_normal = y.cross(z);
-        let side = if x.dot(x_normal) < 0.0 { -1.0 } else { 1.0 };
-        Self { matrix: Mat3A::from_cols(x_normal * side, z.cross(x) * side, x.cross(y) * side), side }
-    }
-
-    fn apply(&self, normal: Vec3) -> Vec3 {
-        Vec3::from(self.matrix * Vec3A::from(normal)).normalize_or_zero()
-    }
-}
-
-fn apply_to_tangent(matrix: &Mat3A, side: f32, tangent: Vec4) -> Vec4 {
-    let direction = Vec3::from(*matrix * Vec3A::from(tangent.truncate())).normalize_or_zero();
-    // The bitangent is made from the normal and the tangent in the world, where a mirror turns their cross product.
-    if direction == Vec3::ZERO { Vec4::ZERO } else { direction.extend(tangent.w * side) }
 }

@@ -12,19 +12,21 @@ use super::morph::MorphTarget;
 use super::skin::Influences;
 use crate::Error;
 
-/// What a primitive's posed vertices are made from.
+/// What posed vertices are made from, in a mesh's own space.
 #[derive(Debug, Default)]
-pub(super) struct Shape {
-    pub(super) positions: Vec<Vec3>,
+pub struct Shape {
+    /// Of vertices before anything moves them.
+    pub positions: Vec<Vec3>,
     /// Of unit length, or zero where the file's is unusable; empty, or one for each position.
-    pub(super) normals: Vec<Vec3>,
+    pub normals: Vec<Vec3>,
     /// Unit tangents and the sign of the bitangent, or zero; empty, or one for each position.
-    pub(super) tangents: Vec<Vec4>,
-    /// Sets of four influences for each position; none where the primitive has no joints.
-    pub(super) influences: Vec<Vec<Influences>>,
+    pub tangents: Vec<Vec4>,
+    /// Sets of four influences for each position; none where the shape has no joints.
+    pub influences: Vec<Vec<Influences>>,
     /// The highest joint that any vertex follows.
-    pub(super) highest_joint: Option<u32>,
-    pub(super) morph_targets: Vec<MorphTarget>,
+    pub highest_joint: Option<u32>,
+    /// What weights add to vertices.
+    pub morph_targets: Vec<MorphTarget>,
 }
 
 /// What stays the same whatever the pose.

@@ -8,11 +8,11 @@ use crate::Error;
 
 /// Four joints that a vertex follows, and how much: 24 bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Influences {
+pub struct Influences {
     /// Places among the skin's joints.
-    pub(super) joints: [u16; 4],
-    /// Zero or more; those of all sets of a vertex add up to one.
-    pub(super) weights: [f32; 4],
+    pub joints: [u16; 4],
+    /// Zero or more; those of all sets of a vertex add up to one. A joint without weight is joint 0.
+    pub weights: [f32; 4],
 }
 
 impl Influences {
@@ -113,6 +113,12 @@ impl Skins {
             }
         }
         Ok(skins)
+    }
+
+    /// The joints of the skin that starts at joint `first`.
+    pub(super) fn of_first(&self, first: u32) -> &[Joint] {
+        let range = self.ranges.iter().find(|&&(start, count)| start == first && count > 0);
+        range.map_or(&[], |&(start, count)| &self.joints[start as usize..][..count as usize])
     }
 
     /// Where skin `index` has its first joint, and how many it has.

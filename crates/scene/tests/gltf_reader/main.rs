@@ -7,3 +7,4 @@ mod builder;
 mod look;
 mod mesh;
 mod pose;
+mod rig;

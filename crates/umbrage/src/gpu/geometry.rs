@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use umbrage_gpu::{Geometry, Gpu, GpuError, MaskMaterial, MaskTexture, MaskVertex, TriangleFlags};
+use umbrage_scene::rig::Rig;
 use umbrage_scene::{Alpha, Filter, Frame, Material, Materials, Mesh, Texture, TextureUse, Wrap};
 
 /// A frame's triangles on the GPU, so that only what is new goes there.
@@ -18,20 +19,25 @@ impl FrameGeometry {
         Self { geometry: Geometry::new(gpu), mesh: None, materials: None }
     }
 
-    /// Brings a frame's vertices to the GPU, and what else of it is new.
+    /// Brings a frame's vertices to the GPU, and what else of it is new. There is only room made for the vertices of a rig,
+    /// which the GPU poses.
     ///
     /// # Errors
     /// Where something is larger than the device allows.
-    pub(super) fn upload(&mut self, gpu: &Gpu, frame: &Frame) -> Result<(), GpuError> {
+    pub(super) fn upload(&mut self, gpu: &Gpu, frame: &Frame, rig: Option<&Rig>) -> Result<(), GpuError> {
+        match rig {
+            Some(rig) => self.geometry.reserve_positions(gpu, rig.vertices as u32)?,
+            None => self.geometry.write_positions(gpu, &frame.positions)?,
+        }
         let has_mesh = self.mesh.as_ref().is_some_and(|mesh| Arc::ptr_eq(mesh, &frame.mesh));
         let has_materials = self.materials.as_ref().is_some_and(|old| Arc::ptr_eq(old, &frame.materials));
         if has_mesh && has_materials {
-            return self.geometry.write_positions(gpu, &frame.positions);
+            return Ok(());
         }
         // Held, so that no other mesh takes its place in memory; only once it is there.
         (self.mesh, self.materials) = (None, None);
         let flags: Vec<_> = frame.materials.materials.iter().map(flags).collect();
-        self.geometry.write(gpu, frame.triangles(), |id| {
+        self.geometry.write_triangles(gpu, &frame.mesh.triangles, |id| {
             let material = frame.mesh.material_of_triangle[id as usize];
             flags[material as usize].with_material(material)
         })?;
@@ -63,7 +69,7 @@ impl FrameGeometry {
                 MaskMaterial { opacity: material.base_color.w, cutoff, shadow_cutoff, texture }
             })
             .collect();
-        let vertices = (0..frame.positions.len()).map(|vertex| mask_vertex(&frame.mesh, vertex));
+        let vertices = (0..self.geometry.vertex_count() as usize).map(|vertex| mask_vertex(&frame.mesh, vertex));
         let has_vertex_opacity = !frame.mesh.colors.is_empty();
         self.geometry.masks_mut().write(gpu, &materials, &images, vertices, has_vertex_opacity)
     }

@@ -1,48 +1,62 @@
 //! The GPU engine: a frame's stages as compute shaders, through structures rebuilt for every frame.
 
+mod first_layer;
 mod geometry;
+pub mod pose_trial;
+mod rig;
 mod tables;
 pub mod trial;
+
+use std::sync::Arc;
 
 pub(crate) use umbrage_gpu::Band;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError};
 
-use rayon::prelude::*;
 use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
-use umbrage_gpu::{Buffer, CameraGrid, CameraOptions, CameraWork, LightGrid, LightWork, Recorder, Sight};
-use umbrage_rays::{SeenPixels, View};
-use umbrage_scene::Frame;
+use umbrage_gpu::{Buffer, CameraGrid, CameraOptions, Fit, Groups, LightGrid, Recorder, Sight};
+use umbrage_rays::{Omitted, SeenPixels, View};
+use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
 use crate::cpu::LightMask;
 use crate::sampling::Sample;
 use crate::{Film, Settings, Stats};
+use first_layer::FirstLayer;
 use geometry::FrameGeometry;
+use rig::FrameRig;
 use tables::{Tables, sample_rays};
 
 /// Finds what each pixel sees, which lights reach it and what that looks like, on a GPU.
 #[derive(Debug)]
 pub(crate) struct GpuEngine {
     gpu: Gpu,
+    rig: FrameRig,
     geometry: FrameGeometry,
     camera: CameraGrid,
     lights: LightGrid,
     tables: Tables,
+    fit: Fit,
     shade: Shade,
     planes: FilmPlanes,
+    /// What pixels show first.
+    first: FirstLayer,
     /// A layer that shows nothing.
     nothing: Buffer,
     culls_back_faces: bool,
     is_see_through: bool,
-    /// What each pixel showed first, and which lights reached that, at the last sample; filled when it is asked for.
+    /// The same, and which lights reach it, fetched.
     seen: SeenPixels,
     lit: Vec<LightMask>,
     shadow_rays: u64,
+    /// What the GPU had taken over before the last frame.
+    uploaded_before: u64,
 }
 
 impl GpuEngine {
     /// How many surfaces one behind the other are seen through.
     const MOST_LAYERS: usize = 32;
+    /// How often a frame is done again with more room: what a list needs is known once those before it fit.
+    const MOST_TRIES: usize = 16;
 
     /// An engine on an open device.
     ///
@@ -50,20 +64,44 @@ impl GpuEngine {
     /// Where the device has no memory for fixed tables.
     pub(crate) fn new(gpu: Gpu, options: CameraOptions) -> Result<Self, GpuError> {
         Ok(Self {
+            rig: FrameRig::new(&gpu)?,
             geometry: FrameGeometry::new(&gpu),
             camera: CameraGrid::new(&gpu, options),
             lights: LightGrid::new(&gpu),
             tables: Tables::default(),
+            fit: Fit::new(&gpu),
             shade: Shade::new(&gpu)?,
             planes: FilmPlanes::new(&gpu),
+            first: FirstLayer::new(&gpu),
             nothing: Buffer::storage(&gpu, "nothing seen"),
             culls_back_faces: false,
             is_see_through: false,
             seen: SeenPixels::default(),
             lit: Vec::new(),
             shadow_rays: 0,
+            uploaded_before: 0,
             gpu,
         })
+    }
+
+    /// Brings a frame to a moment. Where a rig moves the scene, its vertices are posed on the GPU alone, unless a camera is
+    /// made from them.
+    ///
+    /// # Errors
+    /// Where the scene can't be posed.
+    pub(crate) fn animate(
+        &mut self,
+        scene: &Scene,
+        seconds: f64,
+        settings: &Settings,
+        frame: &mut Frame,
+    ) -> Result<(), umbrage_scene::Error> {
+        self.uploaded_before = self.gpu.uploaded_bytes();
+        self.rig.animate(scene, seconds, frame)?;
+        if settings.camera.is_none() && frame.cameras.is_empty() {
+            self.rig.pose_on_cpu(frame);
+        }
+        Ok(())
     }
 
     /// Brings what is new of a frame to the GPU.
@@ -80,8 +118,10 @@ impl GpuEngine {
         self.culls_back_faces = settings.culls_back_faces;
         self.is_see_through = frame.is_see_through();
         self.shadow_rays = 0;
-        self.geometry.upload(&self.gpu, frame)?;
-        self.tables.upload(&self.gpu, frame, surroundings, &mut self.shade)?;
+        let rig = self.rig.rig().map(Arc::as_ref);
+        self.geometry.upload(&self.gpu, frame, rig)?;
+        self.tables.upload(&self.gpu, frame, rig, surroundings, &mut self.shade)?;
+        self.rig.prepare(&self.gpu, self.geometry.geometry(), &self.shade)?;
         self.seen.resize(view.width, view.height);
         self.seen.inverse_depth.fill(f32::NAN);
         self.lit.resize(frame.lights.len(), LightMask::default());
@@ -121,6 +161,9 @@ impl GpuEngine {
     }
 
     /// One layer of surfaces: the nearest ones, or those behind the last. Whether any was seen, of those behind.
+    ///
+    /// All stages go to the GPU at once, and nothing is read back between them. Where there was too little room for what
+    /// they need, the layer isn't shaded, and all is done again with more.
     fn layer(
         &mut self,
         frame: &Frame,
@@ -129,54 +172,38 @@ impl GpuEngine {
         is_first: bool,
         stats: &mut Stats,
     ) -> Result<bool, GpuError> {
-        self.trace(frame, band, sample, is_first, stats)?;
-        let Self { gpu, geometry, camera, lights, shade, planes, .. } = self;
-        if is_first {
-            self.shadow_rays += read_seen(gpu, camera, band, &mut self.seen)? * frame.lights.len() as u64;
-            read_masks(gpu, lights, band, &mut self.lit)?;
-        } else if !camera.sees_any() {
-            return Ok(false);
-        }
-        let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
-        shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
-        let geometry = geometry.geometry();
-        let (positions, triangles) = (geometry.positions(), geometry.triangles());
-        let inputs = ShadeInputs { seen: camera.seen(), lit: lights.lit(), positions, triangles };
-        let mut recorder = Recorder::new(gpu);
-        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes));
-        if self.is_see_through {
-            camera.keep(gpu, &mut recorder)?;
-        }
-        recorder.submit()()?.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
-        Ok(true)
-    }
-
-    /// Finds the triangles of one layer and which lights reach them. Where there was too little room for what that needs,
-    /// it is done again with more.
-    fn trace(
-        &mut self,
-        frame: &Frame,
-        band: &Band,
-        sample: &Sample,
-        is_first: bool,
-        stats: &mut Stats,
-    ) -> Result<(), GpuError> {
-        let Self { gpu, geometry, camera, lights, .. } = self;
+        let Self { gpu, rig, geometry, camera, lights, fit, shade, planes, .. } = self;
         let geometry = geometry.geometry();
         let sources: Vec<_> = frame.lights.iter().map(|light| light.source).collect();
         let sight = Sight { culls_back_faces: self.culls_back_faces, is_behind: !is_first };
-        loop {
+        let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
+        shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
+        for _ in 0..Self::MOST_TRIES {
             camera.prepare(gpu, geometry, band.clone(), sample.offset_pixels, sight)?;
             lights.prepare(gpu, geometry, band.clone(), sample.offset_pixels, &sources)?;
+            fit.prepare(gpu, camera, lights, shade.groups())?;
             let mut recorder = Recorder::new(gpu);
+            rig.record(gpu, &mut recorder, geometry, shade);
             camera.record(gpu, &mut recorder, geometry);
             lights.record(gpu, &mut recorder, geometry, camera.seen());
+            fit.record(gpu, &mut recorder, camera, lights);
+            if is_first {
+                self.first.record(gpu, &mut recorder, camera, lights)?;
+            }
+            let (positions, triangles) = (geometry.positions(), geometry.triangles());
+            let inputs = ShadeInputs { seen: camera.seen(), lit: lights.lit(), positions, triangles };
+            recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, fit.groups()));
+            if self.is_see_through {
+                camera.keep(gpu, &mut recorder)?;
+            }
             let times = recorder.submit()()?;
+            rig.finish();
             if camera.finish(gpu)? & lights.finish(gpu)? {
                 times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
-                return Ok(());
+                return Ok(is_first || camera.sees_any());
             }
         }
+        Err(GpuError::OutOfMemory(format!("a frame's lists have outgrown their buffers {} times", Self::MOST_TRIES)))
     }
 
     /// What is around the scene, seen through all layers.
@@ -190,16 +217,18 @@ impl GpuEngine {
         let (positions, triangles) = (geometry.positions(), geometry.triangles());
         let inputs = ShadeInputs { seen: nothing, lit: lights.lit(), positions, triangles };
         let mut recorder = Recorder::new(gpu);
-        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes));
+        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
         recorder.submit()()?.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
         Ok(())
     }
 
-    /// Fetches the film's rows of a band: sums over the samples.
+    /// Fetches a band: the film's rows, summed over the samples, and what the last sample showed first.
     ///
     /// # Errors
     /// Where the device is lost.
-    pub(crate) fn read_film(&mut self, band: &Band, film: &mut Film) -> Result<(), GpuError> {
+    pub(crate) fn fetch(&mut self, band: &Band, film: &mut Film, samples: u32) -> Result<(), GpuError> {
+        let shown = self.first.fetch(&self.gpu, band, &mut self.seen, &mut self.lit)?;
+        self.shadow_rays += shown * self.lit.len() as u64 * u64::from(samples);
         let Self { gpu, planes, .. } = self;
         let [width, rows] = band.size().map(|side| side as usize);
         let first = band.rows.start as usize * width;
@@ -215,6 +244,34 @@ impl GpuEngine {
         Ok(())
     }
 
+    /// The last frame with its vertices, which are posed on the CPU where only the GPU has them.
+    pub(crate) fn whole_frame<'a>(&'a self, frame: &'a Frame) -> &'a Frame {
+        self.rig.whole(frame)
+    }
+
+    /// Which of the last frame's triangles no ray can hit.
+    ///
+    /// # Errors
+    /// Where the device is lost.
+    pub(crate) fn omitted(&self, frame: &Frame) -> Result<Omitted, GpuError> {
+        self.rig.omitted(&self.gpu, frame)
+    }
+
+    /// How many vertices the last frame has.
+    pub(crate) fn vertices(&self) -> usize {
+        self.geometry.geometry().vertex_count() as usize
+    }
+
+    /// Bytes of what the vertices are made from that the GPU poses.
+    pub(crate) fn rig_bytes(&self) -> usize {
+        self.rig.bytes() as usize
+    }
+
+    /// Bytes that went to the GPU since the last frame was begun.
+    pub(crate) fn uploaded_bytes(&self) -> u64 {
+        self.gpu.uploaded_bytes() - self.uploaded_before
+    }
+
     /// What each pixel showed first at the last sample.
     pub(crate) fn seen(&self) -> &SeenPixels {
         &self.seen
@@ -225,21 +282,7 @@ impl GpuEngine {
         &self.lit
     }
 
-    pub(crate) fn gpu(&self) -> &Gpu {
-        &self.gpu
-    }
-
-    /// What the camera was as work at the last sample.
-    pub(crate) fn camera_work(&self) -> CameraWork {
-        self.camera.work()
-    }
-
-    /// What each light was as work at the last sample.
-    pub(crate) fn light_work(&self) -> &[LightWork] {
-        self.lights.work()
-    }
-
-    /// Shadow rays of the last sample's first surfaces, times the number of samples.
+    /// Shadow rays of the last sample's first surfaces, times the number of samples: those behind aren't counted.
     pub(crate) fn shadow_rays(&self) -> u64 {
         self.shadow_rays
     }
@@ -255,30 +298,4 @@ impl GpuEngine {
     pub(crate) fn pixel_bytes(&self) -> usize {
         (self.camera.pixel_bytes() + self.planes.planes().bytes() + self.planes.triangle().bytes()) as usize
     }
-}
-
-/// Fetches what the pixels of a band show; how many show something.
-fn read_seen(gpu: &Gpu, camera: &CameraGrid, band: &Band, seen: &mut SeenPixels) -> Result<u64, GpuError> {
-    let order = band.order();
-    // Bands are whole rows of tiles, which follow each other.
-    let first = seen.order().place(0, band.rows.start);
-    let of_band = &mut seen.triangle[first..first + order.places()];
-    camera.seen().read_into(gpu, of_band)?;
-    let shown = of_band.par_iter_mut().enumerate().filter_map(|(place, triangle)| {
-        if order.pixel(place).is_none() {
-            *triangle = SeenPixels::NONE;
-        }
-        (*triangle != SeenPixels::NONE).then_some(())
-    });
-    Ok(shown.count() as u64)
-}
-
-/// Fetches for each light which places of a band it reaches.
-fn read_masks(gpu: &Gpu, lights: &LightGrid, band: &Band, masks: &mut [LightMask]) -> Result<(), GpuError> {
-    let words = lights.mask_words() as usize;
-    let bits: Vec<u32> = lights.lit().read(gpu, words * masks.len())?;
-    for (mask, bits) in masks.iter_mut().zip(bits.chunks_exact(words.max(1))) {
-        mask.set_words(band.rows.start, bits);
-    }
-    Ok(())
 }

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use umbrage_gpu::shade::{
-    Attributes, Shade, ShadeLight, ShadeMaterial, ShadeSample, ShadeSurroundings, ShadeTexture, Texels,
+    Attributes, Moving, Shade, ShadeLight, ShadeMaterial, ShadeSample, ShadeSurroundings, ShadeTexture, Texels,
 };
 use umbrage_gpu::{Band, Gpu, GpuError};
+use umbrage_scene::rig::Rig;
 use umbrage_scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Mesh, Texture, TextureUse, Wrap};
 
 use crate::background::Surroundings;
@@ -33,7 +34,8 @@ pub struct Uploaded {
 }
 
 impl Tables {
-    /// Brings all that shading reads of a frame, but for positions and indices, to the GPU.
+    /// Brings all that shading reads of a frame, but for positions and indices, to the GPU. There is only room made for
+    /// the normals and tangents of a rig, which the GPU poses.
     ///
     /// # Errors
     /// Where something is larger than the device allows.
@@ -41,6 +43,7 @@ impl Tables {
         &mut self,
         gpu: &Gpu,
         frame: &Frame,
+        rig: Option<&Rig>,
         surroundings: &Surroundings<'_>,
         shade: &mut Shade,
     ) -> Result<Uploaded, GpuError> {
@@ -49,7 +52,7 @@ impl Tables {
         let is_same_mesh = self.mesh.as_ref().is_some_and(|mesh| Arc::ptr_eq(mesh, &frame.mesh));
         // Held, so that no other mesh takes its place in memory; only once it is there.
         self.mesh = None;
-        shade.set_attributes(gpu, &attributes(frame), is_same_mesh)?;
+        shade.set_attributes(gpu, &attributes(frame, rig), is_same_mesh)?;
         self.mesh = Some(Arc::clone(&frame.mesh));
         shade.set_lights(gpu, &frame.lights.iter().map(light).collect::<Vec<_>>())?;
         Ok(Uploaded { materials, mesh: !is_same_mesh })
@@ -111,14 +114,21 @@ pub(crate) fn sample_rays(band: &Band, sample: &Sample) -> ShadeSample {
     }
 }
 
-fn attributes(frame: &Frame) -> Attributes<'_> {
+fn attributes<'a>(frame: &'a Frame, rig: Option<&Rig>) -> Attributes<'a> {
     let [first_set, second_set] = &frame.mesh.tex_coords;
+    let (normals, tangents) = match rig {
+        None => (Moving::Uploaded(frame.normals.as_slice()), Moving::Uploaded(frame.tangents.as_slice())),
+        Some(rig) => {
+            let posed = |has: bool| if has { rig.vertices } else { 0 };
+            (Moving::Posed(posed(rig.has_normals)), Moving::Posed(posed(rig.has_tangents)))
+        }
+    };
     Attributes {
         material_of_triangle: &frame.mesh.material_of_triangle,
         tex_coords: [first_set, second_set],
         colors: &frame.mesh.colors,
-        normals: &frame.normals,
-        tangents: &frame.tangents,
+        normals,
+        tangents,
     }
 }
 

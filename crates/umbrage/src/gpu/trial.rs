@@ -1,9 +1,9 @@
 //! One frame shaded by both engines, for the tests that compare them.
 
 use umbrage_gpu::shade::{Develop, FilmPlanes, Layer, Shade, ShadeInputs, ToneMap};
-use umbrage_gpu::{Buffer, Gpu, Recorder};
+use umbrage_gpu::{Buffer, Gpu, Groups, Recorder};
 use umbrage_rays::{SeenPixels, View};
-use umbrage_scene::{Frame, Scene};
+use umbrage_scene::Frame;
 
 pub use super::tables::Uploaded;
 use super::tables::{Tables, sample_rays};
@@ -66,24 +66,12 @@ impl Trial {
         })
     }
 
-    /// Renders a scene at a moment.
+    /// Renders a frame.
     ///
     /// # Errors
     /// Where the CPU engine has one, and where the GPU has no room for the frame.
-    pub fn render(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> Result<Films, Error> {
-        settings.check()?;
-        scene.pose(seconds, &mut self.frame)?;
-        if let Some(lights) = &settings.lights {
-            self.frame.lights.clone_from(lights);
-        }
-        self.render_frame(settings)
-    }
-
-    /// Renders the frame that `frame` makes of the last one.
-    ///
-    /// # Errors
-    /// As [`Trial::render`].
     pub fn render_made(&mut self, frame: Frame, settings: &Settings) -> Result<Films, Error> {
+        settings.check()?;
         self.frame = frame;
         self.render_frame(settings)
     }
@@ -95,7 +83,7 @@ impl Trial {
         film.clear(&view);
         self.cpu.build(&self.frame, settings);
         let Self { gpu, frame, tables, shade, .. } = self;
-        let uploaded = tables.upload(gpu, frame, &surroundings, shade)?;
+        let uploaded = tables.upload(gpu, frame, None, &surroundings, shade)?;
         self.positions.write(gpu, &frame.positions)?;
         let records: Vec<_> = frame.mesh.triangles.iter().map(|&[a, b, c]| [a, b, c, 0]).collect();
         self.indices.write(gpu, &records)?;
@@ -138,7 +126,7 @@ impl Trial {
         shade.prepare(gpu, &sample_rays(&view.into(), sample), which, planes)?;
         let inputs = ShadeInputs { seen, lit, positions, triangles: indices };
         let mut recorder = Recorder::new(gpu);
-        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes));
+        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
         recorder.submit()()?;
         Ok(())
     }

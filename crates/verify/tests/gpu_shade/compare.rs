@@ -1,7 +1,7 @@
 //! How two films differ.
 
 use umbrage::gpu::trial::{Films, Trial};
-use umbrage::{Film, Scene, Settings};
+use umbrage::{Film, Settings};
 use umbrage_gpu::{DeviceLimits, Gpu};
 
 /// The machine's adapter with the limits of every device, or none: then says so on the standard error.
@@ -9,7 +9,7 @@ pub(crate) fn trial() -> Option<Trial> {
     match Gpu::open("", DeviceLimits::Portable) {
         Ok(gpu) => Some(Trial::new(gpu).expect("room for tables")),
         Err(error) => {
-            eprintln!("skipped: {error}");
+            eprintln!("skipped-gpu: {error}");
             None
         }
     }
@@ -87,11 +87,4 @@ pub(crate) fn developed_otherwise(films: &Films, settings: &Settings) -> usize {
             || (0..3).any(|channel| (f32::from(cpu[channel]) / 257.0 - f32::from(gpu[channel])).abs() > 1.0)
     };
     of_cpu.iter().zip(&films.developed).filter(is_off).count()
-}
-
-/// Renders a scene both ways.
-pub(crate) fn render(trial: &mut Trial, scene: &Scene, seconds: f64, settings: &Settings) -> (Films, Difference) {
-    let films = trial.render(scene, seconds, settings).unwrap_or_else(|error| panic!("{error}"));
-    let difference = Difference::of(&films.cpu, &films.gpu, settings);
-    (films, difference)
 }

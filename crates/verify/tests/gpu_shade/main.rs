@@ -1,5 +1,5 @@
-//! The GPU's shading against the CPU's, of what the CPU engine sees: scenes as they are.
+//! The GPU's shading against the CPU's, of what the CPU engine sees: made frames, in which all kinds of materials, lights
+//! and surroundings are. `gpu.rs` compares whole frames of scenes.
 
 mod compare;
 mod made;
-mod scenes;

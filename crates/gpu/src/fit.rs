@@ -1,0 +1,118 @@
+use bytemuck::{Pod, Zeroable};
+
+use crate::grid::header::{BLOCKS, FACES, HEADER_WORDS, LARGE};
+use crate::{Buffer, CameraGrid, Gpu, GpuError, Groups, Kernel, LightGrid, Recorder};
+
+/// The stage `fit`: whether there was room for all that a frame's structures needed, decided on the GPU, so that what
+/// follows in the same submission runs only then.
+#[derive(Debug)]
+pub struct Fit {
+    kernel: Kernel,
+    parameters: Buffer,
+    result: Buffer,
+    sizes: Buffer,
+}
+
+/// What a structure has room for, as in `fit.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Room {
+    pub(crate) large: u32,
+    pub(crate) pairs: u32,
+    pub(crate) blocks: u32,
+    pub(crate) faces: u32,
+    pub(crate) open_words: u32,
+    pub(crate) words_per_question: u32,
+    pub(crate) words_per_pixel: u32,
+    pub(crate) open_header: u32,
+}
+
+impl Room {
+    /// Whether it is enough, as `fit.wgsl` decides it.
+    pub(crate) fn holds(&self, needs: &Needs) -> bool {
+        const MOST_QUESTIONS: u32 = 0x1000_0000;
+        let Needs { large, pairs, blocks, faces, questions, pixels, .. } = *needs;
+        large <= self.large
+            && pairs <= self.pairs
+            && blocks <= self.blocks
+            && faces <= self.faces
+            && questions.max(pixels) < MOST_QUESTIONS
+            && self.open_header + questions * self.words_per_question + pixels * self.words_per_pixel <= self.open_words
+    }
+}
+
+/// As in `fit.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct FitParameters {
+    camera: Room,
+    light: Room,
+    lights: u32,
+    groups: u32,
+    unused: [u32; 2],
+}
+
+/// What a structure has needed, word by word as in `fit.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Needs {
+    pub(crate) large: u32,
+    pub(crate) pairs: u32,
+    pub(crate) blocks: u32,
+    pub(crate) faces: u32,
+    pub(crate) questions: u32,
+    pub(crate) pixels: u32,
+    /// Whether any pixel sees what is behind.
+    pub(crate) any: u32,
+}
+
+impl Needs {
+    /// Words of a record.
+    pub(crate) const WORDS: u64 = HEADER_WORDS + 4;
+    /// Where its pairs are; behind them questions and pixels.
+    pub(crate) const PAIRS: u64 = HEADER_WORDS;
+
+    /// Of a record that was read back.
+    pub(crate) fn from_words(words: &[u32]) -> Self {
+        let [pairs, questions, pixels, any] = [0, 1, 2, 3].map(|place| words[Self::PAIRS as usize + place]);
+        Self { large: words[LARGE], pairs, blocks: words[BLOCKS], faces: words[FACES], questions, pixels, any }
+    }
+}
+
+impl Fit {
+    /// Ready to decide.
+    #[must_use]
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            kernel: Kernel::new(gpu, "fit", "fit", &[]),
+            parameters: Buffer::uniform(gpu, "room"),
+            result: Buffer::storage(gpu, "whether all fits"),
+            sizes: Buffer::sizes(gpu, "dispatch sizes of what fits"),
+        }
+    }
+
+    /// Makes ready for structures that are prepared, and a dispatch of so many workgroups if they fit.
+    ///
+    /// # Errors
+    /// Where the device has reported an error.
+    pub fn prepare(&mut self, gpu: &Gpu, camera: &CameraGrid, lights: &LightGrid, groups: u32) -> Result<(), GpuError> {
+        let lights_count = lights.light_count();
+        let parameters =
+            FitParameters { camera: camera.room(), light: lights.room(), lights: lights_count, groups, unused: [0; 2] };
+        self.result.reserve(gpu, 16)?;
+        self.sizes.reserve(gpu, 16)?;
+        self.parameters.write(gpu, &[parameters])
+    }
+
+    /// Records the stage, after those of the structures.
+    pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, camera: &CameraGrid, lights: &LightGrid) {
+        let buffers = [&self.parameters, camera.needs(), lights.needs(), &self.result];
+        recorder.stage("fit", |pass| self.kernel.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
+        recorder.copy_words(&self.result, &self.sizes, 3);
+    }
+
+    /// As many workgroups as were prepared if all fits, else none.
+    #[must_use]
+    pub fn groups(&self) -> Groups<'_> {
+        Groups::Indirect(&self.sizes, 0)
+    }
+}

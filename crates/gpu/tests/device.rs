@@ -1,0 +1,67 @@
+//! Devices that fail: errors, never a hang or a panic.
+
+mod common;
+
+use std::thread;
+
+use umbrage_gpu::primitives::Scan;
+use umbrage_gpu::{Adapter, Buffer, DeviceLimits, Gpu, GpuError, Recorder};
+
+/// Sums the numbers 1 … 1,000 on a device.
+fn sum(gpu: &Gpu) -> Result<u32, GpuError> {
+    let mut values = Buffer::storage(gpu, "values");
+    values.write(gpu, &(1..=1000).collect::<Vec<u32>>())?;
+    let mut scan = Scan::new(gpu);
+    scan.prepare(gpu, 1000)?;
+    let mut recorder = Recorder::new(gpu);
+    recorder.stage("scan", |pass| scan.record(gpu, pass, &values));
+    recorder.submit()()?;
+    let word = scan.total_word() as usize;
+    Ok(scan.totals().read::<u32>(gpu, word + 1)?[word])
+}
+
+#[test]
+fn a_closed_device_is_an_error() {
+    let Some(gpu) = common::gpu() else { return };
+    assert_eq!(sum(&gpu).expect("a sum"), 500_500);
+    gpu.close();
+    let error = sum(&gpu).expect_err("a lost device");
+    assert!(matches!(error, GpuError::Lost(_) | GpuError::Rejected(_)), "{error:?}");
+    // It stays so, and nothing waits for ever.
+    assert!(sum(&gpu).is_err());
+    let another = common::gpu().expect("there was one before");
+    assert_eq!(sum(&another).expect("a sum"), 500_500);
+}
+
+#[test]
+fn what_is_too_large_is_named() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut buffer = Buffer::storage(&gpu, "triangles");
+    let error = buffer.reserve(&gpu, 1 << 40).expect_err("too large");
+    assert_eq!(error.to_string(), "triangles needs 1099511627776 bytes in one buffer; this GPU allows 134217728");
+    // Nothing was asked of the device, which goes on.
+    assert_eq!(sum(&gpu).expect("a sum"), 500_500);
+}
+
+#[test]
+fn several_devices_and_threads_work_at_once() {
+    let Some(first) = common::gpu() else { return };
+    let second = Gpu::open("", DeviceLimits::Adapter).expect("there was one before");
+    thread::scope(|scope| {
+        let sums: Vec<_> = [&first, &second, &first, &second].map(|gpu| scope.spawn(|| sum(gpu))).into();
+        for sum in sums {
+            assert_eq!(sum.join().expect("no panic").expect("a sum"), 500_500);
+        }
+    });
+}
+
+#[test]
+fn names_choose_adapters() {
+    let Some(gpu) = common::gpu() else { return };
+    let name = &gpu.adapter().name;
+    let middle = name[name.len() / 3..].to_uppercase();
+    assert!(Adapter::all().contains(gpu.adapter()));
+    assert_eq!(Gpu::open(&middle, DeviceLimits::Portable).expect("the same").adapter(), gpu.adapter());
+    let error = Gpu::open("no such GPU", DeviceLimits::Portable).expect_err("no such GPU").to_string();
+    assert!(error.contains("no such GPU") && error.contains(name.as_str()), "{error}");
+}
