@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use serde_json::json;
 use tempfile::TempDir;
+use umbrage_scene::rig::Pose;
 use umbrage_scene::{Frame, Scene};
 
 #[path = "../tests/gltf_reader/builder.rs"]
@@ -96,6 +97,19 @@ fn pose_one_million_rigid_triangles(bencher: divan::Bencher<'_, '_>) {
 fn pose_a_hundred_thousand_skinned_triangles(bencher: divan::Bencher<'_, '_>) {
     let file = character();
     pose(bencher, &file);
+}
+
+/// What is left to the CPU where a GPU poses the vertices.
+#[divan::bench]
+fn pose_the_rig_of_a_hundred_thousand_skinned_triangles(bencher: divan::Bencher<'_, '_>) {
+    let file = character();
+    let scene = Scene::open(&file.path).unwrap();
+    let (mut frame, mut pose) = (Frame::default(), Pose::default());
+    let mut seconds = 0.0;
+    bencher.bench_local(|| {
+        seconds += 0.01;
+        scene.pose_rig(seconds, &mut frame, &mut pose).unwrap();
+    });
 }
 
 fn pose(bencher: divan::Bencher<'_, '_>, file: &SceneFile) {
