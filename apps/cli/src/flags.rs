@@ -27,8 +27,8 @@ Examples:
       The light goes round the scene
   umbrage render demo:cloth --frames 0..9 -o %d.png --stats json
       What each frame cost
-  umbrage render demo:statue --engine gpu --stats text
-      On a GPU; `umbrage info --devices` lists them
+  umbrage render demo:statue --engine auto --stats text
+      On a GPU, where there is one; `umbrage info --devices` lists them
   umbrage heatmap demo:forest --structure listed --sorting-tile 8 --max 200
       How many triangles each pixel is tested with
   umbrage info demo:cloth --json

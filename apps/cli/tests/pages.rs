@@ -90,7 +90,7 @@ fn examples_of_the_help_work() {
     let place = Workplace::new();
     let (help, _) = place.succeed(&["--help"]);
     let examples = examples(&help);
-    assert!(examples.len() == 10, "{help}");
+    assert!(examples.len() == 11, "{help}");
     for mut words in examples {
         let example = words.join(" ");
         for word in &mut words {

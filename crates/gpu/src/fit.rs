@@ -49,7 +49,6 @@ struct FitParameters {
     light: Room,
     lights: u32,
     groups: u32,
-    unused: [u32; 2],
 }
 
 /// What a structure has needed, word by word as in `fit.wgsl`.
@@ -96,8 +95,7 @@ impl Fit {
     /// Where the device has reported an error.
     pub fn prepare(&mut self, gpu: &Gpu, camera: &CameraGrid, lights: &LightGrid, groups: u32) -> Result<(), GpuError> {
         let lights_count = lights.light_count();
-        let parameters =
-            FitParameters { camera: camera.room(), light: lights.room(), lights: lights_count, groups, unused: [0; 2] };
+        let parameters = FitParameters { camera: camera.room(), light: lights.room(), lights: lights_count, groups };
         self.result.reserve(gpu, 16)?;
         self.sizes.reserve(gpu, 16)?;
         self.parameters.write(gpu, &[parameters])
@@ -114,5 +112,35 @@ impl Fit {
     #[must_use]
     pub fn groups(&self) -> Groups<'_> {
         Groups::Indirect(&self.sizes, 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{Layout, differences, layout, module};
+    use crate::link::link;
+
+    #[test]
+    fn rooms_are_those_of_the_shader() {
+        let shader = module(&link("fit"));
+        for layout in [
+            Layout {
+                name: "FitRoom",
+                ..layout!(Room {
+                    large,
+                    pairs,
+                    blocks,
+                    faces,
+                    open_words,
+                    words_per_question,
+                    words_per_pixel,
+                    open_header,
+                })
+            },
+            Layout { name: "Fit", ..layout!(FitParameters { camera, light, lights, groups }) },
+        ] {
+            assert_eq!(differences(&shader, &layout), [""; 0]);
+        }
     }
 }

@@ -14,6 +14,10 @@ mod fit;
 mod geometry;
 mod grid;
 mod kernel;
+#[cfg(test)]
+#[allow(dead_code, reason = "some of it is for other tests")]
+#[path = "../tests/common/layout.rs"]
+mod layout;
 mod light;
 mod link;
 mod mask;

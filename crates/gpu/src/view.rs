@@ -34,3 +34,19 @@ impl From<&View> for ExactView {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{differences, layout, module};
+    use crate::link::link;
+
+    #[test]
+    fn views_are_those_of_the_shaders() {
+        let shader = module(&link("exact::camera"));
+        for layout in [layout!(ExactView { position, half_height, right, is_orthographic, up, width, forward, height })]
+        {
+            assert_eq!(differences(&shader, &layout), [""; 0]);
+        }
+    }
+}

@@ -119,3 +119,38 @@ pub(crate) fn words(number: f64) -> [u32; 2] {
     let bits = number.to_bits();
     [bits as u32, (bits >> 32) as u32]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{differences, layout, module};
+    use crate::link::link;
+
+    #[test]
+    fn spaces_are_those_of_the_shaders() {
+        let shader = module(&link("grid::transform"));
+        for layout in [
+            layout!(Space { projection, raster }),
+            layout!(Raster {
+                columns,
+                rows,
+                fraction_bits,
+                tile_bits,
+                tile_columns,
+                tile_rows,
+                slices,
+                first_cell,
+                is_orthographic,
+                has_samples,
+                culls_back_faces,
+                place_error,
+                row_reach,
+                sees_behind,
+                depth_error,
+                depth_bits,
+            }),
+        ] {
+            assert_eq!(differences(&shader, &layout), [""; 0]);
+        }
+    }
+}

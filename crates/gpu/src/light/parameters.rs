@@ -78,3 +78,34 @@ impl LocateView {
         Self { view: (&band.view).into(), x_offset, y_offset, places, first_row, rows, unused: 0 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{Layout, differences, layout, module};
+    use crate::link::link;
+
+    #[test]
+    fn lights_and_views_are_those_of_the_shaders() {
+        let shader = module(&link("light::settle"));
+        for layout in [
+            Layout {
+                name: "Light",
+                ..layout!(LightParameters {
+                    vector,
+                    is_directional,
+                    side_of_one,
+                    side_of_six,
+                    vertices,
+                    triangles,
+                    mask,
+                    places,
+                    reach,
+                })
+            },
+            layout!(LocateView { view, x_offset, y_offset, places, first_row, rows }),
+        ] {
+            assert_eq!(differences(&shader, &layout), [""; 0]);
+        }
+    }
+}

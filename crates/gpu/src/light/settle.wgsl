@@ -57,7 +57,8 @@ fn settle(
     }
     for (var id = first; id < end; id++) {
         var edges: ExactEdges;
-        if id == own || (triangles[id].w & TRIANGLE_SHADOWLESS) != 0u
+        let is_whole = all(triangles[id].xyz < vec3<u32>(light.vertices));
+        if id == own || !is_whole || (triangles[id].w & TRIANGLE_SHADOWLESS) != 0u
             || !exact_blocked_by(&terms, shadow, corner_bits(id), &edges) {
             continue;
         }
