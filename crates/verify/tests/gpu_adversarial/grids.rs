@@ -56,10 +56,10 @@ impl Grids {
     /// Compares every form with a truth that is known.
     pub(crate) fn check_against(&mut self, name: &str, shot: &Shot<'_>, truth: &Truth) {
         self.geometry.write(&self.gpu, shot.triangles, |_| 0).expect("a small scene");
-        for form in 0..FORMS.len() {
-            let found = self.shown(shot, form).unwrap_or_else(|error| panic!("{name}, {:?}: {error}", FORMS[form]));
+        for (number, form) in FORMS.iter().enumerate() {
+            let found = self.shown(shot, number).unwrap_or_else(|error| panic!("{name}, {form:?}: {error}"));
             let complaint = complaint(shot, &found, truth);
-            assert!(complaint.is_none(), "{name}, {:?}: {}", FORMS[form], complaint.unwrap_or_default());
+            assert!(complaint.is_none(), "{name}, {form:?}: {}", complaint.unwrap_or_default());
         }
     }
 
