@@ -19,7 +19,8 @@ struct ListSize {
 // A triangle over more cells than this is taken by workgroups, one for each CHUNK cells.
 const MOST_CELLS_AT_ONCE: u32 = 4u;
 const CHUNK: u32 = 256u;
-// id, face, rectangle of tiles (first, last: row · 2¹⁶ + column), slice, chunk, and a bit for each cell.
+// id, face, rectangle of tiles (first, last: row · 2¹⁶ + column), slice, chunk, nearest key, and from LARGE_BITS on
+// a bit for each cell.
 const LARGE_WORDS: u32 = 16u;
 const LARGE_BITS: u32 = 8u;
 

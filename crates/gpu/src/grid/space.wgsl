@@ -11,7 +11,7 @@ struct Space {
 
 // How the space is cut into cells.
 struct Raster {
-    // Pixels, or cells of a light's face, on each axis.
+    // Pixels, or bins of a light's face, on each axis.
     columns: i32,
     rows: i32,
     fraction_bits: u32,
