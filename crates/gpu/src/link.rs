@@ -12,6 +12,7 @@ const MODULES: &[(&str, &str)] = &[
     ("camera::work", include_str!("camera/work.wgsl")),
     ("dispatch", include_str!("dispatch.wgsl")),
     ("exact::camera", include_str!("exact/camera.wgsl")),
+    ("exact::corners", include_str!("exact/corners.wgsl")),
     ("exact::double", include_str!("exact/double.wgsl")),
     ("exact::expansion", include_str!("exact/expansion.wgsl")),
     ("exact::mask", include_str!("exact/mask.wgsl")),
@@ -49,6 +50,7 @@ const MODULES: &[(&str, &str)] = &[
     ("primitives::compact", include_str!("primitives/compact.wgsl")),
     ("primitives::scan", include_str!("primitives/scan.wgsl")),
     ("primitives::sort", include_str!("primitives/sort.wgsl")),
+    ("primitives::workgroup_scan", include_str!("primitives/workgroup_scan.wgsl")),
     ("shade::attributes", include_str!("shade/attributes.wgsl")),
     ("shade::brdf", include_str!("shade/brdf.wgsl")),
     ("shade::develop", include_str!("shade/develop.wgsl")),
@@ -120,6 +122,10 @@ mod tests {
             // Some modules leave it to the stage to declare what they read.
             if text.contains("masks[") && !text.contains("> masks:") {
                 text.push_str("@group(0) @binding(0) var<storage, read> masks: array<u32>;");
+            }
+            if text.contains("triangles[") && !text.contains("> triangles:") {
+                text.push_str("@group(0) @binding(0) var<storage, read> triangles: array<vec4<u32>>;");
+                text.push_str("@group(0) @binding(1) var<storage, read> positions: array<u32>;");
             }
             if text.contains("locate_view.") && !text.contains("> locate_view:") {
                 text.push_str("@group(0) @binding(0) var<uniform> locate_view: LocateView;");

@@ -4,6 +4,7 @@
 import package::camera::nodes::{NODES_FIRST};
 import package::dispatch::{flat_group};
 import package::exact::camera::{ExactView, exact_pixel_ray};
+import package::exact::corners::{corner_bits};
 import package::exact::predicate::{exact_edges, exact_t, exact_is_front, exact_barycentric};
 import package::mask::exact::{is_there_exactly};
 import package::tile_order::{pixel_of_place};
@@ -26,15 +27,6 @@ struct SettleView {
 @group(0) @binding(5) var<storage, read> masks: array<u32>;
 
 const F64_INFINITE = F64(0u, 0x7ff00000u);
-
-fn position_bits(vertex: u32) -> vec3<u32> {
-    return vec3<u32>(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
-}
-
-fn corner_bits(id: u32) -> CornerBits {
-    let corners = triangles[id].xyz;
-    return CornerBits(position_bits(corners.x), position_bits(corners.y), position_bits(corners.z));
-}
 
 // Where a pixel's ray meets a node's triangle; infinite where the pixel doesn't see it, or certainly sees another before.
 @compute @workgroup_size(64)

@@ -225,6 +225,32 @@ fn bound_of_rest(first_cell: u32, place: u32, slice: ptr<function, u32>) -> f32 
     return from_ordered_bits(first - *slice * slice_depth(first, last, slices));
 }
 
+// A block of work: its tile's first pixel, its number among the tile's blocks, how many these are, and where the first
+// of their partial results is. None where `blocks` is zero.
+struct Block {
+    tile_first: vec2<u32>,
+    number: u32,
+    blocks: u32,
+    first_partial: u32,
+}
+
+fn block_at(number: u32) -> Block {
+    let raster = space.raster;
+    let work = raster.tile_columns * raster.tile_rows * raster.slices;
+    if number >= cells[work + WORK_BLOCKS] {
+        return Block(vec2<u32>(0u), 0u, 0u, 0u);
+    }
+    let entry = work + WORK_FIRST_BLOCK + number * BLOCK_WORDS;
+    let columns = (raster.tile_columns + MAPPING - 1u) / MAPPING;
+    let tile_first = vec2<u32>(cells[entry] % columns, cells[entry] / columns) * TRACING_TILE;
+    return Block(tile_first, cells[entry + 1u], cells[entry + 2u], cells[entry + 3u]);
+}
+
+// Where in its tile the pixel of an invocation is: in the order in which pixels are stored.
+fn local_pixel(lane: u32) -> vec2<u32> {
+    return vec2<u32>(((lane >> 4u) & 3u) * 4u + (lane & 3u), (lane >> 6u) * 4u + ((lane >> 2u) & 3u));
+}
+
 @compute @workgroup_size(256)
 fn trace(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -232,20 +258,12 @@ fn trace(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let raster = space.raster;
-    let work = raster.tile_columns * raster.tile_rows * raster.slices;
-    let block = flat_group(group, groups);
-    if block >= cells[work + WORK_BLOCKS] {
+    let block = block_at(flat_group(group, groups));
+    if block.blocks == 0u {
         return;
     }
-    let entry = work + WORK_FIRST_BLOCK + block * BLOCK_WORDS;
-    let tile = cells[entry];
-    let number = cells[entry + 1u];
-    let blocks = cells[entry + 2u];
-    let columns = (raster.tile_columns + MAPPING - 1u) / MAPPING;
-    let tile_first = vec2<u32>(tile % columns, tile / columns) * TRACING_TILE;
-
-    // Pixels in the order in which they are stored.
-    let local = vec2<u32>(((lane >> 4u) & 3u) * 4u + (lane & 3u), (lane >> 6u) * 4u + ((lane >> 2u) & 3u));
+    let tile_first = block.tile_first;
+    let local = local_pixel(lane);
     let side = TRACING_TILE / MAPPING;
     let sub = local / side;
     let pixel = tile_first + local;
@@ -262,9 +280,9 @@ fn trace(
     let share = RECORDS / (MAPPING * MAPPING);
     let own = sub.y * MAPPING + sub.x;
     let filled = lane / share;
-    let own_list = list_of(tile_first / side + sub, number);
+    let own_list = list_of(tile_first / side + sub, block.number);
     let filled_sub = vec2<u32>(filled % MAPPING, filled / MAPPING);
-    let filled_list = list_of(tile_first / side + filled_sub, number);
+    let filled_list = list_of(tile_first / side + filled_sub, block.number);
     let filled_first = vec2<i32>(tile_first + filled_sub * side);
 
     var best = Best(NONE, 0.0, 0.0, NONE, place_of_pixel(pixel, u32(raster.columns)));
@@ -296,8 +314,8 @@ fn trace(
             break;
         }
     }
-    if blocks > 1u {
-        let word = partial_word(cells[entry + 3u] + number, lane);
+    if block.blocks > 1u {
+        let word = partial_word(block.first_partial + block.number, lane);
         if word + 4u <= arrayLength(&seen) {
             seen[word] = best.triangle;
             seen[word + 1u] = bitcast<u32>(best.key);
@@ -374,20 +392,12 @@ fn merge(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let raster = space.raster;
-    let work = raster.tile_columns * raster.tile_rows * raster.slices;
-    let block = flat_group(group, groups);
-    if block >= cells[work + WORK_BLOCKS] {
+    let block = block_at(flat_group(group, groups));
+    // The first of a cut tile's blocks.
+    if block.number != 0u || block.blocks < 2u {
         return;
     }
-    let entry = work + WORK_FIRST_BLOCK + block * BLOCK_WORDS;
-    let blocks = cells[entry + 2u];
-    if cells[entry + 1u] != 0u || blocks < 2u {
-        return;
-    }
-    let columns = (raster.tile_columns + MAPPING - 1u) / MAPPING;
-    let tile_first = vec2<u32>(cells[entry] % columns, cells[entry] / columns) * TRACING_TILE;
-    let local = vec2<u32>(((lane >> 4u) & 3u) * 4u + (lane & 3u), (lane >> 6u) * 4u + ((lane >> 2u) & 3u));
-    let pixel = tile_first + local;
+    let pixel = block.tile_first + local_pixel(lane);
     if pixel.x >= u32(raster.columns) || pixel.y >= u32(raster.rows) {
         return;
     }
@@ -399,8 +409,8 @@ fn merge(
         }
     }
     var best = Best(NONE, 0.0, 0.0, NONE, place_of_pixel(pixel, u32(raster.columns)));
-    for (var number = 0u; number < blocks; number++) {
-        let word = partial_word(cells[entry + 3u] + number, lane);
+    for (var number = 0u; number < block.blocks; number++) {
+        let word = partial_word(block.first_partial + number, lane);
         if word + 4u > arrayLength(&seen) {
             break;
         }

@@ -3,6 +3,7 @@
 // Points are wrong by at most 2⁻⁴⁶ of their distance from the ray's origin.
 
 import package::dispatch::{flat_group};
+import package::exact::corners::{corner_bits};
 import package::exact::predicate::{exact_edges, exact_t};
 import package::grid::space::{ordered_bits};
 import package::light::locate_view::{LocateView, ray_of_place};
@@ -22,10 +23,6 @@ import package::tile_order::{pixel_of_place};
 var<workgroup> bits_of_group: array<atomic<u32>, 2>;
 // Complements of the lowest, then the highest coordinates, in order.
 var<workgroup> bounds_of_group: array<atomic<u32>, 6>;
-
-fn position_bits(vertex: u32) -> vec3<u32> {
-    return vec3<u32>(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
-}
 
 @compute @workgroup_size(64)
 fn locate(
@@ -66,8 +63,7 @@ fn store(word: u32, coordinate: F64, axis: u32) {
 // Where the pixel's ray meets its triangle.
 fn point_on(id: u32, place: u32) -> F64Vector {
     let ray = ray_of_place(place);
-    let corners = triangles[id].xyz;
-    let bits = CornerBits(position_bits(corners.x), position_bits(corners.y), position_bits(corners.z));
+    let bits = corner_bits(id);
     let exact = exact_from_corners(bits);
     let ab = f64_vector_subtract(exact.b, exact.a);
     let ac = f64_vector_subtract(exact.c, exact.a);

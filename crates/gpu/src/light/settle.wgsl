@@ -1,6 +1,7 @@
 // Stage `settle` of a light: decides by the predicate what tracing has left open. An invocation has a question.
 
 import package::dispatch::{flat_group};
+import package::exact::corners::{corner_bits};
 import package::exact::shadow::{exact_point, exact_shadow, exact_blocked_by};
 import package::light::light::{Light};
 import package::light::locate_view::{LocateView, ray_of_place};
@@ -15,15 +16,6 @@ import package::mask::exact::{is_there_exactly};
 @group(0) @binding(5) var<storage, read> open: array<u32>;
 @group(0) @binding(6) var<storage, read_write> lit: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read> masks: array<u32>;
-
-fn corner_bits(id: u32) -> CornerBits {
-    let corners = min(triangles[id].xyz, vec3<u32>(light.vertices - 1u));
-    return CornerBits(position_bits(corners.x), position_bits(corners.y), position_bits(corners.z));
-}
-
-fn position_bits(vertex: u32) -> vec3<u32> {
-    return vec3<u32>(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
-}
 
 @compute @workgroup_size(64)
 fn settle(

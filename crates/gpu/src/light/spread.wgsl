@@ -6,17 +6,15 @@
 import package::grid::header::{HEADER_FACES};
 import package::light::cells::{BINS};
 import package::light::light::{Light};
+import package::primitives::workgroup_scan::{SCAN_WIDTH, scan_workgroup};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> header: array<u32>;
 @group(0) @binding(2) var<storage, read_write> spread: array<u32>;
 
-const SPREAD_WIDTH: u32 = 256u;
-const SPREAD_DEPTH: u32 = BINS / SPREAD_WIDTH;
+const SPREAD_DEPTH: u32 = BINS / SCAN_WIDTH;
 // Of all columns, how many are spread evenly: 1 / 2 ^ this.
 const EVEN_BITS: u32 = 2u;
-
-var<workgroup> sums: array<u32, SPREAD_WIDTH>;
 
 @compute @workgroup_size(256)
 fn spread_columns(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
@@ -29,21 +27,10 @@ fn spread_columns(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
     for (var bin = first; bin < first + SPREAD_DEPTH; bin++) {
         own += spread[base + bin];
     }
-    sums[lane] = own;
-    workgroupBarrier();
-    for (var step = 1u; step < SPREAD_WIDTH; step *= 2u) {
-        var sum = sums[lane];
-        if lane >= step {
-            sum += sums[lane - step];
-        }
-        workgroupBarrier();
-        sums[lane] = sum;
-        workgroupBarrier();
-    }
-    let total = max(sums[SPREAD_WIDTH - 1u], 1u);
+    var before = scan_workgroup(lane, own);
+    let total = max(scan_shared[SCAN_WIDTH - 1u], 1u);
     // In 2²⁰ parts of all points, so that products stay below 2³².
     let step = 1048576.0 / f32(total);
-    var before = sums[lane] - own;
     var previous = column(before, step, first, side);
     if lane == 0u {
         previous = 0u;
@@ -67,7 +54,7 @@ fn spread_columns(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
         }
         previous = columns[i];
     }
-    if lane == SPREAD_WIDTH - 1u {
+    if lane == SCAN_WIDTH - 1u {
         for (var next = previous + 1u; next <= side; next++) {
             spread[base + SPREAD_STARTS + next] = BINS;
         }

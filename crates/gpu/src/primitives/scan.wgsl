@@ -2,8 +2,8 @@
 // Reduce-then-scan needs no forward progress between workgroups, which WebGPU doesn't promise.
 
 import package::dispatch::{flat_group};
+import package::primitives::workgroup_scan::{SCAN_WIDTH, scan_workgroup};
 
-const SCAN_WIDTH: u32 = 256u;
 // Values that an invocation takes one after the other.
 const SCAN_DEPTH: u32 = 8u;
 const SCAN_PAGE: u32 = SCAN_WIDTH * SCAN_DEPTH;
@@ -17,24 +17,6 @@ struct ScanSize {
 @group(0) @binding(1) var<storage, read_write> scan_values: array<u32>;
 // The sum of each page, then where it starts; behind the last page's the sum of all.
 @group(0) @binding(2) var<storage, read_write> scan_pages: array<u32>;
-
-var<workgroup> scan_shared: array<u32, SCAN_WIDTH>;
-
-// The sum of what the invocations before this one gave (Hillis and Steele).
-fn scan_workgroup(lane: u32, value: u32) -> u32 {
-    scan_shared[lane] = value;
-    workgroupBarrier();
-    for (var step = 1u; step < SCAN_WIDTH; step *= 2u) {
-        var sum = scan_shared[lane];
-        if lane >= step {
-            sum += scan_shared[lane - step];
-        }
-        workgroupBarrier();
-        scan_shared[lane] = sum;
-        workgroupBarrier();
-    }
-    return scan_shared[lane] - value;
-}
 
 // Sums each page.
 @compute @workgroup_size(256)
