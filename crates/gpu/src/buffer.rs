@@ -2,7 +2,11 @@ use std::sync::atomic::Ordering;
 
 use bytemuck::Pod;
 
+use crate::memory::Taken;
 use crate::{Gpu, GpuError};
+
+/// What a buffer has that nothing was reserved in: none can be empty.
+const EMPTY_BYTES: u64 = 16;
 
 /// A storage buffer that keeps its memory from frame to frame and grows when it must.
 #[derive(Debug)]
@@ -10,6 +14,8 @@ pub struct Buffer {
     name: &'static str,
     buffer: wgpu::Buffer,
     usage: wgpu::BufferUsages,
+    /// `None` for the few bytes of an empty one.
+    taken: Option<Taken>,
 }
 
 impl Buffer {
@@ -44,13 +50,13 @@ impl Buffer {
     }
 
     fn with_usage(gpu: &Gpu, name: &'static str, usage: wgpu::BufferUsages) -> Self {
-        Self { name, buffer: create(gpu, name, 16, usage), usage }
+        Self { name, buffer: create(gpu, name, EMPTY_BYTES, usage), usage, taken: None }
     }
 
     /// Makes room for `bytes` bytes. Where there is less, the buffer is made anew and what it held is gone.
     ///
     /// # Errors
-    /// Where that is more than the device allows in one buffer.
+    /// Where that is more than the device allows in one buffer, or than it has left. The buffer is empty then.
     pub fn reserve(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
         let limit = gpu.max_binding_bytes();
         if bytes > limit {
@@ -59,7 +65,20 @@ impl Buffer {
         if bytes > self.buffer.size() {
             // Released first: there may be no room for both.
             self.buffer.destroy();
-            self.buffer = create(gpu, self.name, bytes.next_multiple_of(16).min(limit), self.usage);
+            self.taken = None;
+            let room = bytes.next_multiple_of(16).min(limit);
+            self.taken = gpu.memory.take(room);
+            let memory = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+            self.buffer = create(gpu, self.name, if self.taken.is_some() { room } else { EMPTY_BYTES }, self.usage);
+            let is_refused = pollster::block_on(memory.pop()).is_some();
+            if is_refused || self.taken.is_none() {
+                // A buffer that the driver has refused says that it has its size.
+                self.buffer = create(gpu, self.name, EMPTY_BYTES, self.usage);
+                self.taken = None;
+                let taken = gpu.memory.taken();
+                let what = format!("{} needs {room} bytes, beside {taken} bytes of everything else", self.name);
+                return Err(GpuError::OutOfMemory(what));
+            }
         }
         Ok(())
     }

@@ -1,17 +1,21 @@
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use crate::GpuError;
+use crate::memory::Memory;
 
-/// A GPU that is ready to work.
-#[derive(Debug)]
+/// A GPU that is ready to work. Clones are the same device.
+#[derive(Clone, Debug)]
 pub struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     info: Adapter,
-    pub(crate) uploaded_bytes: AtomicU64,
+    pub(crate) uploaded_bytes: Arc<AtomicU64>,
+    pub(crate) memory: Arc<Memory>,
     /// The first thing that went wrong, until it is asked for.
     trouble: Arc<Mutex<Option<GpuError>>>,
+    /// Why the device is lost, if it is: from then on it answers anything with errors of any kind.
+    loss: Arc<OnceLock<String>>,
 }
 
 /// What is known about an adapter without opening it.
@@ -37,6 +41,8 @@ pub enum DeviceLimits {
     Portable,
     /// Buffers of at most so many bytes, fewer than every device has.
     Buffers(u32),
+    /// As large buffers as the adapter has, but all of them together at most so many bytes.
+    Memory(u64),
 }
 
 impl Adapter {
@@ -86,7 +92,7 @@ impl Gpu {
         let has = adapter.limits();
         let mut required_limits = wgpu::Limits::default();
         let (buffer, binding) = match limits {
-            DeviceLimits::Adapter => (has.max_buffer_size, has.max_storage_buffer_binding_size),
+            DeviceLimits::Adapter | DeviceLimits::Memory(_) => (has.max_buffer_size, has.max_storage_buffer_binding_size),
             DeviceLimits::Portable => {
                 (required_limits.max_buffer_size, required_limits.max_storage_buffer_binding_size)
             }
@@ -102,25 +108,27 @@ impl Gpu {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|cause| GpuError::Device { adapter: info.name.clone(), cause: cause.to_string() })?;
+        let memory = Memory::with_limit(match limits {
+            DeviceLimits::Memory(bytes) => bytes,
+            DeviceLimits::Adapter | DeviceLimits::Portable | DeviceLimits::Buffers(_) => u64::MAX,
+        });
         let trouble = Arc::new(Mutex::new(None));
-        let note = |trouble: &Mutex<Option<GpuError>>, error| {
-            if let Ok(mut trouble) = trouble.lock() {
-                trouble.get_or_insert(error);
-            }
-        };
         let of_errors = Arc::clone(&trouble);
         device.on_uncaptured_error(Arc::new(move |error| {
-            note(
-                &of_errors,
-                match error {
+            if let Ok(mut trouble) = of_errors.lock() {
+                trouble.get_or_insert_with(|| match error {
                     wgpu::Error::OutOfMemory { .. } => GpuError::OutOfMemory(error.to_string()),
                     _ => GpuError::Rejected(error.to_string()),
-                },
-            );
+                });
+            }
         }));
-        let of_loss = Arc::clone(&trouble);
-        device.set_device_lost_callback(move |_, cause| note(&of_loss, GpuError::Lost(cause)));
-        Ok(Self { device, queue, info, uploaded_bytes: AtomicU64::new(0), trouble })
+        let loss = Arc::new(OnceLock::new());
+        let of_loss = Arc::clone(&loss);
+        device.set_device_lost_callback(move |_, cause| {
+            // The first cause is the one that matters.
+            of_loss.set(cause).ok();
+        });
+        Ok(Self { device, queue, info, uploaded_bytes: Arc::default(), memory, trouble, loss })
     }
 
     /// Which adapter this is.
@@ -144,6 +152,7 @@ impl Gpu {
 
     /// Gives the device back to its driver. From then on it is as lost: whatever it is asked for is an error.
     pub fn close(&self) {
+        self.loss.set("it was closed".to_owned()).ok();
         self.device.destroy();
     }
 
@@ -153,13 +162,22 @@ impl Gpu {
         self.uploaded_bytes.load(Ordering::Relaxed)
     }
 
+    /// Bytes of all buffers on the device.
+    #[must_use]
+    pub fn memory_bytes(&self) -> u64 {
+        self.memory.taken()
+    }
+
     /// What went wrong since this was last asked.
     ///
     /// # Errors
-    /// The first of the errors that the device has reported.
+    /// Where the device is lost; else the first of the errors that it has reported.
     pub fn check(&self) -> Result<(), GpuError> {
         let trouble = self.trouble.lock().ok().and_then(|mut trouble| trouble.take());
-        trouble.map_or(Ok(()), Err)
+        match self.loss.get() {
+            Some(cause) => Err(GpuError::Lost(cause.clone())),
+            None => trouble.map_or(Ok(()), Err),
+        }
     }
 
     /// Waits until all that was submitted is done.

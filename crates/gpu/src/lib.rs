@@ -21,6 +21,7 @@ mod layout;
 mod light;
 mod link;
 mod mask;
+mod memory;
 mod omit;
 pub mod pose;
 pub mod primitives;

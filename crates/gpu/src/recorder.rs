@@ -61,6 +61,11 @@ impl<'a> Recorder<'a> {
         self.encoder.clear_buffer(buffer.raw(), 0, Some(4 * words));
     }
 
+    /// Fills `words` words of a buffer from its word `first` on with zeros.
+    pub fn clear_range(&mut self, buffer: &Buffer, first: u64, words: u64) {
+        self.encoder.clear_buffer(buffer.raw(), 4 * first, Some(4 * words));
+    }
+
     /// Copies `words` words from one buffer's start to another's.
     pub fn copy_words(&mut self, from: &Buffer, to: &Buffer, words: u64) {
         self.copy_range((from, 0), (to, 0), words);

@@ -16,4 +16,6 @@ pub struct Light {
     pub intensity: f32,
     /// Distance at which the light has faded to nothing, in world units; `None` for never.
     pub range: Option<f32>,
+    /// Whether triangles keep its light away from what is behind them.
+    pub casts_shadow: bool,
 }

@@ -254,6 +254,7 @@ fn light_above(bounds: Bounds) -> Light {
         color: Vec3::ONE,
         intensity: intensity_at(offset.length()),
         range: None,
+        casts_shadow: true,
     }
 }
 

@@ -77,7 +77,7 @@ fn refill<T: Clone>(values: &mut Vec<T>, count: usize, value: T) {
 }
 
 /// The sRGB transfer function (IEC 61966-2-1), from [0, 1] to [0, 1]; what lies outside is cut off, NaN becomes zero.
-fn encoded_srgb(linear: f32) -> f32 {
+pub(crate) fn encoded_srgb(linear: f32) -> f32 {
     let linear = linear.clamp(0.0, 1.0);
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }

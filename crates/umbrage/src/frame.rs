@@ -1,6 +1,6 @@
 //! The spine: a frame from top to bottom.
 
-use umbrage_rays::{GridCounts, PixelWork, SeenPixels, SimdLevel};
+use umbrage_rays::{GridCounts, PixelWork, SeenPixels, SimdLevel, View};
 use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
@@ -14,6 +14,7 @@ use crate::{Film, Settings, Stats, Structure};
 pub struct Renderer {
     engine: Engine,
     frame: Frame,
+    view: Option<View>,
     film: Film,
     stats: Stats,
 }
@@ -70,7 +71,7 @@ impl Renderer {
     /// Where the scene can't be posed, the image is too large, or a setting makes no sense.
     pub fn render(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> Result<&Film, Error> {
         settings.check()?;
-        let Self { engine, frame, film, stats } = self;
+        let Self { engine, frame, view: shown, film, stats } = self;
         stats.start();
 
         stats.time("animate", || engine.animate(scene, seconds, settings, frame))?;
@@ -78,6 +79,7 @@ impl Renderer {
             frame.lights.clone_from(lights);
         }
         let view = settings.view(frame);
+        *shown = Some(view);
         let surroundings = Surroundings::new(&settings.background);
 
         film.clear(&view);
@@ -155,6 +157,19 @@ impl Renderer {
     #[must_use]
     pub fn light_masks(&self) -> &[LightMask] {
         self.engine.light_masks()
+    }
+
+    /// From where the last frame was seen; `None` before the first.
+    #[must_use]
+    pub fn view(&self) -> Option<View> {
+        self.view
+    }
+
+    /// The last frame's lights, cameras and materials. Where only a GPU has its vertices, they are missing: see
+    /// [`Renderer::frame`].
+    #[must_use]
+    pub fn scenery(&self) -> &Frame {
+        &self.frame
     }
 
     /// The scene as the last frame showed it. Vertices that only a GPU has are posed for this.

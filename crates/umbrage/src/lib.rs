@@ -23,9 +23,12 @@ mod frame;
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
 pub mod gpu;
+mod heat_scale;
 pub mod output;
 mod panorama;
+mod probe;
 mod sampling;
+mod screen;
 mod settings;
 mod shade;
 mod stats;
@@ -35,7 +38,9 @@ pub use background::Background;
 pub use cpu::{LightMask, LightWork};
 pub use film::{Film, Image};
 pub use frame::{Error, Renderer};
+pub use heat_scale::HeatScale;
 pub use panorama::Panorama;
+pub use probe::{Blocker, Probe};
 pub use sampling::Sample;
 pub use settings::{Settings, Structure, ToneMap};
 pub use stats::{OmittedTriangles, Stage, Stats};

@@ -41,6 +41,8 @@ pub struct LightGrid {
     locate_view: Buffer,
     /// One for each light: all are in use in one submission.
     parameters: Vec<Buffer>,
+    /// For each light whether anything keeps it away.
+    casts_shadow: Vec<bool>,
     spaces: Buffer,
     header: Buffer,
     sizes: Buffer,
@@ -73,6 +75,7 @@ impl LightGrid {
             shadows: Shadows::new(gpu),
             locate_view: Buffer::uniform(gpu, "view of points"),
             parameters: Vec::new(),
+            casts_shadow: Vec::new(),
             spaces: Buffer::storage(gpu, "light spaces"),
             header: Buffer::storage(gpu, "light header"),
             sizes: Buffer::sizes(gpu, "light dispatch sizes"),
@@ -85,7 +88,8 @@ impl LightGrid {
         }
     }
 
-    /// Makes ready for a frame of all or some rows of an image: parameters and room.
+    /// Makes ready for a frame of all or some rows of an image: parameters and room. `None` stands for a light that nothing
+    /// keeps away.
     ///
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.
@@ -95,7 +99,7 @@ impl LightGrid {
         geometry: &Geometry,
         band: impl Into<Band>,
         offset_pixels: DVec2,
-        lights: &[LightSource],
+        lights: &[Option<LightSource>],
     ) -> Result<(), GpuError> {
         let band = band.into();
         let places = band.order().places() as u32;
@@ -109,7 +113,10 @@ impl LightGrid {
         while self.parameters.len() < lights.len() {
             self.parameters.push(Buffer::uniform(gpu, "light"));
         }
+        self.casts_shadow.clear();
+        self.casts_shadow.extend(lights.iter().map(Option::is_some));
         for ((buffer, light), number) in self.parameters.iter_mut().zip(lights).zip(0..) {
+            let Some(light) = light else { continue };
             let sides = [side_of_one, side_of_six];
             let parameters = LightParameters::new(light, sides, geometry, number * self.mask_words, places, &band.view);
             buffer.write(gpu, &[parameters])?;
@@ -132,8 +139,15 @@ impl LightGrid {
             return;
         }
         self.points.record_locate(gpu, recorder, &self.locate_view, geometry, seen);
-        for (light, number) in self.parameters.iter().zip(0..) {
-            self.record_light(gpu, recorder, geometry, seen, light, number);
+        let mask_words = u64::from(self.mask_words);
+        for ((light, casts_shadow), number) in self.parameters.iter().zip(&self.casts_shadow).zip(0..) {
+            // Lit as long as nothing is found that keeps the light away.
+            recorder.copy_range((self.points.bits(), 0), (&self.lit, number * mask_words), mask_words);
+            if *casts_shadow {
+                self.record_light(gpu, recorder, geometry, seen, light, number);
+            } else {
+                recorder.clear_range(&self.needs, number * Needs::WORDS, Needs::WORDS);
+            }
         }
     }
 
@@ -149,8 +163,6 @@ impl LightGrid {
         let Self { points, transform, list, shadows, spaces, header, sizes, cells, lit, needs, .. } = self;
         recorder.clear(header);
         recorder.clear_words(cells, u64::from(self.cell_count));
-        let mask_words = u64::from(self.mask_words);
-        recorder.copy_range((points.bits(), 0), (lit, number * mask_words), mask_words);
         shadows.record_clear(recorder);
         points.record_choose(gpu, recorder, light, spaces, header);
         recorder.copy_words(header, sizes, HEADER_WORDS);

@@ -105,6 +105,7 @@ fn lights(flame: Vec3, part: f32) -> [Light; 2] {
             color: srgb(0xff_ea_c8),
             intensity: 1.3 * PI,
             range: None,
+            casts_shadow: true,
         },
         Light {
             name: "lantern".into(),
@@ -112,6 +113,7 @@ fn lights(flame: Vec3, part: f32) -> [Light; 2] {
             color: srgb(0xff_b0_58),
             intensity: 0.35 * flicker,
             range: Some(4.0),
+            casts_shadow: true,
         },
     ]
 }

@@ -81,6 +81,7 @@ impl Stadium {
             color: srgb(0xff_f0_dc),
             intensity: 1.15 * PI,
             range: None,
+            casts_shadow: true,
         });
     }
 }

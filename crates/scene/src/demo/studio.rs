@@ -50,7 +50,7 @@ pub(crate) fn backdrop(builder: &mut MeshBuilder, radius: f32, height: f32, colu
 pub(crate) fn light(frame: &mut Frame, name: &str, position: Vec3, subject: Vec3, color: Vec3, brightness: f32) {
     let intensity = brightness * std::f32::consts::PI * position.distance_squared(subject);
     let source = LightSource::Point { position };
-    frame.lights.push(Light { name: name.into(), source, color, intensity, range: None });
+    frame.lights.push(Light { name: name.into(), source, color, intensity, range: None, casts_shadow: true });
 }
 
 /// Adds a camera to the frame; see [`camera`].

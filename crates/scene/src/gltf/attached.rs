@@ -80,6 +80,7 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
                     color: Vec3::from_array(json.color),
                     intensity: json.intensity,
                     range: json.range.filter(|&range| range > 0.0 && range.is_finite()),
+                    casts_shadow: true,
                 };
                 lights.push(NodeLight { node: number as u32, light });
             }

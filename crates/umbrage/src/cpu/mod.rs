@@ -133,7 +133,7 @@ impl Cpu {
 }
 
 /// Whether a camera ray that meets a triangle there is stopped by it, or seen by it to be of some colour.
-fn counts(frame: &Frame, ray: &Ray, hit: &Hit, culls_back_faces: bool) -> bool {
+pub(crate) fn counts(frame: &Frame, ray: &Ray, hit: &Hit, culls_back_faces: bool) -> bool {
     let is_there =
         !culls_back_faces || predicate::is_front_along(ray.direction, frame.triangles().corners(hit.triangle));
     is_there && frame.is_solid(hit.triangle, hit.barycentric)

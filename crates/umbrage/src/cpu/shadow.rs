@@ -45,6 +45,14 @@ impl LightMask {
         }
     }
 
+    /// Lights every pixel that shows a triangle.
+    fn light_all(&mut self, seen: &SeenPixels) {
+        for (block, shown) in self.blocks.iter_mut().zip(seen.triangle.chunks_exact(TileOrder::BLOCK_PLACES)) {
+            let bits = shown.iter().zip(0..).map(|(&triangle, bit)| u16::from(triangle != SeenPixels::NONE) << bit);
+            *block = bits.fold(0, |all, bit| all | bit);
+        }
+    }
+
     pub(crate) fn resize(&mut self, order: TileOrder) {
         self.order = order;
         self.blocks.resize(order.places() / TileOrder::BLOCK_PLACES, 0);
@@ -65,8 +73,14 @@ impl Cpu {
             Structure::Listed { light, .. } => self.shadow_through_lists(frame, view, sample, light),
             Structure::Bvh => self.shadow_through_hierarchy(frame, view, sample),
         }
+        for (light, mask) in frame.lights.iter().zip(&mut self.lit) {
+            if !light.casts_shadow {
+                mask.light_all(&self.seen);
+            }
+        }
+        let shadowing = frame.lights.iter().filter(|light| light.casts_shadow).count();
         let points = self.seen.triangle.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();
-        self.shadow_rays += (points * frame.lights.len()) as u64;
+        self.shadow_rays += (points * shadowing) as u64;
     }
 
     fn shadow_through_grids(&mut self, frame: &Frame, view: &View, sample: &Sample) {
@@ -74,10 +88,13 @@ impl Cpu {
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
         light_grid.survey(&image);
         light_work.clear();
-        for (light, mask) in frame.lights.iter().zip(lit) {
-            let is_opaque = |id| frame.is_opaque(id);
-            light_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
-            light_work.push(LightWork { counts: light_grid.counts(), seconds: light_grid.seconds() });
+        light_work.resize(frame.lights.len(), LightWork::default());
+        for ((light, mask), work) in frame.lights.iter().zip(lit).zip(light_work) {
+            if light.casts_shadow {
+                let is_opaque = |id| frame.is_opaque(id);
+                light_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
+                *work = LightWork { counts: light_grid.counts(), seconds: light_grid.seconds() };
+            }
         }
     }
 
@@ -86,7 +103,7 @@ impl Cpu {
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
         listed_light_grid.set_options(options);
         listed_light_grid.survey(&image);
-        for (light, mask) in frame.lights.iter().zip(lit) {
+        for (light, mask) in shadowing(frame, lit) {
             let is_opaque = |id| frame.is_opaque(id);
             listed_light_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
         }
@@ -95,7 +112,7 @@ impl Cpu {
     fn shadow_through_hierarchy(&mut self, frame: &Frame, view: &View, sample: &Sample) {
         let Self { bvh, seen, lit, .. } = self;
         let order = seen.order();
-        for (light, mask) in frame.lights.iter().zip(lit) {
+        for (light, mask) in shadowing(frame, lit) {
             let blocks = mask.blocks.par_iter_mut().zip(seen.triangle.par_chunks(TileOrder::BLOCK_PLACES));
             blocks.enumerate().for_each(|(block, (bits, seen))| {
                 *bits = 0;
@@ -111,8 +128,16 @@ impl Cpu {
     }
 }
 
+/// The lights that triangles keep away, with their masks.
+fn shadowing<'a>(frame: &'a Frame, lit: &'a mut [LightMask]) -> impl Iterator<Item = (&'a Light, &'a mut LightMask)> {
+    frame.lights.iter().zip(lit).filter(|(light, _)| light.casts_shadow)
+}
+
 /// Whether something stands between `light` and the point that `ray` has hit.
 pub(super) fn is_blocked(bvh: &Bvh, frame: &Frame, light: &Light, ray: &Ray, hit: &Hit) -> bool {
+    if !light.casts_shadow {
+        return false;
+    }
     let shadow_ray = ShadowRay::new(&light.source, HitPoint::new(ray, hit.t));
     bvh.blocked(frame.triangles(), &shadow_ray, hit.triangle, |id, barycentric| frame.casts_shadow(id, barycentric))
 }

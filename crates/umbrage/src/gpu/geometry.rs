@@ -19,6 +19,11 @@ impl FrameGeometry {
         Self { geometry: Geometry::new(gpu), mesh: None, materials: None }
     }
 
+    /// Takes nothing for granted of what is on the GPU.
+    pub(super) fn forget(&mut self) {
+        (self.mesh, self.materials) = (None, None);
+    }
+
     /// Brings a frame's vertices to the GPU, and what else of it is new. There is only room made for the vertices of a rig,
     /// which the GPU poses.
     ///

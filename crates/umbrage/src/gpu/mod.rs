@@ -48,6 +48,10 @@ pub(crate) struct GpuEngine {
     seen: SeenPixels,
     lit: Vec<LightMask>,
     shadow_rays: u64,
+    /// How many lights of the last frame something can keep away.
+    shadowing_lights: u64,
+    /// Whether the last frame that was begun got to its end.
+    is_finished: bool,
     /// What the GPU had taken over before the last frame.
     uploaded_before: u64,
 }
@@ -79,6 +83,8 @@ impl GpuEngine {
             seen: SeenPixels::default(),
             lit: Vec::new(),
             shadow_rays: 0,
+            shadowing_lights: 0,
+            is_finished: false,
             uploaded_before: 0,
             gpu,
         })
@@ -115,9 +121,17 @@ impl GpuEngine {
         settings: &Settings,
         surroundings: &Surroundings<'_>,
     ) -> Result<(), GpuError> {
+        if !self.is_finished {
+            // What a frame that failed has uploaded may not be there.
+            self.geometry.forget();
+            self.tables = Tables::default();
+            self.rig.forget();
+        }
+        self.is_finished = false;
         self.culls_back_faces = settings.culls_back_faces;
         self.is_see_through = frame.is_see_through();
         self.shadow_rays = 0;
+        self.shadowing_lights = frame.lights.iter().filter(|light| light.casts_shadow).count() as u64;
         let rig = self.rig.rig().map(Arc::as_ref);
         self.geometry.upload(&self.gpu, frame, rig)?;
         self.tables.upload(&self.gpu, frame, rig, surroundings, &mut self.shade)?;
@@ -174,7 +188,7 @@ impl GpuEngine {
     ) -> Result<bool, GpuError> {
         let Self { gpu, rig, geometry, camera, lights, fit, shade, planes, .. } = self;
         let geometry = geometry.geometry();
-        let sources: Vec<_> = frame.lights.iter().map(|light| light.source).collect();
+        let sources: Vec<_> = frame.lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect();
         let sight = Sight { culls_back_faces: self.culls_back_faces, is_behind: !is_first };
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
         shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
@@ -228,7 +242,7 @@ impl GpuEngine {
     /// Where the device is lost.
     pub(crate) fn fetch(&mut self, band: &Band, film: &mut Film, samples: u32) -> Result<(), GpuError> {
         let shown = self.first.fetch(&self.gpu, band, &mut self.seen, &mut self.lit)?;
-        self.shadow_rays += shown * self.lit.len() as u64 * u64::from(samples);
+        self.shadow_rays += shown * self.shadowing_lights * u64::from(samples);
         let Self { gpu, planes, .. } = self;
         let [width, rows] = band.size().map(|side| side as usize);
         let first = band.rows.start as usize * width;
@@ -241,6 +255,7 @@ impl GpuEngine {
             (*depth, *normal) = (w, [x, y, z].into());
         }
         film.triangle[pixels].copy_from_slice(&planes.read_triangle(gpu)?);
+        self.is_finished = true;
         Ok(())
     }
 

@@ -77,6 +77,11 @@ impl FrameRig {
         })
     }
 
+    /// Takes nothing for granted of what is on the GPU.
+    pub(super) fn forget(&mut self) {
+        self.on_gpu = None;
+    }
+
     /// Brings what moves the vertices to the GPU, and the rig itself where it is new. There is room for the vertices
     /// already.
     ///

@@ -20,6 +20,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use exr::FloatDepth;
+pub(crate) use format::eight_bits;
 pub use format::{BitDepth, Format};
 pub use frame_rate::FrameRate;
 pub use numbered_path::NumberedPath;

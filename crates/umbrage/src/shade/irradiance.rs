@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     fn light(source: LightSource, range: Option<f32>) -> Light {
-        Light { name: "".into(), source, color: Vec3::ONE, intensity: 8.0, range }
+        Light { name: "".into(), source, color: Vec3::ONE, intensity: 8.0, range, casts_shadow: true }
     }
 
     #[test]

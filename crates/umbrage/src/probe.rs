@@ -1,0 +1,92 @@
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
+use umbrage_rays::{Camera, Hit, Ray, View};
+use umbrage_scene::{Frame, Light};
+
+use crate::cpu::counts;
+use crate::sampling::Sample;
+
+/// What the ray through the middle of a pixel hits, found by asking the predicate about every triangle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probe {
+    /// The pixel's column and row.
+    pub pixel: [u32; 2],
+    /// Id of the triangle that is hit nearest.
+    pub triangle: u32,
+    /// The weights of its second and third corner there.
+    pub barycentric: [f32; 2],
+    /// World position.
+    pub position: DVec3,
+    /// How far that is from the camera: for a parallel view, from the camera's plane.
+    pub distance: f64,
+    /// Depth along [`Camera::forward`].
+    pub depth: f64,
+    /// The triangle's unit normal, on the side that the camera sees.
+    pub normal: Vec3,
+    /// Whether the camera sees the triangle's corners counterclockwise.
+    pub is_front: bool,
+    /// For each light of the frame, what keeps it away.
+    pub shadows: Vec<Option<Blocker>>,
+}
+
+/// What stands between a point and a light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blocker {
+    /// Id of the triangle: of several the one nearest to the point, and the lowest id at equal distance.
+    pub triangle: u32,
+    /// How far it is from the point.
+    pub distance: f64,
+}
+
+impl Probe {
+    /// Asks about the pixel in column `x` and row `y`; `None` for a miss. Its work grows with the number of triangles, a
+    /// few milliseconds for a million.
+    #[must_use]
+    pub fn new(frame: &Frame, view: &View, [x, y]: [u32; 2], culls_back_faces: bool) -> Option<Self> {
+        let ray = Sample::all(1).map(|sample| sample.ray(view, x, y)).next()?;
+        let hit = nearest(frame, &ray, culls_back_faces)?;
+        let crossing = crossing(&ray, frame.triangles().corners(hit.triangle))?;
+        let point = HitPoint::new(&ray, hit.t);
+        let Camera { forward, .. } = view.camera;
+        let [a, b, c] = frame.triangles().corners(hit.triangle).map(Vec3::as_dvec3);
+        let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+        Some(Self {
+            pixel: [x, y],
+            triangle: hit.triangle,
+            barycentric: hit.barycentric,
+            position: point.position,
+            distance: (point.position - ray.origin).length(),
+            depth: (point.position - ray.origin).dot(forward.as_dvec3()),
+            normal: if crossing.front { normal } else { -normal },
+            is_front: crossing.front,
+            shadows: frame.lights.iter().map(|light| blocker(frame, light, point, hit.triangle)).collect(),
+        })
+    }
+}
+
+fn nearest(frame: &Frame, ray: &Ray, culls_back_faces: bool) -> Option<Hit> {
+    let triangles = frame.triangles();
+    let hits = (0..triangles.len() as u32).into_par_iter().filter_map(|id| {
+        let hit = umbrage_rays::predicate::hit(ray, triangles, id)?;
+        counts(frame, ray, &hit, culls_back_faces).then_some(hit)
+    });
+    hits.min_by(|one, other| one.t.total_cmp(&other.t).then(one.triangle.cmp(&other.triangle)))
+}
+
+fn blocker(frame: &Frame, light: &Light, point: HitPoint, own: u32) -> Option<Blocker> {
+    if !light.casts_shadow {
+        return None;
+    }
+    let triangles = frame.triangles();
+    let segment = ShadowRay::new(&light.source, point);
+    let blockers = (0..triangles.len() as u32).into_par_iter().filter(|&id| id != own).filter_map(|id| {
+        let corners = triangles.corners(id);
+        let barycentric = segment.blocked_by(corners)?;
+        let [v, w] = barycentric.map(f64::from);
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let distance = (a * (1.0 - v - w) + b * v + c * w).distance(point.position);
+        frame.casts_shadow(id, barycentric).then_some(Blocker { triangle: id, distance })
+    });
+    blockers.min_by(|one, other| one.distance.total_cmp(&other.distance).then(one.triangle.cmp(&other.triangle)))
+}

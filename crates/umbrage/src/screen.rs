@@ -1,0 +1,114 @@
+//! Films for screens: eight bits a channel, fast enough for every frame.
+
+use std::sync::OnceLock;
+
+use rayon::prelude::*;
+
+use crate::film::encoded_srgb;
+use crate::{Film, Settings};
+
+impl Film {
+    /// As [`Film::develop`], with eight bits a channel and as opaque RGBA, in the memory of an earlier picture. The levels
+    /// are those that `develop`'s are in an eight-bit file.
+    pub fn develop_for_screen(&self, settings: &Settings, pixels: &mut Vec<[u8; 4]>) {
+        let exposure = settings.exposure_stops.exp2();
+        let levels = Levels::get();
+        let shown = self.color.par_iter().map(|color| {
+            let shown = settings.tone_map.apply(color.truncate() * exposure);
+            let [red, green, blue] = shown.to_array().map(|linear| levels.level(linear));
+            [red, green, blue, u8::MAX]
+        });
+        shown.collect_into_vec(pixels);
+    }
+}
+
+/// From linear values to levels of an sRGB-encoded channel, without a power for each.
+struct Levels {
+    /// The least value of each level.
+    least: [f32; 256],
+    /// The level of the least value whose bits begin with the place's.
+    first: Vec<u8>,
+}
+
+impl Levels {
+    /// How many of a value's bits don't matter to where its level is looked for: eight steps for each doubling.
+    const SHIFT: u32 = 23 - 3;
+    const ONE: u32 = 1.0_f32.to_bits();
+
+    fn get() -> &'static Self {
+        static LEVELS: OnceLock<Levels> = OnceLock::new();
+        LEVELS.get_or_init(Self::new)
+    }
+
+    fn new() -> Self {
+        let mut least = [0.0; 256];
+        for (level, least) in least.iter_mut().enumerate() {
+            // Bits of positive numbers are in the numbers' order.
+            let (mut below, mut reached) = (0, Self::ONE);
+            while below < reached {
+                let middle = u32::midpoint(below, reached);
+                if usize::from(eight_bits(f32::from_bits(middle))) < level {
+                    below = middle + 1;
+                } else {
+                    reached = middle;
+                }
+            }
+            *least = f32::from_bits(reached);
+        }
+        let places = 0..=Self::ONE >> Self::SHIFT;
+        let first = places.map(|place| eight_bits(f32::from_bits(place << Self::SHIFT))).collect();
+        Self { least, first }
+    }
+
+    /// What lies outside of [0, 1] is cut off, NaN becomes zero.
+    #[inline]
+    fn level(&self, linear: f32) -> u8 {
+        // In this order NaN becomes zero.
+        let linear = linear.max(0.0).min(1.0);
+        let mut level = self.first[(linear.to_bits() >> Self::SHIFT) as usize];
+        while level < u8::MAX && linear >= self.least[usize::from(level) + 1] {
+            level += 1;
+        }
+        level
+    }
+}
+
+/// A linear value as a channel of an eight-bit file has it.
+fn eight_bits(linear: f32) -> u8 {
+    let sixteen = (encoded_srgb(linear) * f32::from(u16::MAX)).round() as u16;
+    crate::output::eight_bits(sixteen)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec4;
+
+    use super::*;
+    use crate::ToneMap;
+
+    #[test]
+    fn levels_are_those_of_files() {
+        let levels = Levels::get();
+        let steps = 0..=1_000_000;
+        let special = [f32::NAN, -1.0, f32::INFINITY, f32::NEG_INFINITY, f32::MIN_POSITIVE, -0.0, 1.5];
+        let borders = levels.least.iter().flat_map(|&least| [least.next_down(), least, least.next_up()]);
+        for linear in steps.map(|step| step as f32 / 1e6).chain(special).chain(borders) {
+            assert_eq!(levels.level(linear), eight_bits(linear), "{linear}");
+        }
+    }
+
+    #[test]
+    fn a_screen_shows_what_a_file_holds() {
+        let color = (0..3000).map(|pixel| Vec4::splat(pixel as f32 * 7e-4)).collect();
+        let film = Film { width: 3000, height: 1, color, ..Film::default() };
+        for settings in [Settings::default(), Settings { tone_map: ToneMap::Clip, exposure_stops: -0.3, ..Settings::default() }] {
+            let mut screen = Vec::new();
+            film.develop_for_screen(&settings, &mut screen);
+            let file = film.develop(&settings).pixels;
+            for (&[red, green, blue, alpha], file) in screen.iter().zip(file) {
+                assert_eq!([red, green, blue], file.map(crate::output::eight_bits));
+                assert_eq!(alpha, u8::MAX);
+            }
+        }
+    }
+}
