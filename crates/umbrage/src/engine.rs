@@ -57,6 +57,15 @@ impl Engine {
         Ok(())
     }
 
+    /// Makes ready for a frame that comes with its vertices, in place of [animating](Self::animate) one.
+    pub(crate) fn adopt(&mut self) {
+        match self {
+            Self::Cpu(_) => {}
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.adopt(),
+        }
+    }
+
     /// Rebuilds what serves all samples of a frame.
     pub(crate) fn build(
         &mut self,

@@ -104,6 +104,12 @@ impl GpuEngine {
         Ok(())
     }
 
+    /// Makes ready for a frame that comes with its vertices.
+    pub(crate) fn adopt(&mut self) {
+        self.uploaded_before = self.gpu.uploaded_bytes();
+        self.rig.leave();
+    }
+
     /// Brings what is new of a frame to the GPU.
     ///
     /// # Errors

@@ -53,6 +53,12 @@ impl FrameRig {
         if self.rig.is_none() { scene.pose(seconds, frame) } else { Ok(()) }
     }
 
+    /// Leaves vertices to the frame that comes next.
+    pub(super) fn leave(&mut self) {
+        self.whole.take();
+        self.rig = None;
+    }
+
     /// Gives a frame that was left without vertices those of its moment, posed on the CPU.
     pub(super) fn pose_on_cpu(&self, frame: &mut Frame) {
         if let Some(rig) = &self.rig {
