@@ -1,7 +1,5 @@
 //! The CPU engine: a frame's stages on the threads of the current rayon pool.
 
-#[cfg(feature = "gpu")]
-mod peel;
 mod see;
 mod shade;
 mod shadow;
@@ -13,8 +11,6 @@ use umbrage_rays::{
 use umbrage_scene::Frame;
 
 use crate::{Settings, Structure};
-#[cfg(feature = "gpu")]
-pub(crate) use peel::PeeledLayer;
 pub use shadow::LightMask;
 
 /// Finds what each pixel sees and which lights reach it, through structures rebuilt for every frame.

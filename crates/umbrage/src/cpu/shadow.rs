@@ -30,12 +30,6 @@ impl LightMask {
         self.blocks[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1
     }
 
-    /// One for each block of pixels, the first pixel in the lowest bit.
-    #[cfg(feature = "gpu")]
-    pub(super) fn blocks(&self) -> &[u16] {
-        &self.blocks
-    }
-
     /// Takes over a bit for each place from a row of tiles on, the first in the lowest bit of its word.
     #[cfg(feature = "gpu")]
     pub(crate) fn set_words(&mut self, first_row: u32, words: &[u32]) {

@@ -2,13 +2,12 @@
 
 mod first_layer;
 mod geometry;
-pub mod pose_trial;
 mod rig;
 mod tables;
-pub mod trial;
 
 use std::sync::Arc;
 
+pub use rig::tables as rig_tables;
 pub(crate) use umbrage_gpu::Band;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError};
 

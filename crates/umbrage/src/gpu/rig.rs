@@ -140,7 +140,8 @@ impl FrameRig {
 }
 
 /// A rig as the stage `pose` reads it.
-pub(super) fn tables(rig: &Rig) -> RigTables {
+#[must_use]
+pub fn tables(rig: &Rig) -> RigTables {
     let parts = rig.parts.iter().map(|part| {
         let (matrix, is_skinned) = match part.placement {
             Placement::Rigid { matrix } => (matrix, false),
