@@ -38,7 +38,7 @@ pub use frame::{Error, Renderer};
 pub use panorama::Panorama;
 pub use sampling::Sample;
 pub use settings::{Settings, Structure, ToneMap};
-pub use stats::{OmittedTriangles, Stage, Stats};
+pub use stats::{OmittedTriangles, Settled, Stage, Stats};
 pub use umbrage_rays as rays;
 pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::{Vec2, Vec3, Vec4};
 use umbrage::gpu::{DeviceLimits, Gpu};
-use umbrage::rays::{Camera, LightSource};
+use umbrage::rays::{Camera, LightSource, Projection};
 use umbrage::scene::{BadFrame, Frame, Light, Material, NamedCamera, Scene, TextureUse};
-use umbrage::{Error, Film, LightMask, Renderer, Settings, Structure};
+use umbrage::{Error, Film, LightMask, Renderer, Settings, Settled, Stats, Structure};
 use umbrage_verify::real_scene;
 
 const SIZE: [u32; 2] = [70, 50];
@@ -280,4 +280,55 @@ fn frames_without_cameras_are_framed_as_they_are() {
     // And nothing at all is a picture of what is around it.
     let film = renderer.render_frame(Frame::default(), &settings()).expect("a frame");
     assert!(film.triangle.iter().all(|&triangle| triangle == Film::NO_TRIANGLE));
+}
+
+/// A square whose diagonal ten rays go through, of each sample that is on the pixels' own diagonal; and, behind the camera,
+/// a triangle whose shadow ends there.
+fn diagonal() -> (Frame, Settings) {
+    let at = Vec3::new;
+    let square = [at(-20.0, 20.0, 0.0), at(20.0, -20.0, 0.0), at(20.0, 20.0, 0.0), at(-20.0, -20.0, 0.0)];
+    let behind = [at(-30.0, 30.0, 20.0), at(30.0, -30.0, 20.0), at(30.0, 30.0, 20.0)];
+    let mut frame = Frame::from_triangles([&square[..], &behind].concat(), vec![[0, 1, 2], [1, 0, 3], [4, 5, 6]]);
+    frame.lights = vec![light(LightSource::Directional { direction: Vec3::NEG_Z })];
+    let projection = Projection::Orthographic { half_height: 5.0 };
+    let camera = Camera { position: Vec3::Z * 5.0, right: Vec3::X, up: Vec3::Y, forward: Vec3::NEG_Z, projection };
+    (frame, Settings { width: 10, height: 10, camera: Some(camera), ..Settings::default() })
+}
+
+fn settled(renderer: &mut Renderer, samples: u32) -> [Settled; 2] {
+    let (frame, settings) = diagonal();
+    renderer.render_frame(frame, &Settings { samples, ..settings }).expect("a frame");
+    let Stats { settled_camera_rays, settled_shadow_rays, .. } = renderer.stats();
+    [settled_camera_rays, settled_shadow_rays].map(|settled| settled.expect("counted"))
+}
+
+#[test]
+fn rays_through_edges_are_settled_by_the_predicate() {
+    let check = |renderer: &mut Renderer, knows_rays: bool| {
+        let [of_camera, of_light] = settled(renderer, 1);
+        // On both triangles of the square; of the light, on the other one of them and on the one behind the camera.
+        for settled in [of_camera, of_light] {
+            assert!((10..=20).contains(&settled.tests) && settled.of_rays == 100, "{settled:?}");
+        }
+        assert_eq!((of_camera.rays, of_light.rays), (knows_rays.then_some(10), None));
+        // The first and the last of four samples are on the diagonal.
+        let twice = |once: Settled| Settled {
+            tests: 2 * once.tests,
+            rays: once.rays.map(|rays| 2 * rays),
+            of_rays: 4 * once.of_rays,
+        };
+        assert_eq!(settled(renderer, 4), [of_camera, of_light].map(twice));
+        assert_eq!(settled(renderer, 1), [of_camera, of_light]);
+    };
+    check(&mut Renderer::default(), false);
+    if let Some(mut gpu) = gpu() {
+        check(&mut gpu, true);
+    }
+    for structure in [Structure::LISTED, Structure::Bvh] {
+        let mut renderer = Renderer::default();
+        let (frame, settings) = diagonal();
+        renderer.render_frame(frame, &Settings { structure, ..settings }).expect("a frame");
+        let Stats { settled_camera_rays, settled_shadow_rays, .. } = renderer.stats();
+        assert_eq!((settled_camera_rays, settled_shadow_rays), (&None, &None), "{structure:?}");
+    }
 }

@@ -64,13 +64,14 @@ impl Cpu {
     }
 
     fn shadow_through_grids(&mut self, frame: &Frame, view: &View, sample: &Sample) {
-        let Self { light_grid, seen, lit, light_work, .. } = self;
+        let Self { light_grid, seen, lit, light_work, settled_tests: [_, settled], .. } = self;
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
         light_grid.survey(&image);
         light_work.clear();
         for (light, mask) in frame.lights.iter().zip(lit) {
             let is_opaque = |id| frame.is_opaque(id);
             light_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
+            *settled += light_grid.counts().asked;
             light_work.push(LightWork { counts: light_grid.counts(), seconds: light_grid.seconds() });
         }
     }
