@@ -2,7 +2,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
-use umbrage::{Settings, Stage, Stats};
+use umbrage::{Settings, Settled, Stage, Stats};
 
 /// What a render cost, frame by frame.
 #[derive(Debug, Serialize)]
@@ -107,6 +107,13 @@ impl Report {
         line("lights", thousands(stats.lights as u64));
         line("camera rays", thousands(stats.camera_rays));
         line("shadow rays", thousands(stats.shadow_rays));
+        let settled = [("camera", stats.settled_camera_rays), ("lights", stats.settled_shadow_rays)];
+        if settled.iter().any(|(_, settled)| settled.is_some()) {
+            line("settled by the predicate", String::new());
+        }
+        for (name, settled) in settled.into_iter().filter_map(|(name, settled)| Some((name, settled?))) {
+            line(name, of_rays(settled));
+        }
         line("bytes", String::new());
         line("structure", per(stats.structure_bytes, stats.triangles, "triangle"));
         if stats.point_bytes > 0 {
@@ -156,6 +163,15 @@ pub(crate) fn thousands(number: u64) -> String {
     text
 }
 
+/// The rays that needed the predicate, or else the tests, of how many rays.
+fn of_rays(Settled { tests, rays, of_rays }: Settled) -> String {
+    let of_rays = count(of_rays, "ray");
+    rays.map_or_else(
+        || format!("{} for {of_rays}", count(tests, "test")),
+        |rays| format!("{} of {of_rays}", thousands(rays)),
+    )
+}
+
 fn per(bytes: usize, things: usize, noun: &str) -> String {
     if things == 0 {
         return thousands(bytes as u64);
@@ -174,6 +190,8 @@ mod tests {
         let stats = Stats {
             stages: vec![stage("see", see), stage("shadow", shadow)],
             triangles: 1_234_567,
+            settled_camera_rays: Some(Settled { tests: 9_000, rays: Some(4_321), of_rays: 50_000 }),
+            settled_shadow_rays: Some(Settled { tests: 1, rays: None, of_rays: 76_543 }),
             omitted: vec![OmittedTriangles { reason: "zero area", count: 2, first_ids: vec![3, 9] }],
             ..Stats::default()
         };
@@ -195,6 +213,19 @@ mod tests {
         for part in ["3 frames", "1,234,567", "2 triangles (zero area; first ids [3, 9])", "1.500"] {
             assert!(text.contains(part), "{part} in {text}");
         }
+        let settled: Vec<_> = text.lines().skip_while(|line| !line.contains("settled")).take(3).map(words).collect();
+        assert_eq!(
+            settled,
+            ["settled by the predicate", "camera 4,321 of 50,000 rays", "lights 1 test for 76,543 rays"]
+        );
+        // Where nothing is counted, there is nothing to say.
+        let stats = &mut report.frames[2].stats;
+        (stats.settled_camera_rays, stats.settled_shadow_rays) = (None, None);
+        assert!(!report.text().contains("settled"));
+    }
+
+    fn words(line: &str) -> String {
+        line.split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
     #[test]

@@ -188,7 +188,17 @@ fn statistics_come_as_text_or_json() {
     let flags = ["render", "scene.gltf", "--size", "16x12", "--frames", "0..3", "-o", "%d.png", "--stats"];
     let (stdout, stderr) = place.succeed(&[&flags[..], &["text"]].concat());
     assert_eq!(stdout, "");
-    for part in ["3 frames", "see", "shadow", "camera rays", "192", "triangles", "pixel)"] {
+    for part in [
+        "3 frames",
+        "see",
+        "shadow",
+        "camera rays",
+        "192",
+        "triangles",
+        "pixel)",
+        "settled by the predicate",
+        "for 192 rays",
+    ] {
         assert!(stderr.contains(part), "{part} in {stderr}");
     }
     let (stdout, _) = place.succeed(&[&flags[..], &["json"]].concat());
@@ -196,6 +206,8 @@ fn statistics_come_as_text_or_json() {
     assert_eq!(json["frames"].as_array().unwrap().len(), 3);
     assert_eq!(json["frames"][2]["camera_rays"], 192);
     assert_eq!(json["frames"][1]["triangles"], 1);
+    assert_eq!(json["frames"][2]["settled_camera_rays"]["of_rays"], 192);
+    assert!(json["frames"][2]["settled_shadow_rays"]["tests"].is_u64());
     assert!(json["median"]["render_milliseconds"].as_f64().unwrap() > 0.0);
     let stages: Vec<&str> =
         json["median"]["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap()).collect();

@@ -3,11 +3,12 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3, Vec4};
 use umbrage_rays::{Bounds, Camera, Triangles};
 
-use crate::{Light, Materials, Texture};
+use crate::{Light, Material, Materials, Texture};
 
 /// A scene at one moment: triangles in world space, and what lights, colours and sees them.
 ///
-/// Keep one `Frame` and pose it again with [`Scene::pose`](crate::Scene::pose): its memory is reused.
+/// Keep one `Frame` and pose it again with [`Scene::pose`](crate::Scene::pose): its memory is reused. Triangles of your own
+/// become one with [`Frame::from_triangles`].
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
     /// The moment.
@@ -28,6 +29,7 @@ pub struct Frame {
     /// The file's cameras; may be empty, see [`Frame::camera`].
     pub cameras: Vec<NamedCamera>,
     /// A box around the scene over the whole animation, as far as it is known without posing every moment.
+    /// Empty where that isn't known: then a camera is made for the triangles as they are.
     pub animation_bounds: Bounds,
 }
 
@@ -55,6 +57,22 @@ pub struct NamedCamera {
 }
 
 impl Frame {
+    /// Triangles in world space, each of three places in `positions`: flat, in [clay](Material::clay), without lights and
+    /// cameras.
+    ///
+    /// All fields are yours to change; [`Frame::check`] says whether they still belong together.
+    #[must_use]
+    pub fn from_triangles(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Self {
+        let material_of_triangle = vec![0; triangles.len()];
+        let materials = Materials { materials: vec![Material::clay()], textures: Vec::new() };
+        Self {
+            positions,
+            mesh: Arc::new(Mesh { triangles, material_of_triangle, ..Mesh::default() }),
+            materials: Arc::new(materials),
+            ..Self::default()
+        }
+    }
+
     /// The frame's triangles, as structures are built over them.
     #[must_use]
     pub fn triangles(&self) -> Triangles<'_> {
@@ -89,8 +107,8 @@ impl Frame {
         const FORWARD: Vec3 = Vec3::new(-0.5, -0.4, -1.0);
         const VERTICAL_FOV_RADIANS: f32 = 0.7;
         let triangles = self.triangles();
-        if triangles.bounds() == self.animation_bounds {
-            // Nothing moves: the triangles themselves make a tighter view than their box.
+        if self.animation_bounds.is_empty() || triangles.bounds() == self.animation_bounds {
+            // Nothing moves, as far as is known: the triangles themselves make a tighter view than their box.
             let corners = (0..triangles.len() as u32).flat_map(|id| triangles.corners(id));
             Camera::framing(corners, FORWARD, aspect, VERTICAL_FOV_RADIANS)
         } else {

@@ -1,6 +1,7 @@
 //! What is there at time t?
 #![forbid(unsafe_code)]
 
+mod check;
 mod error;
 mod frame;
 mod light;
@@ -19,6 +20,7 @@ mod ply;
 mod sequence;
 mod stl;
 
+pub use check::BadFrame;
 pub use demo::{DEMOS, DemoScene};
 pub use error::Error;
 pub use frame::{Frame, Mesh, NamedCamera};

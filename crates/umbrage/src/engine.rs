@@ -8,7 +8,7 @@ use crate::cpu::{Cpu, LightMask, LightWork};
 #[cfg(feature = "gpu")]
 use crate::gpu::{Band, GpuEngine};
 use crate::sampling::Sample;
-use crate::{Error, Film, Settings, Stats};
+use crate::{Error, Film, Settings, Settled, Stats};
 
 /// All rows of an image.
 #[cfg(not(feature = "gpu"))]
@@ -55,6 +55,15 @@ impl Engine {
             Self::Gpu(gpu) => gpu.animate(scene, seconds, settings, frame)?,
         }
         Ok(())
+    }
+
+    /// Makes ready for a frame that comes with its vertices, in place of [animating](Self::animate) one.
+    pub(crate) fn adopt(&mut self) {
+        match self {
+            Self::Cpu(_) => {}
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.adopt(),
+        }
     }
 
     /// Rebuilds what serves all samples of a frame.
@@ -228,6 +237,16 @@ impl Engine {
             Self::Cpu(cpu) => cpu.shadow_rays(),
             #[cfg(feature = "gpu")]
             Self::Gpu(gpu) => gpu.shadow_rays(),
+        }
+    }
+
+    /// What of the last frame's camera rays and shadow rays was left to the predicate, all samples together; how many rays
+    /// there were isn't filled in.
+    pub(crate) fn settled(&self) -> [Option<Settled>; 2] {
+        match self {
+            Self::Cpu(cpu) => cpu.settled(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.settled().map(Some),
         }
     }
 

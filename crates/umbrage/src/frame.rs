@@ -1,7 +1,7 @@
 //! The spine: a frame from top to bottom.
 
 use umbrage_rays::{GridCounts, PixelWork, SeenPixels, SimdLevel, View};
-use umbrage_scene::{Frame, Scene};
+use umbrage_scene::{BadFrame, Frame, Scene};
 
 use crate::background::Surroundings;
 use crate::cpu::{Cpu, LightMask, LightWork};
@@ -26,6 +26,9 @@ pub enum Error {
     /// The scene could not be posed.
     #[error(transparent)]
     Scene(#[from] umbrage_scene::Error),
+    /// A frame that was made by hand is not what a frame has to be.
+    #[error(transparent)]
+    Frame(#[from] BadFrame),
     /// The image has more pixels on a side than the structure can sort.
     #[error(transparent)]
     ImageTooLarge(#[from] umbrage_rays::ImageTooLarge),
@@ -71,13 +74,70 @@ impl Renderer {
     /// Where the scene can't be posed, the image is too large, or a setting makes no sense.
     pub fn render(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> Result<&Film, Error> {
         settings.check()?;
-        let Self { engine, frame, view: shown, film, stats } = self;
+        let Self { engine, frame, stats, .. } = self;
         stats.start();
 
         stats.time("animate", || engine.animate(scene, seconds, settings, frame))?;
         if let Some(lights) = &settings.lights {
             frame.lights.clone_from(lights);
         }
+        self.render_animated(settings)
+    }
+
+    /// Renders triangles of your own, on the threads of the current rayon pool; [`Renderer::frame`] has them afterwards.
+    ///
+    /// Where the next frame has the same [`Frame::mesh`] and [`Frame::materials`] (the same `Arc`s), a GPU takes over only
+    /// what moves. Triangles with a corner that isn't finite are left out, and counted in [`Stats::omitted`]. Without
+    /// lights, in the frame or in the settings, only what is around the scene lights it.
+    ///
+    /// ```
+    /// use umbrage::rays::{Camera, LightSource};
+    /// use umbrage::scene::{Frame, Light};
+    /// use umbrage::{Renderer, Settings};
+    /// use glam::Vec3;
+    ///
+    /// // A triangle that stands on a floor of two.
+    /// let positions = [[-2., 0., -2.], [2., 0., -2.], [2., 0., 2.], [-2., 0., 2.], [-1., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
+    /// let mut frame =
+    ///     Frame::from_triangles(positions.map(Vec3::from).to_vec(), vec![[0, 2, 1], [0, 3, 2], [4, 5, 6]]);
+    /// frame.lights = vec![Light {
+    ///     name: "lamp".into(),
+    ///     source: LightSource::Point { position: Vec3::new(1.0, 3.0, 2.0) },
+    ///     color: Vec3::ONE,
+    ///     intensity: 30.0,
+    ///     range: None,
+    ///     casts_shadow: true,
+    /// }];
+    ///
+    /// let camera = Camera::look_at(Vec3::new(0.0, 2.0, 4.0), Vec3::ZERO, Vec3::Y, 0.8);
+    /// let settings = Settings { width: 64, height: 48, camera: Some(camera), ..Settings::default() };
+    /// let mut renderer = Renderer::default();
+    /// for step in 0..3 {
+    ///     frame.positions[6].x = 0.1 * step as f32;
+    ///     let film = renderer.render_frame(frame.clone(), &settings)?;
+    ///     assert!(film.triangle.contains(&2));
+    /// }
+    /// # Ok::<(), umbrage::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Where the frame is not what [`Frame::check`] asks for, the image is too large, or a setting makes no sense. A frame
+    /// that is refused leaves the last one as it was.
+    pub fn render_frame(&mut self, mut frame: Frame, settings: &Settings) -> Result<&Film, Error> {
+        settings.check()?;
+        if let Some(lights) = &settings.lights {
+            frame.lights.clone_from(lights);
+        }
+        frame.check()?;
+        self.stats.start();
+        self.engine.adopt();
+        self.frame = frame;
+        self.render_animated(settings)
+    }
+
+    /// From the frame as it is to the film.
+    fn render_animated(&mut self, settings: &Settings) -> Result<&Film, Error> {
+        let Self { engine, frame, view: shown, film, stats } = self;
         let view = settings.view(frame);
         *shown = Some(view);
         let surroundings = Surroundings::new(&settings.background);

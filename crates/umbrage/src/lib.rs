@@ -43,7 +43,7 @@ pub use panorama::Panorama;
 pub use probe::{Blocker, Probe};
 pub use sampling::Sample;
 pub use settings::{Settings, Structure, ToneMap};
-pub use stats::{OmittedTriangles, Stage, Stats};
+pub use stats::{OmittedTriangles, Settled, Stage, Stats};
 pub use umbrage_rays as rays;
 pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;

@@ -21,6 +21,11 @@ pub struct Stats {
     pub camera_rays: u64,
     /// Shadow rays traced.
     pub shadow_rays: u64,
+    /// What the predicate settled of the camera rays, of surfaces that are seen first; `None` where that isn't counted:
+    /// by the paper's form on the CPU, and by the hierarchy.
+    pub settled_camera_rays: Option<Settled>,
+    /// The same of the shadow rays from these surfaces, of all lights together.
+    pub settled_shadow_rays: Option<Settled>,
     /// Bytes held by the acceleration structures for triangles.
     pub structure_bytes: usize,
     /// Bytes held by the light grid, which lights use in turn, for the points that pixels show.
@@ -33,6 +38,17 @@ pub struct Stats {
     pub uploaded_bytes: u64,
     /// Triangles that no ray can hit, by reason; reasons that left out none are left away.
     pub omitted: Vec<OmittedTriangles>,
+}
+
+/// What the grids' filters left open, so that it was for the exact predicate to decide, over all samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Settled {
+    /// Tests of a ray against a triangle; a ray may need several. How many shadow rays do may depend on the threads.
+    pub tests: u64,
+    /// Rays that needed any; `None` where tests alone are counted, as all are but a GPU's camera rays.
+    pub rays: Option<u64>,
+    /// All rays, settled by filter or predicate.
+    pub of_rays: u64,
 }
 
 /// One stage of a frame.
@@ -87,6 +103,9 @@ impl Stats {
         self.lights = frame.lights.len();
         self.camera_rays = film.color.len() as u64 * u64::from(samples);
         self.shadow_rays = engine.shadow_rays();
+        let [of_camera, of_lights] = engine.settled();
+        self.settled_camera_rays = of_camera.map(|settled| Settled { of_rays: self.camera_rays, ..settled });
+        self.settled_shadow_rays = of_lights.map(|settled| Settled { of_rays: self.shadow_rays, ..settled });
         self.structure_bytes = engine.structure_bytes();
         self.point_bytes = engine.point_bytes();
         self.frame_bytes = frame.bytes() + engine.rig_bytes();

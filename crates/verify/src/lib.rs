@@ -1,16 +1,20 @@
-//! What the tests measure the other crates by: the oracle, test meshes and real scenes.
+//! What the tests measure the other crates by: the oracle, test meshes with cameras and lights, and real scenes.
 #![forbid(unsafe_code)]
 
 mod forms;
+pub mod lights;
 mod meshes;
 mod oracle;
+mod plates;
 mod random;
 mod scenes;
 mod sheet;
+pub mod views;
 
 pub use forms::{Shot, Truth};
 pub use meshes::TestMesh;
 pub use oracle::Oracle;
+pub use plates::Plates;
 pub use random::Random;
 pub use scenes::real_scene;
 pub use sheet::{Seams, Sheet, SheetShape};

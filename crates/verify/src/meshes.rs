@@ -3,6 +3,8 @@ use std::collections::HashMap;
 use glam::Vec3;
 use umbrage_rays::Triangles;
 
+use crate::Random;
+
 /// Vertices and triangles made for a test.
 #[derive(Clone, Debug, Default)]
 pub struct TestMesh {
@@ -81,6 +83,55 @@ impl TestMesh {
         let ball = Self::ball(2).placed(0.5, Vec3::new(0.25, -0.25, 0.0));
         (0..ball.indices.len() as u32).for_each(|id| mesh.push(ball.triangles().corners(id)));
         mesh.push([Vec3::new(-2.0, -1.0, -1.5), Vec3::new(2.0, -1.0, -1.5), Vec3::new(0.0, 2.0, -1.5)]);
+        mesh
+    }
+
+    /// The [room](Self::room) among triangles of every bad shape.
+    #[must_use]
+    pub fn bad_shapes(random: &mut Random) -> Self {
+        let mut mesh = Self::room();
+        for _ in 0..30 {
+            // Slivers, needles, and points that still have an area.
+            let (a, b) = (random.point() * 1.5, random.point() * 1.5);
+            mesh.push([a, b, a.lerp(b, random.unit()) + random.point() * 1e-6]);
+            mesh.push([a, a + random.point() * 1e-5, b + random.point() * 2.0]);
+            mesh.push([a, Vec3::new(a.x.next_up(), a.y, a.z), Vec3::new(a.x, a.y.next_up(), a.z)]);
+            mesh.push([(); 3].map(|()| b + random.point() * 1e-7));
+        }
+        // Points and lines without any.
+        let (a, b) = (random.point(), random.point());
+        [[a, a, a], [a, b, a], [a, a.midpoint(b), b]].into_iter().for_each(|corners| mesh.push(corners));
+        // Triangles that span the whole view and reach around the camera and the lights, and far beyond all else.
+        for reach in [6.0, 1e3, 1e6] {
+            let plane = |x: f32, y: f32, z: f32| Vec3::new(x, y, z) * reach;
+            mesh.push([plane(-1.0, -0.7, -1.0), plane(1.0, -0.8, -1.0), plane(0.1, -0.9, 1.0)]);
+            mesh.push([plane(-1.0, 1.0, -1.0), plane(1.0, 1.0, -1.0), plane(0.1, 0.9, 1.0)]);
+        }
+        mesh
+    }
+
+    /// What there are [copies](Self::copies) of.
+    pub const COPY: [Vec3; 3] = [Vec3::new(-1.5, -0.5, 0.0), Vec3::new(-0.5, -0.5, 1.0), Vec3::new(-1.0, 0.5, 1.0)];
+
+    /// The [room](Self::room) with so many copies of one triangle.
+    #[must_use]
+    pub fn copies(count: u32) -> Self {
+        let mut mesh = Self::room();
+        (0..count).for_each(|_| mesh.push(Self::COPY));
+        mesh
+    }
+
+    /// A ball of 2.5·10⁻⁴ over a card of 2·10⁻³, which is the two triangles after the ball's, and two triangles two units
+    /// below both, a thousand times as large.
+    #[must_use]
+    pub fn card() -> Self {
+        let mut mesh = Self::ball(2).placed(2.5e-4, Vec3::new(1e-4, 3e-4, 3e-4));
+        let card = |x: f32, y: f32| Vec3::new(x, y, -0.3 * y - 1e-3) * 1e-3;
+        mesh.push([card(-1.0, -1.0), card(0.9, -1.0), card(0.9, 1.0)]);
+        mesh.push([card(-1.0, -1.0), card(0.9, 1.0), card(-1.0, 1.0)]);
+        for (a, b, c) in [((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0)), ((-2.0, -2.0), (2.0, 2.0), (-2.0, 2.0))] {
+            mesh.push([a, b, c].map(|(x, y)| Vec3::new(x, y, -2.0)));
+        }
         mesh
     }
 

@@ -5,8 +5,8 @@ use std::sync::{Mutex, MutexGuard, OnceLock};
 
 use umbrage::gpu::{DeviceLimits, Gpu};
 use umbrage::rays::{Camera, Projection};
-use umbrage::scene::{DEMOS, Scene};
-use umbrage::{Renderer, Settings};
+use umbrage::scene::{DEMOS, Light, Scene};
+use umbrage::{Film, Renderer, Settings, Structure};
 use umbrage_verify::real_scene;
 
 /// Opens the machine's adapter, or says that there is none.
@@ -166,6 +166,27 @@ fn samples_back_faces_and_parallel_views() {
     ] {
         compare(name, &mut gpu, &scene, 0.5, &settings).expect_none(name);
     }
+}
+
+#[test]
+fn lights_without_shadows_reach_everything() {
+    let scene = Scene::open("demo:hall?triangles=3000").expect("a scene of the gallery");
+    let own = scene.at(0.0).expect("a frame").lights;
+    let lights: Vec<_> = own.iter().zip(0..).map(|(light, number)| Light { casts_shadow: number == 1, ..light.clone() }).collect();
+    let settings = Settings { lights: Some(lights), ..sized(90, 60) };
+    for structure in [Structure::Perspective, Structure::LISTED, Structure::Bvh] {
+        let settings = Settings { structure, ..settings.clone() };
+        let mut cpu = Renderer::default();
+        cpu.render(&scene, 0.0, &settings).expect("a frame");
+        let pixels = || (0..60).flat_map(|y| (0..90).map(move |x| (x, y)));
+        let shown = pixels().filter(|&(x, y)| cpu.seen().triangle_at(x, y) != Film::NO_TRIANGLE).count();
+        let lit = cpu.light_masks().iter().map(|mask| pixels().filter(|&(x, y)| mask.is_lit(x, y)).count());
+        let lit: Vec<usize> = lit.collect();
+        assert!(lit[0] == shown && lit[1] < shown && lit[2] == shown, "{lit:?} of {shown}");
+        assert_eq!(cpu.stats().shadow_rays, shown as u64);
+    }
+    let Some(mut gpu) = gpu() else { return };
+    compare("no shadows", &mut gpu, &scene, 0.0, &settings).expect_none("no shadows");
 }
 
 #[test]

@@ -125,7 +125,8 @@ fn texel_at(material: u32, slot: u32, facet: Facet) -> vec4<f32> {
 fn bent_normal(material: u32, facet: Facet, texel: vec4<f32>) -> vec3<f32> {
     let mean = vertex_normal_at(facet.triangle.vertices, facet.weights);
     let squared = dot(mean, mean);
-    if squared <= LEAST_SQUARED {
+    // Also where it is no number.
+    if !(squared > LEAST_SQUARED) {
         return bend(material, facet, texel, facet.geometric_normal * facet.facing) * facet.facing;
     }
     let smooth_normal = mean * inverseSqrt(squared);

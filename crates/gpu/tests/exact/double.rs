@@ -1,8 +1,6 @@
 //! The arithmetic itself.
 
-use umbrage_gpu::Kernel;
-
-use crate::{Random, common, map};
+use crate::{Random, common, kernel, map};
 
 /// What the kernel writes for each pair.
 const RESULT_WORDS: usize = 24;
@@ -10,7 +8,7 @@ const RESULT_WORDS: usize = 24;
 #[test]
 fn operations_have_the_bits_of_f64() {
     let Some(gpu) = common::gpu() else { return };
-    let kernel = Kernel::of_text(&gpu, include_str!("double.wgsl"), "operations", &[]);
+    let kernel = kernel(&gpu, include_str!("double.wgsl"), "operations");
     let mut random = Random(1);
     let special = special_pairs();
     for batch in 0..9 {

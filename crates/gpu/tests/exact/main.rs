@@ -13,6 +13,11 @@ use umbrage_gpu::{Buffer, Gpu, Groups, Kernel, Recorder};
 /// The workgroup size of the tests' kernels.
 const LANES: u32 = 64;
 
+/// A kernel of a test's own, which follows what all of them share.
+fn kernel(gpu: &Gpu, text: &str, entry: &'static str) -> Kernel {
+    Kernel::of_text(gpu, &format!("{}{text}", include_str!("cases.wgsl")), entry, &[])
+}
+
 /// What `kernel` makes of each of `inputs`: `words` u32 for each.
 fn map<T: bytemuck::Pod>(gpu: &Gpu, kernel: &Kernel, inputs: &[T], words: usize) -> Vec<u32> {
     let (mut input, mut output) = (Buffer::storage(gpu, "inputs"), Buffer::storage(gpu, "outputs"));

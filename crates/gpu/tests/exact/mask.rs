@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use glam::{Affine2, Vec2, Vec4};
-use umbrage_gpu::Kernel;
 use umbrage_scene::{Alpha, ColorSpace, Filter, Frame, Material, Materials, Mesh, Texture, TextureUse, Wrap};
 
-use crate::{Random, common, map};
+use crate::{Random, common, kernel, map};
 
 const CASE_WORDS: usize = 64;
 const FIRST_TEXEL: usize = 24;
@@ -17,7 +16,7 @@ const MOST_TEXELS: usize = CASE_WORDS - FIRST_TEXEL;
 #[test]
 fn opacities_are_those_that_the_frame_compares() {
     let Some(gpu) = common::gpu() else { return };
-    let kernel = Kernel::of_text(&gpu, include_str!("mask.wgsl"), "opacities", &[]);
+    let kernel = kernel(&gpu, include_str!("mask.wgsl"), "opacities");
     let mut random = Random(8);
     let leaves: Vec<_> = (0..1 << 15).map(|_| Leaf::random(&mut random)).collect();
     let cases: Vec<_> = leaves.iter().map(Leaf::case).collect();

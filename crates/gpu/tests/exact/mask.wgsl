@@ -1,21 +1,9 @@
 // The opacity at a place of each of many triangles.
 
-import package::dispatch::{flat_group};
 import package::exact::single::{f32_at_least};
 import package::exact::mask::{MaskTexture, mask_interpolated, mask_texels, mask_texture_opacity, mask_opacity};
 
-@group(0) @binding(0) var<storage, read> inputs: array<u32>;
-@group(0) @binding(1) var<storage, read_write> outputs: array<u32>;
-
 const CASE_WORDS = 64u;
-
-fn case_pair(word: u32) -> vec2<u32> {
-    return vec2(inputs[word], inputs[word + 1u]);
-}
-
-fn case_triple(word: u32) -> vec3<u32> {
-    return vec3(inputs[word], inputs[word + 1u], inputs[word + 2u]);
-}
 
 @compute @workgroup_size(64)
 fn opacities(
@@ -23,7 +11,7 @@ fn opacities(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let start = (flat_group(group, groups) * 64u + lane) * CASE_WORDS;
+    let start = case_number_of(group, groups, lane) * CASE_WORDS;
     if start >= arrayLength(&inputs) {
         return;
     }

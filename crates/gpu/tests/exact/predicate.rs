@@ -13,7 +13,7 @@ pub(crate) const ANSWER_WORDS: usize = 16;
 pub(crate) type Case = [u32; CASE_WORDS];
 
 pub(crate) fn kernel(gpu: &Gpu, entry: &'static str) -> Kernel {
-    Kernel::of_text(gpu, include_str!("predicate.wgsl"), entry, &[])
+    crate::kernel(gpu, include_str!("predicate.wgsl"), entry)
 }
 
 #[test]

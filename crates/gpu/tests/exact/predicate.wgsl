@@ -1,35 +1,18 @@
 // The predicate's functions, each on a list of cases.
 
-import package::dispatch::{flat_group};
 import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::exact::predicate::{exact_edges, exact_t, exact_barycentric, exact_is_front};
 import package::exact::shadow::{exact_point, exact_shadow, exact_blocked_by};
 
-@group(0) @binding(0) var<storage, read> inputs: array<u32>;
-@group(0) @binding(1) var<storage, read_write> outputs: array<u32>;
-
 const CASE_WORDS = 32u;
 const ANSWER_WORDS = 16u;
 
-fn case_number(word: u32) -> F64 {
-    return F64(inputs[word], inputs[word + 1u]);
-}
-
 fn case_vector(word: u32) -> F64Vector {
-    return F64Vector(case_number(word), case_number(word + 2u), case_number(word + 4u));
-}
-
-fn case_bits(word: u32) -> vec3<u32> {
-    return vec3(inputs[word], inputs[word + 1u], inputs[word + 2u]);
+    return F64Vector(case_pair(word), case_pair(word + 2u), case_pair(word + 4u));
 }
 
 fn case_corners(word: u32) -> CornerBits {
-    return CornerBits(case_bits(word), case_bits(word + 3u), case_bits(word + 6u));
-}
-
-fn answer_number(word: u32, number: F64) {
-    outputs[word] = number.x;
-    outputs[word + 1u] = number.y;
+    return CornerBits(case_triple(word), case_triple(word + 3u), case_triple(word + 6u));
 }
 
 fn answer_vector(word: u32, vector: F64Vector) {
@@ -44,7 +27,7 @@ fn crossings(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let start = (flat_group(group, groups) * 64u + lane) * CASE_WORDS;
+    let start = case_number_of(group, groups, lane) * CASE_WORDS;
     if start >= arrayLength(&inputs) {
         return;
     }
@@ -69,7 +52,7 @@ fn fronts(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let start = (flat_group(group, groups) * 64u + lane) * CASE_WORDS;
+    let start = case_number_of(group, groups, lane) * CASE_WORDS;
     if start >= arrayLength(&inputs) {
         return;
     }
@@ -86,13 +69,13 @@ fn shadows(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let start = (flat_group(group, groups) * 64u + lane) * CASE_WORDS;
+    let start = case_number_of(group, groups, lane) * CASE_WORDS;
     if start >= arrayLength(&inputs) {
         return;
     }
     let ray = ExactRay(case_vector(start), case_vector(start + 6u));
-    let point = exact_point(ray, case_number(start + 22u));
-    let shadow = exact_shadow(inputs[start + 24u] != 0u, case_bits(start + 25u), point);
+    let point = exact_point(ray, case_pair(start + 22u));
+    let shadow = exact_shadow(inputs[start + 24u] != 0u, case_triple(start + 25u), point);
     let answer = start / CASE_WORDS * ANSWER_WORDS;
     var terms: ExpansionTerms;
     var edges: ExactEdges;
@@ -113,16 +96,16 @@ fn rays(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let start = (flat_group(group, groups) * 64u + lane) * CASE_WORDS;
+    let start = case_number_of(group, groups, lane) * CASE_WORDS;
     if start >= arrayLength(&inputs) {
         return;
     }
     let view = ExactView(
-        case_bits(start), inputs[start + 3u], case_bits(start + 4u), inputs[start + 7u],
-        case_bits(start + 8u), inputs[start + 11u], case_bits(start + 12u), inputs[start + 15u],
+        case_triple(start), inputs[start + 3u], case_triple(start + 4u), inputs[start + 7u],
+        case_triple(start + 8u), inputs[start + 11u], case_triple(start + 12u), inputs[start + 15u],
     );
     let ray = exact_pixel_ray(
-        view, inputs[start + 16u], inputs[start + 17u], case_number(start + 18u), case_number(start + 20u),
+        view, inputs[start + 16u], inputs[start + 17u], case_pair(start + 18u), case_pair(start + 20u),
     );
     let answer = start / CASE_WORDS * ANSWER_WORDS;
     answer_vector(answer, ray.origin);

@@ -1,7 +1,5 @@
 //! The CPU engine: a frame's stages on the threads of the current rayon pool.
 
-#[cfg(feature = "gpu")]
-mod peel;
 mod see;
 mod shade;
 mod shadow;
@@ -12,9 +10,7 @@ use umbrage_rays::{
 };
 use umbrage_scene::Frame;
 
-use crate::{Settings, Structure};
-#[cfg(feature = "gpu")]
-pub(crate) use peel::PeeledLayer;
+use crate::{Settings, Settled, Structure};
 pub use shadow::LightMask;
 
 /// Finds what each pixel sees and which lights reach it, through structures rebuilt for every frame.
@@ -34,6 +30,8 @@ pub(crate) struct Cpu {
     /// For each light, which pixels it lights at the current sample.
     lit: Vec<LightMask>,
     shadow_rays: u64,
+    /// Tests of camera rays, and of shadow rays, that the grids left to the predicate, over all samples.
+    settled_tests: [u64; 2],
     camera_work: GridCounts,
     light_work: Vec<LightWork>,
 }
@@ -69,6 +67,7 @@ impl Cpu {
         self.culls_back_faces = settings.culls_back_faces;
         self.camera_grid.set_culls_back_faces(settings.culls_back_faces);
         self.shadow_rays = 0;
+        self.settled_tests = [0; 2];
         self.camera_work = GridCounts::default();
         self.light_work.clear();
         if self.structure == Structure::Bvh || frame.is_see_through() {
@@ -106,6 +105,12 @@ impl Cpu {
 
     pub(crate) fn shadow_rays(&self) -> u64 {
         self.shadow_rays
+    }
+
+    /// What of the last frame's camera rays and shadow rays was left to the predicate; only the direct grids count that.
+    pub(crate) fn settled(&self) -> [Option<Settled>; 2] {
+        let is_counted = self.structure == Structure::Perspective;
+        self.settled_tests.map(|tests| is_counted.then(|| Settled { tests, ..Settled::default() }))
     }
 
     pub(crate) fn structure_bytes(&self) -> usize {

@@ -39,13 +39,15 @@ impl Cpu {
     /// # Errors
     /// Where the image is larger than the structure's limit.
     pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
-        let Self { structure, bvh, camera_grid, listed_grid, seen, camera_work, .. } = self;
+        let Self { structure, bvh, camera_grid, listed_grid, seen, camera_work, settled_tests: [settled, _], .. } =
+            self;
         let culls_back_faces = self.culls_back_faces;
         let triangles = frame.triangles();
         match structure {
             Structure::Perspective => {
                 camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
                 *camera_work = camera_grid.trace(triangles, SolidPoints(frame), seen);
+                *settled += camera_work.referred;
             }
             Structure::Listed { camera: options, .. } => {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;

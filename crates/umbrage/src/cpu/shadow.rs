@@ -30,12 +30,6 @@ impl LightMask {
         self.blocks[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1
     }
 
-    /// One for each block of pixels, the first pixel in the lowest bit.
-    #[cfg(feature = "gpu")]
-    pub(super) fn blocks(&self) -> &[u16] {
-        &self.blocks
-    }
-
     /// Takes over a bit for each place from a row of tiles on, the first in the lowest bit of its word.
     #[cfg(feature = "gpu")]
     pub(crate) fn set_words(&mut self, first_row: u32, words: &[u32]) {
@@ -84,7 +78,7 @@ impl Cpu {
     }
 
     fn shadow_through_grids(&mut self, frame: &Frame, view: &View, sample: &Sample) {
-        let Self { light_grid, seen, lit, light_work, .. } = self;
+        let Self { light_grid, seen, lit, light_work, settled_tests: [_, settled], .. } = self;
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
         light_grid.survey(&image);
         light_work.clear();
@@ -93,6 +87,7 @@ impl Cpu {
             if light.casts_shadow {
                 let is_opaque = |id| frame.is_opaque(id);
                 light_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
+                *settled += light_grid.counts().asked;
                 *work = LightWork { counts: light_grid.counts(), seconds: light_grid.seconds() };
             }
         }

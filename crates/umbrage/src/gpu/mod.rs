@@ -2,13 +2,12 @@
 
 mod first_layer;
 mod geometry;
-pub mod pose_trial;
 mod rig;
 mod tables;
-pub mod trial;
 
 use std::sync::Arc;
 
+pub use rig::tables as rig_tables;
 pub(crate) use umbrage_gpu::Band;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError};
 
@@ -20,7 +19,7 @@ use umbrage_scene::{Frame, Scene};
 use crate::background::Surroundings;
 use crate::cpu::LightMask;
 use crate::sampling::Sample;
-use crate::{Film, Settings, Stats};
+use crate::{Film, Settings, Settled, Stats};
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
 use rig::FrameRig;
@@ -52,6 +51,8 @@ pub(crate) struct GpuEngine {
     shadowing_lights: u64,
     /// Whether the last frame that was begun got to its end.
     is_finished: bool,
+    /// What the predicate settled of the camera rays and of the shadow rays of first surfaces.
+    settled: [Settled; 2],
     /// What the GPU had taken over before the last frame.
     uploaded_before: u64,
 }
@@ -85,6 +86,7 @@ impl GpuEngine {
             shadow_rays: 0,
             shadowing_lights: 0,
             is_finished: false,
+            settled: [Settled::default(); 2],
             uploaded_before: 0,
             gpu,
         })
@@ -110,6 +112,12 @@ impl GpuEngine {
         Ok(())
     }
 
+    /// Makes ready for a frame that comes with its vertices.
+    pub(crate) fn adopt(&mut self) {
+        self.uploaded_before = self.gpu.uploaded_bytes();
+        self.rig.leave();
+    }
+
     /// Brings what is new of a frame to the GPU.
     ///
     /// # Errors
@@ -132,6 +140,7 @@ impl GpuEngine {
         self.is_see_through = frame.is_see_through();
         self.shadow_rays = 0;
         self.shadowing_lights = frame.lights.iter().filter(|light| light.casts_shadow).count() as u64;
+        self.settled = [Settled { rays: Some(0), ..Settled::default() }, Settled::default()];
         let rig = self.rig.rig().map(Arc::as_ref);
         self.geometry.upload(&self.gpu, frame, rig)?;
         self.tables.upload(&self.gpu, frame, rig, surroundings, &mut self.shade)?;
@@ -214,6 +223,9 @@ impl GpuEngine {
             rig.finish();
             if camera.finish(gpu)? & lights.finish(gpu)? {
                 times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+                if is_first {
+                    count_settled(&mut self.settled, camera, lights);
+                }
                 return Ok(is_first || camera.sees_any());
             }
         }
@@ -302,6 +314,11 @@ impl GpuEngine {
         self.shadow_rays
     }
 
+    /// What of the last frame's camera rays and shadow rays was left to the predicate, of the surfaces seen first.
+    pub(crate) fn settled(&self) -> [Settled; 2] {
+        self.settled
+    }
+
     pub(crate) fn structure_bytes(&self) -> usize {
         (self.camera.structure_bytes() + self.lights.structure_bytes()) as usize
     }
@@ -313,4 +330,12 @@ impl GpuEngine {
     pub(crate) fn pixel_bytes(&self) -> usize {
         (self.camera.pixel_bytes() + self.planes.planes().bytes() + self.planes.triangle().bytes()) as usize
     }
+}
+
+/// Adds what the predicate settled for the grids' last frame.
+fn count_settled([of_camera, of_lights]: &mut [Settled; 2], camera: &CameraGrid, lights: &LightGrid) {
+    let work = camera.work();
+    of_camera.tests += u64::from(work.open_hits);
+    of_camera.rays = of_camera.rays.map(|rays| rays + u64::from(work.open_pixels));
+    of_lights.tests += lights.work().iter().map(|work| u64::from(work.open)).sum::<u64>();
 }

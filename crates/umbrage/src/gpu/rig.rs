@@ -53,6 +53,12 @@ impl FrameRig {
         if self.rig.is_none() { scene.pose(seconds, frame) } else { Ok(()) }
     }
 
+    /// Leaves vertices to the frame that comes next.
+    pub(super) fn leave(&mut self) {
+        self.whole.take();
+        self.rig = None;
+    }
+
     /// Gives a frame that was left without vertices those of its moment, posed on the CPU.
     pub(super) fn pose_on_cpu(&self, frame: &mut Frame) {
         if let Some(rig) = &self.rig {
@@ -139,7 +145,8 @@ impl FrameRig {
 }
 
 /// A rig as the stage `pose` reads it.
-pub(super) fn tables(rig: &Rig) -> RigTables {
+#[must_use]
+pub fn tables(rig: &Rig) -> RigTables {
     let parts = rig.parts.iter().map(|part| {
         let (matrix, is_skinned) = match part.placement {
             Placement::Rigid { matrix } => (matrix, false),

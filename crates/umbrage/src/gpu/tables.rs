@@ -16,21 +16,12 @@ use crate::{Background, Panorama};
 
 /// What of a frame is on the GPU, so that only what is new goes there.
 #[derive(Debug, Default)]
-pub(crate) struct Tables {
+pub(super) struct Tables {
     mesh: Option<Arc<Mesh>>,
     materials: Option<Arc<Materials>>,
     panorama: Option<Arc<Panorama>>,
     /// Where the panorama's list of levels is.
     panorama_word: u32,
-}
-
-/// What of a frame was new to the GPU, beside what moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Uploaded {
-    /// Materials, with their textures and the panorama.
-    pub materials: bool,
-    /// What triangles and vertices are painted with.
-    pub mesh: bool,
 }
 
 impl Tables {
@@ -39,33 +30,32 @@ impl Tables {
     ///
     /// # Errors
     /// Where something is larger than the device allows.
-    pub(crate) fn upload(
+    pub(super) fn upload(
         &mut self,
         gpu: &Gpu,
         frame: &Frame,
         rig: Option<&Rig>,
         surroundings: &Surroundings<'_>,
         shade: &mut Shade,
-    ) -> Result<Uploaded, GpuError> {
-        let materials = self.upload_images(gpu, &frame.materials, surroundings.background(), shade)?;
+    ) -> Result<(), GpuError> {
+        self.upload_images(gpu, &frame.materials, surroundings.background(), shade)?;
         shade.set_surroundings(self.surroundings(surroundings));
         let is_same_mesh = self.mesh.as_ref().is_some_and(|mesh| Arc::ptr_eq(mesh, &frame.mesh));
         // Held, so that no other mesh takes its place in memory; only once it is there.
         self.mesh = None;
         shade.set_attributes(gpu, &attributes(frame, rig), is_same_mesh)?;
         self.mesh = Some(Arc::clone(&frame.mesh));
-        shade.set_lights(gpu, &frame.lights.iter().map(light).collect::<Vec<_>>())?;
-        Ok(Uploaded { materials, mesh: !is_same_mesh })
+        shade.set_lights(gpu, &frame.lights.iter().map(light).collect::<Vec<_>>())
     }
 
-    /// Whether any were new.
+    /// Brings materials with their textures, and the panorama, where any is new.
     fn upload_images(
         &mut self,
         gpu: &Gpu,
         materials: &Arc<Materials>,
         background: &Background,
         shade: &mut Shade,
-    ) -> Result<bool, GpuError> {
+    ) -> Result<(), GpuError> {
         let panorama = match background {
             Background::Image(panorama) => Some(panorama),
             Background::Color(_) | Background::Sky => None,
@@ -73,7 +63,7 @@ impl Tables {
         let has_materials = self.materials.as_ref().is_some_and(|old| Arc::ptr_eq(old, materials));
         let has_panorama = panorama.is_none_or(|new| self.panorama.as_ref().is_some_and(|old| Arc::ptr_eq(old, new)));
         if has_materials && has_panorama {
-            return Ok(false);
+            return Ok(());
         }
         let mut texels = Texels::new(ColorSpace::linear_from_srgb(), &specular_albedo_table());
         let words: Vec<u32> = materials.textures.iter().map(|texture| add_texture(&mut texels, texture)).collect();
@@ -82,7 +72,7 @@ impl Tables {
         (self.materials, self.panorama) = (None, None);
         shade.set_materials(gpu, &rows, &texels)?;
         (self.materials, self.panorama) = (Some(Arc::clone(materials)), panorama.cloned());
-        Ok(true)
+        Ok(())
     }
 
     fn surroundings(&self, surroundings: &Surroundings<'_>) -> ShadeSurroundings {
@@ -105,7 +95,7 @@ impl Tables {
 }
 
 /// The rays of a sample, with the cones of their pixels.
-pub(crate) fn sample_rays(band: &Band, sample: &Sample) -> ShadeSample {
+pub(super) fn sample_rays(band: &Band, sample: &Sample) -> ShadeSample {
     let Footprint { width, width_per_depth } = Footprint::new(&band.view, sample.of);
     ShadeSample {
         footprint: width,

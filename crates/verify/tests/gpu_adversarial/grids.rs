@@ -2,12 +2,14 @@
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 use umbrage_gpu::{CameraGrid, CameraOptions, DeviceLimits, Geometry, Gpu, GpuError, LightGrid, Recorder, Sight};
 use umbrage_rays::{
-    Camera, LightGrid as CpuLightGrid, LightSource, PerspectiveGrid, Projection, SeenImage, SeenPixels, TileOrder,
-    Triangles, Unmasked, View,
+    LightGrid as CpuLightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, TileOrder, Triangles, Unmasked,
+    View,
 };
+use umbrage_verify::lights::point;
+use umbrage_verify::views::{OFFSET_PIXELS, camera, view};
 use umbrage_verify::{Shot, TestMesh, Truth};
 
 /// Both mappings, one and many slices. Each form has kernels of its own, which take seconds to compile.
@@ -68,10 +70,11 @@ impl Grids {
         let Self { gpu, geometry, cameras, lights } = self;
         let camera = &mut cameras[form];
         let sources = if form == 0 { shot.lights } else { &[] };
+        let sources: Vec<_> = sources.iter().copied().map(Some).collect();
         // Frames grow what was too small; none needs more than a few.
         for _ in 0..8 {
             camera.prepare(gpu, geometry, &shot.view, shot.offset_pixels, Sight::default())?;
-            lights.prepare(gpu, geometry, &shot.view, shot.offset_pixels, sources)?;
+            lights.prepare(gpu, geometry, &shot.view, shot.offset_pixels, &sources)?;
             let mut recorder = Recorder::new(gpu);
             camera.record(gpu, &mut recorder, geometry);
             lights.record(gpu, &mut recorder, geometry, camera.seen());
@@ -146,41 +149,9 @@ pub(crate) fn truth_of_cpu(shot: &Shot<'_>) -> Truth {
     Truth { triangle: pixels(view).map(|(x, y)| seen.triangle_at(x, y)).collect(), lit }
 }
 
-pub(crate) const OFFSET_PIXELS: DVec2 = DVec2::new(0.5, 0.375);
-
 /// A shot of a mesh.
 pub(crate) fn shot<'a>(mesh: &'a TestMesh, view: View, lights: &'a [LightSource]) -> Shot<'a> {
     Shot { triangles: mesh.triangles(), view, offset_pixels: OFFSET_PIXELS, lights }
-}
-
-pub(crate) fn point(position: Vec3) -> LightSource {
-    LightSource::Point { position }
-}
-
-pub(crate) fn sun(x: f32, y: f32, z: f32) -> LightSource {
-    LightSource::Directional { direction: Vec3::new(x, y, z).normalize() }
-}
-
-/// A camera above the middle of the world that looks slightly downwards.
-pub(crate) fn camera() -> Camera {
-    Camera::look_at(Vec3::new(1.0, 1.5, 4.0), Vec3::new(0.0, -0.2, 0.0), Vec3::Y, 0.8)
-}
-
-/// The same, with parallel rays.
-pub(crate) fn parallel_camera() -> Camera {
-    Camera { projection: Projection::Orthographic { half_height: 1.7 }, ..camera() }
-}
-
-pub(crate) fn placed(camera: Camera, scale: f32, offset: Vec3) -> Camera {
-    let projection = match camera.projection {
-        Projection::Orthographic { half_height } => Projection::Orthographic { half_height: half_height * scale },
-        perspective @ Projection::Perspective { .. } => perspective,
-    };
-    Camera { position: camera.position * scale + offset, projection, ..camera }
-}
-
-pub(crate) fn view(camera: Camera, width: u32, height: u32) -> View {
-    View { camera, width, height }
 }
 
 /// Worlds of every size, near the origin and far from it.

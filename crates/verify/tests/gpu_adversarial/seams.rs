@@ -1,9 +1,10 @@
 //! Rays exactly through vertices and edges: none slips between triangles, and each has the lowest id of those it meets.
 
 use glam::Vec3;
+use umbrage_verify::lights::point;
 use umbrage_verify::{Random, Sheet, SheetShape, Shot};
 
-use crate::grids::{grids, point};
+use crate::grids::grids;
 
 #[test]
 fn sheets_hold_every_ray() {

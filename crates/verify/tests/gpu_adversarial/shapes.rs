@@ -2,9 +2,11 @@
 
 use glam::Vec3;
 use umbrage_rays::{Camera, Triangles};
+use umbrage_verify::lights::{among_bad_shapes, point, sun};
+use umbrage_verify::views::{OFFSET_PIXELS, camera, parallel_camera, placed, view};
 use umbrage_verify::{Random, Shot, TestMesh};
 
-use crate::grids::{OFFSET_PIXELS, WORLDS, camera, grids, parallel_camera, placed, point, shot, sun, view};
+use crate::grids::{WORLDS, grids, shot};
 
 /// A camera at the origin that looks along −z.
 fn eye() -> Camera {
@@ -100,29 +102,10 @@ fn what_is_no_triangle_is_never_there() {
 #[test]
 fn slivers_points_and_giants() {
     let Some(mut grids) = grids() else { return };
-    let mut random = Random::new(51);
-    let mut room = TestMesh::room();
-    for _ in 0..30 {
-        let (a, b) = (random.point() * 1.5, random.point() * 1.5);
-        room.push([a, b, a.lerp(b, random.unit()) + random.point() * 1e-6]);
-        room.push([a, a + random.point() * 1e-5, b + random.point() * 2.0]);
-        room.push([a, Vec3::new(a.x.next_up(), a.y, a.z), Vec3::new(a.x, a.y.next_up(), a.z)]);
-        room.push([(); 3].map(|()| b + random.point() * 1e-7));
-    }
-    // Points and lines without any area.
-    let (a, b) = (random.point(), random.point());
-    [[a, a, a], [a, b, a], [a, a.midpoint(b), b]].into_iter().for_each(|corners| room.push(corners));
-    // Triangles that span the whole view and reach around the camera and the lights, and far beyond all else.
-    for reach in [6.0, 1e3, 1e6] {
-        let plane = |x: f32, y: f32, z: f32| Vec3::new(x, y, z) * reach;
-        room.push([plane(-1.0, -0.7, -1.0), plane(1.0, -0.8, -1.0), plane(0.1, -0.9, 1.0)]);
-        room.push([plane(-1.0, 1.0, -1.0), plane(1.0, 1.0, -1.0), plane(0.1, 0.9, 1.0)]);
-    }
+    let room = TestMesh::bad_shapes(&mut Random::new(51));
     for (scale, offset) in WORLDS {
         let mesh = room.clone().placed(scale, offset);
-        let at = |x: f32, y: f32, z: f32| point(Vec3::new(x, y, z) * scale + offset);
-        let lights =
-            [at(2.0, 3.0, 1.0), at(0.1, 0.5, 0.2), at(-0.5, -0.9, 0.75), at(1.0, 1.5, 4.0), sun(0.3, -1.0, 0.2)];
+        let lights = among_bad_shapes(scale, offset);
         for camera in [camera(), parallel_camera()] {
             let view = view(placed(camera, scale, offset), 33, 25);
             grids.check(&format!("scale {scale} at {offset}, {:?}", camera.projection), &shot(&mesh, view, &lights));

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use umbrage::gpu::pose_trial::{PoseTrial, PosedVertices};
 use umbrage::gpu::{DeviceLimits, Gpu};
 use umbrage::scene::Frame;
 use umbrage::scene::rig::{Pose, Rig};
+
+use crate::posing::{PosedVertices, Posing};
 
 /// The machine's adapter with the limits of every device, or none: then says so on the standard error.
 pub(crate) fn gpu() -> Option<Gpu> {
@@ -61,9 +62,9 @@ impl Difference {
 }
 
 /// Poses a rig both ways.
-pub(crate) fn compare(trial: &mut PoseTrial, rig: &Arc<Rig>, pose: &Pose) -> (Difference, PosedVertices) {
+pub(crate) fn compare(posing: &mut Posing, rig: &Arc<Rig>, pose: &Pose) -> (Difference, PosedVertices) {
     let mut frame = Frame::default();
     rig.pose(pose, &mut frame);
-    let posed = trial.pose(rig, pose).unwrap_or_else(|error| panic!("{error}"));
+    let posed = posing.pose(rig, pose).unwrap_or_else(|error| panic!("{error}"));
     (Difference::between(&frame, &posed), posed)
 }

@@ -4,6 +4,7 @@ use glam::Vec3;
 use serde_json::json;
 use umbrage::gpu::Gpu;
 use umbrage::rays::Camera;
+use umbrage::scene::Frame;
 use umbrage::{Renderer, Scene, Settings};
 
 use crate::builder::{self, Builder};
@@ -76,6 +77,38 @@ fn uploads_do_not_grow_with_the_vertices() {
     }
 }
 
+fn triangles(renderer: &Renderer) -> Vec<u32> {
+    let pixels = (0..30).flat_map(|y| (0..40).map(move |x| (x, y)));
+    pixels.map(|(x, y)| renderer.seen().triangle_at(x, y)).collect()
+}
+
+#[test]
+fn rigs_and_frames_with_vertices_take_turns() {
+    let Some(gpu) = gpu() else { return };
+    let (mut gpu, mut cpu) = (renderer(gpu), Renderer::default());
+    let scene = strips(200);
+    let framed = Settings { camera: None, ..settings() };
+    for settings in [settings(), framed] {
+        for seconds in [0.1, 0.6] {
+            for renderer in [&mut cpu, &mut gpu] {
+                renderer.render(&scene, seconds, &settings).expect("a frame");
+            }
+            assert_eq!(triangles(&cpu), triangles(&gpu), "the rig at {seconds}");
+            let of_rig = triangles(&cpu);
+            let posed = scene.at(seconds + 0.3).expect("a frame");
+            for renderer in [&mut cpu, &mut gpu] {
+                renderer.render_frame(posed.clone(), &settings).expect("a frame");
+            }
+            assert_eq!(triangles(&cpu), triangles(&gpu), "the frame of {seconds}");
+            assert_ne!(triangles(&cpu), of_rig, "{seconds}");
+            let bits =
+                |frame: &Frame| frame.positions.iter().map(|at| at.to_array().map(f32::to_bits)).collect::<Vec<_>>();
+            assert_eq!(bits(gpu.frame()), bits(&posed), "{seconds}");
+            assert_eq!(gpu.stats().vertices, posed.positions.len(), "{seconds}");
+        }
+    }
+}
+
 #[test]
 fn frames_are_those_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
@@ -97,12 +130,6 @@ fn frames_are_those_of_the_cpu() {
         for renderer in [&mut cpu, &mut gpu] {
             renderer.render(&scenes[place], seconds, &settings).expect("a frame");
         }
-        let triangles = |renderer: &Renderer| {
-            (0..30)
-                .flat_map(|y| (0..40).map(move |x| (x, y)))
-                .map(|(x, y)| renderer.seen().triangle_at(x, y))
-                .collect::<Vec<_>>()
-        };
         assert_eq!(triangles(&cpu), triangles(&gpu), "{name}");
         let [of_cpu, of_gpu] = [cpu.frame(), gpu.frame()];
         assert!(

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use glam::{Affine3A, Quat, Vec3, Vec4};
-use umbrage::gpu::pose_trial::PoseTrial;
 use umbrage::scene::rig::{Deltas, Influences, MorphTarget, Part, Placement, Pose, Rig, Shape};
 use umbrage_verify::Random;
 
 use crate::compare::{Difference, compare, gpu};
+use crate::posing::Posing;
 
 /// How many joints the skin has.
 const JOINTS: usize = 5;
@@ -134,13 +134,13 @@ fn first_pose(numbers: Numbers, random: &mut Random) -> Pose {
 #[test]
 fn ordinary_rigs_are_posed_alike() {
     let Some(gpu) = gpu() else { return };
-    let mut trial = PoseTrial::new(gpu);
+    let mut posing = Posing::new(gpu);
     let mut random = Random::new(1);
     for number in 0..20 {
         let rig = Arc::new(rig(Numbers::Ordinary, &mut random));
         let mut pose = first_pose(Numbers::Ordinary, &mut random);
         for moment in 0..3 {
-            compare(&mut trial, &rig, &pose).0.expect_rounding(&format!("rig {number}, moment {moment}"));
+            compare(&mut posing, &rig, &pose).0.expect_rounding(&format!("rig {number}, moment {moment}"));
             pose = moved(Numbers::Ordinary, &pose, &mut random);
         }
     }
@@ -149,14 +149,14 @@ fn ordinary_rigs_are_posed_alike() {
 #[test]
 fn positions_are_alike_whatever_the_numbers() {
     let Some(gpu) = gpu() else { return };
-    let mut trial = PoseTrial::new(gpu);
+    let mut posing = Posing::new(gpu);
     let mut random = Random::new(2);
     for numbers in [Numbers::Any, Numbers::Cancelling] {
         for number in 0..20 {
             let rig = Arc::new(rig(numbers, &mut random));
             let mut pose = first_pose(numbers, &mut random);
             for moment in 0..3 {
-                let (difference, _) = compare(&mut trial, &rig, &pose);
+                let (difference, _) = compare(&mut posing, &rig, &pose);
                 assert_eq!(difference.positions, 0, "rig {number}, moment {moment}, {numbers:?}: {difference:?}");
                 pose = moved(numbers, &pose, &mut random);
             }
@@ -167,11 +167,11 @@ fn positions_are_alike_whatever_the_numbers() {
 #[test]
 fn the_comparison_finds_what_differs() {
     let Some(gpu) = gpu() else { return };
-    let mut trial = PoseTrial::new(gpu);
+    let mut posing = Posing::new(gpu);
     let mut random = Random::new(3);
     let rig = Arc::new(rig(Numbers::Ordinary, &mut random));
     let pose = first_pose(Numbers::Ordinary, &mut random);
-    let (_, posed) = compare(&mut trial, &rig, &pose);
+    let (_, posed) = compare(&mut posing, &rig, &pose);
     let mut frame = umbrage::scene::Frame::default();
     rig.pose(&pose, &mut frame);
     assert_eq!(Difference::between(&frame, &posed).positions, 0);
@@ -186,20 +186,20 @@ fn the_comparison_finds_what_differs() {
 #[test]
 fn still_vertices_are_posed_once() {
     let Some(gpu) = gpu() else { return };
-    let mut trial = PoseTrial::new(gpu);
+    let mut posing = Posing::new(gpu);
     let mut random = Random::new(4);
     let rig = Arc::new(rig(Numbers::Ordinary, &mut random));
     let first = first_pose(Numbers::Ordinary, &mut random);
-    let (difference, posed) = compare(&mut trial, &rig, &first);
+    let (difference, posed) = compare(&mut posing, &rig, &first);
     difference.expect_rounding("first pose");
     // A matrix that isn't among the moving ones stays what it was.
     let mut broken = first.clone();
     broken.matrices[JOINTS + 1..].fill(Affine3A::ZERO);
-    let (difference, again) = compare(&mut trial, &rig, &broken);
+    let (difference, again) = compare(&mut posing, &rig, &broken);
     assert!(difference.positions > rig.vertices / 4, "{difference:?}");
     assert_eq!((posed.positions, posed.normals), (again.positions, again.normals));
     // Another rig with the same tables is a new one.
     let other = Arc::new(Rig { shapes: Vec::new(), parts: Vec::new(), vertices: 0, ..*rig });
-    compare(&mut trial, &other, &Pose::default()).0.expect_rounding("a rig without vertices");
-    compare(&mut trial, &rig, &broken).0.expect_rounding("a new rig");
+    compare(&mut posing, &other, &Pose::default()).0.expect_rounding("a rig without vertices");
+    compare(&mut posing, &rig, &broken).0.expect_rounding("a new rig");
 }

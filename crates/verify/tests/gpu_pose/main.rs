@@ -6,4 +6,5 @@ mod builder;
 mod compare;
 mod engine;
 mod made;
+mod posing;
 mod scenes;

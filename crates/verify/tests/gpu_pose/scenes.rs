@@ -1,17 +1,17 @@
 //! Real scenes.
 
 use umbrage::Scene;
-use umbrage::gpu::pose_trial::PoseTrial;
 use umbrage::scene::rig::Pose;
 use umbrage::scene::{Clip, Frame, OpenOptions};
 use umbrage_verify::real_scene;
 
 use crate::compare::{Difference, gpu};
+use crate::posing::Posing;
 
 #[test]
 fn real_scenes_are_posed_alike() {
     let Some(gpu) = gpu() else { return };
-    let mut trial = PoseTrial::new(gpu);
+    let mut posing = Posing::new(gpu);
     let names = [
         "cesium_man.glb",
         "robot_expressive.glb",
@@ -40,12 +40,12 @@ fn real_scenes_are_posed_alike() {
             let clip = if clips == 0 { Clip::Rest } else { Clip::Named(clip.to_string()) };
             let options = OpenOptions { clip, ..OpenOptions::default() };
             let scene = Scene::open_with(&path, &options).unwrap_or_else(|error| panic!("{error}"));
-            compare_moments(&mut trial, &scene, &format!("{name}, {:?}", options.clip));
+            compare_moments(&mut posing, &scene, &format!("{name}, {:?}", options.clip));
         }
     }
 }
 
-fn compare_moments(trial: &mut PoseTrial, scene: &Scene, name: &str) {
+fn compare_moments(posing: &mut Posing, scene: &Scene, name: &str) {
     let (mut frame, mut bare, mut pose) = (Frame::default(), Frame::default(), Pose::default());
     let mut sum = Difference::default();
     let mut milliseconds = Vec::new();
@@ -54,7 +54,7 @@ fn compare_moments(trial: &mut PoseTrial, scene: &Scene, name: &str) {
         let seconds = part * scene.duration_seconds();
         scene.pose(seconds, &mut frame).unwrap_or_else(|error| panic!("{error}"));
         let rig = scene.pose_rig(seconds, &mut bare, &mut pose).expect("a rig");
-        let posed = trial.pose(rig, &pose).unwrap_or_else(|error| panic!("{error}"));
+        let posed = posing.pose(rig, &pose).unwrap_or_else(|error| panic!("{error}"));
         let difference = Difference::between(&frame, &posed);
         difference.expect_rounding(&format!("{name} at {part}"));
         assert_eq!((bare.lights.len(), bare.cameras.len()), (frame.lights.len(), frame.cameras.len()), "{name}");

@@ -1,17 +1,53 @@
 //! How two films differ.
 
-use umbrage::gpu::trial::{Films, Trial};
-use umbrage::{Film, Settings};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+
+use umbrage::scene::Frame;
+use umbrage::{Error, Film, Renderer, Settings};
 use umbrage_gpu::{DeviceLimits, Gpu};
 
 /// The machine's adapter with the limits of every device, or none: then says so on the standard error.
-pub(crate) fn trial() -> Option<Trial> {
+pub(crate) fn gpu() -> Option<Gpu> {
     match Gpu::open("", DeviceLimits::Portable) {
-        Ok(gpu) => Some(Trial::new(gpu).expect("room for tables")),
+        Ok(gpu) => Some(gpu),
         Err(error) => {
             eprintln!("skipped-gpu: {error}");
             None
         }
+    }
+}
+
+/// Both engines.
+pub(crate) struct Engines {
+    cpu: Renderer,
+    gpu: Renderer,
+}
+
+/// The same frame twice.
+#[derive(Clone, Debug)]
+pub(crate) struct Films {
+    pub(crate) cpu: Film,
+    pub(crate) gpu: Film,
+    /// Bytes of the frame that the GPU didn't have yet, and of what says how it is rendered.
+    pub(crate) uploaded_bytes: u64,
+}
+
+/// One pair for all tests: software adapters take seconds to compile the kernels.
+pub(crate) fn engines() -> Option<MutexGuard<'static, Engines>> {
+    static ENGINES: OnceLock<Option<Mutex<Engines>>> = OnceLock::new();
+    let engines = ENGINES.get_or_init(|| {
+        let gpu = Renderer::with_gpu(gpu()?).expect("room for fixed tables");
+        Some(Mutex::new(Engines { cpu: Renderer::default(), gpu }))
+    });
+    // A test that has failed leaves nothing that the next one would build on.
+    engines.as_ref().map(|engines| engines.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+impl Engines {
+    pub(crate) fn render(&mut self, frame: &Frame, settings: &Settings) -> Result<Films, Error> {
+        let gpu = self.gpu.render_frame(frame.clone(), settings)?.clone();
+        let cpu = self.cpu.render_frame(frame.clone(), settings)?.clone();
+        Ok(Films { cpu, gpu, uploaded_bytes: self.gpu.stats().uploaded_bytes })
     }
 }
 
@@ -77,14 +113,4 @@ impl Difference {
         let is_alike = triangles == 0 && [colors, coverages, normals, depths].iter().all(|&count| count <= most);
         assert!(is_alike, "{name}: {self:?}");
     }
-}
-
-/// Pixels that the GPU develops more than one level off from how the CPU develops the same film.
-pub(crate) fn developed_otherwise(films: &Films, settings: &Settings) -> usize {
-    let of_cpu = films.gpu.develop(settings).pixels;
-    let is_off = |(cpu, gpu): &(&[u16; 3], &[u8; 4])| {
-        gpu[3] != u8::MAX
-            || (0..3).any(|channel| (f32::from(cpu[channel]) / 257.0 - f32::from(gpu[channel])).abs() > 1.0)
-    };
-    of_cpu.iter().zip(&films.developed).filter(is_off).count()
 }

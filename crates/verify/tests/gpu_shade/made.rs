@@ -4,13 +4,13 @@ use std::f32::consts::{FRAC_PI_3, FRAC_PI_6, PI};
 use std::sync::Arc;
 
 use glam::{Affine2, Vec2, Vec3, Vec4};
-use umbrage::gpu::trial::Uploaded;
 use umbrage::rays::{Camera, LightSource, Projection};
 use umbrage::scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Mesh, Texture, TextureUse, Wrap};
 use umbrage::{Background, Film, Panorama, Settings, ToneMap};
 use umbrage_verify::Random;
 
-use crate::compare::{Difference, developed_otherwise, trial};
+use crate::compare::{Difference, engines};
+use crate::develop::Developer;
 
 const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge];
 
@@ -52,6 +52,14 @@ fn light(source: LightSource, intensity: f32) -> Light {
 fn texture(size: [u32; 2], space: ColorSpace, filter: Filter, wrap: [Wrap; 2], random: &mut Random) -> Texture {
     let texels = (0..size[0] * size[1]).map(|_| [0; 4].map(|_| 40 + random.below(216) as u8)).collect();
     Texture::new("made", size, texels, space, filter, wrap)
+}
+
+/// Bytes of what stays the same while a frame moves.
+fn still_bytes(frame: &Frame) -> u64 {
+    let Mesh { triangles, tex_coords, colors, .. } = &*frame.mesh;
+    let tex_coords: usize = tex_coords.iter().map(|coords| size_of_val(&**coords)).sum();
+    let textures: usize = frame.materials.textures.iter().map(Texture::bytes).sum();
+    (size_of_val(&**triangles) + tex_coords + size_of_val(&**colors) + textures) as u64
 }
 
 fn settings(side: u32) -> Settings {
@@ -152,16 +160,16 @@ fn panorama() -> Background {
 
 #[test]
 fn textures_of_every_kind_look_the_same() {
-    let Some(mut trial) = trial() else { return };
+    let Some(mut engines) = engines() else { return };
     let settings = settings(300);
-    let films = trial.render_made(textured_panels(), &settings).expect("a frame");
+    let films = engines.render(&textured_panels(), &settings).expect("a frame");
     let difference = Difference::of(&films.cpu, &films.gpu, &settings);
     difference.expect_alike("textures");
 }
 
 #[test]
 fn materials_and_layers_look_the_same_with_every_light_in_all_surroundings() {
-    let Some(mut trial) = trial() else { return };
+    let Some(mut engines) = engines() else { return };
     let frame = varied_panels();
     let color = Background::Color(Vec3::new(0.2, 0.4, 0.1));
     for (name, background) in [
@@ -173,7 +181,7 @@ fn materials_and_layers_look_the_same_with_every_light_in_all_surroundings() {
         for (place, light) in lights().into_iter().enumerate() {
             let settings = Settings { background: background.clone(), ..settings(150) };
             let frame = Frame { lights: vec![light], ..frame.clone() };
-            let films = trial.render_made(frame, &settings).expect("a frame");
+            let films = engines.render(&frame, &settings).expect("a frame");
             let difference = Difference::of(&films.cpu, &films.gpu, &settings);
             difference.expect_alike(&format!("light {place} under {name}"));
         }
@@ -182,7 +190,8 @@ fn materials_and_layers_look_the_same_with_every_light_in_all_surroundings() {
 
 #[test]
 fn samples_projections_and_tone_maps_look_the_same() {
-    let Some(mut trial) = trial() else { return };
+    let Some(mut engines) = engines() else { return };
+    let Some(mut developer) = Developer::open() else { return };
     let mut frame = varied_panels();
     frame.lights = lights();
     let camera = frame.framing_camera(1.0);
@@ -198,22 +207,22 @@ fn samples_projections_and_tone_maps_look_the_same() {
                 background: panorama(),
                 ..settings(150)
             };
-            let films = trial.render_made(frame.clone(), &settings).expect("a frame");
+            let films = engines.render(&frame, &settings).expect("a frame");
             let difference = Difference::of(&films.cpu, &films.gpu, &settings);
             difference.expect_alike(&format!("{name}, {samples} samples"));
-            assert_eq!(developed_otherwise(&films, &settings), 0, "{name}");
+            assert_eq!(developer.developed_otherwise(&films.gpu, &settings), 0, "{name}");
         }
     }
 }
 
 #[test]
 fn flat_surfaces_look_the_same_from_both_sides() {
-    let Some(mut trial) = trial() else { return };
+    let Some(mut engines) = engines() else { return };
     let frame = Frame { normals: Vec::new(), tangents: Vec::new(), lights: lights(), ..varied_panels() };
     for z in [5.0, -6.5] {
         let camera = Camera::look_at(Vec3::new(0.5, 2.5, z), Vec3::new(1.7, 1.7, -0.5), Vec3::Y, 0.9);
         let settings = Settings { camera: Some(camera), ..settings(150) };
-        let films = trial.render_made(frame.clone(), &settings).expect("a frame");
+        let films = engines.render(&frame, &settings).expect("a frame");
         Difference::of(&films.cpu, &films.gpu, &settings).expect_alike(&format!("from {z}"));
         let seen = films.cpu.triangle.iter().filter(|&&triangle| triangle != Film::NO_TRIANGLE).count();
         assert!(seen > 5000, "{seen} pixels show a triangle");
@@ -222,7 +231,7 @@ fn flat_surfaces_look_the_same_from_both_sides() {
 
 #[test]
 fn frames_that_share_memory_keep_apart() {
-    let Some(mut trial) = trial() else { return };
+    let Some(mut engines) = engines() else { return };
     let settings = settings(100);
     let posed = textured_panels();
     // The same mesh and materials, moved, with other normals and without tangents, and then flat.
@@ -232,40 +241,63 @@ fn frames_that_share_memory_keep_apart() {
     moved.tangents.clear();
     let flat = Frame { normals: Vec::new(), ..moved.clone() };
     let frames = [varied_panels(), posed, moved, flat];
+    // What goes to the GPU for a frame that it has just shown: what moves, and how it is to be rendered.
+    let mut again = |frame: &Frame| {
+        let twice = [(); 2].map(|()| engines.render(frame, &settings).expect("a frame").uploaded_bytes);
+        twice[1]
+    };
+    let moving_bytes = frames.each_ref().map(&mut again);
+    // Beside vertices that is as much for a single panel without textures: neither mesh nor materials are in it.
+    let single = panels(vec![Material::default()], Vec::new(), 1);
+    let beside_vertices = |frame: &Frame, bytes: u64| {
+        let Frame { positions, normals, tangents, .. } = frame;
+        bytes - (size_of_val(&**positions) + size_of_val(&**normals) + size_of_val(&**tangents)) as u64
+    };
+    let least = beside_vertices(&single, again(&single));
+    for place in 1..4 {
+        assert_eq!(beside_vertices(&frames[place], moving_bytes[place]), least, "frame {place}");
+    }
     // Frames 1 to 3 share all that doesn't move.
     for (place, is_new) in [(0, true), (1, true), (2, false), (3, false), (1, false), (0, true), (3, true), (2, false)]
     {
-        let films = trial.render_made(frames[place].clone(), &settings).expect("a frame");
+        let films = engines.render(&frames[place], &settings).expect("a frame");
         Difference::of(&films.cpu, &films.gpu, &settings).expect_alike(&format!("frame {place}"));
-        assert_eq!(films.uploaded, Uploaded { materials: is_new, mesh: is_new }, "frame {place}");
+        let still_bytes = films.uploaded_bytes - moving_bytes[place];
+        println!("frame {place}: {still_bytes} bytes beside {}", moving_bytes[place]);
+        if is_new {
+            assert!(still_bytes >= self::still_bytes(&frames[place]), "frame {place}: {still_bytes} bytes");
+        } else {
+            assert_eq!(still_bytes, 0, "frame {place}");
+        }
     }
 }
 
 #[test]
 fn the_comparison_finds_what_differs() {
-    let Some(mut trial) = trial() else { return };
+    let Some(mut engines) = engines() else { return };
+    let Some(mut developer) = Developer::open() else { return };
     let settings = settings(100);
     let frame = textured_panels();
     let mut brighter = frame.clone();
     brighter.lights[0].intensity *= 1.1;
     let mut deeper = frame.clone();
     deeper.positions.iter_mut().for_each(|position| position.z -= 0.02);
-    let films = [frame, brighter, deeper].map(|frame| trial.render_made(frame, &settings).expect("a frame"));
+    let films = [frame, brighter, deeper].map(|frame| engines.render(&frame, &settings).expect("a frame"));
     let camera_stays = |other: usize| Difference::of(&films[0].cpu, &films[other].gpu, &settings);
     let same = camera_stays(0);
     assert_eq!((same.colors, same.triangles), (0, 0), "{same:?}");
     assert!(camera_stays(1).colors > 1000, "{:?}", camera_stays(1));
     assert!(camera_stays(2).depths > 1000, "{:?}", camera_stays(2));
     let clipped = Settings { tone_map: ToneMap::Clip, ..settings.clone() };
-    assert!(developed_otherwise(&films[0], &clipped) > 1000);
-    assert_eq!(developed_otherwise(&films[0], &settings), 0);
+    assert!(developer.developed_otherwise_than(&films[0].gpu, &settings, &clipped) > 1000);
+    assert_eq!(developer.developed_otherwise(&films[0].gpu, &settings), 0);
 }
 
 #[test]
 fn too_many_lights_are_refused() {
-    let Some(mut trial) = trial() else { return };
+    let Some(mut engines) = engines() else { return };
     let lamp = light(LightSource::Point { position: Vec3::Z }, 1.0);
     let frame = Frame { lights: vec![lamp; 1025], ..textured_panels() };
-    let error = trial.render_made(frame, &settings(40)).expect_err("too many");
+    let error = engines.render(&frame, &settings(40)).expect_err("too many");
     assert!(error.to_string().contains("1025 lights"), "{error}");
 }

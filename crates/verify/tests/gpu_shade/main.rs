@@ -1,5 +1,6 @@
-//! The GPU's shading against the CPU's, of what the CPU engine sees: made frames, in which all kinds of materials, lights
-//! and surroundings are. `gpu.rs` compares whole frames of scenes.
+//! The GPU's pictures against the CPU's, of made frames in which all kinds of materials, lights and surroundings are.
+//! `gpu.rs` compares frames of scenes.
 
 mod compare;
+mod develop;
 mod made;

@@ -103,13 +103,12 @@ impl Judge<'_> {
 impl LightGrid {
     /// Decides what the threads couldn't, in equal parts.
     pub(super) fn decide(&mut self, judge: &Judge<'_>) {
-        let Self { workers, undecided, .. } = self;
+        let Self { workers, undecided, counts, .. } = self;
         undecided.clear();
         workers.iter_mut().for_each(|worker| undecided.append(&mut worker.undecided));
         let share = undecided.len().div_ceil(workers.len()).max(8);
-        workers.par_iter_mut().zip(undecided.par_chunks(share)).for_each(|(worker, pairs)| {
-            worker.counts.asked += judge.decide(pairs, &mut worker.shadowed);
-        });
+        let shares = workers.par_iter_mut().zip(undecided.par_chunks(share));
+        counts.asked += shares.map(|(worker, pairs)| judge.decide(pairs, &mut worker.shadowed)).sum::<u64>();
     }
 
     /// Tests the points that no face could map against every triangle.

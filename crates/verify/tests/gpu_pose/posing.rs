@@ -1,19 +1,18 @@
-//! A rig's vertices as a GPU poses them, for the tests that compare them with the CPU's.
+//! The stage `pose` alone.
 
 use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
-use umbrage_gpu::pose::{Pose, PosedAttributes};
-use umbrage_gpu::{Buffer, Gpu, GpuError, Recorder};
-use umbrage_scene::rig::{self, Rig};
+use umbrage::gpu::{Gpu, GpuError, rig_tables};
+use umbrage::scene::rig::{Pose, Rig};
+use umbrage_gpu::pose::{Pose as PoseStage, PosedAttributes};
+use umbrage_gpu::{Buffer, Recorder};
 
-use super::rig::tables;
-
-/// Poses rigs on a GPU.
-#[derive(Debug)]
-pub struct PoseTrial {
+/// Poses rigs on a GPU, as the engine does, and fetches what that keeps there: no renderer does, as its
+/// [`frame`](umbrage::Renderer::frame) is posed on the CPU.
+pub(crate) struct Posing {
     gpu: Gpu,
-    stage: Pose,
+    stage: PoseStage,
     on_gpu: Option<Arc<Rig>>,
     positions: Buffer,
     attributes: Buffer,
@@ -21,23 +20,20 @@ pub struct PoseTrial {
 
 /// A rig's vertices, fetched.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct PosedVertices {
-    /// Of each vertex.
-    pub positions: Vec<Vec3>,
+pub(crate) struct PosedVertices {
+    pub(crate) positions: Vec<Vec3>,
     /// Of each vertex; empty where the rig has none.
-    pub normals: Vec<Vec3>,
+    pub(crate) normals: Vec<Vec3>,
     /// Of each vertex; empty where the rig has none.
-    pub tangents: Vec<Vec4>,
+    pub(crate) tangents: Vec<Vec4>,
     /// How long that took on the GPU; zero where it can't tell.
-    pub milliseconds: f64,
+    pub(crate) milliseconds: f64,
 }
 
-impl PoseTrial {
-    /// Ready to pose.
-    #[must_use]
-    pub fn new(gpu: Gpu) -> Self {
+impl Posing {
+    pub(crate) fn new(gpu: Gpu) -> Self {
         Self {
-            stage: Pose::new(&gpu),
+            stage: PoseStage::new(&gpu),
             on_gpu: None,
             positions: Buffer::storage(&gpu, "positions"),
             attributes: Buffer::storage(&gpu, "vertex attributes"),
@@ -46,16 +42,13 @@ impl PoseTrial {
     }
 
     /// The vertices of a rig in a pose. Where the rig is that of the last call, only those that move are posed.
-    ///
-    /// # Errors
-    /// Where the rig is larger than the device allows.
-    pub fn pose(&mut self, rig: &Arc<Rig>, pose: &rig::Pose) -> Result<PosedVertices, GpuError> {
+    pub(crate) fn pose(&mut self, rig: &Arc<Rig>, pose: &Pose) -> Result<PosedVertices, GpuError> {
         let Self { gpu, stage, positions, attributes, .. } = self;
         if !self.on_gpu.as_ref().is_some_and(|old| Arc::ptr_eq(old, rig)) {
             self.on_gpu = None;
             positions.reserve(gpu, 12 * rig.vertices as u64)?;
             attributes.reserve(gpu, 28 * rig.vertices as u64)?;
-            stage.set_rig(gpu, &tables(rig))?;
+            stage.set_rig(gpu, &rig_tables(rig))?;
             self.on_gpu = Some(Arc::clone(rig));
         }
         let places = PosedAttributes {
@@ -69,16 +62,12 @@ impl PoseTrial {
         let vertices = rig.vertices;
         let words: Vec<f32> = attributes.read(gpu, 7 * vertices)?;
         let (normals, tangents) = words.split_at(3 * vertices);
+        let normals = normals.as_chunks().0.iter().filter(|_| rig.has_normals).map(|&of| Vec3::from_array(of));
+        let tangents = tangents.as_chunks().0.iter().filter(|_| rig.has_tangents).map(|&of| Vec4::from_array(of));
         Ok(PosedVertices {
             positions: positions.read::<[f32; 3]>(gpu, vertices)?.into_iter().map(Vec3::from).collect(),
-            normals: normals.as_chunks().0.iter().filter(|_| rig.has_normals).map(|&of| Vec3::from_array(of)).collect(),
-            tangents: tangents
-                .as_chunks()
-                .0
-                .iter()
-                .filter(|_| rig.has_tangents)
-                .map(|&of| Vec4::from_array(of))
-                .collect(),
+            normals: normals.collect(),
+            tangents: tangents.collect(),
             milliseconds: times.iter().map(|stage| stage.milliseconds).sum(),
         })
     }

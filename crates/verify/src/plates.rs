@@ -1,0 +1,72 @@
+use glam::Vec3;
+use umbrage_rays::{Camera, LightSource, View};
+
+use crate::lights::{point, sun};
+use crate::views::{OFFSET_PIXELS, view};
+use crate::{Oracle, Shot, TestMesh, Truth};
+
+/// A pile of plates above what one pixel shows of a floor, and above the camera: each is within one of 192² cells of what
+/// lights see of the floor.
+#[derive(Clone, Debug)]
+pub struct Plates {
+    /// The floor and the plates, which all have the shadow of the highest, which is the first.
+    pub mesh: TestMesh,
+    view: View,
+    lights: [LightSource; 2],
+    middle: Vec3,
+}
+
+impl Plates {
+    const PIXEL: [u32; 2] = [20, 15];
+
+    /// The floor and its first plate.
+    ///
+    /// # Panics
+    /// If the oracle says that the pixel doesn't show the floor.
+    #[must_use]
+    pub fn one() -> Self {
+        let mesh = TestMesh::floor(8);
+        let camera = Camera::look_at(Vec3::new(0.2, 0.9, 1.5), Vec3::new(0.0, -1.0, 0.0), Vec3::Y, 0.7);
+        let view = view(camera, 40, 30);
+        let [x, y] = Self::PIXEL.map(f64::from);
+        let ray = view.ray(x + OFFSET_PIXELS.x, y + OFFSET_PIXELS.y);
+        let shaded = Oracle::new(mesh.triangles()).nearest(&ray, |_| true).expect("the floor").t;
+        let middle = (ray.origin + ray.direction * shaded).as_vec3();
+        // Straight from above, all plates have the shadow of one; of a lamp above their middle, the highest has the largest.
+        let lights = [sun(0.0, -1.0, 0.0), point(middle.with_y(4000.0))];
+        let mut plates = Self { mesh, view, lights, middle };
+        plates.push(2.0);
+        plates
+    }
+
+    /// Adds plates until there are `count`, each `step` below the last.
+    pub fn pile(&mut self, count: u32, step: f32) {
+        (1..count).for_each(|number| self.push(2.0 - step * number as f32));
+    }
+
+    /// The floor as the camera sees it.
+    #[must_use]
+    pub fn shot(&self) -> Shot<'_> {
+        Shot { triangles: self.mesh.triangles(), view: self.view, offset_pixels: OFFSET_PIXELS, lights: &self.lights }
+    }
+
+    /// The truth, however many plates there are, by asking about those that there are.
+    ///
+    /// # Panics
+    /// If the plates don't shadow the pixel, or shadow much else.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        let truth = self.shot().truth();
+        let [x, y] = Self::PIXEL;
+        for lit in &truth.lit {
+            assert!(!lit[(y * self.view.width + x) as usize] && lit.iter().filter(|&&lit| lit).count() > 1000);
+        }
+        truth
+    }
+
+    fn push(&mut self, height: f32) {
+        let Vec3 { x, z, .. } = self.middle;
+        let corners = [(-0.004, -0.003), (0.005, -0.004), (0.001, 0.005)];
+        self.mesh.push(corners.map(|(along_x, along_z)| Vec3::new(x + along_x, height, z + along_z)));
+    }
+}
