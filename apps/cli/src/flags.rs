@@ -29,6 +29,8 @@ Examples:
       What each frame cost
   umbrage render demo:statue --engine auto --stats text
       On a GPU, where there is one; `umbrage info --devices` lists them
+  umbrage view demo:marbles
+      A window, where the command was built with it
   umbrage heatmap demo:forest --structure listed --sorting-tile 8 --max 200
       How many triangles each pixel is tested with
   umbrage info demo:cloth --json
@@ -63,6 +65,9 @@ pub(crate) enum Command {
     /// Render a picture, numbered frames, an animation or raw video
     #[command(after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"), args_override_self = true)]
     Render(Box<RenderFlags>),
+    /// Open a window that plays a scene, lets its lights be dragged and shows where the time goes
+    #[command(args_override_self = true)]
+    View(Box<ViewFlags>),
     /// Draw how much work each pixel is: triangles tested, cells visited, or tests that the filter left undecided
     #[command(args_override_self = true)]
     Heatmap(Box<HeatmapFlags>),
@@ -141,7 +146,8 @@ pub(crate) struct RenderFlags {
     pub(crate) camera: Option<CameraFlag>,
     /// A light in place of the scene's; may be given several times:
     /// point:X,Y,Z[:CANDELA[:R,G,B]], sun:DX,DY,DZ[:LUX[:R,G,B]] that travels along DX,DY,DZ, or
-    /// spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full angle. Without a strength, it is as bright as
+    /// spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full angle; with :noshadow at its end nothing keeps the
+    /// light away. Without a strength, it is as bright as
     /// full sunlight: at the scene's centre, or where the spot points to
     #[arg(long = "light", value_name = "LIGHT")]
     pub(crate) lights: Vec<LightFlag>,
@@ -247,6 +253,30 @@ pub(crate) struct HeatmapFlags {
     /// its vertical field of view in degrees (40) [default: the scene's first, else one that sees everything]
     #[arg(long, value_name = "NAME|NUMBER|X,Y,Z:X,Y,Z[:FOV]", allow_hyphen_values = true)]
     pub(crate) camera: Option<CameraFlag>,
+    /// Threads to work with [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    #[command(flatten)]
+    pub(crate) opening: OpeningFlags,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ViewFlags {
+    /// A .gltf, .glb, .obj, .ply or .stl file, a folder or pattern of numbered ones, or demo:NAME
+    /// [default: demo:cloth]
+    pub(crate) scene: Option<PathBuf>,
+    /// Read the file again whenever it changes
+    #[arg(long)]
+    pub(crate) watch: bool,
+    /// What renders at first [default: as in the last window]
+    #[arg(long, value_enum)]
+    pub(crate) engine: Option<EngineFlag>,
+    /// The GPU, by a part of its name; `umbrage info --devices` lists them [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) device: Option<String>,
+    /// Neither recall the last window's settings nor keep this one's
+    #[arg(long)]
+    pub(crate) forget: bool,
     /// Threads to work with [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,

@@ -16,6 +16,7 @@ pub(crate) struct LightFlag {
     /// In candela or lux.
     intensity: Option<f32>,
     color: Vec3,
+    casts_shadow: bool,
 }
 
 impl LightFlag {
@@ -30,7 +31,14 @@ impl LightFlag {
             }
         };
         let intensity = self.intensity.unwrap_or(bright);
-        Light { name: "".into(), source: self.source, color: self.color, intensity, range: None }
+        Light {
+            name: "".into(),
+            source: self.source,
+            color: self.color,
+            intensity,
+            range: None,
+            casts_shadow: self.casts_shadow,
+        }
     }
 }
 
@@ -38,6 +46,10 @@ impl FromStr for LightFlag {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
+        let (text, casts_shadow) = match text.strip_suffix(":noshadow") {
+            Some(rest) => (rest, false),
+            None => (text, true),
+        };
         let parts: Vec<&str> = text.split(':').collect();
         let (source, target, rest) = match parts[..] {
             ["point", position, ref rest @ ..] => (LightSource::Point { position: vector(position)? }, None, rest),
@@ -52,7 +64,7 @@ impl FromStr for LightFlag {
             }
             _ => {
                 return Err("give point:X,Y,Z, sun:DX,DY,DZ or spot:X,Y,Z:X,Y,Z:DEGREES, then if wanted \
-                            :STRENGTH or :STRENGTH:R,G,B"
+                            :STRENGTH or :STRENGTH:R,G,B, then if wanted :noshadow"
                     .to_owned());
             }
         };
@@ -65,7 +77,7 @@ impl FromStr for LightFlag {
         if intensity.is_some_and(|intensity| intensity < 0.0) || color.min_element() < 0.0 {
             return Err("a light's strength and colour aren't below zero".to_owned());
         }
-        Ok(Self { source, target, intensity, color })
+        Ok(Self { source, target, intensity, color, casts_shadow })
     }
 }
 
@@ -108,7 +120,8 @@ mod tests {
         let light = |text: &str| text.parse::<LightFlag>().unwrap().light(Vec3::ZERO);
         let point = light("point:0,2,0");
         assert_eq!(point.source, LightSource::Point { position: Vec3::new(0.0, 2.0, 0.0) });
-        assert_eq!((point.intensity, point.color), (4.0 * PI, Vec3::ONE));
+        assert_eq!((point.intensity, point.color, point.casts_shadow), (4.0 * PI, Vec3::ONE, true));
+        assert_eq!(light("point:0,2,0:noshadow"), Light { casts_shadow: false, ..point });
         let sun = light("sun:0,-2,0:5:1,0.5,0");
         assert_eq!(sun.source, LightSource::Directional { direction: Vec3::NEG_Y });
         assert_eq!((sun.intensity, sun.color), (5.0, Vec3::new(1.0, 0.5, 0.0)));

@@ -14,6 +14,7 @@ mod render;
 mod report;
 mod staging;
 mod values;
+mod view;
 
 use std::process::ExitCode;
 
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
 fn run(flags: Flags) -> Result<(), Failure> {
     match flags.command {
         Command::Render(flags) => render::run(&job::Job::new(*flags)?),
+        Command::View(flags) => view::run(*flags),
         Command::Heatmap(flags) => heatmap::run(*flags),
         Command::Info(flags) => info::run(flags),
         Command::Completions { shell } => pages::completions(shell),

@@ -92,7 +92,9 @@ impl Gpu {
         let has = adapter.limits();
         let mut required_limits = wgpu::Limits::default();
         let (buffer, binding) = match limits {
-            DeviceLimits::Adapter | DeviceLimits::Memory(_) => (has.max_buffer_size, has.max_storage_buffer_binding_size),
+            DeviceLimits::Adapter | DeviceLimits::Memory(_) => {
+                (has.max_buffer_size, has.max_storage_buffer_binding_size)
+            }
             DeviceLimits::Portable => {
                 (required_limits.max_buffer_size, required_limits.max_storage_buffer_binding_size)
             }

@@ -101,7 +101,9 @@ mod tests {
     fn a_screen_shows_what_a_file_holds() {
         let color = (0..3000).map(|pixel| Vec4::splat(pixel as f32 * 7e-4)).collect();
         let film = Film { width: 3000, height: 1, color, ..Film::default() };
-        for settings in [Settings::default(), Settings { tone_map: ToneMap::Clip, exposure_stops: -0.3, ..Settings::default() }] {
+        for settings in
+            [Settings::default(), Settings { tone_map: ToneMap::Clip, exposure_stops: -0.3, ..Settings::default() }]
+        {
             let mut screen = Vec::new();
             film.develop_for_screen(&settings, &mut screen);
             let file = film.develop(&settings).pixels;

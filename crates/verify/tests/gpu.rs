@@ -172,7 +172,8 @@ fn samples_back_faces_and_parallel_views() {
 fn lights_without_shadows_reach_everything() {
     let scene = Scene::open("demo:hall?triangles=3000").expect("a scene of the gallery");
     let own = scene.at(0.0).expect("a frame").lights;
-    let lights: Vec<_> = own.iter().zip(0..).map(|(light, number)| Light { casts_shadow: number == 1, ..light.clone() }).collect();
+    let lights: Vec<_> =
+        own.iter().zip(0..).map(|(light, number)| Light { casts_shadow: number == 1, ..light.clone() }).collect();
     let settings = Settings { lights: Some(lights), ..sized(90, 60) };
     for structure in [Structure::Perspective, Structure::LISTED, Structure::Bvh] {
         let settings = Settings { structure, ..settings.clone() };

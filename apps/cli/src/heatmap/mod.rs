@@ -9,14 +9,14 @@ use std::path::Path;
 use umbrage::output::{BitDepth, write_png};
 use umbrage::rays::{Cells, ListedLightOptions, ListedOptions, PixelWork, Work};
 use umbrage::scene::Frame;
-use umbrage::{Image, Renderer, Scene, Settings, Structure};
+use umbrage::{HeatScale, Image, Renderer, Scene, Settings, Structure};
 
 use crate::failure::Failure;
 use crate::flags::{CountedFlag, GridFlag, HeatmapFlags};
 use crate::job::{DEFAULT_SCENE, DEFAULT_SCENE_SECONDS, use_threads};
 use crate::staging::listed_camera;
 use crate::values::{CameraFlag, Size};
-use legend::{Legend, Scale, sixteen_bits};
+use legend::{Legend, sixteen_bits};
 
 /// What a picture shows of each pixel's work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,7 +122,7 @@ fn structure(flags: &HeatmapFlags) -> Result<Structure, Failure> {
 /// Draws counts in rows of pixels, with a legend below. Colours end at `max`, or where few pixels go beyond.
 fn picture(counts: &[u32], size: Size, title: &str, max: Option<u32>) -> Image {
     let summary = Summary::of(counts);
-    let scale = Scale::up_to(max.unwrap_or_else(|| exceeded_by_few(counts)));
+    let scale = max.map_or_else(|| HeatScale::of(counts), HeatScale::up_to);
     let background = std::iter::repeat_n([0; 3], Legend::height(size.width) as usize * size.width as usize);
     let colors = counts.iter().map(|&count| scale.color(count).map(sixteen_bits));
     let height = size.height + Legend::height(size.width);
@@ -130,13 +130,6 @@ fn picture(counts: &[u32], size: Size, title: &str, max: Option<u32>) -> Image {
     let title = format!("{title}  {}", summary.text());
     Legend { title: &title, scale, highest: summary.highest }.draw(&mut image, size.height);
     image
-}
-
-/// The lowest count that at most one in a thousand exceeds.
-fn exceeded_by_few(counts: &[u32]) -> u32 {
-    let mut sorted = counts.to_vec();
-    let place = (sorted.len() - sorted.len() / 1000).saturating_sub(1);
-    if sorted.is_empty() { 0 } else { *sorted.select_nth_unstable(place).1 }
 }
 
 /// What all counts come to.
@@ -167,24 +160,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn few_outliers_are_left_out_of_the_scale() {
-        let mut counts = vec![3; 1998];
-        counts.extend([7, 900]);
-        assert_eq!(exceeded_by_few(&counts), 3);
-        counts.truncate(1500);
-        counts.push(5);
-        counts.push(6);
-        assert_eq!(exceeded_by_few(&counts), 5);
-        assert_eq!((exceeded_by_few(&[8]), exceeded_by_few(&[])), (8, 0));
-    }
-
-    #[test]
     fn a_picture_shows_each_count_in_its_place() {
         let counts = [0, 1, 2, 3, 4, 50];
         let image = picture(&counts, Size { width: 3, height: 2 }, "CELLS", Some(4));
         assert_eq!((image.width, image.height), (3, 2 + Legend::height(3)));
         assert_eq!(image.pixels.len(), 3 * image.height as usize);
-        let scale = Scale::up_to(4);
+        let scale = HeatScale::up_to(4);
         let expected = counts.map(|count| scale.color(count).map(sixteen_bits));
         assert_eq!(image.pixels[..6], expected);
         assert_eq!(Summary::of(&counts).text(), "min 0  mean 10.00  max 50");

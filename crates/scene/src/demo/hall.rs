@@ -125,7 +125,14 @@ fn lights(part: f32) -> [Light; 3] {
         }
     };
     let source = LightSource::Directional { direction: sun };
-    let sun = Light { name: "sun".into(), source, color: srgb(0xff_ee_d2), intensity: 4.0 * PI, range: None, casts_shadow: true };
+    let sun = Light {
+        name: "sun".into(),
+        source,
+        color: srgb(0xff_ee_d2),
+        intensity: 4.0 * PI,
+        range: None,
+        casts_shadow: true,
+    };
     [sun, candles(0), candles(1)]
 }
 

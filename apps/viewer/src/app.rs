@@ -1,0 +1,392 @@
+//! The window's state: what is open, what is chosen, what is shown.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use eframe::egui::{self, TextureHandle};
+use serde::{Deserialize, Serialize};
+use umbrage::Scene;
+use umbrage::rays::Bounds;
+use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
+
+use crate::choices::{Choices, EngineChoice};
+use crate::free_camera::FreeCamera;
+use crate::heat::Heat;
+use crate::history::History;
+use crate::light_list::LightList;
+use crate::notices::Notices;
+use crate::order::{FileOrder, Order, Picture};
+use crate::probe::Probe;
+use crate::recording::Recording;
+use crate::timeline::Timeline;
+use crate::watch::Watch;
+use crate::worker::{Done, Opened, Worker};
+
+/// Everything that the window shows and remembers.
+pub struct App {
+    pub(crate) kept: Kept,
+    pub(crate) worker: Worker,
+    pub(crate) open: Option<OpenScene>,
+    /// What is being opened.
+    pub(crate) opening: Option<PathBuf>,
+    pub(crate) timeline: Timeline,
+    pub(crate) camera: CameraChoice,
+    pub(crate) lights: LightList,
+    pub(crate) heat: Option<Heat>,
+    pub(crate) shown: Option<Shown>,
+    pub(crate) probe: Option<Probe>,
+    pub(crate) history: History,
+    pub(crate) notices: Notices,
+    pub(crate) recording: Option<Recording>,
+    pub(crate) watch: Option<Watch>,
+    pub(crate) is_help_open: bool,
+    /// How many pixels the screen has for the picture.
+    pub(crate) screen: [u32; 2],
+    /// Chosen in a dialogue that is still open elsewhere.
+    pub(crate) dialogs: crate::dialogs::Dialogs,
+    /// What the last order asked for.
+    ordered: Option<Look>,
+    /// The number of the order that is being rendered.
+    in_flight: Option<u64>,
+    orders: u64,
+    screenshot: Option<PathBuf>,
+    /// When time was last let pass.
+    clock: Instant,
+}
+
+/// What outlives the window.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct Kept {
+    pub(crate) choices: Choices,
+    pub(crate) recent: Vec<PathBuf>,
+    pub(crate) shows_work: bool,
+    pub(crate) hides_controls: bool,
+}
+
+/// A scene that is open.
+pub(crate) struct OpenScene {
+    pub(crate) address: PathBuf,
+    pub(crate) options: OpenOptions,
+    pub(crate) scene: Arc<Scene>,
+    /// Later scenes have higher numbers.
+    number: u64,
+}
+
+/// Where the picture is seen from.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum CameraChoice {
+    /// The scene's first camera, or else one that sees everything.
+    Default,
+    /// One of the scene's cameras.
+    OfScene(usize),
+    /// Where the user has moved it.
+    Free(FreeCamera),
+}
+
+/// All that makes a picture another one.
+#[derive(Clone, PartialEq)]
+struct Look {
+    scene: u64,
+    seconds: f64,
+    choices: Choices,
+    camera: CameraChoice,
+    lights: Option<Vec<Light>>,
+    heat: Option<Heat>,
+    size: [u32; 2],
+}
+
+/// The picture on the screen.
+pub(crate) struct Shown {
+    pub(crate) picture: Picture,
+    pub(crate) texture: TextureHandle,
+    /// The colours of its work.
+    pub(crate) heat: Option<TextureHandle>,
+}
+
+/// How the window starts.
+#[derive(Clone, Debug, Default)]
+pub struct Start {
+    /// The scene to open; the built-in cloth if there is none.
+    pub scene: Option<PathBuf>,
+    /// Which of its animations play, and how fast a sequence is.
+    pub options: OpenOptions,
+    /// Whether files are read again when they change.
+    pub watches: bool,
+    /// What renders; `None` for what was last chosen.
+    pub engine: Option<EngineChoice>,
+    /// Whether nothing is remembered from before, nor after.
+    pub forgets: bool,
+}
+
+impl App {
+    /// The most files that are remembered.
+    const MOST_RECENT: usize = 12;
+    /// The key of what is kept.
+    pub(crate) const KEY: &'static str = "umbrage";
+
+    /// A window's state. `context` is woken whenever there is something new to show.
+    #[must_use]
+    pub fn new(context: &egui::Context, start: Start, storage: Option<&dyn eframe::Storage>) -> Self {
+        let storage = storage.filter(|_| !start.forgets);
+        let mut kept: Kept = storage.and_then(|storage| eframe::get_value(storage, Self::KEY)).unwrap_or_default();
+        if let Some(engine) = start.engine {
+            kept.choices.engine = engine;
+        }
+        let woken = context.clone();
+        let mut app = Self {
+            kept,
+            worker: Worker::start(move || woken.request_repaint()),
+            open: None,
+            opening: None,
+            timeline: Timeline::default(),
+            camera: CameraChoice::Default,
+            lights: LightList::default(),
+            heat: None,
+            shown: None,
+            probe: None,
+            history: History::default(),
+            notices: Notices::default(),
+            recording: None,
+            watch: start.watches.then(Watch::default),
+            is_help_open: false,
+            screen: [0, 0],
+            dialogs: crate::dialogs::Dialogs::default(),
+            ordered: None,
+            in_flight: None,
+            orders: 0,
+            screenshot: None,
+            clock: Instant::now(),
+        };
+        app.open(start.scene.unwrap_or_else(|| "demo:cloth".into()), start.options);
+        app
+    }
+
+    /// Opens a scene in place of the one that is open, once it is read.
+    pub(crate) fn open(&mut self, address: PathBuf, options: OpenOptions) {
+        self.opening = Some(address.clone());
+        self.worker.open(address, options);
+    }
+
+    /// Opens the same scene with another of its animations, or because its file has changed.
+    pub(crate) fn reopen(&mut self, options: Option<OpenOptions>) {
+        if let Some(open) = &self.open {
+            let (address, options) = (open.address.clone(), options.unwrap_or_else(|| open.options.clone()));
+            self.open(address, options);
+        }
+    }
+
+    /// Takes over what the worker has done, and lets time pass.
+    pub(crate) fn receive(&mut self, context: &egui::Context) {
+        for done in self.worker.done().collect::<Vec<_>>() {
+            self.take(context, done);
+        }
+        let now = Instant::now();
+        let passed = now.duration_since(std::mem::replace(&mut self.clock, now)).as_secs_f64();
+        if let Some(chosen) = self.dialogs.chosen() {
+            self.open(chosen, OpenOptions::default());
+        }
+        if let (Some(watch), Some(open)) = (&mut self.watch, &self.open) {
+            context.request_repaint_after(Watch::INTERVAL);
+            if watch.has_changed(&open.address) && self.opening.is_none() {
+                self.reopen(None);
+            }
+        }
+        match &self.recording {
+            // Each frame is shown as long as it takes.
+            Some(recording) => self.timeline.seconds = recording.seconds(),
+            None => self.timeline.advance(passed),
+        }
+    }
+
+    fn take(&mut self, context: &egui::Context, done: Done) {
+        match done {
+            Done::Opened(opened) => self.opened(opened),
+            Done::NotOpened { address, why } => {
+                self.opening = None;
+                self.kept.recent.retain(|recent| *recent != address);
+                self.notices.error(why);
+            }
+            Done::Picture(picture) => self.replace_picture(context, *picture),
+            Done::Probed(probe) => self.probe = Some(*probe),
+            Done::Recorded { frame } => {
+                if let Some(recording) = &mut self.recording {
+                    recording.frame = frame + 1;
+                }
+            }
+            Done::Written(path) => {
+                self.recording = None;
+                self.notices.say(format!("Written: {}", path.display()));
+            }
+            Done::Failed(why) => {
+                self.in_flight = None;
+                self.recording = None;
+                self.notices.error(why);
+            }
+        }
+    }
+
+    fn opened(&mut self, opened: Opened) {
+        let Opened { address, options, scene } = opened;
+        self.opening = None;
+        self.in_flight = None;
+        let is_same = self.open.as_ref().is_some_and(|open| open.address == address);
+        if !is_same {
+            self.camera = CameraChoice::Default;
+            self.lights.reset();
+            self.timeline.seconds = 0.0;
+            self.probe = None;
+        }
+        self.timeline.set_duration(scene.duration_seconds());
+        if !is_same {
+            self.timeline.is_playing = self.timeline.moves();
+        }
+        for warning in scene.warnings() {
+            self.notices.say(warning.clone());
+        }
+        self.kept.recent.retain(|recent| *recent != address);
+        self.kept.recent.insert(0, address.clone());
+        self.kept.recent.truncate(Self::MOST_RECENT);
+        let number = self.open.as_ref().map_or(0, |open| open.number + 1);
+        self.open = Some(OpenScene { address, options, scene, number });
+    }
+
+    fn replace_picture(&mut self, context: &egui::Context, picture: Picture) {
+        // Not one of a scene that has been replaced since.
+        if self.in_flight != Some(picture.number) {
+            return;
+        }
+        self.in_flight = None;
+        let size = picture.size();
+        let image = |pixels| egui::ColorImage::new(size, pixels);
+        let heat = picture
+            .heat
+            .as_ref()
+            .map(|heat| context.load_texture("heat map", image(heat.pixels()), egui::TextureOptions::NEAREST));
+        let pixels = image(picture.pixels.clone());
+        let texture = match self.shown.take() {
+            Some(Shown { mut texture, .. }) => {
+                texture.set(pixels, egui::TextureOptions::NEAREST);
+                texture
+            }
+            None => context.load_texture("picture", pixels, egui::TextureOptions::NEAREST),
+        };
+        self.lights.follow(&picture.lights);
+        self.history.add(&picture);
+        self.shown = Some(Shown { picture, texture, heat });
+    }
+
+    /// Orders a picture of what is chosen, unless that is the last order or that one is still being rendered.
+    pub(crate) fn order(&mut self) {
+        let Some(open) = &self.open else { return };
+        let choices = &self.kept.choices;
+        let size = self.recording.as_ref().map_or(choices.resolution.size(self.screen), |recording| recording.size);
+        if self.in_flight.is_some() || self.screen.contains(&0) {
+            return;
+        }
+        let look = Look {
+            scene: open.number,
+            seconds: self.timeline.seconds,
+            choices: choices.clone(),
+            camera: self.camera.clone(),
+            lights: self.lights.chosen(),
+            heat: self.heat,
+            size,
+        };
+        let file = match (&self.recording, self.screenshot.take()) {
+            (Some(recording), _) => Some(recording.order()),
+            (None, screenshot) => screenshot.map(FileOrder::Still),
+        };
+        if file.is_none() && self.ordered.as_ref() == Some(&look) {
+            return;
+        }
+        let settings = choices.settings(self.screen);
+        self.ordered = Some(look);
+        let mut settings = match settings {
+            Ok(settings) => settings,
+            Err(why) => return self.notices.error(why),
+        };
+        [settings.width, settings.height] = size;
+        settings.lights = self.lights.chosen();
+        let camera = match &self.camera {
+            CameraChoice::Default => None,
+            CameraChoice::OfScene(camera) => Some(*camera),
+            CameraChoice::Free(free) => {
+                settings.camera = Some(free.camera());
+                None
+            }
+        };
+        self.orders += 1;
+        self.in_flight = Some(self.orders);
+        self.worker.render(Order {
+            number: self.orders,
+            scene: Arc::clone(&open.scene),
+            seconds: self.timeline.seconds,
+            settings,
+            engine: choices.engine.clone(),
+            camera,
+            heat: self.heat,
+            file,
+        });
+    }
+
+    /// Writes the next picture to a file.
+    pub(crate) fn take_screenshot(&mut self, path: PathBuf) {
+        self.screenshot = Some(path);
+    }
+
+    /// The free camera, which starts where the picture is seen from; `None` before the first picture.
+    pub(crate) fn free_camera(&mut self) -> Option<&mut FreeCamera> {
+        if !matches!(self.camera, CameraChoice::Free(_)) {
+            let picture = &self.shown.as_ref()?.picture;
+            let camera = picture.view.camera;
+            let (center, size) = crate::light_list::middle(picture.bounds);
+            let depth = (center - camera.position).dot(camera.forward);
+            // A camera inside the scene turns around what is near to it.
+            let depth = if depth > 0.05 * size { depth } else { 0.25 * size };
+            self.camera = CameraChoice::Free(FreeCamera::of(&camera, depth));
+        }
+        match &mut self.camera {
+            CameraChoice::Free(free) => Some(free),
+            CameraChoice::Default | CameraChoice::OfScene(_) => None,
+        }
+    }
+
+    /// Sees the whole scene.
+    pub(crate) fn frame_all(&mut self) {
+        let Some(Shown { picture, .. }) = &self.shown else { return };
+        let (forward, aspect) = (picture.view.camera.forward, picture.view.width as f32 / picture.view.height as f32);
+        let bounds = picture.bounds;
+        let framed = umbrage::rays::Camera::framing(bounds.corners(), forward, aspect, 0.7);
+        let depth = (bounds.center() - framed.position).dot(framed.forward);
+        let depth = if depth > 0.0 { depth } else { 1.0 };
+        self.camera = CameraChoice::Free(FreeCamera::of(&framed, depth));
+    }
+
+    pub(crate) fn bounds(&self) -> Bounds {
+        self.shown.as_ref().map_or(Bounds::EMPTY, |shown| shown.picture.bounds)
+    }
+
+    pub(crate) fn cameras(&self) -> &[NamedCamera] {
+        self.shown.as_ref().map_or(&[], |shown| &shown.picture.cameras)
+    }
+
+    /// Which of the open scene's animations play.
+    pub(crate) fn clip(&self) -> Clip {
+        self.open.as_ref().map_or(Clip::Auto, |open| open.options.clip.clone())
+    }
+
+    /// The open scene's address.
+    pub(crate) fn address(&self) -> Option<&Path> {
+        self.open.as_ref().map(|open| open.address.as_path())
+    }
+
+    /// Whether nothing is being opened or written, and what is chosen is on the screen: while an animation plays, its last
+    /// picture.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        let is_shown = if self.timeline.is_playing { self.shown.is_some() } else { self.in_flight.is_none() };
+        is_shown && self.opening.is_none() && self.recording.is_none() && self.screenshot.is_none()
+    }
+}

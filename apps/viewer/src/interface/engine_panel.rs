@@ -1,0 +1,125 @@
+//! What renders, and how.
+
+use eframe::egui::{self, ComboBox, DragValue, Slider};
+use umbrage::Settings;
+use umbrage::gpu::Adapter;
+
+use crate::app::App;
+use crate::choices::{Choices, EngineChoice, ListedChoices, Resolution, StructureChoice, SurroundingsChoice};
+
+pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
+    let before = (app.kept.choices.engine.clone(), app.kept.choices.structure);
+    let choices = &mut app.kept.choices;
+    let chosen = match &choices.engine {
+        EngineChoice::Cpu => "CPU".to_owned(),
+        EngineChoice::Gpu(name) if name.is_empty() => "GPU".to_owned(),
+        EngineChoice::Gpu(name) => name.clone(),
+    };
+    ComboBox::from_label("Engine").selected_text(chosen).width(150.0).truncate().show_ui(ui, |ui| {
+        ui.selectable_value(&mut choices.engine, EngineChoice::Cpu, "CPU");
+        for adapter in adapters(ui) {
+            let label = if adapter.is_software {
+                format!("{} (no GPU, but a program)", adapter.name)
+            } else {
+                adapter.name.clone()
+            };
+            ui.selectable_value(&mut choices.engine, EngineChoice::Gpu(adapter.name), label);
+        }
+    });
+    if choices.engine == EngineChoice::Cpu {
+        structure(choices, ui);
+    }
+    ui.checkbox(&mut choices.culls_back_faces, "See through back faces");
+    if before != (choices.engine.clone(), choices.structure) {
+        app.history.clear();
+    }
+    if let Some(shown) = &app.shown {
+        ui.weak(&shown.picture.device);
+    }
+}
+
+fn structure(choices: &mut Choices, ui: &mut egui::Ui) {
+    const ALL: [(StructureChoice, &str); 3] = [
+        (StructureChoice::Perspective, "Perspective grid"),
+        (StructureChoice::Listed, "Grid with lists"),
+        (StructureChoice::Bvh, "Hierarchy"),
+    ];
+    let chosen = ALL.iter().find(|(choice, _)| *choice == choices.structure).map_or("", |(_, name)| *name);
+    ComboBox::from_label("Structure").selected_text(chosen).width(150.0).show_ui(ui, |ui| {
+        for (choice, name) in ALL {
+            ui.selectable_value(&mut choices.structure, choice, name);
+        }
+    });
+    if choices.structure != StructureChoice::Listed {
+        return;
+    }
+    let listed = &mut choices.listed;
+    powers(ui, "Sorting tile, pixels", &mut listed.sorting_tile, &[8, 16, 32, 64]);
+    powers(ui, "Sorting tiles a side", &mut listed.tracing_tiles, &[1, 2, 4, 8]);
+    ui.add(Slider::new(&mut listed.slices, 1..=64).text("Depth slices"));
+    ui.add(Slider::new(&mut listed.light_cells, 1..=2048).logarithmic(true).text("Light cells a side"));
+    ui.add(Slider::new(&mut listed.light_rays, 1..=4096).logarithmic(true).text("Rays per block"));
+    ui.add(Slider::new(&mut listed.light_triangles, 1..=4096).logarithmic(true).text("Triangles per block"));
+    if ui.button("Defaults").clicked() {
+        *listed = ListedChoices::default();
+    }
+}
+
+fn powers(ui: &mut egui::Ui, label: &str, value: &mut u32, all: &[u32]) {
+    ComboBox::from_label(label).selected_text(value.to_string()).width(60.0).show_ui(ui, |ui| {
+        for &power in all {
+            ui.selectable_value(value, power, power.to_string());
+        }
+    });
+}
+
+/// This machine's adapters, asked for once.
+fn adapters(ui: &egui::Ui) -> Vec<Adapter> {
+    ui.ctx().memory_mut(|memory| {
+        memory.data.get_temp_mut_or_insert_with(egui::Id::unique("adapters"), Adapter::all).clone()
+    })
+}
+
+pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
+    let choices = &mut app.kept.choices;
+    resolution(choices, ui);
+    ui.horizontal(|ui| {
+        ui.add(DragValue::new(&mut choices.samples).range(1..=Settings::MAX_SAMPLES).speed(0.1));
+        ui.label("Samples per pixel");
+    });
+    ui.add(Slider::new(&mut choices.exposure_stops, -8.0..=8.0).text("Exposure, stops"));
+    ui.checkbox(&mut choices.clips, "Cut off what is too bright");
+    ui.horizontal(|ui| {
+        let mut is_sky = choices.surroundings == SurroundingsChoice::Sky;
+        if ui.checkbox(&mut is_sky, "Sky").changed() {
+            choices.surroundings =
+                if is_sky { SurroundingsChoice::Sky } else { SurroundingsChoice::Color([0.2, 0.2, 0.2]) };
+        }
+        if let SurroundingsChoice::Color(color) = &mut choices.surroundings {
+            ui.color_edit_button_rgb(color);
+            ui.label("Background");
+        }
+    });
+}
+
+fn resolution(choices: &mut Choices, ui: &mut egui::Ui) {
+    let chosen = match choices.resolution {
+        Resolution::Window => "The window's".to_owned(),
+        Resolution::Fraction(side) => format!("1/{side} of the window's"),
+        Resolution::Fixed([width, height]) => format!("{width} × {height}"),
+    };
+    ComboBox::from_label("Resolution").selected_text(chosen).width(150.0).show_ui(ui, |ui| {
+        ui.selectable_value(&mut choices.resolution, Resolution::Window, "The window's");
+        for side in [2, 4] {
+            ui.selectable_value(
+                &mut choices.resolution,
+                Resolution::Fraction(side),
+                format!("1/{side} of the window's"),
+            );
+        }
+        for size in [[512, 512], [1024, 1024], [1280, 720], [1920, 1080]] {
+            let [width, height] = size;
+            ui.selectable_value(&mut choices.resolution, Resolution::Fixed(size), format!("{width} × {height}"));
+        }
+    });
+}

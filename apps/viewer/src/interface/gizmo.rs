@@ -1,0 +1,237 @@
+//! Handles of lights in the picture, to be dragged.
+
+use eframe::egui::{self, Align2, Color32, FontId, Painter, PointerButton, Pos2, Response, Stroke, vec2};
+use glam::Vec3;
+use umbrage::rays::LightSource;
+
+use crate::app::App;
+use crate::light_list::{middle, unit};
+use crate::projection::Projected;
+
+/// What is being dragged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Grab {
+    light: usize,
+    part: Part,
+}
+
+/// A part of a light's gizmo.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    /// The light itself, in the picture's plane; a sun, round the scene.
+    Center,
+    /// Along a world axis.
+    Axis(usize),
+    /// Where a spot points to.
+    Target,
+}
+
+const AXES: [(Vec3, Color32); 3] = [
+    (Vec3::X, Color32::from_rgb(230, 80, 70)),
+    (Vec3::Y, Color32::from_rgb(110, 200, 80)),
+    (Vec3::Z, Color32::from_rgb(80, 130, 240)),
+];
+/// How near the pointer must be, in points.
+const REACH: f32 = 11.0;
+/// How long the axes are, in points.
+const AXIS: f32 = 54.0;
+
+/// Draws the handles and moves what is dragged; whether anything is.
+pub(super) fn show(app: &mut App, ui: &egui::Ui, response: &Response, picture: &Projected, painter: &Painter) -> bool {
+    let id = response.id.with("gizmo");
+    let mut grab: Option<Grab> = ui.data(|data| data.get_temp(id).flatten());
+    let handles = handles(app, picture);
+    if response.drag_started_by(PointerButton::Primary) {
+        let pressed = ui.input(|input| input.pointer.press_origin());
+        grab = pressed.and_then(|place| nearest(&handles, place)).map(|handle| handle.grab);
+        if let Some(Grab { light, .. }) = grab {
+            app.lights.selected = Some(light);
+        }
+    }
+    if !response.dragged() {
+        if let Some(place) = response.interact_pointer_pos().filter(|_| response.clicked_by(PointerButton::Primary))
+            && let Some(handle) = nearest(&handles, place)
+        {
+            app.lights.selected = Some(handle.grab.light);
+        }
+        grab = None;
+    }
+    if let (Some(Grab { light, part }), Some(pointer)) = (grab, response.interact_pointer_pos()) {
+        let size = middle(app.bounds());
+        if let Some(changed) = app.lights.change(light) {
+            drag(&mut changed.source, part, picture, pointer, response.drag_delta(), size);
+        }
+    }
+    draw(
+        &handles,
+        app.lights.selected,
+        grab.or_else(|| response.hover_pos().and_then(|place| nearest(&handles, place)).map(|handle| handle.grab)),
+        painter,
+    );
+    ui.data_mut(|data| data.insert_temp(id, grab));
+    grab.is_some()
+}
+
+/// A place to grab.
+struct Handle {
+    grab: Grab,
+    place: Pos2,
+    /// From where a line leads to it.
+    from: Pos2,
+    color: Color32,
+}
+
+fn nearest(handles: &[Handle], place: Pos2) -> Option<&Handle> {
+    // Of those at the same distance the last drawn.
+    let distances = handles.iter().rev().map(|handle| (handle, handle.place.distance(place)));
+    distances
+        .filter(|(_, distance)| *distance <= REACH)
+        .min_by(|one, other| one.1.total_cmp(&other.1))
+        .map(|(handle, _)| handle)
+}
+
+fn handles(app: &App, picture: &Projected) -> Vec<Handle> {
+    let scene = middle(app.bounds());
+    let mut handles = Vec::new();
+    for (number, light) in app.lights.lights().iter().enumerate() {
+        let position = position(&light.source, scene);
+        let Some(place) = picture.place(position) else { continue };
+        let handle = |part, place, color| Handle { grab: Grab { light: number, part }, place, from: place, color };
+        let is_selected = app.lights.selected == Some(number);
+        let center = handle(Part::Center, place, tint(light.color));
+        if is_selected && !matches!(light.source, LightSource::Directional { .. }) {
+            let depth = (position - picture.camera.position).dot(picture.camera.forward);
+            // Long enough to be grabbed wherever the light is.
+            let length = picture.height_at(depth).unwrap_or(0.0) * AXIS / picture.rect.height();
+            for (axis, (way, color)) in AXES.into_iter().enumerate() {
+                if let Some(end) = picture.place(position + way * length) {
+                    handles.push(Handle { from: place, ..handle(Part::Axis(axis), end, color) });
+                }
+            }
+        }
+        let aim = match light.source {
+            LightSource::Spot { direction, .. } if is_selected => {
+                picture.place(position + direction * (0.25 * scene.1))
+            }
+            _ => None,
+        };
+        if let Some(aim) = aim {
+            handles.push(Handle { from: place, ..handle(Part::Target, aim, Color32::from_rgb(250, 220, 120)) });
+        }
+        let toward = match light.source {
+            LightSource::Directional { .. } => picture.place(scene.0).unwrap_or(place),
+            _ => place,
+        };
+        handles.push(Handle { from: toward, ..center });
+    }
+    handles
+}
+
+/// Where a light's handle is: a sun's is beside the scene.
+fn position(source: &LightSource, (center, size): (Vec3, f32)) -> Vec3 {
+    match *source {
+        LightSource::Point { position } | LightSource::Spot { position, .. } => position,
+        LightSource::Directional { direction } => center - direction * (0.5 * size),
+    }
+}
+
+fn tint(color: Vec3) -> Color32 {
+    let brightest = color.max_element().max(1e-6);
+    let [red, green, blue] =
+        (color / brightest).to_array().map(|level| (255.0 * (0.35 + 0.65 * level.clamp(0.0, 1.0))) as u8);
+    Color32::from_rgb(red, green, blue)
+}
+
+fn drag(
+    source: &mut LightSource,
+    part: Part,
+    picture: &Projected,
+    pointer: Pos2,
+    moved: egui::Vec2,
+    scene: (Vec3, f32),
+) {
+    let camera = picture.camera;
+    let at = position(source, scene);
+    let depth = (at - camera.position).dot(camera.forward);
+    let Some(height) = picture.height_at(depth) else { return };
+    let scale = height / picture.rect.height();
+    let way = (camera.right * moved.x - camera.up * moved.y) * scale;
+    match (source, part) {
+        (LightSource::Point { position } | LightSource::Spot { position, .. }, Part::Center) => *position += way,
+        (LightSource::Point { position } | LightSource::Spot { position, .. }, Part::Axis(axis)) => {
+            let direction = AXES[axis].0;
+            let (Some(from), Some(to)) =
+                (picture.place(*position), picture.place(*position + direction * (scale * AXIS)))
+            else {
+                return;
+            };
+            let along = (to - from) / AXIS;
+            // An axis that points at the camera moves nothing.
+            if along.length_sq() > 0.01 {
+                *position += direction * (moved.dot(along) / along.length_sq() * scale);
+            }
+        }
+        (LightSource::Spot { position, direction, .. }, Part::Target) => {
+            if let Some(turned) = unit(*direction * (0.25 * scene.1) + way) {
+                *direction = turned;
+            }
+            debug_assert!(position.is_finite());
+        }
+        (LightSource::Directional { direction }, _) => {
+            if let Some(turned) = on_sphere(picture, pointer, scene, *direction).and_then(|from| unit(scene.0 - from)) {
+                *direction = turned;
+            }
+        }
+        (LightSource::Point { .. }, Part::Target) => {}
+    }
+}
+
+/// The place under the pointer on the sphere on which suns' handles are, on the side where the sun was.
+fn on_sphere(picture: &Projected, pointer: Pos2, (center, size): (Vec3, f32), direction: Vec3) -> Option<Vec3> {
+    let (origin, way) = picture.ray(pointer);
+    let radius = 0.5 * size;
+    let way = way.try_normalize()?;
+    let offset = origin - center;
+    let half = offset.dot(way);
+    let below_root = half * half - offset.length_squared() + radius * radius;
+    // Outside of it, at its edge.
+    let root = below_root.max(0.0).sqrt();
+    let was_near = -direction.dot(way) < 0.0;
+    let t = if was_near { -half - root } else { -half + root };
+    let place = origin + way * t;
+    center.is_finite().then(|| center + (place - center).normalize_or(-direction) * radius)
+}
+
+fn draw(handles: &[Handle], selected: Option<usize>, hot: Option<Grab>, painter: &Painter) {
+    for handle in handles {
+        let is_hot = hot == Some(handle.grab);
+        let is_selected = selected == Some(handle.grab.light);
+        if handle.from != handle.place {
+            painter
+                .line_segment([handle.from, handle.place], Stroke::new(if is_hot { 3.0 } else { 1.5 }, handle.color));
+        }
+        let radius = match handle.grab.part {
+            Part::Center => 7.0,
+            Part::Axis(_) | Part::Target => 5.0,
+        } + if is_hot { 2.0 } else { 0.0 };
+        painter.circle(
+            handle.place,
+            radius,
+            handle.color,
+            Stroke::new(if is_selected { 2.0 } else { 1.0 }, Color32::BLACK),
+        );
+        if handle.grab.part == Part::Center {
+            if is_selected {
+                painter.circle_stroke(handle.place, radius + 2.0, Stroke::new(1.5, Color32::WHITE));
+            }
+            let label = handle.grab.light + 1;
+            painter.text(
+                handle.place + vec2(0.0, -16.0),
+                Align2::CENTER_CENTER,
+                label,
+                FontId::proportional(11.0),
+                Color32::WHITE,
+            );
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! What keys do.
+
+use eframe::egui::{self, Key as Code, Modifiers};
+use glam::Vec3;
+use umbrage::rays::LightSource;
+
+use super::menu;
+use crate::app::{App, CameraChoice};
+use crate::free_camera::FreeCamera;
+use crate::light_list::middle;
+
+/// What a key is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Key {
+    Open,
+    Reload,
+    Screenshot,
+    CopyCommand,
+    Play,
+    StepBack,
+    StepOn,
+    Start,
+    FrameAll,
+    LookFromLight,
+    Work,
+    Controls,
+    Help,
+}
+
+impl Key {
+    pub(super) const ALL: [Self; 13] = [
+        Self::Open,
+        Self::Reload,
+        Self::Screenshot,
+        Self::CopyCommand,
+        Self::Play,
+        Self::StepBack,
+        Self::StepOn,
+        Self::Start,
+        Self::FrameAll,
+        Self::LookFromLight,
+        Self::Work,
+        Self::Controls,
+        Self::Help,
+    ];
+
+    /// The keys themselves; any of them does.
+    fn codes(self) -> &'static [(Modifiers, Code)] {
+        const NONE: Modifiers = Modifiers::NONE;
+        match self {
+            Self::Open => &[(Modifiers::COMMAND, Code::O)],
+            Self::Reload => &[(Modifiers::COMMAND, Code::R)],
+            Self::Screenshot => &[(NONE, Code::P)],
+            Self::CopyCommand => &[(NONE, Code::C)],
+            Self::Play => &[(NONE, Code::Space)],
+            Self::StepBack => &[(NONE, Code::ArrowLeft)],
+            Self::StepOn => &[(NONE, Code::ArrowRight)],
+            Self::Start => &[(NONE, Code::Home)],
+            Self::FrameAll => &[(NONE, Code::F)],
+            Self::LookFromLight => &[(NONE, Code::L)],
+            Self::Work => &[(NONE, Code::T)],
+            Self::Controls => &[(NONE, Code::Tab)],
+            Self::Help => &[(NONE, Code::H), (NONE, Code::F1)],
+        }
+    }
+
+    pub(super) fn names(self) -> &'static str {
+        match self {
+            Self::Open => "Ctrl+O",
+            Self::Reload => "Ctrl+R",
+            Self::Screenshot => "P",
+            Self::CopyCommand => "C",
+            Self::Play => "Space",
+            Self::StepBack => "Left",
+            Self::StepOn => "Right",
+            Self::Start => "Home",
+            Self::FrameAll => "F",
+            Self::LookFromLight => "L",
+            Self::Work => "T",
+            Self::Controls => "Tab",
+            Self::Help => "H or F1",
+        }
+    }
+
+    pub(super) fn meaning(self) -> &'static str {
+        match self {
+            Self::Open => "Open a file",
+            Self::Reload => "Reload the scene",
+            Self::Screenshot => "Save the picture as a PNG",
+            Self::CopyCommand => "Copy as command",
+            Self::Play => "Play or pause",
+            Self::StepBack => "One frame back",
+            Self::StepOn => "One frame on",
+            Self::Start => "Back to the start",
+            Self::FrameAll => "See the whole scene",
+            Self::LookFromLight => "Look from the selected light",
+            Self::Work => "Show where the time goes",
+            Self::Controls => "Show the controls",
+            Self::Help => "Help",
+        }
+    }
+
+    /// Its meaning and the key.
+    pub(super) fn label(self) -> String {
+        format!("{}  ({})", self.meaning(), self.names())
+    }
+
+    pub(super) fn press(self, app: &mut App, ui: &egui::Ui) {
+        match self {
+            Self::Open => {
+                let context = ui.ctx().clone();
+                app.dialogs.ask_for_scene(move || context.request_repaint());
+            }
+            Self::Reload => app.reopen(None),
+            Self::Screenshot => {
+                let path = menu::screenshot_path(app);
+                app.take_screenshot(path);
+            }
+            Self::CopyCommand => menu::copy_command(app, ui),
+            Self::Play => app.timeline.toggle(),
+            Self::StepBack => app.timeline.step(-1),
+            Self::StepOn => app.timeline.step(1),
+            Self::Start => app.timeline.seconds = 0.0,
+            Self::FrameAll => app.frame_all(),
+            Self::LookFromLight => look_from_light(app),
+            Self::Work => app.kept.shows_work ^= true,
+            Self::Controls => app.kept.hides_controls ^= true,
+            Self::Help => app.is_help_open ^= true,
+        }
+    }
+}
+
+/// Does what the keys that are pressed are for, unless they are typed into a field.
+pub(super) fn press(app: &mut App, ui: &egui::Ui) {
+    if ui.ctx().egui_wants_keyboard_input() {
+        return;
+    }
+    for key in Key::ALL {
+        let is_pressed =
+            |&(modifiers, code): &(Modifiers, Code)| ui.input_mut(|input| input.consume_key(modifiers, code));
+        if key.codes().iter().any(is_pressed) {
+            key.press(app, ui);
+        }
+    }
+    fly(app, ui);
+}
+
+/// Moves the camera while W, A, S, D, Q or E are held.
+fn fly(app: &mut App, ui: &egui::Ui) {
+    const AXES: [(Code, Vec3); 6] = [
+        (Code::W, Vec3::Z),
+        (Code::S, Vec3::NEG_Z),
+        (Code::D, Vec3::X),
+        (Code::A, Vec3::NEG_X),
+        (Code::E, Vec3::Y),
+        (Code::Q, Vec3::NEG_Y),
+    ];
+    let (way, seconds, is_fast) = ui.input(|input| {
+        let held = AXES
+            .iter()
+            .filter(|(code, _)| input.modifiers.is_none() | input.modifiers.shift_only() && input.key_down(*code));
+        (held.map(|(_, axis)| *axis).sum::<Vec3>(), input.stable_dt.min(0.1), input.modifiers.shift)
+    });
+    if way != Vec3::ZERO {
+        let (_, size) = middle(app.bounds());
+        let speed = size * if is_fast { 1.0 } else { 0.25 };
+        if let Some(camera) = app.free_camera() {
+            camera.fly(way * speed * seconds);
+        }
+        ui.ctx().request_repaint();
+    }
+}
+
+fn look_from_light(app: &mut App) {
+    let (center, size) = middle(app.bounds());
+    let light = app.lights.lights().get(app.lights.selected.unwrap_or(0));
+    let (position, target) = match light.map(|light| light.source) {
+        None => return app.notices.say("There is no light to look from."),
+        Some(LightSource::Point { position }) => (position, center),
+        Some(LightSource::Spot { position, direction, .. }) => (position, position + direction * size * 0.5),
+        Some(LightSource::Directional { direction }) => (center - direction * size, center),
+    };
+    if position != target {
+        app.camera = CameraChoice::Free(FreeCamera { position, target, fov_degrees: 60.0 });
+    }
+}

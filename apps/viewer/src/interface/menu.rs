@@ -1,0 +1,152 @@
+//! The bar at the top.
+
+use std::path::{Path, PathBuf};
+
+use eframe::egui::{self, MenuBar};
+use umbrage::scene::{DEMOS, OpenOptions};
+
+use super::keys::Key;
+use crate::app::{App, CameraChoice};
+use crate::command;
+use crate::recording::Recording;
+
+pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
+    MenuBar::new().ui(ui, |ui| {
+        ui.menu_button("File", |ui| file(app, ui));
+        ui.menu_button("Gallery", |ui| gallery(app, ui));
+        ui.menu_button("View", |ui| view(app, ui));
+        ui.menu_button("Help", |ui| {
+            if ui.button(Key::Help.label()).clicked() {
+                app.is_help_open = true;
+            }
+        });
+        ui.separator();
+        match (&app.opening, app.address()) {
+            (Some(opening), _) => {
+                ui.spinner();
+                ui.label(format!("Opening {}", name(opening)));
+            }
+            (None, Some(address)) => {
+                ui.label(name(address)).on_hover_text(address.display().to_string());
+            }
+            (None, None) => {
+                ui.label("Open a scene, or drop a file here");
+            }
+        }
+    });
+}
+
+fn file(app: &mut App, ui: &mut egui::Ui) {
+    if ui.button(Key::Open.label()).clicked() {
+        Key::Open.press(app, ui);
+    }
+    ui.menu_button("Recent", |ui| {
+        for path in app.kept.recent.clone() {
+            if ui.button(name(&path)).on_hover_text(path.display().to_string()).clicked() {
+                app.open(path, OpenOptions::default());
+            }
+        }
+    });
+    if ui.button(Key::Reload.label()).clicked() {
+        Key::Reload.press(app, ui);
+    }
+    let mut watches = app.watch.is_some();
+    if ui.checkbox(&mut watches, "Reload when the file changes").changed() {
+        app.watch = watches.then(Default::default);
+    }
+    ui.separator();
+    if ui.button(Key::Screenshot.label()).clicked() {
+        Key::Screenshot.press(app, ui);
+    }
+    let can_record = app.recording.is_none() && app.shown.is_some();
+    ui.add_enabled_ui(can_record, |ui| {
+        if ui.button("Record the animation as a GIF").clicked() {
+            record(app, "gif");
+        }
+        if ui.button("Record the animation as numbered PNGs").clicked() {
+            record(app, "png");
+        }
+    });
+    if app.recording.is_some() && ui.button("Stop recording").clicked() {
+        app.recording = None;
+        app.notices.say("The recording was stopped. An unfinished GIF is left out.");
+    }
+    ui.separator();
+    if ui.button("Copy as command").on_hover_text("The `umbrage render` line that makes this picture").clicked() {
+        copy_command(app, ui);
+    }
+    if ui.button("Quit").clicked() {
+        ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+    }
+}
+
+fn gallery(app: &mut App, ui: &mut egui::Ui) {
+    for demo in DEMOS {
+        if ui.button(demo.name).on_hover_text(demo.about).clicked() {
+            app.open(format!("demo:{}", demo.name).into(), OpenOptions::default());
+        }
+    }
+}
+
+fn view(app: &mut App, ui: &mut egui::Ui) {
+    for key in [Key::FrameAll, Key::LookFromLight] {
+        if ui.button(key.label()).clicked() {
+            key.press(app, ui);
+        }
+    }
+    if ui.button("Back to the scene's camera").clicked() {
+        app.camera = CameraChoice::Default;
+    }
+    ui.separator();
+    ui.checkbox(&mut app.kept.shows_work, Key::Work.label());
+    let mut shows_controls = !app.kept.hides_controls;
+    if ui.checkbox(&mut shows_controls, Key::Controls.label()).changed() {
+        app.kept.hides_controls = !shows_controls;
+    }
+}
+
+fn record(app: &mut App, extension: &str) {
+    let Some(shown) = &app.shown else { return };
+    let size = shown.picture.size().map(|side| side as u32);
+    let number = if extension == "png" { "_%04d" } else { "" };
+    let path = free_path(&format!("{}{{}}{number}", stem(app.address())), extension);
+    app.recording = Some(Recording::new(path, app.timeline.duration(), size));
+}
+
+pub(super) fn copy_command(app: &mut App, ui: &egui::Ui) {
+    match command::line(app) {
+        Ok(line) => {
+            app.notices.say(format!("Copied: {line}"));
+            ui.ctx().copy_text(line);
+        }
+        Err(why) => app.notices.error(why),
+    }
+}
+
+/// A picture's path in the current folder under which there is no file yet.
+pub(super) fn screenshot_path(app: &App) -> PathBuf {
+    free_path(&format!("{}{{}}", stem(app.address())), "png")
+}
+
+/// A path like a name, in which `{}` stands for nothing or for a number.
+fn free_path(name: &str, extension: &str) -> PathBuf {
+    let path = |number: String| PathBuf::from(format!("{}.{extension}", name.replace("{}", &number)));
+    let is_free = |path: &PathBuf| {
+        let first = path.to_string_lossy().replace("%04d", "0000");
+        !Path::new(&first).exists()
+    };
+    let numbered = (2..10_000).map(|number| path(format!("-{number}")));
+    std::iter::once(path(String::new())).chain(numbered).find(is_free).unwrap_or_else(|| path(String::new()))
+}
+
+/// What a picture of a scene is called.
+fn stem(address: Option<&Path>) -> String {
+    let name = address.map_or_else(String::new, name);
+    let stem = name.trim_start_matches("demo:").split(['?', '.', '%']).next().unwrap_or_default();
+    if stem.is_empty() { "umbrage".to_owned() } else { stem.to_owned() }
+}
+
+/// An address without its folders.
+fn name(address: &Path) -> String {
+    address.file_name().map_or_else(|| address.display().to_string(), |name| name.to_string_lossy().into_owned())
+}

@@ -1,0 +1,80 @@
+//! Where everything is in the window.
+
+mod camera_panel;
+mod chart;
+mod engine_panel;
+mod gizmo;
+mod help;
+mod keys;
+mod light_panel;
+mod menu;
+mod overlay;
+mod probe_panel;
+mod stage;
+mod time_bar;
+mod work_panel;
+
+use eframe::egui;
+
+use crate::app::App;
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        self.show(ui);
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        eframe::set_value(storage, Self::KEY, &self.kept);
+    }
+
+    fn persist_egui_memory(&self) -> bool {
+        false
+    }
+}
+
+impl App {
+    /// Takes over what was rendered meanwhile, shows the whole interface and orders what was chosen in it.
+    pub fn show(&mut self, ui: &mut egui::Ui) {
+        self.receive(ui.ctx());
+        keys::press(self, ui);
+        drop_files(self, ui);
+        egui::Panel::top("menu").show(ui, |ui| menu::show(self, ui));
+        egui::Panel::bottom("time").show(ui, |ui| time_bar::show(self, ui));
+        if self.kept.shows_work {
+            let panel = egui::Panel::left("work").default_size(300.0).min_size(220.0);
+            panel.show(ui, |ui| scrolled(ui, |ui| work_panel::show(self, ui)));
+        }
+        if !self.kept.hides_controls {
+            let panel = egui::Panel::right("controls").default_size(270.0).min_size(220.0);
+            panel.show(ui, |ui| {
+                scrolled(ui, |ui| {
+                    section(ui, "Camera", |ui| camera_panel::show(self, ui));
+                    section(ui, "Lights", |ui| light_panel::show(self, ui));
+                    section(ui, "Engine", |ui| engine_panel::engine(self, ui));
+                    section(ui, "Picture", |ui| engine_panel::picture(self, ui));
+                    section(ui, "Pixel", |ui| probe_panel::show(self, ui));
+                });
+            });
+        }
+        let frame = egui::Frame::new().fill(egui::Color32::from_gray(24));
+        egui::CentralPanel::default().frame(frame).show(ui, |ui| stage::show(self, ui));
+        help::show(self, ui);
+        self.order();
+    }
+}
+
+fn scrolled(ui: &mut egui::Ui, contents: impl FnOnce(&mut egui::Ui)) {
+    egui::ScrollArea::vertical().auto_shrink(false).show(ui, contents);
+}
+
+fn section(ui: &mut egui::Ui, title: &str, contents: impl FnOnce(&mut egui::Ui)) {
+    egui::CollapsingHeader::new(egui::RichText::new(title).strong()).default_open(true).show(ui, contents);
+}
+
+/// Opens a file that is dropped on the window.
+fn drop_files(app: &mut App, ui: &egui::Ui) {
+    let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
+    if let Some(path) = dropped {
+        app.open(path, umbrage::scene::OpenOptions::default());
+    }
+}

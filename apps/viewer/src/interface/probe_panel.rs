@@ -1,0 +1,48 @@
+//! What the clicked pixel shows.
+
+use eframe::egui;
+
+use crate::app::App;
+use crate::probe::{Lighting, Probe, Surface};
+
+pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
+    match &app.probe {
+        None => {
+            ui.weak("Click in the picture.");
+        }
+        Some(Probe { pixel: [x, y], surface: None }) => {
+            ui.label(format!("Pixel {x}, {y}: the background"));
+        }
+        Some(Probe { pixel: [x, y], surface: Some(surface) }) => {
+            ui.label(format!("Pixel {x}, {y}"));
+            egui::Grid::new("pixel").num_columns(2).show(ui, |ui| rows(ui, surface));
+        }
+    }
+}
+
+fn rows(ui: &mut egui::Ui, surface: &Surface) {
+    let mut row = |name: &str, value: String| {
+        ui.weak(name);
+        ui.add(egui::Label::new(value).wrap());
+        ui.end_row();
+    };
+    let side = if surface.is_front { "front" } else { "back" };
+    row("Triangle", format!("{} ({side})", surface.triangle));
+    row("Material", surface.material.clone());
+    row("Distance", format!("{:.6}", surface.distance));
+    let [x, y, z] = surface.position.to_array();
+    row("Position", format!("{x:.5}, {y:.5}, {z:.5}"));
+    let [x, y, z] = surface.normal.to_array();
+    row("Normal", format!("{x:.4}, {y:.4}, {z:.4}"));
+    for (name, lighting) in &surface.lights {
+        row(
+            name,
+            match lighting {
+                Lighting::Lit => "lit".to_owned(),
+                Lighting::OutOfReach => "out of reach".to_owned(),
+                Lighting::Behind => "shines on the other side".to_owned(),
+                Lighting::Shadowed { by, distance } => format!("shadowed by triangle {by}, {distance:.5} away"),
+            },
+        );
+    }
+}

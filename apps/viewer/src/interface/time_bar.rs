@@ -1,0 +1,85 @@
+//! The timeline.
+
+use eframe::egui::{self, ComboBox, DragValue, Slider};
+use umbrage::scene::{Clip, OpenOptions};
+
+use super::keys::Key;
+use crate::app::App;
+
+pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
+    ui.horizontal(|ui| {
+        if let Some(recording) = &app.recording {
+            let done = recording.frame as f32 / recording.frames as f32;
+            let text = format!("Recording {} of {}", recording.frame, recording.frames);
+            ui.add(egui::ProgressBar::new(done).text(text).desired_width(260.0));
+            if ui.button("Stop").clicked() {
+                app.recording = None;
+            }
+            return;
+        }
+        let moves = app.timeline.moves();
+        ui.add_enabled_ui(moves, |ui| {
+            let play = if app.timeline.is_playing { "Pause" } else { "Play" };
+            for (label, key) in [("|<", Key::Start), ("<", Key::StepBack), (play, Key::Play), (">", Key::StepOn)] {
+                let button = ui.button(label).on_hover_text(key.label());
+                button.widget_info(|| {
+                    egui::WidgetInfo::labeled(
+                        egui::Role::Button,
+                        moves,
+                        if label == play { play } else { key.meaning() },
+                    )
+                });
+                if button.clicked() {
+                    key.press(app, ui);
+                }
+            }
+            let duration = app.timeline.duration();
+            let width = (ui.available_width() - 330.0).max(60.0);
+            ui.spacing_mut().slider_width = width;
+            let scrubber = Slider::new(&mut app.timeline.seconds, 0.0..=duration.max(f64::MIN_POSITIVE))
+                .suffix(" s")
+                .fixed_decimals(2);
+            if ui.add(scrubber).dragged() {
+                app.timeline.is_playing = false;
+            }
+            ui.add(DragValue::new(&mut app.timeline.speed).speed(0.01).range(-10.0..=10.0).suffix("×"))
+                .on_hover_text("Speed");
+            ui.checkbox(&mut app.timeline.loops, "Loop");
+        });
+        clips(app, ui);
+        if !moves && app.open.is_some() {
+            ui.weak("Nothing moves in this scene.");
+        }
+    });
+}
+
+/// The choice of what plays, where a file has several animations.
+fn clips(app: &mut App, ui: &mut egui::Ui) {
+    let Some(open) = &app.open else { return };
+    let animations = open.scene.animations();
+    if animations.is_empty() {
+        return;
+    }
+    let before = app.clip();
+    let mut clip = before.clone();
+    let name = |number: usize, name: &str| if name.is_empty() { number.to_string() } else { name.to_owned() };
+    let chosen = match &clip {
+        Clip::Auto => "Default".to_owned(),
+        Clip::All => "All".to_owned(),
+        Clip::Rest => "None".to_owned(),
+        Clip::Named(name) => name.clone(),
+    };
+    ComboBox::from_id_salt("animation").selected_text(chosen).show_ui(ui, |ui| {
+        ui.selectable_value(&mut clip, Clip::Auto, "Default");
+        ui.selectable_value(&mut clip, Clip::All, "All");
+        ui.selectable_value(&mut clip, Clip::Rest, "None");
+        for (number, animation) in animations.iter().enumerate() {
+            let name = name(number, &animation.name);
+            ui.selectable_value(&mut clip, Clip::Named(name.clone()), name);
+        }
+    });
+    if clip != before {
+        let options = OpenOptions { clip, ..open.options.clone() };
+        app.reopen(Some(options));
+    }
+}

@@ -1,0 +1,92 @@
+//! Where the time goes.
+
+use eframe::egui;
+
+use super::chart;
+use crate::app::{App, Shown};
+use crate::heat::Heat;
+
+pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
+    ui.strong("Time of the last pictures");
+    chart::show(&app.history, ui);
+    let Some(Shown { picture, .. }) = &app.shown else {
+        ui.weak("Nothing was rendered yet.");
+        return;
+    };
+    let stats = &picture.stats;
+    let total = stats.total_milliseconds();
+    egui::Grid::new("stages").num_columns(3).striped(true).show(ui, |ui| {
+        for stage in &stats.stages {
+            let place = app.history.names().iter().position(|name| *name == stage.name).unwrap_or(0);
+            ui.colored_label(chart::color(place), "■");
+            ui.label(stage.name);
+            ui.monospace(format!("{:9.3} ms", stage.milliseconds));
+            ui.end_row();
+        }
+        ui.label("");
+        ui.strong("all");
+        ui.monospace(format!("{total:9.3} ms"));
+        ui.end_row();
+    });
+    ui.separator();
+    egui::Grid::new("counts").num_columns(2).striped(true).show(ui, |ui| {
+        let mut row = |name: &str, value: String| {
+            ui.label(name);
+            ui.monospace(value);
+            ui.end_row();
+        };
+        row("picture", format!("{} × {}", picture.view.width, picture.view.height));
+        row("from order to pixels", format!("{:.1} ms", picture.milliseconds));
+        row("triangles", grouped(stats.triangles as u64));
+        row("vertices", grouped(stats.vertices as u64));
+        row("lights", grouped(stats.lights as u64));
+        row("camera rays", grouped(stats.camera_rays));
+        row("shadow rays", grouped(stats.shadow_rays));
+        let rays = (stats.camera_rays + stats.shadow_rays) as f64;
+        row("rays a second", grouped((rays / (1e-3 * total.max(1e-6))) as u64));
+        let parts = [
+            ("structure", stats.structure_bytes),
+            ("light grid", stats.point_bytes),
+            ("frame", stats.frame_bytes),
+            ("pixels", stats.pixel_bytes),
+        ];
+        for (name, bytes) in parts {
+            row(name, format!("{} bytes", grouped(bytes as u64)));
+        }
+        if stats.uploaded_bytes > 0 {
+            row("uploaded", format!("{} bytes", grouped(stats.uploaded_bytes)));
+        }
+        for omitted in &stats.omitted {
+            row("left out", format!("{}: {}", grouped(u64::from(omitted.count)), omitted.reason));
+        }
+    });
+    ui.separator();
+    ui.strong("Heat map");
+    ui.radio_value(&mut app.heat, None, "None");
+    for heat in Heat::ALL {
+        ui.radio_value(&mut app.heat, Some(heat), heat.title());
+    }
+}
+
+/// A number with commas between thousands.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn thousands_are_apart() {
+        for (number, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (1_234_567, "1,234,567")] {
+            assert_eq!(super::grouped(number), text);
+        }
+    }
+}

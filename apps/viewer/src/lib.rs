@@ -1,0 +1,28 @@
+//! The window of `umbrage`: plays a scene with exact shadows, lets its lights be dragged, and shows where the time goes.
+//!
+//! [`view`] opens it. [`App`] is all of it but the window itself, for tests that press its buttons.
+#![forbid(unsafe_code)]
+
+mod app;
+mod choices;
+mod command;
+mod dialogs;
+mod free_camera;
+mod heat;
+mod history;
+mod interface;
+mod light_list;
+mod notices;
+mod order;
+mod probe;
+mod projection;
+mod recording;
+mod studio;
+mod timeline;
+mod watch;
+mod window;
+mod worker;
+
+pub use app::{App, Start};
+pub use choices::EngineChoice;
+pub use window::{ViewError, view};

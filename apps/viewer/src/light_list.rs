@@ -1,0 +1,207 @@
+//! The lights, as the user has changed them.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+use umbrage::rays::{Bounds, LightSource};
+use umbrage::scene::Light;
+
+/// The scene's own lights, until the first change; from then on those of this list.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct LightList {
+    lights: Vec<Light>,
+    /// Whether the list stands in place of the scene's lights.
+    pub(crate) is_changed: bool,
+    pub(crate) selected: Option<usize>,
+}
+
+impl LightList {
+    /// The most lights that can be added.
+    pub(crate) const MOST: usize = 256;
+
+    pub(crate) fn lights(&self) -> &[Light] {
+        &self.lights
+    }
+
+    /// What settings have: `None` for the scene's own.
+    pub(crate) fn chosen(&self) -> Option<Vec<Light>> {
+        self.is_changed.then(|| self.lights.clone())
+    }
+
+    /// Takes over the scene's lights at a moment, unless the user has changed them.
+    pub(crate) fn follow(&mut self, lights: &[Light]) {
+        if !self.is_changed {
+            self.lights.clear();
+            self.lights.extend_from_slice(lights);
+            self.selected = self.selected.filter(|&selected| selected < lights.len());
+        }
+    }
+
+    /// Back to the scene's own.
+    pub(crate) fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    /// A light to change.
+    pub(crate) fn change(&mut self, light: usize) -> Option<&mut Light> {
+        self.is_changed |= light < self.lights.len();
+        self.lights.get_mut(light)
+    }
+
+    pub(crate) fn remove(&mut self, light: usize) {
+        if light < self.lights.len() {
+            self.lights.remove(light);
+            self.is_changed = true;
+            self.selected = None;
+        }
+    }
+
+    /// Adds a light above a scene, as bright at its centre as full sunlight, and selects it.
+    pub(crate) fn add(&mut self, kind: LightKind, bounds: Bounds) {
+        if self.lights.len() >= Self::MOST {
+            return;
+        }
+        let (center, size) = middle(bounds);
+        // Beside those that were added before.
+        let turn = 2.4 * self.lights.len() as f32;
+        let offset = Vec3::new(0.35 * turn.cos(), 0.75, 0.35 * turn.sin()) * size;
+        let position = center + offset;
+        let source = kind.at(position, center);
+        self.lights.push(Light {
+            name: "".into(),
+            source,
+            color: Vec3::ONE,
+            intensity: if kind == LightKind::Sun { PI } else { PI * offset.length_squared() },
+            range: None,
+            casts_shadow: true,
+        });
+        self.is_changed = true;
+        self.selected = Some(self.lights.len() - 1);
+    }
+}
+
+/// Kinds of lights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LightKind {
+    Point,
+    Spot,
+    Sun,
+}
+
+impl LightKind {
+    pub(crate) const ALL: [Self; 3] = [Self::Point, Self::Spot, Self::Sun];
+
+    pub(crate) fn of(source: &LightSource) -> Self {
+        match source {
+            LightSource::Point { .. } => Self::Point,
+            LightSource::Spot { .. } => Self::Spot,
+            LightSource::Directional { .. } => Self::Sun,
+        }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Spot => "spot",
+            Self::Sun => "sun",
+        }
+    }
+
+    fn at(self, position: Vec3, target: Vec3) -> LightSource {
+        let direction = unit(target - position).unwrap_or(Vec3::NEG_Y);
+        match self {
+            Self::Point => LightSource::Point { position },
+            Self::Spot => {
+                let outer_radians = 0.5;
+                LightSource::Spot { position, direction, inner_radians: INNER * outer_radians, outer_radians }
+            }
+            Self::Sun => LightSource::Directional { direction },
+        }
+    }
+}
+
+/// How much of a new spot's cone has the full strength, as with `umbrage render --light`.
+pub(crate) const INNER: f32 = 0.85;
+
+/// The unit vector that `umbrage render --light` makes of itself, too.
+pub(crate) fn unit(way: Vec3) -> Option<Vec3> {
+    let mut unit = way.as_dvec3().try_normalize()?.as_vec3();
+    for _ in 0..8 {
+        let again = unit.as_dvec3().normalize().as_vec3();
+        if again == unit {
+            break;
+        }
+        unit = again;
+    }
+    Some(unit)
+}
+
+/// A scene's centre and size; one where there is none.
+pub(crate) fn middle(bounds: Bounds) -> (Vec3, f32) {
+    let size = bounds.size().length();
+    if size.is_finite() && size > 0.0 { (bounds.center(), size) } else { (Vec3::ZERO, 1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bounds() -> Bounds {
+        Bounds { min: Vec3::splat(-1.0), max: Vec3::splat(1.0) }
+    }
+
+    #[test]
+    fn the_scenes_lights_are_followed_until_they_are_changed() {
+        let mut list = LightList::default();
+        let sun = |direction: Vec3| Light {
+            name: "sun".into(),
+            source: LightSource::Directional { direction },
+            color: Vec3::ONE,
+            intensity: 1.0,
+            range: None,
+            casts_shadow: true,
+        };
+        list.follow(&[sun(Vec3::NEG_Y)]);
+        list.follow(&[sun(Vec3::NEG_X)]);
+        assert_eq!((list.chosen(), list.lights()), (None, &[sun(Vec3::NEG_X)][..]));
+        list.change(0).expect("a light").intensity = 2.0;
+        list.follow(&[sun(Vec3::NEG_Z)]);
+        assert_eq!(list.chosen().expect("changed lights"), [Light { intensity: 2.0, ..sun(Vec3::NEG_X) }]);
+        list.remove(0);
+        list.remove(0);
+        // No light is not the scene's own lights.
+        assert_eq!(list.chosen(), Some(Vec::new()));
+        list.reset();
+        list.follow(&[sun(Vec3::NEG_Z)]);
+        assert_eq!(list.lights().len(), 1);
+    }
+
+    #[test]
+    fn added_lights_are_above_the_scene_and_apart() {
+        let mut list = LightList::default();
+        for kind in LightKind::ALL {
+            list.add(kind, bounds());
+        }
+        let [
+            Light { source: LightSource::Point { position: one }, .. },
+            Light { source: LightSource::Spot { position: other, .. }, .. },
+            Light { source: LightSource::Directional { direction }, .. },
+        ] = list.lights()
+        else {
+            panic!("other kinds")
+        };
+        assert!(one.y > 1.0 && other.y > 1.0 && one.distance(*other) > 0.5 && direction.y < 0.0);
+        assert_eq!(list.selected, Some(2));
+        (0..2 * LightList::MOST).for_each(|_| list.add(LightKind::Point, bounds()));
+        assert_eq!(list.lights().len(), LightList::MOST);
+    }
+
+    #[test]
+    fn units_are_units_of_themselves() {
+        for way in [Vec3::new(1.0, 2.0, 3.0), Vec3::new(1e-30, 2e-30, 0.0), Vec3::new(1e20, -1.0, 1e19)] {
+            let made = unit(way).expect("a direction");
+            assert_eq!(made.as_dvec3().normalize().as_vec3(), made);
+        }
+        assert_eq!(unit(Vec3::ZERO), None);
+    }
+}

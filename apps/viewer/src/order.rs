@@ -1,0 +1,64 @@
+//! What is asked of the worker, and what it makes.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use eframe::egui::Color32;
+use umbrage::rays::{Bounds, View};
+use umbrage::scene::{Light, NamedCamera};
+use umbrage::{Scene, Settings, Stats};
+
+use crate::choices::EngineChoice;
+use crate::heat::{Heat, HeatMap};
+
+/// A picture to render.
+pub(crate) struct Order {
+    /// Later orders have higher numbers.
+    pub(crate) number: u64,
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) seconds: f64,
+    pub(crate) settings: Settings,
+    pub(crate) engine: EngineChoice,
+    /// Which of the scene's cameras sees it, where `settings` have none.
+    pub(crate) camera: Option<usize>,
+    /// What is shown of the work, over the picture.
+    pub(crate) heat: Option<Heat>,
+    /// Where the picture goes as a file.
+    pub(crate) file: Option<FileOrder>,
+}
+
+/// A picture's way to a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum FileOrder {
+    /// A file of its own.
+    Still(PathBuf),
+    /// One frame of a recording, out of so many.
+    Frame { path: PathBuf, frame: u32, frames: u32 },
+}
+
+/// A finished picture.
+pub(crate) struct Picture {
+    /// The number of its order.
+    pub(crate) number: u64,
+    pub(crate) seconds: f64,
+    /// Where it was seen from.
+    pub(crate) view: View,
+    /// In rows from the upper left corner.
+    pub(crate) pixels: Vec<Color32>,
+    pub(crate) heat: Option<HeatMap>,
+    pub(crate) stats: Stats,
+    /// What rendered it.
+    pub(crate) device: String,
+    /// The lights and cameras of its moment, and the whole animation's bounds.
+    pub(crate) lights: Vec<Light>,
+    pub(crate) cameras: Vec<NamedCamera>,
+    pub(crate) bounds: Bounds,
+    /// How long it took from the order to the pixels, in milliseconds.
+    pub(crate) milliseconds: f64,
+}
+
+impl Picture {
+    pub(crate) fn size(&self) -> [usize; 2] {
+        [self.view.width as usize, self.view.height as usize]
+    }
+}

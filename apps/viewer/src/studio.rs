@@ -1,0 +1,162 @@
+//! The worker's renderer, and what it keeps from picture to picture.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use eframe::egui::Color32;
+use umbrage::gpu::{DeviceLimits, Gpu};
+use umbrage::output::{BitDepth, Format, FrameRate, Options, Target, Writer, write_png};
+use umbrage::rays::View;
+use umbrage::{Error, Renderer, Settings};
+
+use crate::choices::EngineChoice;
+use crate::heat::HeatMaker;
+use crate::order::{FileOrder, Order, Picture};
+use crate::probe::Probe;
+use crate::timeline::Timeline;
+use crate::worker::Done;
+
+/// Renders orders.
+#[derive(Default)]
+pub(crate) struct Studio {
+    engine: Option<Engine>,
+    heat: HeatMaker,
+    /// The last picture's, for whoever asks about its pixels.
+    last: Option<(View, bool)>,
+    recording: Option<Recording>,
+    pixels: Vec<[u8; 4]>,
+}
+
+struct Engine {
+    choice: EngineChoice,
+    renderer: Renderer,
+    device: String,
+}
+
+struct Recording {
+    path: PathBuf,
+    frame: u32,
+    writer: Writer,
+}
+
+impl Studio {
+    /// Renders a picture, or says why not.
+    pub(crate) fn render(&mut self, order: Order) -> Vec<Done> {
+        match self.picture(&order) {
+            Ok(done) => done,
+            Err(why) => {
+                self.recording = None;
+                vec![Done::Failed(why)]
+            }
+        }
+    }
+
+    /// What a pixel of the last picture shows.
+    pub(crate) fn probe(&self, pixel: [u32; 2]) -> Option<Probe> {
+        let (engine, (view, culls_back_faces)) = (self.engine.as_ref()?, self.last?);
+        let is_inside = pixel[0] < view.width && pixel[1] < view.height;
+        is_inside.then(|| Probe::new(engine.renderer.frame(), &view, pixel, culls_back_faces))
+    }
+
+    fn picture(&mut self, order: &Order) -> Result<Vec<Done>, String> {
+        let start = Instant::now();
+        let engine = Self::engine(&mut self.engine, &order.engine)?;
+        let mut settings = order.settings.clone();
+        if let (None, Some(camera)) = (settings.camera, order.camera) {
+            // It may move with the scene, so it is asked for at each moment.
+            let frame = order.scene.at(order.seconds).map_err(|error| error.to_string())?;
+            settings.camera = frame.cameras.get(camera).map(|named| named.camera);
+        }
+        let rendered = engine.renderer.render(&order.scene, order.seconds, &settings).err();
+        if let Some(error) = rendered {
+            if let Error::Gpu(_) = error {
+                // Another device may do.
+                self.engine = None;
+            }
+            return Err(error.to_string());
+        }
+        let renderer = &engine.renderer;
+        let view = renderer.view().ok_or("nothing was rendered")?;
+        settings.camera = Some(view.camera);
+        self.last = Some((view, settings.culls_back_faces));
+        let film = renderer.film();
+        film.develop_for_screen(&settings, &mut self.pixels);
+        let heat = order.heat.map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
+        let scenery = renderer.scenery();
+        let picture = Picture {
+            number: order.number,
+            seconds: order.seconds,
+            view,
+            pixels: self.pixels.iter().map(|&[red, green, blue, _]| Color32::from_rgb(red, green, blue)).collect(),
+            heat,
+            stats: renderer.stats().clone(),
+            device: engine.device.clone(),
+            lights: scenery.lights.clone(),
+            cameras: scenery.cameras.clone(),
+            bounds: scenery.animation_bounds,
+            milliseconds: start.elapsed().as_secs_f64() * 1e3,
+        };
+        let mut done = vec![Done::Picture(Box::new(picture))];
+        if let Some(file) = &order.file {
+            done.extend(write(&mut self.recording, file, renderer, &settings)?);
+        }
+        Ok(done)
+    }
+
+    /// The renderer on an engine, which stays open until another is chosen.
+    fn engine<'a>(open: &'a mut Option<Engine>, choice: &EngineChoice) -> Result<&'a mut Engine, String> {
+        if open.as_ref().is_none_or(|open| open.choice != *choice) {
+            // Closed first: there may be no room for both.
+            *open = None;
+            let (renderer, device) = match choice {
+                EngineChoice::Cpu => (Renderer::default(), format!("CPU with {}", umbrage::rays::SimdLevel::default())),
+                EngineChoice::Gpu(name) => {
+                    let gpu = Gpu::open(name, DeviceLimits::Adapter).map_err(|error| error.to_string())?;
+                    let device = gpu.adapter().name.clone();
+                    (Renderer::with_gpu(gpu).map_err(|error| error.to_string())?, device)
+                }
+            };
+            return Ok(open.insert(Engine { choice: choice.clone(), renderer, device }));
+        }
+        open.as_mut().ok_or_else(|| "no engine is open".to_owned())
+    }
+}
+
+fn write(
+    recording: &mut Option<Recording>,
+    file: &FileOrder,
+    renderer: &Renderer,
+    settings: &Settings,
+) -> Result<Option<Done>, String> {
+    match file {
+        FileOrder::Still(path) => {
+            let image = renderer.film().develop(settings);
+            write_png(&image, path, BitDepth::Eight).map_err(|error| error.to_string())?;
+            Ok(Some(Done::Written(path.clone())))
+        }
+        FileOrder::Frame { path, frame, frames } => {
+            let running = match recording {
+                Some(running) if running.path == *path && running.frame == *frame => running,
+                _ if *frame == 0 => recording.insert(start(path, 0..*frames, settings)?),
+                _ => return Ok(None),
+            };
+            running.writer.write(*frame, renderer.film(), settings).map_err(|error| error.to_string())?;
+            running.frame += 1;
+            if running.frame < *frames {
+                return Ok(Some(Done::Recorded { frame: *frame }));
+            }
+            let finished = recording.take().map_or(Ok(()), |recording| recording.writer.finish());
+            finished.map_err(|error| error.to_string())?;
+            Ok(Some(Done::Written(path.clone())))
+        }
+    }
+}
+
+fn start(path: &Path, frames: Range<u32>, settings: &Settings) -> Result<Recording, String> {
+    let format = Format::of_path(path).ok_or_else(|| format!("{}: not a name of a .gif or .png", path.display()))?;
+    let rate = FrameRate::new(Timeline::FPS, 1).unwrap_or_default();
+    let options = Options { rate, ..Options::default() };
+    let writer = Writer::create(&Target::Path(path.to_owned()), format, &frames, settings, &options);
+    Ok(Recording { path: path.to_owned(), frame: 0, writer: writer.map_err(|error| error.to_string())? })
+}

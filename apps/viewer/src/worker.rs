@@ -1,0 +1,161 @@
+//! The thread that opens scenes and renders them, so that the window never waits.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+use umbrage::Scene;
+use umbrage::scene::OpenOptions;
+
+use crate::order::{Order, Picture};
+use crate::probe::Probe;
+use crate::studio::Studio;
+
+/// Takes orders; of those that wait, only the newest counts.
+pub(crate) struct Worker {
+    waiting: Arc<Waiting>,
+    done: Receiver<Done>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What the thread has done.
+pub(crate) enum Done {
+    /// A scene is open.
+    Opened(Opened),
+    /// A scene couldn't be opened.
+    NotOpened {
+        address: PathBuf,
+        why: String,
+    },
+    Picture(Box<Picture>),
+    /// What a pixel of the last picture shows.
+    Probed(Box<Probe>),
+    /// A frame of a recording is written, and there are more to come.
+    Recorded {
+        frame: u32,
+    },
+    /// A screenshot, or a whole recording, is written.
+    Written(PathBuf),
+    /// A picture couldn't be rendered, or a file not written.
+    Failed(String),
+}
+
+/// A scene, and how it was asked for.
+pub(crate) struct Opened {
+    pub(crate) address: PathBuf,
+    pub(crate) options: OpenOptions,
+    pub(crate) scene: Arc<Scene>,
+}
+
+#[derive(Default)]
+struct Waiting {
+    jobs: Mutex<Jobs>,
+    news: Condvar,
+}
+
+#[derive(Default)]
+struct Jobs {
+    open: Option<(PathBuf, OpenOptions)>,
+    order: Option<Box<Order>>,
+    probe: Option<[u32; 2]>,
+    closes: bool,
+}
+
+impl Worker {
+    /// Starts the thread. It calls `tell` whenever there is news.
+    pub(crate) fn start(tell: impl Fn() + Send + 'static) -> Self {
+        let waiting = Arc::new(Waiting::default());
+        let (sender, done) = channel();
+        let jobs = Arc::clone(&waiting);
+        let thread = std::thread::spawn(move || work(&jobs, &sender, &tell));
+        Self { waiting, done, thread: Some(thread) }
+    }
+
+    /// Opens a scene. Orders that wait are forgotten.
+    pub(crate) fn open(&self, address: PathBuf, options: OpenOptions) {
+        let mut jobs = self.jobs();
+        (jobs.open, jobs.order, jobs.probe) = (Some((address, options)), None, None);
+        self.waiting.news.notify_one();
+    }
+
+    /// Renders a picture, in place of the one that waits.
+    pub(crate) fn render(&self, order: Order) {
+        self.jobs().order = Some(Box::new(order));
+        self.waiting.news.notify_one();
+    }
+
+    /// Finds out what a pixel of the last picture shows.
+    pub(crate) fn probe(&self, pixel: [u32; 2]) {
+        self.jobs().probe = Some(pixel);
+        self.waiting.news.notify_one();
+    }
+
+    /// What was done since this was last asked.
+    pub(crate) fn done(&self) -> impl Iterator<Item = Done> {
+        self.done.try_iter()
+    }
+
+    fn jobs(&self) -> MutexGuard<'_, Jobs> {
+        lock(&self.waiting.jobs)
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.jobs().closes = true;
+        self.waiting.news.notify_one();
+        if let Some(thread) = self.thread.take() {
+            // A picture that is being rendered is finished first: there is no way to stop it.
+            drop(thread.join());
+        }
+    }
+}
+
+/// Nothing that holds the lock panics between two changes.
+fn lock(jobs: &Mutex<Jobs>) -> MutexGuard<'_, Jobs> {
+    jobs.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn work(waiting: &Waiting, done: &Sender<Done>, tell: &impl Fn()) {
+    let mut studio = Studio::default();
+    loop {
+        let mut jobs = lock(&waiting.jobs);
+        while !jobs.closes && jobs.open.is_none() && jobs.order.is_none() && jobs.probe.is_none() {
+            jobs = waiting.news.wait(jobs).unwrap_or_else(PoisonError::into_inner);
+        }
+        if jobs.closes {
+            return;
+        }
+        let (open, order, probe) = (jobs.open.take(), jobs.order.take(), jobs.probe.take());
+        drop(jobs);
+        // A mistake of ours ends this picture rather than the window.
+        let outcome = catch_unwind(AssertUnwindSafe(|| match (open, order, probe) {
+            (Some((address, options)), ..) => vec![opened(address, options)],
+            (None, order, probe) => {
+                // The pixel belongs to the picture that the user sees, which is older than what is ordered.
+                let probed = probe.and_then(|pixel| studio.probe(pixel)).map(|probe| Done::Probed(Box::new(probe)));
+                let rendered = order.into_iter().flat_map(|order| studio.render(*order));
+                probed.into_iter().chain(rendered).collect()
+            }
+        }));
+        let outcome = outcome.unwrap_or_else(|_| {
+            studio = Studio::default();
+            vec![Done::Failed("a mistake of the renderer's: it gave up on this picture".to_owned())]
+        });
+        for news in outcome {
+            if done.send(news).is_err() {
+                return;
+            }
+        }
+        tell();
+    }
+}
+
+fn opened(address: PathBuf, options: OpenOptions) -> Done {
+    match Scene::open_with(&address, &options) {
+        Ok(scene) => Done::Opened(Opened { address, options, scene: Arc::new(scene) }),
+        Err(error) => Done::NotOpened { address, why: error.to_string() },
+    }
+}
