@@ -242,7 +242,9 @@ mod tests {
             Vec3::new(900.0, camera_height - 1e-6, 3.0),
             Vec3::new(0.0, camera_height + 3e-5, -2000.0),
         ];
-        let level = View { camera: Camera { forward: Vec3::NEG_Z, right: Vec3::X, up: Vec3::Y, ..camera }, ..view };
+        // Of five rows, the middle one looks straight ahead.
+        let ahead = Camera { forward: Vec3::NEG_Z, right: Vec3::X, up: Vec3::Y, ..camera };
+        let level = View { camera: ahead, width: 5, height: 5 };
         for (corners, view) in [(facing, view), (floor, view), (edge, level)] {
             let lanes = shown(corners, &view);
             assert!(lanes.iter().any(|(truth, _)| truth.is_some()));
