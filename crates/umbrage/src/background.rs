@@ -115,9 +115,8 @@ impl<'a> Surroundings<'a> {
     #[inline(always)]
     pub(crate) fn irradiance<S: Simd>(&self, simd: S, normal: Vectors<S>) -> Vectors<S> {
         let mut sum = Vectors::splat(simd, Vec3::ZERO);
-        let harmonics = harmonics(simd, normal);
-        for place in 0..harmonics.len() {
-            sum += Vectors::splat(simd, self.irradiance[place]).scaled(harmonics[place]);
+        for (place, basis) in harmonics(simd, normal).into_iter().enumerate() {
+            sum += Vectors::splat(simd, self.irradiance[place]).scaled(basis);
         }
         sum.at_least_zero()
     }
@@ -148,9 +147,8 @@ fn project<S: Simd>(simd: S, background: &Background, rows: u32, sums: &mut [Vec
             let direction = Vector { x: cosines * radius, y: f32x16::splat(simd, height), z: sines * radius };
             let (softness, width) = (f32x16::splat(simd, SHARPEST), f32x16::splat(simd, 1.5 / rows as f32));
             let radiance = background.around(simd, direction, softness, width);
-            let harmonics = harmonics(simd, direction);
-            for place in 0..harmonics.len() {
-                in_lanes[place] += radiance.scaled(harmonics[place]);
+            for (place, basis) in harmonics(simd, direction).into_iter().enumerate() {
+                in_lanes[place] += radiance.scaled(basis);
             }
         }
     }
