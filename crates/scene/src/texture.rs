@@ -165,32 +165,46 @@ impl Texture {
         let last = (self.levels.len() - 1) as f32;
         // NaN footprints (a texture stretched to nothing) read the full image.
         let lod = footprint_texels.max(1.0).log2().min(last);
-        let (fine, part) = (lod.floor(), lod.fract());
+        let fine = lod as usize;
+        let part = lod - fine as f32;
         match self.filter {
-            Filter::Nearest => self.read(lod.round() as usize, coords),
-            Filter::Linear if part == 0.0 => self.read(fine as usize, coords),
-            Filter::Linear => self.read(fine as usize, coords).lerp(self.read(fine as usize + 1, coords), part),
-        }
-    }
-
-    fn read(&self, level: usize, coords: Vec2) -> Vec4 {
-        let level = &self.levels[level];
-        let place = coords * Vec2::new(level.width as f32, level.height as f32);
-        let texel = |x: f32, y: f32| {
-            let (x, y) = (self.wrap[0].place(x, level.width), self.wrap[1].place(y, level.height));
-            self.space.decode(level.texels[y * level.width as usize + x])
-        };
-        match self.filter {
-            Filter::Nearest => texel(place.x.floor(), place.y.floor()),
+            Filter::Nearest => self.nearest(&self.levels[lod.round() as usize], coords),
+            Filter::Linear if part == 0.0 => self.mixed(&self.levels[fine], coords),
             Filter::Linear => {
-                let corner = (place - 0.5).floor();
-                let part = place - 0.5 - corner;
-                let upper = texel(corner.x, corner.y).lerp(texel(corner.x + 1.0, corner.y), part.x);
-                let lower = texel(corner.x, corner.y + 1.0).lerp(texel(corner.x + 1.0, corner.y + 1.0), part.x);
-                upper.lerp(lower, part.y)
+                self.mixed(&self.levels[fine], coords).lerp(self.mixed(&self.levels[fine + 1], coords), part)
             }
         }
     }
+
+    fn nearest(&self, level: &Level, coords: Vec2) -> Vec4 {
+        let (x, _) = floor(coords.x * level.width as f32);
+        let (y, _) = floor(coords.y * level.height as f32);
+        let (x, y) = (self.wrap[0].place(x, level.width), self.wrap[1].place(y, level.height));
+        self.space.decode(level.texels[y * level.width as usize + x])
+    }
+
+    /// Mixed from the four nearest texels.
+    #[inline]
+    fn mixed(&self, level: &Level, coords: Vec2) -> Vec4 {
+        let (x, right) = floor(coords.x * level.width as f32 - 0.5);
+        let (y, down) = floor(coords.y * level.height as f32 - 0.5);
+        let [west, east] = self.wrap[0].places(x, level.width);
+        let [north, south] = self.wrap[1].places(y, level.height).map(|y| y * level.width as usize);
+        let colors = self.space.values();
+        let upper = decode(colors, level.texels[north + west]).lerp(decode(colors, level.texels[north + east]), right);
+        let lower = decode(colors, level.texels[south + west]).lerp(decode(colors, level.texels[south + east]), right);
+        upper.lerp(lower, down)
+    }
+}
+
+/// The largest whole number that is no larger, and what is left. NaN is taken for zero, so that some texel stands for it.
+///
+/// `f32::floor` is a call where a processor may lack the instruction.
+#[inline]
+fn floor(value: f32) -> (i32, f32) {
+    let towards_zero = value as i32;
+    let whole = towards_zero.saturating_sub(i32::from(value < towards_zero as f32));
+    (whole, value - whole as f32)
 }
 
 impl Level {
@@ -220,28 +234,52 @@ impl Level {
 }
 
 impl Wrap {
-    /// The texel that stands for place `at`, a whole number, on a side of `side` texels.
-    fn place(self, at: f32, side: u32) -> usize {
-        let length = side as f32;
-        if (0.0..length).contains(&at) {
-            return at as usize;
-        }
-        // A NaN coordinate casts to texel 0.
-        let at = match self {
-            Self::Repeat => at.rem_euclid(length),
+    /// The texel that stands for place `at` on a side of `side` texels, at most [`Texture::MAX_SIDE`].
+    #[inline]
+    fn place(self, at: i32, side: u32) -> usize {
+        let side = side as i32;
+        let place = match self {
+            Self::Repeat => at.rem_euclid(side),
             Self::MirroredRepeat => {
-                let twice = at.rem_euclid(2.0 * length);
-                if twice < length { twice } else { 2.0 * length - 1.0 - twice }
+                let twice = at.rem_euclid(2 * side);
+                twice.min(2 * side - 1 - twice)
             }
-            Self::ClampToEdge => at,
+            Self::ClampToEdge => at.clamp(0, side - 1),
         };
-        (at.max(0.0) as u32).min(side - 1) as usize
+        place as usize
+    }
+
+    /// The texels that stand for place `at` and the next one.
+    #[inline]
+    fn places(self, at: i32, side: u32) -> [usize; 2] {
+        if (0..side as i32 - 1).contains(&at) {
+            return [at as usize, at as usize + 1];
+        }
+        [self.place(at, side), self.place(at.saturating_add(1), side)]
     }
 }
 
 /// The linear value of each sRGB byte.
 static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|byte| linear_from_srgb(byte as f64 / 255.0) as f32));
+
+/// The part of 255 that each byte is.
+static QUANTITY: [f32; 256] = {
+    let mut quantities = [0.0; 256];
+    let mut byte = 0;
+    while byte < quantities.len() {
+        quantities[byte] = byte as f32 / 255.0;
+        byte += 1;
+    }
+    quantities
+};
+
+/// A texel whose colour's bytes stand for `colors`.
+#[inline]
+fn decode(colors: &[f32; 256], texel: [u8; 4]) -> Vec4 {
+    let [r, g, b, a] = texel.map(usize::from);
+    Vec4::new(colors[r], colors[g], colors[b], QUANTITY[a])
+}
 
 /// The linear value of an sRGB-encoded one, both 0 … 1 (IEC 61966-2-1).
 pub(crate) fn linear_from_srgb(encoded: f64) -> f64 {
@@ -255,16 +293,18 @@ impl ColorSpace {
         &LINEAR_FROM_SRGB
     }
 
-    /// The linear colour and the opacity, 0 … 1, of a texel.
-    pub(crate) fn decode(self, [r, g, b, a]: [u8; 4]) -> Vec4 {
-        let quantity = |byte: u8| f32::from(byte) / 255.0;
+    /// The linear value of each byte of a colour.
+    #[inline]
+    fn values(self) -> &'static [f32; 256] {
         match self {
-            Self::Srgb => {
-                let linear = &*LINEAR_FROM_SRGB;
-                Vec4::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)], quantity(a))
-            }
-            Self::Linear => Vec4::new(quantity(r), quantity(g), quantity(b), quantity(a)),
+            Self::Srgb => &LINEAR_FROM_SRGB,
+            Self::Linear => &QUANTITY,
         }
+    }
+
+    /// The linear colour and the opacity, 0 … 1, of a texel.
+    pub(crate) fn decode(self, texel: [u8; 4]) -> Vec4 {
+        decode(self.values(), texel)
     }
 
     fn encode(self, linear: Vec4) -> [u8; 4] {
@@ -275,5 +315,35 @@ impl ColorSpace {
             Self::Linear => byte(linear),
         };
         [color(linear.x), color(linear.y), color(linear.z), byte(linear.w)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_cut_below_also_left_of_zero() {
+        for value in [0.0, 0.25, 3.0, -0.25, -3.0, -3.75, 1e6 + 0.5, -7.5] {
+            assert_eq!(floor(value), (value.floor() as i32, value - value.floor()), "{value}");
+        }
+        assert_eq!(floor(f32::NAN).0, 0);
+        assert_eq!((floor(f32::INFINITY).0, floor(f32::NEG_INFINITY).0), (i32::MAX, i32::MIN));
+    }
+
+    #[test]
+    fn each_wrap_has_its_texels_beyond_the_edges() {
+        let of_wrap = |wrap: Wrap| (-5..8).map(|at| wrap.place(at, 3)).collect::<Vec<_>>();
+        assert_eq!(of_wrap(Wrap::Repeat), [1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1]);
+        assert_eq!(of_wrap(Wrap::MirroredRepeat), [1, 2, 2, 1, 0, 0, 1, 2, 2, 1, 0, 0, 1]);
+        assert_eq!(of_wrap(Wrap::ClampToEdge), [0, 0, 0, 0, 0, 0, 1, 2, 2, 2, 2, 2, 2]);
+        for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge] {
+            for (at, side) in (-9..9).flat_map(|at| (1..5).map(move |side| (at, side))) {
+                assert_eq!(wrap.places(at, side), [wrap.place(at, side), wrap.place(at + 1, side)]);
+            }
+            for at in [i32::MIN, i32::MAX] {
+                assert!(wrap.places(at, 7).into_iter().all(|place| place < 7), "{wrap:?} {at}");
+            }
+        }
     }
 }

@@ -2,10 +2,13 @@ use std::f32::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x16};
 use glam::{Vec2, Vec3};
 
 use crate::Error;
 use crate::panorama::Panorama;
+use crate::shade::lanes::{LANES, Vector, Vectors, put, vector_of};
 
 /// What rays that hit nothing see, and what lights the scene from all around.
 #[derive(Clone, Debug, Default)]
@@ -32,26 +35,38 @@ impl Background {
         }
     }
 
-    /// Radiance from a unit direction.
-    fn radiance(&self, direction: Vec3) -> Vec3 {
+    /// Mean radiance around unit directions: the sky with its horizon blurred over `softness`, or the image over about
+    /// `width` of the sphere's circumference.
+    #[inline(always)]
+    fn around<S: Simd>(&self, simd: S, direction: Vectors<S>, softness: f32x16<S>, width: f32x16<S>) -> Vectors<S> {
         match self {
-            Self::Color(color) => *color,
-            Self::Sky => sky(direction.y, 0.05),
-            Self::Image(panorama) => panorama.radiance(direction, 0.0),
+            Self::Color(color) => Vectors::splat(simd, *color),
+            Self::Sky => sky(simd, direction.y, softness),
+            Self::Image(panorama) => {
+                let (directions, mut radiance) = (direction.store(), [[0.0; LANES]; 3]);
+                for lane in 0..LANES {
+                    put(lane, panorama.radiance(vector_of(lane, &directions), width[lane]), &mut radiance);
+                }
+                Vectors::load(simd, &radiance)
+            }
         }
     }
 }
 
-/// The sky's radiance at a height between −1 and 1, its horizon blurred over `softness`.
-fn sky(height: f32, softness: f32) -> Vec3 {
+/// How far the sky's horizon is blurred where nothing blurs it more.
+const SHARPEST: f32 = 0.05;
+
+/// The sky's radiance at heights between −1 and 1, its horizon blurred over `softness`.
+#[inline(always)]
+fn sky<S: Simd>(simd: S, height: f32x16<S>, softness: f32x16<S>) -> Vectors<S> {
     const ZENITH: Vec3 = Vec3::new(0.16, 0.26, 0.46);
     const HORIZON: Vec3 = Vec3::new(0.56, 0.63, 0.70);
     /// Just below the horizon, where haze hides the ground, and straight down.
     const HAZE: Vec3 = Vec3::new(0.46, 0.47, 0.48);
     const GROUND: Vec3 = Vec3::new(0.16, 0.15, 0.145);
-    let above = HORIZON.lerp(ZENITH, height.max(0.0).sqrt());
-    let below = HAZE.lerp(GROUND, (-height).max(0.0).sqrt());
-    let part = ((height + softness) / (2.0 * softness)).clamp(0.0, 1.0);
+    let above = Vectors::splat(simd, HORIZON).lerp(Vectors::splat(simd, ZENITH), height.max(0.0).sqrt());
+    let below = Vectors::splat(simd, HAZE).lerp(Vectors::splat(simd, GROUND), (-height).max(0.0).sqrt());
+    let part = ((height + softness) / (2.0 * softness)).max(0.0).min(1.0);
     below.lerp(above, part * part * (3.0 - 2.0 * part))
 }
 
@@ -70,22 +85,7 @@ impl<'a> Surroundings<'a> {
         const LOBE: [f32; 9] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
         const ROWS: u32 = 64;
         let mut irradiance = [Vec3::ZERO; 9];
-        for row in 0..ROWS {
-            // Equal steps of height are equal areas of the sphere.
-            let height = (row as f32 + 0.5) / ROWS as f32 * 2.0 - 1.0;
-            for column in 0..2 * ROWS {
-                let (sin, cos) = ((column as f32 + 0.5) / ROWS as f32 * PI).sin_cos();
-                let radius = (1.0 - height * height).sqrt();
-                let direction = Vec3::new(radius * cos, height, radius * sin);
-                let radiance = match background {
-                    Background::Image(panorama) => panorama.radiance(direction, 1.5 / ROWS as f32),
-                    Background::Color(_) | Background::Sky => background.radiance(direction),
-                };
-                for (coefficient, basis) in irradiance.iter_mut().zip(harmonics(direction)) {
-                    *coefficient += radiance * basis;
-                }
-            }
-        }
+        dispatch!(Level::new(), simd => project(simd, background, ROWS, &mut irradiance));
         let solid_angle = 4.0 * PI / (2 * ROWS * ROWS) as f32;
         for (coefficient, lobe) in irradiance.iter_mut().zip(LOBE) {
             *coefficient *= solid_angle * lobe * PI;
@@ -105,32 +105,63 @@ impl<'a> Surroundings<'a> {
         &self.irradiance
     }
 
-    /// Radiance from a unit direction.
-    pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
-        self.background.radiance(direction)
+    /// Radiance from unit directions.
+    #[inline(always)]
+    pub(crate) fn radiance<S: Simd>(&self, simd: S, direction: Vectors<S>) -> Vectors<S> {
+        self.background.around(simd, direction, f32x16::splat(simd, SHARPEST), f32x16::splat(simd, 0.0))
     }
 
-    /// Irradiance of a surface with a unit normal, from all of the background above it.
-    pub(crate) fn irradiance(&self, normal: Vec3) -> Vec3 {
-        let harmonics = harmonics(normal);
-        let sum: Vec3 = self.irradiance.iter().zip(harmonics).map(|(coefficient, basis)| *coefficient * basis).sum();
-        sum.max(Vec3::ZERO)
-    }
-
-    /// Mean radiance around a unit direction, over about the highlight of a perceptual roughness.
-    pub(crate) fn blurred(&self, direction: Vec3, roughness: f32) -> Vec3 {
-        match self.background {
-            Background::Color(color) => *color,
-            Background::Sky => sky(direction.y, 0.05 + roughness * roughness),
-            Background::Image(panorama) => panorama.radiance(direction, 0.5 * roughness * roughness),
+    /// Irradiance of surfaces with unit normals, from all of the background above them.
+    #[inline(always)]
+    pub(crate) fn irradiance<S: Simd>(&self, simd: S, normal: Vectors<S>) -> Vectors<S> {
+        let mut sum = Vectors::splat(simd, Vec3::ZERO);
+        for (place, basis) in harmonics(simd, normal).into_iter().enumerate() {
+            sum += Vectors::splat(simd, self.irradiance[place]).scaled(basis);
         }
+        sum.at_least_zero()
+    }
+
+    /// Mean radiance around unit directions, over about the highlights of perceptual roughnesses.
+    #[inline(always)]
+    pub(crate) fn blurred<S: Simd>(&self, simd: S, direction: Vectors<S>, roughness: f32x16<S>) -> Vectors<S> {
+        let squared = roughness * roughness;
+        self.background.around(simd, direction, squared + SHARPEST, 0.5 * squared)
     }
 }
 
-/// The real spherical harmonics of bands 0 to 2 at a unit direction.
-fn harmonics(Vec3 { x, y, z }: Vec3) -> [f32; 9] {
+/// The background's radiance times each harmonic, summed over `rows` of twice as many directions.
+#[inline(always)]
+fn project<S: Simd>(simd: S, background: &Background, rows: u32, sums: &mut [Vec3; 9]) {
+    let mut in_lanes = [Vectors::splat(simd, Vec3::ZERO); 9];
+    for first in (0..2 * rows).step_by(LANES) {
+        let (mut cosines, mut sines) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let longitude = ((first as usize + lane) as f32 + 0.5) / rows as f32 * PI;
+            (sines[lane], cosines[lane]) = longitude.sin_cos();
+        }
+        let (cosines, sines) = (f32x16::from_slice(simd, &cosines), f32x16::from_slice(simd, &sines));
+        for row in 0..rows {
+            // Equal steps of height are equal areas of the sphere.
+            let height = (row as f32 + 0.5) / rows as f32 * 2.0 - 1.0;
+            let radius = (1.0 - height * height).sqrt();
+            let direction = Vector { x: cosines * radius, y: f32x16::splat(simd, height), z: sines * radius };
+            let (softness, width) = (f32x16::splat(simd, SHARPEST), f32x16::splat(simd, 1.5 / rows as f32));
+            let radiance = background.around(simd, direction, softness, width);
+            for (place, basis) in harmonics(simd, direction).into_iter().enumerate() {
+                in_lanes[place] += radiance.scaled(basis);
+            }
+        }
+    }
+    for (sum, in_lanes) in sums.iter_mut().zip(in_lanes) {
+        *sum = Vec3::new(in_lanes.x.reduce_sum(), in_lanes.y.reduce_sum(), in_lanes.z.reduce_sum());
+    }
+}
+
+/// The real spherical harmonics of bands 0 to 2 at unit directions.
+#[inline(always)]
+fn harmonics<S: Simd>(simd: S, Vector { x, y, z }: Vectors<S>) -> [f32x16<S>; 9] {
     [
-        0.282_095,
+        f32x16::splat(simd, 0.282_095),
         0.488_603 * y,
         0.488_603 * z,
         0.488_603 * x,
@@ -151,20 +182,28 @@ pub(crate) fn panorama_coords(direction: Vec3) -> Vec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shade::lanes::Each;
+
+    fn irradiance(surroundings: &Surroundings<'_>, normal: Vec3) -> Vec3 {
+        let of_lanes: [Each<f32>; 3] = dispatch!(Level::new(), simd => {
+            surroundings.irradiance(simd, Vectors::splat(simd, normal)).store()
+        });
+        vector_of(0, &of_lanes)
+    }
 
     #[test]
     fn even_surroundings_light_every_normal_by_pi_times_their_radiance() {
         let background = Background::Color(Vec3::new(1.0, 0.5, 0.25));
         let surroundings = Surroundings::new(&background);
         for normal in [Vec3::X, Vec3::NEG_Y, Vec3::new(0.6, 0.0, -0.8)] {
-            assert!(surroundings.irradiance(normal).distance(Vec3::new(1.0, 0.5, 0.25) * PI) < 2e-3);
+            assert!(irradiance(&surroundings, normal).distance(Vec3::new(1.0, 0.5, 0.25) * PI) < 2e-3);
         }
     }
 
     #[test]
     fn the_sky_lights_upward_normals_more_than_downward_ones() {
         let surroundings = Surroundings::new(&Background::Sky);
-        assert!(surroundings.irradiance(Vec3::Y).z > 1.5 * surroundings.irradiance(Vec3::NEG_Y).z);
+        assert!(irradiance(&surroundings, Vec3::Y).z > 1.5 * irradiance(&surroundings, Vec3::NEG_Y).z);
     }
 
     #[test]

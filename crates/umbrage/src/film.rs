@@ -47,6 +47,9 @@ impl Film {
 
     /// Turns sums over the samples into means.
     pub(crate) fn average(&mut self, samples: u32) {
+        if samples == 1 {
+            return;
+        }
         let weight = 1.0 / samples as f32;
         self.color.par_iter_mut().for_each(|color| *color *= weight);
     }
@@ -71,9 +74,9 @@ impl Film {
     }
 }
 
-fn refill<T: Clone>(values: &mut Vec<T>, count: usize, value: T) {
-    values.clear();
+fn refill<T: Copy + Send + Sync>(values: &mut Vec<T>, count: usize, value: T) {
     values.resize(count, value);
+    values.par_chunks_mut(1 << 16).for_each(|values| values.fill(value));
 }
 
 /// The sRGB transfer function (IEC 61966-2-1), from [0, 1] to [0, 1]; what lies outside is cut off, NaN becomes zero.

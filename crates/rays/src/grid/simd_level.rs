@@ -16,6 +16,13 @@ impl Default for SimdLevel {
     }
 }
 
+impl From<SimdLevel> for Level {
+    /// What `fearless_simd` calls it.
+    fn from(level: SimdLevel) -> Self {
+        level.0
+    }
+}
+
 impl SimdLevel {
     /// All levels that this machine has, the widest last.
     #[must_use]

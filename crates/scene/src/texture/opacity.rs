@@ -19,7 +19,7 @@ impl Texture {
     fn opacity_at(&self, place: Vec2) -> f32 {
         let level = &self.levels[0];
         let texel = |x: f32, y: f32| {
-            let (x, y) = (self.wrap[0].place(x, level.width), self.wrap[1].place(y, level.height));
+            let (x, y) = (self.wrap[0].place(x as i32, level.width), self.wrap[1].place(y as i32, level.height));
             f32::from(level.texels[y * level.width as usize + x][3]) / 255.0
         };
         match self.filter {

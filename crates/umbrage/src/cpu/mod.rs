@@ -17,6 +17,7 @@ pub use shadow::LightMask;
 #[derive(Debug, Default)]
 pub(crate) struct Cpu {
     structure: Structure,
+    level: SimdLevel,
     /// Whether camera rays go through back faces.
     culls_back_faces: bool,
     /// For single rays; for all rays where the structure is the hierarchy.
@@ -46,9 +47,10 @@ pub struct LightWork {
 }
 
 impl Cpu {
-    /// An engine whose grids use the instructions of `level`.
+    /// An engine that uses the instructions of `level`.
     pub(crate) fn with_level(level: SimdLevel) -> Self {
         Self {
+            level,
             camera_grid: PerspectiveGrid::with_level(level),
             listed_grid: ListedGrid::with_level(level),
             light_grid: LightGrid::with_level(level),

@@ -23,11 +23,13 @@ impl LightMask {
     /// If the pixel is outside of the image's tiles.
     #[must_use]
     pub fn is_lit(&self, x: u32, y: u32) -> bool {
-        self.is_lit_at(self.order.place(x, y))
+        let place = self.order.place(x, y);
+        self.blocks[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1
     }
 
-    pub(super) fn is_lit_at(&self, place: usize) -> bool {
-        self.blocks[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1
+    /// Which pixels of a block it reaches, the first one in the lowest bit.
+    pub(super) fn block(&self, block: usize) -> u16 {
+        self.blocks[block]
     }
 
     /// Takes over a bit for each place from a row of tiles on, the first in the lowest bit of its word.

@@ -1,114 +1,193 @@
 use std::f32::consts::PI;
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16};
 use glam::Vec3;
 
-use super::specular_albedo::{specular_albedo, visibility};
+use super::lanes::Vectors;
+use super::specular_albedo::{fifth_power, specular_albedo, visibility};
 
 /// The metallic-roughness model of glTF 2.0 (appendix B), Lambert below a GGX microfacet layer, with two losses of
 /// energy mended: light that the layer reflects is what the diffuse part lacks, and rough metals keep their light.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Reflectance {
+#[derive(Clone, Copy)]
+pub(crate) struct Reflectance<S: Simd> {
     /// Diffuse albedo.
-    diffuse: Vec3,
+    diffuse: Vectors<S>,
     /// Specular reflectance at normal incidence.
-    f0: Vec3,
+    f0: Vectors<S>,
     /// GGX width: perceptual roughness squared.
-    alpha: f32,
-    roughness: f32,
+    alpha: f32x16<S>,
+    roughness: f32x16<S>,
 }
 
-impl Reflectance {
+/// A reflectance as it is seen from one side: what of it depends on the view alone.
+#[derive(Clone, Copy)]
+pub(crate) struct SeenReflectance<S: Simd> {
+    reflectance: Reflectance<S>,
+    normal: Vectors<S>,
+    view: Vectors<S>,
+    n_v: f32x16<S>,
+    /// Albedo of the diffuse layer over π, less what the specular layer reflects before.
+    diffuse: Vectors<S>,
+    /// Directional albedo of the specular layer.
+    specular: Vectors<S>,
+    /// What light that bounces several times between microfacets adds to the single bounce, as a factor: without it
+    /// rough metals lose up to half of their light (Turquin, *Practical Multiple Scattering Compensation for Microfacet
+    /// Models*, 2019).
+    scattered_again: Vectors<S>,
+}
+
+impl<S: Simd> Reflectance<S> {
     /// Below this perceptual roughness a point light's highlight is narrower than a pixel and flickers.
     const SMOOTHEST: f32 = 0.045;
 
-    pub(crate) fn new(base_color: Vec3, metallic: f32, roughness: f32, ior: f32) -> Self {
-        let dielectric = ((ior - 1.0) / (ior + 1.0)).powi(2);
-        let roughness = roughness.clamp(Self::SMOOTHEST, 1.0);
+    #[inline(always)]
+    pub(crate) fn new(
+        simd: S,
+        base_color: Vectors<S>,
+        metallic: f32x16<S>,
+        roughness: f32x16<S>,
+        ior: f32x16<S>,
+    ) -> Self {
+        let ratio = (ior - 1.0) / (ior + 1.0);
+        let dielectric = Vectors::splat(simd, Vec3::ONE).scaled(ratio * ratio);
+        let roughness = roughness.max(Self::SMOOTHEST).min(1.0);
         Self {
-            diffuse: base_color * (1.0 - metallic),
-            f0: Vec3::splat(dielectric).lerp(base_color, metallic),
+            diffuse: base_color.scaled(1.0 - metallic),
+            f0: dielectric.lerp(base_color, metallic),
             alpha: roughness * roughness,
             roughness,
         }
     }
 
     /// The same material with a part of its diffuse reflection taken away, which passes through instead.
-    pub(crate) fn with_transmission(mut self, transmission: f32) -> Self {
-        self.diffuse *= 1.0 - transmission;
+    #[inline(always)]
+    pub(crate) fn with_transmission(mut self, transmission: f32x16<S>) -> Self {
+        self.diffuse = self.diffuse.scaled(1.0 - transmission);
         self
     }
 
-    pub(crate) fn roughness(&self) -> f32 {
+    #[inline(always)]
+    pub(crate) fn roughness(&self) -> f32x16<S> {
         self.roughness
     }
 
-    /// Reflected radiance towards `view` for each unit of irradiance from `light`; all three vectors of unit length
-    /// and pointing away from the surface. Zero where `light` is below the horizon of `normal`.
-    pub(crate) fn evaluate(&self, normal: Vec3, view: Vec3, light: Vec3) -> Vec3 {
-        let n_l = normal.dot(light);
-        if n_l <= 0.0 {
-            return Vec3::ZERO;
-        }
+    /// How it looks at a unit normal from the direction `view`, of unit length and away from the surface.
+    #[inline(always)]
+    pub(crate) fn seen(self, simd: S, normal: Vectors<S>, view: Vectors<S>) -> SeenReflectance<S> {
         let n_v = normal.dot(view).max(1e-4);
-        let half = (view + light).normalize_or(normal);
-        let n_h = normal.dot(half).max(0.0);
-        let fresnel = schlick(self.f0, view.dot(half));
-        let specular = fresnel * (self.distribution(n_h) * visibility(self.alpha * self.alpha, n_l, n_v));
-        self.diffuse / PI * (Vec3::ONE - self.specular(n_v)) + specular * self.scattered_again(n_v)
-    }
-
-    /// Reflected radiance under even light from all sides: `irradiance` around the normal, over π, for the diffuse
-    /// layer and `reflected`, the mean radiance around the mirror direction, for the specular one.
-    pub(crate) fn ambient(&self, n_v: f32, irradiance: Vec3, reflected: Vec3) -> Vec3 {
-        let specular = self.specular(n_v);
-        self.diffuse / PI * irradiance * (Vec3::ONE - specular) + specular * reflected
-    }
-
-    /// Directional albedo of the specular layer: what it reflects doesn't reach the diffuse one.
-    fn specular(&self, n_v: f32) -> Vec3 {
-        let [scale, bias] = specular_albedo(self.roughness, n_v).to_array();
-        (self.f0 * scale + bias) * self.scattered_again(n_v)
-    }
-
-    /// What light that bounces several times between microfacets adds to the single bounce, as a factor: without it
-    /// rough metals lose up to half of their light (Turquin, *Practical Multiple Scattering Compensation for Microfacet
-    /// Models*, 2019).
-    fn scattered_again(&self, n_v: f32) -> Vec3 {
-        let once = specular_albedo(self.roughness, n_v).element_sum();
-        Vec3::ONE + self.f0 * (1.0 / once - 1.0).max(0.0)
-    }
-
-    /// GGX: Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, 2007, equation 33.
-    fn distribution(&self, n_h: f32) -> f32 {
-        let a2 = self.alpha * self.alpha;
-        let d = n_h * n_h * (a2 - 1.0) + 1.0;
-        a2 / (PI * d * d)
+        let [scale, bias] = specular_albedo(simd, self.roughness, n_v);
+        let lost = (1.0 / (scale + bias) - 1.0).max(0.0);
+        let one = Vectors::splat(simd, Vec3::ONE);
+        let scattered_again = one + self.f0.scaled(lost);
+        let specular = self.f0.scaled(scale).raised(bias) * scattered_again;
+        let diffuse = self.diffuse.scaled(f32x16::splat(simd, 1.0 / PI)) * (one - specular);
+        SeenReflectance { reflectance: self, normal, view, n_v, diffuse, specular, scattered_again }
     }
 }
 
+impl<S: Simd> SeenReflectance<S> {
+    /// Reflected radiance for each unit of irradiance from `light`, a unit vector away from the surface. Zero where that
+    /// is below the horizon of the normal.
+    #[inline(always)]
+    pub(crate) fn evaluate(&self, simd: S, light: Vectors<S>) -> Vectors<S> {
+        let Self { reflectance: Reflectance { f0, alpha, .. }, normal, view, n_v, diffuse, scattered_again, .. } =
+            *self;
+        let a2 = alpha * alpha;
+        let n_l = normal.dot(light);
+        let half = (view + light).normalized_or(normal);
+        let n_h = normal.dot(half).max(0.0);
+        let specular = schlick(simd, f0, view.dot(half)).scaled(distribution(a2, n_h) * visibility(a2, n_l, n_v));
+        let reflected = diffuse + specular * scattered_again;
+        Vectors::select(n_l.simd_gt(0.0), reflected, Vectors::splat(simd, Vec3::ZERO))
+    }
+
+    /// Reflected radiance under even light from all sides: `irradiance` around the normal for the diffuse layer and
+    /// `reflected`, the mean radiance around the mirror direction, for the specular one.
+    #[inline(always)]
+    pub(crate) fn ambient(&self, irradiance: Vectors<S>, reflected: Vectors<S>) -> Vectors<S> {
+        self.diffuse * irradiance + self.specular * reflected
+    }
+}
+
+/// GGX: Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, 2007, equation 33; `a2` is its squared
+/// width.
+#[inline(always)]
+fn distribution<S: Simd>(a2: f32x16<S>, n_h: f32x16<S>) -> f32x16<S> {
+    let d = n_h * n_h * (a2 - 1.0) + 1.0;
+    a2 / (PI * d * d)
+}
+
 /// Schlick's Fresnel term.
-fn schlick(f0: Vec3, cosine: f32) -> Vec3 {
-    f0 + (Vec3::ONE - f0) * (1.0 - cosine.clamp(0.0, 1.0)).powi(5)
+#[inline(always)]
+fn schlick<S: Simd>(simd: S, f0: Vectors<S>, cosine: f32x16<S>) -> Vectors<S> {
+    let missing = 1.0 - cosine.max(0.0).min(1.0);
+    f0 + (Vectors::splat(simd, Vec3::ONE) - f0).scaled(fifth_power(missing))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use fearless_simd::{Level, dispatch};
 
-    /// Directional albedo by the midpoint rule over the hemisphere of light directions.
-    fn albedo(reflectance: &Reflectance, view: Vec3) -> Vec3 {
-        const STEPS: usize = 256;
-        let mut sum = Vec3::ZERO;
-        for ring in 0..STEPS {
-            for step in 0..STEPS {
-                // Equal steps of cos² θ: each direction stands for the same π / STEPS² of projected solid angle.
-                let cosine = ((ring as f32 + 0.5) / STEPS as f32).sqrt();
-                let (sin, cos) = ((step as f32 + 0.5) / STEPS as f32 * 2.0 * PI).sin_cos();
-                let radius = (1.0 - cosine * cosine).sqrt();
-                sum += reflectance.evaluate(Vec3::Z, view, Vec3::new(radius * cos, radius * sin, cosine));
-            }
+    use super::*;
+    use crate::shade::lanes::{Each, LANES, put, vector_of};
+
+    #[derive(Clone, Copy)]
+    struct Material {
+        base_color: Vec3,
+        metallic: f32,
+        roughness: f32,
+    }
+
+    impl Material {
+        #[inline(always)]
+        fn seen<S: Simd>(&self, simd: S, view: Vec3) -> SeenReflectance<S> {
+            let number = |value: f32| f32x16::splat(simd, value);
+            let base_color = Vectors::splat(simd, self.base_color);
+            Reflectance::new(simd, base_color, number(self.metallic), number(self.roughness), number(1.5)).seen(
+                simd,
+                Vectors::splat(simd, Vec3::Z),
+                Vectors::splat(simd, view),
+            )
         }
-        sum * PI / (STEPS * STEPS) as f32
+
+        fn evaluate(&self, view: Vec3, lights: &Each<Vec3>) -> Each<Vec3> {
+            let mut each = [[0.0; LANES]; 3];
+            for (lane, light) in lights.iter().enumerate() {
+                put(lane, *light, &mut each);
+            }
+            let reflected: [Each<f32>; 3] = dispatch!(Level::new(), simd => {
+                self.seen(simd, view).evaluate(simd, Vectors::load(simd, &each)).store()
+            });
+            std::array::from_fn(|lane| vector_of(lane, &reflected))
+        }
+
+        fn ambient(&self, view: Vec3) -> Vec3 {
+            let reflected: [Each<f32>; 3] = dispatch!(Level::new(), simd => {
+                let (irradiance, radiance) = (Vectors::splat(simd, Vec3::splat(PI)), Vectors::splat(simd, Vec3::ONE));
+                self.seen(simd, view).ambient(irradiance, radiance).store()
+            });
+            vector_of(0, &reflected)
+        }
+
+        /// Directional albedo by the midpoint rule over the hemisphere of light directions.
+        fn albedo(&self, view: Vec3) -> Vec3 {
+            const STEPS: usize = 256;
+            let mut sum = Vec3::ZERO;
+            for ring in 0..STEPS {
+                for first in (0..STEPS).step_by(LANES) {
+                    // Equal steps of cos² θ: each direction stands for the same π / STEPS² of projected solid angle.
+                    let cosine = ((ring as f32 + 0.5) / STEPS as f32).sqrt();
+                    let radius = (1.0 - cosine * cosine).sqrt();
+                    let lights = std::array::from_fn(|lane| {
+                        let (sin, cos) = (((first + lane) as f32 + 0.5) / STEPS as f32 * 2.0 * PI).sin_cos();
+                        Vec3::new(radius * cos, radius * sin, cosine)
+                    });
+                    sum += self.evaluate(view, &lights).into_iter().sum::<Vec3>();
+                }
+            }
+            sum * PI / (STEPS * STEPS) as f32
+        }
     }
 
     #[test]
@@ -117,8 +196,8 @@ mod tests {
             for metallic in [0.0, 1.0] {
                 for cosine in [0.2_f32, 0.6, 1.0] {
                     let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-                    let white = Reflectance::new(Vec3::ONE, metallic, roughness, 1.5);
-                    let albedo = albedo(&white, view).x;
+                    let white = Material { base_color: Vec3::ONE, metallic, roughness };
+                    let albedo = white.albedo(view).x;
                     let of = format!("roughness {roughness}, metallic {metallic}, n·v {cosine}: {albedo}");
                     assert!((0.85..1.1).contains(&albedo), "{of}");
                 }
@@ -128,9 +207,10 @@ mod tests {
 
     #[test]
     fn light_and_view_may_be_exchanged() {
-        let material = Reflectance::new(Vec3::new(0.8, 0.5, 0.2), 0.0, 0.4, 1.5);
+        let material = Material { base_color: Vec3::new(0.8, 0.5, 0.2), metallic: 0.0, roughness: 0.4 };
         let (view, light) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, -0.8, 0.6));
-        let (there, back) = (material.evaluate(Vec3::Z, view, light), material.evaluate(Vec3::Z, light, view));
+        let there = material.evaluate(view, &[light; LANES])[0];
+        let back = material.evaluate(light, &[view; LANES])[0];
         // The mended energy depends on the view alone; for plastic that is little.
         assert!(there.distance(back) < 0.03 * there.length(), "{there} {back}");
     }
@@ -138,17 +218,16 @@ mod tests {
     #[test]
     fn even_light_is_reflected_as_the_integral_says() {
         for roughness in [0.3, 0.6, 1.0] {
-            let metal = Reflectance::new(Vec3::ONE, 1.0, roughness, 1.5);
+            let metal = Material { base_color: Vec3::ONE, metallic: 1.0, roughness };
             let view = Vec3::new(0.6, 0.0, 0.8);
-            let tabled = metal.ambient(0.8, Vec3::splat(PI), Vec3::ONE).x;
-            let integrated = albedo(&metal, view).x;
+            let (tabled, integrated) = (metal.ambient(view).x, metal.albedo(view).x);
             assert!((tabled - integrated).abs() < 0.03, "roughness {roughness}: {tabled} and {integrated}");
         }
     }
 
     #[test]
     fn nothing_is_reflected_from_below() {
-        let material = Reflectance::new(Vec3::ONE, 0.0, 0.5, 1.5);
-        assert_eq!(material.evaluate(Vec3::Z, Vec3::Z, Vec3::NEG_Z), Vec3::ZERO);
+        let material = Material { base_color: Vec3::ONE, metallic: 0.0, roughness: 0.5 };
+        assert_eq!(material.evaluate(Vec3::Z, &[Vec3::NEG_Z; LANES]), [Vec3::ZERO; LANES]);
     }
 }

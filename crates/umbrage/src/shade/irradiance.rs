@@ -1,70 +1,109 @@
-use glam::{DVec3, Vec3};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16};
+use glam::Vec3;
 use umbrage_rays::LightSource;
 use umbrage_scene::Light;
 
-/// A light as it arrives at a point where nothing is in between.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Arriving {
+use super::lanes::{Vectors, Wide};
+
+/// A light as it arrives at points where nothing is in between.
+#[derive(Clone, Copy)]
+pub(crate) struct Arriving<S: Simd> {
     /// Unit direction towards the light.
-    pub(crate) towards: Vec3,
-    /// Irradiance of a surface that faces the light.
-    pub(crate) irradiance: Vec3,
+    pub(crate) towards: Vectors<S>,
+    /// Irradiance of a surface that faces the light; zero outside its cone and range, and in the light itself.
+    pub(crate) irradiance: Vectors<S>,
 }
 
-/// What `light` sends to `point`; `None` outside its cone and range, and in the light itself.
-pub(crate) fn arriving(light: &Light, point: DVec3) -> Option<Arriving> {
-    let emitted = light.color * light.intensity;
-    let from_point = |position: Vec3| {
-        let offset = position.as_dvec3() - point;
-        let squared = offset.length_squared();
-        let faded = light.range.map_or(1.0, |range| fade(squared.sqrt() as f32 / range));
-        let irradiance = emitted * (faded / squared as f32);
-        (squared > 0.0 && faded > 0.0).then(|| Arriving { towards: offset.normalize().as_vec3(), irradiance })
-    };
+/// What `light` sends to some points.
+#[inline(always)]
+pub(crate) fn arriving<S: Simd>(simd: S, light: &Light, points: [Wide<S>; 2]) -> Arriving<S> {
+    let emitted = Vectors::splat(simd, light.color * light.intensity);
     match light.source {
-        LightSource::Point { position } => from_point(position),
+        LightSource::Directional { direction } => {
+            Arriving { towards: Vectors::splat(simd, -direction), irradiance: emitted }
+        }
+        LightSource::Point { position } => from_position(simd, position, light.range, emitted, points),
         LightSource::Spot { position, direction, inner_radians, outer_radians } => {
-            let mut arriving = from_point(position)?;
-            let cosine = direction.dot(-arriving.towards);
+            let arriving = from_position(simd, position, light.range, emitted, points);
+            let cosine = Vectors::splat(simd, -direction).dot(arriving.towards);
             // KHR_lights_punctual: squared linear interpolation between the cosines of the two angles.
             let (inner, outer) = (inner_radians.cos(), outer_radians.cos());
-            let part = ((cosine - outer) / (inner - outer).max(1e-4)).clamp(0.0, 1.0);
-            arriving.irradiance *= part * part;
-            (part > 0.0).then_some(arriving)
+            let part = ((cosine - outer) / (inner - outer).max(1e-4)).max(0.0).min(1.0);
+            Arriving { irradiance: arriving.irradiance.scaled(part * part), ..arriving }
         }
-        LightSource::Directional { direction } => Some(Arriving { towards: -direction, irradiance: emitted }),
+    }
+}
+
+/// What a light at a place sends in all directions.
+#[inline(always)]
+fn from_position<S: Simd>(
+    simd: S,
+    position: Vec3,
+    range: Option<f32>,
+    emitted: Vectors<S>,
+    points: [Wide<S>; 2],
+) -> Arriving<S> {
+    // In f64, since points of a scene far from the origin may be near the light.
+    let position = Wide::splat(simd, position.as_dvec3());
+    let offset = Vectors::narrow([position - points[0], position - points[1]]);
+    let squared = offset.dot(offset);
+    let distance = squared.sqrt();
+    let is_apart = squared.simd_gt(0.0);
+    let nothing = Vectors::splat(simd, Vec3::ZERO);
+    let faded = match range {
+        Some(range) => fade(distance / range),
+        None => f32x16::splat(simd, 1.0),
+    };
+    Arriving {
+        towards: Vectors::select(is_apart, offset.scaled(1.0 / distance), nothing),
+        irradiance: Vectors::select(is_apart, emitted.scaled(faded / squared), nothing),
     }
 }
 
 /// How much of a light is left at a distance, given in ranges (`KHR_lights_punctual`).
-fn fade(distance: f32) -> f32 {
-    (1.0 - distance.powi(4)).clamp(0.0, 1.0)
+#[inline(always)]
+fn fade<S: Simd>(distance: f32x16<S>) -> f32x16<S> {
+    let squared = distance * distance;
+    (1.0 - squared * squared).max(0.0).min(1.0)
 }
 
 #[cfg(test)]
 mod tests {
     use std::f32::consts::FRAC_PI_4;
 
+    use fearless_simd::{Level, dispatch};
+    use glam::DVec3;
+
     use super::*;
+    use crate::shade::lanes::{Each, vector_of};
 
     fn light(source: LightSource, range: Option<f32>) -> Light {
         Light { name: "".into(), source, color: Vec3::ONE, intensity: 8.0, range, casts_shadow: true }
     }
 
+    /// Direction towards the light and irradiance; `None` where that is zero.
+    fn arriving_at(light: &Light, point: DVec3) -> Option<[Vec3; 2]> {
+        let arriving: [[Each<f32>; 3]; 2] = dispatch!(Level::new(), simd => {
+            let arriving = arriving(simd, light, [Wide::splat(simd, point); 2]);
+            [arriving.towards.store(), arriving.irradiance.store()]
+        });
+        let arriving = arriving.map(|vectors| vector_of(0, &vectors));
+        (arriving[1] != Vec3::ZERO).then_some(arriving)
+    }
+
     #[test]
     fn a_point_light_falls_off_with_the_square_of_the_distance() {
         let lamp = light(LightSource::Point { position: Vec3::new(0.0, 2.0, 0.0) }, None);
-        let arriving = arriving(&lamp, DVec3::ZERO).unwrap();
-        assert_eq!(arriving.towards, Vec3::Y);
-        assert_eq!(arriving.irradiance, Vec3::splat(2.0));
+        assert_eq!(arriving_at(&lamp, DVec3::ZERO), Some([Vec3::Y, Vec3::splat(2.0)]));
     }
 
     #[test]
     fn nothing_arrives_beyond_the_range_or_inside_the_light() {
         let lamp = light(LightSource::Point { position: Vec3::ZERO }, Some(2.0));
-        assert!(arriving(&lamp, DVec3::X).is_some());
-        assert!(arriving(&lamp, DVec3::X * 2.0).is_none());
-        assert!(arriving(&lamp, DVec3::ZERO).is_none());
+        assert!(arriving_at(&lamp, DVec3::X).is_some());
+        assert!(arriving_at(&lamp, DVec3::X * 2.0).is_none());
+        assert!(arriving_at(&lamp, DVec3::ZERO).is_none());
     }
 
     #[test]
@@ -74,7 +113,7 @@ mod tests {
             let source =
                 LightSource::Spot { position: Vec3::ZERO, direction, inner_radians: 0.2, outer_radians: FRAC_PI_4 };
             let point = Vec3::new(angle.sin(), -angle.cos(), 0.0).as_dvec3();
-            arriving(&light(source, None), point).map(|arriving| arriving.irradiance.x)
+            arriving_at(&light(source, None), point).map(|[_, irradiance]| irradiance.x)
         };
         assert!((spot(0.1).unwrap() - 8.0).abs() < 1e-3);
         assert!(spot(0.5).unwrap() < 8.0);

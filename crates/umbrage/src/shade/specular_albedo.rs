@@ -1,7 +1,11 @@
 use std::f32::consts::PI;
 use std::sync::LazyLock;
 
-use glam::{Vec2, Vec3};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x16};
+use glam::Vec2;
+
+use super::lanes::{LANES, Vector};
 
 /// Places along each side of the table.
 const SIDE: usize = 24;
@@ -10,7 +14,8 @@ const SIDE: usize = 24;
 static TABLE: LazyLock<[[Vec2; SIDE]; SIDE]> = LazyLock::new(|| {
     // At zero itself the integrand has no value.
     let value = |place: usize| (place as f32 / (SIDE - 1) as f32).max(1e-3);
-    std::array::from_fn(|row| std::array::from_fn(|column| integrated(value(row), value(column))))
+    let integrated = |row, column| dispatch!(Level::new(), simd => integrated(simd, value(row), value(column)));
+    std::array::from_fn(|row| std::array::from_fn(|column| integrated(row, column)))
 });
 
 /// The table, by roughness and then by cosine, both from 0 to 1.
@@ -21,46 +26,79 @@ pub(crate) fn specular_albedo_table() -> [[[f32; 2]; SIDE]; SIDE] {
 
 /// Scale and bias of f0 in the directional albedo of a GGX layer, at the cosine `n_v` between normal and view: the
 /// second of the two sums into which Karis splits light from all around (*Real Shading in Unreal Engine 4*, 2013).
-pub(super) fn specular_albedo(roughness: f32, n_v: f32) -> Vec2 {
-    let place = |value: f32| {
-        let place = value.clamp(0.0, 1.0) * (SIDE - 1) as f32;
-        let lower = (place as usize).min(SIDE - 2);
-        (lower, place - lower as f32)
-    };
-    let ((row, down), (column, right)) = (place(roughness), place(n_v));
-    let across = |row: usize| TABLE[row][column].lerp(TABLE[row][column + 1], right);
-    across(row).lerp(across(row + 1), down)
+#[inline(always)]
+pub(super) fn specular_albedo<S: Simd>(simd: S, roughness: f32x16<S>, n_v: f32x16<S>) -> [f32x16<S>; 2] {
+    const LAST: f32 = (SIDE - 1) as f32;
+    let table = &*TABLE;
+    let (row, column) = (roughness.max(0.0).min(1.0) * LAST, n_v.max(0.0).min(1.0) * LAST);
+    let (upper, left) = (row.floor().min(LAST - 1.0), column.floor().min(LAST - 1.0));
+    let (down, right) = (row - upper, column - left);
+    let mut corners = [[[0.0; LANES]; 2]; 4];
+    for lane in 0..LANES {
+        let (row, column) = ((upper[lane] as usize).min(SIDE - 2), (left[lane] as usize).min(SIDE - 2));
+        let of_lane = [table[row][column], table[row][column + 1], table[row + 1][column], table[row + 1][column + 1]];
+        for (corner, entry) in corners.iter_mut().zip(of_lane) {
+            (corner[0][lane], corner[1][lane]) = (entry.x, entry.y);
+        }
+    }
+    let mut sums = [f32x16::splat(simd, 0.0); 2];
+    for (part, sum) in sums.iter_mut().enumerate() {
+        let [a, b] = [f32x16::from_slice(simd, &corners[0][part]), f32x16::from_slice(simd, &corners[1][part])];
+        let [c, d] = [f32x16::from_slice(simd, &corners[2][part]), f32x16::from_slice(simd, &corners[3][part])];
+        let (above, below) = (a + (b - a) * right, c + (d - c) * right);
+        *sum = above + (below - above) * down;
+    }
+    sums
 }
 
 /// The integral over light directions, by microfacet normals drawn from the distribution itself.
-fn integrated(roughness: f32, n_v: f32) -> Vec2 {
-    const SAMPLES: u32 = 256;
-    let a2 = roughness.powi(4);
-    let view = Vec3::new((1.0 - n_v * n_v).sqrt(), 0.0, n_v);
-    let sum: Vec2 = (0..SAMPLES)
-        .map(|sample| {
-            let (u, v) = ((sample as f32 + 0.5) / SAMPLES as f32, sample.reverse_bits() as f32 / u32::MAX as f32);
-            let cosine = ((1.0 - u) / (1.0 + (a2 - 1.0) * u)).sqrt();
-            let sine = (1.0 - cosine * cosine).sqrt();
-            let (sin, cos) = (2.0 * PI * v).sin_cos();
-            let half = Vec3::new(sine * cos, sine * sin, cosine);
-            let v_h = view.dot(half).max(0.0);
-            let n_l = 2.0 * v_h * half.z - view.z;
-            if n_l <= 0.0 {
-                return Vec2::ZERO;
-            }
-            let weight = 4.0 * visibility(a2, n_l, n_v) * n_l * v_h / half.z;
-            let fresnel = (1.0 - v_h).powi(5);
-            Vec2::new(1.0 - fresnel, fresnel) * weight
-        })
-        .sum();
-    sum / SAMPLES as f32
+#[inline(always)]
+fn integrated<S: Simd>(simd: S, roughness: f32, n_v: f32) -> Vec2 {
+    const SAMPLES: usize = 256;
+    let alpha = roughness * roughness;
+    let a2 = f32x16::splat(simd, alpha * alpha);
+    let zero = f32x16::splat(simd, 0.0);
+    let view_z = f32x16::splat(simd, n_v);
+    let view = Vector { x: f32x16::splat(simd, (1.0 - n_v * n_v).sqrt()), y: zero, z: view_z };
+    let (mut scale, mut bias) = (zero, zero);
+    for first in (0..SAMPLES).step_by(LANES) {
+        let (mut drawn, mut sines, mut cosines) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let sample = (first + lane) as u32;
+            drawn[lane] = (sample as f32 + 0.5) / SAMPLES as f32;
+            (sines[lane], cosines[lane]) = (2.0 * PI * (sample.reverse_bits() as f32 / u32::MAX as f32)).sin_cos();
+        }
+        let drawn = f32x16::from_slice(simd, &drawn);
+        let cosine = ((1.0 - drawn) / (1.0 + (a2 - 1.0) * drawn)).sqrt();
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let half = Vector {
+            x: sine * f32x16::from_slice(simd, &cosines),
+            y: sine * f32x16::from_slice(simd, &sines),
+            z: cosine,
+        };
+        let v_h = view.dot(half).max(0.0);
+        let n_l = 2.0 * v_h * half.z - view_z;
+        let weight = 4.0 * visibility(a2, n_l, view_z) * n_l * v_h / half.z;
+        let weight = n_l.simd_gt(0.0).select(weight, zero);
+        let fresnel = fifth_power(1.0 - v_h);
+        scale += (1.0 - fresnel) * weight;
+        bias += fresnel * weight;
+    }
+    Vec2::new(scale.reduce_sum(), bias.reduce_sum()) / SAMPLES as f32
 }
 
 /// Height-correlated Smith shadowing over 4 (n·l)(n·v), `a2` being the squared GGX width: Heitz, *Understanding the
 /// Masking-Shadowing Function in Microfacet-Based BRDFs*, 2014.
-pub(super) fn visibility(a2: f32, n_l: f32, n_v: f32) -> f32 {
+#[inline(always)]
+pub(super) fn visibility<S: Simd>(a2: f32x16<S>, n_l: f32x16<S>, n_v: f32x16<S>) -> f32x16<S> {
     let masking = n_l * (n_v * n_v * (1.0 - a2) + a2).sqrt();
     let shadowing = n_v * (n_l * n_l * (1.0 - a2) + a2).sqrt();
     0.5 / (masking + shadowing)
+}
+
+/// As Schlick's Fresnel term needs it.
+#[inline(always)]
+pub(super) fn fifth_power<S: Simd>(value: f32x16<S>) -> f32x16<S> {
+    let squared = value * value;
+    squared * squared * value
 }

@@ -1,9 +1,13 @@
-use glam::{DVec3, Vec2, Vec3, Vec4};
-use umbrage_rays::predicate::HitPoint;
-use umbrage_rays::{Hit, Projection, Ray, View};
-use umbrage_scene::{Alpha, Frame, Material, TextureUse};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16};
+use umbrage_rays::{Projection, View};
+use umbrage_scene::Frame;
 
 use super::Reflectance;
+use super::hits::BlockHits;
+use super::lanes::{LANES, Vectors, Wide, put};
+use super::paint::{Bumps, Paint};
+use super::rays::BlockRays;
 
 /// How wide the cone of a camera ray's pixel is.
 #[derive(Clone, Copy, Debug)]
@@ -26,185 +30,156 @@ impl Footprint {
         }
     }
 
-    fn width_at(&self, depth: f32) -> f32 {
-        self.width + self.width_per_depth * depth
+    #[inline(always)]
+    fn width_at<S: Simd>(&self, depth: f32x16<S>) -> f32x16<S> {
+        depth * self.width_per_depth + self.width
     }
 }
 
-/// A point of a surface with everything that shading needs.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Surface {
-    /// Where it is.
-    pub(crate) position: DVec3,
+/// Sixteen points of surfaces with everything that shading needs.
+#[derive(Clone, Copy)]
+pub(crate) struct Surface<S: Simd> {
+    /// Where they are.
+    pub(crate) position: [Wide<S>; 2],
     /// Unit direction towards the ray's origin.
-    pub(crate) view: Vec3,
+    pub(crate) view: Vectors<S>,
     /// Unit normal of the triangle, on the side of `view`.
-    pub(crate) geometric_normal: Vec3,
+    pub(crate) geometric_normal: Vectors<S>,
     /// Unit normal with the vertices' and the texture's bumps.
-    pub(crate) normal: Vec3,
-    pub(crate) reflectance: Reflectance,
-    pub(crate) base_color: Vec3,
+    pub(crate) normal: Vectors<S>,
+    pub(crate) reflectance: Reflectance<S>,
+    pub(crate) base_color: Vectors<S>,
     /// How much of what is behind the surface hides; 1 but for blended materials.
-    pub(crate) opacity: f32,
+    pub(crate) opacity: f32x16<S>,
     /// What passes through of the light from behind, as through a thin pane, where the surface is opaque otherwise.
-    pub(crate) transmitted: Vec3,
-    pub(crate) emitted: Vec3,
+    pub(crate) transmitted: Vectors<S>,
+    pub(crate) emitted: Vectors<S>,
     /// How much of the light from all around arrives, 0 … 1.
-    pub(crate) ambient_occlusion: f32,
-    pub(crate) unlit: bool,
+    pub(crate) ambient_occlusion: f32x16<S>,
+    /// The lanes that are shown in their base colour whatever the light, the first in the lowest bit.
+    pub(crate) unlit: u16,
 }
 
-impl Surface {
-    pub(crate) fn new(frame: &Frame, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
-        let material = frame.material(hit.triangle);
-        let texels = Texels::new(frame, ray, hit, footprint);
-        let base_color = material.base_color
-            * frame.vertex_color(hit.triangle, hit.barycentric)
-            * texels.read_or_one(material.base_color_texture);
-        let metallic_roughness = texels.read_or_one(material.metallic_roughness_texture);
-        let occlusion = texels.read_or_one(material.occlusion_texture).x;
-        let normal = bent_normal(frame, hit, &texels, material);
-        let metallic = material.metallic * metallic_roughness.z;
-        let transmission =
-            material.transmission * texels.read_or_one(material.transmission_texture).x * (1.0 - metallic);
+impl<S: Simd> Surface<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S, frame: &Frame, rays: &BlockRays<S>, hits: &BlockHits<S>, footprint: &Footprint) -> Self {
+        let facet = Facet::new(rays, hits, footprint);
+        let paint = Paint::new(frame, hits, &facet.covered_triangles.into());
+        let one = f32x16::splat(simd, 1.0);
+        let (mut base_color, mut opacity) =
+            (Vectors::load(simd, &paint.base_color), f32x16::from_slice(simd, &paint.opacity));
+        if !frame.mesh.colors.is_empty() {
+            let (color, alpha) = vertex_colors(simd, frame, hits);
+            (base_color, opacity) = (base_color * color, opacity * alpha);
+        }
+        let metallic = f32x16::from_slice(simd, &paint.metallic);
+        let transmission = f32x16::from_slice(simd, &paint.transmission) * (1.0 - metallic);
+        let reflectance = Reflectance::new(
+            simd,
+            base_color,
+            metallic,
+            f32x16::from_slice(simd, &paint.roughness),
+            f32x16::from_slice(simd, &paint.ior),
+        );
+        let blended = mask32x16::from_bitmask(simd, paint.blended.into());
         Self {
-            position: HitPoint::new(ray, hit.t).position,
-            view: texels.view,
-            geometric_normal: texels.geometric_normal,
-            normal,
-            reflectance: Reflectance::new(
-                base_color.truncate(),
-                metallic,
-                material.roughness * metallic_roughness.y,
-                material.ior,
-            )
-            .with_transmission(transmission),
-            base_color: base_color.truncate(),
-            opacity: if material.alpha == Alpha::Blend { base_color.w.clamp(0.0, 1.0) } else { 1.0 },
-            transmitted: base_color.truncate() * transmission,
-            emitted: material.emissive * texels.read_or_one(material.emissive_texture).truncate(),
-            ambient_occlusion: 1.0 + material.occlusion_strength * (occlusion - 1.0),
-            unlit: material.unlit,
+            position: hits.position,
+            view: rays.towards_origin,
+            geometric_normal: facet.geometric_normal,
+            normal: facet.bent_normal(simd, frame, hits, &paint.bumps),
+            reflectance: reflectance.with_transmission(transmission),
+            base_color,
+            opacity: blended.select(opacity.max(0.0).min(1.0), one),
+            transmitted: base_color.scaled(transmission),
+            emitted: Vectors::load(simd, &paint.emitted),
+            ambient_occlusion: f32x16::from_slice(simd, &paint.ambient_occlusion),
+            unlit: paint.unlit,
         }
     }
 }
 
-/// What is needed to read textures at a hit.
-struct Texels<'a> {
-    frame: &'a Frame,
-    corners: [Vec3; 3],
-    corner_coords: [[Vec2; 3]; 2],
-    coords: [Vec2; 2],
-    /// Towards the ray's origin.
-    view: Vec3,
-    /// Of the triangle, on the side of `view`.
-    geometric_normal: Vec3,
-    /// 1 where the ray comes from the front of the triangle, −1 from its back.
-    facing: f32,
+/// Triangles as the rays see them.
+struct Facet<S: Simd> {
+    /// On the side from which the corners are seen counterclockwise.
+    front: Vectors<S>,
+    /// On the side of the ray's origin.
+    geometric_normal: Vectors<S>,
     /// Area of the ray's cone on the surface, in triangle areas.
-    covered_triangles: f32,
+    covered_triangles: f32x16<S>,
 }
 
-impl<'a> Texels<'a> {
-    fn new(frame: &'a Frame, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
-        let corners = frame.triangles().corners(hit.triangle);
-        let [a, b, c] = corners;
+impl<S: Simd> Facet<S> {
+    #[inline(always)]
+    fn new(rays: &BlockRays<S>, hits: &BlockHits<S>, footprint: &Footprint) -> Self {
+        let [a, b, c] = hits.corners;
+        let view = rays.towards_origin;
         let doubled_area = (b - a).cross(c - a);
-        let view = -ray.direction.normalize().as_vec3();
         // A sliver whose area vanishes in f32 is seen as if from the front.
-        let front = doubled_area.try_normalize().unwrap_or(view);
-        let facing = if front.dot(view) < 0.0 { -1.0 } else { 1.0 };
-        let geometric_normal = front * facing;
-        let width = footprint.width_at(hit.t as f32);
+        let front = doubled_area.normalized_or(view);
+        let is_behind = front.dot(view).simd_lt(0.0);
+        let geometric_normal = Vectors::select(is_behind, -front, front);
+        let width = footprint.width_at(hits.depth);
         let cosine = geometric_normal.dot(view).max(0.01);
-        let corner_vertices = frame.mesh.triangles[hit.triangle as usize];
-        let corner_coords = frame
-            .mesh
-            .tex_coords
-            .each_ref()
-            .map(|coords| corner_vertices.map(|vertex| coords.get(vertex as usize).copied().unwrap_or_default()));
-        Self {
-            frame,
-            corners,
-            corner_coords,
-            coords: frame.tex_coords(hit.triangle, hit.barycentric),
-            view,
-            geometric_normal,
-            facing,
-            covered_triangles: 2.0 * width * width / (cosine * doubled_area.length()),
+        let covered_triangles = 2.0 * width * width / (cosine * doubled_area.length());
+        Self { front, geometric_normal, covered_triangles }
+    }
+
+    /// The shading normal: interpolated between the vertices, bent by the normal texture, and on the side of the ray.
+    #[inline(always)]
+    fn bent_normal(&self, simd: S, frame: &Frame, hits: &BlockHits<S>, bumps: &Bumps) -> Vectors<S> {
+        let smooth = if frame.normals.is_empty() {
+            self.front
+        } else {
+            // Zero where the surface is flat.
+            vertex_normals(simd, frame, hits).normalized_or(self.front)
+        };
+        let bent = if bumps.lanes == 0 { smooth } else { bend(simd, smooth, bumps) };
+        // Normals say which side is the front, also in files whose winding disagrees with them.
+        Vectors::select(smooth.dot(self.geometric_normal).simd_lt(0.0), -bent, bent)
+    }
+}
+
+/// The vertices' own colours and opacities, interpolated.
+#[inline(always)]
+fn vertex_colors<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<S>) -> (Vectors<S>, f32x16<S>) {
+    let mut of_corners = [([[0.0; LANES]; 3], [0.0; LANES]); 3];
+    for (lane, vertices) in hits.vertices.iter().enumerate() {
+        for ((colors, alphas), &vertex) in of_corners.iter_mut().zip(vertices) {
+            let color = frame.mesh.colors[vertex as usize];
+            put(lane, color.truncate(), colors);
+            alphas[lane] = color.w;
         }
     }
+    let [a, b, c] = &of_corners;
+    let color = hits.interpolated([Vectors::load(simd, &a.0), Vectors::load(simd, &b.0), Vectors::load(simd, &c.0)]);
+    let [second, third] = hits.barycentric;
+    let alpha = f32x16::from_slice(simd, &a.1) * (1.0 - second - third)
+        + f32x16::from_slice(simd, &b.1) * second
+        + f32x16::from_slice(simd, &c.1) * third;
+    (color, alpha)
+}
 
-    fn read_or_one(&self, texture: Option<TextureUse>) -> Vec4 {
-        texture.map_or(Vec4::ONE, |texture| self.read(texture))
+/// The vertices' normals, interpolated; of any length.
+#[inline(always)]
+fn vertex_normals<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<S>) -> Vectors<S> {
+    let mut of_corners = [[[0.0; LANES]; 3]; 3];
+    for (lane, vertices) in hits.vertices.iter().enumerate() {
+        for (normals, &vertex) in of_corners.iter_mut().zip(vertices) {
+            put(lane, frame.normals[vertex as usize], normals);
+        }
     }
-
-    /// Ray cones (Akenine-Möller et al., *Texture Level of Detail Strategies for Real-Time Ray Tracing*, 2019): as many
-    /// texels are averaged as the pixel's cone covers on the surface.
-    fn read(&self, texture: TextureUse) -> Vec4 {
-        let image = &self.frame.materials.textures[texture.texture as usize];
-        let [width, height] = image.size();
-        let corners = self.corner_coords[usize::from(texture.tex_coord_set.min(1))];
-        let [a, b, c] = corners.map(|coords| texture.image_from_mesh.transform_point2(coords));
-        let triangle_texels = 0.5 * (b - a).perp_dot(c - a).abs() * width as f32 * height as f32;
-        image.sample(texture.image_coords(self.coords), (triangle_texels * self.covered_triangles).sqrt())
-    }
+    let [a, b, c] = &of_corners;
+    hits.interpolated([Vectors::load(simd, a), Vectors::load(simd, b), Vectors::load(simd, c)])
 }
 
-/// The shading normal: interpolated between the vertices, bent by the normal texture, and on the side of the ray.
-fn bent_normal(frame: &Frame, hit: &Hit, texels: &Texels<'_>, material: &Material) -> Vec3 {
-    let Some(smooth) = smooth_normal(frame, hit) else {
-        return material.normal_texture.map_or(texels.geometric_normal, |texture| {
-            let normal = texels.geometric_normal * texels.facing;
-            bend(frame, hit, texels, material, texture, normal) * texels.facing
-        });
-    };
-    let bent = material.normal_texture.map_or(smooth, |texture| bend(frame, hit, texels, material, texture, smooth));
-    // Normals say which side is the front, also in files whose winding disagrees with them.
-    if smooth.dot(texels.geometric_normal) < 0.0 { -bent } else { bent }
-}
-
-/// `None` where the surface is flat.
-fn smooth_normal(frame: &Frame, hit: &Hit) -> Option<Vec3> {
-    if frame.normals.is_empty() {
-        return None;
-    }
-    let normals = frame.mesh.triangles[hit.triangle as usize].map(|vertex| frame.normals[vertex as usize]);
-    interpolate(normals, hit.barycentric).try_normalize()
-}
-
-fn interpolate([a, b, c]: [Vec3; 3], [v, w]: [f32; 2]) -> Vec3 {
-    a * (1.0 - v - w) + b * v + c * w
-}
-
-/// `normal` bent by the normal texture in the tangent frame of the file, or else of the texture coordinates.
-fn bend(frame: &Frame, hit: &Hit, texels: &Texels<'_>, material: &Material, texture: TextureUse, normal: Vec3) -> Vec3 {
-    let tangents = vertex_tangent(frame, hit).or_else(|| gradient_tangent(texels, texture));
-    let Some((tangent, sign)) = tangents else { return normal };
-    let Some(tangent) = tangent.reject_from_normalized(normal).try_normalize() else { return normal };
-    let bitangent = normal.cross(tangent) * sign;
-    let texel = texels.read(texture).truncate() * 2.0 - 1.0;
-    let bump = texel * Vec3::new(material.normal_scale, material.normal_scale, 1.0);
-    (tangent * bump.x + bitangent * bump.y + normal * bump.z).try_normalize().unwrap_or(normal)
-}
-
-fn vertex_tangent(frame: &Frame, hit: &Hit) -> Option<(Vec3, f32)> {
-    if frame.tangents.is_empty() {
-        return None;
-    }
-    let tangents = frame.mesh.triangles[hit.triangle as usize].map(|vertex| frame.tangents[vertex as usize]);
-    let tangent = interpolate(tangents.map(Vec4::truncate), hit.barycentric).try_normalize()?;
-    Some((tangent, if tangents[0].w < 0.0 { -1.0 } else { 1.0 }))
-}
-
-/// The direction in which the texture's u grows across the triangle, and the sign of the bitangent.
-fn gradient_tangent(texels: &Texels<'_>, texture: TextureUse) -> Option<(Vec3, f32)> {
-    let [a, b, c] = texels.corner_coords[usize::from(texture.tex_coord_set.min(1))];
-    let (coords_ab, coords_ac) = (b - a, c - a);
-    let [a, b, c] = texels.corners;
-    let (ab, ac) = (b - a, c - a);
-    let area = coords_ab.perp_dot(coords_ac);
-    let tangent = (ab * coords_ac.y - ac * coords_ab.y) * area.signum();
-    // v grows downwards in the image and the bitangent points up: an image that isn't mirrored has a negative area.
-    (area != 0.0).then_some((tangent, if area < 0.0 { 1.0 } else { -1.0 }))
+/// Normals bent by the normal texture in the lanes that have one.
+#[inline(always)]
+fn bend<S: Simd>(simd: S, normal: Vectors<S>, bumps: &Bumps) -> Vectors<S> {
+    let tangent = Vectors::load(simd, &bumps.tangent);
+    let (tangent, has_tangent) = (tangent - normal.scaled(tangent.dot(normal))).try_normalized();
+    let bitangent = normal.cross(tangent).scaled(f32x16::from_slice(simd, &bumps.bitangent_sign));
+    let bump = Vectors::load(simd, &bumps.bump);
+    let bent = tangent.scaled(bump.x) + bitangent.scaled(bump.y) + normal.scaled(bump.z);
+    let is_bent = has_tangent & mask32x16::from_bitmask(simd, bumps.lanes.into());
+    Vectors::select(is_bent, bent.normalized_or(normal), normal)
 }

@@ -1,0 +1,259 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, f64x8};
+use umbrage_rays::{Hit, SeenPixels, predicate};
+use umbrage_scene::Frame;
+
+use super::lanes::{Each, LANES, Vectors, Wide, lanes_of, put};
+use super::rays::{Block, BlockRays};
+
+/// Where the rays of a block meet triangles.
+#[derive(Clone, Copy)]
+pub(crate) struct BlockHits<S: Simd> {
+    /// The lanes that meet one, the first in the lowest bit. Others hold numbers without a meaning, and ids that exist.
+    pub(crate) shown: u16,
+    pub(crate) triangle: Each<u32>,
+    /// Along the camera's forward axis.
+    pub(crate) depth: f32x16<S>,
+    /// World positions.
+    pub(super) position: [Wide<S>; 2],
+    /// Weights of the second and the third vertex.
+    pub(super) barycentric: [f32x16<S>; 2],
+    pub(super) vertices: Each<[u32; 3]>,
+    pub(super) corners: [Vectors<S>; 3],
+}
+
+impl<S: Simd> BlockHits<S> {
+    /// Where the rays meet the triangles that their pixels are known to show; `None` where no pixel shows any.
+    ///
+    /// Depths are right to far less than what f32 can tell apart.
+    #[inline(always)]
+    pub(crate) fn of_seen(
+        simd: S,
+        frame: &Frame,
+        block: &Block<'_>,
+        rays: &BlockRays<S>,
+        seen: &[u32],
+    ) -> Option<Self> {
+        let mut shown = 0;
+        for (lane, &id) in seen[..LANES].iter().enumerate() {
+            shown |= u16::from(id != SeenPixels::NONE) << lane;
+        }
+        shown &= block.pixels();
+        let triangle = existing(shown, |lane| seen[lane])?;
+        let (vertices, corners) = corners_of(simd, frame, &triangle);
+        let ([a0, a1], [b0, b1], [c0, c1]) = (corners[0].widen(), corners[1].widen(), corners[2].widen());
+        let low = Meeting::new(rays.origin[0], rays.direction[0], [a0, b0, c0]);
+        let high = Meeting::new(rays.origin[1], rays.direction[1], [a1, b1, c1]);
+        let barycentric =
+            [low.barycentric[0].narrow(high.barycentric[0]), low.barycentric[1].narrow(high.barycentric[1])];
+        let known = Self::new(rays, shown, triangle, vertices, corners, [low.t, high.t], barycentric);
+        let doubtful = shown & (low.doubtful | high.doubtful << (LANES / 2));
+        if doubtful == 0 {
+            return Some(known);
+        }
+        let mut met = Met::of(&known, [low.t, high.t]);
+        for lane in lanes_of(doubtful) {
+            met.set(lane, predicate::hit(&block.ray(lane), frame.triangles(), triangle[lane]));
+        }
+        Some(met.into_hits(simd, rays, triangle, vertices, corners))
+    }
+
+    /// The hits that were found otherwise; `None` where there is none.
+    #[inline(always)]
+    pub(crate) fn of_found(simd: S, frame: &Frame, rays: &BlockRays<S>, found: &Each<Option<Hit>>) -> Option<Self> {
+        let mut met = Met::default();
+        for (lane, hit) in found.iter().enumerate() {
+            met.set(lane, *hit);
+        }
+        let triangle = existing(met.shown, |lane| found[lane].map_or(SeenPixels::NONE, |hit| hit.triangle))?;
+        let (vertices, corners) = corners_of(simd, frame, &triangle);
+        Some(met.into_hits(simd, rays, triangle, vertices, corners))
+    }
+
+    /// What the corners have, mixed by their weights.
+    #[inline(always)]
+    pub(super) fn interpolated(&self, [a, b, c]: [Vectors<S>; 3]) -> Vectors<S> {
+        let [second, third] = self.barycentric;
+        a.scaled(1.0 - second - third) + b.scaled(second) + c.scaled(third)
+    }
+
+    #[inline(always)]
+    fn new(
+        rays: &BlockRays<S>,
+        shown: u16,
+        triangle: Each<u32>,
+        vertices: Each<[u32; 3]>,
+        corners: [Vectors<S>; 3],
+        [low, high]: [f64x8<S>; 2],
+        barycentric: [f32x16<S>; 2],
+    ) -> Self {
+        let position =
+            [rays.origin[0] + rays.direction[0].scaled(low), rays.origin[1] + rays.direction[1].scaled(high)];
+        Self { shown, triangle, depth: low.narrow(high), position, barycentric, vertices, corners }
+    }
+}
+
+/// Where lines that are known to meet triangles do so: Möller and Trumbore, *Fast, Minimum Storage Ray/Triangle
+/// Intersection*, 1997.
+struct Meeting<S: Simd> {
+    t: f64x8<S>,
+    barycentric: [f64x8<S>; 2],
+    /// The lanes in which too much cancels to know t well.
+    doubtful: u16,
+}
+
+impl<S: Simd> Meeting<S> {
+    /// What may be left of the largest product in a determinant, which is then right to 2⁻³¹: six products lose up to
+    /// eight roundings of 2⁻⁵³ each.
+    const CANCELLATION: f64 = 1.0 / (1 << 16) as f64;
+
+    #[inline(always)]
+    fn new(origin: Wide<S>, direction: Wide<S>, [a, b, c]: [Wide<S>; 3]) -> Self {
+        let (offset, to_second, to_third) = (origin - a, b - a, c - a);
+        let across = direction.cross(to_third);
+        let around = offset.cross(to_second);
+        let determinant = to_second.dot(across);
+        let height = to_third.dot(around);
+        let area = to_second.reach() * to_third.reach() * Self::CANCELLATION;
+        let known = determinant.abs().simd_gt(area * direction.reach()) & height.abs().simd_gt(area * offset.reach());
+        let inverse = 1.0 / determinant;
+        // The point is in the triangle but for rounding.
+        let second = (offset.dot(across) * inverse).max(0.0).min(1.0);
+        let third = (direction.dot(around) * inverse).max(0.0).min(1.0);
+        Self { t: height / determinant, barycentric: [second, third], doubtful: !(known.to_bitmask() as u16) & 0xff }
+    }
+}
+
+/// Hits lane by lane.
+#[derive(Default)]
+struct Met {
+    shown: u16,
+    t: Each<f64>,
+    barycentric: [Each<f32>; 2],
+}
+
+impl Met {
+    #[inline(always)]
+    fn of<S: Simd>(hits: &BlockHits<S>, t: [f64x8<S>; 2]) -> Self {
+        let [low, high]: [[f64; LANES / 2]; 2] = [t[0].into(), t[1].into()];
+        let mut both = [0.0; LANES];
+        both[..LANES / 2].copy_from_slice(&low);
+        both[LANES / 2..].copy_from_slice(&high);
+        let barycentric = [hits.barycentric[0].into(), hits.barycentric[1].into()];
+        Self { shown: hits.shown, t: both, barycentric }
+    }
+
+    fn set(&mut self, lane: usize, hit: Option<Hit>) {
+        self.shown &= !(1 << lane);
+        if let Some(Hit { t, barycentric: [second, third], .. }) = hit {
+            self.shown |= 1 << lane;
+            (self.t[lane], self.barycentric[0][lane], self.barycentric[1][lane]) = (t, second, third);
+        }
+    }
+
+    #[inline(always)]
+    fn into_hits<S: Simd>(
+        self,
+        simd: S,
+        rays: &BlockRays<S>,
+        triangle: Each<u32>,
+        vertices: Each<[u32; 3]>,
+        corners: [Vectors<S>; 3],
+    ) -> BlockHits<S> {
+        let (low, high) = self.t.split_at(LANES / 2);
+        let t = [f64x8::from_slice(simd, low), f64x8::from_slice(simd, high)];
+        let [second, third] = &self.barycentric;
+        let barycentric = [f32x16::from_slice(simd, second), f32x16::from_slice(simd, third)];
+        BlockHits::new(rays, self.shown, triangle, vertices, corners, t, barycentric)
+    }
+}
+
+/// The triangles of some lanes, and the first one of these in the others; `None` without a lane.
+#[inline(always)]
+fn existing(lanes: u16, triangle: impl Fn(usize) -> u32) -> Option<Each<u32>> {
+    if lanes == 0 {
+        return None;
+    }
+    let mut triangles = [triangle(lanes.trailing_zeros() as usize); LANES];
+    for (lane, id) in triangles.iter_mut().enumerate() {
+        if lanes >> lane & 1 == 1 {
+            *id = triangle(lane);
+        }
+    }
+    Some(triangles)
+}
+
+/// Vertices and world positions of the corners of each lane's triangle.
+#[inline(always)]
+fn corners_of<S: Simd>(simd: S, frame: &Frame, triangles: &Each<u32>) -> (Each<[u32; 3]>, [Vectors<S>; 3]) {
+    let mut vertices = [[0; 3]; LANES];
+    let mut corners = [[[0.0; LANES]; 3]; 3];
+    for (lane, &id) in triangles.iter().enumerate() {
+        vertices[lane] = frame.mesh.triangles[id as usize];
+        for (corner, &vertex) in corners.iter_mut().zip(&vertices[lane]) {
+            put(lane, frame.positions[vertex as usize], corner);
+        }
+    }
+    let [a, b, c] = &corners;
+    (vertices, [Vectors::load(simd, a), Vectors::load(simd, b), Vectors::load(simd, c)])
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use fearless_simd::{Level, dispatch};
+    use glam::Vec3;
+    use umbrage_rays::{Camera, View};
+    use umbrage_scene::Mesh;
+
+    use super::*;
+    use crate::sampling::Sample;
+
+    /// Depth and weights of what each lane of the block at (0, 0) shows of one triangle.
+    fn shown(corners: [Vec3; 3], view: &View) -> Vec<(Option<Hit>, [f32; 3])> {
+        let mesh = Mesh { triangles: vec![[0, 1, 2]], ..Mesh::default() };
+        let frame = Frame { positions: corners.to_vec(), mesh: Arc::new(mesh), ..Frame::default() };
+        let sample = Sample::all(1).next().unwrap();
+        let block = Block { view, sample: &sample, corner: [0, 0] };
+        let truth: [Option<Hit>; LANES] =
+            std::array::from_fn(|lane| predicate::hit(&block.ray(lane), frame.triangles(), 0));
+        let seen = truth.map(|hit| hit.map_or(SeenPixels::NONE, |hit| hit.triangle));
+        let hits: Vec<[f32; 3]> = dispatch!(Level::new(), simd => {
+            let rays = BlockRays::new(simd, &block);
+            let hits = BlockHits::of_seen(simd, &frame, &block, &rays, &seen).expect("some pixel shows it");
+            assert!((0..LANES).all(|lane| (hits.shown >> lane & 1 == 1) == truth[lane].is_some()));
+            let [second, third] = hits.barycentric;
+            (0..LANES).map(|lane| [hits.depth[lane], second[lane], third[lane]]).collect()
+        });
+        truth.into_iter().zip(hits).collect()
+    }
+
+    #[test]
+    fn hits_are_those_of_the_predicate() {
+        let camera = Camera::look_at(Vec3::new(0.3, 0.2, 5.0), Vec3::ZERO, Vec3::Y, 0.5);
+        let view = View { camera, width: 4, height: 4 };
+        let facing = [Vec3::new(-3.0, -2.0, 0.1), Vec3::new(2.5, -1.8, -0.4), Vec3::new(0.1, 2.9, 0.3)];
+        let floor = [Vec3::new(-900.0, -0.02, 400.0), Vec3::new(900.0, -0.02, 400.0), Vec3::new(0.0, -0.03, -3000.0)];
+        // Seen almost from its edge, so that nearly all cancels.
+        let camera_height = camera.position.y;
+        let edge = [
+            Vec3::new(-900.0, camera_height - 1e-6, 3.0),
+            Vec3::new(900.0, camera_height - 1e-6, 3.0),
+            Vec3::new(0.0, camera_height + 3e-5, -2000.0),
+        ];
+        // Of five rows, the middle one looks straight ahead.
+        let ahead = Camera { forward: Vec3::NEG_Z, right: Vec3::X, up: Vec3::Y, ..camera };
+        let level = View { camera: ahead, width: 5, height: 5 };
+        for (corners, view) in [(facing, view), (floor, view), (edge, level)] {
+            let lanes = shown(corners, &view);
+            assert!(lanes.iter().any(|(truth, _)| truth.is_some()));
+            for (hit, [depth, second, third]) in lanes {
+                let Some(hit) = hit else { continue };
+                assert_eq!(depth, hit.t as f32);
+                assert!((second - hit.barycentric[0]).abs() < 1e-6, "{second} {:?}", hit.barycentric);
+                assert!((third - hit.barycentric[1]).abs() < 1e-6, "{third} {:?}", hit.barycentric);
+            }
+        }
+    }
+}

@@ -1,0 +1,141 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x8};
+use umbrage_rays::{Projection, Ray, TileOrder, View};
+
+use super::lanes::{LANES, Vectors, Wide};
+use crate::sampling::Sample;
+
+/// A block of pixels in [`TileOrder`] at one sample.
+#[derive(Clone, Copy)]
+pub(crate) struct Block<'a> {
+    pub(crate) view: &'a View,
+    pub(crate) sample: &'a Sample,
+    /// Column and row of its upper left pixel.
+    pub(crate) corner: [u32; 2],
+}
+
+impl Block<'_> {
+    /// Column and row of a lane's pixel; beyond the image's border where that is none.
+    #[inline(always)]
+    pub(crate) fn pixel(&self, lane: usize) -> [u32; 2] {
+        let [x, y] = self.corner;
+        [x + lane as u32 % TileOrder::BLOCK, y + lane as u32 / TileOrder::BLOCK]
+    }
+
+    /// The lanes that stand for pixels, the first in the lowest bit.
+    #[inline(always)]
+    pub(crate) fn pixels(&self) -> u16 {
+        let [columns, rows] = [self.view.width - self.corner[0], self.view.height - self.corner[1]];
+        let in_row = 0xf_u16 >> TileOrder::BLOCK.saturating_sub(columns);
+        (in_row * 0x1111) & (u16::MAX >> (TileOrder::BLOCK * TileOrder::BLOCK.saturating_sub(rows)))
+    }
+
+    /// The camera ray of a lane's pixel.
+    pub(crate) fn ray(&self, lane: usize) -> Ray {
+        let [x, y] = self.pixel(lane);
+        self.sample.ray(self.view, x, y)
+    }
+}
+
+/// The camera rays of a block of pixels, eight by eight: bit for bit those of [`Sample::ray`].
+#[derive(Clone, Copy)]
+pub(crate) struct BlockRays<S: Simd> {
+    pub(super) origin: [Wide<S>; 2],
+    pub(super) direction: [Wide<S>; 2],
+    /// Unit vectors towards the origin.
+    pub(super) towards_origin: Vectors<S>,
+}
+
+impl<S: Simd> BlockRays<S> {
+    /// The rays of a block.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, block: &Block<'_>) -> Self {
+        let low = eight_rays(simd, block, 0);
+        let high = eight_rays(simd, block, TileOrder::BLOCK / 2);
+        let direction = [low.1, high.1];
+        let backwards = -Vectors::narrow(direction);
+        let towards_origin = backwards.scaled(1.0 / backwards.length());
+        Self { origin: [low.0, high.0], direction, towards_origin }
+    }
+
+    /// Unit directions of the rays.
+    #[inline(always)]
+    pub(crate) fn unit_direction(&self) -> Vectors<S> {
+        -self.towards_origin
+    }
+}
+
+/// Origins and directions of two rows of a block.
+#[inline(always)]
+fn eight_rays<S: Simd>(simd: S, block: &Block<'_>, first_row: u32) -> (Wide<S>, Wide<S>) {
+    const COLUMNS: [f64; LANES / 2] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
+    const ROWS: [f64; LANES / 2] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let Block { view, sample, corner: [x, y] } = *block;
+    let camera = &view.camera;
+    let [width, height] = [view.width, view.height].map(f64::from);
+    let x = f64x8::from_slice(simd, &COLUMNS) + f64::from(x) + sample.offset_pixels.x;
+    let y = f64x8::from_slice(simd, &ROWS) + f64::from(y + first_row) + sample.offset_pixels.y;
+    let half_height = match camera.projection {
+        Projection::Perspective { tan_half_height } => tan_half_height,
+        Projection::Orthographic { half_height } => half_height,
+    };
+    let right_by = (x * 2.0 - width) / height * f64::from(half_height);
+    let up_by = (height - y * 2.0) / height * f64::from(half_height);
+    let right = Wide::splat(simd, camera.right.as_dvec3()).scaled(right_by);
+    let across = right + Wide::splat(simd, camera.up.as_dvec3()).scaled(up_by);
+    let position = Wide::splat(simd, camera.position.as_dvec3());
+    let forward = Wide::splat(simd, camera.forward.as_dvec3());
+    match camera.projection {
+        Projection::Perspective { .. } => (position, forward + across),
+        Projection::Orthographic { .. } => (position + across, forward),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+    use glam::{DVec3, Vec3};
+    use umbrage_rays::Camera;
+
+    use super::*;
+
+    #[test]
+    fn rays_are_those_of_the_view_bit_for_bit() {
+        let camera = Camera::look_at(Vec3::new(3.1, -1.7, 2.3), Vec3::new(0.2, 0.1, -0.4), Vec3::Y, 0.83);
+        let parallel = Camera { projection: Projection::Orthographic { half_height: 1.7 }, ..camera };
+        for camera in [camera, parallel] {
+            let view = View { camera, width: 301, height: 203 };
+            for sample in Sample::all(3) {
+                let block = Block { view: &view, sample: &sample, corner: [132, 68] };
+                let rays: [[Vec<[f64; 3]>; 2]; 2] = dispatch!(Level::new(), simd => {
+                    let rays = BlockRays::new(simd, &block);
+                    [rays.origin, rays.direction].map(|halves| halves.map(|half| {
+                        (0..8).map(|lane| [half.x[lane], half.y[lane], half.z[lane]]).collect()
+                    }))
+                });
+                for lane in 0..LANES {
+                    let ray = sample.ray(&view, 132 + lane as u32 % 4, 68 + lane as u32 / 4);
+                    assert_eq!(ray, block.ray(lane));
+                    assert_eq!(DVec3::from(rays[0][lane / 8][lane % 8]), ray.origin, "lane {lane}");
+                    assert_eq!(DVec3::from(rays[1][lane / 8][lane % 8]), ray.direction, "lane {lane}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pixels_beyond_the_border_are_none() {
+        let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 0.8);
+        let sample = Sample::all(1).next().unwrap();
+        for (width, height) in [(9, 6), (8, 8), (11, 7), (1, 1)] {
+            let view = View { camera, width, height };
+            for corner in (0..height).step_by(4).flat_map(|y| (0..width).step_by(4).map(move |x| [x, y])) {
+                let block = Block { view: &view, sample: &sample, corner };
+                for lane in 0..LANES {
+                    let [x, y] = block.pixel(lane);
+                    assert_eq!(block.pixels() >> lane & 1 == 1, x < width && y < height, "{x}, {y}");
+                }
+            }
+        }
+    }
+}
