@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Event, Key, Modifiers, MouseWheelUnit, Pos2, TouchPhase, vec2};
+use eframe::egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, Pos2, TouchPhase, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use umbrage_viewer::{App, Start};
@@ -125,6 +125,7 @@ fn the_camera_follows_mouse_and_keys() {
     window.harness.event(Event::MouseWheel {
         unit: MouseWheelUnit::Line,
         delta: vec2(0.0, 3.0),
+        source: MouseWheelSource::Wheel,
         phase: TouchPhase::Move,
         modifiers: Modifiers::NONE,
     });
