@@ -7,10 +7,10 @@ use std::time::Instant;
 use eframe::egui::{self, TextureHandle};
 use serde::{Deserialize, Serialize};
 use umbrage::Scene;
-use umbrage::rays::Bounds;
 use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
 
 use crate::choices::{Choices, EngineChoice};
+use crate::focus::Focus;
 use crate::free_camera::FreeCamera;
 use crate::heat::Heat;
 use crate::history::History;
@@ -35,6 +35,8 @@ pub struct App {
     pub(crate) lights: LightList,
     pub(crate) heat: Option<Heat>,
     pub(crate) shown: Option<Shown>,
+    /// What the open scene's first picture is about: where lights are put, and how far they and the camera move.
+    pub(crate) focus: Option<Focus>,
     pub(crate) probe: Option<Probe>,
     pub(crate) history: History,
     pub(crate) notices: Notices,
@@ -145,6 +147,7 @@ impl App {
             lights: LightList::default(),
             heat: None,
             shown: None,
+            focus: None,
             probe: None,
             history: History::default(),
             notices: Notices::default(),
@@ -237,6 +240,7 @@ impl App {
             self.lights.reset();
             self.timeline.seconds = 0.0;
             self.probe = None;
+            self.focus = None;
         }
         self.timeline.set_duration(scene.duration_seconds());
         if !is_same {
@@ -274,6 +278,7 @@ impl App {
         };
         self.lights.follow(&picture.lights);
         self.history.add(&picture);
+        self.focus.get_or_insert(picture.focus);
         self.shown = Some(Shown { picture, texture, heat });
     }
 
@@ -341,10 +346,9 @@ impl App {
         if !matches!(self.camera, CameraChoice::Free(_)) {
             let picture = &self.shown.as_ref()?.picture;
             let camera = picture.view.camera;
-            let (center, size) = crate::light_list::middle(picture.bounds);
+            let Focus { center, size } = picture.focus;
             let depth = (center - camera.position).dot(camera.forward);
-            // A camera inside the scene turns around what is near to it.
-            let depth = if depth > 0.05 * size { depth } else { 0.25 * size };
+            let depth = if depth > 0.0 { depth } else { size };
             self.camera = CameraChoice::Free(FreeCamera::of(&camera, depth));
         }
         match &mut self.camera {
@@ -364,8 +368,9 @@ impl App {
         self.camera = CameraChoice::Free(FreeCamera::of(&framed, depth));
     }
 
-    pub(crate) fn bounds(&self) -> Bounds {
-        self.shown.as_ref().map_or(Bounds::EMPTY, |shown| shown.picture.bounds)
+    /// What the scene is about.
+    pub(crate) fn focus(&self) -> Focus {
+        self.focus.unwrap_or_default()
     }
 
     pub(crate) fn cameras(&self) -> &[NamedCamera] {

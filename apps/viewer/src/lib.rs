@@ -7,6 +7,7 @@ mod app;
 mod choices;
 mod command;
 mod dialogs;
+mod focus;
 mod free_camera;
 mod heat;
 mod history;

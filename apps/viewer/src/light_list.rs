@@ -3,8 +3,10 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
-use umbrage::rays::{Bounds, LightSource};
+use umbrage::rays::LightSource;
 use umbrage::scene::Light;
+
+use crate::focus::Focus;
 
 /// The scene's own lights, until the first change; from then on those of this list.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -56,12 +58,11 @@ impl LightList {
         }
     }
 
-    /// Adds a light above a scene, as bright at its centre as full sunlight, and selects it.
-    pub(crate) fn add(&mut self, kind: LightKind, bounds: Bounds) {
+    /// Adds a light above what the scene is about, as bright there as full sunlight, and selects it.
+    pub(crate) fn add(&mut self, kind: LightKind, Focus { center, size }: Focus) {
         if self.lights.len() >= Self::MOST {
             return;
         }
-        let (center, size) = middle(bounds);
         // Beside those that were added before.
         let turn = 2.4 * self.lights.len() as f32;
         let offset = Vec3::new(0.35 * turn.cos(), 0.75, 0.35 * turn.sin()) * size;
@@ -136,19 +137,11 @@ pub(crate) fn unit(way: Vec3) -> Option<Vec3> {
     Some(unit)
 }
 
-/// A scene's centre and size; one where there is none.
-pub(crate) fn middle(bounds: Bounds) -> (Vec3, f32) {
-    let size = bounds.size().length();
-    if size.is_finite() && size > 0.0 { (bounds.center(), size) } else { (Vec3::ZERO, 1.0) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn bounds() -> Bounds {
-        Bounds { min: Vec3::splat(-1.0), max: Vec3::splat(1.0) }
-    }
+    const FOCUS: Focus = Focus { center: Vec3::ZERO, size: 3.0 };
 
     #[test]
     fn the_scenes_lights_are_followed_until_they_are_changed() {
@@ -180,7 +173,7 @@ mod tests {
     fn added_lights_are_above_the_scene_and_apart() {
         let mut list = LightList::default();
         for kind in LightKind::ALL {
-            list.add(kind, bounds());
+            list.add(kind, FOCUS);
         }
         let [
             Light { source: LightSource::Point { position: one }, .. },
@@ -192,7 +185,7 @@ mod tests {
         };
         assert!(one.y > 1.0 && other.y > 1.0 && one.distance(*other) > 0.5 && direction.y < 0.0);
         assert_eq!(list.selected, Some(2));
-        (0..2 * LightList::MOST).for_each(|_| list.add(LightKind::Point, bounds()));
+        (0..2 * LightList::MOST).for_each(|_| list.add(LightKind::Point, FOCUS));
         assert_eq!(list.lights().len(), LightList::MOST);
     }
 

@@ -56,7 +56,7 @@ impl Notices {
             for (place, notice) in self.all.iter().enumerate() {
                 egui::Frame::popup(ui.style()).show(ui, |ui| {
                     ui.horizontal_top(|ui| {
-                        if ui.small_button("✖").on_hover_text("Dismiss").clicked() {
+                        if ui.small_button("x").on_hover_text("Dismiss").clicked() {
                             dismissed = Some(place);
                         }
                         let color =

@@ -9,6 +9,7 @@ use umbrage::scene::{Light, NamedCamera};
 use umbrage::{Scene, Settings, Stats};
 
 use crate::choices::EngineChoice;
+use crate::focus::Focus;
 use crate::heat::{Heat, HeatMap};
 
 /// A picture to render.
@@ -53,6 +54,7 @@ pub(crate) struct Picture {
     pub(crate) lights: Vec<Light>,
     pub(crate) cameras: Vec<NamedCamera>,
     pub(crate) bounds: Bounds,
+    pub(crate) focus: Focus,
     /// How long it took from the order to the pixels, in milliseconds.
     pub(crate) milliseconds: f64,
 }

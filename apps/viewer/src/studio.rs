@@ -11,6 +11,7 @@ use umbrage::rays::View;
 use umbrage::{Error, Renderer, Settings};
 
 use crate::choices::EngineChoice;
+use crate::focus::Focus;
 use crate::heat::HeatMaker;
 use crate::order::{FileOrder, Order, Picture};
 use crate::probe::Probe;
@@ -95,6 +96,7 @@ impl Studio {
             lights: scenery.lights.clone(),
             cameras: scenery.cameras.clone(),
             bounds: scenery.animation_bounds,
+            focus: Focus::new(film, &view, scenery.animation_bounds),
             milliseconds: start.elapsed().as_secs_f64() * 1e3,
         };
         let mut done = vec![Done::Picture(Box::new(picture))];

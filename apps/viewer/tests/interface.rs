@@ -55,14 +55,30 @@ impl Window {
         self.harness.query_all_by_label_contains(text).next().is_some()
     }
 
-    /// The pixels of the whole window.
+    /// The pixels of the rendered scene as the window shows it, but for those that messages may cover.
     fn pixels(&mut self) -> Vec<u8> {
-        self.harness.render().expect("a rendered window").into_raw()
+        let window = self.harness.render().expect("a rendered window");
+        let rect = self.harness.get_by_label("Rendered scene").rect();
+        let [left, right] = [rect.left(), rect.right()].map(|x| x as usize);
+        let (top, bottom) = (rect.top() as u32, rect.top() as u32 + (0.7 * rect.height()) as u32);
+        let rows = window.rows().map(|row| row.flat_map(|pixel| pixel.0).collect::<Vec<u8>>());
+        rows.skip(top as usize)
+            .take((bottom - top) as usize)
+            .flat_map(|row| row[4 * left..4 * right].to_vec())
+            .collect()
+    }
+
+    /// Keeps a picture of the window to be looked at, where `UMBRAGE_WINDOW_PICTURES` names a folder for it.
+    fn keep(&mut self, name: &str) {
+        if let Some(folder) = std::env::var_os("UMBRAGE_WINDOW_PICTURES") {
+            let path = std::path::Path::new(&folder).join(format!("{name}.png"));
+            self.harness.render().expect("a rendered window").save(path).expect("a file");
+        }
     }
 
     /// The middle of the picture, and some points from there.
     fn in_picture(&self, right: f32, down: f32) -> Pos2 {
-        self.harness.get_by_label("Picture").rect().center() + vec2(right, down)
+        self.harness.get_by_label("Rendered scene").rect().center() + vec2(right, down)
     }
 
     fn drag(&mut self, from: Pos2, to: Pos2) {
@@ -88,6 +104,7 @@ fn a_scene_is_opened_played_and_paused() {
     assert!(window.shows("Play"));
     let paused = window.pixels();
     assert!(playing != paused);
+    window.keep("paused");
     assert!(paused == window.pixels(), "a paused picture stays");
     window.press(Key::ArrowRight);
     assert!(paused != window.pixels(), "one frame on");
@@ -106,6 +123,7 @@ fn the_work_is_shown() {
     }
     let plain = window.pixels();
     window.click("Triangles tested");
+    window.keep("heat");
     assert!(plain != window.pixels());
     window.click("Undecided tests");
     window.click("None");
@@ -146,11 +164,14 @@ fn lights_are_added_dragged_and_removed() {
     let mut window = Window::open("demo:glass?triangles=2000");
     window.press(Key::Space);
     let before = window.pixels();
+    window.keep("before");
     window.click("Add point");
     assert!(window.shows("Light 3 (point)"));
     assert!(before != window.pixels());
     window.click("Shadows of Light 3");
+    window.keep("light");
     window.click("Reset");
+    window.keep("reset");
     assert!(!window.shows("Light 3 (point)"));
     assert!(before == window.pixels(), "the scene's own lights are back");
 }
@@ -171,6 +192,7 @@ fn a_pixel_says_what_it_shows() {
         window.harness.run_steps(2);
     }
     assert!(window.shows("Triangle") && window.shows("Material") && window.shows("Normal"));
+    window.keep("pixel");
 }
 
 #[test]
@@ -192,6 +214,7 @@ fn the_help_lists_every_key() {
     {
         assert!(window.shows(text), "{text}");
     }
+    window.keep("help");
     window.press(Key::F1);
     assert!(!window.shows("W A S D Q E"));
 }

@@ -5,7 +5,6 @@ use glam::Vec3;
 
 use super::keys::Key;
 use crate::app::{App, CameraChoice};
-use crate::light_list::middle;
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     let names: Vec<String> =
@@ -25,7 +24,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
             app.free_camera();
         }
     });
-    let (_, size) = middle(app.bounds());
+    let size = app.focus().size;
     if let CameraChoice::Free(camera) = &mut app.camera {
         let mut moved = *camera;
         vector(ui, "Position", &mut moved.position, size);
@@ -48,10 +47,10 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
 /// Three fields that are dragged over a scene of some size.
 pub(super) fn vector(ui: &mut egui::Ui, label: &str, vector: &mut Vec3, size: f32) {
     ui.horizontal(|ui| {
+        let label = ui.label(label).id;
         for axis in [&mut vector.x, &mut vector.y, &mut vector.z] {
-            ui.add(DragValue::new(axis).speed(0.002 * size).max_decimals(4));
+            ui.add(DragValue::new(axis).speed(0.002 * size).max_decimals(3)).labelled_by(label);
         }
-        ui.label(label);
     });
 }
 

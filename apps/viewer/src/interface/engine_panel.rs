@@ -84,8 +84,8 @@ pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
     let choices = &mut app.kept.choices;
     resolution(choices, ui);
     ui.horizontal(|ui| {
-        ui.add(DragValue::new(&mut choices.samples).range(1..=Settings::MAX_SAMPLES).speed(0.1));
-        ui.label("Samples per pixel");
+        let label = ui.label("Samples per pixel").id;
+        ui.add(DragValue::new(&mut choices.samples).range(1..=Settings::MAX_SAMPLES).speed(0.1)).labelled_by(label);
     });
     ui.add(Slider::new(&mut choices.exposure_stops, -8.0..=8.0).text("Exposure, stops"));
     ui.checkbox(&mut choices.clips, "Cut off what is too bright");

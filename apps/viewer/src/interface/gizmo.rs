@@ -5,7 +5,8 @@ use glam::Vec3;
 use umbrage::rays::LightSource;
 
 use crate::app::App;
-use crate::light_list::{middle, unit};
+use crate::focus::Focus;
+use crate::light_list::unit;
 use crate::projection::Projected;
 
 /// What is being dragged.
@@ -57,9 +58,9 @@ pub(super) fn show(app: &mut App, ui: &egui::Ui, response: &Response, picture: &
         grab = None;
     }
     if let (Some(Grab { light, part }), Some(pointer)) = (grab, response.interact_pointer_pos()) {
-        let size = middle(app.bounds());
+        let focus = app.focus();
         if let Some(changed) = app.lights.change(light) {
-            drag(&mut changed.source, part, picture, pointer, response.drag_delta(), size);
+            drag(&mut changed.source, part, picture, pointer, response.drag_delta(), focus);
         }
     }
     draw(
@@ -91,10 +92,10 @@ fn nearest(handles: &[Handle], place: Pos2) -> Option<&Handle> {
 }
 
 fn handles(app: &App, picture: &Projected) -> Vec<Handle> {
-    let scene = middle(app.bounds());
+    let focus = app.focus();
     let mut handles = Vec::new();
     for (number, light) in app.lights.lights().iter().enumerate() {
-        let position = position(&light.source, scene);
+        let position = position(&light.source, focus);
         let Some(place) = picture.place(position) else { continue };
         let handle = |part, place, color| Handle { grab: Grab { light: number, part }, place, from: place, color };
         let is_selected = app.lights.selected == Some(number);
@@ -111,7 +112,7 @@ fn handles(app: &App, picture: &Projected) -> Vec<Handle> {
         }
         let aim = match light.source {
             LightSource::Spot { direction, .. } if is_selected => {
-                picture.place(position + direction * (0.25 * scene.1))
+                picture.place(position + direction * (0.25 * focus.size))
             }
             _ => None,
         };
@@ -119,7 +120,7 @@ fn handles(app: &App, picture: &Projected) -> Vec<Handle> {
             handles.push(Handle { from: place, ..handle(Part::Target, aim, Color32::from_rgb(250, 220, 120)) });
         }
         let toward = match light.source {
-            LightSource::Directional { .. } => picture.place(scene.0).unwrap_or(place),
+            LightSource::Directional { .. } => picture.place(focus.center).unwrap_or(place),
             _ => place,
         };
         handles.push(Handle { from: toward, ..center });
@@ -128,7 +129,7 @@ fn handles(app: &App, picture: &Projected) -> Vec<Handle> {
 }
 
 /// Where a light's handle is: a sun's is beside the scene.
-fn position(source: &LightSource, (center, size): (Vec3, f32)) -> Vec3 {
+fn position(source: &LightSource, Focus { center, size }: Focus) -> Vec3 {
     match *source {
         LightSource::Point { position } | LightSource::Spot { position, .. } => position,
         LightSource::Directional { direction } => center - direction * (0.5 * size),
@@ -142,16 +143,9 @@ fn tint(color: Vec3) -> Color32 {
     Color32::from_rgb(red, green, blue)
 }
 
-fn drag(
-    source: &mut LightSource,
-    part: Part,
-    picture: &Projected,
-    pointer: Pos2,
-    moved: egui::Vec2,
-    scene: (Vec3, f32),
-) {
+fn drag(source: &mut LightSource, part: Part, picture: &Projected, pointer: Pos2, moved: egui::Vec2, focus: Focus) {
     let camera = picture.camera;
-    let at = position(source, scene);
+    let at = position(source, focus);
     let depth = (at - camera.position).dot(camera.forward);
     let Some(height) = picture.height_at(depth) else { return };
     let scale = height / picture.rect.height();
@@ -172,13 +166,15 @@ fn drag(
             }
         }
         (LightSource::Spot { position, direction, .. }, Part::Target) => {
-            if let Some(turned) = unit(*direction * (0.25 * scene.1) + way) {
+            if let Some(turned) = unit(*direction * (0.25 * focus.size) + way) {
                 *direction = turned;
             }
             debug_assert!(position.is_finite());
         }
         (LightSource::Directional { direction }, _) => {
-            if let Some(turned) = on_sphere(picture, pointer, scene, *direction).and_then(|from| unit(scene.0 - from)) {
+            if let Some(turned) =
+                on_sphere(picture, pointer, focus, *direction).and_then(|from| unit(focus.center - from))
+            {
                 *direction = turned;
             }
         }
@@ -187,7 +183,7 @@ fn drag(
 }
 
 /// The place under the pointer on the sphere on which suns' handles are, on the side where the sun was.
-fn on_sphere(picture: &Projected, pointer: Pos2, (center, size): (Vec3, f32), direction: Vec3) -> Option<Vec3> {
+fn on_sphere(picture: &Projected, pointer: Pos2, Focus { center, size }: Focus, direction: Vec3) -> Option<Vec3> {
     let (origin, way) = picture.ray(pointer);
     let radius = 0.5 * size;
     let way = way.try_normalize()?;

@@ -6,8 +6,8 @@ use umbrage::rays::LightSource;
 
 use super::menu;
 use crate::app::{App, CameraChoice};
+use crate::focus::Focus;
 use crate::free_camera::FreeCamera;
-use crate::light_list::middle;
 
 /// What a key is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -162,7 +162,7 @@ fn fly(app: &mut App, ui: &egui::Ui) {
         (held.map(|(_, axis)| *axis).sum::<Vec3>(), input.stable_dt.min(0.1), input.modifiers.shift)
     });
     if way != Vec3::ZERO {
-        let (_, size) = middle(app.bounds());
+        let size = app.focus().size;
         let speed = size * if is_fast { 1.0 } else { 0.25 };
         if let Some(camera) = app.free_camera() {
             camera.fly(way * speed * seconds);
@@ -172,7 +172,7 @@ fn fly(app: &mut App, ui: &egui::Ui) {
 }
 
 fn look_from_light(app: &mut App) {
-    let (center, size) = middle(app.bounds());
+    let Focus { center, size } = app.focus();
     let light = app.lights.lights().get(app.lights.selected.unwrap_or(0));
     let (position, target) = match light.map(|light| light.source) {
         None => return app.notices.say("There is no light to look from."),

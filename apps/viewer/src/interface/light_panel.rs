@@ -9,12 +9,11 @@ use umbrage::scene::Light;
 
 use super::camera_panel::vector;
 use crate::app::App;
-use crate::light_list::{INNER, LightKind, LightList, middle, unit};
+use crate::light_list::{INNER, LightKind, LightList, unit};
 use crate::probe::light_name;
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
-    let bounds = app.bounds();
-    let (_, size) = middle(bounds);
+    let focus = app.focus();
     let list = &mut app.lights;
     let mut removed = None;
     egui::ScrollArea::vertical().id_salt("light list").max_height(180.0).auto_shrink([false, true]).show(ui, |ui| {
@@ -34,7 +33,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
                 {
                     changed.casts_shadow = casts_shadow;
                 }
-                if ui.small_button("✖").on_hover_text("Remove").clicked() {
+                if ui.small_button("x").on_hover_text("Remove").clicked() {
                     removed = Some(number);
                 }
             });
@@ -50,7 +49,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
         let has_room = list.lights().len() < LightList::MOST;
         for kind in LightKind::ALL {
             if ui.add_enabled(has_room, egui::Button::new(format!("Add {}", kind.name()))).clicked() {
-                list.add(kind, bounds);
+                list.add(kind, focus);
             }
         }
         if ui.add_enabled(list.is_changed, egui::Button::new("Reset")).on_hover_text("The scene's own lights").clicked()
@@ -64,7 +63,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     };
     let Some(light) = list.lights().get(selected) else { return };
     let mut changed = light.clone();
-    edit(ui, &mut changed, size);
+    edit(ui, &mut changed, focus.size);
     if changed != *light
         && let Some(light) = list.change(selected)
     {
@@ -85,8 +84,9 @@ fn edit(ui: &mut egui::Ui, light: &mut Light, size: f32) {
     let unit_name = if matches!(light.source, LightSource::Directional { .. }) { " lx" } else { " cd" };
     let speed = 0.01 * light.intensity.max(0.1);
     ui.horizontal(|ui| {
-        ui.add(DragValue::new(&mut light.intensity).range(0.0..=1e12).speed(speed).suffix(unit_name));
-        ui.label("Intensity");
+        let label = ui.label("Intensity").id;
+        let field = DragValue::new(&mut light.intensity).range(0.0..=1e12).speed(speed).suffix(unit_name);
+        ui.add(field).labelled_by(label);
     });
     match &mut light.source {
         LightSource::Point { position } => vector(ui, "Position", position, size),

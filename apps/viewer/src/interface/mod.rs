@@ -45,7 +45,7 @@ impl App {
             panel.show(ui, |ui| scrolled(ui, |ui| work_panel::show(self, ui)));
         }
         if !self.kept.hides_controls {
-            let panel = egui::Panel::right("controls").default_size(270.0).min_size(220.0);
+            let panel = egui::Panel::right("controls").default_size(310.0).min_size(220.0);
             panel.show(ui, |ui| {
                 scrolled(ui, |ui| {
                     section(ui, "Camera", |ui| camera_panel::show(self, ui));

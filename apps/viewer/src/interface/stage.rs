@@ -11,7 +11,7 @@ use crate::projection::Projected;
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     let area = ui.available_rect_before_wrap();
     let response = ui.allocate_rect(area, Sense::click_and_drag());
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Picture"));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Rendered scene"));
     app.screen = pixels(area, ui.pixels_per_point());
     let Some(shown) = &app.shown else {
         let text = if app.opening.is_some() { "Opening …" } else { "Drop a scene here" };

@@ -34,16 +34,18 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
                 }
             }
             let duration = app.timeline.duration();
-            let width = (ui.available_width() - 330.0).max(60.0);
+            let width = (ui.available_width() - 400.0).max(60.0);
             ui.spacing_mut().slider_width = width;
             let scrubber = Slider::new(&mut app.timeline.seconds, 0.0..=duration.max(f64::MIN_POSITIVE))
                 .suffix(" s")
                 .fixed_decimals(2);
-            if ui.add(scrubber).dragged() {
+            let time = ui.label("Time").id;
+            if ui.add(scrubber).labelled_by(time).dragged() {
                 app.timeline.is_playing = false;
             }
-            ui.add(DragValue::new(&mut app.timeline.speed).speed(0.01).range(-10.0..=10.0).suffix("×"))
-                .on_hover_text("Speed");
+            let speed = ui.label("Speed").id;
+            let field = DragValue::new(&mut app.timeline.speed).speed(0.01).range(-10.0..=10.0).suffix("×");
+            ui.add(field).labelled_by(speed);
             ui.checkbox(&mut app.timeline.loops, "Loop");
         });
         clips(app, ui);
@@ -69,7 +71,7 @@ fn clips(app: &mut App, ui: &mut egui::Ui) {
         Clip::Rest => "None".to_owned(),
         Clip::Named(name) => name.clone(),
     };
-    ComboBox::from_id_salt("animation").selected_text(chosen).show_ui(ui, |ui| {
+    ComboBox::from_label("Animation").selected_text(chosen).show_ui(ui, |ui| {
         ui.selectable_value(&mut clip, Clip::Auto, "Default");
         ui.selectable_value(&mut clip, Clip::All, "All");
         ui.selectable_value(&mut clip, Clip::Rest, "None");

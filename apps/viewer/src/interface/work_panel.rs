@@ -18,7 +18,8 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     egui::Grid::new("stages").num_columns(3).striped(true).show(ui, |ui| {
         for stage in &stats.stages {
             let place = app.history.names().iter().position(|name| *name == stage.name).unwrap_or(0);
-            ui.colored_label(chart::color(place), "■");
+            let (square, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
+            ui.painter().rect_filled(square, 1.0, chart::color(place));
             ui.label(stage.name);
             ui.monospace(format!("{:9.3} ms", stage.milliseconds));
             ui.end_row();
