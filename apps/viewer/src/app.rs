@@ -53,6 +53,7 @@ pub struct App {
     in_flight: Option<u64>,
     orders: u64,
     screenshot: Option<PathBuf>,
+    title: String,
     /// When time was last let pass.
     clock: Instant,
 }
@@ -160,6 +161,7 @@ impl App {
             in_flight: None,
             orders: 0,
             screenshot: None,
+            title: String::new(),
             clock: Instant::now(),
         };
         app.open(start.scene.unwrap_or_else(|| "demo:cloth".into()), start.options);
@@ -277,9 +279,20 @@ impl App {
             None => context.load_texture("picture", pixels, egui::TextureOptions::NEAREST),
         };
         self.lights.follow(&picture.lights);
+        self.entitle(context, &picture.device);
         self.history.add(&picture);
         self.focus.get_or_insert(picture.focus);
         self.shown = Some(Shown { picture, texture, heat });
+    }
+
+    /// Names the window after the scene and what renders it.
+    fn entitle(&mut self, context: &egui::Context, device: &str) {
+        let scene = self.address().map(|address| address.display().to_string()).unwrap_or_default();
+        let title = format!("{scene} - {device} - Umbrage");
+        if title != self.title {
+            context.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
     }
 
     /// Orders a picture of what is chosen, unless that is the last order or that one is still being rendered.

@@ -63,9 +63,9 @@ impl LightList {
         if self.lights.len() >= Self::MOST {
             return;
         }
-        // Beside those that were added before.
+        // In view, and beside those that were added before.
         let turn = 2.4 * self.lights.len() as f32;
-        let offset = Vec3::new(0.35 * turn.cos(), 0.75, 0.35 * turn.sin()) * size;
+        let offset = Vec3::new(0.25 * turn.cos(), 0.36, 0.25 * turn.sin()) * size;
         let position = center + offset;
         let source = kind.at(position, center);
         self.lights.push(Light {

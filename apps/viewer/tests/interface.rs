@@ -168,6 +168,12 @@ fn lights_are_added_dragged_and_removed() {
     window.click("Add point");
     assert!(window.shows("Light 3 (point)"));
     assert!(before != window.pixels());
+    let handle = window.harness.get_by_label("Handle of Light 3").rect().center();
+    let added = window.pixels();
+    window.drag(handle, handle + vec2(60.0, 30.0));
+    let dragged = window.harness.get_by_label("Handle of Light 3").rect().center();
+    assert!(dragged.distance(handle + vec2(60.0, 30.0)) < 8.0, "{handle} went to {dragged}");
+    assert!(added != window.pixels());
     window.click("Shadows of Light 3");
     window.keep("light");
     window.click("Reset");

@@ -7,6 +7,7 @@ use umbrage::rays::LightSource;
 use crate::app::App;
 use crate::focus::Focus;
 use crate::light_list::unit;
+use crate::probe::light_name;
 use crate::projection::Projected;
 
 /// What is being dragged.
@@ -69,8 +70,21 @@ pub(super) fn show(app: &mut App, ui: &egui::Ui, response: &Response, picture: &
         grab.or_else(|| response.hover_pos().and_then(|place| nearest(&handles, place)).map(|handle| handle.grab)),
         painter,
     );
+    name_handles(app, ui, &handles);
     ui.data_mut(|data| data.insert_temp(id, grab));
     grab.is_some()
+}
+
+/// Tells assistive programs where lights can be grabbed.
+fn name_handles(app: &App, ui: &egui::Ui, handles: &[Handle]) {
+    for handle in handles.iter().filter(|handle| handle.grab.part == Part::Center) {
+        let number = handle.grab.light;
+        let Some(light) = app.lights.lights().get(number) else { continue };
+        let rect = egui::Rect::from_center_size(handle.place, egui::Vec2::splat(2.0 * REACH));
+        let response = ui.interact(rect, ui.scope_id().with(("handle", number)), egui::Sense::hover());
+        let label = format!("Handle of {}", light_name(number, light));
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &label));
+    }
 }
 
 /// A place to grab.

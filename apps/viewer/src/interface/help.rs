@@ -7,7 +7,7 @@ use crate::app::App;
 
 const MOUSE: [(&str, &str); 7] = [
     ("Drag", "Go round the scene"),
-    ("Drag with the right or middle button, or Shift", "Move sideways"),
+    ("Drag with Shift, or another button", "Move sideways"),
     ("Drag with Ctrl", "Look around"),
     ("Wheel", "Nearer or farther"),
     ("Click", "What is at a pixel"),
@@ -21,16 +21,27 @@ pub(super) fn show(app: &mut App, ui: &egui::Ui) {
     let window = egui::Window::new("Help").open(&mut app.is_help_open).collapsible(false).resizable(false);
     window.anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO).show(ui.ctx(), |ui| {
         let keys = Key::ALL.map(|key| (key.names(), key.meaning()));
-        for (title, rows) in [("Keys", &keys[..]), ("Flying", &FLIGHT), ("In the picture", &MOUSE)] {
-            ui.strong(title);
-            egui::Grid::new(title).num_columns(2).spacing([24.0, 4.0]).show(ui, |ui| {
-                for (key, meaning) in rows {
-                    ui.monospace(*key);
-                    ui.label(*meaning);
-                    ui.end_row();
-                }
+        egui::ScrollArea::vertical().show(ui, |ui| {
+            ui.horizontal_top(|ui| {
+                ui.vertical(|ui| table(ui, "Keys", &keys));
+                ui.add_space(16.0);
+                ui.vertical(|ui| {
+                    table(ui, "In the picture", &MOUSE);
+                    table(ui, "Flying", &FLIGHT);
+                });
             });
-            ui.add_space(6.0);
+        });
+    });
+}
+
+fn table(ui: &mut egui::Ui, title: &str, rows: &[(&str, &str)]) {
+    ui.strong(title);
+    egui::Grid::new(title).num_columns(2).spacing([16.0, 4.0]).show(ui, |ui| {
+        for (key, meaning) in rows {
+            ui.label(egui::RichText::new(*key).strong());
+            ui.label(*meaning);
+            ui.end_row();
         }
     });
+    ui.add_space(6.0);
 }

@@ -6,8 +6,10 @@ use umbrage::rays::LightSource;
 
 use super::menu;
 use crate::app::{App, CameraChoice};
+use crate::choices::EngineChoice;
 use crate::focus::Focus;
 use crate::free_camera::FreeCamera;
+use crate::heat::Heat;
 
 /// What a key is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,13 +24,15 @@ pub(super) enum Key {
     Start,
     FrameAll,
     LookFromLight,
+    Engine,
+    Heat,
     Work,
     Controls,
     Help,
 }
 
 impl Key {
-    pub(super) const ALL: [Self; 13] = [
+    pub(super) const ALL: [Self; 15] = [
         Self::Open,
         Self::Reload,
         Self::Screenshot,
@@ -39,6 +43,8 @@ impl Key {
         Self::Start,
         Self::FrameAll,
         Self::LookFromLight,
+        Self::Engine,
+        Self::Heat,
         Self::Work,
         Self::Controls,
         Self::Help,
@@ -58,6 +64,8 @@ impl Key {
             Self::Start => &[(NONE, Code::Home)],
             Self::FrameAll => &[(NONE, Code::F)],
             Self::LookFromLight => &[(NONE, Code::L)],
+            Self::Engine => &[(NONE, Code::X)],
+            Self::Heat => &[(NONE, Code::M)],
             Self::Work => &[(NONE, Code::T)],
             Self::Controls => &[(NONE, Code::Tab)],
             Self::Help => &[(NONE, Code::H), (NONE, Code::F1)],
@@ -76,6 +84,8 @@ impl Key {
             Self::Start => "Home",
             Self::FrameAll => "F",
             Self::LookFromLight => "L",
+            Self::Engine => "X",
+            Self::Heat => "M",
             Self::Work => "T",
             Self::Controls => "Tab",
             Self::Help => "H or F1",
@@ -94,6 +104,8 @@ impl Key {
             Self::Start => "Back to the start",
             Self::FrameAll => "See the whole scene",
             Self::LookFromLight => "Look from the selected light",
+            Self::Engine => "Switch between CPU and GPU",
+            Self::Heat => "Next heat map",
             Self::Work => "Show where the time goes",
             Self::Controls => "Show the controls",
             Self::Help => "Help",
@@ -123,6 +135,17 @@ impl Key {
             Self::Start => app.timeline.seconds = 0.0,
             Self::FrameAll => app.frame_all(),
             Self::LookFromLight => look_from_light(app),
+            Self::Engine => {
+                app.history.clear();
+                app.kept.choices.engine = match app.kept.choices.engine {
+                    EngineChoice::Cpu => EngineChoice::Gpu(String::new()),
+                    EngineChoice::Gpu(_) => EngineChoice::Cpu,
+                };
+            }
+            Self::Heat => {
+                let next = app.heat.map_or(0, |heat| 1 + Heat::ALL.iter().take_while(|other| **other != heat).count());
+                app.heat = Heat::ALL.get(next).copied();
+            }
             Self::Work => app.kept.shows_work ^= true,
             Self::Controls => app.kept.hides_controls ^= true,
             Self::Help => app.is_help_open ^= true,
