@@ -274,6 +274,9 @@ pub(crate) struct ViewFlags {
     /// The GPU, by a part of its name; `umbrage info --devices` lists them [default: the first]
     #[arg(long, value_name = "NAME")]
     pub(crate) device: Option<String>,
+    /// Width and height of pictures in pixels [default: as in the last window, at first the window's own]
+    #[arg(long, value_name = "WxH")]
+    pub(crate) size: Option<Size>,
     /// Neither recall the last window's settings nor keep this one's
     #[arg(long)]
     pub(crate) forget: bool,

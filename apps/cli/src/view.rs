@@ -34,6 +34,8 @@ pub(crate) fn run(flags: ViewFlags) -> Result<(), Failure> {
         options: flags.opening.into(),
         watches: flags.watch,
         engine,
+        size: flags.size.map(|size| [size.width, size.height]),
+        lights: None,
         forgets: flags.forget,
     };
     view(start).map_err(|error| Failure::Work(format!("{error}; `umbrage render` needs no window")))

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use umbrage::Scene;
 use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
 
-use crate::choices::{Choices, EngineChoice};
+use crate::choices::{Choices, EngineChoice, Resolution};
 use crate::focus::Focus;
 use crate::free_camera::FreeCamera;
 use crate::heat::Heat;
@@ -52,6 +52,7 @@ pub struct App {
     /// The number of the order that is being rendered.
     in_flight: Option<u64>,
     orders: u64,
+    pictures: u64,
     screenshot: Option<PathBuf>,
     title: String,
     /// When time was last let pass.
@@ -119,6 +120,10 @@ pub struct Start {
     pub watches: bool,
     /// What renders; `None` for what was last chosen.
     pub engine: Option<EngineChoice>,
+    /// How large pictures are, in pixels; `None` for what was last chosen.
+    pub size: Option<[u32; 2]>,
+    /// The lights; `None` for the scene's own.
+    pub lights: Option<Vec<Light>>,
     /// Whether nothing is remembered from before, nor after.
     pub forgets: bool,
 }
@@ -137,6 +142,9 @@ impl App {
         if let Some(engine) = start.engine {
             kept.choices.engine = engine;
         }
+        if let Some(size) = start.size {
+            kept.choices.resolution = Resolution::Fixed(size);
+        }
         let woken = context.clone();
         let mut app = Self {
             kept,
@@ -145,7 +153,7 @@ impl App {
             opening: None,
             timeline: Timeline::default(),
             camera: CameraChoice::Default,
-            lights: LightList::default(),
+            lights: start.lights.map_or_else(LightList::default, LightList::of),
             heat: None,
             shown: None,
             focus: None,
@@ -160,6 +168,7 @@ impl App {
             ordered: None,
             in_flight: None,
             orders: 0,
+            pictures: 0,
             screenshot: None,
             title: String::new(),
             clock: Instant::now(),
@@ -237,7 +246,7 @@ impl App {
         self.opening = None;
         self.in_flight = None;
         let is_same = self.open.as_ref().is_some_and(|open| open.address == address);
-        if !is_same {
+        if self.open.is_some() && !is_same {
             self.camera = CameraChoice::Default;
             self.lights.reset();
             self.timeline.seconds = 0.0;
@@ -258,7 +267,7 @@ impl App {
         self.open = Some(OpenScene { address, options, scene, number });
     }
 
-    fn replace_picture(&mut self, context: &egui::Context, picture: Picture) {
+    fn replace_picture(&mut self, context: &egui::Context, mut picture: Picture) {
         // Not one of a scene that has been replaced since.
         if self.in_flight != Some(picture.number) {
             return;
@@ -270,7 +279,7 @@ impl App {
             .heat
             .as_ref()
             .map(|heat| context.load_texture("heat map", image(heat.pixels()), egui::TextureOptions::NEAREST));
-        let pixels = image(picture.pixels.clone());
+        let pixels = image(std::mem::take(&mut picture.pixels));
         let texture = match self.shown.take() {
             Some(Shown { mut texture, .. }) => {
                 texture.set(pixels, egui::TextureOptions::NEAREST);
@@ -281,6 +290,7 @@ impl App {
         self.lights.follow(&picture.lights);
         self.entitle(context, &picture.device);
         self.history.add(&picture);
+        self.pictures += 1;
         self.focus.get_or_insert(picture.focus);
         self.shown = Some(Shown { picture, texture, heat });
     }
@@ -398,6 +408,12 @@ impl App {
     /// The open scene's address.
     pub(crate) fn address(&self) -> Option<&Path> {
         self.open.as_ref().map(|open| open.address.as_path())
+    }
+
+    /// How many pictures were shown.
+    #[must_use]
+    pub fn pictures(&self) -> u64 {
+        self.pictures
     }
 
     /// Whether nothing is being opened or written, and what is chosen is on the screen: while an animation plays, its last

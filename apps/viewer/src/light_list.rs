@@ -21,6 +21,11 @@ impl LightList {
     /// The most lights that can be added.
     pub(crate) const MOST: usize = 256;
 
+    /// These, rather than the scene's own.
+    pub(crate) fn of(lights: Vec<Light>) -> Self {
+        Self { lights, is_changed: true, selected: None }
+    }
+
     pub(crate) fn lights(&self) -> &[Light] {
         &self.lights
     }

@@ -44,7 +44,7 @@ pub(crate) struct Picture {
     pub(crate) seconds: f64,
     /// Where it was seen from.
     pub(crate) view: View,
-    /// In rows from the upper left corner.
+    /// In rows from the upper left corner, until they are on their way to the screen.
     pub(crate) pixels: Vec<Color32>,
     pub(crate) heat: Option<HeatMap>,
     pub(crate) stats: Stats,

@@ -5,7 +5,10 @@ use std::time::{Duration, Instant};
 use eframe::egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, Pos2, TouchPhase, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use umbrage_viewer::{App, Start};
+use glam::Vec3;
+use umbrage::rays::LightSource;
+use umbrage::scene::Light;
+use umbrage_viewer::{App, EngineChoice, Start};
 
 /// A window, without a screen.
 struct Window {
@@ -13,9 +16,17 @@ struct Window {
 }
 
 impl Window {
-    /// With a scene, once its first picture is there.
-    fn open(scene: &str) -> Self {
-        let start = Start { scene: Some(scene.into()), forgets: true, ..Start::default() };
+    /// With a scene, once its first picture is there; `None` where nothing can draw it.
+    fn open(scene: &str) -> Option<Self> {
+        Self::start(Start { scene: Some(scene.into()), ..Start::default() })
+    }
+
+    fn start(start: Start) -> Option<Self> {
+        if umbrage::gpu::Adapter::all().is_empty() {
+            eprintln!("skipped-gpu: no adapter draws the window");
+            return None;
+        }
+        let start = Start { forgets: true, ..start };
         let harness = Harness::builder().with_size(vec2(1000.0, 700.0)).wgpu().build_ui_state(
             move |ui, state: &mut Option<App>| {
                 state.get_or_insert_with(|| App::new(ui.ctx(), start.clone(), None)).show(ui);
@@ -24,7 +35,7 @@ impl Window {
         );
         let mut window = Self { harness };
         window.settle();
-        window
+        Some(window)
     }
 
     /// Until what is chosen is on the screen.
@@ -97,7 +108,7 @@ impl Window {
 
 #[test]
 fn a_scene_is_opened_played_and_paused() {
-    let mut window = Window::open("demo:cloth?triangles=2000");
+    let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
     assert!(window.shows("Pause"), "an animation plays at once");
     let playing = window.pixels();
     window.press(Key::Space);
@@ -115,7 +126,7 @@ fn a_scene_is_opened_played_and_paused() {
 
 #[test]
 fn the_work_is_shown() {
-    let mut window = Window::open("demo:cloth?triangles=2000");
+    let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
     window.press(Key::Space);
     window.press(Key::T);
     for text in ["see", "shadow", "shade", "camera rays", "rays a second", "bytes"] {
@@ -132,7 +143,7 @@ fn the_work_is_shown() {
 
 #[test]
 fn the_camera_follows_mouse_and_keys() {
-    let mut window = Window::open("demo:marbles?triangles=2000");
+    let Some(mut window) = Window::open("demo:marbles?triangles=2000") else { return };
     window.press(Key::Space);
     let before = window.pixels();
     let (from, to) = (window.in_picture(-150.0, 120.0), window.in_picture(-60.0, 150.0));
@@ -161,7 +172,7 @@ fn the_camera_follows_mouse_and_keys() {
 
 #[test]
 fn lights_are_added_dragged_and_removed() {
-    let mut window = Window::open("demo:glass?triangles=2000");
+    let Some(mut window) = Window::open("demo:glass?triangles=2000") else { return };
     window.press(Key::Space);
     let before = window.pixels();
     window.keep("before");
@@ -184,7 +195,7 @@ fn lights_are_added_dragged_and_removed() {
 
 #[test]
 fn a_pixel_says_what_it_shows() {
-    let mut window = Window::open("demo:cloth?triangles=2000");
+    let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
     window.press(Key::Space);
     assert!(window.shows("Click in the picture."));
     let middle = window.in_picture(0.0, 60.0);
@@ -206,7 +217,7 @@ fn broken_files_are_messages() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("broken.glb");
     std::fs::write(&path, b"glTF, but not really").expect("a file");
-    let mut window = Window::open(&path.to_string_lossy());
+    let Some(mut window) = Window::open(&path.to_string_lossy()) else { return };
     assert!(window.shows("broken.glb"));
     window.press(Key::H);
     assert!(window.shows("Play or pause"), "the help still opens");
@@ -214,7 +225,7 @@ fn broken_files_are_messages() {
 
 #[test]
 fn the_help_lists_every_key() {
-    let mut window = Window::open("demo:cloth?triangles=500");
+    let Some(mut window) = Window::open("demo:cloth?triangles=500") else { return };
     window.press(Key::H);
     for text in ["Play or pause", "Save the picture as a PNG", "Look from the selected light", "W A S D Q E", "H or F1"]
     {
@@ -223,4 +234,71 @@ fn the_help_lists_every_key() {
     window.keep("help");
     window.press(Key::F1);
     assert!(!window.shows("W A S D Q E"));
+}
+
+fn lamp(place: f32) -> Light {
+    let source = LightSource::Point { position: Vec3::new(place.cos(), 1.5, place.sin()) };
+    Light { name: "".into(), source, color: Vec3::ONE, intensity: 0.3, range: None, casts_shadow: true }
+}
+
+#[test]
+fn no_light_and_sixty_four() {
+    for count in [0, 64] {
+        let lights = Some((0..count).map(|number| lamp(number as f32)).collect());
+        let scene = Some("demo:cloth?triangles=500".into());
+        let Some(mut window) = Window::start(Start { scene, lights, ..Start::default() }) else { return };
+        window.press(Key::Space);
+        assert_eq!(window.shows("No light"), count == 0);
+        assert_eq!(window.shows("Light 64 (point)"), count == 64);
+        window.press(Key::L);
+    }
+}
+
+#[test]
+fn a_window_without_size_waits_for_one() {
+    let Some(mut window) = Window::open("demo:cloth?triangles=500") else { return };
+    window.press(Key::Space);
+    let before = window.pixels();
+    for side in [1.0, 0.0, 30.0] {
+        window.harness.set_size(vec2(side, side));
+        window.harness.run_steps(3);
+    }
+    window.harness.set_size(vec2(1000.0, 700.0));
+    window.settle();
+    assert!(before == window.pixels());
+}
+
+#[test]
+fn an_engine_that_is_not_there_is_a_message() {
+    let engine = Some(EngineChoice::Gpu("no such adapter".to_owned()));
+    let scene = Some("demo:cloth?triangles=500".into());
+    let Some(mut window) = Window::start(Start { scene, engine, ..Start::default() }) else { return };
+    assert!(window.shows("no GPU adapter has \"no such adapter\" in its name"));
+    window.press(Key::X);
+    assert!(!window.shows("Drop a scene here") && window.shows("CPU with"), "the CPU renders");
+}
+
+#[test]
+fn both_engines_show_the_same() {
+    let Some(mut window) = Window::open("demo:shatter?triangles=500") else { return };
+    window.press(Key::Space);
+    let on_cpu = window.pixels();
+    window.press(Key::X);
+    assert!(!window.shows("CPU with"));
+    let on_gpu = window.pixels();
+    let others = on_cpu.iter().zip(&on_gpu).filter(|(one, other)| one.abs_diff(**other) > 2).count();
+    assert!(others < on_cpu.len() / 1000, "{others} of {}", on_cpu.len());
+}
+
+#[test]
+fn what_is_shown_can_be_copied_as_a_command() {
+    let Some(mut window) = Window::open("demo:cloth?triangles=500") else { return };
+    window.press(Key::Space);
+    let (from, to) = (window.in_picture(-150.0, 120.0), window.in_picture(-60.0, 150.0));
+    window.drag(from, to);
+    window.click("Add sun");
+    window.press(Key::C);
+    for text in ["umbrage render 'demo:cloth?triangles=500'", "--camera", "--light sun:", "--size"] {
+        assert!(window.shows(text), "{text}");
+    }
 }

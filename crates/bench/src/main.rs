@@ -12,6 +12,8 @@ mod peers;
 mod plot;
 mod shot;
 mod table;
+#[cfg(feature = "view")]
+mod window;
 mod work;
 
 use std::io;
@@ -55,6 +57,9 @@ enum Command {
     Mapping(experiments::MappingFlags),
     /// Sizes of the camera grid's cells
     Cells(experiments::CellsFlags),
+    /// How many pictures a second the window plays, and what the interface adds to each
+    #[cfg(feature = "view")]
+    Window(window::WindowFlags),
 }
 
 fn main() -> ExitCode {
@@ -72,6 +77,8 @@ fn main() -> ExitCode {
 fn run(command: Command) -> anyhow::Result<()> {
     match command {
         Command::Frame(flags) => frame::run(&flags),
+        #[cfg(feature = "view")]
+        Command::Window(flags) => window::run(&flags),
         Command::Peers(flags) => peers::run(&flags),
         Command::Table1(flags) => flags.run(),
         Command::Breakdown(flags) => flags.run(),

@@ -7,8 +7,11 @@ use crate::outcome::Outcome;
 /// Mesa's Vulkan adapter in software, lavapipe, which stands in for a GPU.
 pub(crate) const SOFTWARE_ADAPTER: &str = "mesa-vulkan-drivers";
 
-/// Debian packages that the checks need, beside what builds Rust programs.
-const PACKAGES: &[&str] = &[SOFTWARE_ADAPTER];
+/// An X server without a screen.
+pub(crate) const X_SERVER: &str = "xvfb";
+
+/// Debian packages that the checks need, beside what builds Rust programs. The last is loaded by windows for their keys.
+const PACKAGES: &[&str] = &[SOFTWARE_ADAPTER, X_SERVER, "libxkbcommon-x11-0"];
 
 /// Installs what is missing, where that is possible.
 pub(crate) fn install(_root: &Path) -> Outcome {

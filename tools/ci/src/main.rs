@@ -11,8 +11,10 @@ mod licences;
 mod links;
 mod outcome;
 mod repository;
+mod skips;
 mod smoke;
 mod spdx;
+mod window;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -25,7 +27,7 @@ use outcome::Outcome;
 type Check = (&'static str, fn(&Path) -> Outcome);
 
 /// In the order in which they run: what fails fast comes first, and what builds the most comes last.
-const CHECKS: [Check; 14] = [
+const CHECKS: [Check; 15] = [
     ("packages", debian::install),
     ("format", |root| run(cargo(root).args(["fmt", "--all", "--check"]))),
     ("file length", file_length::check),
@@ -40,6 +42,7 @@ const CHECKS: [Check; 14] = [
     }),
     ("tests", tests),
     ("GPU tests", gpu_tests::check),
+    ("window", window::check),
     ("doc tests", |root| run(cargo(root).args(["test", "--doc", "--workspace", "--locked"]))),
     ("release build", |root| run(cargo(root).args(["build", "--release", "-p", "umbrage-cli", "--locked"]))),
     ("smoke render", smoke::check),

@@ -17,6 +17,7 @@ pub(super) enum Key {
     Open,
     Reload,
     Screenshot,
+    Record,
     CopyCommand,
     Play,
     StepBack,
@@ -32,10 +33,11 @@ pub(super) enum Key {
 }
 
 impl Key {
-    pub(super) const ALL: [Self; 15] = [
+    pub(super) const ALL: [Self; 16] = [
         Self::Open,
         Self::Reload,
         Self::Screenshot,
+        Self::Record,
         Self::CopyCommand,
         Self::Play,
         Self::StepBack,
@@ -57,6 +59,7 @@ impl Key {
             Self::Open => &[(Modifiers::COMMAND, Code::O)],
             Self::Reload => &[(Modifiers::COMMAND, Code::R)],
             Self::Screenshot => &[(NONE, Code::P)],
+            Self::Record => &[(NONE, Code::R)],
             Self::CopyCommand => &[(NONE, Code::C)],
             Self::Play => &[(NONE, Code::Space)],
             Self::StepBack => &[(NONE, Code::ArrowLeft)],
@@ -77,6 +80,7 @@ impl Key {
             Self::Open => "Ctrl+O",
             Self::Reload => "Ctrl+R",
             Self::Screenshot => "P",
+            Self::Record => "R",
             Self::CopyCommand => "C",
             Self::Play => "Space",
             Self::StepBack => "Left",
@@ -97,6 +101,7 @@ impl Key {
             Self::Open => "Open a file",
             Self::Reload => "Reload the scene",
             Self::Screenshot => "Save the picture as a PNG",
+            Self::Record => "Record the animation as a GIF, or stop",
             Self::CopyCommand => "Copy as command",
             Self::Play => "Play or pause",
             Self::StepBack => "One frame back",
@@ -128,6 +133,8 @@ impl Key {
                 let path = menu::screenshot_path(app);
                 app.take_screenshot(path);
             }
+            Self::Record if app.recording.is_some() => menu::stop_recording(app),
+            Self::Record => menu::record(app, "gif"),
             Self::CopyCommand => menu::copy_command(app, ui),
             Self::Play => app.timeline.toggle(),
             Self::StepBack => app.timeline.step(-1),

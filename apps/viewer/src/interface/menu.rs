@@ -58,22 +58,17 @@ fn file(app: &mut App, ui: &mut egui::Ui) {
     if ui.button(Key::Screenshot.label()).clicked() {
         Key::Screenshot.press(app, ui);
     }
+    if ui.button(Key::Record.label()).clicked() {
+        Key::Record.press(app, ui);
+    }
     let can_record = app.recording.is_none() && app.shown.is_some();
-    ui.add_enabled_ui(can_record, |ui| {
-        if ui.button("Record the animation as a GIF").clicked() {
-            record(app, "gif");
-        }
-        if ui.button("Record the animation as numbered PNGs").clicked() {
-            record(app, "png");
-        }
-    });
-    if app.recording.is_some() && ui.button("Stop recording").clicked() {
-        app.recording = None;
-        app.notices.say("The recording was stopped. An unfinished GIF is left out.");
+    if ui.add_enabled(can_record, egui::Button::new("Record the animation as numbered PNGs")).clicked() {
+        record(app, "png");
     }
     ui.separator();
-    if ui.button("Copy as command").on_hover_text("The `umbrage render` line that makes this picture").clicked() {
-        copy_command(app, ui);
+    let copy = ui.button(Key::CopyCommand.label()).on_hover_text("The `umbrage render` line that makes this picture");
+    if copy.clicked() {
+        Key::CopyCommand.press(app, ui);
     }
     if ui.button("Quit").clicked() {
         ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
@@ -105,7 +100,14 @@ fn view(app: &mut App, ui: &mut egui::Ui) {
     }
 }
 
-fn record(app: &mut App, extension: &str) {
+/// Ends a recording before its time.
+pub(super) fn stop_recording(app: &mut App) {
+    app.recording = None;
+    app.notices.say("The recording was stopped. An unfinished GIF is left out.");
+}
+
+/// Records the animation into the current folder.
+pub(super) fn record(app: &mut App, extension: &str) {
     let Some(shown) = &app.shown else { return };
     let size = shown.picture.size().map(|side| side as u32);
     let number = if extension == "png" { "_%04d" } else { "" };

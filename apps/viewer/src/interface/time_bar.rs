@@ -4,6 +4,7 @@ use eframe::egui::{self, ComboBox, DragValue, Slider};
 use umbrage::scene::{Clip, OpenOptions};
 
 use super::keys::Key;
+use super::menu;
 use crate::app::App;
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
@@ -13,7 +14,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
             let text = format!("Recording {} of {}", recording.frame, recording.frames);
             ui.add(egui::ProgressBar::new(done).text(text).desired_width(260.0));
             if ui.button("Stop").clicked() {
-                app.recording = None;
+                menu::stop_recording(app);
             }
             return;
         }

@@ -1,0 +1,23 @@
+use std::path::Path;
+
+use crate::command::cargo;
+use crate::debian;
+use crate::outcome::Outcome;
+use crate::skips::count_skipped;
+
+/// What a test prints at the start of a line on standard error when it finds no X server.
+const SKIPPED: &str = "skipped-window:";
+
+/// The command with its window, on an X server without a screen. On a machine that could have one, it is a failure if
+/// there is none.
+pub(crate) fn check(root: &Path) -> Outcome {
+    let mut test = cargo(root);
+    test.args(["test", "--locked", "--package", "umbrage-cli", "--features", "view", "--test", "view"]);
+    test.args(["--", "--nocapture"]);
+    match count_skipped(&mut test, SKIPPED) {
+        Err(why) => Outcome::Failed(why),
+        Ok(0) => Outcome::Passed,
+        Ok(_) if debian::can_have(debian::X_SERVER) => Outcome::Failed("Xvfb could be there, but isn't".to_owned()),
+        Ok(_) => Outcome::Skipped("there is no Xvfb".to_owned()),
+    }
+}
