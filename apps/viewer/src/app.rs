@@ -34,6 +34,7 @@ pub struct App {
     pub(crate) camera: CameraChoice,
     pub(crate) lights: LightList,
     pub(crate) heat: Option<Heat>,
+    pub(crate) shows_light_grid: bool,
     pub(crate) shown: Option<Shown>,
     /// What the open scene's first picture is about: where lights are put, and how far they and the camera move.
     pub(crate) focus: Option<Focus>,
@@ -97,6 +98,9 @@ struct Look {
     camera: CameraChoice,
     lights: Option<Vec<Light>>,
     heat: Option<Heat>,
+    shows_light_grid: bool,
+    /// The light that these are about, where any is.
+    light: Option<usize>,
     size: [u32; 2],
 }
 
@@ -106,6 +110,8 @@ pub(crate) struct Shown {
     pub(crate) texture: TextureHandle,
     /// The colours of its work.
     pub(crate) heat: Option<TextureHandle>,
+    /// The tints of a light's cells.
+    pub(crate) light_grid: Option<TextureHandle>,
 }
 
 /// How the window starts.
@@ -147,6 +153,7 @@ impl App {
             camera: CameraChoice::Default,
             lights: LightList::default(),
             heat: None,
+            shows_light_grid: false,
             shown: None,
             focus: None,
             probe: None,
@@ -270,6 +277,10 @@ impl App {
             .heat
             .as_ref()
             .map(|heat| context.load_texture("heat map", image(heat.pixels()), egui::TextureOptions::NEAREST));
+        let light_grid = picture
+            .light_grid
+            .as_ref()
+            .map(|grid| context.load_texture("light grid", image(grid.tints.clone()), egui::TextureOptions::NEAREST));
         let pixels = image(picture.pixels.clone());
         let texture = match self.shown.take() {
             Some(Shown { mut texture, .. }) => {
@@ -282,7 +293,7 @@ impl App {
         self.entitle(context, &picture.device);
         self.history.add(&picture);
         self.focus.get_or_insert(picture.focus);
-        self.shown = Some(Shown { picture, texture, heat });
+        self.shown = Some(Shown { picture, texture, heat, light_grid });
     }
 
     /// Names the window after the scene and what renders it.
@@ -303,6 +314,7 @@ impl App {
         if self.in_flight.is_some() || self.screen.contains(&0) {
             return;
         }
+        let light = self.lights.selected.unwrap_or(0);
         let look = Look {
             scene: open.number,
             seconds: self.timeline.seconds,
@@ -310,6 +322,8 @@ impl App {
             camera: self.camera.clone(),
             lights: self.lights.chosen(),
             heat: self.heat,
+            shows_light_grid: self.shows_light_grid,
+            light: (self.heat == Some(Heat::Points) || self.shows_light_grid).then_some(light),
             size,
         };
         let file = match (&self.recording, self.screenshot.take()) {
@@ -345,6 +359,8 @@ impl App {
             engine: choices.engine.clone(),
             camera,
             heat: self.heat,
+            shows_light_grid: self.shows_light_grid,
+            light,
             file,
         });
     }
