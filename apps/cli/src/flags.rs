@@ -33,6 +33,8 @@ Examples:
       A window, where the command was built with it
   umbrage heatmap demo:forest --structure listed --sorting-tile 8 --max 200
       How many triangles each pixel is tested with
+  umbrage heatmap demo:glass --of points --light 1
+      How many points share a cell of the second light's grid
   umbrage info demo:cloth --json
       What is in a scene";
 
@@ -68,7 +70,8 @@ pub(crate) enum Command {
     /// Open a window that plays a scene, lets its lights be dragged and shows where the time goes
     #[command(args_override_self = true)]
     View(Box<ViewFlags>),
-    /// Draw how much work each pixel is: triangles tested, cells visited, or tests that the filter left undecided
+    /// Draw how much work each pixel is: triangles tested, cells visited, tests left undecided, pairs listed in its tile,
+    /// or points in its cell for a light
     #[command(args_override_self = true)]
     Heatmap(Box<HeatmapFlags>),
     /// Show what is in a scene, or without one which scenes are built in
@@ -225,7 +228,10 @@ pub(crate) struct HeatmapFlags {
     /// What the colours show
     #[arg(long, value_enum, default_value = "tested")]
     pub(crate) of: CountedFlag,
-    /// What finds the triangles that camera rays hit
+    /// The light whose grid `--of points` shows, by number from 0; `umbrage info` lists them [default: 0]
+    #[arg(long, value_name = "N")]
+    pub(crate) light: Option<usize>,
+    /// What finds the triangles that camera rays hit, and holds points for lights
     #[arg(long, value_enum, default_value = "listed")]
     pub(crate) structure: GridFlag,
     /// Pixels a side of the tiles that triangles are listed in: 8, 16, 32 or 64
@@ -296,6 +302,10 @@ pub(crate) enum CountedFlag {
     Cells,
     /// Tests on it that the filter left undecided
     Undecided,
+    /// Triangles listed in the cells of its tile, looked at or not
+    Pairs,
+    /// Points that share a cell of a light's grid with the one it shows
+    Points,
 }
 
 /// Structures whose work is counted pixel by pixel.

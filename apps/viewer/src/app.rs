@@ -34,6 +34,7 @@ pub struct App {
     pub(crate) camera: CameraChoice,
     pub(crate) lights: LightList,
     pub(crate) heat: Option<Heat>,
+    pub(crate) shows_light_grid: bool,
     pub(crate) shown: Option<Shown>,
     /// What the open scene's first picture is about: where lights are put, and how far they and the camera move.
     pub(crate) focus: Option<Focus>,
@@ -98,6 +99,9 @@ struct Look {
     camera: CameraChoice,
     lights: Option<Vec<Light>>,
     heat: Option<Heat>,
+    shows_light_grid: bool,
+    /// The light that these are about, where any is.
+    light: Option<usize>,
     size: [u32; 2],
 }
 
@@ -107,6 +111,8 @@ pub(crate) struct Shown {
     pub(crate) texture: TextureHandle,
     /// The colours of its work.
     pub(crate) heat: Option<TextureHandle>,
+    /// The tints of a light's cells.
+    pub(crate) light_grid: Option<TextureHandle>,
 }
 
 /// How the window starts.
@@ -155,6 +161,7 @@ impl App {
             camera: CameraChoice::Default,
             lights: start.lights.map_or_else(LightList::default, LightList::of),
             heat: None,
+            shows_light_grid: false,
             shown: None,
             focus: None,
             probe: None,
@@ -279,6 +286,10 @@ impl App {
             .heat
             .as_ref()
             .map(|heat| context.load_texture("heat map", image(heat.pixels()), egui::TextureOptions::NEAREST));
+        let light_grid = picture
+            .light_grid
+            .as_ref()
+            .map(|grid| context.load_texture("light grid", image(grid.tints.clone()), egui::TextureOptions::NEAREST));
         let pixels = image(std::mem::take(&mut picture.pixels));
         let texture = match self.shown.take() {
             Some(Shown { mut texture, .. }) => {
@@ -292,7 +303,7 @@ impl App {
         self.history.add(&picture);
         self.pictures += 1;
         self.focus.get_or_insert(picture.focus);
-        self.shown = Some(Shown { picture, texture, heat });
+        self.shown = Some(Shown { picture, texture, heat, light_grid });
     }
 
     /// Names the window after the scene and what renders it.
@@ -313,6 +324,7 @@ impl App {
         if self.in_flight.is_some() || self.screen.contains(&0) {
             return;
         }
+        let light = self.lights.selected.unwrap_or(0);
         let look = Look {
             scene: open.number,
             seconds: self.timeline.seconds,
@@ -320,6 +332,8 @@ impl App {
             camera: self.camera.clone(),
             lights: self.lights.chosen(),
             heat: self.heat,
+            shows_light_grid: self.shows_light_grid,
+            light: (self.heat == Some(Heat::Points) || self.shows_light_grid).then_some(light),
             size,
         };
         let file = match (&self.recording, self.screenshot.take()) {
@@ -355,6 +369,8 @@ impl App {
             engine: choices.engine.clone(),
             camera,
             heat: self.heat,
+            shows_light_grid: self.shows_light_grid,
+            light,
             file,
         });
     }

@@ -2,10 +2,11 @@
 
 use eframe::egui::Color32;
 use serde::{Deserialize, Serialize};
-use umbrage::rays::{PixelWork, Work};
-use umbrage::{HeatScale, Renderer, Settings, Structure};
+use umbrage::rays::{LightCells, PixelWork, Work};
+use umbrage::{Error, HeatScale, Renderer, Settings, Structure};
 
 use crate::choices::EngineChoice;
+use crate::light_grid::LightGridPicture;
 use crate::order::Order;
 
 /// What is counted.
@@ -17,24 +18,33 @@ pub(crate) enum Heat {
     Cells,
     /// Triangles that the filter left to the predicate.
     Undecided,
+    /// Triangles listed in the cells of its tile.
+    Pairs,
+    /// Points that share its point's cell of a light's grid.
+    Points,
 }
 
 impl Heat {
-    pub(crate) const ALL: [Self; 3] = [Self::Tested, Self::Cells, Self::Undecided];
+    pub(crate) const ALL: [Self; 5] = [Self::Tested, Self::Cells, Self::Undecided, Self::Pairs, Self::Points];
 
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Tested => "Triangles tested",
             Self::Cells => "Cells visited",
             Self::Undecided => "Undecided tests",
+            Self::Pairs => "Pairs per tile",
+            Self::Points => "Points per light cell",
         }
     }
 
-    fn of(self, work: Work) -> u32 {
+    /// `None` for what isn't the work of camera rays.
+    fn of(self, work: Work) -> Option<u32> {
         match self {
-            Self::Tested => work.tested,
-            Self::Cells => work.cells,
-            Self::Undecided => work.undecided,
+            Self::Tested => Some(work.tested),
+            Self::Cells => Some(work.cells),
+            Self::Undecided => Some(work.undecided),
+            Self::Pairs => Some(work.pairs),
+            Self::Points => None,
         }
     }
 }
@@ -42,6 +52,8 @@ impl Heat {
 /// Counts for each pixel, and their colours.
 pub(crate) struct HeatMap {
     pub(crate) heat: Heat,
+    /// The light whose cells are counted, where it is about one.
+    pub(crate) light: Option<usize>,
     /// In rows from the upper left corner.
     pub(crate) counts: Vec<u32>,
     pub(crate) scale: HeatScale,
@@ -54,6 +66,13 @@ impl HeatMap {
         let colors = self.counts.iter().map(|&count| self.scale.color(count));
         colors.map(|[red, green, blue]| Color32::from_rgb(red, green, blue)).collect()
     }
+
+    /// What is counted, for which light, and by what.
+    pub(crate) fn title(&self) -> String {
+        let light = self.light.map(|light| format!(" of light {}", light + 1)).unwrap_or_default();
+        let note = self.note.map(|note| format!(", {note}")).unwrap_or_default();
+        format!("{}{light}{note}", self.heat.title())
+    }
 }
 
 /// Counts, in memory that is used again.
@@ -61,13 +80,16 @@ impl HeatMap {
 pub(crate) struct HeatMaker {
     counter: Renderer,
     work: PixelWork,
+    cells: LightCells,
+    /// The order whose light's cells are known, and whether there is such a light.
+    located: Option<(u64, bool)>,
 }
 
 impl HeatMaker {
     /// Counts the work of an order's picture, whose camera is in `settings`.
     ///
     /// # Errors
-    /// Where the structure counts nothing.
+    /// Where the scene can't be counted in a grid.
     pub(crate) fn make(
         &mut self,
         heat: Heat,
@@ -75,16 +97,65 @@ impl HeatMaker {
         _renderer: &Renderer,
         settings: &Settings,
     ) -> Result<HeatMap, String> {
-        let (structure, note) = match (&order.engine, settings.structure) {
-            (EngineChoice::Gpu(_), _) => (Structure::LISTED, Some("counted on the CPU, in triangles listed by cell")),
-            (_, Structure::Bvh) => (Structure::Perspective, Some("counted in the perspective grid")),
-            (_, structure) => (structure, None),
-        };
-        let settings = Settings { structure, ..settings.clone() };
-        let counted = self.counter.count_work(&order.scene, order.seconds, &settings, &mut self.work);
-        counted.map_err(|error| error.to_string())?;
+        let (settings, mut note) = countable(order, settings);
         let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
-        let counts: Vec<u32> = pixels.map(|(x, y)| heat.of(self.work.at(x, y))).collect();
-        Ok(HeatMap { heat, scale: HeatScale::of(&counts), counts, note })
+        let (light, counts): (_, Vec<u32>) = if heat == Heat::Points {
+            if self.locate(order, &settings)? {
+                (Some(order.light), pixels.map(|(x, y)| self.cells.points_at(x, y)).collect())
+            } else {
+                note = Some("but there is no light");
+                (None, pixels.map(|_| 0).collect())
+            }
+        } else {
+            let counted = self.counter.count_work(&order.scene, order.seconds, &settings, &mut self.work);
+            counted.map_err(|error| error.to_string())?;
+            (None, pixels.map(|(x, y)| heat.of(self.work.at(x, y)).unwrap_or_default()).collect())
+        };
+        Ok(HeatMap { heat, light, scale: HeatScale::of(&counts), counts, note })
     }
+
+    /// The grid of an order's light, as a picture to draw over that of the order; `None` without a light.
+    ///
+    /// # Errors
+    /// As with [`HeatMaker::make`].
+    pub(crate) fn light_grid(
+        &mut self,
+        order: &Order,
+        settings: &Settings,
+    ) -> Result<Option<LightGridPicture>, String> {
+        let (settings, note) = countable(order, settings);
+        let is_there = self.locate(order, &settings)?;
+        let light = self.counter.scenery().lights.get(order.light).filter(|_| is_there);
+        let size = [settings.width, settings.height];
+        Ok(light.map(|light| LightGridPicture::new(&self.cells, size, order.light, &light.source, note)))
+    }
+
+    /// Finds which of its light's cells each pixel of an order is in, unless that is known; false where there is no such
+    /// light.
+    fn locate(&mut self, order: &Order, settings: &Settings) -> Result<bool, String> {
+        if let Some((number, is_there)) = self.located
+            && number == order.number
+        {
+            return Ok(is_there);
+        }
+        self.located = None;
+        let Self { counter, cells, .. } = self;
+        let is_there = match counter.locate_points(&order.scene, order.seconds, settings, order.light, cells) {
+            Ok(()) => true,
+            Err(Error::NoSuchLight { .. }) => false,
+            Err(error) => return Err(error.to_string()),
+        };
+        self.located = Some((order.number, is_there));
+        Ok(is_there)
+    }
+}
+
+/// Settings for what the CPU can count, and a note where that isn't what renders.
+fn countable(order: &Order, settings: &Settings) -> (Settings, Option<&'static str>) {
+    let (structure, note) = match (&order.engine, settings.structure) {
+        (EngineChoice::Gpu(_), _) => (Structure::LISTED, Some("counted on the CPU, in triangles listed by cell")),
+        (_, Structure::Bvh) => (Structure::Perspective, Some("counted in the perspective grid")),
+        (_, structure) => (structure, None),
+    };
+    (Settings { structure, ..settings.clone() }, note)
 }

@@ -12,6 +12,7 @@ mod free_camera;
 mod heat;
 mod history;
 mod interface;
+mod light_grid;
 mod light_list;
 mod notices;
 mod order;

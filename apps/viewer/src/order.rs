@@ -11,6 +11,7 @@ use umbrage::{Scene, Settings, Stats};
 use crate::choices::EngineChoice;
 use crate::focus::Focus;
 use crate::heat::{Heat, HeatMap};
+use crate::light_grid::LightGridPicture;
 
 /// A picture to render.
 pub(crate) struct Order {
@@ -24,6 +25,10 @@ pub(crate) struct Order {
     pub(crate) camera: Option<usize>,
     /// What is shown of the work, over the picture.
     pub(crate) heat: Option<Heat>,
+    /// Whether the light's grid is shown.
+    pub(crate) shows_light_grid: bool,
+    /// The light that these are about, by its place in the list.
+    pub(crate) light: usize,
     /// Where the picture goes as a file.
     pub(crate) file: Option<FileOrder>,
 }
@@ -47,6 +52,7 @@ pub(crate) struct Picture {
     /// In rows from the upper left corner, until they are on their way to the screen.
     pub(crate) pixels: Vec<Color32>,
     pub(crate) heat: Option<HeatMap>,
+    pub(crate) light_grid: Option<LightGridPicture>,
     pub(crate) stats: Stats,
     /// What rendered it.
     pub(crate) device: String,

@@ -84,6 +84,7 @@ impl Studio {
         let film = renderer.film();
         film.develop_for_screen(&settings, &mut self.pixels);
         let heat = order.heat.map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
+        let light_grid = order.shows_light_grid.then(|| self.heat.light_grid(order, &settings)).transpose()?.flatten();
         let scenery = renderer.scenery();
         let picture = Picture {
             number: order.number,
@@ -91,6 +92,7 @@ impl Studio {
             view,
             pixels: self.pixels.iter().map(|&[red, green, blue, _]| Color32::from_rgb(red, green, blue)).collect(),
             heat,
+            light_grid,
             stats: renderer.stats().clone(),
             device: engine.device.clone(),
             lights: scenery.lights.clone(),

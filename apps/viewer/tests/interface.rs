@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, Pos2, TouchPhase, vec2};
+use eframe::egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, Pos2, Rect, TouchPhase, vec2};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use glam::Vec3;
 use umbrage::rays::LightSource;
 use umbrage::scene::Light;
@@ -87,6 +87,40 @@ impl Window {
         }
     }
 
+    /// Clicks a widget that may have to be scrolled to.
+    fn click_in_panel(&mut self, label: &str) {
+        self.harness.get_by_label(label).scroll_to_me();
+        self.harness.run_steps(8);
+        self.click(label);
+    }
+
+    /// The pixels of a part of the window.
+    fn pixels_in(&mut self, part: Rect) -> Vec<[u8; 4]> {
+        let image = self.harness.render().expect("a rendered window");
+        let columns = part.left() as u32..part.right() as u32;
+        let rows = part.top() as u32..part.bottom() as u32;
+        rows.flat_map(|y| columns.clone().map(move |x| (x, y))).map(|(x, y)| image.get_pixel(x, y).0).collect()
+    }
+
+    /// A whole tile of 64×64 pixels of the picture.
+    fn tile(&self, column: u32, row: u32) -> Rect {
+        let corner = self.harness.get_by_label("Rendered scene").rect().min;
+        Rect::from_min_size(corner + vec2(64.0 * column as f32, 64.0 * row as f32), vec2(64.0, 64.0))
+    }
+
+    /// What the heat map says about a place of the picture.
+    fn count_at(&mut self, title: &str, place: Pos2) -> u32 {
+        self.harness.hover_at(place);
+        self.harness.run_steps(8);
+        let prefix = format!("{title}: ");
+        let said = self.harness.query_all_by_label_contains(&prefix).find_map(|node| {
+            let node = node.accesskit_node();
+            let text = node.label().or_else(|| node.value())?;
+            text.strip_prefix(&prefix)?.parse().ok()
+        });
+        said.unwrap_or_else(|| panic!("no count under the cursor for {title}"))
+    }
+
     /// The middle of the picture, and some points from there.
     fn in_picture(&self, right: f32, down: f32) -> Pos2 {
         self.harness.get_by_label("Rendered scene").rect().center() + vec2(right, down)
@@ -139,6 +173,93 @@ fn the_work_is_shown() {
     window.click("Undecided tests");
     window.click("None");
     assert!(plain == window.pixels(), "the picture is back");
+}
+
+#[test]
+fn pairs_are_shown_by_tile_and_points_by_cell() {
+    let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
+    window.press(Key::Space);
+    window.press(Key::T);
+    let plain = window.pixels();
+    // On the cloth, away from the legend and the light's handle.
+    let middle = window.in_picture(0.0, 60.0);
+    let corner = window.tile(0, 0).min;
+    let tile = (middle - corner) / 64.0;
+    let tile = window.tile(tile.x as u32, tile.y as u32);
+
+    window.click_in_panel("Pairs per tile");
+    assert!(window.shows("Pairs per tile, at most "));
+    let pairs = window.count_at("Pairs per tile", tile.center());
+    assert!(pairs > 0);
+    window.keep("pairs");
+    assert_eq!(window.count_at("Pairs per tile", tile.min + vec2(3.0, 3.0)), pairs, "a tile's pixels have the same");
+    window.harness.remove_cursor();
+    window.harness.run_steps(4);
+    let colors = window.pixels_in(tile);
+    assert!(colors.iter().all(|color| *color == colors[0] && *color != [0, 0, 0, 255]), "{:?}", colors[0]);
+
+    window.click_in_panel("Points per light cell");
+    assert!(window.shows("Points per light cell of light 1, at most "));
+    assert!(!window.shows("Pairs per tile, at most "));
+    assert!(window.count_at("Points per light cell", middle) > 1);
+    window.keep("points");
+    window.harness.remove_cursor();
+    window.harness.run_steps(4);
+    let colors = window.pixels_in(tile);
+    assert!(colors.iter().any(|color| *color != colors[0]), "cells are smaller than tiles");
+
+    window.click_in_panel("None");
+    assert!(plain == window.pixels(), "the picture is back");
+}
+
+#[test]
+fn the_chosen_lights_cells_are_shown() {
+    let Some(mut window) = Window::open("demo:glass?triangles=2000") else { return };
+    window.press(Key::Space);
+    window.press(Key::T);
+    window.click_in_panel("Points per light cell");
+    let first = window.pixels();
+    assert!(window.shows("Points per light cell of light 1"));
+    window.click("Add point");
+    assert!(window.shows("Points per light cell of light 3"), "the new light is selected");
+    assert!(first != window.pixels());
+    // Without lights there are no cells, and still a picture.
+    for _ in 0..3 {
+        let remove = window.harness.get_all_by_label("x").next().expect("a light");
+        remove.click();
+        window.settle();
+    }
+    assert!(window.shows("No light: the surroundings alone light the scene."));
+    assert!(window.shows("Points per light cell, but there is no light, at most 0"));
+    window.press(Key::G);
+    assert!(!window.shows("Light 1: "), "no light, no grid");
+}
+
+#[test]
+fn a_lights_grid_is_drawn_over_the_scene() {
+    let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
+    window.press(Key::Space);
+    window.press(Key::T);
+    let whole = window.harness.get_by_label("Rendered scene").rect();
+    let around = Rect::from_center_size(window.in_picture(0.0, 60.0), vec2(60.0, 60.0));
+    let (plain, surface) = (window.pixels_in(whole), window.pixels_in(around));
+    window.click_in_panel("Light grid");
+    assert!(window.shows("Light 1: "));
+    let tinted = window.pixels_in(around);
+    let darker = |(tinted, plain): (&[u8; 4], &[u8; 4])| tinted[1] < plain[1];
+    let brighter = |(tinted, plain): (&[u8; 4], &[u8; 4])| tinted[1] > plain[1];
+    let pairs = || tinted.iter().zip(&surface);
+    let counts = [pairs().filter(|&pair| darker(pair)).count(), pairs().filter(|&pair| brighter(pair)).count()];
+    assert!(counts.iter().all(|count| *count > tinted.len() / 20), "cells alternate: {counts:?} of {}", tinted.len());
+    // The frame of the face, in its colour.
+    let of_frame = |pixels: &[[u8; 4]]| pixels.iter().filter(|pixel| **pixel == [40, 150, 255, 255]).count();
+    window.keep("light_grid");
+    let with_grid = window.pixels_in(whole);
+    assert!(of_frame(&with_grid) > 100 && of_frame(&plain) == 0, "{}", of_frame(&with_grid));
+    window.press(Key::G);
+    assert!(plain == window.pixels_in(whole), "the key takes it away");
+    window.press(Key::G);
+    assert!(with_grid == window.pixels_in(whole));
 }
 
 #[test]
@@ -227,8 +348,14 @@ fn broken_files_are_messages() {
 fn the_help_lists_every_key() {
     let Some(mut window) = Window::open("demo:cloth?triangles=500") else { return };
     window.press(Key::H);
-    for text in ["Play or pause", "Save the picture as a PNG", "Look from the selected light", "W A S D Q E", "H or F1"]
-    {
+    for text in [
+        "Play or pause",
+        "Save the picture as a PNG",
+        "Look from the selected light",
+        "Show the selected light's grid",
+        "W A S D Q E",
+        "H or F1",
+    ] {
         assert!(window.shows(text), "{text}");
     }
     window.keep("help");

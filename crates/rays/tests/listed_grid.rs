@@ -53,12 +53,12 @@ fn check(mesh: &Mesh, view: &View, offset: DVec2) -> ListedCounts {
     counts
 }
 
-/// The sums of tested triangles, cells and undecided ones over the pixels of an image.
-fn sums(work: &PixelWork, view: &View) -> [u64; 3] {
-    let mut sums = [0; 3];
+/// The sums of tested triangles, cells, undecided ones and pairs over the pixels of an image.
+fn sums(work: &PixelWork, view: &View) -> [u64; 4] {
+    let mut sums = [0; 4];
     for (x, y) in (0..view.height).flat_map(|y| (0..view.width).map(move |x| (x, y))) {
         let work = work.at(x, y);
-        for (sum, count) in sums.iter_mut().zip([work.tested, work.cells, work.undecided]) {
+        for (sum, count) in sums.iter_mut().zip([work.tested, work.cells, work.undecided, work.pairs]) {
             *sum += u64::from(count);
         }
     }
@@ -78,9 +78,12 @@ fn work_adds_up_and_changes_nothing() {
         for _ in 0..2 {
             let counts = grid.trace_counting(mesh.triangles(), Unmasked, &mut seen, &mut work);
             assert_eq!(seen.triangle, reference.triangle);
-            // All samples of a block are tested together, and all of a sorting tile visit a cell together.
-            let side = u64::from(options.cells.sorting_tile());
-            assert_eq!(sums(&work, &view), [counts.tests * 16, counts.cells * side * side, counts.undecided]);
+            // All samples of a block are tested together, and all of a sorting tile visit a cell together and have its
+            // lists in common.
+            let samples = u64::from(options.cells.sorting_tile()).pow(2);
+            let expected = [counts.tests * 16, counts.cells * samples, counts.undecided, counts.pairs * samples];
+            assert_eq!(sums(&work, &view), expected);
+            assert!(counts.pairs > 0);
         }
     }
 }

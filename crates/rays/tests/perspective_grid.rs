@@ -8,11 +8,35 @@ use glam::{DVec2, Vec3};
 use support::{Mesh, Random, assert_exact, check, is_same, view};
 use umbrage_rays::predicate::crossing;
 use umbrage_rays::{
-    Camera, Hit, Mask, MaskAnswers, MaskPoints, PerspectiveGrid, Projection, SeenPixels, SimdLevel, Triangles,
-    Unmasked, View,
+    Camera, Hit, Mask, MaskAnswers, MaskPoints, PerspectiveGrid, PixelWork, Projection, SeenPixels, SimdLevel,
+    Triangles, Unmasked, View,
 };
 
 const MIDDLE: DVec2 = DVec2::splat(0.5);
+
+#[test]
+fn work_adds_up_and_changes_nothing() {
+    let mut mesh = Mesh::soup(&mut Random(7), 200, 0.1);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 40));
+    let (width, height) = (192, 128);
+    let view = view(width, height);
+    let (mut grid, mut reference, mut seen) =
+        (PerspectiveGrid::default(), SeenPixels::default(), SeenPixels::default());
+    let mut work = PixelWork::default();
+    grid.build(mesh.triangles(), &view, MIDDLE, |_| false).expect("a small image");
+    let plain = grid.trace(mesh.triangles(), Unmasked, &mut reference);
+    for _ in 0..2 {
+        let counts = grid.trace_counting(mesh.triangles(), Unmasked, &mut seen, &mut work);
+        assert!(is_same(&seen, &reference));
+        assert_eq!(counts, plain);
+        assert!(counts.listed > 0 && counts.fragments > 0);
+        let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        assert_eq!(pixels().map(|(x, y)| u64::from(work.at(x, y).undecided)).sum::<u64>(), counts.undecided);
+        // Each tile's pixels have its lists in common.
+        assert_eq!(pixels().map(|(x, y)| u64::from(work.at(x, y).pairs)).sum::<u64>(), counts.listed * 64 * 64);
+        assert!(pixels().all(|(x, y)| work.at(x, y).pairs == work.at(x / 64 * 64, y / 64 * 64).pairs));
+    }
+}
 
 #[test]
 fn soups_of_all_sizes_are_seen_exactly() {

@@ -1,6 +1,6 @@
 //! What finds and shades a frame: the CPU or a GPU.
 
-use umbrage_rays::{GridCounts, Omitted, PixelWork, SeenPixels, View};
+use umbrage_rays::{GridCounts, LightCells, LightSource, Omitted, PixelWork, SeenPixels, View};
 use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
@@ -147,6 +147,26 @@ impl Engine {
             Self::Cpu(cpu) => Ok(cpu.see_counting(frame, view, sample, work)?),
             #[cfg(feature = "gpu")]
             Self::Gpu(_) => Err(Error::Settings("the work of pixels is counted on the CPU alone".to_owned())),
+        }
+    }
+
+    /// Finds in which cell of a light's grid the point is that each pixel shows; a GPU says nothing of that.
+    pub(crate) fn locate(
+        &mut self,
+        frame: &Frame,
+        view: &View,
+        sample: &Sample,
+        light: &LightSource,
+        cells: &mut LightCells,
+    ) -> Result<(), Error> {
+        match self {
+            Self::Cpu(cpu) => {
+                cpu.see(frame, view, sample)?;
+                cpu.locate(frame, view, sample, light, cells);
+                Ok(())
+            }
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) => Err(Error::Settings("the cells of lights are shown by the CPU alone".to_owned())),
         }
     }
 

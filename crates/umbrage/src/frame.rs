@@ -1,6 +1,6 @@
 //! The spine: a frame from top to bottom.
 
-use umbrage_rays::{GridCounts, PixelWork, SeenPixels, SimdLevel, View};
+use umbrage_rays::{GridCounts, LightCells, PixelWork, SeenPixels, SimdLevel, View};
 use umbrage_scene::{BadFrame, Frame, Scene};
 
 use crate::background::Surroundings;
@@ -36,6 +36,14 @@ pub enum Error {
     #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] umbrage_gpu::GpuError),
+    /// A light was asked for that isn't there.
+    #[error("there is no light {light}: the scene has {lights}, counted from 0")]
+    NoSuchLight {
+        /// The one that was asked for.
+        light: usize,
+        /// How many there are.
+        lights: usize,
+    },
     /// A setting makes no sense.
     #[error("{0}")]
     Settings(String),
@@ -179,6 +187,40 @@ impl Renderer {
         engine.build(frame, &view, settings, &Surroundings::new(&settings.background))?;
         for sample in Sample::all(1) {
             engine.see_counting(frame, &view, &sample, work)?;
+        }
+        Ok(())
+    }
+
+    /// Finds in which cell of a light's grid the point is that `scene` shows at a moment through the middle of each pixel,
+    /// and lights nothing. `light` counts from 0 among the lights of the settings, else of the scene. [`Structure::Bvh`]
+    /// has no cells.
+    ///
+    /// # Errors
+    /// Where there is no such light, the scene can't be posed, the image is too large, or a setting makes no sense.
+    pub fn locate_points(
+        &mut self,
+        scene: &Scene,
+        seconds: f64,
+        settings: &Settings,
+        light: usize,
+        cells: &mut LightCells,
+    ) -> Result<(), Error> {
+        settings.check()?;
+        if settings.structure == Structure::Bvh {
+            return Err(Error::Settings("only grids have cells".to_owned()));
+        }
+        let Self { engine, frame, .. } = self;
+        engine.animate(scene, seconds, settings, frame)?;
+        if let Some(lights) = &settings.lights {
+            frame.lights.clone_from(lights);
+        }
+        let Some(source) = frame.lights.get(light).map(|light| light.source) else {
+            return Err(Error::NoSuchLight { light, lights: frame.lights.len() });
+        };
+        let view = settings.view(frame);
+        engine.build(frame, &view, settings, &Surroundings::new(&settings.background))?;
+        for sample in Sample::all(1) {
+            engine.locate(frame, &view, &sample, &source, cells)?;
         }
         Ok(())
     }

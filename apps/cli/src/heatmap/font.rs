@@ -46,6 +46,8 @@ fn rows(letter: char) -> [u8; HEIGHT as usize] {
         'L' => [0b10000, 0b10000, 0b10000, 0b10000, 0b10000, 0b10000, 0b11111],
         'M' => [0b10001, 0b11011, 0b10101, 0b10101, 0b10001, 0b10001, 0b10001],
         'N' => [0b10001, 0b11001, 0b10101, 0b10011, 0b10001, 0b10001, 0b10001],
+        'O' => [0b01110, 0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b01110],
+        'P' => [0b11110, 0b10001, 0b10001, 0b11110, 0b10000, 0b10000, 0b10000],
         'R' => [0b11110, 0b10001, 0b10001, 0b11110, 0b10100, 0b10010, 0b10001],
         'S' => [0b01111, 0b10000, 0b10000, 0b01110, 0b00001, 0b00001, 0b11110],
         'T' => [0b11111, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100],
@@ -71,7 +73,8 @@ mod tests {
 
     #[test]
     fn what_is_written_has_letters() {
-        for title in super::super::Counted::ALL.map(super::super::Counted::title) {
+        let titles = super::super::Counted::ALL.map(super::super::Counted::title);
+        for title in titles.into_iter().chain([super::super::POINTS_TITLE]) {
             let letters = title.chars().filter(|letter| !letter.is_whitespace());
             assert!(letters.clone().all(|letter| dots(&letter.to_string()).count() > 2), "{title}");
         }

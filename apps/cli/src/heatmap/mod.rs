@@ -7,9 +7,9 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use umbrage::output::{BitDepth, write_png};
-use umbrage::rays::{Cells, ListedLightOptions, ListedOptions, PixelWork, Work};
+use umbrage::rays::{Cells, LightCells, ListedLightOptions, ListedOptions, PixelWork, Work};
 use umbrage::scene::Frame;
-use umbrage::{HeatScale, Image, Renderer, Scene, Settings, Structure};
+use umbrage::{Error, HeatScale, Image, Renderer, Scene, Settings, Structure};
 
 use crate::failure::Failure;
 use crate::flags::{CountedFlag, GridFlag, HeatmapFlags};
@@ -18,22 +18,24 @@ use crate::staging::listed_camera;
 use crate::values::{CameraFlag, Size};
 use legend::{Legend, sixteen_bits};
 
-/// What a picture shows of each pixel's work.
+/// What is counted of the work of finding each pixel's triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Counted {
     Tested,
     Cells,
     Undecided,
+    Pairs,
 }
 
 impl Counted {
-    const ALL: [Self; 3] = [Self::Tested, Self::Cells, Self::Undecided];
+    const ALL: [Self; 4] = [Self::Tested, Self::Cells, Self::Undecided, Self::Pairs];
 
     fn of(self, work: Work) -> u32 {
         match self {
             Self::Tested => work.tested,
             Self::Cells => work.cells,
             Self::Undecided => work.undecided,
+            Self::Pairs => work.pairs,
         }
     }
 
@@ -42,22 +44,43 @@ impl Counted {
             Self::Tested => "triangles tested",
             Self::Cells => "cells visited",
             Self::Undecided => "undecided",
+            Self::Pairs => "pairs per tile",
         }
     }
 }
 
-impl From<CountedFlag> for Counted {
-    fn from(flag: CountedFlag) -> Self {
-        match flag {
-            CountedFlag::Tested => Self::Tested,
-            CountedFlag::Cells => Self::Cells,
-            CountedFlag::Undecided => Self::Undecided,
-        }
+/// The title of [`Shown::Points`].
+const POINTS_TITLE: &str = "points per cell";
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shown {
+    Work(Counted),
+    /// How many points share each pixel's cell for a light, which counts from 0.
+    Points {
+        light: usize,
+    },
+}
+
+impl Shown {
+    fn new(flags: &HeatmapFlags) -> Result<Self, Failure> {
+        let counted = match flags.of {
+            CountedFlag::Points => return Ok(Self::Points { light: flags.light.unwrap_or(0) }),
+            _ if flags.light.is_some() => {
+                let hint = "--light says whose grid `--of points` shows";
+                return Err(Failure::input("camera rays know no lights", hint));
+            }
+            CountedFlag::Tested => Counted::Tested,
+            CountedFlag::Cells => Counted::Cells,
+            CountedFlag::Undecided => Counted::Undecided,
+            CountedFlag::Pairs => Counted::Pairs,
+        };
+        Ok(Self::Work(counted))
     }
 }
 
 pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
-    let structure = structure(&flags)?;
+    let (shown, structure) = (Shown::new(&flags)?, structure(&flags)?);
     let default_seconds = if flags.scene.is_none() { DEFAULT_SCENE_SECONDS } else { 0.0 };
     let seconds = flags.time.unwrap_or(default_seconds);
     let address = flags.scene.unwrap_or_else(|| DEFAULT_SCENE.into());
@@ -74,22 +97,43 @@ pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
     };
     let Size { width, height } = flags.size;
     let settings = Settings { width, height, camera, structure, ..Settings::default() };
-    let mut work = PixelWork::default();
-    Renderer::default().count_work(&scene, seconds, &settings, &mut work)?;
-
-    let counted = Counted::from(flags.of);
-    let counts = |counted: Counted| {
-        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        pixels.map(|(x, y)| counted.of(work.at(x, y))).collect::<Vec<u32>>()
+    let (mut renderer, mut work) = (Renderer::default(), PixelWork::default());
+    renderer.count_work(&scene, seconds, &settings, &mut work)?;
+    let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let mut all: Vec<(&str, Vec<u32>)> = Counted::ALL
+        .map(|counted| (counted.title(), pixels().map(|(x, y)| counted.of(work.at(x, y))).collect()))
+        .into();
+    let place = match shown {
+        Shown::Work(counted) => counted as usize,
+        Shown::Points { light } => {
+            let mut cells = LightCells::default();
+            let located = renderer.locate_points(&scene, seconds, &settings, light, &mut cells);
+            located.map_err(no_such_light)?;
+            all.push((POINTS_TITLE, pixels().map(|(x, y)| cells.points_at(x, y)).collect()));
+            all.len() - 1
+        }
     };
-    let image = picture(&counts(counted), flags.size, counted.title(), flags.max);
+
+    let (title, counts) = &all[place];
+    let image = picture(counts, flags.size, title, flags.max);
     let path = flags.output.as_deref().unwrap_or(Path::new("heatmap.png"));
     write_png(&image, path, BitDepth::Eight)?;
     let mut stdout = io::stdout();
-    for counted in Counted::ALL {
-        writeln!(stdout, "{:<16}  {}", counted.title(), Summary::of(&counts(counted)).text())?;
+    for (title, counts) in &all {
+        writeln!(stdout, "{title:<16}  {}", Summary::of(counts).text())?;
     }
     Ok(())
+}
+
+/// Says which lights there are, where one was asked for that isn't there.
+fn no_such_light(error: Error) -> Failure {
+    match error {
+        Error::NoSuchLight { light, lights } => {
+            let hint = format!("the scene has {lights}, counted from 0; `umbrage info` lists them");
+            Failure::input(format!("--light: the scene has no light {light}"), hint)
+        }
+        error => error.into(),
+    }
 }
 
 /// What finds the triangles.

@@ -28,6 +28,7 @@ pub(super) enum Key {
     Engine,
     Heat,
     Work,
+    LightGrid,
     Controls,
     Help,
 }
@@ -48,6 +49,7 @@ impl Key {
         Self::Engine,
         Self::Heat,
         Self::Work,
+        Self::LightGrid,
         Self::Controls,
         Self::Help,
     ];
@@ -70,6 +72,7 @@ impl Key {
             Self::Engine => &[(NONE, Code::X)],
             Self::Heat => &[(NONE, Code::M)],
             Self::Work => &[(NONE, Code::T)],
+            Self::LightGrid => &[(NONE, Code::G)],
             Self::Controls => &[(NONE, Code::Tab)],
             Self::Help => &[(NONE, Code::H), (NONE, Code::F1)],
         }
@@ -91,6 +94,7 @@ impl Key {
             Self::Engine => "X",
             Self::Heat => "M",
             Self::Work => "T",
+            Self::LightGrid => "G",
             Self::Controls => "Tab",
             Self::Help => "H or F1",
         }
@@ -112,6 +116,7 @@ impl Key {
             Self::Engine => "Switch between CPU and GPU",
             Self::Heat => "Next heat map",
             Self::Work => "Show where the time goes",
+            Self::LightGrid => "Show the selected light's grid",
             Self::Controls => "Show the controls",
             Self::Help => "Help",
         }
@@ -154,6 +159,7 @@ impl Key {
                 app.heat = Heat::ALL.get(next).copied();
             }
             Self::Work => app.kept.shows_work ^= true,
+            Self::LightGrid => app.shows_light_grid ^= true,
             Self::Controls => app.kept.hides_controls ^= true,
             Self::Help => app.is_help_open ^= true,
         }

@@ -31,6 +31,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     let painter = ui.painter_at(area);
     painter.image(texture, rect, whole, Color32::WHITE);
     let picture = Projected::new(&shown.picture.view, rect);
+    overlay::light_grid(shown, &painter, &picture);
     let is_light_dragged = gizmo::show(app, ui, &response, &picture, &painter);
     overlay::show(app, ui, &response, rect);
     if !is_light_dragged {

@@ -67,6 +67,15 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     for heat in Heat::ALL {
         ui.radio_value(&mut app.heat, Some(heat), heat.title());
     }
+    if let Some(map) = &picture.heat {
+        let highest = map.counts.iter().copied().max().unwrap_or(0);
+        ui.weak(format!("{}, at most {}", map.title(), grouped(u64::from(highest))));
+    }
+    ui.separator();
+    ui.checkbox(&mut app.shows_light_grid, "Light grid");
+    if let Some(grid) = &picture.light_grid {
+        ui.weak(grid.title());
+    }
 }
 
 /// A number with commas between thousands.

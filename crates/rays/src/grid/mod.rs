@@ -13,8 +13,8 @@ mod tile_order;
 mod work;
 
 pub use light::{
-    ImpossibleLightCells, LightGrid, LightGridCounts, LightGridSeconds, ListedLightCounts, ListedLightGrid,
-    ListedLightOptions, ListedLightSeconds, SeenImage,
+    ImpossibleLightCells, LightCell, LightCells, LightFace, LightGrid, LightGridCounts, LightGridSeconds,
+    ListedLightCounts, ListedLightGrid, ListedLightOptions, ListedLightSeconds, SeenImage,
 };
 pub use mask::{Mask, MaskAnswers, MaskPoints, ShadowMask, Unmasked};
 pub use perspective::{

@@ -11,11 +11,14 @@ pub struct Work {
     pub cells: u32,
     /// Triangles that the filter left undecided.
     pub undecided: u32,
+    /// Pairs of a triangle and a cell that are listed in the pixel's tile, whether or not they were looked at: the same
+    /// for all pixels of a tile. Triangles that are tested where they are set up aren't listed.
+    pub pairs: u32,
 }
 
 /// What finding each pixel's triangle took, in [`TileOrder`]: Guntury and Narayanan 2010, Figure 2.
 ///
-/// 12 bytes a place.
+/// 16 bytes a place.
 #[derive(Clone, Debug, Default)]
 pub struct PixelWork {
     order: TileOrder,
@@ -29,8 +32,8 @@ impl PixelWork {
     /// If the pixel is outside of the image's tiles.
     #[must_use]
     pub fn at(&self, x: u32, y: u32) -> Work {
-        let [tested, cells, undecided] = self.counts[self.order.place(x, y)];
-        Work { tested, cells, undecided }
+        let [tested, cells, undecided, pairs] = self.counts[self.order.place(x, y)];
+        Work { tested, cells, undecided, pairs }
     }
 
     /// Starts anew for an image; the result is for a trace to add to.
@@ -43,7 +46,7 @@ impl PixelWork {
 }
 
 /// How many kinds of work there are.
-pub(super) const KINDS: usize = 3;
+pub(super) const KINDS: usize = 4;
 
 /// Which count of [`Work`] to add to.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +54,7 @@ pub(super) enum Kind {
     Tested,
     Cells,
     Undecided,
+    Pairs,
 }
 
 /// The counts of the places of one tile; with `N` zero there are none, and counting costs nothing.
@@ -78,10 +82,12 @@ mod tests {
         tile.add(Kind::Tested, 0..16, 5);
         tile.add(Kind::Cells, 4..5, 2);
         tile.add(Kind::Undecided, 4..5, 1);
+        tile.add(Kind::Pairs, 0..32, 9);
         assert_eq!(work.at(63, 0), Work::default());
-        assert_eq!(work.at(64, 0), Work { tested: 5, cells: 0, undecided: 0 });
-        assert_eq!(work.at(64, 1), Work { tested: 5, cells: 2, undecided: 1 });
-        assert_eq!(work.at(68, 0), Work::default());
+        assert_eq!(work.at(64, 0), Work { tested: 5, cells: 0, undecided: 0, pairs: 9 });
+        assert_eq!(work.at(64, 1), Work { tested: 5, cells: 2, undecided: 1, pairs: 9 });
+        assert_eq!(work.at(68, 0), Work { pairs: 9, ..Work::default() });
+        assert_eq!(work.at(72, 0), Work::default());
         work.start(TileOrder::new(100, 70));
         assert_eq!(work.at(64, 1), Work::default());
         // Without counts there is nothing to add to.

@@ -1,6 +1,8 @@
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Bvh, Hit, ListedLightOptions, Ray, SeenImage, SeenPixels, TileOrder, View};
+use umbrage_rays::{
+    Bvh, Hit, LightCells, LightSource, ListedLightOptions, Ray, SeenImage, SeenPixels, TileOrder, View,
+};
 use umbrage_scene::{Frame, Light, ShadowingPoints};
 
 use super::{Cpu, LightWork, hit_of};
@@ -77,6 +79,31 @@ impl Cpu {
         let shadowing = frame.lights.iter().filter(|light| light.casts_shadow).count();
         let points = self.seen.triangle.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();
         self.shadow_rays += (points * shadowing) as u64;
+    }
+
+    /// Finds in which cell of a light's grid each point is that was seen last; the hierarchy has no cells.
+    pub(crate) fn locate(
+        &mut self,
+        frame: &Frame,
+        view: &View,
+        sample: &Sample,
+        light: &LightSource,
+        cells: &mut LightCells,
+    ) {
+        let Self { structure, light_grid, listed_light_grid, seen, .. } = self;
+        let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
+        match structure {
+            Structure::Perspective => {
+                light_grid.survey(&image);
+                light_grid.locate(&image, light, cells);
+            }
+            Structure::Listed { light: options, .. } => {
+                listed_light_grid.set_options(*options);
+                listed_light_grid.survey(&image);
+                listed_light_grid.locate(&image, light, cells);
+            }
+            Structure::Bvh => *cells = LightCells::default(),
+        }
     }
 
     fn shadow_through_grids(&mut self, frame: &Frame, view: &View, sample: &Sample) {

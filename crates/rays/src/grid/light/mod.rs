@@ -10,7 +10,7 @@
 //! One verb a file: `survey` finds how far the image's tiles reach, `choose` the light's faces, `spread` cells over
 //! where the points are, `map` brings points to a face, `refine` those that need f64, `sort` brings their bounds into
 //! cells, `project` the vertices to the face, `small` and `large` test triangles against points, `decide` and `filter`
-//! what they leave open.
+//! what they leave open. `locate` says in which cells points are, for whoever wants to see it.
 
 mod block;
 mod cells;
@@ -21,6 +21,7 @@ mod filter;
 mod lanes;
 mod large;
 mod listed;
+mod locate;
 mod map;
 mod pixel_map;
 mod points;
@@ -42,6 +43,7 @@ use block::{Block, BlockErrors};
 use cells::Cells;
 use face::Face;
 pub use listed::{ImpossibleLightCells, ListedLightCounts, ListedLightGrid, ListedLightOptions, ListedLightSeconds};
+pub use locate::{LightCell, LightCells, LightFace};
 use map::Slab;
 use survey::Survey;
 use trace::Worker;

@@ -116,7 +116,9 @@ impl<const N: usize> TileTrace<'_, N> {
             return;
         }
         self.tile.clear();
-        self.tally.listed += bins.clone().flat_map(Bin::lists).map(Vec::len).sum::<usize>() as u64;
+        let listed: usize = bins.clone().flat_map(Bin::lists).map(Vec::len).sum();
+        self.tally.listed += listed as u64;
+        self.work.add(Kind::Pairs, 0..SAMPLES, listed as u32);
         let (ordinary, general) = (bins.clone().map(|bin| &*bin.ordinary), bins.clone().map(|bin| &*bin.general));
         self.tile.order.sort_by_depth(ordinary, general);
         self.test_nearest_first::<S, false>(simd);

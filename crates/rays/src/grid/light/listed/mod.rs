@@ -7,6 +7,7 @@
 //! same f32 test, f64 filter and predicate decide as in the direct form.
 
 mod list;
+mod locate;
 mod points;
 mod sort;
 mod trace;

@@ -36,6 +36,11 @@ impl PointRow {
             + self.farthest.capacity() * size_of::<f32>()
     }
 
+    /// The places of a cell's points.
+    pub(super) fn places_of(&self, column: usize) -> &[u32] {
+        &self.places.items()[self.places.range(column)]
+    }
+
     /// The groups of a cell.
     pub(super) fn of_cell(&self, column: usize) -> std::ops::Range<usize> {
         self.starts[column] as usize..self.starts[column + 1] as usize

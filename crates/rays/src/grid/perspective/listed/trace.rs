@@ -147,7 +147,11 @@ impl<const N: usize> TileTrace<'_, N> {
                 let first = IVec2::new(x, y);
                 let side = cells.sorting_tile() as i32;
                 let origin = self.corner - self.space.middle + first * side + IVec2::splat(k * side / 2);
-                self.search(simd, TracingTile { first, origin, slice: 0 }, &mut waiting);
+                let tile = TracingTile { first, origin, slice: 0 };
+                if N > 0 {
+                    self.count_pairs(&tile);
+                }
+                self.search(simd, tile, &mut waiting);
             }
         }
         self.samples.write_depths(simd, inverse_depth);
@@ -227,6 +231,20 @@ impl<const N: usize> TileTrace<'_, N> {
     fn count_cell(&mut self, tile: &TracingTile, sorting_tile: u32) {
         for block in self.blocks(tile, sorting_tile) {
             self.work.add(Kind::Cells, block.places(), 1);
+        }
+    }
+
+    /// Counts what each sorting tile lists, in all slices together, for all of its samples.
+    fn count_pairs(&mut self, tile: &TracingTile) {
+        let (cells, slices) = (self.grid.options.cells, self.grid.slices.count());
+        let k = cells.tracing_tiles();
+        for sorting_tile in 0..k * k {
+            let (x, y) = (tile.first.x as u32 + sorting_tile % k, tile.first.y as u32 + sorting_tile / k);
+            let first = cells.first_in_tile(x, y) as usize;
+            let pairs = self.cells.cells(first..first + slices as usize).len() as u32;
+            for block in self.blocks(tile, sorting_tile) {
+                self.work.add(Kind::Pairs, block.places(), pairs);
+            }
         }
     }
 
