@@ -90,7 +90,6 @@ impl Display {
     /// Presses and releases a key.
     pub(crate) fn press(&self, key: &str) {
         let symbol = match key {
-            "Tab" => 0xff09,
             "Home" => 0xff50,
             "space" => 0x20,
             letter => u32::from(letter.as_bytes()[0]),

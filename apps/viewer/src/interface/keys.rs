@@ -34,7 +34,7 @@ pub(super) enum Key {
 }
 
 impl Key {
-    pub(super) const ALL: [Self; 16] = [
+    pub(super) const ALL: [Self; 17] = [
         Self::Open,
         Self::Reload,
         Self::Screenshot,
@@ -73,7 +73,7 @@ impl Key {
             Self::Heat => &[(NONE, Code::M)],
             Self::Work => &[(NONE, Code::T)],
             Self::LightGrid => &[(NONE, Code::G)],
-            Self::Controls => &[(NONE, Code::Tab)],
+            Self::Controls => &[(NONE, Code::V)],
             Self::Help => &[(NONE, Code::H), (NONE, Code::F1)],
         }
     }
@@ -95,7 +95,7 @@ impl Key {
             Self::Heat => "M",
             Self::Work => "T",
             Self::LightGrid => "G",
-            Self::Controls => "Tab",
+            Self::Controls => "V",
             Self::Help => "H or F1",
         }
     }

@@ -35,7 +35,8 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
                 }
             }
             let duration = app.timeline.duration();
-            let width = (ui.available_width() - 400.0).max(60.0);
+            let has_clips = app.open.as_ref().is_some_and(|open| !open.scene.animations().is_empty());
+            let width = (ui.available_width() - if has_clips { 590.0 } else { 400.0 }).max(60.0);
             ui.spacing_mut().slider_width = width;
             let scrubber = Slider::new(&mut app.timeline.seconds, 0.0..=duration.max(f64::MIN_POSITIVE))
                 .suffix(" s")
