@@ -1,5 +1,6 @@
 //! An X server without a screen, and what one does at it.
 
+use std::cell::Cell;
 use std::collections::HashSet;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -23,6 +24,7 @@ pub(crate) struct Display {
     name: String,
     connection: RustConnection,
     root: Window,
+    window: Cell<Option<Window>>,
     /// Where copied text arrives.
     mailbox: Window,
 }
@@ -62,21 +64,26 @@ impl Display {
             .expect("a request")
             .check()
             .expect("a window");
-        Some(Self { server, name, connection, root, mailbox })
+        Some(Self { server, name, connection, root, window: Cell::new(None), mailbox })
     }
 
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    /// The program's window, which gets the keys from then on.
+    /// The program's window, which gets the keys from then on; it may be small later.
     pub(crate) fn find_window(&self) -> Option<Window> {
+        if let Some(window) = self.window.get() {
+            return Some(window);
+        }
         let children = self.connection.query_tree(self.root).ok()?.reply().ok()?.children;
         let window = children.into_iter().find(|&window| {
             let geometry = self.connection.get_geometry(window).ok().and_then(|request| request.reply().ok());
             window != self.mailbox && geometry.is_some_and(|of| of.width > 100)
         })?;
+        // Refused until the window is on the screen.
         self.connection.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME).ok()?.check().ok()?;
+        self.window.set(Some(window));
         Some(window)
     }
 
@@ -135,19 +142,10 @@ impl Display {
     }
 
     pub(crate) fn resize(&self, [width, height]: [u32; 2]) {
-        if let Some(window) = self.find_window() {
-            let size = ConfigureWindowAux::new().width(width).height(height);
-            self.connection.configure_window(window, &size).expect("a request").check().expect("a size");
-            std::thread::sleep(Duration::from_millis(500));
-        } else {
-            // Too small to be found: the last one was.
-            let children = self.connection.query_tree(self.root).expect("a request").reply().expect("windows").children;
-            for window in children.into_iter().filter(|&window| window != self.mailbox) {
-                let size = ConfigureWindowAux::new().width(width).height(height);
-                self.connection.configure_window(window, &size).expect("a request").check().expect("a size");
-            }
-            std::thread::sleep(Duration::from_millis(500));
-        }
+        let window = self.find_window().expect("a window");
+        let size = ConfigureWindowAux::new().width(width).height(height);
+        self.connection.configure_window(window, &size).expect("a request").check().expect("a size");
+        std::thread::sleep(Duration::from_millis(500));
     }
 
     /// Asks the window to close, as window managers do.
