@@ -43,8 +43,8 @@ struct Recording {
 
 impl Studio {
     /// Renders a picture, or says why not.
-    pub(crate) fn render(&mut self, order: Order) -> Vec<Done> {
-        match self.picture(&order) {
+    pub(crate) fn render(&mut self, order: &Order) -> Vec<Done> {
+        match self.picture(order) {
             Ok(done) => done,
             Err(why) => {
                 self.recording = None;

@@ -68,7 +68,10 @@ struct Played {
 fn play(start: Start, pictures: u64) -> Result<Played> {
     let (woken, repaints) = channel();
     let context = Context::default();
-    context.set_request_repaint_callback(move |_| drop(woken.send(())));
+    context.set_request_repaint_callback(move |_| {
+        // Nobody waits any more once the window is gone.
+        let _ = woken.send(());
+    });
     let mut app = App::new(&context, start, None);
     let mut pass = Pass { context, repaints };
     // The first pictures make room for themselves.
