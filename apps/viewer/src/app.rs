@@ -243,6 +243,8 @@ impl App {
             Done::Failed(why) => {
                 self.in_flight = None;
                 self.recording = None;
+                // The next moment would most likely fail as well.
+                self.timeline.is_playing = false;
                 self.notices.error(why);
             }
         }
