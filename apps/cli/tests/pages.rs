@@ -89,7 +89,8 @@ fn examples(help: &str) -> Vec<Vec<String>> {
 fn examples_of_the_help_work() {
     let place = Workplace::new();
     let (help, _) = place.succeed(&["--help"]);
-    let examples = examples(&help);
+    // Windows have a test of their own, `view`.
+    let examples: Vec<_> = examples(&help).into_iter().filter(|words| words[0] != "view").collect();
     assert!(examples.len() == 11, "{help}");
     for mut words in examples {
         let example = words.join(" ");
