@@ -4,6 +4,7 @@ use std::sync::{LazyLock, OnceLock};
 use glam::{Vec2, Vec4};
 
 mod opacity;
+mod wrap;
 
 /// An image with its smaller copies (mip levels), and how it is read between and beyond its texels.
 ///
@@ -177,34 +178,22 @@ impl Texture {
     }
 
     fn nearest(&self, level: &Level, coords: Vec2) -> Vec4 {
-        let (x, _) = floor(coords.x * level.width as f32);
-        let (y, _) = floor(coords.y * level.height as f32);
-        let (x, y) = (self.wrap[0].place(x, level.width), self.wrap[1].place(y, level.height));
+        let x = self.wrap[0].nearest(coords.x * level.width as f32, level.width);
+        let y = self.wrap[1].nearest(coords.y * level.height as f32, level.height);
         self.space.decode(level.texels[y * level.width as usize + x])
     }
 
     /// Mixed from the four nearest texels.
     #[inline]
     fn mixed(&self, level: &Level, coords: Vec2) -> Vec4 {
-        let (x, right) = floor(coords.x * level.width as f32 - 0.5);
-        let (y, down) = floor(coords.y * level.height as f32 - 0.5);
-        let [west, east] = self.wrap[0].places(x, level.width);
-        let [north, south] = self.wrap[1].places(y, level.height).map(|y| y * level.width as usize);
+        let ([west, east], right) = self.wrap[0].mixed(coords.x * level.width as f32, level.width);
+        let (rows, down) = self.wrap[1].mixed(coords.y * level.height as f32, level.height);
+        let [north, south] = rows.map(|y| y * level.width as usize);
         let colors = self.space.values();
         let upper = decode(colors, level.texels[north + west]).lerp(decode(colors, level.texels[north + east]), right);
         let lower = decode(colors, level.texels[south + west]).lerp(decode(colors, level.texels[south + east]), right);
         upper.lerp(lower, down)
     }
-}
-
-/// The largest whole number that is no larger, and what is left. NaN is taken for zero, so that some texel stands for it.
-///
-/// `f32::floor` is a call where a processor may lack the instruction.
-#[inline]
-fn floor(value: f32) -> (i32, f32) {
-    let towards_zero = value as i32;
-    let whole = towards_zero.saturating_sub(i32::from(value < towards_zero as f32));
-    (whole, value - whole as f32)
 }
 
 impl Level {
@@ -230,32 +219,6 @@ impl Level {
             })
             .collect();
         Some(Self { width, height, texels })
-    }
-}
-
-impl Wrap {
-    /// The texel that stands for place `at` on a side of `side` texels, at most [`Texture::MAX_SIDE`].
-    #[inline]
-    fn place(self, at: i32, side: u32) -> usize {
-        let side = side as i32;
-        let place = match self {
-            Self::Repeat => at.rem_euclid(side),
-            Self::MirroredRepeat => {
-                let twice = at.rem_euclid(2 * side);
-                twice.min(2 * side - 1 - twice)
-            }
-            Self::ClampToEdge => at.clamp(0, side - 1),
-        };
-        place as usize
-    }
-
-    /// The texels that stand for place `at` and the next one.
-    #[inline]
-    fn places(self, at: i32, side: u32) -> [usize; 2] {
-        if (0..side as i32 - 1).contains(&at) {
-            return [at as usize, at as usize + 1];
-        }
-        [self.place(at, side), self.place(at.saturating_add(1), side)]
     }
 }
 
@@ -315,35 +278,5 @@ impl ColorSpace {
             Self::Linear => byte(linear),
         };
         [color(linear.x), color(linear.y), color(linear.z), byte(linear.w)]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_cut_below_also_left_of_zero() {
-        for value in [0.0, 0.25, 3.0, -0.25, -3.0, -3.75, 1e6 + 0.5, -7.5] {
-            assert_eq!(floor(value), (value.floor() as i32, value - value.floor()), "{value}");
-        }
-        assert_eq!(floor(f32::NAN).0, 0);
-        assert_eq!((floor(f32::INFINITY).0, floor(f32::NEG_INFINITY).0), (i32::MAX, i32::MIN));
-    }
-
-    #[test]
-    fn each_wrap_has_its_texels_beyond_the_edges() {
-        let of_wrap = |wrap: Wrap| (-5..8).map(|at| wrap.place(at, 3)).collect::<Vec<_>>();
-        assert_eq!(of_wrap(Wrap::Repeat), [1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1]);
-        assert_eq!(of_wrap(Wrap::MirroredRepeat), [1, 2, 2, 1, 0, 0, 1, 2, 2, 1, 0, 0, 1]);
-        assert_eq!(of_wrap(Wrap::ClampToEdge), [0, 0, 0, 0, 0, 0, 1, 2, 2, 2, 2, 2, 2]);
-        for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge] {
-            for (at, side) in (-9..9).flat_map(|at| (1..5).map(move |side| (at, side))) {
-                assert_eq!(wrap.places(at, side), [wrap.place(at, side), wrap.place(at + 1, side)]);
-            }
-            for at in [i32::MIN, i32::MAX] {
-                assert!(wrap.places(at, 7).into_iter().all(|place| place < 7), "{wrap:?} {at}");
-            }
-        }
     }
 }

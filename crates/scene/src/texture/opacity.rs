@@ -18,19 +18,18 @@ impl Texture {
     /// The opacity at a place counted in texels.
     fn opacity_at(&self, place: Vec2) -> f32 {
         let level = &self.levels[0];
-        let texel = |x: f32, y: f32| {
-            let (x, y) = (self.wrap[0].place(x as i32, level.width), self.wrap[1].place(y as i32, level.height));
-            f32::from(level.texels[y * level.width as usize + x][3]) / 255.0
-        };
+        let texel = |x: usize, y: usize| f32::from(level.texels[y * level.width as usize + x][3]) / 255.0;
         match self.filter {
-            Filter::Nearest => texel(place.x.floor(), place.y.floor()),
+            Filter::Nearest => {
+                texel(self.wrap[0].nearest(place.x, level.width), self.wrap[1].nearest(place.y, level.height))
+            }
             Filter::Linear => {
-                let corner = (place - 0.5).floor();
-                let part = place - 0.5 - corner;
+                let ([west, east], right) = self.wrap[0].mixed(place.x, level.width);
+                let ([north, south], down) = self.wrap[1].mixed(place.y, level.height);
                 let mix = |from: f32, to: f32, part: f32| from * (1.0 - part) + to * part;
-                let upper = mix(texel(corner.x, corner.y), texel(corner.x + 1.0, corner.y), part.x);
-                let lower = mix(texel(corner.x, corner.y + 1.0), texel(corner.x + 1.0, corner.y + 1.0), part.x);
-                mix(upper, lower, part.y)
+                let upper = mix(texel(west, north), texel(east, north), right);
+                let lower = mix(texel(west, south), texel(east, south), right);
+                mix(upper, lower, down)
             }
         }
     }
@@ -91,40 +90,5 @@ impl Level {
             }
         });
         bounds.collect()
-    }
-}
-
-impl Wrap {
-    /// The texel after texel `at` of `side` texels.
-    fn next(self, at: u32, side: u32) -> u32 {
-        match self {
-            Self::Repeat => (at + 1) % side,
-            Self::MirroredRepeat | Self::ClampToEdge => (at + 1).min(side - 1),
-        }
-    }
-
-    /// The texel that is read at place `at` on a side of `side` texels or, where it is mixed with that at `at + 1`, the
-    /// one from which on both are.
-    #[inline]
-    fn cell(self, at: i32, side: u32, filter: Filter) -> usize {
-        let length = side as i32;
-        if (0..length).contains(&at) {
-            return at as usize;
-        }
-        let cell = match self {
-            Self::Repeat => at.rem_euclid(length),
-            Self::ClampToEdge => at.clamp(0, length - 1),
-            Self::MirroredRepeat => {
-                let twice = at.rem_euclid(2 * length);
-                let mirrored = 2 * length - 1 - twice;
-                match filter {
-                    _ if twice < length => twice,
-                    Filter::Nearest => mirrored,
-                    // Place `at + 1` is the lower one there, and the same one at the image's edge.
-                    Filter::Linear => (mirrored - 1).max(0),
-                }
-            }
-        };
-        cell as usize
     }
 }
