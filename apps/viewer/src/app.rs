@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use eframe::egui::{self, TextureHandle};
+use eframe::egui::{self, TextureHandle, TextureId};
 use serde::{Deserialize, Serialize};
 use umbrage::Scene;
 use umbrage::rays::Bounds;
 use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
 
+use crate::canvas::Canvas;
 use crate::choices::{Choices, EngineChoice};
 use crate::free_camera::FreeCamera;
 use crate::heat::Heat;
@@ -21,6 +22,7 @@ use crate::probe::Probe;
 use crate::recording::Recording;
 use crate::timeline::Timeline;
 use crate::watch::Watch;
+use crate::window_device::{Graphics, WindowDevice};
 use crate::worker::{Done, Opened, Worker};
 
 /// Everything that the window shows and remembers.
@@ -34,6 +36,7 @@ pub struct App {
     pub(crate) camera: CameraChoice,
     pub(crate) lights: LightList,
     pub(crate) heat: Option<Heat>,
+    canvas: Canvas,
     pub(crate) shown: Option<Shown>,
     pub(crate) probe: Option<Probe>,
     pub(crate) history: History,
@@ -100,7 +103,7 @@ struct Look {
 /// The picture on the screen.
 pub(crate) struct Shown {
     pub(crate) picture: Picture,
-    pub(crate) texture: TextureHandle,
+    pub(crate) texture: TextureId,
     /// The colours of its work.
     pub(crate) heat: Option<TextureHandle>,
 }
@@ -126,24 +129,32 @@ impl App {
     /// The key of what is kept.
     pub(crate) const KEY: &'static str = "umbrage";
 
-    /// A window's state. `context` is woken whenever there is something new to show.
+    /// A window's state. `context` is woken whenever there is something new to show. Where `graphics` are known, pictures of
+    /// a GPU that draws the window as well stay on it.
     #[must_use]
-    pub fn new(context: &egui::Context, start: Start, storage: Option<&dyn eframe::Storage>) -> Self {
+    pub fn new(
+        context: &egui::Context,
+        start: Start,
+        storage: Option<&dyn eframe::Storage>,
+        graphics: Option<Graphics>,
+    ) -> Self {
         let storage = storage.filter(|_| !start.forgets);
         let mut kept: Kept = storage.and_then(|storage| eframe::get_value(storage, Self::KEY)).unwrap_or_default();
         if let Some(engine) = start.engine {
             kept.choices.engine = engine;
         }
         let woken = context.clone();
+        let device = graphics.as_ref().and_then(WindowDevice::of);
         let mut app = Self {
             kept,
-            worker: Worker::start(move || woken.request_repaint()),
+            worker: Worker::start(device, move || woken.request_repaint()),
             open: None,
             opening: None,
             timeline: Timeline::default(),
             camera: CameraChoice::Default,
             lights: LightList::default(),
             heat: None,
+            canvas: Canvas::new(graphics.map(|graphics| graphics.state)),
             shown: None,
             probe: None,
             history: History::default(),
@@ -264,13 +275,8 @@ impl App {
             .heat
             .as_ref()
             .map(|heat| context.load_texture("heat map", image(heat.pixels()), egui::TextureOptions::NEAREST));
-        let pixels = image(picture.pixels.clone());
-        let texture = match self.shown.take() {
-            Some(Shown { mut texture, .. }) => {
-                texture.set(pixels, egui::TextureOptions::NEAREST);
-                texture
-            }
-            None => context.load_texture("picture", pixels, egui::TextureOptions::NEAREST),
+        let Some(texture) = self.canvas.show(context, size, &picture.pixels) else {
+            return self.notices.error("the picture is on a device that this window doesn't draw with".to_owned());
         };
         self.lights.follow(&picture.lights);
         self.history.add(&picture);

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use eframe::egui::Color32;
 use umbrage::rays::{Bounds, View};
 use umbrage::scene::{Light, NamedCamera};
 use umbrage::{Scene, Settings, Stats};
 
+use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
 use crate::heat::{Heat, HeatMap};
 
@@ -43,8 +43,7 @@ pub(crate) struct Picture {
     pub(crate) seconds: f64,
     /// Where it was seen from.
     pub(crate) view: View,
-    /// In rows from the upper left corner.
-    pub(crate) pixels: Vec<Color32>,
+    pub(crate) pixels: Pixels,
     pub(crate) heat: Option<HeatMap>,
     pub(crate) stats: Stats,
     /// What rendered it.
