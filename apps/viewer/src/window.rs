@@ -4,7 +4,7 @@ use eframe::egui::{ViewportBuilder, vec2};
 
 use crate::app::{App, Start};
 use crate::choices::EngineChoice;
-use crate::window_device::{Graphics, configuration};
+use crate::window_device::Graphics;
 
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]
@@ -25,7 +25,7 @@ pub fn view(start: Start) -> Result<(), ViewError> {
         Some(EngineChoice::Cpu) | None => "",
     };
     let options = eframe::NativeOptions {
-        wgpu_options: configuration(engine),
+        wgpu_options: Graphics::configuration(engine),
         viewport: ViewportBuilder::default()
             .with_app_id("umbrage")
             .with_title("Umbrage")

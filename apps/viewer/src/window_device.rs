@@ -19,6 +19,27 @@ pub struct Graphics {
 }
 
 impl Graphics {
+    /// How the window's device is opened, so that an engine that is called so can work on it, if its adapter can draw windows.
+    #[must_use]
+    pub fn configuration(engine: &str) -> WgpuConfiguration {
+        let mut setup = WgpuSetupCreateNew::without_display_handle();
+        setup.instance_descriptor.flags = Gpu::instance_flags();
+        let engine = engine.to_lowercase();
+        setup.native_adapter_selector = Some(Arc::new(move |adapters, surface| {
+            let can_draw =
+                |adapter: &&wgpu::Adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface));
+            let chosen =
+                adapters.iter().filter(can_draw).min_by_key(|adapter| preference(&Adapter::of(adapter), &engine));
+            chosen.cloned().ok_or_else(|| "no graphics adapter can draw on this display".to_owned())
+        }));
+        let by_default = Arc::clone(&setup.device_descriptor);
+        setup.device_descriptor = Arc::new(move |adapter| {
+            // An adapter that the engine can't use may still draw the window.
+            Gpu::descriptor(adapter, DeviceLimits::Adapter).unwrap_or_else(|_| by_default(adapter))
+        });
+        WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..WgpuConfiguration::default() }
+    }
+
     /// Those of a window, as the environment wants them shared: `UMBRAGE_SHARE_DEVICE=1` means
     /// [`Graphics::shares_software`].
     #[must_use]
@@ -54,24 +75,6 @@ impl WindowDevice {
         }
         Ok(Gpu::of_device(&self.adapter, self.device.clone(), self.queue.clone()).ok())
     }
-}
-
-/// How the window's device is opened, so that an engine that is called so can work on it, if its adapter can draw windows.
-pub(crate) fn configuration(engine: &str) -> WgpuConfiguration {
-    let mut setup = WgpuSetupCreateNew::without_display_handle();
-    setup.instance_descriptor.flags = Gpu::instance_flags();
-    let engine = engine.to_lowercase();
-    setup.native_adapter_selector = Some(Arc::new(move |adapters, surface| {
-        let can_draw = |adapter: &&wgpu::Adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface));
-        let chosen = adapters.iter().filter(can_draw).min_by_key(|adapter| preference(&Adapter::of(adapter), &engine));
-        chosen.cloned().ok_or_else(|| "no graphics adapter can draw on this display".to_owned())
-    }));
-    let by_default = Arc::clone(&setup.device_descriptor);
-    setup.device_descriptor = Arc::new(move |adapter| {
-        // An adapter that the engine can't use may still draw the window.
-        Gpu::descriptor(adapter, DeviceLimits::Adapter).unwrap_or_else(|_| by_default(adapter))
-    });
-    WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..WgpuConfiguration::default() }
 }
 
 /// Lower for what is preferred: GPUs before software, as the engine does; of each kind what is called so.

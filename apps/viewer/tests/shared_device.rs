@@ -7,7 +7,7 @@ use eframe::egui::{Key, vec2};
 use eframe::egui_wgpu::{RenderState, RendererOptions};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state, default_wgpu_setup};
+use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state};
 use umbrage::gpu::Adapter;
 use umbrage_viewer::{App, EngineChoice, Graphics, Start};
 
@@ -79,10 +79,10 @@ impl Window {
     }
 }
 
-/// What egui draws with; `None`, and a note, where no adapter can.
+/// What egui draws with, opened as for a window; `None`, and a note, where no adapter can.
 fn state() -> Option<RenderState> {
     Adapter::find("").map_err(|error| eprintln!("skipped-gpu: {error}")).ok()?;
-    let state = create_render_state(default_wgpu_setup(), RendererOptions::PREDICTABLE);
+    let state = create_render_state(Graphics::configuration("").wgpu_setup, RendererOptions::PREDICTABLE);
     Some(state)
 }
 
@@ -120,8 +120,12 @@ fn a_shared_texture_shows_what_a_copy_shows() {
         window.press(Key::T);
     }
     let plain = textures.picture();
+    let times = |window: &Window| window.harness.query_all_by_label_contains("develop").next().is_some();
+    let can_time = shared.device.features().contains(umbrage::gpu::wgpu::Features::TIMESTAMP_QUERY);
+    assert_eq!((times(&textures), times(&copies)), (can_time, false), "stages of the work panel");
     let [heat, none] = ["Triangles tested", "None"].map(|label| {
-        textures.harness.get_by_label(label).click();
+        // They may be below the panel's end.
+        textures.harness.get_by_label(label).click_accesskit();
         textures.settle();
         textures.picture()
     });
