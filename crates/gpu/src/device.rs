@@ -1,6 +1,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, OnceLock};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::GpuError;
 use crate::memory::Memory;
@@ -81,8 +82,10 @@ impl Adapter {
 }
 
 impl Gpu {
-    /// The longest that others wait for a shared device's locks because of [`Gpu::wait`].
-    const STEP_OF_WAITING: Duration = Duration::from_micros(500);
+    /// For so long a shared device is asked again and again whether it is done: a frame has several small readbacks.
+    const SHORT_WAIT: Duration = Duration::from_micros(300);
+    /// How often it is asked from then on.
+    const STEP_OF_WAITING: Duration = Duration::from_micros(200);
 
     /// Opens the first adapter whose name contains `name`, whatever the case; the first GPU, or else the first software
     /// adapter, where `name` is empty.
@@ -231,17 +234,32 @@ impl Gpu {
     /// # Errors
     /// Where the device is lost.
     pub fn wait(&self) -> Result<(), GpuError> {
-        let mut awaited = wgpu::PollType::wait_indefinitely();
         if self.is_shared {
-            // Not for what others submit from now on, and in steps: a window can't present while someone waits.
-            let submission = Some(self.queue.submit([]));
-            awaited = wgpu::PollType::Wait { submission_index: submission, timeout: Some(Self::STEP_OF_WAITING) };
+            return self.wait_beside_others();
         }
+        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
+        waited.map_err(|cause| GpuError::Lost(cause.to_string())).and_then(|_| self.check())
+    }
+
+    /// [`Gpu::wait`] without the locks that wgpu holds while it waits: nobody else could present a window meanwhile.
+    fn wait_beside_others(&self) -> Result<(), GpuError> {
+        let lost = |cause: String| GpuError::Lost(cause);
+        let (tell, told) = mpsc::channel();
+        self.queue.on_submitted_work_done(move || {
+            tell.send(()).ok();
+        });
+        let start = Instant::now();
         loop {
-            match self.device.poll(awaited.clone()) {
-                Ok(_) => return self.check(),
-                Err(wgpu::PollError::Timeout) if self.loss.get().is_none() => {}
-                Err(cause) => return self.check().and(Err(GpuError::Lost(cause.to_string()))),
+            // With a time limit of wgpu's own, wgpu 30 panics now and then where others poll as well (gfx-rs/wgpu#9958).
+            self.device.poll(wgpu::PollType::Poll).map_err(|cause| lost(cause.to_string()))?;
+            let is_short = start.elapsed() < Self::SHORT_WAIT;
+            match told.recv_timeout(if is_short { Duration::ZERO } else { Self::STEP_OF_WAITING }) {
+                Ok(()) => return self.check(),
+                Err(RecvTimeoutError::Timeout) if self.loss.get().is_none() => {}
+                Err(cause) => return self.check().and(Err(lost(cause.to_string()))),
+            }
+            if is_short {
+                std::thread::yield_now();
             }
         }
     }
