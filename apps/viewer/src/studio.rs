@@ -53,8 +53,8 @@ impl Studio {
     }
 
     /// Renders a picture, or says why not.
-    pub(crate) fn render(&mut self, order: Order) -> Vec<Done> {
-        match self.picture(&order) {
+    pub(crate) fn render(&mut self, order: &Order) -> Vec<Done> {
+        match self.picture(order) {
             Ok(done) => done,
             Err(why) => {
                 self.recording = None;
@@ -100,12 +100,13 @@ impl Studio {
         let view = renderer.view().ok_or("nothing was rendered")?;
         settings.camera = Some(view.camera);
         self.last = Some((view, settings.culls_back_faces));
-        let pixels = texture.map(Pixels::OnDevice).unwrap_or_else(|| {
+        let pixels = if let Some(texture) = texture {
+            Pixels::OnDevice(texture)
+        } else {
             renderer.film().develop_for_screen(&settings, &mut self.pixels);
-            Pixels::Copied(
-                self.pixels.iter().map(|&[red, green, blue, _]| Color32::from_rgb(red, green, blue)).collect(),
-            )
-        });
+            let pixels = self.pixels.iter().map(|&[red, green, blue, _]| Color32::from_rgb(red, green, blue));
+            Pixels::Copied(pixels.collect())
+        };
         let heat = order.heat.map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
         let scenery = renderer.scenery();
         let picture = Picture {

@@ -137,7 +137,7 @@ fn work(waiting: &Waiting, window: Option<&WindowDevice>, done: &Sender<Done>, t
             (None, order, probe) => {
                 // The pixel belongs to the picture that the user sees, which is older than what is ordered.
                 let probed = probe.and_then(|pixel| studio.probe(pixel)).map(|probe| Done::Probed(Box::new(probe)));
-                let rendered = order.into_iter().flat_map(|order| studio.render(*order));
+                let rendered = order.into_iter().flat_map(|order| studio.render(&order));
                 probed.into_iter().chain(rendered).collect()
             }
         }));

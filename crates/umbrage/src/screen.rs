@@ -69,8 +69,8 @@ impl Levels {
     /// What lies outside of [0, 1] is cut off, NaN becomes zero.
     #[inline]
     fn level(&self, linear: f32) -> u8 {
-        // In this order NaN becomes zero.
-        let linear = linear.max(0.0).min(1.0);
+        // NaN is not above zero either.
+        let linear = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
         let mut level = self.first[(linear.to_bits() >> Self::SHIFT) as usize];
         while level < u8::MAX && linear >= self.least[usize::from(level) + 1] {
             level += 1;
