@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use eframe::egui::{self, TextureHandle};
+use eframe::egui::{self, TextureHandle, TextureId};
 use serde::{Deserialize, Serialize};
 use umbrage::Scene;
 use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
 
+use crate::canvas::Canvas;
 use crate::choices::{Choices, EngineChoice, Resolution};
 use crate::focus::Focus;
 use crate::free_camera::FreeCamera;
@@ -21,6 +22,7 @@ use crate::probe::Probe;
 use crate::recording::Recording;
 use crate::timeline::Timeline;
 use crate::watch::Watch;
+use crate::window_device::{Graphics, WindowDevice};
 use crate::worker::{Done, Opened, Worker};
 
 /// Everything that the window shows and remembers.
@@ -35,6 +37,7 @@ pub struct App {
     pub(crate) lights: LightList,
     pub(crate) heat: Option<Heat>,
     pub(crate) shows_light_grid: bool,
+    canvas: Canvas,
     pub(crate) shown: Option<Shown>,
     /// What the open scene's first picture is about: where lights are put, and how far they and the camera move.
     pub(crate) focus: Option<Focus>,
@@ -108,7 +111,7 @@ struct Look {
 /// The picture on the screen.
 pub(crate) struct Shown {
     pub(crate) picture: Picture,
-    pub(crate) texture: TextureHandle,
+    pub(crate) texture: TextureId,
     /// The colours of its work.
     pub(crate) heat: Option<TextureHandle>,
     /// The tints of a light's cells.
@@ -140,9 +143,15 @@ impl App {
     /// The key of what is kept.
     pub(crate) const KEY: &'static str = "umbrage";
 
-    /// A window's state. `context` is woken whenever there is something new to show.
+    /// A window's state. `context` is woken whenever there is something new to show. Where `graphics` are known, pictures of
+    /// a GPU that draws the window as well stay on it.
     #[must_use]
-    pub fn new(context: &egui::Context, start: Start, storage: Option<&dyn eframe::Storage>) -> Self {
+    pub fn new(
+        context: &egui::Context,
+        start: Start,
+        storage: Option<&dyn eframe::Storage>,
+        graphics: Option<Graphics>,
+    ) -> Self {
         let storage = storage.filter(|_| !start.forgets);
         let mut kept: Kept = storage.and_then(|storage| eframe::get_value(storage, Self::KEY)).unwrap_or_default();
         if let Some(engine) = start.engine {
@@ -152,9 +161,10 @@ impl App {
             kept.choices.resolution = Resolution::Fixed(size);
         }
         let woken = context.clone();
+        let device = graphics.as_ref().and_then(WindowDevice::of);
         let mut app = Self {
             kept,
-            worker: Worker::start(move || woken.request_repaint()),
+            worker: Worker::start(device, move || woken.request_repaint()),
             open: None,
             opening: None,
             timeline: Timeline::default(),
@@ -162,6 +172,7 @@ impl App {
             lights: start.lights.map_or_else(LightList::default, LightList::of),
             heat: None,
             shows_light_grid: false,
+            canvas: Canvas::new(graphics.map(|graphics| graphics.state)),
             shown: None,
             focus: None,
             probe: None,
@@ -276,7 +287,7 @@ impl App {
         self.open = Some(OpenScene { address, options, scene, number });
     }
 
-    fn replace_picture(&mut self, context: &egui::Context, mut picture: Picture) {
+    fn replace_picture(&mut self, context: &egui::Context, picture: Picture) {
         // Not one of a scene that has been replaced since.
         if self.in_flight != Some(picture.number) {
             return;
@@ -292,19 +303,14 @@ impl App {
             .light_grid
             .as_ref()
             .map(|grid| context.load_texture("light grid", image(grid.tints.clone()), egui::TextureOptions::NEAREST));
-        let pixels = image(std::mem::take(&mut picture.pixels));
-        let texture = match self.shown.take() {
-            Some(Shown { mut texture, .. }) => {
-                texture.set(pixels, egui::TextureOptions::NEAREST);
-                texture
-            }
-            None => context.load_texture("picture", pixels, egui::TextureOptions::NEAREST),
+        let Some(texture) = self.canvas.show(context, size, &picture.pixels) else {
+            return self.notices.error("the picture is on a device that this window doesn't draw with".to_owned());
         };
         self.lights.follow(&picture.lights);
         self.entitle(context, &picture.device);
         self.history.add(&picture);
         self.pictures += 1;
-        self.focus.get_or_insert(picture.focus);
+        self.focus = self.focus.or(picture.focus);
         self.shown = Some(Shown { picture, texture, heat, light_grid });
     }
 
@@ -373,6 +379,7 @@ impl App {
             heat: self.heat,
             shows_light_grid: self.shows_light_grid,
             light,
+            needs_focus: self.focus.is_none(),
             file,
         });
     }
@@ -387,7 +394,7 @@ impl App {
         if !matches!(self.camera, CameraChoice::Free(_)) {
             let picture = &self.shown.as_ref()?.picture;
             let camera = picture.view.camera;
-            let Focus { center, size } = picture.focus;
+            let Focus { center, size } = picture.focus.unwrap_or(self.focus());
             let depth = (center - camera.position).dot(camera.forward);
             let depth = if depth > 0.0 { depth } else { size };
             self.camera = CameraChoice::Free(FreeCamera::of(&camera, depth));

@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 mod app;
+mod canvas;
 mod choices;
 mod command;
 mod dialogs;
@@ -23,8 +24,10 @@ mod studio;
 mod timeline;
 mod watch;
 mod window;
+mod window_device;
 mod worker;
 
 pub use app::{App, Start};
 pub use choices::EngineChoice;
 pub use window::{ViewError, view};
+pub use window_device::Graphics;

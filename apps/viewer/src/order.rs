@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use eframe::egui::Color32;
 use umbrage::rays::{Bounds, View};
 use umbrage::scene::{Light, NamedCamera};
 use umbrage::{Scene, Settings, Stats};
 
+use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
 use crate::focus::Focus;
 use crate::heat::{Heat, HeatMap};
@@ -29,6 +29,8 @@ pub(crate) struct Order {
     pub(crate) shows_light_grid: bool,
     /// The light that these are about, by its place in the list.
     pub(crate) light: usize,
+    /// Whether it isn't known yet what the scene's pictures are about.
+    pub(crate) needs_focus: bool,
     /// Where the picture goes as a file.
     pub(crate) file: Option<FileOrder>,
 }
@@ -49,8 +51,7 @@ pub(crate) struct Picture {
     pub(crate) seconds: f64,
     /// Where it was seen from.
     pub(crate) view: View,
-    /// In rows from the upper left corner, until they are on their way to the screen.
-    pub(crate) pixels: Vec<Color32>,
+    pub(crate) pixels: Pixels,
     pub(crate) heat: Option<HeatMap>,
     pub(crate) light_grid: Option<LightGridPicture>,
     pub(crate) stats: Stats,
@@ -60,7 +61,8 @@ pub(crate) struct Picture {
     pub(crate) lights: Vec<Light>,
     pub(crate) cameras: Vec<NamedCamera>,
     pub(crate) bounds: Bounds,
-    pub(crate) focus: Focus,
+    /// Known where the film was fetched.
+    pub(crate) focus: Option<Focus>,
     /// How long it took from the order to the pixels, in milliseconds.
     pub(crate) milliseconds: f64,
 }

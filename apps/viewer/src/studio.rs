@@ -5,22 +5,26 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use eframe::egui::Color32;
-use umbrage::gpu::{DeviceLimits, Gpu};
+use umbrage::gpu::{DeviceLimits, Gpu, GpuError};
 use umbrage::output::{BitDepth, Format, FrameRate, Options, Target, Writer, write_png};
 use umbrage::rays::View;
 use umbrage::{Error, Renderer, Settings};
 
+use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
 use crate::focus::Focus;
 use crate::heat::HeatMaker;
 use crate::order::{FileOrder, Order, Picture};
 use crate::probe::Probe;
 use crate::timeline::Timeline;
+use crate::window_device::WindowDevice;
 use crate::worker::Done;
 
 /// Renders orders.
 #[derive(Default)]
 pub(crate) struct Studio {
+    /// What the window draws with, where an engine may work on it too.
+    window: Option<WindowDevice>,
     engine: Option<Engine>,
     heat: HeatMaker,
     /// The last picture's, for whoever asks about its pixels.
@@ -33,6 +37,8 @@ struct Engine {
     choice: EngineChoice,
     renderer: Renderer,
     device: String,
+    /// Whether its device is the window's, which then draws its textures.
+    is_windows: bool,
 }
 
 struct Recording {
@@ -42,6 +48,11 @@ struct Recording {
 }
 
 impl Studio {
+    /// Pictures of an engine that works on the window's device stay there.
+    pub(crate) fn new(window: Option<WindowDevice>) -> Self {
+        Self { window, ..Self::default() }
+    }
+
     /// Renders a picture, or says why not.
     pub(crate) fn render(&mut self, order: &Order) -> Vec<Done> {
         match self.picture(order) {
@@ -62,35 +73,52 @@ impl Studio {
 
     fn picture(&mut self, order: &Order) -> Result<Vec<Done>, String> {
         let start = Instant::now();
-        let engine = Self::engine(&mut self.engine, &order.engine)?;
+        let engine = Self::engine(&mut self.engine, &order.engine, self.window.as_ref())?;
         let mut settings = order.settings.clone();
         if let (None, Some(camera)) = (settings.camera, order.camera) {
             // It may move with the scene, so it is asked for at each moment.
             let frame = order.scene.at(order.seconds).map_err(|error| error.to_string())?;
             settings.camera = frame.cameras.get(camera).map(|named| named.camera);
         }
-        let rendered = engine.renderer.render(&order.scene, order.seconds, &settings).err();
-        if let Some(error) = rendered {
-            if let Error::Gpu(_) = error {
-                // Another device may do.
-                self.engine = None;
+        let (scene, seconds) = (&order.scene, order.seconds);
+        // These are made from the film.
+        let needs_film = order.file.is_some() || order.heat.is_some() || order.needs_focus;
+        let rendered = if engine.is_windows && !needs_film {
+            engine.renderer.render_to_texture(scene, seconds, &settings).map(Some)
+        } else {
+            engine.renderer.render(scene, seconds, &settings).map(|_| None)
+        };
+        let texture = match rendered {
+            Ok(texture) => texture,
+            Err(error) => {
+                if let Error::Gpu(_) = error {
+                    // Another device may do.
+                    self.engine = None;
+                }
+                return Err(error.to_string());
             }
-            return Err(error.to_string());
-        }
+        };
         let renderer = &engine.renderer;
         let view = renderer.view().ok_or("nothing was rendered")?;
         settings.camera = Some(view.camera);
         self.last = Some((view, settings.culls_back_faces));
-        let film = renderer.film();
-        film.develop_for_screen(&settings, &mut self.pixels);
+        let scenery = renderer.scenery();
+        let film = texture.is_none().then(|| renderer.film());
+        let focus = film.map(|film| Focus::new(film, &view, scenery.animation_bounds));
+        let pixels = if let Some(texture) = texture {
+            Pixels::OnDevice(texture)
+        } else {
+            renderer.film().develop_for_screen(&settings, &mut self.pixels);
+            let pixels = self.pixels.iter().map(|&[red, green, blue, _]| Color32::from_rgb(red, green, blue));
+            Pixels::Copied(pixels.collect())
+        };
         let heat = order.heat.map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
         let light_grid = order.shows_light_grid.then(|| self.heat.light_grid(order, &settings)).transpose()?.flatten();
-        let scenery = renderer.scenery();
         let picture = Picture {
             number: order.number,
             seconds: order.seconds,
             view,
-            pixels: self.pixels.iter().map(|&[red, green, blue, _]| Color32::from_rgb(red, green, blue)).collect(),
+            pixels,
             heat,
             light_grid,
             stats: renderer.stats().clone(),
@@ -98,7 +126,7 @@ impl Studio {
             lights: scenery.lights.clone(),
             cameras: scenery.cameras.clone(),
             bounds: scenery.animation_bounds,
-            focus: Focus::new(film, &view, scenery.animation_bounds),
+            focus,
             milliseconds: start.elapsed().as_secs_f64() * 1e3,
         };
         let mut done = vec![Done::Picture(Box::new(picture))];
@@ -109,21 +137,40 @@ impl Studio {
     }
 
     /// The renderer on an engine, which stays open until another is chosen.
-    fn engine<'a>(open: &'a mut Option<Engine>, choice: &EngineChoice) -> Result<&'a mut Engine, String> {
+    fn engine<'a>(
+        open: &'a mut Option<Engine>,
+        choice: &EngineChoice,
+        window: Option<&WindowDevice>,
+    ) -> Result<&'a mut Engine, String> {
         if open.as_ref().is_none_or(|open| open.choice != *choice) {
             // Closed first: there may be no room for both.
             *open = None;
-            let (renderer, device) = match choice {
-                EngineChoice::Cpu => (Renderer::default(), format!("CPU with {}", umbrage::rays::SimdLevel::default())),
+            let choice = choice.clone();
+            let engine = match &choice {
+                EngineChoice::Cpu => {
+                    let device = format!("CPU with {}", umbrage::rays::SimdLevel::default());
+                    Engine { choice, renderer: Renderer::default(), device, is_windows: false }
+                }
                 EngineChoice::Gpu(name) => {
-                    let gpu = Gpu::open(name, DeviceLimits::Adapter).map_err(|error| error.to_string())?;
-                    let device = gpu.adapter().name.clone();
-                    (Renderer::with_gpu(gpu).map_err(|error| error.to_string())?, device)
+                    let (gpu, is_windows) = device(name, window).map_err(|error| error.to_string())?;
+                    let stay = if is_windows { "; pictures stay on it" } else { "" };
+                    let device = format!("{}{stay}", gpu.adapter().name);
+                    let renderer = Renderer::with_gpu(gpu).map_err(|error| error.to_string())?;
+                    Engine { choice, renderer, device, is_windows }
                 }
             };
-            return Ok(open.insert(Engine { choice: choice.clone(), renderer, device }));
+            return Ok(open.insert(engine));
         }
         open.as_mut().ok_or_else(|| "no engine is open".to_owned())
+    }
+}
+
+/// The device of that name, and whether it is the window's.
+fn device(name: &str, window: Option<&WindowDevice>) -> Result<(Gpu, bool), GpuError> {
+    let of_window = window.map(|window| window.gpu(name)).transpose()?.flatten();
+    match of_window {
+        Some(gpu) => Ok((gpu, true)),
+        None => Ok((Gpu::open(name, DeviceLimits::Adapter)?, false)),
     }
 }
 

@@ -3,6 +3,8 @@
 use eframe::egui::{ViewportBuilder, vec2};
 
 use crate::app::{App, Start};
+use crate::choices::EngineChoice;
+use crate::window_device::Graphics;
 
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]
@@ -11,10 +13,19 @@ pub struct ViewError(String);
 
 /// Opens the window and returns once it is closed.
 ///
+/// Where the GPU engine's adapter draws the window as well, both work on one device, and pictures stay on it. A software
+/// adapter has a device for each, since in one queue the window would wait for the engine, and pictures are copied;
+/// `UMBRAGE_SHARE_DEVICE=1` in the environment has it share one, for tests.
+///
 /// # Errors
 /// Where there is no display, or no graphics adapter that can draw on it.
 pub fn view(start: Start) -> Result<(), ViewError> {
+    let engine = match &start.engine {
+        Some(EngineChoice::Gpu(name)) => name.as_str(),
+        Some(EngineChoice::Cpu) | None => "",
+    };
     let options = eframe::NativeOptions {
+        wgpu_options: Graphics::configuration(engine),
         viewport: ViewportBuilder::default()
             .with_app_id("umbrage")
             .with_title("Umbrage")
@@ -26,7 +37,10 @@ pub fn view(start: Start) -> Result<(), ViewError> {
     let made = eframe::run_native(
         "umbrage",
         options,
-        Box::new(|creation| Ok(Box::new(App::new(&creation.egui_ctx, start, creation.storage)))),
+        Box::new(|creation| {
+            let graphics = creation.wgpu_render_state.clone().map(Graphics::new);
+            Ok(Box::new(App::new(&creation.egui_ctx, start, creation.storage, graphics)))
+        }),
     );
     made.map_err(|error| ViewError(error.to_string()))
 }

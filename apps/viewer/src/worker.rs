@@ -12,6 +12,7 @@ use umbrage::scene::OpenOptions;
 use crate::order::{Order, Picture};
 use crate::probe::Probe;
 use crate::studio::Studio;
+use crate::window_device::WindowDevice;
 
 /// Takes orders; of those that wait, only the newest counts.
 pub(crate) struct Worker {
@@ -64,12 +65,12 @@ struct Jobs {
 }
 
 impl Worker {
-    /// Starts the thread. It calls `tell` whenever there is news.
-    pub(crate) fn start(tell: impl Fn() + Send + 'static) -> Self {
+    /// Starts the thread. It calls `tell` whenever there is news. An engine may work on the device of the `window`.
+    pub(crate) fn start(window: Option<WindowDevice>, tell: impl Fn() + Send + 'static) -> Self {
         let waiting = Arc::new(Waiting::default());
         let (sender, done) = channel();
         let jobs = Arc::clone(&waiting);
-        let thread = std::thread::spawn(move || work(&jobs, &sender, &tell));
+        let thread = std::thread::spawn(move || work(&jobs, window.as_ref(), &sender, &tell));
         Self { waiting, done, thread: Some(thread) }
     }
 
@@ -118,8 +119,8 @@ fn lock(jobs: &Mutex<Jobs>) -> MutexGuard<'_, Jobs> {
     jobs.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn work(waiting: &Waiting, done: &Sender<Done>, tell: &impl Fn()) {
-    let mut studio = Studio::default();
+fn work(waiting: &Waiting, window: Option<&WindowDevice>, done: &Sender<Done>, tell: &impl Fn()) {
+    let mut studio = Studio::new(window.cloned());
     loop {
         let mut jobs = lock(&waiting.jobs);
         while !jobs.closes && jobs.open.is_none() && jobs.order.is_none() && jobs.probe.is_none() {
@@ -141,7 +142,7 @@ fn work(waiting: &Waiting, done: &Sender<Done>, tell: &impl Fn()) {
             }
         }));
         let outcome = outcome.unwrap_or_else(|_| {
-            studio = Studio::default();
+            studio = Studio::new(window.cloned());
             vec![Done::Failed("a mistake of the renderer's: it gave up on this picture".to_owned())]
         });
         for news in outcome {

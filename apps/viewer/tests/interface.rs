@@ -29,7 +29,7 @@ impl Window {
         let start = Start { forgets: true, ..start };
         let harness = Harness::builder().with_size(vec2(1000.0, 700.0)).wgpu().build_ui_state(
             move |ui, state: &mut Option<App>| {
-                state.get_or_insert_with(|| App::new(ui.ctx(), start.clone(), None)).show(ui);
+                state.get_or_insert_with(|| App::new(ui.ctx(), start.clone(), None, None)).show(ui);
             },
             None,
         );

@@ -146,8 +146,12 @@ impl Buffer {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(self.name) });
         encoder.copy_buffer_to_buffer(&self.buffer, 0, &staging, 0, bytes.next_multiple_of(4));
         gpu.queue.submit([encoder.finish()]);
-        staging.map_async(wgpu::MapMode::Read, .., |_| ());
+        let (tell, told) = std::sync::mpsc::channel();
+        staging.map_async(wgpu::MapMode::Read, .., move |mapped| drop(tell.send(mapped)));
         gpu.wait()?;
+        // Of a device that others use as well, another thread may be the one that finds it mapped.
+        let lost = |cause: String| GpuError::Lost(cause);
+        told.recv().map_err(|cause| lost(cause.to_string()))?.map_err(|cause| lost(cause.to_string()))?;
         let mapped = staging.get_mapped_range(..).map_err(|cause| GpuError::Lost(cause.to_string()))?;
         bytemuck::cast_slice_mut(contents).copy_from_slice(&mapped[..bytes as usize]);
         Ok(())

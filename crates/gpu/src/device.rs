@@ -1,5 +1,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, OnceLock};
+use std::time::{Duration, Instant};
 
 use crate::GpuError;
 use crate::memory::Memory;
@@ -16,6 +18,8 @@ pub struct Gpu {
     trouble: Arc<Mutex<Option<GpuError>>>,
     /// Why the device is lost, if it is: from then on it answers anything with errors of any kind.
     loss: Arc<OnceLock<String>>,
+    /// Whether someone else works on the device as well.
+    is_shared: bool,
 }
 
 /// What is known about an adapter without opening it.
@@ -54,7 +58,18 @@ impl Adapter {
         all
     }
 
-    fn of(adapter: &wgpu::Adapter) -> Self {
+    /// The first adapter whose name contains `name`, whatever the case; the first GPU, or else the first software adapter,
+    /// where `name` is empty.
+    ///
+    /// # Errors
+    /// Where there is no such adapter.
+    pub fn find(name: &str) -> Result<Self, GpuError> {
+        choose(name).map(|(info, _)| info)
+    }
+
+    /// What wgpu says about an adapter.
+    #[must_use]
+    pub fn of(adapter: &wgpu::Adapter) -> Self {
         let info = adapter.get_info();
         let driver = [info.driver, info.driver_info].join(" ").trim().to_owned();
         Self {
@@ -67,53 +82,85 @@ impl Adapter {
 }
 
 impl Gpu {
+    /// For so long a shared device is asked again and again whether it is done: a frame has several small readbacks.
+    const SHORT_WAIT: Duration = Duration::from_micros(300);
+    /// How often it is asked from then on.
+    const STEP_OF_WAITING: Duration = Duration::from_micros(200);
+
     /// Opens the first adapter whose name contains `name`, whatever the case; the first GPU, or else the first software
     /// adapter, where `name` is empty.
     ///
     /// # Errors
     /// Where there is no such adapter, or it can't be opened.
     pub fn open(name: &str, limits: DeviceLimits) -> Result<Self, GpuError> {
-        let wanted = name.to_lowercase();
-        let mut found: Vec<_> = enumerate().into_iter().map(|adapter| (Adapter::of(&adapter), adapter)).collect();
-        found.sort_by_key(|(info, _)| info.is_software);
-        let names = found.iter().map(|(info, _)| info.name.clone()).collect::<Vec<_>>().join(", ");
-        let chosen = found.into_iter().find(|(info, _)| info.name.to_lowercase().contains(&wanted));
-        let Some((info, adapter)) = chosen else {
-            return Err(GpuError::NoAdapter(if names.is_empty() {
-                "was found: install a Vulkan driver (on Debian, mesa-vulkan-drivers has one in software)".to_owned()
-            } else {
-                format!("has \"{name}\" in its name; there is {names}")
-            }));
+        let (info, adapter) = choose(name)?;
+        let descriptor = Self::descriptor(&adapter, limits)?;
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|cause| GpuError::Device { adapter: info.name.clone(), cause: cause.to_string() })?;
+        let memory = match limits {
+            DeviceLimits::Memory(bytes) => bytes,
+            DeviceLimits::Adapter | DeviceLimits::Portable | DeviceLimits::Buffers(_) => u64::MAX,
         };
-        Self::open_adapter(info, &adapter, limits)
+        Ok(Self::new(info, device, queue, memory, false))
     }
 
-    fn open_adapter(info: Adapter, adapter: &wgpu::Adapter, limits: DeviceLimits) -> Result<Self, GpuError> {
+    /// A device that someone else has opened, with [`Gpu::descriptor`] or with more, and goes on to use: whatever both
+    /// submit to its queue is done in the order in which it was submitted.
+    ///
+    /// Errors that nobody else catches are this `Gpu`'s from now on, as is news of the device's loss.
+    ///
+    /// # Errors
+    /// Where the device can't do what is needed; says what is missing.
+    pub fn of_device(adapter: &wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Result<Self, GpuError> {
+        let info = Adapter::of(adapter);
+        let mut needed = wgpu::Limits::default();
+        // Images are rendered in bands that fit.
+        (needed.max_buffer_size, needed.max_storage_buffer_binding_size) = (0, 0);
+        expect_limits(&info, &needed, &device.limits())?;
+        Ok(Self::new(info, device, queue, u64::MAX, true))
+    }
+
+    /// How a device of an adapter has to be opened, at least.
+    ///
+    /// # Errors
+    /// Where the adapter can't do what is needed; says what is missing.
+    pub fn descriptor(
+        adapter: &wgpu::Adapter,
+        limits: DeviceLimits,
+    ) -> Result<wgpu::DeviceDescriptor<'static>, GpuError> {
         let has = adapter.limits();
         let mut required_limits = wgpu::Limits::default();
-        let (buffer, binding) = match limits {
+        match limits {
             DeviceLimits::Adapter | DeviceLimits::Memory(_) => {
-                (has.max_buffer_size, has.max_storage_buffer_binding_size)
+                required_limits.max_buffer_size = has.max_buffer_size;
+                required_limits.max_storage_buffer_binding_size = has.max_storage_buffer_binding_size;
+                let side = &mut required_limits.max_texture_dimension_2d;
+                *side = has.max_texture_dimension_2d.max(*side);
             }
-            DeviceLimits::Portable => {
-                (required_limits.max_buffer_size, required_limits.max_storage_buffer_binding_size)
+            DeviceLimits::Portable => {}
+            DeviceLimits::Buffers(bytes) => {
+                required_limits.max_buffer_size = bytes.into();
+                required_limits.max_storage_buffer_binding_size = bytes.into();
             }
-            DeviceLimits::Buffers(bytes) => (bytes.into(), bytes.into()),
-        };
-        required_limits.max_buffer_size = buffer;
-        required_limits.max_storage_buffer_binding_size = binding;
-        let descriptor = wgpu::DeviceDescriptor {
+        }
+        expect_limits(&Adapter::of(adapter), &required_limits, &has)?;
+        Ok(wgpu::DeviceDescriptor {
             label: Some("umbrage"),
             required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             required_limits,
             ..Default::default()
-        };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|cause| GpuError::Device { adapter: info.name.clone(), cause: cause.to_string() })?;
-        let memory = Memory::with_limit(match limits {
-            DeviceLimits::Memory(bytes) => bytes,
-            DeviceLimits::Adapter | DeviceLimits::Portable | DeviceLimits::Buffers(_) => u64::MAX,
-        });
+        })
+    }
+
+    /// With which flags a wgpu instance is best made whose devices are used.
+    #[must_use]
+    pub fn instance_flags() -> wgpu::InstanceFlags {
+        // Counts of indirect dispatches come from our own stages, which keep to the limits: nothing else has to look.
+        if cfg!(debug_assertions) { wgpu::InstanceFlags::DEBUG } else { wgpu::InstanceFlags::empty() }
+    }
+
+    fn new(info: Adapter, device: wgpu::Device, queue: wgpu::Queue, memory: u64, is_shared: bool) -> Self {
+        let memory = Memory::with_limit(memory);
         let trouble = Arc::new(Mutex::new(None));
         let of_errors = Arc::clone(&trouble);
         device.on_uncaptured_error(Arc::new(move |error| {
@@ -130,7 +177,7 @@ impl Gpu {
             // The first cause is the one that matters.
             of_loss.set(cause).ok();
         });
-        Ok(Self { device, queue, info, uploaded_bytes: Arc::default(), memory, trouble, loss })
+        Self { device, queue, info, uploaded_bytes: Arc::default(), memory, trouble, loss, is_shared }
     }
 
     /// Which adapter this is.
@@ -152,7 +199,7 @@ impl Gpu {
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
-    /// Gives the device back to its driver. From then on it is as lost: whatever it is asked for is an error.
+    /// Gives the device back to its driver. From then on it is as lost, for everyone: whatever it is asked for is an error.
     pub fn close(&self) {
         self.loss.set("it was closed".to_owned()).ok();
         self.device.destroy();
@@ -187,20 +234,68 @@ impl Gpu {
     /// # Errors
     /// Where the device is lost.
     pub fn wait(&self) -> Result<(), GpuError> {
-        self.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|cause| GpuError::Lost(cause.to_string()))
-            .and_then(|_| self.check())
+        if self.is_shared {
+            return self.wait_beside_others();
+        }
+        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
+        waited.map_err(|cause| GpuError::Lost(cause.to_string())).and_then(|_| self.check())
+    }
+
+    /// [`Gpu::wait`] without the locks that wgpu holds while it waits: nobody else could present a window meanwhile.
+    fn wait_beside_others(&self) -> Result<(), GpuError> {
+        let lost = |cause: String| GpuError::Lost(cause);
+        let (tell, told) = mpsc::channel();
+        self.queue.on_submitted_work_done(move || {
+            tell.send(()).ok();
+        });
+        let start = Instant::now();
+        loop {
+            // With a time limit of wgpu's own, wgpu 30 panics now and then where others poll as well (gfx-rs/wgpu#9958).
+            self.device.poll(wgpu::PollType::Poll).map_err(|cause| lost(cause.to_string()))?;
+            let is_short = start.elapsed() < Self::SHORT_WAIT;
+            match told.recv_timeout(if is_short { Duration::ZERO } else { Self::STEP_OF_WAITING }) {
+                Ok(()) => return self.check(),
+                Err(RecvTimeoutError::Timeout) if self.loss.get().is_none() => {}
+                Err(cause) => return self.check().and(Err(lost(cause.to_string()))),
+            }
+            if is_short {
+                std::thread::yield_now();
+            }
+        }
     }
 }
 
 fn enumerate() -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    // Counts of indirect dispatches come from our own stages, which keep to the limits.
-    descriptor.flags = wgpu::InstanceFlags::empty();
-    if cfg!(debug_assertions) {
-        descriptor.flags |= wgpu::InstanceFlags::DEBUG;
-    }
+    descriptor.flags = Gpu::instance_flags();
     let instance = wgpu::Instance::new(descriptor);
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
+}
+
+/// The first adapter whose name contains `name`, GPUs before software.
+fn choose(name: &str) -> Result<(Adapter, wgpu::Adapter), GpuError> {
+    let wanted = name.to_lowercase();
+    let mut found: Vec<_> = enumerate().into_iter().map(|adapter| (Adapter::of(&adapter), adapter)).collect();
+    found.sort_by_key(|(info, _)| info.is_software);
+    let names = found.iter().map(|(info, _)| info.name.clone()).collect::<Vec<_>>().join(", ");
+    let chosen = found.into_iter().find(|(info, _)| info.name.to_lowercase().contains(&wanted));
+    chosen.ok_or_else(|| {
+        GpuError::NoAdapter(if names.is_empty() {
+            "was found: install a Vulkan driver (on Debian, mesa-vulkan-drivers has one in software)".to_owned()
+        } else {
+            format!("has \"{name}\" in its name; there is {names}")
+        })
+    })
+}
+
+/// Checks that what is needed is there.
+fn expect_limits(adapter: &Adapter, needed: &wgpu::Limits, there: &wgpu::Limits) -> Result<(), GpuError> {
+    let mut missing = Vec::new();
+    needed.check_limits_with_fail_fn(there, false, |name, needed, there| {
+        missing.push(format!("{name} is {there} where {needed} is needed"));
+    });
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(GpuError::Device { adapter: adapter.name.clone(), cause: missing.join(", ") })
 }

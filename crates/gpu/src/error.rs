@@ -5,12 +5,12 @@ pub enum GpuError {
     /// There is no adapter, or none of that name.
     #[error("no GPU adapter {0}")]
     NoAdapter(String),
-    /// The adapter refused to become a device.
+    /// The adapter refused to become a device, or the device can't do what is needed.
     #[error("{adapter}: {cause}")]
     Device {
         /// The adapter's name.
         adapter: String,
-        /// What its driver said.
+        /// What its driver said, or what is missing.
         cause: String,
     },
     /// The device went away: it was reset, unplugged or its driver stopped.
@@ -28,6 +28,16 @@ pub enum GpuError {
         bytes: u64,
         /// The most bytes that one buffer may have.
         limit: u64,
+    },
+    /// A picture has more pixels on a side than the device's textures.
+    #[error("a picture of {width}×{height} pixels is too large: this GPU's textures have at most {limit} on a side")]
+    PictureTooLarge {
+        /// Its width in pixels.
+        width: u32,
+        /// Its height in pixels.
+        height: u32,
+        /// The most pixels that either may have.
+        limit: u32,
     },
     /// A mistake of this crate, found by the driver's or wgpu's validation.
     #[error("the GPU rejected a command: {0}")]

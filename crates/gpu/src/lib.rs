@@ -41,3 +41,4 @@ pub use light::{LightGrid, LightWork};
 pub use mask::{MaskMaterial, MaskTexture, MaskVertex, Masks, TriangleFlags};
 pub use omit::Omit;
 pub use recorder::{Recorder, StageTime};
+pub use wgpu;

@@ -59,6 +59,7 @@ const MODULES: &[(&str, &str)] = &[
     ("shade::panorama", include_str!("shade/panorama.wgsl")),
     ("shade::rows", include_str!("shade/rows.wgsl")),
     ("shade::shade", include_str!("shade/shade.wgsl")),
+    ("shade::shown", include_str!("shade/shown.wgsl")),
     ("shade::specular_albedo", include_str!("shade/specular_albedo.wgsl")),
     ("shade::surface", include_str!("shade/surface.wgsl")),
     ("shade::surroundings", include_str!("shade/surroundings.wgsl")),

@@ -76,6 +76,28 @@ impl<'a> Recorder<'a> {
         self.encoder.copy_buffer_to_buffer(from.raw(), 4 * first, to.raw(), 4 * target, 4 * words);
     }
 
+    /// Copies pixels of four bytes from a buffer, whose rows follow each other at `row_pixels`, to a texture from its row
+    /// `first` on.
+    pub(crate) fn copy_rows(
+        &mut self,
+        (from, row_pixels): (&Buffer, u32),
+        (to, first): (&wgpu::Texture, u32),
+        [width, height]: [u32; 2],
+    ) {
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * row_pixels), rows_per_image: None };
+        self.encoder.copy_buffer_to_texture(
+            wgpu::TexelCopyBufferInfo { buffer: from.raw(), layout },
+            wgpu::TexelCopyTextureInfo {
+                texture: to,
+                mip_level: 0,
+                origin: wgpu::Origin3d { x: 0, y: first, z: 0 },
+                aspect: wgpu::TextureAspect::All,
+            },
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        );
+    }
+
     /// Submits all stages. The function that it returns waits for them and gives each one's time; of stages of the same
     /// name the sum; nothing where the device has no timestamps.
     pub fn submit(mut self) -> impl FnOnce() -> Result<Vec<StageTime>, GpuError> + use<'a> {

@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 
 use crate::Error;
 use crate::panorama::Panorama;
-use crate::shade::lanes::{LANES, Vector, Vectors, put, vector_of};
+use crate::shade::lanes::{Each, LANES, Vector, Vectors, put, vector_of};
 
 /// What rays that hit nothing see, and what lights the scene from all around.
 #[derive(Clone, Debug, Default)]
@@ -42,15 +42,18 @@ impl Background {
         match self {
             Self::Color(color) => Vectors::splat(simd, *color),
             Self::Sky => sky(simd, direction.y, softness),
-            Self::Image(panorama) => {
-                let (directions, mut radiance) = (direction.store(), [[0.0; LANES]; 3]);
-                for lane in 0..LANES {
-                    put(lane, panorama.radiance(vector_of(lane, &directions), width[lane]), &mut radiance);
-                }
-                Vectors::load(simd, &radiance)
-            }
+            Self::Image(panorama) => Vectors::load(simd, &read_each(panorama, &direction.store(), &width.into())),
         }
     }
+}
+
+/// What an image has in each lane's direction.
+fn read_each(panorama: &Panorama, directions: &[Each<f32>; 3], widths: &Each<f32>) -> [Each<f32>; 3] {
+    let mut radiance = [[0.0; LANES]; 3];
+    for (lane, &width) in widths.iter().enumerate() {
+        put(lane, panorama.radiance(vector_of(lane, directions), width), &mut radiance);
+    }
+    radiance
 }
 
 /// How far the sky's horizon is blurred where nothing blurs it more.

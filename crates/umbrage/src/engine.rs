@@ -24,6 +24,27 @@ impl From<&View> for Band {
     }
 }
 
+/// What a frame is rendered to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Output {
+    /// The film, with all that is known of its pixels.
+    Film,
+    /// A texture of a GPU's, which shows the film developed. Nothing is fetched.
+    #[cfg(feature = "gpu")]
+    Texture,
+}
+
+impl Output {
+    /// The size of what is fetched of an image.
+    pub(crate) fn fetched(self, view: &View) -> [u32; 2] {
+        match self {
+            Self::Film => [view.width, view.height],
+            #[cfg(feature = "gpu")]
+            Self::Texture => [0, 0],
+        }
+    }
+}
+
 /// Both give the same triangles and shadows; their shading differs by rounding.
 #[derive(Debug)]
 pub(crate) enum Engine {
@@ -73,13 +94,14 @@ impl Engine {
         view: &View,
         settings: &Settings,
         surroundings: &Surroundings<'_>,
+        output: Output,
     ) -> Result<(), Error> {
         // What only a GPU needs.
-        let _ = (view, surroundings);
+        let _ = (view, surroundings, output);
         match self {
             Self::Cpu(cpu) => cpu.build(frame, settings),
             #[cfg(feature = "gpu")]
-            Self::Gpu(gpu) => gpu.build(frame, view, settings, surroundings)?,
+            Self::Gpu(gpu) => gpu.build(frame, view, settings, surroundings, output)?,
         }
         Ok(())
     }
@@ -117,22 +139,42 @@ impl Engine {
         Ok(())
     }
 
-    /// Brings a band's sums over all samples into the film, if they aren't there.
+    /// Brings a band's sums over all samples to the output, if they aren't there.
     pub(crate) fn finish(
         &mut self,
         band: &Band,
-        samples: u32,
+        settings: &Settings,
+        output: Output,
         film: &mut Film,
         stats: &mut Stats,
     ) -> Result<(), Error> {
         // What only a GPU needs.
-        let _ = (&band, samples, &film, &stats);
-        match self {
-            Self::Cpu(_) => {}
+        let _ = (&band, settings, &film, &stats);
+        match (self, output) {
+            (Self::Cpu(_), Output::Film) => {}
             #[cfg(feature = "gpu")]
-            Self::Gpu(gpu) => stats.time("fetch", || gpu.fetch(band, film, samples))?,
+            (Self::Cpu(_), Output::Texture) => return Err(Self::no_texture()),
+            #[cfg(feature = "gpu")]
+            (Self::Gpu(gpu), Output::Film) => stats.time("fetch", || gpu.fetch(band, film, settings.samples))?,
+            #[cfg(feature = "gpu")]
+            (Self::Gpu(gpu), Output::Texture) => gpu.develop(band, settings, stats)?,
         }
         Ok(())
+    }
+
+    /// The texture that the last frame was rendered to.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn texture(&self) -> Result<umbrage_gpu::wgpu::Texture, Error> {
+        let texture = match self {
+            Self::Cpu(_) => None,
+            Self::Gpu(gpu) => gpu.texture(),
+        };
+        texture.ok_or_else(Self::no_texture)
+    }
+
+    #[cfg(feature = "gpu")]
+    fn no_texture() -> Error {
+        Error::Settings("only a GPU renders to a texture".to_owned())
     }
 
     /// Counts what it takes to find the triangle that each pixel shows; a GPU counts nothing.

@@ -1,6 +1,6 @@
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
-use umbrage_rays::{SeenPixels, View};
+use umbrage_rays::SeenPixels;
 
 use crate::Settings;
 
@@ -36,9 +36,9 @@ impl Film {
     /// What [`Film::triangle`] holds where nothing was hit.
     pub const NO_TRIANGLE: u32 = SeenPixels::NONE;
 
-    pub(crate) fn clear(&mut self, view: &View) {
-        let pixels = view.width as usize * view.height as usize;
-        (self.width, self.height) = (view.width, view.height);
+    pub(crate) fn clear(&mut self, [width, height]: [u32; 2]) {
+        let pixels = width as usize * height as usize;
+        (self.width, self.height) = (width, height);
         refill(&mut self.color, pixels, Vec4::ZERO);
         refill(&mut self.depth, pixels, f32::INFINITY);
         refill(&mut self.normal, pixels, Vec3::ZERO);

@@ -5,7 +5,7 @@ use umbrage_scene::{BadFrame, Frame, Scene};
 
 use crate::background::Surroundings;
 use crate::cpu::{Cpu, LightMask, LightWork};
-use crate::engine::Engine;
+use crate::engine::{Engine, Output};
 use crate::sampling::Sample;
 use crate::{Film, Settings, Stats, Structure};
 
@@ -81,15 +81,35 @@ impl Renderer {
     /// # Errors
     /// Where the scene can't be posed, the image is too large, or a setting makes no sense.
     pub fn render(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> Result<&Film, Error> {
-        settings.check()?;
-        let Self { engine, frame, stats, .. } = self;
-        stats.start();
+        self.animate(scene, seconds, settings)?;
+        self.render_animated(settings, Output::Film)?;
+        Ok(&self.film)
+    }
 
-        stats.time("animate", || engine.animate(scene, seconds, settings, frame))?;
-        if let Some(lights) = &settings.lights {
-            frame.lights.clone_from(lights);
+    /// As [`Renderer::render`], on a GPU alone and to a texture of its device, without a copy through the CPU: RGBA8 as
+    /// [`Film::develop_for_screen`] gives it, in the format `Rgba8Unorm` although its values are sRGB-encoded.
+    ///
+    /// The texture is done once what is submitted to the device's queue from now on runs. It stays as it is while the next
+    /// frame is rendered, and is drawn over by the one after that.
+    ///
+    /// No pixel is fetched: [`Renderer::film`], [`Renderer::seen`] and [`Renderer::light_masks`] are empty afterwards.
+    /// [`Stats`] are those of [`Renderer::render`], with the stages `shown` and `develop` in place of `fetch`.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`], and on the CPU; where the image is larger than the device's textures.
+    #[cfg(feature = "gpu")]
+    pub fn render_to_texture(
+        &mut self,
+        scene: &Scene,
+        seconds: f64,
+        settings: &Settings,
+    ) -> Result<umbrage_gpu::wgpu::Texture, Error> {
+        if let Engine::Cpu(_) = self.engine {
+            return self.engine.texture();
         }
-        self.render_animated(settings)
+        self.animate(scene, seconds, settings)?;
+        self.render_animated(settings, Output::Texture)?;
+        self.engine.texture()
     }
 
     /// Renders triangles of your own, on the threads of the current rayon pool; [`Renderer::frame`] has them afterwards.
@@ -140,29 +160,42 @@ impl Renderer {
         self.stats.start();
         self.engine.adopt();
         self.frame = frame;
-        self.render_animated(settings)
+        self.render_animated(settings, Output::Film)?;
+        Ok(&self.film)
     }
 
-    /// From the frame as it is to the film.
-    fn render_animated(&mut self, settings: &Settings) -> Result<&Film, Error> {
+    /// Brings the frame to a moment.
+    fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> Result<(), Error> {
+        settings.check()?;
+        let Self { engine, frame, stats, .. } = self;
+        stats.start();
+
+        stats.time("animate", || engine.animate(scene, seconds, settings, frame))?;
+        if let Some(lights) = &settings.lights {
+            frame.lights.clone_from(lights);
+        }
+        Ok(())
+    }
+
+    /// From the frame as it is to the film, or to a texture.
+    fn render_animated(&mut self, settings: &Settings, output: Output) -> Result<(), Error> {
         let Self { engine, frame, view: shown, film, stats } = self;
         let view = settings.view(frame);
         *shown = Some(view);
         let surroundings = Surroundings::new(&settings.background);
 
-        film.clear(&view);
-        stats.time("build", || engine.build(frame, &view, settings, &surroundings))?;
+        film.clear(output.fetched(&view));
+        stats.time("build", || engine.build(frame, &view, settings, &surroundings, output))?;
         for band in engine.bands(&view) {
             for sample in Sample::all(settings.samples) {
                 // See, shadow, shade.
                 engine.sample(frame, &band, &sample, &surroundings, film, stats)?;
             }
-            engine.finish(&band, settings.samples, film, stats)?;
+            engine.finish(&band, settings, output, film, stats)?;
         }
         film.average(settings.samples);
 
-        stats.count(frame, film, engine, settings.samples)?;
-        Ok(film)
+        stats.count(frame, &view, film, engine, settings.samples)
     }
 
     /// Counts, pixel by pixel, the work of seeing `scene` at a moment through the middle of each pixel, and lights
@@ -184,7 +217,7 @@ impl Renderer {
         let Self { engine, frame, .. } = self;
         engine.animate(scene, seconds, settings, frame)?;
         let view = settings.view(frame);
-        engine.build(frame, &view, settings, &Surroundings::new(&settings.background))?;
+        engine.build(frame, &view, settings, &Surroundings::new(&settings.background), Output::Film)?;
         for sample in Sample::all(1) {
             engine.see_counting(frame, &view, &sample, work)?;
         }
@@ -218,14 +251,14 @@ impl Renderer {
             return Err(Error::NoSuchLight { light, lights: frame.lights.len() });
         };
         let view = settings.view(frame);
-        engine.build(frame, &view, settings, &Surroundings::new(&settings.background))?;
+        engine.build(frame, &view, settings, &Surroundings::new(&settings.background), Output::Film)?;
         for sample in Sample::all(1) {
             engine.locate(frame, &view, &sample, &source, cells)?;
         }
         Ok(())
     }
 
-    /// The last frame's film; empty before the first.
+    /// The last frame's film; empty before the first, and where that went to a texture.
     #[must_use]
     pub fn film(&self) -> &Film {
         &self.film

@@ -23,7 +23,7 @@ impl Film {
 }
 
 /// From linear values to levels of an sRGB-encoded channel, without a power for each.
-struct Levels {
+pub(crate) struct Levels {
     /// The least value of each level.
     least: [f32; 256],
     /// The level of the least value whose bits begin with the place's.
@@ -35,9 +35,15 @@ impl Levels {
     const SHIFT: u32 = 23 - 3;
     const ONE: u32 = 1.0_f32.to_bits();
 
-    fn get() -> &'static Self {
+    pub(crate) fn get() -> &'static Self {
         static LEVELS: OnceLock<Levels> = OnceLock::new();
         LEVELS.get_or_init(Self::new)
+    }
+
+    /// The least value of each level; they ascend from zero.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn least(&self) -> &[f32; 256] {
+        &self.least
     }
 
     fn new() -> Self {

@@ -1,6 +1,7 @@
 use std::time::Instant;
 
 use serde::Serialize;
+use umbrage_rays::View;
 use umbrage_scene::Frame;
 
 use crate::engine::Engine;
@@ -32,7 +33,7 @@ pub struct Stats {
     pub point_bytes: usize,
     /// Bytes held by the frame's vertices, triangles and textures.
     pub frame_bytes: usize,
-    /// Bytes held for pixels: the film, hits and light masks.
+    /// Bytes held for pixels: the film, hits, light masks, and textures.
     pub pixel_bytes: usize,
     /// Bytes that went to the GPU for this frame; zero on the CPU.
     pub uploaded_bytes: u64,
@@ -97,11 +98,18 @@ impl Stats {
         }
     }
 
-    pub(crate) fn count(&mut self, frame: &Frame, film: &Film, engine: &Engine, samples: u32) -> Result<(), Error> {
+    pub(crate) fn count(
+        &mut self,
+        frame: &Frame,
+        view: &View,
+        film: &Film,
+        engine: &Engine,
+        samples: u32,
+    ) -> Result<(), Error> {
         self.triangles = frame.mesh.triangles.len();
         self.vertices = engine.vertices(frame);
         self.lights = frame.lights.len();
-        self.camera_rays = film.color.len() as u64 * u64::from(samples);
+        self.camera_rays = u64::from(view.width) * u64::from(view.height) * u64::from(samples);
         self.shadow_rays = engine.shadow_rays();
         let [of_camera, of_lights] = engine.settled();
         self.settled_camera_rays = of_camera.map(|settled| Settled { of_rays: self.camera_rays, ..settled });

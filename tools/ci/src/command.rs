@@ -30,6 +30,14 @@ pub(crate) fn cargo(root: &Path) -> Command {
     command
 }
 
+/// A cargo command about the whole workspace with all that its features add. Those that select the same crates and
+/// features share what they compile.
+pub(crate) fn cargo_workspace(root: &Path, subcommand: &[&str]) -> Command {
+    let mut command = cargo(root);
+    command.args(subcommand).args(["--workspace", "--features", "umbrage-cli/view,umbrage-bench/view", "--locked"]);
+    command
+}
+
 fn cargo_path() -> std::ffi::OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }

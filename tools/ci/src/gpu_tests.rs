@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use crate::command::cargo;
+use crate::command::cargo_workspace;
 use crate::debian;
 use crate::outcome::Outcome;
 use crate::skips::count_skipped;
@@ -8,27 +8,25 @@ use crate::skips::count_skipped;
 /// What a test prints at the start of a line on standard error when it finds no adapter.
 const SKIPPED: &str = "skipped-gpu:";
 
-/// Selects the tests that need an adapter, for nextest. They run apart: those of a file share a device, so that its
-/// kernels are compiled once, which a process for each test would not.
-pub(crate) const FILTER: &str = "package(umbrage-gpu) or binary(/^gpu/) or binary(interface)";
+/// The tests that need an adapter, as names of files or beginnings of such. They run apart: those of a file share a device,
+/// so that its kernels are compiled once, which a process for each test would not.
+const TESTS: [&str; 9] =
+    ["device", "exact", "gpu*", "interface", "omit", "primitives", "shade", "shared_device", "tile_order"];
+
+/// Selects them for nextest.
+pub(crate) fn filter() -> String {
+    TESTS.map(|name| format!("binary(#{name})")).join(" or ")
+}
 
 /// The tests that need an adapter. On a machine that could have Mesa's software adapter, it is a failure if they find
 /// none.
 pub(crate) fn check(root: &Path) -> Outcome {
-    let mut skipped = 0;
-    for arguments in [
-        ["--package", "umbrage-gpu", "--lib", "--tests"].as_slice(),
-        ["--package", "umbrage-verify", "--test", "gpu*"].as_slice(),
-        ["--package", "umbrage-viewer", "--test", "interface"].as_slice(),
-    ] {
-        let mut test = cargo(root);
-        test.args(["test", "--locked", "--no-fail-fast"]).args(arguments).args(["--", "--nocapture"]);
-        match count_skipped(&mut test, SKIPPED) {
-            Ok(count) => skipped += count,
-            Err(why) => return Outcome::Failed(why),
-        }
+    let mut test = cargo_workspace(root, &["test", "--no-fail-fast"]);
+    test.args(TESTS.iter().flat_map(|name| ["--test", name])).args(["--", "--nocapture"]);
+    match count_skipped(&mut test, SKIPPED) {
+        Ok(skipped) => judge(skipped, debian::can_have(debian::SOFTWARE_ADAPTER)),
+        Err(why) => Outcome::Failed(why),
     }
-    judge(skipped, debian::can_have(debian::SOFTWARE_ADAPTER))
 }
 
 fn judge(skipped: usize, can_have_adapter: bool) -> Outcome {

@@ -17,10 +17,10 @@ mod spdx;
 mod window;
 
 use std::path::Path;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-use command::{Program, cargo, run};
+use command::{Program, cargo, cargo_workspace, run};
 use outcome::Outcome;
 
 /// A check's name and what does it.
@@ -34,24 +34,17 @@ const CHECKS: [Check; 15] = [
     ("links", links::check),
     ("licences", licences::check),
     ("advisories", advisories),
-    ("clippy", |root| {
-        let windows = "umbrage-cli/view,umbrage-bench/view";
-        run(cargo(root)
-            .args(["clippy", "--workspace", "--all-targets", "--features", windows, "--locked"])
-            .args(["--", "-D", "warnings"]))
-    }),
-    ("docs", |root| {
-        run(cargo(root).args(["doc", "--workspace", "--no-deps", "--locked"]).env("RUSTDOCFLAGS", "-D warnings"))
-    }),
+    ("clippy", |root| run(cargo_workspace(root, &["clippy", "--all-targets"]).args(["--", "-D", "warnings"]))),
+    ("docs", |root| run(cargo_workspace(root, &["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))),
     ("tests", tests),
     ("GPU tests", gpu_tests::check),
     ("window", window::check),
-    ("doc tests", |root| run(cargo(root).args(["test", "--doc", "--workspace", "--locked"]))),
-    ("release build", |root| run(cargo(root).args(["build", "--release", "-p", "umbrage-cli", "--locked"]))),
-    ("smoke render", smoke::check),
-    ("watertight", |root| {
-        run(cargo(root).args(["run", "--release", "-p", "umbrage-verify", "--bin", "watertight", "--locked"]))
+    ("doc tests", |root| run(&mut cargo_workspace(root, &["test", "--doc"]))),
+    ("release build", |root| {
+        run(cargo(root).args(["build", "--release", "--bins", "-p", "umbrage-cli", "-p", "umbrage-verify", "--locked"]))
     }),
+    ("smoke render", smoke::check),
+    ("watertight", |root| run(&mut Command::new(repository::released(root, "watertight")))),
 ];
 
 fn main() -> ExitCode {
@@ -73,13 +66,13 @@ fn main() -> ExitCode {
     if results.iter().any(|(_, _, outcome)| outcome.is_failure()) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
-/// All tests but those in documentation, which nextest can't run, and, with nextest, those that need a GPU adapter.
+/// All tests but those in documentation, which nextest can't run, and, with nextest, those that have a check of their own.
 fn tests(root: &Path) -> Outcome {
     if Program::Nextest.is_here() {
-        let others = format!("not ({})", gpu_tests::FILTER);
-        run(cargo(root).args(["nextest", "run", "--workspace", "--locked", "--no-fail-fast", "-E", &others]))
+        let others = format!("not ({} or binary(={}))", gpu_tests::filter(), window::TEST);
+        run(cargo_workspace(root, &["nextest", "run"]).args(["--no-fail-fast", "-E", &others]))
     } else {
-        run(cargo(root).args(["test", "--workspace", "--all-targets", "--locked", "--no-fail-fast"]))
+        run(cargo_workspace(root, &["test", "--all-targets"]).arg("--no-fail-fast"))
     }
 }
 

@@ -10,6 +10,12 @@ pub(crate) fn root() -> Result<PathBuf, String> {
     root.canonicalize().map_err(|error| format!("{}: {error}", root.display()))
 }
 
+/// The program of that name that a release build makes.
+pub(crate) fn released(root: &Path, name: &str) -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+    root.join(target).join("release").join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+}
+
 /// All files under `root` with this extension, sorted; hidden folders and build output are left out.
 ///
 /// # Errors

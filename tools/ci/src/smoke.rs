@@ -1,14 +1,14 @@
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use crate::command::run;
 use crate::outcome::Outcome;
+use crate::repository;
 
 /// The released command renders a picture.
 pub(crate) fn check(root: &Path) -> Outcome {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    let umbrage = root.join(target).join("release").join(format!("umbrage{}", std::env::consts::EXE_SUFFIX));
+    let umbrage = repository::released(root, "umbrage");
     let picture = std::env::temp_dir().join(format!("umbrage-smoke-{}.png", std::process::id()));
     let rendered =
         run(Command::new(umbrage).args(["render", "demo:cloth", "--size", "320x180", "--output"]).arg(&picture));

@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use crate::command::cargo;
+use crate::command::cargo_workspace;
 use crate::debian;
 use crate::outcome::Outcome;
 use crate::skips::count_skipped;
@@ -8,11 +8,13 @@ use crate::skips::count_skipped;
 /// What a test prints at the start of a line on standard error when it finds no X server.
 const SKIPPED: &str = "skipped-window:";
 
+/// The test's file.
+pub(crate) const TEST: &str = "view";
+
 /// The command with its window, on an X server without a screen. On a machine that could have one, it is a failure if
 /// there is none.
 pub(crate) fn check(root: &Path) -> Outcome {
-    let mut test = cargo(root);
-    test.args(["test", "--locked", "--package", "umbrage-cli", "--features", "view", "--test", "view"]);
+    let mut test = cargo_workspace(root, &["test", "--test", TEST]);
     test.args(["--", "--nocapture"]);
     match count_skipped(&mut test, SKIPPED) {
         Err(why) => Outcome::Failed(why),

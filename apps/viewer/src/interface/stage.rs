@@ -26,7 +26,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
         return;
     };
     let rect = place(shown, app.kept.choices.resolution, area, ui.pixels_per_point());
-    let texture = shown.heat.as_ref().unwrap_or(&shown.texture).id();
+    let texture = shown.heat.as_ref().map_or(shown.texture, egui::TextureHandle::id);
     let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
     let painter = ui.painter_at(area);
     painter.image(texture, rect, whole, Color32::WHITE);

@@ -1,5 +1,5 @@
 use super::{DevelopSettings, FilmPlanes};
-use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
+use crate::{Buffer, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// From linear radiance to what a screen can show.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,23 +16,32 @@ pub enum ToneMap {
 pub struct Develop {
     kernel: Kernel,
     settings: Buffer,
+    levels: Buffer,
     image: Buffer,
-    pixels: u32,
+    size: [u32; 2],
 }
 
 impl Develop {
     /// Pixels that a workgroup takes.
     const WIDTH: u32 = 256;
+    /// Rows of images begin at multiples of so many pixels, as copies to textures want it.
+    const ROW_STEP: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT / 4;
 
-    /// Ready to develop.
-    #[must_use]
-    pub fn new(gpu: &Gpu) -> Self {
-        Self {
+    /// Ready to develop. `levels` has the least linear value of each level of an sRGB-encoded channel; they ascend from
+    /// zero.
+    ///
+    /// # Errors
+    /// Where the device has reported an error.
+    pub fn new(gpu: &Gpu, levels: &[f32; 256]) -> Result<Self, GpuError> {
+        let mut develop = Self {
             kernel: Kernel::new(gpu, "shade::develop", "develop", &[]),
             settings: Buffer::uniform(gpu, "develop settings"),
+            levels: Buffer::storage(gpu, "levels"),
             image: Buffer::storage(gpu, "image"),
-            pixels: 0,
-        }
+            size: [0, 0],
+        };
+        develop.levels.write(gpu, levels)?;
+        Ok(develop)
     }
 
     /// Makes ready for a film of so many samples, until it is called again.
@@ -47,26 +56,48 @@ impl Develop {
         exposure_stops: f32,
         tone_map: ToneMap,
     ) -> Result<(), GpuError> {
-        self.pixels = film.pixels();
+        self.size = film.size();
+        let [width, height] = self.size;
         let tone_map = match tone_map {
             ToneMap::PbrNeutral => DevelopSettings::NEUTRAL,
             ToneMap::Clip => DevelopSettings::CLIP,
         };
-        let scale = exposure_stops.exp2() / samples as f32;
-        let settings = DevelopSettings { scale, tone_map, pixels: self.pixels };
-        self.settings.write(gpu, &[settings])?;
-        self.image.reserve(gpu, u64::from(self.pixels) * 4)
+        let (weight, exposure, row_pixels) = (1.0 / samples as f32, exposure_stops.exp2(), self.row_pixels());
+        self.settings.write(gpu, &[DevelopSettings { weight, exposure, tone_map, width, height, row_pixels }])?;
+        self.image.reserve(gpu, u64::from(row_pixels) * u64::from(height) * 4)
     }
 
     /// Develops the film.
     pub fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, film: &FilmPlanes) {
-        let groups = Groups::Flat(self.pixels.div_ceil(Self::WIDTH));
-        self.kernel.dispatch(gpu, pass, &[&self.settings, film.planes(), &self.image], groups);
+        let groups = Groups::Flat((self.size[0] * self.size[1]).div_ceil(Self::WIDTH));
+        self.kernel.dispatch(gpu, pass, &[&self.settings, film.planes(), &self.levels, &self.image], groups);
     }
 
-    /// The image: sRGB-encoded RGBA8 with red in the lowest byte and full alpha, in rows from the upper left corner.
+    /// Records a copy of the image to rows of a texture from its row `first` on.
+    pub fn copy(&self, recorder: &mut Recorder<'_>, texture: &wgpu::Texture, first: u32) {
+        recorder.copy_rows((&self.image, self.row_pixels()), (texture, first), self.size);
+    }
+
+    /// Waits, then gives the image: sRGB-encoded RGBA8 with red in the lowest byte and full alpha, in rows from the upper
+    /// left corner.
+    ///
+    /// # Errors
+    /// Where the device is lost or has reported an error.
+    pub fn read_image(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
+        let [width, height] = self.size.map(|side| side as usize);
+        let row = self.row_pixels() as usize;
+        let padded: Vec<u32> = self.image.read(gpu, row * height)?;
+        Ok(padded.chunks_exact(row.max(1)).flat_map(|row| &row[..width]).copied().collect())
+    }
+
+    /// Bytes of the image.
     #[must_use]
-    pub fn image(&self) -> &Buffer {
-        &self.image
+    pub fn bytes(&self) -> u64 {
+        self.image.bytes()
+    }
+
+    /// From one row of the image to the next.
+    fn row_pixels(&self) -> u32 {
+        self.size[0].next_multiple_of(Self::ROW_STEP)
     }
 }

@@ -2,13 +2,17 @@
 //! stays on the GPU until it is developed.
 
 mod develop;
+mod develop_turns;
 mod film;
+mod shown;
 mod stage;
 mod tables;
 mod texels;
 
 pub use develop::{Develop, ToneMap};
+pub use develop_turns::Turns;
 pub use film::FilmPlanes;
+pub use shown::Shown;
 pub use stage::{Attributes, Layer, Moving, Shade, ShadeInputs};
 pub use tables::{
     DevelopSettings, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture,

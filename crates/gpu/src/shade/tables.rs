@@ -288,16 +288,22 @@ impl ShadeTexture {
     pub const CLAMP_TO_EDGE: u32 = 2;
 }
 
-/// How a film is developed: 12 bytes.
+/// How a film is developed: 24 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct DevelopSettings {
-    /// What the film's sums are multiplied by: exposure over samples.
-    pub scale: f32,
+    /// What makes means of the film's sums: one over the number of samples.
+    pub weight: f32,
+    /// What the means are multiplied by.
+    pub exposure: f32,
     /// [`DevelopSettings::NEUTRAL`] or [`DevelopSettings::CLIP`].
     pub tone_map: u32,
-    /// How many pixels there are.
-    pub pixels: u32,
+    /// Of the image in pixels.
+    pub width: u32,
+    /// Of the image in pixels.
+    pub height: u32,
+    /// From one row of the image to the next.
+    pub row_pixels: u32,
 }
 
 impl DevelopSettings {

@@ -37,6 +37,11 @@ impl FirstLayer {
         Ok(())
     }
 
+    /// Each place's triangle.
+    pub(super) fn seen(&self) -> &Buffer {
+        &self.seen
+    }
+
     /// Fetches it for a band. How many pixels show something.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 mod first_layer;
 mod geometry;
+mod picture;
 mod rig;
 mod tables;
 
@@ -9,7 +10,7 @@ use std::sync::Arc;
 
 pub use rig::tables as rig_tables;
 pub(crate) use umbrage_gpu::Band;
-pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError};
+pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
 use umbrage_gpu::{Buffer, CameraGrid, CameraOptions, Fit, Groups, LightGrid, Recorder, Sight};
@@ -18,10 +19,12 @@ use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
 use crate::cpu::LightMask;
+use crate::engine::Output;
 use crate::sampling::Sample;
 use crate::{Film, Settings, Settled, Stats};
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
+use picture::Picture;
 use rig::FrameRig;
 use tables::{Tables, sample_rays};
 
@@ -39,6 +42,7 @@ pub(crate) struct GpuEngine {
     planes: FilmPlanes,
     /// What pixels show first.
     first: FirstLayer,
+    picture: Picture,
     /// A layer that shows nothing.
     nothing: Buffer,
     culls_back_faces: bool,
@@ -78,6 +82,7 @@ impl GpuEngine {
             shade: Shade::new(&gpu)?,
             planes: FilmPlanes::new(&gpu),
             first: FirstLayer::new(&gpu),
+            picture: Picture::new(&gpu)?,
             nothing: Buffer::storage(&gpu, "nothing seen"),
             culls_back_faces: false,
             is_see_through: false,
@@ -128,6 +133,7 @@ impl GpuEngine {
         view: &View,
         settings: &Settings,
         surroundings: &Surroundings<'_>,
+        output: Output,
     ) -> Result<(), GpuError> {
         if !self.is_finished {
             // What a frame that failed has uploaded may not be there.
@@ -145,7 +151,8 @@ impl GpuEngine {
         self.geometry.upload(&self.gpu, frame, rig)?;
         self.tables.upload(&self.gpu, frame, rig, surroundings, &mut self.shade)?;
         self.rig.prepare(&self.gpu, self.geometry.geometry(), &self.shade)?;
-        self.seen.resize(view.width, view.height);
+        let [width, height] = output.fetched(view);
+        self.seen.resize(width, height);
         self.seen.inverse_depth.fill(f32::NAN);
         self.lit.resize(frame.lights.len(), LightMask::default());
         self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
@@ -271,6 +278,23 @@ impl GpuEngine {
         Ok(())
     }
 
+    /// Develops a band into its rows of a texture, in place of [fetching](Self::fetch) it.
+    ///
+    /// # Errors
+    /// Where the device has no room for the texture, or is lost.
+    pub(crate) fn develop(&mut self, band: &Band, settings: &Settings, stats: &mut Stats) -> Result<(), GpuError> {
+        let Self { gpu, planes, first, picture, .. } = self;
+        let shown = picture.develop(gpu, band, (planes, first.seen()), settings, stats)?;
+        self.shadow_rays += shown * self.shadowing_lights * u64::from(settings.samples);
+        self.is_finished = true;
+        Ok(())
+    }
+
+    /// The texture that the last frame was developed into.
+    pub(crate) fn texture(&self) -> Option<wgpu::Texture> {
+        self.picture.texture()
+    }
+
     /// The last frame with its vertices, which are posed on the CPU where only the GPU has them.
     pub(crate) fn whole_frame<'a>(&'a self, frame: &'a Frame) -> &'a Frame {
         self.rig.whole(frame)
@@ -328,8 +352,15 @@ impl GpuEngine {
     }
 
     pub(crate) fn pixel_bytes(&self) -> usize {
-        (self.camera.pixel_bytes() + self.planes.planes().bytes() + self.planes.triangle().bytes()) as usize
+        let film = self.planes.planes().bytes() + self.planes.triangle().bytes();
+        (self.camera.pixel_bytes() + film + self.picture.bytes()) as usize
     }
+}
+
+/// The least linear value of each level of an eight-bit channel of a picture.
+#[must_use]
+pub fn screen_levels() -> &'static [f32; 256] {
+    crate::screen::Levels::get().least()
 }
 
 /// Adds what the predicate settled for the grids' last frame.

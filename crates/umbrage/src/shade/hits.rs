@@ -1,5 +1,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8};
+use glam::Vec3;
 use umbrage_rays::{Hit, SeenPixels, predicate};
 use umbrage_scene::Frame;
 
@@ -20,6 +21,16 @@ pub(crate) struct BlockHits<S: Simd> {
     pub(super) barycentric: [f32x16<S>; 2],
     pub(super) vertices: Each<[u32; 3]>,
     pub(super) corners: [Vectors<S>; 3],
+}
+
+/// What is read of the hits of a block lane by lane.
+pub(super) struct LaneHits {
+    /// The lanes that meet a triangle, the first in the lowest bit.
+    pub(super) shown: u16,
+    pub(super) triangle: Each<u32>,
+    pub(super) vertices: Each<[u32; 3]>,
+    /// Weights of the second and the third vertex.
+    pub(super) barycentric: [Each<f32>; 2],
 }
 
 impl<S: Simd> BlockHits<S> {
@@ -68,6 +79,13 @@ impl<S: Simd> BlockHits<S> {
         let triangle = existing(met.shown, |lane| found[lane].map_or(SeenPixels::NONE, |hit| hit.triangle))?;
         let (vertices, corners) = corners_of(simd, frame, &triangle);
         Some(met.into_hits(simd, rays, triangle, vertices, corners))
+    }
+
+    /// The same, lane by lane.
+    #[inline(always)]
+    pub(super) fn lane_hits(&self) -> LaneHits {
+        let Self { shown, triangle, vertices, barycentric: [second, third], .. } = *self;
+        LaneHits { shown, triangle, vertices, barycentric: [second.into(), third.into()] }
     }
 
     /// What the corners have, mixed by their weights.
@@ -186,16 +204,26 @@ fn existing(lanes: u16, triangle: impl Fn(usize) -> u32) -> Option<Each<u32>> {
 /// Vertices and world positions of the corners of each lane's triangle.
 #[inline(always)]
 fn corners_of<S: Simd>(simd: S, frame: &Frame, triangles: &Each<u32>) -> (Each<[u32; 3]>, [Vectors<S>; 3]) {
-    let mut vertices = [[0; 3]; LANES];
+    let vertices = triangles.map(|id| frame.mesh.triangles[id as usize]);
+    (vertices, corner_vectors(simd, &frame.positions, &vertices))
+}
+
+/// What the vertices of each lane's triangle have, corner by corner.
+#[inline(always)]
+pub(super) fn corner_vectors<S: Simd>(simd: S, of_vertices: &[Vec3], vertices: &Each<[u32; 3]>) -> [Vectors<S>; 3] {
+    let [a, b, c] = &gather(of_vertices, vertices);
+    [Vectors::load(simd, a), Vectors::load(simd, b), Vectors::load(simd, c)]
+}
+
+/// Scalar work, and so compiled once for all sets of instructions.
+fn gather(of_vertices: &[Vec3], vertices: &Each<[u32; 3]>) -> [[Each<f32>; 3]; 3] {
     let mut corners = [[[0.0; LANES]; 3]; 3];
-    for (lane, &id) in triangles.iter().enumerate() {
-        vertices[lane] = frame.mesh.triangles[id as usize];
-        for (corner, &vertex) in corners.iter_mut().zip(&vertices[lane]) {
-            put(lane, frame.positions[vertex as usize], corner);
+    for (lane, vertices) in vertices.iter().enumerate() {
+        for (corner, &vertex) in corners.iter_mut().zip(vertices) {
+            put(lane, of_vertices[vertex as usize], corner);
         }
     }
-    let [a, b, c] = &corners;
-    (vertices, [Vectors::load(simd, a), Vectors::load(simd, b), Vectors::load(simd, c)])
+    corners
 }
 
 #[cfg(test)]

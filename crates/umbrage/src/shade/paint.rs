@@ -1,8 +1,7 @@
-use fearless_simd::Simd;
 use glam::{Vec2, Vec3, Vec4};
 use umbrage_scene::{Alpha, Frame, Material, TextureUse};
 
-use super::hits::BlockHits;
+use super::hits::LaneHits;
 use super::lanes::{Each, LANES, each, put};
 
 /// What the materials and textures of a block's lanes say, read lane by lane; without the vertices' colours.
@@ -35,8 +34,8 @@ pub(super) struct Bumps {
 }
 
 impl Paint {
-    #[inline(always)]
-    pub(super) fn new<S: Simd>(frame: &Frame, hits: &BlockHits<S>, covered_triangles: &Each<f32>) -> Self {
+    /// `covered_triangles` is the area of each ray's cone on the surface, in triangle areas.
+    pub(super) fn new(frame: &Frame, hits: &LaneHits, covered_triangles: &Each<f32>) -> Self {
         let material_of = |lane: usize| frame.mesh.material_of_triangle[hits.triangle[lane] as usize];
         let material = &frame.materials.materials[material_of(0) as usize];
         let mut paint = Self::plain(material);
@@ -51,7 +50,7 @@ impl Paint {
         if !is_textured {
             return paint;
         }
-        let (second, third): (Each<f32>, Each<f32>) = (hits.barycentric[0].into(), hits.barycentric[1].into());
+        let [second, third] = &hits.barycentric;
         for lane in 0..LANES {
             if hits.shown >> lane & 1 == 0 {
                 continue;
@@ -68,7 +67,6 @@ impl Paint {
     }
 
     /// A material without textures, in all lanes.
-    #[inline(always)]
     fn plain(material: &Material) -> Self {
         Self {
             base_color: material.base_color.truncate().to_array().map(each),
@@ -91,7 +89,6 @@ impl Paint {
     }
 
     /// A material without textures, in one lane.
-    #[inline(always)]
     fn put(&mut self, lane: usize, material: &Material) {
         put(lane, material.base_color.truncate(), &mut self.base_color);
         self.opacity[lane] = material.base_color.w;
@@ -106,7 +103,6 @@ impl Paint {
     }
 
     /// Multiplies a lane's material by its textures.
-    #[inline(always)]
     fn read_textures(&mut self, lane: usize, material: &Material, texels: &Texels<'_>) {
         if let Some(texture) = material.base_color_texture {
             let [red, green, blue, opacity] = texels.read(texture).to_array();

@@ -5,7 +5,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x16};
 use glam::Vec2;
 
-use super::lanes::{LANES, Vector};
+use super::lanes::{Each, LANES, Vector};
 
 /// Places along each side of the table.
 const SIDE: usize = 24;
@@ -29,18 +29,10 @@ pub(crate) fn specular_albedo_table() -> [[[f32; 2]; SIDE]; SIDE] {
 #[inline(always)]
 pub(super) fn specular_albedo<S: Simd>(simd: S, roughness: f32x16<S>, n_v: f32x16<S>) -> [f32x16<S>; 2] {
     const LAST: f32 = (SIDE - 1) as f32;
-    let table = &*TABLE;
     let (row, column) = (roughness.max(0.0).min(1.0) * LAST, n_v.max(0.0).min(1.0) * LAST);
     let (upper, left) = (row.floor().min(LAST - 1.0), column.floor().min(LAST - 1.0));
     let (down, right) = (row - upper, column - left);
-    let mut corners = [[[0.0; LANES]; 2]; 4];
-    for lane in 0..LANES {
-        let (row, column) = ((upper[lane] as usize).min(SIDE - 2), (left[lane] as usize).min(SIDE - 2));
-        let of_lane = [table[row][column], table[row][column + 1], table[row + 1][column], table[row + 1][column + 1]];
-        for (corner, entry) in corners.iter_mut().zip(of_lane) {
-            (corner[0][lane], corner[1][lane]) = (entry.x, entry.y);
-        }
-    }
+    let corners = gather(&upper.into(), &left.into());
     let mut sums = [f32x16::splat(simd, 0.0); 2];
     for (part, sum) in sums.iter_mut().enumerate() {
         let [a, b] = [f32x16::from_slice(simd, &corners[0][part]), f32x16::from_slice(simd, &corners[1][part])];
@@ -49,6 +41,20 @@ pub(super) fn specular_albedo<S: Simd>(simd: S, roughness: f32x16<S>, n_v: f32x1
         *sum = above + (below - above) * down;
     }
     sums
+}
+
+/// The four entries of the table to mix in each lane: scales, then biases.
+fn gather(rows: &Each<f32>, columns: &Each<f32>) -> [[Each<f32>; 2]; 4] {
+    let table = &*TABLE;
+    let mut corners = [[[0.0; LANES]; 2]; 4];
+    for lane in 0..LANES {
+        let (row, column) = ((rows[lane] as usize).min(SIDE - 2), (columns[lane] as usize).min(SIDE - 2));
+        let of_lane = [table[row][column], table[row][column + 1], table[row + 1][column], table[row + 1][column + 1]];
+        for (corner, entry) in corners.iter_mut().zip(of_lane) {
+            (corner[0][lane], corner[1][lane]) = (entry.x, entry.y);
+        }
+    }
+    corners
 }
 
 /// The integral over light directions, by microfacet normals drawn from the distribution itself.

@@ -4,8 +4,8 @@ use umbrage_rays::{Projection, View};
 use umbrage_scene::Frame;
 
 use super::Reflectance;
-use super::hits::BlockHits;
-use super::lanes::{LANES, Vectors, Wide, put};
+use super::hits::{BlockHits, corner_vectors};
+use super::lanes::{Each, LANES, Vectors, Wide, put};
 use super::paint::{Bumps, Paint};
 use super::rays::BlockRays;
 
@@ -64,7 +64,7 @@ impl<S: Simd> Surface<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, frame: &Frame, rays: &BlockRays<S>, hits: &BlockHits<S>, footprint: &Footprint) -> Self {
         let facet = Facet::new(rays, hits, footprint);
-        let paint = Paint::new(frame, hits, &facet.covered_triangles.into());
+        let paint = Paint::new(frame, &hits.lane_hits(), &facet.covered_triangles.into());
         let one = f32x16::splat(simd, 1.0);
         let (mut base_color, mut opacity) =
             (Vectors::load(simd, &paint.base_color), f32x16::from_slice(simd, &paint.opacity));
@@ -142,15 +142,7 @@ impl<S: Simd> Facet<S> {
 /// The vertices' own colours and opacities, interpolated.
 #[inline(always)]
 fn vertex_colors<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<S>) -> (Vectors<S>, f32x16<S>) {
-    let mut of_corners = [([[0.0; LANES]; 3], [0.0; LANES]); 3];
-    for (lane, vertices) in hits.vertices.iter().enumerate() {
-        for ((colors, alphas), &vertex) in of_corners.iter_mut().zip(vertices) {
-            let color = frame.mesh.colors[vertex as usize];
-            put(lane, color.truncate(), colors);
-            alphas[lane] = color.w;
-        }
-    }
-    let [a, b, c] = &of_corners;
+    let [a, b, c] = &gather_colors(frame, &hits.vertices);
     let color = hits.interpolated([Vectors::load(simd, &a.0), Vectors::load(simd, &b.0), Vectors::load(simd, &c.0)]);
     let [second, third] = hits.barycentric;
     let alpha = f32x16::from_slice(simd, &a.1) * (1.0 - second - third)
@@ -159,17 +151,23 @@ fn vertex_colors<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<S>) -> (Vecto
     (color, alpha)
 }
 
+/// The colours and opacities of the vertices of each lane's triangle, corner by corner.
+fn gather_colors(frame: &Frame, vertices: &Each<[u32; 3]>) -> [([Each<f32>; 3], Each<f32>); 3] {
+    let mut of_corners = [([[0.0; LANES]; 3], [0.0; LANES]); 3];
+    for (lane, vertices) in vertices.iter().enumerate() {
+        for ((colors, alphas), &vertex) in of_corners.iter_mut().zip(vertices) {
+            let color = frame.mesh.colors[vertex as usize];
+            put(lane, color.truncate(), colors);
+            alphas[lane] = color.w;
+        }
+    }
+    of_corners
+}
+
 /// The vertices' normals, interpolated; of any length.
 #[inline(always)]
 fn vertex_normals<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<S>) -> Vectors<S> {
-    let mut of_corners = [[[0.0; LANES]; 3]; 3];
-    for (lane, vertices) in hits.vertices.iter().enumerate() {
-        for (normals, &vertex) in of_corners.iter_mut().zip(vertices) {
-            put(lane, frame.normals[vertex as usize], normals);
-        }
-    }
-    let [a, b, c] = &of_corners;
-    hits.interpolated([Vectors::load(simd, a), Vectors::load(simd, b), Vectors::load(simd, c)])
+    hits.interpolated(corner_vectors(simd, &frame.normals, &hits.vertices))
 }
 
 /// Normals bent by the normal texture in the lanes that have one.

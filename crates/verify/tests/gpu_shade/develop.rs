@@ -1,4 +1,4 @@
-//! The stage `develop` alone, which no renderer has yet.
+//! The stage `develop` alone.
 
 use umbrage::{Film, Settings};
 use umbrage_gpu::shade::{Develop, FilmPlanes, ToneMap};
@@ -16,7 +16,8 @@ pub(crate) struct Developer {
 impl Developer {
     pub(crate) fn open() -> Option<Self> {
         let gpu = gpu()?;
-        Some(Self { stage: Develop::new(&gpu), planes: FilmPlanes::new(&gpu), gpu })
+        let stage = Develop::new(&gpu, umbrage::gpu::screen_levels()).expect("room");
+        Some(Self { stage, planes: FilmPlanes::new(&gpu), gpu })
     }
 
     /// sRGB-encoded RGBA, pixel by pixel.
@@ -34,7 +35,7 @@ impl Developer {
         let mut recorder = Recorder::new(gpu);
         recorder.stage("develop", |pass| stage.record(gpu, pass, planes));
         recorder.submit()().expect("done");
-        let words: Vec<u32> = stage.image().read(gpu, planes.pixels() as usize).expect("read");
+        let words = stage.read_image(gpu).expect("read");
         words.into_iter().map(u32::to_le_bytes).collect()
     }
 

@@ -178,13 +178,23 @@ impl Tile {
 
     /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not;
     /// returns how many blocks it tested in part and wholly, which both queues still hold.
-    #[inline(always)]
+    ///
+    /// A function of its own for each level, since copies of it wherever it is called take minutes to compile.
+    #[inline(never)]
     pub(super) fn test_batch<S: Simd, const CERTAIN: bool>(
         &mut self,
         simd: S,
         batch: &Batch,
         lanes: u64,
     ) -> [usize; 2] {
+        simd.vectorize(
+            #[inline(always)]
+            || self.test_batch_inlined::<S, CERTAIN>(simd, batch, lanes),
+        )
+    }
+
+    #[inline(always)]
+    fn test_batch_inlined<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, lanes: u64) -> [usize; 2] {
         let (mut waiting, mut covered) = (0, 0);
         for lane in super::build::lanes_of(lanes) {
             let lane = lane as usize % LANES;

@@ -25,7 +25,7 @@ impl PerspectiveGrid {
     /// may deny of triangles that were masked there, and of no others.
     #[expect(clippy::needless_pass_by_value, reason = "masks are small and written where they are passed")]
     pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> GridCounts {
-        self.trace_tiles(triangles, &mask, seen, &mut vec![[]; self.order().places()])
+        self.trace_uncounted(triangles, &mask, seen)
     }
 
     /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is. A tile is one cell here.
@@ -37,11 +37,27 @@ impl PerspectiveGrid {
         seen: &mut SeenPixels,
         work: &mut PixelWork,
     ) -> GridCounts {
-        let work = work.start(self.order());
-        self.trace_tiles(triangles, &mask, seen, work)
+        self.trace_counted(triangles, &mask, seen, work)
     }
 
-    /// Traces with `work` for all places. Knows the mask by reference, so that this is compiled once.
+    // These two know nothing of the mask's type, nor has anyone else to compile what they call: that takes minutes.
+
+    fn trace_uncounted(&mut self, triangles: Triangles<'_>, mask: &dyn Mask, seen: &mut SeenPixels) -> GridCounts {
+        self.trace_tiles(triangles, mask, seen, &mut vec![[]; self.order().places()])
+    }
+
+    fn trace_counted(
+        &mut self,
+        triangles: Triangles<'_>,
+        mask: &dyn Mask,
+        seen: &mut SeenPixels,
+        work: &mut PixelWork,
+    ) -> GridCounts {
+        let work = work.start(self.order());
+        self.trace_tiles(triangles, mask, seen, work)
+    }
+
+    /// Traces with `work` for all places.
     fn trace_tiles<const N: usize>(
         &mut self,
         triangles: Triangles<'_>,
@@ -176,8 +192,16 @@ impl<const N: usize> TileTrace<'_, N> {
     }
 
     /// Tests up to 16 triangles on the fast path, all of them masked or none.
-    #[inline(always)]
+    #[inline(never)]
     fn test_ordinary<S: Simd, const MASKED: bool>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.test_ordinary_inlined::<S, MASKED>(simd, ids, batch),
+        );
+    }
+
+    #[inline(always)]
+    fn test_ordinary_inlined<S: Simd, const MASKED: bool>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
         let indices = self.triangles.indices;
         let mut corners = [[u32::MAX; 3]; LANES];
         for (corners, &id) in corners.iter_mut().zip(ids) {
@@ -246,8 +270,16 @@ impl<const N: usize> TileTrace<'_, N> {
     }
 
     /// Tests up to 16 triangles with edge functions found in f64: in f32 in the tile where that will do, else in f64.
-    #[inline(always)]
+    #[inline(never)]
     fn test_general<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool, batch: &mut Batch) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.test_general_inlined(simd, ids, masked, batch),
+        );
+    }
+
+    #[inline(always)]
+    fn test_general_inlined<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool, batch: &mut Batch) {
         let corner = self.corner - self.space.middle;
         let whole = Square { x: corner.x, y: corner.y, side: 2 * HALF };
         let middle = (corner + HALF).as_dvec2().to_array();

@@ -26,7 +26,7 @@ impl ListedGrid {
     /// may deny of triangles that were masked there, and of no others.
     #[expect(clippy::needless_pass_by_value, reason = "masks are small and written where they are passed")]
     pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> ListedCounts {
-        self.trace_tiles(triangles, &mask, seen, &mut vec![[]; self.order().places()])
+        self.trace_uncounted(triangles, &mask, seen)
     }
 
     /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is.
@@ -38,11 +38,27 @@ impl ListedGrid {
         seen: &mut SeenPixels,
         work: &mut PixelWork,
     ) -> ListedCounts {
-        let work = work.start(self.order());
-        self.trace_tiles(triangles, &mask, seen, work)
+        self.trace_counted(triangles, &mask, seen, work)
     }
 
-    /// Traces with `work` for all places. Knows the mask by reference, so that this is compiled once.
+    // These two know nothing of the mask's type, nor has anyone else to compile what they call: that takes minutes.
+
+    fn trace_uncounted(&mut self, triangles: Triangles<'_>, mask: &dyn Mask, seen: &mut SeenPixels) -> ListedCounts {
+        self.trace_tiles(triangles, mask, seen, &mut vec![[]; self.order().places()])
+    }
+
+    fn trace_counted(
+        &mut self,
+        triangles: Triangles<'_>,
+        mask: &dyn Mask,
+        seen: &mut SeenPixels,
+        work: &mut PixelWork,
+    ) -> ListedCounts {
+        let work = work.start(self.order());
+        self.trace_tiles(triangles, mask, seen, work)
+    }
+
+    /// Traces with `work` for all places.
     fn trace_tiles<const N: usize>(
         &mut self,
         triangles: Triangles<'_>,

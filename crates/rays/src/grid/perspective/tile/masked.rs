@@ -84,8 +84,23 @@ impl MaskWeights {
 impl Tile {
     /// Tests those triangles of a batch that are set in `lanes`, all of which have a certain orientation and a mask;
     /// returns what [`test_batch`](Self::test_batch) does.
-    #[inline(always)]
+    #[inline(never)]
     pub(in super::super) fn test_masked<S: Simd>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        weights: &MaskWeights,
+        mask: &dyn Mask,
+        lanes: u64,
+    ) -> [usize; 2] {
+        simd.vectorize(
+            #[inline(always)]
+            || self.test_masked_inlined(simd, batch, weights, mask, lanes),
+        )
+    }
+
+    #[inline(always)]
+    fn test_masked_inlined<S: Simd>(
         &mut self,
         simd: S,
         batch: &Batch,

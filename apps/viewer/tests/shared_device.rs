@@ -1,0 +1,142 @@
+//! Pictures that stay on the device that the window draws with, as the window shows them.
+
+use std::time::{Duration, Instant};
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, vec2};
+use eframe::egui_wgpu::{RenderState, RendererOptions};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state};
+use umbrage::gpu::Adapter;
+use umbrage_viewer::{App, EngineChoice, Graphics, Start};
+
+/// A window on a device, without a screen.
+struct Window {
+    harness: Harness<'static, Option<App>>,
+}
+
+impl Window {
+    /// With a scene that the GPU renders, once its first picture is there; paused at its start.
+    fn open(state: &RenderState, shares_software: bool, scene: &str) -> Self {
+        let start = Start {
+            scene: Some(scene.into()),
+            engine: Some(EngineChoice::Gpu(state.adapter.get_info().name)),
+            forgets: true,
+            ..Start::default()
+        };
+        let graphics = Graphics { state: state.clone(), shares_software };
+        let harness = Harness::builder()
+            .with_size(vec2(1000.0, 700.0))
+            // A cross that egui's own fonts lack.
+            .allow_missing_glyphs()
+            .renderer(WgpuTestRenderer::from_render_state(state.clone()))
+            .build_ui_state(
+                move |ui, app: &mut Option<App>| {
+                    let graphics = graphics.clone();
+                    app.get_or_insert_with(|| App::new(ui.ctx(), start.clone(), None, Some(graphics))).show(ui);
+                },
+                None,
+            );
+        let mut window = Self { harness };
+        window.settle();
+        window.press(Key::Space);
+        window.press(Key::Home);
+        window
+    }
+
+    /// Until what is chosen is on the screen.
+    fn settle(&mut self) {
+        let start = Instant::now();
+        loop {
+            self.harness.run_steps(2);
+            if self.harness.state().as_ref().is_some_and(App::is_idle) {
+                break;
+            }
+            assert!(start.elapsed() < Duration::from_secs(240), "nothing was shown in time");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        self.harness.run_steps(3);
+    }
+
+    fn press(&mut self, key: Key) {
+        self.harness.key_press(key);
+        self.settle();
+    }
+
+    /// Whether pictures are drawn from the engine's own texture.
+    fn draws_textures(&self) -> bool {
+        self.harness.query_all_by_label_contains("pictures stay on it").next().is_some()
+    }
+
+    /// Colours of the picture, without what is drawn around it.
+    fn picture(&mut self) -> Vec<[u8; 4]> {
+        let area = self.harness.get_by_role_and_label(Role::Image, "Picture").rect().shrink(60.0);
+        let image = self.harness.render().expect("a rendered window");
+        let columns = area.left() as u32..area.right() as u32;
+        let rows = area.top() as u32..area.bottom() as u32;
+        rows.flat_map(|y| columns.clone().map(move |x| [x, y])).map(|[x, y]| image.get_pixel(x, y).0).collect()
+    }
+}
+
+/// What egui draws with, opened as for a window; `None`, and a note, where no adapter can.
+fn state() -> Option<RenderState> {
+    Adapter::find("").map_err(|error| eprintln!("skipped-gpu: {error}")).ok()?;
+    let state = create_render_state(Graphics::configuration("").wgpu_setup, RendererOptions::PREDICTABLE);
+    Some(state)
+}
+
+/// How many channels differ, and by how much at most.
+fn differences(one: &[[u8; 4]], other: &[[u8; 4]]) -> (usize, u8) {
+    assert_eq!(one.len(), other.len());
+    let pairs = one.as_flattened().iter().zip(other.as_flattened());
+    let off = pairs.map(|(one, other)| one.abs_diff(*other)).filter(|off| *off > 0);
+    off.fold((0, 0), |(count, worst), off| (count + 1, worst.max(off)))
+}
+
+#[test]
+fn a_shared_texture_shows_what_a_copy_shows() {
+    let (Some(shared), Some(apart)) = (state(), state()) else { return };
+    let scene = "demo:cloth?triangles=2000";
+    let mut copies = Window::open(&apart, false, scene);
+    assert!(!copies.draws_textures(), "software has a device of its own");
+    let mut textures = Window::open(&shared, true, scene);
+    assert!(textures.draws_textures());
+    let first = textures.picture();
+    // One frame on, so that the other of its two textures is shown, and then the first again.
+    for _ in 0..3 {
+        let [drawn, copied] = [&mut textures, &mut copies].map(Window::picture);
+        let colors: std::collections::HashSet<_> = copied.iter().collect();
+        assert!(colors.len() > 100, "{} colours are no scenery", colors.len());
+        let (off, worst) = differences(&drawn, &copied);
+        assert!(worst <= 1 && off <= drawn.len() / 100, "{off} channels differ, by at most {worst}");
+        for window in [&mut textures, &mut copies] {
+            window.press(Key::ArrowRight);
+        }
+    }
+    assert!(first != textures.picture(), "nothing has moved");
+    // With heat maps, films are fetched; then textures are shown again.
+    for window in [&mut textures, &mut copies] {
+        window.press(Key::T);
+    }
+    let plain = textures.picture();
+    let times = |window: &Window| window.harness.query_all_by_label_contains("develop").next().is_some();
+    let can_time = shared.device.features().contains(umbrage::gpu::wgpu::Features::TIMESTAMP_QUERY);
+    assert_eq!((times(&textures), times(&copies)), (can_time, false), "stages of the work panel");
+    let [heat, none] = ["Triangles tested", "None"].map(|label| {
+        // They may be below the panel's end.
+        textures.harness.get_by_label(label).click_accesskit();
+        textures.settle();
+        textures.picture()
+    });
+    assert!(heat != plain, "no heat map is shown");
+    assert_eq!(differences(&none, &plain), (0, 0), "the picture is back");
+    // Another size.
+    for window in [&mut textures, &mut copies] {
+        window.harness.set_size(vec2(777.0, 555.0));
+        window.settle();
+    }
+    let [drawn, copied] = [&mut textures, &mut copies].map(Window::picture);
+    let (off, worst) = differences(&drawn, &copied);
+    assert!(worst <= 1 && off <= drawn.len() / 100, "{off} channels differ, by at most {worst}");
+}

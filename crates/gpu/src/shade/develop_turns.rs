@@ -1,0 +1,78 @@
+use crate::memory::Taken;
+use crate::{Gpu, GpuError};
+
+/// Pictures as textures, two in turn: one is shown while the next is made.
+#[derive(Debug, Default)]
+pub struct Turns {
+    pictures: [Option<Picture>; 2],
+    /// Which of the two is made next.
+    next: usize,
+}
+
+#[derive(Debug)]
+struct Picture {
+    texture: wgpu::Texture,
+    taken: Taken,
+}
+
+impl Turns {
+    /// The format of the textures. Their values are sRGB-encoded and meant as they are.
+    pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+    /// The texture that is made next, in this size. The one before it stays as it is.
+    ///
+    /// # Errors
+    /// Where the device has no textures of that size, or no room for one.
+    pub fn next(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<wgpu::Texture, GpuError> {
+        let place = &mut self.pictures[self.next];
+        let is_new = place.as_ref().is_none_or(|old| [old.texture.width(), old.texture.height()] != size);
+        if is_new {
+            // Released first: there may be no room for both. Whoever still draws it holds it.
+            *place = None;
+            *place = Some(Picture::new(gpu, size)?);
+        }
+        let picture = place.as_ref().map(|picture| picture.texture.clone());
+        picture.ok_or_else(|| GpuError::OutOfMemory("a picture".to_owned()))
+    }
+
+    /// Says that the texture is made: the other one is next.
+    pub fn turn(&mut self) {
+        self.next = 1 - self.next;
+    }
+
+    /// Bytes of both.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.pictures.iter().flatten().map(|picture| picture.taken.bytes()).sum()
+    }
+}
+
+impl Picture {
+    fn new(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<Self, GpuError> {
+        let limit = gpu.device.limits().max_texture_dimension_2d;
+        if width.max(height) > limit {
+            return Err(GpuError::PictureTooLarge { width, height, limit });
+        }
+        let bytes = u64::from(width) * u64::from(height) * 4;
+        let refused = || {
+            let others = gpu.memory.taken();
+            GpuError::OutOfMemory(format!("a picture needs {bytes} bytes, beside {others} bytes of everything else"))
+        };
+        let taken = gpu.memory.take(bytes).ok_or_else(refused)?;
+        let memory = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: Turns::FORMAT,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        match pollster::block_on(memory.pop()) {
+            Some(_) => Err(refused()),
+            None => Ok(Self { texture, taken }),
+        }
+    }
+}

@@ -1,0 +1,55 @@
+use umbrage_rays::TileOrder;
+
+use crate::{Buffer, Gpu, GpuError, Groups, Kernel, Recorder};
+
+/// The stage `shown`: how many pixels show a triangle, for whoever doesn't fetch them.
+#[derive(Debug)]
+pub struct Shown {
+    kernel: Kernel,
+    size: Buffer,
+    count: Buffer,
+    places: u32,
+}
+
+impl Shown {
+    /// Places that a workgroup takes.
+    const WIDTH: u32 = 64;
+
+    /// Ready to count.
+    #[must_use]
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            kernel: Kernel::new(gpu, "shade::shown", "shown", &[]),
+            size: Buffer::uniform(gpu, "size"),
+            count: Buffer::storage(gpu, "shown"),
+            places: 0,
+        }
+    }
+
+    /// Makes ready for an image of so many pixels, until it is called again.
+    ///
+    /// # Errors
+    /// Where the device has reported an error.
+    pub fn prepare(&mut self, gpu: &Gpu, [width, height]: [u32; 2]) -> Result<(), GpuError> {
+        self.places = TileOrder::new(width, height).places() as u32;
+        self.size.write(gpu, &[width, height, 0, 0])?;
+        self.count.reserve(gpu, 4)
+    }
+
+    /// Counts the places of `seen` that are pixels and hold a triangle.
+    pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, seen: &Buffer) {
+        recorder.clear_words(&self.count, 1);
+        let groups = Groups::Flat(self.places / Self::WIDTH);
+        recorder.stage("shown", |pass| self.kernel.dispatch(gpu, pass, &[&self.size, seen, &self.count], groups));
+    }
+
+    /// Waits, then gives the count.
+    ///
+    /// # Errors
+    /// Where the device is lost or has reported an error.
+    pub fn read(&self, gpu: &Gpu) -> Result<u32, GpuError> {
+        let mut count = [0];
+        self.count.read_into(gpu, &mut count)?;
+        Ok(count[0])
+    }
+}
