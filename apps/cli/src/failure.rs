@@ -24,6 +24,11 @@ impl Failure {
         Self::Input { message: message.into(), hint: Some(hint.into()) }
     }
 
+    /// A GPU was named, and the CPU asked for.
+    pub(crate) fn gpu_named_for_cpu() -> Self {
+        Self::input("--device names a GPU, but the CPU renders", "add `--engine gpu`")
+    }
+
     /// What is wrong, without a hint.
     pub(crate) fn message(&self) -> &str {
         match self {

@@ -119,9 +119,7 @@ fn engine(flags: &RenderFlags) -> Result<(), Failure> {
         EngineFlag::Gpu if is_of_cpu => {
             Err(Failure::input("a GPU has no choice of SIMD level or structure", "leave out --simd and --structure"))
         }
-        EngineFlag::Cpu if flags.device.is_some() => {
-            Err(Failure::input("--device names a GPU, but the CPU renders", "add `--engine gpu`"))
-        }
+        EngineFlag::Cpu if flags.device.is_some() => Err(Failure::gpu_named_for_cpu()),
         _ => Ok(()),
     }
 }

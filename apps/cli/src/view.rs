@@ -23,6 +23,7 @@ pub(crate) fn run(flags: ViewFlags) -> Result<(), Failure> {
     let has_gpu =
         || Adapter::all().iter().any(|found| !found.is_software && found.name.to_lowercase().contains(&wanted));
     let engine = match flags.engine {
+        Some(EngineFlag::Cpu) if !device.is_empty() => return Err(Failure::gpu_named_for_cpu()),
         None if device.is_empty() => None,
         Some(EngineFlag::Cpu) => Some(EngineChoice::Cpu),
         Some(EngineFlag::Auto) if !has_gpu() => Some(EngineChoice::Cpu),

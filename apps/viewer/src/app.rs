@@ -20,6 +20,7 @@ use crate::notices::Notices;
 use crate::order::{FileOrder, Order, Picture};
 use crate::probe::Probe;
 use crate::recording::Recording;
+use crate::surface::Surface;
 use crate::timeline::Timeline;
 use crate::watch::Watch;
 use crate::window_device::{Graphics, WindowDevice};
@@ -38,6 +39,7 @@ pub struct App {
     pub(crate) heat: Option<Heat>,
     pub(crate) shows_light_grid: bool,
     canvas: Canvas,
+    surface: Surface,
     pub(crate) shown: Option<Shown>,
     /// What the open scene's first picture is about: where lights are put, and how far they and the camera move.
     pub(crate) focus: Option<Focus>,
@@ -172,6 +174,7 @@ impl App {
             lights: start.lights.map_or_else(LightList::default, LightList::of),
             heat: None,
             shows_light_grid: false,
+            surface: graphics.as_ref().map(|graphics| graphics.surface.clone()).unwrap_or_default(),
             canvas: Canvas::new(graphics.map(|graphics| graphics.state)),
             shown: None,
             focus: None,
@@ -213,6 +216,9 @@ impl App {
     pub(crate) fn receive(&mut self, context: &egui::Context) {
         for done in self.worker.done().collect::<Vec<_>>() {
             self.take(context, done);
+        }
+        if let Some(news) = self.surface.news() {
+            self.notices.error(news);
         }
         let now = Instant::now();
         let passed = now.duration_since(std::mem::replace(&mut self.clock, now)).as_secs_f64();

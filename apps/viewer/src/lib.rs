@@ -21,6 +21,7 @@ mod probe;
 mod projection;
 mod recording;
 mod studio;
+mod surface;
 mod timeline;
 mod watch;
 mod window;
@@ -29,5 +30,6 @@ mod worker;
 
 pub use app::{App, Start};
 pub use choices::EngineChoice;
+pub use surface::Surface;
 pub use window::{ViewError, view};
 pub use window_device::Graphics;

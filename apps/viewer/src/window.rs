@@ -4,6 +4,7 @@ use eframe::egui::{ViewportBuilder, vec2};
 
 use crate::app::{App, Start};
 use crate::choices::EngineChoice;
+use crate::surface::Surface;
 use crate::window_device::Graphics;
 
 /// Why there is no window.
@@ -24,8 +25,9 @@ pub fn view(start: Start) -> Result<(), ViewError> {
         Some(EngineChoice::Gpu(name)) => name.as_str(),
         Some(EngineChoice::Cpu) | None => "",
     };
+    let surface = Surface::default();
     let options = eframe::NativeOptions {
-        wgpu_options: Graphics::configuration(engine),
+        wgpu_options: Graphics::configuration(engine, surface.clone()),
         viewport: ViewportBuilder::default()
             .with_app_id("umbrage")
             .with_title("Umbrage")
@@ -38,7 +40,7 @@ pub fn view(start: Start) -> Result<(), ViewError> {
         "umbrage",
         options,
         Box::new(|creation| {
-            let graphics = creation.wgpu_render_state.clone().map(Graphics::new);
+            let graphics = creation.wgpu_render_state.clone().map(|state| Graphics::new(state, surface));
             Ok(Box::new(App::new(&creation.egui_ctx, start, creation.storage, graphics)))
         }),
     );

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use eframe::egui_wgpu::{RenderState, WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use umbrage::gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
+use crate::surface::Surface;
+
 /// The environment variable that stands for [`Graphics::shares_software`] where it is `1`.
 const SHARE_DEVICE: &str = "UMBRAGE_SHARE_DEVICE";
 
@@ -16,12 +18,15 @@ pub struct Graphics {
     /// Whether the GPU engine works on this device even where that is a program on the CPU. Then the window waits for
     /// whatever the engine does, so this is for tests.
     pub shares_software: bool,
+    /// What the window is drawn on.
+    pub surface: Surface,
 }
 
 impl Graphics {
     /// How the window's device is opened, so that an engine that is called so can work on it, if its adapter can draw windows.
+    /// `surface` is told where there is nothing to draw on.
     #[must_use]
-    pub fn configuration(engine: &str) -> WgpuConfiguration {
+    pub fn configuration(engine: &str, surface: Surface) -> WgpuConfiguration {
         let mut setup = WgpuSetupCreateNew::without_display_handle();
         setup.instance_descriptor.flags = Gpu::instance_flags();
         let engine = engine.to_lowercase();
@@ -37,14 +42,19 @@ impl Graphics {
             // An adapter that the engine can't use may still draw the window.
             Gpu::descriptor(adapter, DeviceLimits::Adapter).unwrap_or_else(|_| by_default(adapter))
         });
-        WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..WgpuConfiguration::default() }
+        WgpuConfiguration {
+            wgpu_setup: WgpuSetup::CreateNew(setup),
+            on_surface_status: Arc::new(move |status| surface.answer(status)),
+            ..WgpuConfiguration::default()
+        }
     }
 
     /// Those of a window, as the environment wants them shared: `UMBRAGE_SHARE_DEVICE=1` means
     /// [`Graphics::shares_software`].
     #[must_use]
-    pub fn new(state: RenderState) -> Self {
-        Self { state, shares_software: std::env::var_os(SHARE_DEVICE).is_some_and(|value| value == "1") }
+    pub fn new(state: RenderState, surface: Surface) -> Self {
+        let shares_software = std::env::var_os(SHARE_DEVICE).is_some_and(|value| value == "1");
+        Self { state, shares_software, surface }
     }
 }
 

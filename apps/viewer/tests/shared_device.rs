@@ -2,18 +2,19 @@
 
 use std::time::{Duration, Instant};
 
-use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, vec2};
 use eframe::egui_wgpu::{RenderState, RendererOptions};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state};
 use umbrage::gpu::Adapter;
-use umbrage_viewer::{App, EngineChoice, Graphics, Start};
+use umbrage::gpu::wgpu::CurrentSurfaceTexture;
+use umbrage_viewer::{App, EngineChoice, Graphics, Start, Surface};
 
 /// A window on a device, without a screen.
 struct Window {
     harness: Harness<'static, Option<App>>,
+    surface: Surface,
 }
 
 impl Window {
@@ -25,7 +26,8 @@ impl Window {
             forgets: true,
             ..Start::default()
         };
-        let graphics = Graphics { state: state.clone(), shares_software };
+        let surface = Surface::default();
+        let graphics = Graphics { state: state.clone(), shares_software, surface: surface.clone() };
         let harness = Harness::builder()
             .with_size(vec2(1000.0, 700.0))
             // A cross that egui's own fonts lack.
@@ -38,7 +40,7 @@ impl Window {
                 },
                 None,
             );
-        let mut window = Self { harness };
+        let mut window = Self { harness, surface };
         window.settle();
         window.press(Key::Space);
         window.press(Key::Home);
@@ -71,7 +73,7 @@ impl Window {
 
     /// Colours of the picture, without what is drawn around it.
     fn picture(&mut self) -> Vec<[u8; 4]> {
-        let area = self.harness.get_by_role_and_label(Role::Image, "Picture").rect().shrink(60.0);
+        let area = self.harness.get_by_label("Rendered scene").rect().shrink(60.0);
         let image = self.harness.render().expect("a rendered window");
         let columns = area.left() as u32..area.right() as u32;
         let rows = area.top() as u32..area.bottom() as u32;
@@ -82,7 +84,8 @@ impl Window {
 /// What egui draws with, opened as for a window; `None`, and a note, where no adapter can.
 fn state() -> Option<RenderState> {
     Adapter::find("").map_err(|error| eprintln!("skipped-gpu: {error}")).ok()?;
-    let state = create_render_state(Graphics::configuration("").wgpu_setup, RendererOptions::PREDICTABLE);
+    let state =
+        create_render_state(Graphics::configuration("", Surface::default()).wgpu_setup, RendererOptions::PREDICTABLE);
     Some(state)
 }
 
@@ -139,4 +142,10 @@ fn a_shared_texture_shows_what_a_copy_shows() {
     let [drawn, copied] = [&mut textures, &mut copies].map(Window::picture);
     let (off, worst) = differences(&drawn, &copied);
     assert!(worst <= 1 && off <= drawn.len() / 100, "{off} channels differ, by at most {worst}");
+    // Whoever draws the window has lost what it is drawn on.
+    let told = |window: &Window| window.harness.query_by_label_contains("surface was lost").is_some();
+    assert!(!told(&copies));
+    let _ = copies.surface.answer(&CurrentSurfaceTexture::Lost);
+    copies.settle();
+    assert!(told(&copies), "a message");
 }

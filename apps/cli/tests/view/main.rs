@@ -140,6 +140,22 @@ fn without_a_display_there_is_a_message() {
     assert_eq!(output.status.code(), Some(1));
 }
 
+#[test]
+fn without_an_adapter_that_can_draw_there_is_a_message() {
+    let Some(display) = Display::start() else { return };
+    let output = Command::new(umbrage())
+        .args(["view", "--forget"])
+        .env("DISPLAY", display.name())
+        .env_remove("WAYLAND_DISPLAY")
+        // The loader finds no driver.
+        .envs(["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].map(|name| (name, "/no-such-driver.json")))
+        .output()
+        .expect("a process");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("error: no window could be opened") && message.contains("umbrage render"), "{message}");
+    assert_eq!(output.status.code(), Some(1));
+}
+
 /// Runs a copied command, and gives the file that it writes.
 fn render(command: &str, folder: &Path) -> PathBuf {
     let rest = command.strip_prefix("umbrage ").expect("our command");
