@@ -14,7 +14,7 @@ fn options() -> [UniformOptions; 4] {
         plain,
         UniformOptions { insertion: Insertion::Exact, ..plain },
         UniformOptions { cells_per_triangle: 0.3, macrocell: 1, ..plain },
-        UniformOptions { cells_per_triangle: 60.0, macrocell: 4, insertion: Insertion::Exact },
+        UniformOptions { cells_per_triangle: 60.0, macrocell: 4, insertion: Insertion::Exact, ..plain },
     ]
 }
 

@@ -24,5 +24,5 @@ pub use perspective::{
 pub use seen::SeenPixels;
 pub use simd_level::{SimdLevel, UnknownSimdLevel};
 pub use tile_order::TileOrder;
-pub use uniform::{ImpossibleUniformOptions, Insertion, UniformGrid, UniformOptions};
+pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformCounts, UniformGrid, UniformOptions};
 pub use work::{PixelWork, Work};

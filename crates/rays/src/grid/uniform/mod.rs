@@ -2,24 +2,35 @@
 //! Coherent Grid Traversal*, 2006).
 //!
 //! `lattice` says where the cells are and why nothing is missed, `build` lists triangles in them, `macrocells` marks
-//! what is empty, `trace` follows single rays.
+//! what is empty, `trace` follows single rays. `slices` leads packets of rays through the cells, `see` those of a camera and
+//! `shadow` those of a light, in the groups that `bundle` keeps; `statistics` counts.
 
 mod build;
+mod bundle;
 mod lattice;
 mod macrocells;
 mod overlap;
+mod see;
+mod shadow;
+mod slices;
+mod statistics;
 mod trace;
 mod validate;
 
+use std::sync::Mutex;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
 use glam::DVec3;
 
+use super::SimdLevel;
 use crate::{Bounds, Omitted};
 use build::Chunk;
+pub use bundle::PacketSide;
+use bundle::Worker;
 use lattice::{CellBox, Lattice};
 use macrocells::Macrocells;
+pub use statistics::UniformCounts;
 
 /// How triangles come into cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,11 +51,14 @@ pub struct UniformOptions {
     pub macrocell: u32,
     /// How triangles come into cells.
     pub insertion: Insertion,
+    /// How many rays are traced together.
+    pub packet: PacketSide,
 }
 
 impl UniformOptions {
     /// The paper's.
-    pub const DEFAULT: Self = Self { cells_per_triangle: 6.0, macrocell: 6, insertion: Insertion::BoundingBox };
+    pub const DEFAULT: Self =
+        Self { cells_per_triangle: 6.0, macrocell: 6, insertion: Insertion::BoundingBox, packet: PacketSide::Eight };
 }
 
 impl Default for UniformOptions {
@@ -75,6 +89,7 @@ impl std::error::Error for ImpossibleUniformOptions {}
 /// there are [`UniformGrid::MOST_REFERENCES`] a triangle at most. Keep it and rebuild it: its memory is reused.
 #[derive(Default)]
 pub struct UniformGrid {
+    level: SimdLevel,
     options: UniformOptions,
     /// None before the first build.
     lattice: Option<Lattice>,
@@ -89,6 +104,8 @@ pub struct UniformGrid {
     chunks: Vec<Chunk>,
     bounds: Bounds,
     omitted: Omitted,
+    /// One for each thread.
+    workers: Vec<Mutex<Box<Worker>>>,
 }
 
 impl std::fmt::Debug for UniformGrid {
@@ -102,6 +119,12 @@ impl std::fmt::Debug for UniformGrid {
 }
 
 impl UniformGrid {
+    /// An empty grid that uses the instructions of `level`.
+    #[must_use]
+    pub fn with_level(level: SimdLevel) -> Self {
+        Self { level, ..Self::default() }
+    }
+
     /// Says what the grid is like from the next build on.
     ///
     /// # Errors
@@ -142,6 +165,7 @@ impl UniformGrid {
             + self.macrocells.bytes()
             + self.boxes.capacity() * size_of::<CellBox>()
             + self.chunks.capacity() * size_of::<Chunk>()
+            + self.workers.iter().map(worker_bytes).sum::<usize>()
     }
 
     /// World position of the corner at which the cell at `cell`, which may be one beyond the last, begins; zero before the
@@ -164,4 +188,8 @@ impl UniformGrid {
     fn listed(&self, first: usize, last: usize) -> &[AtomicU32] {
         &self.ids[self.starts[first].load(Relaxed) as usize..self.starts[last + 1].load(Relaxed) as usize]
     }
+}
+
+fn worker_bytes(worker: &Mutex<Box<Worker>>) -> usize {
+    worker.lock().unwrap_or_else(std::sync::PoisonError::into_inner).bytes()
 }
