@@ -9,6 +9,7 @@ mod bvh;
 mod camera;
 mod grid;
 mod light;
+mod packet;
 pub mod predicate;
 mod ray;
 mod triangles;
@@ -17,11 +18,11 @@ pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
 pub use grid::{
-    Cells, GridCounts, ImageTooLarge, ImpossibleCells, ImpossibleLightCells, LightCell, LightCells, LightFace,
-    LightGrid, LightGridCounts, LightGridSeconds, ListedCounts, ListedGrid, ListedLightCounts, ListedLightGrid,
-    ListedLightOptions, ListedLightSeconds, ListedOptions, ListedSeconds, Mask, MaskAnswers, MaskPoints,
-    PerspectiveGrid, PixelWork, SeenImage, SeenPixels, ShadowMask, SimdLevel, TileOrder, UnknownSimdLevel, Unmasked,
-    Work,
+    Cells, GridCounts, ImageTooLarge, ImpossibleCells, ImpossibleLightCells, ImpossibleUniformOptions, Insertion,
+    LightCell, LightCells, LightFace, LightGrid, LightGridCounts, LightGridSeconds, ListedCounts, ListedGrid,
+    ListedLightCounts, ListedLightGrid, ListedLightOptions, ListedLightSeconds, ListedOptions, ListedSeconds, Mask,
+    MaskAnswers, MaskPoints, PacketSide, PerspectiveGrid, PixelWork, SeenImage, SeenPixels, ShadowMask, SimdLevel,
+    TileOrder, UniformCounts, UniformGrid, UniformOptions, UnknownSimdLevel, Unmasked, Work,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

@@ -1,6 +1,5 @@
-//! Ray-specialised grids: structures for bundles of rays that share an origin, rebuilt for every frame.
-//!
-//! Guntury and Narayanan, *Ray Tracing Dynamic Scenes with Shadows on the GPU*, 2010.
+//! Grids that are rebuilt for every frame: ray-specialised ones for bundles of rays that share an origin (Guntury and
+//! Narayanan, *Ray Tracing Dynamic Scenes with Shadows on the GPU*, 2010), and a uniform one for all rays.
 
 mod counting_sort;
 mod lanes;
@@ -10,6 +9,7 @@ mod perspective;
 mod seen;
 mod simd_level;
 mod tile_order;
+mod uniform;
 mod work;
 
 pub use light::{
@@ -24,4 +24,5 @@ pub use perspective::{
 pub use seen::SeenPixels;
 pub use simd_level::{SimdLevel, UnknownSimdLevel};
 pub use tile_order::TileOrder;
+pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformCounts, UniformGrid, UniformOptions};
 pub use work::{PixelWork, Work};

@@ -11,7 +11,7 @@ use crate::{LightSource, Ray};
 
 impl SeenImage<'_> {
     /// The ray through the pixel at a place.
-    pub(super) fn camera_ray(&self, place: usize) -> Ray {
+    pub(in crate::grid) fn camera_ray(&self, place: usize) -> Ray {
         let (x, y) = self.seen.order().column_and_row(place);
         let (x, y) = (f64::from(x), f64::from(y));
         self.view.ray(x + self.offset_pixels.x, y + self.offset_pixels.y)

@@ -8,7 +8,7 @@ pub(super) use crate::grid::lanes::{LANES, load_corner, splat};
 // without the instruction set: it made mapping take five times as long. So the vector code here is written out.
 
 /// A vector for each of eight lanes.
-pub(super) type Vectors<S> = [f64x8<S>; 3];
+pub(in crate::grid) type Vectors<S> = [f64x8<S>; 3];
 
 #[inline(always)]
 pub(super) fn splat_vector<S: Simd>(simd: S, value: DVec3) -> Vectors<S> {

@@ -24,14 +24,14 @@ mod listed;
 mod locate;
 mod map;
 mod pixel_map;
-mod points;
+pub(super) mod points;
 mod project;
 mod queue;
 mod refine;
 mod small;
 mod sort;
 mod spread;
-mod survey;
+pub(super) mod survey;
 mod trace;
 mod validate;
 

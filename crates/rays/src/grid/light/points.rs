@@ -9,15 +9,15 @@ use super::survey::CameraRays;
 use crate::grid::SeenPixels;
 
 /// Where in the world eight pixels' points are, in f64 from the planes of the triangles that they are on.
-pub(super) struct EightPoints<S: Simd> {
+pub(in crate::grid) struct EightPoints<S: Simd> {
     /// From the light.
-    pub(super) offset: Vectors<S>,
+    pub(in crate::grid) offset: Vectors<S>,
     /// How far, on each axis, the predicate's point may be from there, counting `predicate_error`.
-    pub(super) error: f64x8<S>,
+    pub(in crate::grid) error: f64x8<S>,
     /// How far from the truth the predicate thinks its own point may be.
-    pub(super) predicate_error: f64x8<S>,
+    pub(in crate::grid) predicate_error: f64x8<S>,
     /// For which points this holds.
-    pub(super) certain: mask64x8<S>,
+    pub(in crate::grid) certain: mask64x8<S>,
 }
 
 /// Corners of eight triangles; NaN where there is no such corner.
@@ -65,7 +65,13 @@ impl<S: Simd> EightPoints<S> {
     /// product with the other vector one more for each, the vector one, the sum two: eight, taken as sixteen. The ray
     /// itself is wrong by 4 roundings of its largest component, and differs by 10 from the predicate's.
     #[inline(always)]
-    pub(super) fn find(simd: S, image: &SeenImage<'_>, rays: &CameraRays, places: [u32; 8], light: DVec3) -> Self {
+    pub(in crate::grid) fn find(
+        simd: S,
+        image: &SeenImage<'_>,
+        rays: &CameraRays,
+        places: [u32; 8],
+        light: DVec3,
+    ) -> Self {
         let own = EightTriangles::load(
             simd,
             image,

@@ -93,25 +93,25 @@ fn survey<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, tile: usiz
 
 /// The constants of [`View::ray`](crate::View::ray).
 #[derive(Clone, Copy, Default)]
-pub(super) struct CameraRays {
-    pub(super) position: DVec3,
+pub(in crate::grid) struct CameraRays {
+    pub(in crate::grid) position: DVec3,
     /// What one pixel to the right adds to a perspective direction or an orthographic origin.
-    pub(super) step_x: DVec3,
+    pub(in crate::grid) step_x: DVec3,
     /// What one pixel downwards adds to it.
-    pub(super) step_y: DVec3,
+    pub(in crate::grid) step_y: DVec3,
     /// What it is at pixel (0, 0).
-    pub(super) corner: DVec3,
-    pub(super) forward: DVec3,
-    pub(super) is_perspective: bool,
-    pub(super) order: TileOrder,
+    pub(in crate::grid) corner: DVec3,
+    pub(in crate::grid) forward: DVec3,
+    pub(in crate::grid) is_perspective: bool,
+    pub(in crate::grid) order: TileOrder,
     /// Largest component of any direction.
-    pub(super) largest_direction: f64,
+    pub(in crate::grid) largest_direction: f64,
     /// Largest coordinate of any origin.
-    pub(super) largest_origin: f64,
+    pub(in crate::grid) largest_origin: f64,
 }
 
 impl CameraRays {
-    pub(super) fn new(image: &SeenImage<'_>) -> Self {
+    pub(in crate::grid) fn new(image: &SeenImage<'_>) -> Self {
         let Camera { position, right, up, forward, projection } = image.view.camera;
         let (width, height) = (f64::from(image.view.width), f64::from(image.view.height));
         let (is_perspective, half_height) = match projection {
@@ -145,7 +145,7 @@ impl CameraRays {
     /// The origin and the direction of the ray of the pixel in a column and row.
     ///
     /// Each component has four roundings: it is wrong by at most 4 half ulps of the largest one.
-    pub(super) fn ray(&self, column: f64, row: f64) -> (DVec3, DVec3) {
+    pub(in crate::grid) fn ray(&self, column: f64, row: f64) -> (DVec3, DVec3) {
         let varying = self.step_x * column + (self.step_y * row + self.corner);
         if self.is_perspective { (self.position, varying) } else { (varying, self.forward) }
     }

@@ -1,0 +1,164 @@
+use std::ops::RangeInclusive;
+
+use glam::{DVec3, UVec3, Vec3};
+
+use crate::Bounds;
+
+/// Where a grid's cells are: cubes side by side, along x first, then y, then z.
+///
+/// A world position p is at g = (p − `corner`) / `side` in *cell coordinates*, which those of this comment are: cell i
+/// of an axis holds the coordinates from i to i + 1.
+///
+/// **What makes the grid conservative.** The predicate accepts a hit only where the ray's line meets the triangle in
+/// real numbers, at a point h inside the triangle's box. Three roundings make a computed coordinate wrong by 3 · 2⁻⁵³ of
+/// its size, which is below 2⁻³⁹ for [`MOST_ON_A_SIDE`](Self::MOST_ON_A_SIDE) cells. Triangles are listed in each cell
+/// that their box, grown by [`MARGIN`](Self::MARGIN), touches. So the triangle is listed in each cell that is no
+/// farther than `MARGIN` − 2⁻³⁹ from h on every axis, and a ray finds it if it visits one of those: traversals need to
+/// know where the ray is only to within [`DOUBT`](Self::DOUBT), which is half the margin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lattice {
+    /// World position of the lowest corner.
+    pub(crate) corner: DVec3,
+    /// Edge of a cell in world units.
+    pub(crate) side: f64,
+    /// Cells along each axis.
+    pub(crate) cells: UVec3,
+}
+
+/// The cells that a box overlaps, the last included; none where `low` is above `high`. 12 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct CellBox {
+    pub(super) low: [u16; 3],
+    pub(super) high: [u16; 3],
+}
+
+impl CellBox {
+    /// Overlaps nothing.
+    pub(super) const EMPTY: Self = Self { low: [1; 3], high: [0; 3] };
+
+    pub(super) fn range(&self, axis: usize) -> RangeInclusive<u32> {
+        u32::from(self.low[axis])..=u32::from(self.high[axis])
+    }
+
+    /// How many cells it has.
+    pub(super) fn len(&self) -> u64 {
+        (0..3).map(|axis| (u64::from(self.high[axis]) + 1).saturating_sub(self.low[axis].into())).product()
+    }
+}
+
+impl Lattice {
+    /// How far boxes of triangles are grown, in cells.
+    pub(super) const MARGIN: f64 = 1.0 / (1 << 12) as f64;
+    /// How wrong a traversal's cell coordinates may be.
+    pub(crate) const DOUBT: f64 = 0.5 * Self::MARGIN;
+    /// Most cells along an axis.
+    pub(super) const MOST_ON_A_SIDE: u32 = 1 << 12;
+    /// Most cells in all, before each side is rounded up.
+    const MOST_CELLS: f64 = (1 << 26) as f64;
+    /// Least distance of the bounds from the lattice's faces, in cells.
+    const RIM: f64 = 1.0 / 64.0;
+
+    /// About `wanted` cells around `bounds` (Wald et al. 2006, §3): cells along an axis are the
+    /// size along it times ∛(wanted / V).
+    ///
+    /// An axis along which the bounds are thinner than a cell gets one, and the formula is used for the others.
+    pub(super) fn around(bounds: Bounds, wanted: f64) -> Self {
+        if bounds.is_empty() {
+            return Self { corner: DVec3::ZERO, side: 1.0, cells: UVec3::ONE };
+        }
+        let size = bounds.max.as_dvec3() - bounds.min.as_dvec3();
+        let wanted = wanted.clamp(1.0, Self::MOST_CELLS);
+        let mut sizes = size.to_array();
+        sizes.sort_by(f64::total_cmp);
+        let side = (0..3).map(|thin| {
+            let thick = &sizes[thin..];
+            let side = (thick.iter().product::<f64>() / wanted).powf(1.0 / thick.len() as f64);
+            (thick[0] >= side && side > 0.0).then_some(side)
+        });
+        let side = side.flatten().next().unwrap_or(1.0);
+        Self::with_side(bounds, side)
+    }
+
+    /// The lattice around `bounds`, which aren't empty, with cells of an edge of `side`, or larger ones if they were too
+    /// many.
+    pub(super) fn with_side(bounds: Bounds, side: f64) -> Self {
+        let size = bounds.max.as_dvec3() - bounds.min.as_dvec3();
+        let side = side.max(size.max_element() / f64::from(Self::MOST_ON_A_SIDE - 1));
+        let cells =
+            (size / side + 2.0 * Self::RIM).ceil().as_uvec3().clamp(UVec3::ONE, UVec3::splat(Self::MOST_ON_A_SIDE));
+        Self { corner: bounds.min.as_dvec3() - side * Self::RIM, side, cells }
+    }
+
+    /// How many cells there are.
+    pub(super) fn len(&self) -> usize {
+        self.cells.x as usize * self.cells.y as usize * self.cells.z as usize
+    }
+
+    /// The place of a cell in the order of cells.
+    #[inline(always)]
+    pub(super) fn place(&self, x: u32, y: u32, z: u32) -> usize {
+        (z as usize * self.cells.y as usize + y as usize) * self.cells.x as usize + x as usize
+    }
+
+    /// A world position in cell coordinates, wrong by three roundings of their size.
+    #[inline(always)]
+    pub(crate) fn coordinates(&self, position: DVec3) -> DVec3 {
+        (position - self.corner) * (1.0 / self.side)
+    }
+
+    /// The cells that the grown box of `corners`, which are finite, overlaps.
+    #[inline(always)]
+    pub(super) fn cells_around(&self, [a, b, c]: [Vec3; 3]) -> CellBox {
+        let low = self.coordinates(a.min(b).min(c).as_dvec3()) - Self::MARGIN;
+        let high = self.coordinates(a.max(b).max(c).as_dvec3()) + Self::MARGIN;
+        let last = self.cells.as_dvec3() - 1.0;
+        // Conversions to integers cut fractions off.
+        let [low, high] = [low, high].map(|at| at.clamp(DVec3::ZERO, last).to_array().map(|at| at as u16));
+        CellBox { low, high }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lattice(size: [f32; 3], wanted: f64) -> Lattice {
+        Lattice::around(Bounds { min: Vec3::ZERO, max: Vec3::from(size) }, wanted)
+    }
+
+    #[test]
+    fn cells_follow_the_paper() {
+        // 2 × 1 × 4 with 8 · 1000 cells: 10 to a unit of length, and what the rim adds.
+        assert_eq!(lattice([2.0, 1.0, 4.0], 8000.0).cells, UVec3::new(21, 11, 41));
+    }
+
+    #[test]
+    fn flat_bounds_have_one_layer() {
+        assert_eq!(lattice([2.0, 0.0, 4.0], 800.0).cells, UVec3::new(21, 1, 41));
+        assert_eq!(lattice([0.0, 0.0, 4.0], 40.0).cells, UVec3::new(1, 1, 41));
+        assert_eq!(lattice([0.0, 0.0, 0.0], 40.0).cells, UVec3::ONE);
+        assert_eq!(lattice([1.0, 1e-30, 1.0], 100.0).cells, UVec3::new(11, 1, 11));
+    }
+
+    #[test]
+    fn sides_and_cells_are_capped() {
+        let long = lattice([1e30, 1e-3, 1e-3], 1e12);
+        assert!(long.cells.max_element() <= Lattice::MOST_ON_A_SIDE && long.cells.x > 4000, "{long:?}");
+        assert!(lattice([1.0; 3], 1e30).len() < 1 << 27);
+        let huge = Bounds { min: Vec3::splat(-3e38), max: Vec3::splat(3e38) };
+        assert_eq!(Lattice::around(huge, 1000.0).cells, UVec3::splat(11));
+        assert_eq!(Lattice::around(Bounds::EMPTY, 1000.0).len(), 1);
+    }
+
+    #[test]
+    fn bounds_lie_inside() {
+        for offset in [0.0_f32, 1e6, -3e20] {
+            let size = Vec3::new(3.0, 1.0, 0.1) * (1.0 + offset.abs() * 1e-3);
+            let bounds = Bounds { min: Vec3::splat(offset), max: size + offset };
+            let lattice = Lattice::around(bounds, 5000.0);
+            let (low, high) = (lattice.coordinates(bounds.min.as_dvec3()), lattice.coordinates(bounds.max.as_dvec3()));
+            assert!(low.min_element() >= 2.0 * Lattice::MARGIN, "{low}");
+            assert!((lattice.cells.as_dvec3() - high).min_element() >= 2.0 * Lattice::MARGIN, "{high}");
+        }
+    }
+}

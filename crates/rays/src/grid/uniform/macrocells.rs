@@ -1,0 +1,55 @@
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering::Relaxed;
+
+use glam::UVec3;
+use rayon::prelude::*;
+
+use super::lattice::Lattice;
+
+/// Which blocks of M × M × M cells hold a triangle (Wald et al. 2006, §2.4). One byte a block.
+#[derive(Default)]
+pub(super) struct Macrocells {
+    /// M.
+    pub(super) side: u32,
+    /// Macrocells along each axis.
+    pub(super) count: UVec3,
+    occupied: Vec<bool>,
+}
+
+impl Macrocells {
+    pub(super) fn bytes(&self) -> usize {
+        self.occupied.capacity()
+    }
+
+    /// Marks the blocks of which some cell's ids don't end where they start.
+    pub(super) fn mark(&mut self, lattice: &Lattice, side: u32, starts: &[AtomicU32]) {
+        self.side = side;
+        self.count = lattice.cells.map(|cells| cells.div_ceil(side));
+        let UVec3 { x: columns, y: rows, z: layers } = self.count;
+        self.occupied.resize((columns * rows * layers) as usize, false);
+        self.occupied.par_chunks_mut(columns as usize).enumerate().with_min_len(16).for_each(|(place, occupied)| {
+            let (row, layer) = (place as u32 % rows, place as u32 / rows);
+            occupied.fill(false);
+            for z in layer * side..lattice.cells.z.min((layer + 1) * side) {
+                for y in row * side..lattice.cells.y.min((row + 1) * side) {
+                    mark_row(occupied, lattice, side, &starts[lattice.place(0, y, z)..]);
+                }
+            }
+        });
+    }
+
+    /// Whether some cell of the macrocell holds a triangle.
+    #[inline(always)]
+    pub(super) fn is_occupied(&self, x: u32, y: u32, z: u32) -> bool {
+        self.occupied[((z * self.count.y + y) * self.count.x + x) as usize]
+    }
+}
+
+/// Marks what one row of cells occupies of a row of macrocells.
+fn mark_row(occupied: &mut [bool], lattice: &Lattice, side: u32, starts: &[AtomicU32]) {
+    for (column, occupied) in occupied.iter_mut().enumerate() {
+        let first = column as u32 * side;
+        let end = lattice.cells.x.min(first + side);
+        *occupied |= starts[first as usize].load(Relaxed) != starts[end as usize].load(Relaxed);
+    }
+}

@@ -1,0 +1,195 @@
+//! The uniform grid: cubic cells for all rays, rebuilt for every frame (Wald et al., *Ray Tracing Animated Scenes using
+//! Coherent Grid Traversal*, 2006).
+//!
+//! `lattice` says where the cells are and why nothing is missed, `build` lists triangles in them, `macrocells` marks
+//! what is empty, `trace` follows single rays. `slices` leads packets of rays through the cells, `see` those of a camera and
+//! `shadow` those of a light, in the groups that `bundle` keeps; `statistics` counts.
+
+mod build;
+mod bundle;
+mod lattice;
+mod macrocells;
+mod overlap;
+mod see;
+mod shadow;
+mod slices;
+mod statistics;
+mod trace;
+mod validate;
+
+use std::sync::Mutex;
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering::Relaxed;
+
+use glam::DVec3;
+
+use super::SimdLevel;
+use crate::{Bounds, Omitted};
+use build::Chunk;
+pub use bundle::PacketSide;
+use bundle::Worker;
+use lattice::{CellBox, Lattice};
+use macrocells::Macrocells;
+pub use statistics::UniformCounts;
+
+/// How triangles come into cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Insertion {
+    /// Into each cell that their bounding box overlaps: what the paper found to be faster in all.
+    #[default]
+    BoundingBox,
+    /// Into each cell that they overlap themselves: fewer references, and more work for each.
+    Exact,
+}
+
+/// What a [`UniformGrid`] is like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UniformOptions {
+    /// λ of the paper's §3: cells for each triangle.
+    pub cells_per_triangle: f64,
+    /// M of the paper's §2.4: cells along an edge of a macrocell.
+    pub macrocell: u32,
+    /// How triangles come into cells.
+    pub insertion: Insertion,
+    /// How many rays are traced together.
+    pub packet: PacketSide,
+}
+
+impl UniformOptions {
+    /// The paper's.
+    pub const DEFAULT: Self =
+        Self { cells_per_triangle: 6.0, macrocell: 6, insertion: Insertion::BoundingBox, packet: PacketSide::Eight };
+}
+
+impl Default for UniformOptions {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Options that no uniform grid can have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImpossibleUniformOptions(pub UniformOptions);
+
+impl std::fmt::Display for ImpossibleUniformOptions {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let UniformOptions { cells_per_triangle, macrocell, .. } = self.0;
+        write!(
+            f,
+            "a uniform grid can't have {cells_per_triangle} cells a triangle and macrocells of {macrocell}³ cells"
+        )
+    }
+}
+
+impl std::error::Error for ImpossibleUniformOptions {}
+
+/// The triangles of a frame, listed in cubic cells.
+///
+/// With λ = 6 about 24 bytes of cells for each triangle, 12 more while building and four for each reference, of which
+/// there are [`UniformGrid::MOST_REFERENCES`] a triangle at most. Keep it and rebuild it: its memory is reused.
+#[derive(Default)]
+pub struct UniformGrid {
+    level: SimdLevel,
+    options: UniformOptions,
+    /// None before the first build.
+    lattice: Option<Lattice>,
+    triangle_count: usize,
+    /// Where each cell's ids start, and one further where the last one's end; a zero follows from counting.
+    starts: Vec<AtomicU32>,
+    /// Triangle ids, cell after cell, ascending in each.
+    ids: Vec<AtomicU32>,
+    macrocells: Macrocells,
+    /// The cells of each triangle, in order of ids.
+    boxes: Vec<CellBox>,
+    chunks: Vec<Chunk>,
+    bounds: Bounds,
+    omitted: Omitted,
+    /// One for each thread.
+    workers: Vec<Mutex<Box<Worker>>>,
+}
+
+impl std::fmt::Debug for UniformGrid {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("UniformGrid")
+            .field("triangles", &self.triangle_count)
+            .field("cells", &self.cells())
+            .field("references", &self.references())
+            .finish_non_exhaustive()
+    }
+}
+
+impl UniformGrid {
+    /// An empty grid that uses the instructions of `level`.
+    #[must_use]
+    pub fn with_level(level: SimdLevel) -> Self {
+        Self { level, ..Self::default() }
+    }
+
+    /// Says what the grid is like from the next build on.
+    ///
+    /// # Errors
+    /// If λ isn't above zero and finite, or macrocells aren't of 1 to 64 cells along an edge.
+    pub fn set_options(&mut self, options: UniformOptions) -> Result<(), ImpossibleUniformOptions> {
+        let is_possible = options.cells_per_triangle > 0.0
+            && options.cells_per_triangle.is_finite()
+            && (1..=64).contains(&options.macrocell);
+        if !is_possible {
+            return Err(ImpossibleUniformOptions(options));
+        }
+        self.options = options;
+        Ok(())
+    }
+
+    /// The triangles that were left out of the grid because no ray can hit them.
+    #[must_use]
+    pub fn omitted(&self) -> &Omitted {
+        &self.omitted
+    }
+
+    /// Cells along x, y and z; zeros before the first build.
+    #[must_use]
+    pub fn cells(&self) -> [u32; 3] {
+        self.lattice.map_or([0; 3], |lattice| lattice.cells.to_array())
+    }
+
+    /// How many references to triangles all cells hold together.
+    #[must_use]
+    pub fn references(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// Bytes held, counting what is only used while building.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        (self.starts.capacity() + self.ids.capacity()) * size_of::<AtomicU32>()
+            + self.macrocells.bytes()
+            + self.boxes.capacity() * size_of::<CellBox>()
+            + self.chunks.capacity() * size_of::<Chunk>()
+            + self.workers.iter().map(worker_bytes).sum::<usize>()
+    }
+
+    /// World position of the corner at which the cell at `cell`, which may be one beyond the last, begins; zero before the
+    /// first build.
+    #[must_use]
+    pub fn cell_corner(&self, cell: [u32; 3]) -> DVec3 {
+        self.lattice.map_or(DVec3::ZERO, |lattice| lattice.corner + glam::UVec3::from(cell).as_dvec3() * lattice.side)
+    }
+
+    /// Whether two grids list the same triangles in the same cells, in the same order.
+    #[must_use]
+    pub fn is_same_as(&self, other: &Self) -> bool {
+        let same =
+            |a: &[AtomicU32], b: &[AtomicU32]| a.iter().map(|a| a.load(Relaxed)).eq(b.iter().map(|b| b.load(Relaxed)));
+        self.lattice == other.lattice && same(&self.starts, &other.starts) && same(&self.ids, &other.ids)
+    }
+
+    /// The references of the cells at two places in the order of cells and of all between them, the last included.
+    #[inline(always)]
+    fn listed(&self, first: usize, last: usize) -> &[AtomicU32] {
+        &self.ids[self.starts[first].load(Relaxed) as usize..self.starts[last + 1].load(Relaxed) as usize]
+    }
+}
+
+fn worker_bytes(worker: &Mutex<Box<Worker>>) -> usize {
+    worker.lock().unwrap_or_else(std::sync::PoisonError::into_inner).bytes()
+}

@@ -1,0 +1,321 @@
+use std::ops::ControlFlow;
+use std::sync::atomic::Ordering::Relaxed;
+
+use fearless_simd::Simd;
+
+use super::UniformGrid;
+use super::lattice::Lattice;
+use super::statistics::Statistics;
+use crate::Triangles;
+use crate::packet::{Common, LANES, Mailbox, Planes, Query, Space};
+
+/// What one packet after the other is traced with.
+#[derive(Default)]
+pub(super) struct Scratch {
+    mailbox: Mailbox,
+    planes: Planes,
+    /// Triangles that wait to be tested together.
+    waiting: [u32; LANES],
+    count: usize,
+    pub(super) statistics: Statistics,
+}
+
+/// A packet's bounds in cell coordinates, as linear functions of the way w along the major axis, in cells.
+///
+/// A box is (lowest u, −highest u, lowest v, −highest v), so that one addition brings it to the next slice, and the
+/// minimum of two boxes holds both (Wald et al. 2006, §2.2).
+#[derive(Clone, Copy, Debug)]
+struct Beam {
+    base: [f64; 4],
+    rate: [f64; 4],
+    axes: [usize; 3],
+    sign: f64,
+    /// Where w is zero on the major axis.
+    start: f64,
+    /// What the box is grown by, and slices' w may be off by.
+    ///
+    /// Cell coordinates of the origin, products with slopes and up to 2¹² additions are wrong by 2⁻⁴⁰ of the largest
+    /// number that they are made of; to this comes the doubt that the lattice allows for. Slopes and places of all rays
+    /// are inside the packet's extent, which counts their own errors.
+    slack: f64,
+}
+
+impl Beam {
+    fn new(lattice: &Lattice, space: &Space) -> Self {
+        let origin = lattice.coordinates(space.origin);
+        let scale = 1.0 / (space.unit * lattice.side);
+        let mut beam = Self {
+            base: [0.0; 4],
+            rate: [0.0; 4],
+            axes: space.axes,
+            sign: space.sign,
+            start: origin[space.axes[2]],
+            slack: 0.0,
+        };
+        for axis in 0..2 {
+            let (at, slope, half) = (origin[space.axes[axis]], space.slope[axis], space.half[axis]);
+            let ([low, high], [low_rate, high_rate]) = match space.common {
+                Common::Origin => ([at, at], [slope - half, slope + half]),
+                Common::Direction => {
+                    let at = at + space.shift[axis] * scale;
+                    ([at - half * scale, at + half * scale], [slope, slope])
+                }
+            };
+            (beam.base[2 * axis], beam.base[2 * axis + 1]) = (low, -high);
+            (beam.rate[2 * axis], beam.rate[2 * axis + 1]) = (low_rate, -high_rate);
+        }
+        const ROUNDINGS: f64 = 1.0 / (1_u64 << 40) as f64;
+        let most = |values: [f64; 4]| values.into_iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        let way = origin.abs().max_element() + f64::from(lattice.cells.max_element());
+        beam.slack = Lattice::DOUBT + ROUNDINGS * (most(beam.base) + (1.0 + most(beam.rate)) * way);
+        beam
+    }
+
+    /// The box at w, not yet grown.
+    #[inline(always)]
+    fn at(&self, w: f64) -> [f64; 4] {
+        std::array::from_fn(|bound| self.base[bound] + self.rate[bound] * w)
+    }
+
+    /// The w at which slice 0 in the order of travel is entered.
+    fn first(&self, cells: u32) -> f64 {
+        if self.sign > 0.0 { -self.start } else { self.start - f64::from(cells) }
+    }
+}
+
+/// The cells along u and v that a box overlaps, from the first to the last; `None` if it is beside the lattice.
+#[inline(always)]
+fn overlapped(bounds: [f64; 4], slack: f64, cells: [u32; 2]) -> Option<[[u32; 2]; 2]> {
+    let [low_u, high_u, low_v, high_v] = [bounds[0] - slack, slack - bounds[1], bounds[2] - slack, slack - bounds[3]];
+    let [columns, rows] = cells.map(f64::from);
+    if high_u < 0.0 || low_u > columns || high_v < 0.0 || low_v > rows {
+        return None;
+    }
+    // Conversions to integers cut fractions off, and negative numbers at zero.
+    let [last_u, last_v] = cells.map(|cells| cells - 1);
+    let range = |low: f64, high: f64, last: u32| [(low as u32).min(last), (high as u32).min(last)];
+    Some([range(low_u, high_u, last_u), range(low_v, high_v, last_v)])
+}
+
+#[inline(always)]
+fn union(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    std::array::from_fn(|bound| a[bound].min(b[bound]))
+}
+
+#[inline(always)]
+fn sum(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    std::array::from_fn(|bound| a[bound] + b[bound])
+}
+
+/// A packet on its way through the grid.
+struct Walk<'a> {
+    grid: &'a UniformGrid,
+    lattice: Lattice,
+    triangles: Triangles<'a>,
+    space: &'a Space,
+    beam: Beam,
+    /// Cells along u, v and w.
+    cells: [u32; 3],
+    /// From which to which w the rays go, in cells.
+    within: [f64; 2],
+    /// The w at which slice 0 is entered.
+    first: f64,
+}
+
+impl UniformGrid {
+    /// Tests a packet's rays against the triangles in all cells that the packet overlaps from one w of its space to
+    /// another, slice by slice, until nothing matters any more (Wald et al. 2006, §2.2).
+    #[inline(always)]
+    pub(super) fn visit_slices<S: Simd, Q: Query>(
+        &self,
+        simd: S,
+        triangles: Triangles<'_>,
+        space: &Space,
+        within: [f64; 2],
+        scratch: &mut Scratch,
+        query: &mut Q,
+    ) {
+        let Some(lattice) = self.lattice else { return };
+        let beam = Beam::new(&lattice, space);
+        let cells = beam.axes.map(|axis| lattice.cells[axis]);
+        let scale = 1.0 / (space.unit * lattice.side);
+        let first = beam.first(cells[2]);
+        let within = within.map(|w| w * scale);
+        let walk = Walk { grid: self, lattice, triangles, space, beam, cells, within, first };
+        scratch.mailbox.clear();
+        scratch.count = 0;
+        scratch.statistics.packet();
+        let _ = walk.run(simd, scratch, query);
+        walk.test_waiting(simd, scratch, query);
+    }
+}
+
+impl Walk<'_> {
+    /// The slice, in order of travel, that w is in.
+    fn slice_at(&self, w: f64) -> Option<u32> {
+        let slice = w - self.first;
+        let count = f64::from(self.cells[2]);
+        (slice <= count + self.beam.slack && slice >= -self.beam.slack).then(|| (slice as u32).min(self.cells[2] - 1))
+    }
+
+    /// The first and the last slice, in order of travel.
+    fn slices(&self) -> Option<[u32; 2]> {
+        let [enter, leave] = self.within;
+        let slack = self.beam.slack;
+        let first = self.slice_at((enter - slack).max(self.first))?;
+        let last = self.slice_at((leave + slack).min(self.first + f64::from(self.cells[2])))?;
+        (first <= last).then_some([first, last])
+    }
+
+    /// The cell on the major axis that is a slice in order of travel, and how many slices of its macrocell are left.
+    #[inline(always)]
+    fn layer(&self, slice: u32) -> (u32, u32) {
+        let side = self.grid.macrocells.side;
+        if self.beam.sign > 0.0 {
+            (slice, side - slice % side)
+        } else {
+            let layer = self.cells[2] - 1 - slice;
+            (layer, layer % side + 1)
+        }
+    }
+
+    /// The w at which a slice is entered.
+    #[inline(always)]
+    fn enter(&self, slice: u32) -> f64 {
+        self.first + f64::from(slice)
+    }
+
+    #[inline(always)]
+    fn run<S: Simd, Q: Query>(&self, simd: S, scratch: &mut Scratch, query: &mut Q) -> ControlFlow<()> {
+        let Some([mut slice, last]) = self.slices() else { return ControlFlow::Continue(()) };
+        while slice <= last {
+            let (_, left) = self.layer(slice);
+            let end = (slice + left).min(last + 1);
+            let mut near = self.beam.at(self.enter(slice).max(self.within[0]));
+            let far = self.beam.at(self.enter(end));
+            if self.is_occupied(union(near, far), slice) {
+                let mut next = self.beam.at(self.enter(slice + 1));
+                for slice in slice..end {
+                    if self.is_behind(slice, f64::from(query.least_nearness())) {
+                        return ControlFlow::Break(());
+                    }
+                    self.visit_slice(simd, union(near, next), slice, scratch, query);
+                    near = next;
+                    next = sum(next, self.beam.rate);
+                }
+            }
+            slice = end;
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Whether whatever is in a slice, and behind it, is farther away than `least`.
+    #[inline(always)]
+    fn is_behind(&self, slice: u32, least: f64) -> bool {
+        let w = (self.enter(slice) - 2.0 * self.beam.slack) * (self.space.unit * self.lattice.side);
+        match self.space.common {
+            Common::Origin => w > 0.0 && least * w > 1.0 + 1e-6,
+            Common::Direction => least > -w + 1e-9 * w.abs(),
+        }
+    }
+
+    /// Whether some macrocell of a slice's layer that a box overlaps holds triangles.
+    #[inline(always)]
+    fn is_occupied(&self, bounds: [f64; 4], slice: u32) -> bool {
+        let cells = [self.cells[0], self.cells[1]];
+        let Some([columns, rows]) = overlapped(bounds, self.beam.slack, cells) else { return false };
+        let macrocells = &self.grid.macrocells;
+        let side = macrocells.side;
+        let [u, v, w] = self.beam.axes;
+        let mut cell = [0; 3];
+        cell[w] = self.layer(slice).0 / side;
+        (rows[0] / side..=rows[1] / side).any(|row| {
+            (columns[0] / side..=columns[1] / side).any(|column| {
+                (cell[u], cell[v]) = (column, row);
+                macrocells.is_occupied(cell[0], cell[1], cell[2])
+            })
+        })
+    }
+
+    /// Tests what is in the cells of a slice that a box overlaps.
+    #[inline(always)]
+    fn visit_slice<S: Simd, Q: Query>(
+        &self,
+        simd: S,
+        bounds: [f64; 4],
+        slice: u32,
+        scratch: &mut Scratch,
+        query: &mut Q,
+    ) {
+        let cells = [self.cells[0], self.cells[1]];
+        let Some([columns, rows]) = overlapped(bounds, self.beam.slack, cells) else { return };
+        let [u, v, w] = self.beam.axes;
+        let mut cell = [0; 3];
+        cell[w] = self.layer(slice).0;
+        for row in rows[0]..=rows[1] {
+            cell[v] = row;
+            cell[u] = columns[0];
+            let first = self.lattice.place(cell[0], cell[1], cell[2]);
+            scratch.statistics.cells(columns[1] - columns[0] + 1);
+            if u == 0 {
+                // Next to each other in memory.
+                self.list(simd, first, first + (columns[1] - columns[0]) as usize, scratch, query);
+            } else {
+                let stride = self.lattice.cells.x as usize;
+                for column in 0..=(columns[1] - columns[0]) as usize {
+                    self.list(simd, first + column * stride, first + column * stride, scratch, query);
+                }
+            }
+        }
+        // A few more may come with the next slice, but hits end the walk early.
+        if scratch.count >= LANES / 2 {
+            self.test_waiting(simd, scratch, query);
+        }
+    }
+
+    /// Lets the triangles of some cells in a row wait for their test, but for those that were tested before.
+    #[inline(always)]
+    fn list<S: Simd, Q: Query>(&self, simd: S, first: usize, last: usize, scratch: &mut Scratch, query: &mut Q) {
+        for id in self.grid.listed(first, last) {
+            let id = id.load(Relaxed);
+            if !scratch.mailbox.is_new(id) {
+                scratch.statistics.mailbox_hit();
+                continue;
+            }
+            scratch.waiting[scratch.count] = id;
+            scratch.count += 1;
+            if scratch.count == LANES {
+                self.test_waiting(simd, scratch, query);
+            }
+        }
+    }
+
+    /// Tests the triangles that wait. Not inlined, since it is long and called from several places.
+    #[inline(never)]
+    fn test_waiting<S: Simd, Q: Query>(&self, simd: S, scratch: &mut Scratch, query: &mut Q) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.test_batch(simd, scratch, query),
+        );
+    }
+
+    /// Tests the triangles that wait, but for those outside of the frustum and those behind what was hit.
+    #[inline(always)]
+    fn test_batch<S: Simd, Q: Query>(&self, simd: S, scratch: &mut Scratch, query: &mut Q) {
+        let Scratch { planes, waiting, count, statistics, .. } = scratch;
+        let ids = &waiting[..std::mem::take(count)];
+        if ids.is_empty() {
+            return;
+        }
+        planes.set_up(simd, self.space, self.triangles, ids);
+        let all = (1_u64 << ids.len()) - 1;
+        let inside = all & !planes.missed;
+        let mut lanes = planes.reaching(simd, inside, query.least_nearness());
+        statistics.tested(all, inside, lanes);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % LANES;
+            lanes &= lanes - 1;
+            query.test(simd, planes, lane, ids[lane]);
+        }
+    }
+}

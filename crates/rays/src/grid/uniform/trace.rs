@@ -1,0 +1,247 @@
+use std::ops::ControlFlow;
+use std::sync::atomic::Ordering::Relaxed;
+
+use glam::{DVec3, IVec3};
+
+use super::UniformGrid;
+use super::lattice::Lattice;
+use crate::predicate::{ShadowRay, hit};
+use crate::{Hit, Ray, Triangles};
+
+impl UniformGrid {
+    /// The nearest hit of `ray` among the triangles that the grid was built over; at equal t the one with the lowest
+    /// triangle id. `None` for a miss.
+    ///
+    /// Hits that `counts` refuses are passed through: use it for alpha masks and back faces.
+    #[must_use]
+    pub fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
+        let mut nearest: Option<Hit> = None;
+        let _ = self.visit(ray, |id, t_max| {
+            if let Some(hit) = hit(ray, triangles, id)
+                && nearest.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
+                && counts(&hit)
+            {
+                *t_max = hit.t;
+                nearest = Some(hit);
+            }
+            ControlFlow::Continue(())
+        });
+        nearest
+    }
+
+    /// Whether any triangle but `own` shadows the point of `shadow_ray`.
+    ///
+    /// Triangles for which `counts`, given an id and the weights of the second and third corner, is false let the
+    /// light through.
+    #[must_use]
+    pub fn blocked(
+        &self,
+        triangles: Triangles<'_>,
+        shadow_ray: &ShadowRay,
+        own: u32,
+        counts: impl Fn(u32, [f32; 2]) -> bool,
+    ) -> bool {
+        let visited = self.visit(&shadow_ray.ray, |id, _| {
+            let blocks = id != own
+                && shadow_ray.blocked_by(triangles.corners(id)).is_some_and(|barycentric| counts(id, barycentric));
+            if blocks { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        visited.is_break()
+    }
+
+    /// Calls `test` with every triangle in a cell that `ray` visits before `t_max`, nearer cells first. `test` may lower
+    /// `t_max` or break off. Some triangles are tested more than once.
+    fn visit(&self, ray: &Ray, mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
+        let Some(lattice) = self.lattice else { return ControlFlow::Continue(()) };
+        let mut t_max = ray.t_max;
+        let line = CellRay::new(&lattice, ray);
+        if !line.is_exact_enough() {
+            return self.ids.iter().try_for_each(|id| test(id.load(Relaxed), &mut t_max));
+        }
+        let Some((t_enter, t_leave)) = line.clip(ray.t_min, ray.t_max) else { return ControlFlow::Continue(()) };
+        t_max = t_leave;
+        let mut mailbox = [u32::MAX; MAILBOX];
+        let mut walk = Walk::start(&line, t_enter);
+        loop {
+            let skipped = self.skip_empty(&line, &mut walk, t_max);
+            if skipped.is_break() {
+                return ControlFlow::Continue(());
+            }
+            let [x, y, z] = walk.cell.to_array().map(|at| at as u32);
+            let place = lattice.place(x, y, z);
+            for id in self.listed(place, place).iter().map(|id| id.load(Relaxed)) {
+                // Neighbouring cells mostly share triangles.
+                if std::mem::replace(&mut mailbox[id as usize % MAILBOX], id) != id {
+                    test(id, &mut t_max)?;
+                }
+            }
+            if walk.step(&line, t_max).is_break() {
+                return ControlFlow::Continue(());
+            }
+        }
+    }
+
+    /// Walks out of macrocells that hold nothing; breaks where the walk ends.
+    #[inline(always)]
+    fn skip_empty(&self, line: &CellRay, walk: &mut Walk, t_max: f64) -> ControlFlow<()> {
+        let side = self.macrocells.side as i32;
+        loop {
+            let macrocell = walk.cell / side;
+            let [x, y, z] = macrocell.to_array().map(|at| at as u32);
+            if self.macrocells.is_occupied(x, y, z) {
+                return ControlFlow::Continue(());
+            }
+            walk.leave(line, macrocell * side, side, t_max)?;
+        }
+    }
+}
+
+/// Triangles that a ray remembers to have tested (Kirk and Arvo, *Improved Ray Tagging for Voxel-Based Ray Tracing*,
+/// 1991).
+const MAILBOX: usize = 16;
+
+/// A ray in cell coordinates; t is the ray's own.
+///
+/// Computed crossings with the cells' faces, and places along the ray inside the lattice, have a few roundings of the
+/// origin's coordinates and the number of cells; so they are wrong by less than [`CellRay::ROUNDINGS`] of their sum in
+/// cells, and rays for which that is at most [`Lattice::DOUBT`] find what they hit (see [`Lattice`]). Between two
+/// computed crossings the ray is in the cell that it is said to be in, to within that doubt, on every axis; and so are
+/// hits with the same t as the one that ends the walk.
+struct CellRay {
+    origin: DVec3,
+    direction: DVec3,
+    inverse: DVec3,
+    /// Number of cells along each axis.
+    cells: IVec3,
+}
+
+impl CellRay {
+    const ROUNDINGS: f64 = 1.0 / (1_u64 << 48) as f64;
+
+    /// How far outside of the lattice a ray may pass and still be followed, in cells.
+    const SLACK: f64 = Lattice::MARGIN;
+
+    fn new(lattice: &Lattice, ray: &Ray) -> Self {
+        let direction = ray.direction * (1.0 / lattice.side);
+        let origin = lattice.coordinates(ray.origin);
+        Self { origin, direction, inverse: direction.recip(), cells: lattice.cells.as_ivec3() }
+    }
+
+    fn is_exact_enough(&self) -> bool {
+        let reach = self.origin.abs().max_element() + f64::from(self.cells.max_element());
+        reach * Self::ROUNDINGS <= Lattice::DOUBT
+    }
+
+    /// Whether the ray never leaves a cell along an axis.
+    #[inline(always)]
+    fn is_along(&self, axis: usize) -> bool {
+        !self.inverse[axis].is_finite()
+    }
+
+    /// The t at which the ray reaches a coordinate; infinite if it runs along it.
+    #[inline(always)]
+    fn t_at(&self, axis: usize, coordinate: f64) -> f64 {
+        if self.is_along(axis) { f64::INFINITY } else { (coordinate - self.origin[axis]) * self.inverse[axis] }
+    }
+
+    /// The interval of t in which the ray is inside the lattice, grown by the slack; `None` if there is no such t.
+    fn clip(&self, t_min: f64, t_max: f64) -> Option<(f64, f64)> {
+        let (mut enter, mut leave) = (t_min, t_max);
+        for axis in 0..3 {
+            let (low, high) = (-Self::SLACK, f64::from(self.cells[axis]) + Self::SLACK);
+            if self.is_along(axis) {
+                if !(low..=high).contains(&self.origin[axis]) {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = (self.t_at(axis, low), self.t_at(axis, high));
+            (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+        }
+        (enter <= leave).then_some((enter, leave))
+    }
+
+    /// The cell on an axis that the ray is in at t.
+    #[inline(always)]
+    fn cell_at(&self, axis: usize, t: f64) -> i32 {
+        let along = if self.is_along(axis) { 0.0 } else { self.direction[axis] * t };
+        // Conversions to integers cut fractions off, and take what isn't a number for zero.
+        ((self.origin[axis] + along) as i32).clamp(0, self.cells[axis] - 1)
+    }
+}
+
+/// Where a ray is on its way from cell to cell (Amanatides and Woo, *A Fast Voxel Traversal Algorithm for Ray Tracing*,
+/// 1987).
+struct Walk {
+    cell: IVec3,
+    step: IVec3,
+    /// On each axis the t at which the ray leaves its cell.
+    t_next: DVec3,
+}
+
+impl Walk {
+    fn start(line: &CellRay, t: f64) -> Self {
+        let step = IVec3::from_array(line.direction.to_array().map(|component| if component < 0.0 { -1 } else { 1 }));
+        let cell = IVec3::from_array([0, 1, 2].map(|axis| line.cell_at(axis, t)));
+        let mut walk = Self { cell, step, t_next: DVec3::INFINITY };
+        (0..3).for_each(|axis| walk.look_ahead(line, axis));
+        walk
+    }
+
+    /// Finds where the ray leaves its cell along an axis.
+    #[inline(always)]
+    fn look_ahead(&mut self, line: &CellRay, axis: usize) {
+        let face = self.cell[axis] + self.step[axis].max(0);
+        self.t_next[axis] = line.t_at(axis, f64::from(face));
+    }
+
+    /// Goes on to the next cell; breaks where that is outside of the lattice or behind `t_max`.
+    #[inline(always)]
+    fn step(&mut self, line: &CellRay, t_max: f64) -> ControlFlow<()> {
+        let axis = smallest(self.t_next);
+        let is_over = self.t_next[axis] > t_max;
+        self.cell[axis] += self.step[axis];
+        if is_over || !(0..line.cells[axis]).contains(&self.cell[axis]) {
+            return ControlFlow::Break(());
+        }
+        self.look_ahead(line, axis);
+        ControlFlow::Continue(())
+    }
+
+    /// Goes on to the cell behind the block of `side`³ cells that starts at `low`; breaks as [`step`](Self::step) does.
+    #[inline(always)]
+    fn leave(&mut self, line: &CellRay, low: IVec3, side: i32, t_max: f64) -> ControlFlow<()> {
+        let high = (low + side).min(line.cells);
+        let face = |axis: usize| if self.step[axis] > 0 { high[axis] } else { low[axis] };
+        let t_leave = DVec3::from_array([0, 1, 2].map(|axis| line.t_at(axis, f64::from(face(axis)))));
+        let leaves = smallest(t_leave);
+        let t = t_leave[leaves];
+        if t > t_max {
+            return ControlFlow::Break(());
+        }
+        for axis in 0..3 {
+            self.cell[axis] = if axis == leaves {
+                if self.step[axis] > 0 { high[axis] } else { low[axis] - 1 }
+            } else {
+                line.cell_at(axis, t).clamp(low[axis], high[axis] - 1)
+            };
+        }
+        if !(0..line.cells[leaves]).contains(&self.cell[leaves]) {
+            return ControlFlow::Break(());
+        }
+        (0..3).for_each(|axis| self.look_ahead(line, axis));
+        ControlFlow::Continue(())
+    }
+}
+
+/// The axis of the smallest component.
+#[inline(always)]
+fn smallest(t: DVec3) -> usize {
+    if t.x <= t.y {
+        if t.x <= t.z { 0 } else { 2 }
+    } else if t.y <= t.z {
+        1
+    } else {
+        2
+    }
+}

@@ -1,0 +1,30 @@
+//! Packets: rays that share an origin or a direction, traced together (Wald et al., *Ray Tracing Animated Scenes using
+//! Coherent Grid Traversal*, 2006, §2).
+//!
+//! In coordinates that are sheared along the packet's middle ray, such rays are points (x, y) of a plane, and a
+//! triangle's edge functions and nearness are linear in x and y, whichever the packet has in common: that is
+//! [`Space`]. [`Planes`] holds 16 triangles so prepared, with what rounding may do to them. `nearest` and `any_hit` are
+//! what can be asked of a packet; both are a [`Query`] of one traversal.
+
+mod any_hit;
+mod mailbox;
+mod nearest;
+mod planes;
+mod query;
+mod space;
+
+pub(crate) use any_hit::{AnyHit, AnyHitBlock};
+pub(crate) use mailbox::Mailbox;
+pub(crate) use nearest::{Doubt, Nearest, NearestBlock};
+pub(crate) use planes::Planes;
+pub(crate) use query::{Query, RayBlock};
+pub(crate) use space::{Common, Group, Points, Range, Space};
+
+/// Rays, or triangles, handled at once.
+pub(crate) const LANES: usize = 16;
+
+/// Half the distance from one to the next f32.
+const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+
+/// Half the distance from one to the next f64.
+const ROUNDING: f64 = f64::EPSILON / 2.0;

@@ -1,0 +1,276 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, f64x8};
+use glam::Vec3;
+
+use super::space::{Common, Space};
+use super::{HALF_ULP, LANES, ROUNDING};
+use crate::Triangles;
+
+/// Sixteen triangles as linear functions of a ray's place (x, y) in a packet, in f32.
+///
+/// A function is `a x + (b y + c)`. Edge functions are scaled so that |a| + |b| + |c| is one, and turned so that they
+/// are positive inside where the triangle is `oriented`. 1024 bytes.
+#[derive(Default)]
+#[repr(align(64))]
+pub(crate) struct Planes {
+    a: [[f32; LANES]; 3],
+    b: [[f32; LANES]; 3],
+    c: [[f32; LANES]; 3],
+    /// How wrong each triangle's edge functions may be.
+    bound: [f32; LANES],
+    /// Nearness, larger in front.
+    nearness: [[f32; LANES]; 3],
+    /// How wrong the nearness may be where a ray hits the triangle, counting for shadow rays what the predicate leaves to
+    /// the point that they end at.
+    nearness_error: [f32; LANES],
+    /// The largest nearness in the packet.
+    nearest: [f32; LANES],
+    /// Triangles whose orientation is known, a bit for each.
+    pub(crate) oriented: u64,
+    /// Triangles that no ray of the packet hits, for certain.
+    pub(crate) missed: u64,
+}
+
+/// What a triangle's functions are at sixteen rays.
+pub(crate) struct Values<S: Simd> {
+    pub(crate) edges: [f32x16<S>; 3],
+    pub(crate) bound: f32x16<S>,
+    /// Lowest and highest nearness that a hit may have.
+    pub(crate) low: f32x16<S>,
+    pub(crate) high: f32x16<S>,
+}
+
+impl Planes {
+    /// Prepares the triangles with these ids, of which there are at most 16.
+    #[inline(always)]
+    pub(crate) fn set_up<S: Simd>(&mut self, simd: S, space: &Space, triangles: Triangles<'_>, ids: &[u32]) {
+        let (low_ids, high_ids) = ids.split_at(ids.len().min(8));
+        let low = Half::new(simd, space, triangles, low_ids);
+        let high = Half::new(simd, space, triangles, high_ids);
+        for edge in 0..3 {
+            low.a[edge].narrow(high.a[edge]).store_slice(&mut self.a[edge]);
+            low.b[edge].narrow(high.b[edge]).store_slice(&mut self.b[edge]);
+            low.c[edge].narrow(high.c[edge]).store_slice(&mut self.c[edge]);
+            low.nearness[edge].narrow(high.nearness[edge]).store_slice(&mut self.nearness[edge]);
+        }
+        let bound: f32x16<S> = low.bound.narrow(high.bound);
+        bound.store_slice(&mut self.bound);
+        low.nearness_error.narrow(high.nearness_error).store_slice(&mut self.nearness_error);
+        low.nearest.narrow(high.nearest).store_slice(&mut self.nearest);
+        self.oriented = low.oriented | high.oriented << 8;
+        // The frustum's corner rays miss the triangle on the same edge (Wald et al. 2006, §2.3).
+        let beyond =
+            self.highest(simd, 0).min(self.highest(simd, 1)).min(self.highest(simd, 2)).simd_lt(-bound).to_bitmask();
+        self.missed = beyond & self.oriented;
+    }
+
+    /// Those triangles of `lanes` whose nearness may be `least` or more.
+    #[inline(always)]
+    pub(crate) fn reaching<S: Simd>(&self, simd: S, lanes: u64, least: f32) -> u64 {
+        let nearest = f32x16::from_slice(simd, &self.nearest);
+        lanes & !(nearest.simd_lt(f32x16::splat(simd, least)).to_bitmask() & self.oriented)
+    }
+
+    /// The largest value of an edge function in the packet.
+    #[inline(always)]
+    fn highest<S: Simd>(&self, simd: S, edge: usize) -> f32x16<S> {
+        let a = f32x16::from_slice(simd, &self.a[edge]);
+        let b = f32x16::from_slice(simd, &self.b[edge]);
+        a.abs() + b.abs() + f32x16::from_slice(simd, &self.c[edge])
+    }
+
+    /// The functions of the triangle in `lane`.
+    #[inline(always)]
+    pub(crate) fn at<S: Simd>(&self, simd: S, lane: usize, x: f32x16<S>, y: f32x16<S>) -> Values<S> {
+        let lane = lane % LANES;
+        let Self { a, b, c, .. } = self;
+        let edges = [
+            linear(simd, [a[0][lane], b[0][lane], c[0][lane]], x, y),
+            linear(simd, [a[1][lane], b[1][lane], c[1][lane]], x, y),
+            linear(simd, [a[2][lane], b[2][lane], c[2][lane]], x, y),
+        ];
+        let [a, b, c] = &self.nearness;
+        let nearness = linear(simd, [a[lane], b[lane], c[lane]], x, y);
+        let error = f32x16::splat(simd, self.nearness_error[lane]);
+        let bound = f32x16::splat(simd, self.bound[lane]);
+        Values { edges, bound, low: nearness - error, high: nearness + error }
+    }
+}
+
+/// a x + (b y + c).
+#[inline(always)]
+fn linear<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
+    f32x16::splat(simd, a) * x + (f32x16::splat(simd, b) * y + f32x16::splat(simd, c))
+}
+
+/// The functions of eight triangles, in f64.
+struct Half<S: Simd> {
+    a: [f64x8<S>; 3],
+    b: [f64x8<S>; 3],
+    c: [f64x8<S>; 3],
+    bound: f64x8<S>,
+    nearness: [f64x8<S>; 3],
+    nearness_error: f64x8<S>,
+    nearest: f64x8<S>,
+    oriented: u64,
+}
+
+type Vectors<S> = [f64x8<S>; 3];
+
+impl<S: Simd> Half<S> {
+    /// With u half an ulp of an f64, ε half an ulp of an f32, r the reach of a corner (its largest coordinate, sheared
+    /// and shifted) and ρ that of a difference of corners:
+    /// - A sheared coordinate has four roundings, relative to r: 4 u r. A component of p × q is wrong by
+    ///   2 (2 · 4 u + 2 u) rₚ rᵥ < 24 u rₚ rᵥ; a common direction's, made of differences of p and q, by
+    ///   (8 + 4) u (rₚ + rᵥ) along u and v. That makes `of_corners`, over the function's size S.
+    /// - Rounded to f32 and evaluated, terms have five roundings of their sizes, whose sum is one: 5 ε.
+    /// - x and y are wrong by the packet's `ray_error`, and coefficients at most one.
+    ///
+    /// The bound takes 8 ε for the five, and so covers its own roundings.
+    ///
+    /// A component of the normal n = e × f of differences is wrong by 24 u ρₑ ρ_f, and its product with a corner by
+    /// 3 (24 + 4 + 4 + 3) u ρₑ ρ_f r < 128 u ρₑ ρ_f r. The nearness is a quotient of those two, whose denominator is
+    /// wrong by 1/8 at most where the triangle is oriented.
+    #[inline(always)]
+    fn new(simd: S, space: &Space, triangles: Triangles<'_>, ids: &[u32]) -> Self {
+        let (corners, reach, differences, lengths) = load(simd, space, triangles, ids);
+        let [half_u, half_v] = [splat(simd, space.half[0]), splat(simd, space.half[1])];
+        let extent = splat(simd, 1.0 + space.half[0] + space.half[1]);
+        let is_parallel = space.common == Common::Direction;
+
+        let normal = cross(differences[0], differences[1]);
+        let size = lengths[0] * lengths[1];
+        let offset = dot(normal, corners[0]);
+        let (normal_error, offset_error) = (size * (24.0 * ROUNDING), size * reach[0] * (128.0 * ROUNDING));
+        let (divisor, divisor_error, constant, constant_error) = if is_parallel {
+            (normal[2], normal_error, -offset, offset_error)
+        } else {
+            (offset, offset_error, normal[2], normal_error)
+        };
+        let divisor_size = divisor.abs();
+        let oriented = divisor_size.simd_gt(divisor_error * 8.0);
+        let side = splat(simd, 1.0).copysign(divisor);
+
+        let mut half = Self {
+            a: [splat(simd, 0.0); 3],
+            b: [splat(simd, 0.0); 3],
+            c: [splat(simd, 0.0); 3],
+            bound: splat(simd, 0.0),
+            nearness: [splat(simd, 0.0); 3],
+            nearness_error: splat(simd, 0.0),
+            nearest: splat(simd, 0.0),
+            oriented: oriented.to_bitmask(),
+        };
+        for edge in 0..3 {
+            let (p, q) = ((edge + 1) % 3, (edge + 2) % 3);
+            let [across, along, middle] = cross(corners[p], corners[q]);
+            let product = reach[p] * reach[q] * (24.0 * ROUNDING);
+            let (across, along, of_corners) = if is_parallel {
+                let sums = (reach[p] + reach[q]) * (12.0 * ROUNDING);
+                (corners[p][1] - corners[q][1], corners[q][0] - corners[p][0], product + sums * (half_u + half_v))
+            } else {
+                (across, along, product * extent)
+            };
+            let (a, b) = (across * half_u, along * half_v);
+            let inverse = splat(simd, 1.0) / (a.abs() + b.abs() + middle.abs());
+            let scale = inverse * side;
+            (half.a[edge], half.b[edge], half.c[edge]) = (a * scale, b * scale, middle * scale);
+            half.bound = half.bound + of_corners * inverse;
+        }
+        half.bound = half.bound + splat(simd, 8.0 * HALF_ULP + space.ray_error);
+
+        let inverse = splat(simd, 1.0) / divisor;
+        half.nearness = [normal[0] * half_u * inverse, normal[1] * half_v * inverse, constant * inverse];
+        let [a, b, c] = [half.nearness[0].abs(), half.nearness[1].abs(), half.nearness[2]];
+        let largest = a + b + c.abs();
+        let of_predicate = match space.points {
+            None => splat(simd, 0.0),
+            Some(points) => {
+                // The predicate wants a height above the plane beyond its bound: six products of differences with ten
+                // roundings of the point's distance from a corner, and its error.
+                let height = reach[0] + splat(simd, points.reach);
+                let height = size * 6.1 * (height * (10.0 * ROUNDING) + splat(simd, points.error));
+                if is_parallel { height } else { height * splat(simd, 1.0 / points.nearest) }
+            }
+        };
+        let numerator_error = normal_error * extent + constant_error + of_predicate;
+        half.nearness_error = numerator_error * inverse.abs() * 1.2
+            + largest * (divisor_error * inverse.abs() * 1.2 + splat(simd, 8.0 * HALF_ULP + space.ray_error));
+        half.nearest = (c + a + b) + half.nearness_error * 1.01 + largest * HALF_ULP;
+        half
+    }
+}
+
+/// Sheared corners, their reach, and from the first one to the others the differences and their reach.
+#[inline(always)]
+fn load<S: Simd>(
+    simd: S,
+    space: &Space,
+    triangles: Triangles<'_>,
+    ids: &[u32],
+) -> ([Vectors<S>; 3], [f64x8<S>; 3], [Vectors<S>; 2], [f64x8<S>; 2]) {
+    // What isn't asked for is not a number, and so nothing is certain about it.
+    let mut positions = [[[f64::NAN; 8]; 3]; 3];
+    for (lane, &id) in ids.iter().take(8).enumerate() {
+        for (corner, &vertex) in triangles.indices[id as usize].iter().enumerate() {
+            let position: Vec3 = triangles.positions[vertex as usize];
+            for axis in 0..3 {
+                positions[corner][axis][lane] = f64::from(position[space.axes[axis]]);
+            }
+        }
+    }
+    let units = [space.unit, space.unit, space.unit * space.sign];
+    let steepness = 1.0 + space.slope[0].abs().max(space.slope[1].abs());
+    let farthest = space.shift[0].abs().max(space.shift[1].abs());
+    let mut corners = [[splat(simd, 0.0); 3]; 3];
+    let mut reach = [splat(simd, 0.0); 3];
+    let mut differences = [[splat(simd, 0.0); 3]; 2];
+    let mut lengths = [splat(simd, 0.0); 2];
+    for corner in 0..3 {
+        let [u, v, w] = vectors(simd, positions[corner]);
+        let [from_u, from_v, from_w] = space.axes.map(|axis| space.origin[axis]);
+        let relative = [(u - from_u) * units[0], (v - from_v) * units[1], (w - from_w) * units[2]];
+        reach[corner] = largest(relative) * steepness + splat(simd, farthest);
+        let [u, v, w] = shear(space, relative);
+        corners[corner] = [u - space.shift[0], v - space.shift[1], w];
+        if corner > 0 {
+            let [u, v, w] = vectors(simd, positions[corner]);
+            let [first_u, first_v, first_w] = vectors(simd, positions[0]);
+            let difference = [(u - first_u) * units[0], (v - first_v) * units[1], (w - first_w) * units[2]];
+            lengths[corner - 1] = largest(difference) * steepness;
+            differences[corner - 1] = shear(space, difference);
+        }
+    }
+    (corners, reach, differences, lengths)
+}
+
+#[inline(always)]
+fn cross<S: Simd>(a: Vectors<S>, b: Vectors<S>) -> Vectors<S> {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: Vectors<S>, b: Vectors<S>) -> f64x8<S> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn splat<S: Simd>(simd: S, value: f64) -> f64x8<S> {
+    f64x8::splat(simd, value)
+}
+
+#[inline(always)]
+fn vectors<S: Simd>(simd: S, [u, v, w]: [[f64; 8]; 3]) -> Vectors<S> {
+    [f64x8::simd_from(simd, u), f64x8::simd_from(simd, v), f64x8::simd_from(simd, w)]
+}
+
+/// Coordinates in which the packet's middle ray runs along w.
+#[inline(always)]
+fn shear<S: Simd>(space: &Space, [u, v, w]: Vectors<S>) -> Vectors<S> {
+    [u - w * space.slope[0], v - w * space.slope[1], w]
+}
+
+#[inline(always)]
+fn largest<S: Simd>([u, v, w]: Vectors<S>) -> f64x8<S> {
+    u.abs().max(v.abs()).max(w.abs())
+}

@@ -1,0 +1,193 @@
+use glam::DVec3;
+
+use super::ROUNDING;
+
+/// What the rays of a packet have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Common {
+    /// They start at one point, or towards the light end there: the space's origin.
+    Origin,
+    /// They run along the space's slope.
+    Direction,
+}
+
+/// The coordinates in which a packet's rays are points of a plane.
+///
+/// With p a world position in relation to `origin`, times `unit` and with its axes in the order of `axes`, the last of
+/// which, the *major axis*, counts along the rays: (u, v, w) = (p.u − s.u p.w − shift.u, p.v − s.v p.w − shift.v, p.w).
+/// - With a common origin a ray is the line through the origin and (x h.u, y h.v, 1), and the nearness of a point is
+///   1 / w.
+/// - With a common direction it is the line through (x h.u, y h.v, 0) along w, and the nearness of a point is −w.
+///
+/// x and y are from −1 to 1 for all rays of the packet.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Space {
+    pub(crate) common: Common,
+    pub(crate) origin: DVec3,
+    /// A power of two.
+    pub(crate) unit: f64,
+    pub(crate) axes: [usize; 3],
+    /// 1 where rays run towards higher coordinates of the major axis, else −1.
+    pub(crate) sign: f64,
+    /// Of the middle ray, along u and v for each step along w.
+    pub(crate) slope: [f64; 2],
+    pub(crate) shift: [f64; 2],
+    /// Half the extent of the packet along u and v, and what rays may be beside where they were computed.
+    pub(crate) half: [f64; 2],
+    /// How wrong x and y may be, apart from one rounding to f32.
+    pub(crate) ray_error: f64,
+    /// What the predicate takes for the error of the points at which shadow rays end, and the largest of those points'
+    /// distances from the origin on any axis, both times `unit`; and the least w of them.
+    pub(crate) points: Option<Points>,
+}
+
+/// The points at which a packet's shadow rays end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Points {
+    pub(crate) error: f64,
+    pub(crate) reach: f64,
+    pub(crate) nearest: f64,
+}
+
+/// The rays of a packet that are traced together.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Group {
+    pub(crate) axes: [usize; 3],
+    pub(crate) sign: f64,
+}
+
+impl Group {
+    /// The group that a ray of this direction belongs to: along its dominant axis (Wald et al. 2006, §2.2).
+    pub(crate) fn of(direction: DVec3) -> Self {
+        let size = direction.abs();
+        let major = if size.x >= size.y && size.x >= size.z {
+            0
+        } else if size.y >= size.z {
+            1
+        } else {
+            2
+        };
+        // Cells next to each other along u are next to each other in memory where u is x.
+        let axes = [[1, 2, 0], [0, 2, 1], [0, 1, 2]][major];
+        Self { axes, sign: if direction[major] < 0.0 { -1.0 } else { 1.0 } }
+    }
+
+    /// Whether a ray of this direction can be one of the group: rays must agree about the major axis' sign, and none may
+    /// run almost across it.
+    #[inline(always)]
+    pub(crate) fn has(&self, direction: DVec3) -> bool {
+        const LEAST: f64 = 0.25;
+        direction[self.axes[2]] * self.sign > LEAST * direction.abs().max_element()
+    }
+
+    /// A vector along u, v and w.
+    #[inline(always)]
+    pub(crate) fn turned(&self, vector: DVec3) -> [f64; 3] {
+        let [u, v, w] = self.axes.map(|axis| vector[axis]);
+        [u, v, w * self.sign]
+    }
+}
+
+/// Lowest and highest of some numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Range {
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+}
+
+impl Range {
+    pub(crate) const EMPTY: Self = Self { low: f64::INFINITY, high: f64::NEG_INFINITY };
+
+    #[inline(always)]
+    pub(crate) fn add(&mut self, value: f64) {
+        (self.low, self.high) = (self.low.min(value), self.high.max(value));
+    }
+
+    pub(crate) fn middle(self) -> f64 {
+        0.5 * (self.low + self.high)
+    }
+}
+
+impl Space {
+    /// Extents below this are taken for it, so that a packet of one ray has an extent too.
+    const LEAST_HALF: f64 = 1.0 / (1 << 20) as f64;
+
+    /// The space of rays from `origin` whose slopes are in `slopes`, each wrong by at most `error`.
+    pub(crate) fn of_origin(group: Group, origin: DVec3, unit: f64, slopes: [Range; 2], error: f64) -> Self {
+        let slope = slopes.map(Range::middle);
+        let Group { axes, sign } = group;
+        let space = Self {
+            common: Common::Origin,
+            origin,
+            unit,
+            axes,
+            sign,
+            slope,
+            shift: [0.0; 2],
+            half: [1.0; 2],
+            ray_error: 0.0,
+            points: None,
+        };
+        space.with_extent(slopes, slope, error)
+    }
+
+    /// The space of rays along `direction` that are at `places` along u and v, where they cross w = 0 in relation to
+    /// `origin` and in its unit, each wrong by at most `error`.
+    pub(crate) fn of_direction(
+        group: Group,
+        direction: DVec3,
+        origin: DVec3,
+        unit: f64,
+        places: [Range; 2],
+        error: f64,
+    ) -> Self {
+        let Group { axes, sign } = group;
+        let space = Self {
+            common: Common::Direction,
+            origin,
+            unit,
+            axes,
+            sign,
+            slope: Self::slope_of(group, direction),
+            shift: places.map(Range::middle),
+            half: [1.0; 2],
+            ray_error: 0.0,
+            points: None,
+        };
+        space.with_extent(places, space.shift, error)
+    }
+
+    /// Slopes along u and v of a direction, each with one rounding.
+    pub(crate) fn slope_of(group: Group, direction: DVec3) -> [f64; 2] {
+        let [u, v, w] = group.turned(direction);
+        [u / w, v / w]
+    }
+
+    fn with_extent(mut self, ranges: [Range; 2], middle: [f64; 2], error: f64) -> Self {
+        // Differences from the middle are rounded once, and quotients by the half as well.
+        let size = ranges.iter().fold(0.0_f64, |size, range| size.max(range.low.abs()).max(range.high.abs()));
+        let error = error + 2.0 * ROUNDING * size;
+        for axis in 0..2 {
+            let half = (ranges[axis].high - middle[axis]).max(middle[axis] - ranges[axis].low);
+            self.half[axis] = (half * (1.0 + 1e-12) + error).max(Self::LEAST_HALF);
+        }
+        self.ray_error = error / self.half[0].min(self.half[1]) + 4.0 * ROUNDING;
+        self
+    }
+
+    /// Where a ray is in the packet, given its slopes or places.
+    #[inline(always)]
+    pub(crate) fn place(&self, ray: [f64; 2]) -> [f32; 2] {
+        let middle = if self.common == Common::Origin { self.slope } else { self.shift };
+        [((ray[0] - middle[0]) / self.half[0]) as f32, ((ray[1] - middle[1]) / self.half[1]) as f32]
+    }
+
+    /// How near a point at w is to where rays come from.
+    #[inline(always)]
+    pub(crate) fn nearness(&self, w: f64) -> f64 {
+        match self.common {
+            Common::Origin => 1.0 / w,
+            Common::Direction => -w,
+        }
+    }
+}
