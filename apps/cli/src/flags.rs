@@ -187,6 +187,12 @@ pub(crate) struct RenderFlags {
     /// The most triangles in one of them, 1 to 4096 [default: 512]
     #[arg(long, value_name = "N")]
     pub(crate) light_triangles: Option<u32>,
+    /// Cells of `--structure grid` for each triangle, λ of its paper, above 0 [default: 6]
+    #[arg(long, value_name = "LAMBDA")]
+    pub(crate) grid_density: Option<f64>,
+    /// Pixels a side of its packets: 2, 4, 8, 16 or 32 [default: 8]
+    #[arg(long, value_name = "N")]
+    pub(crate) packet: Option<u32>,
     /// See through triangles whose corners are seen clockwise; they cast shadows all the same
     #[arg(long)]
     pub(crate) cull_back_faces: bool,
@@ -344,6 +350,8 @@ pub(crate) enum StructureFlag {
     Perspective,
     /// The same in their paper's form, with triangles listed by cell
     Listed,
+    /// A uniform grid for all rays, traced in packets
+    Grid,
     /// A bounding volume hierarchy
     Bvh,
 }

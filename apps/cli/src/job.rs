@@ -2,7 +2,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use umbrage::output::{BitDepth, Chroma, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
-use umbrage::rays::{ListedLightOptions, ListedOptions, SimdLevel};
+use umbrage::rays::{ListedLightOptions, ListedOptions, PacketSide, SimdLevel, UniformOptions};
 use umbrage::scene::{Clip, OpenOptions};
 use umbrage::{Background, Settings, Structure, ToneMap};
 
@@ -143,9 +143,27 @@ fn structure(flags: &RenderFlags) -> Result<Structure, Failure> {
             "the light grids' cells and blocks can't be chosen",
             "--light-cells, --light-rays and --light-triangles are for `--structure listed`",
         )),
+        StructureFlag::Grid => grid(flags),
+        _ if flags.grid_density.is_some() || flags.packet.is_some() => Err(Failure::input(
+            "the uniform grid's cells and packets can't be chosen",
+            "--grid-density and --packet are for `--structure grid`",
+        )),
         StructureFlag::Perspective => Ok(Structure::Perspective),
         StructureFlag::Bvh => Ok(Structure::Bvh),
     }
+}
+
+fn grid(flags: &RenderFlags) -> Result<Structure, Failure> {
+    let default = UniformOptions::DEFAULT;
+    let side = flags.packet.unwrap_or(default.packet.pixels());
+    let Some(packet) = PacketSide::ALL.into_iter().find(|packet| packet.pixels() == side) else {
+        return Err(Failure::input(format!("packets of {side}×{side} pixels"), "--packet is 2, 4, 8, 16 or 32"));
+    };
+    let cells_per_triangle = flags.grid_density.unwrap_or(default.cells_per_triangle);
+    let options = UniformOptions { cells_per_triangle, packet, ..default };
+    let impossible = |_| Failure::input(format!("--grid-density {cells_per_triangle}"), "it is a number above 0");
+    options.check().map_err(impossible)?;
+    Ok(Structure::Grid(options))
 }
 
 /// Has everything work on that many threads, where a number is given.

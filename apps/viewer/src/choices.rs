@@ -1,7 +1,7 @@
 //! What the user can choose about pictures, whatever the scene.
 
 use serde::{Deserialize, Serialize};
-use umbrage::rays::{Cells, ListedLightOptions, ListedOptions};
+use umbrage::rays::{Cells, ListedLightOptions, ListedOptions, PacketSide, UniformOptions};
 use umbrage::{Background, Settings, Structure, ToneMap};
 
 /// Outlives the window.
@@ -11,6 +11,7 @@ pub(crate) struct Choices {
     pub(crate) engine: EngineChoice,
     pub(crate) structure: StructureChoice,
     pub(crate) listed: ListedChoices,
+    pub(crate) uniform: UniformChoices,
     pub(crate) culls_back_faces: bool,
     pub(crate) samples: u32,
     pub(crate) resolution: Resolution,
@@ -35,6 +36,7 @@ pub(crate) enum StructureChoice {
     #[default]
     Perspective,
     Listed,
+    Grid,
     Bvh,
 }
 
@@ -48,6 +50,15 @@ pub(crate) struct ListedChoices {
     pub(crate) light_cells: u32,
     pub(crate) light_rays: u32,
     pub(crate) light_triangles: u32,
+}
+
+/// The parameters of [`StructureChoice::Grid`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct UniformChoices {
+    pub(crate) cells_per_triangle: f64,
+    /// Pixels along an edge.
+    pub(crate) packet: u32,
 }
 
 /// How large pictures are.
@@ -77,6 +88,7 @@ impl Default for Choices {
             engine: EngineChoice::default(),
             structure: StructureChoice::default(),
             listed: ListedChoices::default(),
+            uniform: UniformChoices::default(),
             culls_back_faces: false,
             samples: 1,
             resolution: Resolution::default(),
@@ -84,6 +96,13 @@ impl Default for Choices {
             clips: false,
             surroundings: SurroundingsChoice::default(),
         }
+    }
+}
+
+impl Default for UniformChoices {
+    fn default() -> Self {
+        let UniformOptions { cells_per_triangle, packet, .. } = UniformOptions::DEFAULT;
+        Self { cells_per_triangle, packet: packet.pixels() }
     }
 }
 
@@ -130,6 +149,14 @@ impl Choices {
         match (&self.engine, self.structure) {
             (EngineChoice::Gpu(_), _) | (_, StructureChoice::Perspective) => Ok(Structure::Perspective),
             (_, StructureChoice::Bvh) => Ok(Structure::Bvh),
+            (_, StructureChoice::Grid) => {
+                let UniformChoices { cells_per_triangle, packet } = self.uniform;
+                let default = UniformOptions::DEFAULT;
+                let packet = PacketSide::ALL.into_iter().find(|side| side.pixels() == packet).unwrap_or(default.packet);
+                let options = UniformOptions { cells_per_triangle, packet, ..default };
+                options.check().map_err(|impossible| impossible.to_string())?;
+                Ok(Structure::Grid(options))
+            }
             (_, StructureChoice::Listed) => {
                 let cells = Cells::new(chosen.sorting_tile, chosen.tracing_tiles, chosen.slices);
                 let light = ListedLightOptions::new(chosen.light_cells, chosen.light_rays, chosen.light_triangles);

@@ -7,7 +7,7 @@ use umbrage::rays::LightSource;
 use umbrage::scene::{Clip, Light, OpenOptions};
 
 use crate::app::{App, CameraChoice};
-use crate::choices::{Choices, EngineChoice, ListedChoices, StructureChoice, SurroundingsChoice};
+use crate::choices::{Choices, EngineChoice, ListedChoices, StructureChoice, SurroundingsChoice, UniformChoices};
 use crate::light_list::INNER;
 
 /// The line, for a shell.
@@ -62,7 +62,7 @@ fn chosen(line: &mut String, choices: &Choices) {
         flag(line, "samples", &choices.samples.to_string());
     }
     match &choices.engine {
-        EngineChoice::Cpu => structure(line, choices.structure, &choices.listed),
+        EngineChoice::Cpu => structure(line, choices),
         EngineChoice::Gpu(name) => {
             flag(line, "engine", "gpu");
             if !name.is_empty() {
@@ -84,10 +84,21 @@ fn chosen(line: &mut String, choices: &Choices) {
     }
 }
 
-fn structure(line: &mut String, structure: StructureChoice, listed: &ListedChoices) {
-    match structure {
+fn structure(line: &mut String, choices: &Choices) {
+    let listed = &choices.listed;
+    match choices.structure {
         StructureChoice::Perspective => {}
         StructureChoice::Bvh => flag(line, "structure", "bvh"),
+        StructureChoice::Grid => {
+            flag(line, "structure", "grid");
+            let (chosen, default) = (choices.uniform, UniformChoices::default());
+            if chosen.cells_per_triangle != default.cells_per_triangle {
+                flag(line, "grid-density", &chosen.cells_per_triangle.to_string());
+            }
+            if chosen.packet != default.packet {
+                flag(line, "packet", &chosen.packet.to_string());
+            }
+        }
         StructureChoice::Listed => {
             flag(line, "structure", "listed");
             // The camera's cells make no other picture, and `render` has no flags for them.

@@ -154,8 +154,8 @@ impl HeatMaker {
 fn countable(order: &Order, settings: &Settings) -> (Settings, Option<&'static str>) {
     let (structure, note) = match (&order.engine, settings.structure) {
         (EngineChoice::Gpu(_), _) => (Structure::LISTED, Some("counted on the CPU, in triangles listed by cell")),
-        (_, Structure::Bvh) => (Structure::Perspective, Some("counted in the perspective grid")),
-        (_, structure) => (structure, None),
+        (_, structure) if structure.is_specialised() => (structure, None),
+        _ => (Structure::Perspective, Some("counted in the perspective grid")),
     };
     (Settings { structure, ..settings.clone() }, note)
 }

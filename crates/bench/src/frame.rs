@@ -49,7 +49,7 @@ pub(crate) struct FrameFlags {
 /// What renders.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum EngineFlag {
-    /// The CPU, through the grids and through the hierarchy in turn
+    /// The CPU, through perspective grids, the uniform grid and the hierarchy in turn
     Cpu,
     /// A GPU, or a program that stands in for one
     Gpu,
@@ -76,7 +76,8 @@ struct Row {
 /// The stages that find what pixels see and what lights reach: the frame of the papers.
 const TRACING: [&str; 3] = ["build", "see", "shadow"];
 const STAGES: [&str; 5] = ["animate", "build", "see", "shadow", "shade"];
-const STRUCTURES: [(&str, Structure); 2] = [("perspective", Structure::Perspective), ("bvh", Structure::Bvh)];
+const STRUCTURES: [(&str, Structure); 3] =
+    [("perspective", Structure::Perspective), ("grid", Structure::GRID), ("bvh", Structure::Bvh)];
 
 pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
     use_threads(flags.threads)?;

@@ -72,7 +72,7 @@ fn play(start: Start, pictures: u64) -> Result<Played> {
         // Nobody waits any more once the window is gone.
         let _ = woken.send(());
     });
-    let mut app = App::new(&context, start, None);
+    let mut app = App::new(&context, start, None, None);
     let mut pass = Pass { context, repaints };
     // The first pictures make room for themselves.
     while app.pictures() < 3 {

@@ -99,7 +99,7 @@ impl Engine {
         // What only a GPU needs.
         let _ = (view, surroundings, output);
         match self {
-            Self::Cpu(cpu) => cpu.build(frame, settings),
+            Self::Cpu(cpu) => cpu.build(frame, settings)?,
             #[cfg(feature = "gpu")]
             Self::Gpu(gpu) => gpu.build(frame, view, settings, surroundings, output)?,
         }

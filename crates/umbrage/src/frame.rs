@@ -7,7 +7,7 @@ use crate::background::Surroundings;
 use crate::cpu::{Cpu, LightMask, LightWork};
 use crate::engine::{Engine, Output};
 use crate::sampling::Sample;
-use crate::{Film, Settings, Stats, Structure};
+use crate::{Film, Settings, Stats};
 
 /// Renders frames, one after the other, in the same memory.
 #[derive(Debug, Default)]
@@ -199,7 +199,7 @@ impl Renderer {
     }
 
     /// Counts, pixel by pixel, the work of seeing `scene` at a moment through the middle of each pixel, and lights
-    /// nothing. The work of [`Structure::Bvh`] isn't counted.
+    /// nothing. Only that of [specialised](crate::Structure::is_specialised) structures is counted.
     ///
     /// # Errors
     /// Where the scene can't be posed, the image is too large, or a setting makes no sense.
@@ -211,8 +211,8 @@ impl Renderer {
         work: &mut PixelWork,
     ) -> Result<(), Error> {
         settings.check()?;
-        if settings.structure == Structure::Bvh {
-            return Err(Error::Settings("the work of pixels is counted in grids alone".to_owned()));
+        if !settings.structure.is_specialised() {
+            return Err(Error::Settings("the work of pixels is counted in perspective grids alone".to_owned()));
         }
         let Self { engine, frame, .. } = self;
         engine.animate(scene, seconds, settings, frame)?;
@@ -225,8 +225,8 @@ impl Renderer {
     }
 
     /// Finds in which cell of a light's grid the point is that `scene` shows at a moment through the middle of each pixel,
-    /// and lights nothing. `light` counts from 0 among the lights of the settings, else of the scene. [`Structure::Bvh`]
-    /// has no cells.
+    /// and lights nothing. `light` counts from 0 among the lights of the settings, else of the scene. Only
+    /// [specialised](crate::Structure::is_specialised) structures have cells.
     ///
     /// # Errors
     /// Where there is no such light, the scene can't be posed, the image is too large, or a setting makes no sense.
@@ -239,8 +239,8 @@ impl Renderer {
         cells: &mut LightCells,
     ) -> Result<(), Error> {
         settings.check()?;
-        if settings.structure == Structure::Bvh {
-            return Err(Error::Settings("only grids have cells".to_owned()));
+        if !settings.structure.is_specialised() {
+            return Err(Error::Settings("only light grids have such cells".to_owned()));
         }
         let Self { engine, frame, .. } = self;
         engine.animate(scene, seconds, settings, frame)?;

@@ -1,4 +1,4 @@
-use umbrage_rays::{Camera, ListedLightOptions, ListedOptions, View};
+use umbrage_rays::{Camera, ListedLightOptions, ListedOptions, UniformOptions, View};
 use umbrage_scene::{Frame, Light};
 
 use crate::{Background, Error};
@@ -67,6 +67,9 @@ impl Settings {
                 "an image of {width}x{height}: each side must be 1 to {limit} pixels"
             )));
         }
+        if let Structure::Grid(options) = self.structure {
+            options.check().map_err(|impossible| Error::Settings(impossible.to_string()))?;
+        }
         if !counts.contains(&samples) {
             let limit = Self::MAX_SAMPLES;
             return Err(Error::Settings(format!("{samples} samples a pixel: there must be 1 to {limit}")));
@@ -76,7 +79,7 @@ impl Settings {
 }
 
 /// What finds the triangles that camera rays and shadow rays hit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Structure {
     /// Grids made for the rays: a perspective grid for the camera.
     #[default]
@@ -88,6 +91,8 @@ pub enum Structure {
         /// How each light's grid is, and its cells into blocks of work.
         light: ListedLightOptions,
     },
+    /// One uniform grid for all rays, traced in packets.
+    Grid(UniformOptions),
     /// One bounding volume hierarchy for all rays.
     Bvh,
 }
@@ -95,6 +100,14 @@ pub enum Structure {
 impl Structure {
     /// The grids of the paper with their default options.
     pub const LISTED: Self = Self::Listed { camera: ListedOptions::DEFAULT, light: ListedLightOptions::DEFAULT };
+    /// The uniform grid with its default options.
+    pub const GRID: Self = Self::Grid(UniformOptions::DEFAULT);
+
+    /// Whether it is made for the rays of one camera and each light, whose cells and work can be shown.
+    #[must_use]
+    pub fn is_specialised(&self) -> bool {
+        matches!(self, Self::Perspective | Self::Listed { .. })
+    }
 }
 
 /// From linear radiance to what a screen can show.

@@ -2,13 +2,14 @@ use glam::DVec2;
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Cells, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptions, PerspectiveGrid,
-    SeenImage, SeenPixels, TileOrder, Triangles, Unmasked, View,
+    Cells, Insertion, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptions,
+    PacketSide, PerspectiveGrid, SeenImage, SeenPixels, TileOrder, Triangles, UniformGrid, UniformOptions, Unmasked,
+    View,
 };
 
 use crate::Oracle;
 
-/// What a camera and lights see of triangles: every form of both grids must say what the oracle says.
+/// What a camera and lights see of triangles: every form of all grids must say what the oracle says.
 #[derive(Clone, Copy, Debug)]
 pub struct Shot<'a> {
     /// What there is.
@@ -59,7 +60,7 @@ impl Shot<'_> {
         Truth { triangle, lit: (0..self.lights.len()).map(of_light).collect() }
     }
 
-    /// Compares every form of both grids with the oracle, and validates them. Returns how many points of each light no
+    /// Compares every form of all grids with the oracle, and validates them. Returns how many points of each light no
     /// face could hold, which are tested against all triangles.
     ///
     /// # Panics
@@ -108,7 +109,30 @@ impl Shot<'_> {
             comparison.seen(&seen, &format!("{options:?}"));
         }
         self.run_listed_lights(comparison, &seen);
+        self.run_uniform(comparison);
         outliers
+    }
+
+    fn run_uniform(&self, comparison: &Comparison<'_>) {
+        let mut seen = SeenPixels::default();
+        let mut lit = Vec::new();
+        let other = UniformOptions { packet: PacketSide::Four, insertion: Insertion::Exact, ..UniformOptions::DEFAULT };
+        for options in [UniformOptions::DEFAULT, other] {
+            let mut grid = UniformGrid::default();
+            grid.set_options(options).expect("possible");
+            grid.build(self.triangles);
+            if comparison.validates {
+                let valid = grid.validate(self.triangles);
+                valid.unwrap_or_else(|broken| panic!("{}, {options:?}: {broken}", comparison.name));
+            }
+            grid.see(self.triangles, &self.view, self.offset_pixels, |_| true, Unmasked, &mut seen);
+            comparison.seen(&seen, &format!("{options:?}"));
+            lit.resize(seen.order().places() / TileOrder::BLOCK_PLACES, 0);
+            for (number, light) in self.lights.iter().enumerate() {
+                grid.shadow(&self.image(&seen), light, |_| true, &Unmasked, &mut lit);
+                comparison.lit(number, &seen, &lit, &format!("{light:?}, {options:?}"));
+            }
+        }
     }
 
     fn run_lights(&self, comparison: &Comparison<'_>, seen: &SeenPixels) -> Vec<u64> {

@@ -81,6 +81,7 @@ fn posed_frames_are_rendered_as_their_scenes_are() {
         ("two samples", Settings { samples: 2, culls_back_faces: true, ..settings() }),
         ("another light", Settings { lights: Some(vec![lamp.clone(), lamp]), ..settings() }),
         ("the paper's form", Settings { structure: Structure::LISTED, ..settings() }),
+        ("the uniform grid", Settings { structure: Structure::GRID, ..settings() }),
         ("the hierarchy", Settings { structure: Structure::Bvh, ..settings() }),
     ];
     for demo in ["shatter", "glass", "forest"] {
@@ -324,7 +325,7 @@ fn rays_through_edges_are_settled_by_the_predicate() {
     if let Some(mut gpu) = gpu() {
         check(&mut gpu, true);
     }
-    for structure in [Structure::LISTED, Structure::Bvh] {
+    for structure in [Structure::LISTED, Structure::GRID, Structure::Bvh] {
         let mut renderer = Renderer::default();
         let (frame, settings) = diagonal();
         renderer.render_frame(frame, &Settings { structure, ..settings }).expect("a frame");

@@ -5,7 +5,9 @@ use umbrage::Settings;
 use umbrage::gpu::Adapter;
 
 use crate::app::App;
-use crate::choices::{Choices, EngineChoice, ListedChoices, Resolution, StructureChoice, SurroundingsChoice};
+use crate::choices::{
+    Choices, EngineChoice, ListedChoices, Resolution, StructureChoice, SurroundingsChoice, UniformChoices,
+};
 
 pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
     let before = (app.kept.choices.engine.clone(), app.kept.choices.structure);
@@ -39,9 +41,10 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
 }
 
 fn structure(choices: &mut Choices, ui: &mut egui::Ui) {
-    const ALL: [(StructureChoice, &str); 3] = [
+    const ALL: [(StructureChoice, &str); 4] = [
         (StructureChoice::Perspective, "Perspective grid"),
         (StructureChoice::Listed, "Grid with lists"),
+        (StructureChoice::Grid, "Uniform grid"),
         (StructureChoice::Bvh, "Hierarchy"),
     ];
     let chosen = ALL.iter().find(|(choice, _)| *choice == choices.structure).map_or("", |(_, name)| *name);
@@ -50,10 +53,22 @@ fn structure(choices: &mut Choices, ui: &mut egui::Ui) {
             ui.selectable_value(&mut choices.structure, choice, name);
         }
     });
-    if choices.structure != StructureChoice::Listed {
-        return;
+    match choices.structure {
+        StructureChoice::Listed => listed(&mut choices.listed, ui),
+        StructureChoice::Grid => uniform(&mut choices.uniform, ui),
+        StructureChoice::Perspective | StructureChoice::Bvh => {}
     }
-    let listed = &mut choices.listed;
+}
+
+fn uniform(uniform: &mut UniformChoices, ui: &mut egui::Ui) {
+    ui.add(Slider::new(&mut uniform.cells_per_triangle, 0.1..=100.0).logarithmic(true).text("Cells per triangle"));
+    powers(ui, "Pixels a side of a packet", &mut uniform.packet, &[2, 4, 8, 16, 32]);
+    if ui.button("Defaults").clicked() {
+        *uniform = UniformChoices::default();
+    }
+}
+
+fn listed(listed: &mut ListedChoices, ui: &mut egui::Ui) {
     powers(ui, "Sorting tile, pixels", &mut listed.sorting_tile, &[8, 16, 32, 64]);
     powers(ui, "Sorting tiles a side", &mut listed.tracing_tiles, &[1, 2, 4, 8]);
     ui.add(Slider::new(&mut listed.slices, 1..=64).text("Depth slices"));

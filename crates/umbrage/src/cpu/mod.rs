@@ -3,15 +3,17 @@
 mod see;
 mod shade;
 mod shadow;
+mod single_rays;
 
 use umbrage_rays::{
     Bvh, GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, ListedGrid, ListedLightGrid, Omitted,
-    PerspectiveGrid, Ray, SeenPixels, SimdLevel, predicate,
+    PerspectiveGrid, Ray, SeenPixels, SimdLevel, UniformGrid, predicate,
 };
 use umbrage_scene::Frame;
 
-use crate::{Settings, Settled, Structure};
+use crate::{Error, Settings, Settled, Structure};
 pub use shadow::LightMask;
+use single_rays::SingleRays;
 
 /// Finds what each pixel sees and which lights reach it, through structures rebuilt for every frame.
 #[derive(Debug, Default)]
@@ -20,8 +22,9 @@ pub(crate) struct Cpu {
     level: SimdLevel,
     /// Whether camera rays go through back faces.
     culls_back_faces: bool,
-    /// For single rays; for all rays where the structure is the hierarchy.
+    /// For single rays, but where the structure is the uniform grid; for all rays where it is the hierarchy.
     bvh: Bvh,
+    uniform_grid: UniformGrid,
     camera_grid: PerspectiveGrid,
     listed_grid: ListedGrid,
     light_grid: LightGrid,
@@ -51,6 +54,7 @@ impl Cpu {
     pub(crate) fn with_level(level: SimdLevel) -> Self {
         Self {
             level,
+            uniform_grid: UniformGrid::with_level(level),
             camera_grid: PerspectiveGrid::with_level(level),
             listed_grid: ListedGrid::with_level(level),
             light_grid: LightGrid::with_level(level),
@@ -59,9 +63,9 @@ impl Cpu {
         }
     }
 
-    /// Rebuilds what serves all samples of a frame: the hierarchy, where anything needs it. Grids are made for the rays
-    /// of one sample, by the stages that trace them.
-    pub(crate) fn build(&mut self, frame: &Frame, settings: &Settings) {
+    /// Rebuilds what serves all samples of a frame: the uniform grid, or the hierarchy where anything needs it. Other grids
+    /// are made for the rays of one sample, by the stages that trace them.
+    pub(crate) fn build(&mut self, frame: &Frame, settings: &Settings) -> Result<(), Error> {
         self.structure = settings.structure;
         if let Structure::Listed { camera, .. } = &mut self.structure {
             camera.culls_back_faces |= settings.culls_back_faces;
@@ -72,8 +76,21 @@ impl Cpu {
         self.settled_tests = [0; 2];
         self.camera_work = GridCounts::default();
         self.light_work.clear();
-        if self.structure == Structure::Bvh || frame.is_see_through() {
+        if let Structure::Grid(options) = self.structure {
+            let set = self.uniform_grid.set_options(options);
+            set.map_err(|impossible| Error::Settings(impossible.to_string()))?;
+            self.uniform_grid.build(frame.triangles());
+        } else if self.structure == Structure::Bvh || frame.is_see_through() {
             self.bvh.build(frame.triangles());
+        }
+        Ok(())
+    }
+
+    /// What finds the hits of rays that come one at a time.
+    fn single_rays(&self) -> SingleRays<'_> {
+        match self.structure {
+            Structure::Grid(_) => SingleRays::Grid(&self.uniform_grid),
+            _ => SingleRays::Bvh(&self.bvh),
         }
     }
 
@@ -101,6 +118,7 @@ impl Cpu {
         match self.structure {
             Structure::Perspective => self.camera_grid.omitted(),
             Structure::Listed { .. } => self.listed_grid.omitted(),
+            Structure::Grid(_) => self.uniform_grid.omitted(),
             Structure::Bvh => self.bvh.omitted(),
         }
     }
@@ -119,6 +137,7 @@ impl Cpu {
         match self.structure {
             Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.triangle_bytes(),
             Structure::Listed { .. } => self.bvh.bytes() + self.listed_grid.bytes() + self.listed_light_grid.bytes(),
+            Structure::Grid(_) => self.uniform_grid.bytes(),
             Structure::Bvh => self.bvh.bytes(),
         }
     }
@@ -127,7 +146,7 @@ impl Cpu {
         match self.structure {
             Structure::Perspective => self.light_grid.bytes() - self.light_grid.triangle_bytes(),
             // The paper's form counts with the triangles: its points and triangles share lists.
-            Structure::Listed { .. } | Structure::Bvh => 0,
+            Structure::Listed { .. } | Structure::Grid(_) | Structure::Bvh => 0,
         }
     }
 

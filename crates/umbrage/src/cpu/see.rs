@@ -1,5 +1,7 @@
 use rayon::prelude::*;
-use umbrage_rays::{Hit, ImageTooLarge, PixelWork, SeenPixels, View};
+use umbrage_rays::{
+    Camera, Hit, ImageTooLarge, Mask, MaskAnswers, MaskPoints, PixelWork, Projection, SeenPixels, View, predicate,
+};
 use umbrage_scene::{Frame, SolidPoints};
 
 use super::{Cpu, counts};
@@ -7,7 +9,7 @@ use crate::Structure;
 use crate::sampling::Sample;
 
 impl Cpu {
-    /// Finds the triangle that each pixel shows, and counts what that took; the hierarchy counts nothing.
+    /// Finds the triangle that each pixel shows, and counts what that took; structures for all rays count nothing.
     ///
     /// # Errors
     /// Where the image is larger than the structure's limit.
@@ -29,7 +31,7 @@ impl Cpu {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;
                 listed_grid.trace_counting(triangles, SolidPoints(frame), seen, work);
             }
-            Structure::Bvh => self.see(frame, view, sample)?,
+            Structure::Grid(_) | Structure::Bvh => self.see(frame, view, sample)?,
         }
         Ok(())
     }
@@ -39,7 +41,7 @@ impl Cpu {
     /// # Errors
     /// Where the image is larger than the structure's limit.
     pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
-        let Self { structure, bvh, camera_grid, listed_grid, seen, camera_work, settled_tests: [settled, _], .. } =
+        let Self { structure, bvh, uniform_grid, camera_grid, listed_grid, seen, camera_work, settled_tests, .. } =
             self;
         let culls_back_faces = self.culls_back_faces;
         let triangles = frame.triangles();
@@ -47,11 +49,16 @@ impl Cpu {
             Structure::Perspective => {
                 camera_grid.build(triangles, view, sample.offset_pixels, |id| frame.is_masked(id))?;
                 *camera_work = camera_grid.trace(triangles, SolidPoints(frame), seen);
-                *settled += camera_work.referred;
+                settled_tests[0] += camera_work.referred;
             }
             Structure::Listed { camera: options, .. } => {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;
                 listed_grid.trace(triangles, SolidPoints(frame), seen);
+            }
+            Structure::Grid(_) => {
+                let points = FrontPoints { frame, camera: &view.camera, culls_back_faces };
+                let is_opaque = |id| !frame.is_masked(id) && points.is_seen(id);
+                uniform_grid.see(triangles, view, sample.offset_pixels, is_opaque, points, seen);
             }
             Structure::Bvh => {
                 seen.resize(view.width, view.height);
@@ -70,5 +77,41 @@ impl Cpu {
             }
         }
         Ok(())
+    }
+}
+
+/// The points that stop a camera's rays, where those may go through back faces.
+#[derive(Clone, Copy, Debug)]
+struct FrontPoints<'a> {
+    frame: &'a Frame,
+    camera: &'a Camera,
+    culls_back_faces: bool,
+}
+
+impl FrontPoints<'_> {
+    /// Whether rays of the camera that hit a triangle aren't to go through it for the side that it shows.
+    fn is_seen(&self, triangle: u32) -> bool {
+        if !self.culls_back_faces {
+            return true;
+        }
+        let corners = self.frame.triangles().corners(triangle);
+        match self.camera.projection {
+            Projection::Perspective { .. } => predicate::is_front_from(self.camera.position.as_dvec3(), corners),
+            Projection::Orthographic { .. } => predicate::is_front_along(self.camera.forward.as_dvec3(), corners),
+        }
+    }
+}
+
+impl Mask for FrontPoints<'_> {
+    fn is_solid(&self, hit: &Hit) -> bool {
+        self.is_seen(hit.triangle) && SolidPoints(self.frame).is_solid(hit)
+    }
+
+    fn are_solid(&self, triangle: u32, points: &MaskPoints) -> MaskAnswers {
+        if self.is_seen(triangle) {
+            SolidPoints(self.frame).are_solid(triangle, points)
+        } else {
+            MaskAnswers { solid: 0, cut: points.asked }
+        }
     }
 }

@@ -4,10 +4,11 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x16, mask32x16};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
-use umbrage_rays::{Bvh, Hit, Ray, SeenPixels, TileOrder, View};
+use umbrage_rays::{Hit, Ray, SeenPixels, TileOrder, View};
 use umbrage_scene::Frame;
 
 use super::shadow::{LightMask, is_blocked};
+use super::single_rays::SingleRays;
 use super::{Cpu, counts, hit_of};
 use crate::Film;
 use crate::background::Surroundings;
@@ -25,9 +26,11 @@ impl Cpu {
         surroundings: &Surroundings<'_>,
         film: &mut Film,
     ) {
-        let Self { bvh, lit, seen, culls_back_faces, .. } = self;
+        let Self { lit, seen, culls_back_faces, .. } = self;
+        let rays_behind = self.single_rays();
         let (level, footprint) = (Level::from(self.level), Footprint::new(view, sample.of));
-        let shading = Shading { bvh, lit, seen, frame, surroundings, footprint, culls_back_faces: *culls_back_faces };
+        let shading =
+            Shading { rays_behind, lit, seen, frame, surroundings, footprint, culls_back_faces: *culls_back_faces };
         let Film { color, depth, normal, triangle, .. } = film;
         let rows = TileOrder::BLOCK as usize * view.width as usize;
         let planes = color.par_chunks_mut(rows).zip(depth.par_chunks_mut(rows));
@@ -46,7 +49,8 @@ impl Cpu {
 
 /// What shading one sample needs.
 struct Shading<'a> {
-    bvh: &'a Bvh,
+    /// For rays that go on behind what was seen.
+    rays_behind: SingleRays<'a>,
     lit: &'a [LightMask],
     seen: &'a SeenPixels,
     frame: &'a Frame,
@@ -165,7 +169,7 @@ impl Shading<'_> {
             let hit = found.map_or_else(|| hit_of(self.frame, &ray, first[lane]), |found| found[lane]);
             let Some(hit) = hit else { continue };
             let counts = |hit: &Hit| counts(self.frame, &ray, hit, self.culls_back_faces);
-            behind[lane] = self.bvh.nearest(self.frame.triangles(), &Ray { t_min: hit.t, ..ray }, counts);
+            behind[lane] = self.rays_behind.nearest(self.frame.triangles(), &Ray { t_min: hit.t, ..ray }, counts);
         }
         behind
     }
@@ -174,7 +178,7 @@ impl Shading<'_> {
     #[cold]
     fn lit_behind(&self, block: &Block<'_>, light: usize, found: &Each<Option<Hit>>) -> u16 {
         let light = &self.frame.lights[light];
-        let is_lit = |lane: usize, hit: &Hit| !is_blocked(self.bvh, self.frame, light, &block.ray(lane), hit);
+        let is_lit = |lane: usize, hit: &Hit| !is_blocked(self.rays_behind, self.frame, light, &block.ray(lane), hit);
         (0..LANES)
             .filter(|&lane| found[lane].is_some_and(|hit| is_lit(lane, &hit)))
             .fold(0, |lit, lane| lit | 1 << lane)

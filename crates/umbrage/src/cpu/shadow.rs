@@ -1,10 +1,9 @@
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{
-    Bvh, Hit, LightCells, LightSource, ListedLightOptions, Ray, SeenImage, SeenPixels, TileOrder, View,
-};
+use umbrage_rays::{Hit, LightCells, LightSource, ListedLightOptions, Ray, SeenImage, SeenPixels, TileOrder, View};
 use umbrage_scene::{Frame, Light, ShadowingPoints};
 
+use super::single_rays::SingleRays;
 use super::{Cpu, LightWork, hit_of};
 use crate::Structure;
 use crate::sampling::Sample;
@@ -69,6 +68,7 @@ impl Cpu {
         match self.structure {
             Structure::Perspective => self.shadow_through_grids(frame, view, sample),
             Structure::Listed { light, .. } => self.shadow_through_lists(frame, view, sample, light),
+            Structure::Grid(_) => self.shadow_through_packets(frame, view, sample),
             Structure::Bvh => self.shadow_through_hierarchy(frame, view, sample),
         }
         for (light, mask) in frame.lights.iter().zip(&mut self.lit) {
@@ -81,7 +81,7 @@ impl Cpu {
         self.shadow_rays += (points * shadowing) as u64;
     }
 
-    /// Finds in which cell of a light's grid each point is that was seen last; the hierarchy has no cells.
+    /// Finds in which cell of a light's grid each point is that was seen last; structures for all rays have no cells.
     pub(crate) fn locate(
         &mut self,
         frame: &Frame,
@@ -102,7 +102,7 @@ impl Cpu {
                 listed_light_grid.survey(&image);
                 listed_light_grid.locate(&image, light, cells);
             }
-            Structure::Bvh => *cells = LightCells::default(),
+            Structure::Grid(_) | Structure::Bvh => *cells = LightCells::default(),
         }
     }
 
@@ -133,6 +133,15 @@ impl Cpu {
         }
     }
 
+    fn shadow_through_packets(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+        let Self { uniform_grid, seen, lit, .. } = self;
+        let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
+        for (light, mask) in shadowing(frame, lit) {
+            let is_opaque = |id| frame.is_opaque(id);
+            uniform_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
+        }
+    }
+
     fn shadow_through_hierarchy(&mut self, frame: &Frame, view: &View, sample: &Sample) {
         let Self { bvh, seen, lit, .. } = self;
         let order = seen.order();
@@ -144,7 +153,7 @@ impl Cpu {
                     let Some((x, y)) = order.pixel(block * TileOrder::BLOCK_PLACES + place) else { continue };
                     let ray = sample.ray(view, x, y);
                     let Some(hit) = hit_of(frame, &ray, seen) else { continue };
-                    let lit = !is_blocked(bvh, frame, light, &ray, &hit);
+                    let lit = !is_blocked(SingleRays::Bvh(bvh), frame, light, &ray, &hit);
                     *bits |= u16::from(lit) << place;
                 }
             });
@@ -158,10 +167,10 @@ fn shadowing<'a>(frame: &'a Frame, lit: &'a mut [LightMask]) -> impl Iterator<It
 }
 
 /// Whether something stands between `light` and the point that `ray` has hit.
-pub(super) fn is_blocked(bvh: &Bvh, frame: &Frame, light: &Light, ray: &Ray, hit: &Hit) -> bool {
+pub(super) fn is_blocked(rays: SingleRays<'_>, frame: &Frame, light: &Light, ray: &Ray, hit: &Hit) -> bool {
     if !light.casts_shadow {
         return false;
     }
     let shadow_ray = ShadowRay::new(&light.source, HitPoint::new(ray, hit.t));
-    bvh.blocked(frame.triangles(), &shadow_ray, hit.triangle, |id, barycentric| frame.casts_shadow(id, barycentric))
+    rays.blocked(frame.triangles(), &shadow_ray, hit.triangle, |id, barycentric| frame.casts_shadow(id, barycentric))
 }

@@ -10,11 +10,11 @@ use indicatif::ProgressBar;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
     Bvh, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels,
-    TileOrder, Unmasked,
+    TileOrder, UniformGrid, Unmasked,
 };
 use umbrage_verify::{Random, Seams, Sheet, SheetShape};
 
-/// Aims rays at shared edges and vertices, through both grids, and counts leaks and self-shadowing.
+/// Aims rays at shared edges and vertices, through all grids, and counts leaks and self-shadowing.
 #[derive(Debug, Parser)]
 #[command(name = "watertight", after_help = EXAMPLES)]
 struct Flags {
@@ -60,7 +60,7 @@ fn main() -> Result<()> {
     println!(
         "{} camera rays exactly at seams, {vertices} at vertices and {edges} at edges, and {between} between them; from \
          each point a shadow ray to a light at the camera, and from {beside} one to a light at the side; {listed} of \
-         the latter through the listed grids as well.",
+         the latter through the listed grids and the uniform grid as well.",
         vertices + edges
     );
     println!(
@@ -77,12 +77,13 @@ struct Trial {
     light_grid: LightGrid,
     listed_grid: ListedGrid,
     listed_light_grid: ListedLightGrid,
+    uniform_grid: UniformGrid,
     bvh: Bvh,
     seen: SeenPixels,
     lit: Vec<u16>,
-    /// What grids in their listed form find.
-    listed_seen: SeenPixels,
-    listed_lit: Vec<u16>,
+    /// What grids of other forms find.
+    other_seen: SeenPixels,
+    other_lit: Vec<u16>,
     /// Rays through vertices and edges, and others.
     seams: Seams,
     between: u64,
@@ -126,6 +127,7 @@ impl Trial {
             let light = self.run_beside(&sheet, shape, random)?;
             if shape.has_shell || random.below(4) == 0 {
                 self.run_listed(&sheet, shape, &light)?;
+                self.run_uniform(&sheet, shape, &light)?;
             }
         }
         Ok(())
@@ -160,21 +162,41 @@ impl Trial {
     /// Looks at the same sheet, and the light at its side, through the listed forms.
     fn run_listed(&mut self, sheet: &Sheet, shape: SheetShape, side_light: &LightSource) -> Result<()> {
         let (triangles, view, offset_pixels) = (sheet.mesh.triangles(), sheet.view, sheet.offset_pixels);
-        let Self { listed_grid, listed_light_grid, seen, lit, listed_seen, listed_lit, .. } = self;
+        let Self { listed_grid, listed_light_grid, seen, lit, other_seen, other_lit, .. } = self;
         listed_grid.build(triangles, &view, offset_pixels, ListedOptions::DEFAULT, |_| false)?;
-        listed_grid.trace(triangles, Unmasked, listed_seen);
-        ensure!(listed_seen.triangle == seen.triangle, "the listed grid sees other triangles: {shape:?}");
-        let image = SeenImage { triangles, view, offset_pixels, seen: listed_seen };
-        listed_lit.resize(lit.len(), 0);
+        listed_grid.trace(triangles, Unmasked, other_seen);
+        ensure!(other_seen.triangle == seen.triangle, "the listed grid sees other triangles: {shape:?}");
+        let image = SeenImage { triangles, view, offset_pixels, seen: other_seen };
+        other_lit.resize(lit.len(), 0);
         listed_light_grid.survey(&image);
-        listed_light_grid.shadow(&image, side_light, |_| true, &Unmasked, listed_lit);
-        ensure!(listed_lit == lit, "the listed light grid finds other shadows: {shape:?}");
-        listed_light_grid.shadow(&image, &sheet.light, |_| true, &Unmasked, listed_lit);
-        let order = seen.order();
-        for (x, y) in (0..shape.side).flat_map(|y| (0..shape.side).map(move |x| (x, y))) {
-            ensure!(is_lit(listed_lit, order.place(x, y)), "pixel ({x}, {y}) shadows itself, through lists: {shape:?}");
-        }
+        listed_light_grid.shadow(&image, side_light, |_| true, &Unmasked, other_lit);
+        ensure!(other_lit == lit, "the listed light grid finds other shadows: {shape:?}");
+        listed_light_grid.shadow(&image, &sheet.light, |_| true, &Unmasked, other_lit);
         self.listed += points(shape);
+        self.are_all_lit(shape, "through lists")
+    }
+
+    /// Does the same through the uniform grid.
+    fn run_uniform(&mut self, sheet: &Sheet, shape: SheetShape, side_light: &LightSource) -> Result<()> {
+        let (triangles, view, offset_pixels) = (sheet.mesh.triangles(), sheet.view, sheet.offset_pixels);
+        let Self { uniform_grid, seen, lit, other_seen, other_lit, .. } = self;
+        uniform_grid.build(triangles);
+        uniform_grid.see(triangles, &view, offset_pixels, |_| true, Unmasked, other_seen);
+        ensure!(other_seen.triangle == seen.triangle, "the uniform grid sees other triangles: {shape:?}");
+        let image = SeenImage { triangles, view, offset_pixels, seen: other_seen };
+        other_lit.resize(lit.len(), 0);
+        uniform_grid.shadow(&image, side_light, |_| true, &Unmasked, other_lit);
+        ensure!(other_lit == lit, "the uniform grid finds other shadows: {shape:?}");
+        uniform_grid.shadow(&image, &sheet.light, |_| true, &Unmasked, other_lit);
+        self.are_all_lit(shape, "through the uniform grid")
+    }
+
+    /// Whether the light at the camera lit every pixel when another form was asked last.
+    fn are_all_lit(&self, shape: SheetShape, how: &str) -> Result<()> {
+        let order = self.seen.order();
+        for (x, y) in (0..shape.side).flat_map(|y| (0..shape.side).map(move |x| (x, y))) {
+            ensure!(is_lit(&self.other_lit, order.place(x, y)), "pixel ({x}, {y}) shadows itself, {how}: {shape:?}");
+        }
         Ok(())
     }
 }

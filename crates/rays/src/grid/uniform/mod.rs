@@ -61,6 +61,18 @@ impl UniformOptions {
         Self { cells_per_triangle: 6.0, macrocell: 6, insertion: Insertion::BoundingBox, packet: PacketSide::Eight };
 }
 
+impl UniformOptions {
+    /// Whether a grid can be like this.
+    ///
+    /// # Errors
+    /// If λ isn't above zero and finite, or macrocells aren't of 1 to 64 cells along an edge.
+    pub fn check(self) -> Result<(), ImpossibleUniformOptions> {
+        let Self { cells_per_triangle, macrocell, .. } = self;
+        let is_possible = cells_per_triangle > 0.0 && cells_per_triangle.is_finite() && (1..=64).contains(&macrocell);
+        if is_possible { Ok(()) } else { Err(ImpossibleUniformOptions(self)) }
+    }
+}
+
 impl Default for UniformOptions {
     fn default() -> Self {
         Self::DEFAULT
@@ -130,12 +142,7 @@ impl UniformGrid {
     /// # Errors
     /// If λ isn't above zero and finite, or macrocells aren't of 1 to 64 cells along an edge.
     pub fn set_options(&mut self, options: UniformOptions) -> Result<(), ImpossibleUniformOptions> {
-        let is_possible = options.cells_per_triangle > 0.0
-            && options.cells_per_triangle.is_finite()
-            && (1..=64).contains(&options.macrocell);
-        if !is_possible {
-            return Err(ImpossibleUniformOptions(options));
-        }
+        options.check()?;
         self.options = options;
         Ok(())
     }
