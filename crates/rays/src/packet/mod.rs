@@ -4,9 +4,10 @@
 //! In coordinates that are sheared along the packet's middle ray, such rays are points (x, y) of a plane, and a
 //! triangle's edge functions and nearness are linear in x and y, whichever the packet has in common: that is
 //! [`Space`]. [`Planes`] holds 16 triangles so prepared, with what rounding may do to them. `nearest` and `any_hit` are
-//! what can be asked of a packet; both are a [`Query`] of one traversal.
+//! what can be asked of a packet; both are a [`Query`] of one traversal. Rays that have nothing in common are `lines`.
 
 mod any_hit;
+mod lines;
 mod mailbox;
 mod nearest;
 mod planes;
@@ -14,6 +15,7 @@ mod query;
 mod space;
 
 pub(crate) use any_hit::{AnyHit, AnyHitBlock};
+pub(crate) use lines::{LineBlock, LineFilter};
 pub(crate) use mailbox::Mailbox;
 pub(crate) use nearest::{Doubt, Nearest, NearestBlock};
 pub(crate) use planes::Planes;

@@ -128,12 +128,12 @@ impl<S: Simd> Half<S> {
     ///
     /// The bound takes 8 ε for the five, and so covers its own roundings.
     ///
-    /// A component of the normal n = e × f of differences is wrong by 24 u ρₑ ρ_f, and its product with a corner by
-    /// 3 (24 + 4 + 4 + 3) u ρₑ ρ_f r < 128 u ρₑ ρ_f r. The nearness is a quotient of those two, whose denominator is
+    /// A component of the normal, a product of differences, is wrong by 24 u ρ ρ', and its product with a corner by
+    /// 3 (24 + 4 + 4 + 3) u ρ ρ' r < 128 u ρ ρ' r. The nearness is a quotient of those two, whose denominator is
     /// wrong by 1/8 at most where the triangle is oriented.
     #[inline(always)]
     fn new(simd: S, space: &Space, triangles: Triangles<'_>, ids: &[u32]) -> Self {
-        let (corners, reach, differences, lengths) = load(simd, space, triangles, ids);
+        let Corners { corners, reach, differences, lengths } = load(simd, space, triangles, ids);
         let [half_u, half_v] = [splat(simd, space.half[0]), splat(simd, space.half[1])];
         let extent = splat(simd, 1.0 + space.half[0] + space.half[1]);
         let is_parallel = space.common == Common::Direction;
@@ -175,9 +175,9 @@ impl<S: Simd> Half<S> {
             let inverse = splat(simd, 1.0) / (a.abs() + b.abs() + middle.abs());
             let scale = inverse * side;
             (half.a[edge], half.b[edge], half.c[edge]) = (a * scale, b * scale, middle * scale);
-            half.bound = half.bound + of_corners * inverse;
+            half.bound += of_corners * inverse;
         }
-        half.bound = half.bound + splat(simd, 8.0 * HALF_ULP + space.ray_error);
+        half.bound += splat(simd, 8.0 * HALF_ULP + space.ray_error);
 
         let inverse = splat(simd, 1.0) / divisor;
         half.nearness = [normal[0] * half_u * inverse, normal[1] * half_v * inverse, constant * inverse];
@@ -201,14 +201,20 @@ impl<S: Simd> Half<S> {
     }
 }
 
-/// Sheared corners, their reach, and from the first one to the others the differences and their reach.
+/// Corners of eight triangles along u, v and w.
+struct Corners<S: Simd> {
+    corners: [Vectors<S>; 3],
+    /// The largest coordinate that each is made of.
+    reach: [f64x8<S>; 3],
+    /// From the first one to the others.
+    differences: [Vectors<S>; 2],
+    /// The reach of those.
+    lengths: [f64x8<S>; 2],
+}
+
+/// The corners of up to eight triangles.
 #[inline(always)]
-fn load<S: Simd>(
-    simd: S,
-    space: &Space,
-    triangles: Triangles<'_>,
-    ids: &[u32],
-) -> ([Vectors<S>; 3], [f64x8<S>; 3], [Vectors<S>; 2], [f64x8<S>; 2]) {
+fn load<S: Simd>(simd: S, space: &Space, triangles: Triangles<'_>, ids: &[u32]) -> Corners<S> {
     // What isn't asked for is not a number, and so nothing is certain about it.
     let mut positions = [[[f64::NAN; 8]; 3]; 3];
     for (lane, &id) in ids.iter().take(8).enumerate() {
@@ -241,7 +247,7 @@ fn load<S: Simd>(
             differences[corner - 1] = shear(space, difference);
         }
     }
-    (corners, reach, differences, lengths)
+    Corners { corners, reach, differences, lengths }
 }
 
 #[inline(always)]

@@ -96,13 +96,6 @@ pub(crate) struct Range {
 }
 
 impl Range {
-    pub(crate) const EMPTY: Self = Self { low: f64::INFINITY, high: f64::NEG_INFINITY };
-
-    #[inline(always)]
-    pub(crate) fn add(&mut self, value: f64) {
-        (self.low, self.high) = (self.low.min(value), self.high.max(value));
-    }
-
     pub(crate) fn middle(self) -> f64 {
         0.5 * (self.low + self.high)
     }

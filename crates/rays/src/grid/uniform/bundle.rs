@@ -2,7 +2,7 @@ use glam::DVec3;
 
 use super::slices::Scratch;
 use crate::grid::TileOrder;
-use crate::packet::{AnyHitBlock, Doubt, Group, LANES, NearestBlock, RayBlock};
+use crate::packet::{AnyHitBlock, Doubt, Group, LANES, NearestBlock, Range, RayBlock};
 
 /// Pixels along an edge of a packet (Wald et al. 2006, §4.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -181,7 +181,33 @@ impl Bundle {
         self.members[..self.count].iter().map(|members| members.count_ones()).sum()
     }
 
+    /// The ranges of three functions of the group's vectors, each of which is given along u, v and w.
+    ///
+    /// All lanes are looked at, so that they are handled together.
+    #[inline(always)]
+    pub(super) fn ranges(&self, of: impl Fn([f64; 3]) -> [f64; 3]) -> [Range; 3] {
+        let mut lows = [[f64::INFINITY; LANES]; 3];
+        let mut highs = [[f64::NEG_INFINITY; LANES]; 3];
+        for block in 0..self.count {
+            let members = self.members[block];
+            let [u, v, w] = self.group.axes.map(|axis| &self.vectors[block][axis]);
+            for lane in 0..LANES {
+                let values = of([u[lane], v[lane], w[lane] * self.group.sign]);
+                let is_member = members >> lane & 1 == 1;
+                for (value, (lows, highs)) in values.into_iter().zip(lows.iter_mut().zip(&mut highs)) {
+                    lows[lane] = lows[lane].min(if is_member { value } else { f64::INFINITY });
+                    highs[lane] = highs[lane].max(if is_member { value } else { f64::NEG_INFINITY });
+                }
+            }
+        }
+        std::array::from_fn(|value| Range {
+            low: lows[value].into_iter().fold(f64::INFINITY, f64::min),
+            high: highs[value].into_iter().fold(f64::NEG_INFINITY, f64::max),
+        })
+    }
+
     /// Calls `visit` with the blocks of each packet of a tile, and the places of each block that are the packet's.
+    #[inline(always)]
     pub(super) fn packets_of_tile(side: PacketSide, mut visit: impl FnMut(&[u16], u16)) {
         let along = side.blocks();
         let mut blocks = [0; MOST_BLOCKS];

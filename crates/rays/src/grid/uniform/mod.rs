@@ -3,10 +3,11 @@
 //!
 //! `lattice` says where the cells are and why nothing is missed, `build` lists triangles in them, `macrocells` marks
 //! what is empty, `trace` follows single rays. `slices` leads packets of rays through the cells, `see` those of a camera and
-//! `shadow` those of a light, in the groups that `bundle` keeps; `statistics` counts.
+//! `shadow` those of a light, in the groups that `bundle` keeps; `statistics` counts. `general` traces packets of any rays.
 
 mod build;
 mod bundle;
+mod general;
 mod lattice;
 mod macrocells;
 mod overlap;

@@ -1,11 +1,11 @@
 use std::sync::{Mutex, PoisonError};
 
 use fearless_simd::{Simd, dispatch};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::UniformGrid;
-use super::bundle::{Bundle, Worker, lanes_of};
+use super::bundle::{Bundle, Worker};
 use super::statistics::UniformCounts;
 use crate::grid::light::survey::CameraRays;
 use crate::grid::{Mask, SeenImage, SeenPixels, TileOrder};
@@ -170,31 +170,26 @@ impl CameraTrace<'_> {
         self.settle(worker, &space, first);
     }
 
-    /// The space of rays from the camera. A direction differs from the predicate's by 14 roundings of the largest one.
+    /// The space of rays from the camera, and how far their directions go along the major axis. A direction differs from the predicate's by 14 roundings of the largest one.
+    #[inline(always)]
     fn fan(&self, bundle: &Bundle, group: Group) -> (Space, Range) {
-        let (mut slopes, mut ways) = ([Range::EMPTY; 2], Range::EMPTY);
-        for (block, lane) in bundle.members() {
-            let [u, v, w] = group.turned(bundle.vector(block, lane));
-            slopes[0].add(u / w);
-            slopes[1].add(v / w);
-            ways.add(w);
-        }
+        let [u, v, ways] = bundle.ranges(|[u, v, w]| [u / w, v / w, w]);
+        let slopes = [u, v];
         // Slopes are four at most, so that numerator, denominator and quotient make five of them and a half.
         let error = 96.0 * ROUNDING * self.rays.largest_direction / ways.low;
         (Space::of_origin(group, self.rays.position, self.unit, slopes, error), ways)
     }
 
     /// The space of rays along the camera's direction, and from where to where along it they start.
+    #[inline(always)]
     fn column(&self, bundle: &Bundle, group: Group) -> (Space, Range) {
         let direction = self.rays.forward;
         let slope = Space::slope_of(group, direction);
-        let (mut places, mut ways) = ([Range::EMPTY; 2], Range::EMPTY);
-        for (block, lane) in bundle.members() {
-            let [u, v, w] = group.turned(bundle.vector(block, lane) * self.unit);
-            places[0].add(u - slope[0] * w);
-            places[1].add(v - slope[1] * w);
-            ways.add(w);
-        }
+        let [u, v, ways] = bundle.ranges(|vector| {
+            let [u, v, w] = vector.map(|coordinate| coordinate * self.unit);
+            [u - slope[0] * w, v - slope[1] * w, w]
+        });
+        let places = [u, v];
         let error = 64.0 * ROUNDING * self.rays.largest_origin * self.unit;
         (Space::of_direction(group, direction, self.rays.position, self.unit, places, error), ways)
     }
@@ -282,23 +277,22 @@ impl CameraTrace<'_> {
 /// Writes where the members of a group are in the packet's space.
 #[inline(always)]
 pub(super) fn place_rays(bundle: &Bundle, space: &Space, rays: &mut [RayBlock]) {
-    let group = bundle.group;
     for (block, rays) in rays[..bundle.count].iter_mut().enumerate() {
         rays.members = bundle.members[block];
-        (rays.x, rays.y) = ([0.0; LANES], [0.0; LANES]);
-        for lane in lanes_of(rays.members) {
-            let vector: DVec3 = bundle.vector(block, lane);
+        let [u, v, w] = bundle.group.axes.map(|axis| &bundle.vectors[block][axis]);
+        // All lanes, so that they are handled together.
+        for lane in 0..LANES {
+            let w = w[lane] * bundle.group.sign;
             let ray = match space.common {
-                Common::Origin => {
-                    let [u, v, w] = group.turned(vector);
-                    [u / w, v / w]
-                }
+                Common::Origin => [u[lane] / w, v[lane] / w],
                 Common::Direction => {
-                    let [u, v, w] = group.turned(vector * space.unit);
+                    let [u, v, w] = [u[lane], v[lane], w].map(|coordinate| coordinate * space.unit);
                     [u - space.slope[0] * w, v - space.slope[1] * w]
                 }
             };
-            [rays.x[lane], rays.y[lane]] = space.place(ray);
+            let place = space.place(ray);
+            let is_member = rays.members >> lane & 1 == 1;
+            (rays.x[lane], rays.y[lane]) = if is_member { (place[0], place[1]) } else { (0.0, 0.0) };
         }
     }
 }

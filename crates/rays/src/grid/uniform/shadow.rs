@@ -185,7 +185,7 @@ impl LightTrace<'_> {
         } else {
             None
         };
-        match packet.filter(|packet| packet.is_usable()) {
+        match packet.filter(Packet::is_usable) {
             Some(packet) => self.trace_packet(simd, worker, first, &packet),
             None => {
                 for (block, lane) in bundle.members() {
@@ -221,16 +221,10 @@ impl LightTrace<'_> {
     }
 
     /// The space of rays from a light to the group's points.
+    #[inline(always)]
     fn fan(&self, bundle: &Bundle) -> Packet {
-        let (mut slopes, mut ways, mut errors) = ([Range::EMPTY; 2], Range::EMPTY, Errors::default());
-        for (block, lane) in bundle.members() {
-            let vector = bundle.vector(block, lane);
-            let [u, v, w] = bundle.group.turned(vector);
-            slopes[0].add(u / w);
-            slopes[1].add(v / w);
-            ways.add(w);
-            errors.add(bundle, (block, lane), vector);
-        }
+        let [u, v, ways] = bundle.ranges(|[u, v, w]| [u / w, v / w, w]);
+        let (slopes, errors) = ([u, v], Errors::of(bundle));
         // Slopes are four at most, so that they are wrong by five times the error, relative to w, and a few roundings.
         let relative = errors.of_points / ways.low;
         let space = Space::of_origin(bundle.group, self.origin, self.unit, slopes, 5.5 * relative + 32.0 * ROUNDING);
@@ -241,21 +235,15 @@ impl LightTrace<'_> {
     }
 
     /// The space of rays along a light's direction to the group's points.
+    #[inline(always)]
     fn column(&self, bundle: &Bundle, direction: DVec3) -> Packet {
         let slope = Space::slope_of(bundle.group, direction);
-        let (mut places, mut ways, mut errors) = ([Range::EMPTY; 2], Range::EMPTY, Errors::default());
-        for (block, lane) in bundle.members() {
-            let vector = bundle.vector(block, lane);
-            let [u, v, w] = bundle.group.turned(vector);
-            places[0].add((u - slope[0] * w) * self.unit);
-            places[1].add((v - slope[1] * w) * self.unit);
-            ways.add(w);
-            errors.add(bundle, (block, lane), vector);
-        }
+        let unit = self.unit;
+        let [u, v, ways] = bundle.ranges(|[u, v, w]| [(u - slope[0] * w) * unit, (v - slope[1] * w) * unit, w]);
+        let (places, errors) = ([u, v], Errors::of(bundle));
         // Slopes are one at most.
         let error = (2.0 * errors.of_points + 8.0 * ROUNDING * errors.reach) * self.unit;
-        let Self { origin, unit, .. } = *self;
-        let space = Space::of_direction(bundle.group, direction, origin, unit, places, error);
+        let space = Space::of_direction(bundle.group, direction, self.origin, unit, places, error);
         let farthest = ways.low.abs().max(ways.high.abs());
         let limit_error = (1.1 * errors.of_points + 4.0 * f64::from(f32::EPSILON) * farthest) * self.unit;
         self.packet(space, &errors, ways, [f64::NEG_INFINITY, ways.high], limit_error)
@@ -307,10 +295,14 @@ struct Errors {
 }
 
 impl Errors {
-    fn add(&mut self, bundle: &Bundle, (block, lane): (usize, usize), vector: DVec3) {
-        self.of_points = self.of_points.max(bundle.errors[block][lane]);
-        self.of_predicate = self.of_predicate.max(bundle.predicate_errors[block][lane]);
-        self.reach = self.reach.max(vector.abs().max_element());
+    fn of(bundle: &Bundle) -> Self {
+        let mut errors = Self::default();
+        for (block, lane) in bundle.members() {
+            errors.of_points = errors.of_points.max(bundle.errors[block][lane]);
+            errors.of_predicate = errors.of_predicate.max(bundle.predicate_errors[block][lane]);
+            errors.reach = errors.reach.max(bundle.vector(block, lane).abs().max_element());
+        }
+        errors
     }
 }
 

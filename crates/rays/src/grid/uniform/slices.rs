@@ -9,6 +9,50 @@ use super::statistics::Statistics;
 use crate::Triangles;
 use crate::packet::{Common, LANES, Mailbox, Planes, Query, Space};
 
+/// What tests the triangles that a packet comes across.
+pub(super) trait Visitor {
+    /// Whether nothing matters any more that rays reach at `way` cells along the major axis, or later.
+    fn is_done(&self, way: f64) -> bool;
+
+    /// Tests up to 16 triangles.
+    fn test<S: Simd>(&mut self, simd: S, ids: &[u32], planes: &mut Planes, statistics: &mut Statistics);
+}
+
+/// The visitor for rays that have an origin or a direction in common.
+struct Coherent<'a, Q> {
+    space: &'a Space,
+    triangles: Triangles<'a>,
+    /// The space's unit for each cell.
+    scale: f64,
+    query: &'a mut Q,
+}
+
+impl<Q: Query> Visitor for Coherent<'_, Q> {
+    #[inline(always)]
+    fn is_done(&self, way: f64) -> bool {
+        let (w, least) = (way * self.scale, f64::from(self.query.least_nearness()));
+        match self.space.common {
+            Common::Origin => w > 0.0 && least * w > 1.0 + 1e-6,
+            Common::Direction => least > -w + 1e-9 * w.abs(),
+        }
+    }
+
+    /// Leaves out triangles outside of the frustum and those behind what was hit.
+    #[inline(always)]
+    fn test<S: Simd>(&mut self, simd: S, ids: &[u32], planes: &mut Planes, statistics: &mut Statistics) {
+        planes.set_up(simd, self.space, self.triangles, ids);
+        let all = (1_u64 << ids.len()) - 1;
+        let inside = all & !planes.missed;
+        let mut lanes = planes.reaching(simd, inside, self.query.least_nearness());
+        statistics.tested(all, inside, lanes);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % LANES;
+            lanes &= lanes - 1;
+            self.query.test(simd, planes, lane, ids[lane]);
+        }
+    }
+}
+
 /// What one packet after the other is traced with.
 #[derive(Default)]
 pub(super) struct Scratch {
@@ -25,19 +69,19 @@ pub(super) struct Scratch {
 /// A box is (lowest u, −highest u, lowest v, −highest v), so that one addition brings it to the next slice, and the
 /// minimum of two boxes holds both (Wald et al. 2006, §2.2).
 #[derive(Clone, Copy, Debug)]
-struct Beam {
-    base: [f64; 4],
-    rate: [f64; 4],
-    axes: [usize; 3],
-    sign: f64,
+pub(super) struct Beam {
+    pub(super) base: [f64; 4],
+    pub(super) rate: [f64; 4],
+    pub(super) axes: [usize; 3],
+    pub(super) sign: f64,
     /// Where w is zero on the major axis.
-    start: f64,
+    pub(super) start: f64,
     /// What the box is grown by, and slices' w may be off by.
     ///
     /// Cell coordinates of the origin, products with slopes and up to 2¹² additions are wrong by 2⁻⁴⁰ of the largest
     /// number that they are made of; to this comes the doubt that the lattice allows for. Slopes and places of all rays
     /// are inside the packet's extent, which counts their own errors.
-    slack: f64,
+    pub(super) slack: f64,
 }
 
 impl Beam {
@@ -78,7 +122,7 @@ impl Beam {
     }
 
     /// The w at which slice 0 in the order of travel is entered.
-    fn first(&self, cells: u32) -> f64 {
+    pub(super) fn first(&self, cells: u32) -> f64 {
         if self.sign > 0.0 { -self.start } else { self.start - f64::from(cells) }
     }
 }
@@ -111,8 +155,6 @@ fn sum(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
 struct Walk<'a> {
     grid: &'a UniformGrid,
     lattice: Lattice,
-    triangles: Triangles<'a>,
-    space: &'a Space,
     beam: Beam,
     /// Cells along u, v and w.
     cells: [u32; 3],
@@ -137,16 +179,30 @@ impl UniformGrid {
     ) {
         let Some(lattice) = self.lattice else { return };
         let beam = Beam::new(&lattice, space);
+        let scale = space.unit * lattice.side;
+        let within = within.map(|w| w * (1.0 / scale));
+        self.visit_beam(simd, beam, within, scratch, &mut Coherent { space, triangles, scale, query });
+    }
+
+    /// Has `visitor` test the triangles in all cells that a beam overlaps from one w to another, in cells.
+    #[inline(always)]
+    pub(super) fn visit_beam<S: Simd, V: Visitor>(
+        &self,
+        simd: S,
+        beam: Beam,
+        within: [f64; 2],
+        scratch: &mut Scratch,
+        visitor: &mut V,
+    ) {
+        let Some(lattice) = self.lattice else { return };
         let cells = beam.axes.map(|axis| lattice.cells[axis]);
-        let scale = 1.0 / (space.unit * lattice.side);
         let first = beam.first(cells[2]);
-        let within = within.map(|w| w * scale);
-        let walk = Walk { grid: self, lattice, triangles, space, beam, cells, within, first };
+        let walk = Walk { grid: self, lattice, beam, cells, within, first };
         scratch.mailbox.clear();
         scratch.count = 0;
         scratch.statistics.packet();
-        let _ = walk.run(simd, scratch, query);
-        walk.test_waiting(simd, scratch, query);
+        let _ = walk.run(simd, scratch, visitor);
+        walk.test_waiting(simd, scratch, visitor);
     }
 }
 
@@ -186,7 +242,7 @@ impl Walk<'_> {
     }
 
     #[inline(always)]
-    fn run<S: Simd, Q: Query>(&self, simd: S, scratch: &mut Scratch, query: &mut Q) -> ControlFlow<()> {
+    fn run<S: Simd, V: Visitor>(&self, simd: S, scratch: &mut Scratch, visitor: &mut V) -> ControlFlow<()> {
         let Some([mut slice, last]) = self.slices() else { return ControlFlow::Continue(()) };
         while slice <= last {
             let (_, left) = self.layer(slice);
@@ -196,10 +252,10 @@ impl Walk<'_> {
             if self.is_occupied(union(near, far), slice) {
                 let mut next = self.beam.at(self.enter(slice + 1));
                 for slice in slice..end {
-                    if self.is_behind(slice, f64::from(query.least_nearness())) {
+                    if visitor.is_done(self.enter(slice) - 2.0 * self.beam.slack) {
                         return ControlFlow::Break(());
                     }
-                    self.visit_slice(simd, union(near, next), slice, scratch, query);
+                    self.visit_slice(simd, union(near, next), slice, scratch, visitor);
                     near = next;
                     next = sum(next, self.beam.rate);
                 }
@@ -207,16 +263,6 @@ impl Walk<'_> {
             slice = end;
         }
         ControlFlow::Continue(())
-    }
-
-    /// Whether whatever is in a slice, and behind it, is farther away than `least`.
-    #[inline(always)]
-    fn is_behind(&self, slice: u32, least: f64) -> bool {
-        let w = (self.enter(slice) - 2.0 * self.beam.slack) * (self.space.unit * self.lattice.side);
-        match self.space.common {
-            Common::Origin => w > 0.0 && least * w > 1.0 + 1e-6,
-            Common::Direction => least > -w + 1e-9 * w.abs(),
-        }
     }
 
     /// Whether some macrocell of a slice's layer that a box overlaps holds triangles.
@@ -239,13 +285,13 @@ impl Walk<'_> {
 
     /// Tests what is in the cells of a slice that a box overlaps.
     #[inline(always)]
-    fn visit_slice<S: Simd, Q: Query>(
+    fn visit_slice<S: Simd, V: Visitor>(
         &self,
         simd: S,
         bounds: [f64; 4],
         slice: u32,
         scratch: &mut Scratch,
-        query: &mut Q,
+        visitor: &mut V,
     ) {
         let cells = [self.cells[0], self.cells[1]];
         let Some([columns, rows]) = overlapped(bounds, self.beam.slack, cells) else { return };
@@ -259,23 +305,23 @@ impl Walk<'_> {
             scratch.statistics.cells(columns[1] - columns[0] + 1);
             if u == 0 {
                 // Next to each other in memory.
-                self.list(simd, first, first + (columns[1] - columns[0]) as usize, scratch, query);
+                self.list(simd, first, first + (columns[1] - columns[0]) as usize, scratch, visitor);
             } else {
                 let stride = self.lattice.cells.x as usize;
                 for column in 0..=(columns[1] - columns[0]) as usize {
-                    self.list(simd, first + column * stride, first + column * stride, scratch, query);
+                    self.list(simd, first + column * stride, first + column * stride, scratch, visitor);
                 }
             }
         }
         // A few more may come with the next slice, but hits end the walk early.
         if scratch.count >= LANES / 2 {
-            self.test_waiting(simd, scratch, query);
+            self.test_waiting(simd, scratch, visitor);
         }
     }
 
     /// Lets the triangles of some cells in a row wait for their test, but for those that were tested before.
     #[inline(always)]
-    fn list<S: Simd, Q: Query>(&self, simd: S, first: usize, last: usize, scratch: &mut Scratch, query: &mut Q) {
+    fn list<S: Simd, V: Visitor>(&self, simd: S, first: usize, last: usize, scratch: &mut Scratch, visitor: &mut V) {
         for id in self.grid.listed(first, last) {
             let id = id.load(Relaxed);
             if !scratch.mailbox.is_new(id) {
@@ -285,37 +331,21 @@ impl Walk<'_> {
             scratch.waiting[scratch.count] = id;
             scratch.count += 1;
             if scratch.count == LANES {
-                self.test_waiting(simd, scratch, query);
+                self.test_waiting(simd, scratch, visitor);
             }
         }
     }
 
     /// Tests the triangles that wait. Not inlined, since it is long and called from several places.
     #[inline(never)]
-    fn test_waiting<S: Simd, Q: Query>(&self, simd: S, scratch: &mut Scratch, query: &mut Q) {
-        simd.vectorize(
-            #[inline(always)]
-            || self.test_batch(simd, scratch, query),
-        );
-    }
-
-    /// Tests the triangles that wait, but for those outside of the frustum and those behind what was hit.
-    #[inline(always)]
-    fn test_batch<S: Simd, Q: Query>(&self, simd: S, scratch: &mut Scratch, query: &mut Q) {
+    fn test_waiting<S: Simd, V: Visitor>(&self, simd: S, scratch: &mut Scratch, visitor: &mut V) {
         let Scratch { planes, waiting, count, statistics, .. } = scratch;
         let ids = &waiting[..std::mem::take(count)];
-        if ids.is_empty() {
-            return;
-        }
-        planes.set_up(simd, self.space, self.triangles, ids);
-        let all = (1_u64 << ids.len()) - 1;
-        let inside = all & !planes.missed;
-        let mut lanes = planes.reaching(simd, inside, query.least_nearness());
-        statistics.tested(all, inside, lanes);
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize % LANES;
-            lanes &= lanes - 1;
-            query.test(simd, planes, lane, ids[lane]);
+        if !ids.is_empty() {
+            simd.vectorize(
+                #[inline(always)]
+                || visitor.test(simd, ids, planes, statistics),
+            );
         }
     }
 }
