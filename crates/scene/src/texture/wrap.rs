@@ -31,7 +31,7 @@ impl Wrap {
             let whole = towards_zero - i32::from(value < towards_zero as f32);
             (whole, value - whole as f32)
         } else {
-            (self.brought_near(value, side) as i32, value - value)
+            (self.brought_near(value, side) as i32, if value.is_finite() { 0.0 } else { f32::NAN })
         }
     }
 
