@@ -11,6 +11,7 @@ mod grid;
 mod light;
 pub mod predicate;
 mod ray;
+pub mod triangle;
 mod triangles;
 
 pub use bounds::Bounds;
