@@ -539,6 +539,10 @@ fn validation_finds_what_is_wrong_with_fans() {
     let mut moved = mesh.clone();
     moved.positions[20] += Vec3::X;
     assert!(fans.validate(moved.triangles()).unwrap_err().contains("other corners"));
+    // The edges are the same, the centres aren't.
+    let floor = Mesh::floor(4, 2.0);
+    let aside = floor.moved(1.0, Vec3::X);
+    assert!(Fans::new(floor.triangles()).validate(aside.triangles()).unwrap_err().contains("other corners"));
     let mut turned = mesh.clone();
     turned.indices[30].swap(0, 1);
     assert!(fans.validate(turned.triangles()).unwrap_err().contains("other corners"));
