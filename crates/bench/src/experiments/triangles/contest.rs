@@ -44,6 +44,10 @@ pub(super) struct Costs {
     pub(super) rate: f64,
     pub(super) hit_rate: f64,
     pub(super) miss_rate: f64,
+    /// Tests over those of other tests, which need one for each pair's triangle only.
+    pub(super) more_tests: f64,
+    /// The rate over that of the first test for as many rays from anywhere, in the same round.
+    pub(super) speedup: f64,
 }
 
 /// A test with what it has measured.
@@ -201,11 +205,19 @@ impl<'a> Contest<'a> {
         let count = self.triangles.len() as f64;
         self.contestants.sort_by_key(|contestant| contestant.rays as u8);
         let costs = self.contestants.iter().map(|contestant| {
-            let median = |part: usize| median(contestant.seconds.iter().map(|seconds| seconds[part]));
-            let rate = |list: usize| 1e-6 * contestant.tests[list] / median(list + 1);
             let Contestant { name, rays, bytes, .. } = *contestant;
+            let median_of = |part: usize| median(contestant.seconds.iter().map(|seconds| seconds[part]));
+            let rate = |list: usize| 1e-6 * contestant.tests[list] / median_of(list + 1);
+            // What else the machine does changes from round to round, but less within one.
+            let is_one = |other: &&Contestant<'_>| (other.rays == Rays::One) == (rays == Rays::One);
+            let first = self.contestants.iter().find(is_one).unwrap_or(contestant);
+            let rounds = contestant.seconds.iter().zip(&first.seconds);
+            let seconds_ratio = median(rounds.map(|(seconds, first)| first[1] / seconds[1]));
+            let more_tests = contestant.tests[0] / first.tests[0];
+            let speedup = seconds_ratio * more_tests;
             let (rate, hit_rate, miss_rate) = (rate(0), rate(1), rate(2));
-            Costs { name, rays, bytes, prepare_ns: 1e9 * median(0) / count, rate, hit_rate, miss_rate }
+            let prepare_ns = 1e9 * median_of(0) / count;
+            Costs { name, rays, bytes, prepare_ns, rate, hit_rate, miss_rate, more_tests, speedup }
         });
         costs.collect()
     }
