@@ -43,9 +43,14 @@ impl ExperimentFlags {
 
     /// Writes the chart, if one is wanted.
     pub(crate) fn draw(&self, svg: impl FnOnce() -> String) -> Result<()> {
-        let Some(path) = &self.plot else { return Ok(()) };
-        std::fs::write(path, svg()).with_context(|| format!("could not write {}", path.display()))
+        draw(self.plot.as_ref(), svg)
     }
+}
+
+/// Writes a chart to `path`, if there is one.
+pub(crate) fn draw(path: Option<&PathBuf>, svg: impl FnOnce() -> String) -> Result<()> {
+    let Some(path) = path else { return Ok(()) };
+    std::fs::write(path, svg()).with_context(|| format!("could not write {}", path.display()))
 }
 
 /// Makes everything work on as many threads; `None` for one for each core.

@@ -57,6 +57,8 @@ enum Command {
     Mapping(experiments::MappingFlags),
     /// Sizes of the camera grid's cells
     Cells(experiments::CellsFlags),
+    /// Ray-triangle tests of the literature: how many a second, beside the ratios that their papers report
+    Triangles(experiments::TrianglesFlags),
     /// How many pictures a second the window plays, and what the interface adds to each
     #[cfg(feature = "view")]
     Window(window::WindowFlags),
@@ -86,6 +88,7 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::Growth(flags) => flags.run(),
         Command::Mapping(flags) => flags.run(),
         Command::Cells(flags) => flags.run(),
+        Command::Triangles(flags) => flags.run(),
     }
 }
 

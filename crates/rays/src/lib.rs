@@ -12,6 +12,7 @@ mod light;
 mod packet;
 pub mod predicate;
 mod ray;
+pub mod triangle;
 mod triangles;
 
 pub use bounds::Bounds;

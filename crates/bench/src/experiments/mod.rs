@@ -1,4 +1,4 @@
-//! The experiments of Guntury and Narayanan 2010, one a file, each a table and a chart.
+//! The experiments of Guntury and Narayanan 2010, and others of the literature, one a file, each a table and a chart.
 
 mod breakdown;
 mod cells;
@@ -7,6 +7,7 @@ mod growth;
 mod mapping;
 mod sweep;
 mod table1;
+mod triangles;
 
 pub(crate) use breakdown::BreakdownFlags;
 pub(crate) use cells::CellsFlags;
@@ -14,3 +15,4 @@ pub(crate) use distance::DistanceFlags;
 pub(crate) use growth::GrowthFlags;
 pub(crate) use mapping::MappingFlags;
 pub(crate) use table1::Table1Flags;
+pub(crate) use triangles::TrianglesFlags;

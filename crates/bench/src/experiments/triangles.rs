@@ -1,0 +1,154 @@
+//! Ray–triangle tests of the literature, side by side (Rahikainen 2013, §2.1).
+
+mod bins;
+mod contest;
+mod pairs;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use umbrage::Scene;
+use umbrage::rays::triangle::{
+    Badouel, BadouelBundle, HavelHerout, KenslerShirley, MollerTrumbore, MollerTrumboreBundle, Plucker, PluckerBundle,
+    Shevtsov,
+};
+use umbrage::rays::{Projection, SimdLevel};
+use umbrage::scene::Frame;
+
+use crate::flags::{draw, size};
+use crate::plot::{Bar, BarChart};
+use crate::shot::{Lights, Shot, name, short_name};
+use crate::table::{Cell, Form, Table};
+use contest::{Contest, Costs};
+use pairs::Pairs;
+
+#[derive(Args, Debug)]
+pub(crate) struct TrianglesFlags {
+    /// Files, sequences or demo:NAME
+    #[arg(default_values = ["demo:cloth", "demo:hall"])]
+    scenes: Vec<String>,
+    /// Width and height of the image whose rays are taken, in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
+    size: [u32; 2],
+    /// How often all tests are run in turn; once more comes first and doesn't count
+    #[arg(long, value_name = "N", default_value = "15", value_parser = clap::value_parser!(u32).range(1..))]
+    rounds: u32,
+    /// SIMD instructions for sixteen rays: sse2, sse4.2, avx2 or avx512 [default: the widest]
+    #[arg(long, value_name = "LEVEL")]
+    simd: Option<SimdLevel>,
+    /// How the results are written
+    #[arg(long, value_enum, default_value = "table")]
+    form: Form,
+    /// Draw them as well
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+}
+
+const COLUMNS: &[(&str, usize)] = &[
+    ("scene", 14),
+    ("rays", 9),
+    ("test", 26),
+    ("bytes_triangle", 14),
+    ("prepare_ns", 10),
+    ("all_mtests", 10),
+    ("hits_mtests", 11),
+    ("misses_mtests", 13),
+    ("more_tests", 10),
+    ("speedup", 7),
+    ("reported_speedup", 58),
+];
+
+/// What the columns are.
+const NOTES: [&str; 4] = [
+    "Pairs are what one ray of 4x4 tests on its way through a uniform grid, each triangle once; sixteen rays are all",
+    "of the 4x4, and their hits are triangles that any of them hits. A fan's tests are all of its triangles: more_tests",
+    "times those of the pairs alone. Speedups are over Möller and Trumbore's test of all pairs for as many rays,",
+    "medians over rounds. Triangles are prepared first, apart, and read from caches as far as they fit.",
+];
+
+/// What papers report of a test in relation to Möller and Trumbore's, as the thesis cites it.
+const REPORTED: [(&str, &str); 6] = [
+    ("Badouel (Wald)", "2.1-2.3 eye, 1.9-2.0 shadow (Wald 04); 1.003 (Komatsu 08)"),
+    ("Plücker", "1.025 (Komatsu 08); 1.2 over Badouel (Benthin 06)"),
+    ("Shevtsov et al.", "among the three fastest (Rahikainen 13), no ratio"),
+    ("Havel–Herout", "fastest in general (Rahikainen 13), no ratio"),
+    ("Kensler–Shirley", "1.72-2.16 (Kensler and Shirley 06)"),
+    ("Galin–Akkouche", "nearly 1.4 (Galin and Akkouche 05)"),
+];
+
+impl TrianglesFlags {
+    /// Measures, prints and draws.
+    pub(crate) fn run(&self) -> Result<()> {
+        let (simd, rounds) = (self.simd.unwrap_or_default(), self.rounds);
+        let conditions = format!(
+            "{simd} for sixteen rays, one thread, medians of {rounds} rounds, in million tests of one ray a second"
+        );
+        let mut table = Table::start(self.form, &conditions, COLUMNS)?;
+        let mut bars = Vec::new();
+        for address in &self.scenes {
+            let costs = self.measure(address, &table).with_context(|| format!("scene {address}"))?;
+            for test in &costs {
+                table.push(&row(name(address), test))?;
+                let title = format!("{}, {}, {}", short_name(address), test.rays, test.name);
+                bars.push(Bar { name: title, heights: vec![test.speedup] });
+            }
+        }
+        NOTES.iter().try_for_each(|note| table.note(note))?;
+        table.finish()?;
+        draw(self.plot.as_ref(), || {
+            let parts = vec!["all pairs".to_owned()];
+            BarChart { title: "Triangle tests", y_title: "speedup over Möller–Trumbore", parts, bars }.svg()
+        })
+    }
+
+    fn measure(&self, address: &str, table: &Table) -> Result<Vec<Costs>> {
+        let scene = Scene::open(address)?;
+        let mut frame = Frame::default();
+        scene.pose(0.5 * scene.duration_seconds(), &mut frame)?;
+        let shot = Shot::new(&frame, address, self.size, 1, Lights::First);
+        let is_perspective = matches!(shot.view.camera.projection, Projection::Perspective { .. });
+        ensure!(is_perspective, "rays share no origin: the camera is orthographic");
+        let pairs = Pairs::new(frame.triangles(), &shot.view)?;
+        let shares =
+            [&pairs.single, &pairs.sixteen].map(|lists| 100.0 * lists.hits.len() as f64 / lists.all.len() as f64);
+        let (count, blocks) = (pairs.single.all.len(), pairs.blocks.len());
+        table.note(&format!(
+            "{}: {count} pairs of {blocks} rays or groups; hits {:.1} % for one ray, {:.1} % for sixteen",
+            name(address),
+            shares[0],
+            shares[1]
+        ))?;
+
+        let mut contest = Contest::new(frame.triangles(), &pairs, self.simd.unwrap_or_default());
+        contest.add::<MollerTrumbore>();
+        contest.add::<KenslerShirley>();
+        contest.add::<Badouel>();
+        contest.add::<Plucker>();
+        contest.add::<Shevtsov>();
+        contest.add::<HavelHerout>();
+        contest.add_fans();
+        contest.add_bundle::<MollerTrumboreBundle>();
+        contest.add_bundle::<BadouelBundle>();
+        contest.add_bundle::<PluckerBundle>();
+        Ok(contest.run(self.rounds))
+    }
+}
+
+fn row(scene: &str, test: &Costs) -> Vec<Cell> {
+    let reported =
+        REPORTED.iter().find(|(name, _)| *name == test.name).map_or(Cell::Nothing, |(_, text)| (*text).into());
+    vec![
+        scene.into(),
+        Cell::Text(test.rays.to_string()),
+        test.name.into(),
+        Cell::Number(test.bytes, 1),
+        Cell::Number(test.prepare_ns, 1),
+        Cell::Number(test.rate, 1),
+        Cell::Number(test.hit_rate, 1),
+        Cell::Number(test.miss_rate, 1),
+        Cell::Number(test.more_tests, 2),
+        Cell::Number(test.speedup, 2),
+        reported,
+    ]
+}

@@ -1,0 +1,83 @@
+//! Rays and the triangles that a structure would test them against.
+
+use anyhow::{Result, ensure};
+use umbrage::rays::predicate;
+use umbrage::rays::{Ray, Triangles, View};
+
+use super::bins::Bins;
+
+/// About as many groups of rays are taken from an image.
+const BLOCKS: u32 = 4096;
+/// Pixels a side of a group.
+const SIDE: u32 = 4;
+/// The ray of a group that stands for it.
+pub(super) const SINGLE: usize = 5;
+
+/// A group of rays and a triangle, or a fan, by their places.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pair {
+    pub(super) block: u32,
+    pub(super) target: u32,
+}
+
+/// Pairs in the order of a traversal: all, and apart those that hit and those that miss.
+#[derive(Debug, Default)]
+pub(super) struct Lists {
+    pub(super) all: Vec<Pair>,
+    pub(super) hits: Vec<Pair>,
+    pub(super) misses: Vec<Pair>,
+}
+
+impl Lists {
+    pub(super) fn new(pairs: impl Iterator<Item = Pair>, is_hit: impl Fn(&Pair) -> bool) -> Self {
+        let all: Vec<Pair> = pairs.collect();
+        let (hits, misses) = all.iter().partition(|pair| is_hit(pair));
+        Self { all, hits, misses }
+    }
+}
+
+/// What all tests are given.
+#[derive(Debug)]
+pub(super) struct Pairs {
+    /// Sixteen rays each.
+    pub(super) blocks: Vec<[Ray; 16]>,
+    pub(super) single: Lists,
+    pub(super) sixteen: Lists,
+}
+
+impl Pairs {
+    pub(super) fn new(triangles: Triangles<'_>, view: &View) -> Result<Self> {
+        let (columns, rows) = (view.width / SIDE, view.height / SIDE);
+        ensure!(columns > 0 && rows > 0, "the image is smaller than {SIDE}x{SIDE} pixels");
+        let stride = (columns * rows).div_ceil(BLOCKS);
+        let block = |place: u32| {
+            let (x, y) = (place % columns * SIDE, place / columns * SIDE);
+            let ray = |lane: u32| view.ray(f64::from(x + lane % SIDE) + 0.5, f64::from(y + lane / SIDE) + 0.5);
+            std::array::from_fn(|lane| ray(lane as u32))
+        };
+        // An odd stride spreads them over all columns.
+        let blocks: Vec<[Ray; 16]> = (0..columns * rows).step_by((stride | 1) as usize).map(block).collect();
+
+        let bins = Bins::new(triangles, triangles.bounds());
+        let mut pairs = Vec::new();
+        // The group that last met a triangle, so that each meets it once.
+        let mut met = vec![u32::MAX; triangles.len()];
+        for (block, rays) in (0..).zip(&blocks) {
+            let mut nearest = f64::INFINITY;
+            bins.walk(&rays[SINGLE], |ids, leave| {
+                for &id in ids.iter().filter(|&&id| std::mem::replace(&mut met[id as usize], block) != block) {
+                    pairs.push(Pair { block, target: id });
+                    let hit = predicate::hit(&rays[SINGLE], triangles, id);
+                    nearest = hit.map_or(nearest, |hit| nearest.min(hit.t));
+                }
+                nearest <= leave
+            });
+        }
+        ensure!(!pairs.is_empty(), "no ray comes near a triangle");
+        let is_hit = |ray: &Ray, pair: &Pair| predicate::hit(ray, triangles, pair.target).is_some();
+        let single = Lists::new(pairs.iter().copied(), |pair| is_hit(&blocks[pair.block as usize][SINGLE], pair));
+        let sixteen =
+            Lists::new(pairs.iter().copied(), |pair| blocks[pair.block as usize].iter().any(|ray| is_hit(ray, pair)));
+        Ok(Self { blocks, single, sixteen })
+    }
+}
