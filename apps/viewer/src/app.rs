@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use umbrage::Scene;
 use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
 
-use crate::canvas::Canvas;
+use crate::canvas::{Canvas, Pixels};
 use crate::choices::{Choices, EngineChoice, Resolution};
 use crate::focus::Focus;
 use crate::free_camera::FreeCamera;
@@ -293,7 +293,7 @@ impl App {
         self.open = Some(OpenScene { address, options, scene, number });
     }
 
-    fn replace_picture(&mut self, context: &egui::Context, picture: Picture) {
+    fn replace_picture(&mut self, context: &egui::Context, mut picture: Picture) {
         // Not one of a scene that has been replaced since.
         if self.in_flight != Some(picture.number) {
             return;
@@ -309,7 +309,8 @@ impl App {
             .light_grid
             .as_ref()
             .map(|grid| context.load_texture("light grid", image(grid.tints.clone()), egui::TextureOptions::NEAREST));
-        let Some(texture) = self.canvas.show(context, size, &picture.pixels) else {
+        let Some(texture) = self.canvas.show(context, size, std::mem::replace(&mut picture.pixels, Pixels::Shown))
+        else {
             return self.notices.error("the picture is on a device that this window doesn't draw with".to_owned());
         };
         self.lights.follow(&picture.lights);

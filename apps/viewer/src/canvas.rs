@@ -10,6 +10,8 @@ pub(crate) enum Pixels {
     Copied(Vec<Color32>),
     /// A texture of the device that the window draws with, sRGB-encoded but not marked so, as egui takes it.
     OnDevice(wgpu::Texture),
+    /// The canvas has them.
+    Shown,
 }
 
 /// Textures that the window draws, in memory that is used again.
@@ -29,10 +31,11 @@ impl Canvas {
     /// Takes over a picture. What the window draws it from, until there is another.
     ///
     /// `None` where a picture is on a device that the window doesn't draw with.
-    pub(crate) fn show(&mut self, context: &Context, size: [usize; 2], pixels: &Pixels) -> Option<TextureId> {
+    pub(crate) fn show(&mut self, context: &Context, size: [usize; 2], pixels: Pixels) -> Option<TextureId> {
         match pixels {
-            Pixels::Copied(pixels) => Some(self.show_copied(context, ColorImage::new(size, pixels.clone()))),
-            Pixels::OnDevice(texture) => self.show_on_device(texture),
+            Pixels::Copied(pixels) => Some(self.show_copied(context, ColorImage::new(size, pixels))),
+            Pixels::OnDevice(texture) => self.show_on_device(&texture),
+            Pixels::Shown => self.copied.as_ref().map(TextureHandle::id),
         }
     }
 

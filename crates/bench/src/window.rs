@@ -32,6 +32,9 @@ pub(crate) struct WindowFlags {
 /// Long enough for any picture.
 const A_HANG: Duration = Duration::from_secs(120);
 
+/// The screen that isn't there shows 60 pictures a second. Without it the interface would take a core from the renderer.
+const REFRESH: Duration = Duration::from_nanos(1_000_000_000 / 60);
+
 pub(crate) fn run(flags: &WindowFlags) -> Result<()> {
     let mut out = io::stdout();
     let [width, height] = flags.size;
@@ -73,7 +76,7 @@ fn play(start: Start, pictures: u64) -> Result<Played> {
         let _ = woken.send(());
     });
     let mut app = App::new(&context, start, None, None);
-    let mut pass = Pass { context, repaints };
+    let mut pass = Pass { context, repaints, next: Instant::now() };
     // The first pictures make room for themselves.
     while app.pictures() < 3 {
         pass.run(&mut app)?;
@@ -93,6 +96,8 @@ fn play(start: Start, pictures: u64) -> Result<Played> {
 struct Pass {
     context: Context,
     repaints: Receiver<()>,
+    /// When the screen shows what is drawn next.
+    next: Instant,
 }
 
 impl Pass {
@@ -101,6 +106,8 @@ impl Pass {
         if self.repaints.recv_timeout(A_HANG).is_err() {
             bail!("the window had nothing to show for {} seconds", A_HANG.as_secs());
         }
+        std::thread::sleep(self.next.saturating_duration_since(Instant::now()));
+        self.next = Instant::now() + REFRESH;
         while self.repaints.try_recv().is_ok() {}
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(1500.0, 1200.0));
         let input = RawInput { screen_rect: Some(screen), ..RawInput::default() };

@@ -147,8 +147,9 @@ fn without_an_adapter_that_can_draw_there_is_a_message() {
         .args(["view", "--forget"])
         .env("DISPLAY", display.name())
         .env_remove("WAYLAND_DISPLAY")
-        // The loader finds no driver.
+        // The loader finds no driver, and OpenGL isn't tried.
         .envs(["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].map(|name| (name, "/no-such-driver.json")))
+        .env("WGPU_BACKEND", "vulkan")
         .output()
         .expect("a process");
     let message = String::from_utf8_lossy(&output.stderr);
