@@ -59,6 +59,14 @@ enum Command {
     Cells(experiments::CellsFlags),
     /// Ray-triangle tests of the literature: how many a second, beside the ratios that their papers report
     Triangles(experiments::TrianglesFlags),
+    /// The uniform grid of Wald et al. 2006, Table 3 and Figure 7: packets of several sizes, and single rays
+    Packets(experiments::PacketsFlags),
+    /// Its Figure 6: how many cells for each triangle
+    Density(experiments::DensityFlags),
+    /// Its section 4.2: how the time grows with the image
+    Resolution(experiments::ResolutionFlags),
+    /// Its Tables 1 and 4: what the mailbox and frustum culling spare (needs the feature `statistics`)
+    Culling(experiments::CullingFlags),
     /// How many pictures a second the window plays, and what the interface adds to each
     #[cfg(feature = "view")]
     Window(window::WindowFlags),
@@ -89,6 +97,10 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::Mapping(flags) => flags.run(),
         Command::Cells(flags) => flags.run(),
         Command::Triangles(flags) => flags.run(),
+        Command::Packets(flags) => flags.run(),
+        Command::Density(flags) => flags.run(),
+        Command::Resolution(flags) => flags.run(),
+        Command::Culling(flags) => flags.run(),
     }
 }
 

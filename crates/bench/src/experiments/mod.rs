@@ -8,6 +8,7 @@ mod mapping;
 mod sweep;
 mod table1;
 mod triangles;
+mod uniform;
 
 pub(crate) use breakdown::BreakdownFlags;
 pub(crate) use cells::CellsFlags;
@@ -16,3 +17,4 @@ pub(crate) use growth::GrowthFlags;
 pub(crate) use mapping::MappingFlags;
 pub(crate) use table1::Table1Flags;
 pub(crate) use triangles::TrianglesFlags;
+pub(crate) use uniform::{CullingFlags, DensityFlags, PacketsFlags, ResolutionFlags};

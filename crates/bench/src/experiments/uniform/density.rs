@@ -1,0 +1,73 @@
+use anyhow::Result;
+use clap::Args;
+use umbrage::rays::UniformOptions;
+
+use super::measure::{Costs, Way, measure};
+use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::plot::{LineChart, Scale, Series};
+use crate::shot::{name, short_name};
+use crate::table::{Cell, Table};
+
+#[derive(Args, Debug)]
+pub(crate) struct DensityFlags {
+    /// Files, sequences or demo:NAME
+    #[arg(default_values = ["demo:cloth", "demo:marbles", "demo:forest", "demo:hall", "demo:shatter", "demo:statue"])]
+    scenes: Vec<String>,
+    /// Cells for each triangle: λ of the paper
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [0.5, 1.0, 2.0, 4.0, 6.0, 8.0, 12.0, 16.0, 32.0])]
+    densities: Vec<f64>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
+    size: [u32; 2],
+    #[command(flatten)]
+    common: ExperimentFlags,
+}
+
+const COLUMNS: &[(&str, usize)] = &[
+    ("scene", 26),
+    ("cells_triangle", 14),
+    ("references", 10),
+    ("bytes_triangle", 14),
+    ("build", 8),
+    ("see", 8),
+    ("both", 8),
+    ("rate_to_best", 12),
+];
+
+impl DensityFlags {
+    /// Measures, prints and draws.
+    pub(crate) fn run(&self) -> Result<()> {
+        use_threads(self.common.threads)?;
+        let options = |cells_per_triangle| UniformOptions { cells_per_triangle, ..UniformOptions::DEFAULT };
+        let forms: Vec<_> = self.densities.iter().map(|&density| (options(density), Way::Packets)).collect();
+        let mut table = Table::start(self.common.form, &self.common.conditions(Some(self.size)), COLUMNS)?;
+        let mut series = Vec::new();
+        for address in &self.scenes {
+            let costs = measure(address, self.size, &forms, &self.common)?;
+            let both = |costs: &Costs| costs.build + costs.see;
+            let best = costs.iter().map(both).fold(f64::INFINITY, f64::min);
+            for (&density, costs) in self.densities.iter().zip(&costs) {
+                let rate = best / both(costs);
+                table.push(&row(name(address), density, costs, rate))?;
+                Series::add(&mut series, short_name(address), [density, rate]);
+            }
+        }
+        table.note(
+            "Built and seen through, in packets of 8x8 pixels. rate_to_best: frames a second by those of the best.",
+        )?;
+        table.note("Wald et al. 2006, Figure 6: nearly all scenes are the fastest at about 6.")?;
+        table.finish()?;
+        self.common.draw(|| {
+            let (title, x_title, y_title) =
+                ("Cells for each triangle", "cells for each triangle", "rate by the best rate");
+            LineChart { title, x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series }.svg()
+        })
+    }
+}
+
+fn row(name: &str, density: f64, costs: &Costs, rate: f64) -> Vec<Cell> {
+    let mut row: Vec<Cell> = vec![name.into(), Cell::Number(density, 1), costs.references.into()];
+    row.push(Cell::Number(costs.bytes as f64 / costs.triangles.max(1) as f64, 1));
+    row.extend([costs.build, costs.see, costs.build + costs.see, rate].map(|value| Cell::Number(value, 2)));
+    row
+}

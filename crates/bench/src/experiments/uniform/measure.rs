@@ -1,0 +1,107 @@
+use anyhow::{Context, Result};
+use rayon::prelude::*;
+use umbrage::Scene;
+use umbrage::rays::{SeenPixels, UniformCounts, UniformGrid, UniformOptions};
+use umbrage::scene::{Frame, SolidPoints};
+
+use crate::flags::ExperimentFlags;
+use crate::grids::time;
+use crate::median::median;
+use crate::shot::{Lights, Shot};
+
+/// How the camera's rays are traced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Way {
+    /// In packets, as the options say.
+    Packets,
+    /// One at a time, from cell to cell.
+    Single,
+}
+
+/// What building a grid and seeing through it cost: medians, in milliseconds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Costs {
+    pub(super) triangles: usize,
+    /// Pairs of a cell and a triangle in it.
+    pub(super) references: usize,
+    pub(super) bytes: usize,
+    pub(super) build: f64,
+    pub(super) see: f64,
+    /// Of the last frame.
+    pub(super) counts: UniformCounts,
+}
+
+/// Builds grids of each of `forms` over frames of the scene at `address` and sees through them, in turn.
+pub(super) fn measure(
+    address: &str,
+    size: [u32; 2],
+    forms: &[(UniformOptions, Way)],
+    flags: &ExperimentFlags,
+) -> Result<Vec<Costs>> {
+    let scene = Scene::open(address).with_context(|| format!("scene {address}"))?;
+    let mut trials = forms.iter().map(|&form| Trial::new(form, flags)).collect::<Result<Vec<_>>>()?;
+    let mut frame = Frame::default();
+    // The first frame takes memory that later ones use again: it doesn't count.
+    for number in 0..=flags.frames {
+        let seconds = scene.duration_seconds() * f64::from(number) / f64::from(flags.frames + 1);
+        scene.pose(seconds, &mut frame)?;
+        let shot = Shot { masks: flags.masks, ..Shot::new(&frame, address, size, 1, Lights::First) };
+        for trial in &mut trials {
+            trial.run(&shot, number > 0);
+        }
+    }
+    Ok(trials.iter().map(|trial| trial.costs(frame.triangles().len())).collect())
+}
+
+struct Trial {
+    grid: UniformGrid,
+    way: Way,
+    seen: SeenPixels,
+    counts: UniformCounts,
+    /// Milliseconds to build, and to see.
+    times: Vec<[f64; 2]>,
+}
+
+impl Trial {
+    fn new((options, way): (UniformOptions, Way), flags: &ExperimentFlags) -> Result<Self> {
+        let mut grid = UniformGrid::with_level(flags.simd.unwrap_or_default());
+        grid.set_options(options)?;
+        Ok(Self { grid, way, seen: SeenPixels::default(), counts: UniformCounts::default(), times: Vec::new() })
+    }
+
+    fn run(&mut self, shot: &Shot<'_>, is_counted: bool) {
+        let Self { grid, way, seen, counts, times } = self;
+        let (triangles, mut spent) = (shot.frame.triangles(), [0.0; 2]);
+        time(&mut spent[0], || grid.build(triangles));
+        time(&mut spent[1], || match way {
+            Way::Packets => {
+                let is_opaque = |id| !shot.masks || !shot.frame.is_masked(id);
+                let (offset, mask) = (shot.offsets_pixels[0], SolidPoints(shot.frame));
+                *counts = grid.see(triangles, &shot.view, offset, is_opaque, mask, seen);
+            }
+            Way::Single => see_one_by_one(grid, shot, seen),
+        });
+        if is_counted {
+            times.push(spent);
+        }
+    }
+
+    fn costs(&self, triangles: usize) -> Costs {
+        let of = |stage: usize| median(self.times.iter().map(|times| times[stage]));
+        let (references, bytes) = (self.grid.references(), self.grid.bytes());
+        Costs { triangles, references, bytes, build: of(0), see: of(1), counts: self.counts }
+    }
+}
+
+fn see_one_by_one(grid: &UniformGrid, shot: &Shot<'_>, seen: &mut SeenPixels) {
+    let (triangles, offset) = (shot.frame.triangles(), shot.offsets_pixels[0]);
+    seen.resize(shot.view.width, shot.view.height);
+    let order = seen.order();
+    seen.triangle.par_iter_mut().enumerate().for_each(|(place, triangle)| {
+        let hit = order.pixel(place).and_then(|(x, y)| {
+            let ray = shot.view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y);
+            grid.nearest(triangles, &ray, |hit| !shot.masks || shot.frame.is_solid(hit.triangle, hit.barycentric))
+        });
+        *triangle = hit.map_or(SeenPixels::NONE, |hit| hit.triangle);
+    });
+}

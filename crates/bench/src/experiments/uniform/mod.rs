@@ -1,0 +1,12 @@
+//! The experiments of Wald et al. 2006 with the uniform grid and its packets, one a file.
+
+mod culling;
+mod density;
+mod measure;
+mod packets;
+mod resolution;
+
+pub(crate) use culling::CullingFlags;
+pub(crate) use density::DensityFlags;
+pub(crate) use packets::PacketsFlags;
+pub(crate) use resolution::ResolutionFlags;

@@ -1,0 +1,99 @@
+use anyhow::Result;
+use clap::Args;
+use umbrage::rays::{PacketSide, UniformOptions};
+
+use super::measure::{Costs, Way, measure};
+use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::plot::{LineChart, Scale, Series};
+use crate::shot::name;
+use crate::table::{Cell, Table};
+
+#[derive(Args, Debug)]
+pub(crate) struct PacketsFlags {
+    /// Files, sequences or demo:NAME
+    #[arg(default_values = SCENES)]
+    scenes: Vec<String>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
+    size: [u32; 2],
+    #[command(flatten)]
+    common: ExperimentFlags,
+}
+
+/// The gallery's, and one of growing detail in place of the paper's Armadillo.
+const SCENES: [&str; 10] = [
+    "demo:cloth",
+    "demo:marbles",
+    "demo:forest",
+    "demo:hall",
+    "demo:shatter",
+    "demo:statue?triangles=10000",
+    "demo:statue?triangles=30000",
+    "demo:statue?triangles=100000",
+    "demo:statue?triangles=300000",
+    "demo:statue?triangles=1000000",
+];
+
+const COLUMNS: &[(&str, usize)] = &[
+    ("scene", 28),
+    ("triangles", 9),
+    ("references", 10),
+    ("bytes_triangle", 14),
+    ("build", 7),
+    ("references_us", 13),
+    ("single", 8),
+    ("2x2", 8),
+    ("4x4", 8),
+    ("8x8", 8),
+    ("16x16", 8),
+    ("32x32", 8),
+    ("ratio_8x8", 9),
+    ("ratio_best", 10),
+];
+
+impl PacketsFlags {
+    /// Measures, prints and draws.
+    pub(crate) fn run(&self) -> Result<()> {
+        use_threads(self.common.threads)?;
+        let packets =
+            PacketSide::ALL.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
+        let forms: Vec<_> = [(UniformOptions::DEFAULT, Way::Single)].into_iter().chain(packets).collect();
+        let mut table = Table::start(self.common.form, &self.common.conditions(Some(self.size)), COLUMNS)?;
+        let mut series = Vec::new();
+        for address in &self.scenes {
+            let costs = measure(address, self.size, &forms, &self.common)?;
+            table.push(&row(name(address), &costs))?;
+            for (side, costs) in PacketSide::ALL.iter().zip(&costs[1..]) {
+                let pixels = side.pixels();
+                Series::add(&mut series, &format!("{pixels}x{pixels}"), [costs.triangles as f64, costs.see]);
+            }
+        }
+        table.note("The camera's rays, one at a time from cell to cell, and in packets of so many pixels.")?;
+        table.note("references_us: references listed in cells a microsecond, in the build.")?;
+        table.note(
+            "Wald et al. 2006, Table 3: 8x8 packets are 6.75 (ben), 10.1 (hand), 13.1 (toys), 20.9 (erw6) and 10.6",
+        )?;
+        table.note("(conf) times as fast as single rays. Figure 7: 4x4 packets pass 8x8 ones at 250 K triangles.")?;
+        table.finish()?;
+        series.iter_mut().for_each(|line: &mut Series| line.points.sort_by(|a, b| a[0].total_cmp(&b[0])));
+        self.common.draw(|| {
+            let (x_title, y_title) = ("triangles", "milliseconds to see");
+            LineChart { title: "Sizes of packets", x_title, y_title, scales: [Scale::Logarithmic; 2], series }.svg()
+        })
+    }
+}
+
+fn row(name: &str, costs: &[Costs]) -> Vec<Cell> {
+    let single = &costs[0];
+    let build = costs.iter().map(|costs| costs.build).fold(f64::INFINITY, f64::min);
+    let best = costs[1..].iter().map(|costs| costs.see).fold(f64::INFINITY, f64::min);
+    let mut row: Vec<Cell> = vec![name.into(), single.triangles.into(), single.references.into()];
+    row.push(Cell::Number(single.bytes as f64 / single.triangles.max(1) as f64, 1));
+    row.push(Cell::Number(build, 2));
+    row.push(Cell::Number(single.references as f64 / (1e3 * build), 1));
+    row.extend(costs.iter().map(|costs| Cell::Number(costs.see, 2)));
+    let of_eight =
+        PacketSide::ALL.iter().position(|&side| side == PacketSide::Eight).map_or(best, |at| costs[at + 1].see);
+    row.extend([single.see / of_eight, single.see / best].map(|ratio| Cell::Number(ratio, 2)));
+    row
+}

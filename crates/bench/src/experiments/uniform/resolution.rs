@@ -1,0 +1,61 @@
+use anyhow::Result;
+use clap::Args;
+use umbrage::rays::{PacketSide, UniformOptions};
+
+use super::measure::{Way, measure};
+use crate::flags::{ExperimentFlags, use_threads};
+use crate::plot::{LineChart, Scale, Series};
+use crate::shot::{name, short_name};
+use crate::table::{Cell, Table};
+
+#[derive(Args, Debug)]
+pub(crate) struct ResolutionFlags {
+    /// Files, sequences or demo:NAME
+    #[arg(default_values = ["demo:cloth", "demo:forest", "demo:hall", "demo:statue"])]
+    scenes: Vec<String>,
+    /// Widths and heights of the image in pixels
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [256, 512, 1024, 2048, 4096])]
+    sides: Vec<u32>,
+    #[command(flatten)]
+    common: ExperimentFlags,
+}
+
+const COLUMNS: &[(&str, usize)] =
+    &[("scene", 26), ("side", 6), ("4x4", 8), ("8x8", 8), ("16x16", 8), ("best", 8), ("ns_ray", 7), ("growth", 7)];
+
+/// The sizes of packets that are worth it.
+const PACKETS: [PacketSide; 3] = [PacketSide::Four, PacketSide::Eight, PacketSide::Sixteen];
+
+impl ResolutionFlags {
+    /// Measures, prints and draws.
+    pub(crate) fn run(&self) -> Result<()> {
+        use_threads(self.common.threads)?;
+        let forms = PACKETS.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
+        let mut table = Table::start(self.common.form, &self.common.conditions(None), COLUMNS)?;
+        let mut series = Vec::new();
+        for address in &self.scenes {
+            let mut before = None;
+            for &side in &self.sides {
+                let costs = measure(address, [side, side], &forms, &self.common)?;
+                let times: Vec<f64> = costs.iter().map(|costs| costs.see).collect();
+                let best = times.iter().copied().fold(f64::INFINITY, f64::min);
+                let pixels = f64::from(side) * f64::from(side);
+                let mut row: Vec<Cell> = vec![name(address).into(), Cell::Count(side.into())];
+                row.extend(times.iter().map(|&time| Cell::Number(time, 2)));
+                row.extend([best, 1e6 * best / pixels].map(|value| Cell::Number(value, 2)));
+                row.push(before.map_or(Cell::Nothing, |before: f64| Cell::Number(best / before, 2)));
+                table.push(&row)?;
+                before = Some(best);
+                Series::add(&mut series, short_name(address), [pixels, best]);
+            }
+        }
+        table.note("growth: the best time by that of the row above; 4 is linear in pixels where sides double.")?;
+        table
+            .note("Wald et al. 2006, §4.2: from 1024x1024 to 2048x2048 the rate drops by a factor of 1.75 to 2.25.")?;
+        table.finish()?;
+        self.common.draw(|| {
+            let (x_title, y_title) = ("pixels", "milliseconds to see");
+            LineChart { title: "Resolution", x_title, y_title, scales: [Scale::Logarithmic; 2], series }.svg()
+        })
+    }
+}
