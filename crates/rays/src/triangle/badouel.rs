@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::lanes::{Axis, LaneMask, Lanes};
 use super::{Bundle, BundleTest, Hits, Rays, TriangleTest};
 
-/// Wald, *Realtime ray tracing and interactive global illumination*, 2004, §7.1 (Rahikainen 2013, equations 2.6 and
+/// Wald, *Realtime ray tracing and interactive global illumination*, 2004 (Rahikainen 2013, equations 2.6 and
 /// 2.7): where the ray meets the plane, two linear functions in a projection along an axis. 40 bytes.
 ///
 /// t is first: a division, then three multiplications for each of plane, point and weights. A triangle that is behind

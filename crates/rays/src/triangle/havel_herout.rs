@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::lanes::{LaneMask, Lanes, dot_all};
 use super::{Hits, Rays, TriangleTest};
 
-/// Havel and Herout 2010, §3 (Rahikainen 2013, equations 2.14 to 2.16): the plane and, in place of a projection, two
+/// Havel and Herout 2010 (Rahikainen 2013, equations 2.14 to 2.16): the plane and, in place of a projection, two
 /// planes across it that give the weights. 48 bytes.
 ///
 /// Two dot products for the plane, six multiplications for the point, one more dot product for each weight, and a

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::lanes::{LaneMask, Lanes, cross, dot_all, minus_all, scaled};
 use super::{Hits, Rays, TriangleTest};
 
-/// Kensler and Shirley 2006, §4: of all ways to write the signed volumes, the one that a genetic search found fastest.
+/// Kensler and Shirley 2006: of all ways to write the signed volumes, the one that a genetic search found fastest.
 /// Nothing prepared. 36 bytes.
 ///
 /// For sixteen rays the triangle's normal is found once. Each has one cross and four dot products and a division; a

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::lanes::{LaneMask, Lanes, cross_all, dot, dot_all, minus_all};
 use super::{Bundle, BundleTest, Hits, Rays, TriangleTest};
 
-/// Möller and Trumbore 1997, §2, without culling: Cramer's rule for t and two weights, nothing prepared. 36 bytes.
+/// Möller and Trumbore 1997, without culling: Cramer's rule for t and two weights, nothing prepared. 36 bytes.
 ///
 /// Two cross and four dot products and a division for a hit; a miss can end after one of each, and the division.
 #[derive(Clone, Copy, Debug)]

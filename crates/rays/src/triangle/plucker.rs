@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::lanes::{LaneMask, Lanes, dot_all};
 use super::{Bundle, BundleTest, Hits, Rays, TriangleTest};
 
-/// Benthin, *Realtime ray tracing on current CPU architectures*, 2006, §5.1 (Rahikainen 2013, §2.1): the inner products
+/// Benthin, *Realtime ray tracing on current CPU architectures*, 2006 (Rahikainen 2013, §2.1): the inner products
 /// of the ray's line with the edges' lines have one sign. 88 bytes.
 ///
 /// Six multiplications for each edge, and t only for what is inside: two dot products and a division. Coordinates are

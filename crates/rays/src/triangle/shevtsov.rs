@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::lanes::{Axis, LaneMask, Lanes};
 use super::{Hits, Rays, TriangleTest};
 
-/// Shevtsov et al. 2007, §4 (Rahikainen 2013, equation 2.13): Plücker's test in a projection along an axis, scaled by
+/// Shevtsov et al. 2007 (Rahikainen 2013, equation 2.13): Plücker's test in a projection along an axis, scaled by
 /// the normal's component there, so that nothing is divided but hits. 40 bytes.
 ///
 /// Four multiplications for the plane, eight for the weights, and a division.
