@@ -122,14 +122,22 @@ impl UniformGrid {
 
     /// Sums the counts up, and makes room for all references.
     fn scan(&mut self) {
-        let mut sum = 0;
-        // Limited by memory even on one thread: 0.2 ms for 400,000 cells.
-        for start in &mut self.starts {
-            let start = start.get_mut();
-            sum += *start;
-            *start = sum;
+        let Self { starts, ids, sums, .. } = self;
+        let chunks = starts.par_chunks(CHUNK_CELLS).map(|counts| counts.iter().map(|count| count.load(Relaxed)).sum());
+        chunks.collect_into_vec(sums);
+        let mut references = 0;
+        for sum in &mut *sums {
+            (*sum, references) = (references, references + *sum);
         }
-        self.ids.resize_with(sum as usize, AtomicU32::default);
+        starts.par_chunks_mut(CHUNK_CELLS).zip(&*sums).for_each(|(starts, &before)| {
+            let mut sum = before;
+            for start in starts {
+                let start = start.get_mut();
+                sum += *start;
+                *start = sum;
+            }
+        });
+        ids.resize_with(references as usize, AtomicU32::default);
     }
 
     /// Writes each triangle's id into its cells.

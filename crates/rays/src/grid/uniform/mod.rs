@@ -109,6 +109,8 @@ pub struct UniformGrid {
     triangle_count: usize,
     /// Where each cell's ids start, and one further where the last one's end; a zero follows from counting.
     starts: Vec<AtomicU32>,
+    /// How many references are before each chunk of cells.
+    sums: Vec<u32>,
     /// Triangle ids, cell after cell, ascending in each.
     ids: Vec<AtomicU32>,
     macrocells: Macrocells,
@@ -173,6 +175,7 @@ impl UniformGrid {
             + self.macrocells.bytes()
             + self.boxes.capacity() * size_of::<CellBox>()
             + self.chunks.capacity() * size_of::<Chunk>()
+            + self.sums.capacity() * size_of::<u32>()
             + self.workers.iter().map(worker_bytes).sum::<usize>()
     }
 
