@@ -155,6 +155,22 @@ fn orthographic_views_see_exactly() {
 }
 
 #[test]
+fn orthographic_views_from_far_away_see_exactly() {
+    let mut random = Random(14);
+    let mut mesh = Mesh::soup(&mut random, 60, 0.05);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 8));
+    for far in [1e7, 1e8, 1e9] {
+        for _ in 0..2 {
+            let direction = random.point().normalize();
+            let camera = Camera::look_at(Vec3::ZERO, direction, Vec3::Y, 1.0);
+            let projection = Projection::Orthographic { half_height: 1.3 };
+            let camera = Camera { position: direction * -far, projection, ..camera };
+            check_seen(&mesh, &View { camera, width: 24, height: 21 }, MIDDLE);
+        }
+    }
+}
+
+#[test]
 fn huge_offsets_and_scales_are_seen_exactly() {
     let mut random = Random(4);
     let mut mesh = Mesh::soup(&mut random, 100, 0.05);

@@ -213,8 +213,8 @@ pub(crate) fn check(mesh: &Mesh, view: &View, offset: DVec2) -> (SeenPixels, umb
     (seen, counts)
 }
 
-/// Triangles with a corner exactly where cells of a uniform grid meet that has `CORNER_CELLS` of them for each triangle,
-/// and rays exactly through those corners, from nearby and so far away that crossings with cells' faces are rounded.
+/// Triangles with a corner exactly, or to 2⁻²¹, where cells of a uniform grid meet that has [`CORNER_CELLS`] of them for each
+/// triangle, and rays exactly through those corners, from nearby and so far away that crossings with cells' faces are rounded.
 pub(crate) fn corners_of_cells() -> (Mesh, Vec<Ray>) {
     let mut random = Random(21);
     let mut mesh = Mesh::default();
@@ -225,11 +225,12 @@ pub(crate) fn corners_of_cells() -> (Mesh, Vec<Ray>) {
     let mut rays = Vec::new();
     while mesh.indices.len() < 256 {
         let [corner, octant] = [random.point(), random.point()];
-        let corner = (corner * 6.0 + 8.0).round() * 0.5;
+        let beside = random.point().round() * if random.unit() < 0.5 { 1.0 / (1 << 21) as f32 } else { 0.0 };
+        let corner = (corner * 6.0 + 8.0).round() * 0.5 + beside;
         // From the corner into one of the eight cells around it.
         let mut inside = || (random.point() * 30.0).round().abs().max(Vec3::ONE) / 64.0 * octant.signum();
         mesh.push([corner, corner + inside(), corner + inside()]);
-        for away in [0.25, 1.0, 4.0, (1 << 20) as f64, (1 << 30) as f64] {
+        for away in [0.25, 1.0, 4.0, f64::from(1 << 20), f64::from(1 << 30)] {
             for _ in 0..6 {
                 // Few digits, so that the ray goes through the corner exactly.
                 let direction = (random.point() * 3.0).round().as_dvec3();

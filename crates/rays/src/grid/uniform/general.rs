@@ -181,11 +181,10 @@ impl<'a> Lines<'a> {
         blocks.flat_map(|(block, &members)| lanes_of(members).map(move |lane| block * LANES + lane))
     }
 
-    /// How far along the major axis a ray is at t; `unknown` where numbers are too large or too small to say.
-    fn way(&self, line: &Line, t: f64, unknown: f64) -> f64 {
+    /// How far along the major axis a ray is at t.
+    fn way(&self, line: &Line, t: f64) -> f64 {
         let axis = self.group.axes[2];
-        let way = (line.origin[axis] + line.direction[axis] * t) * self.group.sign;
-        if way.is_nan() { unknown } else { way }
+        (line.origin[axis] + line.direction[axis] * t) * self.group.sign
     }
 
     /// The beam around all rays, and from which to which w it goes.
@@ -199,13 +198,14 @@ impl<'a> Lines<'a> {
         let first = beam.first(lattice.cells[axes[2]]);
         let (mut enter, mut leave, mut reach) = (f64::INFINITY, f64::NEG_INFINITY, cells);
         for line in self.members().map(|place| &self.lines[place]) {
-            enter = enter.min(self.way(line, line.t_min, f64::NEG_INFINITY));
-            leave = leave.max(self.way(line, line.t_max, f64::INFINITY));
+            enter = enter.min(self.way(line, line.t_min));
+            leave = leave.max(self.way(line, line.t_max));
             reach = reach.max(line.origin.abs().max_element());
         }
         // Slopes are four at most. Twice as many roundings as in other packets, for the chords.
         const ROUNDINGS: f64 = 1.0 / (1_u64 << 39) as f64;
         beam.slack = Lattice::DOUBT + ROUNDINGS * 16.0 * (reach + f64::from(lattice.cells.max_element()));
+        // Ways that aren't numbers, of rays that hit nothing, give way here.
         let enter = (enter - beam.slack).floor().max(first).min(first + cells - 1.0);
         let leave = (leave + beam.slack).ceil().max(enter + 1.0).min(first + cells);
         let [near, far] = [enter, leave].map(|way| self.bounds(way));
@@ -261,7 +261,7 @@ impl Visitor for Lines<'_> {
             if is_asked {
                 self.last = self.members().fold(f64::NEG_INFINITY, |last, place| {
                     let line = &self.lines[place];
-                    last.max(self.way(line, line.t_max, f64::INFINITY))
+                    last.max(self.way(line, line.t_max))
                 });
             }
         }
