@@ -188,6 +188,25 @@ fn triangles_in_planes_of_cells_are_hit() {
 }
 
 #[test]
+fn triangles_that_end_where_cells_meet_are_hit() {
+    let (mesh, rays) = support::corners_of_cells();
+    let triangles = mesh.triangles();
+    let expected: Vec<_> = rays.iter().map(|ray| nearest(triangles, ray, |_| true)).collect();
+    for insertion in [Insertion::BoundingBox, Insertion::Exact] {
+        for macrocell in [1, 2, 6] {
+            let cells_per_triangle = support::CORNER_CELLS;
+            let grid =
+                grid(triangles, UniformOptions { cells_per_triangle, insertion, macrocell, ..UniformOptions::DEFAULT });
+            assert_eq!((grid.cells(), grid.cell_corner([2, 4, 6])), ([17; 3], DVec3::new(1.0, 2.0, 3.0)));
+            for (ray, expected) in rays.iter().zip(&expected) {
+                assert_eq!(grid.nearest(triangles, ray, |_| true), *expected, "{ray:?}, {insertion:?}");
+            }
+        }
+    }
+    assert!(expected.iter().flatten().count() > rays.len() / 2);
+}
+
+#[test]
 fn grazing_rays_and_shared_edges_hit_what_the_predicate_says() {
     let mut random = Random(4);
     let mesh = scene(&mut random);

@@ -4,10 +4,10 @@ mod support;
 
 use glam::{DVec2, DVec3, Vec3};
 use support::{Mesh, Random, assert_exact, is_same, view};
-use umbrage_rays::predicate::{HitPoint, ShadowRay};
+use umbrage_rays::predicate::{HitPoint, ShadowRay, hit};
 use umbrage_rays::{
     Camera, Hit, LightGrid, LightSource, PacketSide, PerspectiveGrid, Projection, Ray, SeenImage, SeenPixels,
-    SimdLevel, UniformGrid, UniformOptions, Unmasked, View,
+    SimdLevel, Triangles, UniformGrid, UniformOptions, Unmasked, View,
 };
 
 const MIDDLE: DVec2 = DVec2::splat(0.5);
@@ -150,6 +150,22 @@ fn orthographic_views_see_exactly() {
             let camera = Camera::look_at(random.point() * place, Vec3::ZERO, Vec3::Y, 1.0);
             let camera = Camera { projection: Projection::Orthographic { half_height }, ..camera };
             check_seen(&mesh, &View { camera, width: 50, height: 37 }, MIDDLE);
+        }
+    }
+}
+
+#[test]
+fn orthographic_views_from_far_away_see_exactly() {
+    let mut random = Random(14);
+    let mut mesh = Mesh::soup(&mut random, 60, 0.05);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 8));
+    for far in [1e7, 1e8, 1e9] {
+        for _ in 0..2 {
+            let direction = random.point().normalize();
+            let camera = Camera::look_at(Vec3::ZERO, direction, Vec3::Y, 1.0);
+            let projection = Projection::Orthographic { half_height: 1.3 };
+            let camera = Camera { position: direction * -far, projection, ..camera };
+            check_seen(&mesh, &View { camera, width: 24, height: 21 }, MIDDLE);
         }
     }
 }
@@ -359,6 +375,72 @@ fn bundles(random: &mut Random) -> Vec<Vec<Ray>> {
     bundles
 }
 
+/// The nearest hit, by asking about every triangle.
+fn nearest(triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
+    let all = (0..triangles.len() as u32).filter_map(|id| hit(ray, triangles, id));
+    all.filter(counts).min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).expect("no t is NaN"))
+}
+
+#[test]
+fn packets_of_rays_through_corners_of_cells_hit_what_the_predicate_says() {
+    let (mesh, rays) = support::corners_of_cells();
+    let mut grid = UniformGrid::default();
+    let cells_per_triangle = support::CORNER_CELLS;
+    grid.set_options(UniformOptions { cells_per_triangle, ..UniformOptions::DEFAULT }).expect("possible options");
+    grid.build(mesh.triangles());
+    let expected: Vec<_> = rays.iter().map(|ray| nearest(mesh.triangles(), ray, |_| true)).collect();
+    // Alone, and with others from and to anywhere.
+    for together in [1, 3] {
+        for (rays, expected) in rays.chunks(together).zip(expected.chunks(together)) {
+            let mut found = [None; 3];
+            let found = &mut found[..rays.len()];
+            grid.nearest_of_packet(mesh.triangles(), rays, |_| true, found);
+            assert_eq!(found, expected, "{rays:?}");
+        }
+    }
+    assert!(expected.iter().flatten().count() > rays.len() / 2);
+}
+
+#[test]
+fn rays_that_are_not_numbers_leave_the_others_of_a_packet_alone() {
+    let mut random = Random(12);
+    let mut mesh = Mesh::soup(&mut random, 60, 0.05);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 10));
+    let triangles = mesh.triangles();
+    let mut grid = grid(&mesh, PacketSide::Eight);
+    let plain = Ray::new(DVec3::new(0.1, 0.2, 4.0), DVec3::new(0.0, 0.1, -1.0));
+    let mut unusual = Vec::new();
+    for value in [0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308, -1e308, 1e-320] {
+        for axis in 0..3 {
+            let mut other = [plain; 3];
+            other[0].origin[axis] = value;
+            other[1].direction[axis] = value;
+            other[2].direction = DVec3::ZERO.with_z(-1e-3);
+            other[2].direction[axis] = value;
+            unusual.extend(other);
+        }
+        unusual.extend([Ray { t_min: value, ..plain }, Ray { t_max: value, ..plain }]);
+        unusual.push(Ray { direction: DVec3::splat(value), ..plain });
+        unusual.push(Ray { origin: DVec3::splat(value), t_max: value, ..plain });
+        unusual.push(Ray { direction: plain.direction * value, ..plain });
+    }
+    let mut hits = 0;
+    for (step, other) in unusual.into_iter().enumerate() {
+        let origin = (random.point() * 4.0).as_dvec3();
+        let mut rays: Vec<Ray> = (0..20).map(|_| Ray::new(origin, random.point().as_dvec3() - origin)).collect();
+        rays.insert([0, 7][step % 2], other);
+        let mut found = vec![None; rays.len()];
+        grid.nearest_of_packet(triangles, &rays, |_| true, &mut found);
+        for (ray, found) in rays.iter().zip(&found) {
+            let expected = nearest(triangles, ray, |_| true);
+            assert_eq!(*found, expected, "{ray:?} with {other:?}");
+            assert_eq!(grid.nearest(triangles, ray, |_| true), expected, "{ray:?} alone");
+            hits += usize::from(expected.is_some());
+        }
+    }
+    assert!(hits > 500, "{hits}");
+}
+
 #[test]
 fn packets_of_any_rays_hit_what_the_predicate_says() {
     let mut random = Random(9);
@@ -373,8 +455,7 @@ fn packets_of_any_rays_hit_what_the_predicate_says() {
         let mut found = vec![None; bundle.len()];
         grid.nearest_of_packet(triangles, &bundle, counts, &mut found);
         for (ray, found) in bundle.iter().zip(&found) {
-            let all = (0..triangles.len() as u32).filter_map(|id| umbrage_rays::predicate::hit(ray, triangles, id));
-            let expected = all.filter(counts).min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).unwrap());
+            let expected = nearest(triangles, ray, counts);
             assert_eq!(*found, expected, "{ray:?}");
             if expected.is_some() { hits += 1 } else { misses += 1 }
         }

@@ -3,7 +3,7 @@
 
 use glam::{DVec2, Vec3};
 use umbrage_rays::predicate::crossing;
-use umbrage_rays::{Camera, Hit, PerspectiveGrid, Projection, SeenPixels, Triangles, Unmasked, View};
+use umbrage_rays::{Camera, Hit, PerspectiveGrid, Projection, Ray, SeenPixels, Triangles, Unmasked, View};
 
 /// A mesh of its own.
 #[derive(Clone, Debug, Default)]
@@ -212,3 +212,36 @@ pub(crate) fn check(mesh: &Mesh, view: &View, offset: DVec2) -> (SeenPixels, umb
     assert_exact(mesh.triangles(), view, offset, &seen, |_| true);
     (seen, counts)
 }
+
+/// Triangles with a corner exactly, or to 2⁻²¹, where cells of a uniform grid meet that has [`CORNER_CELLS`] of them for each
+/// triangle, and rays exactly through those corners, from nearby and so far away that crossings with cells' faces are rounded.
+pub(crate) fn corners_of_cells() -> (Mesh, Vec<Ray>) {
+    let mut random = Random(21);
+    let mut mesh = Mesh::default();
+    // 16³ cells in a cube of 8³ have edges of one half; a grid begins 1/64 of that before its bounds, so at zero.
+    let [low, high] = [Vec3::splat(1.0 / 128.0), Vec3::splat(8.0 + 1.0 / 128.0)];
+    mesh.push([low, low + Vec3::X, low + Vec3::Y]);
+    mesh.push([high, high - Vec3::X, high - Vec3::Y]);
+    let mut rays = Vec::new();
+    while mesh.indices.len() < 256 {
+        let [corner, octant] = [random.point(), random.point()];
+        let beside = random.point().round() * if random.unit() < 0.5 { 1.0 / (1 << 21) as f32 } else { 0.0 };
+        let corner = (corner * 6.0 + 8.0).round() * 0.5 + beside;
+        // From the corner into one of the eight cells around it.
+        let mut inside = || (random.point() * 30.0).round().abs().max(Vec3::ONE) / 64.0 * octant.signum();
+        mesh.push([corner, corner + inside(), corner + inside()]);
+        for away in [0.25, 1.0, 4.0, f64::from(1 << 20), f64::from(1 << 30)] {
+            for _ in 0..6 {
+                // Few digits, so that the ray goes through the corner exactly.
+                let direction = (random.point() * 3.0).round().as_dvec3();
+                if direction.length() > 0.0 {
+                    rays.push(Ray::new(corner.as_dvec3() - direction * away, direction));
+                }
+            }
+        }
+    }
+    (mesh, rays)
+}
+
+/// Cells for each triangle of [`corners_of_cells`].
+pub(crate) const CORNER_CELLS: f64 = 16.0;

@@ -3,7 +3,7 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use rayon::prelude::*;
 
-use super::lattice::{CellBox, Lattice};
+use super::lattice::{CellBox, Lattice, VertexCells};
 use super::overlap::ExactTriangle;
 use super::{Insertion, UniformGrid};
 use crate::{Bounds, Omitted, Triangles};
@@ -93,12 +93,30 @@ impl UniformGrid {
 
     /// Finds the cells of each triangle's box, and how many they are in all.
     fn locate(&mut self, triangles: Triangles<'_>, lattice: &Lattice) -> u64 {
-        self.boxes.resize(triangles.len(), CellBox::EMPTY);
-        let chunks = self.boxes.par_chunks_mut(CHUNK).enumerate().map(|(chunk, boxes)| {
+        // Where triangles share vertices, each vertex's cells are found once: 3.2 ms instead of 7.7 ms for 270,000 triangles
+        // on two busy cores.
+        let is_shared = 2 * triangles.positions.len() <= 3 * triangles.len();
+        let positions = if is_shared { triangles.positions } else { &[] };
+        let Self { vertices, boxes, chunks, .. } = self;
+        vertices.resize(positions.len(), VertexCells::default());
+        vertices.par_chunks_mut(CHUNK).zip(positions.par_chunks(CHUNK)).for_each(|(cells, positions)| {
+            cells.iter_mut().zip(positions).for_each(|(cells, &position)| *cells = lattice.cells_at(position));
+        });
+        let vertices = &*vertices;
+        boxes.resize(triangles.len(), CellBox::EMPTY);
+        let chunks = boxes.par_chunks_mut(CHUNK).zip(&*chunks).enumerate().map(|(place, (boxes, chunk))| {
+            let is_sound = chunk.omitted.total() == 0;
             let mut references = 0;
-            for (place, cells) in boxes.iter_mut().enumerate() {
-                let corners = triangles.usable_corners((chunk * CHUNK + place) as u32);
-                *cells = corners.map_or(CellBox::EMPTY, |corners| lattice.cells_around(corners));
+            let ids = (place * CHUNK) as u32..;
+            for (cells, id) in boxes.iter_mut().zip(ids) {
+                let of_vertices = || triangles.indices[id as usize].map(|vertex| vertices[vertex as usize]);
+                *cells = if is_shared && (is_sound || triangles.usable_corners(id).is_ok()) {
+                    CellBox::around(of_vertices())
+                } else if is_shared {
+                    CellBox::EMPTY
+                } else {
+                    triangles.usable_corners(id).map_or(CellBox::EMPTY, |corners| lattice.cells_around(corners))
+                };
                 references += cells.len();
             }
             references
@@ -122,14 +140,26 @@ impl UniformGrid {
 
     /// Sums the counts up, and makes room for all references.
     fn scan(&mut self) {
-        let mut sum = 0;
-        // Limited by memory even on one thread: 0.2 ms for 400,000 cells.
-        for start in &mut self.starts {
-            let start = start.get_mut();
-            sum += *start;
-            *start = sum;
+        let Self { starts, ids, sums, .. } = self;
+        // One part a thread: the last one, and so all of a single thread's, needn't be read before.
+        let part = starts.len().div_ceil(rayon::current_num_threads()).max(CHUNK_CELLS);
+        let all_but_last = &starts[..(starts.len() - 1) / part * part];
+        let parts = all_but_last.par_chunks(part).map(|counts| counts.iter().map(|count| count.load(Relaxed)).sum());
+        parts.collect_into_vec(sums);
+        sums.insert(0, 0);
+        for place in 1..sums.len() {
+            sums[place] += sums[place - 1];
         }
-        self.ids.resize_with(sum as usize, AtomicU32::default);
+        starts.par_chunks_mut(part).zip(&*sums).for_each(|(starts, &before)| {
+            let mut sum = before;
+            for start in starts {
+                let start = start.get_mut();
+                sum += *start;
+                *start = sum;
+            }
+        });
+        let references = starts.last_mut().map_or(0, |last| *last.get_mut());
+        ids.resize_with(references as usize, AtomicU32::default);
     }
 
     /// Writes each triangle's id into its cells.

@@ -37,7 +37,7 @@ impl UniformGrid {
         assert!(rays.len() == hits.len(), "{} hits for {} rays", hits.len(), rays.len());
         hits.fill(None);
         for (rays, hits) in rays.chunks(MOST_RAYS).zip(hits.chunks_mut(MOST_RAYS)) {
-            self.visit_packet(triangles, |place| rays[place], rays.len(), &mut |place, id| {
+            self.visit_packet(triangles, &|place| rays[place], rays.len(), &mut |place, id| {
                 let best = &mut hits[place];
                 if let Some(hit) = hit(&rays[place], triangles, id)
                     && best.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
@@ -69,7 +69,7 @@ impl UniformGrid {
         blocked.fill(false);
         let packets = rays.chunks(MOST_RAYS).zip(own.chunks(MOST_RAYS)).zip(blocked.chunks_mut(MOST_RAYS));
         for ((rays, own), blocked) in packets {
-            self.visit_packet(triangles, |place| rays[place].ray, rays.len(), &mut |place, id| {
+            self.visit_packet(triangles, &|place| rays[place].ray, rays.len(), &mut |place, id| {
                 let corners = triangles.corners(id);
                 let asked = !blocked[place] && id != own[place];
                 blocked[place] |=
@@ -80,11 +80,11 @@ impl UniformGrid {
     }
 
     /// Calls `ask` with the place of each ray and each triangle that it may hit, until it says by its result that nothing
-    /// at that t or later matters to the ray.
+    /// at that t or later matters to the ray. Knows both by reference, so that this is compiled once.
     fn visit_packet(
         &mut self,
         triangles: Triangles<'_>,
-        ray: impl Fn(usize) -> Ray,
+        ray: &dyn Fn(usize) -> Ray,
         count: usize,
         ask: &mut dyn FnMut(usize, u32) -> f64,
     ) {
@@ -205,13 +205,17 @@ impl<'a> Lines<'a> {
         // Slopes are four at most. Twice as many roundings as in other packets, for the chords.
         const ROUNDINGS: f64 = 1.0 / (1_u64 << 39) as f64;
         beam.slack = Lattice::DOUBT + ROUNDINGS * 16.0 * (reach + f64::from(lattice.cells.max_element()));
-        // Whatever isn't a number gives way here.
+        // Ways that aren't numbers, of rays that hit nothing, give way here.
         let enter = (enter - beam.slack).floor().max(first).min(first + cells - 1.0);
         let leave = (leave + beam.slack).ceil().max(enter + 1.0).min(first + cells);
         let [near, far] = [enter, leave].map(|way| self.bounds(way));
         for bound in 0..4 {
             beam.rate[bound] = (far[bound] - near[bound]) / (leave - enter);
             beam.base[bound] = near[bound] - beam.rate[bound] * enter;
+            // Rays from so far away that numbers don't reach are anywhere.
+            if !beam.base[bound].is_finite() {
+                (beam.base[bound], beam.rate[bound]) = (f64::NEG_INFINITY, 0.0);
+            }
         }
         (beam, [enter, leave])
     }

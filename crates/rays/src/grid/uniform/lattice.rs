@@ -32,9 +32,29 @@ pub(super) struct CellBox {
     pub(super) high: [u16; 3],
 }
 
+/// The cells that a vertex touches: on each axis the sum of the first and the last one, between which there is none. The
+/// fourth number fills up. 8 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(align(8))]
+pub(super) struct VertexCells([i16; 4]);
+
 impl CellBox {
     /// Overlaps nothing.
     pub(super) const EMPTY: Self = Self { low: [1; 3], high: [0; 3] };
+
+    /// The cells that a triangle's box overlaps. Rounding keeps the order of coordinates, so that the lowest and the
+    /// highest of the corners' cells are those of the box.
+    #[inline(always)]
+    pub(super) fn around([a, b, c]: [VertexCells; 3]) -> Self {
+        let sums = std::array::from_fn::<_, 4, _>(|axis| {
+            let [a, b, c] = [a.0[axis], b.0[axis], c.0[axis]];
+            (a.min(b).min(c), a.max(b).max(c))
+        });
+        Self {
+            low: [0, 1, 2].map(|axis| (sums[axis].0 >> 1) as u16),
+            high: [0, 1, 2].map(|axis| ((sums[axis].1 + 1) >> 1) as u16),
+        }
+    }
 
     pub(super) fn range(&self, axis: usize) -> RangeInclusive<u32> {
         u32::from(self.low[axis])..=u32::from(self.high[axis])
@@ -106,15 +126,24 @@ impl Lattice {
         (position - self.corner) * (1.0 / self.side)
     }
 
+    /// The cells that a vertex, grown by the margin, touches; any where it isn't finite or outside of the lattice.
+    #[inline(always)]
+    pub(super) fn cells_at(&self, vertex: Vec3) -> VertexCells {
+        let at = self.coordinates(vertex.as_dvec3());
+        let last = self.cells.as_dvec3() - 1.0;
+        let sum = |axis: usize| {
+            // Conversions to integers cut fractions off.
+            let [low, high] = [at[axis] - Self::MARGIN, at[axis] + Self::MARGIN];
+            low.clamp(0.0, last[axis]) as i32 + high.clamp(0.0, last[axis]) as i32
+        };
+        VertexCells([sum(0) as i16, sum(1) as i16, sum(2) as i16, 0])
+    }
+
     /// The cells that the grown box of `corners`, which are finite, overlaps.
     #[inline(always)]
     pub(super) fn cells_around(&self, [a, b, c]: [Vec3; 3]) -> CellBox {
-        let low = self.coordinates(a.min(b).min(c).as_dvec3()) - Self::MARGIN;
-        let high = self.coordinates(a.max(b).max(c).as_dvec3()) + Self::MARGIN;
-        let last = self.cells.as_dvec3() - 1.0;
-        // Conversions to integers cut fractions off.
-        let [low, high] = [low, high].map(|at| at.clamp(DVec3::ZERO, last).to_array().map(|at| at as u16));
-        CellBox { low, high }
+        let (low, high) = (self.cells_at(a.min(b).min(c)), self.cells_at(a.max(b).max(c)));
+        CellBox::around([low, low, high])
     }
 }
 

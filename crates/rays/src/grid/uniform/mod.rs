@@ -29,7 +29,7 @@ use crate::{Bounds, Omitted};
 use build::Chunk;
 pub use bundle::PacketSide;
 use bundle::Worker;
-use lattice::{CellBox, Lattice};
+use lattice::{CellBox, Lattice, VertexCells};
 use macrocells::Macrocells;
 pub use statistics::UniformCounts;
 
@@ -98,8 +98,9 @@ impl std::error::Error for ImpossibleUniformOptions {}
 
 /// The triangles of a frame, listed in cubic cells.
 ///
-/// With λ = 6 about 24 bytes of cells for each triangle, 12 more while building and four for each reference, of which
-/// there are [`UniformGrid::MOST_REFERENCES`] a triangle at most. Keep it and rebuild it: its memory is reused.
+/// With λ = 6 about 24 bytes of cells for each triangle, and while building 12 more and 8 for each shared vertex; and four
+/// for each reference, of which there are [`UniformGrid::MOST_REFERENCES`] a triangle at most. Keep it and rebuild it: its
+/// memory is reused.
 #[derive(Default)]
 pub struct UniformGrid {
     level: SimdLevel,
@@ -109,11 +110,15 @@ pub struct UniformGrid {
     triangle_count: usize,
     /// Where each cell's ids start, and one further where the last one's end; a zero follows from counting.
     starts: Vec<AtomicU32>,
+    /// How many references are before each thread's part of the cells.
+    sums: Vec<u32>,
     /// Triangle ids, cell after cell, ascending in each.
     ids: Vec<AtomicU32>,
     macrocells: Macrocells,
     /// The cells of each triangle, in order of ids.
     boxes: Vec<CellBox>,
+    /// The cells of each vertex; empty where triangles don't share many.
+    vertices: Vec<VertexCells>,
     chunks: Vec<Chunk>,
     bounds: Bounds,
     omitted: Omitted,
@@ -172,7 +177,9 @@ impl UniformGrid {
         (self.starts.capacity() + self.ids.capacity()) * size_of::<AtomicU32>()
             + self.macrocells.bytes()
             + self.boxes.capacity() * size_of::<CellBox>()
+            + self.vertices.capacity() * size_of::<VertexCells>()
             + self.chunks.capacity() * size_of::<Chunk>()
+            + self.sums.capacity() * size_of::<u32>()
             + self.workers.iter().map(worker_bytes).sum::<usize>()
     }
 
