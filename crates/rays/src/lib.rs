@@ -12,6 +12,7 @@ mod light;
 mod packet;
 pub mod predicate;
 mod ray;
+mod single;
 pub mod triangle;
 mod triangles;
 

@@ -4,7 +4,8 @@ use glam::Vec3A;
 use obvhs::bvh2::node::Bvh2Node;
 
 use super::Bvh;
-use crate::predicate::{ShadowRay, hit};
+use crate::predicate::ShadowRay;
+use crate::single::{self, Visit};
 use crate::{Hit, Ray, Triangles};
 
 impl Bvh {
@@ -14,18 +15,7 @@ impl Bvh {
     /// Hits that `counts` refuses are passed through: use it for alpha masks and back faces.
     #[must_use]
     pub fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-        let mut nearest: Option<Hit> = None;
-        let _ = self.visit(ray, |id, t_max| {
-            if let Some(hit) = hit(ray, triangles, id)
-                && nearest.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
-                && counts(&hit)
-            {
-                *t_max = hit.t;
-                nearest = Some(hit);
-            }
-            ControlFlow::Continue(())
-        });
-        nearest
+        single::nearest(self, triangles, ray, counts)
     }
 
     /// Whether any triangle but `own` shadows the point of `shadow_ray`.
@@ -40,14 +30,11 @@ impl Bvh {
         own: u32,
         counts: impl Fn(u32, [f32; 2]) -> bool,
     ) -> bool {
-        let visited = self.visit(&shadow_ray.ray, |id, _| {
-            let blocks = id != own
-                && shadow_ray.blocked_by(triangles.corners(id)).is_some_and(|barycentric| counts(id, barycentric));
-            if blocks { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        visited.is_break()
+        single::blocked(self, triangles, shadow_ray, own, counts)
     }
+}
 
+impl Visit for Bvh {
     /// Calls `test` with every triangle whose box `ray` may meet before `t_max`, nearer boxes first. `test` may lower
     /// `t_max` or break off.
     fn visit(&self, ray: &Ray, mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
@@ -59,7 +46,9 @@ impl Bvh {
         }
         self.visit_below(0, &slabs, &mut t_max, &mut test)
     }
+}
 
+impl Bvh {
     fn visit_below(
         &self,
         subtree: u32,

@@ -5,7 +5,8 @@ use glam::{DVec3, IVec3};
 
 use super::UniformGrid;
 use super::lattice::Lattice;
-use crate::predicate::{ShadowRay, hit};
+use crate::predicate::ShadowRay;
+use crate::single::{self, Visit};
 use crate::{Hit, Ray, Triangles};
 
 impl UniformGrid {
@@ -15,18 +16,7 @@ impl UniformGrid {
     /// Hits that `counts` refuses are passed through: use it for alpha masks and back faces.
     #[must_use]
     pub fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-        let mut nearest: Option<Hit> = None;
-        let _ = self.visit(ray, |id, t_max| {
-            if let Some(hit) = hit(ray, triangles, id)
-                && nearest.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
-                && counts(&hit)
-            {
-                *t_max = hit.t;
-                nearest = Some(hit);
-            }
-            ControlFlow::Continue(())
-        });
-        nearest
+        single::nearest(self, triangles, ray, counts)
     }
 
     /// Whether any triangle but `own` shadows the point of `shadow_ray`.
@@ -41,14 +31,11 @@ impl UniformGrid {
         own: u32,
         counts: impl Fn(u32, [f32; 2]) -> bool,
     ) -> bool {
-        let visited = self.visit(&shadow_ray.ray, |id, _| {
-            let blocks = id != own
-                && shadow_ray.blocked_by(triangles.corners(id)).is_some_and(|barycentric| counts(id, barycentric));
-            if blocks { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        visited.is_break()
+        single::blocked(self, triangles, shadow_ray, own, counts)
     }
+}
 
+impl Visit for UniformGrid {
     /// Calls `test` with every triangle in a cell that `ray` visits before `t_max`, nearer cells first. `test` may lower
     /// `t_max` or break off. Some triangles are tested more than once.
     fn visit(&self, ray: &Ray, mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
@@ -80,7 +67,9 @@ impl UniformGrid {
             }
         }
     }
+}
 
+impl UniformGrid {
     /// Walks out of macrocells that hold nothing; breaks where the walk ends.
     #[inline(always)]
     fn skip_empty(&self, line: &CellRay, walk: &mut Walk, t_max: f64) -> ControlFlow<()> {
