@@ -43,6 +43,14 @@ pub(crate) struct Pixel {
     pub(crate) is_lit: bool,
 }
 
+/// What a pixel of an image shows, with a bit for each place that is lit; `None` for nothing.
+pub(crate) fn pixel(seen: &SeenPixels, lit: &[u16], x: u32, y: u32) -> Option<Pixel> {
+    let place = seen.order().place(x, y);
+    let triangle = seen.triangle[place];
+    let is_lit = lit[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1;
+    (triangle != SeenPixels::NONE).then_some(Pixel { triangle, is_lit })
+}
+
 /// The camera's grid and the lights'.
 #[derive(Debug, Default)]
 pub(crate) struct Grids {
@@ -148,10 +156,7 @@ impl Grids {
 
     /// What a pixel showed at the last sample; `None` for nothing.
     pub(crate) fn pixel(&self, x: u32, y: u32) -> Option<Pixel> {
-        let place = self.seen.order().place(x, y);
-        let triangle = self.seen.triangle[place];
-        let is_lit = self.lit[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1;
-        (triangle != SeenPixels::NONE).then_some(Pixel { triangle, is_lit })
+        pixel(&self.seen, &self.lit, x, y)
     }
 
     /// Milliseconds of the light grid's own stages, for the last light: other ones for each form.

@@ -1,6 +1,7 @@
 //! `umbrage-bench`: how fast is it?
 #![forbid(unsafe_code)]
 
+mod bounce;
 mod experiments;
 mod flags;
 mod frame;
@@ -45,6 +46,8 @@ enum Command {
     Frame(frame::FrameFlags),
     /// Compare frames with those of Embree, which must be installed (Debian's package libembree-dev)
     Peers(peers::PeersFlags),
+    /// Incoherent rays: one diffuse bounce through every structure for all rays, and through Embree
+    Bounce(bounce::BounceFlags),
     /// Table 1 of the paper: what building and tracing take, beside the paper's own numbers
     Table1(experiments::Table1Flags),
     /// Figure 10 of the paper: which stages a frame's time goes to
@@ -90,6 +93,7 @@ fn run(command: Command) -> anyhow::Result<()> {
         #[cfg(feature = "view")]
         Command::Window(flags) => window::run(&flags),
         Command::Peers(flags) => peers::run(&flags),
+        Command::Bounce(flags) => bounce::run(&flags),
         Command::Table1(flags) => flags.run(),
         Command::Breakdown(flags) => flags.run(),
         Command::Distance(flags) => flags.run(),

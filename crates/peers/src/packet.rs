@@ -1,4 +1,6 @@
-//! Sixteen rays side by side, laid out as Embree reads them.
+//! Sixteen rays side by side, and single ones, laid out as Embree reads them.
+
+use crate::posed::Posed;
 
 /// Rays of a packet.
 pub const WIDTH: usize = 16;
@@ -63,6 +65,61 @@ pub struct RayHitPacket {
     pub hit: HitPacket,
 }
 
+/// `RTCRayHit`: 80 bytes for Embree 3, and 16 more for the last fields, which Embree 4 may have and Embree 3 ignores.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub struct SingleRay {
+    /// Origin in world space.
+    pub origin: [f32; 3],
+    /// Where the ray starts, in lengths of its direction.
+    pub t_near: f32,
+    /// A direction of any length.
+    pub direction: [f32; 3],
+    time: f32,
+    /// Where the ray ends, and where it hits.
+    pub t_far: f32,
+    mask: u32,
+    id: u32,
+    flags: u32,
+    normal: [f32; 3],
+    u: f32,
+    v: f32,
+    primitive: u32,
+    geometry: u32,
+    instance: u32,
+    instance_primitive: u32,
+}
+
+impl SingleRay {
+    /// An endless ray that hasn't hit anything.
+    #[must_use]
+    pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
+        Self {
+            origin,
+            t_near: 0.0,
+            direction,
+            time: 0.0,
+            t_far: f32::INFINITY,
+            mask: u32::MAX,
+            id: 0,
+            flags: 0,
+            normal: [0.0; 3],
+            u: 0.0,
+            v: 0.0,
+            primitive: NONE,
+            geometry: NONE,
+            instance: NONE,
+            instance_primitive: NONE,
+        }
+    }
+
+    /// The name of the triangle that was hit, which [`Posed::triangle`](crate::Posed::triangle) knows; `None` for none.
+    #[must_use]
+    pub fn name(&self) -> Option<u32> {
+        (self.geometry != NONE).then(|| Posed::name(self.primitive, self.geometry))
+    }
+}
+
 impl Valid {
     /// All rays are traced.
     pub const ALL: Self = Self([-1; WIDTH]);
@@ -125,6 +182,9 @@ mod tests {
         assert_eq!((size_of::<RayPacket>(), align_of::<RayPacket>()), (12 * ARRAY, 64));
         assert_eq!((size_of::<HitPacket>(), align_of::<HitPacket>()), (9 * ARRAY, 64));
         assert_eq!((size_of::<RayHitPacket>(), align_of::<RayHitPacket>()), (21 * ARRAY, 64));
+        assert_eq!((size_of::<SingleRay>(), align_of::<SingleRay>()), (96, 16));
+        assert_eq!((offset_of!(SingleRay, t_far), offset_of!(SingleRay, normal)), (32, 48));
+        assert_eq!((offset_of!(SingleRay, primitive), offset_of!(SingleRay, instance)), (68, 76));
         assert_eq!(offset_of!(RayPacket, t_near), 3 * ARRAY);
         assert_eq!(offset_of!(RayPacket, direction), 4 * ARRAY);
         assert_eq!(offset_of!(RayPacket, time), 7 * ARRAY);

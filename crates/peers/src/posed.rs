@@ -72,7 +72,13 @@ impl Posed {
     /// One number for each hit of a packet, from Embree's numbers for the triangle and the geometry; all ones for none.
     #[inline(always)]
     pub(crate) fn names(primitives: &[u32; WIDTH], geometries: &[u32; WIDTH]) -> [u32; WIDTH] {
-        std::array::from_fn(|lane| primitives[lane] | geometries[lane] << Self::ASKED)
+        std::array::from_fn(|lane| Self::name(primitives[lane], geometries[lane]))
+    }
+
+    /// The same for one hit.
+    #[inline(always)]
+    pub(crate) fn name(primitive: u32, geometry: u32) -> u32 {
+        primitive | geometry << Self::ASKED
     }
 
     /// World position of each vertex.

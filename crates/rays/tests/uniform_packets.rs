@@ -407,7 +407,7 @@ fn rays_that_are_not_numbers_leave_the_others_of_a_packet_alone() {
     let mut mesh = Mesh::soup(&mut random, 60, 0.05);
     mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 10));
     let triangles = mesh.triangles();
-    let mut grid = grid(&mesh, PacketSide::Eight);
+    let grid = grid(&mesh, PacketSide::Eight);
     let plain = Ray::new(DVec3::new(0.1, 0.2, 4.0), DVec3::new(0.0, 0.1, -1.0));
     let mut unusual = Vec::new();
     for value in [0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308, -1e308, 1e-320] {
@@ -448,7 +448,7 @@ fn packets_of_any_rays_hit_what_the_predicate_says() {
     mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 10));
     mesh.append(&Mesh::floor(6, 3.0));
     let triangles = mesh.triangles();
-    let mut grid = grid(&mesh, PacketSide::Eight);
+    let grid = grid(&mesh, PacketSide::Eight);
     let counts = |hit: &Hit| !hit.triangle.is_multiple_of(7) || hit.barycentric[0] < 0.5;
     let (mut hits, mut misses) = (0, 0);
     for bundle in bundles(&mut random) {
@@ -469,7 +469,7 @@ fn packets_of_any_shadow_rays_are_blocked_as_the_predicate_says() {
     let mut mesh = Mesh::soup(&mut random, 60, 0.05);
     mesh.append(&room());
     let triangles = mesh.triangles();
-    let mut grid = grid(&mesh, PacketSide::Eight);
+    let grid = grid(&mesh, PacketSide::Eight);
     let counts = |id: u32, [b, _]: [f32; 2]| !id.is_multiple_of(5) || b < 0.5;
     let (mut lit, mut shadowed) = (0, 0);
     for (step, bundle) in bundles(&mut random).into_iter().enumerate() {

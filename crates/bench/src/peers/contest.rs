@@ -9,7 +9,7 @@ use umbrage_peers::{BuildMethod, Embree, Posed, Quality};
 use super::PeersFlags;
 use super::compare::Differences;
 use super::contestants::{EmbreeSide, Hierarchy, RaysOnly};
-use crate::grids::{Grids, Times};
+use crate::grids::Times;
 use crate::median::median;
 use crate::shot::{Shot, name};
 
@@ -81,7 +81,7 @@ type Log = Vec<Vec<Times>>;
 
 pub(super) fn hold(address: &str, scene: &Scene, flags: &PeersFlags, embree: &Arc<Embree>) -> Result<Row> {
     let mut frame = Frame::default();
-    let mut grids = Grids::default();
+    let mut grids = flags.our_side()?;
     let mut sides = METHODS.map(|(_, method)| EmbreeSide::new(embree, method));
     let mut rays_only = RaysOnly::default();
     let mut hierarchy = flags.bvh.then(Hierarchy::default);

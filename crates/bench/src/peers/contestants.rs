@@ -6,11 +6,76 @@ use std::sync::Arc;
 use anyhow::Result;
 use rayon::prelude::*;
 use umbrage::rays::predicate::{self, HitPoint, ShadowRay};
-use umbrage::rays::{Bvh, Hit};
+use umbrage::rays::{Bvh, Hit, SeenImage, SeenPixels, TileOrder, UniformGrid, UniformOptions, Unmasked};
+use umbrage::scene::{ShadowingPoints, SolidPoints};
 use umbrage_peers::{BuildMethod, Embree, Image, PixelRays, Posed, Scene};
 
-use crate::grids::{Times, time};
+use crate::grids::{Grids, Pixel, Times, pixel, time};
 use crate::shot::Shot;
+
+/// Our grids: those of the camera and the lights, or one for all rays.
+#[derive(Debug)]
+pub(super) enum OurSide {
+    Specialised(Grids),
+    Uniform(Box<UniformSide>),
+}
+
+impl OurSide {
+    pub(super) fn trace(&mut self, shot: &Shot<'_>) -> Result<Times> {
+        match self {
+            Self::Specialised(grids) => grids.trace(shot),
+            Self::Uniform(side) => Ok(side.trace(shot)),
+        }
+    }
+
+    pub(super) fn pixel(&self, x: u32, y: u32) -> Option<Pixel> {
+        match self {
+            Self::Specialised(grids) => grids.pixel(x, y),
+            Self::Uniform(side) => pixel(&side.seen, &side.lit, x, y),
+        }
+    }
+}
+
+/// The uniform grid, its rays in packets.
+#[derive(Debug, Default)]
+pub(super) struct UniformSide {
+    grid: UniformGrid,
+    seen: SeenPixels,
+    lit: Vec<u16>,
+}
+
+impl UniformSide {
+    pub(super) fn new(options: UniformOptions) -> Result<Self> {
+        let mut side = Self::default();
+        side.grid.set_options(options)?;
+        Ok(side)
+    }
+
+    fn trace(&mut self, shot: &Shot<'_>) -> Times {
+        let Self { grid, seen, lit } = self;
+        let Shot { frame, view, offsets_pixels, lights, masks, .. } = shot;
+        let triangles = frame.triangles();
+        let is_opaque = |id| !*masks || frame.is_opaque(id);
+        let is_solid = |id| !*masks || !frame.is_masked(id);
+        let mut times = Times::default();
+        time(&mut times.build, || grid.build(triangles));
+        for &offset_pixels in offsets_pixels {
+            time(&mut times.see, || match masks {
+                true => grid.see(triangles, view, offset_pixels, is_solid, SolidPoints(frame), seen),
+                false => grid.see(triangles, view, offset_pixels, is_solid, Unmasked, seen),
+            });
+            lit.resize(seen.order().places() / TileOrder::BLOCK_PLACES, 0);
+            let image = SeenImage { triangles, view: *view, offset_pixels, seen };
+            for light in lights {
+                time(&mut times.shadow, || match masks {
+                    true => grid.shadow(&image, light, is_opaque, &ShadowingPoints(frame), lit),
+                    false => grid.shadow(&image, light, is_opaque, &Unmasked, lit),
+                });
+            }
+        }
+        times
+    }
+}
 
 /// Embree, with one way to build its hierarchy.
 #[derive(Debug)]

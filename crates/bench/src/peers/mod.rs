@@ -8,12 +8,15 @@ mod print;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
-use clap::Args;
+use anyhow::{Context, Result, ensure};
+use clap::{Args, ValueEnum};
 use umbrage::Scene;
+use umbrage::rays::{PacketSide, UniformOptions};
 use umbrage_peers::Embree;
 
-use crate::flags::size;
+use self::contestants::{OurSide, UniformSide};
+use crate::flags::{packet_side, size};
+use crate::grids::Grids;
 use crate::shot::{self, Lights};
 use crate::table::Form;
 
@@ -39,6 +42,12 @@ pub(crate) struct PeersFlags {
     /// The lights that cast shadows
     #[arg(long, value_enum, default_value = "first")]
     lights: Lights,
+    /// Which of our structures takes part
+    #[arg(long, value_enum, default_value = "perspective")]
+    structure: OurStructure,
+    /// Pixels a side of the uniform grid's packets: 2, 4, 8, 16 or 32
+    #[arg(long, value_name = "N", value_parser = packet_side)]
+    packet: Option<PacketSide>,
     /// Ask alpha masks and opacity about hits, which all triangles go without by default
     #[arg(long)]
     masks: bool,
@@ -51,6 +60,31 @@ pub(crate) struct PeersFlags {
     /// How the results are written
     #[arg(long, value_enum, default_value = "table")]
     form: Form,
+}
+
+/// Our structures that trace whole images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum OurStructure {
+    /// A perspective grid for the camera and a light grid for each light
+    Perspective,
+    /// One uniform grid for all rays, traced in packets
+    Grid,
+}
+
+impl PeersFlags {
+    fn our_side(&self) -> Result<OurSide> {
+        ensure!(
+            self.structure == OurStructure::Grid || self.packet.is_none(),
+            "--packet is for `--structure grid`: only its rays are traced in packets"
+        );
+        Ok(match self.structure {
+            OurStructure::Perspective => OurSide::Specialised(Grids::default()),
+            OurStructure::Grid => {
+                let packet = self.packet.unwrap_or_default();
+                OurSide::Uniform(Box::new(UniformSide::new(UniformOptions { packet, ..UniformOptions::DEFAULT })?))
+            }
+        })
+    }
 }
 
 pub(crate) fn run(flags: &PeersFlags) -> Result<()> {

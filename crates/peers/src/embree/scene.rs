@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use super::filter::{keep_casting, keep_solid};
 use super::{Embree, Error, Handle};
-use crate::packet::{RayHitPacket, RayPacket, Valid};
+use crate::packet::{RayHitPacket, RayPacket, SingleRay, Valid};
 use crate::posed::Posed;
 
 /// How a scene is built anew for each frame.
@@ -159,6 +159,15 @@ impl Scene {
         if let Some(Built { scene, .. }) = self.built {
             // SAFETY: the scene was committed, and is not changed while it is borrowed.
             unsafe { self.embree.trace.nearest(scene, valid, packet) }
+        }
+    }
+
+    /// Finds the nearest hit of a ray that has no company; one that hits nothing keeps what it had.
+    #[inline]
+    pub fn nearest_of_one(&self, ray: &mut SingleRay) {
+        if let Some(Built { scene, .. }) = self.built {
+            // SAFETY: as for `nearest`.
+            unsafe { self.embree.trace.nearest_of_one(scene, ray) }
         }
     }
 

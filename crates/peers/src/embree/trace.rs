@@ -5,18 +5,20 @@ use libloading::Library;
 
 use super::Handle;
 use super::filter::Filter;
-use crate::packet::{RayHitPacket, RayPacket, Valid};
+use crate::packet::{RayHitPacket, RayPacket, SingleRay, Valid};
 
-/// The two functions whose arguments depend on the version.
+/// The functions whose arguments depend on the version.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Trace {
     Three {
         intersect: unsafe extern "C" fn(*const Valid, Handle, *mut Context3, *mut RayHitPacket),
         occluded: unsafe extern "C" fn(*const Valid, Handle, *mut Context3, *mut RayPacket),
+        intersect_one: unsafe extern "C" fn(Handle, *mut Context3, *mut SingleRay),
     },
     Four {
         intersect: unsafe extern "C" fn(*const Valid, Handle, *mut RayHitPacket, *mut Arguments4),
         occluded: unsafe extern "C" fn(*const Valid, Handle, *mut RayPacket, *mut Arguments4),
+        intersect_one: unsafe extern "C" fn(Handle, *mut SingleRay, *mut Arguments4),
     },
 }
 
@@ -48,13 +50,16 @@ impl Trace {
         // `Embree`.
         let found = unsafe {
             let (intersect, occluded) = (c"rtcIntersect16".to_bytes_with_nul(), c"rtcOccluded16".to_bytes_with_nul());
+            let intersect_one = c"rtcIntersect1".to_bytes_with_nul();
             match major {
-                3 => library
-                    .get(intersect)
-                    .and_then(|intersect| Ok(Self::Three { intersect: *intersect, occluded: *library.get(occluded)? })),
-                4 => library
-                    .get(intersect)
-                    .and_then(|intersect| Ok(Self::Four { intersect: *intersect, occluded: *library.get(occluded)? })),
+                3 => library.get(intersect).and_then(|intersect| {
+                    let (occluded, intersect_one) = (*library.get(occluded)?, *library.get(intersect_one)?);
+                    Ok(Self::Three { intersect: *intersect, occluded, intersect_one })
+                }),
+                4 => library.get(intersect).and_then(|intersect| {
+                    let (occluded, intersect_one) = (*library.get(occluded)?, *library.get(intersect_one)?);
+                    Ok(Self::Four { intersect: *intersect, occluded, intersect_one })
+                }),
                 _ => return Err(format!("Embree {major} is neither 3 nor 4")),
             }
         };
@@ -76,6 +81,21 @@ impl Trace {
         }
     }
 
+    /// Finds the nearest hit of a ray.
+    ///
+    /// # Safety
+    /// As for `nearest`.
+    #[inline]
+    pub(super) unsafe fn nearest_of_one(&self, scene: Handle, ray: &mut SingleRay) {
+        // SAFETY: as for `nearest`.
+        unsafe {
+            match *self {
+                Self::Three { intersect_one, .. } => intersect_one(scene, &mut { Context3::INCOHERENT }, ray),
+                Self::Four { intersect_one, .. } => intersect_one(scene, ray, &mut { Arguments4::INCOHERENT }),
+            }
+        }
+    }
+
     /// Sets `t_far` of the `valid` rays that hit anything to −∞.
     ///
     /// # Safety
@@ -93,12 +113,14 @@ impl Trace {
 }
 
 impl Context3 {
-    const COHERENT: Self = Self { flags: COHERENT_3, filter: None, instance: u32::MAX };
+    const INCOHERENT: Self = Self { flags: 0, filter: None, instance: u32::MAX };
+    const COHERENT: Self = Self { flags: COHERENT_3, ..Self::INCOHERENT };
 }
 
 impl Arguments4 {
-    const COHERENT: Self =
-        Self { flags: COHERENT_4, features: u32::MAX, context: ptr::null_mut(), filter: None, callback: ptr::null() };
+    const INCOHERENT: Self =
+        Self { flags: 0, features: u32::MAX, context: ptr::null_mut(), filter: None, callback: ptr::null() };
+    const COHERENT: Self = Self { flags: COHERENT_4, ..Self::INCOHERENT };
 }
 
 #[cfg(test)]

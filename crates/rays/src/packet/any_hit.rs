@@ -1,8 +1,10 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
-use super::query::{Query, RayBlock};
-use super::{LANES, Planes};
+use super::blocks::{bits_of, least_of, least_of_blocks};
+use super::query::Query;
+use super::{LANES, MOST_BLOCKS, PacketRays, Planes};
+use crate::grid::{MaskAnswers, ShadowMask};
 
 /// Whether sixteen rays have reached the points that they end at.
 #[derive(Clone, Copy, Debug)]
@@ -22,33 +24,99 @@ impl AnyHitBlock {
 
 /// The query whether each ray hits anything before the point that it ends at.
 pub(crate) struct AnyHit<'a> {
-    pub(crate) rays: &'a [RayBlock],
-    pub(crate) found: &'a mut [AnyHitBlock],
+    rays: &'a PacketRays,
+    found: &'a mut [AnyHitBlock],
     /// Block, lane and triangle of rays about which the predicate must be asked.
-    pub(crate) doubts: &'a mut Vec<(u16, u16, u32)>,
+    doubts: &'a mut Vec<(u16, u16, u32)>,
     /// How wrong the limits may be.
-    pub(crate) limit_error: f32,
-    /// Triangles that let light through nowhere.
-    pub(crate) is_opaque: &'a (dyn Fn(u32) -> bool + Sync),
-    pub(crate) least: f32,
+    limit_error: f32,
+    casting: Casting<'a>,
+    /// The least limit of each block's open rays, less its error; infinite where none is open.
+    farthest: [f32; MOST_BLOCKS],
+    /// The least of those.
+    least: f32,
 }
 
-impl AnyHit<'_> {
-    /// Prepares for the members of `rays`.
-    pub(crate) fn start(&mut self) {
-        self.update_least();
+/// Where triangles keep light off what is behind them.
+#[derive(Clone, Copy)]
+pub(crate) struct Casting<'a> {
+    /// Triangles that let light through nowhere.
+    pub(crate) is_opaque: &'a (dyn Fn(u32) -> bool + Sync),
+    /// Where others do.
+    pub(crate) mask: &'a dyn ShadowMask,
+}
+
+impl<'a> AnyHit<'a> {
+    /// Asks for the members of `rays`, whose points may be wrong by `limit_error` in nearness.
+    #[inline(always)]
+    pub(crate) fn new<S: Simd>(
+        simd: S,
+        rays: &'a PacketRays,
+        found: &'a mut [AnyHitBlock],
+        doubts: &'a mut Vec<(u16, u16, u32)>,
+        limit_error: f32,
+        casting: Casting<'a>,
+    ) -> Self {
+        let farthest = [f32::INFINITY; MOST_BLOCKS];
+        let mut query = Self { rays, found, doubts, limit_error, casting, farthest, least: 0.0 };
+        (0..rays.blocks().len()).for_each(|block| query.update_block(simd, block));
+        query.update_least(simd);
+        query
     }
 
-    fn update_least(&mut self) {
-        let mut least = f32::INFINITY;
-        for (rays, found) in self.rays.iter().zip(&*self.found) {
-            let mut open = rays.members & !found.shadowed;
-            while open != 0 {
-                least = least.min(found.limit[open.trailing_zeros() as usize % LANES]);
-                open &= open - 1;
-            }
+    #[inline(always)]
+    fn update_block<S: Simd>(&mut self, simd: S, block: usize) {
+        let (rays, found) = (&self.rays.blocks()[block], &self.found[block]);
+        let limit = f32x16::from_slice(simd, &found.limit);
+        self.farthest[block] = least_of(simd, limit, rays.members & !found.shadowed) - self.limit_error;
+    }
+
+    #[inline(always)]
+    fn update_least<S: Simd>(&mut self, simd: S) {
+        self.least = least_of_blocks(simd, &self.farthest, self.rays.blocks().len());
+    }
+
+    /// Tests the rays of a block against the triangle in `lane`; whether it shadows some for certain.
+    #[inline(always)]
+    fn test_block<S: Simd>(&mut self, simd: S, planes: &Planes, lane: usize, id: u32, block: usize) -> bool {
+        let (rays, found) = (&self.rays.blocks()[block], &mut self.found[block]);
+        let open = rays.members & !found.shadowed;
+        if open == 0 {
+            return false;
         }
-        self.least = least - self.limit_error;
+        let values = planes.at(simd, lane, f32x16::from_slice(simd, &rays.x), f32x16::from_slice(simd, &rays.y));
+        let [a, b, c] = values.edges;
+        let (lowest, highest) = (a.min(b).min(c), a.max(b).max(c));
+        let below = lowest.simd_lt(-values.bound);
+        let limit = f32x16::from_slice(simd, &found.limit);
+        let error = f32x16::splat(simd, self.limit_error);
+        let is_oriented = planes.oriented >> lane & 1 == 1;
+        let (missed, certain) = if is_oriented {
+            let certain = lowest.simd_gt(values.bound) & values.low.simd_gt(limit + error);
+            (below | values.high.simd_lt(limit - error), certain)
+        } else {
+            (below & highest.simd_gt(values.bound), mask32x16::splat(simd, false))
+        };
+        let own = u32x16::from_slice(simd, &found.own).simd_eq(u32x16::splat(simd, id)).to_bitmask() as u16;
+        let mut possible = !missed.to_bitmask() as u16 & open & !own;
+        if possible == 0 {
+            return false;
+        }
+        let mut certain = certain.to_bitmask() as u16 & possible;
+        if !(self.casting.is_opaque)(id) {
+            let answers = if is_oriented {
+                self.casting.mask.which_cast(id, &planes.mask_points(simd, lane, values.edges, possible))
+            } else {
+                MaskAnswers::default()
+            };
+            possible &= !answers.cut;
+            certain &= answers.solid;
+        }
+        for ray in bits_of(u64::from(possible & !certain)) {
+            self.doubts.push((block as u16, ray as u16, id));
+        }
+        found.shadowed |= certain;
+        certain != 0
     }
 }
 
@@ -60,43 +128,15 @@ impl Query for AnyHit<'_> {
 
     #[inline(always)]
     fn test<S: Simd>(&mut self, simd: S, planes: &Planes, lane: usize, id: u32) {
-        let is_oriented = planes.oriented >> lane & 1 == 1;
         let mut is_changed = false;
-        for (place, (rays, found)) in self.rays.iter().zip(&mut *self.found).enumerate() {
-            let open = rays.members & !found.shadowed;
-            if open == 0 {
-                continue;
+        for block in bits_of(self.rays.reached(simd, planes, lane, &self.farthest)) {
+            if self.test_block(simd, planes, lane, id, block) {
+                self.update_block(simd, block);
+                is_changed = true;
             }
-            let values = planes.at(simd, lane, f32x16::from_slice(simd, &rays.x), f32x16::from_slice(simd, &rays.y));
-            let [a, b, c] = values.edges;
-            let (lowest, highest) = (a.min(b).min(c), a.max(b).max(c));
-            let below = lowest.simd_lt(-values.bound);
-            let limit = f32x16::from_slice(simd, &found.limit);
-            let error = f32x16::splat(simd, self.limit_error);
-            let (missed, certain) = if is_oriented {
-                let certain = lowest.simd_gt(values.bound) & values.low.simd_gt(limit + error);
-                (below | values.high.simd_lt(limit - error), certain)
-            } else {
-                (below & highest.simd_gt(values.bound), mask32x16::splat(simd, false))
-            };
-            let possible = !missed.to_bitmask() as u16 & open;
-            if possible == 0 {
-                continue;
-            }
-            let own = u32x16::from_slice(simd, &found.own).simd_eq(u32x16::splat(simd, id)).to_bitmask() as u16;
-            let possible = possible & !own;
-            let certain = certain.to_bitmask() as u16 & possible;
-            let certain = if certain != 0 && (self.is_opaque)(id) { certain } else { 0 };
-            let mut doubtful = possible & !certain;
-            while doubtful != 0 {
-                self.doubts.push((place as u16, doubtful.trailing_zeros() as u16, id));
-                doubtful &= doubtful - 1;
-            }
-            found.shadowed |= certain;
-            is_changed |= certain != 0;
         }
         if is_changed {
-            self.update_least();
+            self.update_least(simd);
         }
     }
 }

@@ -7,6 +7,7 @@
 //! what can be asked of a packet; both are a [`Query`] of one traversal. Rays that have nothing in common are `lines`.
 
 mod any_hit;
+mod blocks;
 mod lines;
 mod mailbox;
 mod nearest;
@@ -14,19 +15,23 @@ mod planes;
 mod query;
 mod space;
 
-pub(crate) use any_hit::{AnyHit, AnyHitBlock};
+pub(crate) use any_hit::{AnyHit, AnyHitBlock, Casting};
+pub(crate) use blocks::PacketRays;
 pub(crate) use lines::{LineBlock, LineFilter};
 pub(crate) use mailbox::Mailbox;
-pub(crate) use nearest::{Doubt, Nearest, NearestBlock};
+pub(crate) use nearest::{Doubt, Nearest, NearestBlock, Solid};
 pub(crate) use planes::Planes;
-pub(crate) use query::{Query, RayBlock};
+pub(crate) use query::Query;
 pub(crate) use space::{Common, Group, Points, Range, Space};
 
 /// Rays, or triangles, handled at once.
 pub(crate) const LANES: usize = 16;
 
+/// Most blocks of that many rays in a packet.
+pub(crate) const MOST_BLOCKS: usize = 64;
+
 /// Half the distance from one to the next f32.
-const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+pub(crate) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 
 /// Half the distance from one to the next f64.
 const ROUNDING: f64 = f64::EPSILON / 2.0;

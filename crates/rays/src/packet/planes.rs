@@ -5,11 +5,12 @@ use glam::Vec3;
 use super::space::{Common, Space};
 use super::{HALF_ULP, LANES, ROUNDING};
 use crate::Triangles;
+use crate::grid::MaskPoints;
 
 /// Sixteen triangles as linear functions of a ray's place (x, y) in a packet, in f32.
 ///
 /// A function is `a x + (b y + c)`. Edge functions are scaled so that |a| + |b| + |c| is one, and turned so that they
-/// are positive inside where the triangle is `oriented`. 1024 bytes.
+/// are positive inside where the triangle is `oriented`. 1280 bytes.
 #[derive(Default)]
 #[repr(align(64))]
 pub(crate) struct Planes {
@@ -25,6 +26,10 @@ pub(crate) struct Planes {
     nearness_error: [f32; LANES],
     /// The largest nearness in the packet.
     nearest: [f32; LANES],
+    /// What each edge function was scaled by, as parts of their sum.
+    share: [[f32; LANES]; 3],
+    /// How wrong a barycentric coordinate may be, times the sum D of [`mask_points`](Self::mask_points).
+    weight_error: [f32; LANES],
     /// Triangles whose orientation is known, a bit for each.
     pub(crate) oriented: u64,
     /// Triangles that no ray of the packet hits, for certain.
@@ -52,7 +57,9 @@ impl Planes {
             low.b[edge].narrow(high.b[edge]).store_slice(&mut self.b[edge]);
             low.c[edge].narrow(high.c[edge]).store_slice(&mut self.c[edge]);
             low.nearness[edge].narrow(high.nearness[edge]).store_slice(&mut self.nearness[edge]);
+            low.share[edge].narrow(high.share[edge]).store_slice(&mut self.share[edge]);
         }
+        low.weight_error.narrow(high.weight_error).store_slice(&mut self.weight_error);
         let bound: f32x16<S> = low.bound.narrow(high.bound);
         bound.store_slice(&mut self.bound);
         low.nearness_error.narrow(high.nearness_error).store_slice(&mut self.nearness_error);
@@ -69,6 +76,56 @@ impl Planes {
     pub(crate) fn reaching<S: Simd>(&self, simd: S, lanes: u64, least: f32) -> u64 {
         let nearest = f32x16::from_slice(simd, &self.nearest);
         lanes & !(nearest.simd_lt(f32x16::splat(simd, least)).to_bitmask() & self.oriented)
+    }
+
+    /// Which of sixteen boxes, each of which holds rays of the packet, only have rays that certainly miss the triangle in
+    /// `lane`, or hit it at a nearness below `least`; a bit for each. Only where the triangle is oriented.
+    #[inline(always)]
+    pub(super) fn missed_boxes<S: Simd>(
+        &self,
+        simd: S,
+        lane: usize,
+        middle: [f32x16<S>; 2],
+        half: [f32x16<S>; 2],
+        least: f32x16<S>,
+    ) -> u64 {
+        let lane = lane % LANES;
+        let Self { a, b, c, .. } = self;
+        let edges = [
+            highest_in(simd, [a[0][lane], b[0][lane], c[0][lane]], middle, half),
+            highest_in(simd, [a[1][lane], b[1][lane], c[1][lane]], middle, half),
+            highest_in(simd, [a[2][lane], b[2][lane], c[2][lane]], middle, half),
+        ];
+        // Ten roundings of sums that are two at most.
+        const ROUNDINGS: f32 = 20.0 * HALF_ULP as f32;
+        let bound = f32x16::splat(simd, self.bound[lane] + ROUNDINGS);
+        let [a, b, c] = &self.nearness;
+        let (a, b, c) = (a[lane], b[lane], c[lane]);
+        let error = self.nearness_error[lane] + (a.abs() + b.abs() + c.abs()) * ROUNDINGS;
+        let nearest = highest_in(simd, [a, b, c], middle, half) + f32x16::splat(simd, error);
+        let outside = edges[0].min(edges[1]).min(edges[2]).simd_lt(-bound);
+        (outside | nearest.simd_lt(least)).to_bitmask()
+    }
+
+    /// Where the triangle in `lane` has the edge functions `edges`, what its mask is asked about.
+    ///
+    /// The weight of a corner is Eᵢ / D, with E an edge function before it was scaled and D the sum of all three. With sᵢ
+    /// what each was scaled by, as a part of their sum, that is eᵢ sᵢ over the sum of all eⱼ sⱼ. Those are wrong by the
+    /// bound of e times sᵢ, and the predicate's by p = 64 roundings in f64 of d r², relative to the sum of what the edge
+    /// functions were scaled by; d is the largest coordinate of a direction, of which the major axis has a quarter or
+    /// more, and r the largest of a corner from where the ray starts. A weight, being one at most, is so wrong by at most
+    /// h / (D − h), with h = 2 bound + 4 p. Some ε are for roundings here and the predicate's own to f32.
+    #[inline(always)]
+    pub(super) fn mask_points<S: Simd>(&self, simd: S, lane: usize, edges: [f32x16<S>; 3], asked: u16) -> MaskPoints {
+        let lane = lane % LANES;
+        let first = edges[0] * f32x16::splat(simd, self.share[0][lane]);
+        let second = edges[1] * f32x16::splat(simd, self.share[1][lane]);
+        let third = edges[2] * f32x16::splat(simd, self.share[2][lane]);
+        let sum = first + second + third;
+        let inverse = f32x16::splat(simd, 1.0) / sum;
+        let error = f32x16::splat(simd, self.weight_error[lane]);
+        let error = error / (sum - error) + f32x16::splat(simd, 12.0 * HALF_ULP as f32);
+        MaskPoints { barycentric: [(second * inverse).into(), (third * inverse).into()], error: error.into(), asked }
     }
 
     /// The largest value of an edge function in the packet.
@@ -103,6 +160,13 @@ fn linear<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> 
     f32x16::splat(simd, a) * x + (f32x16::splat(simd, b) * y + f32x16::splat(simd, c))
 }
 
+/// The largest value of a x + (b y + c) in boxes.
+#[inline(always)]
+fn highest_in<S: Simd>(simd: S, [a, b, c]: [f32; 3], middle: [f32x16<S>; 2], half: [f32x16<S>; 2]) -> f32x16<S> {
+    let spread = f32x16::splat(simd, a.abs()) * half[0] + f32x16::splat(simd, b.abs()) * half[1];
+    linear(simd, [a, b, c], middle[0], middle[1]) + spread
+}
+
 /// The functions of eight triangles, in f64.
 struct Half<S: Simd> {
     a: [f64x8<S>; 3],
@@ -112,6 +176,8 @@ struct Half<S: Simd> {
     nearness: [f64x8<S>; 3],
     nearness_error: f64x8<S>,
     nearest: f64x8<S>,
+    share: [f64x8<S>; 3],
+    weight_error: f64x8<S>,
     oriented: u64,
 }
 
@@ -159,6 +225,8 @@ impl<S: Simd> Half<S> {
             nearness: [splat(simd, 0.0); 3],
             nearness_error: splat(simd, 0.0),
             nearest: splat(simd, 0.0),
+            share: [splat(simd, 0.0); 3],
+            weight_error: splat(simd, 0.0),
             oriented: oriented.to_bitmask(),
         };
         for edge in 0..3 {
@@ -172,12 +240,14 @@ impl<S: Simd> Half<S> {
                 (across, along, product * extent)
             };
             let (a, b) = (across * half_u, along * half_v);
-            let inverse = splat(simd, 1.0) / (a.abs() + b.abs() + middle.abs());
+            half.share[edge] = a.abs() + b.abs() + middle.abs();
+            let inverse = splat(simd, 1.0) / half.share[edge];
             let scale = inverse * side;
             (half.a[edge], half.b[edge], half.c[edge]) = (a * scale, b * scale, middle * scale);
             half.bound += of_corners * inverse;
         }
         half.bound += splat(simd, 8.0 * HALF_ULP + space.ray_error);
+        half.share_out(simd, space, reach);
 
         let inverse = splat(simd, 1.0) / divisor;
         half.nearness = [normal[0] * half_u * inverse, normal[1] * half_v * inverse, constant * inverse];
@@ -198,6 +268,18 @@ impl<S: Simd> Half<S> {
             + largest * (divisor_error * inverse.abs() * 1.2 + splat(simd, 8.0 * HALF_ULP + space.ray_error));
         half.nearest = (c + a + b) + half.nearness_error * 1.01 + largest * HALF_ULP;
         half
+    }
+
+    /// Turns what each edge function was scaled by into parts of their sum; see [`Planes::mask_points`].
+    #[inline(always)]
+    fn share_out(&mut self, simd: S, space: &Space, reach: [f64x8<S>; 3]) {
+        let inverse_sum = splat(simd, 1.0) / (self.share[0] + self.share[1] + self.share[2]);
+        for share in &mut self.share {
+            *share *= inverse_sum;
+        }
+        let reach = reach[0].max(reach[1]).max(reach[2]) + splat(simd, space.start_reach);
+        let of_predicate = reach * reach * inverse_sum * (4.0 * 64.0 * ROUNDING);
+        self.weight_error = (self.bound * 2.0 + of_predicate * 4.0) * 1.01;
     }
 }
 

@@ -1,15 +1,6 @@
 use fearless_simd::Simd;
 
-use super::{LANES, Planes};
-
-/// Sixteen rays of a packet: where they are in its [`Space`](super::Space). Lanes that aren't members are at its middle.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(align(64))]
-pub(crate) struct RayBlock {
-    pub(crate) x: [f32; LANES],
-    pub(crate) y: [f32; LANES],
-    pub(crate) members: u16,
-}
+use super::Planes;
 
 /// What is asked of a packet's rays.
 pub(crate) trait Query {

@@ -1,3 +1,4 @@
+use fearless_simd::{Simd, f64x8};
 use glam::DVec3;
 
 use super::ROUNDING;
@@ -36,6 +37,8 @@ pub(crate) struct Space {
     pub(crate) half: [f64; 2],
     /// How wrong x and y may be, apart from one rounding to f32.
     pub(crate) ray_error: f64,
+    /// How far from `origin` on any axis rays start for the predicate, times `unit`.
+    pub(crate) start_reach: f64,
     /// What the predicate takes for the error of the points at which shadow rays end, and the largest of those points'
     /// distances from the origin on any axis, both times `unit`; and the least w of them.
     pub(crate) points: Option<Points>,
@@ -57,6 +60,9 @@ pub(crate) struct Group {
 }
 
 impl Group {
+    /// How far a ray must run along the major axis, as a part of how far it does along any other.
+    pub(crate) const LEAST: f64 = 0.25;
+
     /// The group that a ray of this direction belongs to: along its dominant axis (Wald et al. 2006, §2.2).
     pub(crate) fn of(direction: DVec3) -> Self {
         let size = direction.abs();
@@ -76,8 +82,7 @@ impl Group {
     /// run almost across it.
     #[inline(always)]
     pub(crate) fn has(&self, direction: DVec3) -> bool {
-        const LEAST: f64 = 0.25;
-        direction[self.axes[2]] * self.sign > LEAST * direction.abs().max_element()
+        direction[self.axes[2]] * self.sign > Self::LEAST * direction.abs().max_element()
     }
 
     /// A vector along u, v and w.
@@ -119,6 +124,7 @@ impl Space {
             shift: [0.0; 2],
             half: [1.0; 2],
             ray_error: 0.0,
+            start_reach: 0.0,
             points: None,
         };
         space.with_extent(slopes, slope, error)
@@ -145,6 +151,7 @@ impl Space {
             shift: places.map(Range::middle),
             half: [1.0; 2],
             ray_error: 0.0,
+            start_reach: 0.0,
             points: None,
         };
         space.with_extent(places, space.shift, error)
@@ -157,7 +164,7 @@ impl Space {
     }
 
     fn with_extent(mut self, ranges: [Range; 2], middle: [f64; 2], error: f64) -> Self {
-        // Differences from the middle are rounded once, and quotients by the half as well.
+        // Differences from the middle are rounded once, and quotients by the half twice.
         let size = ranges.iter().fold(0.0_f64, |size, range| size.max(range.low.abs()).max(range.high.abs()));
         let error = error + 2.0 * ROUNDING * size;
         for axis in 0..2 {
@@ -168,16 +175,16 @@ impl Space {
         self
     }
 
-    /// Where a ray is in the packet, given its slopes or places.
-    #[inline(always)]
-    pub(crate) fn place(&self, ray: [f64; 2]) -> [f32; 2] {
+    /// What takes slopes or places of rays to where they are in the packet: the middle, and what the distance from it is
+    /// multiplied by.
+    pub(crate) fn places(&self) -> ([f64; 2], [f64; 2]) {
         let middle = if self.common == Common::Origin { self.slope } else { self.shift };
-        [((ray[0] - middle[0]) / self.half[0]) as f32, ((ray[1] - middle[1]) / self.half[1]) as f32]
+        (middle, self.half.map(f64::recip))
     }
 
-    /// How near a point at w is to where rays come from.
+    /// How near points at eight w are to where rays come from.
     #[inline(always)]
-    pub(crate) fn nearness(&self, w: f64) -> f64 {
+    pub(crate) fn nearness_of_eight<S: Simd>(&self, w: f64x8<S>) -> f64x8<S> {
         match self.common {
             Common::Origin => 1.0 / w,
             Common::Direction => -w,

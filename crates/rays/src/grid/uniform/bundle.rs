@@ -1,8 +1,10 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, f64x8, mask64x8};
 use glam::DVec3;
 
 use super::slices::Scratch;
 use crate::grid::TileOrder;
-use crate::packet::{AnyHitBlock, Doubt, Group, LANES, NearestBlock, Range, RayBlock};
+use crate::packet::{AnyHitBlock, Common, Doubt, Group, LANES, MOST_BLOCKS, NearestBlock, PacketRays, Range, Space};
 
 /// Pixels along an edge of a packet (Wald et al. 2006, §4.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,13 +57,10 @@ impl PacketSide {
 /// Blocks along an edge of a tile.
 const TILE_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 
-/// Most blocks of a packet.
-pub(super) const MOST_BLOCKS: usize = 64;
-
 /// What one thread traces packets with.
 pub(super) struct Worker {
     pub(super) bundle: Bundle,
-    pub(super) rays: [RayBlock; MOST_BLOCKS],
+    pub(super) rays: PacketRays,
     pub(super) nearest: [NearestBlock; MOST_BLOCKS],
     pub(super) any_hit: [AnyHitBlock; MOST_BLOCKS],
     pub(super) doubts: Vec<Doubt>,
@@ -73,7 +72,7 @@ impl Default for Worker {
     fn default() -> Self {
         Self {
             bundle: Bundle::default(),
-            rays: [RayBlock::default(); MOST_BLOCKS],
+            rays: PacketRays::default(),
             nearest: [NearestBlock::EMPTY; MOST_BLOCKS],
             any_hit: [AnyHitBlock::EMPTY; MOST_BLOCKS],
             doubts: Vec::new(),
@@ -129,6 +128,36 @@ impl Default for Bundle {
     }
 }
 
+/// Eight of a block's numbers.
+#[inline(always)]
+pub(super) fn eight<S: Simd>(simd: S, numbers: &[f64; LANES], half: usize) -> f64x8<S> {
+    f64x8::from_slice(simd, &numbers[half * 8..half * 8 + 8])
+}
+
+/// Which of eight of a block's rays are members.
+#[inline(always)]
+pub(super) fn members_of<S: Simd>(simd: S, members: u16, half: usize) -> mask64x8<S> {
+    mask64x8::from_bitmask(simd, u64::from(members >> (8 * half) & 0xff))
+}
+
+/// What is common in a group of rays, and so what differs.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Shape {
+    /// An origin: rays have slopes u / w and v / w.
+    Fan,
+    /// A direction of this slope: rays have places, in units, where they cross w = 0.
+    Column { slope: [f64; 2], unit: f64 },
+}
+
+impl Shape {
+    fn of(space: &Space) -> Self {
+        match space.common {
+            Common::Origin => Self::Fan,
+            Common::Direction => Self::Column { slope: space.slope, unit: space.unit },
+        }
+    }
+}
+
 /// The places of a word's bits.
 pub(super) fn lanes_of(mut bits: u16) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
@@ -150,23 +179,71 @@ impl Bundle {
         Some((block, self.remaining[block].trailing_zeros() as usize))
     }
 
-    /// Starts a group of rays: those for which `belongs` says so, besides the first one.
-    pub(super) fn start_group(
+    /// Starts a group of rays: besides the first one those that are left, if `by_direction` agree with the group's about
+    /// the major axis, and have inverse depths that differ from the first one's by no more than `spread` of it.
+    #[inline(always)]
+    pub(super) fn start_group<S: Simd>(
         &mut self,
+        simd: S,
         group: Group,
         first: (usize, usize),
-        belongs: impl Fn(&Self, usize, usize) -> bool,
+        by_direction: bool,
+        spread: Option<f32>,
     ) {
         self.group = group;
+        let depth = self.inverse_depths[first.0][first.1];
         for block in 0..self.count {
-            let mut members = 0;
-            for lane in lanes_of(self.remaining[block]) {
-                if (block, lane) == first || belongs(self, block, lane) {
-                    members |= 1 << lane;
-                }
+            let mut members = self.remaining[block];
+            if members != 0 && by_direction {
+                members &= self.agreeing(simd, block);
+            }
+            if members != 0
+                && let Some(spread) = spread
+            {
+                let depths = f32x16::from_slice(simd, &self.inverse_depths[block]);
+                let difference = (depths - f32x16::splat(simd, depth)).abs();
+                members &= difference.simd_le(f32x16::splat(simd, spread * depth)).to_bitmask() as u16;
             }
             self.members[block] = members;
-            self.remaining[block] &= !members;
+        }
+        self.members[first.0] |= 1 << first.1;
+        for block in 0..self.count {
+            self.remaining[block] &= !self.members[block];
+        }
+    }
+
+    /// Which of a block's vectors are directions that the [group has](Group::has).
+    #[inline(always)]
+    fn agreeing<S: Simd>(&self, simd: S, block: usize) -> u16 {
+        let mut agreeing = 0;
+        for half in 0..2 {
+            let [u, v, w] = self.turned(simd, block, half);
+            let size = u.abs().max(v.abs()).max(w.abs());
+            agreeing |= (w.simd_gt(size * Group::LEAST).to_bitmask() as u16) << (8 * half);
+        }
+        agreeing
+    }
+
+    /// Eight of a block's vectors along u, v and w.
+    #[inline(always)]
+    pub(super) fn turned<S: Simd>(&self, simd: S, block: usize, half: usize) -> [f64x8<S>; 3] {
+        let [u, v, w] = self.group.axes;
+        let vectors = &self.vectors[block];
+        let [u, v, w] =
+            [eight(simd, &vectors[u], half), eight(simd, &vectors[v], half), eight(simd, &vectors[w], half)];
+        [u, v, w * self.group.sign]
+    }
+
+    /// Slopes or places of eight of a block's rays along u and v, and how far their vectors go along w.
+    #[inline(always)]
+    fn shaped<S: Simd>(&self, simd: S, block: usize, half: usize, shape: Shape) -> [f64x8<S>; 3] {
+        let [u, v, w] = self.turned(simd, block, half);
+        match shape {
+            Shape::Fan => [u / w, v / w, w],
+            Shape::Column { slope, unit } => {
+                let along = w * unit;
+                [u * unit - along * slope[0], v * unit - along * slope[1], w]
+            }
         }
     }
 
@@ -181,29 +258,41 @@ impl Bundle {
         self.members[..self.count].iter().map(|members| members.count_ones()).sum()
     }
 
-    /// The ranges of three functions of the group's vectors, each of which is given along u, v and w.
-    ///
-    /// All lanes are looked at, so that they are handled together.
+    /// The ranges of slopes or places of the group's rays along u and v, and of how far their vectors go along w.
     #[inline(always)]
-    pub(super) fn ranges(&self, of: impl Fn([f64; 3]) -> [f64; 3]) -> [Range; 3] {
-        let mut lows = [[f64::INFINITY; LANES]; 3];
-        let mut highs = [[f64::NEG_INFINITY; LANES]; 3];
+    pub(super) fn ranges<S: Simd>(&self, simd: S, shape: Shape) -> [Range; 3] {
+        let mut lows = [f64x8::splat(simd, f64::INFINITY); 3];
+        let mut highs = [f64x8::splat(simd, f64::NEG_INFINITY); 3];
         for block in 0..self.count {
-            let members = self.members[block];
-            let [u, v, w] = self.group.axes.map(|axis| &self.vectors[block][axis]);
-            for lane in 0..LANES {
-                let values = of([u[lane], v[lane], w[lane] * self.group.sign]);
-                let is_member = members >> lane & 1 == 1;
-                for (value, (lows, highs)) in values.into_iter().zip(lows.iter_mut().zip(&mut highs)) {
-                    lows[lane] = lows[lane].min(if is_member { value } else { f64::INFINITY });
-                    highs[lane] = highs[lane].max(if is_member { value } else { f64::NEG_INFINITY });
+            for half in 0..2 {
+                let is_member = members_of(simd, self.members[block], half);
+                let values = self.shaped(simd, block, half, shape);
+                for value in 0..3 {
+                    lows[value] = is_member.select(lows[value].min(values[value]), lows[value]);
+                    highs[value] = is_member.select(highs[value].max(values[value]), highs[value]);
                 }
             }
         }
-        std::array::from_fn(|value| Range {
-            low: lows[value].into_iter().fold(f64::INFINITY, f64::min),
-            high: highs[value].into_iter().fold(f64::NEG_INFINITY, f64::max),
-        })
+        [
+            Range { low: lows[0].reduce_min(), high: highs[0].reduce_max() },
+            Range { low: lows[1].reduce_min(), high: highs[1].reduce_max() },
+            Range { low: lows[2].reduce_min(), high: highs[2].reduce_max() },
+        ]
+    }
+
+    /// Finds where the members of the group are in the packet's space.
+    #[inline(always)]
+    pub(super) fn place_rays<S: Simd>(&self, simd: S, space: &Space, rays: &mut PacketRays) {
+        let shape = Shape::of(space);
+        let (middle, scale) = space.places();
+        rays.start(self.count);
+        for block in 0..self.count {
+            let low = self.shaped(simd, block, 0, shape);
+            let high = self.shaped(simd, block, 1, shape);
+            let x = ((low[0] - middle[0]) * scale[0]).narrow((high[0] - middle[0]) * scale[0]);
+            let y = ((low[1] - middle[1]) * scale[1]).narrow((high[1] - middle[1]) * scale[1]);
+            rays.place(simd, block, [x, y], self.members[block]);
+        }
     }
 
     /// Calls `visit` with the blocks of each packet of a tile, and the places of each block that are the packet's.

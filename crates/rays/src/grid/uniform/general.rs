@@ -1,5 +1,3 @@
-use std::sync::Mutex;
-
 use fearless_simd::{Simd, dispatch};
 use glam::DVec3;
 
@@ -28,7 +26,7 @@ impl UniformGrid {
     /// # Panics
     /// If there are more or fewer `hits` than `rays`.
     pub fn nearest_of_packet(
-        &mut self,
+        &self,
         triangles: Triangles<'_>,
         rays: &[Ray],
         counts: impl Fn(&Hit) -> bool,
@@ -57,7 +55,7 @@ impl UniformGrid {
     /// # Panics
     /// If there are more or fewer `own` or `blocked` than `rays`.
     pub fn blocked_of_packet(
-        &mut self,
+        &self,
         triangles: Triangles<'_>,
         rays: &[ShadowRay],
         own: &[u32],
@@ -82,14 +80,14 @@ impl UniformGrid {
     /// Calls `ask` with the place of each ray and each triangle that it may hit, until it says by its result that nothing
     /// at that t or later matters to the ray. Knows both by reference, so that this is compiled once.
     fn visit_packet(
-        &mut self,
+        &self,
         triangles: Triangles<'_>,
         ray: &dyn Fn(usize) -> Ray,
         count: usize,
         ask: &mut dyn FnMut(usize, u32) -> f64,
     ) {
         let Some(lattice) = self.lattice else { return };
-        self.workers.resize_with(rayon::current_num_threads() + 1, Mutex::default);
+        let mut scratch = Scratch::default();
         let unit = self.unit();
         let mut remaining = [0_u16; MOST_BLOCKS];
         (0..count).for_each(|place| remaining[place / LANES] |= 1 << (place % LANES));
@@ -107,11 +105,8 @@ impl UniformGrid {
                 }
             }
             let (beam, within) = packet.beam(&lattice);
-            let grid = &*self;
-            grid.with_worker(|worker| {
-                let scratch: &mut Scratch = &mut worker.scratch;
-                dispatch!(grid.level.into(), simd => grid.visit_beam(simd, beam, within, scratch, &mut packet));
-            });
+            let scratch = &mut scratch;
+            dispatch!(self.level.into(), simd => self.visit_beam(simd, triangles, beam, within, scratch, &mut packet));
         }
     }
 }

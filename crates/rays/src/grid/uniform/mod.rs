@@ -2,11 +2,13 @@
 //! Coherent Grid Traversal*, 2006).
 //!
 //! `lattice` says where the cells are and why nothing is missed, `build` lists triangles in them, `macrocells` marks
-//! what is empty, `trace` follows single rays. `slices` leads packets of rays through the cells, `see` those of a camera and
-//! `shadow` those of a light, in the groups that `bundle` keeps; `statistics` counts. `general` traces packets of any rays.
+//! what is empty, `trace` follows single rays. `slices` leads packets of rays through the cells, where `frustum` leaves out
+//! what is beside them; `see` those of a camera and `shadow` those of a light, in the groups that `bundle` keeps;
+//! `statistics` counts. `general` traces packets of any rays.
 
 mod build;
 mod bundle;
+mod frustum;
 mod general;
 mod lattice;
 mod macrocells;

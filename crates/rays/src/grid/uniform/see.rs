@@ -1,15 +1,16 @@
 use std::sync::{Mutex, PoisonError};
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask32x16, u32x16};
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::UniformGrid;
-use super::bundle::{Bundle, Worker};
+use super::bundle::{Bundle, Shape, Worker, lanes_of};
 use super::statistics::UniformCounts;
 use crate::grid::light::survey::CameraRays;
 use crate::grid::{Mask, SeenImage, SeenPixels, TileOrder};
-use crate::packet::{Common, Doubt, Group, LANES, Nearest, NearestBlock, Range, RayBlock, Space};
+use crate::packet::{Common, Doubt, Group, LANES, Nearest, NearestBlock, Range, Solid, Space};
 use crate::predicate::{crossing, hit};
 use crate::{Hit, Ray, Triangles, View};
 
@@ -113,11 +114,11 @@ impl CameraTrace<'_> {
             self.grid.options.packet,
             #[inline(always)]
             |blocks, part| {
-                self.load(&mut worker.bundle, first, blocks, part);
+                self.load(simd, &mut worker.bundle, first, blocks, part);
                 worker.nearest[..blocks.len()].fill(NearestBlock::EMPTY);
                 while let Some((block, lane)) = worker.bundle.first_remaining() {
                     self.trace_group(simd, worker, first, (block, lane));
-                    self.write(worker, first, triangle, inverse_depth);
+                    self.write(simd, worker, first, triangle, inverse_depth);
                 }
             },
         );
@@ -125,23 +126,38 @@ impl CameraTrace<'_> {
 
     /// Brings the rays of a packet's blocks to `bundle`.
     #[inline(always)]
-    fn load(&self, bundle: &mut Bundle, first: usize, blocks: &[u16], part: u16) {
+    fn load<S: Simd>(&self, simd: S, bundle: &mut Bundle, first: usize, blocks: &[u16], part: u16) {
         bundle.count = blocks.len();
         bundle.blocks[..blocks.len()].copy_from_slice(blocks);
-        let (width, height) = self.order.size();
         for (place, &block) in blocks.iter().enumerate() {
             let (column, row) = self.order.column_and_row(first + usize::from(block) * LANES);
-            let [xs, ys, zs] = &mut bundle.vectors[place];
-            let mut inside = 0;
-            for lane in 0..LANES {
-                let (x, y) = (column + lane as u32 % TileOrder::BLOCK, row + lane as u32 / TileOrder::BLOCK);
-                inside |= u16::from(x < width && y < height) << lane;
-                let (origin, direction) = self.rays.ray(f64::from(x), f64::from(y));
-                let vector = if self.rays.is_perspective { direction } else { origin - self.rays.position };
-                (xs[lane], ys[lane], zs[lane]) = (vector.x, vector.y, vector.z);
+            for half in 0..2 {
+                let columns = f64x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0]) + f64::from(column);
+                let rows = f64x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]) + f64::from(row + 2 * half);
+                let lanes = half as usize * 8..half as usize * 8 + 8;
+                for (axis, vectors) in bundle.vectors[place].iter_mut().enumerate() {
+                    // As `CameraRays::ray` has it, to the last bit.
+                    let CameraRays { step_x, step_y, corner, position, .. } = &self.rays;
+                    let varying = columns * step_x[axis] + (rows * step_y[axis] + corner[axis]);
+                    let vector = if self.rays.is_perspective { varying } else { varying - position[axis] };
+                    vector.store_slice(&mut vectors[lanes.clone()]);
+                }
             }
-            bundle.remaining[place] = inside & part;
+            bundle.remaining[place] = self.pixels_of_block(column, row) & part;
         }
+    }
+
+    /// Which pixels of the block at a column and row are in the image.
+    #[inline(always)]
+    fn pixels_of_block(&self, column: u32, row: u32) -> u16 {
+        let (width, height) = self.order.size();
+        if column + TileOrder::BLOCK <= width && row + TileOrder::BLOCK <= height {
+            return u16::MAX;
+        }
+        (0..LANES as u32).fold(0, |pixels, lane| {
+            let (x, y) = (column + lane % TileOrder::BLOCK, row + lane / TileOrder::BLOCK);
+            pixels | u16::from(x < width && y < height) << lane
+        })
     }
 
     /// Traces the rays that can be traced with the first that is left.
@@ -150,9 +166,9 @@ impl CameraTrace<'_> {
         let Worker { bundle, rays, nearest, doubts, scratch, .. } = worker;
         let is_perspective = self.rays.is_perspective;
         let group = Group::of(if is_perspective { bundle.vector(ray.0, ray.1) } else { self.rays.forward });
-        bundle.start_group(group, ray, |bundle, block, lane| !is_perspective || group.has(bundle.vector(block, lane)));
-        let (space, ways) = if is_perspective { self.fan(bundle, group) } else { self.column(bundle, group) };
-        place_rays(bundle, &space, rays);
+        bundle.start_group(simd, group, ray, is_perspective, None);
+        let (space, ways) = if is_perspective { self.fan(simd, bundle) } else { self.column(simd, bundle) };
+        bundle.place_rays(simd, &space, rays);
         let count = bundle.count;
         scratch.statistics.rays(bundle.len());
         let (starts, within) = if is_perspective {
@@ -162,36 +178,33 @@ impl CameraTrace<'_> {
             let starts = [-ways.high - error, error - ways.low].map(|nearness| nearness as f32);
             ([starts[0].next_down(), starts[1].next_up()], [ways.low - error, f64::INFINITY])
         };
-        let is_opaque = self.is_opaque;
-        let mut query =
-            Nearest { rays: &rays[..count], found: &mut nearest[..count], doubts, starts, is_opaque, least: 0.0 };
-        query.start();
+        let solid = Solid { is_opaque: self.is_opaque, mask: self.mask };
+        let mut query = Nearest::new(simd, rays, &mut nearest[..count], doubts, starts, solid);
         self.grid.visit_slices(simd, self.triangles, &space, within, scratch, &mut query);
         self.settle(worker, &space, first);
     }
 
     /// The space of rays from the camera, and how far their directions go along the major axis. A direction differs from the predicate's by 14 roundings of the largest one.
     #[inline(always)]
-    fn fan(&self, bundle: &Bundle, group: Group) -> (Space, Range) {
-        let [u, v, ways] = bundle.ranges(|[u, v, w]| [u / w, v / w, w]);
+    fn fan<S: Simd>(&self, simd: S, bundle: &Bundle) -> (Space, Range) {
+        let [u, v, ways] = bundle.ranges(simd, Shape::Fan);
         let slopes = [u, v];
         // Slopes are four at most, so that numerator, denominator and quotient make five of them and a half.
         let error = 96.0 * ROUNDING * self.rays.largest_direction / ways.low;
-        (Space::of_origin(group, self.rays.position, self.unit, slopes, error), ways)
+        (Space::of_origin(bundle.group, self.rays.position, self.unit, slopes, error), ways)
     }
 
     /// The space of rays along the camera's direction, and from where to where along it they start.
     #[inline(always)]
-    fn column(&self, bundle: &Bundle, group: Group) -> (Space, Range) {
-        let direction = self.rays.forward;
+    fn column<S: Simd>(&self, simd: S, bundle: &Bundle) -> (Space, Range) {
+        let (group, direction, unit) = (bundle.group, self.rays.forward, self.unit);
         let slope = Space::slope_of(group, direction);
-        let [u, v, ways] = bundle.ranges(|vector| {
-            let [u, v, w] = vector.map(|coordinate| coordinate * self.unit);
-            [u - slope[0] * w, v - slope[1] * w, w]
-        });
-        let places = [u, v];
-        let error = 64.0 * ROUNDING * self.rays.largest_origin * self.unit;
-        (Space::of_direction(group, direction, self.rays.position, self.unit, places, error), ways)
+        let [u, v, ways] = bundle.ranges(simd, Shape::Column { slope, unit });
+        let reach = self.rays.largest_origin * unit;
+        let error = 64.0 * ROUNDING * reach;
+        let mut space = Space::of_direction(group, direction, self.rays.position, unit, [u, v], error);
+        space.start_reach = 2.0 * reach;
+        (space, Range { low: ways.low * unit, high: ways.high * unit })
     }
 
     fn ray(&self, place: usize) -> Ray {
@@ -244,55 +257,53 @@ impl CameraTrace<'_> {
 
     /// Writes what the group's rays see.
     #[inline(always)]
-    fn write(&self, worker: &Worker, first: usize, triangle: &mut [u32], inverse_depth: &mut [f32]) {
+    fn write<S: Simd>(&self, simd: S, worker: &Worker, first: usize, triangle: &mut [u32], inverse_depth: &mut [f32]) {
         let Worker { bundle, nearest, .. } = worker;
-        for (block, lane) in bundle.members() {
-            let found = &nearest[block];
-            if found.triangle[lane] != SeenPixels::NONE {
-                let place = usize::from(bundle.blocks[block]) * LANES + lane;
-                let way = bundle.vector(block, lane)[bundle.group.axes[2]] * bundle.group.sign;
-                triangle[place] = found.triangle[lane];
-                inverse_depth[place] = self.inverse_depth(found, lane, way, first + place);
+        for (block, found) in nearest[..bundle.count].iter().enumerate() {
+            let start = usize::from(bundle.blocks[block]) * LANES;
+            let (triangle, inverse_depth) =
+                (&mut triangle[start..start + LANES], &mut inverse_depth[start..start + LANES]);
+            let found_triangle = u32x16::from_slice(simd, &found.triangle);
+            let none = found_triangle.simd_eq(u32x16::splat(simd, SeenPixels::NONE)).to_bitmask() as u16;
+            let hit = bundle.members[block] & !none;
+            if hit == 0 {
+                continue;
+            }
+            let (inverse, exact) = self.inverse_depths(simd, bundle, block, found);
+            let hits = mask32x16::from_bitmask(simd, u64::from(hit));
+            hits.select(found_triangle, u32x16::from_slice(simd, triangle)).store_slice(triangle);
+            hits.select(inverse, f32x16::from_slice(simd, inverse_depth)).store_slice(inverse_depth);
+            for lane in lanes_of(hit & !exact) {
+                let corners = self.triangles.corners(found.triangle[lane]);
+                let crossing = crossing(&self.ray(first + start + lane), corners);
+                inverse_depth[lane] = crossing.map_or(f32::NAN, |crossing| SeenPixels::inverse_of(crossing.t));
             }
         }
     }
 
-    /// About one over the t of what a ray sees, given how far its direction goes along the major axis.
+    /// About one over the t of what a block's rays see, and for which of them that is exact enough.
     #[inline(always)]
-    fn inverse_depth(&self, found: &NearestBlock, lane: usize, way: f64, place: usize) -> f32 {
-        let (low, high) = (f64::from(found.low[lane]), f64::from(found.high[lane]));
+    fn inverse_depths<S: Simd>(
+        &self,
+        simd: S,
+        bundle: &Bundle,
+        block: usize,
+        found: &NearestBlock,
+    ) -> (f32x16<S>, u16) {
+        let (low, high) = (f32x16::from_slice(simd, &found.low).widen(), f32x16::from_slice(simd, &found.high).widen());
+        let (first, first_exact) = self.inverse_depth(low.0, high.0, bundle.turned(simd, block, 0)[2]);
+        let (second, second_exact) = self.inverse_depth(low.1, high.1, bundle.turned(simd, block, 1)[2]);
+        let exact = first_exact | second_exact << 8;
+        (first.narrow(second), if self.rays.is_perspective { exact as u16 } else { 0 })
+    }
+
+    /// The same for eight, whose directions go `ways` along the major axis.
+    #[inline(always)]
+    fn inverse_depth<S: Simd>(&self, low: f64x8<S>, high: f64x8<S>, ways: f64x8<S>) -> (f64x8<S>, u64) {
         // Half of the difference is the error, to which one rounding to f32 comes.
         const EXACT_ENOUGH: f64 = SeenPixels::RELATIVE_ERROR as f64;
-        if self.rays.is_perspective && high - low <= EXACT_ENOUGH * low {
-            let inverse = 0.5 * (low + high) * self.unit * way;
-            if (1e-29..=1e29).contains(&inverse) {
-                return inverse as f32;
-            }
-        }
-        let corners = self.triangles.corners(found.triangle[lane]);
-        crossing(&self.ray(place), corners).map_or(f32::NAN, |crossing| SeenPixels::inverse_of(crossing.t))
-    }
-}
-
-/// Writes where the members of a group are in the packet's space.
-#[inline(always)]
-pub(super) fn place_rays(bundle: &Bundle, space: &Space, rays: &mut [RayBlock]) {
-    for (block, rays) in rays[..bundle.count].iter_mut().enumerate() {
-        rays.members = bundle.members[block];
-        let [u, v, w] = bundle.group.axes.map(|axis| &bundle.vectors[block][axis]);
-        // All lanes, so that they are handled together.
-        for lane in 0..LANES {
-            let w = w[lane] * bundle.group.sign;
-            let ray = match space.common {
-                Common::Origin => [u[lane] / w, v[lane] / w],
-                Common::Direction => {
-                    let [u, v, w] = [u[lane], v[lane], w].map(|coordinate| coordinate * space.unit);
-                    [u - space.slope[0] * w, v - space.slope[1] * w]
-                }
-            };
-            let place = space.place(ray);
-            let is_member = rays.members >> lane & 1 == 1;
-            (rays.x[lane], rays.y[lane]) = if is_member { (place[0], place[1]) } else { (0.0, 0.0) };
-        }
+        let inverse = (low + high) * 0.5 * self.unit * ways;
+        let exact = (high - low).simd_le(low * EXACT_ENOUGH) & inverse.simd_ge(1e-29) & inverse.simd_le(1e29);
+        (inverse, exact.to_bitmask())
     }
 }

@@ -1,19 +1,19 @@
 use std::sync::Mutex;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask32x16};
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::UniformGrid;
-use super::bundle::{Bundle, Worker, lanes_of};
-use super::see::{ROUNDING, place_rays};
+use super::bundle::{Bundle, Shape, Worker, eight, lanes_of, members_of};
+use super::see::ROUNDING;
 use super::statistics::UniformCounts;
 use crate::LightSource;
 use crate::grid::light::points::EightPoints;
 use crate::grid::light::survey::CameraRays;
 use crate::grid::{SeenImage, SeenPixels, ShadowMask, TileOrder};
-use crate::packet::{AnyHit, AnyHitBlock, Group, LANES, Points, Range, Space};
+use crate::packet::{AnyHit, AnyHitBlock, Casting, Common, Group, LANES, Points, Range, Space};
 use crate::predicate::{HitPoint, ShadowRay, crossing};
 
 /// Words of a tile: one for each block.
@@ -175,13 +175,9 @@ impl LightTrace<'_> {
         };
         let group = Group::of(direction);
         let is_parallel = matches!(self.light, LightSource::Directional { .. });
-        let depth = bundle.inverse_depths[block][lane];
-        bundle.start_group(group, (block, lane), |bundle, block, lane| {
-            let is_near = (bundle.inverse_depths[block][lane] - depth).abs() <= MOST_SPREAD * depth;
-            is_near && (is_parallel || group.has(bundle.vector(block, lane)))
-        });
+        bundle.start_group(simd, group, (block, lane), !is_parallel, Some(MOST_SPREAD));
         let packet = if group.has(direction) {
-            Some(if is_parallel { self.column(bundle, direction) } else { self.fan(bundle) })
+            Some(if is_parallel { self.column(simd, bundle, direction) } else { self.fan(simd, bundle) })
         } else {
             None
         };
@@ -200,31 +196,27 @@ impl LightTrace<'_> {
     fn trace_packet<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, packet: &Packet) {
         let Worker { bundle, rays, any_hit, shadow_doubts, scratch, .. } = worker;
         let Packet { space, within, limit_error } = packet;
-        place_rays(bundle, space, rays);
-        for (block, lane) in bundle.members() {
-            let way = bundle.group.turned(bundle.vector(block, lane))[2] * self.unit;
-            any_hit[block].limit[lane] = space.nearness(way) as f32;
+        bundle.place_rays(simd, space, rays);
+        for (block, found) in any_hit[..bundle.count].iter_mut().enumerate() {
+            let low = space.nearness_of_eight(bundle.turned(simd, block, 0)[2] * self.unit);
+            let high = space.nearness_of_eight(bundle.turned(simd, block, 1)[2] * self.unit);
+            let is_member = mask32x16::from_bitmask(simd, u64::from(bundle.members[block]));
+            let limit = is_member.select(low.narrow(high), f32x16::from_slice(simd, &found.limit));
+            limit.store_slice(&mut found.limit);
         }
         let count = bundle.count;
         scratch.statistics.rays(bundle.len());
-        let mut query = AnyHit {
-            rays: &rays[..count],
-            found: &mut any_hit[..count],
-            doubts: shadow_doubts,
-            limit_error: *limit_error,
-            is_opaque: self.is_opaque,
-            least: 0.0,
-        };
-        query.start();
+        let casting = Casting { is_opaque: self.is_opaque, mask: self.mask };
+        let mut query = AnyHit::new(simd, rays, &mut any_hit[..count], shadow_doubts, *limit_error, casting);
         self.grid.visit_slices(simd, self.image.triangles, space, *within, scratch, &mut query);
         self.settle(worker, first);
     }
 
     /// The space of rays from a light to the group's points.
     #[inline(always)]
-    fn fan(&self, bundle: &Bundle) -> Packet {
-        let [u, v, ways] = bundle.ranges(|[u, v, w]| [u / w, v / w, w]);
-        let (slopes, errors) = ([u, v], Errors::of(bundle));
+    fn fan<S: Simd>(&self, simd: S, bundle: &Bundle) -> Packet {
+        let [u, v, ways] = bundle.ranges(simd, Shape::Fan);
+        let (slopes, errors) = ([u, v], Errors::of(simd, bundle));
         // Slopes are four at most, so that they are wrong by five times the error, relative to w, and a few roundings.
         let relative = errors.of_points / ways.low;
         let space = Space::of_origin(bundle.group, self.origin, self.unit, slopes, 5.5 * relative + 32.0 * ROUNDING);
@@ -236,11 +228,11 @@ impl LightTrace<'_> {
 
     /// The space of rays along a light's direction to the group's points.
     #[inline(always)]
-    fn column(&self, bundle: &Bundle, direction: DVec3) -> Packet {
+    fn column<S: Simd>(&self, simd: S, bundle: &Bundle, direction: DVec3) -> Packet {
         let slope = Space::slope_of(bundle.group, direction);
         let unit = self.unit;
-        let [u, v, ways] = bundle.ranges(|[u, v, w]| [(u - slope[0] * w) * unit, (v - slope[1] * w) * unit, w]);
-        let (places, errors) = ([u, v], Errors::of(bundle));
+        let [u, v, ways] = bundle.ranges(simd, Shape::Column { slope, unit });
+        let (places, errors) = ([u, v], Errors::of(simd, bundle));
         // Slopes are one at most.
         let error = (2.0 * errors.of_points + 8.0 * ROUNDING * errors.reach) * self.unit;
         let space = Space::of_direction(bundle.group, direction, self.origin, unit, places, error);
@@ -253,6 +245,9 @@ impl LightTrace<'_> {
         let Errors { of_points, of_predicate, reach } = *errors;
         space.points =
             Some(Points { error: of_predicate * self.unit, reach: reach * self.unit, nearest: ways.low * self.unit });
+        if space.common == Common::Direction {
+            space.start_reach = reach * self.unit;
+        }
         // Where the predicate's points may be, and a little more for roundings.
         let last = within[1] + 2.0 * of_points + within[1].abs() * 1e-12;
         let within = [within[0], last * self.unit];
@@ -287,7 +282,7 @@ impl LightTrace<'_> {
 }
 
 /// The largest errors of a group's points, and the largest of their distances from the origin on any axis.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Errors {
     of_points: f64,
     of_predicate: f64,
@@ -295,14 +290,22 @@ struct Errors {
 }
 
 impl Errors {
-    fn of(bundle: &Bundle) -> Self {
-        let mut errors = Self::default();
-        for (block, lane) in bundle.members() {
-            errors.of_points = errors.of_points.max(bundle.errors[block][lane]);
-            errors.of_predicate = errors.of_predicate.max(bundle.predicate_errors[block][lane]);
-            errors.reach = errors.reach.max(bundle.vector(block, lane).abs().max_element());
+    #[inline(always)]
+    fn of<S: Simd>(simd: S, bundle: &Bundle) -> Self {
+        let zero = f64x8::splat(simd, 0.0);
+        let [mut of_points, mut of_predicate, mut reach] = [zero; 3];
+        for block in 0..bundle.count {
+            for half in 0..2 {
+                let is_member = members_of(simd, bundle.members[block], half);
+                let [u, v, w] = bundle.turned(simd, block, half);
+                let farthest = u.abs().max(v.abs()).max(w.abs());
+                of_points = of_points.max(is_member.select(eight(simd, &bundle.errors[block], half), zero));
+                of_predicate =
+                    of_predicate.max(is_member.select(eight(simd, &bundle.predicate_errors[block], half), zero));
+                reach = reach.max(is_member.select(farthest, zero));
+            }
         }
-        errors
+        Self { of_points: of_points.reduce_max(), of_predicate: of_predicate.reduce_max(), reach: reach.reduce_max() }
     }
 }
 

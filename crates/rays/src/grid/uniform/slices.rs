@@ -4,6 +4,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use fearless_simd::Simd;
 
 use super::UniformGrid;
+use super::frustum::Frustum;
 use super::lattice::Lattice;
 use super::statistics::Statistics;
 use crate::Triangles;
@@ -37,14 +38,15 @@ impl<Q: Query> Visitor for Coherent<'_, Q> {
         }
     }
 
-    /// Leaves out triangles outside of the frustum and those behind what was hit.
+    /// Leaves out triangles that miss all rays on the same edge and those behind what was hit.
     #[inline(always)]
     fn test<S: Simd>(&mut self, simd: S, ids: &[u32], planes: &mut Planes, statistics: &mut Statistics) {
         planes.set_up(simd, self.space, self.triangles, ids);
         let all = (1_u64 << ids.len()) - 1;
         let inside = all & !planes.missed;
         let mut lanes = planes.reaching(simd, inside, self.query.least_nearness());
-        statistics.tested(all, inside, lanes);
+        statistics.frustum_culls(all & !inside);
+        statistics.tested(inside, lanes);
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % LANES;
             lanes &= lanes - 1;
@@ -58,10 +60,36 @@ impl<Q: Query> Visitor for Coherent<'_, Q> {
 pub(super) struct Scratch {
     mailbox: Mailbox,
     planes: Planes,
-    /// Triangles that wait to be tested together.
-    waiting: [u32; LANES],
-    count: usize,
+    /// Triangles that were listed, to be looked for in the frustum together.
+    listed: Queue<LANES>,
+    /// Triangles that may be inside, to be tested together.
+    inside: Queue<{ 2 * LANES }>,
     pub(super) statistics: Statistics,
+}
+
+/// Triangles that wait.
+struct Queue<const N: usize> {
+    ids: [u32; N],
+    count: usize,
+}
+
+impl<const N: usize> Default for Queue<N> {
+    fn default() -> Self {
+        Self { ids: [0; N], count: 0 }
+    }
+}
+
+impl<const N: usize> Queue<N> {
+    /// Whether there are enough to be handled together, though more could be.
+    fn is_half_full(&self) -> bool {
+        self.count >= LANES / 2
+    }
+
+    #[inline(always)]
+    fn push(&mut self, id: u32) {
+        self.ids[self.count] = id;
+        self.count += 1;
+    }
 }
 
 /// A packet's bounds in cell coordinates, as linear functions of the way w along the major axis, in cells.
@@ -154,8 +182,10 @@ fn sum(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
 /// A packet on its way through the grid.
 struct Walk<'a> {
     grid: &'a UniformGrid,
+    triangles: Triangles<'a>,
     lattice: Lattice,
     beam: Beam,
+    frustum: Frustum,
     /// Cells along u, v and w.
     cells: [u32; 3],
     /// From which to which w the rays go, in cells.
@@ -181,7 +211,7 @@ impl UniformGrid {
         let beam = Beam::new(&lattice, space);
         let scale = space.unit * lattice.side;
         let within = within.map(|w| w * (1.0 / scale));
-        self.visit_beam(simd, beam, within, scratch, &mut Coherent { space, triangles, scale, query });
+        self.visit_beam(simd, triangles, beam, within, scratch, &mut Coherent { space, triangles, scale, query });
     }
 
     /// Has `visitor` test the triangles in all cells that a beam overlaps from one w to another, in cells.
@@ -189,6 +219,7 @@ impl UniformGrid {
     pub(super) fn visit_beam<S: Simd, V: Visitor>(
         &self,
         simd: S,
+        triangles: Triangles<'_>,
         beam: Beam,
         within: [f64; 2],
         scratch: &mut Scratch,
@@ -197,12 +228,14 @@ impl UniformGrid {
         let Some(lattice) = self.lattice else { return };
         let cells = beam.axes.map(|axis| lattice.cells[axis]);
         let first = beam.first(cells[2]);
-        let walk = Walk { grid: self, lattice, beam, cells, within, first };
+        let frustum = Frustum::new(&lattice, &beam, &self.bounds);
+        let walk = Walk { grid: self, triangles, lattice, beam, frustum, cells, within, first };
         scratch.mailbox.clear();
-        scratch.count = 0;
+        (scratch.listed.count, scratch.inside.count) = (0, 0);
         scratch.statistics.packet();
         let _ = walk.run(simd, scratch, visitor);
-        walk.test_waiting(simd, scratch, visitor);
+        walk.cull(simd, scratch, visitor);
+        walk.test(simd, scratch, visitor);
     }
 }
 
@@ -314,12 +347,15 @@ impl Walk<'_> {
             }
         }
         // A few more may come with the next slice, but hits end the walk early.
-        if scratch.count >= LANES / 2 {
-            self.test_waiting(simd, scratch, visitor);
+        if scratch.listed.is_half_full() {
+            self.cull(simd, scratch, visitor);
+        }
+        if scratch.inside.is_half_full() {
+            self.test(simd, scratch, visitor);
         }
     }
 
-    /// Lets the triangles of some cells in a row wait for their test, but for those that were tested before.
+    /// Lets the triangles of some cells in a row wait, but for those that were tested before.
     #[inline(always)]
     fn list<S: Simd, V: Visitor>(&self, simd: S, first: usize, last: usize, scratch: &mut Scratch, visitor: &mut V) {
         for id in self.grid.listed(first, last) {
@@ -328,24 +364,47 @@ impl Walk<'_> {
                 scratch.statistics.mailbox_hit();
                 continue;
             }
-            scratch.waiting[scratch.count] = id;
-            scratch.count += 1;
-            if scratch.count == LANES {
-                self.test_waiting(simd, scratch, visitor);
+            scratch.listed.push(id);
+            if scratch.listed.count == LANES {
+                self.cull(simd, scratch, visitor);
             }
         }
     }
 
-    /// Tests the triangles that wait. Not inlined, since it is long and called from several places.
+    /// Lets those of the listed triangles wait that may be inside the frustum. Not inlined, since it is long and called
+    /// from several places.
     #[inline(never)]
-    fn test_waiting<S: Simd, V: Visitor>(&self, simd: S, scratch: &mut Scratch, visitor: &mut V) {
-        let Scratch { planes, waiting, count, statistics, .. } = scratch;
-        let ids = &waiting[..std::mem::take(count)];
-        if !ids.is_empty() {
+    fn cull<S: Simd, V: Visitor>(&self, simd: S, scratch: &mut Scratch, visitor: &mut V) {
+        let Scratch { listed, inside, statistics, .. } = scratch;
+        let ids = &listed.ids[..std::mem::take(&mut listed.count)];
+        let all = (1_u64 << ids.len()) - 1;
+        let missed = simd.vectorize(
+            #[inline(always)]
+            || self.frustum.missed(simd, self.triangles, ids),
+        );
+        statistics.frustum_culls(all & missed);
+        let mut lanes = all & !missed;
+        while lanes != 0 {
+            inside.push(ids[lanes.trailing_zeros() as usize % LANES]);
+            lanes &= lanes - 1;
+        }
+        if inside.count >= LANES {
+            self.test(simd, scratch, visitor);
+        }
+    }
+
+    /// Tests the first triangles that may be inside. Not inlined, since it is long and called from several places.
+    #[inline(never)]
+    fn test<S: Simd, V: Visitor>(&self, simd: S, scratch: &mut Scratch, visitor: &mut V) {
+        let Scratch { planes, inside, statistics, .. } = scratch;
+        let count = inside.count.min(LANES);
+        if count > 0 {
             simd.vectorize(
                 #[inline(always)]
-                || visitor.test(simd, ids, planes, statistics),
+                || visitor.test(simd, &inside.ids[..count], planes, statistics),
             );
+            inside.ids.copy_within(count..inside.count, 0);
+            inside.count -= count;
         }
     }
 }

@@ -74,11 +74,16 @@ impl Statistics {
         self.note(|counts| counts.mailbox_hits += 1);
     }
 
-    /// Notes a batch of triangles, those of them that are inside the frustum, and those of these that aren't hidden.
+    /// Notes triangles outside of the frustum, a bit for each.
     #[inline(always)]
-    pub(super) fn tested(&mut self, all: u64, inside: u64, tested: u64) {
+    pub(super) fn frustum_culls(&mut self, outside: u64) {
+        self.note(|counts| counts.frustum_culls += u64::from(outside.count_ones()));
+    }
+
+    /// Notes triangles that are inside the frustum, and those of them that aren't hidden.
+    #[inline(always)]
+    pub(super) fn tested(&mut self, inside: u64, tested: u64) {
         self.note(|counts| {
-            counts.frustum_culls += u64::from((all & !inside).count_ones());
             counts.depth_culls += u64::from((inside & !tested).count_ones());
             counts.triangle_tests += u64::from(tested.count_ones());
         });

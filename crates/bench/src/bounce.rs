@@ -1,0 +1,249 @@
+//! Rays that share nothing: one diffuse bounce from what a camera sees.
+
+use std::f64::consts::TAU;
+use std::hint::black_box;
+use std::sync::Arc;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use umbrage::Scene;
+use umbrage::rays::predicate::{self, HitPoint};
+use umbrage::rays::{Bvh, Hit, Ray, SeenPixels, UniformGrid, Unmasked};
+use umbrage::scene::Frame;
+use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
+
+use crate::flags::size;
+use crate::grids::time;
+use crate::median::median;
+use crate::shot::{self, Lights, Shot, name};
+use crate::table::{Cell, Form, Table};
+
+#[derive(Debug, Args)]
+pub(crate) struct BounceFlags {
+    /// Files, sequences or demo:NAME [default: the gallery, and the real scenes of --files]
+    scenes: Vec<String>,
+    /// Folder of the real scenes
+    #[arg(long, value_name = "DIR")]
+    files: Option<std::path::PathBuf>,
+    /// Width and height in pixels; each pixel that shows something gives one ray
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
+    size: [u32; 2],
+    /// How often everyone traces the rays, in turn
+    #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..))]
+    rounds: u32,
+    /// Embree's library [default: the system's]
+    #[arg(long, value_name = "PATH", env = "UMBRAGE_EMBREE")]
+    embree: Option<std::path::PathBuf>,
+    /// How the results are written
+    #[arg(long, value_enum, default_value = "table")]
+    form: Form,
+}
+
+const COLUMNS: &[(&str, usize)] = &[
+    ("scene", 26),
+    ("triangles", 9),
+    ("rays", 8),
+    ("structure", 13),
+    ("build", 8),
+    ("trace", 9),
+    ("rays_us", 8),
+    ("ratio", 6),
+    ("differ", 6),
+];
+
+pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
+    let embree = Embree::load(flags.embree.as_deref(), rayon::current_num_threads())?;
+    let [width, height] = flags.size;
+    let conditions = format!(
+        "one diffuse bounce from {width}x{height} pixels, threads {}, medians of {} rounds in milliseconds",
+        rayon::current_num_threads(),
+        flags.rounds
+    );
+    let mut table = Table::start(flags.form, &conditions, COLUMNS)?;
+    for address in shot::addresses(&flags.scenes, flags.files.as_ref()) {
+        let scene = Scene::open(&address).with_context(|| format!("scene {address}"))?;
+        let mut frame = Frame::default();
+        scene.pose(0.4 * scene.duration_seconds(), &mut frame)?;
+        let shot = Shot::new(&frame, &address, flags.size, 1, Lights::First);
+        let rays = bounced(&shot);
+        let mut race = Race::new(&frame, &rays, &embree)?;
+        (0..=flags.rounds).try_for_each(|round| race.run(round > 0))?;
+        for runner in &race.runners {
+            table.push(&runner.row(name(&address), &race))?;
+        }
+    }
+    table.note(
+        "rays_us: rays a microsecond; ratio: that over single rays of Embree with medium build quality; differ:",
+    )?;
+    table.note("rays whose hit is another triangle than the predicate's, or none. All triangles opaque, single precision rays.")?;
+    Ok(table.finish()?)
+}
+
+/// The rays of a diffuse bounce: one from each pixel's point, in a direction whose cosine with the normal is as likely as
+/// it is large; in the order of pixels, and the same every time.
+fn bounced(shot: &Shot<'_>) -> Vec<Ray> {
+    let triangles = shot.frame.triangles();
+    let mut grid = UniformGrid::default();
+    grid.build(triangles);
+    let mut seen = SeenPixels::default();
+    grid.see(triangles, &shot.view, shot.offsets_pixels[0], |_| true, Unmasked, &mut seen);
+    let order = seen.order();
+    let offset = shot.offsets_pixels[0];
+    let ray = |place: usize| {
+        let (x, y) = order.pixel(place)?;
+        let ray = shot.view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y);
+        let id = seen.triangle[place];
+        let hit = (id != SeenPixels::NONE).then(|| predicate::hit(&ray, triangles, id)).flatten()?;
+        let [a, b, c] = triangles.corners(id).map(Vec3::as_dvec3);
+        let normal = (b - a).cross(c - a).normalize();
+        let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
+        let point = HitPoint::new(&ray, hit.t).position;
+        // Far enough from the surface for single precision.
+        let origin = point + normal * (1e-4 * (point - ray.origin).length());
+        let direction = normal + on_sphere(place as u64);
+        // Everyone is given the same numbers.
+        Some(Ray::new(origin.as_vec3().as_dvec3(), direction.as_vec3().as_dvec3()))
+    };
+    (0..order.places()).filter_map(ray).collect()
+}
+
+/// A point of the unit sphere for each number, about evenly spread.
+fn on_sphere(number: u64) -> DVec3 {
+    // Multiples of the golden ratio and of the root of two, which have no small multiple in common.
+    let fraction = |step: f64| (number as f64 * step).fract();
+    let (height, turn) = (2.0 * fraction(0.618_033_988_749_895) - 1.0, fraction(0.414_213_562_373_095));
+    let radius = (1.0 - height * height).sqrt();
+    let (sine, cosine) = (turn * TAU).sin_cos();
+    DVec3::new(radius * cosine, radius * sine, height)
+}
+
+/// Rays that are traced together by what traces packets.
+const PACKET: usize = 256;
+
+/// What the rays hit: an id, or `u32::MAX`.
+type Hits = Vec<u32>;
+
+struct Race<'a> {
+    frame: &'a Frame,
+    posed: Arc<Posed>,
+    rays: &'a [Ray],
+    runners: Vec<Runner>,
+}
+
+struct Runner {
+    structure: Structure,
+    hits: Hits,
+    /// Milliseconds to build, and to trace.
+    times: Vec<[f64; 2]>,
+}
+
+enum Structure {
+    Embree(umbrage_peers::Scene, &'static str),
+    Bvh(Box<Bvh>),
+    Grid(Box<UniformGrid>),
+    GridPackets(Box<UniformGrid>),
+}
+
+impl<'a> Race<'a> {
+    fn new(frame: &'a Frame, rays: &'a [Ray], embree: &Arc<Embree>) -> Result<Self> {
+        let scene = |quality| umbrage_peers::Scene::new(embree, BuildMethod { quality, kept: true });
+        let structures = [
+            Structure::Embree(scene(Quality::Medium), "embree medium"),
+            Structure::Embree(scene(Quality::Low), "embree low"),
+            Structure::Bvh(Box::default()),
+            Structure::Grid(Box::default()),
+            Structure::GridPackets(Box::default()),
+        ];
+        let runners = structures.map(|structure| Runner { structure, hits: Hits::new(), times: Vec::new() });
+        Ok(Self { frame, posed: Arc::new(Posed::new(frame, false)?), rays, runners: runners.into() })
+    }
+
+    fn run(&mut self, is_counted: bool) -> Result<()> {
+        let Self { frame, posed, rays, runners } = self;
+        for Runner { structure, hits, times } in runners {
+            let mut spent = [0.0; 2];
+            time(&mut spent[0], || structure.build(frame, posed))?;
+            time(&mut spent[1], || structure.trace(frame, posed, rays, hits));
+            black_box(&hits);
+            if is_counted {
+                times.push(spent);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Structure {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Embree(_, name) => name,
+            Self::Bvh(_) => "bvh",
+            Self::Grid(_) => "grid",
+            Self::GridPackets(_) => "grid packets",
+        }
+    }
+
+    fn build(&mut self, frame: &Frame, posed: &Arc<Posed>) -> Result<()> {
+        let triangles = frame.triangles();
+        match self {
+            Self::Embree(scene, _) => scene.build(posed)?,
+            Self::Bvh(bvh) => bvh.build(triangles),
+            Self::Grid(grid) | Self::GridPackets(grid) => grid.build(triangles),
+        }
+        Ok(())
+    }
+
+    fn trace(&self, frame: &Frame, posed: &Posed, rays: &[Ray], hits: &mut Hits) {
+        let triangles = frame.triangles();
+        let id = |hit: Option<Hit>| hit.map_or(u32::MAX, |hit| hit.triangle);
+        match self {
+            Self::Embree(scene, _) => {
+                let trace = |ray: &Ray| {
+                    let [origin, direction] = [ray.origin, ray.direction].map(|vector| vector.as_vec3().to_array());
+                    let mut ray = SingleRay::new(origin, direction);
+                    scene.nearest_of_one(&mut ray);
+                    ray.name().map_or(u32::MAX, |name| posed.triangle(name))
+                };
+                rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
+            }
+            Self::Bvh(bvh) => {
+                let trace = |ray| id(bvh.nearest(triangles, ray, |_| true));
+                rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
+            }
+            Self::Grid(grid) => {
+                let trace = |ray| id(grid.nearest(triangles, ray, |_| true));
+                rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
+            }
+            Self::GridPackets(grid) => {
+                hits.resize(rays.len(), u32::MAX);
+                rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET)).for_each(|(rays, hits)| {
+                    let mut found = [None; PACKET];
+                    grid.nearest_of_packet(triangles, rays, |_| true, &mut found[..rays.len()]);
+                    hits.iter_mut().zip(found).for_each(|(hit, found)| *hit = id(found));
+                });
+            }
+        }
+    }
+}
+
+impl Runner {
+    fn row(&self, scene: &str, race: &Race<'_>) -> Vec<Cell> {
+        let of = |stage: usize| median(self.times.iter().map(|times| times[stage]));
+        let rate = |runner: &Self| race.rays.len() as f64 / (1e3 * median(runner.times.iter().map(|times| times[1])));
+        let exact = race.runners.iter().find(|runner| matches!(runner.structure, Structure::Bvh(_)));
+        let differ = exact.map(|exact| exact.hits.iter().zip(&self.hits).filter(|(exact, hit)| exact != hit).count());
+        vec![
+            scene.into(),
+            race.frame.triangles().len().into(),
+            race.rays.len().into(),
+            self.structure.name().into(),
+            Cell::Number(of(0), 2),
+            Cell::Number(of(1), 2),
+            Cell::Number(rate(self), 2),
+            Cell::Number(rate(self) / rate(&race.runners[0]), 2),
+            differ.map_or(Cell::Nothing, Cell::from),
+        ]
+    }
+}
