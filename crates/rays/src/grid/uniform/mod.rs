@@ -4,12 +4,15 @@
 //! `lattice` says where the cells are and why nothing is missed, `build` lists triangles in them, `macrocells` marks
 //! what is empty, `trace` follows single rays. `slices` leads packets of rays through the cells, `see` those of a camera and
 //! `shadow` those of a light, in the groups that `bundle` keeps; `statistics` counts. `general` traces packets of any rays.
+//! Cells may hold grids of their own, which are `nested`; `cells` are those of one grid, to both kinds of traversal.
 
 mod build;
 mod bundle;
+mod cells;
 mod general;
 mod lattice;
 mod macrocells;
+mod nested;
 mod overlap;
 mod see;
 mod shadow;
@@ -31,6 +34,7 @@ pub use bundle::PacketSide;
 use bundle::Worker;
 use lattice::{CellBox, Lattice, VertexCells};
 use macrocells::Macrocells;
+use nested::Nested;
 pub use statistics::UniformCounts;
 
 /// How triangles come into cells.
@@ -54,22 +58,35 @@ pub struct UniformOptions {
     pub insertion: Insertion,
     /// How many rays are traced together.
     pub packet: PacketSide,
+    /// Cells that list more triangles than this hold grids of their own where that pays, and so may those grids' cells: for
+    /// scenes of very uneven density. `None`: no cell does.
+    pub nested_above: Option<u32>,
 }
 
 impl UniformOptions {
     /// The paper's.
-    pub const DEFAULT: Self =
-        Self { cells_per_triangle: 6.0, macrocell: 6, insertion: Insertion::BoundingBox, packet: PacketSide::Eight };
+    pub const DEFAULT: Self = Self {
+        cells_per_triangle: 6.0,
+        macrocell: 6,
+        insertion: Insertion::BoundingBox,
+        packet: PacketSide::Eight,
+        nested_above: None,
+    };
+
+    /// The paper's, with grids inside of crowded cells.
+    pub const NESTED: Self = Self { nested_above: Some(64), ..Self::DEFAULT };
 }
 
 impl UniformOptions {
     /// Whether a grid can be like this.
     ///
     /// # Errors
-    /// If λ isn't above zero and finite, or macrocells aren't of 1 to 64 cells along an edge.
+    /// If λ isn't above zero and finite, macrocells aren't of 1 to 64 cells along an edge, or cells that list a single
+    /// triangle should hold grids.
     pub fn check(self) -> Result<(), ImpossibleUniformOptions> {
-        let Self { cells_per_triangle, macrocell, .. } = self;
-        let is_possible = cells_per_triangle > 0.0 && cells_per_triangle.is_finite() && (1..=64).contains(&macrocell);
+        let Self { cells_per_triangle, macrocell, nested_above, .. } = self;
+        let is_dense = cells_per_triangle > 0.0 && cells_per_triangle.is_finite();
+        let is_possible = is_dense && (1..=64).contains(&macrocell) && nested_above != Some(0);
         if is_possible { Ok(()) } else { Err(ImpossibleUniformOptions(self)) }
     }
 }
@@ -86,11 +103,12 @@ pub struct ImpossibleUniformOptions(pub UniformOptions);
 
 impl std::fmt::Display for ImpossibleUniformOptions {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let UniformOptions { cells_per_triangle, macrocell, .. } = self.0;
+        let UniformOptions { cells_per_triangle, macrocell, nested_above, .. } = self.0;
         write!(
             f,
             "a uniform grid can't have {cells_per_triangle} cells a triangle and macrocells of {macrocell}³ cells"
-        )
+        )?;
+        nested_above.map_or(Ok(()), |above| write!(f, ", and grids inside of cells of more than {above} triangles"))
     }
 }
 
@@ -99,8 +117,9 @@ impl std::error::Error for ImpossibleUniformOptions {}
 /// The triangles of a frame, listed in cubic cells.
 ///
 /// With λ = 6 about 24 bytes of cells for each triangle, and while building 12 more and 8 for each shared vertex; and four
-/// for each reference, of which there are [`UniformGrid::MOST_REFERENCES`] a triangle at most. Keep it and rebuild it: its
-/// memory is reused.
+/// for each reference, of which there are [`UniformGrid::MOST_REFERENCES`] a triangle at most. Grids inside of cells may
+/// take twice as much for cells, and as much for references, and 20 bytes for each reference of a crowded cell while they
+/// are built. Keep it and rebuild it: its memory is reused.
 #[derive(Default)]
 pub struct UniformGrid {
     level: SimdLevel,
@@ -115,6 +134,7 @@ pub struct UniformGrid {
     /// Triangle ids, cell after cell, ascending in each.
     ids: Vec<AtomicU32>,
     macrocells: Macrocells,
+    nested: Nested,
     /// The cells of each triangle, in order of ids.
     boxes: Vec<CellBox>,
     /// The cells of each vertex; empty where triangles don't share many.
@@ -132,6 +152,7 @@ impl std::fmt::Debug for UniformGrid {
             .field("triangles", &self.triangle_count)
             .field("cells", &self.cells())
             .field("references", &self.references())
+            .field("nested_grids", &self.nested_grids())
             .finish_non_exhaustive()
     }
 }
@@ -146,7 +167,8 @@ impl UniformGrid {
     /// Says what the grid is like from the next build on.
     ///
     /// # Errors
-    /// If λ isn't above zero and finite, or macrocells aren't of 1 to 64 cells along an edge.
+    /// If λ isn't above zero and finite, macrocells aren't of 1 to 64 cells along an edge, or cells that list a single
+    /// triangle should hold grids.
     pub fn set_options(&mut self, options: UniformOptions) -> Result<(), ImpossibleUniformOptions> {
         options.check()?;
         self.options = options;
@@ -165,10 +187,22 @@ impl UniformGrid {
         self.lattice.map_or([0; 3], |lattice| lattice.cells.to_array())
     }
 
-    /// How many references to triangles all cells hold together.
+    /// How many references to triangles all cells hold together, not counting grids inside of cells.
     #[must_use]
     pub fn references(&self) -> usize {
         self.ids.len()
+    }
+
+    /// How many grids are inside of cells, those inside of each other counted one by one.
+    #[must_use]
+    pub fn nested_grids(&self) -> usize {
+        self.nested.len()
+    }
+
+    /// How many references to triangles the grids inside of cells hold together.
+    #[must_use]
+    pub fn nested_references(&self) -> usize {
+        self.nested.references()
     }
 
     /// Bytes held, counting what is only used while building.
@@ -176,6 +210,7 @@ impl UniformGrid {
     pub fn bytes(&self) -> usize {
         (self.starts.capacity() + self.ids.capacity()) * size_of::<AtomicU32>()
             + self.macrocells.bytes()
+            + self.nested.bytes()
             + self.boxes.capacity() * size_of::<CellBox>()
             + self.vertices.capacity() * size_of::<VertexCells>()
             + self.chunks.capacity() * size_of::<Chunk>()
@@ -195,13 +230,10 @@ impl UniformGrid {
     pub fn is_same_as(&self, other: &Self) -> bool {
         let same =
             |a: &[AtomicU32], b: &[AtomicU32]| a.iter().map(|a| a.load(Relaxed)).eq(b.iter().map(|b| b.load(Relaxed)));
-        self.lattice == other.lattice && same(&self.starts, &other.starts) && same(&self.ids, &other.ids)
-    }
-
-    /// The references of the cells at two places in the order of cells and of all between them, the last included.
-    #[inline(always)]
-    fn listed(&self, first: usize, last: usize) -> &[AtomicU32] {
-        &self.ids[self.starts[first].load(Relaxed) as usize..self.starts[last + 1].load(Relaxed) as usize]
+        self.lattice == other.lattice
+            && same(&self.starts, &other.starts)
+            && same(&self.ids, &other.ids)
+            && self.nested.is_same_as(&other.nested)
     }
 }
 
