@@ -392,7 +392,10 @@ impl<'a> Walk<'a> {
     /// better off with the triangles.
     fn is_shorter_than(&self, triangles: usize) -> bool {
         let Some([first, last]) = self.slices() else { return true };
-        let middle = self.beam.at(0.5 * (self.enter(first) + self.enter(last + 1)));
+        // Before the rays start, the box may be turned inside out.
+        let near = self.enter(first).max(self.within[0]);
+        let far = self.enter(last + 1).min(self.within[1]).max(near);
+        let middle = self.beam.at(0.5 * (near + far));
         let width = overlapped(middle, self.beam.slack, [self.counts[0], self.counts[1]]);
         let visited = width.map_or(0, |[[left, right], [low, high]]| (right - left + 1) * (high - low + 1));
         u64::from(visited) * u64::from(last - first + 1) < triangles as u64

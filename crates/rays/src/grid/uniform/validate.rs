@@ -1,6 +1,6 @@
 use std::sync::atomic::Ordering::Relaxed;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::cells::Cells;
 use super::lattice::Lattice;
@@ -123,7 +123,7 @@ fn validate_room(
     let [first, last] = [corner - Lattice::MARGIN, corner + 1.0 + Lattice::MARGIN];
     let [first, last] = [first, last].map(|at| outer.corner + at * outer.side);
     for &id in own {
-        let [a, b, c] = triangles.corners(id).map(|corner| corner.as_dvec3());
+        let [a, b, c] = triangles.corners(id).map(Vec3::as_dvec3);
         let (low, high) = (a.min(b).min(c).max(first), a.max(b).max(c).min(last));
         let (low_at, high_at) = (inner.coordinates(low), inner.coordinates(high));
         let is_inside = low_at.min_element() >= 2.0 * Lattice::MARGIN

@@ -293,7 +293,7 @@ fn room(lattice: &Lattice, place: usize) -> Bounds {
 /// pay.
 ///
 /// It pays where a ray through the cell is expected to cost less with the grid than without: a ray that meets a box meets
-/// a smaller one inside of it in proportion to their areas (MacDonald and Booth, *Heuristics for Ray Tracing Using Space
+/// a smaller one inside of it in proportion to their areas (`MacDonald` and Booth, *Heuristics for Ray Tracing Using Space
 /// Subdivision*, 1990).
 fn choose(crowd: &mut Crowd, boxes: &mut [CellBox], ids: &[AtomicU32], triangles: Triangles<'_>, limits: &Limits) {
     let corners = |id: &AtomicU32| triangles.corners(id.load(Relaxed));

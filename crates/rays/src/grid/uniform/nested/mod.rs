@@ -112,13 +112,12 @@ impl Nested {
     }
 
     pub(super) fn is_same_as(&self, other: &Self) -> bool {
-        let starts = |nested: &Self| nested.starts.iter().take(nested.cell_count + 1).map(load).collect::<Vec<_>>();
-        let ids = |nested: &Self| nested.ids[..nested.references].iter().map(load).collect::<Vec<_>>();
-        let held = |nested: &Self| (nested.scene_intervals, nested.held.clone());
+        let starts = |nested: &Self| nested.grids.last().map_or(0, |_| nested.cell_count + 1);
+        let same = |a: &[AtomicU32], b: &[AtomicU32]| a.iter().map(load).eq(b.iter().map(load));
         self.grids == other.grids
-            && starts(self) == starts(other)
-            && ids(self) == ids(other)
-            && held(self) == held(other)
+            && same(&self.starts[..starts(self)], &other.starts[..starts(other)])
+            && same(&self.ids[..self.references], &other.ids[..other.references])
+            && (self.scene_intervals, &self.held) == (other.scene_intervals, &other.held)
     }
 }
 
