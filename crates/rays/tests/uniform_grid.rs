@@ -244,10 +244,11 @@ fn balls_in_stadiums_are_hit_through_grids_in_grids() {
         let target = |random: &mut Random| (random.point() * smallness + support::BALL_PLACE).as_dvec3();
         let rays: Vec<_> = (0..150)
             .map(|step| {
-                // From the room, from near the ball, and from inside of it.
-                let origin = match step % 3 {
+                // From the room, from near the ball, from inside of it, and from where numbers don't tell its cells apart.
+                let origin = match step % 4 {
                     0 => random.point().as_dvec3() * 0.9,
                     1 => target(&mut random) + random.point().as_dvec3() * f64::from(smallness) * 5.0,
+                    2 => random.point().as_dvec3() * 1e6,
                     _ => target(&mut random),
                 };
                 Ray::new(origin, target(&mut random) - origin)
