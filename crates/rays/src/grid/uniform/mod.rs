@@ -74,6 +74,10 @@ impl UniformOptions {
     };
 
     /// The paper's, with grids inside of crowded cells.
+    ///
+    /// Of 16 to 256 triangles, 64 was about the best for balls of 100,000 triangles in rooms of 1000 times their size: on two
+    /// busy cores packets of 512² rays to such a ball took 40 ms instead of 7800 ms, single ones 3.8 µs instead of 6500 µs
+    /// and builds 47 ms instead of 10 ms, with 146 bytes a triangle instead of 51. Even scenes have no such cells.
     pub const NESTED: Self = Self { nested_above: Some(64), ..Self::DEFAULT };
 }
 
@@ -118,8 +122,8 @@ impl std::error::Error for ImpossibleUniformOptions {}
 ///
 /// With λ = 6 about 24 bytes of cells for each triangle, and while building 12 more and 8 for each shared vertex; and four
 /// for each reference, of which there are [`UniformGrid::MOST_REFERENCES`] a triangle at most. Grids inside of cells may
-/// take twice as much for cells, and as much for references, and 20 bytes for each reference of a crowded cell while they
-/// are built. Keep it and rebuild it: its memory is reused.
+/// take as much for references again and about twice as much for cells, and 12 bytes for each reference of a crowded cell
+/// while they are built. Keep it and rebuild it: its memory is reused.
 #[derive(Default)]
 pub struct UniformGrid {
     level: SimdLevel,

@@ -5,7 +5,8 @@
 //! its own, around the triangles' box, cut where the cell, grown by twice the margin, ends. A traversal visits a cell
 //! that is no farther than [`Lattice::DOUBT`] from the hit that it has to find there (see [`Lattice`]), so that the hit is
 //! inside of the box. There the lattice's own argument holds, for traversals that know where the ray is to within
-//! [`Lattice::DOUBT`] in *its* cells. Traversals that don't ask about all triangles that the cell lists instead.
+//! [`Lattice::DOUBT`] in *its* cells. A single ray from too far away to be known that well asks about all triangles that
+//! the outer cell lists instead; packets grow by what they may be wrong by.
 //!
 //! `build` chooses the cells and makes their grids.
 
