@@ -188,9 +188,13 @@ pub(crate) struct RenderFlags {
     #[arg(long, value_name = "N")]
     pub(crate) light_triangles: Option<u32>,
     /// Cells of `--structure grid` for each triangle, λ of its paper, above 0 [default: 6]
-    #[arg(long, value_name = "LAMBDA")]
+    #[arg(long, value_name = "LAMBDA", allow_negative_numbers = true)]
     pub(crate) grid_density: Option<f64>,
-    /// Pixels a side of its packets: 2, 4, 8, 16 or 32 [default: 8]
+    /// Let its cells that list more than N triangles hold grids of their own, for scenes of very uneven density; 64 is a
+    /// good number [default: none do]
+    #[arg(long, value_name = "N")]
+    pub(crate) grid_nested: Option<u32>,
+    /// Pixels a side of its packets: 2, 4, 8, 16 or 32 [default: 32]
     #[arg(long, value_name = "N")]
     pub(crate) packet: Option<u32>,
     /// See through triangles whose corners are seen clockwise; they cast shadows all the same

@@ -144,10 +144,12 @@ fn structure(flags: &RenderFlags) -> Result<Structure, Failure> {
             "--light-cells, --light-rays and --light-triangles are for `--structure listed`",
         )),
         StructureFlag::Grid => grid(flags),
-        _ if flags.grid_density.is_some() || flags.packet.is_some() => Err(Failure::input(
-            "the uniform grid's cells and packets can't be chosen",
-            "--grid-density and --packet are for `--structure grid`",
-        )),
+        _ if flags.grid_density.is_some() || flags.grid_nested.is_some() || flags.packet.is_some() => {
+            Err(Failure::input(
+                "the uniform grid's cells and packets can't be chosen",
+                "--grid-density, --grid-nested and --packet are for `--structure grid`",
+            ))
+        }
         StructureFlag::Perspective => Ok(Structure::Perspective),
         StructureFlag::Bvh => Ok(Structure::Bvh),
     }
@@ -160,7 +162,10 @@ fn grid(flags: &RenderFlags) -> Result<Structure, Failure> {
         return Err(Failure::input(format!("packets of {side}×{side} pixels"), "--packet is 2, 4, 8, 16 or 32"));
     };
     let cells_per_triangle = flags.grid_density.unwrap_or(default.cells_per_triangle);
-    let options = UniformOptions { cells_per_triangle, packet, ..default };
+    if flags.grid_nested == Some(0) {
+        return Err(Failure::input("--grid-nested 0", "it is a number of triangles from 1 on"));
+    }
+    let options = UniformOptions { cells_per_triangle, packet, nested_above: flags.grid_nested, ..default };
     let impossible = |_| Failure::input(format!("--grid-density {cells_per_triangle}"), "it is a number above 0");
     options.check().map_err(impossible)?;
     Ok(Structure::Grid(options))

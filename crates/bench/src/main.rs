@@ -66,6 +66,8 @@ enum Command {
     Packets(experiments::PacketsFlags),
     /// Its Figure 6: how many cells for each triangle
     Density(experiments::DensityFlags),
+    /// Grids inside of its cells, for scenes of uneven density
+    Nested(experiments::NestedFlags),
     /// Its section 4.2: how the time grows with the image
     Resolution(experiments::ResolutionFlags),
     /// Its Tables 1 and 4: what the mailbox and frustum culling spare (needs the feature `statistics`)
@@ -103,6 +105,7 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::Triangles(flags) => flags.run(),
         Command::Packets(flags) => flags.run(),
         Command::Density(flags) => flags.run(),
+        Command::Nested(flags) => flags.run(),
         Command::Resolution(flags) => flags.run(),
         Command::Culling(flags) => flags.run(),
     }

@@ -9,7 +9,7 @@ use glam::{DVec2, Vec3};
 use support::{Mesh, Random, view};
 use umbrage_rays::{
     Camera, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels,
-    UniformGrid, Unmasked, View,
+    UniformGrid, UniformOptions, Unmasked, View,
 };
 
 #[test]
@@ -109,30 +109,35 @@ fn a_steady_uniform_grid_allocates_nothing() {
     let mut mesh = Mesh::soup(&mut Random(1), 2000, 0.01);
     mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 40));
     mesh.append(&Mesh::floor(1, 100.0));
+    mesh.append(&Mesh::bumpy_ball(Vec3::new(1.1, 0.2, 0.3), 1e-3, 30));
     mesh.positions[17].x = f32::NAN;
     let (view, offset_pixels) = (view(200, 150), DVec2::splat(0.5));
     let lights = [
         LightSource::Point { position: Vec3::new(2.0, 4.0, 1.0) },
         LightSource::Directional { direction: Vec3::new(0.2, -1.0, 0.1) },
     ];
-    // One thread does all the work, and is the one whose allocations are counted.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    let counted = pool.install(|| {
-        let mut grid = UniformGrid::default();
-        let mut seen = SeenPixels::default();
-        seen.resize(200, 150);
-        let mut lit = vec![0; seen.triangle.len() / 16];
-        [0; 3].map(|_| {
-            let before = allocations();
-            grid.build(mesh.triangles());
-            grid.see(mesh.triangles(), &view, offset_pixels, |_| true, Unmasked, &mut seen);
-            let image = SeenImage { triangles: mesh.triangles(), view, offset_pixels, seen: &seen };
-            for light in &lights {
-                grid.shadow(&image, light, |_| true, &Unmasked, &mut lit);
-            }
-            allocations() - before
-        })
-    });
-    assert!(counted[0] > 5, "the first frame is counted: {counted:?}");
-    assert_eq!(counted[1..], [0, 0]);
+    for nested_above in [None, Some(8)] {
+        // One thread does all the work, and is the one whose allocations are counted.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+        let counted = pool.install(|| {
+            let mut grid = UniformGrid::default();
+            grid.set_options(UniformOptions { nested_above, ..UniformOptions::DEFAULT }).expect("possible options");
+            let mut seen = SeenPixels::default();
+            seen.resize(200, 150);
+            let mut lit = vec![0; seen.triangle.len() / 16];
+            [0; 3].map(|_| {
+                let before = allocations();
+                grid.build(mesh.triangles());
+                assert_eq!(grid.nested_grids() > 50, nested_above.is_some(), "{grid:?}");
+                grid.see(mesh.triangles(), &view, offset_pixels, |_| true, Unmasked, &mut seen);
+                let image = SeenImage { triangles: mesh.triangles(), view, offset_pixels, seen: &seen };
+                for light in &lights {
+                    grid.shadow(&image, light, |_| true, &Unmasked, &mut lit);
+                }
+                allocations() - before
+            })
+        });
+        assert!(counted[0] > 5, "the first frame is counted: {counted:?}");
+        assert_eq!(counted[1..], [0, 0]);
+    }
 }

@@ -8,13 +8,18 @@ use umbrage_rays::predicate::{HitPoint, ShadowRay, hit};
 use umbrage_rays::{Bvh, Hit, Insertion, LightSource, Ray, Triangles, UniformGrid, UniformOptions};
 
 /// Grids of every kind.
-fn options() -> [UniformOptions; 4] {
+fn options() -> [UniformOptions; 7] {
     let plain = UniformOptions::DEFAULT;
+    let nested = UniformOptions { nested_above: Some(8), ..plain };
     [
         plain,
         UniformOptions { insertion: Insertion::Exact, ..plain },
         UniformOptions { cells_per_triangle: 0.3, macrocell: 1, ..plain },
         UniformOptions { cells_per_triangle: 60.0, macrocell: 4, insertion: Insertion::Exact, ..plain },
+        // Coarse, so that many cells are crowded, and grids are inside of grids.
+        UniformOptions { cells_per_triangle: 0.1, ..nested },
+        UniformOptions { cells_per_triangle: 0.5, macrocell: 2, insertion: Insertion::Exact, ..nested },
+        UniformOptions { nested_above: Some(1), ..plain },
     ]
 }
 
@@ -80,6 +85,10 @@ fn random_ray(random: &mut Random, reach: f32) -> Ray {
 fn random_rays_hit_what_the_predicate_says() {
     let mut random = Random(1);
     let mesh = scene(&mut random);
+    for options in options() {
+        let nested = grid(mesh.triangles(), options).nested_grids();
+        assert_eq!(nested > 0, options.nested_above.is_some(), "{options:?}: {nested}");
+    }
     for reach in [0.5, 3.0, 40.0, 3e6, 1e15] {
         let rays: Vec<_> = (0..200).map(|_| random_ray(&mut random, reach)).collect();
         let hits = check(&mesh, &rays);
@@ -207,6 +216,75 @@ fn triangles_that_end_where_cells_meet_are_hit() {
 }
 
 #[test]
+fn triangles_that_end_where_nested_cells_meet_are_hit() {
+    // Inside of one of the room's cells, the same lattice as around the triangles alone.
+    let (mesh, rays) = support::corners_of_cells_in_a_room();
+    let triangles = mesh.triangles();
+    let expected: Vec<_> = rays.iter().map(|ray| nearest(triangles, ray, |_| true)).collect();
+    for insertion in [Insertion::BoundingBox, Insertion::Exact] {
+        for macrocell in [1, 2, 6] {
+            let options = UniformOptions { insertion, macrocell, ..support::corner_options() };
+            let grid = grid(triangles, options);
+            assert_eq!(grid.nested_grids(), 1, "{grid:?}");
+            for (ray, expected) in rays.iter().zip(&expected) {
+                assert_eq!(grid.nearest(triangles, ray, |_| true), *expected, "{ray:?}, {insertion:?}");
+            }
+        }
+    }
+    assert!(expected.iter().flatten().count() > rays.len() / 2);
+}
+
+#[test]
+fn balls_in_stadiums_are_hit_through_grids_in_grids() {
+    let mut random = Random(12);
+    for smallness in [1e-2, 1e-3, 1e-5, 1e-6] {
+        let mesh = support::stadium(8, smallness);
+        let nested = grid(mesh.triangles(), UniformOptions { nested_above: Some(8), ..UniformOptions::DEFAULT });
+        assert!(nested.nested_grids() > usize::from(smallness < 1e-4), "{smallness}: {nested:?}");
+        let target = |random: &mut Random| (random.point() * smallness + support::BALL_PLACE).as_dvec3();
+        let rays: Vec<_> = (0..150)
+            .map(|step| {
+                // From the room, from near the ball, from inside of it, and from where numbers don't tell its cells apart.
+                let origin = match step % 4 {
+                    0 => random.point().as_dvec3() * 0.9,
+                    1 => target(&mut random) + random.point().as_dvec3() * f64::from(smallness) * 5.0,
+                    2 => random.point().as_dvec3() * 1e6,
+                    _ => target(&mut random),
+                };
+                Ray::new(origin, target(&mut random) - origin)
+            })
+            .collect();
+        assert!(check(&mesh, &rays) > 100);
+    }
+}
+
+#[test]
+fn crowds_in_one_cell_take_bounded_memory() {
+    let mut random = Random(13);
+    let options = UniformOptions { nested_above: Some(8), ..UniformOptions::DEFAULT };
+    // Spread through a small box, and all of one size with it, so that no grid tells them apart.
+    for size in [0.01, 1.0] {
+        let mut mesh = support::stadium(1, 1e-4);
+        for _ in 0..100_000 {
+            let center = random.point();
+            let corners = [0; 3].map(|_| (center + random.point() * size) * 1e-4 + support::BALL_PLACE);
+            mesh.push(corners);
+        }
+        let mut nested = UniformGrid::default();
+        nested.set_options(options).expect("possible options");
+        nested.build(mesh.triangles());
+        assert!(nested.nested_grids() > 0, "{nested:?}");
+        let count = mesh.indices.len();
+        let most = count as u64 * UniformGrid::MOST_REFERENCES + UniformGrid::LEAST_LIMIT;
+        assert!(nested.nested_references() as u64 <= most, "{nested:?}");
+        assert!(nested.bytes() < 400 * count, "{} bytes a triangle", nested.bytes() / count);
+        // What one cell lists, lists each triangle of it once.
+        let ray = Ray::new(support::BALL_PLACE.as_dvec3() + 1e-3, -DVec3::ONE);
+        assert_eq!(nested.nearest(mesh.triangles(), &ray, |_| true), nearest(mesh.triangles(), &ray, |_| true));
+    }
+}
+
+#[test]
 fn grazing_rays_and_shared_edges_hit_what_the_predicate_says() {
     let mut random = Random(4);
     let mesh = scene(&mut random);
@@ -237,18 +315,32 @@ fn grazing_rays_and_shared_edges_hit_what_the_predicate_says() {
 #[test]
 fn any_number_of_triangles_is_hit_and_rebuilt() {
     let mut random = Random(5);
-    let mut grid = UniformGrid::default();
-    assert!(grid.nearest(Triangles::default(), &Ray::new(DVec3::ZERO, DVec3::X), |_| true).is_none());
-    for count in (0..40).chain([300, 0, 5]) {
+    let mut grids = [UniformGrid::default(), UniformGrid::default()];
+    let nested = UniformOptions { cells_per_triangle: 0.2, nested_above: Some(2), ..UniformOptions::DEFAULT };
+    grids[1].set_options(nested).expect("possible options");
+    assert!(
+        grids
+            .iter()
+            .all(|grid| { grid.nearest(Triangles::default(), &Ray::new(DVec3::ZERO, DVec3::X), |_| true).is_none() })
+    );
+    for count in (0..40).chain([300, 0, 5, 300, 100, 200]) {
         let mesh = Mesh::soup(&mut random, count, 0.1);
-        grid.build(mesh.triangles());
-        grid.validate(mesh.triangles()).expect("a valid grid");
-        for _ in 0..20 {
-            let ray = random_ray(&mut random, 3.0);
-            let found = grid.nearest(mesh.triangles(), &ray, |_| true);
-            assert_eq!(found, nearest(mesh.triangles(), &ray, |_| true), "{count} triangles, {ray:?}");
+        for grid in &mut grids {
+            grid.build(mesh.triangles());
+            grid.validate(mesh.triangles()).expect("a valid grid");
+            for _ in 0..20 {
+                let ray = random_ray(&mut random, 3.0);
+                let found = grid.nearest(mesh.triangles(), &ray, |_| true);
+                assert_eq!(found, nearest(mesh.triangles(), &ray, |_| true), "{count} triangles, {ray:?}");
+            }
         }
+        assert!(grids[0].nested_grids() == 0 && (count < 300 || grids[1].nested_grids() > 0), "{grids:?}");
     }
+    // Without them again.
+    grids[1].set_options(UniformOptions::DEFAULT).expect("possible options");
+    let mesh = Mesh::soup(&mut random, 300, 0.1);
+    grids.iter_mut().for_each(|grid| grid.build(mesh.triangles()));
+    assert!(grids[1].is_same_as(&grids[0]) && grids[1].nested_grids() == 0);
 }
 
 #[test]
@@ -335,14 +427,22 @@ fn grids_are_the_same_on_any_number_of_threads() {
     let mut random = Random(9);
     let mut mesh = Mesh::soup(&mut random, 30_000, 0.01);
     mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 60));
-    let build = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| grid(mesh.triangles(), UniformOptions::DEFAULT))
-    };
-    let one = build(1);
-    assert!(one.references() > 40_000 && one.bytes() > 0);
-    for threads in [2, 5] {
-        assert!(build(threads).is_same_as(&one), "{threads} threads");
+    // More than a thread takes at once in one cell, and many cells.
+    let ball = Mesh::bumpy_ball(Vec3::ZERO, 1e-3, 80);
+    mesh.append(&ball.moved(1.0, Vec3::new(1.7, 0.31, 0.52)));
+    for nested_above in [None, Some(8)] {
+        let options = UniformOptions { nested_above, ..UniformOptions::DEFAULT };
+        let build = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            pool.install(|| grid(mesh.triangles(), options))
+        };
+        let one = build(1);
+        assert!(one.references() > 40_000 && one.bytes() > 0);
+        assert_eq!(one.nested_grids() > 50, nested_above.is_some(), "{one:?}");
+        for threads in [2, 5] {
+            assert!(build(threads).is_same_as(&one), "{threads} threads");
+        }
+        assert!(!one.is_same_as(&grid(mesh.triangles(), UniformOptions { nested_above: Some(20), ..options })));
     }
 }
 
@@ -375,4 +475,6 @@ fn impossible_options_are_refused() {
     for macrocell in [0, 65] {
         assert!(grid.set_options(UniformOptions { macrocell, ..UniformOptions::DEFAULT }).is_err());
     }
+    let nested = UniformOptions { nested_above: Some(0), ..UniformOptions::DEFAULT };
+    assert!(grid.set_options(nested).unwrap_err().to_string().contains("more than 0 triangles"));
 }

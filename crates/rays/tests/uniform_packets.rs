@@ -13,8 +13,18 @@ use umbrage_rays::{
 const MIDDLE: DVec2 = DVec2::splat(0.5);
 
 fn grid(mesh: &Mesh, packet: PacketSide) -> UniformGrid {
+    grid_of(mesh, UniformOptions { packet, ..UniformOptions::DEFAULT })
+}
+
+/// A coarse grid, in which many cells hold grids.
+fn nested(mesh: &Mesh, packet: PacketSide) -> UniformGrid {
+    let nested = UniformOptions { cells_per_triangle: 0.3, nested_above: Some(8), ..UniformOptions::DEFAULT };
+    grid_of(mesh, UniformOptions { packet, ..nested })
+}
+
+fn grid_of(mesh: &Mesh, options: UniformOptions) -> UniformGrid {
     let mut grid = UniformGrid::default();
-    grid.set_options(UniformOptions { packet, ..UniformOptions::DEFAULT }).expect("possible options");
+    grid.set_options(options).expect("possible options");
     grid.build(mesh.triangles());
     grid.validate(mesh.triangles()).expect("a valid grid");
     grid
@@ -27,8 +37,9 @@ fn check_seen(mesh: &Mesh, view: &View, offset: DVec2) -> SeenPixels {
     perspective.build(mesh.triangles(), view, offset, |_| false).expect("a small image");
     perspective.trace(mesh.triangles(), Unmasked, &mut expected);
     let mut seen = SeenPixels::default();
-    for (place, packet) in PacketSide::ALL.into_iter().enumerate() {
-        grid(mesh, packet).see(mesh.triangles(), view, offset, |_| true, Unmasked, &mut seen);
+    let forms = [grid, nested].map(|form| PacketSide::ALL.map(|packet| (packet, form)));
+    for (place, (packet, form)) in forms.into_iter().flatten().enumerate() {
+        form(mesh, packet).see(mesh.triangles(), view, offset, |_| true, Unmasked, &mut seen);
         assert_eq!(seen.order(), expected.order());
         let order = seen.order();
         let wrong = (0..order.places()).find(|&place| seen.triangle[place] != expected.triangle[place]);
@@ -58,11 +69,12 @@ fn check_lit(name: &str, mesh: &Mesh, view: &View, lights: &[LightSource]) -> [u
     let mut light_grid = LightGrid::default();
     light_grid.survey(&image);
     let (mut expected, mut lit) = (vec![0; seen.triangle.len() / 16], vec![u16::MAX; seen.triangle.len() / 16]);
-    let mut grids = PacketSide::ALL.map(|packet| grid(mesh, packet));
+    let forms = [grid, nested].map(|form| PacketSide::ALL.map(|packet| form(mesh, packet)));
+    let mut grids: Vec<_> = forms.into_iter().flatten().collect();
     let mut counts = [0; 2];
     for (place, light) in lights.iter().enumerate() {
         light_grid.shadow(&image, light, |_| true, &Unmasked, &mut expected);
-        for grid in [place % 5, 2] {
+        for grid in [place % 5, 2, 5 + (place + 1) % 5, 7] {
             grids[grid].shadow(&image, light, |_| true, &Unmasked, &mut lit);
             let wrong = lit.iter().zip(&expected).position(|(lit, expected)| lit != expected);
             if let Some(block) = wrong {
@@ -100,6 +112,26 @@ fn a_finely_meshed_ball_is_seen_exactly() {
     let mut mesh = Mesh::bumpy_ball(Vec3::new(0.0, 1.0, 0.0), 1.0, 40);
     mesh.append(&Mesh::floor(8, 3.0));
     check_seen(&mesh, &view(67, 45), MIDDLE);
+}
+
+#[test]
+fn balls_in_stadiums_are_seen_and_lit_exactly() {
+    for smallness in [1e-2, 1e-4, 1e-6] {
+        let mesh = support::stadium(14, smallness);
+        assert!(nested(&mesh, PacketSide::Eight).nested_grids() > 0);
+        // From all over the room, and from where the ball fills the view.
+        for away in [0.8, 3.0 * smallness] {
+            let eye = support::BALL_PLACE + Vec3::new(0.4, 0.5, 0.7) * away;
+            let camera = Camera::look_at(eye, support::BALL_PLACE, Vec3::Y, 0.8);
+            let view = View { camera, width: 50, height: 40 };
+            check_seen(&mesh, &view, MIDDLE);
+            let at = |place: Vec3| LightSource::Point { position: support::BALL_PLACE + place };
+            let sun = LightSource::Directional { direction: Vec3::new(0.3, -1.0, 0.2).normalize() };
+            let lights = [at(Vec3::new(0.2, 0.5, 0.3)), at(Vec3::new(-1.0, 2.0, 1.0) * smallness), sun];
+            let [lit, all] = check_lit("stadium", &mesh, &view, &lights);
+            assert!(lit > all / 10 && lit < all, "{lit} of {all} from {away}");
+        }
+    }
 }
 
 #[test]
@@ -320,10 +352,11 @@ fn images_are_the_same_on_any_number_of_threads_and_instructions() {
     mesh.append(&room());
     let view = View { camera: camera(), width: 200, height: 150 };
     let light = LightSource::Point { position: Vec3::new(2.0, 4.0, 1.0) };
-    let run = |level: SimdLevel, threads: usize| {
+    let run = |options: UniformOptions, level: SimdLevel, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| {
             let mut grid = UniformGrid::with_level(level);
+            grid.set_options(options).expect("possible options");
             grid.build(mesh.triangles());
             let mut seen = SeenPixels::default();
             let counts = grid.see(mesh.triangles(), &view, MIDDLE, |_| true, Unmasked, &mut seen);
@@ -334,15 +367,24 @@ fn images_are_the_same_on_any_number_of_threads_and_instructions() {
             (seen, lit, counts)
         })
     };
-    let (seen, lit, counts) = run(SimdLevel::default(), 1);
-    for level in SimdLevel::available() {
-        for threads in [1, 3] {
-            let other = run(level, threads);
-            assert!(is_same(&seen, &other.0) && lit == other.1 && counts == other.2, "{level}, {threads} threads");
+    let nested = UniformOptions { cells_per_triangle: 0.3, nested_above: Some(8), ..UniformOptions::DEFAULT };
+    let mut images = Vec::new();
+    for options in [UniformOptions::DEFAULT, nested] {
+        let (seen, lit, counts) = run(options, SimdLevel::default(), 1);
+        for level in SimdLevel::available() {
+            for threads in [1, 3] {
+                let other = run(options, level, threads);
+                assert!(is_same(&seen, &other.0) && lit == other.1 && counts == other.2, "{level}, {threads} threads");
+            }
         }
+        let is_counting = cfg!(feature = "statistics");
+        assert!(
+            counts.named().iter().all(|&(name, count)| (count > 0) == is_counting || name == "asked"),
+            "{counts:?}"
+        );
+        images.push((seen.triangle, lit));
     }
-    let is_counting = cfg!(feature = "statistics");
-    assert!(counts.named().iter().all(|&(name, count)| (count > 0) == is_counting || name == "asked"), "{counts:?}");
+    assert!(images[0] == images[1]);
 }
 
 /// Rays side by side, all over the place, along axes, from far away and with all kinds of intervals.
@@ -384,10 +426,20 @@ fn nearest(triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -
 #[test]
 fn packets_of_rays_through_corners_of_cells_hit_what_the_predicate_says() {
     let (mesh, rays) = support::corners_of_cells();
-    let mut grid = UniformGrid::default();
     let cells_per_triangle = support::CORNER_CELLS;
-    grid.set_options(UniformOptions { cells_per_triangle, ..UniformOptions::DEFAULT }).expect("possible options");
-    grid.build(mesh.triangles());
+    check_corners(&mesh, &rays, UniformOptions { cells_per_triangle, ..UniformOptions::DEFAULT });
+}
+
+#[test]
+fn packets_of_rays_through_corners_of_nested_cells_hit_what_the_predicate_says() {
+    let (mesh, rays) = support::corners_of_cells_in_a_room();
+    check_corners(&mesh, &rays, support::corner_options());
+}
+
+/// Compares packets of few rays with the predicate.
+fn check_corners(mesh: &Mesh, rays: &[Ray], options: UniformOptions) {
+    let grid = grid_of(mesh, options);
+    assert_eq!(grid.nested_grids(), usize::from(options.nested_above.is_some()));
     let expected: Vec<_> = rays.iter().map(|ray| nearest(mesh.triangles(), ray, |_| true)).collect();
     // Alone, and with others from and to anywhere.
     for together in [1, 3] {
@@ -448,17 +500,18 @@ fn packets_of_any_rays_hit_what_the_predicate_says() {
     mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 10));
     mesh.append(&Mesh::floor(6, 3.0));
     let triangles = mesh.triangles();
-    let grid = grid(&mesh, PacketSide::Eight);
+    let grids = [grid, nested].map(|form| form(&mesh, PacketSide::Eight));
     let counts = |hit: &Hit| !hit.triangle.is_multiple_of(7) || hit.barycentric[0] < 0.5;
     let (mut hits, mut misses) = (0, 0);
     for bundle in bundles(&mut random) {
-        let mut found = vec![None; bundle.len()];
-        grid.nearest_of_packet(triangles, &bundle, counts, &mut found);
-        for (ray, found) in bundle.iter().zip(&found) {
-            let expected = nearest(triangles, ray, counts);
-            assert_eq!(*found, expected, "{ray:?}");
-            if expected.is_some() { hits += 1 } else { misses += 1 }
+        let expected: Vec<_> = bundle.iter().map(|ray| nearest(triangles, ray, counts)).collect();
+        for grid in &grids {
+            let mut found = vec![None; bundle.len()];
+            grid.nearest_of_packet(triangles, &bundle, counts, &mut found);
+            assert!(found == expected, "{bundle:?} through {grid:?}");
         }
+        hits += expected.iter().flatten().count();
+        misses += expected.iter().filter(|expected| expected.is_none()).count();
     }
     assert!(hits > 500 && misses > 500, "{hits} {misses}");
 }
@@ -470,6 +523,7 @@ fn packets_of_any_shadow_rays_are_blocked_as_the_predicate_says() {
     mesh.append(&room());
     let triangles = mesh.triangles();
     let grid = grid(&mesh, PacketSide::Eight);
+    let nested = nested(&mesh, PacketSide::Eight);
     let counts = |id: u32, [b, _]: [f32; 2]| !id.is_multiple_of(5) || b < 0.5;
     let (mut lit, mut shadowed) = (0, 0);
     for (step, bundle) in bundles(&mut random).into_iter().enumerate() {
@@ -485,6 +539,9 @@ fn packets_of_any_shadow_rays_are_blocked_as_the_predicate_says() {
         }
         let mut blocked = vec![true; rays.len()];
         grid.blocked_of_packet(triangles, &rays, &own, counts, &mut blocked);
+        let mut nested_blocked = vec![true; rays.len()];
+        nested.blocked_of_packet(triangles, &rays, &own, counts, &mut nested_blocked);
+        assert!(nested_blocked == blocked, "{rays:?}");
         for (place, ray) in rays.iter().enumerate() {
             let others = (0..triangles.len() as u32).filter(|&id| id != own[place]);
             let expected = others

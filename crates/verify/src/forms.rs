@@ -117,7 +117,8 @@ impl Shot<'_> {
         let mut seen = SeenPixels::default();
         let mut lit = Vec::new();
         let other = UniformOptions { packet: PacketSide::Four, insertion: Insertion::Exact, ..UniformOptions::DEFAULT };
-        for options in [UniformOptions::DEFAULT, other] {
+        let nested = UniformOptions { packet: PacketSide::Eight, nested_above: Some(16), ..UniformOptions::DEFAULT };
+        for options in [UniformOptions::DEFAULT, other, nested] {
             let mut grid = UniformGrid::default();
             grid.set_options(options).expect("possible");
             grid.build(self.triangles);

@@ -17,4 +17,4 @@ pub(crate) use growth::GrowthFlags;
 pub(crate) use mapping::MappingFlags;
 pub(crate) use table1::Table1Flags;
 pub(crate) use triangles::TrianglesFlags;
-pub(crate) use uniform::{CullingFlags, DensityFlags, PacketsFlags, ResolutionFlags};
+pub(crate) use uniform::{CullingFlags, DensityFlags, NestedFlags, PacketsFlags, ResolutionFlags};

@@ -1,6 +1,6 @@
 use glam::{DVec3, Vec3};
 
-use super::{Edges, ROUNDING, canonical_order, exact_difference, exact_dot, exact_normal};
+use super::{Edges, ROUNDING, canonical_order, exact_difference, exact_dot, exact_normal, is_missed};
 use crate::{LightSource, Ray};
 
 /// A point that a ray has hit, with a bound on how far rounding may have moved it on any axis.
@@ -59,7 +59,10 @@ impl ShadowRay {
     /// than the one that the point is on.
     #[must_use]
     pub fn blocked_by(&self, corners: [Vec3; 3]) -> Option<[f32; 2]> {
-        // Asked first, since it is cheap and the triangles around the point's own mostly end here.
+        if is_missed(self.ray.origin, self.ray.direction, corners) {
+            return None;
+        }
+        // Asked first of what is left, since the triangles around the point's own mostly end here.
         let height = height_above(canonical_order(&corners).map(|place| corners[place]), self.point)?;
         let edges = Edges::new(self.ray.origin, self.ray.direction, corners)?;
         let is_behind = height * edges.side > 0.0;

@@ -3,7 +3,9 @@
 
 use glam::{DVec2, Vec3};
 use umbrage_rays::predicate::crossing;
-use umbrage_rays::{Camera, Hit, PerspectiveGrid, Projection, Ray, SeenPixels, Triangles, Unmasked, View};
+use umbrage_rays::{
+    Camera, Hit, PerspectiveGrid, Projection, Ray, SeenPixels, Triangles, UniformOptions, Unmasked, View,
+};
 
 /// A mesh of its own.
 #[derive(Clone, Debug, Default)]
@@ -245,3 +247,31 @@ pub(crate) fn corners_of_cells() -> (Mesh, Vec<Ray>) {
 
 /// Cells for each triangle of [`corners_of_cells`].
 pub(crate) const CORNER_CELLS: f64 = 16.0;
+
+/// The triangles of [`corners_of_cells`] inside of one cell of a room, in which a grid of [`corner_options`] holds the grid
+/// that they have alone; and the same rays.
+pub(crate) fn corners_of_cells_in_a_room() -> (Mesh, Vec<Ray>) {
+    let (mut mesh, rays) = corners_of_cells();
+    // 17 cells with an edge of 62 on each axis, of which the ninth is from about -31 to 31.
+    for (corner, inwards) in [(-530.0, 1.0), (470.0, -1.0)] {
+        let corner = Vec3::splat(corner);
+        mesh.push([corner, corner + Vec3::X * inwards, corner + Vec3::Y * inwards]);
+    }
+    (mesh, rays)
+}
+
+/// Options for [`corners_of_cells_in_a_room`].
+pub(crate) fn corner_options() -> UniformOptions {
+    UniformOptions { cells_per_triangle: CORNER_CELLS, nested_above: Some(64), ..UniformOptions::DEFAULT }
+}
+
+/// Where the ball of [`stadium`] is.
+pub(crate) const BALL_PLACE: Vec3 = Vec3::new(0.3, -0.7, 0.2);
+
+/// A bumpy ball with a radius of `smallness` on the floor of a room from -1 to 1.
+pub(crate) fn stadium(rings: u32, smallness: f32) -> Mesh {
+    let mut mesh = Mesh::bumpy_ball(Vec3::ZERO, smallness, rings).moved(1.0, BALL_PLACE);
+    mesh.append(&Mesh::floor(4, 1.0).moved(1.0, Vec3::Y * (BALL_PLACE.y - smallness)));
+    mesh.append(&Mesh::floor(1, 1.0).moved(1.0, Vec3::Y));
+    mesh
+}

@@ -38,7 +38,7 @@ impl CullingFlags {
         if !cfg!(feature = "statistics") {
             bail!("this `umbrage-bench` counts nothing: build it with `--features statistics`");
         }
-        let packets = [PacketSide::Four, PacketSide::Eight];
+        let packets = [PacketSide::Four, PacketSide::Eight, PacketSide::ThirtyTwo];
         let forms = packets.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
         let mut table = Table::start(self.common.form, &self.common.conditions(Some(self.size)), COLUMNS)?;
         for address in &self.scenes {

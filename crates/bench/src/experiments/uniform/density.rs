@@ -53,7 +53,7 @@ impl DensityFlags {
             }
         }
         table.note(
-            "Built and seen through, in packets of 8x8 pixels. rate_to_best: frames a second by those of the best.",
+            "Built and seen through, in packets of 32x32 pixels. rate_to_best: frames a second by those of the best.",
         )?;
         table.note("Wald et al. 2006, Figure 6: nearly all scenes are the fastest at about 6.")?;
         table.finish()?;

@@ -24,6 +24,8 @@ pub(super) struct Costs {
     pub(super) triangles: usize,
     /// Pairs of a cell and a triangle in it.
     pub(super) references: usize,
+    /// Grids inside of cells.
+    pub(super) nested_grids: usize,
     pub(super) bytes: usize,
     pub(super) build: f64,
     pub(super) see: f64,
@@ -88,8 +90,9 @@ impl Trial {
 
     fn costs(&self, triangles: usize) -> Costs {
         let of = |stage: usize| median(self.times.iter().map(|times| times[stage]));
-        let (references, bytes) = (self.grid.references(), self.grid.bytes());
-        Costs { triangles, references, bytes, build: of(0), see: of(1), counts: self.counts }
+        let references = self.grid.references() + self.grid.nested_references();
+        let (nested_grids, bytes) = (self.grid.nested_grids(), self.grid.bytes());
+        Costs { triangles, references, nested_grids, bytes, build: of(0), see: of(1), counts: self.counts }
     }
 }
 

@@ -3,10 +3,12 @@
 mod culling;
 mod density;
 mod measure;
+mod nested;
 mod packets;
 mod resolution;
 
 pub(crate) use culling::CullingFlags;
 pub(crate) use density::DensityFlags;
+pub(crate) use nested::NestedFlags;
 pub(crate) use packets::PacketsFlags;
 pub(crate) use resolution::ResolutionFlags;

@@ -21,10 +21,10 @@ pub(crate) struct ResolutionFlags {
 }
 
 const COLUMNS: &[(&str, usize)] =
-    &[("scene", 26), ("side", 6), ("4x4", 8), ("8x8", 8), ("16x16", 8), ("best", 8), ("ns_ray", 7), ("growth", 7)];
+    &[("scene", 26), ("side", 6), ("8x8", 8), ("16x16", 8), ("32x32", 8), ("best", 8), ("ns_ray", 7), ("growth", 7)];
 
 /// The sizes of packets that are worth it.
-const PACKETS: [PacketSide; 3] = [PacketSide::Four, PacketSide::Eight, PacketSide::Sixteen];
+const PACKETS: [PacketSide; 3] = [PacketSide::Eight, PacketSide::Sixteen, PacketSide::ThirtyTwo];
 
 impl ResolutionFlags {
     /// Measures, prints and draws.

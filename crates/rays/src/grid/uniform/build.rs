@@ -9,10 +9,10 @@ use super::{Insertion, UniformGrid};
 use crate::{Bounds, Omitted, Triangles};
 
 /// Triangles that a thread takes at once.
-const CHUNK: usize = 1 << 12;
+pub(super) const CHUNK: usize = 1 << 12;
 
 /// Cells that a thread takes at once.
-const CHUNK_CELLS: usize = 1 << 14;
+pub(super) const CHUNK_CELLS: usize = 1 << 14;
 
 /// What is known about some triangles in a row.
 #[derive(Default)]
@@ -45,6 +45,7 @@ impl UniformGrid {
         let end = self.ids.len() as u32;
         sort(&self.starts[..lattice.len()], end, &mut self.ids);
         self.macrocells.mark(&lattice, self.options.macrocell, &self.starts);
+        self.nest(triangles);
     }
 
     /// Finds the bounds of all triangles, and those that can't be hit.
@@ -98,12 +99,12 @@ impl UniformGrid {
         let is_shared = 2 * triangles.positions.len() <= 3 * triangles.len();
         let positions = if is_shared { triangles.positions } else { &[] };
         let Self { vertices, boxes, chunks, .. } = self;
-        vertices.resize(positions.len(), VertexCells::default());
+        resize(vertices, positions.len(), VertexCells::default);
         vertices.par_chunks_mut(CHUNK).zip(positions.par_chunks(CHUNK)).for_each(|(cells, positions)| {
             cells.iter_mut().zip(positions).for_each(|(cells, &position)| *cells = lattice.cells_at(position));
         });
         let vertices = &*vertices;
-        boxes.resize(triangles.len(), CellBox::EMPTY);
+        resize(boxes, triangles.len(), || CellBox::EMPTY);
         let chunks = boxes.par_chunks_mut(CHUNK).zip(&*chunks).enumerate().map(|(place, (boxes, chunk))| {
             let is_sound = chunk.omitted.total() == 0;
             let mut references = 0;
@@ -131,7 +132,7 @@ impl UniformGrid {
         let len = lattice.len() + 2;
         starts.truncate(len);
         starts.par_chunks_mut(CHUNK_CELLS).for_each(|starts| starts.iter_mut().for_each(|start| *start.get_mut() = 0));
-        starts.resize_with(len, AtomicU32::default);
+        resize(starts, len, AtomicU32::default);
         let starts = &*starts;
         for_each_reference(triangles, lattice, boxes, options.insertion, |cell, _| {
             starts[cell + 2].fetch_add(1, Relaxed);
@@ -141,25 +142,8 @@ impl UniformGrid {
     /// Sums the counts up, and makes room for all references.
     fn scan(&mut self) {
         let Self { starts, ids, sums, .. } = self;
-        // One part a thread: the last one, and so all of a single thread's, needn't be read before.
-        let part = starts.len().div_ceil(rayon::current_num_threads()).max(CHUNK_CELLS);
-        let all_but_last = &starts[..(starts.len() - 1) / part * part];
-        let parts = all_but_last.par_chunks(part).map(|counts| counts.iter().map(|count| count.load(Relaxed)).sum());
-        parts.collect_into_vec(sums);
-        sums.insert(0, 0);
-        for place in 1..sums.len() {
-            sums[place] += sums[place - 1];
-        }
-        starts.par_chunks_mut(part).zip(&*sums).for_each(|(starts, &before)| {
-            let mut sum = before;
-            for start in starts {
-                let start = start.get_mut();
-                sum += *start;
-                *start = sum;
-            }
-        });
-        let references = starts.last_mut().map_or(0, |last| *last.get_mut());
-        ids.resize_with(references as usize, AtomicU32::default);
+        let references = scan(starts, sums);
+        resize(ids, references as usize, AtomicU32::default);
     }
 
     /// Writes each triangle's id into its cells.
@@ -169,6 +153,37 @@ impl UniformGrid {
             self.ids[place as usize].store(id, Relaxed);
         });
     }
+}
+
+/// Makes `items` as many as are needed. Where there was no room, there is a little for later frames' sake, but not for twice
+/// as many.
+pub(super) fn resize<T>(items: &mut Vec<T>, count: usize, item: fn() -> T) {
+    if count > items.capacity() {
+        items.reserve_exact(count + count / 32 - items.len());
+    }
+    items.resize_with(count, item);
+}
+
+/// Makes of counts sums of all up to each, and returns the last one.
+pub(super) fn scan(starts: &mut [AtomicU32], sums: &mut Vec<u32>) -> u32 {
+    // One part a thread: the last one, and so all of a single thread's, needn't be read before.
+    let part = starts.len().div_ceil(rayon::current_num_threads()).max(CHUNK_CELLS);
+    let all_but_last = &starts[..(starts.len() - 1) / part * part];
+    let parts = all_but_last.par_chunks(part).map(|counts| counts.iter().map(|count| count.load(Relaxed)).sum());
+    parts.collect_into_vec(sums);
+    sums.insert(0, 0);
+    for place in 1..sums.len() {
+        sums[place] += sums[place - 1];
+    }
+    starts.par_chunks_mut(part).zip(&*sums).for_each(|(starts, &before)| {
+        let mut sum = before;
+        for start in starts {
+            let start = start.get_mut();
+            sum += *start;
+            *start = sum;
+        }
+    });
+    starts.last_mut().map_or(0, |last| *last.get_mut())
 }
 
 /// Calls `visit` with each cell's place and the id of each triangle in it, on all threads.
@@ -182,26 +197,38 @@ fn for_each_reference(
     boxes.par_chunks(CHUNK).enumerate().for_each(|(chunk, boxes)| {
         for (place, cells) in boxes.iter().enumerate() {
             let id = (chunk * CHUNK + place) as u32;
-            // One or two cells of a box are mostly all the triangle's own.
-            let is_exact = insertion == Insertion::Exact && cells.len() > 2;
-            let exact = is_exact.then(|| ExactTriangle::new(lattice, triangles.corners(id)));
-            for z in cells.range(2) {
-                for y in cells.range(1) {
-                    let row = lattice.place(0, y, z);
-                    for x in cells.range(0) {
-                        if exact.as_ref().is_none_or(|triangle| triangle.overlaps([x, y, z])) {
-                            visit(row + x as usize, id);
-                        }
-                    }
-                }
-            }
+            for_each_cell(triangles, lattice, (id, cells), insertion, |cell| visit(cell, id));
         }
     });
 }
 
+/// Calls `visit` with the place of each cell that lists the triangle `id`, whose box overlaps `cells`.
+#[inline(always)]
+pub(super) fn for_each_cell(
+    triangles: Triangles<'_>,
+    lattice: &Lattice,
+    (id, cells): (u32, &CellBox),
+    insertion: Insertion,
+    mut visit: impl FnMut(usize),
+) {
+    // One or two cells of a box are mostly all the triangle's own.
+    let is_exact = insertion == Insertion::Exact && cells.len() > 2;
+    let exact = is_exact.then(|| ExactTriangle::new(lattice, triangles.corners(id)));
+    for z in cells.range(2) {
+        for y in cells.range(1) {
+            let row = lattice.place(0, y, z);
+            for x in cells.range(0) {
+                if exact.as_ref().is_none_or(|triangle| triangle.overlaps([x, y, z])) {
+                    visit(row + x as usize);
+                }
+            }
+        }
+    }
+}
+
 /// Sorts the ids of each cell, which threads may have written in any order: each start is where a cell's ids start,
 /// the first of `ids` being that of the first cell, and the last cell's end at `end`.
-fn sort(starts: &[AtomicU32], end: u32, mut ids: &mut [AtomicU32]) {
+pub(super) fn sort(starts: &[AtomicU32], end: u32, mut ids: &mut [AtomicU32]) {
     if starts.len() > CHUNK_CELLS {
         let (low, high) = starts.split_at(starts.len() / 2);
         let (first, boundary) = (low[0].load(Relaxed), high[0].load(Relaxed));

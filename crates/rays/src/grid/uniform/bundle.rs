@@ -14,11 +14,11 @@ pub enum PacketSide {
     /// 16 rays a packet.
     Four,
     /// 64 rays a packet.
-    #[default]
     Eight,
     /// 256 rays a packet.
     Sixteen,
-    /// 1024 rays a packet.
+    /// 1024 rays a packet: the fastest, or nearly, on all of the gallery since few of their blocks are tested.
+    #[default]
     ThirtyTwo,
 }
 

@@ -74,7 +74,7 @@ impl Lattice {
     /// Most cells along an axis.
     pub(super) const MOST_ON_A_SIDE: u32 = 1 << 12;
     /// Most cells in all, before each side is rounded up.
-    const MOST_CELLS: f64 = (1 << 26) as f64;
+    pub(super) const MOST_CELLS: f64 = (1 << 26) as f64;
     /// Least distance of the bounds from the lattice's faces, in cells.
     const RIM: f64 = 1.0 / 64.0;
 

@@ -24,25 +24,52 @@ impl Macrocells {
     /// Marks the blocks of which some cell's ids don't end where they start.
     pub(super) fn mark(&mut self, lattice: &Lattice, side: u32, starts: &[AtomicU32]) {
         self.side = side;
-        self.count = lattice.cells.map(|cells| cells.div_ceil(side));
-        let UVec3 { x: columns, y: rows, z: layers } = self.count;
-        self.occupied.resize((columns * rows * layers) as usize, false);
-        self.occupied.par_chunks_mut(columns as usize).enumerate().with_min_len(16).for_each(|(place, occupied)| {
-            let (row, layer) = (place as u32 % rows, place as u32 / rows);
-            occupied.fill(false);
-            for z in layer * side..lattice.cells.z.min((layer + 1) * side) {
-                for y in row * side..lattice.cells.y.min((row + 1) * side) {
-                    mark_row(occupied, lattice, side, &starts[lattice.place(0, y, z)..]);
-                }
-            }
-        });
+        self.count = count(lattice, side);
+        self.occupied.resize(self.count.element_product() as usize, false);
+        mark(lattice, side, starts, &mut self.occupied);
     }
 
+    #[inline(always)]
+    pub(super) fn blocks(&self) -> Blocks<'_> {
+        Blocks { side: self.side, count: self.count, occupied: &self.occupied }
+    }
+}
+
+/// The macrocells of one lattice.
+#[derive(Clone, Copy)]
+pub(super) struct Blocks<'a> {
+    /// M.
+    pub(super) side: u32,
+    /// Macrocells along each axis.
+    pub(super) count: UVec3,
+    pub(super) occupied: &'a [bool],
+}
+
+impl Blocks<'_> {
     /// Whether some cell of the macrocell holds a triangle.
     #[inline(always)]
     pub(super) fn is_occupied(&self, x: u32, y: u32, z: u32) -> bool {
         self.occupied[((z * self.count.y + y) * self.count.x + x) as usize]
     }
+}
+
+/// How many macrocells of `side`³ cells a lattice has along each axis.
+pub(super) fn count(lattice: &Lattice, side: u32) -> UVec3 {
+    lattice.cells.map(|cells| cells.div_ceil(side))
+}
+
+/// Marks in `occupied`, a place for each macrocell, those of which some cell's ids don't end where they start.
+pub(super) fn mark(lattice: &Lattice, side: u32, starts: &[AtomicU32], occupied: &mut [bool]) {
+    let UVec3 { x: columns, y: rows, .. } = count(lattice, side);
+    occupied.par_chunks_mut(columns as usize).enumerate().with_min_len(16).for_each(|(place, occupied)| {
+        let (row, layer) = (place as u32 % rows, place as u32 / rows);
+        occupied.fill(false);
+        for z in layer * side..lattice.cells.z.min((layer + 1) * side) {
+            for y in row * side..lattice.cells.y.min((row + 1) * side) {
+                mark_row(occupied, lattice, side, &starts[lattice.place(0, y, z)..]);
+            }
+        }
+    });
 }
 
 /// Marks what one row of cells occupies of a row of macrocells.

@@ -1,9 +1,11 @@
 use std::ops::ControlFlow;
+use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
 use fearless_simd::Simd;
 
 use super::UniformGrid;
+use super::cells::Cells;
 use super::frustum::Frustum;
 use super::lattice::Lattice;
 use super::statistics::Statistics;
@@ -149,6 +151,23 @@ impl Beam {
         std::array::from_fn(|bound| self.base[bound] + self.rate[bound] * w)
     }
 
+    /// The same beam in the cell coordinates of a lattice inside of a cell of `outer`.
+    ///
+    /// w stays zero where it was. What is wrong in cells of the outer lattice is wrong by more of the smaller ones, and the
+    /// roundings on the way there are relative to the numbers that it was estimated from: twice that covers both.
+    fn inside(&self, outer: &Lattice, inner: &Lattice) -> Self {
+        let scale = outer.side / inner.side;
+        let corner = (inner.corner - outer.corner) * (1.0 / outer.side);
+        let [u, v, w] = self.axes;
+        let shift = [-corner[u], corner[u], -corner[v], corner[v]];
+        Self {
+            base: std::array::from_fn(|bound| (self.base[bound] + shift[bound]) * scale),
+            start: (self.start - corner[w]) * scale,
+            slack: Lattice::DOUBT + 2.0 * scale * (self.slack - Lattice::DOUBT),
+            ..*self
+        }
+    }
+
     /// The w at which slice 0 in the order of travel is entered.
     pub(super) fn first(&self, cells: u32) -> f64 {
         if self.sign > 0.0 { -self.start } else { self.start - f64::from(cells) }
@@ -181,17 +200,18 @@ fn sum(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
 
 /// A packet on its way through the grid.
 struct Walk<'a> {
-    grid: &'a UniformGrid,
+    cells: Cells<'a>,
     triangles: Triangles<'a>,
-    lattice: Lattice,
+    frustum: &'a Frustum,
     beam: Beam,
-    frustum: Frustum,
     /// Cells along u, v and w.
-    cells: [u32; 3],
+    counts: [u32; 3],
     /// From which to which w the rays go, in cells.
     within: [f64; 2],
     /// The w at which slice 0 is entered.
     first: f64,
+    /// Edge of a cell, in cells of the scene.
+    side: f64,
 }
 
 impl UniformGrid {
@@ -225,11 +245,9 @@ impl UniformGrid {
         scratch: &mut Scratch,
         visitor: &mut V,
     ) {
-        let Some(lattice) = self.lattice else { return };
-        let cells = beam.axes.map(|axis| lattice.cells[axis]);
-        let first = beam.first(cells[2]);
-        let frustum = Frustum::new(&lattice, &beam, &self.bounds);
-        let walk = Walk { grid: self, triangles, lattice, beam, frustum, cells, within, first };
+        let Some(cells) = self.scene_cells() else { return };
+        let frustum = Frustum::new(&cells.lattice, &beam, &self.bounds);
+        let walk = Walk::new(cells, triangles, &frustum, beam, within, 1.0);
         scratch.mailbox.clear();
         (scratch.listed.count, scratch.inside.count) = (0, 0);
         scratch.statistics.packet();
@@ -239,12 +257,25 @@ impl UniformGrid {
     }
 }
 
-impl Walk<'_> {
+impl<'a> Walk<'a> {
+    #[inline(always)]
+    fn new(
+        cells: Cells<'a>,
+        triangles: Triangles<'a>,
+        frustum: &'a Frustum,
+        beam: Beam,
+        within: [f64; 2],
+        side: f64,
+    ) -> Self {
+        let counts = beam.axes.map(|axis| cells.lattice.cells[axis]);
+        Self { cells, triangles, frustum, beam, counts, within, first: beam.first(counts[2]), side }
+    }
+
     /// The slice, in order of travel, that w is in.
     fn slice_at(&self, w: f64) -> Option<u32> {
         let slice = w - self.first;
-        let count = f64::from(self.cells[2]);
-        (slice <= count + self.beam.slack && slice >= -self.beam.slack).then(|| (slice as u32).min(self.cells[2] - 1))
+        let count = f64::from(self.counts[2]);
+        (slice <= count + self.beam.slack && slice >= -self.beam.slack).then(|| (slice as u32).min(self.counts[2] - 1))
     }
 
     /// The first and the last slice, in order of travel.
@@ -252,18 +283,18 @@ impl Walk<'_> {
         let [enter, leave] = self.within;
         let slack = self.beam.slack;
         let first = self.slice_at((enter - slack).max(self.first))?;
-        let last = self.slice_at((leave + slack).min(self.first + f64::from(self.cells[2])))?;
+        let last = self.slice_at((leave + slack).min(self.first + f64::from(self.counts[2])))?;
         (first <= last).then_some([first, last])
     }
 
     /// The cell on the major axis that is a slice in order of travel, and how many slices of its macrocell are left.
     #[inline(always)]
     fn layer(&self, slice: u32) -> (u32, u32) {
-        let side = self.grid.macrocells.side;
+        let side = self.cells.macrocells.side;
         if self.beam.sign > 0.0 {
             (slice, side - slice % side)
         } else {
-            let layer = self.cells[2] - 1 - slice;
+            let layer = self.counts[2] - 1 - slice;
             (layer, layer % side + 1)
         }
     }
@@ -285,7 +316,7 @@ impl Walk<'_> {
             if self.is_occupied(union(near, far), slice) {
                 let mut next = self.beam.at(self.enter(slice + 1));
                 for slice in slice..end {
-                    if visitor.is_done(self.enter(slice) - 2.0 * self.beam.slack) {
+                    if visitor.is_done((self.enter(slice) - 2.0 * self.beam.slack) * self.side) {
                         return ControlFlow::Break(());
                     }
                     self.visit_slice(simd, union(near, next), slice, scratch, visitor);
@@ -301,9 +332,9 @@ impl Walk<'_> {
     /// Whether some macrocell of a slice's layer that a box overlaps holds triangles.
     #[inline(always)]
     fn is_occupied(&self, bounds: [f64; 4], slice: u32) -> bool {
-        let cells = [self.cells[0], self.cells[1]];
+        let cells = [self.counts[0], self.counts[1]];
         let Some([columns, rows]) = overlapped(bounds, self.beam.slack, cells) else { return false };
-        let macrocells = &self.grid.macrocells;
+        let macrocells = self.cells.macrocells;
         let side = macrocells.side;
         let [u, v, w] = self.beam.axes;
         let mut cell = [0; 3];
@@ -326,7 +357,7 @@ impl Walk<'_> {
         scratch: &mut Scratch,
         visitor: &mut V,
     ) {
-        let cells = [self.cells[0], self.cells[1]];
+        let cells = [self.counts[0], self.counts[1]];
         let Some([columns, rows]) = overlapped(bounds, self.beam.slack, cells) else { return };
         let [u, v, w] = self.beam.axes;
         let mut cell = [0; 3];
@@ -334,13 +365,13 @@ impl Walk<'_> {
         for row in rows[0]..=rows[1] {
             cell[v] = row;
             cell[u] = columns[0];
-            let first = self.lattice.place(cell[0], cell[1], cell[2]);
+            let first = self.cells.lattice.place(cell[0], cell[1], cell[2]);
             scratch.statistics.cells(columns[1] - columns[0] + 1);
             if u == 0 {
                 // Next to each other in memory.
                 self.list(simd, first, first + (columns[1] - columns[0]) as usize, scratch, visitor);
             } else {
-                let stride = self.lattice.cells.x as usize;
+                let stride = self.cells.lattice.cells.x as usize;
                 for column in 0..=(columns[1] - columns[0]) as usize {
                     self.list(simd, first + column * stride, first + column * stride, scratch, visitor);
                 }
@@ -355,10 +386,69 @@ impl Walk<'_> {
         }
     }
 
-    /// Lets the triangles of some cells in a row wait, but for those that were tested before.
+    /// Lets the triangles of some cells in a row wait.
     #[inline(always)]
     fn list<S: Simd, V: Visitor>(&self, simd: S, first: usize, last: usize, scratch: &mut Scratch, visitor: &mut V) {
-        for id in self.grid.listed(first, last) {
+        let ids = self.cells.listed(first, last);
+        if ids.len() > self.cells.most {
+            return self.visit_crowds(simd, first, last, scratch, visitor);
+        }
+        self.wait(simd, ids, scratch, visitor);
+    }
+
+    /// Goes through some cells in a row of which some may hold grids. Not inlined, since it is among what it calls.
+    #[cold]
+    #[inline(never)]
+    fn visit_crowds<S: Simd, V: Visitor>(
+        &self,
+        simd: S,
+        first: usize,
+        last: usize,
+        scratch: &mut Scratch,
+        visitor: &mut V,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for place in first..=last {
+                    let ids = self.cells.listed(place, place);
+                    match self.cells.inside(place).map(|inside| self.inside(inside)) {
+                        Some(walk) if walk.is_shorter_than(ids.len()) => {
+                            let _ = walk.run(simd, scratch, visitor);
+                        }
+                        _ => self.wait(simd, ids, scratch, visitor),
+                    }
+                }
+            },
+        );
+    }
+
+    /// The packet's way through the cells inside of one of these.
+    fn inside(&self, inside: Cells<'a>) -> Self {
+        let (outer, inner) = (&self.cells.lattice, &inside.lattice);
+        let scale = outer.side / inner.side;
+        let within = self.within.map(|w| w * scale);
+        let beam = self.beam.inside(outer, inner);
+        Walk::new(inside, self.triangles, self.frustum, beam, within, self.side / scale)
+    }
+
+    /// Whether the packet would visit fewer cells than there are triangles: packets that are much wider than cells are
+    /// better off with the triangles.
+    fn is_shorter_than(&self, triangles: usize) -> bool {
+        let Some([first, last]) = self.slices() else { return true };
+        // Before the rays start, the box may be turned inside out.
+        let near = self.enter(first).max(self.within[0]);
+        let far = self.enter(last + 1).min(self.within[1]).max(near);
+        let middle = self.beam.at(0.5 * (near + far));
+        let width = overlapped(middle, self.beam.slack, [self.counts[0], self.counts[1]]);
+        let visited = width.map_or(0, |[[left, right], [low, high]]| (right - left + 1) * (high - low + 1));
+        u64::from(visited) * u64::from(last - first + 1) < triangles as u64
+    }
+
+    /// Lets triangles wait for their test, but for those that were tested before.
+    #[inline(always)]
+    fn wait<S: Simd, V: Visitor>(&self, simd: S, ids: &[AtomicU32], scratch: &mut Scratch, visitor: &mut V) {
+        for id in ids {
             let id = id.load(Relaxed);
             if !scratch.mailbox.is_new(id) {
                 scratch.statistics.mailbox_hit();

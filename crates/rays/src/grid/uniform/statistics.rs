@@ -5,7 +5,7 @@ pub struct UniformCounts {
     pub rays: u64,
     /// Groups of rays that were traced together.
     pub packets: u64,
-    /// Pairs of a packet and a cell.
+    /// Pairs of a packet and a cell, those of grids inside of cells counted too.
     pub cells: u64,
     /// Triangles that the mailbox knew.
     pub mailbox_hits: u64,

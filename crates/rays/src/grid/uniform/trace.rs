@@ -1,10 +1,13 @@
 use std::ops::ControlFlow;
+use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
 use glam::{DVec3, IVec3};
 
 use super::UniformGrid;
+use super::cells::Cells;
 use super::lattice::Lattice;
+use super::macrocells::Blocks;
 use crate::predicate::ShadowRay;
 use crate::single::{self, Visit};
 use crate::{Hit, Ray, Triangles};
@@ -38,50 +41,86 @@ impl UniformGrid {
 impl Visit for UniformGrid {
     /// Calls `test` with every triangle in a cell that `ray` visits before `t_max`, nearer cells first. `test` may lower
     /// `t_max` or break off. Some triangles are tested more than once.
-    fn visit(&self, ray: &Ray, mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
-        let Some(lattice) = self.lattice else { return ControlFlow::Continue(()) };
-        let mut t_max = ray.t_max;
-        let line = CellRay::new(&lattice, ray);
+    fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
+        let Some(cells) = self.scene_cells() else { return ControlFlow::Continue(()) };
+        let mut search = Search { ray, t_max: ray.t_max, mailbox: [u32::MAX; MAILBOX], test };
+        search.visit(&cells, &self.ids)
+    }
+}
+
+/// What a ray is looking for.
+struct Search<'a, F> {
+    ray: &'a Ray,
+    /// Nothing behind it matters.
+    t_max: f64,
+    mailbox: [u32; MAILBOX],
+    test: F,
+}
+
+impl<F: FnMut(u32, &mut f64) -> ControlFlow<()>> Search<'_, F> {
+    /// Tests the triangles in the cells that the ray visits, or those of `all` if it starts too far away to tell which.
+    #[inline(always)]
+    fn visit(&mut self, cells: &Cells<'_>, all: &[AtomicU32]) -> ControlFlow<()> {
+        let line = CellRay::new(&cells.lattice, self.ray);
         if !line.is_exact_enough() {
-            return self.ids.iter().try_for_each(|id| test(id.load(Relaxed), &mut t_max));
+            return self.test(all);
         }
-        let Some((t_enter, t_leave)) = line.clip(ray.t_min, ray.t_max) else { return ControlFlow::Continue(()) };
-        t_max = t_leave;
-        let mut mailbox = [u32::MAX; MAILBOX];
+        let Some((t_enter, t_leave)) = line.clip(self.ray.t_min, self.t_max) else {
+            return ControlFlow::Continue(());
+        };
         let mut walk = Walk::start(&line, t_enter);
         loop {
-            let skipped = self.skip_empty(&line, &mut walk, t_max);
+            let skipped = skip_empty(cells.macrocells, &line, &mut walk, t_leave.min(self.t_max));
             if skipped.is_break() {
                 return ControlFlow::Continue(());
             }
             let [x, y, z] = walk.cell.to_array().map(|at| at as u32);
-            let place = lattice.place(x, y, z);
-            for id in self.listed(place, place).iter().map(|id| id.load(Relaxed)) {
-                // Neighbouring cells mostly share triangles.
-                if std::mem::replace(&mut mailbox[id as usize % MAILBOX], id) != id {
-                    test(id, &mut t_max)?;
-                }
+            let place = cells.lattice.place(x, y, z);
+            let listed = cells.listed(place, place);
+            if listed.len() <= cells.most {
+                self.test(listed)?;
+            } else {
+                self.visit_crowd(cells, place, listed)?;
             }
-            if walk.step(&line, t_max).is_break() {
+            if walk.step(&line, t_leave.min(self.t_max)).is_break() {
                 return ControlFlow::Continue(());
             }
         }
     }
+
+    /// Visits the grid inside of a cell, if there is one. Not inlined, since it is one of those that it visits.
+    #[cold]
+    #[inline(never)]
+    fn visit_crowd(&mut self, cells: &Cells<'_>, place: usize, listed: &[AtomicU32]) -> ControlFlow<()> {
+        match cells.inside(place) {
+            Some(inside) => self.visit(&inside, listed),
+            None => self.test(listed),
+        }
+    }
+
+    #[inline(always)]
+    fn test(&mut self, ids: &[AtomicU32]) -> ControlFlow<()> {
+        for id in ids.iter().map(|id| id.load(Relaxed)) {
+            // Neighbouring cells mostly share triangles.
+            if std::mem::replace(&mut self.mailbox[id as usize % MAILBOX], id) != id {
+                (self.test)(id, &mut self.t_max)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
 }
 
-impl UniformGrid {
-    /// Walks out of macrocells that hold nothing; breaks where the walk ends.
-    #[inline(always)]
-    fn skip_empty(&self, line: &CellRay, walk: &mut Walk, t_max: f64) -> ControlFlow<()> {
-        let side = self.macrocells.side as i32;
-        loop {
-            let macrocell = walk.cell / side;
-            let [x, y, z] = macrocell.to_array().map(|at| at as u32);
-            if self.macrocells.is_occupied(x, y, z) {
-                return ControlFlow::Continue(());
-            }
-            walk.leave(line, macrocell * side, side, t_max)?;
+/// Walks out of macrocells that hold nothing; breaks where the walk ends.
+#[inline(always)]
+fn skip_empty(macrocells: Blocks<'_>, line: &CellRay, walk: &mut Walk, t_max: f64) -> ControlFlow<()> {
+    let side = macrocells.side as i32;
+    loop {
+        let macrocell = walk.cell / side;
+        let [x, y, z] = macrocell.to_array().map(|at| at as u32);
+        if macrocells.is_occupied(x, y, z) {
+            return ControlFlow::Continue(());
         }
+        walk.leave(line, macrocell * side, side, t_max)?;
     }
 }
 

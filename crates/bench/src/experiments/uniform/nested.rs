@@ -1,0 +1,74 @@
+use anyhow::Result;
+use clap::Args;
+use umbrage::rays::UniformOptions;
+
+use super::measure::{Costs, Way, measure};
+use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::plot::{LineChart, Scale, Series};
+use crate::shot::{name, short_name};
+use crate::table::{Cell, Table};
+
+#[derive(Args, Debug)]
+pub(crate) struct NestedFlags {
+    /// Files, sequences or demo:NAME
+    #[arg(default_values = ["demo:stadium", "demo:forest", "demo:cloth", "demo:statue"])]
+    scenes: Vec<String>,
+    /// Triangles above which a cell may hold a grid of its own; none does first of all
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [16, 32, 64, 128, 256])]
+    above: Vec<u32>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
+    size: [u32; 2],
+    #[command(flatten)]
+    common: ExperimentFlags,
+}
+
+const COLUMNS: &[(&str, usize)] = &[
+    ("scene", 26),
+    ("above", 6),
+    ("grids", 7),
+    ("references", 10),
+    ("bytes_triangle", 14),
+    ("build", 8),
+    ("see", 8),
+    ("single", 9),
+];
+
+impl NestedFlags {
+    /// Measures, prints and draws.
+    pub(crate) fn run(&self) -> Result<()> {
+        use_threads(self.common.threads)?;
+        let thresholds = || [None].into_iter().chain(self.above.iter().copied().map(Some));
+        let options = |nested_above| UniformOptions { nested_above, ..UniformOptions::DEFAULT };
+        let forms: Vec<_> =
+            thresholds().flat_map(|above| [Way::Packets, Way::Single].map(|way| (options(above), way))).collect();
+        let mut table = Table::start(self.common.form, &self.common.conditions(Some(self.size)), COLUMNS)?;
+        let mut series = Vec::new();
+        for address in &self.scenes {
+            let costs = measure(address, self.size, &forms, &self.common)?;
+            for (above, pair) in thresholds().zip(costs.chunks_exact(2)) {
+                table.push(&row(name(address), above, &pair[0], pair[1].see))?;
+                // Without a limit no cell holds a grid.
+                let x = f64::from(above.unwrap_or(1024));
+                Series::add(&mut series, short_name(address), [x, pair[0].build + pair[0].see]);
+            }
+        }
+        table.note("Cells that list more triangles than `above` may hold grids of their own, `grids` in number.")?;
+        table.note("see, single: the camera's rays in packets, and one at a time.")?;
+        table.finish()?;
+        self.common.draw(|| {
+            let (title, x_title) = ("Grids inside of cells", "triangles of a cell that may hold one (1024: none)");
+            let y_title = "milliseconds to build and see";
+            LineChart { title, x_title, y_title, scales: [Scale::Doubling, Scale::Logarithmic], series }.svg()
+        })
+    }
+}
+
+fn row(name: &str, above: Option<u32>, costs: &Costs, single: f64) -> Vec<Cell> {
+    let mut row: Vec<Cell> = vec![name.into()];
+    row.push(above.map_or("none".into(), |above| Cell::from(above as usize)));
+    row.extend([costs.nested_grids, costs.references].map(Cell::from));
+    row.push(Cell::Number(costs.bytes as f64 / costs.triangles.max(1) as f64, 1));
+    row.extend([costs.build, costs.see, single].map(|value| Cell::Number(value, 2)));
+    row
+}
