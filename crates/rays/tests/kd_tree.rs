@@ -478,3 +478,36 @@ fn impossible_options_are_refused() {
         assert!(tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).is_err());
     }
 }
+
+#[cfg(feature = "statistics")]
+#[test]
+fn short_stacks_visit_hardly_more_than_a_whole_one() {
+    let mut random = Random(19);
+    let mut mesh = Mesh::bumpy_ball(Vec3::ZERO, 1.0, 60);
+    mesh.append(&Mesh::soup(&mut random, 3000, 0.01));
+    let rays: Vec<_> = (0..1000).map(|_| random_ray(&mut random, 3.0)).collect();
+    let mut tree = tree(mesh.triangles(), KdTreeOptions::DEFAULT);
+    let mut visits = |traversal| {
+        tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).expect("possible options");
+        let hits = rays.iter().filter(|ray| tree.nearest(mesh.triangles(), ray, |_| true).is_some()).count();
+        assert!(hits > 100);
+        tree.take_visits()
+    };
+    let [stack, restart, push_down, one, four, whole] = [
+        KdTraversal::Stack,
+        KdTraversal::Restart,
+        KdTraversal::PushDown,
+        KdTraversal::ShortStack(1),
+        KdTraversal::ShortStack(4),
+        KdTraversal::ShortStack(KdTraversal::MOST_ENTRIES),
+    ]
+    .map(&mut visits);
+    assert!(stack.nodes > 10_000 && stack.leaves > 2000 && stack.tests > 500 && stack.restarts == 0, "{stack:?}");
+    // The same leaves and tests, on longer ways.
+    for other in [restart, push_down, one, four, whole] {
+        assert!(other.leaves == stack.leaves && other.tests == stack.tests && other.rays == stack.rays, "{other:?}");
+    }
+    assert!(restart.nodes > push_down.nodes && push_down.nodes > one.nodes && one.nodes > four.nodes);
+    assert!(four.nodes as f64 <= stack.nodes as f64 * 1.03, "{four:?} {stack:?}");
+    assert!(whole.nodes == stack.nodes && whole.restarts == 0, "{whole:?} {stack:?}");
+}

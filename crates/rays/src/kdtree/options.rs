@@ -96,7 +96,7 @@ impl KdTreeOptions {
     pub const DEFAULT: Self = Self {
         builder: KdBuilder::Presorted,
         clipping: Clipping::Triangles,
-        costs: SahCosts { step: 1.0, test: 4.0, empty: 0.8, mailbox: true },
+        costs: SahCosts { step: 1.0, test: 2.0, empty: 0.8, mailbox: true },
         layout: KdLayout::DepthFirst,
         traversal: KdTraversal::Stack,
     };
