@@ -30,9 +30,9 @@ impl Extent {
 
     #[inline(always)]
     fn include(&mut self, point: [f32; 3]) {
-        for axis in 0..3 {
-            self.min[axis] = self.min[axis].min(point[axis]);
-            self.max[axis] = self.max[axis].max(point[axis]);
+        for (axis, coordinate) in point.into_iter().enumerate() {
+            self.min[axis] = self.min[axis].min(coordinate);
+            self.max[axis] = self.max[axis].max(coordinate);
         }
     }
 
@@ -66,7 +66,7 @@ impl Extent {
         [below, above]
     }
 
-    /// Twice the area of the faces would be the box's surface: this is half of that.
+    /// Half the area of the box's surface.
     pub(super) fn half_area(&self) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|axis| f64::from(self.max[axis]) - f64::from(self.min[axis]));
         x * y + y * z + z * x
@@ -194,8 +194,8 @@ mod tests {
         // The edge from the first to the second corner is at y = 1/3, z = 1/6 there.
         assert_eq!((below.min, below.max), ([0.0; 3], [1.0, 3.0, 7.0]));
         let exact = [1.0, 1.0 / 3.0, 0.5 / 3.0];
-        for axis in 1..3 {
-            assert!(f64::from(above.min[axis]) <= exact[axis] && f64::from(above.min[axis]) > exact[axis] - 1e-7);
+        for (min, exact) in above.min.into_iter().zip(exact) {
+            assert!(f64::from(min) <= exact && f64::from(min) > exact - 1e-7);
         }
         assert_eq!((above.min[0], above.max), (1.0, [3.0, 3.0, 7.0]));
     }

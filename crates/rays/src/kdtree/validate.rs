@@ -1,4 +1,4 @@
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::KdTree;
 use super::extent::{Extent, Plane};
@@ -30,7 +30,7 @@ impl KdTree {
         }
         for id in 0..triangles.len() as u32 {
             if let Ok(corners) = triangles.usable_corners(id) {
-                let polygon = corners.map(|corner| corner.as_dvec3()).to_vec();
+                let polygon = corners.map(Vec3::as_dvec3).to_vec();
                 if !self.covers(0, id, &polygon) {
                     return Err(format!("triangle {id} is missing in a leaf that it overlaps"));
                 }

@@ -4,15 +4,28 @@
 use super::sah::{Candidate, Measure};
 use crate::kdtree::extent::{Extent, Reference};
 
-/// From so few references on planes are found exactly.
-pub(super) const EXACT_FROM: usize = 32;
+/// From so few references on planes are found exactly: looking at a plane for each face takes no longer there.
+pub(super) const EXACT_FROM: usize = 6;
 
-/// Bins along each axis.
+/// From so few references on there are [`FEW_BINS`].
+const FEW_FROM: usize = 64;
+
+/// Bins along each axis, …
 pub(super) const BINS: usize = 32;
+/// … and of small nodes.
+const FEW_BINS: usize = 8;
 
-/// The best plane between [`BINS`] bins.
+/// The best plane between bins.
 pub(super) fn best(measure: Measure<'_>, references: &[Reference]) -> Option<Candidate> {
-    let mut bins = Bins::<BINS>::over(measure.extent);
+    if references.len() <= FEW_FROM {
+        among::<FEW_BINS>(measure, references)
+    } else {
+        among::<BINS>(measure, references)
+    }
+}
+
+fn among<const N: usize>(measure: Measure<'_>, references: &[Reference]) -> Option<Candidate> {
+    let mut bins = Bins::<N>::over(measure.extent);
     bins.add(references);
     bins.best(measure)
 }

@@ -33,7 +33,7 @@ impl Method {
     /// What small nodes are split with: counting exactly takes no longer there.
     fn for_count(self, count: usize) -> Self {
         match self {
-            Self::Binned if count <= binned::EXACT_FROM => Self::Unsorted,
+            Self::Binned if count <= binned::EXACT_FROM => Self::Naive,
             Self::Adaptive if count <= adaptive::EXACT_FROM => Self::Unsorted,
             method => method,
         }

@@ -33,12 +33,12 @@ struct Job<'a> {
 /// Memory that builds use again.
 #[derive(Default)]
 pub(super) struct Pool {
-    spaces: Mutex<Vec<Box<Space>>>,
+    spaces: Mutex<Vec<Space>>,
     branches: Mutex<Vec<Branch>>,
 }
 
 impl Pool {
-    fn space(&self) -> Box<Space> {
+    fn space(&self) -> Space {
         let mut space = lock(&self.spaces).pop().unwrap_or_default();
         space.clear();
         space
@@ -50,7 +50,7 @@ impl Pool {
         branch
     }
 
-    fn keep_space(&self, space: Box<Space>) {
+    fn keep_space(&self, space: Space) {
         lock(&self.spaces).push(space);
     }
 
@@ -59,7 +59,7 @@ impl Pool {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        lock(&self.spaces).iter().map(|space| space.bytes()).sum::<usize>()
+        lock(&self.spaces).iter().map(Space::bytes).sum::<usize>()
             + lock(&self.branches).iter().map(Branch::bytes).sum::<usize>()
     }
 }

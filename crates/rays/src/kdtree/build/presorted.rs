@@ -43,8 +43,8 @@ pub(super) fn push_axis(events: &mut Vec<u64>, low: f32, high: f32, place: u32) 
 /// Adds the events of a box across all axes.
 #[inline(always)]
 pub(super) fn push_events(events: &mut [Vec<u64>; 3], extent: &Extent, place: u32) {
-    for axis in 0..3 {
-        push_axis(&mut events[axis], extent.min[axis], extent.max[axis], place);
+    for (axis, events) in events.iter_mut().enumerate() {
+        push_axis(events, extent.min[axis], extent.max[axis], place);
     }
 }
 
