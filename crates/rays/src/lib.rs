@@ -8,6 +8,7 @@ mod bounds;
 mod bvh;
 mod camera;
 mod grid;
+mod kdtree;
 mod light;
 mod packet;
 pub mod predicate;
@@ -25,6 +26,10 @@ pub use grid::{
     ListedLightCounts, ListedLightGrid, ListedLightOptions, ListedLightSeconds, ListedOptions, ListedSeconds, Mask,
     MaskAnswers, MaskPoints, PacketSide, PerspectiveGrid, PixelWork, SeenImage, SeenPixels, ShadowMask, SimdLevel,
     TileOrder, UniformCounts, UniformGrid, UniformOptions, UnknownSimdLevel, Unmasked, Work,
+};
+pub use kdtree::{
+    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeCounts, KdTreeOptions,
+    KdTreeVisits, SahCosts,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

@@ -1,0 +1,114 @@
+//! Building: one recursion for all builders, one file for each way to find planes.
+
+mod adaptive;
+mod binned;
+mod cluster;
+mod grow;
+mod naive;
+mod presorted;
+mod resorting;
+mod sah;
+mod space;
+mod streaming;
+
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use super::extent::{Extent, Reference};
+use super::layout::Branch;
+use super::{Clipping, KdBuilder, KdTree};
+use crate::Triangles;
+use sah::Heuristic;
+use space::{Frame, Space};
+
+/// What all parts of a build share.
+struct Job<'a> {
+    triangles: Triangles<'a>,
+    clipping: Clipping,
+    heuristic: Heuristic,
+    pool: &'a Pool,
+}
+
+/// Memory that builds use again.
+#[derive(Default)]
+pub(super) struct Pool {
+    spaces: Mutex<Vec<Space>>,
+    branches: Mutex<Vec<Branch>>,
+}
+
+impl Pool {
+    fn space(&self) -> Space {
+        let mut space = lock(&self.spaces).pop().unwrap_or_default();
+        space.clear();
+        space
+    }
+
+    fn branch(&self) -> Branch {
+        let mut branch = lock(&self.branches).pop().unwrap_or_default();
+        branch.clear();
+        branch
+    }
+
+    fn keep_space(&self, space: Space) {
+        lock(&self.spaces).push(space);
+    }
+
+    fn keep_branch(&self, branch: Branch) {
+        lock(&self.branches).push(branch);
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        lock(&self.spaces).iter().map(Space::bytes).sum::<usize>()
+            + lock(&self.branches).iter().map(Branch::bytes).sum::<usize>()
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl KdTree {
+    /// Replaces the tree by one over `triangles`, on all threads of the current pool. It is the same for every number of
+    /// threads.
+    ///
+    /// # Panics
+    /// If there are more than 2³⁰ / [`KdTree::MOST_REFERENCES`] triangles.
+    pub fn build(&mut self, triangles: Triangles<'_>) {
+        let limit = triangles.len() as u64 * Self::MOST_REFERENCES + Self::LEAST_LIMIT;
+        assert!(2 * limit < super::node::Node::MOST, "{} triangles are too many for a kd-tree", triangles.len());
+        self.triangle_count = triangles.len();
+        self.omitted = triangles.omitted();
+        let mut space = self.pool.space();
+        collect(triangles, self.omitted.total() > 0, &mut space.references);
+        self.extent = space.references.par_iter().map(|r| r.extent).reduce(|| Extent::EMPTY, Extent::union);
+        let count = space.references.len();
+        let heuristic = Heuristic::new(self.options.costs, count);
+        let job = Job { triangles, clipping: self.options.clipping, heuristic, pool: &self.pool };
+        self.branch.clear();
+        if count == 0 {
+            self.branch.push_leaf(std::iter::empty());
+        } else {
+            let root = Heuristic::root(self.extent, count);
+            match self.options.builder {
+                KdBuilder::Streaming => job.stream(&mut space, root, &mut self.branch),
+                KdBuilder::Binned => job.cluster(&mut space, root, &mut self.branch),
+                builder => job.grow(&mut space, Frame::default(), builder.into(), root, &mut self.branch),
+            }
+        }
+        self.pool.keep_space(space);
+        self.lay_out();
+    }
+}
+
+/// References to all triangles that can be hit, in order of id.
+fn collect(triangles: Triangles<'_>, is_any_omitted: bool, references: &mut Vec<Reference>) {
+    let reference = |id: u32| Reference { extent: Extent::around(triangles.corners(id)), id };
+    let ids = 0..triangles.len() as u32;
+    if is_any_omitted {
+        references.clear();
+        references.extend(ids.filter(|&id| triangles.usable_corners(id).is_ok()).map(reference));
+    } else {
+        ids.into_par_iter().with_min_len(1 << 12).map(reference).collect_into_vec(references);
+    }
+}

@@ -1,0 +1,150 @@
+//! Finding planes among faces of boxes that are in order: Wald and Havran 2006, §4.3.
+
+use super::sah::{Candidate, Measure};
+use super::space::{Frame, Space};
+use crate::kdtree::extent::Extent;
+
+// An event is a face of a reference's box: a u64 with the coordinate in the upper half, in the order of coordinates, then two
+// bits for what it is, and the reference's place. So sorting them as numbers brings them in the order of the paper.
+const END: u64 = 0;
+const PLANAR: u64 = 1;
+const START: u64 = 2;
+const KIND_SHIFT: u32 = 30;
+const PLACE_MASK: u64 = (1 << KIND_SHIFT) - 1;
+
+/// Where a reference goes: to the right child, …
+pub(super) const RIGHT: u32 = 1 << 30;
+/// … or in parts to both; else to the left one.
+pub(super) const CUT: u32 = 1 << 31;
+
+#[inline(always)]
+fn event(coordinate: f32, kind: u64, place: u32) -> u64 {
+    let bits = coordinate.to_bits();
+    let ordered = if bits >> 31 == 0 { bits | 1 << 31 } else { !bits };
+    u64::from(ordered) << 32 | kind << KIND_SHIFT | u64::from(place)
+}
+
+/// The coordinate whose event has this upper half.
+#[inline(always)]
+fn coordinate(ordered: u32) -> f32 {
+    f32::from_bits(if ordered >> 31 == 1 { ordered & !(1 << 31) } else { !ordered })
+}
+
+/// Adds the events of a box across one axis.
+#[inline(always)]
+pub(super) fn push_axis(events: &mut Vec<u64>, low: f32, high: f32, place: u32) {
+    if low == high {
+        events.push(event(low, PLANAR, place));
+    } else {
+        events.extend([event(low, START, place), event(high, END, place)]);
+    }
+}
+
+/// Adds the events of a box across all axes.
+#[inline(always)]
+pub(super) fn push_events(events: &mut [Vec<u64>; 3], extent: &Extent, place: u32) {
+    for (axis, events) in events.iter_mut().enumerate() {
+        push_axis(events, extent.min[axis], extent.max[axis], place);
+    }
+}
+
+impl Space {
+    /// Lists the events of all references from `at` on, in order.
+    pub(super) fn list_events(&mut self, at: Frame) {
+        let Self { references, events, .. } = self;
+        let references = &references[at.references..];
+        let list = |axis: usize, events: &mut Vec<u64>| {
+            for (reference, place) in references.iter().zip(0..) {
+                push_axis(events, reference.extent.min[axis], reference.extent.max[axis], place);
+            }
+            events[at.events[axis]..].sort_unstable();
+        };
+        const PARALLEL: usize = 1 << 12;
+        let [x, y, z] = events;
+        if references.len() >= PARALLEL {
+            rayon::join(|| list(0, x), || rayon::join(|| list(1, y), || list(2, z)));
+        } else {
+            [x, y, z].into_iter().enumerate().for_each(|(axis, events)| list(axis, events));
+        }
+    }
+
+    /// The best plane for the references from `at` on, whose events are listed.
+    pub(super) fn sweep(&self, mut measure: Measure<'_>, at: Frame) -> Option<Candidate> {
+        for axis in 0..3 {
+            sweep(&mut measure, axis, &self.events[axis][at.events[axis]..]);
+        }
+        measure.best
+    }
+}
+
+/// Looks at all planes of events that are in order across an axis.
+#[inline]
+pub(super) fn sweep(measure: &mut Measure<'_>, axis: usize, events: &[u64]) {
+    let along = measure.axis(axis);
+    let (mut left, mut right) = (0.0, measure.count as f64);
+    let mut next = 0;
+    while next < events.len() {
+        let ordered = events[next] >> 32;
+        let mut counts = [0_u32; 4];
+        while let Some(&event) = events.get(next)
+            && event >> 32 == ordered
+        {
+            counts[(event >> KIND_SHIFT & 3) as usize] += 1;
+            next += 1;
+        }
+        let [ends, planar, starts] = [END, PLANAR, START].map(|kind| f64::from(counts[kind as usize]));
+        right -= ends + planar;
+        measure.consider(&along, coordinate(ordered as u32), [left, planar, right]);
+        left += starts + planar;
+    }
+}
+
+/// Gives events across one axis, in order, to the children of a node. `fresh` are the events of what the plane cut, by side,
+/// each with a last one that is above all others.
+pub(super) fn part(
+    events: &[u64],
+    places: &[u32],
+    [fresh_left, fresh_right]: [&[u64]; 2],
+    left: &mut Vec<u64>,
+    right: &mut Vec<u64>,
+) {
+    let (mut next_left, mut next_right) = (0, 0);
+    for &event in events {
+        let place = places[(event & PLACE_MASK) as usize];
+        let kept = event & !PLACE_MASK;
+        if place < RIGHT {
+            let event = kept | u64::from(place);
+            while fresh_left[next_left] < event {
+                left.push(fresh_left[next_left]);
+                next_left += 1;
+            }
+            left.push(event);
+        } else if place < CUT {
+            let event = kept | u64::from(place - RIGHT);
+            while fresh_right[next_right] < event {
+                right.push(fresh_right[next_right]);
+                next_right += 1;
+            }
+            right.push(event);
+        }
+    }
+    left.extend_from_slice(&fresh_left[next_left..fresh_left.len() - 1]);
+    right.extend_from_slice(&fresh_right[next_right..fresh_right.len() - 1]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_sort_by_coordinate_then_kind() {
+        let coordinates = [f32::NEG_INFINITY, -2.5, -1e-40, 0.0, 1e-40, 3.0, f32::MAX];
+        let events: Vec<_> = coordinates
+            .iter()
+            .flat_map(|&at| [END, PLANAR, START].map(|kind| event(at, kind, (PLACE_MASK - kind) as u32)))
+            .collect();
+        assert!(events.is_sorted() && events.windows(2).all(|pair| pair[0] != pair[1]));
+        let back: Vec<_> = events.iter().step_by(3).map(|&event| coordinate((event >> 32) as u32)).collect();
+        assert_eq!(back, coordinates);
+    }
+}

@@ -1,0 +1,140 @@
+use super::Job;
+use super::presorted;
+use super::sah::Candidate;
+use crate::kdtree::extent::{Reference, Sides};
+
+/// What one thread works on: the references of the node at hand, above those of the right children that wait.
+#[derive(Default)]
+pub(super) struct Space {
+    pub(super) references: Vec<Reference>,
+    /// By axis the faces of the references' boxes, in order, where the builder keeps them.
+    pub(super) events: [Vec<u64>; 3],
+    /// References and events of the left child that is being made.
+    left: Vec<Reference>,
+    left_events: [Vec<u64>; 3],
+    /// Events of the right child that is being made.
+    right_events: Vec<u64>,
+    /// Events of boxes that the plane cuts, by side and axis.
+    fresh: [[Vec<u64>; 3]; 2],
+    /// Where each reference goes.
+    places: Vec<u32>,
+}
+
+/// Where a node's references and events start; they reach to the ends.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Frame {
+    pub(super) references: usize,
+    pub(super) events: [usize; 3],
+}
+
+impl Space {
+    pub(super) fn clear(&mut self) {
+        self.truncate(Frame::default());
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        let references = self.references.capacity() + self.left.capacity();
+        let fresh = self.fresh.iter().flatten();
+        let events = self.events.iter().chain(&self.left_events).chain(fresh).map(Vec::capacity).sum::<usize>();
+        references * size_of::<Reference>()
+            + (events + self.right_events.capacity()) * size_of::<u64>()
+            + self.places.capacity() * size_of::<u32>()
+    }
+
+    /// Where everything ends.
+    pub(super) fn end(&self) -> Frame {
+        Frame { references: self.references.len(), events: [0, 1, 2].map(|axis| self.events[axis].len()) }
+    }
+
+    pub(super) fn truncate(&mut self, frame: Frame) {
+        self.references.truncate(frame.references);
+        for axis in 0..3 {
+            self.events[axis].truncate(frame.events[axis]);
+        }
+    }
+
+    /// Parts the node at `at`, which becomes its right child; the left child is put aside. How many references both have.
+    pub(super) fn part(&mut self, job: &Job<'_>, at: Frame, best: &Candidate, has_events: bool) -> [usize; 2] {
+        self.left.clear();
+        self.places.clear();
+        self.fresh.iter_mut().flatten().for_each(Vec::clear);
+        let start = at.references;
+        let mut right = start;
+        for place in start..self.references.len() {
+            let reference = self.references[place];
+            match reference.sides(best.plane, best.planar_left) {
+                Sides::Left => {
+                    if has_events {
+                        self.places.push(self.left.len() as u32);
+                    }
+                    self.left.push(reference);
+                }
+                Sides::Right => {
+                    if has_events {
+                        self.places.push(presorted::RIGHT | (right - start) as u32);
+                    }
+                    self.references[right] = reference;
+                    right += 1;
+                }
+                Sides::Both => {
+                    let corners = || job.triangles.corners(reference.id);
+                    let parts = reference.cut(best.plane, job.clipping, corners);
+                    if has_events {
+                        self.places.push(presorted::CUT);
+                        let places = [self.left.len() as u32, (right - start) as u32];
+                        for (side, part) in parts.iter().enumerate() {
+                            if let Some(part) = part {
+                                presorted::push_events(&mut self.fresh[side], &part.extent, places[side]);
+                            }
+                        }
+                    }
+                    self.left.extend(parts[0]);
+                    if let Some(part) = parts[1] {
+                        self.references[right] = part;
+                        right += 1;
+                    }
+                }
+            }
+        }
+        self.references.truncate(right);
+        if has_events {
+            self.part_events(at);
+        } else {
+            self.left_events.iter_mut().for_each(Vec::clear);
+        }
+        [self.left.len(), right - start]
+    }
+
+    fn part_events(&mut self, at: Frame) {
+        let Self { events, left_events, right_events, fresh, places, .. } = self;
+        for axis in 0..3 {
+            for fresh in fresh.iter_mut() {
+                fresh[axis].sort_unstable();
+                // Comes after all others, so that merging needn't look whether any are left.
+                fresh[axis].push(u64::MAX);
+            }
+            let fresh = [&fresh[0][axis][..], &fresh[1][axis][..]];
+            left_events[axis].clear();
+            right_events.clear();
+            presorted::part(&events[axis][at.events[axis]..], places, fresh, &mut left_events[axis], right_events);
+            events[axis].truncate(at.events[axis]);
+            events[axis].extend_from_slice(right_events);
+        }
+    }
+
+    /// Puts the left child that was put aside above everything else; where it starts.
+    pub(super) fn push_left(&mut self) -> Frame {
+        let start = self.end();
+        self.references.extend_from_slice(&self.left);
+        for axis in 0..3 {
+            self.events[axis].extend_from_slice(&self.left_events[axis]);
+        }
+        start
+    }
+
+    /// Gives the left child that was put aside to an empty space.
+    pub(super) fn give_left(&mut self, to: &mut Self) {
+        std::mem::swap(&mut self.left, &mut to.references);
+        std::mem::swap(&mut self.left_events, &mut to.events);
+    }
+}

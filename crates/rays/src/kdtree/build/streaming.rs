@@ -1,0 +1,73 @@
+//! Building from a stream of boxes: while they are written to a node's children, they are counted at the children's samples
+//! (Popov et al. 2006, §4).
+
+use super::Job;
+use super::binned::Bins;
+use super::grow::Method;
+use super::sah::{Cell, Measure};
+use super::space::{Frame, Space};
+use crate::kdtree::extent::{Reference, Sides};
+use crate::kdtree::layout::Branch;
+
+/// Parts between samples along each axis.
+const PARTS: usize = 1024;
+
+/// Nodes of fewer references fit in a cache and are split exactly.
+const EXACT_FROM: usize = 1 << 12;
+
+type Samples = Box<Bins<PARTS>>;
+
+impl Job<'_> {
+    /// Adds the tree of all references of a space, which gets empty.
+    pub(super) fn stream(&self, space: &mut Space, cell: Cell, out: &mut Branch) {
+        let mut samples = Box::new(Bins::over(cell.extent));
+        samples.add(&space.references);
+        self.stream_samples(space, samples, cell, out);
+    }
+
+    fn stream_samples(&self, space: &mut Space, samples: Samples, cell: Cell, out: &mut Branch) {
+        let count = space.references.len();
+        if count < EXACT_FROM {
+            return self.grow(space, Frame::default(), Method::Unsorted, cell, out);
+        }
+        let best = samples.best(Measure::new(&self.heuristic, cell.extent, count));
+        drop(samples);
+        let Some((best, cells)) = self.heuristic.split(&cell, count, best) else {
+            out.push_leaf(space.references.iter().map(|reference| reference.id));
+            space.clear();
+            return;
+        };
+        let mut children = [self.pool.space(), self.pool.space()];
+        let mut samples = cells.map(|cell| Box::new(Bins::over(cell.extent)));
+        let mut push = |side: usize, reference: Reference| {
+            samples[side].add_one(&reference.extent);
+            children[side].references.push(reference);
+        };
+        for reference in space.references.drain(..) {
+            match reference.sides(best.plane, best.planar_left) {
+                Sides::Left => push(0, reference),
+                Sides::Right => push(1, reference),
+                Sides::Both => {
+                    let corners = || self.triangles.corners(reference.id);
+                    let parts = reference.cut(best.plane, self.clipping, corners);
+                    parts.into_iter().enumerate().for_each(|(side, part)| {
+                        part.into_iter().for_each(|part| push(side, part));
+                    });
+                }
+            }
+        }
+        let cells = Cell::share(cells, [0, 1].map(|side| children[side].references.len()));
+        let place = out.open(best.plane);
+        let mut right_branch = self.pool.branch();
+        let ([mut left, mut right], [left_samples, right_samples]) = (children, samples);
+        rayon::join(
+            || self.stream_samples(&mut left, left_samples, cells[0], out),
+            || self.stream_samples(&mut right, right_samples, cells[1], &mut right_branch),
+        );
+        out.turn_right(place);
+        out.append(&right_branch);
+        self.pool.keep_branch(right_branch);
+        self.pool.keep_space(left);
+        self.pool.keep_space(right);
+    }
+}

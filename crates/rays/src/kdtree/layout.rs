@@ -1,0 +1,124 @@
+use super::extent::Plane;
+use super::node::{Node, Nodes};
+use super::{KdLayout, KdTree};
+
+/// A subtree as builders make it: nodes depth first, each inner one with the distance to its right child; each leaf with
+/// how many ids it has, which follow those of the leaves before.
+#[derive(Debug, Default)]
+pub(super) struct Branch {
+    nodes: Vec<Node>,
+    ids: Vec<u32>,
+}
+
+impl Branch {
+    pub(super) fn clear(&mut self) {
+        self.nodes.clear();
+        self.ids.clear();
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<Node>() + self.ids.capacity() * size_of::<u32>()
+    }
+
+    pub(super) fn push_leaf(&mut self, ids: impl Iterator<Item = u32>) {
+        let start = self.ids.len();
+        self.ids.extend(ids);
+        self.nodes.push(Node::leaf(0, (self.ids.len() - start) as u32));
+    }
+
+    /// Adds an inner node, whose left child is what is added next; its place.
+    pub(super) fn open(&mut self, plane: Plane) -> usize {
+        self.nodes.push(Node::inner(plane, 0));
+        self.nodes.len() - 1
+    }
+
+    /// Says that what is added next is the right child of the inner node at `place`.
+    pub(super) fn turn_right(&mut self, place: usize) {
+        let distance = (self.nodes.len() - place) as u32;
+        self.nodes[place] = Node::inner(self.nodes[place].plane(), distance);
+    }
+
+    pub(super) fn append(&mut self, other: &Self) {
+        self.nodes.extend_from_slice(&other.nodes);
+        self.ids.extend_from_slice(&other.ids);
+    }
+}
+
+impl KdTree {
+    /// Lays out the nodes of the branch that was built, and takes its ids.
+    pub(super) fn lay_out(&mut self) {
+        let Self { nodes, branch, ids, options, .. } = self;
+        std::mem::swap(ids, &mut branch.ids);
+        let mut start = 0;
+        for node in branch.nodes.iter_mut().filter(|node| node.is_leaf()) {
+            let count = node.count() as u32;
+            *node = Node::leaf(start, count);
+            start += count;
+        }
+        nodes.clear(options.layout == KdLayout::DepthFirst);
+        match options.layout {
+            KdLayout::DepthFirst => {
+                nodes.grow_to(branch.nodes.len());
+                for (place, &node) in branch.nodes.iter().enumerate() {
+                    let moved = Node::inner(node.plane(), place as u32 + node.child());
+                    nodes.set(place, if node.is_leaf() { node } else { moved });
+                }
+            }
+            KdLayout::Subtrees => lay_out_subtrees(&branch.nodes, nodes),
+        }
+    }
+}
+
+/// Lays out cache lines that hold subtrees.
+///
+/// Children lie in pairs. A subtree is up to four pairs, the nearest to its top; the pairs below start subtrees of their own,
+/// which follow depth first. Small ones share a line, but none is spread over two.
+fn lay_out_subtrees(branch: &[Node], nodes: &mut Nodes) {
+    const PAIRS: usize = Nodes::LINE / 2;
+    // The root has a pair of its own, whose second place is never read.
+    nodes.grow_to(2);
+    nodes.set(0, branch[0]);
+    // Parents whose children aren't placed yet: where they are in the branch and in the layout.
+    let mut waiting = Vec::new();
+    if !branch[0].is_leaf() {
+        waiting.push((0, 0));
+    }
+    let mut subtree = Vec::with_capacity(PAIRS + 1);
+    while let Some(top) = waiting.pop() {
+        subtree.clear();
+        subtree.push(top);
+        // Breadth first: parents whose pairs are in this line.
+        let mut next = 0;
+        while next < subtree.len() && subtree.len() < PAIRS {
+            let (parent, _) = subtree[next];
+            let inner = children(branch, parent).into_iter().filter(|&child| !branch[child].is_leaf());
+            subtree.extend(inner.take(PAIRS - subtree.len()).map(|child| (child, usize::MAX)));
+            next += 1;
+        }
+        let room = Nodes::LINE - nodes.len() % Nodes::LINE;
+        let mut place = if 2 * subtree.len() <= room { nodes.len() } else { nodes.len() + room };
+        nodes.grow_to(place + 2 * subtree.len());
+        let below = waiting.len();
+        for at in 0..subtree.len() {
+            let (parent, parent_place) = subtree[at];
+            nodes.set(parent_place, Node::inner(branch[parent].plane(), place as u32));
+            for (child, child_place) in children(branch, parent).into_iter().zip(place..) {
+                nodes.set(child_place, branch[child]);
+                if branch[child].is_leaf() {
+                    continue;
+                }
+                match subtree.iter_mut().find(|(node, _)| *node == child) {
+                    Some((_, place)) => *place = child_place,
+                    None => waiting.push((child, child_place)),
+                }
+            }
+            place += 2;
+        }
+        waiting[below..].reverse();
+    }
+}
+
+/// Where the children of the inner node at `parent` are in a branch.
+fn children(branch: &[Node], parent: usize) -> [usize; 2] {
+    [parent + 1, parent + branch[parent].child() as usize]
+}

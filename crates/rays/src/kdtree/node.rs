@@ -1,0 +1,115 @@
+use super::extent::Plane;
+
+/// A node. 8 bytes: for an inner node the plane and above two bits for its axis a child's place; for a leaf where its ids
+/// start, and above two bits that are set how many there are (Wald, *Realtime Ray Tracing and Interactive Global
+/// Illumination*, 2004, §7.2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+pub(super) struct Node {
+    /// Bits of the plane's coordinate, or the place of the first id.
+    first: u32,
+    second: u32,
+}
+
+impl Node {
+    const LEAF: u32 = 3;
+    /// Most nodes of a tree and most ids of a leaf.
+    pub(super) const MOST: u64 = 1 << 30;
+
+    pub(super) fn inner(plane: Plane, child: u32) -> Self {
+        Self { first: plane.at.to_bits(), second: child << 2 | plane.axis as u32 }
+    }
+
+    pub(super) fn leaf(start: u32, count: u32) -> Self {
+        Self { first: start, second: count << 2 | Self::LEAF }
+    }
+
+    #[inline(always)]
+    pub(super) fn is_leaf(self) -> bool {
+        self.second & 3 == Self::LEAF
+    }
+
+    /// Of an inner node.
+    #[inline(always)]
+    pub(super) fn plane(self) -> Plane {
+        Plane { axis: (self.second & 3) as usize, at: f32::from_bits(self.first) }
+    }
+
+    /// Of an inner node: the place of a child.
+    #[inline(always)]
+    pub(super) fn child(self) -> u32 {
+        self.second >> 2
+    }
+
+    /// Of a leaf: where its ids are.
+    #[inline(always)]
+    pub(super) fn ids(self) -> std::ops::Range<usize> {
+        self.first as usize..self.first as usize + self.count()
+    }
+
+    /// Of a leaf: how many ids it has.
+    #[inline(always)]
+    pub(super) fn count(self) -> usize {
+        (self.second >> 2) as usize
+    }
+}
+
+/// Nodes that share a cache line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C, align(64))]
+struct Line([Node; Nodes::LINE]);
+
+/// All nodes, the root first.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(super) struct Nodes {
+    lines: Vec<Line>,
+    /// How many places are taken, counting those that padding takes.
+    len: usize,
+    /// All ones where the left child follows its parent and `child` is the right one; zero where `child` is the left one,
+    /// which the right one follows.
+    left_follows: u32,
+}
+
+impl Nodes {
+    /// Nodes of a cache line.
+    pub(super) const LINE: usize = 8;
+    /// Most inner nodes above a leaf.
+    pub(super) const MAX_DEPTH: usize = 48;
+
+    pub(super) fn clear(&mut self, left_follows: bool) {
+        self.lines.clear();
+        self.len = 0;
+        self.left_follows = if left_follows { u32::MAX } else { 0 };
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.len
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.lines.capacity() * size_of::<Line>()
+    }
+
+    /// Makes room for nodes up to place `len`.
+    pub(super) fn grow_to(&mut self, len: usize) {
+        self.len = self.len.max(len);
+        self.lines.resize(self.len.div_ceil(Self::LINE), Line::default());
+    }
+
+    pub(super) fn set(&mut self, place: usize, node: Node) {
+        self.lines[place / Self::LINE].0[place % Self::LINE] = node;
+    }
+
+    #[inline(always)]
+    pub(super) fn get(&self, place: u32) -> Node {
+        self.lines[place as usize / Self::LINE].0[place as usize % Self::LINE]
+    }
+
+    /// The places of the left and the right child of the inner node at `place`.
+    #[inline(always)]
+    pub(super) fn children(&self, place: u32, node: Node) -> [u32; 2] {
+        let child = node.child();
+        let follows = self.left_follows;
+        [((place + 1) & follows) | (child & !follows), child + (!follows & 1)]
+    }
+}

@@ -1,0 +1,138 @@
+use super::node::Nodes;
+
+/// How the planes of a [`KdTree`](super::KdTree) are found.
+///
+/// The first three find the plane of least cost among the faces of all triangles' boxes, and so make the same tree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KdBuilder {
+    /// Counts the triangles on both sides of each plane anew: O(N²). For small scenes only.
+    Naive,
+    /// Sorts the faces of boxes at each node: O(N log² N).
+    Resorting,
+    /// Sorts them once and keeps them in order: O(N log N) (Wald and Havran 2006).
+    #[default]
+    Presorted,
+    /// Min–max binning with 32 bins and initial clustering (Shevtsov et al., *Highly Parallel Fast KD-tree Construction for
+    /// Interactive Ray Tracing of Dynamic Scenes*, 2007).
+    Binned,
+    /// Level after level with 1024 uniform samples (Popov et al., *Experiences with Streaming Construction of SAH
+    /// KD-Trees*, 2006).
+    Streaming,
+    /// Eight uniform samples, eight more where counts change, and a quadratic fit between them (Hunt et al., *Fast kd-tree
+    /// Construction with an Adaptive Error-Bounded Heuristic*, 2006).
+    Adaptive,
+}
+
+/// How tightly triangles' boxes are kept when planes cut them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Clipping {
+    /// Boxes are cut at the plane.
+    Boxes,
+    /// A box on one side is shrunk around the part of the triangle on that side (Soupikov et al., *Improving KD-Tree Quality
+    /// at a Reasonable Construction Cost*, 2008).
+    #[default]
+    Triangles,
+}
+
+/// How nodes lie in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KdLayout {
+    /// The left child follows its parent.
+    #[default]
+    DepthFirst,
+    /// Cache lines hold subtrees (Havran, *Heuristic Ray Shooting Algorithms*, 2000; the thesis' ordinary subtrees).
+    Subtrees,
+}
+
+/// How single rays are led to leaves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KdTraversal {
+    /// With a stack of all far children that wait.
+    #[default]
+    Stack,
+    /// Without a stack: from the root to each leaf (Foley and Sugerman 2005).
+    Restart,
+    /// As `Restart`, from the lowest node that holds the rest of the ray (Horn et al. 2007, §3.2).
+    PushDown,
+    /// With a stack of so many entries, and as `PushDown` when it has lost some (Horn et al. 2007, §3.3).
+    ShortStack(u8),
+}
+
+impl KdTraversal {
+    /// Most entries of a short stack: more are never needed.
+    pub const MOST_ENTRIES: u8 = Nodes::MAX_DEPTH as u8;
+}
+
+/// What the surface area heuristic charges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SahCosts {
+    /// Cost of a traversal step.
+    pub step: f64,
+    /// Cost of testing a triangle.
+    pub test: f64,
+    /// What the cost of a plane that leaves nothing on one side is multiplied with, from 0 to 1.
+    pub empty: f64,
+    /// Whether a triangle on both sides costs a ray through both only one test.
+    pub mailbox: bool,
+}
+
+/// What a [`KdTree`](super::KdTree) is like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KdTreeOptions {
+    /// How planes are found.
+    pub builder: KdBuilder,
+    /// How tightly boxes are kept.
+    pub clipping: Clipping,
+    /// What planes are judged by.
+    pub costs: SahCosts,
+    /// How nodes lie in memory.
+    pub layout: KdLayout,
+    /// How single rays are led to leaves.
+    pub traversal: KdTraversal,
+}
+
+impl KdTreeOptions {
+    /// The exact builder, with the costs that measured best.
+    pub const DEFAULT: Self = Self {
+        builder: KdBuilder::Presorted,
+        clipping: Clipping::Triangles,
+        costs: SahCosts { step: 1.0, test: 2.0, empty: 0.8, mailbox: true },
+        layout: KdLayout::DepthFirst,
+        traversal: KdTraversal::Stack,
+    };
+
+    /// Whether a tree can be like this.
+    ///
+    /// # Errors
+    /// As [`KdTree::set_options`](super::KdTree::set_options).
+    pub fn check(self) -> Result<(), ImpossibleKdTreeOptions> {
+        let SahCosts { step, test, empty, .. } = self.costs;
+        let is_cost = |cost: f64| cost.is_finite() && cost >= 0.0;
+        let has_entries = match self.traversal {
+            KdTraversal::ShortStack(entries) => (1..=KdTraversal::MOST_ENTRIES).contains(&entries),
+            _ => true,
+        };
+        let is_possible = is_cost(step) && is_cost(test) && test > 0.0 && (0.0..=1.0).contains(&empty) && has_entries;
+        if is_possible { Ok(()) } else { Err(ImpossibleKdTreeOptions(self)) }
+    }
+}
+
+impl Default for KdTreeOptions {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Options that no kd-tree can have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImpossibleKdTreeOptions(pub KdTreeOptions);
+
+impl std::fmt::Display for ImpossibleKdTreeOptions {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let KdTreeOptions { costs: SahCosts { step, test, empty, .. }, traversal, .. } = self.0;
+        write!(f, "a kd-tree can't have costs of {step} a step and {test} a test, {empty} of them for empty space, ")?;
+        write!(f, "and traversal {traversal:?}")
+    }
+}
+
+impl std::error::Error for ImpossibleKdTreeOptions {}

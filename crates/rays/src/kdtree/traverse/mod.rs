@@ -1,0 +1,207 @@
+//! Leading single rays to leaves: `stack` with a stack for all that waits, `trail` without one or with a short one.
+//!
+//! **How a cell is left out.** Along an axis the ray reaches a plane at t = (s − o) / d. The plane s and the origin o are
+//! what they are, so three roundings are all that is between the computed t and that of real numbers: the first is relative
+//! too. With M the largest magnitude of t inside the tree's bounds, a computed t of no more than 2M is wrong by less than
+//! 7 · 2⁻⁵³ M, and larger ones are certainly outside. A child gets the interval of t in which the ray may be in its cell, grown
+//! by `doubt` = 2⁻⁴⁸ M at the plane, and is left out only where that is empty. So every hit's t in real numbers is inside
+//! the interval of each cell whose box, with its faces, holds it, and by more than 2⁻⁴⁹ M so. A hit's computed t is within two
+//! units in its last place of the real one: so a cell whose interval starts behind the nearest computed t so far holds no
+//! hit with a computed t as low, and none that ties with it.
+//!
+//! A ray that runs along a plane never reaches it: its t is infinite, with the sign that leads to the side where it is, or 0 · ∞
+//! inside the plane. That is no number, compares with nothing and so leads to both sides.
+
+mod stack;
+mod trail;
+
+use std::ops::ControlFlow;
+
+use super::extent::Plane;
+use super::statistics::Steps;
+use super::{KdTraversal, KdTree};
+use crate::predicate::ShadowRay;
+use crate::single::{self, Visit};
+use crate::{Hit, Ray, Triangles};
+use stack::Stacked;
+use trail::Trailing;
+
+impl KdTree {
+    /// The nearest hit of `ray` among the triangles that the tree was built over; at equal t the one with the lowest
+    /// triangle id. `None` for a miss.
+    ///
+    /// Hits that `counts` refuses are passed through: use it for alpha masks and back faces.
+    #[must_use]
+    pub fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
+        single::nearest(self, triangles, ray, counts)
+    }
+
+    /// Whether any triangle but `own` shadows the point of `shadow_ray`.
+    ///
+    /// Triangles for which `counts`, given an id and the weights of the second and third corner, is false let the
+    /// light through.
+    #[must_use]
+    pub fn blocked(
+        &self,
+        triangles: Triangles<'_>,
+        shadow_ray: &ShadowRay,
+        own: u32,
+        counts: impl Fn(u32, [f32; 2]) -> bool,
+    ) -> bool {
+        single::blocked(self, triangles, shadow_ray, own, counts)
+    }
+}
+
+impl Visit for KdTree {
+    /// Calls `test` with every triangle in a leaf that `ray` visits before `t_max`, nearer leaves first. `test` may lower
+    /// `t_max` or break off. Some triangles are tested more than once.
+    fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
+        match self.options.traversal {
+            KdTraversal::Stack => Stacked(self).visit(ray, test),
+            KdTraversal::Restart => Trailing { tree: self, entries: 0, pushes_down: false }.visit(ray, test),
+            KdTraversal::PushDown => Trailing { tree: self, entries: 0, pushes_down: true }.visit(ray, test),
+            KdTraversal::ShortStack(entries) => {
+                Trailing { tree: self, entries: entries.into(), pushes_down: true }.visit(ray, test)
+            }
+        }
+    }
+}
+
+/// What a ray's traversal begins with.
+enum Start {
+    /// The ray misses the tree's bounds.
+    Miss,
+    /// Numbers so large or small that t can't be trusted: all triangles are tested.
+    Everything,
+    Line(Line),
+}
+
+/// A ray prepared for planes.
+struct Line {
+    origin: [f64; 3],
+    inverse: [f64; 3],
+    /// Whether t falls along an axis.
+    is_backward: [bool; 3],
+    /// The interval of t in which the ray may be inside the tree's bounds.
+    enter: f64,
+    leave: f64,
+    /// More than what t may be wrong by.
+    doubt: f64,
+    /// Whether planes may hold the whole ray.
+    is_along_plane: bool,
+}
+
+/// Which children of a node a ray may meet.
+enum Way {
+    Near,
+    Far,
+    /// The nearer one before a t, the other one after a t.
+    Both(f64, f64),
+}
+
+impl Line {
+    const DOUBT: f64 = 1.0 / (1_u64 << 48) as f64;
+    /// More than what t may be wrong by where its last bits underflow.
+    const SMALLEST: f64 = 1e-300;
+
+    fn start(tree: &KdTree, ray: &Ray) -> Start {
+        if tree.extent.is_empty() {
+            return Start::Miss;
+        }
+        let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
+        let inverse = direction.map(f64::recip);
+        let (mut enter, mut leave) = (ray.t_min, ray.t_max);
+        for axis in 0..3 {
+            let faces = [tree.extent.min[axis], tree.extent.max[axis]].map(f64::from);
+            if direction[axis] == 0.0 {
+                if !(faces[0]..=faces[1]).contains(&origin[axis]) {
+                    return Start::Miss;
+                }
+                continue;
+            }
+            let [a, b] = faces.map(|face| (face - origin[axis]) * inverse[axis]);
+            if !(inverse[axis].is_finite() && a.is_finite() && b.is_finite()) {
+                return Start::Everything;
+            }
+            (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+        }
+        let doubt = enter.abs().max(leave.abs()) * Self::DOUBT + Self::SMALLEST;
+        let (enter, leave) = (enter - doubt, leave + doubt);
+        if !(enter.is_finite() && leave.is_finite()) {
+            return Start::Everything;
+        }
+        if enter > leave {
+            return Start::Miss;
+        }
+        let is_backward = direction.map(f64::is_sign_negative);
+        let is_along_plane = direction.contains(&0.0);
+        Start::Line(Self { origin, inverse, is_backward, enter, leave, doubt, is_along_plane })
+    }
+
+    /// Which children of a node a ray meets that is in the node's cell from `enter` to `leave`.
+    #[inline(always)]
+    fn way(&self, plane: Plane, enter: f64, leave: f64) -> Way {
+        let t = (f64::from(plane.at) - self.origin[plane.axis]) * self.inverse[plane.axis];
+        let (early, late) = (t - self.doubt, t + self.doubt);
+        if early > leave {
+            Way::Near
+        } else if late < enter {
+            Way::Far
+        } else {
+            // What isn't a number gives way.
+            Way::Both(if late < leave { late } else { leave }, if early > enter { early } else { enter })
+        }
+    }
+
+    /// Whether a hit that may win ends the ray once a cell is done that the ray leaves at `leave`.
+    ///
+    /// What waits begins where a nearer cell that holds this one ends, or up to twice the doubt before. Only where the ray
+    /// may run inside planes, neither child is the nearer one.
+    #[inline(always)]
+    fn is_over(&self, leave: f64, t_max: f64) -> bool {
+        leave - 2.0 * self.doubt > t_max && !self.is_along_plane
+    }
+
+    /// The nearer of two children, and the other one.
+    #[inline(always)]
+    fn sort(&self, plane: Plane, [left, right]: [u32; 2]) -> [u32; 2] {
+        if self.is_backward[plane.axis] { [right, left] } else { [left, right] }
+    }
+}
+
+/// Tests the triangles of leaves, most of them once.
+struct Tester<'a, Test> {
+    tree: &'a KdTree,
+    test: Test,
+    t_max: f64,
+    /// Triangles that the ray remembers to have tested (Kirk and Arvo, *Improved Ray Tagging for Voxel-Based Ray Tracing*,
+    /// 1991).
+    mailbox: [u32; MAILBOX],
+    steps: Steps<'a>,
+}
+
+const MAILBOX: usize = 16;
+
+impl<'a, Test: FnMut(u32, &mut f64) -> ControlFlow<()>> Tester<'a, Test> {
+    fn new(tree: &'a KdTree, ray: &Ray, test: Test) -> Self {
+        let steps = Steps::of_ray(&tree.visits);
+        Self { tree, test, t_max: ray.t_max, mailbox: [u32::MAX; MAILBOX], steps }
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, ids: std::ops::Range<usize>) -> ControlFlow<()> {
+        self.steps.note(|visits| visits.leaves += 1);
+        for &id in &self.tree.ids[ids] {
+            if std::mem::replace(&mut self.mailbox[id as usize % MAILBOX], id) != id {
+                self.steps.note(|visits| visits.tests += 1);
+                (self.test)(id, &mut self.t_max)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    #[cold]
+    fn everything(&mut self) -> ControlFlow<()> {
+        self.leaf(0..self.tree.ids.len())
+    }
+}

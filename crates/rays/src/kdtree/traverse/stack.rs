@@ -1,0 +1,62 @@
+use std::ops::ControlFlow;
+
+use super::{KdTree, Line, Start, Tester, Way};
+use crate::Ray;
+use crate::kdtree::node::Nodes;
+use crate::single::Visit;
+
+/// Visits a tree with a stack of the far children that wait (thesis, chapter 5: the recursive traversal, made robust).
+pub(super) struct Stacked<'a>(pub(super) &'a KdTree);
+
+/// A child that waits, and the ray's interval in its cell.
+#[derive(Clone, Copy, Default)]
+struct Waiting {
+    place: u32,
+    enter: f64,
+    leave: f64,
+}
+
+impl Visit for Stacked<'_> {
+    fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
+        let tree = self.0;
+        let mut tester = Tester::new(tree, ray, test);
+        let line = match Line::start(tree, ray) {
+            Start::Miss => return ControlFlow::Continue(()),
+            Start::Everything => return tester.everything(),
+            Start::Line(line) => line,
+        };
+        let mut stack = [Waiting::default(); Nodes::MAX_DEPTH];
+        let mut waiting = 0;
+        let (mut place, mut enter, mut leave) = (0, line.enter, line.leave);
+        loop {
+            let node = tree.nodes.get(place);
+            if node.is_leaf() {
+                tester.leaf(node.ids())?;
+                loop {
+                    if waiting == 0 {
+                        return ControlFlow::Continue(());
+                    }
+                    waiting -= 1;
+                    if stack[waiting].enter <= tester.t_max {
+                        break;
+                    }
+                }
+                Waiting { place, enter, leave } = stack[waiting];
+                leave = if tester.t_max < leave { tester.t_max } else { leave };
+                continue;
+            }
+            tester.steps.note(|visits| visits.nodes += 1);
+            let plane = node.plane();
+            let [near, far] = line.sort(plane, tree.nodes.children(place, node));
+            match line.way(plane, enter, leave) {
+                Way::Near => place = near,
+                Way::Far => place = far,
+                Way::Both(near_leave, far_enter) => {
+                    stack[waiting] = Waiting { place: far, enter: far_enter, leave };
+                    waiting += 1;
+                    (place, leave) = (near, near_leave);
+                }
+            }
+        }
+    }
+}

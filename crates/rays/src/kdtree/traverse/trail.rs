@@ -1,0 +1,127 @@
+use std::ops::ControlFlow;
+
+use super::{KdTree, Line, Start, Tester, Way};
+use crate::Ray;
+use crate::kdtree::KdTraversal;
+use crate::single::Visit;
+
+/// Visits a tree with a stack that holds the last few far children that wait; where it has lost the one that is next, the ray
+/// comes from above again. Without entries that is Foley and Sugerman's *kd-restart* (2005), and with `pushes_down` Horn et
+/// al.'s push-down (2007, §3.2); with entries it is their short stack (§3.3).
+///
+/// The papers find the way back by moving the ray's start to where it left the last leaf. Intervals of neighbours overlap here,
+/// so that may lead to the same leaf again, or past one. Instead a bit for each level says whether the ray is in the
+/// farther one of two children that it meets (Laine, *Restart Trail for Stackless BVH Traversal*, 2010): this visits the
+/// leaves that a whole stack leads to, in that order.
+pub(super) struct Trailing<'a> {
+    pub(super) tree: &'a KdTree,
+    /// Of the stack.
+    pub(super) entries: usize,
+    pub(super) pushes_down: bool,
+}
+
+/// A node to visit, and the ray's interval in its cell.
+#[derive(Clone, Copy, Default)]
+struct Position {
+    place: u32,
+    /// Inner nodes above.
+    level: u32,
+    enter: f64,
+    leave: f64,
+}
+
+/// The last far children, of which a new one replaces the oldest if there are too many.
+struct ShortStack {
+    positions: [Position; KdTraversal::MOST_ENTRIES as usize],
+    entries: usize,
+    /// Where the next one goes.
+    top: usize,
+    held: usize,
+}
+
+impl ShortStack {
+    #[inline(always)]
+    fn push(&mut self, position: Position) {
+        if self.entries > 0 {
+            self.positions[self.top] = position;
+            self.top = if self.top + 1 == self.entries { 0 } else { self.top + 1 };
+            self.held = (self.held + 1).min(self.entries);
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Position> {
+        if self.held == 0 {
+            return None;
+        }
+        self.held -= 1;
+        self.top = if self.top == 0 { self.entries - 1 } else { self.top - 1 };
+        Some(self.positions[self.top])
+    }
+}
+
+impl Visit for Trailing<'_> {
+    fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
+        let tree = self.tree;
+        let mut tester = Tester::new(tree, ray, test);
+        let line = match Line::start(tree, ray) {
+            Start::Miss => return ControlFlow::Continue(()),
+            Start::Everything => return tester.everything(),
+            Start::Line(line) => line,
+        };
+        let positions = [Position::default(); KdTraversal::MOST_ENTRIES as usize];
+        let mut stack = ShortStack { positions, entries: self.entries, top: 0, held: 0 };
+        // Where the ray comes from again: nothing waits above.
+        let mut root = Position { place: 0, level: 0, enter: line.enter, leave: line.leave };
+        let mut at = root;
+        // By level, whether the ray is in the farther child of a node both of whose children it meets, …
+        let mut trail = 0_u64;
+        // … and whether that child still waits.
+        let mut open = 0_u64;
+        loop {
+            let node = tree.nodes.get(at.place);
+            // Whether nothing of the node is left to visit.
+            let mut is_done = node.is_leaf();
+            if is_done {
+                tester.leaf(node.ids())?;
+            } else {
+                tester.steps.note(|visits| visits.nodes += 1);
+                let plane = node.plane();
+                let [near, far] = line.sort(plane, tree.nodes.children(at.place, node));
+                let bit = 1 << at.level;
+                at.level += 1;
+                match line.way(plane, at.enter, at.leave) {
+                    Way::Near => at.place = near,
+                    Way::Far => at.place = far,
+                    Way::Both(_, far_enter) if trail & bit != 0 => {
+                        (at.place, at.enter) = (far, far_enter);
+                        is_done = far_enter > tester.t_max;
+                    }
+                    Way::Both(near_leave, far_enter) => {
+                        stack.push(Position { place: far, enter: far_enter, ..at });
+                        open |= bit;
+                        (at.place, at.leave) = (near, near_leave);
+                    }
+                }
+            }
+            while is_done {
+                if open == 0 || line.is_over(at.leave, tester.t_max) {
+                    return ControlFlow::Continue(());
+                }
+                let level = open.ilog2();
+                open &= !(1 << level);
+                trail = trail & ((1 << level) - 1) | 1 << level;
+                if let Some(position) = stack.pop() {
+                    at = position;
+                    is_done = at.enter > tester.t_max;
+                } else {
+                    tester.steps.note(|visits| visits.restarts += 1);
+                    (at, open, is_done) = (root, 0, false);
+                }
+            }
+            if self.pushes_down && open == 0 {
+                root = at;
+            }
+        }
+    }
+}
