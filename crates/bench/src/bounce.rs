@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage::Scene;
 use umbrage::rays::predicate::{self, HitPoint};
-use umbrage::rays::{Bvh, Hit, Ray, SeenPixels, UniformGrid, Unmasked};
+use umbrage::rays::{Bvh, Hit, KdTree, Ray, SeenPixels, UniformGrid, UniformOptions, Unmasked};
 use umbrage::scene::Frame;
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
 
@@ -33,6 +33,9 @@ pub(crate) struct BounceFlags {
     /// How often everyone traces the rays, in turn
     #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
+    /// Trace the rays in packets of the uniform grid as well, 256 together: it takes minutes
+    #[arg(long)]
+    packets: bool,
     /// Embree's library [default: the system's]
     #[arg(long, value_name = "PATH", env = "UMBRAGE_EMBREE")]
     embree: Option<std::path::PathBuf>,
@@ -68,7 +71,7 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
         scene.pose(0.4 * scene.duration_seconds(), &mut frame)?;
         let shot = Shot::new(&frame, &address, flags.size, 1, Lights::First);
         let rays = bounced(&shot);
-        let mut race = Race::new(&frame, &rays, &embree)?;
+        let mut race = Race::new(&frame, &rays, &embree, flags.packets)?;
         (0..=flags.rounds).try_for_each(|round| race.run(round > 0))?;
         for runner in &race.runners {
             table.push(&runner.row(name(&address), &race))?;
@@ -142,22 +145,27 @@ struct Runner {
 enum Structure {
     Embree(umbrage_peers::Scene, &'static str),
     Bvh(Box<Bvh>),
-    Grid(Box<UniformGrid>),
+    Kd(Box<KdTree>),
+    Grid(Box<UniformGrid>, &'static str),
     GridPackets(Box<UniformGrid>),
 }
 
 impl<'a> Race<'a> {
-    fn new(frame: &'a Frame, rays: &'a [Ray], embree: &Arc<Embree>) -> Result<Self> {
+    fn new(frame: &'a Frame, rays: &'a [Ray], embree: &Arc<Embree>, packets: bool) -> Result<Self> {
+        let mut nested = Box::<UniformGrid>::default();
+        nested.set_options(UniformOptions::NESTED)?;
         let scene = |quality| umbrage_peers::Scene::new(embree, BuildMethod { quality, kept: true });
         let structures = [
             Structure::Embree(scene(Quality::Medium), "embree medium"),
             Structure::Embree(scene(Quality::Low), "embree low"),
             Structure::Bvh(Box::default()),
-            Structure::Grid(Box::default()),
-            Structure::GridPackets(Box::default()),
+            Structure::Kd(Box::default()),
+            Structure::Grid(Box::default(), "grid"),
+            Structure::Grid(nested, "nested grids"),
         ];
-        let runners = structures.map(|structure| Runner { structure, hits: Hits::new(), times: Vec::new() });
-        Ok(Self { frame, posed: Arc::new(Posed::new(frame, false)?), rays, runners: runners.into() })
+        let structures = structures.into_iter().chain(packets.then(|| Structure::GridPackets(Box::default())));
+        let runners = structures.map(|structure| Runner { structure, hits: Hits::new(), times: Vec::new() }).collect();
+        Ok(Self { frame, posed: Arc::new(Posed::new(frame, false)?), rays, runners })
     }
 
     fn run(&mut self, is_counted: bool) -> Result<()> {
@@ -180,7 +188,8 @@ impl Structure {
         match self {
             Self::Embree(_, name) => name,
             Self::Bvh(_) => "bvh",
-            Self::Grid(_) => "grid",
+            Self::Kd(_) => "kd-tree",
+            Self::Grid(_, name) => name,
             Self::GridPackets(_) => "grid packets",
         }
     }
@@ -190,7 +199,8 @@ impl Structure {
         match self {
             Self::Embree(scene, _) => scene.build(posed)?,
             Self::Bvh(bvh) => bvh.build(triangles),
-            Self::Grid(grid) | Self::GridPackets(grid) => grid.build(triangles),
+            Self::Kd(tree) => tree.build(triangles),
+            Self::Grid(grid, _) | Self::GridPackets(grid) => grid.build(triangles),
         }
         Ok(())
     }
@@ -212,7 +222,11 @@ impl Structure {
                 let trace = |ray| id(bvh.nearest(triangles, ray, |_| true));
                 rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
             }
-            Self::Grid(grid) => {
+            Self::Kd(tree) => {
+                let trace = |ray| id(tree.nearest(triangles, ray, |_| true));
+                rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
+            }
+            Self::Grid(grid, _) => {
                 let trace = |ray| id(grid.nearest(triangles, ray, |_| true));
                 rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
             }

@@ -29,9 +29,11 @@ impl Triangles<'_> {
     ///
     /// # Panics
     /// If `id` or one of its vertices is out of range.
+    #[inline]
     #[must_use]
     pub fn corners(&self, id: u32) -> [Vec3; 3] {
-        self.indices[id as usize].map(|vertex| self.positions[vertex as usize])
+        let [a, b, c] = self.indices[id as usize];
+        [self.positions[a as usize], self.positions[b as usize], self.positions[c as usize]]
     }
 
     /// The world positions of triangle `id`, or why no structure lists it.

@@ -36,6 +36,7 @@ pub struct Crossing {
 ///
 /// It meets the triangle when the three edge functions have no two opposite signs and aren't all zero. A triangle
 /// seen exactly edge-on is a miss, and so is one with a corner that isn't finite.
+#[inline]
 #[must_use]
 pub fn crossing(ray: &Ray, corners: [Vec3; 3]) -> Option<Crossing> {
     let edges = Edges::new(ray.origin, ray.direction, corners)?;
@@ -46,6 +47,7 @@ pub fn crossing(ray: &Ray, corners: [Vec3; 3]) -> Option<Crossing> {
 ///
 /// # Panics
 /// If `id` or one of the triangle's vertices is out of range.
+#[inline]
 #[must_use]
 pub fn hit(ray: &Ray, triangles: Triangles<'_>, id: u32) -> Option<Hit> {
     let Crossing { t, barycentric, .. } = crossing(ray, triangles.corners(id))?;
@@ -106,12 +108,14 @@ struct Edges {
 
 impl Edges {
     /// `None` where the line misses the triangle.
+    #[inline(always)]
     fn new(origin: DVec3, direction: DVec3, corners: [Vec3; 3]) -> Option<Self> {
-        // Most triangles end here, whose corners needn't be sorted: single rays through the gallery's grids take a third
-        // of the time.
-        if is_missed(origin, direction, corners) {
-            return None;
-        }
+        // Most triangles end here, whose corners needn't be sorted.
+        if is_missed(origin, direction, corners) { None } else { Self::of_near(origin, direction, corners) }
+    }
+
+    #[inline(never)]
+    fn of_near(origin: DVec3, direction: DVec3, corners: [Vec3; 3]) -> Option<Self> {
         let places = canonical_order(&corners);
         let corners = places.map(|place| corners[place]);
         let relative = corners.map(|corner| corner.as_dvec3() - origin);
@@ -203,13 +207,14 @@ fn edge_bound(direction: DVec3, relative: &[DVec3; 3]) -> f64 {
 
 /// Whether two edge functions have certain signs that differ, in whatever order corners are: then the line misses.
 #[inline(always)]
-fn is_missed(origin: DVec3, direction: DVec3, corners: [Vec3; 3]) -> bool {
-    let relative = corners.map(|corner| corner.as_dvec3() - origin);
+fn is_missed(origin: DVec3, direction: DVec3, [a, b, c]: [Vec3; 3]) -> bool {
+    // Not by `array::map`, which is a call here.
+    let relative = [a.as_dvec3() - origin, b.as_dvec3() - origin, c.as_dvec3() - origin];
     let bound = edge_bound(direction, &relative);
-    let edges = EDGE_OPPOSITE.map(|(first, second)| direction.dot(relative[first].cross(relative[second])));
-    let [a, b, c] = edges;
+    let edge = |first: usize, second: usize| direction.dot(relative[first].cross(relative[second]));
+    let (a, b, c) = (edge(1, 2), edge(2, 0), edge(0, 1));
     let (lowest, highest) = (a.min(b).min(c), a.max(b).max(c));
-    // What isn't a number is below and above nothing, and then for those who look closer.
+    // What isn't a number, nobody hits; bounds that aren't are left to those who look closer.
     bound >= SMALLEST_TRUSTED_BOUND && lowest < -bound && highest > bound
 }
 

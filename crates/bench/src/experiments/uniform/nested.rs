@@ -16,8 +16,11 @@ pub(crate) struct NestedFlags {
     /// Triangles above which a cell may hold a grid of its own; none does first of all
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [16, 32, 64, 128, 256])]
     above: Vec<u32>,
+    /// Trace the camera's rays one at a time as well: where no cell holds a grid, it takes minutes
+    #[arg(long)]
+    single: bool,
     /// Width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
     size: [u32; 2],
     #[command(flatten)]
     common: ExperimentFlags,
@@ -40,17 +43,17 @@ impl NestedFlags {
         use_threads(self.common.threads)?;
         let thresholds = || [None].into_iter().chain(self.above.iter().copied().map(Some));
         let options = |nested_above| UniformOptions { nested_above, ..UniformOptions::DEFAULT };
-        let forms: Vec<_> =
-            thresholds().flat_map(|above| [Way::Packets, Way::Single].map(|way| (options(above), way))).collect();
+        let ways: &[Way] = if self.single { &[Way::Packets, Way::Single] } else { &[Way::Packets] };
+        let forms: Vec<_> = thresholds().flat_map(|above| ways.iter().map(move |&way| (options(above), way))).collect();
         let mut table = Table::start(self.common.form, &self.common.conditions(Some(self.size)), COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let costs = measure(address, self.size, &forms, &self.common)?;
-            for (above, pair) in thresholds().zip(costs.chunks_exact(2)) {
-                table.push(&row(name(address), above, &pair[0], pair[1].see))?;
+            for (above, costs) in thresholds().zip(costs.chunks_exact(ways.len())) {
+                table.push(&row(name(address), above, costs))?;
                 // Without a limit no cell holds a grid.
                 let x = f64::from(above.unwrap_or(1024));
-                Series::add(&mut series, short_name(address), [x, pair[0].build + pair[0].see]);
+                Series::add(&mut series, short_name(address), [x, costs[0].build + costs[0].see]);
             }
         }
         table.note("Cells that list more triangles than `above` may hold grids of their own, `grids` in number.")?;
@@ -64,11 +67,14 @@ impl NestedFlags {
     }
 }
 
-fn row(name: &str, above: Option<u32>, costs: &Costs, single: f64) -> Vec<Cell> {
+fn row(name: &str, above: Option<u32>, costs: &[Costs]) -> Vec<Cell> {
+    let single = costs.get(1).map_or(Cell::Nothing, |costs| Cell::Number(costs.see, 2));
+    let costs = &costs[0];
     let mut row: Vec<Cell> = vec![name.into()];
     row.push(above.map_or("none".into(), |above| Cell::from(above as usize)));
     row.extend([costs.nested_grids, costs.references].map(Cell::from));
     row.push(Cell::Number(costs.bytes as f64 / costs.triangles.max(1) as f64, 1));
-    row.extend([costs.build, costs.see, single].map(|value| Cell::Number(value, 2)));
+    row.extend([costs.build, costs.see].map(|value| Cell::Number(value, 2)));
+    row.push(single);
     row
 }

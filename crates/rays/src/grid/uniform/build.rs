@@ -24,7 +24,7 @@ pub(super) struct Chunk {
 impl UniformGrid {
     /// The most references for each triangle, besides [`LEAST_LIMIT`](Self::LEAST_LIMIT) for all: cells are made larger
     /// until there are no more.
-    pub const MOST_REFERENCES: u64 = 8;
+    pub const MOST_REFERENCES: u64 = 7;
 
     /// References that any number of triangles may have.
     pub const LEAST_LIMIT: u64 = 1 << 16;
@@ -155,11 +155,11 @@ impl UniformGrid {
     }
 }
 
-/// Makes `items` as many as are needed. Where there was no room, there is a little for later frames' sake, but not for twice
-/// as many.
+/// Makes `items` as many as are needed. Where there was no room, there is a little more for later frames' sake, but not for
+/// twice as many.
 pub(super) fn resize<T>(items: &mut Vec<T>, count: usize, item: fn() -> T) {
     if count > items.capacity() {
-        items.reserve_exact(count + count / 32 - items.len());
+        items.reserve_exact(count + count / 64 - items.len());
     }
     items.resize_with(count, item);
 }
