@@ -166,3 +166,42 @@ fn remove_empty(boxes: &mut [Boxed]) -> usize {
     }
     kept
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+
+    use super::*;
+    use crate::grid::SimdLevel;
+
+    #[test]
+    fn boxes_are_parted_in_order_and_lose_what_is_empty() {
+        let corner = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+        let positions = [
+            [corner(0.0, 0.0), corner(4.0, 4.0), corner(4.0, 5.0)],
+            [corner(3.0, 0.0), corner(4.0, 0.0), corner(4.0, 1.0)],
+            [corner(2.0, 0.0), corner(2.0, 1.0), corner(2.0, 2.0)],
+            [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0)],
+        ];
+        let triangles =
+            Triangles { positions: &positions.concat(), indices: &[[0, 1, 2], [3, 4, 5], [6, 7, 8], [9, 10, 11]] };
+        let mut boxes: Vec<_> = (0..4).map(|id| Boxed::around(triangles.corners(id), id)).collect();
+        // What an earlier plane left of the first: it is above y = 3, and so right of x = 2.
+        boxes[0].0[1] = 3.0;
+        for planar_left in [true, false] {
+            let best = Candidate { cost: 0.0, plane: Plane { axis: 0, at: 2.0 }, planar_left };
+            for level in SimdLevel::available() {
+                let mut right = boxes.clone();
+                let (mut left, mut cut) = (vec![Boxed::default(); 4], [[0; 2]; 4]);
+                let (counts, cut_count) = part(&mut right, &best, &mut left, &mut cut);
+                let children = [&mut left[..counts[0]], &mut right[..counts[1]]];
+                let cut = &cut[..cut_count];
+                let counts = dispatch!(level.into(), simd => clip_cut(simd, triangles, best.plane, children, cut));
+                let ids = |boxes: &[Boxed]| boxes.iter().map(Boxed::id).collect::<Vec<_>>();
+                let expected = if planar_left { [vec![2, 3], vec![0, 1]] } else { [vec![3], vec![0, 1, 2]] };
+                assert_eq!([ids(&left[..counts[0]]), ids(&right[..counts[1]])], expected);
+                assert_eq!((right[0].low(0), right[0].low(1), right[0].high(1)), (2.0, 3.0, 5.0));
+            }
+        }
+    }
+}

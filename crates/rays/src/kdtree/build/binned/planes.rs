@@ -136,8 +136,10 @@ fn least<S: Simd>(simd: S, node: &Node<'_>, planes: &[f32x16<S>; 3], counts: [[f
         let lanes = by_axis[axis].simd_eq(least).to_bitmask();
         if lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
-            let plane = Plane { axis, at: planes[axis][lane] + 0.0 };
-            return Some(Candidate { cost: f64::from(cost), plane, planar_left: counts[axis][0][lane] > 0.0 });
+            let at = planes[axis][lane] + 0.0;
+            let is_right = (counts[axis][0][lane] == 0.0 && at > node.extent.min[axis]) || at == node.extent.max[axis];
+            let plane = Plane { axis, at };
+            return Some(Candidate { cost: f64::from(cost), plane, planar_left: !is_right });
         }
     }
     None
@@ -159,16 +161,18 @@ fn cost<S: Simd>(simd: S, node: &Node<'_>, axis: usize, at: f32x16<S>, [left, ri
     let inverse = 1.0 / length as f32;
     let left_share = (at - low) * inverse * rim + face;
     let right_share = (high - at) * inverse * rim + face;
-    // Triangles inside the plane, if none is on both sides.
+    // Triangles inside the plane, if none is on both sides. In a face of the cell they are cut off, else they go where others
+    // are.
     let planar = (all - left - right).max(none);
-    let is_left_empty = left.simd_eq(none);
-    let right = right + is_left_empty.select(planar, none);
-    let left = left + is_left_empty.select(none, planar);
+    let is_face = (at.simd_eq(low) | at.simd_eq(high)) & planar.simd_gt(none);
+    let is_right = (left.simd_eq(none) & at.simd_gt(low)) | at.simd_eq(high);
+    let right = right + is_right.select(planar, none);
+    let left = left + is_right.select(none, planar);
     let twice = if mailbox { (left + right - all) * (left_share + right_share - 1.0) } else { none };
     let cost = (left * left_share + right * right_share - twice) * (test as f32) + step as f32;
-    let is_empty = is_left_empty | right.simd_eq(none);
+    let is_empty = left.simd_eq(none) | right.simd_eq(none);
     let cost = is_empty.select(cost * (empty as f32), cost);
-    let is_inside = low.simd_lt(at) & at.simd_lt(high) & cost.simd_lt(infinite);
+    let is_inside = ((low.simd_lt(at) & at.simd_lt(high)) | is_face) & cost.simd_lt(infinite);
     is_inside.select(cost, infinite)
 }
 
