@@ -217,6 +217,24 @@ mod tests {
     }
 
     #[test]
+    fn triangles_in_a_face_of_the_cell_are_cut_off() {
+        let flat = |z: f32, id: u32| Boxed::around([Vec3::Z * z, Vec3::new(1.0, 0.0, z), Vec3::new(0.0, 1.0, z)], id);
+        let middle = Boxed::around([Vec3::new(0.0, 0.0, 1.5), Vec3::new(1.0, 0.0, 1.9), Vec3::new(0.0, 1.0, 2.5)], 9);
+        let extent = Extent { min: [0.0; 3], max: [1.0, 1.0, 4.0] };
+        for (z, is_left) in [(0.0, true), (4.0, false)] {
+            let mut boxes: Vec<_> = (0..7).map(|id| flat(z, id)).collect();
+            boxes.push(middle);
+            // Nothing else is worth a plane where an empty side isn't.
+            let costs = SahCosts { empty: 1.0, ..KdTreeOptions::DEFAULT.costs };
+            let node = Node::new(&costs, &extent, boxes.len());
+            for level in SimdLevel::available() {
+                let found = dispatch!(level.into(), simd => best(simd, &node, &boxes)).expect("a plane");
+                assert_eq!((found.plane, found.planar_left), (Plane { axis: 2, at: z }, is_left));
+            }
+        }
+    }
+
+    #[test]
     fn parts_of_a_node_count_as_the_whole() {
         let boxes = boxes(100);
         let extent = Extent { min: [-1.5; 3], max: [1.5; 3] };
