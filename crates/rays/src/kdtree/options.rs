@@ -12,8 +12,9 @@ pub enum KdBuilder {
     /// Sorts them once and keeps them in order: O(N log N) (Wald and Havran 2006).
     #[default]
     Presorted,
-    /// Min–max binning with 32 bins and initial clustering (Shevtsov et al., *Highly Parallel Fast KD-tree Construction for
-    /// Interactive Ray Tracing of Dynamic Scenes*, 2007).
+    /// Min–max binning between 16 planes across each axis, with initial clustering (Shevtsov et al., *Highly Parallel Fast
+    /// KD-tree Construction for Interactive Ray Tracing of Dynamic Scenes*, 2007): by far the fastest. Leaves are larger than
+    /// with the other builders.
     Binned,
     /// Level after level with 1024 uniform samples (Popov et al., *Experiences with Streaming Construction of SAH
     /// KD-Trees*, 2006).

@@ -1,6 +1,6 @@
 use super::sah::{Candidate, Cell, Measure};
 use super::space::{Frame, Space};
-use super::{Job, adaptive, binned, naive, resorting};
+use super::{Job, adaptive, naive, resorting};
 use crate::kdtree::KdBuilder;
 use crate::kdtree::layout::Branch;
 
@@ -13,7 +13,6 @@ pub(super) enum Method {
     Unsorted,
     /// With events that are listed.
     Presorted,
-    Binned,
     Adaptive,
 }
 
@@ -22,8 +21,7 @@ impl From<KdBuilder> for Method {
         match builder {
             KdBuilder::Naive => Self::Naive,
             KdBuilder::Resorting => Self::Resorting,
-            KdBuilder::Presorted | KdBuilder::Streaming => Self::Unsorted,
-            KdBuilder::Binned => Self::Binned,
+            KdBuilder::Presorted | KdBuilder::Streaming | KdBuilder::Binned => Self::Unsorted,
             KdBuilder::Adaptive => Self::Adaptive,
         }
     }
@@ -33,7 +31,6 @@ impl Method {
     /// What small nodes are split with: counting exactly takes no longer there.
     fn for_count(self, count: usize) -> Self {
         match self {
-            Self::Binned if count <= binned::EXACT_FROM => Self::Naive,
             Self::Adaptive if count <= adaptive::EXACT_FROM => Self::Unsorted,
             method => method,
         }
@@ -93,7 +90,6 @@ impl Job<'_> {
             Method::Naive => naive::best(measure, references),
             Method::Resorting => resorting::best(measure, references, &mut space.events[0]),
             Method::Unsorted | Method::Presorted => space.sweep(measure, at),
-            Method::Binned => binned::best(measure, references),
             Method::Adaptive => adaptive::best(measure, references),
         }
     }

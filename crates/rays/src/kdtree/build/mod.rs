@@ -2,7 +2,7 @@
 
 mod adaptive;
 mod binned;
-mod cluster;
+mod bins;
 mod grow;
 mod naive;
 mod presorted;
@@ -19,6 +19,7 @@ use super::extent::{Extent, Reference};
 use super::layout::Branch;
 use super::{Clipping, KdBuilder, KdTree};
 use crate::Triangles;
+use binned::Arena;
 use sah::Heuristic;
 use space::{Frame, Space};
 
@@ -35,6 +36,8 @@ struct Job<'a> {
 pub(super) struct Pool {
     spaces: Mutex<Vec<Space>>,
     branches: Mutex<Vec<Branch>>,
+    chunks: Mutex<Vec<Arena>>,
+    arenas: Mutex<Vec<Arena>>,
 }
 
 impl Pool {
@@ -50,6 +53,27 @@ impl Pool {
         branch
     }
 
+    /// A part of a large node's boxes.
+    fn chunk(&self) -> Arena {
+        let mut chunk = lock(&self.chunks).pop().unwrap_or_default();
+        chunk.clear();
+        chunk
+    }
+
+    fn keep_chunk(&self, chunk: Arena) {
+        lock(&self.chunks).push(chunk);
+    }
+
+    fn arena(&self) -> Arena {
+        let mut arena = lock(&self.arenas).pop().unwrap_or_default();
+        arena.clear();
+        arena
+    }
+
+    fn keep_arena(&self, arena: Arena) {
+        lock(&self.arenas).push(arena);
+    }
+
     fn keep_space(&self, space: Space) {
         lock(&self.spaces).push(space);
     }
@@ -61,6 +85,8 @@ impl Pool {
     pub(super) fn bytes(&self) -> usize {
         lock(&self.spaces).iter().map(Space::bytes).sum::<usize>()
             + lock(&self.branches).iter().map(Branch::bytes).sum::<usize>()
+            + lock(&self.chunks).iter().map(Arena::bytes).sum::<usize>()
+            + lock(&self.arenas).iter().map(Arena::bytes).sum::<usize>()
     }
 }
 
@@ -79,20 +105,24 @@ impl KdTree {
         assert!(2 * limit < super::node::Node::MOST, "{} triangles are too many for a kd-tree", triangles.len());
         self.triangle_count = triangles.len();
         self.omitted = triangles.omitted();
-        let mut space = self.pool.space();
-        collect(triangles, self.omitted.total() > 0, &mut space.references);
-        self.extent = space.references.par_iter().map(|r| r.extent).reduce(|| Extent::EMPTY, Extent::union);
-        let count = space.references.len();
+        let is_any_omitted = self.omitted.total() > 0;
+        let count = triangles.len() - self.omitted.total() as usize;
         let heuristic = Heuristic::new(self.options.costs, count);
         let job = Job { triangles, clipping: self.options.clipping, heuristic, pool: &self.pool };
         self.branch.clear();
+        if self.options.builder == KdBuilder::Binned {
+            self.extent = job.bin(is_any_omitted, &mut self.branch);
+            return self.lay_out();
+        }
+        let mut space = self.pool.space();
+        collect(triangles, is_any_omitted, &mut space.references);
+        self.extent = space.references.par_iter().map(|r| r.extent).reduce(|| Extent::EMPTY, Extent::union);
         if count == 0 {
             self.branch.push_leaf(std::iter::empty());
         } else {
             let root = Heuristic::root(self.extent, count);
             match self.options.builder {
                 KdBuilder::Streaming => job.stream(&mut space, root, &mut self.branch),
-                KdBuilder::Binned => job.cluster(&mut space, root, &mut self.branch),
                 builder => job.grow(&mut space, Frame::default(), builder.into(), root, &mut self.branch),
             }
         }

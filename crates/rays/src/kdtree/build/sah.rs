@@ -25,7 +25,7 @@ pub(super) struct Cell {
 /// A plane, and what it costs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    cost: f64,
+    pub(super) cost: f64,
     pub(super) plane: Plane,
     /// Whether triangles inside the plane are listed on the left.
     pub(super) planar_left: bool,

@@ -2,7 +2,7 @@
 //! (Popov et al. 2006, §4).
 
 use super::Job;
-use super::binned::Bins;
+use super::bins::Bins;
 use super::grow::Method;
 use super::sah::{Cell, Measure};
 use super::space::{Frame, Space};

@@ -1,34 +1,7 @@
-//! Finding planes among a few by counting boxes that begin and end between them: min–max binning (Shevtsov et al. 2007), and
-//! with more bins the samples of Popov et al. 2006.
+//! Finding planes by counting boxes that begin and end between them: the samples of Popov et al. 2006.
 
 use super::sah::{Candidate, Measure};
 use crate::kdtree::extent::{Extent, Reference};
-
-/// From so few references on planes are found exactly: looking at a plane for each face takes no longer there.
-pub(super) const EXACT_FROM: usize = 6;
-
-/// From so few references on there are [`FEW_BINS`].
-const FEW_FROM: usize = 64;
-
-/// Bins along each axis, …
-pub(super) const BINS: usize = 32;
-/// … and of small nodes.
-const FEW_BINS: usize = 8;
-
-/// The best plane between bins.
-pub(super) fn best(measure: Measure<'_>, references: &[Reference]) -> Option<Candidate> {
-    if references.len() <= FEW_FROM {
-        among::<FEW_BINS>(measure, references)
-    } else {
-        among::<BINS>(measure, references)
-    }
-}
-
-fn among<const N: usize>(measure: Measure<'_>, references: &[Reference]) -> Option<Candidate> {
-    let mut bins = Bins::<N>::over(measure.extent);
-    bins.add(references);
-    bins.best(measure)
-}
 
 /// How many boxes begin and end in each of `N` slices of a cell, by axis.
 #[derive(Clone)]
@@ -66,16 +39,6 @@ impl<const N: usize> Bins<N> {
 
     pub(super) fn add(&mut self, references: &[Reference]) {
         references.iter().for_each(|reference| self.add_one(&reference.extent));
-    }
-
-    /// The counts of both.
-    pub(super) fn plus(mut self, other: &Self) -> Self {
-        let of_other = other.begins.iter().chain(&other.ends).flatten();
-        for (count, other) in self.begins.iter_mut().chain(&mut self.ends).flatten().zip(of_other) {
-            *count += other;
-        }
-        self.around = self.around.union(other.around);
-        self
     }
 
     /// The best plane between two bins, or one that cuts off what is empty.

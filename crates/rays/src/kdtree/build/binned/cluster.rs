@@ -1,0 +1,74 @@
+//! The top of the tree: initial clustering (Shevtsov et al. 2007, §3.2), where the passes over a node's boxes are what
+//! threads share.
+//!
+//! Planes are those of least cost between samples, not medians: the thesis (§4.2) puts the loss of 30 % in trace time down to
+//! these.
+
+use fearless_simd::Simd;
+use rayon::prelude::*;
+
+use super::boxes::{Around, Boxed};
+use super::planes::{Counts, Node, best_of, count_part};
+use super::{Arena, Binning};
+use crate::kdtree::build::sah::Cell;
+use crate::kdtree::layout::Branch;
+
+/// Nodes of fewer boxes are clusters, which one thread builds, …
+const CLUSTER: usize = 1 << 12;
+/// … and so are those of fewer than one in so many of all triangles.
+const CLUSTERS: usize = 32;
+
+impl<S: Simd> Binning<'_, S> {
+    /// Adds the subtree of boxes that lie in chunks: they stay in as many, so that none waits for another.
+    pub(super) fn cluster(&self, mut chunks: Vec<Arena>, cell: Cell, out: &mut Branch) {
+        let Self { job, simd, costs, .. } = self;
+        let count = chunks.iter().map(|chunk| chunk.boxes.len()).sum();
+        if count < CLUSTER.max(job.triangles.len() / CLUSTERS) {
+            let mut arena = job.pool.arena();
+            arena.boxes.reserve(2 * count);
+            for chunk in chunks {
+                arena.boxes.extend_from_slice(&chunk.boxes);
+                job.pool.keep_chunk(chunk);
+            }
+            self.grow(&mut arena, 0..count, cell, out);
+            job.pool.keep_arena(arena);
+            return;
+        }
+        let around = Around::chunks(*simd, &chunks);
+        let counts = chunks.par_iter().map(|chunk| {
+            simd.vectorize(
+                #[inline(always)]
+                || count_part(*simd, &chunk.boxes, &around),
+            )
+        });
+        let counts = counts.reduce(Counts::default, |mut a, b| {
+            let of_b = b.iter().flatten().flatten();
+            a.iter_mut().flatten().flatten().zip(of_b).for_each(|(a, b)| *a += b);
+            a
+        });
+        let best = best_of(*simd, &Node::new(costs, &cell.extent, count), &around, &counts);
+        let Some((best, cells)) = job.heuristic.split(&cell, count, best) else {
+            out.push_leaf(chunks.iter().flat_map(|chunk| &chunk.boxes).map(Boxed::id));
+            chunks.into_iter().for_each(|chunk| job.pool.keep_chunk(chunk));
+            return;
+        };
+        let parted = chunks.par_iter_mut().map(|Arena { boxes, cut }| {
+            let mut left = job.pool.chunk();
+            left.boxes.resize(boxes.len(), Boxed::default());
+            let counts = self.part(boxes, &best, &mut left.boxes, cut);
+            left.boxes.truncate(counts[0]);
+            boxes.truncate(counts[1]);
+            left
+        });
+        let mut left = Vec::new();
+        parted.collect_into_vec(&mut left);
+        let counts = [&left, &chunks].map(|chunks| chunks.iter().map(|chunk| chunk.boxes.len()).sum());
+        let [left_cell, right_cell] = Cell::share(cells, counts);
+        let place = out.open(best.plane);
+        let mut right_branch = job.pool.branch();
+        rayon::join(|| self.cluster(left, left_cell, out), || self.cluster(chunks, right_cell, &mut right_branch));
+        out.turn_right(place);
+        out.append(&right_branch);
+        job.pool.keep_branch(right_branch);
+    }
+}

@@ -1,0 +1,144 @@
+//! Finding planes among a few by counting boxes that begin and end between them: min–max binning (Shevtsov et al. 2007),
+//! with planes and boxes compared in vectors instead of bins, which boxes would wait for one after the other.
+
+mod boxes;
+mod clip;
+mod cluster;
+mod planes;
+
+use std::ops::Range;
+
+use fearless_simd::{Simd, dispatch};
+use rayon::prelude::*;
+
+use super::Job;
+use super::sah::{Candidate, Cell, Heuristic};
+use crate::grid::SimdLevel;
+use crate::kdtree::extent::Extent;
+use crate::kdtree::layout::Branch;
+use crate::kdtree::{Clipping, SahCosts};
+use boxes::{Around, Boxed, clip_cut, part};
+use planes::Node;
+
+/// Triangles that a thread takes at once at the root.
+const CHUNK: usize = 1 << 13;
+
+/// What a step is charged here, for each unit of its cost, so that larger leaves are built sooner. In the Bunny 6 instead of
+/// 1 builds in 20 % less time, and rays take 5 % longer; 9 saves another 15 % and costs another few.
+const STEP: f64 = 5.0;
+
+impl Job<'_> {
+    /// Adds the tree of all triangles that can be hit; the extent of its root.
+    pub(super) fn bin(&self, is_any_omitted: bool, out: &mut Branch) -> Extent {
+        dispatch!(SimdLevel::default().into(), simd => self.bin_with(simd, is_any_omitted, out))
+    }
+
+    fn bin_with<S: Simd>(&self, simd: S, is_any_omitted: bool, out: &mut Branch) -> Extent {
+        let all = self.triangles.len();
+        let chunk = |chunk: usize| {
+            let ids = (chunk * CHUNK) as u32..all.min((chunk + 1) * CHUNK) as u32;
+            let usable = ids.filter(|&id| !is_any_omitted || self.triangles.usable_corners(id).is_ok());
+            let mut chunk = self.pool.chunk();
+            chunk.boxes.extend(usable.map(|id| Boxed::around(self.triangles.corners(id), id)));
+            chunk
+        };
+        let mut chunks = Vec::new();
+        (0..all.div_ceil(CHUNK)).into_par_iter().map(chunk).collect_into_vec(&mut chunks);
+        let count = chunks.iter().map(|chunk| chunk.boxes.len()).sum();
+        if count == 0 {
+            out.push_leaf(std::iter::empty());
+            return Extent::EMPTY;
+        }
+        let around = Around::chunks(simd, &chunks);
+        let costs = self.heuristic.costs;
+        let binning = Binning {
+            job: self,
+            simd,
+            costs: SahCosts { step: costs.step * STEP, ..costs },
+            is_clipped: self.clipping == Clipping::Triangles && around.reach() <= clip::LARGEST,
+        };
+        binning.cluster(chunks, Heuristic::root(around.extent(), count), out);
+        around.extent()
+    }
+}
+
+/// What all parts of a binned build share.
+struct Binning<'a, S> {
+    job: &'a Job<'a>,
+    simd: S,
+    costs: SahCosts,
+    /// Whether boxes are shrunk around what planes leave of triangles.
+    is_clipped: bool,
+}
+
+impl<S: Simd> Binning<'_, S> {
+    /// Adds the subtree of boxes in a range, and may overwrite all from there on.
+    fn grow(&self, arena: &mut Arena, range: Range<usize>, cell: Cell, out: &mut Branch) {
+        let Self { job, simd, costs, .. } = self;
+        let count = range.len();
+        // Any plane costs a step, so that few boxes are a leaf without looking.
+        let is_leaf = count as f64 * costs.test <= costs.step * costs.empty || cell.depth >= job.heuristic.max_depth;
+        let best = if is_leaf {
+            None
+        } else {
+            let boxes = &arena.boxes[range.clone()];
+            let node = Node::new(costs, &cell.extent, count);
+            simd.vectorize(
+                #[inline(always)]
+                || planes::best(*simd, &node, boxes),
+            )
+        };
+        let Some((best, cells)) = job.heuristic.split(&cell, count, best) else {
+            out.push_leaf(arena.boxes[range].iter().map(Boxed::id));
+            return;
+        };
+        let Arena { boxes, cut } = arena;
+        if boxes.len() < range.end + count {
+            boxes.resize((range.end + count).max(boxes.len() * 3 / 2), Boxed::default());
+        }
+        let (kept, free) = boxes.split_at_mut(range.end);
+        let counts = self.part(&mut kept[range.start..], &best, free, cut);
+        let [left_cell, right_cell] = Cell::share(cells, counts);
+        let place = out.open(best.plane);
+        self.grow(arena, range.end..range.end + counts[0], left_cell, out);
+        out.turn_right(place);
+        self.grow(arena, range.start..range.start + counts[1], right_cell, out);
+    }
+
+    /// As [`part`], with boxes shrunk.
+    fn part(&self, boxes: &mut [Boxed], best: &Candidate, left: &mut [Boxed], cut: &mut Vec<[u32; 2]>) -> [usize; 2] {
+        let Self { job, simd, is_clipped, .. } = self;
+        if cut.len() < boxes.len() {
+            cut.resize(boxes.len(), [0; 2]);
+        }
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let (counts, cut_count) = part(boxes, best, left, cut);
+                if !is_clipped {
+                    return counts;
+                }
+                let children = [&mut left[..counts[0]], &mut boxes[..counts[1]]];
+                clip_cut(*simd, job.triangles, best.plane, children, &cut[..cut_count])
+            },
+        )
+    }
+}
+
+/// What one thread works on: the boxes of the node at hand, above those of the right children that wait.
+#[derive(Default)]
+pub(super) struct Arena {
+    boxes: Vec<Boxed>,
+    /// Where those are that a plane cuts, on the left and on the right.
+    cut: Vec<[u32; 2]>,
+}
+
+impl Arena {
+    pub(super) fn clear(&mut self) {
+        self.boxes.clear();
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.boxes.capacity() * size_of::<Boxed>() + self.cut.capacity() * size_of::<[u32; 2]>()
+    }
+}
