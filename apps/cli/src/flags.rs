@@ -190,8 +190,8 @@ pub(crate) struct RenderFlags {
     /// Cells of `--structure grid` for each triangle, λ of its paper, above 0 [default: 6]
     #[arg(long, value_name = "LAMBDA", allow_negative_numbers = true)]
     pub(crate) grid_density: Option<f64>,
-    /// Let its cells that list more than N triangles hold grids of their own, for scenes of very uneven density; 64 is a
-    /// good number [default: none do]
+    /// Let its cells that list more than N triangles hold grids of their own, for scenes of very uneven density [default: 64
+    /// for scenes with surfaces that one sees through, else none do]
     #[arg(long, value_name = "N")]
     pub(crate) grid_nested: Option<u32>,
     /// Pixels a side of its packets: 2, 4, 8, 16 or 32 [default: 32]

@@ -91,7 +91,8 @@ pub enum Structure {
         /// How each light's grid is, and its cells into blocks of work.
         light: ListedLightOptions,
     },
-    /// One uniform grid for all rays, traced in packets.
+    /// One uniform grid for all rays, traced in packets. Where the frame has surfaces that let one see what is behind them,
+    /// crowded cells hold grids of their own even if the options don't say so.
     Grid(UniformOptions),
     /// One bounding volume hierarchy for all rays.
     Bvh,

@@ -7,7 +7,7 @@ mod single_rays;
 
 use umbrage_rays::{
     Bvh, GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, ListedGrid, ListedLightGrid, Omitted,
-    PerspectiveGrid, Ray, SeenPixels, SimdLevel, UniformGrid, predicate,
+    PerspectiveGrid, Ray, SeenPixels, SimdLevel, UniformGrid, UniformOptions, predicate,
 };
 use umbrage_scene::Frame;
 
@@ -76,7 +76,11 @@ impl Cpu {
         self.settled_tests = [0; 2];
         self.camera_work = GridCounts::default();
         self.light_work.clear();
-        if let Structure::Grid(options) = self.structure {
+        if let Structure::Grid(mut options) = self.structure {
+            if frame.is_see_through() {
+                // Rays that come one at a time need them where triangles crowd: a twelfth of the time for `demo:glass`.
+                options.nested_above = options.nested_above.or(UniformOptions::NESTED.nested_above);
+            }
             let set = self.uniform_grid.set_options(options);
             set.map_err(|impossible| Error::Settings(impossible.to_string()))?;
             self.uniform_grid.build(frame.triangles());
