@@ -186,10 +186,9 @@ impl<'a> Race<'a> {
 impl Structure {
     fn name(&self) -> &'static str {
         match self {
-            Self::Embree(_, name) => name,
             Self::Bvh(_) => "bvh",
             Self::Kd(_) => "kd-tree",
-            Self::Grid(_, name) => name,
+            Self::Embree(_, name) | Self::Grid(_, name) => name,
             Self::GridPackets(_) => "grid packets",
         }
     }
