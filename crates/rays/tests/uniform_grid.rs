@@ -3,7 +3,7 @@
 mod support;
 
 use glam::{DVec3, Vec3};
-use support::{Mesh, Random};
+use support::{Mesh, Random, is_usable};
 use umbrage_rays::predicate::{HitPoint, ShadowRay, hit};
 use umbrage_rays::{Bvh, Hit, Insertion, LightSource, Ray, Triangles, UniformGrid, UniformOptions};
 
@@ -36,12 +36,6 @@ fn nearest(triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -
     let hits = (0..triangles.len() as u32).filter(|&id| is_usable(triangles, id));
     let hits = hits.filter_map(|id| hit(ray, triangles, id)).filter(|hit| counts(hit));
     hits.min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).expect("no t is NaN"))
-}
-
-fn is_usable(triangles: Triangles<'_>, id: u32) -> bool {
-    let vertices = triangles.positions.len() as u32;
-    triangles.indices[id as usize].iter().all(|&vertex| vertex < vertices)
-        && triangles.corners(id).iter().all(|corner| corner.is_finite())
 }
 
 /// Compares all grids, and the hierarchy, with the predicate for each ray; how many rays hit.
@@ -288,27 +282,7 @@ fn crowds_in_one_cell_take_bounded_memory() {
 fn grazing_rays_and_shared_edges_hit_what_the_predicate_says() {
     let mut random = Random(4);
     let mesh = scene(&mut random);
-    let triangles = mesh.triangles();
-    let mut rays = Vec::new();
-    for step in 0..300 {
-        let id = (random.bits() % (triangles.len() as u64 - 2)) as u32;
-        if !is_usable(triangles, id) {
-            continue;
-        }
-        let [a, b, c] = triangles.corners(id).map(Vec3::as_dvec3);
-        let weight = f64::from(random.unit());
-        let on_edge = a + (b - a) * weight;
-        let target = [a, on_edge, on_edge + (c - on_edge) * f64::from(random.unit())][step % 3];
-        // In the triangle's plane, almost in it, and from anywhere.
-        let along = (b - a) * f64::from(random.unit() - 0.5) + (c - a) * f64::from(random.unit() - 0.5);
-        let lifted = along + (b - a).cross(c - a) * 10.0_f64.powi(-((step % 17) as i32));
-        for direction in [along, lifted, (random.point() * 3.0).as_dvec3() - target] {
-            if direction.length() > 1e-6 {
-                rays.push(Ray::new(target - direction, direction));
-                rays.push(Ray::new(target - direction * 100.0, direction));
-            }
-        }
-    }
+    let rays = support::grazing_rays(mesh.triangles(), &mut random, 300);
     assert!(check(&mesh, &rays) > 300);
 }
 

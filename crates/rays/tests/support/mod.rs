@@ -275,3 +275,34 @@ pub(crate) fn stadium(rings: u32, smallness: f32) -> Mesh {
     mesh.append(&Mesh::floor(1, 1.0).moved(1.0, Vec3::Y));
     mesh
 }
+
+/// Rays to corners, edges and insides of triangles: in the triangle's plane, almost in it, and from anywhere; from nearby and
+/// from afar.
+pub(crate) fn grazing_rays(triangles: Triangles<'_>, random: &mut Random, count: usize) -> Vec<Ray> {
+    let mut rays = Vec::new();
+    for step in 0..count {
+        let id = (random.bits() % (triangles.len() as u64 - 2)) as u32;
+        if !is_usable(triangles, id) {
+            continue;
+        }
+        let [a, b, c] = triangles.corners(id).map(Vec3::as_dvec3);
+        let weight = f64::from(random.unit());
+        let on_edge = a + (b - a) * weight;
+        let target = [a, on_edge, on_edge + (c - on_edge) * f64::from(random.unit())][step % 3];
+        let along = (b - a) * f64::from(random.unit() - 0.5) + (c - a) * f64::from(random.unit() - 0.5);
+        let lifted = along + (b - a).cross(c - a) * 10.0_f64.powi(-((step % 17) as i32));
+        for direction in [along, lifted, (random.point() * 3.0).as_dvec3() - target] {
+            if direction.length() > 1e-6 {
+                rays.push(Ray::new(target - direction, direction));
+                rays.push(Ray::new(target - direction * 100.0, direction));
+            }
+        }
+    }
+    rays
+}
+
+pub(crate) fn is_usable(triangles: Triangles<'_>, id: u32) -> bool {
+    let vertices = triangles.positions.len() as u32;
+    triangles.indices[id as usize].iter().all(|&vertex| vertex < vertices)
+        && triangles.corners(id).iter().all(|corner| corner.is_finite())
+}
