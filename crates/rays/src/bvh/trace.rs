@@ -35,6 +35,11 @@ impl Bvh {
 }
 
 impl Visit for Bvh {
+    fn reach(&self) -> f32 {
+        let root = self.tree.nodes.first();
+        root.map_or(0.0, |root| root.aabb.min.abs().max(root.aabb.max.abs()).max_element())
+    }
+
     /// Calls `test` with every triangle whose box `ray` may meet before `t_max`, nearer boxes first. `test` may lower
     /// `t_max` or break off.
     fn visit(&self, ray: &Ray, mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {

@@ -54,6 +54,12 @@ impl Extent {
         (0..3).all(|axis| both.min[axis] <= both.max[axis]).then_some(both)
     }
 
+    /// The largest magnitude of a coordinate; zero if empty.
+    pub(super) fn reach(&self) -> f32 {
+        let faces = self.min.into_iter().chain(self.max);
+        if self.is_empty() { 0.0 } else { faces.fold(0.0, |reach, face| reach.max(face.abs())) }
+    }
+
     pub(super) fn is_empty(&self) -> bool {
         (0..3).any(|axis| self.min[axis] > self.max[axis])
     }

@@ -78,6 +78,12 @@ impl Lattice {
     /// Least distance of the bounds from the lattice's faces, in cells.
     const RIM: f64 = 1.0 / 64.0;
 
+    /// No coordinate of the bounds has a larger magnitude than this.
+    pub(super) fn reach(&self) -> f32 {
+        let far = self.corner + self.cells.as_dvec3() * self.side;
+        self.corner.abs().max(far.abs()).max_element() as f32
+    }
+
     /// About `wanted` cells around `bounds` (Wald et al. 2006, §3): cells along an axis are the
     /// size along it times ∛(wanted / V).
     ///

@@ -39,6 +39,10 @@ impl UniformGrid {
 }
 
 impl Visit for UniformGrid {
+    fn reach(&self) -> f32 {
+        self.lattice.map_or(0.0, |lattice| lattice.reach())
+    }
+
     /// Calls `test` with every triangle in a cell that `ray` visits before `t_max`, nearer cells first. `test` may lower
     /// `t_max` or break off. Some triangles are tested more than once.
     fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {

@@ -53,6 +53,10 @@ impl KdTree {
 }
 
 impl Visit for KdTree {
+    fn reach(&self) -> f32 {
+        self.extent.reach()
+    }
+
     /// Calls `test` with every triangle in a leaf that `ray` visits before `t_max`, nearer leaves first. `test` may lower
     /// `t_max` or break off. Some triangles are tested more than once.
     fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {

@@ -3,7 +3,6 @@ use std::ops::ControlFlow;
 use super::{KdTree, Line, Start, Tester, Way};
 use crate::Ray;
 use crate::kdtree::node::Nodes;
-use crate::single::Visit;
 
 /// Visits a tree with a stack of the far children that wait (thesis, chapter 5: the recursive traversal, made robust).
 pub(super) struct Stacked<'a>(pub(super) &'a KdTree);
@@ -16,8 +15,8 @@ struct Waiting {
     leave: f64,
 }
 
-impl Visit for Stacked<'_> {
-    fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
+impl Stacked<'_> {
+    pub(super) fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
         let tree = self.0;
         let mut tester = Tester::new(tree, ray, test);
         let line = match Line::start(tree, ray) {

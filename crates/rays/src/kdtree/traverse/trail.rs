@@ -3,7 +3,6 @@ use std::ops::ControlFlow;
 use super::{KdTree, Line, Start, Tester, Way};
 use crate::Ray;
 use crate::kdtree::KdTraversal;
-use crate::single::Visit;
 
 /// Visits a tree with a stack that holds the last few far children that wait; where it has lost the one that is next, the ray
 /// comes from above again. Without entries that is Foley and Sugerman's *kd-restart* (2005), and with `pushes_down` Horn et
@@ -60,8 +59,8 @@ impl ShortStack {
     }
 }
 
-impl Visit for Trailing<'_> {
-    fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
+impl Trailing<'_> {
+    pub(super) fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
         let tree = self.tree;
         let mut tester = Tester::new(tree, ray, test);
         let line = match Line::start(tree, ray) {
