@@ -41,7 +41,7 @@ fn with(builder: KdBuilder) -> KdTreeOptions {
     KdTreeOptions { builder, ..KdTreeOptions::DEFAULT }
 }
 
-/// Trees of each builder and layout, and some with other costs.
+/// Trees of each builder and layout, some with other costs and some that are built where rays reach them.
 fn trees(triangles: Triangles<'_>) -> Vec<KdTree> {
     let mut options = Vec::new();
     for builder in BUILDERS {
@@ -49,6 +49,7 @@ fn trees(triangles: Triangles<'_>) -> Vec<KdTree> {
         let costs = SahCosts { step: 0.1, test: 10.0, empty: 0.3, mailbox: builder == KdBuilder::Binned };
         let clipping = if builder == KdBuilder::Adaptive { Clipping::Triangles } else { Clipping::Boxes };
         options.push(KdTreeOptions { clipping, costs, layout: KdLayout::Subtrees, ..with(builder) });
+        options.push(KdTreeOptions { lazy_below: 100, ..with(builder) });
     }
     options.into_iter().map(|options| tree(triangles, options)).collect()
 }
@@ -449,6 +450,9 @@ fn impossible_options_are_refused() {
         let options = KdTreeOptions { costs, ..KdTreeOptions::DEFAULT };
         assert!(tree.set_options(options).unwrap_err().to_string().contains("a kd-tree can't have"));
     }
+    assert!(
+        tree.set_options(KdTreeOptions { lazy_below: KdTreeOptions::MOST_LAZY + 1, ..with(KdBuilder::Naive) }).is_err()
+    );
     for entries in [0, KdTraversal::MOST_ENTRIES + 1] {
         let traversal = KdTraversal::ShortStack(entries);
         assert!(tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).is_err());

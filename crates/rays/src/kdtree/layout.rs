@@ -1,4 +1,5 @@
-use super::extent::Plane;
+use super::build::Cell;
+use super::extent::{Plane, Reference};
 use super::node::{Node, Nodes};
 use super::{KdLayout, KdTree};
 
@@ -8,22 +9,41 @@ use super::{KdLayout, KdTree};
 pub(super) struct Branch {
     nodes: Vec<Node>,
     ids: Vec<u32>,
+    /// Of the leaves in whose place subtrees are built later, in order.
+    deferred: Vec<Cell>,
+    /// Of those, one after the other.
+    references: Vec<Reference>,
 }
 
 impl Branch {
     pub(super) fn clear(&mut self) {
         self.nodes.clear();
         self.ids.clear();
+        self.deferred.clear();
+        self.references.clear();
     }
 
     pub(super) fn bytes(&self) -> usize {
-        self.nodes.capacity() * size_of::<Node>() + self.ids.capacity() * size_of::<u32>()
+        self.nodes.capacity() * size_of::<Node>()
+            + self.ids.capacity() * size_of::<u32>()
+            + self.deferred.capacity() * size_of::<Cell>()
+            + self.references.capacity() * size_of::<Reference>()
     }
 
     pub(super) fn push_leaf(&mut self, ids: impl Iterator<Item = u32>) {
         let start = self.ids.len();
         self.ids.extend(ids);
         self.nodes.push(Node::leaf(0, (self.ids.len() - start) as u32));
+    }
+
+    /// Adds a leaf in whose place a subtree of these references is built later.
+    pub(super) fn push_deferred(&mut self, references: impl Iterator<Item = Reference>, cell: Cell) {
+        let start = self.references.len();
+        self.references.extend(references);
+        let references = &self.references[start..];
+        self.ids.extend(references.iter().map(|reference| reference.id));
+        self.nodes.push(Node::deferred(0, references.len() as u32));
+        self.deferred.push(cell);
     }
 
     /// Adds an inner node, whose left child is what is added next; its place.
@@ -41,18 +61,28 @@ impl Branch {
     pub(super) fn append(&mut self, other: &Self) {
         self.nodes.extend_from_slice(&other.nodes);
         self.ids.extend_from_slice(&other.ids);
+        self.deferred.extend_from_slice(&other.deferred);
+        self.references.extend_from_slice(&other.references);
     }
 }
 
 impl KdTree {
     /// Lays out the nodes of the branch that was built, and takes its ids.
     pub(super) fn lay_out(&mut self) {
-        let Self { nodes, branch, ids, options, .. } = self;
+        let Self { nodes, branch, ids, deferred, options, .. } = self;
         std::mem::swap(ids, &mut branch.ids);
-        let mut start = 0;
+        deferred.take_references(&mut branch.references);
+        let mut cells = branch.deferred.iter();
+        let (mut start, mut first_reference) = (0, 0);
         for node in branch.nodes.iter_mut().filter(|node| node.is_leaf()) {
             let count = node.count() as u32;
-            *node = Node::leaf(start, count);
+            if node.is_deferred() {
+                deferred.push(*cells.next().expect("a cell for each"), start as usize, first_reference);
+                first_reference += count as usize;
+                *node = Node::deferred(start, count);
+            } else {
+                *node = Node::leaf(start, count);
+            }
             start += count;
         }
         nodes.clear(options.layout == KdLayout::DepthFirst);

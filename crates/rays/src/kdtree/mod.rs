@@ -21,7 +21,7 @@ mod traverse;
 mod validate;
 
 use crate::Omitted;
-use build::Pool;
+use build::{Deferred, Pool};
 use extent::Extent;
 use layout::Branch;
 use node::Nodes;
@@ -45,6 +45,7 @@ pub struct KdTree {
     triangle_count: usize,
     omitted: Omitted,
     branch: Branch,
+    deferred: Deferred,
     pool: Pool,
     visits: statistics::Tally,
 }
@@ -70,7 +71,8 @@ impl KdTree {
     ///
     /// # Errors
     /// If a cost isn't finite or below zero, the test's cost is zero, the factor for empty space isn't between zero and one,
-    /// or a short stack has no entry or more than [`KdTraversal::MOST_ENTRIES`].
+    /// a short stack has no entry or more than [`KdTraversal::MOST_ENTRIES`], or nodes of more than
+    /// [`KdTreeOptions::MOST_LAZY`] triangles are to be built lazily.
     pub fn set_options(&mut self, options: KdTreeOptions) -> Result<(), ImpossibleKdTreeOptions> {
         options.check()?;
         self.options = options;
@@ -92,12 +94,20 @@ impl KdTree {
     /// Bytes held, counting what is only used while building.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.nodes.bytes() + self.ids.capacity() * size_of::<u32>() + self.branch.bytes() + self.pool.bytes()
+        self.nodes.bytes()
+            + self.ids.capacity() * size_of::<u32>()
+            + self.branch.bytes()
+            + self.deferred.bytes()
+            + self.pool.bytes()
     }
 
-    /// Whether two trees have the same nodes, in the same places, and list the same triangles in them.
+    /// Whether two trees have the same nodes, in the same places, and list the same triangles in them; whatever rays have
+    /// [reached](KdTreeCounts::reached) of them.
     #[must_use]
     pub fn is_same_as(&self, other: &Self) -> bool {
-        self.nodes == other.nodes && self.ids == other.ids && self.extent == other.extent
+        self.nodes == other.nodes
+            && self.ids == other.ids
+            && self.extent == other.extent
+            && self.deferred.is_same_as(&other.deferred)
     }
 }

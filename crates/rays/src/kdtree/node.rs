@@ -1,7 +1,7 @@
 use super::extent::Plane;
 
 /// A node. 8 bytes: for an inner node the plane and above two bits for its axis a child's place; for a leaf where its ids
-/// start, and above two bits that are set how many there are (Wald, *Realtime Ray Tracing and Interactive Global
+/// start, and above two bits that are set how many there are; the highest bit says that there is a subtree (Wald, *Realtime Ray Tracing and Interactive Global
 /// Illumination*, 2004, §7.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
@@ -13,7 +13,9 @@ pub(super) struct Node {
 
 impl Node {
     const LEAF: u32 = 3;
-    /// Most nodes of a tree and most ids of a leaf.
+    /// Of a leaf: whether its subtree is built when a ray reaches it.
+    const DEFERRED: u32 = 1 << 31;
+    /// Most nodes of a tree; a leaf has half as many ids at most.
     pub(super) const MOST: u64 = 1 << 30;
 
     pub(super) fn inner(plane: Plane, child: u32) -> Self {
@@ -24,9 +26,20 @@ impl Node {
         Self { first: start, second: count << 2 | Self::LEAF }
     }
 
+    /// A leaf in whose place a subtree is built later.
+    pub(super) fn deferred(start: u32, count: u32) -> Self {
+        Self { first: start, second: Self::DEFERRED | count << 2 | Self::LEAF }
+    }
+
     #[inline(always)]
     pub(super) fn is_leaf(self) -> bool {
         self.second & 3 == Self::LEAF
+    }
+
+    /// Of a leaf.
+    #[inline(always)]
+    pub(super) fn is_deferred(self) -> bool {
+        self.second & Self::DEFERRED != 0
     }
 
     /// Of an inner node.
@@ -50,7 +63,7 @@ impl Node {
     /// Of a leaf: how many ids it has.
     #[inline(always)]
     pub(super) fn count(self) -> usize {
-        (self.second >> 2) as usize
+        ((self.second & !Self::DEFERRED) >> 2) as usize
     }
 }
 

@@ -90,6 +90,10 @@ pub struct KdTreeOptions {
     pub layout: KdLayout,
     /// How single rays are led to leaves.
     pub traversal: KdTraversal,
+    /// Nodes of fewer triangles are built when a ray first reaches them, by the thread that traces it; 0 where all is built
+    /// at once. The tree and its answers are the same. Rays that look at only a part of a scene are served sooner; what was
+    /// built is in [`KdTreeCounts`](super::KdTreeCounts).
+    pub lazy_below: u32,
 }
 
 impl KdTreeOptions {
@@ -100,7 +104,11 @@ impl KdTreeOptions {
         costs: SahCosts { step: 1.0, test: 2.0, empty: 0.8, mailbox: true },
         layout: KdLayout::DepthFirst,
         traversal: KdTraversal::Stack,
+        lazy_below: 0,
     };
+
+    /// Most triangles of a node below which all is built by one ray's thread.
+    pub const MOST_LAZY: u32 = 1 << 12;
 
     /// Whether a tree can be like this.
     ///
@@ -113,7 +121,9 @@ impl KdTreeOptions {
             KdTraversal::ShortStack(entries) => (1..=KdTraversal::MOST_ENTRIES).contains(&entries),
             _ => true,
         };
-        let is_possible = is_cost(step) && is_cost(test) && test > 0.0 && (0.0..=1.0).contains(&empty) && has_entries;
+        let is_lazy_enough = self.lazy_below <= Self::MOST_LAZY;
+        let is_possible = is_cost(step) && is_cost(test) && test > 0.0 && (0.0..=1.0).contains(&empty);
+        let is_possible = is_possible && has_entries && is_lazy_enough;
         if is_possible { Ok(()) } else { Err(ImpossibleKdTreeOptions(self)) }
     }
 }
@@ -130,9 +140,9 @@ pub struct ImpossibleKdTreeOptions(pub KdTreeOptions);
 
 impl std::fmt::Display for ImpossibleKdTreeOptions {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let KdTreeOptions { costs: SahCosts { step, test, empty, .. }, traversal, .. } = self.0;
+        let KdTreeOptions { costs: SahCosts { step, test, empty, .. }, traversal, lazy_below, .. } = self.0;
         write!(f, "a kd-tree can't have costs of {step} a step and {test} a test, {empty} of them for empty space, ")?;
-        write!(f, "and traversal {traversal:?}")
+        write!(f, "traversal {traversal:?} and lazy nodes of fewer than {lazy_below} triangles")
     }
 }
 

@@ -20,6 +20,11 @@ pub struct KdTreeCounts {
     /// What a ray through the tree is expected to cost if nothing stops it (thesis, equation 4.5), with the tree's
     /// [costs](super::SahCosts) of a step and a test.
     pub sah_cost: f64,
+    /// Subtrees that are built when a ray first [reaches them](super::KdTreeOptions::lazy_below): each counts as a leaf until
+    /// then.
+    pub deferred: u64,
+    /// Those of them that rays have reached.
+    pub reached: u64,
 }
 
 /// What single rays took. All zeros without the feature `statistics`.
@@ -53,6 +58,13 @@ impl KdTree {
     fn count_below(&self, place: u32, cell: Extent, depth: u32, counts: &mut KdTreeCounts) {
         let node = self.nodes.get(place);
         let costs = self.options.costs;
+        if node.is_leaf() && node.is_deferred() {
+            counts.deferred += 1;
+            if let Some(subtree) = self.deferred.get(node.ids().start) {
+                counts.reached += 1;
+                return subtree.count_below(0, cell, depth, counts);
+            }
+        }
         counts.nodes += 1;
         counts.depth = counts.depth.max(depth);
         if node.is_leaf() {
@@ -71,7 +83,16 @@ impl KdTree {
     /// What single rays took since the last time, and forgets it. All zeros without the feature `statistics`.
     #[must_use]
     pub fn take_visits(&self) -> KdTreeVisits {
-        self.visits.take()
+        let mut visits = self.visits.take();
+        for KdTreeVisits { nodes, leaves, tests, restarts, .. } in
+            self.deferred.reached().map(|tree| tree.visits.take())
+        {
+            visits.nodes += nodes;
+            visits.leaves += leaves;
+            visits.tests += tests;
+            visits.restarts += restarts;
+        }
+        visits
     }
 }
 

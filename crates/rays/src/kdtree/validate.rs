@@ -1,8 +1,8 @@
 use glam::{DVec3, Vec3};
 
-use super::KdTree;
 use super::extent::{Extent, Plane};
 use super::node::Nodes;
+use super::{KdTree, KdTreeCounts};
 use crate::Triangles;
 
 impl KdTree {
@@ -19,14 +19,11 @@ impl KdTree {
         if triangles.len() != self.triangle_count {
             return Err(format!("built over {} triangles, not {}", self.triangle_count, triangles.len()));
         }
-        let mut visited = Visited { nodes: vec![false; self.nodes.len()], ids: 0, leaves: 0 };
-        self.validate_below(triangles, 0, self.extent, 0, &mut visited)?;
-        if visited.ids != self.ids.len() {
-            return Err(format!("leaves hold {} ids of {}", visited.ids, self.ids.len()));
-        }
+        self.validate_nodes(triangles, 0)?;
         let limit = Self::MOST_REFERENCES * triangles.len() as u64 + Self::LEAST_LIMIT;
-        if visited.ids as u64 > limit || visited.leaves > limit {
-            return Err(format!("{} references in {} leaves are more than {limit}", visited.ids, visited.leaves));
+        let KdTreeCounts { references, leaves, .. } = self.counts();
+        if references > limit || leaves > limit {
+            return Err(format!("{references} references in {leaves} leaves are more than {limit}"));
         }
         for id in 0..triangles.len() as u32 {
             if let Ok(corners) = triangles.usable_corners(id) {
@@ -37,6 +34,14 @@ impl KdTree {
             }
         }
         Ok(())
+    }
+
+    /// Of a tree or subtree with so many nodes above its root.
+    fn validate_nodes(&self, triangles: Triangles<'_>, depth: usize) -> Result<(), String> {
+        let mut visited = Visited { nodes: vec![false; self.nodes.len()], ids: 0 };
+        self.validate_below(triangles, 0, self.extent, depth, &mut visited)?;
+        let (held, all) = (visited.ids, self.ids.len());
+        if held == all { Ok(()) } else { Err(format!("leaves hold {held} ids of {all}")) }
     }
 
     fn validate_below(
@@ -68,7 +73,18 @@ impl KdTree {
         }
         let ids = self.ids.get(node.ids()).ok_or_else(|| format!("ids of leaf {place} are out of range"))?;
         visited.ids += ids.len();
-        visited.leaves += 1;
+        if node.is_deferred() {
+            let start = node.ids().start;
+            if !self.deferred.references(start).iter().map(|reference| reference.id).eq(ids.iter().copied()) {
+                return Err(format!("what is deferred in leaf {place} isn't what it lists"));
+            }
+            if let Some(subtree) = self.deferred.get(start) {
+                if subtree.extent != cell {
+                    return Err(format!("the subtree of leaf {place} is another cell's"));
+                }
+                subtree.validate_nodes(triangles, depth).map_err(|broken| format!("below leaf {place}: {broken}"))?;
+            }
+        }
         if !ids.is_sorted_by(|a, b| a < b) {
             return Err(format!("ids of leaf {place} don't ascend"));
         }
@@ -87,6 +103,11 @@ impl KdTree {
     fn covers(&self, place: u32, id: u32, polygon: &[DVec3]) -> bool {
         let node = self.nodes.get(place);
         if node.is_leaf() {
+            if node.is_deferred()
+                && let Some(subtree) = self.deferred.get(node.ids().start)
+            {
+                return subtree.covers(0, id, polygon);
+            }
             return self.ids[node.ids()].binary_search(&id).is_ok();
         }
         let plane = node.plane();
@@ -109,7 +130,6 @@ const SLACK: f64 = 1.0 / (1_u64 << 44) as f64;
 struct Visited {
     nodes: Vec<bool>,
     ids: usize,
-    leaves: u64,
 }
 
 /// The part of a polygon below a plane, or with a `side` of −1 above it (Sutherland and Hodgman 1974).

@@ -44,6 +44,11 @@ impl Job<'_> {
     /// Adds the subtree of the references from `at` on to `out`, and removes them.
     pub(super) fn grow(&self, space: &mut Space, at: Frame, method: Method, cell: Cell, out: &mut Branch) {
         let count = space.references.len() - at.references;
+        if self.is_deferred(count, &cell) {
+            out.push_deferred(space.references[at.references..].iter().copied(), cell);
+            space.truncate(at);
+            return;
+        }
         let mut method = method.for_count(count);
         if method == Method::Unsorted {
             space.list_events(at);

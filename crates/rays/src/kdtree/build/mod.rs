@@ -3,6 +3,7 @@
 mod adaptive;
 mod binned;
 mod bins;
+mod deferred;
 mod grow;
 mod naive;
 mod presorted;
@@ -17,9 +18,11 @@ use rayon::prelude::*;
 
 use super::extent::{Extent, Reference};
 use super::layout::Branch;
-use super::{Clipping, KdBuilder, KdTree};
+use super::{Clipping, KdBuilder, KdTree, KdTreeOptions};
 use crate::Triangles;
 use binned::Arena;
+pub(super) use deferred::Deferred;
+pub(super) use sah::Cell;
 use sah::Heuristic;
 use space::{Frame, Space};
 
@@ -28,6 +31,8 @@ struct Job<'a> {
     triangles: Triangles<'a>,
     clipping: Clipping,
     heuristic: Heuristic,
+    /// Nodes of fewer references are built when a ray reaches them.
+    lazy_below: usize,
     pool: &'a Pool,
 }
 
@@ -108,7 +113,9 @@ impl KdTree {
         let is_any_omitted = self.omitted.total() > 0;
         let count = triangles.len() - self.omitted.total() as usize;
         let heuristic = Heuristic::new(self.options.costs, count);
-        let job = Job { triangles, clipping: self.options.clipping, heuristic, pool: &self.pool };
+        let KdTreeOptions { clipping, lazy_below, .. } = self.options;
+        let job = Job { triangles, clipping, heuristic, lazy_below: lazy_below as usize, pool: &self.pool };
+        self.deferred.clear(self.options, count);
         self.branch.clear();
         if self.options.builder == KdBuilder::Binned {
             self.extent = job.bin(is_any_omitted, &mut self.branch);

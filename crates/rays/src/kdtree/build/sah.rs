@@ -13,7 +13,7 @@ pub(super) struct Heuristic {
 
 /// A cell to be split.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cell {
+pub(in crate::kdtree) struct Cell {
     pub(super) extent: Extent,
     pub(super) depth: u32,
     /// How many of the planes above cost more than they brought.

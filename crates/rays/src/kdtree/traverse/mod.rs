@@ -18,6 +18,7 @@ mod trail;
 use std::ops::ControlFlow;
 
 use super::extent::Plane;
+use super::node::Node;
 use super::statistics::Steps;
 use super::{KdTraversal, KdTree};
 use crate::predicate::ShadowRay;
@@ -33,7 +34,7 @@ impl KdTree {
     /// Hits that `counts` refuses are passed through: use it for alpha masks and back faces.
     #[must_use]
     pub fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-        single::nearest(self, triangles, ray, counts)
+        single::nearest(&self.within(triangles), triangles, ray, counts)
     }
 
     /// Whether any triangle but `own` shadows the point of `shadow_ray`.
@@ -48,24 +49,37 @@ impl KdTree {
         own: u32,
         counts: impl Fn(u32, [f32; 2]) -> bool,
     ) -> bool {
-        single::blocked(self, triangles, shadow_ray, own, counts)
+        single::blocked(&self.within(triangles), triangles, shadow_ray, own, counts)
+    }
+
+    fn within<'a>(&'a self, triangles: Triangles<'a>) -> Reachable<'a> {
+        Reachable { tree: self, triangles, traversal: self.options.traversal }
     }
 }
 
-impl Visit for KdTree {
+/// A tree, and the triangles that subtrees are built of where a ray first reaches them.
+#[derive(Clone, Copy)]
+struct Reachable<'a> {
+    tree: &'a KdTree,
+    triangles: Triangles<'a>,
+    traversal: KdTraversal,
+}
+
+impl Visit for Reachable<'_> {
     fn reach(&self) -> f32 {
-        self.extent.reach()
+        self.tree.extent.reach()
     }
 
     /// Calls `test` with every triangle in a leaf that `ray` visits before `t_max`, nearer leaves first. `test` may lower
     /// `t_max` or break off. Some triangles are tested more than once.
     fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
-        match self.options.traversal {
-            KdTraversal::Stack => Stacked(self).visit(ray, test),
-            KdTraversal::Restart => Trailing { tree: self, entries: 0, pushes_down: false }.visit(ray, test),
-            KdTraversal::PushDown => Trailing { tree: self, entries: 0, pushes_down: true }.visit(ray, test),
+        let within = *self;
+        match self.traversal {
+            KdTraversal::Stack => Stacked(within).visit(ray, test),
+            KdTraversal::Restart => Trailing { within, entries: 0, pushes_down: false }.visit(ray, test),
+            KdTraversal::PushDown => Trailing { within, entries: 0, pushes_down: true }.visit(ray, test),
             KdTraversal::ShortStack(entries) => {
-                Trailing { tree: self, entries: entries.into(), pushes_down: true }.visit(ray, test)
+                Trailing { within, entries: entries.into(), pushes_down: true }.visit(ray, test)
             }
         }
     }
@@ -175,7 +189,8 @@ impl Line {
 
 /// Tests the triangles of leaves, most of them once.
 struct Tester<'a, Test> {
-    tree: &'a KdTree,
+    within: Reachable<'a>,
+    ray: &'a Ray,
     test: Test,
     t_max: f64,
     /// Triangles that the ray remembers to have tested (Kirk and Arvo, *Improved Ray Tagging for Voxel-Based Ray Tracing*,
@@ -187,15 +202,35 @@ struct Tester<'a, Test> {
 const MAILBOX: usize = 16;
 
 impl<'a, Test: FnMut(u32, &mut f64) -> ControlFlow<()>> Tester<'a, Test> {
-    fn new(tree: &'a KdTree, ray: &Ray, test: Test) -> Self {
-        let steps = Steps::of_ray(&tree.visits);
-        Self { tree, test, t_max: ray.t_max, mailbox: [u32::MAX; MAILBOX], steps }
+    fn new(within: Reachable<'a>, ray: &'a Ray, test: Test) -> Self {
+        let steps = Steps::of_ray(&within.tree.visits);
+        Self { within, ray, test, t_max: ray.t_max, mailbox: [u32::MAX; MAILBOX], steps }
     }
 
     #[inline(always)]
-    fn leaf(&mut self, ids: std::ops::Range<usize>) -> ControlFlow<()> {
+    fn leaf(&mut self, leaf: Node) -> ControlFlow<()> {
+        if leaf.is_deferred() { self.subtree(leaf) } else { self.ids(leaf.ids()) }
+    }
+
+    /// Visits the subtree in a leaf's place as a tree of its own, from where the nearest hit so far ends the ray.
+    #[cold]
+    #[inline(never)]
+    fn subtree(&mut self, leaf: Node) -> ControlFlow<()> {
+        let tree = self.within.tree.reach(self.within.triangles, leaf.ids().start);
+        let ray = Ray { t_max: self.t_max, ..*self.ray };
+        let mut test = |id: u32, t_max: &mut f64| {
+            (self.test)(id, &mut self.t_max)?;
+            *t_max = self.t_max;
+            ControlFlow::Continue(())
+        };
+        let test: &mut dyn FnMut(u32, &mut f64) -> ControlFlow<()> = &mut test;
+        Reachable { tree, ..self.within }.visit(&ray, test)
+    }
+
+    #[inline(always)]
+    fn ids(&mut self, ids: std::ops::Range<usize>) -> ControlFlow<()> {
         self.steps.note(|visits| visits.leaves += 1);
-        for &id in &self.tree.ids[ids] {
+        for &id in &self.within.tree.ids[ids] {
             if std::mem::replace(&mut self.mailbox[id as usize % MAILBOX], id) != id {
                 self.steps.note(|visits| visits.tests += 1);
                 (self.test)(id, &mut self.t_max)?;
@@ -206,6 +241,6 @@ impl<'a, Test: FnMut(u32, &mut f64) -> ControlFlow<()>> Tester<'a, Test> {
 
     #[cold]
     fn everything(&mut self) -> ControlFlow<()> {
-        self.leaf(0..self.tree.ids.len())
+        self.ids(0..self.within.tree.ids.len())
     }
 }

@@ -1,11 +1,11 @@
 use std::ops::ControlFlow;
 
-use super::{KdTree, Line, Start, Tester, Way};
+use super::{Line, Reachable, Start, Tester, Way};
 use crate::Ray;
 use crate::kdtree::node::Nodes;
 
 /// Visits a tree with a stack of the far children that wait (thesis, chapter 5: the recursive traversal, made robust).
-pub(super) struct Stacked<'a>(pub(super) &'a KdTree);
+pub(super) struct Stacked<'a>(pub(super) Reachable<'a>);
 
 /// A child that waits, and the ray's interval in its cell.
 #[derive(Clone, Copy, Default)]
@@ -17,8 +17,8 @@ struct Waiting {
 
 impl Stacked<'_> {
     pub(super) fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
-        let tree = self.0;
-        let mut tester = Tester::new(tree, ray, test);
+        let Reachable { tree, .. } = self.0;
+        let mut tester = Tester::new(self.0, ray, test);
         let line = match Line::start(tree, ray) {
             Start::Miss => return ControlFlow::Continue(()),
             Start::Everything => return tester.everything(),
@@ -30,7 +30,7 @@ impl Stacked<'_> {
         loop {
             let node = tree.nodes.get(place);
             if node.is_leaf() {
-                tester.leaf(node.ids())?;
+                tester.leaf(node)?;
                 loop {
                     if waiting == 0 {
                         return ControlFlow::Continue(());

@@ -1,6 +1,6 @@
 use std::ops::ControlFlow;
 
-use super::{KdTree, Line, Start, Tester, Way};
+use super::{Line, Reachable, Start, Tester, Way};
 use crate::Ray;
 use crate::kdtree::KdTraversal;
 
@@ -13,7 +13,7 @@ use crate::kdtree::KdTraversal;
 /// farther one of two children that it meets (Laine, *Restart Trail for Stackless BVH Traversal*, 2010): this visits the
 /// leaves that a whole stack leads to, in that order.
 pub(super) struct Trailing<'a> {
-    pub(super) tree: &'a KdTree,
+    pub(super) within: Reachable<'a>,
     /// Of the stack.
     pub(super) entries: usize,
     pub(super) pushes_down: bool,
@@ -61,8 +61,8 @@ impl ShortStack {
 
 impl Trailing<'_> {
     pub(super) fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
-        let tree = self.tree;
-        let mut tester = Tester::new(tree, ray, test);
+        let Reachable { tree, .. } = self.within;
+        let mut tester = Tester::new(self.within, ray, test);
         let line = match Line::start(tree, ray) {
             Start::Miss => return ControlFlow::Continue(()),
             Start::Everything => return tester.everything(),
@@ -82,7 +82,7 @@ impl Trailing<'_> {
             // Whether nothing of the node is left to visit.
             let mut is_done = node.is_leaf();
             if is_done {
-                tester.leaf(node.ids())?;
+                tester.leaf(node)?;
             } else {
                 tester.steps.note(|visits| visits.nodes += 1);
                 let plane = node.plane();

@@ -8,7 +8,7 @@ use super::Arena;
 use super::clip::clip;
 use crate::Triangles;
 use crate::kdtree::build::sah::Candidate;
-use crate::kdtree::extent::{Extent, Plane};
+use crate::kdtree::extent::{Extent, Plane, Reference};
 
 /// A triangle's box in a cell, and its id. 32 bytes: the lower faces, the id's bits, the upper faces negated, and nothing.
 ///
@@ -22,6 +22,11 @@ impl Boxed {
         let [a, b, c] = corners;
         let (low, high) = (a.min(b).min(c) + 0.0, a.max(b).max(c) + 0.0);
         Self([low.x, low.y, low.z, f32::from_bits(id), -high.x, -high.y, -high.z, 0.0])
+    }
+
+    pub(super) fn reference(&self) -> Reference {
+        let (min, max) = ([0, 1, 2].map(|axis| self.low(axis) + 0.0), [0, 1, 2].map(|axis| self.high(axis) + 0.0));
+        Reference { extent: Extent { min, max }, id: self.id() }
     }
 
     pub(super) fn id(&self) -> u32 {
@@ -51,6 +56,12 @@ impl Boxed {
     #[inline(always)]
     pub(super) fn high(&self, axis: usize) -> f32 {
         -self.0[4 + axis]
+    }
+}
+
+impl From<&Reference> for Boxed {
+    fn from(Reference { extent: Extent { min, max }, id }: &Reference) -> Self {
+        Self([min[0], min[1], min[2], f32::from_bits(*id), -max[0], -max[1], -max[2], 0.0])
     }
 }
 

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::Job;
 use super::sah::{Candidate, Cell, Heuristic};
 use crate::grid::SimdLevel;
-use crate::kdtree::extent::Extent;
+use crate::kdtree::extent::{Extent, Reference};
 use crate::kdtree::layout::Branch;
 use crate::kdtree::{Clipping, SahCosts};
 use boxes::{Around, Boxed, clip_cut, part};
@@ -50,15 +50,30 @@ impl Job<'_> {
             return Extent::EMPTY;
         }
         let around = Around::chunks(simd, &chunks);
+        self.binning(simd, around.reach()).cluster(chunks, Heuristic::root(around.extent(), count), out);
+        around.extent()
+    }
+}
+
+impl Job<'_> {
+    /// Adds the subtree of a few references, of triangles with no coordinate above `reach`.
+    pub(super) fn bin_references(&self, references: &[Reference], reach: f32, cell: Cell, out: &mut Branch) {
+        let mut arena = self.pool.arena();
+        arena.boxes.extend(references.iter().map(Boxed::from));
+        dispatch!(SimdLevel::default().into(), simd => {
+            self.binning(simd, reach).grow(&mut arena, 0..references.len(), cell, out);
+        });
+        self.pool.keep_arena(arena);
+    }
+
+    fn binning<S: Simd>(&self, simd: S, reach: f32) -> Binning<'_, S> {
         let costs = self.heuristic.costs;
-        let binning = Binning {
+        Binning {
             job: self,
             simd,
             costs: SahCosts { step: costs.step * STEP, ..costs },
-            is_clipped: self.clipping == Clipping::Triangles && around.reach() <= clip::LARGEST,
-        };
-        binning.cluster(chunks, Heuristic::root(around.extent(), count), out);
-        around.extent()
+            is_clipped: self.clipping == Clipping::Triangles && reach <= clip::LARGEST,
+        }
     }
 }
 
@@ -76,6 +91,10 @@ impl<S: Simd> Binning<'_, S> {
     fn grow(&self, arena: &mut Arena, range: Range<usize>, cell: Cell, out: &mut Branch) {
         let Self { job, simd, costs, .. } = self;
         let count = range.len();
+        if job.is_deferred(count, &cell) {
+            out.push_deferred(arena.boxes[range].iter().map(Boxed::reference), cell);
+            return;
+        }
         // Any plane costs a step, so that few boxes are a leaf without looking.
         let is_leaf = count as f64 * costs.test <= costs.step * costs.empty || cell.depth >= job.heuristic.max_depth;
         let best = if is_leaf {
