@@ -18,27 +18,23 @@ const TRAVERSALS: [KdTraversal; 5] = [
     KdTraversal::ShortStack(4),
 ];
 
-/// Each width with each traversal, and with each entry, culling and mailbox that it knows.
+/// Each width of lanes with each traversal, shafts with each culling, and both with each entry and mailbox.
 fn forms() -> Vec<(KdTraversal, KdPacketOptions)> {
     let mut forms = Vec::new();
-    for width in KdPacketWidth::ALL {
-        for entry in KdEntry::ALL {
-            for traversal in TRAVERSALS {
-                for mailbox in KdMailbox::ALL {
-                    let options = KdPacketOptions { width, entry, mailbox, ..KdPacketOptions::default() };
-                    // Mailboxes and ways are independent of each other.
-                    if mailbox == KdMailbox::Ring || traversal == KdTraversal::Stack {
-                        forms.push((traversal, options));
-                    }
-                }
-            }
-            if width == KdPacketWidth::Shaft {
-                for culling in KdCulling::ALL {
-                    let options = KdPacketOptions { width, entry, culling, ..KdPacketOptions::default() };
-                    forms.push((KdTraversal::Stack, options));
-                }
-            }
+    for entry in KdEntry::ALL {
+        for width in [KdPacketWidth::Four, KdPacketWidth::Eight, KdPacketWidth::Sixteen] {
+            let is_short = entry != KdEntry::Root;
+            let traversals = if is_short { &TRAVERSALS[2..4] } else { &TRAVERSALS[..] };
+            let options = KdPacketOptions { width, entry, ..KdPacketOptions::default() };
+            forms.extend(traversals.iter().map(|&traversal| (traversal, options)));
         }
+        for culling in KdCulling::ALL {
+            let options = KdPacketOptions { width: KdPacketWidth::Shaft, entry, culling, ..KdPacketOptions::default() };
+            forms.push((KdTraversal::ShortStack(2), options));
+        }
+    }
+    for (place, (_, options)) in forms.iter_mut().enumerate() {
+        options.mailbox = KdMailbox::ALL[place % 3];
     }
     forms
 }

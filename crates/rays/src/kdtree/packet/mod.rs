@@ -2,12 +2,16 @@
 //!
 //! `rays` holds up to 256 rays in f32, and says why nothing is missed; `scale` is the coordinates of that. `filter` leaves
 //! out what rays certainly miss, `tester` asks the predicate about the rest. `step` is what 4, 8 or 16 rays do at a node, in
-//! their lanes; `stack` and `trail` lead them to leaves. `options` says what there is to choose, `statistics` counts.
+//! their lanes; `stack` and `trail` lead them to leaves. `shaft` holds up to 256 rays: `search` finds where its rays may
+//! begin, and `beam` leads it to leaves in their place. `options` says what there is to choose, `statistics` counts.
 
+mod beam;
 mod filter;
 mod options;
 mod rays;
 mod scale;
+mod search;
+mod shaft;
 mod stack;
 mod statistics;
 mod step;
@@ -23,6 +27,8 @@ use filter::Wide;
 pub use options::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketWidth};
 use rays::{MOST_RAYS, Rays};
 use scale::Scale;
+use search::{Met, Search};
+use shaft::{Axes, Bundle};
 use stack::{Stack, Waiting};
 pub use statistics::KdPacketVisits;
 use statistics::Steps;
@@ -135,15 +141,40 @@ impl Packets<'_, '_> {
         let (extent, scale) = (&tree.extent, self.tester.scale);
         dispatch!(level, simd => self.rays.set_up(simd, extent, &scale, ray, count));
         self.test_everything(count);
-        let start = Start::ROOT;
+        let options = tree.packet_options;
+        let mut start = Start { place: 0, cell: tree.extent };
+        if options.width == KdPacketWidth::Shaft || options.entry != KdEntry::Root {
+            match dispatch!(level, simd => self.visit_shaft(simd)) {
+                Shafted::Done => return,
+                Shafted::Begun(met) => start = Start { place: met.place, cell: met.cell },
+                Shafted::Impossible => {}
+            }
+        }
         // What is compiled for several widths is dispatched for each, lest it become one huge function.
-        match tree.packet_options.width {
+        match options.width {
             KdPacketWidth::Four => dispatch!(level, simd => self.visit::<_, f32x4<_>>(simd, &start)),
             KdPacketWidth::Eight => dispatch!(level, simd => self.visit::<_, f32x8<_>>(simd, &start)),
             KdPacketWidth::Sixteen | KdPacketWidth::Shaft => {
                 dispatch!(level, simd => self.visit::<_, f32x16<_>>(simd, &start));
             }
         }
+    }
+
+    /// Looks for where rays begin, and traces them if shafts do.
+    #[inline(always)]
+    fn visit_shaft<S: Simd>(&mut self, simd: S) -> Shafted {
+        let Self { tree, rays, tester, .. } = self;
+        let KdPacketOptions { width, entry, culling, .. } = tree.packet_options;
+        let Some(axes) = Axes::of(simd, rays) else { return Shafted::Impossible };
+        let mut bundle = Bundle::around(simd, rays, axes);
+        let (triangles, shaft) = (tester.triangles, &bundle.whole);
+        let mut search = Search { tree, triangles, scale: &tester.scale, shaft, kind: entry, steps: &mut tester.steps };
+        let Some(start) = search.start() else { return Shafted::Done };
+        if width != KdPacketWidth::Shaft {
+            return Shafted::Begun(start);
+        }
+        beam::visit(simd, tree, rays, &mut bundle, &start, culling, tester);
+        Shafted::Done
     }
 
     /// Leads all rays to leaves, as many at once as `V` has lanes.
@@ -176,4 +207,14 @@ impl Packets<'_, '_> {
             }
         }
     }
+}
+
+/// What became of a shaft.
+enum Shafted {
+    /// Nothing is left to trace.
+    Done,
+    /// Rays begin there.
+    Begun(Met),
+    /// None holds the rays.
+    Impossible,
 }

@@ -7,15 +7,11 @@ use super::scale::Scale;
 use crate::KdTree;
 use crate::kdtree::extent::{Extent, Plane};
 
-/// Where packets begin: a node, and its cell unless it is the root.
+/// A node, and its cell: where packets begin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
     pub(super) place: u32,
-    pub(super) cell: Option<Extent>,
-}
-
-impl Start {
-    pub(super) const ROOT: Self = Self { place: 0, cell: None };
+    pub(super) cell: Extent,
 }
 
 /// Members of a group of rays in a cell, and their intervals of τ there.
@@ -47,7 +43,7 @@ pub(super) fn begin<S: Simd, V: Wide<S>>(
 ) -> Within<V> {
     let (enter, leave) = (load::<S, V>(simd, &rays.enter, first), load::<S, V>(simd, &rays.leave, first));
     let mut within = Within { members: enter.simd_le(leave).to_bitmask(), enter, leave };
-    let Some(cell) = start.cell else { return within };
+    let cell = start.cell;
     for axis in 0..3 {
         for (at, is_low) in [(cell.min[axis], true), (cell.max[axis], false)] {
             let outer = if is_low { tree.extent.min[axis] } else { tree.extent.max[axis] };

@@ -101,6 +101,16 @@ impl Mailbox {
         }
     }
 
+    /// Whether a triangle was tested for any member.
+    #[inline(always)]
+    pub(super) fn has(&self, id: u32) -> bool {
+        match self.kind {
+            KdMailbox::None => false,
+            KdMailbox::Ring => self.ids[..Self::RING].contains(&id),
+            KdMailbox::Hashed => self.ids[id as usize % Self::SLOTS] == id,
+        }
+    }
+
     /// Those `members` that weren't tested yet; now they are.
     #[inline(always)]
     pub(super) fn untested(&mut self, id: u32, members: u64) -> u64 {
