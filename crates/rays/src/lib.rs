@@ -28,8 +28,8 @@ pub use grid::{
     TileOrder, UniformCounts, UniformGrid, UniformOptions, UnknownSimdLevel, Unmasked, Work,
 };
 pub use kdtree::{
-    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeCounts, KdTreeOptions,
-    KdTreeVisits, SahCosts,
+    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdCulling, KdEntry, KdLayout, KdMailbox, KdPacketOptions,
+    KdPacketVisits, KdPacketWidth, KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

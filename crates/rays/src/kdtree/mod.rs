@@ -3,7 +3,8 @@
 //! *Interactive k-D Tree GPU Raytracing*, 2007).
 //!
 //! `extent` holds boxes and cuts triangles' boxes at planes, `build` finds the planes, `node` and `layout` say how nodes lie
-//! in memory, `traverse` leads rays to leaves. `options` says what there is to choose, `statistics` what came of it.
+//! in memory, `traverse` leads rays to leaves. `packet` does so for packets of them. `options` says what there is to
+//! choose, `statistics` what came of it.
 //!
 //! **Why nothing is missed.** Planes are f32 and so are the corners of triangles, and both are compared as they are: a
 //! triangle with a part strictly on one side of a plane is listed on that side, one inside the plane on either of them. So
@@ -16,16 +17,18 @@ mod extent;
 mod layout;
 mod node;
 mod options;
+mod packet;
 mod statistics;
 mod traverse;
 mod validate;
 
-use crate::Omitted;
+use crate::{Omitted, SimdLevel};
 use build::{Deferred, Pool};
 use extent::Extent;
 use layout::Branch;
 use node::Nodes;
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
+pub use packet::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth};
 pub use statistics::{KdTreeCounts, KdTreeVisits};
 
 /// The triangles of a frame, listed in the cells of a kd-tree.
@@ -36,6 +39,8 @@ pub use statistics::{KdTreeCounts, KdTreeVisits};
 #[derive(Default)]
 pub struct KdTree {
     options: KdTreeOptions,
+    packet_options: KdPacketOptions,
+    level: SimdLevel,
     /// Empty before the first build.
     nodes: Nodes,
     /// Triangle ids, leaf after leaf, ascending in each.
@@ -48,6 +53,7 @@ pub struct KdTree {
     deferred: Deferred,
     pool: Pool,
     visits: statistics::Tally,
+    packet_visits: packet::Tally,
 }
 
 impl std::fmt::Debug for KdTree {
@@ -66,6 +72,12 @@ impl KdTree {
 
     /// References and leaves that even the smallest tree may have.
     pub const LEAST_LIMIT: u64 = 64;
+
+    /// An empty tree whose packets use the instructions of `level`.
+    #[must_use]
+    pub fn with_level(level: SimdLevel) -> Self {
+        Self { level, ..Self::default() }
+    }
 
     /// Says what the tree is like: how it is built and laid out from the next build on, and how it is traversed from now on.
     ///

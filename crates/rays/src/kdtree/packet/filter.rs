@@ -1,0 +1,181 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16};
+use glam::Vec3;
+
+use super::rays::{HALF_ULP, Rays};
+use super::scale::Scale;
+use super::shaft::Lines;
+
+/// As many f32 as rays are led to leaves together.
+pub(super) trait Wide<S: Simd>: SimdFloat<S, Element = f32> {}
+
+impl<S: Simd, V: SimdFloat<S, Element = f32>> Wide<S> for V {}
+
+/// A triangle, to be tested in f32 against rays that have nothing in common: Möller and Trumbore's test (1997) without its
+/// division, and with bounds for what rounding does to it.
+///
+/// With s = o − a and E the largest component of both edges from a, the weights of b and c times the determinant are sums of six
+/// products s d e, each no larger than 2 E, with eight roundings: 96 ε E. That s is made of rounded numbers adds
+/// 12 ε E, and what f64 may have `moved` origins by 6 E of it. The determinant has six products d e e with seven
+/// roundings, 84 ε E as E is two at most; a's weight is what the others leave of it, with two more roundings of up to 60 ε E in
+/// all. t times the determinant has six products s e e with eight roundings: 108 ε E² with s' own errors, and its product
+/// with a determinant that is wrong by 42 ε E² another 110 ε E² and 44 for roundings, for τ that matter.
+pub(super) struct Filter {
+    a: [f32; 3],
+    b_from_a: [f32; 3],
+    c_from_a: [f32; 3],
+    /// How wrong weights of b and c may be, and that of a, times the determinant.
+    weight_bounds: [f32; 2],
+    /// How wrong the determinant may be.
+    determinant_bound: f32,
+    /// How wrong t may be, times the determinant.
+    t_bound: f32,
+}
+
+impl Filter {
+    #[inline(always)]
+    pub(super) fn new(scale: &Scale, corners: [Vec3; 3], moved: f32) -> Self {
+        let [a, b, c] = corners;
+        let (b_from_a, c_from_a) = (scale.difference(a, b), scale.difference(a, c));
+        let size = |v: [f32; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
+        let size = size(b_from_a).max(size(c_from_a));
+        // Guards against products that are too small for an f32.
+        const LEAST: f32 = 1e-30;
+        let weight = size * (128.0 * HALF_ULP + 8.0 * moved) + LEAST;
+        let square = size * size;
+        Self {
+            a: scale.point(a),
+            b_from_a,
+            c_from_a,
+            weight_bounds: [weight, 3.0 * weight],
+            determinant_bound: square * (48.0 * HALF_ULP) + LEAST,
+            t_bound: square * (320.0 * HALF_ULP + 8.0 * moved) + LEAST,
+        }
+    }
+
+    /// Which of the rays from `first` on may hit the triangle before they end, a bit for each. What isn't a number gives way.
+    #[inline(always)]
+    pub(super) fn possible<S: Simd, V: Wide<S>>(&self, simd: S, rays: &Rays, first: usize) -> u64 {
+        let Values { weights: [u, v, w], determinant, t } =
+            self.values::<S, V>(simd, load_three(simd, &rays.origin, first), load_three(simd, &rays.direction, first));
+        let (lowest, highest) = (v.min(w), v.max(w));
+        let [bound, bound_of_a] = self.weight_bounds.map(
+            #[inline(always)]
+            |value| splat::<S, V>(simd, value),
+        );
+        let below = lowest.simd_lt(-bound) | u.simd_lt(-bound_of_a);
+        let above = highest.simd_gt(bound) | u.simd_gt(bound_of_a);
+        let missed = below & above;
+        let size = determinant.abs();
+        let t = t.copysign_by(determinant);
+        let (enter, leave) = (load::<S, V>(simd, &rays.enter, first), load::<S, V>(simd, &rays.leave, first));
+        let error = splat::<S, V>(simd, self.t_bound);
+        let outside = t.simd_gt(leave * size + error) | t.simd_lt(enter * size - error);
+        let outside = outside & size.simd_gt(splat::<S, V>(simd, self.determinant_bound));
+        !(missed | outside).to_bitmask()
+    }
+
+    /// Whether all lines between a shaft's corner lines certainly miss on the same edge: edge functions and the determinant are
+    /// linear in where a line meets each of two planes, so they are what they are on the corner lines at most.
+    ///
+    /// The lines' places are nine at most, and s ten instead of two.
+    #[inline(always)]
+    pub(super) fn is_beside_all<S: Simd>(&self, simd: S, lines: &Lines) -> bool {
+        const LARGER: f32 = 5.0;
+        let Values { weights, determinant, .. } = self.values::<S, f32x16<S>>(
+            simd,
+            load_three(simd, &lines.origin, 0),
+            load_three(simd, &lines.direction, 0),
+        );
+        let [bound, bound_of_a] = self.weight_bounds.map(
+            #[inline(always)]
+            |value| splat::<S, f32x16<S>>(simd, value * LARGER),
+        );
+        let bounds = [bound_of_a, bound, bound];
+        let least = splat::<S, f32x16<S>>(simd, self.determinant_bound);
+        if determinant.simd_gt(least).all_true() {
+            (0..3).any(
+                #[inline(always)]
+                |corner| weights[corner].simd_lt(-bounds[corner]).all_true(),
+            )
+        } else if determinant.simd_lt(-least).all_true() {
+            (0..3).any(
+                #[inline(always)]
+                |corner| weights[corner].simd_gt(bounds[corner]).all_true(),
+            )
+        } else {
+            false
+        }
+    }
+
+    #[inline(always)]
+    fn values<S: Simd, V: Wide<S>>(&self, simd: S, origin: [V; 3], direction: [V; 3]) -> Values<V> {
+        let [ax, ay, az] = self.a;
+        let offset = [
+            origin[0] - splat::<S, V>(simd, ax),
+            origin[1] - splat::<S, V>(simd, ay),
+            origin[2] - splat::<S, V>(simd, az),
+        ];
+        let b = self.b_from_a.map(
+            #[inline(always)]
+            |value| splat::<S, V>(simd, value),
+        );
+        let c = self.c_from_a.map(
+            #[inline(always)]
+            |value| splat::<S, V>(simd, value),
+        );
+        let normal = cross(direction, c);
+        let determinant = dot(b, normal);
+        let v = dot(offset, normal);
+        let across = cross(offset, b);
+        let w = dot(direction, across);
+        let u = determinant - v - w;
+        Values { weights: [u, v, w], determinant, t: dot(c, across) }
+    }
+}
+
+/// What rays say of a triangle; all times the determinant.
+struct Values<V> {
+    weights: [V; 3],
+    determinant: V,
+    t: V,
+}
+
+/// The sign of a number.
+trait SignedBy<S: Simd>: Wide<S> {
+    /// This number, negated where `other` is negative.
+    #[inline(always)]
+    fn copysign_by(self, other: Self) -> Self {
+        let zero = Self::simd_from(self.token(), 0.0);
+        other.simd_lt(zero).select(-self, self)
+    }
+}
+
+impl<S: Simd, V: Wide<S>> SignedBy<S> for V {}
+
+/// The same number for all.
+#[inline(always)]
+pub(super) fn splat<S: Simd, V: Wide<S>>(simd: S, value: f32) -> V {
+    V::simd_from(simd, value)
+}
+
+/// Those numbers from `first` on.
+#[inline(always)]
+pub(super) fn load<S: Simd, V: Wide<S>>(simd: S, numbers: &[f32], first: usize) -> V {
+    V::from_slice(simd, &numbers[first..first + V::LEN])
+}
+
+#[inline(always)]
+fn load_three<S: Simd, V: Wide<S>, const N: usize>(simd: S, numbers: &[[f32; N]; 3], first: usize) -> [V; 3] {
+    [load(simd, &numbers[0], first), load(simd, &numbers[1], first), load(simd, &numbers[2], first)]
+}
+
+#[inline(always)]
+fn dot<S: Simd, V: Wide<S>>(a: [V; 3], b: [V; 3]) -> V {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn cross<S: Simd, V: Wide<S>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}

@@ -1,0 +1,243 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x8, mask64x8};
+
+use super::scale::Scale;
+use crate::Ray;
+use crate::kdtree::extent::Extent;
+
+/// Most rays that are prepared at once.
+pub(super) const MOST_RAYS: usize = 256;
+
+/// Rays of the widest groups.
+pub(super) const LANES: usize = 16;
+
+/// Half the distance from one to the next f32.
+pub(super) const HALF_ULP: f32 = 1.0 / (1 << 24) as f32;
+
+/// A number for each ray.
+pub(super) type Numbers = [f32; MOST_RAYS];
+
+/// Rays in a tree's [coordinates](Scale), in f32: o + τ d, where τ is zero where a ray enters the tree's bounds or its
+/// interval, and the largest component of d is one. 13 KiB.
+///
+/// **What f32 leaves out.** With ε half an ulp of an f32, planes and origins have one rounding each, and are one at most; their
+/// difference has a third, relative to two. Its product with 1 / d has two more of its own, so that a τ of no more than 4
+/// is wrong by less than (4 + 8) ε / |d|. `doubt` is 32 ε / |d|, and what f64 may have lost on the way to the origin: an interval
+/// that is grown by it holds all hits of its cell, and larger τ are certainly outside. Where a ray runs almost along a
+/// plane, |d| is taken for 2⁻⁴⁰, which moves points of the ray by less than ε.
+#[repr(align(64))]
+pub(super) struct Rays {
+    pub(super) count: usize,
+    pub(super) origin: [Numbers; 3],
+    pub(super) direction: [Numbers; 3],
+    /// 1 / d.
+    pub(super) inverse: [Numbers; 3],
+    /// How wrong τ may be at planes across each axis.
+    pub(super) doubt: [Numbers; 3],
+    /// Where each ray enters what matters, less the error of that; above `leave` where nothing does.
+    pub(super) enter: Numbers,
+    /// Nothing behind this matters any more to each ray, counting errors.
+    pub(super) leave: Numbers,
+    /// Whether rays run towards lower coordinates of each axis, a bit for each.
+    pub(super) backward: [[u16; MOST_RAYS / LANES]; 3],
+    /// t where τ is zero, how much of τ is one of t, and what a τ that comes from a t may be wrong by.
+    start: [f64; MOST_RAYS],
+    rate: [f64; MOST_RAYS],
+    slack: Numbers,
+    /// How far f64 may have moved an origin, at most.
+    pub(super) moved: f32,
+    /// Numbers of these are too large or small to be trusted: all triangles are tested.
+    pub(super) exhaustive: [u16; MOST_RAYS / LANES],
+    /// Around 1 / d and where t is zero, where no ray starts too far away.
+    pub(super) intervals: [[f64; 2]; 6],
+}
+
+impl Default for Rays {
+    fn default() -> Self {
+        Self {
+            count: 0,
+            origin: [[0.0; MOST_RAYS]; 3],
+            direction: [[0.0; MOST_RAYS]; 3],
+            inverse: [[1.0; MOST_RAYS]; 3],
+            doubt: [[0.0; MOST_RAYS]; 3],
+            enter: [1.0; MOST_RAYS],
+            leave: [-1.0; MOST_RAYS],
+            backward: [[0; MOST_RAYS / LANES]; 3],
+            start: [0.0; MOST_RAYS],
+            rate: [0.0; MOST_RAYS],
+            slack: [0.0; MOST_RAYS],
+            moved: 0.0,
+            exhaustive: [0; MOST_RAYS / LANES],
+            intervals: [[0.0; 2]; 6],
+        }
+    }
+}
+
+/// Least part that a direction's component is taken to be of its largest one.
+const LEAST_COMPONENT: f64 = 1.0 / (1_u64 << 40) as f64;
+
+impl Rays {
+    /// Prepares `count` rays.
+    #[inline(always)]
+    pub(super) fn set_up<S: Simd>(
+        &mut self,
+        simd: S,
+        extent: &Extent,
+        scale: &Scale,
+        ray: &dyn Fn(usize) -> Ray,
+        count: usize,
+    ) {
+        self.count = count;
+        self.moved = 0.0;
+        self.intervals = [[f64::INFINITY, f64::NEG_INFINITY]; 6];
+        for first in (0..count).step_by(8) {
+            let mut eight = Eight::default();
+            for lane in 0..8 {
+                // The last ones again where there are none left, but not alive.
+                let Ray { origin, direction, t_min, t_max } = ray((first + lane).min(count - 1));
+                for axis in 0..3 {
+                    eight.origin[axis][lane] = origin[axis];
+                    eight.direction[axis][lane] = direction[axis];
+                }
+                (eight.t_min[lane], eight.t_max[lane]) = (t_min, t_max);
+            }
+            self.set_up_eight(simd, extent, scale, &eight, first, (count - first).min(8));
+        }
+        // The rest of the last group, which may have been somebody's.
+        let whole = count.next_multiple_of(8);
+        for dead in whole..count.next_multiple_of(LANES) {
+            (self.enter[dead], self.leave[dead]) = (1.0, -1.0);
+        }
+        if whole % LANES != 0 {
+            self.exhaustive[whole / LANES] &= 0xff;
+        }
+    }
+
+    #[inline(always)]
+    fn set_up_eight<S: Simd>(
+        &mut self,
+        simd: S,
+        extent: &Extent,
+        scale: &Scale,
+        eight: &Eight,
+        first: usize,
+        members: usize,
+    ) {
+        let mut enter = f64x8::from_slice(simd, &eight.t_min);
+        let mut leave = f64x8::from_slice(simd, &eight.t_max);
+        let mut missed = mask64x8::splat(simd, false);
+        let mut trusted = mask64x8::splat(simd, true);
+        let mut longest = splat(simd, 0.0);
+        for axis in 0..3 {
+            let [low, high] = [extent.min[axis], extent.max[axis]].map(f64::from);
+            let (low, high) = (splat(simd, low), splat(simd, high));
+            let origin = f64x8::from_slice(simd, &eight.origin[axis]);
+            let direction = f64x8::from_slice(simd, &eight.direction[axis]);
+            longest = longest.max(direction.abs());
+            let across = direction.simd_eq(splat(simd, 0.0));
+            let inverse = splat(simd, 1.0) / across.select(splat(simd, 1.0), direction);
+            let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
+            trusted = trusted & (across | (inverse.is_finite() & a.is_finite() & b.is_finite()));
+            missed = missed | (across & (origin.simd_lt(low) | origin.simd_gt(high)));
+            enter = across.select(enter, enter.max(a.min(b)));
+            leave = across.select(leave, leave.min(a.max(b)));
+        }
+        // As for single rays, whose doubt this is.
+        const DOUBT: f64 = 1.0 / (1_u64 << 48) as f64;
+        let size = enter.abs().max(leave.abs());
+        let doubt = size * splat(simd, DOUBT) + splat(simd, 1e-300);
+        let (enter, leave) = (enter - doubt, leave + doubt);
+        let unit = splat(simd, f64::from(scale.unit));
+        let rate = longest * unit;
+        // Rounded up in f32: 16 ε are more than the roundings of a τ of four or less.
+        let slack = doubt * splat(simd, 4.0) * rate + splat(simd, 16.0 * f64::from(HALF_ULP));
+        trusted = trusted & enter.is_finite() & leave.is_finite() & slack.simd_lt(splat(simd, 0.25));
+        let shrink = splat(simd, 1.0) / longest;
+        trusted = trusted & shrink.is_finite();
+        let mut moved = splat(simd, 0.0);
+        let mut places = [splat(simd, 0.0); 3];
+        for axis in 0..3 {
+            let origin = f64x8::from_slice(simd, &eight.origin[axis]);
+            let step = f64x8::from_slice(simd, &eight.direction[axis]) * enter;
+            moved = moved.max(origin.abs() + step.abs());
+            places[axis] = (origin + step - splat(simd, f64::from(scale.middle[axis]))) * unit;
+        }
+        // Four roundings, relative to what is added up there or twice as much.
+        const MOVED: f64 = 1.0 / (1_u64 << 50) as f64;
+        let moved = moved * splat(simd, MOVED) * unit;
+        trusted = trusted & moved.simd_lt(splat(simd, 0.25));
+        let [zero, one] = [splat(simd, 0.0), splat(simd, 1.0)];
+        let alive = trusted & enter.simd_le(leave) & !missed & mask64x8::from_bitmask(simd, (1 << members) - 1);
+        let margin = moved + splat(simd, 32.0 * f64::from(HALF_ULP));
+        let (group, half) = (first / LANES, first % LANES / 8);
+        for axis in 0..3 {
+            let direction = alive.select(f64x8::from_slice(simd, &eight.direction[axis]) * shrink, one);
+            let steep = direction.abs().max(splat(simd, LEAST_COMPONENT)).copysign(direction);
+            let inverse = one / steep;
+            store(alive.select(places[axis], zero), &mut self.origin[axis], first);
+            store(direction, &mut self.direction[axis], first);
+            store(inverse, &mut self.inverse[axis], first);
+            store(alive.select(inverse.abs() * margin, zero), &mut self.doubt[axis], first);
+            set_byte(&mut self.backward[axis][group], half, steep.simd_lt(zero).to_bitmask());
+            let start = f64x8::from_slice(simd, &eight.origin[axis]);
+            let start = (start - splat(simd, f64::from(scale.middle[axis]))) * unit;
+            self.widen(simd, axis, inverse, alive);
+            self.widen(simd, axis + 3, start, alive);
+        }
+        let width = (leave - enter) * rate;
+        store(alive.select(-slack, one), &mut self.enter, first);
+        store(alive.select(width + slack, -one), &mut self.leave, first);
+        store(slack, &mut self.slack, first);
+        enter.store_slice(&mut self.start[first..first + 8]);
+        rate.store_slice(&mut self.rate[first..first + 8]);
+        self.moved = self.moved.max(alive.select(moved, zero).reduce_max() as f32);
+        let exhaustive = !trusted & !missed & mask64x8::from_bitmask(simd, (1 << members) - 1);
+        set_byte(&mut self.exhaustive[group], half, exhaustive.to_bitmask());
+    }
+
+    #[inline(always)]
+    fn widen<S: Simd>(&mut self, simd: S, place: usize, values: f64x8<S>, alive: mask64x8<S>) {
+        let [low, high] = [f64::INFINITY, f64::NEG_INFINITY].map(
+            #[inline(always)]
+            |value| f64x8::splat(simd, value),
+        );
+        let interval = &mut self.intervals[place];
+        interval[0] = interval[0].min(alive.select(values, low).reduce_min());
+        interval[1] = interval[1].max(alive.select(values, high).reduce_max());
+    }
+
+    /// Says that nothing at this t or later matters to a ray.
+    #[inline(always)]
+    pub(super) fn end(&mut self, place: usize, t: f64) {
+        if t < f64::INFINITY {
+            let end = ((t - self.start[place]) * self.rate[place]) as f32 + self.slack[place];
+            // Never more than before, for what matters no more isn't visited again.
+            self.leave[place] = self.leave[place].min(end);
+        }
+    }
+}
+
+/// Eight rays as they come.
+#[derive(Default)]
+struct Eight {
+    origin: [[f64; 8]; 3],
+    direction: [[f64; 8]; 3],
+    t_min: [f64; 8],
+    t_max: [f64; 8],
+}
+
+#[inline(always)]
+fn splat<S: Simd>(simd: S, value: f64) -> f64x8<S> {
+    f64x8::splat(simd, value)
+}
+
+#[inline(always)]
+fn store<S: Simd>(values: f64x8<S>, to: &mut Numbers, first: usize) {
+    let narrow: [f32; 16] = values.narrow(values).into();
+    to[first..first + 8].copy_from_slice(&narrow[..8]);
+}
+
+#[inline(always)]
+fn set_byte(word: &mut u16, half: usize, byte: u64) {
+    *word = *word & !(0xff << (8 * half)) | (byte as u16) << (8 * half);
+}

@@ -1,0 +1,185 @@
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+
+use super::filter::{Wide, load, splat};
+use super::rays::Rays;
+use super::stack::{Stack, Waiting};
+use super::step::{Start, Way, Within, backward, begin, way};
+use super::tester::Tester;
+use crate::KdTree;
+
+/// How packets find their way without a whole stack: as single rays do.
+#[derive(Clone, Copy)]
+pub(super) struct Trail {
+    /// Of the stack.
+    pub(super) entries: usize,
+    pub(super) pushes_down: bool,
+}
+
+/// Leads the rays from `first` on to leaves with a stack of some entries or none, coming from above again where it has lost the
+/// child that is next (Horn et al. 2007, appendix A.5, for packets).
+///
+/// The papers start a packet again with all its rays behind the leaf that they left, and so must take rays of different signs
+/// apart. Here a bit for each level says whether the packet is in the second one of two children: what leads there is the
+/// same each time, since it doesn't depend on what was hit. `order` of the axes says which child is the second one.
+#[inline(always)]
+pub(super) fn visit<S: Simd, V: Wide<S>>(
+    simd: S,
+    tree: &KdTree,
+    rays: &mut Rays,
+    first: usize,
+    start: &Start,
+    stack: &mut Stack,
+    tester: &mut Tester<'_, '_>,
+    options: Trail,
+) {
+    let scale = tester.scale;
+    let mut within = begin::<S, V>(simd, tree, &scale, rays, first, start);
+    if within.members == 0 {
+        return;
+    }
+    tester.steps.note(|visits| visits.packets += 1);
+    tester.mailbox.clear();
+    let order = Order::new::<S, V>(rays, first, within.members);
+    let mut stack = ShortStack { positions: stack, entries: options.entries, top: 0, held: 0 };
+    let (mut place, mut level) = (start.place, 0_u32);
+    let mut root = Waiting::default();
+    root.put(place, level, &within);
+    let (mut trail, mut open) = (0_u64, 0_u64);
+    // Rays that nothing is left of.
+    let mut ended = 0_u64;
+    loop {
+        let node = tree.nodes.get(place);
+        let mut is_done = node.is_leaf();
+        if is_done {
+            let end = load::<S, V>(simd, &rays.leave, first);
+            let members = within.members & within.enter.simd_le(end).to_bitmask();
+            if members != 0 {
+                tester.leaf::<S, V>(simd, rays, first, &tree.ids[node.ids()], members);
+            }
+        } else {
+            tester.steps.note(|visits| visits.nodes += 1);
+            let plane = node.plane();
+            let [left, right] = tree.nodes.children(place, node);
+            let bit = 1 << level;
+            level += 1;
+            match way(simd, &scale, rays, first, plane, &within) {
+                Way::Left => place = left,
+                Way::Right => place = right,
+                Way::Both([of_left, of_right]) => {
+                    let [(near, of_near), (far, of_far)] = if order.turned[plane.axis % 3] {
+                        [(right, of_right), (left, of_left)]
+                    } else {
+                        [(left, of_left), (right, of_right)]
+                    };
+                    if trail & bit != 0 {
+                        (place, within) = (far, of_far);
+                        is_done = is_over(simd, rays, first, &within);
+                    } else {
+                        stack.push(far, level, &of_far);
+                        open |= bit;
+                        (place, within) = (near, of_near);
+                    }
+                }
+            }
+        }
+        while is_done {
+            ended |= order.ended(simd, rays, first, &within);
+            if open == 0 || !ended & order.members == 0 {
+                return;
+            }
+            let deepest = open.ilog2();
+            open &= !(1 << deepest);
+            trail = trail & ((1 << deepest) - 1) | 1 << deepest;
+            if let Some(position) = stack.pop() {
+                (place, level, within) = (position.place, position.level, position.within(simd));
+                is_done = is_over(simd, rays, first, &within);
+            } else {
+                tester.steps.note(|visits| visits.restarts += 1);
+                (place, level, within) = (root.place, root.level, root.within(simd));
+                open = 0;
+                is_done = false;
+            }
+        }
+        if options.pushes_down && open == 0 {
+            root.put(place, level, &within);
+        }
+    }
+}
+
+/// Whether nothing in a cell matters to any member.
+#[inline(always)]
+fn is_over<S: Simd, V: Wide<S>>(simd: S, rays: &Rays, first: usize, within: &Within<V>) -> bool {
+    let end = load::<S, V>(simd, &rays.leave, first);
+    within.members & within.enter.simd_le(end).to_bitmask() == 0
+}
+
+/// In which order a packet visits children.
+struct Order {
+    members: u64,
+    /// By axis, whether the right child comes first.
+    turned: [bool; 3],
+    /// Members for which children come in the order in which they meet them.
+    sorted: u64,
+}
+
+impl Order {
+    /// That of most `members`.
+    #[inline(always)]
+    fn new<S: Simd, V: Wide<S>>(rays: &Rays, first: usize, members: u64) -> Self {
+        let mut turned = [false; 3];
+        let mut sorted = members;
+        for (axis, turned) in turned.iter_mut().enumerate() {
+            let backward = backward::<S, V>(rays, axis, first);
+            *turned = 2 * (backward & members).count_ones() > members.count_ones();
+            sorted &= if *turned { backward } else { !backward };
+        }
+        Self { members, turned, sorted }
+    }
+
+    /// Those members of a cell that is done that need no other one: what waits begins where a nearer cell that holds this one
+    /// ends, or up to twice the doubt before.
+    #[inline(always)]
+    fn ended<S: Simd, V: Wide<S>>(&self, simd: S, rays: &Rays, first: usize, within: &Within<V>) -> u64 {
+        let [x, y, z] = [0, 1, 2].map(
+            #[inline(always)]
+            |axis| load::<S, V>(simd, &rays.doubt[axis], first),
+        );
+        let doubt = x.max(y).max(z);
+        let end = load::<S, V>(simd, &rays.leave, first);
+        // Four instead of two, so that roundings are nothing beside them.
+        let four = splat::<S, V>(simd, 4.0);
+        (within.leave - four * doubt).simd_gt(end).to_bitmask() & within.members & self.sorted
+            | end.simd_lt(splat::<S, V>(simd, f32::MIN)).to_bitmask() & self.members
+    }
+}
+
+/// The last children that wait, of which a new one replaces the oldest if there are too many.
+struct ShortStack<'a> {
+    positions: &'a mut Stack,
+    entries: usize,
+    /// Where the next one goes.
+    top: usize,
+    held: usize,
+}
+
+impl ShortStack<'_> {
+    #[inline(always)]
+    fn push<S: Simd, V: Wide<S>>(&mut self, place: u32, level: u32, within: &Within<V>) {
+        if self.entries > 0 {
+            self.positions[self.top].put(place, level, within);
+            self.top = if self.top + 1 == self.entries { 0 } else { self.top + 1 };
+            self.held = (self.held + 1).min(self.entries);
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<&Waiting> {
+        if self.held == 0 {
+            return None;
+        }
+        self.held -= 1;
+        self.top = if self.top == 0 { self.entries - 1 } else { self.top - 1 };
+        Some(&self.positions[self.top])
+    }
+}
