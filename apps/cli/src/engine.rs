@@ -26,6 +26,9 @@ pub(crate) fn renderer(job: &Job) -> Result<(Renderer, String), Failure> {
 
 /// On the first GPU, or why there is none. Software adapters don't count: the CPU engine is faster.
 fn found(job: &Job) -> Result<(Renderer, String), String> {
+    if job.settings.bounces > 0 {
+        return Err("it alone follows mirrors".to_owned());
+    }
     let wanted = job.device.as_deref().unwrap_or_default();
     let all = Adapter::all();
     let is_wanted = |adapter: &&Adapter| adapter.name.to_lowercase().contains(&wanted.to_lowercase());

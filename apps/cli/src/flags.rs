@@ -2,9 +2,11 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use umbrage::Settings;
 use umbrage::output::{Format, FrameRate};
 use umbrage::rays::SimdLevel;
 
+use crate::kd_tree::KdTreeFlags;
 use crate::lights::LightFlag;
 use crate::values::{self, BackgroundFlag, CameraFlag, FrameRange, Size};
 
@@ -21,6 +23,8 @@ Examples:
       Numbered frames with depth, normals and triangle ids
   umbrage render demo:forest --format y4m -o - | ffmpeg -i - forest.mp4
       The whole animation, through an encoder; its colours are BT.709's
+  umbrage render demo:glass --bounces 4 -o mirrors.png
+      With what smooth surfaces mirror
   umbrage render demo:stadium --camera 9,4,9:0,1,0:30 --light sun:-1,-2,-1
       One's own camera and light
   umbrage render demo:marbles --frames 0..24 --orbit-light -o orbit.apng
@@ -35,8 +39,12 @@ Examples:
       How many triangles each pixel is tested with
   umbrage heatmap demo:glass --of points --light 1
       How many points share a cell of the second light's grid
+  umbrage render demo:hall --structure kdtree --kd-traversal short-stack:8
+      The same picture through a kd-tree
   umbrage info demo:cloth --json
-      What is in a scene";
+      What is in a scene
+  umbrage info demo:cloth --structure --kd-builder presorted
+      How deep its kd-tree is, and how good";
 
 /// The end of `--help` and of the manual page.
 const EXIT_CODES: &str = "\
@@ -99,6 +107,11 @@ pub(crate) struct InfoFlags {
     /// Show which GPUs there are instead
     #[arg(long, conflicts_with = "scene")]
     pub(crate) devices: bool,
+    /// Build the kd-tree as well and say what came of it: depth, leaves, references, cost by the surface area heuristic
+    #[arg(long, conflicts_with = "devices", requires = "scene")]
+    pub(crate) structure: bool,
+    #[command(flatten)]
+    pub(crate) kd_tree: KdTreeFlags,
     #[command(flatten)]
     pub(crate) opening: OpeningFlags,
 }
@@ -197,9 +210,14 @@ pub(crate) struct RenderFlags {
     /// Pixels a side of its packets: 2, 4, 8, 16 or 32 [default: 32]
     #[arg(long, value_name = "N")]
     pub(crate) packet: Option<u32>,
+    #[command(flatten)]
+    pub(crate) kd_tree: KdTreeFlags,
     /// See through triangles whose corners are seen clockwise; they cast shadows all the same
     #[arg(long)]
     pub(crate) cull_back_faces: bool,
+    /// Mirrors that light may come by, one after the other, 0 to 1024: with 0, smooth surfaces show the background alone
+    #[arg(long, value_name = "N", default_value = "0", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]
+    pub(crate) bounces: u32,
     /// From radiance to the screen
     #[arg(long, value_enum, default_value = "neutral")]
     pub(crate) tone_map: ToneMapFlag,
@@ -348,7 +366,7 @@ impl From<FormatFlag> for Format {
     }
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum StructureFlag {
     /// Grids made for the camera's and the lights' rays
     Perspective,
@@ -356,6 +374,9 @@ pub(crate) enum StructureFlag {
     Listed,
     /// A uniform grid for all rays, traced in packets
     Grid,
+    /// A kd-tree for all rays
+    #[value(name = "kdtree")]
+    KdTree,
     /// A bounding volume hierarchy
     Bvh,
 }

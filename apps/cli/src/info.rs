@@ -1,11 +1,12 @@
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::path::Path;
+use std::time::Instant;
 
 use serde::Serialize;
 use umbrage::Scene;
 use umbrage::gpu::Adapter;
-use umbrage::rays::{LightSource, Omitted, OmittedKind};
+use umbrage::rays::{KdTree, KdTreeCounts, KdTreeOptions, LightSource, Omitted, OmittedKind};
 use umbrage::scene::{DEMOS, DemoScene, Frame};
 
 use crate::failure::Failure;
@@ -29,6 +30,25 @@ struct Contents {
     animations: Vec<AnimationContents>,
     omitted: Vec<OmittedContents>,
     warnings: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    structure: Option<KdTreeContents>,
+}
+
+#[derive(Debug, Serialize)]
+struct KdTreeContents {
+    builder: String,
+    layout: String,
+    build_milliseconds: f64,
+    /// Inner nodes above the deepest leaf.
+    depth: u32,
+    nodes: u64,
+    leaves: u64,
+    empty_leaves: u64,
+    references: u64,
+    /// Subtrees that wait for a ray.
+    deferred: u64,
+    sah_cost: f64,
+    bytes: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -73,7 +93,12 @@ pub(crate) fn run(flags: InfoFlags) -> Result<(), Failure> {
     }
     let Some(address) = flags.scene else { return gallery(flags.json) };
     let scene = Scene::open_with(&address, &flags.opening.into())?;
-    let contents = Contents::of(&address, &scene, &scene.at(0.0)?);
+    if flags.kd_tree.is_any_given() && !flags.structure {
+        return Err(Failure::input("no kd-tree is built", "add `--structure`"));
+    }
+    let frame = scene.at(0.0)?;
+    let structure = flags.structure.then(|| KdTreeContents::of(&frame, flags.kd_tree.options()?)).transpose()?;
+    let contents = Contents { structure, ..Contents::of(&address, &scene, &frame) };
     let text = if flags.json { json(&contents)? } else { contents.text() };
     Ok(io::stdout().write_all(text.as_bytes())?)
 }
@@ -184,6 +209,7 @@ impl Contents {
             animations: animations.collect(),
             omitted: omitted(triangles.omitted()),
             warnings: scene.warnings().to_vec(),
+            structure: None,
         }
     }
 
@@ -234,6 +260,59 @@ impl Contents {
         for warning in &self.warnings {
             line("warning", warning);
         }
+        if let Some(structure) = &self.structure {
+            text.push_str(&structure.text(self.triangles));
+        }
+        text
+    }
+}
+
+impl KdTreeContents {
+    fn of(frame: &Frame, options: KdTreeOptions) -> Result<Self, Failure> {
+        let mut tree = KdTree::default();
+        tree.set_options(options)
+            .map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
+        let start = Instant::now();
+        tree.build(frame.triangles());
+        let build_milliseconds = 1e3 * start.elapsed().as_secs_f64();
+        let KdTreeCounts { depth, nodes, leaves, empty_leaves, references, sah_cost, deferred, .. } = tree.counts();
+        Ok(Self {
+            builder: options.builder.to_string(),
+            layout: options.layout.to_string(),
+            build_milliseconds,
+            depth,
+            nodes,
+            leaves,
+            empty_leaves,
+            references,
+            deferred,
+            sah_cost,
+            bytes: tree.bytes(),
+        })
+    }
+
+    fn text(&self, triangles: usize) -> String {
+        let mut text = format!("  kd-tree      {} builder, {} layout\n", self.builder, self.layout);
+        let mut line = |name: &str, value: String| {
+            // Writing to a string can't fail.
+            let _ = writeln!(text, "    {name:<10} {value}");
+        };
+        let each = |number: f64| number / (triangles as f64).max(1.0);
+        line("build", format!("{:.1} ms", self.build_milliseconds));
+        line("depth", self.depth.to_string());
+        line("nodes", thousands(self.nodes));
+        line("leaves", format!("{}, {} of them empty", thousands(self.leaves), thousands(self.empty_leaves)));
+        if self.deferred > 0 {
+            line("waiting", format!("{} to be built when a ray reaches them", thousands(self.deferred)));
+        }
+        let of_each = each(self.references as f64);
+        line("references", format!("{}, {of_each:.2} per triangle", thousands(self.references)));
+        line("SAH cost", format!("{:.1}", self.sah_cost));
+        let of_each = each(self.bytes as f64);
+        line(
+            "memory",
+            format!("{} bytes, {of_each:.0} per triangle, with what building took", thousands(self.bytes as u64)),
+        );
         text
     }
 }

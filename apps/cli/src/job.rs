@@ -75,6 +75,7 @@ impl Job {
             samples: flags.samples,
             structure,
             culls_back_faces: flags.cull_back_faces,
+            bounces: flags.bounces,
             background: background(flags.background)?,
             exposure_stops: flags.exposure,
             tone_map,
@@ -116,6 +117,9 @@ impl Job {
 fn engine(flags: &RenderFlags) -> Result<(), Failure> {
     let is_of_cpu = flags.simd.is_some() || !matches!(flags.structure, StructureFlag::Perspective);
     match flags.engine {
+        EngineFlag::Gpu if flags.bounces > 0 => {
+            Err(Failure::input("mirrors are followed on the CPU alone", "leave out --engine or --bounces"))
+        }
         EngineFlag::Gpu if is_of_cpu => {
             Err(Failure::input("a GPU has no choice of SIMD level or structure", "leave out --simd and --structure"))
         }
@@ -126,33 +130,54 @@ fn engine(flags: &RenderFlags) -> Result<(), Failure> {
 
 /// What finds the triangles.
 fn structure(flags: &RenderFlags) -> Result<Structure, Failure> {
-    let asked = [flags.light_cells, flags.light_rays, flags.light_triangles];
+    refuse_others_parameters(flags)?;
     match flags.structure {
-        StructureFlag::Listed => {
-            let default = ListedLightOptions::DEFAULT;
-            let [cells, rays, triangles] = asked;
-            let light = ListedLightOptions::new(
-                cells.unwrap_or(default.cells()),
-                rays.unwrap_or(default.points()),
-                triangles.unwrap_or(default.triangles()),
-            );
-            let light = light.map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
-            Ok(Structure::Listed { camera: ListedOptions::DEFAULT, light })
-        }
-        _ if asked.iter().any(Option::is_some) => Err(Failure::input(
-            "the light grids' cells and blocks can't be chosen",
-            "--light-cells, --light-rays and --light-triangles are for `--structure listed`",
-        )),
-        StructureFlag::Grid => grid(flags),
-        _ if flags.grid_density.is_some() || flags.grid_nested.is_some() || flags.packet.is_some() => {
-            Err(Failure::input(
-                "the uniform grid's cells and packets can't be chosen",
-                "--grid-density, --grid-nested and --packet are for `--structure grid`",
-            ))
-        }
         StructureFlag::Perspective => Ok(Structure::Perspective),
+        StructureFlag::Listed => listed(flags),
+        StructureFlag::Grid => grid(flags),
+        StructureFlag::KdTree => Ok(Structure::KdTree(flags.kd_tree.options()?)),
         StructureFlag::Bvh => Ok(Structure::Bvh),
     }
+}
+
+/// Refuses parameters of structures that aren't asked for.
+fn refuse_others_parameters(flags: &RenderFlags) -> Result<(), Failure> {
+    let is_of_lists = flags.light_cells.is_some() || flags.light_rays.is_some() || flags.light_triangles.is_some();
+    let is_of_grid = flags.grid_density.is_some() || flags.grid_nested.is_some() || flags.packet.is_some();
+    let refusals = [
+        (
+            is_of_lists && flags.structure != StructureFlag::Listed,
+            "the light grids' cells and blocks can't be chosen",
+            "--light-cells, --light-rays and --light-triangles are for `--structure listed`",
+        ),
+        (
+            is_of_grid && flags.structure != StructureFlag::Grid,
+            "the uniform grid's cells and packets can't be chosen",
+            "--grid-density, --grid-nested and --packet are for `--structure grid`",
+        ),
+        (
+            flags.kd_tree.is_any_given() && flags.structure != StructureFlag::KdTree,
+            "the kd-tree's builder, layout and traversal can't be chosen",
+            "--kd-builder, --kd-layout, --kd-traversal and --kd-lazy are for `--structure kdtree`",
+        ),
+    ];
+    for (is_refused, message, hint) in refusals {
+        if is_refused {
+            return Err(Failure::input(message, hint));
+        }
+    }
+    Ok(())
+}
+
+fn listed(flags: &RenderFlags) -> Result<Structure, Failure> {
+    let default = ListedLightOptions::DEFAULT;
+    let light = ListedLightOptions::new(
+        flags.light_cells.unwrap_or(default.cells()),
+        flags.light_rays.unwrap_or(default.points()),
+        flags.light_triangles.unwrap_or(default.triangles()),
+    );
+    let light = light.map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
+    Ok(Structure::Listed { camera: ListedOptions::DEFAULT, light })
 }
 
 fn grid(flags: &RenderFlags) -> Result<Structure, Failure> {

@@ -7,6 +7,7 @@ mod flags;
 mod heatmap;
 mod info;
 mod job;
+mod kd_tree;
 mod lights;
 mod pages;
 mod progress;

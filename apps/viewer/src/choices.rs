@@ -1,7 +1,9 @@
 //! What the user can choose about pictures, whatever the scene.
 
 use serde::{Deserialize, Serialize};
-use umbrage::rays::{Cells, ListedLightOptions, ListedOptions, PacketSide, UniformOptions};
+use umbrage::rays::{
+    Cells, KdBuilder, KdTraversal, KdTreeOptions, ListedLightOptions, ListedOptions, PacketSide, UniformOptions,
+};
 use umbrage::{Background, Settings, Structure, ToneMap};
 
 /// Outlives the window.
@@ -12,7 +14,9 @@ pub(crate) struct Choices {
     pub(crate) structure: StructureChoice,
     pub(crate) listed: ListedChoices,
     pub(crate) uniform: UniformChoices,
+    pub(crate) kd_tree: KdTreeChoices,
     pub(crate) culls_back_faces: bool,
+    pub(crate) bounces: u32,
     pub(crate) samples: u32,
     pub(crate) resolution: Resolution,
     pub(crate) exposure_stops: f32,
@@ -37,6 +41,7 @@ pub(crate) enum StructureChoice {
     Perspective,
     Listed,
     Grid,
+    KdTree,
     Bvh,
 }
 
@@ -59,6 +64,14 @@ pub(crate) struct UniformChoices {
     pub(crate) cells_per_triangle: f64,
     /// Pixels along an edge.
     pub(crate) packet: u32,
+}
+
+/// The parameters of [`StructureChoice::KdTree`], by their names.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct KdTreeChoices {
+    pub(crate) builder: String,
+    pub(crate) traversal: String,
 }
 
 /// How large pictures are.
@@ -89,7 +102,9 @@ impl Default for Choices {
             structure: StructureChoice::default(),
             listed: ListedChoices::default(),
             uniform: UniformChoices::default(),
+            kd_tree: KdTreeChoices::default(),
             culls_back_faces: false,
+            bounces: 0,
             samples: 1,
             resolution: Resolution::default(),
             exposure_stops: 0.0,
@@ -103,6 +118,25 @@ impl Default for UniformChoices {
     fn default() -> Self {
         let UniformOptions { cells_per_triangle, packet, .. } = UniformOptions::DEFAULT;
         Self { cells_per_triangle, packet: packet.pixels() }
+    }
+}
+
+impl Default for KdTreeChoices {
+    fn default() -> Self {
+        let KdTreeOptions { builder, traversal, .. } = KdTreeOptions::FAST;
+        Self { builder: builder.to_string(), traversal: traversal.to_string() }
+    }
+}
+
+impl KdTreeChoices {
+    /// Names that no version knows stand for the defaults.
+    fn options(&self) -> KdTreeOptions {
+        let default = KdTreeOptions::FAST;
+        KdTreeOptions {
+            builder: self.builder.parse::<KdBuilder>().unwrap_or(default.builder),
+            traversal: self.traversal.parse::<KdTraversal>().unwrap_or(default.traversal),
+            ..default
+        }
     }
 }
 
@@ -135,6 +169,8 @@ impl Choices {
             lights: None,
             structure: self.structure()?,
             culls_back_faces: self.culls_back_faces,
+            // A GPU follows none.
+            bounces: if self.engine == EngineChoice::Cpu { self.bounces.min(Settings::MAX_BOUNCES) } else { 0 },
             background: match self.surroundings {
                 SurroundingsChoice::Sky => Background::Sky,
                 SurroundingsChoice::Color(color) => Background::Color(color.into()),
@@ -148,6 +184,7 @@ impl Choices {
         let chosen = &self.listed;
         match (&self.engine, self.structure) {
             (EngineChoice::Gpu(_), _) | (_, StructureChoice::Perspective) => Ok(Structure::Perspective),
+            (_, StructureChoice::KdTree) => Ok(Structure::KdTree(self.kd_tree.options())),
             (_, StructureChoice::Bvh) => Ok(Structure::Bvh),
             (_, StructureChoice::Grid) => {
                 let UniformChoices { cells_per_triangle, packet } = self.uniform;
@@ -216,5 +253,7 @@ mod tests {
         assert_eq!((settings.exposure_stops, settings.tone_map), (expected.exposure_stops, expected.tone_map));
         let listed = Choices { structure: StructureChoice::Listed, ..Choices::default() };
         assert_eq!(listed.settings([8, 8]).expect("settings").structure, Structure::LISTED);
+        let kd_tree = Choices { structure: StructureChoice::KdTree, ..Choices::default() };
+        assert_eq!(kd_tree.settings([8, 8]).expect("settings").structure, Structure::KD_TREE);
     }
 }

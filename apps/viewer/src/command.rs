@@ -7,7 +7,9 @@ use umbrage::rays::LightSource;
 use umbrage::scene::{Clip, Light, OpenOptions};
 
 use crate::app::{App, CameraChoice};
-use crate::choices::{Choices, EngineChoice, ListedChoices, StructureChoice, SurroundingsChoice, UniformChoices};
+use crate::choices::{
+    Choices, EngineChoice, KdTreeChoices, ListedChoices, StructureChoice, SurroundingsChoice, UniformChoices,
+};
 use crate::light_list::INNER;
 
 /// The line, for a shell.
@@ -62,7 +64,12 @@ fn chosen(line: &mut String, choices: &Choices) {
         flag(line, "samples", &choices.samples.to_string());
     }
     match &choices.engine {
-        EngineChoice::Cpu => structure(line, choices),
+        EngineChoice::Cpu => {
+            structure(line, choices);
+            if choices.bounces > 0 {
+                flag(line, "bounces", &choices.bounces.to_string());
+            }
+        }
         EngineChoice::Gpu(name) => {
             flag(line, "engine", "gpu");
             if !name.is_empty() {
@@ -97,6 +104,16 @@ fn structure(line: &mut String, choices: &Choices) {
             }
             if chosen.packet != default.packet {
                 flag(line, "packet", &chosen.packet.to_string());
+            }
+        }
+        StructureChoice::KdTree => {
+            flag(line, "structure", "kdtree");
+            let (chosen, default) = (&choices.kd_tree, KdTreeChoices::default());
+            if chosen.builder != default.builder {
+                flag(line, "kd-builder", &chosen.builder);
+            }
+            if chosen.traversal != default.traversal {
+                flag(line, "kd-traversal", &chosen.traversal);
             }
         }
         StructureChoice::Listed => {

@@ -1,22 +1,20 @@
 //! Rays that share nothing: one diffuse bounce from what a camera sees.
 
-use std::f64::consts::TAU;
 use std::hint::black_box;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage::Scene;
-use umbrage::rays::predicate::{self, HitPoint};
-use umbrage::rays::{Bvh, Hit, KdTree, Ray, SeenPixels, UniformGrid, UniformOptions, Unmasked};
+use umbrage::rays::{Bvh, Hit, KdTree, KdTreeOptions, Ray, UniformGrid, UniformOptions};
 use umbrage::scene::Frame;
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
 
 use crate::flags::size;
 use crate::grids::time;
 use crate::median::median;
+use crate::rays::{self, PACKET};
 use crate::shot::{self, Lights, Shot, name};
 use crate::table::{Cell, Form, Table};
 
@@ -70,7 +68,11 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
         let mut frame = Frame::default();
         scene.pose(0.4 * scene.duration_seconds(), &mut frame)?;
         let shot = Shot::new(&frame, &address, flags.size, 1, Lights::First);
-        let rays = bounced(&shot);
+        let camera = rays::of_camera(&shot);
+        let mut tree = KdTree::default();
+        tree.set_options(KdTreeOptions::FAST)?;
+        tree.build(frame.triangles());
+        let rays = rays::scattered(frame.triangles(), &camera, &rays::hits_of(&tree, frame.triangles(), &camera));
         let mut race = Race::new(&frame, &rays, &embree, flags.packets)?;
         (0..=flags.rounds).try_for_each(|round| race.run(round > 0))?;
         for runner in &race.runners {
@@ -83,47 +85,6 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
     table.note("rays whose hit is another triangle than the predicate's, or none. All triangles opaque, single precision rays.")?;
     Ok(table.finish()?)
 }
-
-/// The rays of a diffuse bounce: one from each pixel's point, in a direction whose cosine with the normal is as likely as
-/// it is large; in the order of pixels, and the same every time.
-fn bounced(shot: &Shot<'_>) -> Vec<Ray> {
-    let triangles = shot.frame.triangles();
-    let mut grid = UniformGrid::default();
-    grid.build(triangles);
-    let mut seen = SeenPixels::default();
-    grid.see(triangles, &shot.view, shot.offsets_pixels[0], |_| true, Unmasked, &mut seen);
-    let order = seen.order();
-    let offset = shot.offsets_pixels[0];
-    let ray = |place: usize| {
-        let (x, y) = order.pixel(place)?;
-        let ray = shot.view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y);
-        let id = seen.triangle[place];
-        let hit = (id != SeenPixels::NONE).then(|| predicate::hit(&ray, triangles, id)).flatten()?;
-        let [a, b, c] = triangles.corners(id).map(Vec3::as_dvec3);
-        let normal = (b - a).cross(c - a).normalize();
-        let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
-        let point = HitPoint::new(&ray, hit.t).position;
-        // Far enough from the surface for single precision.
-        let origin = point + normal * (1e-4 * (point - ray.origin).length());
-        let direction = normal + on_sphere(place as u64);
-        // Everyone is given the same numbers.
-        Some(Ray::new(origin.as_vec3().as_dvec3(), direction.as_vec3().as_dvec3()))
-    };
-    (0..order.places()).filter_map(ray).collect()
-}
-
-/// A point of the unit sphere for each number, about evenly spread.
-fn on_sphere(number: u64) -> DVec3 {
-    // Multiples of the golden ratio and of the root of two, which have no small multiple in common.
-    let fraction = |step: f64| (number as f64 * step).fract();
-    let (height, turn) = (2.0 * fraction(0.618_033_988_749_895) - 1.0, fraction(0.414_213_562_373_095));
-    let radius = (1.0 - height * height).sqrt();
-    let (sine, cosine) = (turn * TAU).sin_cos();
-    DVec3::new(radius * cosine, radius * sine, height)
-}
-
-/// Rays that are traced together by what traces packets.
-const PACKET: usize = 256;
 
 /// What the rays hit: an id, or `u32::MAX`.
 type Hits = Vec<u32>;
@@ -146,6 +107,7 @@ enum Structure {
     Embree(umbrage_peers::Scene, &'static str),
     Bvh(Box<Bvh>),
     Kd(Box<KdTree>),
+    KdPackets(Box<KdTree>, &'static str),
     Grid(Box<UniformGrid>, &'static str),
     GridPackets(Box<UniformGrid>),
 }
@@ -160,6 +122,7 @@ impl<'a> Race<'a> {
             Structure::Embree(scene(Quality::Low), "embree low"),
             Structure::Bvh(Box::default()),
             Structure::Kd(Box::default()),
+            Structure::KdPackets(Box::default(), "kd-tree by 16"),
             Structure::Grid(Box::default(), "grid"),
             Structure::Grid(nested, "nested grids"),
         ];
@@ -188,7 +151,7 @@ impl Structure {
         match self {
             Self::Bvh(_) => "bvh",
             Self::Kd(_) => "kd-tree",
-            Self::Embree(_, name) | Self::Grid(_, name) => name,
+            Self::Embree(_, name) | Self::KdPackets(_, name) | Self::Grid(_, name) => name,
             Self::GridPackets(_) => "grid packets",
         }
     }
@@ -198,7 +161,7 @@ impl Structure {
         match self {
             Self::Embree(scene, _) => scene.build(posed)?,
             Self::Bvh(bvh) => bvh.build(triangles),
-            Self::Kd(tree) => tree.build(triangles),
+            Self::Kd(tree) | Self::KdPackets(tree, _) => tree.build(triangles),
             Self::Grid(grid, _) | Self::GridPackets(grid) => grid.build(triangles),
         }
         Ok(())
@@ -224,6 +187,14 @@ impl Structure {
             Self::Kd(tree) => {
                 let trace = |ray| id(tree.nearest(triangles, ray, |_| true));
                 rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
+            }
+            Self::KdPackets(tree, _) => {
+                hits.resize(rays.len(), u32::MAX);
+                rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET)).for_each(|(rays, hits)| {
+                    let mut found = [None; PACKET];
+                    tree.nearest_of_packet(triangles, rays, |_| true, &mut found[..rays.len()]);
+                    hits.iter_mut().zip(found).for_each(|(hit, found)| *hit = id(found));
+                });
             }
             Self::Grid(grid, _) => {
                 let trace = |ray| id(grid.nearest(triangles, ray, |_| true));

@@ -76,8 +76,12 @@ struct Row {
 /// The stages that find what pixels see and what lights reach: the frame of the papers.
 const TRACING: [&str; 3] = ["build", "see", "shadow"];
 const STAGES: [&str; 5] = ["animate", "build", "see", "shadow", "shade"];
-const STRUCTURES: [(&str, Structure); 3] =
-    [("perspective", Structure::Perspective), ("grid", Structure::GRID), ("bvh", Structure::Bvh)];
+const STRUCTURES: [(&str, Structure); 4] = [
+    ("perspective", Structure::Perspective),
+    ("grid", Structure::GRID),
+    ("kdtree", Structure::KD_TREE),
+    ("bvh", Structure::Bvh),
+];
 
 pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
     use_threads(flags.threads)?;

@@ -11,6 +11,7 @@ mod measure;
 mod median;
 mod peers;
 mod plot;
+mod rays;
 mod shot;
 mod table;
 #[cfg(feature = "view")]
@@ -72,6 +73,14 @@ enum Command {
     Resolution(experiments::ResolutionFlags),
     /// Its Tables 1 and 4: what the mailbox and frustum culling spare (needs the feature `statistics`)
     Culling(experiments::CullingFlags),
+    /// The kd-tree's builders: how long they take, how good the tree is, and how fast rays go through it
+    KdBuilders(experiments::KdBuildersFlags),
+    /// Horn et al. 2007, Tables 1 and 2: traversals of the kd-tree, one ray at a time and in packets
+    KdTraversals(experiments::KdTraversalsFlags),
+    /// Its Figure 2: how mirror bounces slow rays down
+    KdBounces(experiments::KdBouncesFlags),
+    /// Where large packets begin and what they leave out: entry-point search and culling
+    KdEntries(experiments::KdEntriesFlags),
     /// How many pictures a second the window plays, and what the interface adds to each
     #[cfg(feature = "view")]
     Window(window::WindowFlags),
@@ -108,6 +117,10 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::Nested(flags) => flags.run(),
         Command::Resolution(flags) => flags.run(),
         Command::Culling(flags) => flags.run(),
+        Command::KdBuilders(flags) => flags.run(),
+        Command::KdTraversals(flags) => flags.run(),
+        Command::KdBounces(flags) => flags.run(),
+        Command::KdEntries(flags) => flags.run(),
     }
 }
 

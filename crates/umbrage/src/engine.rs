@@ -101,6 +101,10 @@ impl Engine {
         match self {
             Self::Cpu(cpu) => cpu.build(frame, settings)?,
             #[cfg(feature = "gpu")]
+            Self::Gpu(_) if settings.bounces > 0 => {
+                return Err(Error::Settings("mirrors are followed on the CPU alone: a GPU takes 0 bounces".to_owned()));
+            }
+            #[cfg(feature = "gpu")]
             Self::Gpu(gpu) => gpu.build(frame, view, settings, surroundings, output)?,
         }
         Ok(())

@@ -1,4 +1,4 @@
-use umbrage_rays::{Camera, ListedLightOptions, ListedOptions, UniformOptions, View};
+use umbrage_rays::{Camera, KdTreeOptions, ListedLightOptions, ListedOptions, UniformOptions, View};
 use umbrage_scene::{Frame, Light};
 
 use crate::{Background, Error};
@@ -20,6 +20,9 @@ pub struct Settings {
     pub structure: Structure,
     /// Whether camera rays go through triangles whose corners they see clockwise. Those cast shadows all the same.
     pub culls_back_faces: bool,
+    /// How many mirrors, one after the other, light may come by to the camera, 0 to [`Settings::MAX_BOUNCES`]: smooth
+    /// surfaces show what is before them. With 0, and in the last mirror, they show the background alone. On the CPU.
+    pub bounces: u32,
     /// What is behind and around the scene.
     pub background: Background,
     /// Brightness in photographic stops: each step doubles it.
@@ -38,6 +41,7 @@ impl Default for Settings {
             lights: None,
             structure: Structure::default(),
             culls_back_faces: false,
+            bounces: 0,
             background: Background::Sky,
             exposure_stops: 0.0,
             tone_map: ToneMap::PbrNeutral,
@@ -50,6 +54,9 @@ impl Settings {
     pub const MAX_SIDE: u32 = 16_384;
     /// The most camera rays for each pixel.
     pub const MAX_SAMPLES: u32 = 4_096;
+
+    /// The most mirrors that light may come by.
+    pub const MAX_BOUNCES: u32 = 1_024;
 
     /// What the camera sees of a frame.
     pub(crate) fn view(&self, frame: &Frame) -> View {
@@ -67,12 +74,22 @@ impl Settings {
                 "an image of {width}x{height}: each side must be 1 to {limit} pixels"
             )));
         }
-        if let Structure::Grid(options) = self.structure {
-            options.check().map_err(|impossible| Error::Settings(impossible.to_string()))?;
+        match self.structure {
+            Structure::Grid(options) => {
+                options.check().map_err(|impossible| Error::Settings(impossible.to_string()))?
+            }
+            Structure::KdTree(options) => {
+                options.check().map_err(|impossible| Error::Settings(impossible.to_string()))?;
+            }
+            Structure::Perspective | Structure::Listed { .. } | Structure::Bvh => {}
         }
         if !counts.contains(&samples) {
             let limit = Self::MAX_SAMPLES;
             return Err(Error::Settings(format!("{samples} samples a pixel: there must be 1 to {limit}")));
+        }
+        if self.bounces > Self::MAX_BOUNCES {
+            let limit = Self::MAX_BOUNCES;
+            return Err(Error::Settings(format!("{} bounces: there must be at most {limit}", self.bounces)));
         }
         Ok(())
     }
@@ -94,6 +111,8 @@ pub enum Structure {
     /// One uniform grid for all rays, traced in packets. Where the frame has surfaces that let one see what is behind them,
     /// crowded cells hold grids of their own even if the options don't say so.
     Grid(UniformOptions),
+    /// One kd-tree for all rays.
+    KdTree(KdTreeOptions),
     /// One bounding volume hierarchy for all rays.
     Bvh,
 }
@@ -103,6 +122,9 @@ impl Structure {
     pub const LISTED: Self = Self::Listed { camera: ListedOptions::DEFAULT, light: ListedLightOptions::DEFAULT };
     /// The uniform grid with its default options.
     pub const GRID: Self = Self::Grid(UniformOptions::DEFAULT);
+
+    /// The kd-tree that is built fastest.
+    pub const KD_TREE: Self = Self::KdTree(KdTreeOptions::FAST);
 
     /// Whether it is made for the rays of one camera and each light, whose cells and work can be shown.
     #[must_use]

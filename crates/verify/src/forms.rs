@@ -2,14 +2,14 @@ use glam::DVec2;
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Cells, Insertion, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptions,
-    PacketSide, PerspectiveGrid, SeenImage, SeenPixels, TileOrder, Triangles, UniformGrid, UniformOptions, Unmasked,
-    View,
+    Cells, Insertion, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, LightGrid, LightSource, ListedGrid,
+    ListedLightGrid, ListedLightOptions, ListedOptions, PacketSide, PerspectiveGrid, SeenImage, SeenPixels, TileOrder,
+    Triangles, UniformGrid, UniformOptions, Unmasked, View,
 };
 
 use crate::Oracle;
 
-/// What a camera and lights see of triangles: every form of all grids must say what the oracle says.
+/// What a camera and lights see of triangles: every form of all grids and of the kd-tree must say what the oracle says.
 #[derive(Clone, Copy, Debug)]
 pub struct Shot<'a> {
     /// What there is.
@@ -60,7 +60,7 @@ impl Shot<'_> {
         Truth { triangle, lit: (0..self.lights.len()).map(of_light).collect() }
     }
 
-    /// Compares every form of all grids with the oracle, and validates them. Returns how many points of each light no
+    /// Compares every form of all grids and of the kd-tree with the oracle, and validates them. Returns how many points of each light no
     /// face could hold, which are tested against all triangles.
     ///
     /// # Panics
@@ -110,7 +110,46 @@ impl Shot<'_> {
         }
         self.run_listed_lights(comparison, &seen);
         self.run_uniform(comparison);
+        self.run_kd_trees(comparison);
         outliers
+    }
+
+    /// Every kind of builder, layout and traversal once; of what takes long, the fastest alone.
+    fn run_kd_trees(&self, comparison: &Comparison<'_>) {
+        let KdTreeOptions { lazy_below, .. } = KdTreeOptions::DEFAULT;
+        let thorough = [
+            (KdBuilder::Presorted, KdLayout::DepthFirst, KdTraversal::Restart, lazy_below),
+            (KdBuilder::Presorted, KdLayout::Subtrees, KdTraversal::Stack, 40),
+            (KdBuilder::Streaming, KdLayout::DepthFirst, KdTraversal::PushDown, lazy_below),
+            (KdBuilder::Adaptive, KdLayout::Subtrees, KdTraversal::ShortStack(2), lazy_below),
+        ];
+        let fast = (KdBuilder::Binned, KdLayout::DepthFirst, KdTraversal::Stack, lazy_below);
+        let thorough = thorough.into_iter().filter(|_| comparison.validates);
+        for (builder, layout, traversal, lazy_below) in thorough.chain([fast]) {
+            let options = KdTreeOptions { builder, layout, traversal, lazy_below, ..KdTreeOptions::DEFAULT };
+            let mut tree = KdTree::default();
+            tree.set_options(options).expect("possible");
+            tree.build(self.triangles);
+            if comparison.validates {
+                let valid = tree.validate(self.triangles);
+                valid.unwrap_or_else(|broken| panic!("{}, {options:?}: {broken}", comparison.name));
+            }
+            let truth = comparison.truth;
+            let pixels = (0..self.view.width * self.view.height).into_par_iter().step_by(comparison.every);
+            pixels.zip(&truth.triangle).enumerate().for_each(|(place, (pixel, &triangle))| {
+                let (x, y) = (pixel % self.view.width, pixel / self.view.width);
+                let at = || format!("{}, {options:?}: pixel ({x}, {y})", comparison.name);
+                let ray = self.view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y);
+                let hit = tree.nearest(self.triangles, &ray, |_| true);
+                assert_eq!(hit.map_or(SeenPixels::NONE, |hit| hit.triangle), triangle, "{}", at());
+                let Some(hit) = hit else { return };
+                for (light, lit) in self.lights.iter().zip(&truth.lit) {
+                    let shadow_ray = ShadowRay::new(light, HitPoint::new(&ray, hit.t));
+                    let blocked = tree.blocked(self.triangles, &shadow_ray, hit.triangle, |_, _| true);
+                    assert_eq!(!blocked, lit[place], "{}, {light:?}", at());
+                }
+            });
+        }
     }
 
     fn run_uniform(&self, comparison: &Comparison<'_>) {

@@ -42,7 +42,7 @@ fn check(name: &str, scene: &Scene, moment: f64, combinations: &[(usize, SimdLev
     let seconds = moment * scene.duration_seconds();
     let (renderer, truth) = render(scene, seconds, Structure::Bvh, 2, SimdLevel::default());
     ask_oracle(name, renderer.frame(), &truth, questions);
-    for structure in [Structure::Perspective, Structure::LISTED, Structure::GRID] {
+    for structure in [Structure::Perspective, Structure::LISTED, Structure::GRID, Structure::KD_TREE] {
         for &(threads, level) in combinations {
             let (_, shown) = render(scene, seconds, structure, threads, level);
             let place = format!("{name} on {threads} threads with {level} through {structure:?}");

@@ -82,6 +82,7 @@ fn posed_frames_are_rendered_as_their_scenes_are() {
         ("another light", Settings { lights: Some(vec![lamp.clone(), lamp]), ..settings() }),
         ("the paper's form", Settings { structure: Structure::LISTED, ..settings() }),
         ("the uniform grid", Settings { structure: Structure::GRID, ..settings() }),
+        ("the kd-tree", Settings { structure: Structure::KD_TREE, ..settings() }),
         ("the hierarchy", Settings { structure: Structure::Bvh, ..settings() }),
     ];
     for demo in ["shatter", "glass", "forest"] {
@@ -325,7 +326,7 @@ fn rays_through_edges_are_settled_by_the_predicate() {
     if let Some(mut gpu) = gpu() {
         check(&mut gpu, true);
     }
-    for structure in [Structure::LISTED, Structure::GRID, Structure::Bvh] {
+    for structure in [Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh] {
         let mut renderer = Renderer::default();
         let (frame, settings) = diagonal();
         renderer.render_frame(frame, &Settings { structure, ..settings }).expect("a frame");

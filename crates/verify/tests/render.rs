@@ -22,7 +22,9 @@ fn compare(scene: &Scene, seconds: f64, name: &str) -> usize {
 /// Does the same with back faces culled or not.
 fn compare_with(scene: &Scene, seconds: f64, name: &str, culls_back_faces: bool) -> usize {
     let mut truth = None;
-    for structure in [Structure::Perspective, Structure::LISTED, Structure::GRID, Structure::Bvh] {
+    const STRUCTURES: [Structure; 5] =
+        [Structure::Perspective, Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh];
+    for structure in STRUCTURES {
         let settings = Settings { culls_back_faces, ..settings(structure) };
         let mut renderer = Renderer::default();
         renderer.render(scene, seconds, &settings).unwrap_or_else(|error| panic!("{name}: {error}"));

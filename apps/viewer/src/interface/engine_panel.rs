@@ -3,10 +3,12 @@
 use eframe::egui::{self, ComboBox, DragValue, Slider};
 use umbrage::Settings;
 use umbrage::gpu::Adapter;
+use umbrage::rays::{KdBuilder, KdTraversal};
 
 use crate::app::App;
 use crate::choices::{
-    Choices, EngineChoice, ListedChoices, Resolution, StructureChoice, SurroundingsChoice, UniformChoices,
+    Choices, EngineChoice, KdTreeChoices, ListedChoices, Resolution, StructureChoice, SurroundingsChoice,
+    UniformChoices,
 };
 
 pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
@@ -30,6 +32,7 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
     });
     if choices.engine == EngineChoice::Cpu {
         structure(choices, ui);
+        ui.add(Slider::new(&mut choices.bounces, 0..=16).text("Mirrors in a row"));
     }
     ui.checkbox(&mut choices.culls_back_faces, "See through back faces");
     if before != (choices.engine.clone(), choices.structure) {
@@ -41,10 +44,11 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
 }
 
 fn structure(choices: &mut Choices, ui: &mut egui::Ui) {
-    const ALL: [(StructureChoice, &str); 4] = [
+    const ALL: [(StructureChoice, &str); 5] = [
         (StructureChoice::Perspective, "Perspective grid"),
         (StructureChoice::Listed, "Grid with lists"),
         (StructureChoice::Grid, "Uniform grid"),
+        (StructureChoice::KdTree, "Kd-tree"),
         (StructureChoice::Bvh, "Hierarchy"),
     ];
     let chosen = ALL.iter().find(|(choice, _)| *choice == choices.structure).map_or("", |(_, name)| *name);
@@ -56,7 +60,19 @@ fn structure(choices: &mut Choices, ui: &mut egui::Ui) {
     match choices.structure {
         StructureChoice::Listed => listed(&mut choices.listed, ui),
         StructureChoice::Grid => uniform(&mut choices.uniform, ui),
+        StructureChoice::KdTree => kd_tree(&mut choices.kd_tree, ui),
         StructureChoice::Perspective | StructureChoice::Bvh => {}
+    }
+}
+
+fn kd_tree(kd_tree: &mut KdTreeChoices, ui: &mut egui::Ui) {
+    // One that takes N² time isn't for a window.
+    let builders = KdBuilder::ALL.into_iter().filter(|builder| *builder != KdBuilder::Naive);
+    names(ui, "Builder", &mut kd_tree.builder, builders.map(|builder| builder.to_string()));
+    let traversals = KdTraversal::KINDS.into_iter().map(|traversal| traversal.to_string());
+    names(ui, "Traversal", &mut kd_tree.traversal, traversals);
+    if ui.button("Defaults").clicked() {
+        *kd_tree = KdTreeChoices::default();
     }
 }
 
@@ -78,6 +94,14 @@ fn listed(listed: &mut ListedChoices, ui: &mut egui::Ui) {
     if ui.button("Defaults").clicked() {
         *listed = ListedChoices::default();
     }
+}
+
+fn names(ui: &mut egui::Ui, label: &str, value: &mut String, all: impl Iterator<Item = String>) {
+    ComboBox::from_label(label).selected_text(value.as_str()).width(110.0).show_ui(ui, |ui| {
+        for name in all {
+            ui.selectable_value(value, name.clone(), name);
+        }
+    });
 }
 
 fn powers(ui: &mut egui::Ui, label: &str, value: &mut u32, all: &[u32]) {

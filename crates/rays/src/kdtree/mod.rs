@@ -15,6 +15,7 @@
 mod build;
 mod extent;
 mod layout;
+mod names;
 mod node;
 mod options;
 mod packet;
@@ -26,6 +27,7 @@ use crate::{Omitted, SimdLevel};
 use build::{Deferred, Pool};
 use extent::Extent;
 use layout::Branch;
+pub use names::UnknownKdName;
 use node::Nodes;
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
 pub use packet::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth};

@@ -107,6 +107,9 @@ impl KdTreeOptions {
         lazy_below: 0,
     };
 
+    /// With the fastest builder: for trees that serve a single frame.
+    pub const FAST: Self = Self { builder: KdBuilder::Binned, ..Self::DEFAULT };
+
     /// Most triangles of a node below which all is built by one ray's thread.
     pub const MOST_LAZY: u32 = 1 << 12;
 

@@ -22,6 +22,13 @@ impl HitPoint {
         let error = 5.0 * ROUNDING * (step.abs().max_element() + position.abs().max_element());
         Self { position, error }
     }
+
+    /// Whether the point may be in the plane of the triangle `corners`, as far as its error allows to tell. Rays that start
+    /// at the point pass through such triangles: they begin there.
+    #[must_use]
+    pub fn is_on(&self, corners: [Vec3; 3]) -> bool {
+        height_above(canonical_order(&corners).map(|place| corners[place]), *self).is_none()
+    }
 }
 
 /// The segment from a light to a point, which decides whether the point is lit.

@@ -6,7 +6,7 @@ mod shadow;
 mod single_rays;
 
 use umbrage_rays::{
-    Bvh, GridCounts, Hit, LightGrid, LightGridCounts, LightGridSeconds, ListedGrid, ListedLightGrid, Omitted,
+    Bvh, GridCounts, Hit, KdTree, LightGrid, LightGridCounts, LightGridSeconds, ListedGrid, ListedLightGrid, Omitted,
     PerspectiveGrid, Ray, SeenPixels, SimdLevel, UniformGrid, UniformOptions, predicate,
 };
 use umbrage_scene::Frame;
@@ -22,8 +22,11 @@ pub(crate) struct Cpu {
     level: SimdLevel,
     /// Whether camera rays go through back faces.
     culls_back_faces: bool,
-    /// For single rays, but where the structure is the uniform grid; for all rays where it is the hierarchy.
+    /// How many mirrors light may come by.
+    bounces: u32,
+    /// For single rays of structures that don't serve them, and for all rays where the structure is the hierarchy.
     bvh: Bvh,
+    kd_tree: KdTree,
     uniform_grid: UniformGrid,
     camera_grid: PerspectiveGrid,
     listed_grid: ListedGrid,
@@ -63,7 +66,7 @@ impl Cpu {
         }
     }
 
-    /// Rebuilds what serves all samples of a frame: the uniform grid, or the hierarchy where anything needs it. Other grids
+    /// Rebuilds what serves all samples of a frame: the uniform grid, the kd-tree, or the hierarchy where anything needs it. Other grids
     /// are made for the rays of one sample, by the stages that trace them.
     pub(crate) fn build(&mut self, frame: &Frame, settings: &Settings) -> Result<(), Error> {
         self.structure = settings.structure;
@@ -71,21 +74,33 @@ impl Cpu {
             camera.culls_back_faces |= settings.culls_back_faces;
         }
         self.culls_back_faces = settings.culls_back_faces;
+        self.bounces = settings.bounces;
         self.camera_grid.set_culls_back_faces(settings.culls_back_faces);
         self.shadow_rays = 0;
         self.settled_tests = [0; 2];
         self.camera_work = GridCounts::default();
         self.light_work.clear();
-        if let Structure::Grid(mut options) = self.structure {
-            if frame.is_see_through() {
-                // Rays that come one at a time need them where triangles crowd: a twelfth of the time for `demo:glass`.
-                options.nested_above = options.nested_above.or(UniformOptions::NESTED.nested_above);
+        match self.structure {
+            Structure::Grid(mut options) => {
+                if frame.is_see_through() || settings.bounces > 0 {
+                    // Rays that come one at a time need them where triangles crowd: a twelfth of the time for `demo:glass`.
+                    options.nested_above = options.nested_above.or(UniformOptions::NESTED.nested_above);
+                }
+                let set = self.uniform_grid.set_options(options);
+                set.map_err(|impossible| Error::Settings(impossible.to_string()))?;
+                self.uniform_grid.build(frame.triangles());
             }
-            let set = self.uniform_grid.set_options(options);
-            set.map_err(|impossible| Error::Settings(impossible.to_string()))?;
-            self.uniform_grid.build(frame.triangles());
-        } else if self.structure == Structure::Bvh || frame.is_see_through() {
-            self.bvh.build(frame.triangles());
+            Structure::KdTree(options) => {
+                let set = self.kd_tree.set_options(options);
+                set.map_err(|impossible| Error::Settings(impossible.to_string()))?;
+                self.kd_tree.build(frame.triangles());
+            }
+            Structure::Bvh => self.bvh.build(frame.triangles()),
+            Structure::Perspective | Structure::Listed { .. } => {
+                if frame.is_see_through() || settings.bounces > 0 {
+                    self.bvh.build(frame.triangles());
+                }
+            }
         }
         Ok(())
     }
@@ -94,7 +109,8 @@ impl Cpu {
     fn single_rays(&self) -> SingleRays<'_> {
         match self.structure {
             Structure::Grid(_) => SingleRays::Grid(&self.uniform_grid),
-            _ => SingleRays::Bvh(&self.bvh),
+            Structure::KdTree(_) => SingleRays::KdTree(&self.kd_tree),
+            Structure::Perspective | Structure::Listed { .. } | Structure::Bvh => SingleRays::Bvh(&self.bvh),
         }
     }
 
@@ -123,6 +139,7 @@ impl Cpu {
             Structure::Perspective => self.camera_grid.omitted(),
             Structure::Listed { .. } => self.listed_grid.omitted(),
             Structure::Grid(_) => self.uniform_grid.omitted(),
+            Structure::KdTree(_) => self.kd_tree.omitted(),
             Structure::Bvh => self.bvh.omitted(),
         }
     }
@@ -142,6 +159,7 @@ impl Cpu {
             Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.triangle_bytes(),
             Structure::Listed { .. } => self.bvh.bytes() + self.listed_grid.bytes() + self.listed_light_grid.bytes(),
             Structure::Grid(_) => self.uniform_grid.bytes(),
+            Structure::KdTree(_) => self.kd_tree.bytes(),
             Structure::Bvh => self.bvh.bytes(),
         }
     }
@@ -150,7 +168,7 @@ impl Cpu {
         match self.structure {
             Structure::Perspective => self.light_grid.bytes() - self.light_grid.triangle_bytes(),
             // The paper's form counts with the triangles: its points and triangles share lists.
-            Structure::Listed { .. } | Structure::Grid(_) | Structure::Bvh => 0,
+            Structure::Listed { .. } | Structure::Grid(_) | Structure::KdTree(_) | Structure::Bvh => 0,
         }
     }
 

@@ -31,7 +31,7 @@ impl Cpu {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;
                 listed_grid.trace_counting(triangles, SolidPoints(frame), seen, work);
             }
-            Structure::Grid(_) | Structure::Bvh => self.see(frame, view, sample)?,
+            Structure::Grid(_) | Structure::KdTree(_) | Structure::Bvh => self.see(frame, view, sample)?,
         }
         Ok(())
     }
@@ -41,8 +41,7 @@ impl Cpu {
     /// # Errors
     /// Where the image is larger than the structure's limit.
     pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
-        let Self { structure, bvh, uniform_grid, camera_grid, listed_grid, seen, camera_work, settled_tests, .. } =
-            self;
+        let Self { structure, uniform_grid, camera_grid, listed_grid, seen, camera_work, settled_tests, .. } = self;
         let culls_back_faces = self.culls_back_faces;
         let triangles = frame.triangles();
         match structure {
@@ -60,23 +59,27 @@ impl Cpu {
                 let is_opaque = |id| !frame.is_masked(id) && points.is_seen(id);
                 uniform_grid.see(triangles, view, sample.offset_pixels, is_opaque, points, seen);
             }
-            Structure::Bvh => {
-                seen.resize(view.width, view.height);
-                let order = seen.order();
-                let SeenPixels { triangle, inverse_depth, .. } = seen;
-                let places = triangle.par_iter_mut().zip(inverse_depth).enumerate();
-                places.for_each(|(place, (triangle, inverse_depth))| {
-                    let pixel = order.pixel(place);
-                    let nearest = pixel.and_then(|(x, y)| {
-                        let ray = sample.ray(view, x, y);
-                        bvh.nearest(triangles, &ray, |hit: &Hit| counts(frame, &ray, hit, culls_back_faces))
-                    });
-                    *triangle = nearest.map_or(SeenPixels::NONE, |hit| hit.triangle);
-                    *inverse_depth = nearest.map_or(f32::NAN, |hit| SeenPixels::inverse_of(hit.t));
-                });
-            }
+            Structure::KdTree(_) | Structure::Bvh => self.see_ray_by_ray(frame, view, sample),
         }
         Ok(())
+    }
+
+    fn see_ray_by_ray(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+        let mut seen = std::mem::take(&mut self.seen);
+        seen.resize(view.width, view.height);
+        let (rays, culls_back_faces) = (self.single_rays(), self.culls_back_faces);
+        let order = seen.order();
+        let places = seen.triangle.par_iter_mut().zip(&mut seen.inverse_depth).enumerate();
+        places.for_each(|(place, (triangle, inverse_depth))| {
+            let pixel = order.pixel(place);
+            let nearest = pixel.and_then(|(x, y)| {
+                let ray = sample.ray(view, x, y);
+                rays.nearest(frame.triangles(), &ray, |hit: &Hit| counts(frame, &ray, hit, culls_back_faces))
+            });
+            *triangle = nearest.map_or(SeenPixels::NONE, |hit| hit.triangle);
+            *inverse_depth = nearest.map_or(f32::NAN, |hit| SeenPixels::inverse_of(hit.t));
+        });
+        self.seen = seen;
     }
 }
 

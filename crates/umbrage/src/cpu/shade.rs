@@ -2,8 +2,9 @@ use std::array;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x16, mask32x16};
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
+use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{Hit, Ray, SeenPixels, TileOrder, View};
 use umbrage_scene::Frame;
 
@@ -14,7 +15,7 @@ use crate::Film;
 use crate::background::Surroundings;
 use crate::sampling::Sample;
 use crate::shade::lanes::{Each, LANES, Vectors, lanes_of, vector_of};
-use crate::shade::{Block, BlockHits, BlockRays, Footprint, Surface, arriving};
+use crate::shade::{Block, BlockHits, BlockRays, Footprint, SeenReflectance, Surface, arriving};
 
 impl Cpu {
     /// Adds each pixel's radiance at the current sample to the film.
@@ -26,11 +27,10 @@ impl Cpu {
         surroundings: &Surroundings<'_>,
         film: &mut Film,
     ) {
-        let Self { lit, seen, culls_back_faces, .. } = self;
-        let rays_behind = self.single_rays();
+        let Self { lit, seen, culls_back_faces, bounces, .. } = self;
+        let (culls_back_faces, bounces, rays_onward) = (*culls_back_faces, *bounces, self.single_rays());
         let (level, footprint) = (Level::from(self.level), Footprint::new(view, sample.of));
-        let shading =
-            Shading { rays_behind, lit, seen, frame, surroundings, footprint, culls_back_faces: *culls_back_faces };
+        let shading = Shading { rays_onward, lit, seen, frame, surroundings, footprint, culls_back_faces, bounces };
         let Film { color, depth, normal, triangle, .. } = film;
         let rows = TileOrder::BLOCK as usize * view.width as usize;
         let planes = color.par_chunks_mut(rows).zip(depth.par_chunks_mut(rows));
@@ -49,14 +49,16 @@ impl Cpu {
 
 /// What shading one sample needs.
 struct Shading<'a> {
-    /// For rays that go on behind what was seen.
-    rays_behind: SingleRays<'a>,
+    /// For rays that go on behind what was seen, or from mirrors.
+    rays_onward: SingleRays<'a>,
     lit: &'a [LightMask],
     seen: &'a SeenPixels,
     frame: &'a Frame,
     surroundings: &'a Surroundings<'a>,
     footprint: Footprint,
     culls_back_faces: bool,
+    /// How many mirrors light may come by.
+    bounces: u32,
 }
 
 /// What the rays of a block saw.
@@ -76,45 +78,77 @@ impl Shading<'_> {
     /// How many such surfaces one behind the other are seen through.
     const MOST_LAYERS: usize = 32;
 
-    /// What the camera rays of a block see, through blended and transmissive surfaces to what is behind them.
+    /// What the camera rays of a block see, through blended and transmissive surfaces to what is behind them, and in
+    /// mirrors.
     #[inline(always)]
     fn shade<S: Simd>(&self, simd: S, block: &Block<'_>) -> Shaded {
-        let nothing = Vectors::splat(simd, Vec3::ZERO);
-        let (mut color, mut through) = (nothing, Vectors::splat(simd, Vec3::ONE));
-        let (mut shown, mut depth, mut normal, mut triangle) = (0, f32x16::splat(simd, 0.0), nothing, [0; LANES]);
+        let (nothing, one) = (Vectors::splat(simd, Vec3::ZERO), Vectors::splat(simd, Vec3::ONE));
         let place = self.seen.order().place(block.corner[0], block.corner[1]);
         let rays = BlockRays::new(simd, block);
-        let mut next = BlockHits::of_seen(simd, self.frame, block, &rays, &self.seen.triangle[place..place + LANES]);
-        let mut found = None;
-        for layer in 0..Self::MOST_LAYERS {
-            let Some(hits) = next else { break };
-            let surface = Surface::new(simd, self.frame, &rays, &hits, &self.footprint);
-            let lit = |light: usize| match &found {
-                None => self.lit[light].block(place / LANES),
-                Some(found) => self.lit_behind(block, light, found),
-            };
-            let radiance = self.reflected(simd, &surface, hits.shown, lit);
-            let is_shown = mask32x16::from_bitmask(simd, hits.shown.into());
-            color += Vectors::select(is_shown, radiance * through.scaled(surface.opacity), nothing);
-            let passing = Vectors::splat(simd, Vec3::ONE).lerp(surface.transmitted, surface.opacity);
-            through = Vectors::select(is_shown, through * passing, through);
-            if layer == 0 {
-                (shown, depth, normal, triangle) = (hits.shown, hits.depth, surface.normal, hits.triangle);
+        let next = BlockHits::of_seen(simd, self.frame, block, &rays, &self.seen.triangle[place..place + LANES]);
+        let mut path = Path { rays, next, through: one, from_mirrors: None };
+        let mut mirrors: Vec<Path<S>> = Vec::new();
+        let (mut shown, mut depth, mut normal, mut triangle) = (0, f32x16::splat(simd, 0.0), nothing, [0; LANES]);
+        let (mut color, mut behind_all) = (nothing, nothing);
+        loop {
+            let Path { rays, mut next, mut through, from_mirrors } = path;
+            let ray = |lane| from_mirrors.as_ref().map_or_else(|| block.ray(lane), |from| from.rays[lane]);
+            let mut found = from_mirrors.as_ref().map(|from| from.found);
+            let bounces_left = self.bounces - from_mirrors.as_ref().map_or(0, |from| from.bounces);
+            for layer in 0..Self::MOST_LAYERS {
+                let Some(hits) = next else { break };
+                let surface = Surface::new(simd, self.frame, &rays, &hits, &self.footprint);
+                let lit = |light: usize| match &found {
+                    None => self.lit[light].block(place / LANES),
+                    Some(found) => self.lit_onward(&ray, light, found),
+                };
+                let seen = surface.reflectance.seen(simd, surface.normal, surface.view);
+                let mirrored = surface.normal.scaled(2.0 * surface.view.dot(surface.normal)) - surface.view;
+                let traced = if bounces_left == 0 { 0 } else { mirror_lanes(&surface, mirrored, hits.shown) };
+                let radiance = self.reflected(simd, &surface, &seen, mirrored, hits.shown, traced, lit);
+                let is_shown = mask32x16::from_bitmask(simd, hits.shown.into());
+                color += Vectors::select(is_shown, radiance * through.scaled(surface.opacity), nothing);
+                if traced != 0 {
+                    let from = self.from_mirrors(
+                        &ray,
+                        traced,
+                        &mirrored.store(),
+                        found.as_ref(),
+                        &hits.triangle,
+                        bounces_left,
+                    );
+                    let rays = BlockRays::of_rays(simd, &from.rays, rays.travelled + hits.depth);
+                    let next = BlockHits::of_found(simd, self.frame, &rays, &from.found);
+                    let is_traced = mask32x16::from_bitmask(simd, traced.into());
+                    let reflected = through.scaled(surface.opacity) * seen.specular();
+                    let through = Vectors::select(is_traced, reflected, nothing);
+                    mirrors.push(Path { rays, next, through, from_mirrors: Some(from) });
+                }
+                let passing = one.lerp(surface.transmitted, surface.opacity);
+                through = Vectors::select(is_shown, through * passing, through);
+                if layer == 0 && from_mirrors.is_none() {
+                    (shown, depth, normal, triangle) = (hits.shown, hits.depth, surface.normal, hits.triangle);
+                }
+                let seen_through = hits.shown & through.largest().simd_gt(0.0).to_bitmask() as u16;
+                if seen_through == 0 {
+                    break;
+                }
+                let behind = self.behind(&ray, seen_through, found.as_ref(), &hits.triangle);
+                next = BlockHits::of_found(simd, self.frame, &rays, &behind);
+                found = Some(behind);
             }
-            let seen_through = hits.shown & through.largest().simd_gt(0.0).to_bitmask() as u16;
-            if seen_through == 0 {
-                break;
+            if through.largest().simd_gt(0.0).any_true() {
+                color += self.surroundings.radiance(simd, rays.unit_direction()) * through;
             }
-            let behind = self.behind(block, seen_through, found.as_ref(), &hits.triangle);
-            next = BlockHits::of_found(simd, self.frame, &rays, &behind);
-            found = Some(behind);
-        }
-        if through.largest().simd_gt(0.0).any_true() {
-            color += self.surroundings.radiance(simd, rays.unit_direction()) * through;
+            if from_mirrors.is_none() {
+                behind_all = through;
+            }
+            let Some(next_path) = mirrors.pop() else { break };
+            path = next_path;
         }
         Shaded {
             color: color.store(),
-            coverage: (1.0 - (through.x + through.y + through.z) / 3.0).into(),
+            coverage: (1.0 - (behind_all.x + behind_all.y + behind_all.z) / 3.0).into(),
             shown,
             depth: depth.into(),
             normal: normal.store(),
@@ -123,16 +157,25 @@ impl Shading<'_> {
     }
 
     /// Radiance that surfaces send along the rays, by themselves and from the lights that reach them; `lit` gives the
-    /// lanes that a light reaches.
+    /// lanes that a light reaches. What is seen in the mirrors of the `traced` lanes is left out.
     #[inline(always)]
-    fn reflected<S: Simd>(&self, simd: S, surface: &Surface<S>, shown: u16, lit: impl Fn(usize) -> u16) -> Vectors<S> {
-        let Surface { normal, view, reflectance, .. } = *surface;
-        let mirrored = normal.scaled(2.0 * view.dot(normal)) - view;
-        let seen = reflectance.seen(simd, normal, view);
-        let ambient = seen.ambient(
-            self.surroundings.irradiance(simd, normal),
-            self.surroundings.blurred(simd, mirrored, reflectance.roughness()),
-        );
+    fn reflected<S: Simd>(
+        &self,
+        simd: S,
+        surface: &Surface<S>,
+        seen: &SeenReflectance<S>,
+        mirrored: Vectors<S>,
+        shown: u16,
+        traced: u16,
+        lit: impl Fn(usize) -> u16,
+    ) -> Vectors<S> {
+        let Surface { normal, reflectance, .. } = *surface;
+        let mut surrounding = self.surroundings.blurred(simd, mirrored, reflectance.roughness());
+        if traced != 0 {
+            let nothing = Vectors::splat(simd, Vec3::ZERO);
+            surrounding = Vectors::select(mask32x16::from_bitmask(simd, traced.into()), nothing, surrounding);
+        }
+        let ambient = seen.ambient(self.surroundings.irradiance(simd, normal), surrounding);
         let mut radiance = surface.emitted + ambient.scaled(surface.ambient_occlusion);
         for (place, light) in self.frame.lights.iter().enumerate() {
             let lit = lit(place) & shown & !surface.unlit;
@@ -157,32 +200,94 @@ impl Shading<'_> {
     #[cold]
     fn behind(
         &self,
-        block: &Block<'_>,
+        ray: &dyn Fn(usize) -> Ray,
         lanes: u16,
         found: Option<&Each<Option<Hit>>>,
         first: &Each<u32>,
     ) -> Each<Option<Hit>> {
         let mut behind = [None; LANES];
         for lane in lanes_of(lanes) {
-            let ray = block.ray(lane);
+            let ray = ray(lane);
             // The exact distance, so that the same surface isn't met again.
             let hit = found.map_or_else(|| hit_of(self.frame, &ray, first[lane]), |found| found[lane]);
             let Some(hit) = hit else { continue };
             let counts = |hit: &Hit| counts(self.frame, &ray, hit, self.culls_back_faces);
-            behind[lane] = self.rays_behind.nearest(self.frame.triangles(), &Ray { t_min: hit.t, ..ray }, counts);
+            behind[lane] = self.rays_onward.nearest(self.frame.triangles(), &Ray { t_min: hit.t, ..ray }, counts);
         }
         behind
     }
 
+    /// What some lanes show in the mirrors that they have `found`, or that they show `first`, in the directions `mirrored`.
+    #[cold]
+    fn from_mirrors(
+        &self,
+        ray: &dyn Fn(usize) -> Ray,
+        lanes: u16,
+        mirrored: &[Each<f32>; 3],
+        found: Option<&Each<Option<Hit>>>,
+        first: &Each<u32>,
+        bounces_left: u32,
+    ) -> FromMirrors {
+        // Lanes without a ray get one that points somewhere.
+        let mut from = FromMirrors {
+            rays: [Ray::new(DVec3::ZERO, DVec3::Z); LANES],
+            found: [None; LANES],
+            bounces: self.bounces - bounces_left + 1,
+        };
+        let triangles = self.frame.triangles();
+        for lane in lanes_of(lanes) {
+            let ray = ray(lane);
+            let hit = found.map_or_else(|| hit_of(self.frame, &ray, first[lane]), |found| found[lane]);
+            let Some(hit) = hit else { continue };
+            let point = HitPoint::new(&ray, hit.t);
+            let ray = Ray::new(point.position, vector_of(lane, mirrored).as_dvec3());
+            from.rays[lane] = ray;
+            // As with shadows: neither the mirror itself nor what the point touches, as far as anybody can tell.
+            from.found[lane] = self.rays_onward.nearest(triangles, &ray, |other| {
+                other.triangle != hit.triangle
+                    && !point.is_on(triangles.corners(other.triangle))
+                    && self.frame.is_solid(other.triangle, other.barycentric)
+            });
+        }
+        from
+    }
+
     /// The lanes whose `found` hits a light reaches.
     #[cold]
-    fn lit_behind(&self, block: &Block<'_>, light: usize, found: &Each<Option<Hit>>) -> u16 {
+    fn lit_onward(&self, ray: &dyn Fn(usize) -> Ray, light: usize, found: &Each<Option<Hit>>) -> u16 {
         let light = &self.frame.lights[light];
-        let is_lit = |lane: usize, hit: &Hit| !is_blocked(self.rays_behind, self.frame, light, &block.ray(lane), hit);
+        let is_lit = |lane: usize, hit: &Hit| !is_blocked(self.rays_onward, self.frame, light, &ray(lane), hit);
         (0..LANES)
             .filter(|&lane| found[lane].is_some_and(|hit| is_lit(lane, &hit)))
             .fold(0, |lit, lane| lit | 1 << lane)
     }
+}
+
+/// The lanes in which a surface is a mirror, and shows what is before it.
+#[inline(always)]
+fn mirror_lanes<S: Simd>(surface: &Surface<S>, mirrored: Vectors<S>, shown: u16) -> u16 {
+    // A bent normal may mirror rays into the triangle.
+    let is_outside = surface.geometric_normal.dot(mirrored).simd_gt(0.0);
+    (surface.reflectance.is_mirror() & is_outside).to_bitmask() as u16 & shown & !surface.unlit
+}
+
+/// Sixteen ways from the camera on.
+struct Path<S: Simd> {
+    rays: BlockRays<S>,
+    /// What they meet next.
+    next: Option<BlockHits<S>>,
+    /// How much of what they meet reaches the camera; zero in lanes without a ray.
+    through: Vectors<S>,
+    /// `None` for the camera's own rays.
+    from_mirrors: Option<FromMirrors>,
+}
+
+/// Rays that come from mirrors.
+struct FromMirrors {
+    rays: Each<Ray>,
+    found: Each<Option<Hit>>,
+    /// How many mirrors are behind them.
+    bounces: u32,
 }
 
 /// Some rows of the film, as many as a block has.

@@ -69,7 +69,7 @@ impl Cpu {
             Structure::Perspective => self.shadow_through_grids(frame, view, sample),
             Structure::Listed { light, .. } => self.shadow_through_lists(frame, view, sample, light),
             Structure::Grid(_) => self.shadow_through_packets(frame, view, sample),
-            Structure::Bvh => self.shadow_through_hierarchy(frame, view, sample),
+            Structure::KdTree(_) | Structure::Bvh => self.shadow_ray_by_ray(frame, view, sample),
         }
         for (light, mask) in frame.lights.iter().zip(&mut self.lit) {
             if !light.casts_shadow {
@@ -102,7 +102,7 @@ impl Cpu {
                 listed_light_grid.survey(&image);
                 listed_light_grid.locate(&image, light, cells);
             }
-            Structure::Grid(_) | Structure::Bvh => *cells = LightCells::default(),
+            Structure::Grid(_) | Structure::KdTree(_) | Structure::Bvh => *cells = LightCells::default(),
         }
     }
 
@@ -142,10 +142,11 @@ impl Cpu {
         }
     }
 
-    fn shadow_through_hierarchy(&mut self, frame: &Frame, view: &View, sample: &Sample) {
-        let Self { bvh, seen, lit, .. } = self;
+    fn shadow_ray_by_ray(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+        let mut lit = std::mem::take(&mut self.lit);
+        let (rays, seen) = (self.single_rays(), &self.seen);
         let order = seen.order();
-        for (light, mask) in shadowing(frame, lit) {
+        for (light, mask) in shadowing(frame, &mut lit) {
             let blocks = mask.blocks.par_iter_mut().zip(seen.triangle.par_chunks(TileOrder::BLOCK_PLACES));
             blocks.enumerate().for_each(|(block, (bits, seen))| {
                 *bits = 0;
@@ -153,11 +154,12 @@ impl Cpu {
                     let Some((x, y)) = order.pixel(block * TileOrder::BLOCK_PLACES + place) else { continue };
                     let ray = sample.ray(view, x, y);
                     let Some(hit) = hit_of(frame, &ray, seen) else { continue };
-                    let lit = !is_blocked(SingleRays::Bvh(bvh), frame, light, &ray, &hit);
+                    let lit = !is_blocked(rays, frame, light, &ray, &hit);
                     *bits |= u16::from(lit) << place;
                 }
             });
         }
+        self.lit = lit;
     }
 }
 

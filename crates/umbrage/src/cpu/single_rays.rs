@@ -1,10 +1,11 @@
 use umbrage_rays::predicate::ShadowRay;
-use umbrage_rays::{Bvh, Hit, Ray, Triangles, UniformGrid};
+use umbrage_rays::{Bvh, Hit, KdTree, Ray, Triangles, UniformGrid};
 
 /// The structure for rays that come one at a time.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum SingleRays<'a> {
     Grid(&'a UniformGrid),
+    KdTree(&'a KdTree),
     Bvh(&'a Bvh),
 }
 
@@ -13,6 +14,7 @@ impl SingleRays<'_> {
     pub(super) fn nearest(self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
         match self {
             Self::Grid(grid) => grid.nearest(triangles, ray, counts),
+            Self::KdTree(tree) => tree.nearest(triangles, ray, counts),
             Self::Bvh(bvh) => bvh.nearest(triangles, ray, counts),
         }
     }
@@ -27,6 +29,7 @@ impl SingleRays<'_> {
     ) -> bool {
         match self {
             Self::Grid(grid) => grid.blocked(triangles, shadow_ray, own, counts),
+            Self::KdTree(tree) => tree.blocked(triangles, shadow_ray, own, counts),
             Self::Bvh(bvh) => bvh.blocked(triangles, shadow_ray, own, counts),
         }
     }

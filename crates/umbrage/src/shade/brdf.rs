@@ -1,7 +1,7 @@
 use std::f32::consts::PI;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16};
+use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 
 use super::lanes::Vectors;
@@ -72,6 +72,12 @@ impl<S: Simd> Reflectance<S> {
         self.roughness
     }
 
+    /// Where it is so smooth that what is around is seen in it sharply.
+    #[inline(always)]
+    pub(crate) fn is_mirror(&self) -> mask32x16<S> {
+        self.roughness.simd_le(Self::SMOOTHEST)
+    }
+
     /// How it looks at a unit normal from the direction `view`, of unit length and away from the surface.
     #[inline(always)]
     pub(crate) fn seen(self, simd: S, normal: Vectors<S>, view: Vectors<S>) -> SeenReflectance<S> {
@@ -107,6 +113,12 @@ impl<S: Simd> SeenReflectance<S> {
     #[inline(always)]
     pub(crate) fn ambient(&self, irradiance: Vectors<S>, reflected: Vectors<S>) -> Vectors<S> {
         self.diffuse * irradiance + self.specular * reflected
+    }
+
+    /// How much of what is in the mirror direction the specular layer shows.
+    #[inline(always)]
+    pub(crate) fn specular(&self) -> Vectors<S> {
+        self.specular
     }
 }
 

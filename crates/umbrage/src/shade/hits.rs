@@ -13,7 +13,7 @@ pub(crate) struct BlockHits<S: Simd> {
     /// The lanes that meet one, the first in the lowest bit. Others hold numbers without a meaning, and ids that exist.
     pub(crate) shown: u16,
     pub(crate) triangle: Each<u32>,
-    /// Along the camera's forward axis.
+    /// Along the camera's forward axis, or along rays from mirrors.
     pub(crate) depth: f32x16<S>,
     /// World positions.
     pub(super) position: [Wide<S>; 2],

@@ -184,6 +184,12 @@ impl<S: Simd> Wide<S> {
         Self { x: f64x8::splat(simd, value.x), y: f64x8::splat(simd, value.y), z: f64x8::splat(simd, value.z) }
     }
 
+    /// From the lanes' x, y and z.
+    #[inline(always)]
+    pub(crate) fn load(simd: S, [x, y, z]: &[[f64; LANES / 2]; 3]) -> Self {
+        Self { x: f64x8::from_slice(simd, x), y: f64x8::from_slice(simd, y), z: f64x8::from_slice(simd, z) }
+    }
+
     /// The largest magnitude of x, y and z.
     #[inline(always)]
     pub(crate) fn reach(self) -> f64x8<S> {

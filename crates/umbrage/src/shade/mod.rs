@@ -10,7 +10,7 @@ mod rays;
 mod specular_albedo;
 mod surface;
 
-pub(crate) use brdf::Reflectance;
+pub(crate) use brdf::{Reflectance, SeenReflectance};
 pub(crate) use hits::BlockHits;
 pub(crate) use irradiance::arriving;
 pub(crate) use rays::{Block, BlockRays};

@@ -1,8 +1,8 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f64x8};
+use fearless_simd::{Simd, f32x16, f64x8};
 use umbrage_rays::{Projection, Ray, TileOrder, View};
 
-use super::lanes::{LANES, Vectors, Wide};
+use super::lanes::{Each, LANES, Vectors, Wide};
 use crate::sampling::Sample;
 
 /// A block of pixels in [`TileOrder`] at one sample.
@@ -37,17 +37,19 @@ impl Block<'_> {
     }
 }
 
-/// The camera rays of a block of pixels, eight by eight: bit for bit those of [`Sample::ray`].
+/// Sixteen rays, eight by eight.
 #[derive(Clone, Copy)]
 pub(crate) struct BlockRays<S: Simd> {
     pub(super) origin: [Wide<S>; 2],
     pub(super) direction: [Wide<S>; 2],
     /// Unit vectors towards the origin.
     pub(super) towards_origin: Vectors<S>,
+    /// How far light goes from the origin to the camera, by way of mirrors.
+    pub(crate) travelled: f32x16<S>,
 }
 
 impl<S: Simd> BlockRays<S> {
-    /// The rays of a block.
+    /// The camera rays of a block of pixels: bit for bit those of [`Sample::ray`].
     #[inline(always)]
     pub(crate) fn new(simd: S, block: &Block<'_>) -> Self {
         let low = eight_rays(simd, block, 0);
@@ -55,7 +57,18 @@ impl<S: Simd> BlockRays<S> {
         let direction = [low.1, high.1];
         let backwards = -Vectors::narrow(direction);
         let towards_origin = backwards.scaled(1.0 / backwards.length());
-        Self { origin: [low.0, high.0], direction, towards_origin }
+        Self { origin: [low.0, high.0], direction, towards_origin, travelled: f32x16::splat(simd, 0.0) }
+    }
+
+    /// Any rays, of about unit length.
+    #[inline(always)]
+    pub(crate) fn of_rays(simd: S, rays: &Each<Ray>, travelled: f32x16<S>) -> Self {
+        let [[o0, o1], [d0, d1]] = lanes_of_rays(rays);
+        let origin = [Wide::load(simd, &o0), Wide::load(simd, &o1)];
+        let direction = [Wide::load(simd, &d0), Wide::load(simd, &d1)];
+        let backwards = -Vectors::narrow(direction);
+        let towards_origin = backwards.scaled(1.0 / backwards.length());
+        Self { origin, direction, towards_origin, travelled }
     }
 
     /// Unit directions of the rays.
@@ -63,6 +76,18 @@ impl<S: Simd> BlockRays<S> {
     pub(crate) fn unit_direction(&self) -> Vectors<S> {
         -self.towards_origin
     }
+}
+
+/// Origins and directions, in halves, by axis.
+fn lanes_of_rays(rays: &Each<Ray>) -> [[[[f64; LANES / 2]; 3]; 2]; 2] {
+    let mut lanes = [[[[0.0; LANES / 2]; 3]; 2]; 2];
+    for (lane, ray) in rays.iter().enumerate() {
+        for (halves, vector) in lanes.iter_mut().zip([ray.origin, ray.direction]) {
+            let half = &mut halves[lane / (LANES / 2)];
+            half.iter_mut().zip(vector.to_array()).for_each(|(axis, value)| axis[lane % (LANES / 2)] = value);
+        }
+    }
+    lanes
 }
 
 /// Origins and directions of two rows of a block.

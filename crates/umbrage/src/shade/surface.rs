@@ -118,7 +118,7 @@ impl<S: Simd> Facet<S> {
         let front = doubled_area.normalized_or(view);
         let is_behind = front.dot(view).simd_lt(0.0);
         let geometric_normal = Vectors::select(is_behind, -front, front);
-        let width = footprint.width_at(hits.depth);
+        let width = footprint.width_at(hits.depth + rays.travelled);
         let cosine = geometric_normal.dot(view).max(0.01);
         let covered_triangles = 2.0 * width * width / (cosine * doubled_area.length());
         Self { front, geometric_normal, covered_triangles }

@@ -9,8 +9,8 @@ use glam::Vec3;
 use indicatif::ProgressBar;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Bvh, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels,
-    TileOrder, UniformGrid, Unmasked,
+    Bvh, KdTree, KdTreeOptions, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedOptions, PerspectiveGrid,
+    SeenImage, SeenPixels, TileOrder, UniformGrid, Unmasked,
 };
 use umbrage_verify::{Random, Seams, Sheet, SheetShape};
 
@@ -78,6 +78,7 @@ struct Trial {
     listed_grid: ListedGrid,
     listed_light_grid: ListedLightGrid,
     uniform_grid: UniformGrid,
+    kd_tree: KdTree,
     bvh: Bvh,
     seen: SeenPixels,
     lit: Vec<u16>,
@@ -133,10 +134,11 @@ impl Trial {
         Ok(())
     }
 
-    /// Lights the sheet from the side, where it does shadow itself: some pixels against the hierarchy. Returns the light.
+    /// Lights the sheet from the side, where it does shadow itself: some pixels against the hierarchy and the kd-tree.
+    /// Returns the light.
     fn run_beside(&mut self, sheet: &Sheet, shape: SheetShape, random: &mut Random) -> Result<LightSource> {
         let (triangles, view, offset_pixels) = (sheet.mesh.triangles(), sheet.view, sheet.offset_pixels);
-        let Self { light_grid, bvh, seen, lit, .. } = self;
+        let Self { light_grid, bvh, kd_tree, seen, lit, .. } = self;
         let beside = view.camera.right * (3.0 * shape.scale) + view.camera.forward * (2.0 * shape.scale);
         let light = LightSource::Point { position: shape.position + beside };
         let image = SeenImage { triangles, view, offset_pixels, seen };
@@ -144,6 +146,8 @@ impl Trial {
         self.undecided += light_grid.counts().undecided;
         self.beside += points(shape);
         bvh.build(triangles);
+        kd_tree.set_options(KdTreeOptions::FAST)?;
+        kd_tree.build(triangles);
         for _ in 0..200 {
             let (x, y) = (random.below(shape.side as usize) as u32, random.below(shape.side as usize) as u32);
             let ray = view.ray(f64::from(x) + offset_pixels.x, f64::from(y) + offset_pixels.y);
@@ -155,6 +159,10 @@ impl Trial {
             let blocked = bvh.blocked(triangles, &shadow_ray, hit.triangle, |_, _| true);
             let is_right = is_lit(lit, seen.order().place(x, y)) != blocked;
             ensure!(is_right, "the shadow at pixel ({x}, {y}) is wrong: {shape:?}");
+            let is_seen = kd_tree.nearest(triangles, &ray, |_| true) == Some(hit);
+            ensure!(is_seen, "the kd-tree's ray of pixel ({x}, {y}) hits something else: {shape:?}");
+            let is_shadowed = kd_tree.blocked(triangles, &shadow_ray, hit.triangle, |_, _| true);
+            ensure!(is_shadowed == blocked, "the kd-tree's shadow at pixel ({x}, {y}) is wrong: {shape:?}");
         }
         Ok(light)
     }

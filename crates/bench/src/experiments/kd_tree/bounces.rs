@@ -1,0 +1,79 @@
+use anyhow::Result;
+use clap::Args;
+use umbrage::rays::{KdPacketOptions, KdTraversal};
+
+use super::measure::{KdFlags, Way, frame, race, tree};
+use crate::plot::{LineChart, Scale, Series};
+use crate::rays::{hits_of, mirrored, of_camera};
+use crate::shot::{Lights, Shot, name, short_name};
+use crate::table::{Cell, Table};
+
+#[derive(Args, Debug)]
+pub(crate) struct KdBouncesFlags {
+    /// Files, sequences or demo:NAME
+    #[arg(default_values = ["demo:hall"])]
+    scenes: Vec<String>,
+    /// Bounces after the camera's rays
+    #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u32).range(1..=64))]
+    bounces: u32,
+    #[command(flatten)]
+    common: KdFlags,
+}
+
+const COLUMNS: &[(&str, usize)] =
+    &[("scene", 22), ("bounce", 6), ("rays", 9), ("traversal", 13), ("single", 8), ("packets", 8), ("ratio", 6)];
+
+const TRAVERSALS: [KdTraversal; 4] =
+    [KdTraversal::Stack, KdTraversal::Restart, KdTraversal::PushDown, KdTraversal::ShortStack(4)];
+
+impl KdBouncesFlags {
+    /// Measures, prints and draws.
+    pub(crate) fn run(&self) -> Result<()> {
+        self.common.start()?;
+        let mut table = Table::start(self.common.form, &self.common.conditions(), COLUMNS)?;
+        let mut series = Vec::new();
+        let packets = Some(KdPacketOptions::default());
+        let ways: Vec<Way> = TRAVERSALS
+            .iter()
+            .flat_map(|&traversal| [None, packets].map(|packets| Way { traversal, packets }))
+            .collect();
+        for address in &self.scenes {
+            let frame = frame(address)?;
+            let (triangles, mut tree) = (frame.triangles(), tree(&frame));
+            let mut rays = of_camera(&Shot::new(&frame, address, self.common.size, 1, Lights::First));
+            for bounce in 0..=self.bounces {
+                if rays.is_empty() {
+                    break;
+                }
+                let costs = race(&mut tree, triangles, &rays, &ways, self.common.rounds)?;
+                for (traversal, pair) in TRAVERSALS.iter().zip(costs.chunks_exact(2)) {
+                    let [single, packets] = [pair[0].rate, pair[1].rate];
+                    table.push(&[
+                        name(address).into(),
+                        Cell::Count(bounce.into()),
+                        rays.len().into(),
+                        Cell::Text(traversal.to_string()),
+                        Cell::Number(single, 3),
+                        Cell::Number(packets, 3),
+                        Cell::Number(packets / single, 2),
+                    ])?;
+                    for (kind, rate) in [("alone", single), ("by 16", packets)] {
+                        let name = format!("{} {traversal} {kind}", short_name(address));
+                        Series::add(&mut series, &name, [f64::from(bounce), rate]);
+                    }
+                }
+                rays = mirrored(triangles, &rays, &hits_of(&tree, triangles, &rays));
+            }
+        }
+        table.note("Every triangle a flat mirror; only rays that hit bounce. single, packets: rays a microsecond, one at a time")?;
+        table.note(
+            "and by 16. Horn et al. 2007, Figure 2: packets lose their advantage with the second or third bounce.",
+        )?;
+        table.finish()?;
+        self.common.draw(|| {
+            let scales = [Scale::Linear; 2];
+            LineChart { title: "Mirror bounces", x_title: "bounce", y_title: "rays a microsecond", scales, series }
+                .svg()
+        })
+    }
+}

@@ -1,0 +1,92 @@
+use anyhow::Result;
+use clap::Args;
+use umbrage::rays::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal};
+
+use super::measure::{Cost, KdFlags, Way, frame, race, tree};
+use crate::rays::{hits_of, mirrored, of_camera};
+use crate::shot::{Lights, Shot, name};
+use crate::table::{Cell, Table};
+
+#[derive(Args, Debug)]
+pub(crate) struct KdEntriesFlags {
+    /// Files, sequences or demo:NAME
+    #[arg(default_values = ["demo:cloth", "demo:hall", "demo:statue"])]
+    scenes: Vec<String>,
+    #[command(flatten)]
+    common: KdFlags,
+}
+
+const COLUMNS: &[(&str, usize)] = &[
+    ("scene", 22),
+    ("rays", 7),
+    ("width", 8),
+    ("entry", 12),
+    ("culling", 16),
+    ("mailbox", 8),
+    ("rays_us", 8),
+    ("ratio", 6),
+    ("nodes", 8),
+    ("searched", 8),
+    ("leaves", 8),
+    ("tests", 8),
+    ("culled", 8),
+];
+
+impl KdEntriesFlags {
+    /// Measures and prints.
+    pub(crate) fn run(&self) -> Result<()> {
+        self.common.start()?;
+        let mut table = Table::start(self.common.form, &self.common.conditions(), COLUMNS)?;
+        let all = forms();
+        let ways: Vec<Way> =
+            all.iter().map(|&packets| Way { traversal: KdTraversal::Stack, packets: Some(packets) }).collect();
+        for address in &self.scenes {
+            let frame = frame(address)?;
+            let (triangles, mut tree) = (frame.triangles(), tree(&frame));
+            let camera = of_camera(&Shot::new(&frame, address, self.common.size, 1, Lights::First));
+            let mirrored = mirrored(triangles, &camera, &hits_of(&tree, triangles, &camera));
+            for (kind, rays) in [("camera", &camera), ("mirror", &mirrored)] {
+                let costs = race(&mut tree, triangles, rays, &ways, self.common.rounds)?;
+                for (options, cost) in all.iter().zip(&costs) {
+                    table.push(&row(name(address), kind, options, cost, &costs[0]))?;
+                }
+            }
+        }
+        table.note("rays_us: rays a microsecond; ratio: over packets of 16 from the root. Thousands of nodes, of nodes on which")?;
+        table.note("packets looked for where to begin, of leaves, of triangles tested for up to 16 rays, and of triangles left")?;
+        table.note("out for all rays of a shaft (with the feature `statistics`).")?;
+        Ok(table.finish()?)
+    }
+}
+
+/// Packets of 16 and shafts with each entry; shafts with each culling, and each mailbox, from the root.
+fn forms() -> Vec<KdPacketOptions> {
+    let of = |width| move |entry| KdPacketOptions { width, entry, ..KdPacketOptions::default() };
+    let shaft = KdPacketOptions { width: KdPacketWidth::Shaft, ..KdPacketOptions::default() };
+    let entries = KdEntry::ALL.map(of(KdPacketWidth::Sixteen)).into_iter().chain(KdEntry::ALL.map(of(shaft.width)));
+    let culled = KdCulling::ALL.into_iter().filter(|&culling| culling != shaft.culling);
+    let kept = KdMailbox::ALL.into_iter().filter(|&mailbox| mailbox != shaft.mailbox);
+    let culled = culled.map(|culling| KdPacketOptions { culling, ..shaft });
+    entries.chain(culled).chain(kept.map(|mailbox| KdPacketOptions { mailbox, ..shaft })).collect()
+}
+
+fn row(scene: &str, kind: &str, options: &KdPacketOptions, cost: &Cost, first: &Cost) -> Vec<Cell> {
+    let KdPacketOptions { width, entry, culling, mailbox } = options;
+    let culls = *width == KdPacketWidth::Shaft;
+    let mut row = vec![
+        scene.into(),
+        kind.into(),
+        Cell::Text(format!("{width:?}")),
+        Cell::Text(format!("{entry:?}")),
+        if culls { Cell::Text(format!("{culling:?}")) } else { Cell::Nothing },
+        Cell::Text(format!("{mailbox:?}")),
+        Cell::Number(cost.rate, 3),
+        Cell::Number(cost.rate / first.rate, 2),
+    ];
+    let counts = cost.visits.map(|visits| [visits.nodes, visits.searched, visits.leaves, visits.tests, visits.culled]);
+    match counts {
+        Some(counts) => row.extend(counts.map(|count| Cell::Number(count as f64 / 1e3, 1))),
+        None => row.extend([const { Cell::Nothing }; 5]),
+    }
+    row
+}

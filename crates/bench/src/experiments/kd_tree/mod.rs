@@ -1,0 +1,12 @@
+//! The experiments of Horn et al. 2007 and of the thesis with kd-trees, one a file.
+
+mod bounces;
+mod builders;
+mod entries;
+mod measure;
+mod traversals;
+
+pub(crate) use bounces::KdBouncesFlags;
+pub(crate) use builders::KdBuildersFlags;
+pub(crate) use entries::KdEntriesFlags;
+pub(crate) use traversals::KdTraversalsFlags;

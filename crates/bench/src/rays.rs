@@ -1,0 +1,80 @@
+//! Rays that experiments trace, in rows of [`PACKET`] that belong together.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use umbrage::rays::predicate::HitPoint;
+use umbrage::rays::{Hit, KdTree, Ray, Triangles};
+
+use crate::shot::Shot;
+
+/// Rays that are traced together by what traces packets.
+pub(crate) const PACKET: usize = 256;
+
+/// What rays hit.
+pub(crate) type Hits = Vec<Option<Hit>>;
+
+/// The rays of a shot's first sample: squares of 16×16 pixels, and squares of 4×4 in these.
+pub(crate) fn of_camera(shot: &Shot<'_>) -> Vec<Ray> {
+    let (width, height) = (shot.view.width, shot.view.height);
+    let offset = shot.offsets_pixels[0];
+    let squares = |side: u32, [x, y]: [u32; 2], step: u32| {
+        (0..side)
+            .step_by(step as usize)
+            .flat_map(move |down| (0..side).step_by(step as usize).map(move |right| [x + right, y + down]))
+    };
+    let tiles = (0..height).step_by(16).flat_map(|y| (0..width).step_by(16).map(move |x| [x, y]));
+    let blocks = tiles.flat_map(|corner| squares(16, corner, 4));
+    let pixels = blocks.flat_map(|corner| squares(4, corner, 1)).filter(|&[x, y]| x < width && y < height);
+    pixels.map(|[x, y]| shot.view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y)).collect()
+}
+
+/// What rays hit first.
+pub(crate) fn hits_of(tree: &KdTree, triangles: Triangles<'_>, rays: &[Ray]) -> Hits {
+    rays.par_iter().with_min_len(PACKET).map(|ray| tree.nearest(triangles, ray, |_| true)).collect()
+}
+
+/// The rays of a diffuse bounce: one from each hit, in a direction whose cosine with the normal is as likely as it is large;
+/// the same every time.
+pub(crate) fn scattered(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits) -> Vec<Ray> {
+    let scattered = |(number, (ray, hit)): (usize, (&Ray, &Option<Hit>))| {
+        let (origin, normal) = point_off(triangles, ray, hit.as_ref()?);
+        Some(same_for_all(origin, normal + on_sphere(number as u64)))
+    };
+    rays.iter().zip(hits).enumerate().filter_map(scattered).collect()
+}
+
+/// The rays of a mirror bounce: one from each hit, as if every triangle were a flat mirror.
+pub(crate) fn mirrored(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits) -> Vec<Ray> {
+    let mirrored = |(ray, hit): (&Ray, &Option<Hit>)| {
+        let (origin, normal) = point_off(triangles, ray, hit.as_ref()?);
+        let direction = ray.direction.normalize();
+        Some(same_for_all(origin, direction - normal * (2.0 * normal.dot(direction))))
+    };
+    rays.iter().zip(hits).filter_map(mirrored).collect()
+}
+
+/// A hit's point, far enough from the surface for single precision, and the normal on the ray's side.
+fn point_off(triangles: Triangles<'_>, ray: &Ray, hit: &Hit) -> (DVec3, DVec3) {
+    let [a, b, c] = triangles.corners(hit.triangle).map(Vec3::as_dvec3);
+    let normal = (b - a).cross(c - a).normalize();
+    let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
+    let point = HitPoint::new(ray, hit.t).position;
+    (point + normal * (1e-4 * (point - ray.origin).length()), normal)
+}
+
+/// A ray in single precision, so that everyone is given the same numbers.
+fn same_for_all(origin: DVec3, direction: DVec3) -> Ray {
+    Ray::new(origin.as_vec3().as_dvec3(), direction.as_vec3().as_dvec3())
+}
+
+/// A point of the unit sphere for each number, about evenly spread.
+fn on_sphere(number: u64) -> DVec3 {
+    // Multiples of the golden ratio and of the root of two, which have no small multiple in common.
+    let fraction = |step: f64| (number as f64 * step).fract();
+    let (height, turn) = (2.0 * fraction(0.618_033_988_749_895) - 1.0, fraction(0.414_213_562_373_095));
+    let radius = (1.0 - height * height).sqrt();
+    let (sine, cosine) = (turn * TAU).sin_cos();
+    DVec3::new(radius * cosine, radius * sine, height)
+}
