@@ -1,15 +1,15 @@
-//! A grid that has seen a frame of the same size takes nothing from the heap.
+//! A grid that has seen a frame of the same size takes nothing from the heap, and packets through a kd-tree never do.
 
 #[path = "support/allocations.rs"]
 mod allocations;
 mod support;
 
 use allocations::allocations;
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use support::{Mesh, Random, view};
 use umbrage_rays::{
-    Camera, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedOptions, PerspectiveGrid, SeenImage, SeenPixels,
-    UniformGrid, UniformOptions, Unmasked, View,
+    Camera, KdEntry, KdPacketOptions, KdPacketWidth, KdTree, LightGrid, LightSource, ListedGrid, ListedLightGrid,
+    ListedOptions, PerspectiveGrid, Ray, SeenImage, SeenPixels, UniformGrid, UniformOptions, Unmasked, View,
 };
 
 #[test]
@@ -139,5 +139,29 @@ fn a_steady_uniform_grid_allocates_nothing() {
         });
         assert!(counted[0] > 5, "the first frame is counted: {counted:?}");
         assert_eq!(counted[1..], [0, 0]);
+    }
+}
+
+#[test]
+fn packets_through_a_kd_tree_allocate_nothing() {
+    let mesh = Mesh::bumpy_ball(Vec3::ZERO, 1.0, 20);
+    let mut random = Random(9);
+    let rays: Vec<_> = (0..700)
+        .map(|step| {
+            let spread = if step < 400 { 0.1 } else { 1.0 };
+            Ray::new(DVec3::new(0.0, 0.3, 4.0), DVec3::NEG_Z + (random.point() * spread).as_dvec3())
+        })
+        .collect();
+    let mut tree = KdTree::default();
+    tree.build(mesh.triangles());
+    for width in KdPacketWidth::ALL {
+        for entry in KdEntry::ALL {
+            tree.set_packet_options(KdPacketOptions { width, entry, ..KdPacketOptions::default() });
+            let mut hits = vec![None; rays.len()];
+            let before = allocations();
+            tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut hits);
+            assert_eq!(allocations() - before, 0, "{width:?}, {entry:?}");
+            assert!(hits.iter().flatten().count() > 300);
+        }
     }
 }

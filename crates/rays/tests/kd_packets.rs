@@ -2,12 +2,12 @@
 
 mod support;
 
-use glam::{DVec3, Vec3, Vec3Swizzles};
+use glam::{DVec2, DVec3, Vec3, Vec3Swizzles};
 use support::{Mesh, Random, blocks, is_usable, nearest_of_all, random_ray, scene};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
     Hit, KdBuilder, KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions,
-    LightSource, Ray, SahCosts, SimdLevel, Triangles,
+    LightSource, Ray, SahCosts, SeenImage, SeenPixels, SimdLevel, Triangles, UniformGrid, View,
 };
 
 const TRAVERSALS: [KdTraversal; 5] = [
@@ -356,4 +356,102 @@ fn points_are_shadowed_as_the_predicate_says() {
         lit += expected.iter().filter(|&&blocked| !blocked).count();
     }
     assert!(lit > 50 && shadowed > 50, "{lit} {shadowed}");
+}
+
+#[test]
+fn pictures_are_seen_and_lit_as_by_other_structures() {
+    let mut random = Random(14);
+    let (mesh, views) = support::seen_from_both_sides();
+    let triangles = mesh.triangles();
+    let is_opaque = |id: u32| !id.is_multiple_of(4);
+    let mask = |hit: &Hit| hit.barycentric[0] > 0.3;
+    let casts = |_: u32, barycentric: [f32; 2]| barycentric[0] > 0.3;
+    let mut tree = tree(SimdLevel::default(), triangles, KdTreeOptions::DEFAULT);
+    let mut uniform = UniformGrid::default();
+    uniform.build(triangles);
+    let mut seen = SeenPixels::default();
+    let (mut lit_points, mut points) = (0, 0);
+    let large = View { width: 70, height: 67, ..views[0] };
+    for (place, view) in views.into_iter().chain([large]).enumerate() {
+        let options = KdPacketOptions { width: KdPacketWidth::ALL[place], ..KdPacketOptions::default() };
+        tree.set_packet_options(KdPacketOptions { entry: KdEntry::ALL[place % 3], ..options });
+        let offset = DVec2::new(f64::from(random.unit()), 0.5);
+        tree.see(triangles, &view, offset, is_opaque, mask, &mut seen);
+        if place < 3 {
+            let counts = |hit: &Hit| is_opaque(hit.triangle) || mask(hit);
+            support::assert_exact(triangles, &view, offset, &seen, counts);
+        }
+        let mut expected = SeenPixels::default();
+        uniform.see(triangles, &view, offset, is_opaque, mask, &mut expected);
+        assert_eq!(seen.triangle, expected.triangle, "{view:?}");
+        let image = SeenImage { triangles, view, offset_pixels: offset, seen: &seen };
+        for light in [
+            LightSource::Point { position: Vec3::new(2.0, 4.0, 1.0) },
+            LightSource::Directional { direction: Vec3::new(0.3, -0.9, 0.1).normalize() },
+        ] {
+            let blocks = seen.triangle.len() / 16;
+            // What was there before is forgotten.
+            let (mut lit, mut expected) = (vec![u16::MAX; blocks], vec![0; blocks]);
+            tree.shadow(&image, &light, is_opaque, &casts, &mut lit);
+            uniform.shadow(&image, &light, is_opaque, &casts, &mut expected);
+            assert_eq!(lit, expected, "{view:?}, {light:?}");
+            lit_points += lit.iter().map(|word| word.count_ones()).sum::<u32>();
+            points += seen.triangle.iter().filter(|&&id| id != SeenPixels::NONE).count() as u32;
+        }
+    }
+    assert!(lit_points > points / 10 && lit_points < points * 9 / 10, "{lit_points} of {points}");
+}
+
+#[cfg(feature = "statistics")]
+#[test]
+fn packets_share_what_single_rays_do_alone() {
+    let mut random = Random(13);
+    let mut mesh = Mesh::bumpy_ball(Vec3::ZERO, 1.0, 60);
+    mesh.append(&Mesh::soup(&mut random, 3000, 0.01));
+    // Tiles of 16² rays of a picture of 64².
+    let (origin, forward) = (Vec3::new(0.3, 0.4, 4.0), Vec3::NEG_Z);
+    let tiles = (0..16).flat_map(|tile| (0..256).map(move |ray| [tile % 4 * 16 + ray % 16, tile / 4 * 16 + ray / 16]));
+    let rays: Vec<_> = tiles
+        .map(|place| {
+            let [x, y] = place.map(|at| at as f32 / 64.0 - 0.5);
+            Ray::new(origin.as_dvec3(), (forward + Vec3::new(x, y, 0.0)).as_dvec3())
+        })
+        .collect();
+    let mut tree = tree(SimdLevel::default(), mesh.triangles(), KdTreeOptions::DEFAULT);
+    let mut visits = |traversal, options| {
+        tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).expect("possible options");
+        tree.set_packet_options(options);
+        let mut hits = vec![None; rays.len()];
+        tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut hits);
+        assert!(hits.iter().flatten().count() > 1000);
+        tree.take_packet_visits()
+    };
+    let default = KdPacketOptions::default();
+    let [four, eight, sixteen, shaft] =
+        KdPacketWidth::ALL.map(|width| visits(KdTraversal::Stack, KdPacketOptions { width, ..default }));
+    assert!(four.nodes > eight.nodes && eight.nodes > sixteen.nodes && sixteen.nodes > 4 * shaft.nodes);
+    assert!(four.packets > 3 * sixteen.packets && sixteen.packets > 10 * shaft.packets && shaft.packets <= 16);
+    assert!(four.leaves > sixteen.leaves && sixteen.leaves > shaft.leaves && sixteen.searched == 0);
+    // As with single rays, and nothing comes from above again with a whole stack.
+    let [restart, push_down, three, whole] = [
+        KdTraversal::Restart,
+        KdTraversal::PushDown,
+        KdTraversal::ShortStack(3),
+        KdTraversal::ShortStack(KdTraversal::MOST_ENTRIES),
+    ]
+    .map(|traversal| visits(traversal, default));
+    assert!(restart.nodes > push_down.nodes && push_down.nodes > three.nodes && three.nodes >= whole.nodes);
+    assert!(restart.restarts > three.restarts && whole.restarts == 0 && sixteen.restarts == 0);
+    assert!(three.nodes as f64 <= 1.25 * sixteen.nodes as f64, "{three:?} {sixteen:?}");
+    // Lower nodes to begin at, the lowest where only leaves with triangles in the shaft count.
+    let [multi_level, accelerated] = [KdEntry::MultiLevel, KdEntry::Accelerated]
+        .map(|entry| visits(KdTraversal::Stack, KdPacketOptions { entry, ..default }));
+    assert!(multi_level.nodes < sixteen.nodes && accelerated.nodes <= multi_level.nodes && accelerated.searched > 0);
+    let [none, intervals, corner_rays, vertices, transient] = KdCulling::ALL
+        .map(|culling| visits(KdTraversal::Stack, KdPacketOptions { width: KdPacketWidth::Shaft, culling, ..default }));
+    assert!(none.culled == 0 && [intervals, corner_rays, vertices, transient].iter().all(|visits| visits.culled > 0));
+    assert!(vertices.tests <= none.tests && transient.tests < vertices.tests, "{vertices:?} {transient:?}");
+    let [none, ring, hashed] =
+        KdMailbox::ALL.map(|mailbox| visits(KdTraversal::Stack, KdPacketOptions { mailbox, ..default }));
+    assert!(none.tests > ring.tests && ring.tests >= hashed.tests, "{none:?} {ring:?} {hashed:?}");
 }

@@ -2,71 +2,122 @@
 //!
 //! Dekker, *A floating-point technique for extending the available precision*, 1971.
 
-use glam::DVec3;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x8};
 
 use super::expansion::{two_product, two_sum};
 
+/// An f64, or eight. Every operation rounds once in each lane, so eight get bit for bit what each gets alone.
+pub(super) trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Mul<f64, Output = Self>
+    + Neg<Output = Self>
+{
+    /// Zero in each lane.
+    fn zero(self) -> Self;
+    fn magnitude(self) -> Self;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn zero(self) -> Self {
+        0.0
+    }
+
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.abs()
+    }
+}
+
+impl<S: Simd> Number for f64x8<S> {
+    #[inline(always)]
+    fn zero(self) -> Self {
+        Self::splat(self.token(), 0.0)
+    }
+
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.abs()
+    }
+}
+
 /// `high + low`, and the sum of the magnitudes of everything that was added up to it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Double {
-    high: f64,
-    low: f64,
-    magnitude: f64,
+pub(super) struct Double<N = f64> {
+    high: N,
+    low: N,
+    magnitude: N,
 }
 
-impl From<f64> for Double {
-    fn from(value: f64) -> Self {
-        Self { high: value, low: 0.0, magnitude: value.abs() }
+impl<N: Number> From<N> for Double<N> {
+    #[inline(always)]
+    fn from(value: N) -> Self {
+        Self { high: value, low: value.zero(), magnitude: value.magnitude() }
     }
 }
 
-impl Double {
+impl<N: Number> Double<N> {
     /// a − b on each axis, exactly.
-    pub(super) fn difference(a: DVec3, b: DVec3) -> [Self; 3] {
-        std::array::from_fn(|axis| {
+    #[inline(always)]
+    pub(super) fn difference(a: [N; 3], b: [N; 3]) -> [Self; 3] {
+        let component = |axis: usize| {
             let (high, low) = two_sum(a[axis], -b[axis]);
-            Self { high, low, magnitude: high.abs() }
-        })
+            Self { high, low, magnitude: high.magnitude() }
+        };
+        [component(0), component(1), component(2)]
     }
 
+    #[inline(always)]
     pub(super) fn cross(a: [Self; 3], b: [Self; 3]) -> [Self; 3] {
-        std::array::from_fn(|axis| {
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            a[next].times(b[last]).plus(a[last].times(b[next]).negated())
-        })
+        let component = |next: usize, last: usize| a[next].times(b[last]).plus(a[last].times(b[next]).negated());
+        [component(1, 2), component(2, 0), component(0, 1)]
     }
 
+    #[inline(always)]
     pub(super) fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
         a[0].times(b[0]).plus(a[1].times(b[1])).plus(a[2].times(b[2]))
     }
 
     /// The nearest f64.
-    pub(super) fn value(self) -> f64 {
+    #[inline(always)]
+    pub(super) fn value(self) -> N {
         self.high
     }
 
     /// An upper bound, to a few roundings, of the magnitudes that cancelled in the sums behind this number.
-    pub(super) fn magnitude(self) -> f64 {
+    #[inline(always)]
+    pub(super) fn magnitude(self) -> N {
         self.magnitude
     }
 
     /// self ÷ divisor as an f64, to about one unit in the last place.
-    pub(super) fn quotient(self, divisor: Self) -> f64 {
+    #[inline(always)]
+    pub(super) fn quotient(self, divisor: Self) -> N {
         let first = self.high / divisor.high;
         let rest = self.plus(divisor.times(Self::from(-first)));
         first + rest.high / divisor.high
     }
 
+    #[inline(always)]
     fn negated(self) -> Self {
         Self { high: -self.high, low: -self.low, magnitude: self.magnitude }
     }
 
+    #[inline(always)]
     fn plus(self, other: Self) -> Self {
         let (high, error) = two_sum(self.high, other.high);
         let (high, low) = two_sum(high, error + (self.low + other.low));
         Self { high, low, magnitude: self.magnitude + other.magnitude }
     }
 
+    #[inline(always)]
     fn times(self, other: Self) -> Self {
         let (high, error) = two_product(self.high, other.high);
         let (high, low) = two_sum(high, error + (self.high * other.low + self.low * other.high));

@@ -2,6 +2,8 @@
 //!
 //! Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, 1997, §2.
 
+use super::double::Number;
+
 /// A real number as an unevaluated sum of at most `CAPACITY` f64, exact as long as nothing overflows or underflows.
 ///
 /// Terms don't overlap and grow in magnitude; zeros are left out, so the last term has the number's sign. Capacities are
@@ -91,7 +93,8 @@ impl Expansion<2> {
 }
 
 /// a + b as a rounded sum and what the rounding lost (Knuth).
-pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
+#[inline(always)]
+pub(super) fn two_sum<N: Number>(a: N, b: N) -> (N, N) {
     let sum = a + b;
     let b_seen = sum - a;
     let a_seen = sum - b_seen;
@@ -100,7 +103,8 @@ pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// a · b as a rounded product and what the rounding lost (Dekker and Veltkamp; a fused multiply-add would be shorter
 /// but is a library call where the target may lack it).
-pub(super) fn two_product(a: f64, b: f64) -> (f64, f64) {
+#[inline(always)]
+pub(super) fn two_product<N: Number>(a: N, b: N) -> (N, N) {
     let product = a * b;
     let ((a_high, a_low), (b_high, b_low)) = (split(a), split(b));
     let error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low;
@@ -108,9 +112,10 @@ pub(super) fn two_product(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// A number as a sum of two with at most 26 significant bits each.
-fn split(a: f64) -> (f64, f64) {
+#[inline(always)]
+fn split<N: Number>(a: N) -> (N, N) {
     const SPLITTER: f64 = ((1_u64 << 27) + 1) as f64;
-    let shifted = SPLITTER * a;
+    let shifted = a * SPLITTER;
     let high = shifted - (shifted - a);
     (high, a - high)
 }

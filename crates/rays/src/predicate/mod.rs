@@ -7,13 +7,15 @@
 //! numbers: neighbours agree about their shared edge and fans about their vertex, and no ray slips between them.
 
 mod double;
+mod eight;
 mod expansion;
 mod shadow;
 
 use glam::{DVec3, Vec3};
 
 use crate::{Hit, Ray, Triangles};
-use double::Double;
+use double::{Double, Number};
+pub(crate) use eight::hits;
 use expansion::Expansion;
 
 pub use shadow::{HitPoint, ShadowRay};
@@ -67,7 +69,9 @@ pub fn is_front_along(direction: DVec3, corners: [Vec3; 3]) -> bool {
 #[must_use]
 pub fn is_front_from(point: DVec3, corners: [Vec3; 3]) -> bool {
     let corner = corners[0].as_dvec3();
-    is_against_normal(corners, Double::difference(corner, point), || exact_difference(corner, point))
+    is_against_normal(corners, Double::difference(corner.to_array(), point.to_array()), || {
+        exact_difference(corner, point)
+    })
 }
 
 /// Whether n · v is below zero for the unnormalised normal n of a triangle and a vector v, given in two forms.
@@ -77,7 +81,7 @@ fn is_against_normal<const N: usize>(
     exact: impl FnOnce() -> [Expansion<N>; 3],
 ) -> bool {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
-    let normal = Double::cross(Double::difference(b, a), Double::difference(c, a));
+    let normal = normal([a, b, c].map(|corner| corner.to_array()));
     let product = Double::dot(normal, vector);
     if product.value().abs() > CANCELLATION * product.magnitude() {
         product.value() < 0.0
@@ -163,9 +167,8 @@ impl Edges {
     /// In double-double arithmetic where that is exact enough to give t its last bit, else exactly.
     fn t(&self) -> f64 {
         let [a, b, c] = self.corners.map(Vec3::as_dvec3);
-        let normal = Double::cross(Double::difference(b, a), Double::difference(c, a));
-        let slope = Double::dot(normal, self.direction.to_array().map(Double::from));
-        let height = Double::dot(normal, Double::difference(a, self.origin));
+        let corners = [a, b, c].map(|corner| corner.to_array());
+        let (slope, height) = slope_and_height(corners, self.origin.to_array(), self.direction.to_array());
         if slope.value().abs() > CANCELLATION * slope.magnitude()
             && height.value().abs() > CANCELLATION * height.magnitude()
         {
@@ -177,13 +180,7 @@ impl Edges {
     }
 
     fn barycentric(&self) -> [f32; 2] {
-        let mut of_caller = [0.0; 3];
-        for (weight, place) in self.weights.iter().zip(self.places) {
-            // The signs are exact, so no weight is below zero; one that the filter decided is never zero.
-            of_caller[place] = weight.abs();
-        }
-        let sum: f64 = of_caller.iter().sum();
-        [(of_caller[1] / sum) as f32, (of_caller[2] / sum) as f32]
+        barycentric(self.weights, self.places)
     }
 
     /// Each exchange of two corners turns the triangle around.
@@ -193,6 +190,33 @@ impl Edges {
         // edge functions is n · d.
         (self.side < 0.0) == is_even
     }
+}
+
+/// Weights of a triangle's second and third corner, from weights of its corners in canonical order that aren't yet divided by
+/// their sum.
+fn barycentric(weights: [f64; 3], places: [usize; 3]) -> [f32; 2] {
+    let mut of_caller = [0.0; 3];
+    for (weight, place) in weights.iter().zip(places) {
+        // The signs are exact, so no weight is below zero; one that the filter decided is never zero.
+        of_caller[place] = weight.abs();
+    }
+    let sum: f64 = of_caller.iter().sum();
+    [(of_caller[1] / sum) as f32, (of_caller[2] / sum) as f32]
+}
+
+/// The unnormalised normal n of a triangle.
+#[inline(always)]
+fn normal<N: Number>([a, b, c]: [[N; 3]; 3]) -> [Double<N>; 3] {
+    Double::cross(Double::difference(b, a), Double::difference(c, a))
+}
+
+/// n · d and n · (A − o) for the unnormalised normal n.
+#[inline(always)]
+fn slope_and_height<N: Number>(corners: [[N; 3]; 3], origin: [N; 3], direction: [N; 3]) -> (Double<N>, Double<N>) {
+    let normal = normal(corners);
+    let [x, y, z] = direction;
+    let slope = Double::dot(normal, [Double::from(x), Double::from(y), Double::from(z)]);
+    (slope, Double::dot(normal, Double::difference(corners[0], origin)))
 }
 
 /// How wrong edge functions may be of corners `relative` to a line's origin.

@@ -7,7 +7,6 @@ use super::scale::Scale;
 use super::search::Met;
 use super::shaft::{Bundle, Lines, Shaft};
 use super::tester::{Tester, bits_of};
-use crate::KdTree;
 use crate::kdtree::node::Nodes;
 
 /// Leads a shaft to leaves in place of the rays inside it, and tests triangles there that aren't left out for the groups whose
@@ -15,16 +14,15 @@ use crate::kdtree::node::Nodes;
 #[inline(always)]
 pub(super) fn visit<S: Simd>(
     simd: S,
-    tree: &KdTree,
     rays: &mut Rays,
     bundle: &mut Bundle,
     start: &Met,
     culling: KdCulling,
     tester: &mut Tester<'_, '_>,
 ) {
-    let scale = tester.scale;
+    let (tree, scale) = (tester.tree, tester.scale);
     tester.steps.note(|visits| visits.packets += 1);
-    tester.mailbox.clear();
+    tester.mailbox.clear(true);
     let lines = (culling == KdCulling::CornerRays).then(|| bundle.whole.corner_lines());
     let mut stack = [*start; Nodes::MAX_DEPTH];
     let mut waiting = 0;
@@ -115,6 +113,7 @@ fn test_leaf<S: Simd>(
     scale: &Scale,
     tester: &mut Tester<'_, '_>,
 ) {
+    let mut changed = 0;
     for &id in ids {
         if tester.mailbox.has(id) {
             continue;
@@ -139,9 +138,13 @@ fn test_leaf<S: Simd>(
             let first = group * LANES;
             let members = (1 << (rays.count - first).min(LANES)) - 1;
             if tester.test::<S, f32x16<S>>(simd, rays, first, id, &filter, members) {
-                bundle.shorten(simd, rays, group);
+                changed |= 1 << group;
             }
         }
+    }
+    tester.ask(rays);
+    for group in bits_of(changed) {
+        bundle.shorten(simd, rays, group);
     }
 }
 

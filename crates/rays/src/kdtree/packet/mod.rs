@@ -3,7 +3,8 @@
 //! `rays` holds up to 256 rays in f32, and says why nothing is missed; `scale` is the coordinates of that. `filter` leaves
 //! out what rays certainly miss, `tester` asks the predicate about the rest. `step` is what 4, 8 or 16 rays do at a node, in
 //! their lanes; `stack` and `trail` lead them to leaves. `shaft` holds up to 256 rays: `search` finds where its rays may
-//! begin, and `beam` leads it to leaves in their place. `options` says what there is to choose, `statistics` counts.
+//! begin, and `beam` leads it to leaves in their place. `see` traces the rays of
+//! a camera's pixels and of a light. `options` says what there is to choose, `statistics` counts.
 
 mod beam;
 mod filter;
@@ -11,6 +12,7 @@ mod options;
 mod rays;
 mod scale;
 mod search;
+mod see;
 mod shaft;
 mod stack;
 mod statistics;
@@ -21,7 +23,7 @@ mod trail;
 use fearless_simd::{Simd, dispatch, f32x4, f32x8, f32x16};
 
 use super::{KdTraversal, KdTree};
-use crate::predicate::{ShadowRay, hit};
+use crate::predicate::{self, ShadowRay};
 use crate::{Hit, Ray, Triangles};
 use filter::Wide;
 pub use options::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketWidth};
@@ -34,7 +36,7 @@ pub use statistics::KdPacketVisits;
 use statistics::Steps;
 pub(super) use statistics::Tally;
 use step::Start;
-use tester::{Ask, Mailbox, Tester, bits_of};
+use tester::{Ask, MOST_PAIRS, Mailbox, Pairs, Tester, bits_of};
 use trail::Trail;
 
 impl KdTree {
@@ -66,15 +68,19 @@ impl KdTree {
     ) {
         assert!(rays.len() == hits.len(), "{} hits for {} rays", hits.len(), rays.len());
         hits.fill(None);
-        self.visit_packets(triangles, &|place| rays[place], rays.len(), &mut |place, id| {
-            let best = &mut hits[place];
-            if let Some(hit) = hit(&rays[place], triangles, id)
-                && best.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
-                && counts(&hit)
-            {
-                *best = Some(hit);
+        let mut found = [None; MOST_PAIRS];
+        self.visit_packets(triangles, &|place| rays[place], rays.len(), &mut |pairs, ends| {
+            predicate::hits(self.level.into(), triangles, rays, pairs, &mut found);
+            for ((&(place, id), end), hit) in pairs.iter().zip(ends).zip(found) {
+                let best = &mut hits[place as usize];
+                if let Some(hit) = hit
+                    && best.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
+                    && counts(&hit)
+                {
+                    *best = Some(hit);
+                }
+                *end = best.map_or(f64::INFINITY, |best| best.t);
             }
-            best.map_or(f64::INFINITY, |best| best.t)
         });
     }
 
@@ -95,33 +101,47 @@ impl KdTree {
         let lens = (own.len(), blocked.len());
         assert!(lens == (rays.len(), rays.len()), "{lens:?} triangles and answers for {} rays", rays.len());
         blocked.fill(false);
-        self.visit_packets(triangles, &|place| rays[place].ray, rays.len(), &mut |place, id| {
-            let asked = !blocked[place] && id != own[place];
-            blocked[place] |= asked
-                && rays[place].blocked_by(triangles.corners(id)).is_some_and(|barycentric| counts(id, barycentric));
-            if blocked[place] { f64::NEG_INFINITY } else { f64::INFINITY }
+        self.visit_packets(triangles, &|place| rays[place].ray, rays.len(), &mut |pairs, ends| {
+            for (&(place, id), end) in pairs.iter().zip(ends) {
+                let place = place as usize;
+                let asked = !blocked[place] && id != own[place];
+                blocked[place] |= asked
+                    && rays[place].blocked_by(triangles.corners(id)).is_some_and(|barycentric| counts(id, barycentric));
+                *end = if blocked[place] { f64::NEG_INFINITY } else { f64::INFINITY };
+            }
         });
     }
 
-    /// Calls `ask` with the place of each of `count` rays and each triangle that it may hit, until it says by its result that
-    /// nothing at that t or later matters to the ray. Knows both by reference, so that this is compiled once.
+    /// Calls `ask` with the place of each of `count` rays and each triangle that it may hit, until that says that nothing at some
+    /// t or later matters to the ray. Knows both by reference, so that this is compiled once.
     fn visit_packets(&self, triangles: Triangles<'_>, ray: &dyn Fn(usize) -> Ray, count: usize, ask: &mut Ask<'_>) {
         if self.extent.is_empty() {
             return;
         }
+        let KdPacketOptions { width, culling, .. } = self.packet_options;
+        let keeps_intervals = width == KdPacketWidth::Shaft && culling == KdCulling::Intervals;
         let mut rays = Rays::default();
+        rays.keeps_intervals = keeps_intervals;
         let mut stack = [Waiting::default(); super::node::Nodes::MAX_DEPTH];
         for first in (0..count).step_by(MOST_RAYS) {
-            let mut ask = |place: usize, id| ask(first + place, id);
+            let mut ask = |pairs: &[(u32, u32)], ends: &mut [f64]| {
+                let mut moved = [(0, 0); MOST_PAIRS];
+                for (moved, &(place, id)) in moved.iter_mut().zip(pairs) {
+                    *moved = (first as u32 + place, id);
+                }
+                ask(&moved[..pairs.len()], ends);
+            };
             let ray = |place: usize| ray(first + place);
             let tester = Tester {
+                tree: self,
                 triangles,
                 scale: Scale::of(&self.extent),
                 ask: &mut ask,
+                pairs: Pairs::default(),
                 mailbox: Mailbox::new(self.packet_options.mailbox),
                 steps: Steps::new(&self.packet_visits),
             };
-            let mut packets = Packets { tree: self, rays: &mut rays, stack: &mut stack, tester };
+            let mut packets = Packets { rays: &mut rays, stack: &mut stack, tester };
             packets.trace(&ray, (count - first).min(MOST_RAYS));
         }
     }
@@ -129,7 +149,6 @@ impl KdTree {
 
 /// Up to 256 rays that are traced, and what with.
 struct Packets<'a, 'b> {
-    tree: &'a KdTree,
     rays: &'a mut Rays,
     stack: &'a mut Stack,
     tester: Tester<'a, 'b>,
@@ -137,7 +156,8 @@ struct Packets<'a, 'b> {
 
 impl Packets<'_, '_> {
     fn trace(&mut self, ray: &dyn Fn(usize) -> Ray, count: usize) {
-        let (tree, level) = (self.tree, self.tree.level.into());
+        let tree = self.tester.tree;
+        let level = tree.level.into();
         let (extent, scale) = (&tree.extent, self.tester.scale);
         dispatch!(level, simd => self.rays.set_up(simd, extent, &scale, ray, count));
         self.test_everything(count);
@@ -163,7 +183,8 @@ impl Packets<'_, '_> {
     /// Looks for where rays begin, and traces them if shafts do.
     #[inline(always)]
     fn visit_shaft<S: Simd>(&mut self, simd: S) -> Shafted {
-        let Self { tree, rays, tester, .. } = self;
+        let Self { rays, tester, .. } = self;
+        let tree = tester.tree;
         let KdPacketOptions { width, entry, culling, .. } = tree.packet_options;
         let Some(axes) = Axes::of(simd, rays) else { return Shafted::Impossible };
         let mut bundle = Bundle::around(simd, rays, axes);
@@ -173,18 +194,18 @@ impl Packets<'_, '_> {
         if width != KdPacketWidth::Shaft {
             return Shafted::Begun(start);
         }
-        beam::visit(simd, tree, rays, &mut bundle, &start, culling, tester);
+        beam::visit(simd, rays, &mut bundle, &start, culling, tester);
         Shafted::Done
     }
 
     /// Leads all rays to leaves, as many at once as `V` has lanes.
     #[inline(always)]
     fn visit<S: Simd, V: Wide<S>>(&mut self, simd: S, start: &Start) {
-        let Self { tree, rays, stack, tester } = self;
-        let trail = match tree.options.traversal {
+        let Self { rays, stack, tester } = self;
+        let trail = match tester.tree.options.traversal {
             KdTraversal::Stack => {
                 for first in (0..rays.count).step_by(V::LEN) {
-                    stack::visit::<S, V>(simd, tree, rays, first, start, stack, tester);
+                    stack::visit::<S, V>(simd, rays, first, start, stack, tester);
                 }
                 return;
             }
@@ -193,7 +214,7 @@ impl Packets<'_, '_> {
             KdTraversal::ShortStack(entries) => Trail { entries: entries.into(), pushes_down: true },
         };
         for first in (0..rays.count).step_by(V::LEN) {
-            trail::visit::<S, V>(simd, tree, rays, first, start, stack, tester, trail);
+            trail::visit::<S, V>(simd, rays, first, start, stack, tester, trail);
         }
     }
 
@@ -201,8 +222,9 @@ impl Packets<'_, '_> {
     fn test_everything(&mut self, count: usize) {
         for group in 0..count.div_ceil(rays::LANES) {
             for lane in bits_of(self.rays.exhaustive[group].into()) {
-                for &id in &self.tree.ids {
-                    let _ = (self.tester.ask)(group * rays::LANES + lane, id);
+                for &id in &self.tester.tree.ids {
+                    let place = (group * rays::LANES + lane) as u32;
+                    (self.tester.ask)(&[(place, id)], &mut [0.0]);
                 }
             }
         }

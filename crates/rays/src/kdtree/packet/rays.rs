@@ -48,8 +48,9 @@ pub(super) struct Rays {
     pub(super) moved: f32,
     /// Numbers of these are too large or small to be trusted: all triangles are tested.
     pub(super) exhaustive: [u16; MOST_RAYS / LANES],
-    /// Around 1 / d and where t is zero, where no ray starts too far away.
+    /// Around 1 / d and around where t is zero, by axis, where `keeps_intervals` says so.
     pub(super) intervals: [[f64; 2]; 6],
+    pub(super) keeps_intervals: bool,
 }
 
 impl Default for Rays {
@@ -69,6 +70,7 @@ impl Default for Rays {
             moved: 0.0,
             exhaustive: [0; MOST_RAYS / LANES],
             intervals: [[0.0; 2]; 6],
+            keeps_intervals: false,
         }
     }
 }
@@ -108,7 +110,7 @@ impl Rays {
         for dead in whole..count.next_multiple_of(LANES) {
             (self.enter[dead], self.leave[dead]) = (1.0, -1.0);
         }
-        if whole % LANES != 0 {
+        if !whole.is_multiple_of(LANES) {
             self.exhaustive[whole / LANES] &= 0xff;
         }
     }
@@ -137,8 +139,8 @@ impl Rays {
             let across = direction.simd_eq(splat(simd, 0.0));
             let inverse = splat(simd, 1.0) / across.select(splat(simd, 1.0), direction);
             let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
-            trusted = trusted & (across | (inverse.is_finite() & a.is_finite() & b.is_finite()));
-            missed = missed | (across & (origin.simd_lt(low) | origin.simd_gt(high)));
+            trusted &= across | (inverse.is_finite() & a.is_finite() & b.is_finite());
+            missed |= across & (origin.simd_lt(low) | origin.simd_gt(high));
             enter = across.select(enter, enter.max(a.min(b)));
             leave = across.select(leave, leave.min(a.max(b)));
         }
@@ -151,38 +153,40 @@ impl Rays {
         let rate = longest * unit;
         // Rounded up in f32: 16 ε are more than the roundings of a τ of four or less.
         let slack = doubt * splat(simd, 4.0) * rate + splat(simd, 16.0 * f64::from(HALF_ULP));
-        trusted = trusted & enter.is_finite() & leave.is_finite() & slack.simd_lt(splat(simd, 0.25));
+        trusted &= enter.is_finite() & leave.is_finite() & slack.simd_lt(splat(simd, 0.25));
         let shrink = splat(simd, 1.0) / longest;
-        trusted = trusted & shrink.is_finite();
+        trusted &= shrink.is_finite();
         let mut moved = splat(simd, 0.0);
         let mut places = [splat(simd, 0.0); 3];
-        for axis in 0..3 {
+        for (axis, place) in places.iter_mut().enumerate() {
             let origin = f64x8::from_slice(simd, &eight.origin[axis]);
             let step = f64x8::from_slice(simd, &eight.direction[axis]) * enter;
             moved = moved.max(origin.abs() + step.abs());
-            places[axis] = (origin + step - splat(simd, f64::from(scale.middle[axis]))) * unit;
+            *place = (origin + step - splat(simd, f64::from(scale.middle[axis]))) * unit;
         }
         // Four roundings, relative to what is added up there or twice as much.
         const MOVED: f64 = 1.0 / (1_u64 << 50) as f64;
         let moved = moved * splat(simd, MOVED) * unit;
-        trusted = trusted & moved.simd_lt(splat(simd, 0.25));
+        trusted &= moved.simd_lt(splat(simd, 0.25));
         let [zero, one] = [splat(simd, 0.0), splat(simd, 1.0)];
         let alive = trusted & enter.simd_le(leave) & !missed & mask64x8::from_bitmask(simd, (1 << members) - 1);
         let margin = moved + splat(simd, 32.0 * f64::from(HALF_ULP));
         let (group, half) = (first / LANES, first % LANES / 8);
-        for axis in 0..3 {
+        for (axis, place) in places.into_iter().enumerate() {
             let direction = alive.select(f64x8::from_slice(simd, &eight.direction[axis]) * shrink, one);
             let steep = direction.abs().max(splat(simd, LEAST_COMPONENT)).copysign(direction);
             let inverse = one / steep;
-            store(alive.select(places[axis], zero), &mut self.origin[axis], first);
+            store(alive.select(place, zero), &mut self.origin[axis], first);
             store(direction, &mut self.direction[axis], first);
             store(inverse, &mut self.inverse[axis], first);
             store(alive.select(inverse.abs() * margin, zero), &mut self.doubt[axis], first);
             set_byte(&mut self.backward[axis][group], half, steep.simd_lt(zero).to_bitmask());
-            let start = f64x8::from_slice(simd, &eight.origin[axis]);
-            let start = (start - splat(simd, f64::from(scale.middle[axis]))) * unit;
-            self.widen(simd, axis, inverse, alive);
-            self.widen(simd, axis + 3, start, alive);
+            if self.keeps_intervals {
+                let start = f64x8::from_slice(simd, &eight.origin[axis]);
+                let start = (start - splat(simd, f64::from(scale.middle[axis]))) * unit;
+                self.widen(simd, axis, inverse, alive);
+                self.widen(simd, axis + 3, start, alive);
+            }
         }
         let width = (leave - enter) * rate;
         store(alive.select(-slack, one), &mut self.enter, first);

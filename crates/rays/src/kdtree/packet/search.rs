@@ -56,7 +56,7 @@ impl Search<'_, '_> {
     ///
     /// First the first such leaf is looked for, and nodes are kept on the way there whose other child the shaft meets too. If
     /// there is a leaf that matters below that child, rays can't begin below the node. MLRTA asks about each such node from
-    /// below, AEPSA from above until it has found one: what is found is the same.
+    /// below, AEPSA from above until it has found one, which is the one that MLRTA would find last.
     pub(super) fn start(&mut self) -> Option<Met> {
         let root = Met::root(self.tree, self.shaft);
         if self.kind == KdEntry::Root {

@@ -5,7 +5,6 @@ use super::filter::{Wide, load};
 use super::rays::{LANES, Rays};
 use super::step::{Start, Way, Within, backward, begin, way};
 use super::tester::Tester;
-use crate::KdTree;
 use crate::kdtree::node::Nodes;
 
 /// A child that waits, and what of a packet is in its cell. 192 bytes.
@@ -47,20 +46,19 @@ pub(super) type Stack = [Waiting; Nodes::MAX_DEPTH];
 #[inline(always)]
 pub(super) fn visit<S: Simd, V: Wide<S>>(
     simd: S,
-    tree: &KdTree,
     rays: &mut Rays,
     first: usize,
     start: &Start,
     stack: &mut Stack,
     tester: &mut Tester<'_, '_>,
 ) {
-    let scale = tester.scale;
+    let (tree, scale) = (tester.tree, tester.scale);
     let mut within = begin::<S, V>(simd, tree, &scale, rays, first, start);
     if within.members == 0 {
         return;
     }
     tester.steps.note(|visits| visits.packets += 1);
-    tester.mailbox.clear();
+    tester.mailbox.clear(false);
     let mut place = start.place;
     let mut waiting = 0;
     loop {

@@ -5,16 +5,51 @@ use super::filter::{Filter, Wide};
 use super::rays::Rays;
 use super::scale::Scale;
 use super::statistics::Steps;
-use crate::Triangles;
+use crate::{KdTree, Triangles};
 
-/// Asks whether the ray at a place hits a triangle, and is told from which t on nothing matters to the ray.
-pub(super) type Ask<'a> = dyn FnMut(usize, u32) -> f64 + 'a;
+/// Asks whether rays hit triangles, given pairs of a ray's place and a triangle, and is told from which t on nothing matters to
+/// each pair's ray.
+pub(super) type Ask<'a> = dyn FnMut(&[(u32, u32)], &mut [f64]) + 'a;
+
+/// Most pairs that are asked about at once.
+pub(super) const MOST_PAIRS: usize = 32;
+
+/// Rays and triangles to be asked about.
+#[derive(Default)]
+pub(super) struct Pairs {
+    pairs: [(u32, u32); MOST_PAIRS],
+    count: usize,
+}
+
+impl Pairs {
+    #[inline(always)]
+    fn push(&mut self, place: usize, id: u32, rays: &mut Rays, ask: &mut Ask<'_>) {
+        self.pairs[self.count] = (place as u32, id);
+        self.count += 1;
+        if self.count == MOST_PAIRS {
+            self.ask(rays, ask);
+        }
+    }
+
+    #[inline(never)]
+    fn ask(&mut self, rays: &mut Rays, ask: &mut Ask<'_>) {
+        let mut ends = [0.0; MOST_PAIRS];
+        let pairs = &self.pairs[..self.count];
+        ask(pairs, &mut ends[..self.count]);
+        for (&(place, _), end) in pairs.iter().zip(ends) {
+            rays.end(place as usize, end);
+        }
+        self.count = 0;
+    }
+}
 
 /// Tests triangles of leaves for packets.
 pub(super) struct Tester<'a, 'b> {
+    pub(super) tree: &'a KdTree,
     pub(super) triangles: Triangles<'a>,
     pub(super) scale: Scale,
     pub(super) ask: &'a mut Ask<'b>,
+    pub(super) pairs: Pairs,
     pub(super) mailbox: Mailbox,
     pub(super) steps: Steps<'a>,
 }
@@ -38,9 +73,19 @@ impl Tester<'_, '_> {
                 self.test::<S, V>(simd, rays, first, id, &filter, members);
             }
         }
+        self.ask(rays);
     }
 
-    /// Tests the `members` of the rays from `first` on against a triangle; whether any was asked about.
+    /// Asks about what tests have left open.
+    #[inline(always)]
+    pub(super) fn ask(&mut self, rays: &mut Rays) {
+        if self.pairs.count > 0 {
+            self.pairs.ask(rays, self.ask);
+        }
+    }
+
+    /// Tests the `members` of the rays from `first` on against a triangle, and leaves open what f32 can't decide; whether that is
+    /// anything.
     #[inline(always)]
     pub(super) fn test<S: Simd, V: Wide<S>>(
         &mut self,
@@ -55,8 +100,7 @@ impl Tester<'_, '_> {
         let possible = filter.possible::<S, V>(simd, rays, first) & members;
         for lane in bits_of(possible) {
             self.steps.note(|visits| visits.asked += 1);
-            let place = first + lane;
-            rays.end(place, (self.ask)(place, id));
+            self.pairs.push(first + lane, id, rays, self.ask);
         }
         possible != 0
     }
@@ -76,6 +120,7 @@ pub(super) fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
 /// changes nothing.
 pub(super) struct Mailbox {
     kind: KdMailbox,
+    slots: usize,
     ids: [u32; Self::SLOTS],
     tested: [u16; Self::SLOTS],
     /// Where the ring goes on.
@@ -83,22 +128,27 @@ pub(super) struct Mailbox {
 }
 
 impl Mailbox {
-    const SLOTS: usize = 64;
-    /// What the ring uses of them.
+    /// Of a shaft, where 64 would have triangles tested twice as often.
+    const SLOTS: usize = 1024;
+    /// Of a packet, which has fewer triangles.
+    const FEW: usize = 64;
+    /// Of a ring.
     const RING: usize = 8;
 
     pub(super) fn new(kind: KdMailbox) -> Self {
-        Self { kind, ids: [u32::MAX; Self::SLOTS], tested: [0; Self::SLOTS], next: 0 }
+        Self { kind, slots: 1, ids: [u32::MAX; Self::SLOTS], tested: [0; Self::SLOTS], next: 0 }
     }
 
-    /// Forgets everything.
+    /// Forgets everything, before a packet or a shaft.
     #[inline(always)]
-    pub(super) fn clear(&mut self) {
-        match self.kind {
-            KdMailbox::None => {}
-            KdMailbox::Ring => self.ids[..Self::RING].fill(u32::MAX),
-            KdMailbox::Hashed => self.ids.fill(u32::MAX),
-        }
+    pub(super) fn clear(&mut self, is_for_shaft: bool) {
+        self.slots = match self.kind {
+            KdMailbox::None => return,
+            KdMailbox::Ring => Self::RING,
+            KdMailbox::Hashed if is_for_shaft => Self::SLOTS,
+            KdMailbox::Hashed => Self::FEW,
+        };
+        self.ids[..self.slots].fill(u32::MAX);
     }
 
     /// Whether a triangle was tested for any member.
@@ -107,7 +157,7 @@ impl Mailbox {
         match self.kind {
             KdMailbox::None => false,
             KdMailbox::Ring => self.ids[..Self::RING].contains(&id),
-            KdMailbox::Hashed => self.ids[id as usize % Self::SLOTS] == id,
+            KdMailbox::Hashed => self.ids[id as usize & (self.slots - 1)] == id,
         }
     }
 
@@ -124,7 +174,7 @@ impl Mailbox {
                     self.next
                 }
             }
-            KdMailbox::Hashed => id as usize % Self::SLOTS,
+            KdMailbox::Hashed => id as usize & (self.slots - 1),
         };
         let tested = if self.ids[slot] == id { self.tested[slot] } else { 0 };
         self.ids[slot] = id;

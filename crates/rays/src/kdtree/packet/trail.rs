@@ -6,7 +6,6 @@ use super::rays::Rays;
 use super::stack::{Stack, Waiting};
 use super::step::{Start, Way, Within, backward, begin, way};
 use super::tester::Tester;
-use crate::KdTree;
 
 /// How packets find their way without a whole stack: as single rays do.
 #[derive(Clone, Copy)]
@@ -25,7 +24,6 @@ pub(super) struct Trail {
 #[inline(always)]
 pub(super) fn visit<S: Simd, V: Wide<S>>(
     simd: S,
-    tree: &KdTree,
     rays: &mut Rays,
     first: usize,
     start: &Start,
@@ -33,13 +31,13 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     tester: &mut Tester<'_, '_>,
     options: Trail,
 ) {
-    let scale = tester.scale;
+    let (tree, scale) = (tester.tree, tester.scale);
     let mut within = begin::<S, V>(simd, tree, &scale, rays, first, start);
     if within.members == 0 {
         return;
     }
     tester.steps.note(|visits| visits.packets += 1);
-    tester.mailbox.clear();
+    tester.mailbox.clear(false);
     let order = Order::new::<S, V>(rays, first, within.members);
     let mut stack = ShortStack { positions: stack, entries: options.entries, top: 0, held: 0 };
     let (mut place, mut level) = (start.place, 0_u32);
