@@ -28,8 +28,8 @@ pub use grid::{
     TileOrder, UniformCounts, UniformGrid, UniformOptions, UnknownSimdLevel, Unmasked, Work,
 };
 pub use kdtree::{
-    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeCounts, KdTreeOptions,
-    KdTreeVisits, SahCosts,
+    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeCounts, KdTreeForm,
+    KdTreeOptions, KdTreeVisits, SahCosts,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

@@ -19,6 +19,7 @@ mod options;
 mod statistics;
 mod traverse;
 mod validate;
+mod words;
 
 use crate::Omitted;
 use build::Pool;
@@ -27,6 +28,7 @@ use layout::Branch;
 use node::Nodes;
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
 pub use statistics::{KdTreeCounts, KdTreeVisits};
+pub use words::KdTreeForm;
 
 /// The triangles of a frame, listed in the cells of a kd-tree.
 ///
