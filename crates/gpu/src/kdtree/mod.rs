@@ -5,6 +5,10 @@
 //! triangles with `tester`; `settle` decides by the predicate what that has left open, and finds where hits are. `tracer`
 //! runs these stages. So answers are those of [`umbrage_rays::KdTree`], bit for bit.
 //!
+//! `frame` makes its rays on the GPU: `eye` the camera's, `bounce` what mirrors send on and the questions about shadows, whose
+//! answers `lighten` adds to the film. In the paper's hybrid frames `raster` finds primary hits instead, and `surface` where
+//! they are.
+//!
 //! **In which units.** A power of two brings the largest coordinate of the tree's bounds to between one half and one, another
 //! one the largest component of a ray's direction to between one and two. t is counted in lengths of that direction from the
 //! point where the ray enters the bounds, or where its interval begins inside them. That point is found in the emulated f64, so
@@ -33,16 +37,20 @@
 //!
 //! **Which hit is the nearest.** A ray holds one hit, in a register. A hit that is certainly behind a certain one is dropped,
 //! one that is certainly nearer replaces it, and whatever overlaps is listed, to be compared by the predicate's t. A cell that
-//! begins behind the far end of a certain hit's t is left out.
+//! begins behind the far end of a certain hit's t is left out. At the end the hit that is held is listed too, for most rays as
+//! the only one: `settle` then finds where it is, an invocation for each listed hit.
 //!
 //! **Shadows.** The predicate asks that the point be off the triangle's plane by more than the point's error, so a shadow is
 //! certain only where the line's slope against the plane times the rest of the way to the point is more than 64 times that
 //! error and blur: the predicate's own bound has 24 of them.
 
+mod frame;
+mod raster;
 mod records;
 mod tracer;
 mod tree;
 
+pub use frame::{KdFrame, KdMaterial, KdPrimary, KdScenery};
 pub use records::KdRecords;
 pub use tracer::{KdTracer, KdTracerOptions, KdTracerWork};
 pub use tree::KdNodes;

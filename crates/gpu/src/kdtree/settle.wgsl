@@ -1,10 +1,10 @@
-// Stage `settle`: what traversals have left open, by the predicate, and where the nearest hits are. First an invocation has an
-// open hit, then a ray: a ray may have so many that one alone would take too long, and lavapipe ends an invocation's loops
+// Stage `settle`: what traversals have left open, by the predicate, and where the nearest hits are. First an invocation has a
+// listed hit, then a ray: a ray may have so many that one alone would take too long, and lavapipe ends an invocation's loops
 // after 65,535 turns.
 
 import package::dispatch::{flat_group, groups_of};
 import package::exact::corners::{corner_bits};
-import package::exact::predicate::{ExactRay, exact_edges, exact_t, exact_is_front, exact_barycentric};
+import package::exact::predicate::{ExactRay, exact_edges, exact_t, exact_barycentric};
 import package::exact::shadow::{ExactPoint, exact_shadow, exact_blocked_by};
 import package::kdtree::records::{RECORDS_COUNT, record_start};
 
@@ -19,10 +19,10 @@ import package::kdtree::records::{RECORDS_COUNT, record_start};
 const OPEN_COUNT: u32 = 0u;
 const OPEN_GROUPS: u32 = 1u;
 const OPEN_FIRST: u32 = 16u;
-const OPEN_WORDS: u32 = 6u;
+const OPEN_WORDS: u32 = 8u;
 const NOTHING: u32 = 0xffffffffu;
 
-// Of a hit: its triangle, whether that is met on its front, t in F64, and the weights of its second and third corner.
+// Of a hit: its triangle, a word that isn't used, t in F64, and the weights of its second and third corner.
 const HIT_WORDS: u32 = 8u;
 
 const SETTLE_INFINITE = F64(0u, 0x7ff00000u);
@@ -35,12 +35,7 @@ fn settle_vector(word: u32) -> F64Vector {
     return F64Vector(settle_number(word), settle_number(word + 2u), settle_number(word + 4u));
 }
 
-fn settle_ray(number: u32) -> ExactRay {
-    let word = record_start(number);
-    return ExactRay(settle_vector(word), settle_vector(word + RAY_DIRECTION));
-}
-
-// How many open hits there was room for.
+// How many hits there was room for.
 fn open_count() -> u32 {
     return min(open_hits[OPEN_COUNT], (arrayLength(&open_hits) - OPEN_FIRST) / OPEN_WORDS);
 }
@@ -53,9 +48,9 @@ fn size_open() {
     open_hits[OPEN_GROUPS + 2u] = groups.z;
 }
 
-// Where a ray meets the triangle of an open hit; infinite where it doesn't, or certainly meets another before.
+// Where a ray meets the triangle of a listed hit; infinite where it doesn't, or certainly meets another before.
 @compute @workgroup_size(64)
-fn settle_open_nearest(
+fn settle_hits(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
@@ -69,7 +64,7 @@ fn settle_open_nearest(
     var t = SETTLE_INFINITE;
     if bitcast<f32>(open_hits[base + 3u]) <= bitcast<f32>(atomicLoad(&traced[4u * number + 2u])) {
         let word = record_start(number);
-        let ray = settle_ray(number);
+        let ray = ExactRay(settle_vector(word), settle_vector(word + RAY_DIRECTION));
         var terms: ExpansionTerms;
         let edges = exact_edges(&terms, ray, corner_bits(open_hits[base]));
         if edges.side != 0 {
@@ -77,6 +72,9 @@ fn settle_open_nearest(
             if f64_less(settle_number(word + RAY_T_MIN), found) && f64_less(found, settle_number(word + RAY_T_MAX)) {
                 t = found;
             }
+            let weights = exact_barycentric(edges);
+            open_hits[base + 6u] = weights.x;
+            open_hits[base + 7u] = weights.y;
         }
     }
     open_hits[base + 4u] = t.x;
@@ -94,8 +92,9 @@ fn settle_nearest(
     if number >= records[RECORDS_COUNT] {
         return;
     }
-    var nearest = atomicLoad(&traced[4u * number]);
+    var nearest = NOTHING;
     var t = SETTLE_INFINITE;
+    var weights = vec2(0u);
     var open = atomicLoad(&traced[4u * number + 1u]);
     while open < open_count() {
         let base = OPEN_FIRST + open * OPEN_WORDS;
@@ -104,27 +103,19 @@ fn settle_nearest(
         if f64_less(other, t) || (nearest != NOTHING && f64_equal(other, t) && id < nearest) {
             t = other;
             nearest = id;
+            weights = vec2(open_hits[base + 6u], open_hits[base + 7u]);
         }
         open = open_hits[base + 2u];
     }
     let base = number * HIT_WORDS;
     hits[base] = nearest;
-    if nearest == NOTHING {
-        return;
-    }
-    let ray = settle_ray(number);
-    var terms: ExpansionTerms;
-    let edges = exact_edges(&terms, ray, corner_bits(nearest));
-    let found = exact_t(&terms, ray, edges);
-    let weights = exact_barycentric(edges);
-    hits[base + 1u] = u32(exact_is_front(edges));
-    hits[base + 2u] = found.x;
-    hits[base + 3u] = found.y;
+    hits[base + 2u] = t.x;
+    hits[base + 3u] = t.y;
     hits[base + 4u] = weights.x;
     hits[base + 5u] = weights.y;
 }
 
-// Whether the triangle of an open hit shadows a point.
+// Whether the triangle of a listed hit shadows a point.
 @compute @workgroup_size(64)
 fn settle_blocked(
     @builtin(workgroup_id) group: vec3<u32>,

@@ -20,8 +20,7 @@ struct KdShape {
 @group(0) @binding(3) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read> positions: array<u32>;
 @group(0) @binding(5) var<storage, read> lines: array<vec4<u32>>;
-// For each ray: what it has hit for certain (its triangle, or for a shadow one), the first of what is open about it, and
-// beyond which t there is nothing to ask.
+// For each ray: whether it is shadowed for certain, the first of its listed hits, and beyond which t there is nothing to ask.
 @group(0) @binding(6) var<storage, read_write> traced: array<vec4<u32>>;
 @group(0) @binding(7) var<storage, read_write> open_hits: array<atomic<u32>>;
 
@@ -29,10 +28,13 @@ struct KdShape {
 override KD_COUNTS: bool = false;
 
 const OPEN_COUNT: u32 = 0u;
+// How many of them are certain: the predicate only has to say where.
+const OPEN_CERTAIN: u32 = 4u;
 // Pairs of words: low, high.
 const OPEN_VISITS: u32 = 8u;
 const OPEN_FIRST: u32 = 16u;
-const OPEN_WORDS: u32 = 6u;
+// Of a hit: its triangle, its ray, the next of the ray's, from which t on it may be, and four words for the stage `settle`.
+const OPEN_WORDS: u32 = 8u;
 const NOTHING: u32 = 0xffffffffu;
 const KD_LEAF: u32 = 3u;
 // 2⁻²⁴: half the distance from one to the next f32.
@@ -60,12 +62,12 @@ struct KdRay {
     // What a coordinate may be wrong by.
     margin: f32,
 
-    // The hit that isn't in the list: the only one, as a rule.
+    // The hit that isn't in the list yet: the only one, as a rule.
     held: u32,
     held_lower: f32,
     held_upper: f32,
     is_held_certain: bool,
-    // The list of all other open hits.
+    // The list of all other hits that may be the nearest, and its last one's triangle.
     list: u32,
     listed: u32,
     // Certainly not before the nearest hit.
@@ -242,7 +244,7 @@ fn kd_meet(ray: ptr<function, KdRay>, id: u32) -> KdMeeting {
     return meeting;
 }
 
-// Adds to the list of what is open about a ray.
+// Adds to the list of a ray's hits.
 fn kd_list(ray: ptr<function, KdRay>, id: u32, lower: f32) {
     let place = atomicAdd(&open_hits[OPEN_COUNT], 1u);
     let base = OPEN_FIRST + place * OPEN_WORDS;
@@ -334,14 +336,13 @@ fn kd_finish(ray: ptr<function, KdRay>, is_shadow: bool) {
     if is_shadow {
         traced[(*ray).number] = vec4(u32((*ray).is_blocked), (*ray).list, bitcast<u32>(KD_BEYOND), 0u);
     } else {
-        let has_any = (*ray).held != NOTHING;
-        let is_open = has_any && ((*ray).list != NOTHING || !(*ray).is_held_certain || (*ray).listed != NOTHING);
-        if is_open {
+        if (*ray).held != NOTHING {
+            if (*ray).is_held_certain && (*ray).listed == NOTHING {
+                atomicAdd(&open_hits[OPEN_CERTAIN], 1u);
+            }
             kd_list(ray, (*ray).held, (*ray).held_lower);
         }
-        traced[(*ray).number] = vec4(
-            select((*ray).held, NOTHING, is_open), (*ray).list, bitcast<u32>((*ray).best), 0u,
-        );
+        traced[(*ray).number] = vec4(0u, (*ray).list, bitcast<u32>((*ray).best), 0u);
     }
     if KD_COUNTS {
         for (var place = 0u; place < 4u; place++) {

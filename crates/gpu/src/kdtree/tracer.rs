@@ -68,7 +68,7 @@ pub struct KdTracer {
 /// What rays took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct KdTracerWork {
-    /// Hits that were left to the predicate.
+    /// Hits that the predicate had to decide about.
     pub open_hits: u32,
     /// Of rays that asked for their nearest hit; all zeros unless [counted](KdTracerOptions::counts). A packet counts a
     /// node once for each of its rays that may still find something in the node's cell, and a restart once.
@@ -80,7 +80,7 @@ pub struct KdTracerWork {
 impl KdTracer {
     /// As in `tester.wgsl`.
     const OPEN_HEADER: u64 = 16;
-    const OPEN_WORDS: u64 = 6;
+    const OPEN_WORDS: u64 = 8;
     const OPEN_GROUPS: u32 = 1;
     const HIT_WORDS: usize = 8;
 
@@ -94,7 +94,7 @@ impl KdTracer {
             lines: [line("line_of_rays"), line("line_of_shadows")],
             walks: walks(gpu, options),
             size_open: settle("size_open"),
-            settle_open: [settle("settle_open_nearest"), settle("settle_blocked")],
+            settle_open: [settle("settle_hits"), settle("settle_blocked")],
             settle_nearest: settle("settle_nearest"),
             line_words: Buffer::storage(gpu, "kd-tree lines"),
             traced: Buffer::storage(gpu, "kd-tree answers"),
@@ -105,6 +105,14 @@ impl KdTracer {
             asked: Vec::new(),
             most_uses: 0,
             work: KdTracerWork::default(),
+        }
+    }
+
+    /// Says how rays are led from now on.
+    pub fn set_options(&mut self, gpu: &Gpu, options: KdTracerOptions) {
+        if options != self.options {
+            self.options = options;
+            self.walks = walks(gpu, options);
         }
     }
 
@@ -125,7 +133,7 @@ impl KdTracer {
         self.line_words.reserve(gpu, 16 * (1 + 4 * rays))?;
         self.traced.reserve(gpu, 16 * rays.max(1))?;
         self.hits.reserve(gpu, 4 * Self::HIT_WORDS as u64 * rays)?;
-        self.open.reserve(gpu, Self::open_bytes(rays / 8 + (1 << 10)))?;
+        self.open.reserve(gpu, Self::open_bytes(rays + rays / 8 + (1 << 10)))?;
         self.open_sizes.reserve(gpu, 4 * Self::OPEN_HEADER)?;
         self.needs.reserve(gpu, 4 * Self::OPEN_HEADER * u64::from(uses))
     }
@@ -225,7 +233,7 @@ impl KdTracer {
         let mut most = 0;
         for (needs, question) in needs.chunks_exact(Self::OPEN_HEADER as usize).zip(&self.asked) {
             most = most.max(needs[0]);
-            self.work.open_hits = self.work.open_hits.saturating_add(needs[0]);
+            self.work.open_hits = self.work.open_hits.saturating_add(needs[0] - needs[4]);
             let visits = match question {
                 Question::Nearest => &mut self.work.nearest,
                 Question::Blocked => &mut self.work.blocked,
@@ -285,7 +293,7 @@ impl KdTracer {
         Ok(words.into_iter().map(|[is_blocked, ..]| is_blocked != 0).collect())
     }
 
-    /// Bytes on the GPU for rays under way, 144 a ray and what is open.
+    /// Bytes on the GPU for rays under way: 112 a ray, and 32 for each hit that is listed.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         [&self.line_words, &self.traced, &self.open, &self.hits].into_iter().map(Buffer::bytes).sum()

@@ -11,6 +11,8 @@ pub struct KdNodes {
     ids: Buffer,
     /// What was uploaded last; kept for its memory.
     words: Vec<[u32; 2]>,
+    /// The largest coordinate of the bounds.
+    reach: f32,
 }
 
 /// As in `line.wgsl` and `tester.wgsl`.
@@ -36,7 +38,7 @@ impl KdShape {
     fn new(form: KdTreeForm) -> Self {
         let KdTreeForm { left_follows, min, max } = form;
         let is_empty = (0..3).any(|axis| min[axis] > max[axis]);
-        let largest = min.into_iter().chain(max).fold(0.0_f32, |largest, at| largest.max(at.abs()));
+        let largest = largest(form);
         // The exponent of the next power of two above; exponent bits tell it exactly.
         let exponent = (f64::from(largest).to_bits() >> 52) as i32 - 1022;
         let is_lost = !is_empty && !Self::EXPONENTS.contains(&exponent);
@@ -59,6 +61,11 @@ impl KdShape {
     }
 }
 
+/// The largest coordinate of the bounds; infinite where there are none.
+fn largest(KdTreeForm { min, max, .. }: KdTreeForm) -> f32 {
+    min.into_iter().chain(max).fold(0.0_f32, |largest, at| largest.max(at.abs()))
+}
+
 impl KdNodes {
     /// No tree yet.
     #[must_use]
@@ -68,6 +75,7 @@ impl KdNodes {
             nodes: Buffer::storage(gpu, "kd-tree nodes"),
             ids: Buffer::storage(gpu, "kd-tree ids"),
             words: Vec::new(),
+            reach: 0.0,
         }
     }
 
@@ -77,6 +85,8 @@ impl KdNodes {
     /// Where it needs more than one buffer of the device has room for.
     pub fn write(&mut self, gpu: &Gpu, tree: &KdTree) -> Result<(), GpuError> {
         let form = tree.write_words(&mut self.words);
+        let largest = largest(form);
+        self.reach = if largest.is_finite() { largest } else { 0.0 };
         self.shape.write(gpu, &[KdShape::new(form)])?;
         self.nodes.write(gpu, &self.words)?;
         self.ids.write(gpu, tree.ids())
@@ -86,6 +96,11 @@ impl KdNodes {
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.shape.bytes() + self.nodes.bytes() + self.ids.bytes()
+    }
+
+    /// The largest coordinate of any triangle that can be hit, or zero.
+    pub(super) fn reach(&self) -> f32 {
+        self.reach
     }
 
     pub(super) fn shape(&self) -> &Buffer {

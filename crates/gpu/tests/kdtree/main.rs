@@ -3,16 +3,40 @@
 mod cases;
 #[path = "../common/mod.rs"]
 mod common;
+mod frames;
 mod rays;
 #[path = "../../../rays/tests/support/mod.rs"]
 mod support;
 
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+
 use glam::DVec3;
 use support::Mesh;
-use umbrage_gpu::kdtree::{KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
+use umbrage_gpu::kdtree::{KdFrame, KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
 use umbrage_gpu::{Geometry, Gpu, Recorder};
 use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{Hit, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray};
+
+/// A device with all kernels.
+struct Device {
+    gpu: Gpu,
+    frame: KdFrame,
+}
+
+/// One for all tests: software adapters take seconds to compile the kernels. `None` where there is no adapter.
+fn device() -> Option<MutexGuard<'static, Device>> {
+    static DEVICE: OnceLock<Option<Mutex<Device>>> = OnceLock::new();
+    let device = DEVICE.get_or_init(|| {
+        let gpu = common::gpu()?;
+        let frame = KdFrame::new(&gpu, KdTracerOptions::DEFAULT);
+        Some(Mutex::new(Device { gpu, frame }))
+    });
+    // A test that has failed leaves nothing that the next one would build on.
+    let mut device = device.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
+    let Device { gpu, frame } = &mut *device;
+    frame.set_options(gpu, KdTracerOptions::DEFAULT);
+    Some(device)
+}
 
 /// Single rays in each way, and packets.
 fn walks() -> Vec<KdTracerOptions> {
