@@ -13,6 +13,7 @@ mod error;
 mod fit;
 mod geometry;
 mod grid;
+pub mod kdtree;
 mod kernel;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]

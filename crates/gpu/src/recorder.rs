@@ -51,6 +51,55 @@ impl<'a> Recorder<'a> {
         record(&mut pass);
     }
 
+    /// Records one stage that draws: all that `record` does in a pass over `target`, with a `depth` whose nearest is the
+    /// largest. Both begin at zero.
+    pub(crate) fn draw(
+        &mut self,
+        name: &'static str,
+        target: &wgpu::TextureView,
+        depth: &wgpu::TextureView,
+        record: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) {
+        let place = self.names.len() as u32;
+        let timestamp_writes =
+            self.queries.as_ref().filter(|_| place < MOST_STAGES).map(|query_set| wgpu::RenderPassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: Some(2 * place),
+                end_of_pass_write_index: Some(2 * place + 1),
+            });
+        self.names.push(name);
+        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(name),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: target,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+                stencil_ops: None,
+            }),
+            timestamp_writes,
+            ..Default::default()
+        });
+        record(&mut pass);
+    }
+
+    /// Copies a texture with pixels of four bytes to a buffer in which rows follow each other at `row_bytes`.
+    pub(crate) fn copy_texture(&mut self, from: &wgpu::Texture, to: &Buffer, row_bytes: u32) {
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+        self.encoder.copy_texture_to_buffer(
+            from.as_image_copy(),
+            wgpu::TexelCopyBufferInfo { buffer: to.raw(), layout },
+            from.size(),
+        );
+    }
+
     /// Fills a buffer with zeros.
     pub fn clear(&mut self, buffer: &Buffer) {
         self.encoder.clear_buffer(buffer.raw(), 0, None);

@@ -29,8 +29,8 @@ pub use grid::{
 };
 pub use kdtree::{
     Clipping, ImpossibleKdTreeOptions, KdBuilder, KdCulling, KdEntry, KdLayout, KdMailbox, KdPacketOptions,
-    KdPacketVisits, KdPacketWidth, KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts,
-    UnknownKdName,
+    KdPacketVisits, KdPacketWidth, KdTraversal, KdTree, KdTreeCounts, KdTreeForm, KdTreeOptions, KdTreeVisits,
+    SahCosts, UnknownKdName,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

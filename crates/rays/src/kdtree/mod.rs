@@ -22,6 +22,7 @@ mod packet;
 mod statistics;
 mod traverse;
 mod validate;
+mod words;
 
 use crate::{Omitted, SimdLevel};
 use build::{Deferred, Pool};
@@ -32,6 +33,7 @@ use node::Nodes;
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
 pub use packet::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth};
 pub use statistics::{KdTreeCounts, KdTreeVisits};
+pub use words::KdTreeForm;
 
 /// The triangles of a frame, listed in the cells of a kd-tree.
 ///

@@ -1,0 +1,175 @@
+//! Rays of all kinds, each way through the tree.
+
+use glam::{DVec3, Vec3};
+use umbrage_rays::predicate::{HitPoint, ShadowRay};
+use umbrage_rays::{KdLayout, KdTreeOptions, LightSource, Ray};
+
+use crate::cases::{blocks, random_ray, rays_in_planes, scene, with_intervals};
+use crate::support::{Mesh, Random, grazing_rays};
+use crate::{Device, Scene, blocked, check, device, free, walks};
+
+#[test]
+fn nearest_hits_are_those_of_the_cpu_each_way() {
+    let Some(mut device) = device() else { return };
+    let Device { gpu, frame } = &mut *device;
+    let tracer = frame.tracer_mut();
+    let mut random = Random(1);
+    let options = KdTreeOptions::DEFAULT;
+    let mixed = Scene::new(gpu, scene(&mut random), options);
+    let flat = Scene::new(gpu, blocks(&mut random, 80), KdTreeOptions { layout: KdLayout::Subtrees, ..options });
+    let mut of_mixed = Vec::new();
+    for reach in [0.5, 3.0, 40.0, 3e6, 1e15] {
+        of_mixed.extend((0..80).map(|_| random_ray(&mut random, reach)));
+    }
+    of_mixed.extend(grazing_rays(mixed.mesh.triangles(), &mut random, 60));
+    for step in 0..40 {
+        let ray = of_mixed[step];
+        let t = mixed.tree.nearest(mixed.mesh.triangles(), &ray, |_| true).map(|hit| hit.t);
+        of_mixed.extend(with_intervals(&mut random, ray, t));
+    }
+    let of_flat = free(rays_in_planes(&mut random, 150));
+    // From a hit on, without the triangle that was hit.
+    let mut of_mixed = free(of_mixed);
+    for step in 0..200 {
+        let (ray, _) = of_mixed[step];
+        if let Some(hit) = mixed.tree.nearest(mixed.mesh.triangles(), &ray, |_| true) {
+            let direction = random.point().as_dvec3();
+            of_mixed.push((Ray::new(ray.origin + ray.direction * hit.t, direction), Some(hit.triangle)));
+        }
+    }
+    for options in walks() {
+        tracer.set_options(gpu, options);
+        let (hits, work) = check(gpu, tracer, &mixed, &of_mixed);
+        assert!(hits > 400, "{hits} hits");
+        assert!(work.nearest.nodes > 5000 && work.nearest.leaves > 1000 && work.nearest.tests > 1000, "{work:?}");
+        let (hits, work) = check(gpu, tracer, &flat, &of_flat);
+        assert!(hits > 300 && work.open_hits > 300, "{hits} hits, {work:?}");
+    }
+}
+
+#[test]
+fn shadows_are_those_of_the_cpu_each_way() {
+    let Some(mut device) = device() else { return };
+    let Device { gpu, frame } = &mut *device;
+    let tracer = frame.tracer_mut();
+    let mut random = Random(8);
+    let lights = [
+        LightSource::Point { position: Vec3::new(3.0, 5.0, 2.0) },
+        LightSource::Point { position: Vec3::new(0.1, 0.3, 0.2) },
+        LightSource::Directional { direction: Vec3::new(0.3, -0.9, 0.1).normalize() },
+        LightSource::Directional { direction: Vec3::NEG_Y },
+    ];
+    for mesh in [scene(&mut random), blocks(&mut random, 60)] {
+        let scene = Scene::new(gpu, mesh, KdTreeOptions::DEFAULT);
+        let triangles = scene.mesh.triangles();
+        let mut rays: Vec<Ray> = (0..500).map(|_| random_ray(&mut random, 4.0)).collect();
+        rays.extend(rays_in_planes(&mut random, 40));
+        let rays = free(rays);
+        let seen = rays.iter().filter_map(|(ray, _)| Some((ray, scene.tree.nearest(triangles, ray, |_| true)?)));
+        let questions: Vec<_> = seen
+            .enumerate()
+            .map(|(step, (ray, hit))| (lights[step % 4], HitPoint::new(ray, hit.t), hit.triangle))
+            .collect();
+        let expected: Vec<bool> = questions
+            .iter()
+            .map(|&(light, point, own)| scene.tree.blocked(triangles, &ShadowRay::new(&light, point), own, |_, _| true))
+            .collect();
+        let shadowed = expected.iter().filter(|&&blocked| blocked).count();
+        assert!(shadowed > 100 && expected.len() - shadowed > 20, "{shadowed} of {}", expected.len());
+        for options in walks() {
+            tracer.set_options(gpu, options);
+            let found = blocked(gpu, tracer, &scene, &questions);
+            for ((question, expected), found) in questions.iter().zip(&expected).zip(&found) {
+                assert_eq!(found, expected, "{question:?}, {options:?}");
+            }
+            let work = tracer.work();
+            assert!(work.open_hits < 4 * questions.len() as u32 && work.blocked.tests > 1000, "{work:?}");
+        }
+    }
+}
+
+#[test]
+fn flat_huge_tiny_and_far_scenes_are_those_of_the_cpu() {
+    let Some(mut device) = device() else { return };
+    let Device { gpu, frame } = &mut *device;
+    let tracer = frame.tracer_mut();
+    let mut random = Random(6);
+    let mut line = Mesh::default();
+    line.push([Vec3::ZERO, Vec3::X, Vec3::X * 2.0]);
+    let mut two_sizes = Mesh::soup(&mut random, 100, 0.1).moved(1e-4, Vec3::ZERO);
+    two_sizes.append(&Mesh::floor(2, 1000.0));
+    let meshes = [Mesh::default(), line, Mesh::floor(9, 2.0), Mesh::soup(&mut random, 60, 0.05), two_sizes];
+    for mesh in &meshes {
+        for (scale, offset) in [
+            (1.0, Vec3::ZERO),
+            (1e-26, Vec3::ZERO),
+            (1e-30, Vec3::ZERO),
+            (1e30, Vec3::ZERO),
+            (1e38, Vec3::ZERO),
+            (1.0, Vec3::new(148_376.0, 1234.0, -223_423.0)),
+            (1.0, Vec3::new(3e8, 0.0, 0.0)),
+        ] {
+            let scene = Scene::new(gpu, mesh.moved(scale, offset), KdTreeOptions::DEFAULT);
+            let rays = (0..60).map(|_| {
+                let Ray { origin, direction, .. } = random_ray(&mut random, 3.0);
+                let scale = f64::from(scale);
+                Ray::new(origin * scale + offset.as_dvec3(), direction * scale)
+            });
+            let rays = free(rays.collect::<Vec<_>>());
+            let (hits, _) = check(gpu, tracer, &scene, &rays);
+            assert!(hits > 0 || mesh.indices.len() < 2 || offset.x > 1e8 || scale > 1e37, "{scale} {offset}");
+        }
+    }
+}
+
+#[test]
+fn trees_are_taken_over_again_for_each_frame() {
+    let Some(mut device) = device() else { return };
+    let Device { gpu, frame } = &mut *device;
+    let tracer = frame.tracer_mut();
+    let mut random = Random(4);
+    let mut scene = Scene::new(gpu, Mesh::default(), KdTreeOptions::DEFAULT);
+    for (count, layout) in [(30, KdLayout::Subtrees), (300, KdLayout::DepthFirst), (40, KdLayout::Subtrees)] {
+        let options = KdTreeOptions { layout, ..KdTreeOptions::DEFAULT };
+        scene.mesh = Mesh::soup(&mut random, count, 0.2);
+        scene.tree.set_options(options).expect("possible options");
+        scene.tree.build(scene.mesh.triangles());
+        scene.geometry.write(gpu, scene.mesh.triangles(), |_| 0).expect("room");
+        scene.nodes.write(gpu, &scene.tree).expect("room");
+        let rays = free((0..100).map(|_| random_ray(&mut random, 3.0)).collect::<Vec<_>>());
+        let (hits, _) = check(gpu, tracer, &scene, &rays);
+        assert!(hits > 2, "{hits} hits of {count} triangles");
+    }
+}
+
+#[test]
+fn lists_that_overflow_are_done_again() {
+    let Some(mut device) = device() else { return };
+    let Device { gpu, frame } = &mut *device;
+    let tracer = frame.tracer_mut();
+    // So many triangles in one place that each ray leaves hundreds open.
+    let mut mesh = Mesh::default();
+    mesh.push([Vec3::ZERO, Vec3::new(1.0, 2.0, 0.5), Vec3::new(-1.0, 0.5, 3.0)]);
+    mesh.indices = vec![mesh.indices[0]; 300];
+    let scene = Scene::new(gpu, mesh, KdTreeOptions::DEFAULT);
+    let rays =
+        (0..100).map(|step| Ray::new(DVec3::new(0.1, 0.9, -5.0), DVec3::new(-0.0001 * f64::from(step), 0.0, 1.0)));
+    let (hits, work) = check(gpu, tracer, &scene, &free(rays));
+    assert!(hits > 20 && work.open_hits > 20 * 300, "{hits} {work:?}");
+}
+
+#[test]
+fn any_number_of_rays_is_answered() {
+    let Some(mut device) = device() else { return };
+    let Device { gpu, frame } = &mut *device;
+    let tracer = frame.tracer_mut();
+    let mut random = Random(5);
+    let scene = Scene::new(gpu, scene(&mut random), KdTreeOptions::DEFAULT);
+    for options in [walks()[4], walks()[7]] {
+        tracer.set_options(gpu, options);
+        for count in [0, 1, 63, 64, 65, 1000, 3] {
+            let rays = free((0..count).map(|_| random_ray(&mut random, 3.0)).collect::<Vec<_>>());
+            check(gpu, tracer, &scene, &rays);
+        }
+    }
+}
