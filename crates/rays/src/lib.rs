@@ -28,8 +28,9 @@ pub use grid::{
     TileOrder, UniformCounts, UniformGrid, UniformOptions, UnknownSimdLevel, Unmasked, Work,
 };
 pub use kdtree::{
-    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeCounts, KdTreeOptions,
-    KdTreeVisits, SahCosts,
+    Clipping, ImpossibleHierarchy, ImpossibleKdTreeOptions, ImpossibleObjects, KdBuilder, KdLayout, KdMotion, KdObject,
+    KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts, SceneHierarchy, TwoLevelCounts,
+    TwoLevelKdTree,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

@@ -3,7 +3,7 @@
 mod support;
 
 use glam::{DVec3, Vec3};
-use support::{Mesh, Random, is_usable};
+use support::{Mesh, Random, blocks, is_usable};
 use umbrage_rays::predicate::{HitPoint, ShadowRay, hit};
 use umbrage_rays::{
     Clipping, Hit, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray, SahCosts, Triangles,
@@ -86,35 +86,6 @@ fn scene(random: &mut Random) -> Mesh {
     mesh.positions[5].x = f32::NAN;
     mesh.indices.push([0, 1, u32::MAX]);
     mesh.indices.push([7, 7, 8]);
-    mesh
-}
-
-/// Triangles and boxes with small whole numbers for coordinates, so that planes, faces, corners and rays coincide.
-fn blocks(random: &mut Random, count: usize) -> Mesh {
-    let mut mesh = Mesh::default();
-    let whole = |random: &mut Random, reach: f32| (random.point() * reach).round();
-    for step in 0..count {
-        let corner = whole(random, 4.0);
-        match step % 4 {
-            0 => mesh.push([corner, whole(random, 4.0), whole(random, 4.0)]),
-            // In a plane across an axis.
-            1 => {
-                let mut corners = [corner, whole(random, 4.0), whole(random, 4.0)];
-                corners.iter_mut().for_each(|other| other[step / 4 % 3] = corner[step / 4 % 3]);
-                mesh.push(corners);
-            }
-            2 => mesh.push([corner, corner + whole(random, 1.0), corner + whole(random, 1.0)]),
-            _ => {
-                let size = whole(random, 1.0).abs() + 1.0;
-                let [x, y, z] = [Vec3::X * size.x, Vec3::Y * size.y, Vec3::Z * size.z];
-                for [along, across, to] in [[x, y, z], [y, z, x], [z, x, y]] {
-                    for start in [corner, corner + to] {
-                        mesh.quad([start, start + along, start + along + across, start + across]);
-                    }
-                }
-            }
-        }
-    }
     mesh
 }
 

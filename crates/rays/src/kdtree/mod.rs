@@ -13,20 +13,24 @@
 
 mod build;
 mod extent;
+mod hierarchy;
 mod layout;
 mod node;
 mod options;
 mod statistics;
 mod traverse;
+mod two_level;
 mod validate;
 
 use crate::Omitted;
 use build::{Deferred, Pool};
 use extent::Extent;
+pub use hierarchy::{ImpossibleHierarchy, SceneHierarchy};
 use layout::Branch;
 use node::Nodes;
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
 pub use statistics::{KdTreeCounts, KdTreeVisits};
+pub use two_level::{ImpossibleObjects, KdMotion, KdObject, TwoLevelCounts, TwoLevelKdTree};
 
 /// The triangles of a frame, listed in the cells of a kd-tree.
 ///

@@ -107,6 +107,35 @@ impl Mesh {
     }
 }
 
+/// Triangles and boxes with small whole numbers for coordinates, so that planes, faces, corners and rays coincide.
+pub(crate) fn blocks(random: &mut Random, count: usize) -> Mesh {
+    let mut mesh = Mesh::default();
+    let whole = |random: &mut Random, reach: f32| (random.point() * reach).round();
+    for step in 0..count {
+        let corner = whole(random, 4.0);
+        match step % 4 {
+            0 => mesh.push([corner, whole(random, 4.0), whole(random, 4.0)]),
+            // In a plane across an axis.
+            1 => {
+                let mut corners = [corner, whole(random, 4.0), whole(random, 4.0)];
+                corners.iter_mut().for_each(|other| other[step / 4 % 3] = corner[step / 4 % 3]);
+                mesh.push(corners);
+            }
+            2 => mesh.push([corner, corner + whole(random, 1.0), corner + whole(random, 1.0)]),
+            _ => {
+                let size = whole(random, 1.0).abs() + 1.0;
+                let [x, y, z] = [Vec3::X * size.x, Vec3::Y * size.y, Vec3::Z * size.z];
+                for [along, across, to] in [[x, y, z], [y, z, x], [z, x, y]] {
+                    for start in [corner, corner + to] {
+                        mesh.quad([start, start + along, start + along + across, start + across]);
+                    }
+                }
+            }
+        }
+    }
+    mesh
+}
+
 /// Numbers that look random: Steele, Lea and Flood's `SplitMix64`.
 pub(crate) struct Random(pub(crate) u64);
 

@@ -71,15 +71,16 @@ impl Space {
     /// The best plane for the references from `at` on, whose events are listed.
     pub(super) fn sweep(&self, mut measure: Measure<'_>, at: Frame) -> Option<Candidate> {
         for axis in 0..3 {
-            sweep(&mut measure, axis, &self.events[axis][at.events[axis]..]);
+            sweep(&mut measure, axis, &self.events[axis][at.events[axis]..], |_| 1);
         }
         measure.best
     }
 }
 
-/// Looks at all planes of events that are in order across an axis.
+/// Looks at all planes of events that are in order across an axis. What is at a place counts as so many triangles as `weight`
+/// says.
 #[inline]
-pub(super) fn sweep(measure: &mut Measure<'_>, axis: usize, events: &[u64]) {
+pub(super) fn sweep(measure: &mut Measure<'_>, axis: usize, events: &[u64], weight: impl Fn(usize) -> u32) {
     let along = measure.axis(axis);
     let (mut left, mut right) = (0.0, measure.count as f64);
     let mut next = 0;
@@ -89,7 +90,7 @@ pub(super) fn sweep(measure: &mut Measure<'_>, axis: usize, events: &[u64]) {
         while let Some(&event) = events.get(next)
             && event >> 32 == ordered
         {
-            counts[(event >> KIND_SHIFT & 3) as usize] += 1;
+            counts[(event >> KIND_SHIFT & 3) as usize] += weight((event & PLACE_MASK) as usize);
             next += 1;
         }
         let [ends, planar, starts] = [END, PLANAR, START].map(|kind| f64::from(counts[kind as usize]));
