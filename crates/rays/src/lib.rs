@@ -28,9 +28,9 @@ pub use grid::{
     TileOrder, UniformCounts, UniformGrid, UniformOptions, UnknownSimdLevel, Unmasked, Work,
 };
 pub use kdtree::{
-    Clipping, ImpossibleHierarchy, ImpossibleKdTreeOptions, ImpossibleObjects, KdBuilder, KdLayout, KdMotion, KdObject,
-    KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts, SceneHierarchy, TwoLevelCounts,
-    TwoLevelKdTree,
+    BackgroundKdTree, Clipping, ImpossibleBackground, ImpossibleHierarchy, ImpossibleKdTreeOptions, ImpossibleObjects,
+    KdAge, KdBuilder, KdLayout, KdMotion, KdObject, KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits,
+    RebuildPolicy, SahCosts, SceneHierarchy, TwoLevelCounts, TwoLevelKdTree,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

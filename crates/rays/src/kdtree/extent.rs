@@ -66,6 +66,12 @@ impl Extent {
         [below, above]
     }
 
+    /// The largest magnitude of a coordinate; zero for the empty box.
+    pub(super) fn reach(&self) -> f32 {
+        let faces = self.min.iter().chain(&self.max);
+        if self.is_empty() { 0.0 } else { faces.fold(0.0, |most, face| most.max(face.abs())) }
+    }
+
     /// Half the area of the box's surface.
     pub(super) fn half_area(&self) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|axis| f64::from(self.max[axis]) - f64::from(self.min[axis]));

@@ -11,8 +11,10 @@
 //! only where the ray's line meets the triangle in real numbers, so a ray finds it if it visits every leaf whose cell, with
 //! its faces, holds the point where that is. How traversals see to that is told in `traverse`.
 
+mod background;
 mod build;
 mod extent;
+mod grown;
 mod hierarchy;
 mod layout;
 mod node;
@@ -23,6 +25,7 @@ mod two_level;
 mod validate;
 
 use crate::Omitted;
+pub use background::{BackgroundKdTree, ImpossibleBackground, KdAge, RebuildPolicy};
 use build::{Deferred, Pool};
 use extent::Extent;
 pub use hierarchy::{ImpossibleHierarchy, SceneHierarchy};

@@ -82,13 +82,12 @@ impl KdTree {
         let job = Job { triangles, clipping, heuristic, lazy_below, pool };
         let groups = boxes(triangles, hierarchy);
         let extent = groups.first().map_or(Extent::EMPTY, |root| root.0);
-        let reach = extent.min.iter().chain(&extent.max).fold(0.0_f32, |most, face| most.max(face.abs()));
         self.extent = extent;
         if count == 0 {
             self.branch.push_leaf(std::iter::empty());
         } else {
             let root = Unit { reference: Reference { extent, id: 0 }, count: count as u32 };
-            let all = Hierarchical { job: &job, hierarchy, groups, builder: options.builder, reach };
+            let all = Hierarchical { job: &job, hierarchy, groups, builder: options.builder, reach: extent.reach() };
             all.grow(vec![root], Heuristic::root(extent, count), &mut self.branch);
         }
         self.lay_out();

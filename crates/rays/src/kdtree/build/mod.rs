@@ -6,7 +6,9 @@ mod bins;
 mod deferred;
 mod grow;
 mod hierarchical;
+mod in_place;
 mod naive;
+mod nested;
 mod presorted;
 mod resorting;
 mod sah;
@@ -123,10 +125,15 @@ impl KdTree {
         self.lay_out();
     }
 
-    /// Forgets the tree, and looks at the triangles of the next; how many can be hit.
-    fn start(&mut self, triangles: Triangles<'_>) -> usize {
+    /// Asserts that a tree can hold the triangles.
+    pub(super) fn assert_few(triangles: Triangles<'_>) {
         let limit = triangles.len() as u64 * Self::MOST_REFERENCES + Self::LEAST_LIMIT;
         assert!(2 * limit < super::node::Node::MOST, "{} triangles are too many for a kd-tree", triangles.len());
+    }
+
+    /// Forgets the tree, and looks at the triangles of the next; how many can be hit.
+    fn start(&mut self, triangles: Triangles<'_>) -> usize {
+        Self::assert_few(triangles);
         self.triangle_count = triangles.len();
         self.omitted = triangles.omitted();
         let count = triangles.len() - self.omitted.total() as usize;
@@ -162,6 +169,8 @@ impl Job<'_> {
         let root = Heuristic::root(extent, count);
         match builder {
             KdBuilder::Streaming => self.stream(space, root, out),
+            KdBuilder::Nested => self.nest(std::mem::take(space), root, out),
+            KdBuilder::InPlace => self.build_in_place(space, root, out),
             builder => self.grow(space, Frame::default(), builder.into(), root, out),
         }
         extent
