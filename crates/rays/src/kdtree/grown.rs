@@ -127,6 +127,8 @@ impl Line {
     }
 }
 
+const MAILBOX: usize = 16;
+
 /// Calls `test` with every triangle of a leaf that a ray visits before its end, which is `t_max` at first, nearer leaves first.
 /// `test` may lower that or break off. `drift` is of the node at a place.
 pub(super) fn visit(
@@ -136,7 +138,14 @@ pub(super) fn visit(
     drift: impl Fn(u32) -> f64,
     mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
-    let mut leaf = |ids: Range<usize>, t_max: &mut f64| tree.ids[ids].iter().try_for_each(|&id| test(id, t_max));
+    // Triangles that the ray remembers to have tested, as in `traverse`.
+    let mut mailbox = [u32::MAX; MAILBOX];
+    let mut leaf = |ids: Range<usize>, t_max: &mut f64| {
+        tree.ids[ids].iter().try_for_each(|&id| {
+            let is_new = std::mem::replace(&mut mailbox[id as usize % MAILBOX], id) != id;
+            if is_new { test(id, t_max) } else { ControlFlow::Continue(()) }
+        })
+    };
     let mut line = match start {
         Start::Miss => return ControlFlow::Continue(()),
         Start::Everything => return leaf(0..tree.ids.len(), &mut t_max),
