@@ -7,8 +7,8 @@ use crate::failure::Failure;
 
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct KdTreeFlags {
-    /// How the kd-tree's planes are found: naive, resorting or presorted (all three exact), binned, streaming or adaptive
-    /// [default: binned]
+    /// How the kd-tree's planes are found: naive, resorting, presorted, nested or in-place (all exact), binned, streaming or
+    /// adaptive [default: binned]
     #[arg(long, value_name = "NAME")]
     pub(crate) kd_builder: Option<KdBuilder>,
     /// How its nodes lie in memory: depth-first or subtrees [default: depth-first]

@@ -28,9 +28,10 @@ pub use grid::{
     TileOrder, UniformCounts, UniformGrid, UniformOptions, UnknownSimdLevel, Unmasked, Work,
 };
 pub use kdtree::{
-    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdCulling, KdEntry, KdLayout, KdMailbox, KdPacketOptions,
-    KdPacketVisits, KdPacketWidth, KdTraversal, KdTree, KdTreeCounts, KdTreeForm, KdTreeOptions, KdTreeVisits,
-    SahCosts, UnknownKdName,
+    BackgroundKdTree, Clipping, ImpossibleBackground, ImpossibleHierarchy, ImpossibleKdTreeOptions, ImpossibleObjects,
+    KdAge, KdBuilder, KdCulling, KdEntry, KdLayout, KdMailbox, KdMotion, KdObject, KdPacketOptions, KdPacketVisits,
+    KdPacketWidth, KdTraversal, KdTree, KdTreeCounts, KdTreeForm, KdTreeOptions, KdTreeVisits, RebuildPolicy, SahCosts,
+    SceneHierarchy, TwoLevelCounts, TwoLevelKdTree, UnknownKdName,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

@@ -9,16 +9,19 @@ use umbrage_rays::{
     Clipping, Hit, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray, SahCosts, Triangles,
 };
 
-const BUILDERS: [KdBuilder; 6] = [
+const BUILDERS: [KdBuilder; 8] = [
     KdBuilder::Naive,
     KdBuilder::Resorting,
     KdBuilder::Presorted,
+    KdBuilder::Nested,
+    KdBuilder::InPlace,
     KdBuilder::Binned,
     KdBuilder::Streaming,
     KdBuilder::Adaptive,
 ];
 
-const EXACT: [KdBuilder; 3] = [KdBuilder::Naive, KdBuilder::Resorting, KdBuilder::Presorted];
+const EXACT: [KdBuilder; 5] =
+    [KdBuilder::Naive, KdBuilder::Resorting, KdBuilder::Presorted, KdBuilder::Nested, KdBuilder::InPlace];
 
 const TRAVERSALS: [KdTraversal; 6] = [
     KdTraversal::Stack,
@@ -262,6 +265,29 @@ fn exact_builders_make_the_same_tree() {
     }
 }
 
+/// Nodes are shared by threads from 2¹⁴ triangles on.
+#[test]
+fn threads_that_share_nodes_make_the_tree_of_one() {
+    let mut random = Random(13);
+    let mut curved = Mesh::bumpy_ball(Vec3::ZERO, 1.0, 90);
+    curved.append(&Mesh::soup(&mut random, 2000, 0.01));
+    curved.positions[5].x = f32::NAN;
+    let mut flat = Mesh::floor(100, 4.0);
+    flat.append(&blocks(&mut random, 500));
+    flat.append(&Mesh::floor(70, 4.0).moved(1.0, Vec3::Y));
+    for mesh in [&curved, &flat] {
+        for clipping in [Clipping::Boxes, Clipping::Triangles] {
+            for mailbox in [false, true] {
+                let costs = SahCosts { mailbox, ..KdTreeOptions::DEFAULT.costs };
+                let [one, nested, in_place] = [KdBuilder::Presorted, KdBuilder::Nested, KdBuilder::InPlace]
+                    .map(|builder| tree(mesh.triangles(), KdTreeOptions { clipping, costs, ..with(builder) }));
+                assert!(nested.is_same_as(&one), "{clipping:?} {:?} {:?}", nested.counts(), one.counts());
+                assert!(in_place.is_same_as(&one), "{clipping:?} {:?} {:?}", in_place.counts(), one.counts());
+            }
+        }
+    }
+}
+
 #[test]
 fn trees_do_not_depend_on_threads_or_on_what_was_built_before() {
     let mut random = Random(14);
@@ -271,7 +297,7 @@ fn trees_do_not_depend_on_threads_or_on_what_was_built_before() {
     for builder in BUILDERS.into_iter().filter(|&builder| builder != KdBuilder::Naive) {
         let first = tree(mesh.triangles(), with(builder));
         let mut again = tree(Mesh::soup(&mut random, 500, 0.1).triangles(), with(builder));
-        for threads in [1, 2, 5] {
+        for threads in [1, 2, 3, 7] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             pool.install(|| again.build(mesh.triangles()));
             assert!(again.is_same_as(&first), "{builder:?} on {threads} threads");

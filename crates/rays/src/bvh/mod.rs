@@ -8,6 +8,7 @@ mod trace;
 mod validate;
 
 use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::node::Bvh2Node;
 use obvhs::ploc::PlocBuilder;
 
 use crate::Omitted;
@@ -36,6 +37,18 @@ impl Bvh {
     #[must_use]
     pub fn omitted(&self) -> &Omitted {
         &self.omitted
+    }
+
+    /// All nodes, the root first.
+    pub(crate) fn nodes(&self) -> &[Bvh2Node] {
+        &self.tree.nodes
+    }
+
+    /// The ids of a leaf's triangles.
+    pub(crate) fn triangles_of(&self, leaf: &Bvh2Node) -> impl Iterator<Item = u32> {
+        let first = leaf.first_index as usize;
+        let places = &self.tree.primitive_indices[first..first + leaf.prim_count as usize];
+        places.iter().map(|&place| self.ids[place as usize])
     }
 
     /// Bytes held, counting what is only used while building.

@@ -46,7 +46,7 @@ impl Extent {
 
     /// What both hold; `None` if they don't even touch.
     #[inline(always)]
-    fn intersection(self, other: Self) -> Option<Self> {
+    pub(super) fn intersection(self, other: Self) -> Option<Self> {
         let both = Self {
             min: std::array::from_fn(|axis| self.min[axis].max(other.min[axis])),
             max: std::array::from_fn(|axis| self.max[axis].min(other.max[axis])),

@@ -12,8 +12,11 @@
 //! only where the ray's line meets the triangle in real numbers, so a ray finds it if it visits every leaf whose cell, with
 //! its faces, holds the point where that is. How traversals see to that is told in `traverse`.
 
+mod background;
 mod build;
 mod extent;
+mod grown;
+mod hierarchy;
 mod layout;
 mod names;
 mod node;
@@ -21,18 +24,22 @@ mod options;
 mod packet;
 mod statistics;
 mod traverse;
+mod two_level;
 mod validate;
 mod words;
 
 use crate::{Omitted, SimdLevel};
+pub use background::{BackgroundKdTree, ImpossibleBackground, KdAge, RebuildPolicy};
 use build::{Deferred, Pool};
 use extent::Extent;
+pub use hierarchy::{ImpossibleHierarchy, SceneHierarchy};
 use layout::Branch;
 pub use names::UnknownKdName;
 use node::Nodes;
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
 pub use packet::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth};
 pub use statistics::{KdTreeCounts, KdTreeVisits};
+pub use two_level::{ImpossibleObjects, KdMotion, KdObject, TwoLevelCounts, TwoLevelKdTree};
 pub use words::KdTreeForm;
 
 /// The triangles of a frame, listed in the cells of a kd-tree.

@@ -7,8 +7,16 @@ use super::{KdBuilder, KdLayout, KdTraversal};
 
 impl KdBuilder {
     /// All of them, exact ones first.
-    pub const ALL: [Self; 6] =
-        [Self::Naive, Self::Resorting, Self::Presorted, Self::Binned, Self::Streaming, Self::Adaptive];
+    pub const ALL: [Self; 8] = [
+        Self::Naive,
+        Self::Resorting,
+        Self::Presorted,
+        Self::Nested,
+        Self::InPlace,
+        Self::Binned,
+        Self::Streaming,
+        Self::Adaptive,
+    ];
 
     /// A word without spaces.
     #[must_use]
@@ -17,6 +25,8 @@ impl KdBuilder {
             Self::Naive => "naive",
             Self::Resorting => "resorting",
             Self::Presorted => "presorted",
+            Self::Nested => "nested",
+            Self::InPlace => "in-place",
             Self::Binned => "binned",
             Self::Streaming => "streaming",
             Self::Adaptive => "adaptive",
@@ -91,7 +101,7 @@ impl FromStr for KdBuilder {
 
     /// The builder of a [name](Self::name).
     fn from_str(name: &str) -> Result<Self, UnknownKdName> {
-        let known = "naive, resorting, presorted, binned, streaming, adaptive";
+        let known = "naive, resorting, presorted, nested, in-place, binned, streaming, adaptive";
         let found = Self::ALL.into_iter().find(|builder| builder.name() == name);
         found.ok_or_else(|| UnknownKdName { name: name.to_owned(), known })
     }

@@ -2,7 +2,7 @@ use super::node::Nodes;
 
 /// How the planes of a [`KdTree`](super::KdTree) are found.
 ///
-/// The first three find the plane of least cost among the faces of all triangles' boxes, and so make the same tree.
+/// The first five find the plane of least cost among the faces of all triangles' boxes, and so make the same tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdBuilder {
     /// Counts the triangles on both sides of each plane anew: O(N²). For small scenes only.
@@ -12,6 +12,12 @@ pub enum KdBuilder {
     /// Sorts them once and keeps them in order: O(N log N) (Wald and Havran 2006).
     #[default]
     Presorted,
+    /// As `Presorted`, with threads that share the events and triangles of large nodes (Choi et al., *Parallel SAH k-D Tree
+    /// Construction*, 2010, nested).
+    Nested,
+    /// As `Presorted`, with threads that share the levels near the root, whose events stay in one order (Choi et al. 2010,
+    /// in-place).
+    InPlace,
     /// Min–max binning between 16 planes across each axis, with initial clustering (Shevtsov et al., *Highly Parallel Fast
     /// KD-tree Construction for Interactive Ray Tracing of Dynamic Scenes*, 2007): by far the fastest. Leaves are larger than
     /// with the other builders.
@@ -91,8 +97,8 @@ pub struct KdTreeOptions {
     /// How single rays are led to leaves.
     pub traversal: KdTraversal,
     /// Nodes of fewer triangles are built when a ray first reaches them, by the thread that traces it; 0 where all is built
-    /// at once. The tree and its answers are the same. Rays that look at only a part of a scene are served sooner; what was
-    /// built is in [`KdTreeCounts`](super::KdTreeCounts).
+    /// at once. The tree and its answers are the same. Rays that look at only a part of a scene are served sooner; those
+    /// through many subtrees take about a third longer. What was built is in [`KdTreeCounts`](super::KdTreeCounts).
     pub lazy_below: u32,
 }
 

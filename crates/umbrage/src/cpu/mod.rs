@@ -57,6 +57,7 @@ impl Cpu {
     pub(crate) fn with_level(level: SimdLevel) -> Self {
         Self {
             level,
+            kd_tree: KdTree::with_level(level),
             uniform_grid: UniformGrid::with_level(level),
             camera_grid: PerspectiveGrid::with_level(level),
             listed_grid: ListedGrid::with_level(level),

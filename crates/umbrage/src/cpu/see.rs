@@ -41,7 +41,8 @@ impl Cpu {
     /// # Errors
     /// Where the image is larger than the structure's limit.
     pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
-        let Self { structure, uniform_grid, camera_grid, listed_grid, seen, camera_work, settled_tests, .. } = self;
+        let Self { structure, uniform_grid, kd_tree, camera_grid, listed_grid, seen, camera_work, .. } = self;
+        let settled_tests = &mut self.settled_tests;
         let culls_back_faces = self.culls_back_faces;
         let triangles = frame.triangles();
         match structure {
@@ -58,6 +59,12 @@ impl Cpu {
                 let points = FrontPoints { frame, camera: &view.camera, culls_back_faces };
                 let is_opaque = |id| !frame.is_masked(id) && points.is_seen(id);
                 uniform_grid.see(triangles, view, sample.offset_pixels, is_opaque, points, seen);
+            }
+            // Packets know nothing of subtrees that are built when a ray reaches them.
+            Structure::KdTree(options) if options.lazy_below == 0 => {
+                let points = FrontPoints { frame, camera: &view.camera, culls_back_faces };
+                let is_opaque = |id| !frame.is_masked(id) && points.is_seen(id);
+                kd_tree.see(triangles, view, sample.offset_pixels, is_opaque, points, seen);
             }
             Structure::KdTree(_) | Structure::Bvh => self.see_ray_by_ray(frame, view, sample),
         }

@@ -69,6 +69,7 @@ impl Cpu {
             Structure::Perspective => self.shadow_through_grids(frame, view, sample),
             Structure::Listed { light, .. } => self.shadow_through_lists(frame, view, sample, light),
             Structure::Grid(_) => self.shadow_through_packets(frame, view, sample),
+            Structure::KdTree(options) if options.lazy_below == 0 => self.shadow_through_tree(frame, view, sample),
             Structure::KdTree(_) | Structure::Bvh => self.shadow_ray_by_ray(frame, view, sample),
         }
         for (light, mask) in frame.lights.iter().zip(&mut self.lit) {
@@ -139,6 +140,15 @@ impl Cpu {
         for (light, mask) in shadowing(frame, lit) {
             let is_opaque = |id| frame.is_opaque(id);
             uniform_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
+        }
+    }
+
+    fn shadow_through_tree(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+        let Self { kd_tree, seen, lit, .. } = self;
+        let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
+        for (light, mask) in shadowing(frame, lit) {
+            let is_opaque = |id| frame.is_opaque(id);
+            kd_tree.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
         }
     }
 

@@ -110,13 +110,8 @@ impl KdTree {
         let Subtree { cell, built, .. } = &self.deferred.subtrees[place];
         built.get_or_init(|| {
             let references = self.deferred.references_at(place);
-            Box::new(build_subtree(triangles, &self.deferred, &self.pool, references, *cell, self.reach_of_corners()))
+            Box::new(build_subtree(triangles, &self.deferred, &self.pool, references, *cell, self.extent.reach()))
         })
-    }
-
-    /// The largest magnitude of a triangle's coordinate.
-    fn reach_of_corners(&self) -> f32 {
-        self.extent.min.iter().chain(&self.extent.max).fold(0.0, |most, face| most.max(face.abs()))
     }
 }
 

@@ -21,7 +21,11 @@ impl From<KdBuilder> for Method {
         match builder {
             KdBuilder::Naive => Self::Naive,
             KdBuilder::Resorting => Self::Resorting,
-            KdBuilder::Presorted | KdBuilder::Streaming | KdBuilder::Binned => Self::Unsorted,
+            KdBuilder::Presorted
+            | KdBuilder::Nested
+            | KdBuilder::InPlace
+            | KdBuilder::Streaming
+            | KdBuilder::Binned => Self::Unsorted,
             KdBuilder::Adaptive => Self::Adaptive,
         }
     }

@@ -5,7 +5,10 @@ mod binned;
 mod bins;
 mod deferred;
 mod grow;
+mod hierarchical;
+mod in_place;
 mod naive;
+mod nested;
 mod presorted;
 mod resorting;
 mod sah;
@@ -106,35 +109,71 @@ impl KdTree {
     /// # Panics
     /// If there are more than 2³⁰ / [`KdTree::MOST_REFERENCES`] triangles.
     pub fn build(&mut self, triangles: Triangles<'_>) {
-        let limit = triangles.len() as u64 * Self::MOST_REFERENCES + Self::LEAST_LIMIT;
-        assert!(2 * limit < super::node::Node::MOST, "{} triangles are too many for a kd-tree", triangles.len());
-        self.triangle_count = triangles.len();
-        self.omitted = triangles.omitted();
+        let count = self.start(triangles);
         let is_any_omitted = self.omitted.total() > 0;
-        let count = triangles.len() - self.omitted.total() as usize;
         let heuristic = Heuristic::new(self.options.costs, count);
         let KdTreeOptions { clipping, lazy_below, .. } = self.options;
         let job = Job { triangles, clipping, heuristic, lazy_below: lazy_below as usize, pool: &self.pool };
-        self.deferred.clear(self.options, count);
-        self.branch.clear();
         if self.options.builder == KdBuilder::Binned {
             self.extent = job.bin(is_any_omitted, &mut self.branch);
             return self.lay_out();
         }
         let mut space = self.pool.space();
         collect(triangles, is_any_omitted, &mut space.references);
-        self.extent = space.references.par_iter().map(|r| r.extent).reduce(|| Extent::EMPTY, Extent::union);
-        if count == 0 {
-            self.branch.push_leaf(std::iter::empty());
-        } else {
-            let root = Heuristic::root(self.extent, count);
-            match self.options.builder {
-                KdBuilder::Streaming => job.stream(&mut space, root, &mut self.branch),
-                builder => job.grow(&mut space, Frame::default(), builder.into(), root, &mut self.branch),
-            }
-        }
+        self.extent = job.root(&mut space, self.options.builder, &mut self.branch);
         self.pool.keep_space(space);
         self.lay_out();
+    }
+
+    /// Asserts that a tree can hold the triangles.
+    pub(super) fn assert_few(triangles: Triangles<'_>) {
+        let limit = triangles.len() as u64 * Self::MOST_REFERENCES + Self::LEAST_LIMIT;
+        assert!(2 * limit < super::node::Node::MOST, "{} triangles are too many for a kd-tree", triangles.len());
+    }
+
+    /// Forgets the tree, and looks at the triangles of the next; how many can be hit.
+    fn start(&mut self, triangles: Triangles<'_>) -> usize {
+        Self::assert_few(triangles);
+        self.triangle_count = triangles.len();
+        self.omitted = triangles.omitted();
+        let count = triangles.len() - self.omitted.total() as usize;
+        self.branch.clear();
+        self.deferred.clear(self.options, count);
+        count
+    }
+
+    /// Replaces the tree by one over boxes: what it lists, in place of triangles, are their ids.
+    pub(super) fn build_over_boxes(&mut self, boxes: &[Reference]) {
+        let heuristic = Heuristic::new(self.options.costs, boxes.len());
+        let triangles = Triangles::default();
+        let job = Job { triangles, clipping: Clipping::Boxes, heuristic, lazy_below: 0, pool: &self.pool };
+        self.branch.clear();
+        self.deferred.clear(self.options, boxes.len());
+        let mut space = self.pool.space();
+        space.references.extend_from_slice(boxes);
+        self.extent = job.root(&mut space, KdBuilder::Presorted, &mut self.branch);
+        self.pool.keep_space(space);
+        self.lay_out();
+    }
+}
+
+impl Job<'_> {
+    /// Adds the tree of all references of a space; the extent of its root.
+    fn root(&self, space: &mut Space, builder: KdBuilder, out: &mut Branch) -> Extent {
+        let extent = space.references.par_iter().map(|r| r.extent).reduce(|| Extent::EMPTY, Extent::union);
+        let count = space.references.len();
+        if count == 0 {
+            out.push_leaf(std::iter::empty());
+            return extent;
+        }
+        let root = Heuristic::root(extent, count);
+        match builder {
+            KdBuilder::Streaming => self.stream(space, root, out),
+            KdBuilder::Nested => self.nest(std::mem::take(space), root, out),
+            KdBuilder::InPlace => self.build_in_place(space, root, out),
+            builder => self.grow(space, Frame::default(), builder.into(), root, out),
+        }
+        extent
     }
 }
 

@@ -1,6 +1,8 @@
 //! Finding planes among faces of boxes that are in order: Wald and Havran 2006, §4.3.
 
-use super::sah::{Candidate, Measure};
+use std::ops::Range;
+
+use super::sah::{AxisMeasure, Candidate, Measure};
 use super::space::{Frame, Space};
 use crate::kdtree::extent::Extent;
 
@@ -71,17 +73,30 @@ impl Space {
     /// The best plane for the references from `at` on, whose events are listed.
     pub(super) fn sweep(&self, mut measure: Measure<'_>, at: Frame) -> Option<Candidate> {
         for axis in 0..3 {
-            sweep(&mut measure, axis, &self.events[axis][at.events[axis]..]);
+            sweep(&mut measure, axis, &self.events[axis][at.events[axis]..], |_| 1);
         }
         measure.best
     }
 }
 
-/// Looks at all planes of events that are in order across an axis.
+/// Looks at all planes of events that are in order across an axis. What is at a place counts as so many triangles as `weight`
+/// says.
 #[inline]
-pub(super) fn sweep(measure: &mut Measure<'_>, axis: usize, events: &[u64]) {
+pub(super) fn sweep(measure: &mut Measure<'_>, axis: usize, events: &[u64], weight: impl Fn(usize) -> u32) {
+    let count = measure.count as f64;
+    sweep_on(measure, axis, events, [0.0, count], weight);
+}
+
+/// As [`sweep`], from where so many triangles have begun, and so many haven't ended.
+#[inline]
+pub(super) fn sweep_on(
+    measure: &mut Measure<'_>,
+    axis: usize,
+    events: &[u64],
+    [mut left, mut right]: [f64; 2],
+    weight: impl Fn(usize) -> u32,
+) {
     let along = measure.axis(axis);
-    let (mut left, mut right) = (0.0, measure.count as f64);
     let mut next = 0;
     while next < events.len() {
         let ordered = events[next] >> 32;
@@ -89,7 +104,7 @@ pub(super) fn sweep(measure: &mut Measure<'_>, axis: usize, events: &[u64]) {
         while let Some(&event) = events.get(next)
             && event >> 32 == ordered
         {
-            counts[(event >> KIND_SHIFT & 3) as usize] += 1;
+            counts[kind(event)] += weight(place(event));
             next += 1;
         }
         let [ends, planar, starts] = [END, PLANAR, START].map(|kind| f64::from(counts[kind as usize]));
@@ -97,6 +112,118 @@ pub(super) fn sweep(measure: &mut Measure<'_>, axis: usize, events: &[u64]) {
         measure.consider(&along, coordinate(ordered as u32), [left, planar, right]);
         left += starts + planar;
     }
+}
+
+/// As [`sweep_on`], with events that come one at a time.
+pub(super) struct Sweep<'a> {
+    measure: Measure<'a>,
+    along: AxisMeasure,
+    left: f64,
+    right: f64,
+    /// The coordinate of the last events, and how many of them there were of each kind.
+    ordered: u64,
+    counts: [u32; 4],
+}
+
+impl<'a> Sweep<'a> {
+    pub(super) fn new(measure: Measure<'a>, axis: usize, [left, right]: [f64; 2]) -> Self {
+        Self { along: measure.axis(axis), measure, left, right, ordered: 0, counts: [0; 4] }
+    }
+
+    #[inline(always)]
+    pub(super) fn pass(&mut self, event: u64) {
+        if event >> 32 != self.ordered {
+            self.close();
+            self.ordered = event >> 32;
+        }
+        self.counts[kind(event)] += 1;
+    }
+
+    /// Looks at the plane of the last events.
+    #[inline(always)]
+    fn close(&mut self) {
+        let counts = std::mem::take(&mut self.counts);
+        let [ends, planar, starts] = [END, PLANAR, START].map(|kind| f64::from(counts[kind as usize]));
+        if ends + planar + starts > 0.0 {
+            self.right -= ends + planar;
+            self.measure.consider(&self.along, coordinate(self.ordered as u32), [self.left, planar, self.right]);
+            self.left += starts + planar;
+        }
+    }
+
+    pub(super) fn best(mut self) -> Option<Candidate> {
+        self.close();
+        self.measure.best
+    }
+}
+
+#[inline(always)]
+fn kind(event: u64) -> usize {
+    (event >> KIND_SHIFT & 3) as usize
+}
+
+/// The place of an event's reference.
+#[inline(always)]
+pub(super) fn place(event: u64) -> usize {
+    (event & PLACE_MASK) as usize
+}
+
+/// An event of a reference that is somewhere else.
+#[inline(always)]
+pub(super) fn with_place(event: u64, place: u32) -> u64 {
+    event & !PLACE_MASK | u64::from(place)
+}
+
+/// Parts of about so many events; events of one coordinate are in one of them.
+pub(super) fn chunks(events: &[u64], size: usize) -> impl Iterator<Item = Range<usize>> {
+    let mut start = 0;
+    std::iter::from_fn(move || {
+        let from = start;
+        let end = (from + size).min(events.len());
+        let last = events.get(end.checked_sub(1)?)? >> 32;
+        let end = end + events[end..].partition_point(|event| event >> 32 == last);
+        start = end;
+        (from < end).then_some(from..end)
+    })
+}
+
+/// How many references begin and end with these events.
+pub(super) fn count(events: &[u64]) -> [usize; 2] {
+    let mut counts = [0; 4];
+    events.iter().for_each(|&event| counts[kind(event)] += 1);
+    let [ends, planar, starts] = [END, PLANAR, START].map(|kind| counts[kind as usize]);
+    [starts + planar, ends + planar]
+}
+
+/// Events of what isn't cut, for both children.
+pub(super) fn part_kept(events: &[u64], places: &[u32]) -> [Vec<u64>; 2] {
+    let mut parts = [Vec::with_capacity(events.len()), Vec::with_capacity(events.len())];
+    for &event in events {
+        match places[place(event)] {
+            CUT.. => {}
+            right @ RIGHT.. => parts[1].push(with_place(event, right - RIGHT)),
+            left => parts[0].push(with_place(event, left)),
+        }
+    }
+    parts
+}
+
+/// Adds events that come in parts, in order, and fresh ones that are in order as well.
+pub(super) fn merge<'a>(parts: impl Iterator<Item = &'a [u64]>, fresh: &[u64], all: &mut Vec<u64>) {
+    let mut next = 0;
+    for part in parts {
+        all.reserve(part.len());
+        for &event in part {
+            while let Some(&first) = fresh.get(next)
+                && first < event
+            {
+                all.push(first);
+                next += 1;
+            }
+            all.push(event);
+        }
+    }
+    all.extend_from_slice(&fresh[next..]);
 }
 
 /// Gives events across one axis, in order, to the children of a node. `fresh` are the events of what the plane cut, by side,

@@ -12,7 +12,7 @@ pub(super) fn best(mut measure: Measure<'_>, references: &[Reference], events: &
             presorted::push_axis(events, reference.extent.min[axis], reference.extent.max[axis], place);
         }
         events.sort_unstable();
-        presorted::sweep(&mut measure, axis, events);
+        presorted::sweep(&mut measure, axis, events, |_| 1);
     }
     measure.best
 }

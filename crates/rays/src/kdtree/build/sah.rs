@@ -32,6 +32,14 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
+    /// The better of two.
+    pub(super) fn better(a: Option<Self>, b: Option<Self>) -> Option<Self> {
+        match (a, b) {
+            (Some(a), Some(b)) => Some(if b.is_better(&a) { b } else { a }),
+            (a, b) => a.or(b),
+        }
+    }
+
     /// Of equal costs the lowest axis and the lowest plane, so that the order in which planes are looked at doesn't matter.
     fn is_better(&self, other: &Self) -> bool {
         let key = |candidate: &Self| (candidate.cost, candidate.plane.axis, candidate.plane.at);

@@ -52,17 +52,17 @@ impl KdTree {
         single::blocked(&self.within(triangles), triangles, shadow_ray, own, counts)
     }
 
-    fn within<'a>(&'a self, triangles: Triangles<'a>) -> Reachable<'a> {
+    pub(super) fn within<'a>(&'a self, triangles: Triangles<'a>) -> Reachable<'a> {
         Reachable { tree: self, triangles, traversal: self.options.traversal }
     }
 }
 
 /// A tree, and the triangles that subtrees are built of where a ray first reaches them.
 #[derive(Clone, Copy)]
-struct Reachable<'a> {
+pub(super) struct Reachable<'a> {
     tree: &'a KdTree,
     triangles: Triangles<'a>,
-    traversal: KdTraversal,
+    pub(super) traversal: KdTraversal,
 }
 
 impl Visit for Reachable<'_> {

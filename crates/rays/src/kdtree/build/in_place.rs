@@ -1,0 +1,245 @@
+//! The exact builder with threads that share whole levels near the root: the in-place algorithm of Choi et al. 2010, §4.2
+//! (thesis, Algorithm 4.2.2).
+//!
+//! References say which node they belong to, and stay where they are, and events stay in the order of the whole scene: a pass over
+//! them finds the planes of all nodes of a level. Once there are enough nodes, each gets its references and events, and threads
+//! build them next to each other. Choi et al. keep a list of nodes for each triangle and don't clip it; here the part on the left
+//! of a plane takes the place of what is cut, the part on the right comes last, and the events of both are merged in.
+
+use rayon::prelude::*;
+
+use super::Job;
+use super::grow::Method;
+use super::presorted;
+use super::sah::{Candidate, Cell, Measure};
+use super::space::{Frame, Space};
+use crate::kdtree::extent::{Reference, Sides};
+use crate::kdtree::layout::Branch;
+
+/// Levels are shared while they have fewer nodes, …
+const NODES: usize = 16;
+/// … and more references than this.
+const REFERENCES: usize = 1 << 14;
+
+/// Events, or references, that a thread takes at once.
+const CHUNK: usize = 1 << 13;
+
+/// A reference that is in no cell any more.
+const NOWHERE: u32 = u32::MAX;
+
+/// The upper part of a tree.
+struct Upper<'a> {
+    job: &'a Job<'a>,
+    references: Vec<Reference>,
+    /// By reference.
+    node: Vec<u32>,
+    events: [Vec<u64>; 3],
+    nodes: Vec<Node>,
+    /// Nodes that may be cut, which are those of a level, and the last ones.
+    live: std::ops::Range<usize>,
+}
+
+struct Node {
+    cell: Cell,
+    count: usize,
+    /// The plane, and the first of two children that follow each other.
+    cut: Option<(Candidate, usize)>,
+}
+
+impl Job<'_> {
+    /// Adds the tree of all references of a space.
+    pub(super) fn build_in_place(&self, space: &mut Space, cell: Cell, out: &mut Branch) {
+        space.list_events(Frame::default());
+        let references = std::mem::take(&mut space.references);
+        let events = std::mem::take(&mut space.events);
+        let nodes = vec![Node { cell, count: references.len(), cut: None }];
+        let mut upper = Upper { job: self, node: vec![0; references.len()], references, events, nodes, live: 0..1 };
+        while !upper.live.is_empty() && upper.live.len() < NODES && upper.references.len() >= REFERENCES {
+            upper.next_level();
+        }
+        let mut branches = upper.fill();
+        emit(&upper.nodes, 0, &mut branches, out);
+        branches.into_iter().flatten().for_each(|branch| self.pool.keep_branch(branch));
+    }
+}
+
+impl Upper<'_> {
+    /// Cuts the nodes of the last level.
+    fn next_level(&mut self) {
+        let best = self.planes();
+        let first = self.nodes.len();
+        for (node, best) in self.live.clone().zip(best) {
+            let Node { cell, count, .. } = self.nodes[node];
+            if let Some((best, cells)) = self.job.heuristic.split(&cell, count, best) {
+                self.nodes[node].cut = Some((best, self.nodes.len()));
+                self.nodes.extend(cells.map(|cell| Node { cell, count: 0, cut: None }));
+            }
+        }
+        self.classify();
+        // What each may hold depends on what both have.
+        for node in self.live.clone() {
+            if let Some((_, left)) = self.nodes[node].cut {
+                let children = [left, left + 1];
+                let cells = Cell::share(
+                    children.map(|child| self.nodes[child].cell),
+                    children.map(|child| self.nodes[child].count),
+                );
+                children.into_iter().zip(cells).for_each(|(child, cell)| self.nodes[child].cell = cell);
+            }
+        }
+        self.live = first..self.nodes.len();
+    }
+
+    /// The best planes of all nodes of the last level.
+    fn planes(&self) -> Vec<Option<Candidate>> {
+        let across = (0..3).into_par_iter().map(|axis| self.planes_across(axis));
+        across.reduce(|| vec![None; self.live.len()], better)
+    }
+
+    fn planes_across(&self, axis: usize) -> Vec<Option<Candidate>> {
+        let events = &self.events[axis];
+        let first = self.live.start;
+        let live_node =
+            |place: usize| (self.node[place] as usize).checked_sub(first).filter(|&node| node < self.live.len());
+        let chunks: Vec<_> = presorted::chunks(events, CHUNK).collect();
+        let counts = chunks.par_iter().map(|chunk| {
+            let mut counts = vec![[0; 2]; self.live.len()];
+            for &event in &events[chunk.clone()] {
+                if let Some(node) = live_node(presorted::place(event)) {
+                    let [begun, ended] = presorted::count(&[event]);
+                    counts[node] = [counts[node][0] + begun, counts[node][1] + ended];
+                }
+            }
+            counts
+        });
+        let counts: Vec<_> = counts.collect();
+        let mut before: Vec<_> = self.nodes[self.live.clone()].iter().map(|node| [0, node.count]).collect();
+        let starts = counts.into_iter().map(|counts| {
+            let start = before.clone();
+            for (before, [begun, ended]) in before.iter_mut().zip(counts) {
+                *before = [before[0] + begun, before[1] - ended];
+            }
+            start
+        });
+        let parts: Vec<_> = chunks.into_iter().zip(starts).collect();
+        let best = parts.into_par_iter().map(|(chunk, starts)| {
+            let nodes = self.nodes[self.live.clone()].iter().zip(starts);
+            let mut sweeps: Vec<_> = nodes
+                .map(|(node, before)| {
+                    let measure = Measure::new(&self.job.heuristic, node.cell.extent, node.count);
+                    presorted::Sweep::new(measure, axis, before.map(|count| count as f64))
+                })
+                .collect();
+            for &event in &events[chunk] {
+                if let Some(node) = live_node(presorted::place(event)) {
+                    sweeps[node].pass(event);
+                }
+            }
+            let best = sweeps.into_iter().zip(&self.nodes[self.live.clone()]).map(|(sweep, node)| {
+                let is_cut = node.count > 0 && node.cell.depth < self.job.heuristic.max_depth;
+                sweep.best().filter(|_| is_cut)
+            });
+            best.collect()
+        });
+        best.reduce(|| vec![None; self.live.len()], better)
+    }
+
+    /// Gives references of nodes that were cut to their children.
+    fn classify(&mut self) {
+        let Self { job, references, node, nodes, .. } = self;
+        let chunks = references.par_chunks(CHUNK).zip(node.par_chunks_mut(CHUNK)).enumerate();
+        // The references that were cut, and what is left of them.
+        let cut: Vec<_> = chunks
+            .map(|(chunk, (references, node))| {
+                let mut cut = Vec::new();
+                for (place, (reference, node)) in references.iter().zip(node).enumerate() {
+                    let Some((best, left)) = nodes.get(*node as usize).and_then(|node| node.cut) else { continue };
+                    match reference.sides(best.plane, best.planar_left) {
+                        Sides::Left => *node = left as u32,
+                        Sides::Right => *node = left as u32 + 1,
+                        Sides::Both => {
+                            let corners = || job.triangles.corners(reference.id);
+                            *node = left as u32;
+                            cut.push((chunk * CHUNK + place, reference.cut(best.plane, job.clipping, corners)));
+                        }
+                    }
+                }
+                cut
+            })
+            .collect();
+        let mut is_cut = vec![false; references.len()];
+        let mut fresh: [Vec<u64>; 3] = Default::default();
+        for (place, [below, above]) in cut.into_iter().flatten() {
+            is_cut[place] = true;
+            let left = node[place];
+            if let Some(above) = above {
+                presorted::push_events(&mut fresh, &above.extent, references.len() as u32);
+                references.push(above);
+                node.push(left + 1);
+            }
+            if let Some(below) = below {
+                presorted::push_events(&mut fresh, &below.extent, place as u32);
+                references[place] = below;
+            } else {
+                node[place] = NOWHERE;
+            }
+        }
+        for &node in node.iter().filter(|&&node| node != NOWHERE && node as usize >= self.live.end) {
+            nodes[node as usize].count += 1;
+        }
+        self.events.par_iter_mut().zip(&mut fresh).for_each(|(events, fresh)| {
+            fresh.par_sort_unstable();
+            events.retain(|&event| !is_cut[presorted::place(event)]);
+            let old = std::mem::take(events);
+            presorted::merge([&old[..]].into_iter(), fresh, events);
+        });
+    }
+
+    /// The subtrees of nodes that weren't cut, by node.
+    fn fill(&mut self) -> Vec<Option<Branch>> {
+        let Self { job, references, node, events, nodes, .. } = self;
+        let mut spaces: Vec<_> = nodes.iter().map(|node| node.cut.is_none().then(|| job.pool.space())).collect();
+        // In each in the order of ids.
+        let mut order: Vec<_> = (0..references.len() as u32).filter(|&place| node[place as usize] != NOWHERE).collect();
+        order.par_sort_unstable_by_key(|&place| references[place as usize].id);
+        let mut places = vec![0; references.len()];
+        for place in order.into_iter().map(|place| place as usize) {
+            let space = spaces[node[place] as usize].as_mut().expect("a node that wasn't cut");
+            places[place] = space.references.len() as u32;
+            space.references.push(references[place]);
+        }
+        for (axis, events) in events.iter().enumerate() {
+            for &event in events {
+                let place = presorted::place(event);
+                if let Some(Some(space)) = spaces.get_mut(node[place] as usize) {
+                    space.events[axis].push(presorted::with_place(event, places[place]));
+                }
+            }
+        }
+        let branches = spaces.into_par_iter().zip(nodes.par_iter()).with_max_len(1).map(|(space, node)| {
+            let mut space = space?;
+            let mut branch = job.pool.branch();
+            job.grow(&mut space, Frame::default(), Method::Presorted, node.cell, &mut branch);
+            job.pool.keep_space(space);
+            Some(branch)
+        });
+        branches.collect()
+    }
+}
+
+fn better(mut a: Vec<Option<Candidate>>, b: Vec<Option<Candidate>>) -> Vec<Option<Candidate>> {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a = Candidate::better(*a, b));
+    a
+}
+
+/// Adds the subtree of a node, whose parts are built.
+fn emit(nodes: &[Node], node: usize, branches: &mut [Option<Branch>], out: &mut Branch) {
+    if let Some((best, left)) = nodes[node].cut {
+        let place = out.open(best.plane);
+        emit(nodes, left, branches, out);
+        out.turn_right(place);
+        emit(nodes, left + 1, branches, out);
+    } else if let Some(branch) = &branches[node] {
+        out.append(branch);
+    }
+}

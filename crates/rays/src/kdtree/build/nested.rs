@@ -1,0 +1,150 @@
+//! The exact builder with threads that share large nodes: the nested algorithm of Choi et al., *Parallel SAH k-D Tree
+//! Construction*, 2010, §4.1 (thesis, §4.2.2).
+//!
+//! Events and references of a node are cut in chunks. Each chunk's planes are judged once it is known how many triangles begin
+//! and end in the chunks before; each chunk's references are parted alone, and get their places once it is known how many the
+//! chunks before have. Choi et al. leave the second to one thread, which clipping makes too much work here. Numbers are
+//! whole, so the tree is that of one thread.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::Job;
+use super::grow::Method;
+use super::presorted::{self, CUT, RIGHT};
+use super::sah::{Candidate, Cell, Measure};
+use super::space::{Frame, Space};
+use crate::kdtree::extent::{Reference, Sides};
+use crate::kdtree::layout::Branch;
+
+/// Nodes of fewer references are built by one thread, next to others.
+const SHARED_FROM: usize = 1 << 14;
+
+/// Events, or references, that a thread takes at once.
+const CHUNK: usize = 1 << 13;
+
+/// What a plane makes of a chunk of references, with places counted in the chunk.
+struct Parted {
+    children: [Vec<Reference>; 2],
+    places: Vec<u32>,
+    /// Events of what was cut, by child and axis.
+    fresh: [[Vec<u64>; 3]; 2],
+}
+
+impl Job<'_> {
+    /// Adds the tree of all references of a space.
+    pub(super) fn nest(&self, mut space: Space, cell: Cell, out: &mut Branch) {
+        space.list_events(Frame::default());
+        self.nest_listed(space, cell, out);
+    }
+
+    fn nest_listed(&self, mut space: Space, cell: Cell, out: &mut Branch) {
+        let count = space.references.len();
+        if count < SHARED_FROM {
+            self.grow(&mut space, Frame::default(), Method::Presorted, cell, out);
+            return self.pool.keep_space(space);
+        }
+        let best = if cell.depth < self.heuristic.max_depth { self.best_of_chunks(&space, &cell) } else { None };
+        let Some((best, cells)) = self.heuristic.split(&cell, count, best) else {
+            out.push_leaf(space.references.iter().map(|reference| reference.id));
+            return self.pool.keep_space(space);
+        };
+        let [left, right] = self.part_chunks(space, &best);
+        let cells = Cell::share(cells, [&left, &right].map(|space| space.references.len()));
+        let place = out.open(best.plane);
+        let mut right_branch = self.pool.branch();
+        rayon::join(|| self.nest_listed(left, cells[0], out), || self.nest_listed(right, cells[1], &mut right_branch));
+        out.turn_right(place);
+        out.append(&right_branch);
+        self.pool.keep_branch(right_branch);
+    }
+
+    fn best_of_chunks(&self, space: &Space, cell: &Cell) -> Option<Candidate> {
+        let count = space.references.len();
+        let best_across = |axis: usize| {
+            let events = &space.events[axis];
+            let chunks: Vec<_> = presorted::chunks(events, CHUNK).collect();
+            let counts: Vec<_> = chunks.par_iter().map(|chunk| presorted::count(&events[chunk.clone()])).collect();
+            let mut before = [0, count];
+            let starts = counts.into_iter().map(|[begun, ended]| {
+                let [left, right] = before;
+                before = [left + begun, right - ended];
+                [left as f64, right as f64]
+            });
+            let parts: Vec<(Range<usize>, [f64; 2])> = chunks.into_iter().zip(starts).collect();
+            let best = parts.into_par_iter().map(|(chunk, before)| {
+                let mut measure = Measure::new(&self.heuristic, cell.extent, count);
+                presorted::sweep_on(&mut measure, axis, &events[chunk], before, |_| 1);
+                measure.best
+            });
+            best.reduce(|| None, Candidate::better)
+        };
+        (0..3).into_par_iter().map(best_across).reduce(|| None, Candidate::better)
+    }
+
+    /// The left and the right child of a node.
+    fn part_chunks(&self, mut space: Space, best: &Candidate) -> [Space; 2] {
+        let parted: Vec<_> = space.references.par_chunks(CHUNK).map(|chunk| self.part_chunk(chunk, best)).collect();
+        let mut children = [self.pool.space(), self.pool.space()];
+        let mut places = Vec::with_capacity(space.references.len());
+        let mut fresh: [[Vec<u64>; 3]; 2] = Default::default();
+        for chunk in &parted {
+            let starts = children.each_ref().map(|child| child.references.len() as u32);
+            places.extend(chunk.places.iter().map(|&place| match place {
+                CUT.. => place,
+                RIGHT.. => place + starts[1],
+                _ => place + starts[0],
+            }));
+            for side in 0..2 {
+                children[side].references.extend_from_slice(&chunk.children[side]);
+                for (fresh, of_chunk) in fresh[side].iter_mut().zip(&chunk.fresh[side]) {
+                    fresh.extend(of_chunk.iter().map(|event| event + u64::from(starts[side])));
+                }
+            }
+        }
+        let parts: Vec<_> = (0..3)
+            .into_par_iter()
+            .map(|axis| {
+                let chunks = space.events[axis].par_chunks(CHUNK);
+                chunks.map(|chunk| presorted::part_kept(chunk, &places)).collect::<Vec<_>>()
+            })
+            .collect();
+        for (side, (child, fresh)) in children.iter_mut().zip(&mut fresh).enumerate() {
+            child.events.par_iter_mut().zip(fresh).zip(&parts).for_each(|((events, fresh), parts)| {
+                fresh.par_sort_unstable();
+                presorted::merge(parts.iter().map(|part| &part[side][..]), fresh, events);
+            });
+        }
+        space.clear();
+        self.pool.keep_space(space);
+        children
+    }
+
+    fn part_chunk(&self, references: &[Reference], best: &Candidate) -> Parted {
+        let mut children = [Vec::with_capacity(references.len()), Vec::with_capacity(references.len())];
+        let mut fresh: [[Vec<u64>; 3]; 2] = Default::default();
+        let places = references.iter().map(|&reference| match reference.sides(best.plane, best.planar_left) {
+            Sides::Left => {
+                children[0].push(reference);
+                children[0].len() as u32 - 1
+            }
+            Sides::Right => {
+                children[1].push(reference);
+                RIGHT | (children[1].len() as u32 - 1)
+            }
+            Sides::Both => {
+                let parts = reference.cut(best.plane, self.clipping, || self.triangles.corners(reference.id));
+                for (side, part) in parts.into_iter().enumerate() {
+                    if let Some(part) = part {
+                        presorted::push_events(&mut fresh[side], &part.extent, children[side].len() as u32);
+                        children[side].push(part);
+                    }
+                }
+                CUT
+            }
+        });
+        let places = places.collect();
+        Parted { children, places, fresh }
+    }
+}
