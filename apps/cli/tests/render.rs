@@ -242,3 +242,40 @@ fn blocks_of_light_rays_change_no_pixel() {
     assert!(refused(&["--structure", "listed", "--light-cells", "0"]).contains("1 to 2048"));
     assert!(refused(&["--structure", "listed", "--light-rays", "5000"]).contains("1 to 4096"));
 }
+
+#[test]
+fn kd_trees_change_no_pixel() {
+    let place = Workplace::new();
+    let render = |flags: &[&str]| {
+        let fixed = ["render", "demo:glass?triangles=800", "--size", "40x30", "--bounces", "2", "-o", "a.png"];
+        place.succeed(&[&fixed, flags].concat());
+        decode_png(&place.path("a.png"))
+    };
+    let first = render(&[]);
+    let tree = ["--structure", "kdtree"];
+    for flags in [
+        &["--kd-builder", "naive", "--kd-layout", "subtrees"][..],
+        &["--kd-traversal", "short-stack:3", "--kd-lazy", "100"],
+        &["--kd-traversal", "restart"],
+    ] {
+        assert_eq!(render(&[&tree, flags].concat()), first, "{flags:?}");
+    }
+    let refused = |flags: &[&str]| place.fail(2, &[&["render", "scene.gltf"], flags].concat());
+    assert!(refused(&["--kd-traversal", "restart"]).contains("--structure kdtree"));
+    assert!(refused(&["--structure", "kdtree", "--kd-builder", "best"]).contains("presorted"));
+    assert!(refused(&["--structure", "kdtree", "--kd-traversal", "short-stack:0"]).contains("1 to 48"));
+    assert!(refused(&["--structure", "kdtree", "--kd-lazy", "5000"]).contains("4096"));
+}
+
+#[test]
+fn mirrors_are_followed_where_that_is_asked_for() {
+    let place = Workplace::new();
+    let render = |bounces: &str| {
+        place.succeed(&["render", "demo:glass", "--size", "64x40", "--bounces", bounces, "-o", "a.png"]);
+        decode_png(&place.path("a.png"))
+    };
+    assert!(render("0") != render("1"), "a mirror shows the other balls");
+    let refused = |flags: &[&str]| place.fail(2, &[&["render", "scene.gltf"], flags].concat());
+    assert!(refused(&["--bounces", "1025"]).contains("1024"));
+    assert!(refused(&["--bounces", "1", "--engine", "gpu"]).contains("CPU"));
+}

@@ -21,7 +21,8 @@ pub struct Settings {
     /// Whether camera rays go through triangles whose corners they see clockwise. Those cast shadows all the same.
     pub culls_back_faces: bool,
     /// How many mirrors, one after the other, light may come by to the camera, 0 to [`Settings::MAX_BOUNCES`]: smooth
-    /// surfaces show what is before them. With 0, and in the last mirror, they show the background alone. On the CPU.
+    /// surfaces show what is before them. With 0, in the last mirror, and where less than 0.002 of what they show reaches
+    /// the camera, they show the background alone. On the CPU.
     pub bounces: u32,
     /// What is behind and around the scene.
     pub background: Background,

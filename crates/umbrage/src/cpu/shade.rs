@@ -104,7 +104,9 @@ impl Shading<'_> {
                 };
                 let seen = surface.reflectance.seen(simd, surface.normal, surface.view);
                 let mirrored = surface.normal.scaled(2.0 * surface.view.dot(surface.normal)) - surface.view;
-                let traced = if bounces_left == 0 { 0 } else { mirror_lanes(&surface, mirrored, hits.shown) };
+                let reflected = through.scaled(surface.opacity) * seen.specular();
+                let traced =
+                    if bounces_left == 0 { 0 } else { mirror_lanes(&surface, mirrored, reflected) & hits.shown };
                 let radiance = self.reflected(simd, &surface, &seen, mirrored, hits.shown, traced, lit);
                 let is_shown = mask32x16::from_bitmask(simd, hits.shown.into());
                 color += Vectors::select(is_shown, radiance * through.scaled(surface.opacity), nothing);
@@ -120,7 +122,6 @@ impl Shading<'_> {
                     let rays = BlockRays::of_rays(simd, &from.rays, rays.travelled + hits.depth);
                     let next = BlockHits::of_found(simd, self.frame, &rays, &from.found);
                     let is_traced = mask32x16::from_bitmask(simd, traced.into());
-                    let reflected = through.scaled(surface.opacity) * seen.specular();
                     let through = Vectors::select(is_traced, reflected, nothing);
                     mirrors.push(Path { rays, next, through, from_mirrors: Some(from) });
                 }
@@ -263,12 +264,15 @@ impl Shading<'_> {
     }
 }
 
-/// The lanes in which a surface is a mirror, and shows what is before it.
+/// The lanes in which a surface is a mirror, and shows what is before it; `reflected` is how much of that reaches the camera.
 #[inline(always)]
-fn mirror_lanes<S: Simd>(surface: &Surface<S>, mirrored: Vectors<S>, shown: u16) -> u16 {
+fn mirror_lanes<S: Simd>(surface: &Surface<S>, mirrored: Vectors<S>, reflected: Vectors<S>) -> u16 {
+    /// Less than half of what a picture of 8 bits can show of white: panes behind panes would mirror each other endlessly.
+    const LEAST: f32 = 0.002;
     // A bent normal may mirror rays into the triangle.
     let is_outside = surface.geometric_normal.dot(mirrored).simd_gt(0.0);
-    (surface.reflectance.is_mirror() & is_outside).to_bitmask() as u16 & shown & !surface.unlit
+    let is_seen = reflected.largest().simd_gt(LEAST);
+    (surface.reflectance.is_mirror() & is_outside & is_seen).to_bitmask() as u16 & !surface.unlit
 }
 
 /// Sixteen ways from the camera on.
