@@ -66,7 +66,8 @@ pub(super) fn visit<S: Simd>(
             }
             waiting -= 1;
             met = stack[waiting];
-            if met.within[0] <= last {
+            // Those of its rays that get there may have ended, though others haven't.
+            if met.within[0] <= last && bundle.groups_in(simd, &scale, &met) != 0 {
                 break;
             }
         }

@@ -272,10 +272,7 @@ impl Bundle {
     #[inline(always)]
     pub(super) fn transient<S: Simd>(&self, simd: S, rays: &Rays, scale: &Scale, leaf: &Met) -> Option<Shaft> {
         let axes = self.whole.axes;
-        let [a, b] = [leaf.cell.min, leaf.cell.max]
-            .map(|corner| axes.turned([0, 1, 2].map(|axis| scale.coordinate(corner[axis], axis))));
-        let [low, high] = [f32::min, f32::max].map(|of| [0, 1, 2].map(|axis| of(a[axis], b[axis])));
-        let groups = self.groups(simd, low, high);
+        let groups = self.groups_in(simd, scale, leaf);
         let [from, to] = leaf.within;
         // Ways that were computed in f64, rounded outwards.
         let from = (from as f32 - margin(rays)).max(self.whole.from);
@@ -306,6 +303,18 @@ impl Bundle {
     #[inline(always)]
     pub(super) fn last<S: Simd>(&self, simd: S) -> f32 {
         f32x16::from_slice(simd, &self.last).reduce_max()
+    }
+
+    /// Groups whose shafts may meet a node's cell where something matters to them, a bit for each.
+    #[inline(always)]
+    pub(super) fn groups_in<S: Simd>(&self, simd: S, scale: &Scale, met: &Met) -> u64 {
+        let turned = |corner: [f32; 3]| {
+            let [x, y, z] = corner;
+            self.whole.axes.turned([scale.coordinate(x, 0), scale.coordinate(y, 1), scale.coordinate(z, 2)])
+        };
+        let (a, b) = (turned(met.cell.min), turned(met.cell.max));
+        let low = [a[0].min(b[0]), a[1].min(b[1]), a[2].min(b[2])];
+        self.groups(simd, low, [a[0].max(b[0]), a[1].max(b[1]), a[2].max(b[2])])
     }
 
     /// Groups whose shafts may meet a box, given by its low and high corner, [turned](Axes::turned), a bit for each.

@@ -128,7 +128,7 @@ pub(super) struct Mailbox {
 }
 
 impl Mailbox {
-    /// Of a shaft, where 64 would have triangles tested twice as often.
+    /// Of a shaft, which meets many triangles.
     const SLOTS: usize = 1024;
     /// Of a packet, which has fewer triangles.
     const FEW: usize = 64;
