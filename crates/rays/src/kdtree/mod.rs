@@ -6,11 +6,16 @@
 //! in memory, `traverse` leads rays to leaves. `packet` does so for packets of them. `options` says what there is to
 //! choose, `statistics` what came of it.
 //!
+//! `hierarchy` says which triangles lie together, for builds that needn't look at all of them. `two_level` has a tree for each
+//! object and `background` one that is built while another is traced; in both triangles may have left the places where a tree
+//! was built, and `grown` leads rays through that.
+//!
 //! **Why nothing is missed.** Planes are f32 and so are the corners of triangles, and both are compared as they are: a
 //! triangle with a part strictly on one side of a plane is listed on that side, one inside the plane on either of them. So
 //! the cells of the leaves that list a triangle, with their faces, cover it, in real numbers. The predicate accepts a hit
 //! only where the ray's line meets the triangle in real numbers, so a ray finds it if it visits every leaf whose cell, with
-//! its faces, holds the point where that is. How traversals see to that is told in `traverse`.
+//! its faces, holds the point where that is. How traversals see to that is told in `traverse`. A subtree that is built later
+//! takes the place of a leaf, in the same cell.
 
 mod background;
 mod build;

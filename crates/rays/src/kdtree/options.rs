@@ -98,7 +98,7 @@ pub struct KdTreeOptions {
     pub traversal: KdTraversal,
     /// Nodes of fewer triangles are built when a ray first reaches them, by the thread that traces it; 0 where all is built
     /// at once. The tree and its answers are the same. Rays that look at only a part of a scene are served sooner; those
-    /// through many subtrees take about a third longer. What was built is in [`KdTreeCounts`](super::KdTreeCounts).
+    /// through many subtrees take up to a third longer. What was built is in [`KdTreeCounts`](super::KdTreeCounts).
     pub lazy_below: u32,
 }
 

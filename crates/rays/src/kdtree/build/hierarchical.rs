@@ -22,10 +22,11 @@ use crate::kdtree::hierarchy::{ImpossibleHierarchy, SceneHierarchy};
 use crate::kdtree::layout::Branch;
 use crate::kdtree::{Clipping, KdBuilder, KdTree};
 
-/// Nodes of fewer triangles are built as the options say. In the Bunny 64 makes rays 3 % slower.
+/// Nodes of fewer triangles are built as the options say.
 const OPEN_BELOW: u64 = 512;
 
-/// Groups are opened that have more than one in so many of their cell's area.
+/// Groups are opened that have more than one in so many of their cell's area. With 16 a tree of the Bunny that is built from a
+/// bounding volume hierarchy costs 9 % more by the heuristic, and building takes hardly less time.
 const PARTS: f64 = 64.0;
 
 /// Nodes of so many triangles have their children built on two threads.
