@@ -19,8 +19,8 @@ fn visits() {
     let Some(mut device) = device() else { return };
     let Device { gpu, frame } = &mut *device;
     let folder = std::env::var("UMBRAGE_SCENES").unwrap_or_else(|_| "../../../shared/scenes".to_owned());
-    let files = ["stanford_bunny.obj", "sibenik.obj"].map(|file| format!("{folder}/{file}"));
-    for address in files.into_iter().chain(["demo:hall".to_owned(), "demo:marbles".to_owned()]) {
+    let files = ["stanford_bunny.obj", "sibenik.obj", "country_kitchen.glb"].map(|file| format!("{folder}/{file}"));
+    for address in files.into_iter().chain(["demo:hall".to_owned()]) {
         let Ok(opened) = umbrage_scene::Scene::open(&address) else {
             println!("skipped: {address} is not there");
             continue;
@@ -77,10 +77,15 @@ fn named() -> Vec<(&'static str, KdTracerOptions)> {
 fn made(gpu: &Gpu, address: &str, opened: &umbrage_scene::Scene) -> (Scene, View, LightSource) {
     let posed = opened.at(0.0).expect("a frame");
     let mesh = Mesh { positions: posed.positions.clone(), indices: posed.mesh.triangles.clone() };
+    // Rooms from inside, as in the benchmarks.
+    let inside = |eye: [f32; 3], target: [f32; 3], fov_degrees: f32, light: [f32; 3]| {
+        let camera = Camera::look_at(eye.into(), target.into(), Vec3::Y, fov_degrees.to_radians());
+        (camera, LightSource::Point { position: light.into() })
+    };
     let (camera, light) = if address.contains("sibenik") {
-        // Inside, along the nave.
-        let camera = Camera::look_at(Vec3::new(-14.0, -10.0, 0.0), Vec3::new(0.0, -11.0, 0.5), Vec3::Y, 1.0);
-        (camera, LightSource::Point { position: Vec3::new(0.0, -3.0, 0.0) })
+        inside([14.0, 6.0, 2.0], [-10.0, 4.0, -1.0], 75.0, [3.0, 8.0, 0.0])
+    } else if address.contains("kitchen") {
+        inside([1.211, 1.8, 3.85], [0.0, 1.0, -1.0], 60.0, [1.0, 2.6, 1.0])
     } else {
         (posed.camera(1.0), posed.lights[0].source)
     };
