@@ -144,13 +144,14 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool, is_shad
     let empty = vec2(KD_BEYOND, -KD_BEYOND);
     var root = select(vec2(-(*ray).margin, (*ray).leave), empty, is_missed);
     var way = root;
-    // Where the ray left the last cell that it was in.
+    // Where the ray left the last leaf that it was in, and whether nothing that waits is of use to it.
     var reached = -KD_BEYOND;
+    var is_over = is_missed;
     loop {
         let place = workgroupUniformLoad(&packet_place);
         let node = kd_nodes[place];
         let is_inside = !kd_is_empty(way);
-        let is_active = is_inside && way.x <= (*ray).best && !(*ray).is_blocked;
+        let is_active = is_inside && way.x <= (*ray).best && !is_over;
         var ways = KdWays(empty, empty);
         var vote = 0u;
         if kd_is_leaf(node) {
@@ -166,10 +167,10 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool, is_shad
             }
             vote = select(0u, WANTS_LEFT, !kd_is_empty(ways.left)) | select(0u, WANTS_RIGHT, !kd_is_empty(ways.right));
         }
-        if is_inside {
+        if is_inside && kd_is_leaf(node) {
             reached = way.y;
         }
-        let is_over = is_missed || (*ray).is_blocked || (is_in_order && kd_is_over(ray, reached));
+        is_over |= (*ray).is_blocked || (is_in_order && kd_is_over(ray, reached));
         vote |= select(0u, IS_ACTIVE, is_active) | select(GOES_ON, 0u, is_over);
         let votes = packet_vote(lane, vote);
         if lane == 0u {

@@ -18,6 +18,7 @@ import package::kdtree::records::{RECORDS_COUNT, record_start};
 // As in `tester.wgsl`.
 const OPEN_COUNT: u32 = 0u;
 const OPEN_GROUPS: u32 = 1u;
+const OPEN_RAYS: u32 = 5u;
 const OPEN_FIRST: u32 = 16u;
 const OPEN_WORDS: u32 = 8u;
 const NOTHING: u32 = 0xffffffffu;
@@ -46,6 +47,7 @@ fn size_open() {
     open_hits[OPEN_GROUPS] = groups.x;
     open_hits[OPEN_GROUPS + 1u] = groups.y;
     open_hits[OPEN_GROUPS + 2u] = groups.z;
+    open_hits[OPEN_RAYS] = records[RECORDS_COUNT];
 }
 
 // Where a ray meets the triangle of a listed hit; infinite where it doesn't, or certainly meets another before.

@@ -62,19 +62,19 @@ pub struct KdTracer {
     needs: Buffer,
     asked: Vec<Question>,
     most_uses: u32,
-    work: KdTracerWork,
+    work: Vec<KdTracerWork>,
 }
 
-/// What rays took.
+/// What one question about all rays took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct KdTracerWork {
+    /// Whether it was about shadows.
+    pub is_shadow: bool,
     /// Hits that the predicate had to decide about.
     pub open_hits: u32,
-    /// Of rays that asked for their nearest hit; all zeros unless [counted](KdTracerOptions::counts). A packet counts a
-    /// node once for each of its rays that may still find something in the node's cell, and a restart once.
-    pub nearest: KdTreeVisits,
-    /// Of questions about shadows.
-    pub blocked: KdTreeVisits,
+    /// All zeros unless [counted](KdTracerOptions::counts). A packet counts a node once for each of its rays that may still
+    /// find something in the node's cell, and a restart for one of its rays.
+    pub visits: KdTreeVisits,
 }
 
 impl KdTracer {
@@ -104,7 +104,7 @@ impl KdTracer {
             needs: Buffer::storage(gpu, "kd-tree needs"),
             asked: Vec::new(),
             most_uses: 0,
-            work: KdTracerWork::default(),
+            work: Vec::new(),
         }
     }
 
@@ -229,20 +229,22 @@ impl KdTracer {
     /// Where the device is lost, or more is needed than one of its buffers has room for.
     pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
         let needs: Vec<u32> = self.needs.read(gpu, Self::OPEN_HEADER as usize * self.asked.len())?;
-        self.work = KdTracerWork::default();
+        self.work.clear();
         let mut most = 0;
         for (needs, question) in needs.chunks_exact(Self::OPEN_HEADER as usize).zip(&self.asked) {
             most = most.max(needs[0]);
-            self.work.open_hits = self.work.open_hits.saturating_add(needs[0] - needs[4]);
-            let visits = match question {
-                Question::Nearest => &mut self.work.nearest,
-                Question::Blocked => &mut self.work.blocked,
-            };
             let count = |place: usize| u64::from(needs[8 + 2 * place]) | u64::from(needs[9 + 2 * place]) << 32;
-            visits.nodes += count(0);
-            visits.leaves += count(1);
-            visits.tests += count(2);
-            visits.restarts += count(3);
+            self.work.push(KdTracerWork {
+                is_shadow: *question == Question::Blocked,
+                open_hits: needs[0] - needs[4],
+                visits: KdTreeVisits {
+                    rays: needs[5].into(),
+                    nodes: count(0),
+                    leaves: count(1),
+                    tests: count(2),
+                    restarts: count(3),
+                },
+            });
         }
         let needed = Self::open_bytes(most.into());
         let fits = needed <= self.open.bytes();
@@ -252,10 +254,11 @@ impl KdTracer {
         Ok(fits)
     }
 
-    /// What the last finished uses took. [`KdTreeVisits::rays`] isn't counted.
+    /// What the last finished uses took, one after the other. Rays that mirrors send on aren't in the same order each time, so
+    /// packets of them may take more or less.
     #[must_use]
-    pub fn work(&self) -> KdTracerWork {
-        self.work
+    pub fn work(&self) -> &[KdTracerWork] {
+        &self.work
     }
 
     /// What each ray hit first: eight words, of which the first is the triangle or `u32::MAX` (`settle.wgsl`).

@@ -13,7 +13,7 @@ use crate::{Device, Scene, bits, device, walks};
 const MATERIALS: [KdMaterial; 2] =
     [KdMaterial { color: [0.8, 0.5, 0.3], mirror: 0.0 }, KdMaterial { color: [0.7, 0.9, 1.0], mirror: 0.6 }];
 
-const SCENERY: KdScenery = KdScenery {
+pub(crate) const SCENERY: KdScenery = KdScenery {
     light: LightSource::Point { position: Vec3::new(2.0, 4.0, 3.0) },
     light_color: Vec3::new(1.0, 0.9, 0.8),
     ambient: Vec3::splat(0.1),
@@ -46,9 +46,16 @@ fn view(width: u32, height: u32) -> View {
 }
 
 /// Renders; the pixels' colours.
-fn render(gpu: &Gpu, frame: &mut KdFrame, scene: &Scene, view: &View, scenery: &KdScenery) -> Vec<[f32; 4]> {
+pub(crate) fn render(
+    gpu: &Gpu,
+    frame: &mut KdFrame,
+    scene: &Scene,
+    view: &View,
+    scenery: &KdScenery,
+    materials: &[KdMaterial],
+) -> Vec<[f32; 4]> {
     loop {
-        frame.prepare(gpu, &scene.nodes, view, scenery, &MATERIALS).expect("room");
+        frame.prepare(gpu, &scene.nodes, view, scenery, materials).expect("room");
         let mut recorder = Recorder::new(gpu);
         frame.record(gpu, &mut recorder, &scene.geometry, &scene.nodes);
         recorder.submit()().expect("done");
@@ -78,6 +85,10 @@ fn check_last(gpu: &Gpu, frame: &KdFrame, scene: &Scene, traced: bool) -> [usize
     [hits.iter().flatten().count(), answers.iter().filter(|&&blocked| blocked).count()]
 }
 
+pub(crate) fn triangle(hit: &Option<Hit>) -> Option<u32> {
+    hit.map(|hit| hit.triangle)
+}
+
 #[test]
 fn every_bounce_is_answered_as_by_the_cpu() {
     let Some(mut device) = device() else { return };
@@ -87,7 +98,7 @@ fn every_bounce_is_answered_as_by_the_cpu() {
     let view = view(50, 42);
     let mut before = usize::MAX;
     for bounces in 0..4 {
-        render(gpu, frame, &scene, &view, &KdScenery { bounces, ..SCENERY });
+        render(gpu, frame, &scene, &view, &KdScenery { bounces, ..SCENERY }, &MATERIALS);
         let [hits, shadowed] = check_last(gpu, frame, &scene, true);
         assert!(hits > 5 && hits < before && shadowed > 2, "{hits} and {shadowed} at {bounces}");
         before = hits;
@@ -103,7 +114,7 @@ fn every_bounce_is_answered_as_by_the_cpu() {
     let expected = ["eye", "raster", "surface", "bounce", "line", "blocked", "settle", "lighten"];
     assert!(!gpu.has_timestamps() || names == expected, "{names:?}");
     // The camera's rays are those of the view.
-    render(gpu, frame, &scene, &view, &SCENERY);
+    render(gpu, frame, &scene, &view, &SCENERY, &MATERIALS);
     let rays = frame.last_rays().read_rays(gpu).expect("read");
     assert_eq!(rays.len(), 64 * 7 * 6);
     let seen = rays.iter().filter(|(ray, _)| ray.t_max > ray.t_min);
@@ -119,12 +130,12 @@ fn each_way_through_the_tree_gives_the_same_image() {
     let Device { gpu, frame } = &mut *device;
     let scene = things(gpu);
     let scenery = KdScenery { bounces: 2, ..SCENERY };
-    let expected = render(gpu, frame, &scene, &view(40, 40), &scenery);
+    let expected = render(gpu, frame, &scene, &view(40, 40), &scenery, &MATERIALS);
     let sky = expected.iter().filter(|pixel| pixel[..3] == SCENERY.sky.to_array()).count();
     assert!(sky > 100 && sky < 1000, "{sky}");
     for options in walks() {
         frame.set_options(gpu, options);
-        let found = render(gpu, frame, &scene, &view(40, 40), &scenery);
+        let found = render(gpu, frame, &scene, &view(40, 40), &scenery, &MATERIALS);
         assert!(found == expected, "{options:?}");
     }
 }
@@ -138,14 +149,13 @@ fn rasterised_primary_hits_differ_only_at_edges() {
     parallel.camera.projection = Projection::Orthographic { half_height: 1.6 };
     for view in [view(100, 80), parallel] {
         let mut found = [KdPrimary::Traced, KdPrimary::Rasterised].map(|primary| {
-            let image = render(gpu, frame, &scene, &view, &KdScenery { primary, ..SCENERY });
+            let image = render(gpu, frame, &scene, &view, &KdScenery { primary, ..SCENERY }, &MATERIALS);
             check_last(gpu, frame, &scene, primary == KdPrimary::Traced);
             let rays = frame.last_rays().read_rays(gpu).expect("read");
             let hits = frame.tracer().read_hits(gpu, rays.len()).expect("read");
             (image, hits)
         });
         let pairs = found[0].1.iter().zip(&found[1].1);
-        let triangle = |hit: &Option<Hit>| hit.map(|hit| hit.triangle);
         let differ = pairs.clone().filter(|(traced, drawn)| triangle(traced) != triangle(drawn)).count();
         // Where triangles coincide either may be drawn.
         println!("{differ} of {} pixels show another triangle", found[0].1.len());
@@ -161,8 +171,9 @@ fn rasterised_primary_hits_differ_only_at_edges() {
         assert!(colors <= differ, "{colors} of {differ}");
     }
     // With mirrors, as much as the first hits.
-    let [traced, drawn] = [KdPrimary::Traced, KdPrimary::Rasterised]
-        .map(|primary| render(gpu, frame, &scene, &view(100, 80), &KdScenery { primary, bounces: 3, ..SCENERY }));
+    let [traced, drawn] = [KdPrimary::Traced, KdPrimary::Rasterised].map(|primary| {
+        render(gpu, frame, &scene, &view(100, 80), &KdScenery { primary, bounces: 3, ..SCENERY }, &MATERIALS)
+    });
     let differ = traced.iter().zip(&drawn).filter(|(traced, drawn)| traced != drawn).count();
     assert!(differ < 160, "{differ}");
 }
@@ -193,7 +204,7 @@ fn light_shadows_and_mirrors_have_the_colours_of_the_formula() {
     for floor in 0..2 {
         scene.geometry.write(gpu, scene.mesh.triangles(), |id| if id < 2 { floor } else { 0 }).expect("room");
         let scenery = KdScenery { light: LightSource::Directional { direction: slanted }, bounces: floor, ..SCENERY };
-        let image = render(gpu, frame, &scene, &view, &scenery);
+        let image = render(gpu, frame, &scene, &view, &scenery, &MATERIALS);
         let [plate, floor] = [MATERIALS[0], MATERIALS[floor as usize]];
         let [plate_color, floor_color] = [plate, floor].map(|material| Vec3::from(material.color));
         for (place, found) in image.iter().enumerate() {

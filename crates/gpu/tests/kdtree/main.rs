@@ -7,6 +7,7 @@ mod frames;
 mod rays;
 #[path = "../../../rays/tests/support/mod.rs"]
 mod support;
+mod visits;
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -118,7 +119,7 @@ fn check(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, rays: &[(Ray, Option<u
         assert_eq!(bits(found), bits(expected), "{ray:?} without {own:?}, {:?}", tracer.options());
         hits += usize::from(expected.is_some());
     }
-    (hits, tracer.work())
+    (hits, tracer.work()[0])
 }
 
 /// Rays without a triangle of their own.
