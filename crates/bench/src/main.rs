@@ -81,6 +81,10 @@ enum Command {
     KdBounces(experiments::KdBouncesFlags),
     /// Where large packets begin and what they leave out: entry-point search and culling
     KdEntries(experiments::KdEntriesFlags),
+    /// Moving scenes through kd-trees that are built anew, as rays need them, from a hierarchy, or beside tracing
+    KdFrames(experiments::KdFramesFlags),
+    /// Horn et al. 2007 on a GPU: frames that are traced throughout, and those with rasterised primary hits
+    KdGpu(experiments::KdGpuFlags),
     /// How many pictures a second the window plays, and what the interface adds to each
     #[cfg(feature = "view")]
     Window(window::WindowFlags),
@@ -121,6 +125,8 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::KdTraversals(flags) => flags.run(),
         Command::KdBounces(flags) => flags.run(),
         Command::KdEntries(flags) => flags.run(),
+        Command::KdFrames(flags) => flags.run(),
+        Command::KdGpu(flags) => flags.run(),
     }
 }
 

@@ -15,7 +15,9 @@ pub(crate) use breakdown::BreakdownFlags;
 pub(crate) use cells::CellsFlags;
 pub(crate) use distance::DistanceFlags;
 pub(crate) use growth::GrowthFlags;
-pub(crate) use kd_tree::{KdBouncesFlags, KdBuildersFlags, KdEntriesFlags, KdTraversalsFlags};
+pub(crate) use kd_tree::{
+    KdBouncesFlags, KdBuildersFlags, KdEntriesFlags, KdFramesFlags, KdGpuFlags, KdTraversalsFlags,
+};
 pub(crate) use mapping::MappingFlags;
 pub(crate) use table1::Table1Flags;
 pub(crate) use triangles::TrianglesFlags;

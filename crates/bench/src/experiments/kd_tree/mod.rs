@@ -3,10 +3,14 @@
 mod bounces;
 mod builders;
 mod entries;
+mod frames;
+mod gpu;
 mod measure;
 mod traversals;
 
 pub(crate) use bounces::KdBouncesFlags;
 pub(crate) use builders::KdBuildersFlags;
 pub(crate) use entries::KdEntriesFlags;
+pub(crate) use frames::KdFramesFlags;
+pub(crate) use gpu::KdGpuFlags;
 pub(crate) use traversals::KdTraversalsFlags;
