@@ -194,7 +194,7 @@ fn trees_are_as_good_as_the_exact_one_and_do_not_depend_on_threads() {
 #[test]
 fn impossible_hierarchies_are_refused() {
     assert_eq!(SceneHierarchy::of_objects([0..3, 4..5]).unwrap_err(), ImpossibleObjects::Order(1));
-    assert_eq!(SceneHierarchy::of_objects([1..3]).unwrap_err(), ImpossibleObjects::Order(0));
+    assert_eq!(SceneHierarchy::of_objects(std::iter::once(1..3)).unwrap_err(), ImpossibleObjects::Order(0));
     let hierarchy = SceneHierarchy::of_objects([0..3, 3..7]).expect("objects in order");
     let mesh = Mesh::floor(2, 1.0);
     let mut tree = KdTree::default();
