@@ -75,15 +75,12 @@ impl Settings {
                 "an image of {width}x{height}: each side must be 1 to {limit} pixels"
             )));
         }
-        match self.structure {
-            Structure::Grid(options) => {
-                options.check().map_err(|impossible| Error::Settings(impossible.to_string()))?
-            }
-            Structure::KdTree(options) => {
-                options.check().map_err(|impossible| Error::Settings(impossible.to_string()))?;
-            }
-            Structure::Perspective | Structure::Listed { .. } | Structure::Bvh => {}
-        }
+        let structure = match self.structure {
+            Structure::Grid(options) => options.check().map_err(|impossible| impossible.to_string()),
+            Structure::KdTree(options) => options.check().map_err(|impossible| impossible.to_string()),
+            Structure::Perspective | Structure::Listed { .. } | Structure::Bvh => Ok(()),
+        };
+        structure.map_err(Error::Settings)?;
         if !counts.contains(&samples) {
             let limit = Self::MAX_SAMPLES;
             return Err(Error::Settings(format!("{samples} samples a pixel: there must be 1 to {limit}")));

@@ -97,38 +97,28 @@ impl Shading<'_> {
             let bounces_left = self.bounces - from_mirrors.as_ref().map_or(0, |from| from.bounces);
             for layer in 0..Self::MOST_LAYERS {
                 let Some(hits) = next else { break };
-                let surface = Surface::new(simd, self.frame, &rays, &hits, &self.footprint);
+                let met = Met::new(simd, self, &rays, &hits, through, bounces_left > 0);
                 let lit = |light: usize| match &found {
                     None => self.lit[light].block(place / LANES),
                     Some(found) => self.lit_onward(&ray, light, found),
                 };
-                let seen = surface.reflectance.seen(simd, surface.normal, surface.view);
-                let mirrored = surface.normal.scaled(2.0 * surface.view.dot(surface.normal)) - surface.view;
-                let reflected = through.scaled(surface.opacity) * seen.specular();
-                let traced =
-                    if bounces_left == 0 { 0 } else { mirror_lanes(&surface, mirrored, reflected) & hits.shown };
-                let radiance = self.reflected(simd, &surface, &seen, mirrored, hits.shown, traced, lit);
+                let radiance = self.reflected(simd, &met, lit);
                 let is_shown = mask32x16::from_bitmask(simd, hits.shown.into());
-                color += Vectors::select(is_shown, radiance * through.scaled(surface.opacity), nothing);
-                if traced != 0 {
-                    let from = self.from_mirrors(
-                        &ray,
-                        traced,
-                        &mirrored.store(),
-                        found.as_ref(),
-                        &hits.triangle,
-                        bounces_left,
-                    );
+                color += Vectors::select(is_shown, radiance * through.scaled(met.surface.opacity), nothing);
+                if met.traced != 0 {
+                    let mirrored = met.mirrored.store();
+                    let from =
+                        self.follow_mirrors(&ray, met.traced, &mirrored, found.as_ref(), &hits.triangle, bounces_left);
                     let rays = BlockRays::of_rays(simd, &from.rays, rays.travelled + hits.depth);
                     let next = BlockHits::of_found(simd, self.frame, &rays, &from.found);
-                    let is_traced = mask32x16::from_bitmask(simd, traced.into());
-                    let through = Vectors::select(is_traced, reflected, nothing);
+                    let is_traced = mask32x16::from_bitmask(simd, met.traced.into());
+                    let through = Vectors::select(is_traced, met.mirrored_through, nothing);
                     mirrors.push(Path { rays, next, through, from_mirrors: Some(from) });
                 }
-                let passing = one.lerp(surface.transmitted, surface.opacity);
+                let passing = one.lerp(met.surface.transmitted, met.surface.opacity);
                 through = Vectors::select(is_shown, through * passing, through);
                 if layer == 0 && from_mirrors.is_none() {
-                    (shown, depth, normal, triangle) = (hits.shown, hits.depth, surface.normal, hits.triangle);
+                    (shown, depth, normal, triangle) = (hits.shown, hits.depth, met.surface.normal, hits.triangle);
                 }
                 let seen_through = hits.shown & through.largest().simd_gt(0.0).to_bitmask() as u16;
                 if seen_through == 0 {
@@ -158,28 +148,20 @@ impl Shading<'_> {
     }
 
     /// Radiance that surfaces send along the rays, by themselves and from the lights that reach them; `lit` gives the
-    /// lanes that a light reaches. What is seen in the mirrors of the `traced` lanes is left out.
+    /// lanes that a light reaches. What is seen in mirrors that are followed is left out.
     #[inline(always)]
-    fn reflected<S: Simd>(
-        &self,
-        simd: S,
-        surface: &Surface<S>,
-        seen: &SeenReflectance<S>,
-        mirrored: Vectors<S>,
-        shown: u16,
-        traced: u16,
-        lit: impl Fn(usize) -> u16,
-    ) -> Vectors<S> {
-        let Surface { normal, reflectance, .. } = *surface;
-        let mut surrounding = self.surroundings.blurred(simd, mirrored, reflectance.roughness());
-        if traced != 0 {
+    fn reflected<S: Simd>(&self, simd: S, met: &Met<S>, lit: impl Fn(usize) -> u16) -> Vectors<S> {
+        let Met { surface, seen, mirrored, shown, traced, .. } = met;
+        let normal = surface.normal;
+        let mut surrounding = self.surroundings.blurred(simd, *mirrored, surface.reflectance.roughness());
+        if *traced != 0 {
             let nothing = Vectors::splat(simd, Vec3::ZERO);
-            surrounding = Vectors::select(mask32x16::from_bitmask(simd, traced.into()), nothing, surrounding);
+            surrounding = Vectors::select(mask32x16::from_bitmask(simd, (*traced).into()), nothing, surrounding);
         }
         let ambient = seen.ambient(self.surroundings.irradiance(simd, normal), surrounding);
         let mut radiance = surface.emitted + ambient.scaled(surface.ambient_occlusion);
         for (place, light) in self.frame.lights.iter().enumerate() {
-            let lit = lit(place) & shown & !surface.unlit;
+            let lit = lit(place) & *shown & !surface.unlit;
             if lit == 0 {
                 continue;
             }
@@ -220,7 +202,7 @@ impl Shading<'_> {
 
     /// What some lanes show in the mirrors that they have `found`, or that they show `first`, in the directions `mirrored`.
     #[cold]
-    fn from_mirrors(
+    fn follow_mirrors(
         &self,
         ray: &dyn Fn(usize) -> Ray,
         lanes: u16,
@@ -264,15 +246,46 @@ impl Shading<'_> {
     }
 }
 
-/// The lanes in which a surface is a mirror, and shows what is before it; `reflected` is how much of that reaches the camera.
-#[inline(always)]
-fn mirror_lanes<S: Simd>(surface: &Surface<S>, mirrored: Vectors<S>, reflected: Vectors<S>) -> u16 {
-    /// Less than half of what a picture of 8 bits can show of white: panes behind panes would mirror each other endlessly.
-    const LEAST: f32 = 0.002;
-    // A bent normal may mirror rays into the triangle.
-    let is_outside = surface.geometric_normal.dot(mirrored).simd_gt(0.0);
-    let is_seen = reflected.largest().simd_gt(LEAST);
-    (surface.reflectance.is_mirror() & is_outside & is_seen).to_bitmask() as u16 & !surface.unlit
+/// What sixteen rays meet next.
+struct Met<S: Simd> {
+    surface: Surface<S>,
+    seen: SeenReflectance<S>,
+    /// Where mirrors send the rays.
+    mirrored: Vectors<S>,
+    /// How much of what is there reaches the camera.
+    mirrored_through: Vectors<S>,
+    /// The lanes that meet anything.
+    shown: u16,
+    /// The lanes whose mirrors are followed.
+    traced: u16,
+}
+
+impl<S: Simd> Met<S> {
+    #[inline(always)]
+    fn new(
+        simd: S,
+        shading: &Shading<'_>,
+        rays: &BlockRays<S>,
+        hits: &BlockHits<S>,
+        through: Vectors<S>,
+        follows_mirrors: bool,
+    ) -> Self {
+        /// Less than half of what a picture of 8 bits can show of white: panes behind panes would mirror each other endlessly.
+        const LEAST: f32 = 0.002;
+        let surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint);
+        let seen = surface.reflectance.seen(simd, surface.normal, surface.view);
+        let mirrored = surface.normal.scaled(2.0 * surface.view.dot(surface.normal)) - surface.view;
+        let mirrored_through = through.scaled(surface.opacity) * seen.specular();
+        let mut traced = 0;
+        if follows_mirrors {
+            // A bent normal may mirror rays into the triangle.
+            let is_outside = surface.geometric_normal.dot(mirrored).simd_gt(0.0);
+            let is_seen = mirrored_through.largest().simd_gt(LEAST);
+            let is_traced = surface.reflectance.is_mirror() & is_outside & is_seen;
+            traced = is_traced.to_bitmask() as u16 & hits.shown & !surface.unlit;
+        }
+        Self { surface, seen, mirrored, mirrored_through, shown: hits.shown, traced }
+    }
 }
 
 /// Sixteen ways from the camera on.
