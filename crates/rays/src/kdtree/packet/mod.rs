@@ -3,8 +3,8 @@
 //! `rays` holds up to 256 rays in f32, and says why nothing is missed; `scale` is the coordinates of that. `filter` leaves
 //! out what rays certainly miss, `tester` asks the predicate about the rest. `step` is what 4, 8 or 16 rays do at a node, in
 //! their lanes; `stack` and `trail` lead them to leaves. `shaft` holds up to 256 rays: `search` finds where its rays may
-//! begin, and `beam` leads it to leaves in their place. `see` traces the rays of
-//! a camera's pixels and of a light. `options` says what there is to choose, `statistics` counts.
+//! begin, and `beam` leads it to leaves in their place. `see` traces the rays of a camera's pixels and
+//! of a light. `options` says what there is to choose, `statistics` counts.
 
 mod beam;
 mod filter;

@@ -90,13 +90,14 @@ impl KdMailbox {
 /// | 4 | 322 | 1066 | 294 | 213 | 816 | 130 |
 /// | 8 | 275 | 961 | 214 | 172 | 855 | 100 |
 /// | 16 | 244 | 1036 | 187 | 138 | 839 | 101 |
+/// | shafts | 257 | 1068 | 679 | 172 | 828 | 307 |
 /// | 16 with a short stack of 3 | 274 | 1280 | 235 | 164 | 1048 | 100 |
 /// | 16, MLRTA | 289 | 1195 | 240 | 198 | 870 | 129 |
 /// | 16, AEPSA | 230 | 947 | 213 | 198 | 894 | 108 |
 ///
-/// Times of equal work differ by a tenth or more from run to run. What bounces have in common pays for no packets, nor do
-/// entry points: MLRTA spares 0.4 of 2.5 node visits a ray on the Bunny and 0.8 of 2.2 in Sibenik, but looks at 0.29 and 0.21
-/// nodes, AEPSA at 0.18 and 0.16.
+/// Times of equal work differ by a tenth or more from run to run. What bounces have in common pays for no packets in Sibenik.
+/// Shafts go on until all of their rays have ended, for which shadow rays pay. Nor do entry points pay: MLRTA spares 0.4 of
+/// 2.5 node visits a ray on the Bunny and 0.8 of 2.2 in Sibenik, but looks at 0.29 and 0.21 nodes, AEPSA at 0.18 and 0.16.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct KdPacketOptions {
     /// How many rays are led to leaves together.
