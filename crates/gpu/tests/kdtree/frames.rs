@@ -182,7 +182,9 @@ fn rasterised_primary_hits_differ_only_at_edges() {
 fn light_shadows_and_mirrors_have_the_colours_of_the_formula() {
     let Some(mut device) = device() else { return };
     let Device { gpu, frame } = &mut *device;
-    // A plate over half of a floor, above the camera.
+    // A plate over a part of a floor, above the camera.
+    const EDGE: f32 = 1.875;
+    const SIDE: u32 = 96;
     let mut mesh = Mesh::default();
     mesh.quad([
         Vec3::new(-9.0, 0.0, -9.0),
@@ -191,14 +193,14 @@ fn light_shadows_and_mirrors_have_the_colours_of_the_formula() {
         Vec3::new(-9.0, 0.0, 9.0),
     ]);
     mesh.quad([
-        Vec3::new(0.0, 5.0, -9.0),
+        Vec3::new(EDGE, 5.0, -9.0),
         Vec3::new(9.0, 5.0, -9.0),
         Vec3::new(9.0, 5.0, 9.0),
-        Vec3::new(0.0, 5.0, 9.0),
+        Vec3::new(EDGE, 5.0, 9.0),
     ]);
     let mut scene = Scene::new(gpu, mesh, KdTreeOptions::DEFAULT);
-    let camera = Camera::look_at(Vec3::new(0.0, 3.0, 0.0), Vec3::ZERO, Vec3::Z, 0.6);
-    let view = View { camera, width: 32, height: 32 };
+    let camera = Camera::look_at(Vec3::new(0.0, 3.0, 0.0), Vec3::ZERO, Vec3::Z, 1.2);
+    let view = View { camera, width: SIDE, height: SIDE };
     let slanted = Vec3::new(0.0, -0.8, 0.6);
     frame.set_options(gpu, KdTracerOptions { traversal: KdTraversal::PushDown, ..KdTracerOptions::DEFAULT });
     for floor in 0..2 {
@@ -208,14 +210,15 @@ fn light_shadows_and_mirrors_have_the_colours_of_the_formula() {
         let [plate, floor] = [MATERIALS[0], MATERIALS[floor as usize]];
         let [plate_color, floor_color] = [plate, floor].map(|material| Vec3::from(material.color));
         for (place, found) in image.iter().enumerate() {
-            let ray = view.ray((place % 32) as f64 + 0.5, (place / 32) as f64 + 0.5);
+            let [column, row] = [place as u32 % SIDE, place as u32 / SIDE].map(|at| f64::from(at) + 0.5);
+            let ray = view.ray(column, row);
             let on_floor: DVec3 = ray.origin + ray.direction * (ray.origin.y / -ray.direction.y);
-            let is_shaded = on_floor.x > 0.0;
+            let is_shaded = on_floor.x > EDGE.into();
             let diffuse = floor_color * (1.0 - floor.mirror);
             let lit = if is_shaded { Vec3::ZERO } else { diffuse * SCENERY.light_color * 0.8 };
             // The mirrored ray meets the plate as far beyond the floor's point as its height says.
             let at_plate = on_floor.x + ray.direction.x / -ray.direction.y * 5.0;
-            let beyond = if at_plate > 0.0 { plate_color * SCENERY.ambient } else { SCENERY.sky };
+            let beyond = if at_plate > EDGE.into() { plate_color * SCENERY.ambient } else { SCENERY.sky };
             let mirrored = beyond * floor_color * floor.mirror;
             let expected = diffuse * SCENERY.ambient + lit + mirrored;
             let found = Vec3::new(found[0], found[1], found[2]);
