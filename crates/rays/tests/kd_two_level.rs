@@ -216,7 +216,7 @@ fn points_are_shadowed_and_hits_pass_through() {
 fn vertices_that_are_a_little_off_are_hit_where_they_are() {
     let mut random = Random(44);
     let ball = Mesh::bumpy_ball(Vec3::ZERO, 1.0, 24);
-    let parts = [Part { mesh: ball, motion: Motion::Shaken(2e-4, |time| DAffine3::from_rotation_y(time)) }];
+    let parts = [Part { mesh: ball, motion: Motion::Shaken(2e-4, DAffine3::from_rotation_y) }];
     let mut trees = TwoLevelKdTree::default();
     for time in [0.0, 0.7, 1.4, 2.1] {
         let (mesh, objects) = frame(&parts, time);
