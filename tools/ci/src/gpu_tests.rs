@@ -10,8 +10,8 @@ const SKIPPED: &str = "skipped-gpu:";
 
 /// The tests that need an adapter, as names of files or beginnings of such. They run apart: those of a file share a device,
 /// so that its kernels are compiled once, which a process for each test would not.
-const TESTS: [&str; 9] =
-    ["device", "exact", "gpu*", "interface", "omit", "primitives", "shade", "shared_device", "tile_order"];
+const TESTS: [&str; 10] =
+    ["device", "exact", "gpu*", "interface", "kdtree", "omit", "primitives", "shade", "shared_device", "tile_order"];
 
 /// Selects them for nextest.
 pub(crate) fn filter() -> String {

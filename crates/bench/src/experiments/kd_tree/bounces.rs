@@ -66,9 +66,8 @@ impl KdBouncesFlags {
             }
         }
         table.note("Every triangle a flat mirror; only rays that hit bounce. single, packets: rays a microsecond, one at a time")?;
-        table.note(
-            "and by 16. Horn et al. 2007, Figure 2: packets lose their advantage with the second or third bounce.",
-        )?;
+        table
+            .note("and by 16. Horn et al. 2007, Figure 2: single rays pass packets of four after the first bounce.")?;
         table.finish()?;
         self.common.draw(|| {
             let scales = [Scale::Linear; 2];

@@ -104,7 +104,7 @@ impl KdBuildersFlags {
         for rays in rays {
             costs.extend(race(&mut tree, triangles, rays, &[way], self.common.rounds)?);
         }
-        let [build_alone, build] = times.map(|times| median(times.into_iter()));
+        let [build_alone, build] = times.map(median);
         Ok(Trial {
             builder,
             build_alone,

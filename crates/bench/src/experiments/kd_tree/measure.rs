@@ -152,7 +152,5 @@ pub(super) fn race(
         }
     }
     let costs = times.into_iter().zip(visits);
-    Ok(costs
-        .map(|(times, visits)| Cost { rate: rays.len() as f64 / (1e3 * median(times.into_iter())), visits })
-        .collect())
+    Ok(costs.map(|(times, visits)| Cost { rate: rays.len() as f64 / (1e3 * median(times)), visits }).collect())
 }
