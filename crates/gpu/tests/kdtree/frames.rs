@@ -226,3 +226,21 @@ fn light_shadows_and_mirrors_have_the_colours_of_the_formula() {
         }
     }
 }
+
+#[test]
+fn frames_of_one_device_do_not_disturb_each_other() {
+    let Some(mut device) = device() else { return };
+    let Device { gpu, frame } = &mut *device;
+    let scene = things(gpu);
+    let scenery = |primary| KdScenery { bounces: 1, primary, ..SCENERY };
+    let expected = render(gpu, frame, &scene, &view(96, 96), &scenery(KdPrimary::Traced), &MATERIALS);
+    for options in [KdTracerOptions::DEFAULT, walks()[1]] {
+        let mut other = KdFrame::new(gpu, options);
+        for primary in [KdPrimary::Traced, KdPrimary::Rasterised, KdPrimary::Traced] {
+            let found = render(gpu, &mut other, &scene, &view(96, 96), &scenery(primary), &MATERIALS);
+            let differ = found.iter().zip(&expected).filter(|(found, expected)| found != expected).count();
+            // Rasterised ones only at edges.
+            assert!(differ < if primary == KdPrimary::Traced { 1 } else { 150 }, "{options:?}, {primary:?}: {differ}");
+        }
+    }
+}
