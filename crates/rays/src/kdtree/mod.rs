@@ -4,7 +4,7 @@
 //!
 //! `extent` holds boxes and cuts triangles' boxes at planes, `build` finds the planes, `node` and `layout` say how nodes lie
 //! in memory, `traverse` leads rays to leaves. `packet` does so for packets of them. `options` says what there is to
-//! choose, `statistics` what came of it.
+//! choose and `names` what that is called, `statistics` what came of it; `words` gives the tree to a GPU.
 //!
 //! `hierarchy` says which triangles lie together, for builds that needn't look at all of them. `two_level` has a tree for each
 //! object and `background` one that is built while another is traced; in both triangles may have left the places where a tree
@@ -50,8 +50,9 @@ pub use words::KdTreeForm;
 /// The triangles of a frame, listed in the cells of a kd-tree.
 ///
 /// Eight bytes a node and four a reference: about 55 bytes for each triangle of the Bunny, and of any scene no more than
-/// 250, since [`KdTree::MOST_REFERENCES`] bounds both. Building takes several times as much, 300 to 1200 bytes a triangle on two
-/// threads, and 550 to 750 with the binned builder. Keep it and rebuild it: its memory is reused.
+/// 250, since [`KdTree::MOST_REFERENCES`] bounds both. Building takes several times as much on two threads: 500 to 1300
+/// bytes a triangle, up to 2500 where threads share nodes, and 500 to 810 with the binned builder. Keep it and rebuild it: its
+/// memory is reused.
 #[derive(Default)]
 pub struct KdTree {
     options: KdTreeOptions,
