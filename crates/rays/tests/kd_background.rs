@@ -4,8 +4,8 @@ mod support;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use support::{Mesh, Random, is_usable};
-use umbrage_rays::predicate::{HitPoint, ShadowRay, hit};
+use support::{Mesh, Random, blocked_by_any, nearest_of_all as nearest};
+use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
     BackgroundKdTree, Hit, ImpossibleBackground, KdBuilder, KdLayout, KdTreeOptions, LightSource, Ray, RebuildPolicy,
     Triangles,
@@ -41,12 +41,6 @@ fn at(rest: &Mesh, time: f32) -> Mesh {
         mesh.positions[80].z = f32::INFINITY;
     }
     mesh
-}
-
-fn nearest(triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-    let hits = (0..triangles.len() as u32).filter(|&id| is_usable(triangles, id));
-    let hits = hits.filter_map(|id| hit(ray, triangles, id)).filter(|hit| counts(hit));
-    hits.min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).expect("no t is NaN"))
 }
 
 fn check(tree: &BackgroundKdTree, triangles: Triangles<'_>, rays: &[Ray]) -> usize {
@@ -166,10 +160,7 @@ fn points_are_shadowed_and_hits_pass_through() {
             let Some(seen) = seen else { continue };
             let shadow_ray = ShadowRay::new(&lights[step % 3], HitPoint::new(ray, seen.t));
             let counts = |id: u32, barycentric: [f32; 2]| !id.is_multiple_of(5) || barycentric[1] < 0.5;
-            let others = (0..triangles.len() as u32).filter(|&id| id != seen.triangle && is_usable(triangles, id));
-            let expected = others
-                .filter_map(|id| Some((id, shadow_ray.blocked_by(triangles.corners(id))?)))
-                .any(|(id, barycentric)| counts(id, barycentric));
+            let expected = blocked_by_any(triangles, &shadow_ray, seen.triangle, counts);
             assert_eq!(tree.blocked(triangles, &shadow_ray, seen.triangle, counts), expected, "{ray:?}");
             if expected { shadowed += 1 } else { lit += 1 }
         }

@@ -3,7 +3,7 @@
 mod support;
 
 use glam::{DVec2, DVec3, Vec3, Vec3Swizzles};
-use support::{Mesh, Random, blocks, is_usable, nearest_of_all, random_ray, scene};
+use support::{Mesh, Random, blocked_by_any, blocks, nearest_of_all, random_ray, scene};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
     Hit, KdBuilder, KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions,
@@ -327,12 +327,7 @@ fn points_are_shadowed_as_the_predicate_says() {
         LightSource::Directional { direction: Vec3::NEG_Y },
     ];
     let counts = |id: u32, barycentric: [f32; 2]| !id.is_multiple_of(5) || barycentric[1] < 0.5;
-    let blocks = |shadow_ray: &ShadowRay, own: u32| {
-        let others = (0..triangles.len() as u32).filter(|&id| id != own && is_usable(triangles, id));
-        others
-            .filter_map(|id| Some((id, shadow_ray.blocked_by(triangles.corners(id))?)))
-            .any(|(id, barycentric)| counts(id, barycentric))
-    };
+    let blocks = |shadow_ray: &ShadowRay, own: u32| blocked_by_any(triangles, shadow_ray, own, counts);
     let (mut lit, mut shadowed) = (0, 0);
     for light in &lights {
         let (mut rays, mut own) = (Vec::new(), Vec::new());

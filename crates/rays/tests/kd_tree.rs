@@ -3,7 +3,7 @@
 mod support;
 
 use glam::{DVec3, Vec3};
-use support::{Mesh, Random, blocks, is_usable, nearest_of_all as nearest, random_ray, scene};
+use support::{Mesh, Random, blocked_by_any, blocks, nearest_of_all as nearest, random_ray, scene};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
     Clipping, Hit, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray, SahCosts, Triangles,
@@ -238,10 +238,7 @@ fn points_are_shadowed_as_the_predicate_says() {
             let Some(seen) = nearest(triangles, &ray, |_| true) else { continue };
             let shadow_ray = ShadowRay::new(&lights[step % 4], HitPoint::new(&ray, seen.t));
             let counts = |id: u32, barycentric: [f32; 2]| !id.is_multiple_of(5) || barycentric[1] < 0.5;
-            let others = (0..triangles.len() as u32).filter(|&id| id != seen.triangle && is_usable(triangles, id));
-            let expected = others
-                .filter_map(|id| Some((id, shadow_ray.blocked_by(triangles.corners(id))?)))
-                .any(|(id, barycentric)| counts(id, barycentric));
+            let expected = blocked_by_any(triangles, &shadow_ray, seen.triangle, counts);
             assert_eq!(tree.blocked(triangles, &shadow_ray, seen.triangle, counts), expected, "{ray:?}");
             if expected { shadowed += 1 } else { lit += 1 }
         }

@@ -3,8 +3,8 @@
 mod support;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
-use support::{Mesh, Random, is_usable};
-use umbrage_rays::predicate::{HitPoint, ShadowRay, hit};
+use support::{Mesh, Random, blocked_by_any, is_usable, nearest_of_all as nearest};
+use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
     Hit, ImpossibleObjects, KdBuilder, KdMotion, KdObject, KdTraversal, KdTreeOptions, LightSource, Ray, Triangles,
     TwoLevelKdTree,
@@ -101,13 +101,6 @@ fn parts() -> Vec<Part> {
     ]
 }
 
-/// The nearest hit, by asking about every triangle.
-fn nearest(triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-    let hits = (0..triangles.len() as u32).filter(|&id| is_usable(triangles, id));
-    let hits = hits.filter_map(|id| hit(ray, triangles, id)).filter(|hit| counts(hit));
-    hits.min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).expect("no t is NaN"))
-}
-
 fn check(trees: &TwoLevelKdTree, triangles: Triangles<'_>, rays: &[Ray]) -> usize {
     let bits = |hit: &Option<Hit>| hit.map(|hit| (hit.triangle, hit.t.to_bits(), hit.barycentric));
     let mut hits = 0;
@@ -200,10 +193,7 @@ fn points_are_shadowed_and_hits_pass_through() {
             let Some(seen) = seen else { continue };
             let shadow_ray = ShadowRay::new(&lights[step % 3], HitPoint::new(ray, seen.t));
             let counts = |id: u32, barycentric: [f32; 2]| !id.is_multiple_of(5) || barycentric[1] < 0.5;
-            let others = (0..triangles.len() as u32).filter(|&id| id != seen.triangle && is_usable(triangles, id));
-            let expected = others
-                .filter_map(|id| Some((id, shadow_ray.blocked_by(triangles.corners(id))?)))
-                .any(|(id, barycentric)| counts(id, barycentric));
+            let expected = blocked_by_any(triangles, &shadow_ray, seen.triangle, counts);
             assert_eq!(trees.blocked(triangles, &shadow_ray, seen.triangle, counts), expected, "{ray:?}");
             if expected { shadowed += 1 } else { lit += 1 }
         }

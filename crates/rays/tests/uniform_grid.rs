@@ -3,8 +3,8 @@
 mod support;
 
 use glam::{DVec3, Vec3};
-use support::{Mesh, Random, is_usable};
-use umbrage_rays::predicate::{HitPoint, ShadowRay, hit};
+use support::{Mesh, Random, blocked_by_any, nearest_of_all as nearest, random_ray};
+use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Bvh, Hit, Insertion, LightSource, Ray, Triangles, UniformGrid, UniformOptions};
 
 /// Grids of every kind.
@@ -29,13 +29,6 @@ fn grid(triangles: Triangles<'_>, options: UniformOptions) -> UniformGrid {
     grid.build(triangles);
     grid.validate(triangles).unwrap_or_else(|broken| panic!("{options:?}: {broken}"));
     grid
-}
-
-/// The nearest hit, by asking about every triangle.
-fn nearest(triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-    let hits = (0..triangles.len() as u32).filter(|&id| is_usable(triangles, id));
-    let hits = hits.filter_map(|id| hit(ray, triangles, id)).filter(|hit| counts(hit));
-    hits.min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).expect("no t is NaN"))
 }
 
 /// Compares all grids, and the hierarchy, with the predicate for each ray; how many rays hit.
@@ -66,13 +59,6 @@ fn scene(random: &mut Random) -> Mesh {
     mesh.indices.push([0, 1, u32::MAX]);
     mesh.indices.push([7, 7, 8]);
     mesh
-}
-
-/// From a cube of twice `reach` to a point of the scene.
-fn random_ray(random: &mut Random, reach: f32) -> Ray {
-    let origin = (random.point() * reach).as_dvec3();
-    let length = f64::from(random.unit()) * 3.0 + 0.01;
-    Ray::new(origin, ((random.point() * 1.5).as_dvec3() - origin) * length)
 }
 
 #[test]
@@ -385,10 +371,7 @@ fn points_are_shadowed_as_the_predicate_says() {
             let Some(seen) = nearest(triangles, &ray, |_| true) else { continue };
             let shadow_ray = ShadowRay::new(&lights[step % 4], HitPoint::new(&ray, seen.t));
             let counts = |id: u32, barycentric: [f32; 2]| !id.is_multiple_of(5) || barycentric[1] < 0.5;
-            let others = (0..triangles.len() as u32).filter(|&id| id != seen.triangle && is_usable(triangles, id));
-            let expected = others
-                .filter_map(|id| Some((id, shadow_ray.blocked_by(triangles.corners(id))?)))
-                .any(|(id, barycentric)| counts(id, barycentric));
+            let expected = blocked_by_any(triangles, &shadow_ray, seen.triangle, counts);
             assert_eq!(grid.blocked(triangles, &shadow_ray, seen.triangle, counts), expected, "{ray:?}");
             if expected { shadowed += 1 } else { lit += 1 }
         }

@@ -6,8 +6,7 @@ use umbrage_gpu::{Geometry, Gpu, Recorder};
 use umbrage_rays::predicate::ShadowRay;
 use umbrage_rays::{Camera, Hit, KdTraversal, KdTreeOptions, LightSource, Projection, View};
 
-use crate::cases::blocks;
-use crate::support::{Mesh, Random};
+use crate::support::{Mesh, Random, blocks};
 use crate::{Device, Scene, bits, device, walks};
 
 const MATERIALS: [KdMaterial; 2] =

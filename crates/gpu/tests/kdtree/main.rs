@@ -1,6 +1,5 @@
 //! Rays through the kd-tree on the GPU against the CPU's, which the predicate is asked about: equal bit for bit.
 
-mod cases;
 #[path = "../common/mod.rs"]
 mod common;
 mod frames;

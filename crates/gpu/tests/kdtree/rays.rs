@@ -4,8 +4,7 @@ use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{KdLayout, KdTreeOptions, LightSource, Ray};
 
-use crate::cases::{blocks, random_ray, rays_in_planes, scene, with_intervals};
-use crate::support::{Mesh, Random, grazing_rays};
+use crate::support::{Mesh, Random, blocks, grazing_rays, random_ray, rays_in_planes, rays_with_intervals, scene};
 use crate::{Device, Scene, blocked, check, device, free, walks};
 
 #[test]
@@ -22,11 +21,7 @@ fn nearest_hits_are_those_of_the_cpu_each_way() {
         of_mixed.extend((0..80).map(|_| random_ray(&mut random, reach)));
     }
     of_mixed.extend(grazing_rays(mixed.mesh.triangles(), &mut random, 60));
-    for step in 0..40 {
-        let ray = of_mixed[step];
-        let t = mixed.tree.nearest(mixed.mesh.triangles(), &ray, |_| true).map(|hit| hit.t);
-        of_mixed.extend(with_intervals(&mut random, ray, t));
-    }
+    of_mixed.extend(rays_with_intervals(mixed.mesh.triangles(), &mut random, 40));
     let of_flat = free(rays_in_planes(&mut random, 150));
     // From a hit on, without the triangle that was hit.
     let mut of_mixed = free(of_mixed);

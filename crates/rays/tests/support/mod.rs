@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "not every test file uses all of it")]
 
 use glam::{DVec2, DVec3, Vec3};
-use umbrage_rays::predicate::{crossing, hit};
+use umbrage_rays::predicate::{ShadowRay, crossing, hit};
 use umbrage_rays::{
     Camera, Hit, PerspectiveGrid, Projection, Ray, SeenPixels, Triangles, UniformOptions, Unmasked, View,
 };
@@ -312,6 +312,19 @@ pub(crate) fn nearest_of_all(triangles: Triangles<'_>, ray: &Ray, counts: impl F
     let hits = (0..triangles.len() as u32).filter(|&id| is_usable(triangles, id));
     let hits = hits.filter_map(|id| hit(ray, triangles, id)).filter(|hit| counts(hit));
     hits.min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).expect("no t is NaN"))
+}
+
+/// Whether any triangle but `own` shadows a point, by asking about every one.
+pub(crate) fn blocked_by_any(
+    triangles: Triangles<'_>,
+    shadow_ray: &ShadowRay,
+    own: u32,
+    counts: impl Fn(u32, [f32; 2]) -> bool,
+) -> bool {
+    let others = (0..triangles.len() as u32).filter(|&id| id != own && is_usable(triangles, id));
+    others
+        .filter_map(|id| Some((id, shadow_ray.blocked_by(triangles.corners(id))?)))
+        .any(|(id, barycentric)| counts(id, barycentric))
 }
 
 /// Triangles of all sizes, a ball and a floor, and some that can't be hit.
