@@ -1,12 +1,12 @@
 //! Exact visibility and exact shadows for triangle scenes that change completely every frame.
 //!
-//! [`Scene`] reads a file and poses it, [`Renderer`] renders it with [`Settings`], [`Film`] holds what each pixel saw,
+//! [`open`] reads a file as a [`Scene`], [`Renderer`] renders it with [`Settings`], [`Film`] holds what each pixel saw,
 //! and [`output`] writes it:
 //!
 //! ```
-//! use umbrage::{Renderer, Scene, Settings};
+//! use umbrage::{Renderer, Settings};
 //!
-//! let scene = Scene::open("demo:glass?triangles=500")?;
+//! let scene = umbrage::open("demo:glass?triangles=500")?;
 //! let settings = Settings { width: 64, height: 36, ..Settings::default() };
 //! let mut renderer = Renderer::default();
 //! let film = renderer.render(&scene, 0.5, &settings)?;
@@ -24,6 +24,7 @@ mod frame;
 #[doc(hidden)]
 pub mod gpu;
 mod heat_scale;
+mod open;
 pub mod output;
 mod panorama;
 mod probe;
@@ -39,11 +40,13 @@ pub use cpu::{LightMask, LightWork};
 pub use film::{Film, Image};
 pub use frame::{Error, Renderer};
 pub use heat_scale::HeatScale;
+pub use open::{open, open_with};
 pub use panorama::Panorama;
 pub use probe::{Blocker, Probe};
 pub use sampling::Sample;
 pub use settings::{Settings, Structure, ToneMap};
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
+pub use umbrage_gallery as gallery;
 pub use umbrage_rays as rays;
 pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;

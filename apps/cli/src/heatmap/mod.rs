@@ -9,7 +9,7 @@ use std::path::Path;
 use umbrage::output::{BitDepth, write_png};
 use umbrage::rays::{Cells, LightCells, ListedLightOptions, ListedOptions, PixelWork, Work};
 use umbrage::scene::Frame;
-use umbrage::{Error, HeatScale, Image, Renderer, Scene, Settings, Structure};
+use umbrage::{Error, HeatScale, Image, Renderer, Settings, Structure};
 
 use crate::failure::Failure;
 use crate::flags::{CountedFlag, GridFlag, HeatmapFlags};
@@ -85,7 +85,7 @@ pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
     let seconds = flags.time.unwrap_or(default_seconds);
     let address = flags.scene.unwrap_or_else(|| DEFAULT_SCENE.into());
     use_threads(flags.threads)?;
-    let scene = Scene::open_with(&address, &flags.opening.into())?;
+    let scene = umbrage::open_with(&address, &flags.opening.into())?;
     let camera = match flags.camera {
         None => None,
         Some(CameraFlag::Placed(camera)) => Some(camera),

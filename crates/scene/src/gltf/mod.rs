@@ -91,20 +91,4 @@ impl GltfScene {
             idle: Mutex::new(Vec::new()),
         })
     }
-
-    pub(crate) fn rig(&self) -> &Arc<Rig> {
-        &self.rig
-    }
-
-    pub(crate) fn duration_seconds(&self) -> f64 {
-        self.animations.duration_seconds
-    }
-
-    pub(crate) fn animations(&self) -> &[Animation] {
-        &self.animations.animations
-    }
-
-    pub(crate) fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
 }
