@@ -16,13 +16,13 @@ mod texture;
 mod gltf;
 mod obj;
 mod ply;
+pub mod rig;
 mod sequence;
 mod stl;
 
 pub use check::BadFrame;
 pub use error::Error;
 pub use frame::{Frame, Mesh, NamedCamera};
-pub use gltf::rig;
 pub use light::Light;
 pub use material::{Alpha, Material, Materials, TextureUse, Volume};
 pub use opacity::{ShadowingPoints, SolidPoints};

@@ -7,7 +7,7 @@ use gltf::json::animation::Property;
 
 use super::GltfScene;
 use super::nodes::Trs;
-use super::rig::{Pose, Rig};
+use crate::rig::{Pose, Rig};
 use crate::{Animated, Animation, Error, Frame};
 
 /// What a pose computes before its vertices. Kept by the scene, so that a later pose allocates nothing.
