@@ -14,7 +14,6 @@ mod packet;
 pub mod predicate;
 mod ray;
 mod single;
-pub mod triangle;
 mod triangles;
 
 pub use bounds::Bounds;
