@@ -71,9 +71,9 @@ fn settings(structure: Structure, bounces: u32) -> Settings {
     Settings { width: 90, height: 70, structure, bounces, background, camera: camera.into(), ..Settings::default() }
 }
 
-fn colors(frame: Frame, settings: &Settings) -> Vec<Vec4> {
+fn colors(frame: &Frame, settings: &Settings) -> Vec<Vec4> {
     let mut renderer = Renderer::default();
-    renderer.render_frame(&frame, settings).expect("a frame").color.clone()
+    renderer.render_frame(frame, settings).expect("a frame").color.clone()
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn a_mirror_shows_the_mirrored_scene() {
     let settings = settings(Structure::Perspective, 1);
     let frame = above_mirror(false);
     let film = renderer.render_frame(&frame, &settings).expect("a frame");
-    let mirrored = colors(above_mirror(true), &settings);
+    let mirrored = colors(&above_mirror(true), &settings);
     let is_mirror = |triangle: u32| frame.mesh.material_of_triangle.get(triangle as usize) == Some(&MIRROR);
     let mut shown = [0; 2];
     for ((color, &triangle), expected) in film.color.iter().zip(&film.triangle).zip(&mirrored) {
@@ -99,7 +99,7 @@ fn a_mirror_shows_the_mirrored_scene() {
 
 #[test]
 fn every_structure_and_level_shows_the_same_in_mirrors() {
-    let expected = colors(above_mirror(false), &settings(Structure::Perspective, 3));
+    let expected = colors(&above_mirror(false), &settings(Structure::Perspective, 3));
     let presorted = KdTreeOptions { builder: KdBuilder::Presorted, lazy_below: 20, ..KdTreeOptions::DEFAULT };
     let structures = [
         Structure::LISTED,
@@ -110,7 +110,7 @@ fn every_structure_and_level_shows_the_same_in_mirrors() {
         Structure::Bvh,
     ];
     for structure in structures {
-        assert!(colors(above_mirror(false), &settings(structure, 3)) == expected, "{structure:?}");
+        assert!(colors(&above_mirror(false), &settings(structure, 3)) == expected, "{structure:?}");
     }
     for level in SimdLevel::available() {
         let mut renderer = Renderer::with_simd_level(level);
@@ -147,7 +147,7 @@ fn light_between_mirrors_comes_by_as_many_as_asked_for() {
             ..Settings::default()
         };
         let met = MIRRORS.min(bounces as i32 + 1);
-        for color in colors(frame.frame(0.5, &[]), &settings) {
+        for color in colors(&frame.frame(0.5, &[]), &settings) {
             let ratio = color.x / 0.5_f32.powi(met);
             assert!((0.9..1.1).contains(&ratio), "{color} after {bounces} bounces: {ratio} of {met} mirrors' half");
         }
@@ -172,8 +172,8 @@ fn curved_mirrors_do_not_see_themselves_where_they_are_convex() {
         bounces,
         ..Settings::default()
     };
-    let once = colors(frame.clone(), &settings(0));
-    let often = colors(frame, &settings(8));
+    let once = colors(&frame, &settings(0));
+    let often = colors(&frame, &settings(8));
     for (once, often) in once.iter().zip(&often) {
         assert!((*once - *often).abs().max_element() < 2e-3, "{once} without bounces, {often} with");
     }

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::{Vec2, Vec3, Vec4};
 use umbrage::gpu::{DeviceLimits, Gpu};
-use umbrage::rays::{Camera, LightSource, Projection};
+use umbrage::rays::{Camera, LightSource, Projection, View};
 use umbrage::scene::{BadFrame, Frame, Light, Material, NamedCamera, Scene, TextureUse};
-use umbrage::{Error, Film, LightMask, Renderer, Settings, Settled, Stats, Structure};
+use umbrage::{CameraChoice, Error, Film, LightMask, Renderer, Seen, Settings, Settled, Stats, Structure};
 use umbrage_verify::real_scene;
 
 const SIZE: [u32; 2] = [70, 50];
@@ -247,6 +247,88 @@ fn broken_frames_are_refused() {
     check_refusals(&mut Renderer::default());
     if let Some(mut gpu) = gpu() {
         check_refusals(&mut gpu);
+    }
+}
+
+#[test]
+fn cameras_of_a_frame_are_chosen_by_number() {
+    let mut filmed = frame();
+    let other = Camera::look_at(Vec3::new(3.0, 1.0, 1.0), Vec3::ZERO, Vec3::Y, 0.6);
+    filmed.cameras = [camera(), other].map(|camera| NamedCamera { name: "".into(), camera }).into();
+    let with = |camera: CameraChoice| Settings { camera, ..settings() };
+    let check = |renderer: &mut Renderer| {
+        let [own, default, first, second] =
+            [other.into(), CameraChoice::Default, CameraChoice::Scene(0), CameraChoice::Scene(1)].map(|choice| {
+                renderer.render_frame(&filmed, &with(choice)).expect("a frame");
+                shown(renderer)
+            });
+        assert!(own == second && first == default && first != second);
+        let error = renderer.render_frame(&filmed, &with(CameraChoice::Scene(2))).expect_err("two cameras");
+        assert!(matches!(error, Error::NoSuchCamera { camera: 2, cameras: 2 }), "{error}");
+        assert!(shown(renderer) == second);
+    };
+    check(&mut Renderer::default());
+    if let Some(mut gpu) = gpu() {
+        check(&mut gpu);
+    }
+}
+
+#[test]
+fn answers_are_those_of_the_picture() {
+    let mut misses = 0;
+    for demo in ["forest", "glass", "shatter"] {
+        let scene = Scene::open(format!("demo:{demo}?triangles=2000")).expect("a scene of the gallery");
+        let mut renderer = Renderer::default();
+        renderer.render(&scene, 0.3, &settings()).expect("a frame");
+        let (of_picture, frame) = (shown(&renderer), renderer.frame().clone());
+        let view = settings().view(&frame).expect("a view");
+        let seen = renderer.see(&frame, &view).expect("an answer");
+        assert!(seen.triangles() == of_picture.seen, "{demo}");
+        for (pixel, (&triangle, depth)) in seen.triangles().iter().zip(seen.depths()).enumerate() {
+            let ([v, w], position) = (seen.barycentrics()[pixel], seen.positions()[pixel]);
+            if triangle == Seen::NO_TRIANGLE {
+                assert!(depth.is_infinite() && v.is_nan() && w.is_nan() && position.is_nan());
+                misses += 1;
+                continue;
+            }
+            let [a, b, c] = frame.triangles().corners(triangle).map(Vec3::as_dvec3);
+            let weighed = a + (b - a) * f64::from(v) + (c - a) * f64::from(w);
+            assert!(weighed.distance(position) < 1e-5 * depth, "{demo}, pixel {pixel}");
+            let along = (position - view.camera.position.as_dvec3()).dot(view.camera.forward.as_dvec3());
+            assert!((along - depth).abs() < 1e-6 * depth, "{demo}, pixel {pixel}");
+        }
+        let lit = renderer.shadow(&seen, &frame.lights).expect("an answer");
+        assert!(lit == of_picture.lit, "{demo}");
+        assert!(lit.iter().any(|mask| seen_and(&seen, |x, y| mask.is_lit(x, y))), "{demo}");
+        assert!(lit.iter().any(|mask| seen_and(&seen, |x, y| !mask.is_lit(x, y))), "{demo}");
+        // What has been rendered is still there.
+        assert!(shown(&renderer) == of_picture, "{demo}");
+    }
+    assert!(misses > 0);
+}
+
+/// Whether that is so of a pixel that shows a triangle.
+fn seen_and(seen: &Seen<'_>, is_so: impl Fn(u32, u32) -> bool) -> bool {
+    let mut pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))).zip(seen.triangles());
+    pixels.any(|((x, y), &triangle)| triangle != Seen::NO_TRIANGLE && is_so(x, y))
+}
+
+#[test]
+fn answers_without_a_frame_or_an_image_are_refused() {
+    let (mut renderer, camera) = (Renderer::default(), camera());
+    let frame = frame();
+    let view = View { camera, width: 0, height: 8 };
+    assert!(matches!(renderer.see(&frame, &view), Err(Error::ImageSize { width: 0, height: 8 })));
+    for (bad, words) in broken_frames() {
+        let error = renderer.see(&bad, &View { width: 8, ..view }).expect_err(words);
+        assert_eq!(error.to_string(), words);
+    }
+    let seen = renderer.see(&frame, &View { width: 8, ..view }).expect("an answer");
+    let error = renderer.shadow(&seen, &[spot(Vec3::ZERO, 0.3)]).expect_err("a light without a direction");
+    assert!(matches!(error, Error::Frame(BadFrame::Light { light: 0, .. })), "{error}");
+    if let Some(mut gpu) = gpu() {
+        assert!(matches!(gpu.see(&frame, &View { width: 8, ..view }), Err(Error::AnswersOnGpu)));
+        assert!(matches!(gpu.shadow(&seen, &[]), Err(Error::AnswersOnGpu)));
     }
 }
 

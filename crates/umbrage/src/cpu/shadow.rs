@@ -70,7 +70,7 @@ impl Cpu {
             Structure::Listed { light, .. } => self.shadow_through_lists(frame, lights, view, sample, light),
             Structure::Grid(_) => self.shadow_through_packets(frame, lights, view, sample),
             Structure::KdTree(options) if options.lazy_below == 0 => {
-                self.shadow_through_tree(frame, lights, view, sample)
+                self.shadow_through_tree(frame, lights, view, sample);
             }
             Structure::KdTree(_) | Structure::Bvh => self.shadow_ray_by_ray(frame, lights, view, sample),
         }
