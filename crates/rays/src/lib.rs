@@ -19,7 +19,6 @@ mod ray;
 mod shot;
 mod simd;
 mod single;
-pub mod triangle;
 mod triangles;
 mod uniform;
 
