@@ -16,7 +16,7 @@ fn main() -> Result<(), Error> {
 
     // A scanner above the scene that looks all around and down.
     let bounds = triangles.bounds();
-    let [low, high] = [bounds.min, bounds.max].map(|corner| corner.as_dvec3());
+    let [low, high] = [bounds.min.as_dvec3(), bounds.max.as_dvec3()];
     let origin = (low + high) / 2.0 + DVec3::Y * (high.y - low.y);
     let rays = (0..3600).map(|number| {
         let (turn, tilt) = (f64::from(number % 360).to_radians(), f64::from(number / 360 - 10) * 0.15);
