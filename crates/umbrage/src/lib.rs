@@ -28,7 +28,8 @@
 //! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], is what a frame cost; [`LightWork`] what a light did,
 //!   and [`WorkCounts`] what each pixel did, which [`HeatScale`] colours.
 //! - [`Sample`] is which ray of a pixel is traced, for those who trace the same ones themselves.
-//! - [`Scene`] opens files and built-in scenes; [`scene`] has what they are made of, and frames of one's own.
+//! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has what they
+//!   are made of, and frames of one's own.
 //! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit.
 //! - [`gpu`](crate::gpu) opens devices, with the feature of that name.
 //! - [`glam`] is the library whose vectors all of these take.
