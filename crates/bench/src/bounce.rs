@@ -204,7 +204,13 @@ impl Structure {
                 hits.resize(rays.len(), u32::MAX);
                 rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET)).for_each(|(rays, hits)| {
                     let mut found = [None; PACKET];
-                    grid.nearest_of_packet(triangles, rays, |_| true, &mut found[..rays.len()]);
+                    umbrage_study::uniform::nearest_of_packet(
+                        grid,
+                        triangles,
+                        rays,
+                        |_| true,
+                        &mut found[..rays.len()],
+                    );
                     hits.iter_mut().zip(found).for_each(|(hit, found)| *hit = id(found));
                 });
             }

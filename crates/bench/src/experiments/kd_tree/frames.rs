@@ -2,8 +2,9 @@ use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
 use umbrage::Scene;
-use umbrage::rays::{BackgroundKdTree, Hit, KdBuilder, KdTree, KdTreeOptions, Ray, SceneHierarchy, Triangles};
+use umbrage::rays::{Hit, KdBuilder, KdTree, KdTreeOptions, Ray, Triangles};
 use umbrage::scene::Frame;
+use umbrage_study::kdtree::{BackgroundKdTree, SceneHierarchy, build_from};
 
 use super::measure::KdFlags;
 use crate::grids::time;
@@ -101,7 +102,7 @@ impl Trial {
         let lazy = |options| KdTreeOptions { lazy_below: 1_000, ..options };
         let mut first = KdTree::default();
         first.build(triangles);
-        let hierarchy = SceneHierarchy::of_tree(&first);
+        let hierarchy = SceneHierarchy::of_tree(&first, triangles.len());
         let mut beside = Box::new(BackgroundKdTree::new(0)?);
         beside.set_options(KdTreeOptions::FAST)?;
         let rebuilds = [
@@ -123,7 +124,7 @@ impl Trial {
         let age = time(&mut spent[0], || -> Result<_> {
             match &mut self.rebuild {
                 Rebuild::Anew(tree) => tree.build(triangles),
-                Rebuild::From(tree, hierarchy) => tree.build_from(triangles, hierarchy)?,
+                Rebuild::From(tree, hierarchy) => build_from(tree, triangles, hierarchy)?,
                 Rebuild::Beside(trees) => return Ok(Some(trees.advance(triangles))),
             }
             Ok(None)

@@ -1,14 +1,13 @@
 //! The two-level kd-tree, frame after frame, against the predicate asked about every triangle.
 
+#[path = "../../rays/tests/support/mod.rs"]
 mod support;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use support::{Mesh, Random, blocked_by_any, is_usable, nearest_of_all as nearest};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{
-    Hit, ImpossibleObjects, KdBuilder, KdMotion, KdObject, KdTraversal, KdTreeOptions, LightSource, Ray, Triangles,
-    TwoLevelKdTree,
-};
+use umbrage_rays::{Hit, KdBuilder, KdTraversal, KdTreeOptions, LightSource, Ray, Triangles};
+use umbrage_study::kdtree::{ImpossibleObjects, KdMotion, KdObject, TwoLevelKdTree};
 
 /// What moves in which way, and as it is in some space of its own.
 struct Part {

@@ -1,15 +1,14 @@
 //! The kd-tree that is built beside tracing, frame after frame, against the predicate asked about every triangle.
 
+#[path = "../../rays/tests/support/mod.rs"]
 mod support;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use support::{Mesh, Random, blocked_by_any, nearest_of_all as nearest};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{
-    BackgroundKdTree, Hit, ImpossibleBackground, KdBuilder, KdLayout, KdTreeOptions, LightSource, Ray, RebuildPolicy,
-    Triangles,
-};
+use umbrage_rays::{Hit, KdBuilder, KdLayout, KdTreeOptions, LightSource, Ray, Triangles};
+use umbrage_study::kdtree::{BackgroundKdTree, ImpossibleBackground, RebuildPolicy};
 
 /// Uses the first tree for all frames of the same triangles.
 const NEVER: RebuildPolicy = RebuildPolicy { rebuild_above: f64::INFINITY, wait_above: f64::INFINITY };
