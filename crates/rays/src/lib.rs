@@ -27,9 +27,8 @@ pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
 pub use camera_grid::{GridCounts, ImageTooLarge, PerspectiveGrid};
 pub use kdtree::{
-    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdCulling, KdEntry, KdLayout, KdMailbox, KdPacketOptions,
-    KdPacketVisits, KdPacketWidth, KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts,
-    UnknownKdName,
+    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth,
+    KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts, UnknownKdName,
 };
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace, LightGrid, LightGridCounts, LightGridSeconds};
@@ -48,7 +47,10 @@ pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformCounts
 /// What `umbrage-study` needs of the crate's inside. Not part of the public API.
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::kdtree::{Branch, Candidate, Cell, Extent, Job, Node, Nodes, Plane, Reference, Sides};
+    pub use crate::kdtree::{
+        Ask, Branch, Candidate, Cell, Extent, Filter, HALF_ULP, Job, LANES, MOST_RAYS, Node, Nodes, Plane, Rays,
+        Reference, Scale, Sides, Wide, load,
+    };
     pub use crate::packet::{Group, Planes};
     pub use crate::single::{Visit, blocked, nearest};
     pub use crate::triangles::Unusable;

@@ -10,5 +10,6 @@ pub mod kdtree;
 #[allow(dead_code, reason = "some of it is for other tests")]
 #[path = "../../gpu/tests/common/layout.rs"]
 mod layout;
+pub mod shaft;
 pub mod triangle;
 pub mod uniform;

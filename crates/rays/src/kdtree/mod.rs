@@ -32,7 +32,10 @@ pub use layout::Branch;
 pub use names::UnknownKdName;
 pub use node::{Node, Nodes};
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
-pub use packet::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth};
+pub use packet::{
+    Ask, Filter, HALF_ULP, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth, LANES, MOST_RAYS, Rays, Scale,
+    Wide, load,
+};
 pub use statistics::{KdTreeCounts, KdTreeVisits};
 
 /// The triangles of a frame, listed in the cells of a kd-tree.
@@ -130,6 +133,13 @@ impl KdTree {
     #[must_use]
     pub fn ids(&self) -> &[u32] {
         &self.ids
+    }
+
+    /// Which instructions packets use.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn level(&self) -> SimdLevel {
+        self.level
     }
 
     /// The box around all triangles that can be hit.

@@ -35,7 +35,7 @@ impl KdBouncesFlags {
         let packets = Some(KdPacketOptions::default());
         let ways: Vec<Way> = TRAVERSALS
             .iter()
-            .flat_map(|&traversal| [None, packets].map(|packets| Way { traversal, packets }))
+            .flat_map(|&traversal| [None, packets].map(|packets| Way { traversal, packets, shafts: None }))
             .collect();
         for address in &self.scenes {
             let frame = frame(address)?;

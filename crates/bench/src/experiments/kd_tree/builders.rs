@@ -1,7 +1,7 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::ThreadPoolBuilder;
-use umbrage::rays::{KdBuilder, KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray};
+use umbrage::rays::{KdBuilder, KdTraversal, KdTree, KdTreeOptions, Ray};
 use umbrage::scene::Frame;
 
 use super::measure::{Cost, KdFlags, Way, frame, race};
@@ -99,7 +99,7 @@ impl KdBuildersFlags {
                 times.iter_mut().zip(spent).for_each(|(times, spent)| times.push(spent));
             }
         }
-        let way = Way { traversal: KdTraversal::Stack, packets: None::<KdPacketOptions> };
+        let way = Way { traversal: KdTraversal::Stack, packets: None, shafts: None };
         let mut costs = Vec::new();
         for rays in rays {
             costs.extend(race(&mut tree, triangles, rays, &[way], self.common.rounds)?);

@@ -53,7 +53,7 @@ impl KdTraversalsFlags {
             let (mirrored, scattered) = (mirrored(triangles, &camera, &hits), scattered(triangles, &camera, &hits));
             for (kind, rays) in [("camera", &camera), ("mirror", &mirrored), ("diffuse", &scattered)] {
                 for (width, packets) in widths() {
-                    let ways = TRAVERSALS.map(|traversal| Way { traversal, packets });
+                    let ways = TRAVERSALS.map(|traversal| Way { traversal, packets, shafts: None });
                     let costs = race(&mut tree, triangles, rays, &ways, self.common.rounds)?;
                     for (at, (way, cost)) in ways.iter().zip(&costs).enumerate() {
                         let row = row([name(address), kind, width], way.traversal, cost, &costs[0], rays.len());
