@@ -1,6 +1,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
-use umbrage_rays::internals::{Ask, Filter, HALF_ULP, LANES, Nodes, Rays, Scale, load};
+use umbrage_rays::internals::{Ask, Filter, HALF_ULP, LANES, Nodes, Rays, Scale};
 use umbrage_rays::{KdMailbox, KdTree, Triangles};
 
 use super::search::Met;
