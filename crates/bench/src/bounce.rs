@@ -79,10 +79,10 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
             table.push(&runner.row(name(&address), &race))?;
         }
     }
-    table.note(
-        "rays_us: rays a microsecond; ratio: that over single rays of Embree with medium build quality; differ:",
-    )?;
-    table.note("rays whose hit is another triangle than the predicate's, or none. All triangles opaque, single precision rays.")?;
+    table.notes(&[
+            "rays_us: rays a microsecond; ratio: that over single rays of Embree with medium build quality; differ:",
+            "rays whose hit is another triangle than the predicate's, or none. All triangles opaque, single precision rays.",
+        ])?;
     Ok(table.finish()?)
 }
 

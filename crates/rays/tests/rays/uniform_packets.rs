@@ -6,7 +6,7 @@ use umbrage_rays::{
     UniformGrid, UniformOptions, Unmasked, View,
 };
 
-use crate::support::{Mesh, Random, assert_exact, is_same, view};
+use crate::support::{self, Mesh, Random, assert_exact, is_same, view};
 
 const MIDDLE: DVec2 = DVec2::splat(0.5);
 

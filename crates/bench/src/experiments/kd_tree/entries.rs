@@ -6,7 +6,7 @@ use umbrage_study::shaft::{KdCulling, KdEntry, ShaftLead, ShaftOptions};
 use super::measure::{Cost, KdFlags, Way, frame, race, tree};
 use crate::rays::{hits_of, mirrored, of_camera};
 use crate::shot::{Lights, Shot, name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct KdEntriesFlags {
@@ -36,8 +36,7 @@ const COLUMNS: &[(&str, usize)] = &[
 impl KdEntriesFlags {
     /// Measures and prints.
     pub(crate) fn run(&self) -> Result<()> {
-        self.common.start()?;
-        let mut table = Table::start(self.common.form, &self.common.conditions(), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         let all = forms();
         let packets = Some(KdPacketOptions::default());
         let of = |&options| Way { traversal: KdTraversal::Stack, packets, shafts: Some(options) };
@@ -54,9 +53,11 @@ impl KdEntriesFlags {
                 }
             }
         }
-        table.note("rays_us: rays a microsecond; ratio: over packets of 16 from the root. Thousands of nodes, of nodes on which")?;
-        table.note("packets looked for where to begin, of leaves, of triangles tested for up to 16 rays, and of triangles left")?;
-        table.note("out for all rays of a shaft (with the feature `statistics`).")?;
+        table.notes(&[
+            "rays_us: rays a microsecond; ratio: over packets of 16 from the root. Thousands of nodes, of nodes on which",
+            "packets looked for where to begin, of leaves, of triangles tested for up to 16 rays, and of triangles left",
+            "out for all rays of a shaft (with the feature `statistics`).",
+        ])?;
         Ok(table.finish()?)
     }
 }

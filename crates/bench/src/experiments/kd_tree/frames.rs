@@ -11,7 +11,7 @@ use crate::grids::time;
 use crate::median::median;
 use crate::rays::{Hits, PACKET, of_camera};
 use crate::shot::{Lights, Shot, name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct KdFramesFlags {
@@ -41,8 +41,7 @@ const COLUMNS: &[(&str, usize)] = &[
 impl KdFramesFlags {
     /// Measures and prints.
     pub(crate) fn run(&self) -> Result<()> {
-        self.common.start()?;
-        let mut table = Table::start(self.common.form, &self.common.conditions(), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         for address in &self.scenes {
             let scene = Scene::open(address).with_context(|| format!("scene {address}"))?;
             let mut frame = Frame::default();
@@ -63,9 +62,11 @@ impl KdFramesFlags {
                 table.push(&trial.row(name(address), frame.triangles().len(), &first))?;
             }
         }
-        table.note("Camera rays one at a time, frame after frame; medians in milliseconds. ratio: of the first one's frame. built:")?;
-        table.note("parts of the frames for which a tree was built, or of lazy trees' subtrees that rays reached; age: frames since")?;
-        table.note("the traced tree's own. differ: rays that hit something else than through the first tree.")?;
+        table.notes(&[
+            "Camera rays one at a time, frame after frame; medians in milliseconds. ratio: of the first one's frame. built:",
+            "parts of the frames for which a tree was built, or of lazy trees' subtrees that rays reached; age: frames since",
+            "the traced tree's own. differ: rays that hit something else than through the first tree.",
+        ])?;
         Ok(table.finish()?)
     }
 }

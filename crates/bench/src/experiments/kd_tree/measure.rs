@@ -13,7 +13,7 @@ use crate::flags::{draw, size, use_threads};
 use crate::grids::time;
 use crate::median::median;
 use crate::rays::{Hits, PACKET};
-use crate::table::Form;
+use crate::table::{Columns, Form, Table};
 
 /// Flags of every experiment with kd-trees.
 #[derive(Args, Debug)]
@@ -29,20 +29,28 @@ pub(crate) struct KdFlags {
     threads: Option<u16>,
     /// How the results are written
     #[arg(long, value_enum, default_value = "table")]
-    pub(super) form: Form,
+    form: Form,
     /// Draw them as well
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
 }
 
 impl KdFlags {
-    /// Has everything use as many threads as are asked for.
-    pub(super) fn start(&self) -> Result<()> {
-        use_threads(self.threads)
+    /// Has everything use as many threads as are asked for, and begins the table.
+    pub(super) fn start(&self, columns: Columns) -> Result<Table> {
+        use_threads(self.threads)?;
+        Ok(Table::start(self.form, &self.conditions(), columns)?)
+    }
+
+    /// The same for what a device does, in milliseconds.
+    pub(super) fn start_on(&self, device: &str, columns: Columns) -> Result<Table> {
+        use_threads(self.threads)?;
+        let conditions = format!("{device}, {}, milliseconds", self.conditions());
+        Ok(Table::start(self.form, &conditions, columns)?)
     }
 
     /// How everything is measured, in one line.
-    pub(super) fn conditions(&self) -> String {
+    fn conditions(&self) -> String {
         let [width, height] = self.size;
         let (threads, rounds) = (rayon::current_num_threads(), self.rounds);
         format!("rays of {width}x{height} pixels, threads {threads}, medians of {rounds} rounds")
