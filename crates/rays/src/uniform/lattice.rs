@@ -68,11 +68,11 @@ impl CellBox {
 
 impl Lattice {
     /// How far boxes of triangles are grown, in cells.
-    pub(super) const MARGIN: f64 = 1.0 / (1 << 12) as f64;
+    pub const MARGIN: f64 = 1.0 / (1 << 12) as f64;
     /// How wrong a traversal's cell coordinates may be.
     pub const DOUBT: f64 = 0.5 * Self::MARGIN;
     /// Most cells along an axis.
-    pub(super) const MOST_ON_A_SIDE: u32 = 1 << 12;
+    pub const MOST_ON_A_SIDE: u32 = 1 << 12;
     /// Most cells in all, before each side is rounded up.
     pub(super) const MOST_CELLS: f64 = (1 << 26) as f64;
     /// Least distance of the bounds from the lattice's faces, in cells.
