@@ -1,7 +1,6 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::Scene;
 use umbrage::rays::{Hit, KdBuilder, KdTree, KdTreeOptions, Ray, Triangles};
 use umbrage::scene::Frame;
 use umbrage_study::kdtree::{BackgroundKdTree, SceneHierarchy, build_from};
@@ -43,7 +42,7 @@ impl KdFramesFlags {
     pub(crate) fn run(&self) -> Result<()> {
         let mut table = self.common.start(COLUMNS)?;
         for address in &self.scenes {
-            let scene = Scene::open(address).with_context(|| format!("scene {address}"))?;
+            let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
             let mut frame = Frame::default();
             scene.pose(0.0, &mut frame)?;
             let mut trials = Trial::all(frame.triangles())?;
