@@ -10,10 +10,25 @@ pub(crate) fn root() -> Result<PathBuf, String> {
     root.canonicalize().map_err(|error| format!("{}: {error}", root.display()))
 }
 
-/// The program of that name that a release build makes.
-pub(crate) fn released(root: &Path, name: &str) -> PathBuf {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    root.join(target).join("release").join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+/// How programs are compiled.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Build {
+    /// As tests are.
+    Dev,
+    /// As users compile them.
+    Release,
+}
+
+impl Build {
+    /// The program of that name.
+    pub(crate) fn program(self, root: &Path, name: &str) -> PathBuf {
+        let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+        let folder = match self {
+            Self::Dev => "debug",
+            Self::Release => "release",
+        };
+        root.join(target).join(folder).join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+    }
 }
 
 /// All files under `root` with this extension, sorted; hidden folders and build output are left out.
