@@ -15,7 +15,7 @@ pub(crate) fn check(root: &Path) -> Outcome {
     let mut test = if Program::Nextest.is_here() {
         let others = format!("not ({})", APART.map(|name| format!("binary(={name})")).join(" or "));
         let mut nextest = cargo_workspace(root, &["nextest", "run"]);
-        nextest.args(["--no-fail-fast", "--final-status-level", "none", "-E", &others]);
+        nextest.args(["--no-fail-fast", "-E", &others]);
         nextest
     } else {
         let programs = match test_programs(root) {
