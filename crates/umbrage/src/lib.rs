@@ -13,6 +13,25 @@
 //! assert!(film.depth.iter().any(|depth| depth.is_finite()));
 //! # Ok::<(), umbrage::Error>(())
 //! ```
+//!
+//! `examples/` shows triangles of one's own that change in each frame (`own_triangles`), which points of a set a light reaches
+//! (`point_visibility`), rays from anywhere (`rays`), a GPU (`gpu_frame`) and an animation in a file (`animation`).
+//!
+//! All that is public, and what it is for:
+//!
+//! - [`Renderer`] renders scenes and frames, and answers what is seen and lit; [`Error`] says why it doesn't.
+//! - [`Settings`] say how: [`CameraChoice`] from where, [`Structure`] through what, [`Background`] (with [`Panorama`] for
+//!   images) before what, [`ToneMap`] how bright.
+//! - [`Film`] is what each pixel saw, [`Image`] that for a screen; [`output`] writes files of either.
+//! - [`Seen`] and [`LightMask`] are answers of [`Renderer::see`] and [`Renderer::shadow`] without a picture; [`Probe`], with a
+//!   [`Blocker`] for each light, is all about one pixel.
+//! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], is what a frame cost; [`LightWork`] what a light did,
+//!   and [`WorkCounts`] what each pixel did, which [`HeatScale`] colours.
+//! - [`Sample`] is which ray of a pixel is traced, for those who trace the same ones themselves.
+//! - [`Scene`] opens files and built-in scenes; [`scene`] has what they are made of, and frames of one's own.
+//! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit.
+//! - [`gpu`](crate::gpu) opens devices, with the feature of that name.
+//! - [`glam`] is the library whose vectors all of these take.
 #![forbid(unsafe_code)]
 
 mod answers;
@@ -23,7 +42,6 @@ mod error;
 mod film;
 mod frame;
 #[cfg(feature = "gpu")]
-#[doc(hidden)]
 pub mod gpu;
 mod heat_scale;
 pub mod output;
@@ -42,6 +60,7 @@ pub use background::Background;
 pub use cpu::{LightMask, LightWork};
 pub use error::Error;
 pub use film::{Film, Image};
+pub use glam;
 pub use heat_scale::HeatScale;
 pub use panorama::Panorama;
 pub use probe::{Blocker, Probe};

@@ -8,6 +8,7 @@ mod command;
 mod cpu_tests;
 mod cpu_time;
 mod debian;
+mod examples;
 mod file_length;
 mod gpu_tests;
 mod licences;
@@ -44,13 +45,14 @@ const CHECKS: &[Check] = &[
     ("clippy", |root| run(cargo_workspace(root, &["clippy", "--all-targets"]).args(["--", "-D", "warnings"]))),
     ("docs", |root| run(cargo_workspace(root, &["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))),
     ("tests", cpu_tests::check),
+    ("examples", examples::check),
     ("GPU tests", gpu_tests::check),
     ("window", window::check),
     ("doc tests", |root| run(&mut cargo_workspace(root, &["test", "--doc"]))),
     ("benchmarks", cpu_tests::check_benchmarks),
     ("programs", |root| run(&mut cargo_workspace(root, &["build", "--bins"]))),
     ("smoke render", |root| smoke::check(root, Build::Dev)),
-    ("watertight", |root| watertight::check(root, Build::Dev)),
+    ("watertight", |root| watertight::check(root, Build::Dev, "1e6")),
 ];
 
 /// What `--all` adds: everything is compiled once more, as users compile it.
@@ -59,7 +61,7 @@ const LONG_CHECKS: &[Check] = &[
         run(cargo(root).args(["build", "--release", "--bins", "-p", "umbrage-cli", "-p", "umbrage-verify", "--locked"]))
     }),
     ("smoke, release", |root| smoke::check(root, Build::Release)),
-    ("10⁷ rays", |root| watertight::check(root, Build::Release)),
+    ("10⁷ rays", |root| watertight::check(root, Build::Release, "1e7")),
 ];
 
 fn main() -> ExitCode {

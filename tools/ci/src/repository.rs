@@ -15,6 +15,8 @@ pub(crate) fn root() -> Result<PathBuf, String> {
 pub(crate) enum Build {
     /// As tests are.
     Dev,
+    /// Examples, as tests are.
+    Example,
     /// As users compile them.
     Release,
 }
@@ -25,6 +27,7 @@ impl Build {
         let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
         let folder = match self {
             Self::Dev => "debug",
+            Self::Example => "debug/examples",
             Self::Release => "release",
         };
         root.join(target).join(folder).join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
