@@ -9,6 +9,7 @@ mod bvh;
 mod camera;
 mod camera_grid;
 mod counting_sort;
+mod direct;
 mod kdtree;
 mod light;
 mod light_grid;
@@ -16,9 +17,11 @@ mod listed;
 mod packet;
 pub mod predicate;
 mod ray;
+pub mod ray_by_ray;
 mod shot;
 mod simd;
 mod single;
+mod structure;
 pub mod triangle;
 mod triangles;
 mod uniform;
@@ -26,7 +29,8 @@ mod uniform;
 pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
-pub use camera_grid::{GridCounts, ImageTooLarge, PerspectiveGrid};
+pub use camera_grid::{ImageTooLarge, PerspectiveGrid};
+pub use direct::DirectGrids;
 pub use kdtree::{
     BackgroundKdTree, Clipping, ImpossibleBackground, ImpossibleHierarchy, ImpossibleKdTreeOptions, ImpossibleObjects,
     KdAge, KdBuilder, KdCulling, KdEntry, KdLayout, KdMailbox, KdMotion, KdObject, KdPacketOptions, KdPacketVisits,
@@ -34,15 +38,18 @@ pub use kdtree::{
     SceneHierarchy, TwoLevelCounts, TwoLevelKdTree, UnknownKdName,
 };
 pub use light::LightSource;
-pub use light_grid::{LightCell, LightCells, LightFace, LightGrid, LightGridCounts, LightGridSeconds};
+pub use light_grid::{LightCell, LightCells, LightFace, LightGrid};
 pub use listed::{
-    Cells, ImpossibleCells, ImpossibleLightCells, ListedCounts, ListedGrid, ListedLightCounts, ListedLightGrid,
-    ListedLightOptions, ListedLightSeconds, ListedOptions, ListedSeconds,
+    Cells, ImpossibleCells, ImpossibleLightCells, ListedGrid, ListedGrids, ListedLightGrid, ListedLightOptions,
+    ListedOptions,
 };
 pub use ray::{Hit, Ray};
 pub use shot::{
-    Mask, MaskAnswers, MaskPoints, PixelWork, SeenImage, SeenPixels, ShadowMask, TileOrder, Unmasked, Work,
+    Bytes, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds, SeenPixels,
+    Shot, Sides, TileOrder, Work,
 };
 pub use simd::{SimdLevel, UnknownSimdLevel};
+pub use single::{SingleRays, Visit};
+pub use structure::{Specialised, Structure};
 pub use triangles::{Omitted, OmittedKind, Triangles};
-pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformCounts, UniformGrid, UniformOptions};
+pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};

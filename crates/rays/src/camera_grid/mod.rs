@@ -21,7 +21,7 @@ mod validate;
 use std::sync::Mutex;
 
 use crate::predicate::crossing;
-use crate::{Hit, Omitted, Triangles};
+use crate::{Hit, Omitted, Triangles, View};
 
 use crate::shot::{SeenPixels, TileOrder};
 use crate::simd::SimdLevel;
@@ -39,7 +39,6 @@ pub struct PerspectiveGrid {
     /// None before the first build.
     space: Option<PixelSpace>,
     triangle_count: usize,
-    culls_back_faces: bool,
     vertices: Vec<Vertex>,
     /// In order of triangle ids.
     ranges: Vec<Bins>,
@@ -51,36 +50,6 @@ pub struct PerspectiveGrid {
 impl std::fmt::Debug for PerspectiveGrid {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("PerspectiveGrid").field("triangles", &self.triangle_count).finish_non_exhaustive()
-    }
-}
-
-/// How much work a frame was.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct GridCounts {
-    /// Samples of tiny triangles, tested while building.
-    pub fragments: u64,
-    /// Pairs of a larger triangle and a tile.
-    pub listed: u64,
-    /// Pairs of a triangle and a sample that the filter left undecided.
-    pub undecided: u64,
-    /// Those of them that were handed to the predicate, since nothing nearer was found.
-    pub referred: u64,
-    /// Samples whose depth the predicate gave, since the filter's wasn't exact enough.
-    pub refined: u64,
-}
-
-impl GridCounts {
-    /// Each count with its name.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, u64); 5] {
-        let Self { fragments, listed, undecided, referred, refined } = *self;
-        [
-            ("fragments", fragments),
-            ("listed", listed),
-            ("undecided", undecided),
-            ("referred", referred),
-            ("refined", refined),
-        ]
     }
 }
 
@@ -96,6 +65,11 @@ pub struct ImageTooLarge {
 impl ImageTooLarge {
     /// Pixels that a side may have at most.
     pub const LARGEST_SIDE: u32 = 1 << 16;
+
+    pub(crate) fn check(view: &View) -> Result<(), Self> {
+        let &View { width, height, .. } = view;
+        if width.max(height) > Self::LARGEST_SIDE { Err(Self { width, height }) } else { Ok(()) }
+    }
 }
 
 impl std::fmt::Display for ImageTooLarge {
@@ -112,12 +86,6 @@ impl PerspectiveGrid {
     #[must_use]
     pub fn with_level(level: SimdLevel) -> Self {
         Self { level, ..Self::default() }
-    }
-
-    /// Says whether triangles whose corners are seen clockwise are there from the next build on; they are unless this
-    /// says otherwise.
-    pub fn set_culls_back_faces(&mut self, culls: bool) {
-        self.culls_back_faces = culls;
     }
 
     /// The triangles that were left out because no ray can hit them.

@@ -3,7 +3,9 @@
 //! [`light_grid`](crate::light_grid) are compared with.
 
 mod camera;
+mod grids;
 mod light;
 
-pub use camera::{Cells, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds};
-pub use light::{ImpossibleLightCells, ListedLightCounts, ListedLightGrid, ListedLightOptions, ListedLightSeconds};
+pub use camera::{Cells, ImpossibleCells, ListedGrid, ListedOptions};
+pub use grids::ListedGrids;
+pub use light::{ImpossibleLightCells, ListedLightGrid, ListedLightOptions};

@@ -23,7 +23,7 @@ use glam::Vec3;
 
 use super::extent::Extent;
 use super::{ImpossibleKdTreeOptions, KdTree, KdTreeOptions};
-use crate::Omitted;
+use crate::{Omitted, Structure};
 
 /// When a [`BackgroundKdTree`] is built again: by what rays through it are expected to cost, in parts of what they did when it
 /// was built.
@@ -192,7 +192,7 @@ impl BackgroundKdTree {
 
 impl Built {
     fn bytes(&self) -> usize {
-        self.tree.bytes()
+        self.tree.bytes().triangles
             + self.positions.capacity() * size_of::<Vec3>()
             + self.indices.capacity() * size_of::<[u32; 3]>()
             + self.unusable.capacity() * size_of::<u32>()

@@ -16,7 +16,7 @@ use glam::DAffine3;
 
 use super::extent::Extent;
 use super::{KdTree, KdTreeCounts, KdTreeOptions, SahCosts};
-use crate::Omitted;
+use crate::{Omitted, Structure};
 use moved::Rest;
 
 /// How an object's triangles come to where they are.
@@ -157,10 +157,10 @@ impl TwoLevelKdTree {
     /// Bytes held, counting what is only used while building.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let object = |object: &Object| object.tree.bytes() + object.rest.as_ref().map_or(0, Rest::bytes);
+        let object = |object: &Object| object.tree.bytes().triangles + object.rest.as_ref().map_or(0, Rest::bytes);
         self.objects.iter().map(object).sum::<usize>()
             + self.objects.capacity() * size_of::<Object>()
-            + self.top.bytes()
+            + self.top.bytes().triangles
     }
 
     /// What the trees are like; all zeros before the first update.

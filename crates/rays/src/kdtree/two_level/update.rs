@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::moved::Rest;
 use super::{ImpossibleObjects, KdMotion, KdObject, KdTree, KdTreeOptions, Object, TwoLevelKdTree};
 use crate::kdtree::extent::{Extent, Reference};
-use crate::{Omitted, Triangles};
+use crate::{Omitted, Structure, Triangles};
 
 impl TwoLevelKdTree {
     /// Makes trees those of a frame, on all threads of the current pool. Objects are known by their places: one that has

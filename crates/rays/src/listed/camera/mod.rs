@@ -18,6 +18,7 @@ use std::sync::Mutex;
 
 use crate::camera_grid::bins::bytes_of;
 use crate::camera_grid::pixel_space::{PixelSpace, Vertex};
+use crate::shot::Seconds;
 use crate::{Hit, Omitted, SeenPixels, Triangles};
 use crate::{SimdLevel, TileOrder};
 pub use cells::{Cells, ImpossibleCells};
@@ -51,7 +52,7 @@ pub struct ListedGrid {
     tiles: Vec<TileCells>,
     omitted: Omitted,
     dropped: u64,
-    seconds: ListedSeconds,
+    seconds: Seconds,
     /// One for each thread.
     scratch: Vec<Mutex<Box<Samples>>>,
 }
@@ -62,13 +63,11 @@ impl std::fmt::Debug for ListedGrid {
     }
 }
 
-/// The parameters of a [`ListedGrid`]. They change how fast it is, and `culls_back_faces` alone what it finds.
+/// The parameters of a [`ListedGrid`]. They change how fast it is, and nothing that it finds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ListedOptions {
     /// How the view is cut into cells.
     pub cells: Cells,
-    /// Whether triangles whose corners are seen clockwise are not there.
-    pub culls_back_faces: bool,
     /// Whether triangles are tested only in those blocks of 4×4 pixels that they can be the nearest in, by their bounds
     /// and their nearest corner. Otherwise all pixels of a sorting tile that may still find something nearer test all
     /// of a cell's triangles, as in the paper.
@@ -77,45 +76,13 @@ pub struct ListedOptions {
 
 impl ListedOptions {
     /// What measured best.
-    pub const DEFAULT: Self = Self { cells: Cells::DEFAULT, culls_back_faces: false, skips_blocks: true };
+    pub const DEFAULT: Self = Self { cells: Cells::DEFAULT, skips_blocks: true };
 }
 
 impl Default for ListedOptions {
     fn default() -> Self {
         Self::DEFAULT
     }
-}
-
-/// How much work a frame was.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ListedCounts {
-    /// Triangles that could be hit by no sample's ray, and weren't listed.
-    pub dropped: u64,
-    /// Pairs of a triangle and a cell.
-    pub pairs: u64,
-    /// Cells with triangles that were searched.
-    pub cells: u64,
-    /// Pairs of a triangle and a block of 4×4 samples that were tested.
-    pub tests: u64,
-    /// Pairs of a triangle and a sample that the filter left undecided.
-    pub undecided: u64,
-    /// Those of them that were handed to the predicate, since nothing nearer was found.
-    pub referred: u64,
-    /// Pixels whose depth was found again in f64, since the filter's wasn't good enough.
-    pub refined: u64,
-}
-
-/// What each stage of the last frame took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ListedSeconds {
-    /// Vertices to pixel space.
-    pub project: f64,
-    /// Triangles dropped or listed.
-    pub list: f64,
-    /// Pairs sorted by cell.
-    pub sort: f64,
-    /// Cells searched.
-    pub trace: f64,
 }
 
 impl ListedGrid {
@@ -133,7 +100,7 @@ impl ListedGrid {
 
     /// What each stage of the last build and trace took.
     #[must_use]
-    pub fn seconds(&self) -> ListedSeconds {
+    pub fn seconds(&self) -> Seconds {
         self.seconds
     }
 
