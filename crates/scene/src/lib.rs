@@ -27,6 +27,6 @@ pub use frame::{Frame, Mesh, NamedCamera};
 pub use gltf::rig;
 pub use light::Light;
 pub use material::{Alpha, Material, Materials, TextureUse, Volume};
-pub use opacity::{ShadowingPoints, SolidPoints};
+pub use opacity::FrameOpacity;
 pub use scene::{Animation, Clip, OpenOptions, Scene};
 pub use texture::{ColorSpace, Filter, Texture, Wrap};

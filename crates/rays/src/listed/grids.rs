@@ -29,7 +29,7 @@ impl Structure for ListedGrids {
         Ok(Work { counts: self.camera.trace(shot, seen), seconds: self.camera.seconds() })
     }
 
-    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work {
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [&mut LightMask]) -> Work {
         shot.expect_masks(seen, lights, masks);
         let Self { light: grid, of_lights, .. } = self;
         of_lights.clear();
