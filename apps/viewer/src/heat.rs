@@ -2,7 +2,7 @@
 
 use eframe::egui::Color32;
 use serde::{Deserialize, Serialize};
-use umbrage::rays::{LightCells, PixelWork, Work};
+use umbrage::rays::{LightCells, PixelCounts, PixelWork};
 use umbrage::{Error, HeatScale, Renderer, Settings, Structure};
 
 use crate::choices::EngineChoice;
@@ -38,7 +38,7 @@ impl Heat {
     }
 
     /// `None` for what isn't the work of camera rays.
-    fn of(self, work: Work) -> Option<u32> {
+    fn of(self, work: PixelCounts) -> Option<u32> {
         match self {
             Self::Tested => Some(work.tested),
             Self::Cells => Some(work.cells),

@@ -27,19 +27,6 @@ const MODULES: &[(&str, &str)] = &[
     ("grid::set_up", include_str!("grid/set_up.wgsl")),
     ("grid::space", include_str!("grid/space.wgsl")),
     ("grid::transform", include_str!("grid/transform.wgsl")),
-    ("kdtree::bounce", include_str!("kdtree/bounce.wgsl")),
-    ("kdtree::eye", include_str!("kdtree/eye.wgsl")),
-    ("kdtree::levels", include_str!("kdtree/levels.wgsl")),
-    ("kdtree::lighten", include_str!("kdtree/lighten.wgsl")),
-    ("kdtree::line", include_str!("kdtree/line.wgsl")),
-    ("kdtree::packet", include_str!("kdtree/packet.wgsl")),
-    ("kdtree::raster", include_str!("kdtree/raster.wgsl")),
-    ("kdtree::records", include_str!("kdtree/records.wgsl")),
-    ("kdtree::settle", include_str!("kdtree/settle.wgsl")),
-    ("kdtree::stack", include_str!("kdtree/stack.wgsl")),
-    ("kdtree::surface", include_str!("kdtree/surface.wgsl")),
-    ("kdtree::tester", include_str!("kdtree/tester.wgsl")),
-    ("kdtree::trail", include_str!("kdtree/trail.wgsl")),
     ("light::assign", include_str!("light/assign.wgsl")),
     ("light::balance", include_str!("light/balance.wgsl")),
     ("light::blocks", include_str!("light/blocks.wgsl")),
@@ -87,31 +74,41 @@ const MODULES: &[(&str, &str)] = &[
 /// # Panics
 /// If `path`, or a module that it imports, isn't listed here.
 pub(crate) fn link(path: &str) -> String {
-    let mut joined = Vec::new();
+    link_with(&[], path)
+}
+
+/// As [`link`], where a module may also be one of `others`, which have paths and texts as the crate's own.
+///
+/// # Panics
+/// If `path`, or a module that it imports, is neither listed here nor among `others`.
+#[doc(hidden)]
+#[must_use]
+pub fn link_with(others: &[(&str, &str)], path: &str) -> String {
     let mut text = String::new();
-    join(path, &mut joined, &mut text);
+    join(others, path, &mut Vec::new(), &mut text);
     text
 }
 
 /// A shader's whole text, for a root module that isn't listed here, such as a test's.
 pub(crate) fn link_text(root: &str) -> String {
     let mut text = String::new();
-    join_text(root, &mut Vec::new(), &mut text);
+    join_text(&[], root, &mut Vec::new(), &mut text);
     text
 }
 
-fn join<'a>(path: &'a str, joined: &mut Vec<&'a str>, text: &mut String) {
+fn join<'a>(others: &[(&str, &'a str)], path: &'a str, joined: &mut Vec<&'a str>, text: &mut String) {
     if joined.contains(&path) {
         return;
     }
     joined.push(path);
-    let Some((_, module)) = MODULES.iter().find(|(name, _)| *name == path) else { panic!("no shader module {path}") };
-    join_text(module, joined, text);
+    let mut modules = MODULES.iter().chain(others);
+    let Some((_, module)) = modules.find(|(name, _)| *name == path) else { panic!("no shader module {path}") };
+    join_text(others, module, joined, text);
 }
 
-fn join_text<'a>(module: &'a str, joined: &mut Vec<&'a str>, text: &mut String) {
+fn join_text<'a>(others: &[(&str, &'a str)], module: &'a str, joined: &mut Vec<&'a str>, text: &mut String) {
     for path in module.lines().filter_map(imported) {
-        join(path, joined, text);
+        join(others, path, joined, text);
     }
     for line in module.lines().filter(|line| imported(line).is_none()) {
         text.push_str(line);

@@ -9,7 +9,7 @@ mod bvh;
 mod camera;
 mod camera_grid;
 mod counting_sort;
-mod direct;
+mod grids;
 mod kdtree;
 mod light;
 mod light_grid;
@@ -22,7 +22,6 @@ mod shot;
 mod simd;
 mod single;
 mod structure;
-pub mod triangle;
 mod triangles;
 mod uniform;
 
@@ -30,7 +29,7 @@ pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
 pub use camera_grid::{ImageTooLarge, PerspectiveGrid};
-pub use direct::DirectGrids;
+pub use grids::{CameraGrid, DirectGrids, Grids, LightsGrid, ListedGrids};
 pub use kdtree::{
     BackgroundKdTree, Clipping, ImpossibleBackground, ImpossibleHierarchy, ImpossibleKdTreeOptions, ImpossibleObjects,
     KdAge, KdBuilder, KdCulling, KdEntry, KdLayout, KdMailbox, KdMotion, KdObject, KdPacketOptions, KdPacketVisits,
@@ -40,8 +39,7 @@ pub use kdtree::{
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace, LightGrid};
 pub use listed::{
-    Cells, ImpossibleCells, ImpossibleLightCells, ListedGrid, ListedGrids, ListedLightGrid, ListedLightOptions,
-    ListedOptions,
+    Cells, ImpossibleCells, ImpossibleLightCells, ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptions,
 };
 pub use ray::{Hit, Ray};
 pub use shot::{

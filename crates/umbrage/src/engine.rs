@@ -1,10 +1,10 @@
 //! What finds and shades a frame: the CPU or a GPU.
 
-use umbrage_rays::{GridCounts, LightCells, LightSource, Omitted, PixelWork, SeenPixels, View};
+use umbrage_rays::{LightCells, LightMask, LightSource, Omitted, PixelWork, SeenPixels, View, Work};
 use umbrage_scene::{Frame, Scene};
 
 use crate::background::Surroundings;
-use crate::cpu::{Cpu, LightMask, LightWork};
+use crate::cpu::Cpu;
 #[cfg(feature = "gpu")]
 use crate::gpu::{Band, GpuEngine};
 use crate::sampling::Sample;
@@ -235,16 +235,16 @@ impl Engine {
     }
 
     /// What the camera was as work for the CPU's grid, at the last sample; zero where there is none.
-    pub(crate) fn camera_work(&self) -> GridCounts {
+    pub(crate) fn camera_work(&self) -> Work {
         match self {
             Self::Cpu(cpu) => cpu.camera_work(),
             #[cfg(feature = "gpu")]
-            Self::Gpu(_) => GridCounts::default(),
+            Self::Gpu(_) => Work::default(),
         }
     }
 
     /// What each light was as work for the CPU's grid, at the last sample; empty where there is none.
-    pub(crate) fn light_work(&self) -> &[LightWork] {
+    pub(crate) fn light_work(&self) -> &[Work] {
         match self {
             Self::Cpu(cpu) => cpu.light_work(),
             #[cfg(feature = "gpu")]

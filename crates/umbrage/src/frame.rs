@@ -1,10 +1,10 @@
 //! The spine: a frame from top to bottom.
 
-use umbrage_rays::{GridCounts, LightCells, PixelWork, SeenPixels, SimdLevel, View};
+use umbrage_rays::{LightCells, LightMask, PixelWork, SeenPixels, SimdLevel, View, Work};
 use umbrage_scene::{BadFrame, Frame, Scene};
 
 use crate::background::Surroundings;
-use crate::cpu::{Cpu, LightMask, LightWork};
+use crate::cpu::Cpu;
 use crate::engine::{Engine, Output};
 use crate::sampling::Sample;
 use crate::{Film, Settings, Stats};
@@ -272,13 +272,13 @@ impl Renderer {
 
     /// What the camera was as work for its grid, at the last frame's last sample; zero without a grid.
     #[must_use]
-    pub fn camera_work(&self) -> GridCounts {
+    pub fn camera_work(&self) -> Work {
         self.engine.camera_work()
     }
 
-    /// What each light was as work for its grid, at the last frame's last sample; empty without a grid.
+    /// What each light that casts shadows was as work for its grid, at the last frame's last sample; empty without a grid.
     #[must_use]
-    pub fn light_work(&self) -> &[LightWork] {
+    pub fn light_work(&self) -> &[Work] {
         self.engine.light_work()
     }
 

@@ -35,7 +35,6 @@ mod stats;
 mod tone_map;
 
 pub use background::Background;
-pub use cpu::{LightMask, LightWork};
 pub use film::{Film, Image};
 pub use frame::{Error, Renderer};
 pub use heat_scale::HeatScale;
@@ -45,6 +44,7 @@ pub use sampling::Sample;
 pub use settings::{Settings, Structure, ToneMap};
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
 pub use umbrage_rays as rays;
+pub use umbrage_rays::{LightMask, Sides, Work};
 pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;
 

@@ -79,11 +79,11 @@ impl SweepFlags {
 
 fn row(name: &str, cells: &Cells, costs: &Costs) -> Vec<Cell> {
     let (tile, k) = (cells.sorting_tile(), cells.tracing_tiles());
-    let counts = costs.listed.unwrap_or_default();
+    let counts = costs.counts;
     let mut row: Vec<Cell> = vec![name.into()];
     row.extend([tile, k, tile * k, cells.slices()].map(|number| Cell::Count(u64::from(number))));
     row.extend([counts.pairs, counts.cells, counts.tests].map(Cell::Count));
     row.extend([costs.build, costs.see, costs.frame].map(|time| Cell::Number(time, 2)));
-    row.push(Cell::Number(costs.bytes[0] as f64 / costs.triangles.max(1) as f64, 1));
+    row.push(Cell::Number(costs.bytes.triangles as f64 / costs.triangles.max(1) as f64, 1));
     row
 }

@@ -11,12 +11,11 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
 use umbrage::Scene;
-use umbrage::rays::{PacketSide, UniformOptions};
+use umbrage::rays::{DirectGrids, PacketSide, UniformGrid, UniformOptions};
 use umbrage_peers::Embree;
 
-use self::contestants::{OurSide, UniformSide};
 use crate::flags::{packet_side, size};
-use crate::grids::Grids;
+use crate::grids::Ours;
 use crate::shot::{self, Lights};
 use crate::table::Form;
 
@@ -72,16 +71,18 @@ enum OurStructure {
 }
 
 impl PeersFlags {
-    fn our_side(&self) -> Result<OurSide> {
+    fn our_side(&self) -> Result<Ours> {
         ensure!(
             self.structure == OurStructure::Grid || self.packet.is_none(),
             "--packet is for `--structure grid`: only its rays are traced in packets"
         );
         Ok(match self.structure {
-            OurStructure::Perspective => OurSide::Specialised(Grids::default()),
+            OurStructure::Perspective => Ours::new(Box::<DirectGrids>::default()),
             OurStructure::Grid => {
                 let packet = self.packet.unwrap_or_default();
-                OurSide::Uniform(Box::new(UniformSide::new(UniformOptions { packet, ..UniformOptions::DEFAULT })?))
+                let mut grid = Box::<UniformGrid>::default();
+                grid.set_options(UniformOptions { packet, ..UniformOptions::DEFAULT })?;
+                Ours::new(grid)
             }
         })
     }

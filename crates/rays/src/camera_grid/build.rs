@@ -20,7 +20,7 @@ impl PerspectiveGrid {
     ///
     /// # Errors
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
-    pub fn build(&mut self, shot: &Shot<'_>) -> Result<(), ImageTooLarge> {
+    pub(super) fn build(&mut self, shot: &Shot<'_>) -> Result<(), ImageTooLarge> {
         ImageTooLarge::check(&shot.view)?;
         let space = PixelSpace::new(&shot.view, shot.offset_pixels);
         self.space = Some(space);

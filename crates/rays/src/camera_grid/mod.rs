@@ -19,11 +19,13 @@ mod trace;
 mod validate;
 
 use std::sync::Mutex;
+use std::time::Instant;
 
 use crate::predicate::crossing;
 use crate::{Hit, Omitted, Triangles, View};
 
-use crate::shot::{SeenPixels, TileOrder};
+use crate::grids::CameraGrid;
+use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot, TileOrder};
 use crate::simd::SimdLevel;
 use bins::{Bin, Bins, bytes_of};
 use pixel_space::{PixelSpace, Vertex};
@@ -88,12 +90,6 @@ impl PerspectiveGrid {
         Self { level, ..Self::default() }
     }
 
-    /// The triangles that were left out because no ray can hit them.
-    #[must_use]
-    pub fn omitted(&self) -> &Omitted {
-        &self.omitted
-    }
-
     /// What the camera's ray through the pixel in column `x` and row `y` hits; `None` for a miss.
     ///
     /// `triangles` and `seen` are those of the last build and trace.
@@ -106,15 +102,6 @@ impl PerspectiveGrid {
         Some(Hit { t: crossing.t, triangle, barycentric: crossing.barycentric })
     }
 
-    /// Bytes held for the last frame, without the pixels'.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        let bins = self.ranges.iter().flat_map(|range| &range.bins);
-        bytes_of(&self.vertices)
-            + bins.map(|bin| size_of::<Bin>() + bin.bytes()).sum::<usize>()
-            + self.scratch.len() * size_of::<Tile>()
-    }
-
     /// The image's order of tiles.
     fn order(&self) -> TileOrder {
         let (width, height) = self.space.as_ref().map_or((0, 0), PixelSpace::size);
@@ -124,5 +111,37 @@ impl PerspectiveGrid {
     /// Columns and rows of tiles.
     fn tiles(&self) -> (u32, u32) {
         self.order().tiles()
+    }
+}
+
+impl CameraGrid for PerspectiveGrid {
+    fn build(&mut self, shot: &Shot<'_>) -> Result<Seconds, ImageTooLarge> {
+        let start = Instant::now();
+        Self::build(self, shot)?;
+        Ok(Seconds { list: start.elapsed().as_secs_f64(), ..Seconds::default() })
+    }
+
+    fn trace(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Counts {
+        self.trace_tiles(shot, seen, &mut vec![[]; self.order().slots()])
+    }
+
+    fn trace_counting(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels, work: &mut PixelWork) -> Counts {
+        let work = work.start(self.order());
+        self.trace_tiles(shot, seen, work)
+    }
+
+    fn omitted(&self) -> &Omitted {
+        &self.omitted
+    }
+
+    fn bytes(&self) -> usize {
+        let bins = self.ranges.iter().flat_map(|range| &range.bins);
+        bytes_of(&self.vertices)
+            + bins.map(|bin| size_of::<Bin>() + bin.bytes()).sum::<usize>()
+            + self.scratch.len() * size_of::<Tile>()
+    }
+
+    fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
+        Self::validate(self, shot)
     }
 }

@@ -14,24 +14,17 @@ use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_rang
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::tile::{BLOCKS, Batch, HALF, MaskWeights, SAMPLES, Tile, block_range};
 use crate::predicate::{crossing, settle};
-use crate::shot::{Counts, Kind, PixelWork, SeenPixels, Shot, TileWork};
+use crate::shot::{Counts, Kind, SeenPixels, Shot, TileWork};
 
 impl PerspectiveGrid {
-    /// Finds what each pixel of `shot` sees: bit for bit the same on any number of threads and at every SIMD level.
-    ///
-    /// The shot is that of the last [`build`](Self::build).
-    pub fn trace(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Counts {
-        self.trace_tiles(shot, seen, &mut vec![[]; self.order().slots()])
-    }
-
-    /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is. A tile is one cell here.
-    pub fn trace_counting(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels, work: &mut PixelWork) -> Counts {
-        let work = work.start(self.order());
-        self.trace_tiles(shot, seen, work)
-    }
-
-    /// Traces with `work` for all pixels.
-    fn trace_tiles<const N: usize>(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels, work: &mut [[u32; N]]) -> Counts {
+    /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level. Counts the work of
+    /// pixels in `work`, which has an entry for each; a tile is one cell there.
+    pub(super) fn trace_tiles<const N: usize>(
+        &mut self,
+        shot: &Shot<'_>,
+        seen: &mut SeenPixels,
+        work: &mut [[u32; N]],
+    ) -> Counts {
         let Some(space) = self.space else {
             seen.resize(0, 0);
             return Counts::default();

@@ -14,7 +14,7 @@ impl PerspectiveGrid {
     ///
     /// # Errors
     /// With what is wrong first.
-    pub fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
+    pub(super) fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
         let Some(space) = &self.space else { return Ok(()) };
         let Shot { triangles, sides, .. } = *shot;
         let (columns, rows) = self.tiles();

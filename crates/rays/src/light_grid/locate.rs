@@ -148,8 +148,8 @@ impl LightGrid {
     /// for it.
     ///
     /// # Panics
-    /// If [`survey`](Self::survey) wasn't called for `seen`.
-    pub fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, located: &mut LightCells) {
+    /// If `survey` wasn't called for `seen`.
+    pub(crate) fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, located: &mut LightCells) {
         for face in self.start_locating(seen, light, located) {
             self.map_face(face, &SeenImage { shot, seen });
             let Self { face, cells, blocks, members, .. } = &*self;

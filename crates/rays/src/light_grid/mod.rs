@@ -32,7 +32,9 @@ mod survey;
 pub(crate) mod trace;
 mod validate;
 
-use crate::shot::{Bytes, Counts, Seconds, SeenImage, Work};
+use crate::LightSource;
+use crate::grids::LightsGrid;
+use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, Work};
 use crate::simd::SimdLevel;
 use block::{Block, BlockErrors};
 use cells::Cells;
@@ -84,16 +86,23 @@ impl LightGrid {
     pub fn with_level(level: SimdLevel) -> Self {
         Self { level, ..Self::default() }
     }
+}
 
-    /// What the last [`LightGrid::shadow`] took; what [`LightGrid::survey`] did is in it too.
-    #[must_use]
-    pub fn work(&self) -> Work {
+impl LightsGrid for LightGrid {
+    fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
+        Self::survey(self, shot, seen);
+    }
+
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
+        Self::shadow(self, shot, seen, light, mask);
         Work { counts: self.counts, seconds: self.seconds }
     }
 
-    /// Bytes held.
-    #[must_use]
-    pub fn bytes(&self) -> Bytes {
+    fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
+        Self::locate(self, shot, seen, light, cells);
+    }
+
+    fn bytes(&self) -> Bytes {
         let triangles = self.vertices.capacity() * size_of::<[f32; 4]>() + self.huge.capacity() * size_of::<u32>();
         let slabs: usize = self.slabs.iter().map(Slab::bytes).sum();
         let workers: usize = self.workers.iter().map(Worker::bytes).sum();
@@ -108,5 +117,9 @@ impl LightGrid {
             + self.undecided.capacity() * size_of::<[u32; 2]>()
             + self.outliers.capacity() * size_of::<u32>();
         Bytes { triangles, points }
+    }
+
+    fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
+        Self::validate(self, shot, seen, light)
     }
 }

@@ -38,11 +38,11 @@ pub(crate) struct Tile {
 }
 
 impl LightGrid {
-    /// Finds out how far away each tile's points are; call it before [`LightGrid::shadow`], once for all lights.
+    /// Finds out how far away each tile's points are; call it before `shadow`, once for all lights.
     ///
     /// # Panics
     /// If `seen` isn't of the size of the shot's view.
-    pub fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
+    pub(crate) fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
         let start = Instant::now();
         shot.expect_size(seen);
         let image = &SeenImage { shot, seen };

@@ -60,8 +60,8 @@ impl LightGrid {
     /// it stops rays.
     ///
     /// # Panics
-    /// If [`LightGrid::survey`] wasn't called for `seen`.
-    pub fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) {
+    /// If `survey` wasn't called for `seen`.
+    pub(crate) fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) {
         let image = SeenImage { shot, seen };
         let pixels = seen.triangle.len();
         assert!(self.survey.places == pixels, "another image was surveyed");

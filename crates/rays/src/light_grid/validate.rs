@@ -24,8 +24,8 @@ impl LightGrid {
     /// being tested; and every triangle that shadows a point finds the point's block.
     ///
     /// # Panics
-    /// If [`LightGrid::survey`] wasn't called for `seen`.
-    pub fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
+    /// If `survey` wasn't called for `seen`.
+    pub(crate) fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
         let image = SeenImage { shot, seen };
         let places = image.seen.triangle.len();
         assert!(self.survey.places == places, "another image was surveyed");

@@ -3,9 +3,7 @@
 //! [`light_grid`](crate::light_grid) are compared with.
 
 mod camera;
-mod grids;
 mod light;
 
 pub use camera::{Cells, ImpossibleCells, ListedGrid, ListedOptions};
-pub use grids::ListedGrids;
 pub use light::{ImpossibleLightCells, ListedLightGrid, ListedLightOptions};

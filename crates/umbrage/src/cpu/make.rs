@@ -12,7 +12,7 @@ pub(super) fn make(
 ) -> Result<Box<dyn AnyStructure>, Error> {
     Ok(match structure {
         Structure::Perspective => Box::new(DirectGrids::with_level(level)),
-        Structure::Listed { camera, light } => Box::new(ListedGrids::new(level, camera, light)),
+        Structure::Listed { camera, light } => Box::new(ListedGrids::with_options(level, camera, light)),
         Structure::Grid(mut options) => {
             if sends_rays_onward {
                 // Rays that come one at a time need them where triangles crowd: a twelfth of the time for `demo:glass`.

@@ -89,11 +89,11 @@ impl Grids {
 
 fn read(gpu: &Gpu, camera: &CameraGrid, lights: &LightGrid, view: View, count: usize) -> Result<Truth, GpuError> {
     let order = TileOrder::new(view.width, view.height);
-    let seen: Vec<u32> = camera.seen().read(gpu, order.places())?;
+    let seen: Vec<u32> = camera.seen().read(gpu, order.slots())?;
     let words = lights.mask_words() as usize;
     let lit: Vec<u32> = lights.lit().read(gpu, words * count)?;
     let is_lit = |light: usize, place: usize| lit[light * words + place / 32] >> (place % 32) & 1 == 1;
-    let places: Vec<_> = pixels(view).map(|(x, y)| order.place(x, y)).collect();
+    let places: Vec<_> = pixels(view).map(|(x, y)| order.index(x, y)).collect();
     Ok(Truth {
         triangle: places.iter().map(|&place| seen[place]).collect(),
         lit: (0..count).map(|light| places.iter().map(|&place| is_lit(light, place)).collect()).collect(),
@@ -138,11 +138,11 @@ pub(crate) fn truth_of_cpu(shot: &Shot<'_>) -> Truth {
     let image = SeenImage { triangles, view, offset_pixels, seen: &seen };
     let mut grid = CpuLightGrid::default();
     grid.survey(&image);
-    let mut lit = vec![0_u16; seen.order().places() / TileOrder::BLOCK_PLACES];
-    let places: Vec<_> = pixels(view).map(|(x, y)| seen.order().place(x, y)).collect();
+    let mut lit = vec![0_u16; seen.order().slots() / TileOrder::BLOCK_PIXELS];
+    let places: Vec<_> = pixels(view).map(|(x, y)| seen.order().index(x, y)).collect();
     let lit = lights.iter().map(|light| {
         grid.shadow(&image, light, |_| true, &Unmasked, &mut lit);
-        let is_lit = |place: usize| lit[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1;
+        let is_lit = |place: usize| lit[place / TileOrder::BLOCK_PIXELS] >> (place % TileOrder::BLOCK_PIXELS) & 1 == 1;
         places.iter().map(|&place| is_lit(place)).collect()
     });
     let lit = lit.collect();

@@ -2,7 +2,9 @@ use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
 use umbrage::Scene;
-use umbrage::rays::{BackgroundKdTree, Hit, KdBuilder, KdTree, KdTreeOptions, Ray, SceneHierarchy, Triangles};
+use umbrage::rays::{
+    BackgroundKdTree, Hit, KdBuilder, KdTree, KdTreeOptions, Ray, SceneHierarchy, SingleRays as _, Triangles,
+};
 use umbrage::scene::Frame;
 
 use super::measure::KdFlags;
@@ -129,8 +131,8 @@ impl Trial {
             Ok(None)
         })?;
         let hits = time(&mut spent[1], || match &self.rebuild {
-            Rebuild::Anew(tree) | Rebuild::From(tree, _) => trace(rays, |ray| tree.nearest(triangles, ray, |_| true)),
-            Rebuild::Beside(trees) => trace(rays, |ray| trees.nearest(triangles, ray, |_| true)),
+            Rebuild::Anew(tree) | Rebuild::From(tree, _) => trace(rays, |ray| tree.nearest(triangles, ray, &|_| true)),
+            Rebuild::Beside(trees) => trace(rays, |ray| trees.nearest(triangles, ray, &|_| true)),
         });
         if is_counted {
             self.times.push(spent);

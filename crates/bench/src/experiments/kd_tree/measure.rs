@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
 use umbrage::Scene;
-use umbrage::rays::{KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, Triangles};
+use umbrage::rays::{KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles};
 use umbrage::scene::Frame;
 
 use crate::flags::{draw, size, use_threads};
@@ -107,7 +107,7 @@ impl Way {
             Some(_) => tree.nearest_of_packet(triangles, rays, |_| true, hits),
             None => {
                 let all = rays.iter().zip(hits);
-                all.for_each(|(ray, hit)| *hit = tree.nearest(triangles, ray, |_| true));
+                all.for_each(|(ray, hit)| *hit = tree.nearest(triangles, ray, &|_| true));
             }
         });
         Ok(())

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::drop::{Drop, Range};
 use super::list::List;
 use super::sort::TileCells;
-use super::{ListedGrid, ListedOptions, Slices};
+use super::{ListedGrid, Slices};
 use crate::Triangles;
 use crate::camera_grid::ImageTooLarge;
 use crate::camera_grid::build::project;
@@ -18,11 +18,11 @@ impl ListedGrid {
     ///
     /// # Errors
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
-    pub fn build(&mut self, shot: &Shot<'_>, options: ListedOptions) -> Result<(), ImageTooLarge> {
+    /// How long its stages took.
+    pub(super) fn build(&mut self, shot: &Shot<'_>) -> Result<Seconds, ImageTooLarge> {
         ImageTooLarge::check(&shot.view)?;
         let space = PixelSpace::new(&shot.view, shot.offset_pixels);
         self.space = Some(space);
-        self.options = options;
         self.triangle_count = shot.triangles.len();
         let start = Instant::now();
         project(self.level, &space, shot.triangles, &mut self.vertices);
@@ -32,13 +32,12 @@ impl ListedGrid {
         self.list(&space, shot.triangles);
         let listed = Instant::now();
         self.sort();
-        self.seconds = Seconds {
+        Ok(Seconds {
             project: (projected - start).as_secs_f64(),
             list: (listed - projected).as_secs_f64(),
             sort: listed.elapsed().as_secs_f64(),
             ..Seconds::default()
-        };
-        Ok(())
+        })
     }
 
     /// Drops triangles that can't contain a sample, in ranges whose number doesn't depend on that of threads.

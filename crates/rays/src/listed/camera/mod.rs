@@ -18,8 +18,9 @@ use std::sync::Mutex;
 
 use crate::camera_grid::bins::bytes_of;
 use crate::camera_grid::pixel_space::{PixelSpace, Vertex};
-use crate::shot::Seconds;
-use crate::{Hit, Omitted, SeenPixels, Triangles};
+use crate::grids::CameraGrid;
+use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot};
+use crate::{Hit, ImageTooLarge, Omitted, Triangles};
 use crate::{SimdLevel, TileOrder};
 pub use cells::{Cells, ImpossibleCells};
 use drop::Range;
@@ -34,7 +35,6 @@ use sort::TileCells;
 #[derive(Default)]
 pub struct ListedGrid {
     level: SimdLevel,
-    /// Those of the last build.
     options: ListedOptions,
     /// None before the first build.
     space: Option<PixelSpace>,
@@ -52,7 +52,6 @@ pub struct ListedGrid {
     tiles: Vec<TileCells>,
     omitted: Omitted,
     dropped: u64,
-    seconds: Seconds,
     /// One for each thread.
     scratch: Vec<Mutex<Box<Samples>>>,
 }
@@ -88,20 +87,8 @@ impl Default for ListedOptions {
 impl ListedGrid {
     /// An empty grid that uses the instructions of `level`.
     #[must_use]
-    pub fn with_level(level: SimdLevel) -> Self {
-        Self { level, ..Self::default() }
-    }
-
-    /// The triangles that were left out because no ray can hit them.
-    #[must_use]
-    pub fn omitted(&self) -> &Omitted {
-        &self.omitted
-    }
-
-    /// What each stage of the last build and trace took.
-    #[must_use]
-    pub fn seconds(&self) -> Seconds {
-        self.seconds
+    pub fn new(level: SimdLevel, options: ListedOptions) -> Self {
+        Self { level, options, ..Self::default() }
     }
 
     /// What the camera's ray through the pixel in column `x` and row `y` hits; `None` for a miss.
@@ -114,9 +101,32 @@ impl ListedGrid {
         crate::predicate::hit(&space.ray(x, y), triangles, triangle)
     }
 
-    /// Bytes held for the last frame, without the pixels'.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
+    /// The image's order of tiles.
+    fn order(&self) -> TileOrder {
+        let (width, height) = self.space.as_ref().map_or((0, 0), PixelSpace::size);
+        TileOrder::new(width, height)
+    }
+}
+
+impl CameraGrid for ListedGrid {
+    fn build(&mut self, shot: &Shot<'_>) -> Result<Seconds, ImageTooLarge> {
+        Self::build(self, shot)
+    }
+
+    fn trace(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Counts {
+        self.trace_tiles(shot, seen, &mut vec![[]; self.order().slots()])
+    }
+
+    fn trace_counting(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels, work: &mut PixelWork) -> Counts {
+        let work = work.start(self.order());
+        self.trace_tiles(shot, seen, work)
+    }
+
+    fn omitted(&self) -> &Omitted {
+        &self.omitted
+    }
+
+    fn bytes(&self) -> usize {
         bytes_of(&self.vertices)
             + bytes_of(&self.masked)
             + self.ranges.iter().map(Range::bytes).sum::<usize>()
@@ -124,9 +134,7 @@ impl ListedGrid {
             + self.scratch.len() * size_of::<Samples>()
     }
 
-    /// The image's order of tiles.
-    fn order(&self) -> TileOrder {
-        let (width, height) = self.space.as_ref().map_or((0, 0), PixelSpace::size);
-        TileOrder::new(width, height)
+    fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
+        Self::validate(self, shot.triangles)
     }
 }

@@ -1,5 +1,4 @@
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x16};
@@ -14,26 +13,18 @@ use crate::camera_grid::depth::depth_error;
 use crate::camera_grid::general::{General, Square};
 use crate::camera_grid::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace, Vertex};
-use crate::shot::{Counts, Kind, PixelWork, SeenPixels, Shot, TileOrder, TileWork};
+use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder, TileWork};
 use crate::simd::lanes::min3;
 
 impl ListedGrid {
-    /// Finds what each pixel of `shot` sees: bit for bit the same on any number of threads and at every SIMD level.
-    ///
-    /// The shot is that of the last [`build`](Self::build).
-    pub fn trace(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Counts {
-        self.trace_tiles(shot, seen, &mut vec![[]; self.order().slots()])
-    }
-
-    /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is.
-    pub fn trace_counting(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels, work: &mut PixelWork) -> Counts {
-        let work = work.start(self.order());
-        self.trace_tiles(shot, seen, work)
-    }
-
-    /// Traces with `work` for all pixels.
-    fn trace_tiles<const N: usize>(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels, work: &mut [[u32; N]]) -> Counts {
-        let start = Instant::now();
+    /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level. Counts the work of
+    /// pixels in `work`, which has an entry for each.
+    pub(super) fn trace_tiles<const N: usize>(
+        &mut self,
+        shot: &Shot<'_>,
+        seen: &mut SeenPixels,
+        work: &mut [[u32; N]],
+    ) -> Counts {
         let order = self.order();
         seen.resize(order.size().0, order.size().1);
         let Some(space) = &self.space else { return Counts::default() };
@@ -63,9 +54,7 @@ impl ListedGrid {
             trace.tally
         });
         let counted = counted.reduce(Counts::default, Counts::plus);
-        let counted = Counts { dropped: self.dropped, ..counted };
-        self.seconds.trace = start.elapsed().as_secs_f64();
-        counted
+        Counts { dropped: self.dropped, ..counted }
     }
 }
 

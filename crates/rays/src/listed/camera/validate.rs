@@ -15,7 +15,7 @@ impl ListedGrid {
     ///
     /// # Errors
     /// With what is wrong first.
-    pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
+    pub(super) fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let Some(space) = &self.space else { return Ok(()) };
         let (order, cells) = (self.order(), self.options.cells);
         if self.tiles.len() * TileOrder::TILE_PIXELS != order.slots() {

@@ -9,8 +9,8 @@ impl ListedLightGrid {
     /// [`shadow`](Self::shadow) sorts it to.
     ///
     /// # Panics
-    /// If [`survey`](Self::survey) wasn't called for `seen`.
-    pub fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, located: &mut LightCells) {
+    /// If `survey` wasn't called for `seen`.
+    pub(crate) fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, located: &mut LightCells) {
         for face in self.grid.start_locating(seen, light, located) {
             self.grid.map_face(face, &SeenImage { shot, seen });
             self.sort_points();

@@ -13,11 +13,12 @@ mod sort;
 mod trace;
 mod validate;
 
-use crate::LightGrid;
 use crate::SimdLevel;
+use crate::grids::LightsGrid;
 use crate::light_grid::cells::{Axis, Cells, Row};
 use crate::light_grid::large::Plane;
-use crate::shot::{Bytes, Counts, Seconds, SeenPixels, Shot, Work};
+use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenPixels, Shot, Work};
+use crate::{LightCells, LightGrid, LightSource};
 use list::Range;
 use points::PointRow;
 use sort::{Bins, SortedRow};
@@ -137,42 +138,8 @@ impl std::error::Error for ImpossibleLightCells {}
 impl ListedLightGrid {
     /// An empty grid that uses the instructions of `level`.
     #[must_use]
-    pub fn with_level(level: SimdLevel) -> Self {
-        Self { grid: LightGrid::with_level(level), ..Self::default() }
-    }
-
-    /// How the light's faces are cut into cells, and cells into blocks, from now on.
-    pub fn set_options(&mut self, options: ListedLightOptions) {
-        self.options = options;
-    }
-
-    /// Finds out how far away each tile's points are; call it before [`shadow`](Self::shadow), once for all lights.
-    ///
-    /// # Panics
-    /// If `seen` isn't of the size of the shot's view.
-    pub fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
-        self.grid.survey(shot, seen);
-        self.seconds.survey = self.grid.seconds.survey;
-    }
-
-    /// What the last [`shadow`](Self::shadow) took; what [`survey`](Self::survey) did is in it too.
-    #[must_use]
-    pub fn work(&self) -> Work {
-        Work { counts: self.counts, seconds: self.seconds }
-    }
-
-    /// Bytes held: points and triangles share lists, and so all are counted as the triangles'.
-    #[must_use]
-    pub fn bytes(&self) -> Bytes {
-        let Bytes { triangles, points } = self.grid.bytes();
-        let own = self.cells.bytes()
-            + self.point_bins.iter().map(Bins::bytes).sum::<usize>()
-            + self.point_rows.iter().map(PointRow::bytes).sum::<usize>()
-            + self.ranges.iter().map(Range::bytes).sum::<usize>()
-            + self.triangle_rows.iter().map(SortedRow::bytes).sum::<usize>()
-            + self.large.capacity() * size_of::<(u32, Plane)>()
-            + self.blocks.capacity() * size_of::<Block>();
-        Bytes { triangles: triangles + points + own, points: 0 }
+    pub fn new(level: SimdLevel, options: ListedLightOptions) -> Self {
+        Self { grid: LightGrid::with_level(level), options, ..Self::default() }
     }
 
     /// Divides a face on which points are wrong by at most `error` evenly into cells.
@@ -188,5 +155,38 @@ impl ListedLightGrid {
             let [low, high] = self.cells.down.range(row);
             self.cells.all_rows[row].range = [low - self.margin, high + self.margin];
         }
+    }
+}
+
+impl LightsGrid for ListedLightGrid {
+    fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
+        self.grid.survey(shot, seen);
+    }
+
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
+        Self::shadow(self, shot, seen, light, mask);
+        Work { counts: self.counts, seconds: self.seconds }
+    }
+
+    fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
+        Self::locate(self, shot, seen, light, cells);
+    }
+
+    /// Points and triangles share lists, and so all are counted as the triangles'.
+    fn bytes(&self) -> Bytes {
+        let Bytes { triangles, points } = self.grid.bytes();
+        let own = self.cells.bytes()
+            + self.point_bins.iter().map(Bins::bytes).sum::<usize>()
+            + self.point_rows.iter().map(PointRow::bytes).sum::<usize>()
+            + self.ranges.iter().map(Range::bytes).sum::<usize>()
+            + self.triangle_rows.iter().map(SortedRow::bytes).sum::<usize>()
+            + self.large.capacity() * size_of::<(u32, Plane)>()
+            + self.blocks.capacity() * size_of::<Block>();
+        Bytes { triangles: triangles + points + own, points: 0 }
+    }
+
+    fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
+        Self::shadow(self, shot, seen, light, &mut LightMask::default());
+        Self::validate(self, shot, seen, light)
     }
 }

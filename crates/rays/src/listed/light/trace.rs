@@ -36,8 +36,8 @@ impl ListedLightGrid {
     /// Finds which points are lit by `light`: what [`LightGrid::shadow`](crate::LightGrid::shadow) finds, bit for bit.
     ///
     /// # Panics
-    /// If [`survey`](Self::survey) wasn't called for `seen`.
-    pub fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) {
+    /// If `survey` wasn't called for `seen`.
+    pub(crate) fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) {
         let image = SeenImage { shot, seen };
         let pixels = seen.triangle.len();
         assert!(self.grid.survey.places == pixels, "another image was surveyed");

@@ -11,7 +11,7 @@ impl ListedLightGrid {
     ///
     /// # Errors
     /// With what is wrong first.
-    pub fn validate(&self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
+    pub(crate) fn validate(&self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
         let mut members = self.grid.members.clone();
         for (row, (points, triangles)) in self.point_rows.iter().zip(&self.triangle_rows).enumerate() {
             for column in 0..self.cells.across.count {

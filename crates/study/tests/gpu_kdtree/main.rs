@@ -1,6 +1,6 @@
 //! Rays through the kd-tree on the GPU against the CPU's, which the predicate is asked about: equal bit for bit.
 
-#[path = "../common/mod.rs"]
+#[path = "../../../gpu/tests/common/mod.rs"]
 mod common;
 mod frames;
 mod rays;
@@ -12,10 +12,10 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::DVec3;
 use support::Mesh;
-use umbrage_gpu::kdtree::{KdFrame, KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
 use umbrage_gpu::{Geometry, Gpu, Recorder};
 use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{Hit, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray};
+use umbrage_study::gpu_kdtree::{KdFrame, KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
 
 /// A device with all kernels.
 struct Device {

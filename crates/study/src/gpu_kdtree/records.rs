@@ -1,7 +1,7 @@
 use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{LightSource, Ray};
 
-use crate::{Buffer, Gpu, GpuError, Recorder};
+use umbrage_gpu::{Buffer, Gpu, GpuError, Recorder};
 
 /// Rays, or questions about shadows, in a buffer on the GPU: 80 bytes each.
 #[derive(Debug)]

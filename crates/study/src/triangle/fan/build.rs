@@ -1,7 +1,7 @@
 use std::collections::BinaryHeap;
 
 use super::{Fan, Fans};
-use crate::{Omitted, Triangles};
+use umbrage_rays::Triangles;
 
 impl Fans {
     /// Makes fans of a mesh's triangles; those that no ray can hit are left out.
@@ -13,8 +13,8 @@ impl Fans {
     /// Only triangles that share vertices are joined, and only those that are turned the same way.
     #[must_use]
     pub fn new(triangles: Triangles<'_>) -> Self {
-        let mut fans = Self::default();
-        let mut mesh = Mesh::new(triangles, &mut fans.omitted);
+        let mut fans = Self { omitted: triangles.omitted(), ..Self::default() };
+        let mut mesh = Mesh::new(triangles);
         let mut candidates: BinaryHeap<(i64, u32)> =
             (0..mesh.vertices()).filter_map(|vertex| Some((mesh.fitness(vertex)?, vertex))).collect();
         let (mut spokes, mut chain, mut touched) = (Vec::new(), Vec::new(), Vec::new());
@@ -138,15 +138,14 @@ struct Mesh<'a> {
 impl<'a> Mesh<'a> {
     const NONE: u32 = u32::MAX;
 
-    fn new(triangles: Triangles<'a>, omitted: &mut Omitted) -> Self {
+    fn new(triangles: Triangles<'a>) -> Self {
         let indices = triangles.indices;
         let mut is_left = vec![true; indices.len()];
         let mut starts = vec![0_u32; triangles.positions.len() + 1];
         let mut edges = Vec::new();
         for (id, corners) in indices.iter().enumerate() {
-            if let Err(why) = triangles.usable_corners(id as u32) {
+            if triangles.usable_corners(id as u32).is_err() {
                 is_left[id] = false;
-                omitted.note(id as u32, why);
                 continue;
             }
             for corner in 0..3 {

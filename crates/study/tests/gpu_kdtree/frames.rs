@@ -1,10 +1,10 @@
 //! Frames whose rays are made on the GPU.
 
 use glam::{DVec3, Vec3};
-use umbrage_gpu::kdtree::{KdFrame, KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
 use umbrage_gpu::{Geometry, Gpu, Recorder};
 use umbrage_rays::predicate::ShadowRay;
 use umbrage_rays::{Camera, Hit, KdTraversal, KdTreeOptions, LightSource, Projection, View};
+use umbrage_study::gpu_kdtree::{KdFrame, KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
 
 use crate::support::{Mesh, Random, blocks};
 use crate::{Device, Scene, bits, device, walks};

@@ -1,4 +1,5 @@
 //! Rays of any kind through a kd-tree on the GPU: Horn et al., *Interactive k-D Tree GPU Raytracing* (2007).
+//! It will serve `render --engine gpu --structure kdtree`.
 //!
 //! The tree is built on the CPU and uploaded (`tree`); rays, or questions about shadows, lie in buffers (`records`). `line`
 //! prepares each for f32; `stack`, `trail` (restart, push-down, short stack) or `packet` leads it through the tree and tests
@@ -50,7 +51,60 @@ mod records;
 mod tracer;
 mod tree;
 
+use umbrage_gpu::internals::link_with;
+use umbrage_gpu::{Gpu, Kernel};
+
 pub use frame::{KdFrame, KdMaterial, KdPrimary, KdScenery};
 pub use records::KdRecords;
 pub use tracer::{KdTracer, KdTracerOptions, KdTracerWork};
 pub use tree::KdNodes;
+
+/// Every module's path and text; they import those of `umbrage-gpu` as well.
+const MODULES: &[(&str, &str)] = &[
+    ("kdtree::bounce", include_str!("bounce.wgsl")),
+    ("kdtree::eye", include_str!("eye.wgsl")),
+    ("kdtree::levels", include_str!("levels.wgsl")),
+    ("kdtree::lighten", include_str!("lighten.wgsl")),
+    ("kdtree::line", include_str!("line.wgsl")),
+    ("kdtree::packet", include_str!("packet.wgsl")),
+    ("kdtree::raster", include_str!("raster.wgsl")),
+    ("kdtree::records", include_str!("records.wgsl")),
+    ("kdtree::settle", include_str!("settle.wgsl")),
+    ("kdtree::stack", include_str!("stack.wgsl")),
+    ("kdtree::surface", include_str!("surface.wgsl")),
+    ("kdtree::tester", include_str!("tester.wgsl")),
+    ("kdtree::trail", include_str!("trail.wgsl")),
+];
+
+/// A shader's whole text.
+fn link(path: &str) -> String {
+    link_with(MODULES, path)
+}
+
+/// The entry point `entry` of a module, with values for its `override` constants.
+fn kernel(gpu: &Gpu, path: &str, entry: &'static str, constants: &[(&str, f64)]) -> Kernel {
+    Kernel::of_text(gpu, &link(path), entry, constants)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_module_links_and_is_valid_wgsl() {
+        for (path, _) in MODULES {
+            let mut text = link(path);
+            // Some modules leave it to the stage to declare what they read.
+            if text.contains("triangles[") && !text.contains("> triangles:") {
+                text.push_str("@group(0) @binding(0) var<storage, read> triangles: array<vec4<u32>>;");
+                text.push_str("@group(0) @binding(1) var<storage, read> positions: array<u32>;");
+            }
+            let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|error| {
+                panic!("{path}: {}", error.emit_to_string(&text));
+            });
+            let mut validator =
+                naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty());
+            validator.validate(&module).unwrap_or_else(|error| panic!("{path}: {}", error.emit_to_string(&text)));
+        }
+    }
+}

@@ -1,7 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 use umbrage_rays::{KdTree, KdTreeForm};
 
-use crate::{Buffer, Gpu, GpuError};
+use umbrage_gpu::{Buffer, Gpu, GpuError};
 
 /// A kd-tree that the CPU has built, on the GPU: 8 bytes a node and 4 a reference, as there.
 #[derive(Debug)]
@@ -119,8 +119,8 @@ impl KdNodes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu_kdtree::link;
     use crate::layout::{differences, layout, module};
-    use crate::link::link;
 
     #[test]
     fn the_shape_is_that_of_the_shaders() {

@@ -1,8 +1,10 @@
 use bytemuck::{Pod, Zeroable};
 use umbrage_rays::{Camera, Projection, View};
 
-use crate::link::link;
-use crate::{Buffer, Geometry, Gpu, GpuError, Recorder};
+use umbrage_gpu::wgpu;
+
+use super::link;
+use umbrage_gpu::{Buffer, Geometry, Gpu, GpuError, Recorder};
 
 /// The stage `raster`: what each pixel's centre shows, by rasterisation with a depth test.
 #[derive(Debug)]

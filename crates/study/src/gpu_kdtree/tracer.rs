@@ -1,8 +1,9 @@
 use umbrage_rays::{Hit, KdTraversal, KdTreeVisits};
 
+use super::kernel;
 use super::records::{KdRecords, number};
 use super::tree::KdNodes;
-use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+use umbrage_gpu::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// How rays are led through the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,8 +88,8 @@ impl KdTracer {
     /// Ready to answer.
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
-        let line = |entry| Kernel::new(gpu, "kdtree::line", entry, &[]);
-        let settle = |entry| Kernel::new(gpu, "kdtree::settle", entry, &[]);
+        let line = |entry| kernel(gpu, "kdtree::line", entry, &[]);
+        let settle = |entry| kernel(gpu, "kdtree::settle", entry, &[]);
         Self {
             options,
             lines: [line("line_of_rays"), line("line_of_shadows")],
@@ -315,7 +316,7 @@ fn walks(gpu: &Gpu, options: KdTracerOptions) -> [Kernel; 2] {
     let short = [counts, ("KD_ENTRIES", f64::from(entries)), ("KD_PUSHES_DOWN", f64::from(u8::from(pushes_down)))];
     let packet = [short.as_slice(), &[("KD_PACKET", f64::from(options.lanes()))]].concat();
     let kernels = |path, entries: [&'static str; 2], constants: &[(&str, f64)]| {
-        entries.map(|entry| Kernel::new(gpu, path, entry, constants))
+        entries.map(|entry| kernel(gpu, path, entry, constants))
     };
     match options {
         KdTracerOptions { packet: Some(_), .. } => {

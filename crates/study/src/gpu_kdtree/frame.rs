@@ -6,8 +6,8 @@ use super::raster::Raster;
 use super::records::{KdRecords, light_words};
 use super::tracer::{KdTracer, KdTracerOptions};
 use super::tree::KdNodes;
-use crate::view::ExactView;
-use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+use umbrage_gpu::internals::ExactView;
+use umbrage_gpu::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// A material: Lambert's, with a mirror over it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -107,7 +107,7 @@ impl KdFrame {
     /// Ready to render.
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
-        let kernel = |path, entry| Kernel::new(gpu, path, entry, &[]);
+        let kernel = |path, entry| super::kernel(gpu, path, entry, &[]);
         Self {
             tracer: KdTracer::new(gpu, options),
             eye: kernel("kdtree::eye", "eye"),
@@ -146,7 +146,7 @@ impl KdFrame {
     }
 
     /// Makes ready for a frame: parameters and room. A triangle's material is the one of `materials` at its number (see
-    /// [`TriangleFlags`](crate::TriangleFlags), whose flags aren't heeded: all triangles are solid).
+    /// [`TriangleFlags`](umbrage_gpu::TriangleFlags), whose flags aren't heeded: all triangles are solid).
     ///
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.
@@ -277,8 +277,8 @@ impl KdFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu_kdtree::link;
     use crate::layout::{differences, layout, module};
-    use crate::link::link;
 
     #[test]
     fn parameters_are_those_of_the_shaders() {

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 use umbrage_gpu::Gpu;
-use umbrage_gpu::kdtree::{KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
 use umbrage_rays::{Camera, KdBuilder, KdTraversal, KdTreeOptions, KdTreeVisits, LightSource, View};
+use umbrage_study::gpu_kdtree::{KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
 
 use crate::frames::{SCENERY, render, triangle};
 use crate::support::Mesh;
@@ -12,7 +12,7 @@ use crate::{Device, Scene, device};
 const SIZE: u32 = 128;
 
 /// Prints the tables of `docs/gpu.md`. Run with
-/// `UMBRAGE_SCENES=… cargo test --release -p umbrage-gpu --test kdtree visits -- --ignored --nocapture`.
+/// `UMBRAGE_SCENES=… cargo test --release -p umbrage-study --test gpu_kdtree visits -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn visits() {

@@ -1,5 +1,5 @@
 use super::Fans;
-use crate::Triangles;
+use umbrage_rays::Triangles;
 
 impl Fans {
     /// Checks the fans against the triangles that they were made of.

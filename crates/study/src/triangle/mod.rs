@@ -1,7 +1,7 @@
 //! Fast ray–triangle tests from the literature, in f32, for one ray and for sixteen at once.
 //!
 //! None of them is exact: near a triangle's edges, for slivers and for grazing rays they may answer otherwise than the
-//! [predicate](crate::predicate), and neighbours may leave gaps. A structure uses one to reject most triangles and to
+//! [predicate](umbrage_rays::predicate), and neighbours may leave gaps. A structure uses one to reject most triangles and to
 //! rank the rest, and takes nothing but the predicate's word where the answer is within the bounds below.
 //!
 //! | test | bytes a triangle | prepared |

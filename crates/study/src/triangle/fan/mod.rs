@@ -8,7 +8,7 @@ mod validate;
 
 use glam::Vec3;
 
-use crate::Omitted;
+use umbrage_rays::Omitted;
 
 /// All triangles of a mesh in fans, each triangle in one. 23 bytes a triangle in fans of six, 26 in fans of four.
 ///

@@ -1,16 +1,17 @@
 //! The fast triangle tests against the predicate, within the bounds that they state.
 
+#[path = "../../rays/tests/support/mod.rs"]
 mod support;
 
 use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
 use glam::{DVec3, Vec3};
 use support::{Mesh, Random};
 use umbrage_rays::predicate::crossing;
-use umbrage_rays::triangle::{
+use umbrage_rays::{Ray, SimdLevel, Triangles};
+use umbrage_study::triangle::{
     Badouel, BadouelBundle, Bundle, BundleTest, Fans, HavelHerout, Hits, KenslerShirley, MollerTrumbore,
     MollerTrumboreBundle, Plucker, PluckerBundle, Rays, Shevtsov, TriangleTest,
 };
-use umbrage_rays::{Ray, SimdLevel, Triangles};
 
 /// A ray whose numbers are all f32.
 #[derive(Clone, Copy, Debug)]
