@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 use umbrage::Scene;
 use umbrage::gpu::Adapter;
-use umbrage::rays::{KdTree, KdTreeCounts, KdTreeOptions, LightSource, Omitted, OmittedKind};
+use umbrage::rays::{KdTree, KdTreeCounts, KdTreeOptions, LightSource, Omitted, OmittedKind, Structure as _};
 use umbrage::scene::{DEMOS, DemoScene, Frame};
 
 use crate::failure::Failure;
@@ -287,7 +287,7 @@ impl KdTreeContents {
             references,
             deferred,
             sah_cost,
-            bytes: tree.bytes(),
+            bytes: tree.bytes().triangles,
         })
     }
 

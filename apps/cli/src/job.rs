@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use umbrage::output::{BitDepth, Chroma, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
 use umbrage::rays::{ListedLightOptions, ListedOptions, PacketSide, SimdLevel, UniformOptions};
 use umbrage::scene::{Clip, OpenOptions};
-use umbrage::{Background, Settings, Structure, ToneMap};
+use umbrage::{Background, Settings, Sides, Structure, ToneMap};
 
 use crate::failure::Failure;
 use crate::flags::{ChromaFlag, EngineFlag, OpeningFlags, RenderFlags, StatsFlag, StructureFlag, ToneMapFlag};
@@ -74,7 +74,7 @@ impl Job {
             height: flags.size.height,
             samples: flags.samples,
             structure,
-            culls_back_faces: flags.cull_back_faces,
+            sides: if flags.cull_back_faces { Sides::Front } else { Sides::Both },
             bounces: flags.bounces,
             background: background(flags.background)?,
             exposure_stops: flags.exposure,

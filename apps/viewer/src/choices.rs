@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use umbrage::rays::{
     Cells, KdBuilder, KdTraversal, KdTreeOptions, ListedLightOptions, ListedOptions, PacketSide, UniformOptions,
 };
-use umbrage::{Background, Settings, Structure, ToneMap};
+use umbrage::{Background, CameraChoice, Settings, Sides, Structure, ToneMap};
 
 /// Outlives the window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -165,10 +165,10 @@ impl Choices {
             width,
             height,
             samples: self.samples.clamp(1, Settings::MAX_SAMPLES),
-            camera: None,
+            camera: CameraChoice::Default,
             lights: None,
             structure: self.structure()?,
-            culls_back_faces: self.culls_back_faces,
+            sides: if self.culls_back_faces { Sides::Front } else { Sides::Both },
             // A GPU follows none.
             bounces: if self.engine == EngineChoice::Cpu { self.bounces.min(Settings::MAX_BOUNCES) } else { 0 },
             background: match self.surroundings {

@@ -28,7 +28,7 @@ pub(crate) struct Studio {
     engine: Option<Engine>,
     heat: HeatMaker,
     /// The last picture's, for whoever asks about its pixels.
-    last: Option<(View, bool)>,
+    last: Option<(View, umbrage::Sides)>,
     recording: Option<Recording>,
     pixels: Vec<[u8; 4]>,
 }
@@ -66,20 +66,15 @@ impl Studio {
 
     /// What a pixel of the last picture shows.
     pub(crate) fn probe(&self, pixel: [u32; 2]) -> Option<Probe> {
-        let (engine, (view, culls_back_faces)) = (self.engine.as_ref()?, self.last?);
+        let (engine, (view, sides)) = (self.engine.as_ref()?, self.last?);
         let is_inside = pixel[0] < view.width && pixel[1] < view.height;
-        is_inside.then(|| Probe::new(engine.renderer.frame(), &view, pixel, culls_back_faces))
+        is_inside.then(|| Probe::new(engine.renderer.frame(), &view, pixel, sides))
     }
 
     fn picture(&mut self, order: &Order) -> Result<Vec<Done>, String> {
         let start = Instant::now();
         let engine = Self::engine(&mut self.engine, &order.engine, self.window.as_ref())?;
         let mut settings = order.settings.clone();
-        if let (None, Some(camera)) = (settings.camera, order.camera) {
-            // It may move with the scene, so it is asked for at each moment.
-            let frame = order.scene.at(order.seconds).map_err(|error| error.to_string())?;
-            settings.camera = frame.cameras.get(camera).map(|named| named.camera);
-        }
         let (scene, seconds) = (&order.scene, order.seconds);
         // These are made from the film.
         let needs_film = order.file.is_some() || order.heat.is_some() || order.needs_focus;
@@ -100,8 +95,8 @@ impl Studio {
         };
         let renderer = &engine.renderer;
         let view = renderer.view().ok_or("nothing was rendered")?;
-        settings.camera = Some(view.camera);
-        self.last = Some((view, settings.culls_back_faces));
+        settings.camera = view.camera.into();
+        self.last = Some((view, settings.sides));
         let scenery = renderer.scenery();
         let film = texture.is_none().then(|| renderer.film());
         let focus = film.map(|film| Focus::new(film, &view, scenery.animation_bounds));
@@ -113,7 +108,8 @@ impl Studio {
             Pixels::Copied(pixels.collect())
         };
         let heat = order.heat.map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
-        let light_grid = order.shows_light_grid.then(|| self.heat.light_grid(order, &settings)).transpose()?.flatten();
+        let light_grid =
+            order.shows_light_grid.then(|| self.heat.light_grid(order, renderer, &settings)).transpose()?.flatten();
         let picture = Picture {
             number: order.number,
             seconds: order.seconds,

@@ -15,9 +15,11 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod answers;
 mod background;
 mod cpu;
 mod engine;
+mod error;
 mod film;
 mod frame;
 #[cfg(feature = "gpu")]
@@ -27,6 +29,7 @@ mod heat_scale;
 pub mod output;
 mod panorama;
 mod probe;
+mod renderer;
 mod sampling;
 mod screen;
 mod settings;
@@ -34,14 +37,16 @@ mod shade;
 mod stats;
 mod tone_map;
 
+pub use answers::{Seen, WorkCounts};
 pub use background::Background;
+pub use error::Error;
 pub use film::{Film, Image};
-pub use frame::{Error, Renderer};
 pub use heat_scale::HeatScale;
 pub use panorama::Panorama;
 pub use probe::{Blocker, Probe};
+pub use renderer::Renderer;
 pub use sampling::Sample;
-pub use settings::{Settings, Structure, ToneMap};
+pub use settings::{CameraChoice, Settings, Structure, ToneMap};
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
 pub use umbrage_rays as rays;
 pub use umbrage_rays::{LightMask, Sides, Work};

@@ -7,9 +7,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use umbrage::output::{BitDepth, write_png};
-use umbrage::rays::{Cells, LightCells, ListedLightOptions, ListedOptions, PixelWork, Work};
-use umbrage::scene::Frame;
-use umbrage::{Error, HeatScale, Image, Renderer, Scene, Settings, Structure};
+use umbrage::rays::{Cells, ListedLightOptions, ListedOptions, PixelCounts};
+use umbrage::{CameraChoice, Error, HeatScale, Image, Renderer, Scene, Settings, Structure, WorkCounts};
 
 use crate::failure::Failure;
 use crate::flags::{CountedFlag, GridFlag, HeatmapFlags};
@@ -30,7 +29,7 @@ enum Counted {
 impl Counted {
     const ALL: [Self; 4] = [Self::Tested, Self::Cells, Self::Undecided, Self::Pairs];
 
-    fn of(self, work: Work) -> u32 {
+    fn of(self, work: PixelCounts) -> u32 {
         match self {
             Self::Tested => work.tested,
             Self::Cells => work.cells,
@@ -86,29 +85,28 @@ pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
     let address = flags.scene.unwrap_or_else(|| DEFAULT_SCENE.into());
     use_threads(flags.threads)?;
     let scene = Scene::open_with(&address, &flags.opening.into())?;
+    let frame = scene.at(seconds)?;
     let camera = match flags.camera {
-        None => None,
-        Some(CameraFlag::Placed(camera)) => Some(camera),
-        Some(CameraFlag::Listed(name)) => {
-            let mut frame = Frame::default();
-            scene.pose(seconds, &mut frame)?;
-            Some(frame.cameras[listed_camera(&frame, &name)?].camera)
-        }
+        None => CameraChoice::Default,
+        Some(CameraFlag::Placed(camera)) => camera.into(),
+        Some(CameraFlag::Listed(name)) => CameraChoice::Scene(listed_camera(&frame, &name)?),
     };
     let Size { width, height } = flags.size;
     let settings = Settings { width, height, camera, structure, ..Settings::default() };
-    let (mut renderer, mut work) = (Renderer::default(), PixelWork::default());
-    renderer.count_work(&scene, seconds, &settings, &mut work)?;
+    let light = match shown {
+        Shown::Work(_) => None,
+        Shown::Points { light } => Some(light),
+    };
+    let mut counts = WorkCounts::default();
+    Renderer::default().count_work(&frame, &settings, light, &mut counts).map_err(no_such_light)?;
+    let WorkCounts { pixels: work, cells } = counts;
     let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     let mut all: Vec<(&str, Vec<u32>)> = Counted::ALL
         .map(|counted| (counted.title(), pixels().map(|(x, y)| counted.of(work.at(x, y))).collect()))
         .into();
     let place = match shown {
         Shown::Work(counted) => counted as usize,
-        Shown::Points { light } => {
-            let mut cells = LightCells::default();
-            let located = renderer.locate_points(&scene, seconds, &settings, light, &mut cells);
-            located.map_err(no_such_light)?;
+        Shown::Points { .. } => {
             all.push((POINTS_TITLE, pixels().map(|(x, y)| cells.points_at(x, y)).collect()));
             all.len() - 1
         }

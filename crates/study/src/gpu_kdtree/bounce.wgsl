@@ -2,11 +2,14 @@
 
 import package::dispatch::{flat_group, groups_of};
 import package::exact::corners::{corner_bits};
-import package::exact::double::{F64, f64_to_f32_bits, f64_from_f32_bits};
+import package::exact::double::{F64, F64_ZERO, f64_from_f32_bits, f64_to_f32_bits};
 import package::exact::predicate::{ExactRay, exact_scale_to_one};
 import package::exact::shadow::{ExactPoint, exact_point, exact_shadow};
 import package::exact::vector::{F64Vector, f64_vector_scale};
-import package::kdtree::records::{RECORDS_COUNT, record_start};
+import package::kdtree::records::{
+    NO_TRIANGLE, RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORDS_GROUPS, RECORDS_PACKETS, RECORD_LANES,
+    RECORD_OWN, RECORD_TAG, SHADOW_COLOR, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT, record_start,
+};
 import package::mask::flags::{TRIANGLE_MATERIAL};
 
 struct KdBounce {

@@ -2,8 +2,11 @@
 
 import package::dispatch::{flat_group, groups_of};
 import package::exact::camera::{ExactView, exact_pixel_ray};
-import package::exact::double::{F64};
-import package::kdtree::records::{RECORDS_COUNT, record_start};
+import package::exact::double::{F64, F64_ZERO};
+import package::kdtree::records::{
+    NO_TRIANGLE, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORDS_GROUPS, RECORDS_PACKETS, RECORD_OWN, RECORD_TAG,
+    record_start,
+};
 
 struct KdEye {
     view: ExactView,

@@ -1,11 +1,19 @@
 // Stage `line`: rays as the traversals take them, in f32. The derivation is in `mod.rs`.
 
 import package::dispatch::{flat_group};
-import package::exact::double::{F64, f64_add, f64_subtract, f64_multiply, f64_divide, f64_less, f64_to_f32_bits};
+import package::exact::double::{
+    F64, F64_ZERO, f64_add, f64_divide, f64_is_below_zero, f64_is_finite, f64_is_zero, f64_larger_magnitude, f64_less,
+    f64_multiply, f64_subtract, f64_to_f32_bits,
+};
 import package::exact::predicate::{ExactRay, exact_scale_to_one};
 import package::exact::shadow::{ExactPoint, exact_shadow};
-import package::exact::vector::{F64Vector, f64_vector_scale, f64_largest_magnitude};
-import package::kdtree::records::{RECORDS_COUNT, record_start};
+import package::exact::vector::{
+    F64Vector, f64_largest_magnitude, f64_vector_add, f64_vector_from_f32_bits, f64_vector_scale, f64_vector_turned,
+};
+import package::kdtree::records::{
+    RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, RECORD_OWN, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL,
+    SHADOW_LIGHT, record_start,
+};
 
 // The tree's bounds, and the power of two that brings them within one.
 struct KdShape {

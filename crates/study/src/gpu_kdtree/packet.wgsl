@@ -6,8 +6,12 @@
 // have it the other way round is merely slower. `trail.wgsl` says how the way back is found. Whether both children are
 // visited depends on the rays' lines alone, so coming from above again leads the same way.
 
-import package::kdtree::levels::{level_bit, levels_below, has_level, highest_level};
-import package::kdtree::tester::{KdRay, kd_ray, kd_ways, kd_leaf, kd_finish};
+import package::dispatch::{flat_group};
+import package::kdtree::levels::{has_level, highest_level, level_bit, levels_below};
+import package::kdtree::tester::{
+    KD_BEYOND, KD_COUNTS, KdRay, KdWays, kd_children, kd_count, kd_finish, kd_is_empty, kd_is_leaf, kd_is_missed,
+    kd_is_over, kd_leaf, kd_nodes, kd_ray, kd_ways,
+};
 
 override KD_PACKET: u32 = 64u;
 override KD_ENTRIES: u32 = 4u;

@@ -1,7 +1,5 @@
 // How rays, and questions about shadows, lie in a buffer: a header, then records.
 
-import package::exact::double::{F64};
-import package::exact::vector::{F64Vector};
 
 // How many records there are, …
 const RECORDS_COUNT: u32 = 0u;

@@ -4,9 +4,15 @@
 
 import package::dispatch::{flat_group, groups_of};
 import package::exact::corners::{corner_bits};
-import package::exact::predicate::{ExactRay, exact_edges, exact_t, exact_barycentric};
-import package::exact::shadow::{ExactPoint, exact_shadow, exact_blocked_by};
-import package::kdtree::records::{RECORDS_COUNT, record_start};
+import package::exact::double::{F64, f64_equal, f64_less};
+import package::exact::expansion::{ExpansionTerms};
+import package::exact::predicate::{ExactEdges, ExactRay, exact_barycentric, exact_edges, exact_t};
+import package::exact::shadow::{ExactPoint, exact_blocked_by, exact_shadow};
+import package::exact::vector::{F64Vector};
+import package::kdtree::records::{
+    RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT,
+    record_start,
+};
 
 @group(0) @binding(0) var<storage, read> records: array<u32>;
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;

@@ -1,7 +1,11 @@
 // Stages `nearest` and `blocked` with a stack of all far children that wait: a ray an invocation.
 
+import package::dispatch::{flat_group};
 import package::kdtree::records::{RECORD_LANES};
-import package::kdtree::tester::{KdRay, kd_ray, kd_ways, kd_leaf, kd_finish};
+import package::kdtree::tester::{
+    KD_COUNTS, KdRay, kd_children, kd_count, kd_finish, kd_is_backward, kd_is_empty, kd_is_leaf, kd_is_missed, kd_leaf,
+    kd_nodes, kd_ray, kd_ways,
+};
 
 // As many inner nodes as a leaf has above it at most.
 const KD_DEPTH: u32 = 48u;

@@ -3,8 +3,11 @@
 
 import package::dispatch::{flat_group};
 import package::exact::corners::{corner_bits};
-import package::exact::predicate::{ExactRay, ExactEdges, exact_sorted, exact_from_corners, exact_t};
-import package::kdtree::records::{RECORDS_COUNT, record_start};
+import package::exact::double::{F64, f64_is_above_zero, f64_is_finite};
+import package::exact::expansion::{ExpansionTerms};
+import package::exact::predicate::{ExactEdges, ExactRay, exact_from_corners, exact_sorted, exact_t};
+import package::exact::vector::{F64Vector};
+import package::kdtree::records::{NO_TRIANGLE, RAY_DIRECTION, RECORDS_COUNT, RECORD_LANES, RECORD_TAG, record_start};
 
 struct KdSurface {
     width: u32,

@@ -1,6 +1,5 @@
 // What all traversals share: the tree, lines through it, and the tests of leaves. The bounds are derived in `mod.rs`.
 
-import package::dispatch::{flat_group};
 
 // As in `line.wgsl`.
 struct KdShape {

@@ -5,9 +5,13 @@
 // so that may lead to the same leaf again, or past one. Instead a bit for each level says whether the ray is in the farther
 // one of two children that it meets (Laine, "Restart trail for stackless BVH traversal", 2010), as in the Rust crate's `trail`.
 
-import package::kdtree::levels::{level_bit, levels_below, has_level, highest_level};
+import package::dispatch::{flat_group};
+import package::kdtree::levels::{has_level, highest_level, level_bit, levels_below};
 import package::kdtree::records::{RECORD_LANES};
-import package::kdtree::tester::{KdRay, kd_ray, kd_ways, kd_leaf, kd_finish};
+import package::kdtree::tester::{
+    KD_COUNTS, KdRay, kd_children, kd_count, kd_finish, kd_is_backward, kd_is_empty, kd_is_leaf, kd_is_missed,
+    kd_is_over, kd_leaf, kd_nodes, kd_ray, kd_ways,
+};
 
 // Entries of the stack, and how many there is room for.
 override KD_ENTRIES: u32 = 4u;

@@ -19,12 +19,12 @@ pub(super) fn make(
                 options.nested_above = options.nested_above.or(UniformOptions::NESTED.nested_above);
             }
             let mut grid = UniformGrid::with_level(level);
-            grid.set_options(options).map_err(|impossible| Error::Settings(impossible.to_string()))?;
+            grid.set_options(options)?;
             Box::new(grid)
         }
         Structure::KdTree(options) => {
             let mut tree = KdTree::with_level(level);
-            tree.set_options(options).map_err(|impossible| Error::Settings(impossible.to_string()))?;
+            tree.set_options(options)?;
             Box::new(tree)
         }
         Structure::Bvh => Box::new(Bvh::default()),

@@ -5,14 +5,17 @@ mod see;
 mod shade;
 mod shadow;
 
-use umbrage_rays::{
-    Bvh, DirectGrids, Hit, LightMask, Omitted, Ray, SeenPixels, Shot, Sides, SimdLevel, SingleRays, Structure as _,
-    View, Work, predicate,
-};
-use umbrage_scene::{Frame, FrameOpacity};
+use std::mem;
 
+use umbrage_rays::{
+    Bvh, Bytes, DirectGrids, Hit, LightMask, LightSource, Opacity as _, Ray, SeenPixels, Shot, Sides, SimdLevel,
+    SingleRays, Structure as _, View, Work, predicate,
+};
+use umbrage_scene::{Frame, FrameOpacity, Light, Scene};
+
+use crate::engine::{Engine, Output, Staged};
 use crate::sampling::Sample;
-use crate::{Error, Settings, Settled, Structure};
+use crate::{Error, Film, Settings, Settled, Stats, Structure, WorkCounts};
 use make::make;
 
 /// Finds what each pixel sees and which lights reach it, through structures rebuilt for every frame.
@@ -62,10 +65,9 @@ impl Cpu {
         }
     }
 
-    /// Rebuilds what serves all samples of a frame. Structures that are made for the rays of one sample are rebuilt by the
-    /// stages that trace them.
-    pub(crate) fn build(&mut self, frame: &Frame, settings: &Settings) -> Result<(), Error> {
-        let sends_rays_onward = frame.is_see_through() || settings.bounces > 0;
+    /// Takes over what the settings say, and forgets the last frame's counts. `sends_rays_onward` where single rays go
+    /// through the structure as well.
+    fn choose(&mut self, settings: &Settings, sends_rays_onward: bool) -> Result<(), Error> {
         let made_of = (settings.structure, sends_rays_onward);
         if self.made_of != made_of {
             self.structure = make(settings.structure, self.level, sends_rays_onward)?;
@@ -76,9 +78,47 @@ impl Cpu {
         self.shadow_rays = 0;
         self.settled_tests = [0; 2];
         self.camera_work = Work::default();
-        self.structure.build(frame.triangles());
-        if sends_rays_onward && self.structure.single_rays().is_none() {
-            self.bvh.build(frame.triangles());
+        Ok(())
+    }
+
+    /// Finds what pixels show through their middles; what is known of the last frame's pixels stays.
+    pub(crate) fn seen_alone(&mut self, frame: &Frame, view: &View) -> Result<SeenPixels, Error> {
+        self.choose(&Settings::default(), false)?;
+        let last = mem::take(&mut self.seen);
+        let result = self.see_pixels(frame, view, &Sample::MIDDLE);
+        let seen = mem::replace(&mut self.seen, last);
+        Ok(result.map(|()| seen)?)
+    }
+
+    /// Finds which lights reach what pixels show through their middles; what is known of the last frame's pixels stays.
+    pub(crate) fn lit_alone(
+        &mut self,
+        frame: &Frame,
+        lights: &[Light],
+        view: &View,
+        seen: &SeenPixels,
+    ) -> Result<Vec<LightMask>, Error> {
+        self.choose(&Settings::default(), false)?;
+        let last = (mem::replace(&mut self.seen, seen.clone()), mem::take(&mut self.masks));
+        self.shadow_points(frame, lights, view, &Sample::MIDDLE);
+        let masks = mem::take(&mut self.masks);
+        (self.seen, self.masks) = last;
+        Ok(masks)
+    }
+
+    /// Counts the work of seeing through the middles of pixels, and locates what is seen in a light's grid.
+    pub(crate) fn count_alone(
+        &mut self,
+        frame: &Frame,
+        view: &View,
+        settings: &Settings,
+        light: Option<&LightSource>,
+        counts: &mut WorkCounts,
+    ) -> Result<(), Error> {
+        self.choose(settings, false)?;
+        self.see_counting(frame, view, &Sample::MIDDLE, &mut counts.pixels)?;
+        if let Some(light) = light {
+            self.locate(frame, view, &Sample::MIDDLE, light, &mut counts.cells);
         }
         Ok(())
     }
@@ -88,50 +128,89 @@ impl Cpu {
         self.structure.single_rays().unwrap_or(&self.bvh)
     }
 
-    /// What each pixel showed at the last sample.
-    pub(crate) fn seen(&self) -> &SeenPixels {
-        &self.seen
-    }
-
-    /// For each light, which pixels it lit at the last sample.
-    pub(crate) fn light_masks(&self) -> &[LightMask] {
-        &self.masks
-    }
-
-    /// What the camera was as work for its structure, at the last sample; zero where that isn't counted.
-    pub(crate) fn camera_work(&self) -> Work {
-        self.camera_work
-    }
-
-    /// What each light that casts shadows was as work for its grid, at the last sample; empty where that isn't counted.
-    pub(crate) fn light_work(&self) -> &[Work] {
-        self.structure.work_of_lights()
-    }
-
-    pub(crate) fn omitted(&self) -> &Omitted {
-        self.structure.omitted()
-    }
-
-    pub(crate) fn shadow_rays(&self) -> u64 {
-        self.shadow_rays
-    }
-
     /// What of the last frame's camera rays and shadow rays was left to the predicate, where the structure counts that.
-    pub(crate) fn settled(&self) -> [Option<Settled>; 2] {
+    fn settled(&self) -> [Option<Settled>; 2] {
         let is_counted = self.made_of.0.is_specialised();
         self.settled_tests.map(|tests| is_counted.then(|| Settled { tests, ..Settled::default() }))
     }
+}
 
-    pub(crate) fn structure_bytes(&self) -> usize {
-        self.structure.bytes().triangles + self.bvh.bytes().triangles
+impl Engine for Cpu {
+    fn check(&self, _settings: &Settings, output: Output) -> Result<(), Error> {
+        match output {
+            Output::Film => Ok(()),
+            #[cfg(feature = "gpu")]
+            Output::Texture => Err(Error::TextureOnCpu),
+        }
     }
 
-    pub(crate) fn point_bytes(&self) -> usize {
-        self.structure.bytes().points
+    fn animate(&mut self, scene: &Scene, seconds: f64, _settings: &Settings, frame: &mut Frame) -> Result<(), Error> {
+        Ok(scene.pose(seconds, frame)?)
     }
 
-    pub(crate) fn pixel_bytes(&self) -> usize {
-        self.seen.bytes() + self.masks.iter().map(LightMask::bytes).sum::<usize>()
+    /// Structures that are made for the rays of one sample are rebuilt by the stages that trace them.
+    fn build(&mut self, staged: &Staged<'_>, _output: Output) -> Result<(), Error> {
+        let Staged { frame, settings, .. } = *staged;
+        let sends_rays_onward = frame.is_see_through() || settings.bounces > 0;
+        self.choose(settings, sends_rays_onward)?;
+        self.structure.build(frame.triangles());
+        if sends_rays_onward && self.structure.single_rays().is_none() {
+            self.bvh.build(frame.triangles());
+        }
+        Ok(())
+    }
+
+    fn see(&mut self, staged: &Staged<'_>, sample: &Sample, stats: &mut Stats) -> Result<(), Error> {
+        Ok(stats.time("see", || self.see_pixels(staged.frame, &staged.view, sample))?)
+    }
+
+    fn shadow(&mut self, staged: &Staged<'_>, sample: &Sample, stats: &mut Stats) -> Result<(), Error> {
+        stats.time("shadow", || self.shadow_points(staged.frame, staged.lights, &staged.view, sample));
+        Ok(())
+    }
+
+    fn shade(
+        &mut self,
+        staged: &Staged<'_>,
+        _band: usize,
+        sample: &Sample,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
+        stats.time("shade", || self.shade_pixels(staged, sample, film));
+        Ok(())
+    }
+
+    fn cpu(&mut self) -> Option<&mut Cpu> {
+        Some(self)
+    }
+
+    fn seen(&self) -> &SeenPixels {
+        &self.seen
+    }
+
+    fn light_masks(&self) -> &[LightMask] {
+        &self.masks
+    }
+
+    fn camera_work(&self) -> Work {
+        self.camera_work
+    }
+
+    fn light_work(&self) -> &[Work] {
+        self.structure.work_of_lights()
+    }
+
+    fn count(&self, _frame: &Frame, stats: &mut Stats) -> Result<(), Error> {
+        let Bytes { triangles, points } = self.structure.bytes();
+        stats.shadow_rays = self.shadow_rays;
+        stats.count_settled(self.settled());
+        stats.structure_bytes = triangles + self.bvh.bytes().triangles;
+        stats.point_bytes = points;
+        stats.pixel_bytes += self.seen.bytes() + self.masks.iter().map(LightMask::bytes).sum::<usize>();
+        stats.uploaded_bytes = 0;
+        stats.count_omitted(self.structure.omitted());
+        Ok(())
     }
 }
 
@@ -154,7 +233,6 @@ fn shot<'a>(
 
 /// Whether a camera ray that meets a triangle there is stopped by it: by its side, and where it isn't cut away.
 pub(crate) fn stops(frame: &Frame, ray: &Ray, hit: &Hit, sides: Sides) -> bool {
-    use umbrage_rays::Opacity as _;
     sides.stop(ray, frame.triangles().corners(hit.triangle))
         && frame.camera_opacity().stops(hit.triangle, hit.barycentric)
 }

@@ -9,7 +9,7 @@ impl Cpu {
     ///
     /// # Errors
     /// Where the image is larger than the structure's limit.
-    pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
+    pub(super) fn see_pixels(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
         let opacities = opacities(frame);
         let shot = shot(frame, &opacities, view, sample, self.sides);
         self.camera_work = self.structure.see(&shot, &mut self.seen)?;
@@ -21,7 +21,7 @@ impl Cpu {
     ///
     /// # Errors
     /// Where the image is larger than the structure's limit.
-    pub(crate) fn see_counting(
+    pub(super) fn see_counting(
         &mut self,
         frame: &Frame,
         view: &View,
@@ -32,7 +32,7 @@ impl Cpu {
         let shot = shot(frame, &opacities, view, sample, self.sides);
         match self.structure.specialised() {
             Some(specialised) => self.camera_work = specialised.see_counting(&shot, &mut self.seen, work)?,
-            None => self.see(frame, view, sample)?,
+            None => self.see_pixels(frame, view, sample)?,
         }
         Ok(())
     }

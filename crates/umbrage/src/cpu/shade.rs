@@ -5,31 +5,26 @@ use fearless_simd::{Level, Simd, dispatch, f32x16, mask32x16};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use umbrage_rays::predicate::HitPoint;
-use umbrage_rays::{Hit, LightMask, Opacity as _, Ray, SeenPixels, Sides, SingleRays, TileOrder, View};
-use umbrage_scene::Frame;
+use umbrage_rays::{Hit, LightMask, Opacity as _, Ray, SeenPixels, Sides, SingleRays, TileOrder};
+use umbrage_scene::{Frame, Light};
 
 use super::shadow::is_blocked;
 use super::{Cpu, hit_of, stops};
 use crate::Film;
 use crate::background::Surroundings;
+use crate::engine::Staged;
 use crate::sampling::Sample;
 use crate::shade::lanes::{Each, LANES, Vectors, lanes_of, vector_of};
 use crate::shade::{Block, BlockHits, BlockRays, Footprint, SeenReflectance, Surface, arriving};
 
 impl Cpu {
     /// Adds each pixel's radiance at the current sample to the film.
-    pub(crate) fn shade(
-        &self,
-        frame: &Frame,
-        view: &View,
-        sample: &Sample,
-        surroundings: &Surroundings<'_>,
-        film: &mut Film,
-    ) {
+    pub(super) fn shade_pixels(&self, staged: &Staged<'_>, sample: &Sample, film: &mut Film) {
+        let Staged { frame, lights, ref view, surroundings, .. } = *staged;
         let Self { masks: lit, seen, sides, bounces, .. } = self;
         let (sides, bounces, rays_onward) = (*sides, *bounces, self.single_rays());
         let (level, footprint) = (Level::from(self.level), Footprint::new(view, sample.of));
-        let shading = Shading { rays_onward, lit, seen, frame, surroundings, footprint, sides, bounces };
+        let shading = Shading { rays_onward, lit, seen, frame, lights, surroundings, footprint, sides, bounces };
         let Film { color, depth, normal, triangle, .. } = film;
         let rows = TileOrder::BLOCK as usize * view.width as usize;
         let planes = color.par_chunks_mut(rows).zip(depth.par_chunks_mut(rows));
@@ -53,6 +48,7 @@ struct Shading<'a> {
     lit: &'a [LightMask],
     seen: &'a SeenPixels,
     frame: &'a Frame,
+    lights: &'a [Light],
     surroundings: &'a Surroundings<'a>,
     footprint: Footprint,
     sides: Sides,
@@ -159,8 +155,8 @@ impl Shading<'_> {
         }
         let ambient = seen.ambient(self.surroundings.irradiance(simd, normal), surrounding);
         let mut radiance = surface.emitted + ambient.scaled(surface.ambient_occlusion);
-        for (place, light) in self.frame.lights.iter().enumerate() {
-            let lit = lit(place) & *shown & !surface.unlit;
+        for (number, light) in self.lights.iter().enumerate() {
+            let lit = lit(number) & *shown & !surface.unlit;
             if lit == 0 {
                 continue;
             }
@@ -237,7 +233,7 @@ impl Shading<'_> {
     /// The lanes whose `found` hits a light reaches.
     #[cold]
     fn lit_onward(&self, ray: &dyn Fn(usize) -> Ray, light: usize, found: &Each<Option<Hit>>) -> u16 {
-        let light = &self.frame.lights[light];
+        let light = &self.lights[light];
         let is_lit = |lane: usize, hit: &Hit| !is_blocked(self.rays_onward, self.frame, light, &ray(lane), hit);
         (0..LANES)
             .filter(|&lane| found[lane].is_some_and(|hit| is_lit(lane, &hit)))

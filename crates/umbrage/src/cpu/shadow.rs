@@ -8,13 +8,13 @@ use crate::sampling::Sample;
 
 impl Cpu {
     /// Finds which of the points that pixels show each light reaches.
-    pub(crate) fn shadow(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+    pub(super) fn shadow_points(&mut self, frame: &Frame, lights: &[Light], view: &View, sample: &Sample) {
         let Self { structure, seen, masks, shadow_rays, settled_tests, sides, .. } = self;
         let opacities = opacities(frame);
         let shot = shot(frame, &opacities, view, sample, *sides);
-        masks.resize(frame.lights.len(), LightMask::default());
+        masks.resize(lights.len(), LightMask::default());
         let (mut sources, mut casting) = (Vec::new(), Vec::new());
-        for (light, mask) in frame.lights.iter().zip(masks) {
+        for (light, mask) in lights.iter().zip(masks) {
             if light.casts_shadow {
                 sources.push(light.source);
                 casting.push(mask);
@@ -30,7 +30,7 @@ impl Cpu {
     }
 
     /// Finds in which cell of a light's grid each point is that was seen last; structures for all rays have no cells.
-    pub(crate) fn locate(
+    pub(super) fn locate(
         &mut self,
         frame: &Frame,
         view: &View,
