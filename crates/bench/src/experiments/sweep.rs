@@ -53,7 +53,7 @@ impl SweepFlags {
     /// Measures each of `cells`, prints and draws.
     pub(super) fn run(&self, cells: &[Cells], note: &str, chart: &Chart) -> Result<()> {
         use_threads(self.common.threads)?;
-        let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks, ..ListedOptions::DEFAULT };
+        let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks };
         let forms: Vec<_> = cells.iter().map(|&cells| options(cells).into()).collect();
         let conditions = self.common.conditions(Some(self.size));
         let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;

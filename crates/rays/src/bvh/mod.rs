@@ -84,7 +84,7 @@ impl Structure for Bvh {
     }
 
     fn validate(&mut self, shot: &Shot<'_>, _: &SeenPixels, _: &[LightSource]) -> Result<(), String> {
-        Self::validate(self, shot.triangles)
+        self.check(shot.triangles)
     }
 
     fn single_rays(&self) -> Option<&dyn SingleRays> {

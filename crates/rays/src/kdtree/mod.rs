@@ -175,7 +175,7 @@ impl Structure for KdTree {
     }
 
     fn validate(&mut self, shot: &Shot<'_>, _: &SeenPixels, _: &[LightSource]) -> Result<(), String> {
-        Self::validate(self, shot.triangles)
+        self.check(shot.triangles)
     }
 
     fn single_rays(&self) -> Option<&dyn SingleRays> {

@@ -186,7 +186,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::{Camera, PerspectiveGrid, Triangles, View};
+    use crate::{Camera, CameraGrid as _, PerspectiveGrid, Triangles, View};
 
     #[test]
     fn points_are_where_the_grid_looks_for_them() {
@@ -205,7 +205,7 @@ mod tests {
         let mut camera_grid = PerspectiveGrid::default();
         let shot = Shot { offset_pixels, ..Shot::new(triangles, view) };
         camera_grid.build(&shot).expect("a small image");
-        camera_grid.trace(triangles, Unmasked, &mut seen);
+        camera_grid.trace(&shot, &mut seen);
         let (mut grid, mut located) = (LightGrid::default(), LightCells::default());
         grid.survey(&shot, &seen);
         grid.locate(&shot, &seen, &LightSource::Point { position: Vec3::new(2.0, 3.0, 0.0) }, &mut located);

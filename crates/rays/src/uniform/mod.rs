@@ -264,7 +264,7 @@ impl Structure for UniformGrid {
     }
 
     fn validate(&mut self, shot: &Shot<'_>, _: &SeenPixels, _: &[LightSource]) -> Result<(), String> {
-        Self::validate(self, shot.triangles)
+        self.check(shot.triangles)
     }
 
     fn single_rays(&self) -> Option<&dyn SingleRays> {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{Affine2, Vec2, Vec4};
 use proptest::prelude::*;
+use umbrage_rays::Opacity as _;
 use umbrage_scene::{Alpha, ColorSpace, Filter, Frame, Material, Materials, Mesh, Texture, TextureUse, Wrap};
 
 /// A frame of one triangle with a mask.
