@@ -6,7 +6,6 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::Scene;
 use umbrage::rays::{Bvh, Hit, KdTree, KdTreeOptions, Ray, SingleRays as _, UniformGrid, UniformOptions};
 use umbrage::scene::Frame;
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
@@ -64,7 +63,7 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
     );
     let mut table = Table::start(flags.form, &conditions, COLUMNS)?;
     for address in shot::addresses(&flags.scenes, flags.files.as_ref()) {
-        let scene = Scene::open(&address).with_context(|| format!("scene {address}"))?;
+        let scene = umbrage::open(&address).with_context(|| format!("scene {address}"))?;
         let mut frame = Frame::default();
         scene.pose(0.4 * scene.duration_seconds(), &mut frame)?;
         let shot = Shot::new(&frame, &address, flags.size, 1, Lights::First);
@@ -79,10 +78,10 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
             table.push(&runner.row(name(&address), &race))?;
         }
     }
-    table.note(
-        "rays_us: rays a microsecond; ratio: that over single rays of Embree with medium build quality; differ:",
-    )?;
-    table.note("rays whose hit is another triangle than the predicate's, or none. All triangles opaque, single precision rays.")?;
+    table.notes(&[
+            "rays_us: rays a microsecond; ratio: that over single rays of Embree with medium build quality; differ:",
+            "rays whose hit is another triangle than the predicate's, or none. All triangles opaque, single precision rays.",
+        ])?;
     Ok(table.finish()?)
 }
 
@@ -204,7 +203,13 @@ impl Structure {
                 hits.resize(rays.len(), u32::MAX);
                 rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET)).for_each(|(rays, hits)| {
                     let mut found = [None; PACKET];
-                    grid.nearest_of_packet(triangles, rays, |_| true, &mut found[..rays.len()]);
+                    umbrage_study::uniform::nearest_of_packet(
+                        grid,
+                        triangles,
+                        rays,
+                        |_| true,
+                        &mut found[..rays.len()],
+                    );
                     hits.iter_mut().zip(found).for_each(|(hit, found)| *hit = id(found));
                 });
             }

@@ -31,10 +31,8 @@ pub use camera::{Camera, Projection, View};
 pub use camera_grid::{ImageTooLarge, PerspectiveGrid};
 pub use grids::{CameraGrid, DirectGrids, Grids, LightsGrid, ListedGrids};
 pub use kdtree::{
-    BackgroundKdTree, Clipping, ImpossibleBackground, ImpossibleHierarchy, ImpossibleKdTreeOptions, ImpossibleObjects,
-    KdAge, KdBuilder, KdCulling, KdEntry, KdLayout, KdMailbox, KdMotion, KdObject, KdPacketOptions, KdPacketVisits,
-    KdPacketWidth, KdTraversal, KdTree, KdTreeCounts, KdTreeForm, KdTreeOptions, KdTreeVisits, RebuildPolicy, SahCosts,
-    SceneHierarchy, TwoLevelCounts, TwoLevelKdTree, UnknownKdName,
+    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth,
+    KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts, UnknownKdName,
 };
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace, LightGrid};
@@ -51,3 +49,15 @@ pub use single::{SingleRays, Visit};
 pub use structure::{Specialised, Structure};
 pub use triangles::{Omitted, OmittedKind, Triangles};
 pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};
+
+/// What `umbrage-study` needs of the crate's inside. Not part of the public API.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::kdtree::{
+        Ask, Branch, Candidate, Cell, Extent, Filter, HALF_ULP, Job, LANES, MOST_RAYS, Node, Nodes, Plane, Rays,
+        Reference, Scale, Sides, Wide, load,
+    };
+    pub use crate::packet::{Group, Planes};
+    pub use crate::triangles::Unusable;
+    pub use crate::uniform::{Beam, Lattice, Scratch, Statistics, Visitor};
+}

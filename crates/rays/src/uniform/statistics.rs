@@ -2,7 +2,7 @@ use crate::Counts;
 
 /// Counts where the feature `statistics` is on; else it is empty, and its methods do nothing.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Statistics {
+pub struct Statistics {
     #[cfg(feature = "statistics")]
     counts: Counts,
 }
@@ -52,8 +52,9 @@ impl Statistics {
         });
     }
 
+    /// The predicate was asked.
     #[inline(always)]
-    pub(super) fn settled(&mut self, pairs: u64) {
+    pub fn settled(&mut self, pairs: u64) {
         self.note(|counts| counts.settled += pairs);
     }
 

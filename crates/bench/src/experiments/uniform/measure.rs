@@ -1,5 +1,4 @@
 use anyhow::{Context, Result};
-use umbrage::Scene;
 use umbrage::rays::{Counts, SeenPixels, Structure as _, UniformGrid, UniformOptions, ray_by_ray};
 use umbrage::scene::Frame;
 
@@ -39,7 +38,7 @@ pub(super) fn measure(
     forms: &[(UniformOptions, Way)],
     flags: &ExperimentFlags,
 ) -> Result<Vec<Costs>> {
-    let scene = Scene::open(address).with_context(|| format!("scene {address}"))?;
+    let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
     let mut trials = forms.iter().map(|&form| Trial::new(form, flags)).collect::<Result<Vec<_>>>()?;
     let mut frame = Frame::default();
     // The first frame takes memory that later ones use again: it doesn't count.

@@ -41,17 +41,17 @@ impl Visit for KdTree {
 }
 
 impl KdTree {
-    pub(super) fn within<'a>(&'a self, triangles: Triangles<'a>) -> Reachable<'a> {
+    fn within<'a>(&'a self, triangles: Triangles<'a>) -> Reachable<'a> {
         Reachable { tree: self, triangles, traversal: self.options.traversal }
     }
 }
 
 /// A tree, and the triangles that subtrees are built of where a ray first reaches them.
 #[derive(Clone, Copy)]
-pub(super) struct Reachable<'a> {
+struct Reachable<'a> {
     tree: &'a KdTree,
     triangles: Triangles<'a>,
-    pub(super) traversal: KdTraversal,
+    traversal: KdTraversal,
 }
 
 impl Reachable<'_> {
