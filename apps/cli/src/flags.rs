@@ -2,11 +2,11 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use umbrage::Settings;
-use umbrage::output::{Format, FrameRate};
+use umbrage::output::{Chroma, Format, FrameRate};
 use umbrage::rays::SimdLevel;
+use umbrage::{EngineKind, HeatKind, Settings, ToneMap};
 
-use crate::kd_tree::KdTreeFlags;
+use crate::choices::{All, KdTreeOnly, Specialised, StructureFlags, choice};
 use crate::lights::LightFlag;
 use crate::values::{self, BackgroundFlag, CameraFlag, FrameRange, Size};
 
@@ -111,7 +111,7 @@ pub(crate) struct InfoFlags {
     #[arg(long, conflicts_with = "devices", requires = "scene")]
     pub(crate) structure: bool,
     #[command(flatten)]
-    pub(crate) kd_tree: KdTreeFlags,
+    pub(crate) kd_tree: StructureFlags<KdTreeOnly>,
     #[command(flatten)]
     pub(crate) opening: OpeningFlags,
 }
@@ -138,8 +138,8 @@ pub(crate) struct RenderFlags {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// The file's format, whatever its name
-    #[arg(long, value_enum)]
-    pub(crate) format: Option<FormatFlag>,
+    #[arg(long, value_parser = choice::<Format>())]
+    pub(crate) format: Option<Format>,
     /// The moment to show; the animation starts again after its end
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, conflicts_with = "frames", allow_negative_numbers = true)]
     pub(crate) time: Option<f64>,
@@ -183,35 +183,13 @@ pub(crate) struct RenderFlags {
     )]
     pub(crate) exposure: f32,
     /// What renders: triangles and shadows are the same, colours differ by rounding
-    #[arg(long, value_enum, default_value = "cpu")]
-    pub(crate) engine: EngineFlag,
+    #[arg(long, default_value = "cpu", value_parser = choice::<EngineKind>())]
+    pub(crate) engine: EngineKind,
     /// The GPU, by a part of its name; `umbrage info --devices` lists them [default: the first]
     #[arg(long, value_name = "NAME")]
     pub(crate) device: Option<String>,
-    /// What finds the triangles that rays hit on the CPU; the picture is the same either way
-    #[arg(long, value_enum, default_value = "perspective")]
-    pub(crate) structure: StructureFlag,
-    /// Cells a side of the light grids of `--structure listed`, 1 to 2048 [default: 192]
-    #[arg(long, value_name = "N")]
-    pub(crate) light_cells: Option<u32>,
-    /// The most shadow rays in one of their blocks of work, the paper's r, 1 to 4096 [default: 256]
-    #[arg(long, value_name = "R")]
-    pub(crate) light_rays: Option<u32>,
-    /// The most triangles in one of them, 1 to 4096 [default: 512]
-    #[arg(long, value_name = "N")]
-    pub(crate) light_triangles: Option<u32>,
-    /// Cells of `--structure grid` for each triangle, λ of its paper, above 0 [default: 6]
-    #[arg(long, value_name = "LAMBDA", allow_negative_numbers = true)]
-    pub(crate) grid_density: Option<f64>,
-    /// Let its cells that list more than N triangles hold grids of their own, for scenes of very uneven density [default: 64
-    /// for scenes with surfaces that one sees through, else none do]
-    #[arg(long, value_name = "N")]
-    pub(crate) grid_nested: Option<u32>,
-    /// Pixels a side of its packets: 2, 4, 8, 16 or 32 [default: 32]
-    #[arg(long, value_name = "N")]
-    pub(crate) packet: Option<u32>,
     #[command(flatten)]
-    pub(crate) kd_tree: KdTreeFlags,
+    pub(crate) structure: StructureFlags<All>,
     /// See through triangles whose corners are seen clockwise; they cast shadows all the same
     #[arg(long)]
     pub(crate) cull_back_faces: bool,
@@ -219,14 +197,14 @@ pub(crate) struct RenderFlags {
     #[arg(long, value_name = "N", default_value = "0", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]
     pub(crate) bounces: u32,
     /// From radiance to the screen
-    #[arg(long, value_enum, default_value = "neutral")]
-    pub(crate) tone_map: ToneMapFlag,
+    #[arg(long, value_name = "NAME", default_value = "neutral", value_parser = choice::<ToneMap>())]
+    pub(crate) tone_map: ToneMap,
     /// Bits for each channel: 8 or 16 of a PNG or APNG, 16 or 32 of an EXR [default: 8; 16 for EXR]
     #[arg(long, value_name = "8|16|32")]
     pub(crate) bit_depth: Option<u8>,
     /// Colours of raw video: one for four pixels, or one for each
-    #[arg(long, value_enum, default_value = "420")]
-    pub(crate) chroma: ChromaFlag,
+    #[arg(long, default_value = "420", value_parser = choice::<Chroma>())]
+    pub(crate) chroma: Chroma,
     /// Threads to work with [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
@@ -254,26 +232,13 @@ pub(crate) struct HeatmapFlags {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// What the colours show
-    #[arg(long, value_enum, default_value = "tested")]
-    pub(crate) of: CountedFlag,
+    #[arg(long, value_name = "KIND", default_value = "tested", value_parser = choice::<HeatKind>())]
+    pub(crate) of: HeatKind,
     /// The light whose grid `--of points` shows, by number from 0; `umbrage info` lists them [default: 0]
     #[arg(long, value_name = "N")]
     pub(crate) light: Option<usize>,
-    /// What finds the triangles that camera rays hit, and holds points for lights
-    #[arg(long, value_enum, default_value = "listed")]
-    pub(crate) structure: GridFlag,
-    /// Pixels a side of the tiles that triangles are listed in: 8, 16, 32 or 64
-    #[arg(long, value_name = "PIXELS")]
-    pub(crate) sorting_tile: Option<u32>,
-    /// Sorting tiles a side of the tiles that are searched at once: 1, 2, 4 or 8, of 64 pixels at most
-    #[arg(long, value_name = "K")]
-    pub(crate) tracing_tiles: Option<u32>,
-    /// Depth slices, 1 to 64
-    #[arg(long, value_name = "N")]
-    pub(crate) slices: Option<u32>,
-    /// Test all triangles of a cell on all pixels of its tile, as one GPU thread for each pixel does
-    #[arg(long)]
-    pub(crate) whole_tiles: bool,
+    #[command(flatten)]
+    pub(crate) structure: StructureFlags<Specialised>,
     /// The count that has the last colour [default: one that few pixels exceed]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub(crate) max: Option<u32>,
@@ -303,8 +268,8 @@ pub(crate) struct ViewFlags {
     #[arg(long)]
     pub(crate) watch: bool,
     /// What renders at first [default: as in the last window]
-    #[arg(long, value_enum)]
-    pub(crate) engine: Option<EngineFlag>,
+    #[arg(long, value_parser = choice::<EngineKind>())]
+    pub(crate) engine: Option<EngineKind>,
     /// The GPU, by a part of its name; `umbrage info --devices` lists them [default: the first]
     #[arg(long, value_name = "NAME")]
     pub(crate) device: Option<String>,
@@ -321,95 +286,7 @@ pub(crate) struct ViewFlags {
     pub(crate) opening: OpeningFlags,
 }
 
-/// What a heat map shows.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum CountedFlag {
-    /// Triangles tested on the pixel
-    Tested,
-    /// Cells with triangles that were searched for it
-    Cells,
-    /// Tests on it that the filter left undecided
-    Undecided,
-    /// Triangles listed in the cells of its tile, looked at or not
-    Pairs,
-    /// Points that share a cell of a light's grid with the one it shows
-    Points,
-}
-
-/// Structures whose work is counted pixel by pixel.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum GridFlag {
-    /// The grid that tests small triangles directly
-    Perspective,
-    /// The same in its paper's form, with triangles listed by cell
-    Listed,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum FormatFlag {
-    Png,
-    Exr,
-    Gif,
-    Apng,
-    Y4m,
-}
-
-impl From<FormatFlag> for Format {
-    fn from(flag: FormatFlag) -> Self {
-        match flag {
-            FormatFlag::Png => Self::Png,
-            FormatFlag::Exr => Self::Exr,
-            FormatFlag::Gif => Self::Gif,
-            FormatFlag::Apng => Self::Apng,
-            FormatFlag::Y4m => Self::Y4m,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum StructureFlag {
-    /// Grids made for the camera's and the lights' rays
-    Perspective,
-    /// The same in their paper's form, with triangles listed by cell
-    Listed,
-    /// A uniform grid for all rays, traced in packets
-    Grid,
-    /// A kd-tree for all rays
-    #[value(name = "kdtree")]
-    KdTree,
-    /// A bounding volume hierarchy
-    Bvh,
-}
-
-/// What renders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum EngineFlag {
-    /// A GPU where there is one, else the CPU
-    Auto,
-    /// The CPU
-    Cpu,
-    /// A GPU, or a program that stands in for one
-    Gpu,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum ToneMapFlag {
-    /// Khronos PBR Neutral: colours stay, highlights are compressed
-    Neutral,
-    /// What is too bright is cut off
-    Clip,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum ChromaFlag {
-    /// 4:2:0
-    #[value(name = "420")]
-    Quarter,
-    /// 4:4:4
-    #[value(name = "444")]
-    Full,
-}
-
+/// How costs are said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum StatsFlag {
     Text,

@@ -1,13 +1,13 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use umbrage::output::{BitDepth, Chroma, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
-use umbrage::rays::{ListedLightOptions, ListedOptions, PacketSide, SimdLevel, UniformOptions};
+use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
+use umbrage::rays::{Choice, SimdLevel};
 use umbrage::scene::{Clip, OpenOptions};
-use umbrage::{Background, Settings, Structure, ToneMap};
+use umbrage::{Background, EngineKind, Settings, Structure};
 
 use crate::failure::Failure;
-use crate::flags::{ChromaFlag, EngineFlag, OpeningFlags, RenderFlags, StatsFlag, StructureFlag, ToneMapFlag};
+use crate::flags::{OpeningFlags, RenderFlags, StatsFlag};
 use crate::lights::LightFlag;
 use crate::values::{BackgroundFlag, CameraFlag};
 
@@ -31,7 +31,7 @@ pub(crate) struct Job {
     pub(crate) orbit_light: bool,
     pub(crate) threads: Option<u16>,
     pub(crate) simd: SimdLevel,
-    pub(crate) engine: EngineFlag,
+    pub(crate) engine: EngineKind,
     pub(crate) device: Option<String>,
     pub(crate) stats: Option<StatsFlag>,
     pub(crate) quiet: bool,
@@ -50,10 +50,10 @@ pub(crate) enum Moments {
 
 impl Job {
     pub(crate) fn new(flags: RenderFlags) -> Result<Self, Failure> {
-        let structure = structure(&flags)?;
-        engine(&flags)?;
+        let structure = flags.structure.structure()?;
+        engine(&flags, structure)?;
         let default_seconds = if flags.scene.is_none() { DEFAULT_SCENE_SECONDS } else { 0.0 };
-        let (target, format) = target(flags.output, flags.format.map(Format::from), flags.frames.is_some())?;
+        let (target, format) = target(flags.output, flags.format, flags.frames.is_some())?;
         let moments = match (flags.frames, flags.time) {
             (Some(frames), _) => Moments::Frames(frames.0),
             (None, Some(seconds)) => Moments::Single(seconds),
@@ -61,14 +61,6 @@ impl Job {
             (None, None) => Moments::Single(default_seconds),
         };
         let (bit_depth, float_depth) = bit_depths(format, flags.bit_depth)?;
-        let chroma = match flags.chroma {
-            ChromaFlag::Quarter => Chroma::Quarter,
-            ChromaFlag::Full => Chroma::Full,
-        };
-        let tone_map = match flags.tone_map {
-            ToneMapFlag::Neutral => ToneMap::PbrNeutral,
-            ToneMapFlag::Clip => ToneMap::Clip,
-        };
         let settings = Settings {
             width: flags.size.width,
             height: flags.size.height,
@@ -78,7 +70,7 @@ impl Job {
             bounces: flags.bounces,
             background: background(flags.background)?,
             exposure_stops: flags.exposure,
-            tone_map,
+            tone_map: flags.tone_map,
             ..Settings::default()
         };
         Ok(Self {
@@ -87,7 +79,7 @@ impl Job {
             moments,
             target,
             format,
-            output_options: Options { rate: flags.fps, bit_depth, float_depth, chroma },
+            output_options: Options { rate: flags.fps, bit_depth, float_depth, chroma: flags.chroma },
             settings,
             camera: flags.camera,
             lights: flags.lights,
@@ -114,86 +106,18 @@ impl Job {
 }
 
 /// Whether what is asked of the engine is its to do.
-fn engine(flags: &RenderFlags) -> Result<(), Failure> {
-    let is_of_cpu = flags.simd.is_some() || !matches!(flags.structure, StructureFlag::Perspective);
+fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
+    let is_of_cpu = flags.simd.is_some() || structure != Structure::Perspective;
     match flags.engine {
-        EngineFlag::Gpu if flags.bounces > 0 => {
+        EngineKind::Gpu if flags.bounces > 0 => {
             Err(Failure::input("mirrors are followed on the CPU alone", "leave out --engine or --bounces"))
         }
-        EngineFlag::Gpu if is_of_cpu => {
+        EngineKind::Gpu if is_of_cpu => {
             Err(Failure::input("a GPU has no choice of SIMD level or structure", "leave out --simd and --structure"))
         }
-        EngineFlag::Cpu if flags.device.is_some() => Err(Failure::gpu_named_for_cpu()),
+        EngineKind::Cpu if flags.device.is_some() => Err(Failure::gpu_named_for_cpu()),
         _ => Ok(()),
     }
-}
-
-/// What finds the triangles.
-fn structure(flags: &RenderFlags) -> Result<Structure, Failure> {
-    refuse_others_parameters(flags)?;
-    match flags.structure {
-        StructureFlag::Perspective => Ok(Structure::Perspective),
-        StructureFlag::Listed => listed(flags),
-        StructureFlag::Grid => grid(flags),
-        StructureFlag::KdTree => Ok(Structure::KdTree(flags.kd_tree.options()?)),
-        StructureFlag::Bvh => Ok(Structure::Bvh),
-    }
-}
-
-/// Refuses parameters of structures that aren't asked for.
-fn refuse_others_parameters(flags: &RenderFlags) -> Result<(), Failure> {
-    let is_of_lists = flags.light_cells.is_some() || flags.light_rays.is_some() || flags.light_triangles.is_some();
-    let is_of_grid = flags.grid_density.is_some() || flags.grid_nested.is_some() || flags.packet.is_some();
-    let refusals = [
-        (
-            is_of_lists && flags.structure != StructureFlag::Listed,
-            "the light grids' cells and blocks can't be chosen",
-            "--light-cells, --light-rays and --light-triangles are for `--structure listed`",
-        ),
-        (
-            is_of_grid && flags.structure != StructureFlag::Grid,
-            "the uniform grid's cells and packets can't be chosen",
-            "--grid-density, --grid-nested and --packet are for `--structure grid`",
-        ),
-        (
-            flags.kd_tree.is_any_given() && flags.structure != StructureFlag::KdTree,
-            "the kd-tree's builder, layout and traversal can't be chosen",
-            "--kd-builder, --kd-layout, --kd-traversal and --kd-lazy are for `--structure kdtree`",
-        ),
-    ];
-    for (is_refused, message, hint) in refusals {
-        if is_refused {
-            return Err(Failure::input(message, hint));
-        }
-    }
-    Ok(())
-}
-
-fn listed(flags: &RenderFlags) -> Result<Structure, Failure> {
-    let default = ListedLightOptions::DEFAULT;
-    let light = ListedLightOptions::new(
-        flags.light_cells.unwrap_or(default.cells()),
-        flags.light_rays.unwrap_or(default.points()),
-        flags.light_triangles.unwrap_or(default.triangles()),
-    );
-    let light = light.map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
-    Ok(Structure::Listed { camera: ListedOptions::DEFAULT, light })
-}
-
-fn grid(flags: &RenderFlags) -> Result<Structure, Failure> {
-    let default = UniformOptions::DEFAULT;
-    let side = flags.packet.unwrap_or(default.packet.pixels());
-    let Some(packet) = PacketSide::ALL.into_iter().find(|packet| packet.pixels() == side) else {
-        return Err(Failure::input(format!("packets of {side}×{side} pixels"), "--packet is 2, 4, 8, 16 or 32"));
-    };
-    let cells_per_triangle = flags.grid_density.unwrap_or(default.cells_per_triangle);
-    if flags.grid_nested == Some(0) {
-        return Err(Failure::input("--grid-nested 0", "it is a number of triangles from 1 on"));
-    }
-    let options = UniformOptions { cells_per_triangle, packet, nested_above: flags.grid_nested, ..default };
-    let impossible = |_| Failure::input(format!("--grid-density {cells_per_triangle}"), "it is a number above 0");
-    options.check().map_err(impossible)?;
-    Ok(Structure::Grid(options))
 }
 
 /// Has everything work on that many threads, where a number is given.

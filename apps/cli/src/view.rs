@@ -13,21 +13,20 @@ pub(crate) fn run(_: ViewFlags) -> Result<(), Failure> {
 
 #[cfg(feature = "view")]
 pub(crate) fn run(flags: ViewFlags) -> Result<(), Failure> {
+    use umbrage::EngineKind;
     use umbrage::gpu::Adapter;
     use umbrage_viewer::{EngineChoice, Start, view};
-
-    use crate::flags::EngineFlag;
 
     let device = flags.device.unwrap_or_default();
     let wanted = device.to_lowercase();
     let has_gpu =
         || Adapter::all().iter().any(|found| !found.is_software && found.name.to_lowercase().contains(&wanted));
     let engine = match flags.engine {
-        Some(EngineFlag::Cpu) if !device.is_empty() => return Err(Failure::gpu_named_for_cpu()),
+        Some(EngineKind::Cpu) if !device.is_empty() => return Err(Failure::gpu_named_for_cpu()),
         None if device.is_empty() => None,
-        Some(EngineFlag::Cpu) => Some(EngineChoice::Cpu),
-        Some(EngineFlag::Auto) if !has_gpu() => Some(EngineChoice::Cpu),
-        None | Some(EngineFlag::Auto | EngineFlag::Gpu) => Some(EngineChoice::Gpu(device)),
+        Some(EngineKind::Cpu) => Some(EngineChoice::Cpu),
+        Some(EngineKind::Auto) if !has_gpu() => Some(EngineChoice::Cpu),
+        None | Some(EngineKind::Auto | EngineKind::Gpu) => Some(EngineChoice::Gpu(device)),
     };
     crate::job::use_threads(flags.threads)?;
     let start = Start {

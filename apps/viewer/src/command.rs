@@ -3,13 +3,12 @@
 use std::fmt::Write;
 
 use glam::Vec3;
-use umbrage::rays::LightSource;
+use umbrage::rays::{Choice, LightSource};
 use umbrage::scene::{Clip, Light, OpenOptions};
+use umbrage::{EngineKind, OptionValues, Structure, ToneMap};
 
 use crate::app::{App, CameraChoice};
-use crate::choices::{
-    Choices, EngineChoice, KdTreeChoices, ListedChoices, StructureChoice, SurroundingsChoice, UniformChoices,
-};
+use crate::choices::{Choices, EngineChoice, SurroundingsChoice};
 use crate::light_list::INNER;
 
 /// The line, for a shell.
@@ -65,13 +64,13 @@ fn chosen(line: &mut String, choices: &Choices) {
     }
     match &choices.engine {
         EngineChoice::Cpu => {
-            structure(line, choices);
+            structure(line, choices.structures.chosen());
             if choices.bounces > 0 {
                 flag(line, "bounces", &choices.bounces.to_string());
             }
         }
         EngineChoice::Gpu(name) => {
-            flag(line, "engine", "gpu");
+            flag(line, "engine", EngineKind::Gpu.name());
             if !name.is_empty() {
                 flag(line, "device", name);
             }
@@ -83,52 +82,22 @@ fn chosen(line: &mut String, choices: &Choices) {
     if choices.exposure_stops != 0.0 {
         flag(line, "exposure", &choices.exposure_stops.to_string());
     }
-    if choices.clips {
-        flag(line, "tone-map", "clip");
+    if choices.tone_map != ToneMap::default() {
+        flag(line, "tone-map", choices.tone_map.name());
     }
     if let SurroundingsChoice::Color(color) = choices.surroundings {
         flag(line, "background", &vector(color.into()));
     }
 }
 
-fn structure(line: &mut String, choices: &Choices) {
-    let listed = &choices.listed;
-    match choices.structure {
-        StructureChoice::Perspective => {}
-        StructureChoice::Bvh => flag(line, "structure", "bvh"),
-        StructureChoice::Grid => {
-            flag(line, "structure", "grid");
-            let (chosen, default) = (choices.uniform, UniformChoices::default());
-            if chosen.cells_per_triangle != default.cells_per_triangle {
-                flag(line, "grid-density", &chosen.cells_per_triangle.to_string());
-            }
-            if chosen.packet != default.packet {
-                flag(line, "packet", &chosen.packet.to_string());
-            }
-        }
-        StructureChoice::KdTree => {
-            flag(line, "structure", "kdtree");
-            let (chosen, default) = (&choices.kd_tree, KdTreeChoices::default());
-            if chosen.builder != default.builder {
-                flag(line, "kd-builder", &chosen.builder);
-            }
-            if chosen.traversal != default.traversal {
-                flag(line, "kd-traversal", &chosen.traversal);
-            }
-        }
-        StructureChoice::Listed => {
-            flag(line, "structure", "listed");
-            // The camera's cells make no other picture, and `render` has no flags for them.
-            let default = ListedChoices::default();
-            for (name, value, default) in [
-                ("light-cells", listed.light_cells, default.light_cells),
-                ("light-rays", listed.light_rays, default.light_rays),
-                ("light-triangles", listed.light_triangles, default.light_triangles),
-            ] {
-                if value != default {
-                    flag(line, name, &value.to_string());
-                }
-            }
+fn structure(line: &mut String, structure: Structure) {
+    if structure.name() != Structure::default().name() {
+        flag(line, "structure", structure.name());
+    }
+    for (option, value) in structure.changed_options() {
+        match option.values {
+            OptionValues::Switch => line.extend([" --", option.name]),
+            _ => flag(line, option.name, &value),
         }
     }
 }

@@ -7,6 +7,7 @@
 mod bounds;
 mod bvh;
 mod camera;
+mod choice;
 mod grid;
 mod kdtree;
 mod light;
@@ -20,18 +21,19 @@ mod triangles;
 pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
+pub use choice::{Choice, UnknownChoice};
 pub use grid::{
     Cells, GridCounts, ImageTooLarge, ImpossibleCells, ImpossibleLightCells, ImpossibleUniformOptions, Insertion,
     LightCell, LightCells, LightFace, LightGrid, LightGridCounts, LightGridSeconds, ListedCounts, ListedGrid,
     ListedLightCounts, ListedLightGrid, ListedLightOptions, ListedLightSeconds, ListedOptions, ListedSeconds, Mask,
     MaskAnswers, MaskPoints, PacketSide, PerspectiveGrid, PixelWork, SeenImage, SeenPixels, ShadowMask, SimdLevel,
-    TileOrder, UniformCounts, UniformGrid, UniformOptions, UnknownSimdLevel, Unmasked, Work,
+    TileOrder, UniformCounts, UniformGrid, UniformOptions, Unmasked, Work,
 };
 pub use kdtree::{
     BackgroundKdTree, Clipping, ImpossibleBackground, ImpossibleHierarchy, ImpossibleKdTreeOptions, ImpossibleObjects,
     KdAge, KdBuilder, KdCulling, KdEntry, KdLayout, KdMailbox, KdMotion, KdObject, KdPacketOptions, KdPacketVisits,
     KdPacketWidth, KdTraversal, KdTree, KdTreeCounts, KdTreeForm, KdTreeOptions, KdTreeVisits, RebuildPolicy, SahCosts,
-    SceneHierarchy, TwoLevelCounts, TwoLevelKdTree, UnknownKdName,
+    SceneHierarchy, TwoLevelCounts, TwoLevelKdTree,
 };
 pub use light::LightSource;
 pub use ray::{Hit, Ray};

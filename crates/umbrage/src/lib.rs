@@ -16,6 +16,7 @@
 #![forbid(unsafe_code)]
 
 mod background;
+mod choices;
 mod cpu;
 mod engine;
 mod film;
@@ -32,9 +33,11 @@ mod screen;
 mod settings;
 mod shade;
 mod stats;
+mod structure;
 mod tone_map;
 
 pub use background::Background;
+pub use choices::{EngineKind, HeatKind};
 pub use cpu::{LightMask, LightWork};
 pub use film::{Film, Image};
 pub use frame::{Error, Renderer};
@@ -44,6 +47,7 @@ pub use probe::{Blocker, Probe};
 pub use sampling::Sample;
 pub use settings::{Settings, Structure, ToneMap};
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
+pub use structure::{ImpossibleOption, OptionValues, StructureOption, UnknownStructure};
 pub use umbrage_rays as rays;
 pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;

@@ -60,6 +60,9 @@ fn rows(letter: char) -> [u8; HEIGHT as usize] {
 
 #[cfg(test)]
 mod tests {
+    use umbrage::HeatKind;
+    use umbrage::rays::Choice;
+
     use super::*;
 
     #[test]
@@ -73,8 +76,7 @@ mod tests {
 
     #[test]
     fn what_is_written_has_letters() {
-        let titles = super::super::Counted::ALL.map(super::super::Counted::title);
-        for title in titles.into_iter().chain([super::super::POINTS_TITLE]) {
+        for title in HeatKind::all().map(HeatKind::title) {
             let letters = title.chars().filter(|letter| !letter.is_whitespace());
             assert!(letters.clone().all(|letter| dots(&letter.to_string()).count() > 2), "{title}");
         }

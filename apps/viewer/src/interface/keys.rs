@@ -2,14 +2,14 @@
 
 use eframe::egui::{self, Key as Code, Modifiers};
 use glam::Vec3;
-use umbrage::rays::LightSource;
+use umbrage::HeatKind;
+use umbrage::rays::{Choice, LightSource};
 
 use super::menu;
 use crate::app::{App, CameraChoice};
 use crate::choices::EngineChoice;
 use crate::focus::Focus;
 use crate::free_camera::FreeCamera;
-use crate::heat::Heat;
 
 /// What a key is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,8 +155,10 @@ impl Key {
                 };
             }
             Self::Heat => {
-                let next = app.heat.map_or(0, |heat| 1 + Heat::ALL.iter().take_while(|other| **other != heat).count());
-                app.heat = Heat::ALL.get(next).copied();
+                app.heat = match app.heat {
+                    None => HeatKind::all().next(),
+                    Some(heat) => HeatKind::all().skip_while(|other| *other != heat).nth(1),
+                };
             }
             Self::Work => app.kept.shows_work ^= true,
             Self::LightGrid => app.shows_light_grid ^= true,

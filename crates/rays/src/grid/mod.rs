@@ -22,7 +22,7 @@ pub use perspective::{
     PerspectiveGrid,
 };
 pub use seen::SeenPixels;
-pub use simd_level::{SimdLevel, UnknownSimdLevel};
+pub use simd_level::SimdLevel;
 pub use tile_order::TileOrder;
 pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformCounts, UniformGrid, UniformOptions};
 pub use work::{PixelWork, Work};

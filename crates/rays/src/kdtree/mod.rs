@@ -39,7 +39,6 @@ use build::{Deferred, Pool};
 use extent::Extent;
 pub use hierarchy::{ImpossibleHierarchy, SceneHierarchy};
 use layout::Branch;
-pub use names::UnknownKdName;
 use node::Nodes;
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
 pub use packet::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth};
