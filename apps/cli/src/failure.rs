@@ -68,7 +68,7 @@ impl From<umbrage::Error> for Failure {
     fn from(error: umbrage::Error) -> Self {
         match error {
             umbrage::Error::Scene(error) => error.into(),
-            umbrage::Error::Settings(message) => Self::Input { message, hint: None },
+            error if error.is_of_settings() => Self::Input { message: error.to_string(), hint: None },
             other => Self::Work(other.to_string()),
         }
     }

@@ -1,6 +1,6 @@
 use glam::Vec3;
 use umbrage::scene::{Frame, Light};
-use umbrage::{Scene, Settings};
+use umbrage::{CameraChoice, Scene, Settings};
 
 use crate::failure::Failure;
 use crate::job::Job;
@@ -10,8 +10,6 @@ use crate::values::CameraFlag;
 /// Puts the cameras and lights of the command line in place, moment by moment.
 pub(crate) struct Staging {
     settings: Settings,
-    /// Which of the scene's cameras sees it, where its first doesn't; it may move.
-    camera: Option<usize>,
     orbit_light: bool,
     /// The middle of the scene over its whole animation.
     center: Vec3,
@@ -28,7 +26,7 @@ impl Staging {
         let listed = match &job.camera {
             Some(CameraFlag::Listed(name)) => Some(name),
             Some(CameraFlag::Placed(camera)) => {
-                settings.camera = Some(*camera);
+                settings.camera = (*camera).into();
                 None
             }
             None => None,
@@ -41,8 +39,10 @@ impl Staging {
         if !job.lights.is_empty() {
             settings.lights = Some(job.lights.iter().map(|light| light.light(center)).collect());
         }
-        let camera = listed.map(|name| listed_camera(&frame, name)).transpose()?;
-        Ok(Self { settings, camera, orbit_light: job.orbit_light, center, frame })
+        if let Some(name) = listed {
+            settings.camera = CameraChoice::Scene(listed_camera(&frame, name)?);
+        }
+        Ok(Self { settings, orbit_light: job.orbit_light, center, frame })
     }
 
     /// The settings for a moment; `turn` says how far an orbiting light has come, 1 being once round.
@@ -52,12 +52,8 @@ impl Staging {
     pub(crate) fn settings(&mut self, scene: &Scene, seconds: f64, turn: f64) -> Result<Settings, Failure> {
         let mut settings = self.settings.clone();
         let own_lights = self.orbit_light && settings.lights.is_none();
-        if self.camera.is_some() || own_lights {
+        if own_lights {
             scene.pose(seconds, &mut self.frame)?;
-        }
-        if let Some(camera) = self.camera {
-            // A sequence's later files may have fewer cameras: then the first one sees the scene.
-            settings.camera = self.frame.cameras.get(camera).map(|named| named.camera);
         }
         if self.orbit_light {
             let mut lights: Vec<Light> = settings.lights.take().unwrap_or_else(|| self.frame.lights.clone());

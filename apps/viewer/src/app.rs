@@ -361,13 +361,10 @@ impl App {
         let mut settings = choices.settings(self.screen);
         [settings.width, settings.height] = size;
         settings.lights = self.lights.chosen();
-        let camera = match &self.camera {
-            CameraChoice::Default => None,
-            CameraChoice::OfScene(camera) => Some(*camera),
-            CameraChoice::Free(free) => {
-                settings.camera = Some(free.camera());
-                None
-            }
+        settings.camera = match &self.camera {
+            CameraChoice::Default => umbrage::CameraChoice::Default,
+            CameraChoice::OfScene(camera) => umbrage::CameraChoice::Scene(*camera),
+            CameraChoice::Free(free) => free.camera().into(),
         };
         self.orders += 1;
         self.in_flight = Some(self.orders);
@@ -377,7 +374,6 @@ impl App {
             seconds: self.timeline.seconds,
             settings,
             engine: choices.engine.clone(),
-            camera,
             heat: self.heat,
             shows_light_grid: self.shows_light_grid,
             light,

@@ -1,8 +1,7 @@
 //! Pictures of work: what each pixel cost, as colours over the picture.
 
 use eframe::egui::Color32;
-use umbrage::rays::{LightCells, PixelWork};
-use umbrage::{Error, HeatKind, HeatScale, Renderer, Settings, Structure};
+use umbrage::{HeatKind, HeatScale, Renderer, Settings, Structure, WorkCounts};
 
 use crate::choices::EngineChoice;
 use crate::light_grid::LightGridPicture;
@@ -44,10 +43,9 @@ pub(crate) fn title(heat: HeatKind) -> String {
 #[derive(Default)]
 pub(crate) struct HeatMaker {
     counter: Renderer,
-    work: PixelWork,
-    cells: LightCells,
-    /// The order whose light's cells are known, and whether there is such a light.
-    located: Option<(u64, bool)>,
+    counts: WorkCounts,
+    /// The order whose work was counted last, and whether it has the light whose cells were asked for.
+    counted: Option<(u64, bool)>,
 }
 
 impl HeatMaker {
@@ -59,22 +57,22 @@ impl HeatMaker {
         &mut self,
         heat: HeatKind,
         order: &Order,
-        _renderer: &Renderer,
+        renderer: &Renderer,
         settings: &Settings,
     ) -> Result<HeatMap, String> {
         let (settings, mut note) = countable(order, settings);
+        let is_there = self.count(order, renderer, &settings)?;
+        let WorkCounts { pixels: work, cells } = &self.counts;
         let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
         let (light, counts): (_, Vec<u32>) = if heat == HeatKind::Points {
-            if self.locate(order, &settings)? {
-                (Some(order.light), pixels.map(|(x, y)| self.cells.points_at(x, y)).collect())
+            if is_there {
+                (Some(order.light), pixels.map(|(x, y)| cells.points_at(x, y)).collect())
             } else {
                 note = Some("but there is no light");
                 (None, pixels.map(|_| 0).collect())
             }
         } else {
-            let counted = self.counter.count_work(&order.scene, order.seconds, &settings, &mut self.work);
-            counted.map_err(|error| error.to_string())?;
-            (None, pixels.map(|(x, y)| heat.of(self.work.at(x, y)).unwrap_or_default()).collect())
+            (None, pixels.map(|(x, y)| heat.of(work.at(x, y)).unwrap_or_default()).collect())
         };
         Ok(HeatMap { heat, light, scale: HeatScale::of(&counts), counts, note })
     }
@@ -86,31 +84,31 @@ impl HeatMaker {
     pub(crate) fn light_grid(
         &mut self,
         order: &Order,
+        renderer: &Renderer,
         settings: &Settings,
     ) -> Result<Option<LightGridPicture>, String> {
         let (settings, note) = countable(order, settings);
-        let is_there = self.locate(order, &settings)?;
-        let light = self.counter.scenery().lights.get(order.light).filter(|_| is_there);
+        let is_there = self.count(order, renderer, &settings)?;
+        let light = renderer.scenery().lights.get(order.light).filter(|_| is_there);
         let size = [settings.width, settings.height];
-        Ok(light.map(|light| LightGridPicture::new(&self.cells, size, order.light, &light.source, note)))
+        Ok(light.map(|light| LightGridPicture::new(&self.counts.cells, size, order.light, &light.source, note)))
     }
 
-    /// Finds which of its light's cells each pixel of an order is in, unless that is known; false where there is no such
-    /// light.
-    fn locate(&mut self, order: &Order, settings: &Settings) -> Result<bool, String> {
-        if let Some((number, is_there)) = self.located
+    /// Counts the frame that `renderer` has just rendered for an order, unless that is done; whether the order's light was
+    /// asked for, and is there.
+    fn count(&mut self, order: &Order, renderer: &Renderer, settings: &Settings) -> Result<bool, String> {
+        if let Some((number, is_there)) = self.counted
             && number == order.number
         {
             return Ok(is_there);
         }
-        self.located = None;
-        let Self { counter, cells, .. } = self;
-        let is_there = match counter.locate_points(&order.scene, order.seconds, settings, order.light, cells) {
-            Ok(()) => true,
-            Err(Error::NoSuchLight { .. }) => false,
-            Err(error) => return Err(error.to_string()),
-        };
-        self.located = Some((order.number, is_there));
+        self.counted = None;
+        let needs_cells = order.shows_light_grid || order.heat == Some(HeatKind::Points);
+        let is_there = needs_cells && order.light < renderer.scenery().lights.len();
+        let light = is_there.then_some(order.light);
+        let counted = self.counter.count_work(renderer.frame(), settings, light, &mut self.counts);
+        counted.map_err(|error| error.to_string())?;
+        self.counted = Some((order.number, is_there));
         Ok(is_there)
     }
 }

@@ -21,8 +21,6 @@ pub(crate) struct Order {
     pub(crate) seconds: f64,
     pub(crate) settings: Settings,
     pub(crate) engine: EngineChoice,
-    /// Which of the scene's cameras sees it, where `settings` have none.
-    pub(crate) camera: Option<usize>,
     /// What is shown of the work, over the picture.
     pub(crate) heat: Option<HeatKind>,
     /// Whether the light's grid is shown.

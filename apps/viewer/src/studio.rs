@@ -75,11 +75,6 @@ impl Studio {
         let start = Instant::now();
         let engine = Self::engine(&mut self.engine, &order.engine, self.window.as_ref())?;
         let mut settings = order.settings.clone();
-        if let (None, Some(camera)) = (settings.camera, order.camera) {
-            // It may move with the scene, so it is asked for at each moment.
-            let frame = order.scene.at(order.seconds).map_err(|error| error.to_string())?;
-            settings.camera = frame.cameras.get(camera).map(|named| named.camera);
-        }
         let (scene, seconds) = (&order.scene, order.seconds);
         // These are made from the film.
         let needs_film = order.file.is_some() || order.heat.is_some() || order.needs_focus;
@@ -100,7 +95,7 @@ impl Studio {
         };
         let renderer = &engine.renderer;
         let view = renderer.view().ok_or("nothing was rendered")?;
-        settings.camera = Some(view.camera);
+        settings.camera = view.camera.into();
         self.last = Some((view, settings.culls_back_faces));
         let scenery = renderer.scenery();
         let film = texture.is_none().then(|| renderer.film());
@@ -113,7 +108,8 @@ impl Studio {
             Pixels::Copied(pixels.collect())
         };
         let heat = order.heat.map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
-        let light_grid = order.shows_light_grid.then(|| self.heat.light_grid(order, &settings)).transpose()?.flatten();
+        let light_grid =
+            order.shows_light_grid.then(|| self.heat.light_grid(order, renderer, &settings)).transpose()?.flatten();
         let picture = Picture {
             number: order.number,
             seconds: order.seconds,

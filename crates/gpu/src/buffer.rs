@@ -163,7 +163,9 @@ impl Buffer {
         self.buffer.size()
     }
 
-    pub(crate) fn raw(&self) -> &wgpu::Buffer {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn raw(&self) -> &wgpu::Buffer {
         &self.buffer
     }
 }

@@ -9,7 +9,8 @@ use crate::memory::Memory;
 /// A GPU that is ready to work. Clones are the same device.
 #[derive(Clone, Debug)]
 pub struct Gpu {
-    pub(crate) device: wgpu::Device,
+    #[doc(hidden)]
+    pub device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     info: Adapter,
     pub(crate) uploaded_bytes: Arc<AtomicU64>,

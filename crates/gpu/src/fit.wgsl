@@ -2,7 +2,7 @@
 // a frame that doesn't fit is done again with more room, and must not leave anything behind.
 
 import package::dispatch::{groups_of};
-import package::grid::header::{HEADER_LARGE};
+import package::grid::header::{HEADER_BLOCKS, HEADER_FACES, HEADER_LARGE};
 
 // What there is room for: as many of each, and in words of the buffer for open questions.
 struct FitRoom {

@@ -24,38 +24,59 @@ impl Kernel {
     /// The entry point `entry` of the crate's module `path`, with values for its `override` constants.
     #[must_use]
     pub fn new(gpu: &Gpu, path: &str, entry: &'static str, constants: &[(&str, f64)]) -> Self {
-        Self::of_linked(gpu, &link(path), entry, constants)
+        let [kernel] = Self::all(gpu, path, [entry], constants);
+        kernel
+    }
+
+    /// Several entry points of the crate's module `path`, with values for its `override` constants.
+    pub(crate) fn all<const N: usize>(
+        gpu: &Gpu,
+        path: &str,
+        entries: [&'static str; N],
+        constants: &[(&str, f64)],
+    ) -> [Self; N] {
+        Self::of_linked(gpu, &link(path), entries, constants)
     }
 
     /// The entry point `entry` of a shader that isn't the crate's own but may import its modules.
+    ///
+    /// # Panics
+    /// If it isn't valid, or imports what isn't there.
     #[must_use]
     pub fn of_text(gpu: &Gpu, text: &str, entry: &'static str, constants: &[(&str, f64)]) -> Self {
-        Self::of_linked(gpu, &link_text(text), entry, constants)
+        let [kernel] = Self::of_linked(gpu, &link_text(text), [entry], constants);
+        kernel
     }
 
-    fn of_linked(gpu: &Gpu, text: &str, entry: &'static str, constants: &[(&str, f64)]) -> Self {
+    fn of_linked<const N: usize>(
+        gpu: &Gpu,
+        text: &str,
+        entries: [&'static str; N],
+        constants: &[(&str, f64)],
+    ) -> [Self; N] {
         let device = &gpu.device;
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(entry),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
-        let entries: Vec<_> = bindings(text).into_iter().map(layout_entry).collect();
-        let layout =
-            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(entry), entries: &entries });
+        let label = entries.first().copied();
+        let read = naga::front::wgsl::parse_str(text).unwrap_or_else(|error| panic!("{}", error.emit_to_string(text)));
+        let source = wgpu::ShaderSource::Wgsl(text.into());
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
+        let layout = device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &layout_entries(&read) });
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(entry),
+            label,
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(entry),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some(entry),
-            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-            cache: None,
-        });
-        Self { name: entry, pipeline, layout }
+        entries.map(|entry| {
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                cache: None,
+            });
+            Self { name: entry, pipeline, layout: layout.clone() }
+        })
     }
 
     /// Runs over `buffers`, which stand in the order of the shader's bindings.
@@ -93,56 +114,43 @@ fn dispatch_layers(gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, count: u32, laye
     }
 }
 
-/// How a shader sees a buffer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Access {
-    Uniform,
-    Read,
-    ReadWrite,
-}
-
-/// The number and access of each binding that a shader's text declares, all in group 0.
-fn bindings(text: &str) -> Vec<(u32, Access)> {
-    let declared = text.lines().filter_map(|line| line.strip_prefix("@group(0) @binding("));
-    declared
-        .filter_map(|line| {
-            let (number, rest) = line.split_once(')')?;
-            let access = if rest.contains("var<uniform>") {
-                Access::Uniform
-            } else if rest.contains("var<storage, read>") {
-                Access::Read
-            } else {
-                Access::ReadWrite
-            };
-            Some((number.parse().ok()?, access))
-        })
-        .collect()
-}
-
-fn layout_entry((binding, access): (u32, Access)) -> wgpu::BindGroupLayoutEntry {
-    let ty = match access {
-        Access::Uniform => wgpu::BufferBindingType::Uniform,
-        Access::Read => wgpu::BufferBindingType::Storage { read_only: true },
-        Access::ReadWrite => wgpu::BufferBindingType::Storage { read_only: false },
-    };
-    wgpu::BindGroupLayoutEntry {
-        binding,
+/// The bindings that a shader declares, all in group 0.
+fn layout_entries(module: &naga::Module) -> Vec<wgpu::BindGroupLayoutEntry> {
+    let declared =
+        module.global_variables.iter().filter_map(|(_, variable)| variable.binding.zip(Some(variable.space)));
+    let entry = |(resource, space): (naga::ResourceBinding, _)| wgpu::BindGroupLayoutEntry {
+        binding: resource.binding,
         visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        ty: wgpu::BindingType::Buffer {
+            ty: match space {
+                naga::AddressSpace::Storage { access } => {
+                    wgpu::BufferBindingType::Storage { read_only: !access.contains(naga::StorageAccess::STORE) }
+                }
+                _ => wgpu::BufferBindingType::Uniform,
+            },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
         count: None,
-    }
+    };
+    declared.map(entry).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wgpu::BufferBindingType::{Storage, Uniform};
 
     #[test]
-    fn bindings_are_read_from_the_text() {
-        let text = "@group(0) @binding(0) var<uniform> a: A;\n\
-                    @group(0) @binding(1) var<storage, read> b: array<u32>;\n\
-                    fn f() {}\n\
+    fn bindings_are_those_of_the_shader() {
+        let text = "@group(0) @binding(0)\nvar<uniform> a: vec4<u32>;\n\
+                    @binding(1) @group(0) var<storage> b: array<u32>;\n\
+                    var<workgroup> shared_by_group: u32;\n\
                     @group(0) @binding(2) var<storage, read_write> c: array<atomic<u32>>;";
-        assert_eq!(bindings(text), [(0, Access::Uniform), (1, Access::Read), (2, Access::ReadWrite)]);
+        let module = naga::front::wgsl::parse_str(text).expect("valid");
+        let found: Vec<_> = layout_entries(&module).into_iter().map(|entry| (entry.binding, entry.ty)).collect();
+        let expected = [Uniform, Storage { read_only: true }, Storage { read_only: false }]
+            .map(|ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None });
+        assert_eq!(found, [0, 1, 2].into_iter().zip(expected).collect::<Vec<_>>());
     }
 }

@@ -13,7 +13,6 @@ mod error;
 mod fit;
 mod geometry;
 mod grid;
-pub mod kdtree;
 mod kernel;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]
@@ -43,3 +42,10 @@ pub use mask::{MaskMaterial, MaskTexture, MaskVertex, Masks, TriangleFlags};
 pub use omit::Omit;
 pub use recorder::{Recorder, StageTime};
 pub use wgpu;
+
+/// What `umbrage-study` needs of the crate's inside. Not part of the public API.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::link::link_with;
+    pub use crate::view::ExactView;
+}

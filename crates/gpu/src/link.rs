@@ -1,7 +1,12 @@
 //! Joins WGSL modules into one text.
 //!
-//! A module names what it needs in lines `import package::path::{Item, …};` at its top, as in WESL. Names are unique in
-//! the whole crate, so joining is concatenation: each needed module once, before those that need it.
+//! A module names what it needs in statements `import package::path::{Item, …};`, as in WESL. Names are unique in what is
+//! linked, so joining is concatenation: each needed module once, before those that need it. Bindings that each stage
+//! declares at a number of its own, such as `triangles`, are imported by `import stage::{triangles};`.
+//!
+//! Debug builds check that every module imports what it uses, and nothing else.
+
+mod imports;
 
 /// Every module's path and text.
 const MODULES: &[(&str, &str)] = &[
@@ -27,19 +32,6 @@ const MODULES: &[(&str, &str)] = &[
     ("grid::set_up", include_str!("grid/set_up.wgsl")),
     ("grid::space", include_str!("grid/space.wgsl")),
     ("grid::transform", include_str!("grid/transform.wgsl")),
-    ("kdtree::bounce", include_str!("kdtree/bounce.wgsl")),
-    ("kdtree::eye", include_str!("kdtree/eye.wgsl")),
-    ("kdtree::levels", include_str!("kdtree/levels.wgsl")),
-    ("kdtree::lighten", include_str!("kdtree/lighten.wgsl")),
-    ("kdtree::line", include_str!("kdtree/line.wgsl")),
-    ("kdtree::packet", include_str!("kdtree/packet.wgsl")),
-    ("kdtree::raster", include_str!("kdtree/raster.wgsl")),
-    ("kdtree::records", include_str!("kdtree/records.wgsl")),
-    ("kdtree::settle", include_str!("kdtree/settle.wgsl")),
-    ("kdtree::stack", include_str!("kdtree/stack.wgsl")),
-    ("kdtree::surface", include_str!("kdtree/surface.wgsl")),
-    ("kdtree::tester", include_str!("kdtree/tester.wgsl")),
-    ("kdtree::trail", include_str!("kdtree/trail.wgsl")),
     ("light::assign", include_str!("light/assign.wgsl")),
     ("light::balance", include_str!("light/balance.wgsl")),
     ("light::blocks", include_str!("light/blocks.wgsl")),
@@ -85,65 +77,132 @@ const MODULES: &[(&str, &str)] = &[
 /// A shader's whole text.
 ///
 /// # Panics
-/// If `path`, or a module that it imports, isn't listed here.
+/// If `path`, or a module that it imports, isn't listed here; in debug builds also where imports aren't what is used.
 pub(crate) fn link(path: &str) -> String {
-    let mut joined = Vec::new();
-    let mut text = String::new();
-    join(path, &mut joined, &mut text);
-    text
+    link_with(&[], path)
+}
+
+/// As [`link`], where a module may also be one of `others`, which have paths and texts as the crate's own.
+///
+/// # Panics
+/// As [`link`] does.
+#[doc(hidden)]
+#[must_use]
+pub fn link_with(others: &[(&str, &str)], path: &str) -> String {
+    let mut linked = Vec::new();
+    join(others, path, &mut linked);
+    text_of(&linked)
 }
 
 /// A shader's whole text, for a root module that isn't listed here, such as a test's.
+///
+/// # Panics
+/// As [`link`] does.
 pub(crate) fn link_text(root: &str) -> String {
-    let mut text = String::new();
-    join_text(root, &mut Vec::new(), &mut text);
-    text
+    let mut linked = Vec::new();
+    join_text(&[], "the root", root, &mut linked);
+    text_of(&linked)
 }
 
-fn join<'a>(path: &'a str, joined: &mut Vec<&'a str>, text: &mut String) {
-    if joined.contains(&path) {
-        return;
-    }
-    joined.push(path);
-    let Some((_, module)) = MODULES.iter().find(|(name, _)| *name == path) else { panic!("no shader module {path}") };
-    join_text(module, joined, text);
+/// A module that has been read.
+#[derive(Debug)]
+struct Module<'a> {
+    path: &'a str,
+    imports: Vec<Import<'a>>,
+    /// Its text without import statements.
+    body: String,
 }
 
-fn join_text<'a>(module: &'a str, joined: &mut Vec<&'a str>, text: &mut String) {
-    for path in module.lines().filter_map(imported) {
-        join(path, joined, text);
-    }
-    for line in module.lines().filter(|line| imported(line).is_none()) {
-        text.push_str(line);
-        text.push('\n');
+/// One import statement.
+#[derive(Debug)]
+struct Import<'a> {
+    /// `a::b`, or [`STAGE`].
+    path: &'a str,
+    /// What stands between the braces.
+    items: &'a str,
+}
+
+/// What items are imported from that the root module declares.
+const STAGE: &str = "stage";
+
+impl Import<'_> {
+    fn names(&self) -> impl Iterator<Item = &str> {
+        self.items.split(',').map(str::trim).filter(|name| !name.is_empty())
     }
 }
 
-/// `a::b` in `import package::a::b::{Item};`.
-fn imported(line: &str) -> Option<&str> {
-    let path = line.strip_prefix("import package::")?;
-    path.split_once("::{").map(|(path, _)| path)
+fn join<'a>(others: &[(&str, &'a str)], path: &'a str, linked: &mut Vec<Module<'a>>) {
+    let mut modules = MODULES.iter().chain(others);
+    let Some((_, text)) = modules.find(|(name, _)| *name == path) else { panic!("no shader module {path}") };
+    if linked.iter().all(|module| module.path != path) {
+        join_text(others, path, text, linked);
+    }
+}
+
+fn join_text<'a>(others: &[(&str, &'a str)], path: &'a str, text: &'a str, linked: &mut Vec<Module<'a>>) {
+    let module = read(path, text);
+    for import in module.imports.iter().filter(|import| import.path != STAGE) {
+        join(others, import.path, linked);
+    }
+    linked.push(module);
+}
+
+/// The modules' joined text.
+fn text_of(linked: &[Module<'_>]) -> String {
+    if cfg!(debug_assertions) {
+        let faults = imports::faults(linked);
+        assert!(faults.is_empty(), "{}", faults.join("\n"));
+    }
+    linked.iter().map(|module| module.body.as_str()).collect()
+}
+
+/// Takes the import statements, each of which begins a line, out of a module's text.
+fn read<'a>(path: &'a str, text: &'a str) -> Module<'a> {
+    let (mut imports, mut body, mut rest) = (Vec::new(), String::new(), text);
+    while let Some(start) =
+        if rest.starts_with("import ") { Some(0) } else { rest.find("\nimport ").map(|end| end + 1) }
+    {
+        let (before, from_here) = rest.split_at(start);
+        body.push_str(before);
+        let (statement, after) = from_here.split_once(';').unwrap_or((from_here, ""));
+        let parts = statement.strip_suffix('}').and_then(|import| import["import ".len()..].split_once("::{"));
+        let Some((from, items)) = parts else { panic!("{path}: can't read `{statement}`") };
+        imports.push(Import { path: from.strip_prefix("package::").unwrap_or(from), items });
+        rest = after.strip_prefix('\n').unwrap_or(after);
+    }
+    body.push_str(rest);
+    body.push('\n');
+    Module { path, imports, body }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// What the stages declare that modules import from them.
+    const OF_STAGES: [(&str, &str); 4] = [
+        ("locate_view", "var<uniform> locate_view: LocateView;"),
+        ("masks", "var<storage, read> masks: array<u32>;"),
+        ("positions", "var<storage, read> positions: array<u32>;"),
+        ("triangles", "var<storage, read> triangles: array<vec4<u32>>;"),
+    ];
+
     #[test]
     fn every_module_links_and_is_valid_wgsl() {
-        for (path, _) in MODULES {
-            let mut text = link(path);
-            // Some modules leave it to the stage to declare what they read.
-            if text.contains("masks[") && !text.contains("> masks:") {
-                text.push_str("@group(0) @binding(0) var<storage, read> masks: array<u32>;");
+        for (path, text) in MODULES {
+            // As part of a stage that declares what this module and those that it imports leave to it.
+            let mut modules = Vec::new();
+            join(&[], path, &mut modules);
+            let imports: Vec<_> = modules.iter().flat_map(|module| &module.imports).collect();
+            let left: Vec<&str> =
+                imports.iter().filter(|import| import.path == STAGE).flat_map(|import| import.names()).collect();
+            let mut stage = (*text).to_owned();
+            for ((name, declaration), binding) in OF_STAGES.into_iter().zip(100..) {
+                if left.contains(&name) && !text.contains(&format!("> {name}:")) {
+                    stage.push_str(&format!("@group(0) @binding({binding}) {declaration}\n"));
+                }
             }
-            if text.contains("triangles[") && !text.contains("> triangles:") {
-                text.push_str("@group(0) @binding(0) var<storage, read> triangles: array<vec4<u32>>;");
-                text.push_str("@group(0) @binding(1) var<storage, read> positions: array<u32>;");
-            }
-            if text.contains("locate_view.") && !text.contains("> locate_view:") {
-                text.push_str("@group(0) @binding(0) var<uniform> locate_view: LocateView;");
-            }
+            let text = link_text(&stage);
             let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|error| {
                 panic!("{path}: {}", error.emit_to_string(&text));
             });
@@ -155,10 +214,19 @@ mod tests {
 
     #[test]
     fn a_module_is_joined_once_and_before_its_users() {
-        let text =
-            link_text("import package::dispatch::{flat_group};\nimport package::primitives::scan::{};\nfn last() {}");
+        let text = link_text(
+            "import package::dispatch::{flat_group};\n\
+             import package::primitives::workgroup_scan::{\n    scan_workgroup,\n};\n\
+             fn last() { flat_group(); scan_workgroup(); }",
+        );
         assert_eq!(text.matches("fn flat_group").count(), 1);
         assert!(text.find("fn flat_group") < text.find("fn last"));
         assert!(!text.contains("import"));
+    }
+
+    #[test]
+    #[should_panic(expected = "can't read `import package::dispatch::flat_group`")]
+    fn what_is_no_import_is_named() {
+        link_text("import package::dispatch::flat_group;\n");
     }
 }

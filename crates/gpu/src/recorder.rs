@@ -53,7 +53,8 @@ impl<'a> Recorder<'a> {
 
     /// Records one stage that draws: all that `record` does in a pass over `target`, with a `depth` whose nearest is the
     /// largest. Both begin at zero.
-    pub(crate) fn draw(
+    #[doc(hidden)]
+    pub fn draw(
         &mut self,
         name: &'static str,
         target: &wgpu::TextureView,
@@ -91,7 +92,8 @@ impl<'a> Recorder<'a> {
     }
 
     /// Copies a texture with pixels of four bytes to a buffer in which rows follow each other at `row_bytes`.
-    pub(crate) fn copy_texture(&mut self, from: &wgpu::Texture, to: &Buffer, row_bytes: u32) {
+    #[doc(hidden)]
+    pub fn copy_texture(&mut self, from: &wgpu::Texture, to: &Buffer, row_bytes: u32) {
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
         self.encoder.copy_texture_to_buffer(
             from.as_image_copy(),

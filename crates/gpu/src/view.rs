@@ -4,7 +4,7 @@ use umbrage_rays::{Camera, Projection, View};
 /// A camera and its image, as in `exact/camera.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct ExactView {
+pub struct ExactView {
     position: [f32; 3],
     half_height: f32,
     right: [f32; 3],

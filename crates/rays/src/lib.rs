@@ -7,28 +7,27 @@
 mod bounds;
 mod bvh;
 mod camera;
+mod camera_grid;
 mod choice;
-mod grid;
+mod counting_sort;
 mod kdtree;
 mod light;
+mod light_grid;
+mod listed;
 mod packet;
 pub mod predicate;
 mod ray;
+mod shot;
+mod simd;
 mod single;
-pub mod triangle;
 mod triangles;
+mod uniform;
 
 pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
+pub use camera_grid::{GridCounts, ImageTooLarge, PerspectiveGrid};
 pub use choice::{Choice, UnknownChoice};
-pub use grid::{
-    Cells, GridCounts, ImageTooLarge, ImpossibleCells, ImpossibleLightCells, ImpossibleUniformOptions, Insertion,
-    LightCell, LightCells, LightFace, LightGrid, LightGridCounts, LightGridSeconds, ListedCounts, ListedGrid,
-    ListedLightCounts, ListedLightGrid, ListedLightOptions, ListedLightSeconds, ListedOptions, ListedSeconds, Mask,
-    MaskAnswers, MaskPoints, PacketSide, PerspectiveGrid, PixelWork, SeenImage, SeenPixels, ShadowMask, SimdLevel,
-    TileOrder, UniformCounts, UniformGrid, UniformOptions, Unmasked, Work,
-};
 pub use kdtree::{
     BackgroundKdTree, Clipping, ImpossibleBackground, ImpossibleHierarchy, ImpossibleKdTreeOptions, ImpossibleObjects,
     KdAge, KdBuilder, KdCulling, KdEntry, KdLayout, KdMailbox, KdMotion, KdObject, KdPacketOptions, KdPacketVisits,
@@ -36,5 +35,15 @@ pub use kdtree::{
     SceneHierarchy, TwoLevelCounts, TwoLevelKdTree,
 };
 pub use light::LightSource;
+pub use light_grid::{LightCell, LightCells, LightFace, LightGrid, LightGridCounts, LightGridSeconds};
+pub use listed::{
+    Cells, ImpossibleCells, ImpossibleLightCells, ListedCounts, ListedGrid, ListedLightCounts, ListedLightGrid,
+    ListedLightOptions, ListedLightSeconds, ListedOptions, ListedSeconds,
+};
 pub use ray::{Hit, Ray};
+pub use shot::{
+    Mask, MaskAnswers, MaskPoints, PixelWork, SeenImage, SeenPixels, ShadowMask, TileOrder, Unmasked, Work,
+};
+pub use simd::SimdLevel;
 pub use triangles::{Omitted, OmittedKind, Triangles};
+pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformCounts, UniformGrid, UniformOptions};

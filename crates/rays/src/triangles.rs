@@ -37,7 +37,9 @@ impl Triangles<'_> {
     }
 
     /// The world positions of triangle `id`, or why no structure lists it.
-    pub(crate) fn usable_corners(&self, id: u32) -> Result<[Vec3; 3], Unusable> {
+    #[doc(hidden)]
+    #[inline]
+    pub fn usable_corners(&self, id: u32) -> Result<[Vec3; 3], Unusable> {
         let mut corners = [Vec3::ZERO; 3];
         for (corner, &vertex) in corners.iter_mut().zip(&self.indices[id as usize]) {
             *corner = *self.positions.get(vertex as usize).ok_or(Unusable::IndexOutOfRange)?;
@@ -78,7 +80,7 @@ impl Triangles<'_> {
 
 /// Why a triangle can't be hit by any ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Unusable {
+pub enum Unusable {
     NotFinite,
     ZeroArea,
     IndexOutOfRange,

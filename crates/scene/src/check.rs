@@ -81,6 +81,14 @@ impl Frame {
     /// # Errors
     /// What is wrong first.
     pub fn check(&self) -> Result<(), BadFrame> {
+        self.check_lit_by(&self.lights)
+    }
+
+    /// As [`Frame::check`], with other lights in place of the frame's own.
+    ///
+    /// # Errors
+    /// What is wrong first.
+    pub fn check_lit_by(&self, lights: &[Light]) -> Result<(), BadFrame> {
         self.check_counts()?;
         let (mesh, vertices) = (&*self.mesh, self.positions.len());
         let is_bad = |triangle: &[u32; 3]| triangle.iter().any(|&vertex| vertex as usize >= vertices);
@@ -95,7 +103,7 @@ impl Frame {
             return Err(BadFrame::Material { triangle, material: mesh.material_of_triangle[triangle], materials });
         }
         check_textures(&self.materials)?;
-        for (light, of) in self.lights.iter().enumerate() {
+        for (light, of) in lights.iter().enumerate() {
             check_light(of).map_err(|cause| BadFrame::Light { light, cause })?;
         }
         for (camera, named) in self.cameras.iter().enumerate() {

@@ -15,10 +15,12 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod answers;
 mod background;
 mod choices;
 mod cpu;
 mod engine;
+mod error;
 mod film;
 mod frame;
 #[cfg(feature = "gpu")]
@@ -28,6 +30,7 @@ mod heat_scale;
 pub mod output;
 mod panorama;
 mod probe;
+mod renderer;
 mod sampling;
 mod screen;
 mod settings;
@@ -36,16 +39,18 @@ mod stats;
 mod structure;
 mod tone_map;
 
+pub use answers::{Seen, WorkCounts};
 pub use background::Background;
 pub use choices::{EngineKind, HeatKind};
 pub use cpu::{LightMask, LightWork};
+pub use error::Error;
 pub use film::{Film, Image};
-pub use frame::{Error, Renderer};
 pub use heat_scale::HeatScale;
 pub use panorama::Panorama;
 pub use probe::{Blocker, Probe};
+pub use renderer::Renderer;
 pub use sampling::Sample;
-pub use settings::{Settings, Structure, ToneMap};
+pub use settings::{CameraChoice, Settings, Structure, ToneMap};
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
 pub use structure::{ImpossibleOption, OptionValues, StructureOption, UnknownStructure};
 pub use umbrage_rays as rays;

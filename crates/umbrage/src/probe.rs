@@ -44,7 +44,7 @@ impl Probe {
     /// few milliseconds for a million.
     #[must_use]
     pub fn new(frame: &Frame, view: &View, [x, y]: [u32; 2], culls_back_faces: bool) -> Option<Self> {
-        let ray = Sample::all(1).map(|sample| sample.ray(view, x, y)).next()?;
+        let ray = Sample::MIDDLE.ray(view, x, y);
         let hit = nearest(frame, &ray, culls_back_faces)?;
         let crossing = crossing(&ray, frame.triangles().corners(hit.triangle))?;
         let point = HitPoint::new(&ray, hit.t);

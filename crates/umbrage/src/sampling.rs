@@ -2,7 +2,7 @@ use glam::DVec2;
 use umbrage_rays::{Ray, View};
 
 /// One of the rays that each pixel casts: the same one in all pixels.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Which one, counted from 0.
     pub index: u32,
@@ -13,6 +13,9 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// The only one, in the middle of the pixel.
+    pub const MIDDLE: Self = Self { index: 0, of: 1, offset_pixels: DVec2::splat(0.5) };
+
     /// All samples of a pixel: a Hammersley set, which has one in each of `count` columns and each of `count` rows. A
     /// single sample is in the middle.
     pub fn all(count: u32) -> impl Iterator<Item = Self> {
@@ -42,7 +45,7 @@ mod tests {
 
     #[test]
     fn one_sample_is_in_the_middle() {
-        assert!(Sample::all(1).map(|sample| sample.offset_pixels).eq([DVec2::splat(0.5)]));
+        assert!(Sample::all(1).eq([Sample::MIDDLE]));
     }
 
     #[test]

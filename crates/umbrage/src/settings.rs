@@ -1,6 +1,8 @@
 use umbrage_rays::{Camera, KdTreeOptions, ListedLightOptions, ListedOptions, UniformOptions, View};
 use umbrage_scene::{Frame, Light};
 
+use crate::background::Surroundings;
+use crate::engine::Staged;
 use crate::{Background, Error};
 
 /// How a frame is rendered.
@@ -12,8 +14,8 @@ pub struct Settings {
     pub height: u32,
     /// Camera rays for each pixel, spread evenly over it, 1 to [`Settings::MAX_SAMPLES`].
     pub samples: u32,
-    /// The camera; `None` for the scene's own first camera, or else one that sees the whole scene.
-    pub camera: Option<Camera>,
+    /// From where the scene is seen.
+    pub camera: CameraChoice,
     /// The lights; `None` for the scene's own.
     pub lights: Option<Vec<Light>>,
     /// What finds the triangles that rays hit; the picture is the same either way.
@@ -38,7 +40,7 @@ impl Default for Settings {
             width: 1280,
             height: 720,
             samples: 1,
-            camera: None,
+            camera: CameraChoice::Default,
             lights: None,
             structure: Structure::default(),
             culls_back_faces: false,
@@ -60,36 +62,72 @@ impl Settings {
     pub const MAX_BOUNCES: u32 = 1_024;
 
     /// What the camera sees of a frame.
-    pub(crate) fn view(&self, frame: &Frame) -> View {
-        let aspect = self.width as f32 / self.height as f32;
-        let camera = self.camera.unwrap_or_else(|| frame.camera(aspect));
-        View { camera, width: self.width, height: self.height }
+    ///
+    /// # Errors
+    /// [`Error::NoSuchCamera`], where the frame has no camera of the number that is asked for.
+    pub fn view(&self, frame: &Frame) -> Result<View, Error> {
+        let Self { width, height, .. } = *self;
+        let camera = match self.camera {
+            CameraChoice::Default => frame.camera(width as f32 / height as f32),
+            CameraChoice::Own(camera) => camera,
+            CameraChoice::Scene(camera) => {
+                let missing = Error::NoSuchCamera { camera, cameras: frame.cameras.len() };
+                frame.cameras.get(camera).ok_or(missing)?.camera
+            }
+        };
+        Ok(View { camera, width, height })
+    }
+
+    /// The lights of a frame, or those in place of them.
+    pub(crate) fn lights<'a>(&'a self, frame: &'a Frame) -> &'a [Light] {
+        self.lights.as_deref().unwrap_or(&frame.lights)
+    }
+
+    /// A frame with its view, lights and surroundings.
+    pub(crate) fn stage<'a>(
+        &'a self,
+        frame: &'a Frame,
+        surroundings: &'a Surroundings<'a>,
+    ) -> Result<Staged<'a>, Error> {
+        Ok(Staged { frame, lights: self.lights(frame), view: self.view(frame)?, settings: self, surroundings })
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let Self { width, height, samples, .. } = *self;
-        let (sides, counts) = (1..=Self::MAX_SIDE, 1..=Self::MAX_SAMPLES);
+        let Self { width, height, samples, bounces, .. } = *self;
+        let sides = 1..=Self::MAX_SIDE;
         if !sides.contains(&width) || !sides.contains(&height) {
-            let limit = Self::MAX_SIDE;
-            return Err(Error::Settings(format!(
-                "an image of {width}x{height}: each side must be 1 to {limit} pixels"
-            )));
+            return Err(Error::ImageSize { width, height });
         }
-        let structure = match self.structure {
-            Structure::Grid(options) => options.check().map_err(|impossible| impossible.to_string()),
-            Structure::KdTree(options) => options.check().map_err(|impossible| impossible.to_string()),
-            Structure::Perspective | Structure::Listed { .. } | Structure::Bvh => Ok(()),
-        };
-        structure.map_err(Error::Settings)?;
-        if !counts.contains(&samples) {
-            let limit = Self::MAX_SAMPLES;
-            return Err(Error::Settings(format!("{samples} samples a pixel: there must be 1 to {limit}")));
+        match self.structure {
+            Structure::Grid(options) => options.check()?,
+            Structure::KdTree(options) => options.check()?,
+            Structure::Perspective | Structure::Listed { .. } | Structure::Bvh => {}
         }
-        if self.bounces > Self::MAX_BOUNCES {
-            let limit = Self::MAX_BOUNCES;
-            return Err(Error::Settings(format!("{} bounces: there must be at most {limit}", self.bounces)));
+        if !(1..=Self::MAX_SAMPLES).contains(&samples) {
+            return Err(Error::Samples(samples));
+        }
+        if bounces > Self::MAX_BOUNCES {
+            return Err(Error::Bounces(bounces));
         }
         Ok(())
+    }
+}
+
+/// From where a scene is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum CameraChoice {
+    /// The scene's own first camera, or else one that sees the whole scene.
+    #[default]
+    Default,
+    /// One of the scene's own cameras, counted from 0, wherever it is at the frame's moment.
+    Scene(usize),
+    /// A camera of your own.
+    Own(Camera),
+}
+
+impl From<Camera> for CameraChoice {
+    fn from(camera: Camera) -> Self {
+        Self::Own(camera)
     }
 }
 

@@ -1,10 +1,9 @@
 use std::time::Instant;
 
 use serde::Serialize;
-use umbrage_rays::View;
-use umbrage_scene::Frame;
+use umbrage_rays::Omitted;
 
-use crate::engine::Engine;
+use crate::engine::{Engine, Staged};
 use crate::{Error, Film};
 
 /// What a frame cost.
@@ -98,33 +97,30 @@ impl Stats {
         }
     }
 
-    pub(crate) fn count(
-        &mut self,
-        frame: &Frame,
-        view: &View,
-        film: &Film,
-        engine: &Engine,
-        samples: u32,
-    ) -> Result<(), Error> {
+    /// Counts a frame that is done.
+    pub(crate) fn count(&mut self, staged: &Staged<'_>, film: &Film, engine: &dyn Engine) -> Result<(), Error> {
+        let Staged { frame, lights, view, settings, .. } = staged;
         self.triangles = frame.mesh.triangles.len();
-        self.vertices = engine.vertices(frame);
-        self.lights = frame.lights.len();
-        self.camera_rays = u64::from(view.width) * u64::from(view.height) * u64::from(samples);
-        self.shadow_rays = engine.shadow_rays();
-        let [of_camera, of_lights] = engine.settled();
+        self.vertices = frame.positions.len();
+        self.lights = lights.len();
+        self.camera_rays = u64::from(view.width) * u64::from(view.height) * u64::from(settings.samples);
+        self.frame_bytes = frame.bytes();
+        self.pixel_bytes = film.bytes();
+        engine.count(frame, self)
+    }
+
+    /// Counts what the predicate settled of camera rays and of shadow rays, once it is known how many of these there were.
+    pub(crate) fn count_settled(&mut self, [of_camera, of_lights]: [Option<Settled>; 2]) {
         self.settled_camera_rays = of_camera.map(|settled| Settled { of_rays: self.camera_rays, ..settled });
         self.settled_shadow_rays = of_lights.map(|settled| Settled { of_rays: self.shadow_rays, ..settled });
-        self.structure_bytes = engine.structure_bytes();
-        self.point_bytes = engine.point_bytes();
-        self.frame_bytes = frame.bytes() + engine.rig_bytes();
-        self.pixel_bytes = film.bytes() + engine.pixel_bytes();
-        let omitted = engine.omitted(frame)?;
+    }
+
+    pub(crate) fn count_omitted(&mut self, omitted: &Omitted) {
         let kinds = [
             ("a coordinate is not finite", &omitted.not_finite),
             ("two corners are in the same place", &omitted.zero_area),
             ("a vertex index is out of range", &omitted.index_out_of_range),
         ];
-        self.uploaded_bytes = engine.uploaded_bytes();
         self.omitted.clear();
         self.omitted.extend(
             kinds.into_iter().filter(|(_, kind)| kind.count > 0).map(|(reason, kind)| OmittedTriangles {
@@ -133,6 +129,5 @@ impl Stats {
                 first_ids: kind.first_ids.clone(),
             }),
         );
-        Ok(())
     }
 }

@@ -172,7 +172,7 @@ fn what_can_be_no_texture_is_an_error() {
     let Some(mut shared) = shared() else { return };
     let error = shared.renderer.render_to_texture(&scene, 0.0, &sized(8200, 8)).expect_err("too wide");
     assert!(error.to_string().contains("at most 8192"), "{error}");
-    assert!(matches!(shared.renderer.render_to_texture(&scene, 0.0, &sized(0, 8)), Err(Error::Settings(_))));
+    assert!(matches!(shared.renderer.render_to_texture(&scene, 0.0, &sized(0, 8)), Err(Error::ImageSize { .. })));
     // The next frame is right.
     let settings = Settings { tone_map: ToneMap::Clip, ..sized(64, 32) };
     let [(drawn, _), (developed, _)] = shared.both(&scene, 0.0, &settings);

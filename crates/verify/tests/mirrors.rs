@@ -68,10 +68,10 @@ fn above_mirror(is_mirrored: bool) -> Frame {
 fn settings(structure: Structure, bounces: u32) -> Settings {
     let camera = Camera::look_at(Vec3::new(0.5, -9.0, 6.0), Vec3::new(0.0, 0.0, -0.5), Vec3::Z, 0.5);
     let background = Background::Color(Vec3::new(0.4, 0.5, 0.6));
-    Settings { width: 90, height: 70, structure, bounces, background, camera: Some(camera), ..Settings::default() }
+    Settings { width: 90, height: 70, structure, bounces, background, camera: camera.into(), ..Settings::default() }
 }
 
-fn colors(frame: Frame, settings: &Settings) -> Vec<Vec4> {
+fn colors(frame: &Frame, settings: &Settings) -> Vec<Vec4> {
     let mut renderer = Renderer::default();
     renderer.render_frame(frame, settings).expect("a frame").color.clone()
 }
@@ -80,9 +80,10 @@ fn colors(frame: Frame, settings: &Settings) -> Vec<Vec4> {
 fn a_mirror_shows_the_mirrored_scene() {
     let mut renderer = Renderer::default();
     let settings = settings(Structure::Perspective, 1);
-    let film = renderer.render_frame(above_mirror(false), &settings).expect("a frame").clone();
-    let mirrored = colors(above_mirror(true), &settings);
-    let is_mirror = |triangle: u32| renderer.frame().mesh.material_of_triangle.get(triangle as usize) == Some(&MIRROR);
+    let frame = above_mirror(false);
+    let film = renderer.render_frame(&frame, &settings).expect("a frame");
+    let mirrored = colors(&above_mirror(true), &settings);
+    let is_mirror = |triangle: u32| frame.mesh.material_of_triangle.get(triangle as usize) == Some(&MIRROR);
     let mut shown = [0; 2];
     for ((color, &triangle), expected) in film.color.iter().zip(&film.triangle).zip(&mirrored) {
         if is_mirror(triangle) {
@@ -98,7 +99,7 @@ fn a_mirror_shows_the_mirrored_scene() {
 
 #[test]
 fn every_structure_and_level_shows_the_same_in_mirrors() {
-    let expected = colors(above_mirror(false), &settings(Structure::Perspective, 3));
+    let expected = colors(&above_mirror(false), &settings(Structure::Perspective, 3));
     let presorted = KdTreeOptions { builder: KdBuilder::Presorted, lazy_below: 20, ..KdTreeOptions::DEFAULT };
     let structures = [
         Structure::LISTED,
@@ -109,11 +110,11 @@ fn every_structure_and_level_shows_the_same_in_mirrors() {
         Structure::Bvh,
     ];
     for structure in structures {
-        assert!(colors(above_mirror(false), &settings(structure, 3)) == expected, "{structure:?}");
+        assert!(colors(&above_mirror(false), &settings(structure, 3)) == expected, "{structure:?}");
     }
     for level in SimdLevel::available() {
         let mut renderer = Renderer::with_simd_level(level);
-        let film = renderer.render_frame(above_mirror(false), &settings(Structure::KD_TREE, 3)).expect("a frame");
+        let film = renderer.render_frame(&above_mirror(false), &settings(Structure::KD_TREE, 3)).expect("a frame");
         assert!(film.color == expected, "{level}");
     }
 }
@@ -140,13 +141,13 @@ fn light_between_mirrors_comes_by_as_many_as_asked_for() {
         let settings = Settings {
             width: 5,
             height: 4,
-            camera: Some(camera),
+            camera: camera.into(),
             background: Background::Color(Vec3::ONE),
             bounces,
             ..Settings::default()
         };
         let met = MIRRORS.min(bounces as i32 + 1);
-        for color in colors(frame.frame(0.5, &[]), &settings) {
+        for color in colors(&frame.frame(0.5, &[]), &settings) {
             let ratio = color.x / 0.5_f32.powi(met);
             assert!((0.9..1.1).contains(&ratio), "{color} after {bounces} bounces: {ratio} of {met} mirrors' half");
         }
@@ -166,13 +167,13 @@ fn curved_mirrors_do_not_see_themselves_where_they_are_convex() {
     let settings = |bounces| Settings {
         width: 120,
         height: 100,
-        camera: Some(camera),
+        camera: camera.into(),
         background: Background::Color(Vec3::ONE),
         bounces,
         ..Settings::default()
     };
-    let once = colors(frame.clone(), &settings(0));
-    let often = colors(frame, &settings(8));
+    let once = colors(&frame, &settings(0));
+    let often = colors(&frame, &settings(8));
     for (once, often) in once.iter().zip(&often) {
         assert!((*once - *often).abs().max_element() < 2e-3, "{once} without bounces, {often} with");
     }
@@ -181,6 +182,6 @@ fn curved_mirrors_do_not_see_themselves_where_they_are_convex() {
 #[test]
 fn endless_bounces_are_refused() {
     let settings = settings(Structure::Perspective, Settings::MAX_BOUNCES + 1);
-    let refused = Renderer::default().render_frame(above_mirror(false), &settings).map(|_| ());
-    assert!(matches!(&refused, Err(Error::Settings(why)) if why.contains("1024")), "{refused:?}");
+    let refused = Renderer::default().render_frame(&above_mirror(false), &settings).map(|_| ());
+    assert!(matches!(&refused, Err(error @ Error::Bounces(1025)) if error.to_string().contains("1024")), "{refused:?}");
 }

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::{Vec2, Vec3, Vec4};
 use umbrage::gpu::{DeviceLimits, Gpu};
-use umbrage::rays::{Camera, LightSource, Projection};
+use umbrage::rays::{Camera, LightSource, Projection, View};
 use umbrage::scene::{BadFrame, Frame, Light, Material, NamedCamera, Scene, TextureUse};
-use umbrage::{Error, Film, LightMask, Renderer, Settings, Settled, Stats, Structure};
+use umbrage::{CameraChoice, Error, Film, LightMask, Renderer, Seen, Settings, Settled, Stats, Structure};
 use umbrage_verify::real_scene;
 
 const SIZE: [u32; 2] = [70, 50];
@@ -64,10 +64,10 @@ fn compare(name: &str, renderer: &mut Renderer, scene: &Scene, settings: &Settin
         };
         let counts_of_scene = counts(renderer);
         // What the renderer has shown last must not help it.
-        renderer.render_frame(Frame::default(), settings).unwrap_or_else(|error| panic!("{name}: {error}"));
+        renderer.render_frame(&Frame::default(), settings).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert!(shown(renderer) != of_scene, "{name}: shows nothing");
         let posed = scene.at(seconds).unwrap_or_else(|error| panic!("{error}"));
-        renderer.render_frame(posed, settings).unwrap_or_else(|error| panic!("{name}: {error}"));
+        renderer.render_frame(&posed, settings).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert!(shown(renderer) == of_scene, "{name} at {seconds}: another picture");
         assert_eq!(counts(renderer), counts_of_scene, "{name}");
     }
@@ -223,22 +223,22 @@ fn see(frame: &mut Frame, camera: Camera) {
 }
 
 fn check_refusals(renderer: &mut Renderer) {
-    renderer.render_frame(frame(), &settings()).expect("a good frame");
+    renderer.render_frame(&frame(), &settings()).expect("a good frame");
     let last = shown(renderer);
     for (bad, words) in broken_frames() {
-        let error = renderer.render_frame(bad, &settings()).expect_err(words);
+        let error = renderer.render_frame(&bad, &settings()).expect_err(words);
         assert!(matches!(&error, Error::Frame(_)) && error.to_string() == words, "{error} is not {words}");
         // The last frame is still there.
-        assert!(shown(renderer) == last && renderer.frame().positions.len() == 7, "{words}");
+        assert!(shown(renderer) == last, "{words}");
     }
     // What replaces the broken part mends the frame.
     let mut dark = frame();
     dark.lights[0].intensity = f32::NAN;
     let lit = Settings { lights: Some(frame().lights), ..settings() };
-    renderer.render_frame(dark, &lit).expect("a frame with other lights");
+    renderer.render_frame(&dark, &lit).expect("a frame with other lights");
     assert!(shown(renderer) == last);
     let other = Settings { lights: Some(vec![spot(Vec3::ZERO, 0.3)]), ..settings() };
-    let error = renderer.render_frame(frame(), &other).expect_err("a light without a direction");
+    let error = renderer.render_frame(&frame(), &other).expect_err("a light without a direction");
     assert!(matches!(error, Error::Frame(BadFrame::Light { light: 0, .. })), "{error}");
 }
 
@@ -251,13 +251,95 @@ fn broken_frames_are_refused() {
 }
 
 #[test]
+fn cameras_of_a_frame_are_chosen_by_number() {
+    let mut filmed = frame();
+    let other = Camera::look_at(Vec3::new(3.0, 1.0, 1.0), Vec3::ZERO, Vec3::Y, 0.6);
+    filmed.cameras = [camera(), other].map(|camera| NamedCamera { name: "".into(), camera }).into();
+    let with = |camera: CameraChoice| Settings { camera, ..settings() };
+    let check = |renderer: &mut Renderer| {
+        let [own, default, first, second] =
+            [other.into(), CameraChoice::Default, CameraChoice::Scene(0), CameraChoice::Scene(1)].map(|choice| {
+                renderer.render_frame(&filmed, &with(choice)).expect("a frame");
+                shown(renderer)
+            });
+        assert!(own == second && first == default && first != second);
+        let error = renderer.render_frame(&filmed, &with(CameraChoice::Scene(2))).expect_err("two cameras");
+        assert!(matches!(error, Error::NoSuchCamera { camera: 2, cameras: 2 }), "{error}");
+        assert!(shown(renderer) == second);
+    };
+    check(&mut Renderer::default());
+    if let Some(mut gpu) = gpu() {
+        check(&mut gpu);
+    }
+}
+
+#[test]
+fn answers_are_those_of_the_picture() {
+    let mut misses = 0;
+    for demo in ["forest", "glass", "shatter"] {
+        let scene = Scene::open(format!("demo:{demo}?triangles=2000")).expect("a scene of the gallery");
+        let mut renderer = Renderer::default();
+        renderer.render(&scene, 0.3, &settings()).expect("a frame");
+        let (of_picture, frame) = (shown(&renderer), renderer.frame().clone());
+        let view = settings().view(&frame).expect("a view");
+        let seen = renderer.see(&frame, &view).expect("an answer");
+        assert!(seen.triangles() == of_picture.seen, "{demo}");
+        for (pixel, (&triangle, depth)) in seen.triangles().iter().zip(seen.depths()).enumerate() {
+            let ([v, w], position) = (seen.barycentrics()[pixel], seen.positions()[pixel]);
+            if triangle == Seen::NO_TRIANGLE {
+                assert!(depth.is_infinite() && v.is_nan() && w.is_nan() && position.is_nan());
+                misses += 1;
+                continue;
+            }
+            let [a, b, c] = frame.triangles().corners(triangle).map(Vec3::as_dvec3);
+            let weighed = a + (b - a) * f64::from(v) + (c - a) * f64::from(w);
+            assert!(weighed.distance(position) < 1e-5 * depth, "{demo}, pixel {pixel}");
+            let along = (position - view.camera.position.as_dvec3()).dot(view.camera.forward.as_dvec3());
+            assert!((along - depth).abs() < 1e-6 * depth, "{demo}, pixel {pixel}");
+        }
+        let lit = renderer.shadow(&seen, &frame.lights).expect("an answer");
+        assert!(lit == of_picture.lit, "{demo}");
+        assert!(lit.iter().any(|mask| seen_and(&seen, |x, y| mask.is_lit(x, y))), "{demo}");
+        assert!(lit.iter().any(|mask| seen_and(&seen, |x, y| !mask.is_lit(x, y))), "{demo}");
+        // What has been rendered is still there.
+        assert!(shown(&renderer) == of_picture, "{demo}");
+    }
+    assert!(misses > 0);
+}
+
+/// Whether that is so of a pixel that shows a triangle.
+fn seen_and(seen: &Seen<'_>, is_so: impl Fn(u32, u32) -> bool) -> bool {
+    let mut pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))).zip(seen.triangles());
+    pixels.any(|((x, y), &triangle)| triangle != Seen::NO_TRIANGLE && is_so(x, y))
+}
+
+#[test]
+fn answers_without_a_frame_or_an_image_are_refused() {
+    let (mut renderer, camera) = (Renderer::default(), camera());
+    let frame = frame();
+    let view = View { camera, width: 0, height: 8 };
+    assert!(matches!(renderer.see(&frame, &view), Err(Error::ImageSize { width: 0, height: 8 })));
+    for (bad, words) in broken_frames() {
+        let error = renderer.see(&bad, &View { width: 8, ..view }).expect_err(words);
+        assert_eq!(error.to_string(), words);
+    }
+    let seen = renderer.see(&frame, &View { width: 8, ..view }).expect("an answer");
+    let error = renderer.shadow(&seen, &[spot(Vec3::ZERO, 0.3)]).expect_err("a light without a direction");
+    assert!(matches!(error, Error::Frame(BadFrame::Light { light: 0, .. })), "{error}");
+    if let Some(mut gpu) = gpu() {
+        assert!(matches!(gpu.see(&frame, &View { width: 8, ..view }), Err(Error::AnswersOnGpu)));
+        assert!(matches!(gpu.shadow(&seen, &[]), Err(Error::AnswersOnGpu)));
+    }
+}
+
+#[test]
 fn triangles_that_are_nowhere_are_left_out() {
     let mut partly = frame();
     partly.positions[4].y = f32::NAN;
     partly.normals = vec![Vec3::NAN; 7];
     let check = |renderer: &mut Renderer| {
-        let settings = Settings { camera: Some(camera()), ..settings() };
-        let film = renderer.render_frame(partly.clone(), &settings).expect("a frame");
+        let settings = Settings { camera: camera().into(), ..settings() };
+        let film = renderer.render_frame(&partly, &settings).expect("a frame");
         assert!(!film.triangle.contains(&2) && film.triangle.contains(&0) && film.triangle.contains(&1));
         assert!(film.color.iter().all(|color| color.is_finite()));
         let [omitted] = &renderer.stats().omitted[..] else { panic!("{:?}", renderer.stats().omitted) };
@@ -275,12 +357,12 @@ fn frames_without_cameras_are_framed_as_they_are() {
     for offset in [Vec3::ZERO, Vec3::new(40.0, -7.0, 3.0)] {
         let mut moved = frame();
         moved.positions.iter_mut().for_each(|position| *position += offset);
-        let film = renderer.render_frame(moved, &settings()).expect("a frame");
+        let film = renderer.render_frame(&moved, &settings()).expect("a frame");
         let seen = film.triangle.iter().filter(|&&triangle| triangle != Film::NO_TRIANGLE).count();
         assert!(seen > film.triangle.len() / 5, "{seen} pixels show something");
     }
     // And nothing at all is a picture of what is around it.
-    let film = renderer.render_frame(Frame::default(), &settings()).expect("a frame");
+    let film = renderer.render_frame(&Frame::default(), &settings()).expect("a frame");
     assert!(film.triangle.iter().all(|&triangle| triangle == Film::NO_TRIANGLE));
 }
 
@@ -294,12 +376,12 @@ fn diagonal() -> (Frame, Settings) {
     frame.lights = vec![light(LightSource::Directional { direction: Vec3::NEG_Z })];
     let projection = Projection::Orthographic { half_height: 5.0 };
     let camera = Camera { position: Vec3::Z * 5.0, right: Vec3::X, up: Vec3::Y, forward: Vec3::NEG_Z, projection };
-    (frame, Settings { width: 10, height: 10, camera: Some(camera), ..Settings::default() })
+    (frame, Settings { width: 10, height: 10, camera: camera.into(), ..Settings::default() })
 }
 
 fn settled(renderer: &mut Renderer, samples: u32) -> [Settled; 2] {
     let (frame, settings) = diagonal();
-    renderer.render_frame(frame, &Settings { samples, ..settings }).expect("a frame");
+    renderer.render_frame(&frame, &Settings { samples, ..settings }).expect("a frame");
     let Stats { settled_camera_rays, settled_shadow_rays, .. } = renderer.stats();
     [settled_camera_rays, settled_shadow_rays].map(|settled| settled.expect("counted"))
 }
@@ -329,7 +411,7 @@ fn rays_through_edges_are_settled_by_the_predicate() {
     for structure in [Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh] {
         let mut renderer = Renderer::default();
         let (frame, settings) = diagonal();
-        renderer.render_frame(frame, &Settings { structure, ..settings }).expect("a frame");
+        renderer.render_frame(&frame, &Settings { structure, ..settings }).expect("a frame");
         let Stats { settled_camera_rays, settled_shadow_rays, .. } = renderer.stats();
         assert_eq!((settled_camera_rays, settled_shadow_rays), (&None, &None), "{structure:?}");
     }

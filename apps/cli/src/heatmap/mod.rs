@@ -7,9 +7,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use umbrage::output::{BitDepth, write_png};
-use umbrage::rays::{Choice, LightCells, PixelWork};
-use umbrage::scene::Frame;
-use umbrage::{Error, HeatKind, HeatScale, Image, Renderer, Scene, Settings};
+use umbrage::rays::Choice;
+use umbrage::{CameraChoice, Error, HeatKind, HeatScale, Image, Renderer, Scene, Settings, WorkCounts};
 
 use crate::failure::Failure;
 use crate::flags::HeatmapFlags;
@@ -28,29 +27,25 @@ pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
     let address = flags.scene.unwrap_or_else(|| DEFAULT_SCENE.into());
     use_threads(flags.threads)?;
     let scene = Scene::open_with(&address, &flags.opening.into())?;
+    let frame = scene.at(seconds)?;
     let camera = match flags.camera {
-        None => None,
-        Some(CameraFlag::Placed(camera)) => Some(camera),
-        Some(CameraFlag::Listed(name)) => {
-            let mut frame = Frame::default();
-            scene.pose(seconds, &mut frame)?;
-            Some(frame.cameras[listed_camera(&frame, &name)?].camera)
-        }
+        None => CameraChoice::Default,
+        Some(CameraFlag::Placed(camera)) => camera.into(),
+        Some(CameraFlag::Listed(name)) => CameraChoice::Scene(listed_camera(&frame, &name)?),
     };
     let Size { width, height } = flags.size;
     let settings = Settings { width, height, camera, structure, ..Settings::default() };
-    let (mut renderer, mut work) = (Renderer::default(), PixelWork::default());
-    renderer.count_work(&scene, seconds, &settings, &mut work)?;
+    let light = (flags.of == HeatKind::Points).then(|| flags.light.unwrap_or(0));
+    let mut counts = WorkCounts::default();
+    Renderer::default().count_work(&frame, &settings, light, &mut counts).map_err(no_such_light)?;
+    let WorkCounts { pixels: work, cells } = counts;
     let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     let of_pixels = |count: &dyn Fn(u32, u32) -> u32| pixels().map(|(x, y)| count(x, y)).collect::<Vec<u32>>();
     let mut all: Vec<(HeatKind, Vec<u32>)> = HeatKind::all()
         .filter(|kind| *kind != HeatKind::Points)
         .map(|kind| (kind, of_pixels(&|x, y| kind.of(work.at(x, y)).unwrap_or_default())))
         .collect();
-    if flags.of == HeatKind::Points {
-        let mut cells = LightCells::default();
-        let located = renderer.locate_points(&scene, seconds, &settings, flags.light.unwrap_or(0), &mut cells);
-        located.map_err(no_such_light)?;
+    if light.is_some() {
         all.push((HeatKind::Points, of_pixels(&|x, y| cells.points_at(x, y))));
     }
     let shown = all.iter().find(|(kind, _)| *kind == flags.of).map_or(&[][..], |(_, counts)| counts);

@@ -9,12 +9,12 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use umbrage::Scene;
-use umbrage::rays::triangle::{
+use umbrage::rays::{Projection, SimdLevel};
+use umbrage::scene::Frame;
+use umbrage_study::triangle::{
     Badouel, BadouelBundle, HavelHerout, KenslerShirley, MollerTrumbore, MollerTrumboreBundle, Plucker, PluckerBundle,
     Shevtsov,
 };
-use umbrage::rays::{Projection, SimdLevel};
-use umbrage::scene::Frame;
 
 use crate::flags::{draw, size};
 use crate::plot::{Bar, BarChart};

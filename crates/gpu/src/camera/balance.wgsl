@@ -1,9 +1,11 @@
 // Stage `balance`: cuts the tiles' lists into blocks of bounded work. A tile that is cut gets a place for the partial
 // results of its blocks, which `merge` joins.
 
-import package::camera::work::{BLOCK_PAIRS};
+import package::camera::work::{BLOCK_PAIRS, BLOCK_WORDS, MAPPING, WORK_BLOCKS, WORK_FIRST_BLOCK, WORK_KEYS};
 import package::dispatch::{flat_group, groups_of};
-import package::grid::header::{HEADER_BLOCKS};
+import package::grid::header::{
+    HEADER_BLOCKS, HEADER_BLOCK_GROUPS, HEADER_KEYS, HEADER_PARTIALS, HEADER_SPLIT, HEADER_SPLIT_GROUPS,
+};
 import package::grid::space::{Space};
 
 @group(0) @binding(0) var<uniform> space: Space;

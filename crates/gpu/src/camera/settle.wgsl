@@ -1,12 +1,18 @@
 // Stage `settle`: decides by the predicate what tracing has left open. First an invocation has a node, then a pixel: a
 // pixel may have so many that one alone would take too long, and lavapipe ends an invocation's loops after 65,535 turns.
 
-import package::camera::nodes::{NODES_FIRST};
+import package::camera::nodes::{
+    NODES_COUNT, NODES_FIRST, NODES_PIXELS, NODE_CERTAIN, NODE_FRONT, NODE_KEY, NODE_NEXT, NODE_PLACE, NODE_T,
+    NODE_TRIANGLE, NODE_WORDS, NONE,
+};
 import package::dispatch::{flat_group};
 import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::exact::corners::{corner_bits};
-import package::exact::predicate::{exact_edges, exact_t, exact_is_front, exact_barycentric};
+import package::exact::double::{F64, F64_ZERO, f64_equal, f64_less};
+import package::exact::expansion::{ExpansionTerms};
+import package::exact::predicate::{exact_barycentric, exact_edges, exact_is_front, exact_t};
 import package::mask::exact::{is_there_exactly};
+import package::mask::flags::{TRIANGLE_MASKED};
 import package::tile_order::{pixel_of_place};
 
 struct SettleView {

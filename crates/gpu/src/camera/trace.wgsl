@@ -4,12 +4,18 @@
 // front to back. Hits that the filter can't decide, and hits at equal depth as far as it can tell, become nodes of a
 // list of the pixel's own, which stage `settle` decides.
 
-import package::camera::nodes::{NODES_FIRST};
-import package::camera::work::{BLOCK_PAIRS};
+import package::camera::nodes::{
+    NODES_ANY, NODES_COUNT, NODES_FIRST, NODES_GROUPS, NODES_PIXELS, NODES_PIXEL_GROUPS, NODE_CERTAIN, NODE_FRONT,
+    NODE_KEY, NODE_NEXT, NODE_PLACE, NODE_WORDS, NONE, node_pixel_room,
+};
+import package::camera::work::{
+    BLOCK_PAIRS, BLOCK_WORDS, MAPPING, TRACING_TILE, WORK_BLOCKS, WORK_FIRST_BLOCK, WORK_KEYS,
+};
 import package::dispatch::{flat_group, groups_of};
-import package::grid::set_up::{edges_near};
-import package::grid::space::{Space};
-import package::mask::filter::{mask_filter, rough_place};
+import package::grid::set_up::{INFINITE, corners_of, edges_near, rect_of};
+import package::grid::space::{Raster, Space, VERTEX_REGULAR, from_ordered_bits, slice_depth};
+import package::mask::filter::{MASK_CUT, MASK_THERE, RoughPlace, mask_filter, rough_place};
+import package::mask::flags::{TRIANGLE_MASKED};
 import package::tile_order::{place_of_pixel};
 
 @group(0) @binding(0) var<uniform> space: Space;

@@ -1,8 +1,8 @@
 // The ray through a place in the image: bit for bit the Rust crate's `View::ray`.
 
-import package::exact::double::{F64, f64_add, f64_subtract, f64_multiply, f64_divide, f64_from_u32};
+import package::exact::double::{F64, f64_add, f64_divide, f64_from_f32_bits, f64_from_u32, f64_multiply, f64_subtract};
 import package::exact::predicate::{ExactRay};
-import package::exact::vector::{F64Vector, f64_vector_from_f32_bits};
+import package::exact::vector::{f64_vector_add, f64_vector_from_f32_bits, f64_vector_scale};
 
 // A camera and the size of its image in pixels; the rest are bits of f32.
 struct ExactView {

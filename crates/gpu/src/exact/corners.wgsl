@@ -1,6 +1,7 @@
 // The bits of a triangle's corners, from the buffers `triangles` and `positions` that a stage declares.
 
 import package::exact::predicate::{CornerBits};
+import stage::{positions, triangles};
 
 fn position_bits(vertex: u32) -> vec3<u32> {
     return vec3<u32>(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);

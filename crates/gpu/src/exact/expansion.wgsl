@@ -1,7 +1,10 @@
 // More than 53 bits: double-double numbers and Shewchuk's expansions, bit for bit as the Rust crate's `predicate::double`
 // and `predicate::expansion`.
 
-import package::exact::double::{F64, F64Terms, two_sum, two_product, f64_add, f64_multiply, f64_divide};
+import package::exact::double::{
+    F64, F64Terms, F64_NEGATIVE_ZERO, F64_ZERO, f64_abs, f64_add, f64_divide, f64_is_zero, f64_multiply, f64_negate,
+    two_product, two_sum,
+};
 import package::exact::vector::{F64Vector};
 
 // high + low, and the sum of the magnitudes of everything that was added up to it.

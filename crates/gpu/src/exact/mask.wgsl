@@ -5,7 +5,9 @@
 // `mask_texture_opacity` mixes their alpha.
 
 import package::exact::double::{f64_from_u32, f64_to_f32_bits};
-import package::exact::single::{f32_add, f32_subtract, f32_multiply, f32_floor, f32_from_byte};
+import package::exact::single::{
+    F32_HALF, F32_ONE, F32_SIGN, F32_ZERO, f32_add, f32_floor, f32_from_byte, f32_is_nan, f32_multiply, f32_subtract,
+};
 
 // How a material reads the opacity in a texture.
 struct MaskTexture {

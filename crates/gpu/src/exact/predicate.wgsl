@@ -3,9 +3,18 @@
 //
 // Corners come as the bits of their f32 coordinates: what holds an f32 may lose subnormal numbers.
 
-import package::exact::double::{F64, f64_add, f64_multiply, f64_divide, f64_magnitude_less, f64_to_f32_bits};
-import package::exact::expansion::{ExpansionTerms, double_triples, double_quotient, expansion_triple};
-import package::exact::vector::{F64Vector, f64_dot, f64_cross, f64_vector_subtract, f64_largest_magnitude};
+import package::exact::double::{
+    F64, f64_abs, f64_add, f64_divide, f64_exponent_field, f64_is_above_zero, f64_is_below_zero, f64_is_finite,
+    f64_larger_magnitude, f64_magnitude_less, f64_multiply, f64_to_f32_bits,
+};
+import package::exact::expansion::{
+    DoubleDouble, ExpansionTerms, TermsVector, double_quotient, double_triples, expansion_triple, terms_difference,
+    terms_from_vector,
+};
+import package::exact::vector::{
+    F64Vector, f64_cross, f64_dot, f64_largest_magnitude, f64_vector_from_f32_bits, f64_vector_scale,
+    f64_vector_subtract,
+};
 
 // origin + t · direction.
 struct ExactRay {

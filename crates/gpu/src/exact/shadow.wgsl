@@ -1,9 +1,18 @@
 // What shadows a point: bit for bit the Rust crate's `predicate::shadow`.
 
-import package::exact::double::{F64, f64_add, f64_subtract, f64_multiply, f64_magnitude_less};
-import package::exact::expansion::{ExpansionTerms, expansion_triple};
-import package::exact::predicate::{ExactRay, ExactEdges, CornerBits, ExactCorners, exact_edges};
-import package::exact::vector::{F64Vector, f64_dot, f64_cross, f64_vector_subtract, f64_largest_magnitude};
+import package::exact::double::{
+    F64, F64_NEGATIVE_ZERO, F64_SIGN, F64_ZERO, f64_abs, f64_add, f64_is_above_zero, f64_is_below_zero, f64_is_zero,
+    f64_magnitude_less, f64_multiply, f64_subtract,
+};
+import package::exact::expansion::{ExpansionTerms, expansion_triple, terms_difference};
+import package::exact::predicate::{
+    CornerBits, EXACT_ROUNDINGS_64, EXACT_SMALLEST_TRUSTED_BOUND, ExactCorners, ExactEdges, ExactRay, exact_edges,
+    exact_from_corners, exact_sorted,
+};
+import package::exact::vector::{
+    F64Vector, f64_cross, f64_dot, f64_largest_magnitude, f64_vector_add, f64_vector_from_f32_bits, f64_vector_negate,
+    f64_vector_scale, f64_vector_subtract, f64_vector_turned,
+};
 
 // A point that a ray has hit, with a bound on how far rounding may have moved it on any axis.
 struct ExactPoint {

@@ -3,7 +3,7 @@
 // Operations go through F64, which has more than twice the bits: rounding twice then is the same as rounding once
 // (Figueroa, "When is double rounding innocuous?", 1995).
 
-import package::exact::double::{f64_add, f64_multiply, f64_less, f64_from_f32_bits, f64_to_f32_bits};
+import package::exact::double::{f64_add, f64_from_f32_bits, f64_multiply, f64_to_f32_bits};
 
 const F32_ZERO = 0u;
 const F32_HALF = 0x3f000000u;

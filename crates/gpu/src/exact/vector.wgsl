@@ -1,6 +1,8 @@
 // Vectors of F64, with glam's order of operations.
 
-import package::exact::double::{F64, f64_add, f64_subtract, f64_multiply, f64_from_f32_bits, f64_larger_magnitude};
+import package::exact::double::{
+    F64, f64_add, f64_from_f32_bits, f64_larger_magnitude, f64_multiply, f64_negate, f64_subtract,
+};
 
 // Loops over axes turn vectors instead of indexing them: what is indexed lies in memory rather than in registers, which
 // made the loops twice as slow (lavapipe). Loops pay where their body is long; shorter ones compile to more than the

@@ -5,10 +5,10 @@
 // or by `count` alone, which notes them for `scatter`.
 
 import package::dispatch::{flat_group, groups_of};
-import package::grid::header::{HEADER_LARGE};
-import package::grid::space::{Space};
-import package::grid::set_up::{rect_of};
-import package::light::cells::{spread_base};
+import package::grid::header::{HEADER_KEYS, HEADER_LARGE, HEADER_LARGE_GROUPS};
+import package::grid::set_up::{Corners, RECT_EMPTY, Rect, corners_of, edges_near, misses_box, rect_of};
+import package::grid::space::{Space, VERTEX_REGULAR, ordered_bits, slice_depth};
+import package::light::cells::{SPREAD_STARTS, spread_base};
 import package::mask::flags::{TRIANGLE_SHADOWLESS};
 
 struct ListSize {

@@ -4,7 +4,7 @@
 // the distance from one to the next f32; WGSL may contract products and sums, which loses less, not more. Bounds are
 // therefore sums over the magnitudes of terms, and don't depend on an order of operations.
 
-import package::grid::space::{Raster};
+import package::grid::space::{Raster, VERTEX_HOMOGENEOUS, VERTEX_NOWHERE, VERTEX_REGULAR};
 
 // Half the distance from one to the next f32.
 const U: f32 = 5.9604645e-8;

@@ -1,10 +1,11 @@
 // Stage `transform`: each vertex into pixel space, once for every face.
 
-import package::dispatch::{flat_group};
-import package::exact::double::{f64_add};
+import package::exact::double::{
+    F64, f64_add, f64_divide, f64_from_f32_bits, f64_multiply, f64_negate, f64_subtract, f64_to_f32_bits,
+};
 import package::grid::header::{HEADER_KEYS};
-import package::grid::project::{fixed, fits_fixed};
-import package::grid::space::{Space};
+import package::grid::project::{fits_fixed, fixed};
+import package::grid::space::{Space, VERTEX_HOMOGENEOUS, VERTEX_NOWHERE, VERTEX_REGULAR, ordered_bits};
 
 struct TransformSize {
     vertices: u32,

@@ -3,7 +3,7 @@
 import package::dispatch::{flat_group};
 import package::grid::header::{HEADER_FACES};
 import package::grid::space::{ordered_bits};
-import package::light::cells::{spread_base};
+import package::light::cells::{BIN_FRACTION_BITS, spread_base};
 import package::light::light::{Light};
 import package::light::points::{POINT_NONE};
 

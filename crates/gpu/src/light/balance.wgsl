@@ -3,9 +3,9 @@
 // and crowds of triangles are split as well.
 
 import package::dispatch::{flat_group, groups_of};
-import package::grid::header::{HEADER_BLOCKS};
-import package::light::blocks::{LIGHT_BLOCK_POINTS};
-import package::light::cells::{spread_base};
+import package::grid::header::{HEADER_BLOCKS, HEADER_BLOCK_GROUPS, HEADER_FACES};
+import package::light::blocks::{LIGHT_BLOCKS_FIRST, LIGHT_BLOCK_PAIRS, LIGHT_BLOCK_POINTS, LIGHT_BLOCK_WORDS};
+import package::light::cells::{SPREAD_STARTS, spread_base};
 import package::light::light::{Light};
 
 @group(0) @binding(0) var<uniform> light: Light;

@@ -3,9 +3,9 @@
 
 import package::dispatch::{groups_of};
 import package::exact::double::{f64_from_f32_bits};
-import package::grid::header::{HEADER_FACES, HEADER_VERTEX_GROUPS, HEADER_TRIANGLE_GROUPS};
-import package::grid::space::{Space, from_ordered_bits};
-import package::light::cells::{BINS};
+import package::grid::header::{HEADER_FACES, HEADER_TRIANGLE_GROUPS, HEADER_VERTEX_GROUPS};
+import package::grid::space::{Raster, Space, from_ordered_bits};
+import package::light::cells::{BINS, BIN_FRACTION_BITS};
 import package::light::light::{Light};
 import package::light::points::{SURVEY_LOW};
 

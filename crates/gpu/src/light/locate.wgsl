@@ -4,10 +4,15 @@
 
 import package::dispatch::{flat_group};
 import package::exact::corners::{corner_bits};
-import package::exact::predicate::{exact_edges, exact_t};
+import package::exact::double::{F64, f64_add, f64_divide, f64_multiply, f64_to_f32_bits};
+import package::exact::expansion::{ExpansionTerms};
+import package::exact::predicate::{exact_edges, exact_from_corners, exact_t};
+import package::exact::vector::{
+    F64Vector, f64_cross, f64_dot, f64_largest_magnitude, f64_vector_add, f64_vector_scale, f64_vector_subtract,
+};
 import package::grid::space::{ordered_bits};
 import package::light::locate_view::{LocateView, ray_of_place};
-import package::light::points::{SURVEY_LOW};
+import package::light::points::{POINT_NONE, SURVEY_LOW};
 import package::tile_order::{pixel_of_place};
 
 @group(0) @binding(0) var<uniform> locate_view: LocateView;

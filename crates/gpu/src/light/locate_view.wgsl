@@ -1,7 +1,9 @@
 // The camera whose points a light is asked about. A stage declares it as the uniform `locate_view`.
 
 import package::exact::camera::{ExactView, exact_pixel_ray};
+import package::exact::predicate::{ExactRay};
 import package::tile_order::{pixel_of_place};
+import stage::{locate_view};
 
 struct LocateView {
     view: ExactView,

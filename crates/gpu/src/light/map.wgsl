@@ -1,13 +1,16 @@
 // Stage `map`: where each point is on the light's faces, and how many points each bin of their axes has.
 
 import package::dispatch::{flat_group};
-import package::exact::vector::{F64Vector, f64_vector_subtract, f64_dot, f64_largest_magnitude};
+import package::exact::double::{
+    F64, f64_add, f64_divide, f64_is_zero, f64_magnitude_less, f64_multiply, f64_negate, f64_to_f32_bits,
+};
+import package::exact::vector::{F64Vector, f64_dot, f64_largest_magnitude, f64_vector_subtract};
 import package::grid::header::{HEADER_FACES};
-import package::grid::project::{fixed, fits_fixed};
+import package::grid::project::{fits_fixed, fixed};
 import package::grid::space::{Space};
 import package::light::cells::{spread_base};
 import package::light::light::{Light};
-import package::light::points::{POINT_NONE, OPEN_COUNT};
+import package::light::points::{OPEN_COUNT, OPEN_FIRST, OPEN_PAGE, OPEN_PAGE_TRIANGLES, POINT_NONE};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> spaces: array<Space>;

@@ -2,11 +2,14 @@
 
 import package::dispatch::{flat_group};
 import package::exact::corners::{corner_bits};
-import package::exact::shadow::{exact_point, exact_shadow, exact_blocked_by};
+import package::exact::expansion::{ExpansionTerms};
+import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_t};
+import package::exact::shadow::{exact_blocked_by, exact_point, exact_shadow};
 import package::light::light::{Light};
 import package::light::locate_view::{LocateView, ray_of_place};
-import package::light::points::{OPEN_COUNT, OPEN_FIRST};
+import package::light::points::{OPEN_COUNT, OPEN_FIRST, OPEN_PAGE, OPEN_PAGE_TRIANGLES};
 import package::mask::exact::{is_there_exactly};
+import package::mask::flags::{TRIANGLE_SHADOWLESS, TRIANGLE_SHADOW_MASKED};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<uniform> locate_view: LocateView;

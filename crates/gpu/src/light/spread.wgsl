@@ -4,9 +4,9 @@
 // A workgroup has an axis of a face.
 
 import package::grid::header::{HEADER_FACES};
-import package::light::cells::{BINS};
+import package::light::cells::{BINS, SPREAD_STARTS, SPREAD_WORDS};
 import package::light::light::{Light};
-import package::primitives::workgroup_scan::{SCAN_WIDTH, scan_workgroup};
+import package::primitives::workgroup_scan::{SCAN_WIDTH, scan_shared, scan_workgroup};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> header: array<u32>;

@@ -4,13 +4,14 @@
 // memory. What the filter leaves open is noted for `settle`.
 
 import package::dispatch::{flat_group, groups_of};
-import package::grid::set_up::{corner_error, edges_near};
-import package::grid::space::{Space};
-import package::light::cells::{BINS};
-import package::light::blocks::{LIGHT_BLOCK_POINTS};
+import package::grid::set_up::{U, corner_error, corners_of, edges_near};
+import package::grid::space::{Raster, Space, VERTEX_REGULAR};
+import package::light::blocks::{LIGHT_BLOCKS_FIRST, LIGHT_BLOCK_WORDS};
+import package::light::cells::{BIN_FRACTION_BITS, BIN_UNIT};
 import package::light::light::{Light};
-import package::light::points::{OPEN_COUNT};
-import package::mask::filter::{mask_filter, rough_place};
+import package::light::points::{OPEN_COUNT, OPEN_FIRST, OPEN_GROUPS};
+import package::mask::filter::{MASK_OPEN, MASK_THERE, RoughPlace, mask_filter, rough_place};
+import package::mask::flags::{TRIANGLE_SHADOW_MASKED};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<uniform> spaces: array<Space, 6>;

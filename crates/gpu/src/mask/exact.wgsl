@@ -1,6 +1,9 @@
 // Whether a point of a masked triangle is there, as the CPU decides it, bit for bit.
 
-import package::mask::table::{mask_material};
+import package::exact::mask::{mask_interpolated, mask_opacity, mask_texels, mask_texture_opacity};
+import package::exact::single::{F32_ONE, f32_at_least};
+import package::mask::table::{MASKS_HAS_VERTEX_OPACITY, mask_bytes, mask_material, mask_texture_at, mask_vertices};
+import stage::{masks};
 
 // `barycentric` are the bits of the weights of the second and third vertex; a triangle is its four words.
 fn is_there_exactly(triangle: vec4<u32>, barycentric: vec2<u32>, is_shadow: bool) -> bool {

@@ -1,7 +1,9 @@
 // Whether a point of a masked triangle is there, as far as a place that is roughly known tells.
 
-import package::grid::set_up::{Edges};
-import package::mask::table::{mask_material};
+import package::exact::mask::{MASK_WRAP_CLAMP_TO_EDGE, MASK_WRAP_MIRRORED_REPEAT};
+import package::grid::set_up::{U};
+import package::mask::table::{MASKS_HAS_VERTEX_OPACITY, mask_bytes, mask_material, mask_texture_at, mask_vertices};
+import stage::{masks};
 
 const MASK_CUT: u32 = 0u;
 const MASK_THERE: u32 = 1u;

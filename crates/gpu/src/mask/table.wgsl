@@ -3,9 +3,9 @@
 // Words: where vertices start, where bytes of opacity start, where materials start, whether vertices have an opacity of
 // their own. As `masks.rs` writes them.
 
-import package::exact::mask::{MaskTexture, mask_interpolated, mask_texels, mask_texture_opacity, mask_opacity};
+import package::exact::mask::{MaskTexture};
 import package::mask::flags::{TRIANGLE_MATERIAL};
-import package::exact::single::{f32_at_least};
+import stage::{masks};
 
 const MASKS_VERTICES: u32 = 0u;
 const MASKS_OPACITIES: u32 = 1u;

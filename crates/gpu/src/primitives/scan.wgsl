@@ -2,7 +2,7 @@
 // Reduce-then-scan needs no forward progress between workgroups, which WebGPU doesn't promise.
 
 import package::dispatch::{flat_group};
-import package::primitives::workgroup_scan::{SCAN_WIDTH, scan_workgroup};
+import package::primitives::workgroup_scan::{SCAN_WIDTH, scan_shared, scan_workgroup};
 
 // Values that an invocation takes one after the other.
 const SCAN_DEPTH: u32 = 8u;

@@ -1,6 +1,6 @@
 // What vertices and triangles are painted with: crates/scene/src/frame.rs.
 
-import package::shade::tables::{shade_scene, shade_attributes};
+import package::shade::tables::{NO_WORD, shade_attributes, shade_scene};
 
 fn material_of(triangle: u32) -> u32 {
     return shade_attributes[shade_scene.material_word + triangle];

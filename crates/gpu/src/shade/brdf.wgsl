@@ -1,6 +1,6 @@
 // Lambert below a GGX microfacet layer: crates/umbrage/src/shade/brdf.rs, which says where it comes from.
 
-import package::shade::specular_albedo::{specular_albedo, smith_visibility};
+import package::shade::specular_albedo::{smith_visibility, specular_albedo};
 
 const BRDF_PI: f32 = 3.14159265358979;
 // Below this perceptual roughness a point light's highlight is narrower than a pixel and flickers.

@@ -1,6 +1,6 @@
 // Where the ray of a pixel meets the triangle that it is known to show.
 
-import package::shade::tables::{shade_sample, shade_positions, shade_triangles};
+import package::shade::tables::{PROJECTION_ORTHOGRAPHIC, shade_positions, shade_sample, shade_triangles};
 
 struct Triangle {
     vertices: vec3<u32>,

@@ -1,6 +1,6 @@
 // Lights as they arrive at a point: crates/umbrage/src/shade/irradiance.rs.
 
-import package::shade::tables::{ShadeLight};
+import package::shade::tables::{LIGHT_DIRECTIONAL, LIGHT_SPOT, ShadeLight};
 
 struct Arriving {
     // Unit direction towards the light.

@@ -4,13 +4,15 @@
 // pixel, and after the last one the surroundings are seen through them.
 
 import package::dispatch::{flat_group};
-import package::tile_order::{pixel_of_place};
-import package::shade::tables::{shade_sample, shade_scene, shade_lights, shade_seen, shade_lit, shade_film};
 import package::shade::brdf::{reflectance_ambient, reflectance_evaluate, reflectance_view};
 import package::shade::hit::{ray_across, ray_direction};
 import package::shade::irradiance::{arriving_light};
 import package::shade::surface::{Surface, surface_at};
 import package::shade::surroundings::{surroundings_blurred, surroundings_irradiance, surroundings_radiance};
+import package::shade::tables::{
+    NO_TRIANGLE, NO_WORD, shade_film, shade_lights, shade_lit, shade_sample, shade_scene, shade_seen,
+};
+import package::tile_order::{pixel_of_place};
 
 @compute @workgroup_size(64)
 fn shade(

@@ -1,6 +1,6 @@
 // The specular layer's table and shadowing: crates/umbrage/src/shade/specular_albedo.rs.
 
-import package::shade::tables::{shade_texels};
+import package::shade::tables::{SPECULAR_ALBEDO_SIDE, SPECULAR_ALBEDO_WORD, shade_texels};
 
 // Scale and bias of f0 in the directional albedo of a GGX layer.
 fn specular_albedo(roughness: f32, n_v: f32) -> vec2<f32> {

@@ -1,9 +1,12 @@
 // A point of a surface with everything that shading needs: crates/umbrage/src/shade/surface.rs.
 
-import package::shade::tables::{shade_sample, shade_materials};
 import package::shade::attributes::{material_of, tex_coords_of, vertex_color_at, vertex_normal_at, vertex_tangent_at};
 import package::shade::brdf::{Reflectance, reflectance_of};
-import package::shade::hit::{Triangle, triangle_of, hit_of, perp_dot, ray_direction};
+import package::shade::hit::{Triangle, hit_of, perp_dot, ray_direction, triangle_of};
+import package::shade::tables::{
+    TEXTURES, TEXTURE_BASE_COLOR, TEXTURE_EMISSIVE, TEXTURE_METALLIC_ROUGHNESS, TEXTURE_NORMAL, TEXTURE_OCCLUSION,
+    TEXTURE_TRANSMISSION, shade_materials, shade_sample,
+};
 import package::shade::texture::{texture_at};
 
 struct Surface {

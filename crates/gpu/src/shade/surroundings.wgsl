@@ -1,7 +1,7 @@
 // What is around the scene, as it is seen, as it lights and as it is mirrored: crates/umbrage/src/background.rs.
 
-import package::shade::tables::{shade_scene};
 import package::shade::panorama::{panorama_radiance};
+import package::shade::tables::{SURROUNDINGS_IMAGE, SURROUNDINGS_SKY, shade_scene};
 
 // Radiance from a unit direction.
 fn surroundings_radiance(direction: vec3<f32>) -> vec3<f32> {

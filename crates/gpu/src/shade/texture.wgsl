@@ -1,6 +1,6 @@
 // Textures with their smaller copies: crates/scene/src/texture.rs.
 
-import package::shade::tables::{ShadeTexture, shade_texels};
+import package::shade::tables::{LINEAR_FROM_SRGB_WORD, ShadeTexture, WRAP_CLAMP_TO_EDGE, WRAP_REPEAT, shade_texels};
 
 // The linear colour at `coords` in the image, averaged over about `footprint_texels` texels of the full image.
 fn texture_at(texture: ShadeTexture, coords: vec2<f32>, footprint_texels: f32) -> vec4<f32> {

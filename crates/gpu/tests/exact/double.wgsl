@@ -1,6 +1,10 @@
 // Every operation on each pair of numbers.
 
-import package::exact::double::{two_sum, two_product, f64_divide, f64_less, f64_equal};
+import package::exact::double::{
+    f64_abs, f64_divide, f64_equal, f64_from_f32_bits, f64_from_i32, f64_from_u32, f64_is_above_zero, f64_is_below_zero,
+    f64_is_finite, f64_is_nan, f64_is_zero, f64_larger_magnitude, f64_less, f64_magnitude_less, f64_negate,
+    f64_subtract, f64_to_f32_bits, two_product, two_sum,
+};
 
 const CASE_WORDS = 4u;
 const ANSWER_WORDS = 24u;

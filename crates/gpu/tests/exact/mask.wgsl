@@ -1,6 +1,6 @@
 // The opacity at a place of each of many triangles.
 
-import package::exact::single::{f32_at_least};
+import package::exact::single::{F32_HALF, f32_at_least};
 import package::exact::mask::{MaskTexture, mask_interpolated, mask_texels, mask_texture_opacity, mask_opacity};
 
 const CASE_WORDS = 64u;

@@ -1,8 +1,13 @@
 // The predicate's functions, each on a list of cases.
 
 import package::exact::camera::{ExactView, exact_pixel_ray};
-import package::exact::predicate::{exact_edges, exact_t, exact_barycentric, exact_is_front};
-import package::exact::shadow::{exact_point, exact_shadow, exact_blocked_by};
+import package::exact::expansion::{ExpansionTerms};
+import package::exact::predicate::{
+    CornerBits, ExactEdges, ExactRay, exact_barycentric, exact_edges, exact_is_front, exact_is_front_along,
+    exact_is_front_from, exact_t,
+};
+import package::exact::shadow::{exact_blocked_by, exact_point, exact_shadow};
+import package::exact::vector::{F64Vector};
 
 const CASE_WORDS = 32u;
 const ANSWER_WORDS = 16u;

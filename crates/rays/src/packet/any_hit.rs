@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 use super::blocks::{bits_of, least_of, least_of_blocks};
 use super::query::Query;
 use super::{LANES, MOST_BLOCKS, PacketRays, Planes};
-use crate::grid::{MaskAnswers, ShadowMask};
+use crate::shot::{MaskAnswers, ShadowMask};
 
 /// Whether sixteen rays have reached the points that they end at.
 #[derive(Clone, Copy, Debug)]

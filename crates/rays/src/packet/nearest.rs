@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 use super::blocks::{bits_of, least_of, least_of_blocks};
 use super::query::Query;
 use super::{LANES, MOST_BLOCKS, PacketRays, Planes};
-use crate::grid::{Mask, MaskAnswers, SeenPixels};
+use crate::shot::{Mask, MaskAnswers, SeenPixels};
 
 /// What sixteen rays hit nearest, as far as is certain.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::space::{Common, Space};
 use super::{HALF_ULP, LANES, ROUNDING};
 use crate::Triangles;
-use crate::grid::MaskPoints;
+use crate::shot::MaskPoints;
 
 /// Sixteen triangles as linear functions of a ray's place (x, y) in a packet, in f32.
 ///

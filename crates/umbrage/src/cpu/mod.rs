@@ -5,13 +5,18 @@ mod shade;
 mod shadow;
 mod single_rays;
 
-use umbrage_rays::{
-    Bvh, GridCounts, Hit, KdTree, LightGrid, LightGridCounts, LightGridSeconds, ListedGrid, ListedLightGrid, Omitted,
-    PerspectiveGrid, Ray, SeenPixels, SimdLevel, UniformGrid, UniformOptions, predicate,
-};
-use umbrage_scene::Frame;
+use std::mem;
 
-use crate::{Error, Settings, Settled, Structure};
+use umbrage_rays::{
+    Bvh, GridCounts, Hit, ImageTooLarge, KdTree, LightGrid, LightGridCounts, LightGridSeconds, LightSource, ListedGrid,
+    ListedLightGrid, Omitted, PerspectiveGrid, Ray, SeenPixels, SimdLevel, UniformGrid, UniformOptions, View,
+    predicate,
+};
+use umbrage_scene::{Frame, Light, Scene};
+
+use crate::engine::{Engine, Output, Staged};
+use crate::sampling::Sample;
+use crate::{Error, Film, Settings, Settled, Stats, Structure, WorkCounts};
 pub use shadow::LightMask;
 use single_rays::SingleRays;
 
@@ -67,9 +72,8 @@ impl Cpu {
         }
     }
 
-    /// Rebuilds what serves all samples of a frame: the uniform grid, the kd-tree, or the hierarchy where anything needs it. Other grids
-    /// are made for the rays of one sample, by the stages that trace them.
-    pub(crate) fn build(&mut self, frame: &Frame, settings: &Settings) -> Result<(), Error> {
+    /// Takes over what the settings say, and forgets the last frame's counts.
+    fn choose(&mut self, settings: &Settings) {
         self.structure = settings.structure;
         if let Structure::Listed { camera, .. } = &mut self.structure {
             camera.culls_back_faces |= settings.culls_back_faces;
@@ -81,19 +85,23 @@ impl Cpu {
         self.settled_tests = [0; 2];
         self.camera_work = GridCounts::default();
         self.light_work.clear();
+    }
+
+    /// Rebuilds what serves all samples of a frame: the uniform grid, the kd-tree, or the hierarchy where anything needs it. Other grids
+    /// are made for the rays of one sample, by the stages that trace them.
+    fn build_structures(&mut self, frame: &Frame, settings: &Settings) -> Result<(), Error> {
+        self.choose(settings);
         match self.structure {
             Structure::Grid(mut options) => {
                 if frame.is_see_through() || settings.bounces > 0 {
                     // Rays that come one at a time need them where triangles crowd: a twelfth of the time for `demo:glass`.
                     options.nested_above = options.nested_above.or(UniformOptions::NESTED.nested_above);
                 }
-                let set = self.uniform_grid.set_options(options);
-                set.map_err(|impossible| Error::Settings(impossible.to_string()))?;
+                self.uniform_grid.set_options(options)?;
                 self.uniform_grid.build(frame.triangles());
             }
             Structure::KdTree(options) => {
-                let set = self.kd_tree.set_options(options);
-                set.map_err(|impossible| Error::Settings(impossible.to_string()))?;
+                self.kd_tree.set_options(options)?;
                 self.kd_tree.build(frame.triangles());
             }
             Structure::Bvh => self.bvh.build(frame.triangles()),
@@ -102,6 +110,48 @@ impl Cpu {
                     self.bvh.build(frame.triangles());
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Finds what pixels show through their middles; what is known of the last frame's pixels stays.
+    pub(crate) fn seen_alone(&mut self, frame: &Frame, view: &View) -> Result<SeenPixels, ImageTooLarge> {
+        self.choose(&Settings::default());
+        let last = mem::take(&mut self.seen);
+        let result = self.see_pixels(frame, view, &Sample::MIDDLE);
+        let seen = mem::replace(&mut self.seen, last);
+        result.map(|()| seen)
+    }
+
+    /// Finds which lights reach what pixels show through their middles; what is known of the last frame's pixels stays.
+    pub(crate) fn lit_alone(
+        &mut self,
+        frame: &Frame,
+        lights: &[Light],
+        view: &View,
+        seen: &SeenPixels,
+    ) -> Vec<LightMask> {
+        self.choose(&Settings::default());
+        let last = (mem::replace(&mut self.seen, seen.clone()), mem::take(&mut self.lit));
+        self.shadow_points(frame, lights, view, &Sample::MIDDLE);
+        let lit = mem::take(&mut self.lit);
+        (self.seen, self.lit) = last;
+        lit
+    }
+
+    /// Counts the work of seeing through the middles of pixels, and locates what is seen in a light's grid.
+    pub(crate) fn count_alone(
+        &mut self,
+        frame: &Frame,
+        view: &View,
+        settings: &Settings,
+        light: Option<&LightSource>,
+        counts: &mut WorkCounts,
+    ) -> Result<(), ImageTooLarge> {
+        self.choose(settings);
+        self.see_counting(frame, view, &Sample::MIDDLE, &mut counts.pixels)?;
+        if let Some(light) = light {
+            self.locate(frame, view, &Sample::MIDDLE, light, &mut counts.cells);
         }
         Ok(())
     }
@@ -115,27 +165,7 @@ impl Cpu {
         }
     }
 
-    /// What each pixel showed at the last sample.
-    pub(crate) fn seen(&self) -> &SeenPixels {
-        &self.seen
-    }
-
-    /// For each light, which pixels it lit at the last sample.
-    pub(crate) fn light_masks(&self) -> &[LightMask] {
-        &self.lit
-    }
-
-    /// What the camera was as work for its grid, at the last sample; zero where there is none.
-    pub(crate) fn camera_work(&self) -> GridCounts {
-        self.camera_work
-    }
-
-    /// What each light was as work for its grid, at the last sample; empty where there is none.
-    pub(crate) fn light_work(&self) -> &[LightWork] {
-        &self.light_work
-    }
-
-    pub(crate) fn omitted(&self) -> &Omitted {
+    fn omitted(&self) -> &Omitted {
         match self.structure {
             Structure::Perspective => self.camera_grid.omitted(),
             Structure::Listed { .. } => self.listed_grid.omitted(),
@@ -145,17 +175,13 @@ impl Cpu {
         }
     }
 
-    pub(crate) fn shadow_rays(&self) -> u64 {
-        self.shadow_rays
-    }
-
     /// What of the last frame's camera rays and shadow rays was left to the predicate; only the direct grids count that.
-    pub(crate) fn settled(&self) -> [Option<Settled>; 2] {
+    fn settled(&self) -> [Option<Settled>; 2] {
         let is_counted = self.structure == Structure::Perspective;
         self.settled_tests.map(|tests| is_counted.then(|| Settled { tests, ..Settled::default() }))
     }
 
-    pub(crate) fn structure_bytes(&self) -> usize {
+    fn structure_bytes(&self) -> usize {
         match self.structure {
             Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.triangle_bytes(),
             Structure::Listed { .. } => self.bvh.bytes() + self.listed_grid.bytes() + self.listed_light_grid.bytes(),
@@ -165,7 +191,7 @@ impl Cpu {
         }
     }
 
-    pub(crate) fn point_bytes(&self) -> usize {
+    fn point_bytes(&self) -> usize {
         match self.structure {
             Structure::Perspective => self.light_grid.bytes() - self.light_grid.triangle_bytes(),
             // The paper's form counts with the triangles: its points and triangles share lists.
@@ -173,11 +199,81 @@ impl Cpu {
         }
     }
 
-    pub(crate) fn pixel_bytes(&self) -> usize {
+    fn pixel_bytes(&self) -> usize {
         let SeenPixels { triangle, inverse_depth, .. } = &self.seen;
         size_of_val(triangle.as_slice())
             + size_of_val(inverse_depth.as_slice())
             + self.lit.iter().map(LightMask::bytes).sum::<usize>()
+    }
+}
+
+impl Engine for Cpu {
+    fn check(&self, _settings: &Settings, output: Output) -> Result<(), Error> {
+        match output {
+            Output::Film => Ok(()),
+            #[cfg(feature = "gpu")]
+            Output::Texture => Err(Error::TextureOnCpu),
+        }
+    }
+
+    fn animate(&mut self, scene: &Scene, seconds: f64, _settings: &Settings, frame: &mut Frame) -> Result<(), Error> {
+        Ok(scene.pose(seconds, frame)?)
+    }
+
+    fn build(&mut self, staged: &Staged<'_>, _output: Output) -> Result<(), Error> {
+        self.build_structures(staged.frame, staged.settings)
+    }
+
+    fn see(&mut self, staged: &Staged<'_>, sample: &Sample, stats: &mut Stats) -> Result<(), Error> {
+        Ok(stats.time("see", || self.see_pixels(staged.frame, &staged.view, sample))?)
+    }
+
+    fn shadow(&mut self, staged: &Staged<'_>, sample: &Sample, stats: &mut Stats) -> Result<(), Error> {
+        stats.time("shadow", || self.shadow_points(staged.frame, staged.lights, &staged.view, sample));
+        Ok(())
+    }
+
+    fn shade(
+        &mut self,
+        staged: &Staged<'_>,
+        _band: usize,
+        sample: &Sample,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
+        stats.time("shade", || self.shade_pixels(staged, sample, film));
+        Ok(())
+    }
+
+    fn cpu(&mut self) -> Option<&mut Cpu> {
+        Some(self)
+    }
+
+    fn seen(&self) -> &SeenPixels {
+        &self.seen
+    }
+
+    fn light_masks(&self) -> &[LightMask] {
+        &self.lit
+    }
+
+    fn camera_work(&self) -> GridCounts {
+        self.camera_work
+    }
+
+    fn light_work(&self) -> &[LightWork] {
+        &self.light_work
+    }
+
+    fn count(&self, _frame: &Frame, stats: &mut Stats) -> Result<(), Error> {
+        stats.shadow_rays = self.shadow_rays;
+        stats.count_settled(self.settled());
+        stats.structure_bytes = self.structure_bytes();
+        stats.point_bytes = self.point_bytes();
+        stats.pixel_bytes += self.pixel_bytes();
+        stats.uploaded_bytes = 0;
+        stats.count_omitted(self.omitted());
+        Ok(())
     }
 }
 

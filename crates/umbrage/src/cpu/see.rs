@@ -13,7 +13,7 @@ impl Cpu {
     ///
     /// # Errors
     /// Where the image is larger than the structure's limit.
-    pub(crate) fn see_counting(
+    pub(super) fn see_counting(
         &mut self,
         frame: &Frame,
         view: &View,
@@ -31,7 +31,7 @@ impl Cpu {
                 listed_grid.build(triangles, view, sample.offset_pixels, *options, |id| frame.is_masked(id))?;
                 listed_grid.trace_counting(triangles, SolidPoints(frame), seen, work);
             }
-            Structure::Grid(_) | Structure::KdTree(_) | Structure::Bvh => self.see(frame, view, sample)?,
+            Structure::Grid(_) | Structure::KdTree(_) | Structure::Bvh => self.see_pixels(frame, view, sample)?,
         }
         Ok(())
     }
@@ -40,7 +40,7 @@ impl Cpu {
     ///
     /// # Errors
     /// Where the image is larger than the structure's limit.
-    pub(crate) fn see(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
+    pub(super) fn see_pixels(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
         let Self { structure, uniform_grid, kd_tree, camera_grid, listed_grid, seen, camera_work, .. } = self;
         let settled_tests = &mut self.settled_tests;
         let culls_back_faces = self.culls_back_faces;

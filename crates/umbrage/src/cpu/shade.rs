@@ -5,32 +5,28 @@ use fearless_simd::{Level, Simd, dispatch, f32x16, mask32x16};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use umbrage_rays::predicate::HitPoint;
-use umbrage_rays::{Hit, Ray, SeenPixels, TileOrder, View};
-use umbrage_scene::Frame;
+use umbrage_rays::{Hit, Ray, SeenPixels, TileOrder};
+use umbrage_scene::{Frame, Light};
 
 use super::shadow::{LightMask, is_blocked};
 use super::single_rays::SingleRays;
 use super::{Cpu, counts, hit_of};
 use crate::Film;
 use crate::background::Surroundings;
+use crate::engine::Staged;
 use crate::sampling::Sample;
 use crate::shade::lanes::{Each, LANES, Vectors, lanes_of, vector_of};
 use crate::shade::{Block, BlockHits, BlockRays, Footprint, SeenReflectance, Surface, arriving};
 
 impl Cpu {
     /// Adds each pixel's radiance at the current sample to the film.
-    pub(crate) fn shade(
-        &self,
-        frame: &Frame,
-        view: &View,
-        sample: &Sample,
-        surroundings: &Surroundings<'_>,
-        film: &mut Film,
-    ) {
+    pub(super) fn shade_pixels(&self, staged: &Staged<'_>, sample: &Sample, film: &mut Film) {
+        let Staged { frame, lights, ref view, surroundings, .. } = *staged;
         let Self { lit, seen, culls_back_faces, bounces, .. } = self;
         let (culls_back_faces, bounces, rays_onward) = (*culls_back_faces, *bounces, self.single_rays());
         let (level, footprint) = (Level::from(self.level), Footprint::new(view, sample.of));
-        let shading = Shading { rays_onward, lit, seen, frame, surroundings, footprint, culls_back_faces, bounces };
+        let shading =
+            Shading { rays_onward, lit, seen, frame, lights, surroundings, footprint, culls_back_faces, bounces };
         let Film { color, depth, normal, triangle, .. } = film;
         let rows = TileOrder::BLOCK as usize * view.width as usize;
         let planes = color.par_chunks_mut(rows).zip(depth.par_chunks_mut(rows));
@@ -54,6 +50,7 @@ struct Shading<'a> {
     lit: &'a [LightMask],
     seen: &'a SeenPixels,
     frame: &'a Frame,
+    lights: &'a [Light],
     surroundings: &'a Surroundings<'a>,
     footprint: Footprint,
     culls_back_faces: bool,
@@ -160,7 +157,7 @@ impl Shading<'_> {
         }
         let ambient = seen.ambient(self.surroundings.irradiance(simd, normal), surrounding);
         let mut radiance = surface.emitted + ambient.scaled(surface.ambient_occlusion);
-        for (place, light) in self.frame.lights.iter().enumerate() {
+        for (place, light) in self.lights.iter().enumerate() {
             let lit = lit(place) & *shown & !surface.unlit;
             if lit == 0 {
                 continue;
@@ -238,7 +235,7 @@ impl Shading<'_> {
     /// The lanes whose `found` hits a light reaches.
     #[cold]
     fn lit_onward(&self, ray: &dyn Fn(usize) -> Ray, light: usize, found: &Each<Option<Hit>>) -> u16 {
-        let light = &self.frame.lights[light];
+        let light = &self.lights[light];
         let is_lit = |lane: usize, hit: &Hit| !is_blocked(self.rays_onward, self.frame, light, &ray(lane), hit);
         (0..LANES)
             .filter(|&lane| found[lane].is_some_and(|hit| is_lit(lane, &hit)))

@@ -62,28 +62,30 @@ impl LightMask {
 
 impl Cpu {
     /// Finds which of the points that pixels show each light reaches.
-    pub(crate) fn shadow(&mut self, frame: &Frame, view: &View, sample: &Sample) {
-        self.lit.resize(frame.lights.len(), LightMask::default());
+    pub(super) fn shadow_points(&mut self, frame: &Frame, lights: &[Light], view: &View, sample: &Sample) {
+        self.lit.resize(lights.len(), LightMask::default());
         self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
         match self.structure {
-            Structure::Perspective => self.shadow_through_grids(frame, view, sample),
-            Structure::Listed { light, .. } => self.shadow_through_lists(frame, view, sample, light),
-            Structure::Grid(_) => self.shadow_through_packets(frame, view, sample),
-            Structure::KdTree(options) if options.lazy_below == 0 => self.shadow_through_tree(frame, view, sample),
-            Structure::KdTree(_) | Structure::Bvh => self.shadow_ray_by_ray(frame, view, sample),
+            Structure::Perspective => self.shadow_through_grids(frame, lights, view, sample),
+            Structure::Listed { light, .. } => self.shadow_through_lists(frame, lights, view, sample, light),
+            Structure::Grid(_) => self.shadow_through_packets(frame, lights, view, sample),
+            Structure::KdTree(options) if options.lazy_below == 0 => {
+                self.shadow_through_tree(frame, lights, view, sample);
+            }
+            Structure::KdTree(_) | Structure::Bvh => self.shadow_ray_by_ray(frame, lights, view, sample),
         }
-        for (light, mask) in frame.lights.iter().zip(&mut self.lit) {
+        for (light, mask) in lights.iter().zip(&mut self.lit) {
             if !light.casts_shadow {
                 mask.light_all(&self.seen);
             }
         }
-        let shadowing = frame.lights.iter().filter(|light| light.casts_shadow).count();
+        let shadowing = lights.iter().filter(|light| light.casts_shadow).count();
         let points = self.seen.triangle.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();
         self.shadow_rays += (points * shadowing) as u64;
     }
 
     /// Finds in which cell of a light's grid each point is that was seen last; structures for all rays have no cells.
-    pub(crate) fn locate(
+    pub(super) fn locate(
         &mut self,
         frame: &Frame,
         view: &View,
@@ -107,13 +109,13 @@ impl Cpu {
         }
     }
 
-    fn shadow_through_grids(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+    fn shadow_through_grids(&mut self, frame: &Frame, lights: &[Light], view: &View, sample: &Sample) {
         let Self { light_grid, seen, lit, light_work, settled_tests: [_, settled], .. } = self;
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
         light_grid.survey(&image);
         light_work.clear();
-        light_work.resize(frame.lights.len(), LightWork::default());
-        for ((light, mask), work) in frame.lights.iter().zip(lit).zip(light_work) {
+        light_work.resize(lights.len(), LightWork::default());
+        for ((light, mask), work) in lights.iter().zip(lit).zip(light_work) {
             if light.casts_shadow {
                 let is_opaque = |id| frame.is_opaque(id);
                 light_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
@@ -123,40 +125,47 @@ impl Cpu {
         }
     }
 
-    fn shadow_through_lists(&mut self, frame: &Frame, view: &View, sample: &Sample, options: ListedLightOptions) {
+    fn shadow_through_lists(
+        &mut self,
+        frame: &Frame,
+        lights: &[Light],
+        view: &View,
+        sample: &Sample,
+        options: ListedLightOptions,
+    ) {
         let Self { listed_light_grid, seen, lit, .. } = self;
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
         listed_light_grid.set_options(options);
         listed_light_grid.survey(&image);
-        for (light, mask) in shadowing(frame, lit) {
+        for (light, mask) in shadowing(lights, lit) {
             let is_opaque = |id| frame.is_opaque(id);
             listed_light_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
         }
     }
 
-    fn shadow_through_packets(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+    fn shadow_through_packets(&mut self, frame: &Frame, lights: &[Light], view: &View, sample: &Sample) {
         let Self { uniform_grid, seen, lit, .. } = self;
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
-        for (light, mask) in shadowing(frame, lit) {
+        for (light, mask) in shadowing(lights, lit) {
             let is_opaque = |id| frame.is_opaque(id);
             uniform_grid.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
         }
     }
 
-    fn shadow_through_tree(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+    fn shadow_through_tree(&mut self, frame: &Frame, lights: &[Light], view: &View, sample: &Sample) {
         let Self { kd_tree, seen, lit, .. } = self;
         let image = SeenImage { triangles: frame.triangles(), view: *view, offset_pixels: sample.offset_pixels, seen };
-        for (light, mask) in shadowing(frame, lit) {
+        for (light, mask) in shadowing(lights, lit) {
             let is_opaque = |id| frame.is_opaque(id);
             kd_tree.shadow(&image, &light.source, is_opaque, &ShadowingPoints(frame), &mut mask.blocks);
         }
     }
 
-    fn shadow_ray_by_ray(&mut self, frame: &Frame, view: &View, sample: &Sample) {
+    fn shadow_ray_by_ray(&mut self, frame: &Frame, lights: &[Light], view: &View, sample: &Sample) {
         let mut lit = std::mem::take(&mut self.lit);
         let (rays, seen) = (self.single_rays(), &self.seen);
         let order = seen.order();
-        for (light, mask) in shadowing(frame, &mut lit) {
+        for (light, mask) in shadowing(lights, &mut lit) {
             let blocks = mask.blocks.par_iter_mut().zip(seen.triangle.par_chunks(TileOrder::BLOCK_PLACES));
             blocks.enumerate().for_each(|(block, (bits, seen))| {
                 *bits = 0;
@@ -174,8 +183,11 @@ impl Cpu {
 }
 
 /// The lights that triangles keep away, with their masks.
-fn shadowing<'a>(frame: &'a Frame, lit: &'a mut [LightMask]) -> impl Iterator<Item = (&'a Light, &'a mut LightMask)> {
-    frame.lights.iter().zip(lit).filter(|(light, _)| light.casts_shadow)
+fn shadowing<'a>(
+    lights: &'a [Light],
+    lit: &'a mut [LightMask],
+) -> impl Iterator<Item = (&'a Light, &'a mut LightMask)> {
+    lights.iter().zip(lit).filter(|(light, _)| light.casts_shadow)
 }
 
 /// Whether something stands between `light` and the point that `ray` has hit.

@@ -9,19 +9,17 @@ mod tables;
 use std::sync::Arc;
 
 pub use rig::tables as rig_tables;
-pub(crate) use umbrage_gpu::Band;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
-use umbrage_gpu::{Buffer, CameraGrid, CameraOptions, Fit, Groups, LightGrid, Recorder, Sight};
-use umbrage_rays::{Omitted, SeenPixels, View};
-use umbrage_scene::{Frame, Scene};
+use umbrage_gpu::{Band, Buffer, CameraGrid, CameraOptions, Fit, Groups, LightGrid, Recorder, Sight};
+use umbrage_rays::SeenPixels;
+use umbrage_scene::{Frame, Light, Scene};
 
-use crate::background::Surroundings;
 use crate::cpu::LightMask;
-use crate::engine::Output;
+use crate::engine::{Engine, Output, Staged};
 use crate::sampling::Sample;
-use crate::{Film, Settings, Settled, Stats};
+use crate::{CameraChoice, Error, Film, Settings, Settled, Stats};
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
 use picture::Picture;
@@ -45,6 +43,8 @@ pub(crate) struct GpuEngine {
     picture: Picture,
     /// A layer that shows nothing.
     nothing: Buffer,
+    /// The bands of rows in which the frame is rendered.
+    bands: Vec<Band>,
     culls_back_faces: bool,
     is_see_through: bool,
     /// The same, and which lights reach it, fetched.
@@ -84,6 +84,7 @@ impl GpuEngine {
             first: FirstLayer::new(&gpu),
             picture: Picture::new(&gpu)?,
             nothing: Buffer::storage(&gpu, "nothing seen"),
+            bands: Vec::new(),
             culls_back_faces: false,
             is_see_through: false,
             seen: SeenPixels::default(),
@@ -97,106 +98,13 @@ impl GpuEngine {
         })
     }
 
-    /// Brings a frame to a moment. Where a rig moves the scene, its vertices are posed on the GPU alone, unless a camera is
-    /// made from them.
-    ///
-    /// # Errors
-    /// Where the scene can't be posed.
-    pub(crate) fn animate(
-        &mut self,
-        scene: &Scene,
-        seconds: f64,
-        settings: &Settings,
-        frame: &mut Frame,
-    ) -> Result<(), umbrage_scene::Error> {
-        self.uploaded_before = self.gpu.uploaded_bytes();
-        self.rig.animate(scene, seconds, frame)?;
-        if settings.camera.is_none() && frame.cameras.is_empty() {
-            self.rig.pose_on_cpu(frame);
-        }
-        Ok(())
-    }
-
-    /// Makes ready for a frame that comes with its vertices.
-    pub(crate) fn adopt(&mut self) {
-        self.uploaded_before = self.gpu.uploaded_bytes();
-        self.rig.leave();
-    }
-
-    /// Brings what is new of a frame to the GPU.
-    ///
-    /// # Errors
-    /// Where something is larger than the device allows.
-    pub(crate) fn build(
-        &mut self,
-        frame: &Frame,
-        view: &View,
-        settings: &Settings,
-        surroundings: &Surroundings<'_>,
-        output: Output,
-    ) -> Result<(), GpuError> {
-        if !self.is_finished {
-            // What a frame that failed has uploaded may not be there.
-            self.geometry.forget();
-            self.tables = Tables::default();
-            self.rig.forget();
-        }
-        self.is_finished = false;
-        self.culls_back_faces = settings.culls_back_faces;
-        self.is_see_through = frame.is_see_through();
-        self.shadow_rays = 0;
-        self.shadowing_lights = frame.lights.iter().filter(|light| light.casts_shadow).count() as u64;
-        self.settled = [Settled { rays: Some(0), ..Settled::default() }, Settled::default()];
-        let rig = self.rig.rig().map(Arc::as_ref);
-        self.geometry.upload(&self.gpu, frame, rig)?;
-        self.tables.upload(&self.gpu, frame, rig, surroundings, &mut self.shade)?;
-        self.rig.prepare(&self.gpu, self.geometry.geometry(), &self.shade)?;
-        let [width, height] = output.fetched(view);
-        self.seen.resize(width, height);
-        self.seen.inverse_depth.fill(f32::NAN);
-        self.lit.resize(frame.lights.len(), LightMask::default());
-        self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
-        Ok(())
-    }
-
-    /// The bands of rows in which an image is rendered: one where the device has room for it.
-    pub(crate) fn bands(&self, view: &View) -> Vec<Band> {
-        Band::all(&self.gpu, view).collect()
-    }
-
-    /// Adds a sample to the film on the GPU: sees, shadows and shades, layer by layer where the scene is seen through.
-    ///
-    /// # Errors
-    /// Where the device is lost, or has too little room.
-    pub(crate) fn sample(
-        &mut self,
-        frame: &Frame,
-        band: &Band,
-        sample: &Sample,
-        stats: &mut Stats,
-    ) -> Result<(), GpuError> {
-        if sample.index == 0 {
-            self.planes.prepare(&self.gpu, band.size(), true, self.is_see_through)?;
-        }
-        self.layer(frame, band, sample, true, stats)?;
-        if !self.is_see_through {
-            return Ok(());
-        }
-        for _ in 1..Self::MOST_LAYERS {
-            if !self.layer(frame, band, sample, false, stats)? {
-                break;
-            }
-        }
-        self.shade_surroundings(band, sample, stats)
-    }
-
     /// One layer of surfaces: the nearest ones, or those behind the last. Whether any was seen, of those behind.
     ///
     /// All stages go to the GPU at once, and nothing is read back between them. Where there was too little room for what
     /// they need, the layer isn't shaded, and all is done again with more.
     fn layer(
         &mut self,
-        frame: &Frame,
+        frame_lights: &[Light],
         band: &Band,
         sample: &Sample,
         is_first: bool,
@@ -204,7 +112,7 @@ impl GpuEngine {
     ) -> Result<bool, GpuError> {
         let Self { gpu, rig, geometry, camera, lights, fit, shade, planes, .. } = self;
         let geometry = geometry.geometry();
-        let sources: Vec<_> = frame.lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect();
+        let sources: Vec<_> = frame_lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect();
         let sight = Sight { culls_back_faces: self.culls_back_faces, is_behind: !is_first };
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
         shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
@@ -259,7 +167,7 @@ impl GpuEngine {
     ///
     /// # Errors
     /// Where the device is lost.
-    pub(crate) fn fetch(&mut self, band: &Band, film: &mut Film, samples: u32) -> Result<(), GpuError> {
+    fn fetch(&mut self, band: &Band, film: &mut Film, samples: u32) -> Result<(), GpuError> {
         let shown = self.first.fetch(&self.gpu, band, &mut self.seen, &mut self.lit)?;
         self.shadow_rays += shown * self.shadowing_lights * u64::from(samples);
         let Self { gpu, planes, .. } = self;
@@ -282,78 +190,138 @@ impl GpuEngine {
     ///
     /// # Errors
     /// Where the device has no room for the texture, or is lost.
-    pub(crate) fn develop(&mut self, band: &Band, settings: &Settings, stats: &mut Stats) -> Result<(), GpuError> {
+    fn develop_to_texture(&mut self, band: &Band, settings: &Settings, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, planes, first, picture, .. } = self;
         let shown = picture.develop(gpu, band, (planes, first.seen()), settings, stats)?;
         self.shadow_rays += shown * self.shadowing_lights * u64::from(settings.samples);
         self.is_finished = true;
         Ok(())
     }
+}
 
-    /// The texture that the last frame was developed into.
-    pub(crate) fn texture(&self) -> Option<wgpu::Texture> {
+impl Engine for GpuEngine {
+    fn check(&self, settings: &Settings, _output: Output) -> Result<(), Error> {
+        if settings.bounces > 0 { Err(Error::BouncesOnGpu) } else { Ok(()) }
+    }
+
+    /// Where a rig moves the scene, its vertices are posed on the GPU alone, unless a camera is made from them.
+    fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings, frame: &mut Frame) -> Result<(), Error> {
+        self.uploaded_before = self.gpu.uploaded_bytes();
+        self.rig.animate(scene, seconds, frame)?;
+        if settings.camera == CameraChoice::Default && frame.cameras.is_empty() {
+            self.rig.pose_on_cpu(frame);
+        }
+        Ok(())
+    }
+
+    fn adopt(&mut self) {
+        self.uploaded_before = self.gpu.uploaded_bytes();
+        self.rig.leave();
+    }
+
+    /// Brings what is new of a frame to the GPU.
+    fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error> {
+        let Staged { frame, lights, view, settings, .. } = *staged;
+        if !self.is_finished {
+            // What a frame that failed has uploaded may not be there.
+            self.geometry.forget();
+            self.tables = Tables::default();
+            self.rig.forget();
+        }
+        self.is_finished = false;
+        self.culls_back_faces = settings.culls_back_faces;
+        self.is_see_through = frame.is_see_through();
+        self.shadow_rays = 0;
+        self.shadowing_lights = lights.iter().filter(|light| light.casts_shadow).count() as u64;
+        self.settled = [Settled { rays: Some(0), ..Settled::default() }, Settled::default()];
+        let rig = self.rig.rig().map(Arc::as_ref);
+        self.geometry.upload(&self.gpu, frame, rig)?;
+        self.tables.upload(&self.gpu, staged, rig, &mut self.shade)?;
+        self.rig.prepare(&self.gpu, self.geometry.geometry(), &self.shade)?;
+        let [width, height] = output.fetched(&view);
+        self.seen.resize(width, height);
+        self.seen.inverse_depth.fill(f32::NAN);
+        self.lit.resize(lights.len(), LightMask::default());
+        self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
+        self.bands = Band::all(&self.gpu, &view).collect();
+        Ok(())
+    }
+
+    fn bands(&self) -> usize {
+        self.bands.len()
+    }
+
+    /// Adds a sample to the film on the GPU: sees, shadows and shades, layer by layer where the scene is seen through.
+    fn shade(
+        &mut self,
+        staged: &Staged<'_>,
+        band: usize,
+        sample: &Sample,
+        _film: &mut Film,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
+        let band = self.bands[band].clone();
+        if sample.index == 0 {
+            self.planes.prepare(&self.gpu, band.size(), true, self.is_see_through)?;
+        }
+        self.layer(staged.lights, &band, sample, true, stats)?;
+        if !self.is_see_through {
+            return Ok(());
+        }
+        for _ in 1..Self::MOST_LAYERS {
+            if !self.layer(staged.lights, &band, sample, false, stats)? {
+                break;
+            }
+        }
+        Ok(self.shade_surroundings(&band, sample, stats)?)
+    }
+
+    fn develop(
+        &mut self,
+        staged: &Staged<'_>,
+        band: usize,
+        output: Output,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
+        let band = self.bands[band].clone();
+        match output {
+            Output::Film => stats.time("fetch", || self.fetch(&band, film, staged.settings.samples))?,
+            Output::Texture => self.develop_to_texture(&band, staged.settings, stats)?,
+        }
+        Ok(())
+    }
+
+    fn texture(&self) -> Option<wgpu::Texture> {
         self.picture.texture()
     }
 
-    /// The last frame with its vertices, which are posed on the CPU where only the GPU has them.
-    pub(crate) fn whole_frame<'a>(&'a self, frame: &'a Frame) -> &'a Frame {
-        self.rig.whole(frame)
-    }
-
-    /// Which of the last frame's triangles no ray can hit.
-    ///
-    /// # Errors
-    /// Where the device is lost.
-    pub(crate) fn omitted(&self, frame: &Frame) -> Result<Omitted, GpuError> {
-        self.rig.omitted(&self.gpu, frame)
-    }
-
-    /// How many vertices the last frame has.
-    pub(crate) fn vertices(&self) -> usize {
-        self.geometry.geometry().vertex_count() as usize
-    }
-
-    /// Bytes of what the vertices are made from that the GPU poses.
-    pub(crate) fn rig_bytes(&self) -> usize {
-        self.rig.bytes() as usize
-    }
-
-    /// Bytes that went to the GPU since the last frame was begun.
-    pub(crate) fn uploaded_bytes(&self) -> u64 {
-        self.gpu.uploaded_bytes() - self.uploaded_before
-    }
-
-    /// What each pixel showed first at the last sample.
-    pub(crate) fn seen(&self) -> &SeenPixels {
+    fn seen(&self) -> &SeenPixels {
         &self.seen
     }
 
-    /// For each light, which of these pixels it lit at the last sample.
-    pub(crate) fn light_masks(&self) -> &[LightMask] {
+    fn light_masks(&self) -> &[LightMask] {
         &self.lit
     }
 
-    /// Shadow rays of the last sample's first surfaces, times the number of samples: those behind aren't counted.
-    pub(crate) fn shadow_rays(&self) -> u64 {
-        self.shadow_rays
+    fn whole_frame<'a>(&'a self, frame: &'a Frame) -> &'a Frame {
+        self.rig.whole(frame)
     }
 
-    /// What of the last frame's camera rays and shadow rays was left to the predicate, of the surfaces seen first.
-    pub(crate) fn settled(&self) -> [Settled; 2] {
-        self.settled
-    }
-
-    pub(crate) fn structure_bytes(&self) -> usize {
-        (self.camera.structure_bytes() + self.lights.structure_bytes()) as usize
-    }
-
-    pub(crate) fn point_bytes(&self) -> usize {
-        self.lights.point_bytes() as usize
-    }
-
-    pub(crate) fn pixel_bytes(&self) -> usize {
+    /// Of the work of several layers, only that of the surfaces seen first is counted; their shadow rays are those of the
+    /// last sample, times the number of samples.
+    fn count(&self, frame: &Frame, stats: &mut Stats) -> Result<(), Error> {
+        stats.vertices = self.geometry.geometry().vertex_count() as usize;
+        stats.shadow_rays = self.shadow_rays;
+        stats.count_settled(self.settled.map(Some));
+        stats.structure_bytes = (self.camera.structure_bytes() + self.lights.structure_bytes()) as usize;
+        stats.point_bytes = self.lights.point_bytes() as usize;
+        stats.frame_bytes += self.rig.bytes() as usize;
         let film = self.planes.planes().bytes() + self.planes.triangle().bytes();
-        (self.camera.pixel_bytes() + film + self.picture.bytes()) as usize
+        stats.pixel_bytes += (self.camera.pixel_bytes() + film + self.picture.bytes()) as usize;
+        stats.count_omitted(&self.rig.omitted(&self.gpu, frame)?);
+        stats.uploaded_bytes = self.gpu.uploaded_bytes() - self.uploaded_before;
+        Ok(())
     }
 }
 

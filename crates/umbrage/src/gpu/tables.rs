@@ -10,6 +10,7 @@ use umbrage_scene::rig::Rig;
 use umbrage_scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Mesh, Texture, TextureUse, Wrap};
 
 use crate::background::Surroundings;
+use crate::engine::Staged;
 use crate::sampling::Sample;
 use crate::shade::{Footprint, specular_albedo_table};
 use crate::{Background, Panorama};
@@ -33,11 +34,11 @@ impl Tables {
     pub(super) fn upload(
         &mut self,
         gpu: &Gpu,
-        frame: &Frame,
+        staged: &Staged<'_>,
         rig: Option<&Rig>,
-        surroundings: &Surroundings<'_>,
         shade: &mut Shade,
     ) -> Result<(), GpuError> {
+        let Staged { frame, lights, surroundings, .. } = *staged;
         self.upload_images(gpu, &frame.materials, surroundings.background(), shade)?;
         shade.set_surroundings(self.surroundings(surroundings));
         let is_same_mesh = self.mesh.as_ref().is_some_and(|mesh| Arc::ptr_eq(mesh, &frame.mesh));
@@ -45,7 +46,7 @@ impl Tables {
         self.mesh = None;
         shade.set_attributes(gpu, &attributes(frame, rig), is_same_mesh)?;
         self.mesh = Some(Arc::clone(&frame.mesh));
-        shade.set_lights(gpu, &frame.lights.iter().map(light).collect::<Vec<_>>())
+        shade.set_lights(gpu, &lights.iter().map(light).collect::<Vec<_>>())
     }
 
     /// Brings materials with their textures, and the panorama, where any is new.

@@ -45,8 +45,8 @@ pub(crate) fn engines() -> Option<MutexGuard<'static, Engines>> {
 
 impl Engines {
     pub(crate) fn render(&mut self, frame: &Frame, settings: &Settings) -> Result<Films, Error> {
-        let gpu = self.gpu.render_frame(frame.clone(), settings)?.clone();
-        let cpu = self.cpu.render_frame(frame.clone(), settings)?.clone();
+        let gpu = self.gpu.render_frame(frame, settings)?.clone();
+        let cpu = self.cpu.render_frame(frame, settings)?.clone();
         Ok(Films { cpu, gpu, uploaded_bytes: self.gpu.stats().uploaded_bytes })
     }
 }

@@ -203,7 +203,7 @@ fn samples_projections_and_tone_maps_look_the_same() {
                 samples,
                 tone_map,
                 exposure_stops,
-                camera: Some(camera),
+                camera: camera.into(),
                 background: panorama(),
                 ..settings(150)
             };
@@ -221,7 +221,7 @@ fn flat_surfaces_look_the_same_from_both_sides() {
     let frame = Frame { normals: Vec::new(), tangents: Vec::new(), lights: lights(), ..varied_panels() };
     for z in [5.0, -6.5] {
         let camera = Camera::look_at(Vec3::new(0.5, 2.5, z), Vec3::new(1.7, 1.7, -0.5), Vec3::Y, 0.9);
-        let settings = Settings { camera: Some(camera), ..settings(150) };
+        let settings = Settings { camera: camera.into(), ..settings(150) };
         let films = engines.render(&frame, &settings).expect("a frame");
         Difference::of(&films.cpu, &films.gpu, &settings).expect_alike(&format!("from {z}"));
         let seen = films.cpu.triangle.iter().filter(|&&triangle| triangle != Film::NO_TRIANGLE).count();

@@ -2,8 +2,8 @@ use anyhow::{Result, bail};
 use clap::Args;
 use glam::Vec3;
 use umbrage::rays::{KdTraversal, KdTree, KdTreeOptions, LightSource};
-use umbrage_gpu::kdtree::{KdFrame, KdMaterial, KdNodes, KdPrimary, KdScenery, KdTracerOptions};
 use umbrage_gpu::{Adapter, DeviceLimits, Geometry, Gpu, Recorder, StageTime};
+use umbrage_study::gpu_kdtree::{KdFrame, KdMaterial, KdNodes, KdPrimary, KdScenery, KdTracerOptions};
 
 use super::measure::{KdFlags, frame};
 use crate::grids::time;

@@ -7,8 +7,8 @@ use std::time::Instant;
 use fearless_simd::{Simd, dispatch, f32x16, prelude::*};
 use glam::Vec3;
 use umbrage::rays::predicate;
-use umbrage::rays::triangle::{self, Bundle, BundleTest, Fans, Hits, TriangleTest};
 use umbrage::rays::{Ray, SimdLevel, Triangles};
+use umbrage_study::triangle::{self, Bundle, BundleTest, Fans, Hits, TriangleTest};
 
 use super::pairs::{Lists, Pair, Pairs, SINGLE};
 use crate::median::median;

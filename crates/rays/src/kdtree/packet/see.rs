@@ -1,8 +1,8 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::grid::{Mask, SeenImage, SeenPixels, ShadowMask, TileOrder};
 use crate::predicate::{self, HitPoint, ShadowRay};
+use crate::shot::{Mask, SeenImage, SeenPixels, ShadowMask, TileOrder};
 use crate::{Hit, KdTree, LightSource, Ray, Triangles, View};
 
 /// Blocks along an edge of a tile, and of a square of pixels whose rays are traced together.

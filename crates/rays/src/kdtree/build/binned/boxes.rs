@@ -183,7 +183,7 @@ mod tests {
     use fearless_simd::dispatch;
 
     use super::*;
-    use crate::grid::SimdLevel;
+    use crate::SimdLevel;
 
     #[test]
     fn boxes_are_parted_in_order_and_lose_what_is_empty() {

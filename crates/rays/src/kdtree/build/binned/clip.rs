@@ -56,7 +56,7 @@ mod tests {
     use fearless_simd::{Level, dispatch};
 
     use super::*;
-    use crate::grid::SimdLevel;
+    use crate::SimdLevel;
 
     /// Numbers from −1 to 1.
     fn random(state: &mut u64) -> f32 {

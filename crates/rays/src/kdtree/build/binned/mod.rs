@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::Job;
 use super::sah::{Candidate, Cell, Heuristic};
-use crate::grid::SimdLevel;
+use crate::SimdLevel;
 use crate::kdtree::extent::{Extent, Reference};
 use crate::kdtree::layout::Branch;
 use crate::kdtree::{Clipping, SahCosts};

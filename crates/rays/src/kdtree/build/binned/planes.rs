@@ -182,7 +182,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::grid::SimdLevel;
+    use crate::SimdLevel;
     use crate::kdtree::KdTreeOptions;
     use crate::kdtree::build::naive;
     use crate::kdtree::build::sah::{Heuristic, Measure};

@@ -1,0 +1,124 @@
+//! Coarse rasterization: in which tiles large triangles may be hit, and how near there.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16};
+
+use super::bins::{Bins, Listed, Path};
+use super::build::lanes_of;
+use super::general::{General, Square};
+use super::lanes::{LANES, each, splat};
+use super::linear::Linear;
+use super::pixel_space::PixelSpace;
+use crate::simd::lanes::min3;
+
+/// How far samples are from the middle of their tile, along each axis.
+const REACH: f32 = (Bins::TILE - 1) as f32 / 2.0;
+
+/// The first columns of 16 tiles in a row.
+const COLUMNS: [f32; LANES] =
+    [0., 64., 128., 192., 256., 320., 384., 448., 512., 576., 640., 704., 768., 832., 896., 960.];
+
+impl Bins {
+    /// How far from the middle of the image [`Linear`] triangles must hold for [`list_linear`](Self::list_linear):
+    /// as far as the middle of any tile.
+    pub(crate) fn reach(space: &PixelSpace) -> f32 {
+        let (width, height) = space.size();
+        (width.max(height) / 2 + Self::TILE) as f32
+    }
+
+    /// Lists a triangle, given in relation to the origin of pixel space, in those of `tiles` (columns, then rows) whose
+    /// samples it isn't certain to miss.
+    ///
+    /// At a sample that is hit, no edge function is below minus its bound, and in the middle of the tile it is lower by
+    /// the reach times its slopes at most. Three more bounds cover the roundings there and of the reach; likewise for
+    /// the depth, whose error counts the roundings of one sum like this.
+    #[inline(always)]
+    pub(crate) fn list_linear<S: Simd>(
+        &mut self,
+        simd: S,
+        space: &PixelSpace,
+        path: Path,
+        id: u32,
+        triangle: &Linear,
+        [x0, x1, y0, y1]: [i32; 4],
+    ) {
+        let Linear { a, b, c, bound, gradient, .. } = triangle;
+        let reach = each(
+            [0, 1, 2],
+            #[inline(always)]
+            |edge: usize| splat(simd, REACH * (a[edge].abs() + b[edge].abs()) + 4.0 * bound),
+        );
+        let rise = REACH * (gradient[0].abs() + gradient[1].abs()) + 2.0 * triangle.depth_error;
+        let (zero, nearest) = (splat(simd, 0.0), splat(simd, triangle.nearest));
+        for first in (x0..=x1).step_by(LANES) {
+            let count = (x1 - first + 1).min(LANES as i32);
+            let origin = (first << Self::TILE_BITS) - space.middle.x;
+            let x = f32x16::simd_from(simd, COLUMNS) + splat(simd, origin as f32 + REACH);
+            let along_row = x * splat(simd, gradient[0]) + splat(simd, triangle.inverse_depth + rise);
+            for row in y0..=y1 {
+                let y = ((row << Self::TILE_BITS) - space.middle.y) as f32 + REACH;
+                let edges = each(
+                    [0, 1, 2],
+                    #[inline(always)]
+                    |edge: usize| splat(simd, a[edge]) * x + splat(simd, b[edge] * y + c[edge]) + reach[edge],
+                );
+                let here = nearest.min(along_row + splat(simd, y * gradient[1]));
+                let open = min3(edges).simd_ge(zero) & here.simd_ge(zero);
+                let here: [f32; LANES] = here.into();
+                for lane in lanes_of(open.to_bitmask() & ((1 << count) - 1)) {
+                    let listed = Listed { triangle: id, nearest: here[lane as usize % LANES] };
+                    self.push(path, listed, first + lane as i32, row);
+                }
+            }
+        }
+    }
+
+    /// Lists a triangle in all tiles whose samples it isn't certain to miss.
+    #[inline(always)]
+    pub(crate) fn list_general<S: Simd>(
+        &mut self,
+        simd: S,
+        space: &PixelSpace,
+        path: Path,
+        id: u32,
+        triangle: &General,
+    ) {
+        let Some(tiles) = self.tiles_within(space, triangle.limits()) else { return };
+        match triangle.linear([0.0; 2], f64::from(Self::reach(space))) {
+            Some(linear) => self.list_linear(simd, space, path, id, &linear, tiles),
+            None => {
+                let side = self.columns.max(self.rows).max(1) as u32;
+                let side = (side.next_power_of_two() * Self::TILE) as i32;
+                let whole = Square { x: -space.middle.x, y: -space.middle.y, side };
+                let listed = Listed { triangle: id, nearest: f32::INFINITY };
+                self.list_square(space, path, listed, triangle, whole);
+            }
+        }
+    }
+
+    /// The tiles that hold samples within limits of x and of y: columns, then rows; `None` where there are none.
+    fn tiles_within(&self, space: &PixelSpace, [x, y]: [[f64; 2]; 2]) -> Option<[i32; 4]> {
+        let range = |[low, high]: [f64; 2], middle: i32, side: u32| {
+            let last = f64::from(side) - 1.0;
+            let (low, high) = ((low + f64::from(middle)).max(0.0), (high + f64::from(middle)).min(last));
+            (low <= high).then_some([low as i32 >> Self::TILE_BITS, high as i32 >> Self::TILE_BITS])
+        };
+        let (width, height) = space.size();
+        let ([x0, x1], [y0, y1]) = (range(x, space.middle.x, width)?, range(y, space.middle.y, height)?);
+        Some([x0, x1, y0, y1])
+    }
+
+    fn list_square(&mut self, space: &PixelSpace, path: Path, listed: Listed, triangle: &General, square: Square) {
+        let (x, y) = ((square.x + space.middle.x) >> Self::TILE_BITS, (square.y + space.middle.y) >> Self::TILE_BITS);
+        if x >= self.columns || y >= self.rows || triangle.misses(square) {
+            return;
+        }
+        if square.side == Self::TILE as i32 {
+            self.push(path, listed, x, y);
+        } else {
+            for quarter in square.quarters() {
+                self.list_square(space, path, listed, triangle, quarter);
+            }
+        }
+    }
+}

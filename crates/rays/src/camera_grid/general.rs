@@ -1,0 +1,198 @@
+use glam::{DVec2, DVec3, Vec3};
+
+use super::pixel_space::PixelSpace;
+
+/// A triangle with its edge functions in f64: for triangles that reach behind the eye, slivers and alpha masks.
+///
+/// Edge functions of homogeneous pixel coordinates (Olano and Greer, *Triangle Scan Conversion using 2D Homogeneous
+/// Coordinates*, 1997) need no clipping at the eye plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct General {
+    /// Coefficients of each edge function for x, y and one. Positive inside where `oriented`.
+    pub(crate) edges: [DVec3; 3],
+    /// How wrong each edge function may be at any sample.
+    pub(crate) bounds: [f64; 3],
+    /// Whether the edge functions' common sign at a hit is known: a sample with one below zero is missed.
+    pub(crate) oriented: bool,
+    pub(crate) depth: Depth,
+    /// Lowest and highest x, and y, of a sample that may be hit.
+    limits: [[f64; 2]; 2],
+}
+
+/// What a general triangle's depth is as a function of the sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Depth {
+    /// Too little of it is certain.
+    Unknown,
+    /// One over the depth is linear: perspective views.
+    Inverse {
+        /// Coefficients for x, y and one.
+        plane: DVec3,
+        /// How wrong the result may be.
+        error: f64,
+    },
+    /// The depth itself is linear: orthographic views.
+    Direct {
+        /// Coefficients for x, y and one.
+        plane: DVec3,
+        /// How wrong the result may be.
+        error: f64,
+    },
+}
+
+/// Samples in a square part of pixel space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Square {
+    /// The leftmost column.
+    pub(crate) x: i32,
+    /// The uppermost row.
+    pub(crate) y: i32,
+    /// Samples a side.
+    pub(crate) side: i32,
+}
+
+impl General {
+    pub(crate) fn new(space: &PixelSpace, corners: [Vec3; 3]) -> Self {
+        let points = corners.map(|corner| space.camera_point(corner));
+        let is_perspective = space.is_perspective();
+        let [a, b, c] = points.map(|(point, _)| {
+            let DVec2 { x, y } = space.axis_pixels;
+            let weight = if is_perspective { point.z } else { 1.0 };
+            DVec3::new(space.scale * point.x + x * weight, -space.scale * point.y + y * weight, weight)
+        });
+        let mut edges = [b.cross(c), c.cross(a), a.cross(b)];
+        // In an orthographic view the weight of each vertex is one, exactly, and stands for r in the bound where r is
+        // below one; and rays start at points that are rounded in proportion to the eye's position.
+        let reach = points.map(|(_, reach)| if is_perspective { reach } else { reach.max(space.eye_reach()).max(1.0) });
+        let edge_error = space.edge_error;
+        let bounds = [reach[1] * reach[2], reach[2] * reach[0], reach[0] * reach[1]].map(|reach| edge_error * reach);
+
+        // The determinant, which is what all E_i z_i add up to, is wrong by as much as an edge function with a third
+        // vertex in place of the sample: 2 T r for T, doubled.
+        let (constant, constant_error) = if is_perspective {
+            (a.dot(edges[0]), 4.0 * edge_error * reach[0] * reach[1] * reach[2])
+        } else {
+            (edges[0].z + edges[1].z + edges[2].z, bounds[0] + bounds[1] + bounds[2])
+        };
+        let oriented = constant.abs() > 4.0 * constant_error;
+        if oriented && constant < 0.0 {
+            edges = edges.map(|edge| -edge);
+        }
+        let constant = constant.abs();
+        let relative_error = constant_error / constant;
+        let depth = if !oriented {
+            Depth::Unknown
+        } else if is_perspective {
+            let plane = (edges[0] + edges[1] + edges[2]) / constant;
+            let error = (bounds[0] + bounds[1] + bounds[2]) / constant;
+            Depth::linear(space, plane, error, relative_error, |plane, error| Depth::Inverse { plane, error })
+        } else {
+            let [za, zb, zc] = points.map(|(point, _)| point.z);
+            let plane = (edges[0] * za + edges[1] * zb + edges[2] * zc) / constant;
+            // Twice: once for the edge functions, once for the depths, which are no more wrong than 2⁻⁴⁵ r.
+            let error = 2.0 * (bounds[0] * reach[0] + bounds[1] * reach[1] + bounds[2] * reach[2]) * 2.0 / constant;
+            Depth::linear(space, plane, error, relative_error, |plane, error| Depth::Direct { plane, error })
+        };
+        let limits = if is_perspective { limits(space, [a, b, c], reach) } else { NO_LIMITS };
+        Self { edges, bounds, oriented, depth, limits }
+    }
+
+    /// Lowest and highest x, and y, of a sample that may be hit, in pixel space.
+    pub(crate) fn limits(&self) -> [[f64; 2]; 2] {
+        self.limits
+    }
+
+    /// Whether no ray of `square` hits the triangle, certainly.
+    pub(crate) fn misses(&self, square: Square) -> bool {
+        let half = 0.5 * f64::from(square.side - 1);
+        let center = DVec3::new(f64::from(square.x) + half, f64::from(square.y) + half, 1.0);
+        let beyond = |axis: usize| {
+            let [low, high] = self.limits[axis];
+            center[axis] + half < low || center[axis] - half > high
+        };
+        if beyond(0) || beyond(1) {
+            return true;
+        }
+        let (mut positive, mut negative) = (self.oriented, false);
+        for (edge, &bound) in self.edges.iter().zip(&self.bounds) {
+            let middle = edge.dot(center);
+            let reach = half * (edge.x.abs() + edge.y.abs()) + 2.0 * bound;
+            positive |= middle > reach;
+            negative |= middle < -reach;
+        }
+        positive && negative
+    }
+}
+
+const NO_LIMITS: [[f64; 2]; 2] = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
+
+/// The bounds of three homogeneous vertices, given the largest coordinate r of each. Where one isn't well in front of
+/// the eye there are no bounds, but those of nothing where all three are beyond one side of the image.
+///
+/// With the errors at [`PixelSpace`]'s edge functions, x/z is wrong by (T + |x/z|) 2⁻⁴⁴ r/z, and samples by
+/// T (1 + x/z + y/z) 2⁻⁴⁸.
+fn limits(space: &PixelSpace, vertices: [DVec3; 3], reaches: [f64; 3]) -> [[f64; 2]; 2] {
+    const FRONT: f64 = 1.0 / (1 << 30) as f64;
+    let mut limits = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for (vertex, reach) in vertices.into_iter().zip(reaches) {
+        let in_front = vertex.z > FRONT * reach;
+        if !in_front {
+            return if are_outside(space, vertices, reaches) {
+                [[f64::INFINITY, f64::NEG_INFINITY]; 2]
+            } else {
+                NO_LIMITS
+            };
+        }
+        for (axis, [low, high]) in limits.iter_mut().enumerate() {
+            let at = vertex[axis] / vertex.z;
+            let error = space.edge_error / space.extent * (1.0 + at.abs() / space.extent) * (reach / vertex.z);
+            // Infinite errors give infinite limits, and so do those that aren't numbers.
+            let error = if error.is_finite() { error } else { f64::INFINITY };
+            (*low, *high) = (low.min(at - error), high.max(at + error));
+        }
+    }
+    limits
+}
+
+/// Whether three homogeneous vertices are certainly all behind the eye, or all beyond one side of the image.
+///
+/// A sample at x is hit at a point with x z for x and z above zero, which lies between the vertices. So it isn't where
+/// all of them have x z above that of the last sample. That is wrong by what [`limits`] gives times z, at |x| ≤ T.
+fn are_outside(space: &PixelSpace, vertices: [DVec3; 3], reach: [f64; 3]) -> bool {
+    let (width, height) = space.size();
+    let relative_error = 2.0 * space.edge_error / space.extent;
+    let all = |beyond: &dyn Fn(DVec3) -> f64| {
+        vertices.iter().zip(reach).all(|(&vertex, reach)| beyond(vertex) > relative_error * reach)
+    };
+    let beyond_sides = |axis: usize, middle: i32, side: u32| {
+        let (first, last) = (-f64::from(middle), f64::from(side) - 1.0 - f64::from(middle));
+        all(&|vertex| first * vertex.z - vertex[axis]) || all(&|vertex| vertex[axis] - last * vertex.z)
+    };
+    all(&|vertex| -vertex.z) || beyond_sides(0, space.middle.x, width) || beyond_sides(1, space.middle.y, height)
+}
+
+impl Depth {
+    /// `make` of a plane and its error bound, given the error bound of the numerator and the relative error of the
+    /// denominator.
+    fn linear(
+        space: &PixelSpace,
+        plane: DVec3,
+        error: f64,
+        relative_error: f64,
+        make: impl FnOnce(DVec3, f64) -> Self,
+    ) -> Self {
+        let (width, height) = space.size();
+        let largest = plane.x.abs() * f64::from(width) + plane.y.abs() * f64::from(height) + plane.z.abs();
+        // Eight roundings between the edge functions and the result; doubled for the bound's own and for the
+        // denominator's being in doubt by a quarter at most.
+        make(plane, 2.0 * (error + largest * (relative_error + 8.0 * f64::EPSILON)))
+    }
+}
+
+impl Square {
+    /// The four quarters of a square with an even side.
+    pub(crate) fn quarters(self) -> [Self; 4] {
+        let side = self.side / 2;
+        [(0, 0), (side, 0), (0, side), (side, side)].map(|(x, y)| Self { x: self.x + x, y: self.y + y, side })
+    }
+}

@@ -1,0 +1,240 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, f64x8};
+
+use super::pixel_space::{HALF_ULP, Vertex};
+pub(crate) use crate::simd::lanes::{LANES, splat};
+use crate::simd::lanes::{load_corner, max3, min3};
+
+/// The corners of 16 triangles: x, y and inverse depth of each.
+pub(crate) struct Corners<S: Simd> {
+    pub(crate) x: [f32x16<S>; 3],
+    pub(crate) y: [f32x16<S>; 3],
+    pub(crate) inverse_depth: [f32x16<S>; 3],
+}
+
+impl<S: Simd> Corners<S> {
+    /// The corners of 16 triangles, given as places in `vertices`, the last of which stands for all that are out of
+    /// range.
+    #[inline(always)]
+    pub(crate) fn load(simd: S, vertices: &[Vertex], triangles: &[[u32; 3]; LANES]) -> Self {
+        let [ax, ay, az, _] = load_corner(simd, vertices, triangles, 0);
+        let [bx, by, bz, _] = load_corner(simd, vertices, triangles, 1);
+        let [cx, cy, cz, _] = load_corner(simd, vertices, triangles, 2);
+        Self { x: [ax, bx, cx], y: [ay, by, cy], inverse_depth: [az, bz, cz] }
+    }
+}
+
+impl<S: Simd> Corners<S> {
+    /// Twice the area of each triangle in pixel space, with its sign, and how wrong it may be where corners are wrong by
+    /// at most `error`.
+    ///
+    /// With δ the error of a corner and w and h the sides of the bounds, that is
+    /// 4 δ (w + h) + 8 δ² + 8 ε w h (see [`Setup::new`]).
+    #[inline(always)]
+    pub(crate) fn signed_area(&self, simd: S, error: f32x16<S>) -> [f32x16<S>; 2] {
+        let Self { x, y, .. } = *self;
+        let (width, height) = (max3(x) - min3(x), max3(y) - min3(y));
+        let area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
+        let of_corners = error * (width + height + error + error) * splat(simd, 4.0);
+        [area, (of_corners + width * height * splat(simd, 8.0 * HALF_ULP)) * splat(simd, 1.001)]
+    }
+}
+
+/// The results of `f` for each of three, inlined together with it as SIMD code has to be.
+#[inline(always)]
+pub(crate) fn each<T, U>([a, b, c]: [T; 3], f: impl Fn(T) -> U) -> [U; 3] {
+    [f(a), f(b), f(c)]
+}
+
+/// The largest magnitude of three corners' coordinates.
+#[inline(always)]
+pub(crate) fn largest<S: Simd>(x: [f32x16<S>; 3], y: [f32x16<S>; 3]) -> f32x16<S> {
+    max3(x).max(max3(y)).max(-(min3(x).min(min3(y))))
+}
+
+/// The lowest and highest of three corners' coordinates, widened by `error` and rounded to the samples between.
+#[inline(always)]
+pub(crate) fn sample_range<S: Simd>(corners: [f32x16<S>; 3], error: f32x16<S>) -> [f32x16<S>; 2] {
+    [(min3(corners) - error).ceil(), (max3(corners) + error).floor()]
+}
+
+/// Edge functions, depth and their error bounds of 16 triangles in coordinates with an origin near the samples.
+pub(crate) struct Setup<S: Simd> {
+    /// Factor of x of each edge function; positive edge functions are inside.
+    pub(crate) a: [f32x16<S>; 3],
+    /// Factor of y.
+    pub(crate) b: [f32x16<S>; 3],
+    /// Constant.
+    pub(crate) c: [f32x16<S>; 3],
+    /// How wrong an edge function may be.
+    pub(crate) bound: f32x16<S>,
+    /// Twice the area, in pixels squared.
+    pub(crate) area: f32x16<S>,
+    /// What the second and third edge function are multiplied with and added to the first corner's inverse depth.
+    pub(crate) slopes: [f32x16<S>; 2],
+    /// How wrong the sum may be.
+    pub(crate) depth_error: f32x16<S>,
+    /// The largest inverse depth of the corners.
+    pub(crate) nearest: f32x16<S>,
+}
+
+impl<S: Simd> Setup<S> {
+    /// `x` and `y` are the corners in relation to the origin, δ `wrong` by at most `error`, and `samples` says how far
+    /// from it, at most, the samples are along each axis, and `overhang` how far outside the triangle's bounds.
+    ///
+    /// With m the largest coordinate, w and h the sides of the bounds and ε half an ulp, an edge function is wrong
+    /// - by 2 δ (w + h + 2 · overhang) + 2 δ² for the corners: E = (p − s) × (q − s), and each difference is no longer
+    ///   than the bounds and the overhang;
+    /// - by 5 ε (samples + m) (w + h) for its own rounding in the form a·x + (b·y − (a·p + b·q)): five roundings at
+    ///   most on each path, where |a| ≤ h and |b| ≤ w.
+    ///
+    /// The area is wrong by at most 4 δ (w + h) + 8 δ² for the corners and 6 ε w h for rounding, which is less than four
+    /// times that, since w h ≤ m (w + h).
+    #[inline(always)]
+    pub(crate) fn new(
+        simd: S,
+        x: [f32x16<S>; 3],
+        y: [f32x16<S>; 3],
+        inverse_depth: [f32x16<S>; 3],
+        error: f32x16<S>,
+        samples: f32,
+        overhang: f32,
+    ) -> Self {
+        let (width, height) = (max3(x) - min3(x), max3(y) - min3(y));
+        let size = width + height;
+        let corners = error * (size + splat(simd, 2.0 * overhang) + error) * splat(simd, 2.0);
+        let rounding = size * (largest(x, y) + splat(simd, samples)) * splat(simd, 5.0 * HALF_ULP);
+        // The last factor covers the bound's own rounding.
+        let bound = (corners + rounding) * splat(simd, 1.001);
+
+        let (ab_x, ab_y, ac_x, ac_y) = (x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]);
+        let area = ab_x * ac_y - ac_x * ab_y;
+        let sign = splat(simd, 1.0).copysign(area);
+        let area = area * sign;
+        let edges = [(1, 2), (2, 0), (0, 1)];
+        let a = each(
+            edges,
+            #[inline(always)]
+            |(p, q)| (y[p] - y[q]) * sign,
+        );
+        let b = each(
+            edges,
+            #[inline(always)]
+            |(p, q)| (x[q] - x[p]) * sign,
+        );
+        let c = each(
+            [0, 1, 2],
+            #[inline(always)]
+            |edge: usize| -(a[edge] * x[edges[edge].0] + b[edge] * y[edges[edge].0]),
+        );
+
+        // Where the area is at least 8 × the bound, the depth at a sample inside the triangle is wrong
+        // - by δ |∇z|₁ for the corners: in the plane through displaced corners, the sample's barycentric coordinates
+        //   belong to a place displaced by no more than they are;
+        // - by the edge functions' rounding and the area's over the area, times the rise of the depth;
+        // - by five more roundings relative to the rise: the difference, reciprocal, two products and a sum;
+        // - by one rounding of the result and 1.01 ε for the corners' own inverse depths.
+        // Factors above one cover 1 / (1 − 1/8), for the area in the denominators, and barycentric coordinates up to
+        // 1/8 outside of their range, for the displaced corners.
+        let inverse_area = splat(simd, 1.0) / area;
+        let rises = [inverse_depth[1] - inverse_depth[0], inverse_depth[2] - inverse_depth[0]];
+        let rise = rises[0].abs() + rises[1].abs();
+        let nearest = max3(inverse_depth);
+        let of_rise = (rounding * splat(simd, 1.2) + width * height * splat(simd, 10.5 * HALF_ULP)) * inverse_area
+            + splat(simd, 8.0 * HALF_ULP);
+        let gradient =
+            (rises[0].abs() * (a[1].abs() + b[1].abs()) + rises[1].abs() * (a[2].abs() + b[2].abs())) * inverse_area;
+        let depth_error = nearest * splat(simd, 8.0 * HALF_ULP) + rise * of_rise + gradient * error * splat(simd, 1.2);
+        let depth_error = depth_error * splat(simd, 1.001);
+        Self { a, b, c, bound, area, slopes: [rises[0] * inverse_area, rises[1] * inverse_area], depth_error, nearest }
+    }
+
+    /// Whether the area is certain enough for the edge functions' signs and for the depth.
+    #[inline(always)]
+    pub(crate) fn is_certain(&self, simd: S) -> fearless_simd::mask32x16<S> {
+        self.area.simd_ge(self.bound * splat(simd, 8.0))
+    }
+
+    /// The edge functions at a place.
+    #[inline(always)]
+    pub(crate) fn edges(&self, x: f32x16<S>, y: f32x16<S>) -> [f32x16<S>; 3] {
+        each(
+            [0, 1, 2],
+            #[inline(always)]
+            |edge| self.a[edge] * x + (self.b[edge] * y + self.c[edge]),
+        )
+    }
+}
+
+/// One over the depth of 16 triangles as a linear function of the place in a tile, whose middle is the origin.
+pub(crate) struct DepthPlane<S: Simd> {
+    /// What it changes by to the right and downwards, a pixel.
+    pub(crate) gradient: [f32x16<S>; 2],
+    /// Its value in the middle of the tile.
+    pub(crate) middle: f32x16<S>,
+    /// How wrong it may be at a sample inside both the tile and the triangle.
+    pub(crate) error: f32x16<S>,
+}
+
+impl<S: Simd> DepthPlane<S> {
+    /// The planes of triangles whose corners, in pixel space, are wrong by at most `error`, for the tile with its middle
+    /// at `origin` and its samples at most `samples` from there along each axis. They hold where
+    /// [`Setup::is_certain`].
+    ///
+    /// The plane is found in f64: in f32 a corner far from the tile would take most of the digits. With ε half an ulp
+    /// of an f32, δ the error of the corners and M the largest value in the tile, it is wrong
+    /// - by δ |∇z|₁ for the corners: in the plane through displaced corners, the sample's barycentric coordinates
+    ///   belong to a place displaced by no more than they are; 1.2 covers an area that is wrong by 1/8;
+    /// - by 1.01 ε M for the corners' own inverse depths, whose weights at a sample inside are not below zero;
+    /// - by 4 ε M for rounding the plane to f32 and three roundings when it is evaluated;
+    /// - by 20 · 2⁻⁵³ w h / area < 2⁻³⁰ relative to the rise for roundings in f64, since certain areas are at least
+    ///   40 ε w h;
+    /// - by ε M when the error is taken from it or added to it. The seventh ε is for the bound's own rounding.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, corners: &Corners<S>, error: f32x16<S>, origin: [f32; 2], samples: f32) -> Self {
+        let halves = |values: [f32x16<S>; 3]| {
+            let [a, b, c] = each(
+                values,
+                #[inline(always)]
+                |values| simd.widen_f32x16(values),
+            );
+            [[a.0, b.0, c.0], [a.1, b.1, c.1]]
+        };
+        let (x, y, inverse_depth) = (halves(corners.x), halves(corners.y), halves(corners.inverse_depth));
+        let first = Self::half(simd, x[0], y[0], inverse_depth[0], origin);
+        let second = Self::half(simd, x[1], y[1], inverse_depth[1], origin);
+        let [right, down, middle] = each(
+            [0, 1, 2],
+            #[inline(always)]
+            |part: usize| simd.narrow_f64x8(first[part], second[part]),
+        );
+        let [a, b, c] = corners.inverse_depth;
+        let rise = (b - a).abs() + (c - a).abs();
+        let slope = right.abs() + down.abs();
+        let largest = middle.abs() + slope * splat(simd, samples);
+        let error = slope * error * splat(simd, 1.2)
+            + largest * splat(simd, 7.0 * HALF_ULP)
+            + rise * splat(simd, 1.0 / (1 << 30) as f32);
+        Self { gradient: [right, down], middle, error: error * splat(simd, 1.001) }
+    }
+
+    /// Slopes to the right and downwards, and the value at `origin`, of eight planes.
+    #[inline(always)]
+    fn half(
+        simd: S,
+        x: [f64x8<S>; 3],
+        y: [f64x8<S>; 3],
+        inverse_depth: [f64x8<S>; 3],
+        origin: [f32; 2],
+    ) -> [f64x8<S>; 3] {
+        let (ab_x, ab_y, ac_x, ac_y) = (x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]);
+        let inverse_area = f64x8::splat(simd, 1.0) / (ab_x * ac_y - ac_x * ab_y);
+        let rises = [inverse_depth[1] - inverse_depth[0], inverse_depth[2] - inverse_depth[0]];
+        let right = (rises[0] * ac_y - rises[1] * ab_y) * inverse_area;
+        let down = (rises[1] * ab_x - rises[0] * ac_x) * inverse_area;
+        let [origin_x, origin_y] = origin.map(f64::from);
+        let across = f64x8::splat(simd, origin_x) - x[0];
+        let along = f64x8::splat(simd, origin_y) - y[0];
+        [right, down, inverse_depth[0] + (right * across + down * along)]
+    }
+}

@@ -1,0 +1,104 @@
+use super::general::{Depth, General};
+use super::lanes::LANES;
+use super::pixel_space::HALF_ULP;
+use super::tile::Batch;
+
+/// One triangle's edge functions and inverse depth in f32, as linear functions of the place in relation to an origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Linear {
+    /// Factor of x of each edge function; positive edge functions are inside.
+    pub(crate) a: [f32; 3],
+    /// Factor of y.
+    pub(crate) b: [f32; 3],
+    /// Constant.
+    pub(crate) c: [f32; 3],
+    /// How wrong an edge function may be.
+    pub(crate) bound: f32,
+    /// One over the depth at the origin.
+    pub(crate) inverse_depth: f32,
+    /// What it changes by to the right and downwards, a pixel.
+    pub(crate) gradient: [f32; 2],
+    pub(crate) depth_error: f32,
+    /// Upper bound of one over the depth.
+    pub(crate) nearest: f32,
+}
+
+impl General {
+    /// The triangle in relation to (`x`, `y`) in pixel space, for places at most `reach` from there along each axis;
+    /// `None` where its orientation isn't certain or f32 can't hold it.
+    ///
+    /// Each edge function is divided by its error, which so becomes one. Coefficients are rounded once, and evaluation
+    /// adds a rounding of each product and two of sums: four on a path, taken as six.
+    pub(crate) fn linear(&self, [x, y]: [f64; 2], reach: f64) -> Option<Linear> {
+        let Depth::Inverse { plane, error } = self.depth else { return None };
+        if !self.oriented {
+            return None;
+        }
+        const ROUNDINGS: f64 = 6.0 * HALF_ULP as f64;
+        let middle = glam::DVec3::new(x, y, 1.0);
+        let (mut a, mut b, mut c) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        for (edge, (&coefficients, &bound)) in self.edges.iter().zip(&self.bounds).enumerate() {
+            let constant = coefficients.dot(middle);
+            let largest = reach * (coefficients.x.abs() + coefficients.y.abs()) + constant.abs();
+            let scale = (bound + ROUNDINGS * largest).recip();
+            // Beyond this, sums in f32 could overflow; it also keeps out what isn't a number.
+            if !(largest * scale < 1e30 && scale.is_normal()) {
+                return None;
+            }
+            a[edge] = (coefficients.x * scale) as f32;
+            b[edge] = (coefficients.y * scale) as f32;
+            c[edge] = (constant * scale) as f32;
+        }
+        let inverse_depth = plane.dot(middle);
+        let largest = inverse_depth.abs() + reach * (plane.x.abs() + plane.y.abs());
+        let error = error + ROUNDINGS * largest;
+        if !(largest < 1e24 && error > 1e-24) {
+            return None;
+        }
+        Some(Linear {
+            a,
+            b,
+            c,
+            bound: 1.0,
+            inverse_depth: inverse_depth as f32,
+            gradient: [plane.x as f32, plane.y as f32],
+            depth_error: (error as f32).next_up(),
+            nearest: ((largest + error) as f32).next_up(),
+        })
+    }
+}
+
+impl Batch {
+    /// The triangle in a lane.
+    pub(crate) fn linear(&self, lane: usize) -> Linear {
+        let lane = lane % LANES;
+        Linear {
+            a: self.a.map(|factors| factors[lane]),
+            b: self.b.map(|factors| factors[lane]),
+            c: self.c.map(|constants| constants[lane]),
+            bound: self.bound[lane],
+            inverse_depth: self.inverse_depth[lane],
+            gradient: self.gradient.map(|slopes| slopes[lane]),
+            depth_error: self.depth_error[lane],
+            nearest: self.nearest[lane],
+        }
+    }
+
+    /// Takes over a triangle of the general path, which may be in any block.
+    pub(crate) fn set(&mut self, lane: usize, linear: &Linear, id: u32) {
+        let lane = lane % LANES;
+        for edge in 0..3 {
+            (self.a[edge][lane], self.b[edge][lane], self.c[edge][lane]) =
+                (linear.a[edge], linear.b[edge], linear.c[edge]);
+        }
+        self.bound[lane] = linear.bound;
+        self.inverse_depth[lane] = linear.inverse_depth;
+        (self.gradient[0][lane], self.gradient[1][lane]) = (linear.gradient[0], linear.gradient[1]);
+        self.depth_error[lane] = linear.depth_error;
+        self.nearest[lane] = linear.nearest;
+        self.ids[lane] = id;
+        for (blocks, place) in self.blocks.iter_mut().zip([0, super::tile::BLOCKS - 1, 0, super::tile::BLOCKS - 1]) {
+            blocks[lane] = place as i32;
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! The perspective grid: camera rays (Guntury and Narayanan 2010, §3).
+//!
+//! The direct form: vertices go to pixel space once; triangles of at most 2×2 samples are tested where they are set up
+//! and leave fragments in tiles of 64×64 samples; larger ones are listed in the tiles, by a coarse rasterization where
+//! they may overlap many, and tested there against blocks of 4×4 samples. A filter in f32 with a certified error bound decides nearly all samples. The
+//! [predicate](crate::predicate) decides the rest, so that the answer is its own.
+
+pub(crate) mod bins;
+pub(crate) mod build;
+mod coarse;
+pub(crate) mod depth;
+mod depth_order;
+pub(crate) mod general;
+pub(crate) mod lanes;
+mod linear;
+pub(crate) mod pixel_space;
+mod tile;
+mod trace;
+mod validate;
+
+use std::sync::Mutex;
+
+use crate::predicate::crossing;
+use crate::{Hit, Omitted, Triangles};
+
+use crate::shot::{SeenPixels, TileOrder};
+use crate::simd::SimdLevel;
+use bins::{Bin, Bins, bytes_of};
+use pixel_space::{PixelSpace, Vertex};
+use tile::Tile;
+
+/// The triangles of a frame, sorted to screen tiles for one ray through each pixel.
+///
+/// 16 bytes a vertex, eight for each triangle and tile, 16 for each sample that a tiny triangle hits, and 120 for each
+/// tile and range of triangles. Keep it and rebuild it: its memory is reused.
+#[derive(Default)]
+pub struct PerspectiveGrid {
+    level: SimdLevel,
+    /// None before the first build.
+    space: Option<PixelSpace>,
+    triangle_count: usize,
+    culls_back_faces: bool,
+    vertices: Vec<Vertex>,
+    /// In order of triangle ids.
+    ranges: Vec<Bins>,
+    omitted: Omitted,
+    /// One for each thread.
+    scratch: Vec<Mutex<Box<Tile>>>,
+}
+
+impl std::fmt::Debug for PerspectiveGrid {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PerspectiveGrid").field("triangles", &self.triangle_count).finish_non_exhaustive()
+    }
+}
+
+/// How much work a frame was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GridCounts {
+    /// Samples of tiny triangles, tested while building.
+    pub fragments: u64,
+    /// Pairs of a larger triangle and a tile.
+    pub listed: u64,
+    /// Pairs of a triangle and a sample that the filter left undecided.
+    pub undecided: u64,
+    /// Those of them that were handed to the predicate, since nothing nearer was found.
+    pub referred: u64,
+    /// Samples whose depth the predicate gave, since the filter's wasn't exact enough.
+    pub refined: u64,
+}
+
+impl GridCounts {
+    /// Each count with its name.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, u64); 5] {
+        let Self { fragments, listed, undecided, referred, refined } = *self;
+        [
+            ("fragments", fragments),
+            ("listed", listed),
+            ("undecided", undecided),
+            ("referred", referred),
+            ("refined", refined),
+        ]
+    }
+}
+
+/// An image with a side that is too long for the grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageTooLarge {
+    /// Width of the image in pixels.
+    pub width: u32,
+    /// Height of the image in pixels.
+    pub height: u32,
+}
+
+impl ImageTooLarge {
+    /// Pixels that a side may have at most.
+    pub const LARGEST_SIDE: u32 = 1 << 16;
+}
+
+impl std::fmt::Display for ImageTooLarge {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { width, height } = self;
+        write!(f, "an image of {width} × {height} pixels has a side above {} pixels", Self::LARGEST_SIDE)
+    }
+}
+
+impl std::error::Error for ImageTooLarge {}
+
+impl PerspectiveGrid {
+    /// An empty grid that uses the instructions of `level`.
+    #[must_use]
+    pub fn with_level(level: SimdLevel) -> Self {
+        Self { level, ..Self::default() }
+    }
+
+    /// Says whether triangles whose corners are seen clockwise are there from the next build on; they are unless this
+    /// says otherwise.
+    pub fn set_culls_back_faces(&mut self, culls: bool) {
+        self.culls_back_faces = culls;
+    }
+
+    /// The triangles that were left out because no ray can hit them.
+    #[must_use]
+    pub fn omitted(&self) -> &Omitted {
+        &self.omitted
+    }
+
+    /// What the camera's ray through the pixel in column `x` and row `y` hits; `None` for a miss.
+    ///
+    /// `triangles` and `seen` are those of the last build and trace.
+    #[must_use]
+    pub fn hit(&self, triangles: Triangles<'_>, seen: &SeenPixels, (x, y): (u32, u32)) -> Option<Hit> {
+        let space = self.space.as_ref()?;
+        let triangle = Some(seen.triangle_at(x, y)).filter(|&triangle| triangle != SeenPixels::NONE)?;
+        let ray = space.ray(x, y);
+        let crossing = crossing(&ray, triangles.corners(triangle))?;
+        Some(Hit { t: crossing.t, triangle, barycentric: crossing.barycentric })
+    }
+
+    /// Bytes held for the last frame, without the pixels'.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let bins = self.ranges.iter().flat_map(|range| &range.bins);
+        bytes_of(&self.vertices)
+            + bins.map(|bin| size_of::<Bin>() + bin.bytes()).sum::<usize>()
+            + self.scratch.len() * size_of::<Tile>()
+    }
+
+    /// The image's order of tiles.
+    fn order(&self) -> TileOrder {
+        let (width, height) = self.space.as_ref().map_or((0, 0), PixelSpace::size);
+        TileOrder::new(width, height)
+    }
+
+    /// Columns and rows of tiles.
+    fn tiles(&self) -> (u32, u32) {
+        self.order().tiles()
+    }
+}

@@ -1,0 +1,172 @@
+//! Triangles with masks, whose certain hits count only where the mask is certain as well.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
+
+use super::{BLOCKS, Batch, HALF, Tile, coordinates};
+use crate::camera_grid::lanes::{Corners, LANES, Setup, each, largest, splat};
+use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace};
+use crate::shot::{Mask, MaskPoints};
+use crate::simd::lanes::{max3, min3};
+
+/// What turns the edge functions of a batch into the barycentric coordinates that the predicate gives.
+#[repr(C, align(64))]
+pub(crate) struct MaskWeights {
+    /// The inverse depth of each corner.
+    inverse_depth: [[f32; LANES]; 3],
+    /// How wrong a barycentric coordinate may be, times the sum D of [`new`](Self::new).
+    error: [f32; LANES],
+}
+
+impl MaskWeights {
+    /// `x` and `y` are the corners in relation to the tile's middle, wrong by at most δ, the `error`. It holds where
+    /// [`Setup::is_certain`], for samples in the tile that the predicate lets hit the triangle.
+    ///
+    /// The predicate's weight of a corner is Eᵢ zᵢ / D, where z is the inverse depth and D the sum of all Eⱼ zⱼ, whatever
+    /// factor all E have in common. Let λ be a sample's true barycentric coordinates in the image, each from 0 to 1. The
+    /// place with the same λ in the displaced triangle is no farther than δ from the sample along each axis. So the
+    /// displaced triangle's edge function at the sample, without roundings, differs from its area times λᵢ by at most
+    /// δ (|a| + |b|). To this come
+    /// - 5 ε (samples + m) (w + h), as in [`Setup::new`], for the roundings of an edge function, with ε half an ulp;
+    /// - 64 roundings in f64 of the predicate's weights relative to d r², where d is the largest coordinate of the ray's
+    ///   direction and r the largest of the corners' from the eye. In square pixels that is s² d (r / z)² 2⁻⁴⁷ with s
+    ///   pixels a unit and z the depth of the nearest corner. [`PixelSpace::edge_error`] is above s² d 2⁻³⁹, and r is at
+    ///   most 1.01 (1 + 2 |x/z|) times the depth of the farthest.
+    ///
+    /// If the sum of all three, times the nearest corner's inverse depth, is H, a weight is wrong by at most H / D, since
+    /// what D is wrong by enters times the weight, which is at most one. Some ε more are for the inverse depths, the
+    /// products, sums and quotient, and the predicate's own rounding to f32.
+    #[inline(always)]
+    pub(crate) fn new<S: Simd>(
+        simd: S,
+        space: &PixelSpace,
+        corners: &Corners<S>,
+        setup: &Setup<S>,
+        [x, y]: [[f32x16<S>; 3]; 2],
+        error: f32x16<S>,
+    ) -> Self {
+        let of_corners = |edge: usize| setup.a[edge].abs() + setup.b[edge].abs();
+        let slopes = of_corners(0) + of_corners(1) + of_corners(2);
+        let size = (max3(x) - min3(x)) + (max3(y) - min3(y));
+        let rounding = size * (largest(x, y) + splat(simd, HALF as f32)) * splat(simd, 15.0 * HALF_ULP);
+        let axis = space.axis_pixels.abs().max_element() as f32;
+        let steepness = (largest(corners.x, corners.y) + splat(simd, axis)) * splat(simd, 2.0 / space.scale as f32);
+        let reach = (steepness + splat(simd, 1.0)) * setup.nearest / min3(corners.inverse_depth);
+        let of_predicate = reach * reach * splat(simd, (3.0 / 128.0 * space.edge_error) as f32);
+        let sum = slopes * error + rounding + of_predicate;
+        let mut weights = Self { inverse_depth: [[0.0; LANES]; 3], error: [0.0; LANES] };
+        // The factor covers the bound's own roundings.
+        (sum * setup.nearest * splat(simd, 1.01)).store_slice(&mut weights.error);
+        for (to, inverse_depth) in weights.inverse_depth.iter_mut().zip(corners.inverse_depth) {
+            inverse_depth.store_slice(to);
+        }
+        weights
+    }
+
+    /// Barycentric coordinates and their errors where the triangle in `lane` has the edge functions `edges`.
+    #[inline(always)]
+    fn points<S: Simd>(&self, simd: S, lane: usize, edges: [f32x16<S>; 3], asked: u64) -> MaskPoints {
+        let weighted = each(
+            [0, 1, 2],
+            #[inline(always)]
+            |corner: usize| edges[corner] * splat(simd, self.inverse_depth[corner][lane]),
+        );
+        let inverse_sum = splat(simd, 1.0) / (weighted[0] + weighted[1] + weighted[2]);
+        let error = inverse_sum * splat(simd, self.error[lane]) + splat(simd, 12.0 * HALF_ULP);
+        MaskPoints {
+            barycentric: [(weighted[1] * inverse_sum).into(), (weighted[2] * inverse_sum).into()],
+            error: error.into(),
+            asked: asked as u16,
+        }
+    }
+}
+
+impl Tile {
+    /// Tests those triangles of a batch that are set in `lanes`, all of which have a certain orientation and a mask;
+    /// returns what [`test_batch`](Self::test_batch) does.
+    #[inline(never)]
+    pub(crate) fn test_masked<S: Simd>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        weights: &MaskWeights,
+        mask: &dyn Mask,
+        lanes: u64,
+    ) -> [usize; 2] {
+        simd.vectorize(
+            #[inline(always)]
+            || self.test_masked_inlined(simd, batch, weights, mask, lanes),
+        )
+    }
+
+    #[inline(always)]
+    fn test_masked_inlined<S: Simd>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        weights: &MaskWeights,
+        mask: &dyn Mask,
+        lanes: u64,
+    ) -> [usize; 2] {
+        let (mut waiting, mut covered) = (0, 0);
+        for lane in super::super::build::lanes_of(lanes) {
+            let lane = lane as usize % LANES;
+            let blocks = [0, 1, 2, 3].map(|bound: usize| batch.blocks[bound][lane] as usize % BLOCKS);
+            (waiting, covered) = self.enqueue_blocks(simd, batch, lane, blocks, (waiting, covered));
+        }
+        for place in 0..covered {
+            self.test_masked_block(simd, batch, weights, mask, self.covered[place] as usize);
+        }
+        for place in 0..waiting {
+            self.test_masked_block(simd, batch, weights, mask, self.queue[place] as usize);
+        }
+        [waiting, covered]
+    }
+
+    /// Tests the 16 samples of one queued block.
+    #[inline(always)]
+    fn test_masked_block<S: Simd>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        weights: &MaskWeights,
+        mask: &dyn Mask,
+        queued: usize,
+    ) {
+        let lane = queued / (BLOCKS * BLOCKS) % LANES;
+        let block = queued % (BLOCKS * BLOCKS);
+        let at = |values: &[f32; LANES]| splat(simd, values[lane]);
+        let [x, y] = coordinates(simd, block);
+        let edges = batch.edges(simd, lane, x, y);
+        let (lowest, bound) = (min3(edges), at(&batch.bound));
+        let depth = at(&batch.inverse_depth) + (x * at(&batch.gradient[0]) + y * at(&batch.gradient[1]));
+        let error = at(&batch.depth_error);
+        let (low, high) = (depth - error, depth + error);
+        let samples = block * LANES..(block + 1) * LANES;
+        let old_low = f32x16::from_slice(simd, &self.low[samples.clone()]);
+        let old_high = f32x16::from_slice(simd, &self.high[samples.clone()]);
+        let possible = (high.simd_ge(old_low) & lowest.simd_ge(-bound)).to_bitmask();
+        if possible == 0 {
+            return;
+        }
+        let answers = mask.are_solid(batch.ids[lane], &weights.points(simd, lane, edges, possible));
+        let possible = possible & !u64::from(answers.cut);
+        if possible == 0 {
+            return;
+        }
+        let certain = (lowest.simd_gt(bound) & low.simd_gt(old_high)).to_bitmask();
+        let certain = certain & possible & u64::from(answers.solid);
+        if possible != certain {
+            let high: [f32; LANES] = high.into();
+            self.doubt(block, batch.ids[lane], possible & !certain, &high);
+        }
+        let certain = mask32x16::from_bitmask(simd, certain);
+        let new_low = certain.select(low, old_low);
+        new_low.store_slice(&mut self.low[samples.clone()]);
+        certain.select(high, old_high).store_slice(&mut self.high[samples.clone()]);
+        let old_triangle = u32x16::from_slice(simd, &self.triangle[samples.clone()]);
+        let triangle = u32x16::splat(simd, batch.ids[lane]);
+        certain.select(triangle, old_triangle).store_slice(&mut self.triangle[samples]);
+        self.farthest[block] = new_low.reduce_min();
+    }
+}

@@ -1,0 +1,174 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x8};
+use glam::DVec3;
+
+use super::survey::Tile;
+use crate::shot::CameraRays;
+use crate::simd::vectors::{Vectors, dot, splat_vector};
+
+/// A rectangle through which the light sees some of the points, as a projective map.
+///
+/// With v a position in relation to `origin`, p = (x · v, y · v, z · v) are its homogeneous coordinates; the map is
+/// what these numbers say, exactly. In perspective a position is at (X, Y) = (p.x, p.y) / p.z with the nearness
+/// W = `near` / p.z; for parallel light at (X, Y, W) = p. Either way a triangle is planar in (X, Y, W), straight lines
+/// stay straight, W grows towards the light, and the points of the face have X and Y in [−1, 1].
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Face {
+    pub(crate) origin: DVec3,
+    pub(crate) x: DVec3,
+    pub(crate) y: DVec3,
+    pub(crate) z: DVec3,
+    /// What W is multiplied with in perspective.
+    pub(crate) near: f64,
+    pub(crate) is_parallel: bool,
+    /// What a length of one, seen from a distance of one, is in X, Y and in parallel light W.
+    pub(crate) scale: DVec3,
+    /// Lowest and highest X, and Y, of the points that are tested on this face, if others are tested on others. Faces
+    /// overlap by more than points may be wrong, so that each point is on some face, whatever rounding does.
+    pub(crate) owned: Option<[[f64; 2]; 2]>,
+    /// The predicate takes a point for what may be this far from it, in relation to its depth in perspective.
+    pub(crate) point_error: f64,
+}
+
+/// Half the distance from one to the next f32.
+pub(crate) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+
+/// Half the distance from one to the next f64.
+pub(crate) const ROUNDING: f64 = f64::EPSILON / 2.0;
+
+/// The largest |X| and |Y| of a mapped point: a point that belongs to the face is in [−1, 1], one of a neighbouring
+/// face by less than half of the rest outside of it, and either is wrong by less than the other half.
+pub(crate) const POINT_LIMIT: f64 = 1.0 + 1.0 / 1024.0;
+
+/// How wrong X and Y of a point may be at most: a fraction of a cell.
+pub(crate) const LARGEST_POINT_ERROR: f64 = 1.0 / 4096.0;
+
+/// A triangle whose |X| or |Y| are all above this can't be between the light and the face's points.
+pub(crate) const FACE_LIMIT: f64 = 1.0 + 1.0 / 256.0;
+
+/// By how much a triangle's bounds are grown in X and Y so that rounding its vertices, and the bounds, can't lose a
+/// point in it. See [`VertexErrors`].
+pub(crate) const VERTEX_MARGIN: f32 = 6.0 * HALF_ULP as f32;
+
+/// [`Face::point_error`] is at least and at most this.
+const POINT_ERRORS: [f64; 2] = [1.0 / (1_u64 << 36) as f64, 1.0 / (1 << 24) as f64];
+
+impl Face {
+    /// The homogeneous coordinates of a world position.
+    pub(crate) fn homogeneous(&self, position: DVec3) -> DVec3 {
+        let v = position - self.origin;
+        DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
+    }
+
+    /// The sums of the magnitudes of x, y and z: times the largest component of a vector they bound its coordinates.
+    pub(crate) fn norms(&self) -> DVec3 {
+        let norm = |axis: DVec3| axis.abs().element_sum();
+        DVec3::new(norm(self.x), norm(self.y), norm(self.z))
+    }
+
+    /// What the predicate thinks a point may be wrong by, in relation to its p.z in perspective, for the pixels whose
+    /// rays meet it at t: 5 roundings of the step along the ray and of the position.
+    pub(crate) fn point_error_at(&self, rays: &CameraRays, t: f64, depth: f64) -> f64 {
+        let error = 5.0 * ROUNDING * (2.0 * t.abs() * rays.largest_direction + rays.largest_origin);
+        if self.is_parallel { error } else { error / depth }
+    }
+
+    /// Chooses what the predicate may think a point of the face is wrong by: four times as much as for any corner of a
+    /// tile, unless that is practically on the light. Points above are outliers.
+    pub(crate) fn choose_point_error(&mut self, rays: &CameraRays, tiles: &[Tile]) {
+        let corners = tiles.iter().filter(|tile| tile.points > 0).flat_map(|tile| tile.corners);
+        let largest = corners.fold(0.0_f64, |largest, corner| {
+            let depth = self.z.dot(corner - self.origin);
+            let t = rays.forward.dot(corner - rays.position);
+            if depth > 0.0 || self.is_parallel { largest.max(self.point_error_at(rays, t, depth)) } else { largest }
+        });
+        self.point_error = (4.0 * largest).clamp(POINT_ERRORS[0], POINT_ERRORS[1]);
+    }
+
+    /// Whether some point of a tile may be on this face.
+    pub(crate) fn may_own(&self, tile: &Tile) -> bool {
+        let Some([x, y]) = self.owned else { return tile.points > 0 };
+        // A frustum is outside where all its corners are outside of the same plane; a little is left for rounding.
+        let corners = tile.corners.map(|corner| self.homogeneous(corner));
+        let outside = |height: fn(DVec3, [[f64; 2]; 2]) -> f64| {
+            corners.iter().all(|&corner| height(corner, [x, y]) > 1e-6 * corner.abs().max_element())
+        };
+        tile.points > 0
+            && !(outside(|p, _| -p.z)
+                || outside(|p, [x, _]| p.x - x[1] * p.z)
+                || outside(|p, [x, _]| x[0] * p.z - p.x)
+                || outside(|p, [_, y]| p.y - y[1] * p.z)
+                || outside(|p, [_, y]| y[0] * p.z - p.y))
+    }
+
+    /// X, Y, W and 1 / p.z of eight vectors from the origin; the last is one for parallel light.
+    #[inline(always)]
+    pub(crate) fn project<S: Simd>(&self, simd: S, v: Vectors<S>) -> (Vectors<S>, f64x8<S>) {
+        let one = f64x8::splat(simd, 1.0);
+        let rows = [
+            dot(v, splat_vector(simd, self.x)),
+            dot(v, splat_vector(simd, self.y)),
+            dot(v, splat_vector(simd, self.z)),
+        ];
+        if self.is_parallel {
+            (rows, one)
+        } else {
+            let inverse = one / rows[2];
+            ([rows[0] * inverse, rows[1] * inverse, inverse * self.near], inverse)
+        }
+    }
+}
+
+/// What follows from rounding vertices, for the fast test of small triangles. With ε = [`HALF_ULP`].
+///
+/// The coordinates of vertices are computed in f64 and rounded to f32. A vertex is only used where |X| and |Y| are at
+/// most 2: rounding then moves it by at most ε, and the f64 before it by less than ε / 8, since the face is never
+/// scaled by more than 2²⁰ ([`project`](super::project) checks the rest). W is wrong by as much in relation to itself.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct VertexErrors {
+    /// The predicate's own bound: the square of these times the triangle's extents in X, Y and W, in relation to the
+    /// largest nearness.
+    pub(crate) of_predicate: [f32; 3],
+    /// What the predicate's own weights of corners may be wrong by, as edge functions: the square of the first plus the
+    /// second times the largest nearness.
+    pub(crate) of_weights: [f32; 2],
+}
+
+impl VertexErrors {
+    /// By how much a vertex may be moved along X and Y.
+    pub(crate) const MOVED: f64 = 1.125 * HALF_ULP;
+
+    /// What the predicate asks of a point before it calls it shadowed.
+    ///
+    /// It wants n · (P − a), for the unnormalised normal n, above 6 |ab| |ac| (10 u |P − a| + e), with u = 2⁻⁵³, largest
+    /// components |·| and the point's error e. The fast test's area × (W of the triangle − W of the point) is
+    /// n · (P − a) × s.x · s.y · near / (z₀ z₁ z₂ z), in parallel light × s.x · s.y · s.z. With corners whose depths
+    /// differ by at most a factor of two, |X|, |Y| ≤ 2 and so |P| ≤ 18 z, the bound is at most
+    /// 24 s.x s.y W (510 u + e / z) T², T = 2 (w / s.x + h / s.y) + 36 ΔW / W.
+    ///
+    /// Its weights d · ((p − o) × (q − o)) have 64 roundings of |d| r², with r the largest component of any corner from
+    /// o. An edge function of the fast test is that × s.x · s.y / (z₀ z₁ z), in parallel light × s.x · s.y / |d|; depths
+    /// of corners differ by at most a factor of two.
+    pub(crate) fn new(face: &Face) -> Self {
+        let scale = face.scale;
+        let across = 2.5 / scale.x + 2.5 / scale.y;
+        let roundings = (64.0 * ROUNDING * scale.x * scale.y).sqrt();
+        let of_weights = if face.is_parallel {
+            [roundings * (across * 2.0 + 2.0 / scale.z), roundings / scale.z]
+        } else {
+            // How far a vertex may be from the light in relation to its depth.
+            let reach = 1.0 + across + (face.x.dot(face.z) / scale.x).abs() + (face.y.dot(face.z) / scale.y).abs();
+            [roundings * 2.0 * reach * reach.sqrt(), 0.0]
+        };
+        let of_weights = of_weights.map(|error| error as f32 * 1.001);
+        let of_predicate = if face.is_parallel {
+            let reach = scale.z * (3.0 / scale.x + 3.0 / scale.y) + 2.0;
+            let factor = (18.0 * scale.x * scale.y * (reach * 1.8e-15 + face.point_error * scale.z)).sqrt();
+            scale.recip().to_array().map(|size| size * factor)
+        } else {
+            let factor = (24.0 * scale.x * scale.y * (1.8e-13 + face.point_error)).sqrt();
+            [factor * 2.0 / scale.x, factor * 2.0 / scale.y, factor * 36.0]
+        };
+        Self { of_predicate: of_predicate.map(|error| error as f32), of_weights }
+    }
+}

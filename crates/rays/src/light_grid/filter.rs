@@ -1,0 +1,134 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x8, mask64x8};
+use glam::DVec3;
+
+use super::SeenImage;
+use super::face::ROUNDING;
+use crate::LightSource;
+use crate::shot::CameraRays;
+use crate::shot::{EightPoints, EightTriangles, cross};
+use crate::simd::vectors::{Vectors, dot, largest, minus, splat_vector};
+
+/// What is known about eight pairs of a place and a triangle.
+pub(crate) struct Verdicts {
+    /// In which the triangle shadows the point.
+    pub(crate) shadowed: u64,
+    /// About which the predicate must be asked.
+    pub(crate) unknown: u64,
+    /// Weights of the second and third corner where a triangle shadows a point.
+    pub(crate) barycentric: [[f64; 8]; 2],
+    /// By how much each weight may differ from the predicate's.
+    pub(crate) weight_error: [f64; 8],
+}
+
+/// Decides in f64 whether triangles shadow the points at `places`, as
+/// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) would.
+///
+/// With d the direction of the segment's line, c the corners in relation to a place on it, r their largest components,
+/// and the line moved by at most e on any axis, the edge functions d · (cⱼ × cₖ) are wrong by 6 rⱼ rₖ |Δd| for the
+/// direction, 6 |d| e (rⱼ + rₖ + e) for the corners, and 12 roundings of at most 6 |d| rⱼ rₖ.
+#[inline(always)]
+pub(crate) fn decide_eight<S: Simd>(
+    simd: S,
+    image: &SeenImage<'_>,
+    rays: &CameraRays,
+    light: &LightSource,
+    places: [u32; 8],
+    ids: [u32; 8],
+) -> Verdicts {
+    let (origin, direction) = match *light {
+        LightSource::Point { position } | LightSource::Spot { position, .. } => (position.as_dvec3(), None),
+        LightSource::Directional { direction } => (DVec3::ZERO, Some(-direction.as_dvec3())),
+    };
+    let points = EightPoints::find(simd, image, rays, places, origin);
+    let [a, b, c] = EightTriangles::load(simd, image, ids).corners;
+    let zero = f64x8::splat(simd, 0.0);
+    let error = points.error;
+
+    // The segment's line through the light, or through the point.
+    let (along, corners, along_error, corner_error) = match direction {
+        None => {
+            let light = splat_vector(simd, origin);
+            (points.offset, [minus(a, light), minus(b, light), minus(c, light)], error, zero)
+        }
+        Some(direction) => {
+            let point = points.offset;
+            (splat_vector(simd, direction), [minus(a, point), minus(b, point), minus(c, point)], zero, error)
+        }
+    };
+    let reach = [largest(corners[0]), largest(corners[1]), largest(corners[2])];
+    let length = largest(along);
+    let (e0, error0) = edge(along, length, along_error, corner_error, [corners[1], corners[2]], [reach[1], reach[2]]);
+    let (e1, error1) = edge(along, length, along_error, corner_error, [corners[2], corners[0]], [reach[2], reach[0]]);
+    let (e2, error2) = edge(along, length, along_error, corner_error, [corners[0], corners[1]], [reach[0], reach[1]]);
+    let positive = [e0.simd_gt(error0), e1.simd_gt(error1), e2.simd_gt(error2)];
+    let negative = [(-e0).simd_gt(error0), (-e1).simd_gt(error1), (-e2).simd_gt(error2)];
+    let missed = (positive[0] | positive[1] | positive[2]) & (negative[0] | negative[1] | negative[2]);
+    let hit_from_front = positive[0] & positive[1] & positive[2];
+    let hit_from_behind = negative[0] & negative[1] & negative[2];
+    let side_is_certain = hit_from_front | hit_from_behind;
+    let side = hit_from_front.select(f64x8::splat(simd, 1.0), f64x8::splat(simd, -1.0));
+
+    // The heights of the point and of the light over the triangle's plane.
+    let (ab, ac) = (minus(b, a), minus(c, a));
+    let (normal, _) = cross(ab, ac);
+    let size = largest(ab) * largest(ac) * 6.0;
+    let point_from_a = match direction {
+        None => minus(points.offset, corners[0]),
+        Some(_) => minus(points.offset, a),
+    };
+    let height = dot(normal, point_from_a) * side;
+    // Roundings of the normal, the offset, the products and sums: eight, and the corner's own.
+    let rounded = largest(point_from_a) + length * f64::from(u8::from(direction.is_none())) + reach[0];
+    let height_error = size * (error * 1.01 + rounded * (16.0 * ROUNDING));
+    let (towards_point, light_is_beyond, light_is_before) = match direction {
+        None => {
+            let height_of_light = dot(normal, corners[0]) * side;
+            let error = size * reach[0] * (16.0 * ROUNDING);
+            (height, height_of_light.simd_gt(error), (-height_of_light).simd_gt(error))
+        }
+        Some(_) => (-height, mask64x8::splat(simd, true), mask64x8::splat(simd, false)),
+    };
+    // The predicate itself wants a height above a bound that is below `height_error`.
+    let behind = towards_point.simd_gt(height_error * 3.0);
+    let not_behind = (-towards_point).simd_gt(height_error);
+    let shadowed = side_is_certain & behind & light_is_beyond;
+    let lit = missed | (side_is_certain & (not_behind | light_is_before));
+    // Sizes whose products could underflow, or overflow, have no bound.
+    let product = length * reach[0] * reach[1];
+    let trusted = points.certain
+        & largest([reach[0], reach[1], reach[2]]).simd_lt(f64x8::splat(simd, 1e90))
+        & length.simd_lt(f64x8::splat(simd, 1e90))
+        & product.simd_gt(f64x8::splat(simd, 1e-200));
+    let (shadowed, lit) = ((trusted & shadowed).to_bitmask(), (trusted & lit).to_bitmask());
+
+    // Each weight is its edge function over the sum of all, so it is wrong by at most twice the largest error of one,
+    // over that sum. The predicate's own have 64 roundings of the largest product.
+    let farthest = largest([reach[0], reach[1], reach[2]]);
+    let of_predicate = length * farthest * farthest * (64.0 * ROUNDING);
+    let inverse = f64x8::splat(simd, 1.0) / (e0 + e1 + e2);
+    let weight_error = (largest([error0, error1, error2]) + of_predicate) * inverse.abs() * 2.02;
+    Verdicts {
+        shadowed,
+        unknown: !(shadowed | lit) & 0xff,
+        barycentric: [(e1 * inverse).to_array(), (e2 * inverse).to_array()],
+        weight_error: weight_error.to_array(),
+    }
+}
+
+/// d · (p × q) and its error.
+#[inline(always)]
+fn edge<S: Simd>(
+    along: Vectors<S>,
+    length: f64x8<S>,
+    along_error: f64x8<S>,
+    corner_error: f64x8<S>,
+    [p, q]: [Vectors<S>; 2],
+    [p_reach, q_reach]: [f64x8<S>; 2],
+) -> (f64x8<S>, f64x8<S>) {
+    let (normal, _) = cross(p, q);
+    let product = p_reach * q_reach;
+    let of_corners = length * corner_error * (p_reach + q_reach + corner_error);
+    let error = (product * (along_error + length * (16.0 * ROUNDING)) + of_corners) * 6.06;
+    (dot(along, normal), error)
+}

@@ -1,0 +1,227 @@
+//! In which cell of a light's grid each point is, for pictures of the grid and of how full it is.
+
+use glam::{DMat3, DVec3, Vec3};
+
+use super::face::Face;
+use super::{LightGrid, SeenImage, choose};
+use crate::LightSource;
+use crate::shot::TileOrder;
+use crate::simd::vectors::LANES;
+
+/// In which cell of a light's grid the point that each pixel shows is, in [`TileOrder`].
+///
+/// A point that several faces hold is in a cell of the first. 8 bytes a place, 4 for each cell.
+#[derive(Clone, Debug, Default)]
+pub struct LightCells {
+    order: TileOrder,
+    places: Vec<Option<LightCell>>,
+    faces: Vec<LightFace>,
+    /// For each face its first cell among `points`.
+    firsts: Vec<usize>,
+    /// How many points each cell has, face by face, row by row.
+    points: Vec<u32>,
+}
+
+/// A cell of a light's grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct LightCell {
+    /// Its place in [`LightCells::faces`].
+    pub face: u16,
+    /// From the side of the face's lowest X.
+    pub column: u16,
+    /// From the side of its lowest Y.
+    pub row: u16,
+}
+
+/// A rectangle through which a light sees points.
+///
+/// What it sees of them is between two parallel rectangles, of the same size where the light is parallel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightFace {
+    /// How many columns of cells it has.
+    pub columns: u32,
+    /// How many rows of cells it has.
+    pub rows: u32,
+    /// Its corners at the depth of the point nearest to the light: in world units, one after the other round the
+    /// rectangle. Of a face without points they are those at the farthest.
+    pub near: [Vec3; 4],
+    /// Its corners at the depth of the farthest point, in the same order.
+    pub far: [Vec3; 4],
+}
+
+impl LightCells {
+    /// The cell of the point that the pixel in column `x` and row `y` shows; `None` where it shows none, or one that no
+    /// face could hold.
+    ///
+    /// # Panics
+    /// If the pixel is outside of the image's tiles.
+    #[must_use]
+    pub fn at(&self, x: u32, y: u32) -> Option<LightCell> {
+        self.places[self.order.place(x, y)]
+    }
+
+    /// How many points a cell has: as many as there are pixels for which [`at`](Self::at) names it.
+    ///
+    /// # Panics
+    /// If the grid has no such cell.
+    #[must_use]
+    pub fn points_of(&self, cell: LightCell) -> u32 {
+        self.points[self.place_of(cell)]
+    }
+
+    /// How many points share the cell of the point that a pixel shows, itself one of them; 0 where [`at`](Self::at) is
+    /// `None`.
+    ///
+    /// # Panics
+    /// If the pixel is outside of the image's tiles.
+    #[must_use]
+    pub fn points_at(&self, x: u32, y: u32) -> u32 {
+        self.at(x, y).map_or(0, |cell| self.points_of(cell))
+    }
+
+    /// The faces through which the light sees what the camera sees; none where the light is no light at all.
+    #[must_use]
+    pub fn faces(&self) -> &[LightFace] {
+        &self.faces
+    }
+
+    fn place_of(&self, LightCell { face, column, row }: LightCell) -> usize {
+        let columns = self.faces[usize::from(face)].columns as usize;
+        self.firsts[usize::from(face)] + usize::from(row) * columns + usize::from(column)
+    }
+
+    /// Starts anew for an image.
+    pub(crate) fn start(&mut self, order: TileOrder) {
+        self.order = order;
+        self.places.clear();
+        self.places.resize(order.places(), None);
+        self.faces.clear();
+        self.firsts.clear();
+        self.points.clear();
+    }
+
+    /// Adds a face with columns and rows of cells. `located` has the places of its points, each with its column, its row
+    /// and its nearness.
+    pub(crate) fn add_face(
+        &mut self,
+        face: &Face,
+        [columns, rows]: [usize; 2],
+        located: impl Iterator<Item = (usize, [usize; 2], f32)>,
+    ) {
+        let number = self.faces.len() as u16;
+        let first = self.points.len();
+        self.points.resize(first + columns * rows, 0);
+        let mut nearness = [f32::INFINITY, f32::NEG_INFINITY];
+        for (place, [column, row], at) in located {
+            nearness = [nearness[0].min(at), nearness[1].max(at)];
+            // What lies beyond the image's border is nobody's pixel, and what another face has is counted there.
+            if self.order.pixel(place).is_some() && self.places[place].is_none() {
+                self.places[place] = Some(LightCell { face: number, column: column as u16, row: row as u16 });
+                self.points[first + row * columns + column] += 1;
+            }
+        }
+        let [far, near] = if nearness[0] <= nearness[1] { nearness } else { [1.0; 2] };
+        self.firsts.push(first);
+        self.faces.push(LightFace {
+            columns: columns as u32,
+            rows: rows as u32,
+            near: face.corners_at(f64::from(near)),
+            far: face.corners_at(f64::from(far)),
+        });
+    }
+}
+
+impl Face {
+    /// Where the face's corners are in the world at a nearness.
+    fn corners_at(&self, nearness: f64) -> [Vec3; 4] {
+        let world_from_face = DMat3::from_cols(self.x, self.y, self.z).transpose().inverse();
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| {
+            let depth = self.near / nearness;
+            let homogeneous = if self.is_parallel { DVec3::new(x, y, nearness) } else { DVec3::new(x, y, 1.0) * depth };
+            (self.origin + world_from_face * homogeneous).as_vec3()
+        })
+    }
+}
+
+impl LightGrid {
+    /// Finds in which cell of the grid for `light` each point that `image` shows is: where [`shadow`](Self::shadow) looks
+    /// for it.
+    ///
+    /// # Panics
+    /// If [`survey`](Self::survey) wasn't called for `image`.
+    pub fn locate(&mut self, image: &SeenImage<'_>, light: &LightSource, located: &mut LightCells) {
+        for face in self.start_locating(image, light, located) {
+            self.map_face(face, image);
+            let Self { face, cells, blocks, members, .. } = &*self;
+            let points = members.iter().enumerate().flat_map(|(block, members)| {
+                let points = &blocks[block];
+                (0..LANES).filter(move |lane| members >> lane & 1 == 1).map(move |lane| {
+                    let cell = [cells.across.cell(points.x[lane]), cells.down.cell(points.y[lane])];
+                    (block * LANES + lane, cell, points.nearness[lane])
+                })
+            });
+            located.add_face(face, [cells.across.count, cells.down.count], points);
+        }
+    }
+
+    /// Empties `located`, and returns the light's faces.
+    pub(crate) fn start_locating(
+        &mut self,
+        image: &SeenImage<'_>,
+        light: &LightSource,
+        located: &mut LightCells,
+    ) -> Vec<Face> {
+        assert!(self.survey.places == image.seen.triangle.len(), "another image was surveyed");
+        located.start(image.seen.order());
+        self.outliers.clear();
+        let mut faces = Vec::new();
+        // A light that is none has no face.
+        choose::choose(light, &self.survey.rays, &self.survey.tiles, &mut faces).unwrap_or_default();
+        faces
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::shot::{SeenPixels, Unmasked};
+    use crate::{Camera, PerspectiveGrid, Triangles, View};
+
+    #[test]
+    fn points_are_where_the_grid_looks_for_them() {
+        // A sheet of waves.
+        const SIDE: u32 = 40;
+        let at = |place: u32| place as f32 / SIDE as f32 * 2.0 - 1.0;
+        let vertices = (0..=SIDE).flat_map(|z| (0..=SIDE).map(move |x| (at(x), at(z))));
+        let positions: Vec<Vec3> = vertices.map(|(x, z)| Vec3::new(x, 0.2 * (5.0 * x).sin(), z)).collect();
+        let squares = (0..SIDE).flat_map(|z| (0..SIDE).map(move |x| z * (SIDE + 1) + x));
+        let indices: Vec<[u32; 3]> =
+            squares.flat_map(|a| [[a, a + 1, a + SIDE + 1], [a + 1, a + SIDE + 2, a + SIDE + 1]]).collect();
+        let triangles = Triangles { positions: &positions, indices: &indices };
+        let camera = Camera::look_at(Vec3::new(1.0, 2.0, 2.5), Vec3::ZERO, Vec3::Y, 0.8);
+        let (view, offset_pixels) = (View { camera, width: 100, height: 90 }, DVec2::splat(0.5));
+        let mut seen = SeenPixels::default();
+        let mut camera_grid = PerspectiveGrid::default();
+        camera_grid.build(triangles, &view, offset_pixels, |_| false).expect("a small image");
+        camera_grid.trace(triangles, Unmasked, &mut seen);
+        let image = SeenImage { triangles, view, offset_pixels, seen: &seen };
+        let (mut grid, mut located) = (LightGrid::default(), LightCells::default());
+        grid.survey(&image);
+        grid.locate(&image, &LightSource::Point { position: Vec3::new(2.0, 3.0, 0.0) }, &mut located);
+        assert_eq!(located.faces.len(), 1);
+        // The face's clusters are those of a shadow.
+        grid.sort();
+        let mut points = 0;
+        for (place, cell) in located.places.iter().enumerate() {
+            assert_eq!(cell.is_some(), seen.triangle[place] != SeenPixels::NONE);
+            let Some(LightCell { column, row, .. }) = *cell else { continue };
+            let row = &grid.cells.rows()[usize::from(row)];
+            let clusters = row.reaching(usize::from(column), usize::from(column));
+            assert!(row.block[clusters].contains(&((place / LANES) as u32)), "place {place} is not in {cell:?}");
+            points += 1;
+        }
+        assert!(points > 1000, "{points}");
+    }
+}

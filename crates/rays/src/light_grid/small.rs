@@ -1,0 +1,350 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
+
+use super::block::{Block, BlockErrors};
+use super::cells::{Bounds, Cells, Covered};
+use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
+use crate::shot::MaskPoints;
+use crate::simd::lanes::{max3, min3};
+use crate::simd::vectors::{LANES, load_corner, splat};
+
+/// Triangles set up before their points are tested.
+pub(crate) const BATCH: usize = 64;
+
+/// A triangle is small when it covers at most this many columns and rows of cells.
+const SMALL_COLUMNS: u16 = 24;
+const SMALL_ROWS: u16 = 8;
+
+const EPSILON: f32 = HALF_ULP as f32;
+
+// How wrong an edge function may be, with ε = `EPSILON`, w and h the extents of the triangle's bounds, v the most that
+// rounding moves a vertex and e the point's own error. It is (p − s) × (q − s), with p and q two corners and s the
+// point, and changes by at most v (w + h) when p or q moves and by e (w + h) when s does; both together add 2 (2 v)²
+// and 4 v e. Its own roundings: the differences, factors and products make at most eleven of w h for each of two
+// products, and the area in the third function as much. For a point outside of the bounds all of this grows in
+// proportion to how far outside it is, and so does, in a triangle whose area is certain, the least of the functions,
+// more steeply and to below zero.
+const OF_GIRTH: f32 = (2.0 * VertexErrors::MOVED * 1.1) as f32;
+const OF_BOUNDS: f32 = 24.0 * EPSILON;
+const OF_NOTHING: f32 = (8.0 * VertexErrors::MOVED * VertexErrors::MOVED) as f32;
+
+/// The nearness of three corners, each wrong by ε, weighted by at most 2, and the roundings of the point's: in relation
+/// to the largest nearness.
+const NEARNESS_ERROR: f32 = 8.0 * EPSILON;
+
+/// What triangles are set up on.
+pub(crate) struct Mapped<'a> {
+    pub(crate) face: &'a Face,
+    pub(crate) vertex_errors: VertexErrors,
+    pub(crate) cells: &'a Cells,
+    /// As [`project`](super::project) leaves them.
+    pub(crate) vertices: &'a [[f32; 4]],
+}
+
+/// What setting up 16 triangles makes of them.
+pub(crate) struct Survivors {
+    /// Which are in the batch.
+    pub(crate) small: u64,
+    /// Which must be tested in another way.
+    pub(crate) large: u64,
+}
+
+/// Triangles as the fast test wants them, by field. 112 bytes each.
+///
+/// With s the first corner and (x, y) a point in relation to it, the edge functions are E₁ = a₁ x + b₁ y and
+/// E₂ = a₂ x + b₂ y, the barycentric weights of the second and third corner times `area`, and E₀ = a₀ x + b₀ y + area.
+/// The triangle's nearness less the point's, times `area`, is G = E₁ d₁ + E₂ d₂ − area · (W − W₀).
+pub(crate) struct Batch {
+    x: [f32; BATCH],
+    y: [f32; BATCH],
+    nearness: [f32; BATCH],
+    a: [[f32; BATCH]; 3],
+    b: [[f32; BATCH]; 3],
+    area: [f32; BATCH],
+    rises: [[f32; BATCH]; 2],
+    /// How wrong edge functions may be: at most this, and the second times the point's own error.
+    edge_error: [[f32; BATCH]; 2],
+    /// How wrong G may be: at most this, and the second times the point's own error in X and Y, and the area times that
+    /// in W. Infinite where the area is too uncertain for any verdict.
+    depth_error: [[f32; BATCH]; 2],
+    /// How wrong the predicate's weights may be, as edge functions.
+    weight_error: [f32; BATCH],
+    /// Lowest and highest X, and Y, grown by the vertices' error.
+    pub(crate) x_range: [[f32; BATCH]; 2],
+    pub(crate) y_range: [[f32; BATCH]; 2],
+    /// Of the nearest corner, grown by its error.
+    pub(crate) nearest: [f32; BATCH],
+    pub(crate) cells: [Covered; BATCH],
+}
+
+impl Default for Batch {
+    fn default() -> Self {
+        let zero = [0.0; BATCH];
+        Self {
+            x: zero,
+            y: zero,
+            nearness: zero,
+            a: [zero; 3],
+            b: [zero; 3],
+            area: zero,
+            rises: [zero; 2],
+            edge_error: [zero; 2],
+            depth_error: [zero; 2],
+            weight_error: zero,
+            x_range: [zero; 2],
+            y_range: [zero; 2],
+            nearest: zero,
+            cells: [Covered::default(); BATCH],
+        }
+    }
+}
+
+#[inline(always)]
+fn store<S: Simd>(place: usize, field: &mut [f32; BATCH], value: f32x16<S>) {
+    value.store_slice(&mut field[place..place + LANES]);
+}
+
+impl Batch {
+    /// Sets up up to 16 triangles at `place`, a multiple of 16.
+    #[inline(always)]
+    pub(crate) fn set_up<S: Simd>(
+        &mut self,
+        simd: S,
+        on: &Mapped<'_>,
+        triangles: &[[u32; 3]],
+        place: usize,
+    ) -> Survivors {
+        let &Mapped { face, vertex_errors, cells, vertices } = on;
+        let mut padded = [[u32::MAX; 3]; LANES];
+        let all = triangles.try_into().unwrap_or_else(|_| {
+            padded[..triangles.len()].copy_from_slice(triangles);
+            &padded
+        });
+        let [x0, y0, w0, code0] = load_corner(simd, vertices, all, 0);
+        let [x1, y1, w1, code1] = load_corner(simd, vertices, all, 1);
+        let [x2, y2, w2, code2] = load_corner(simd, vertices, all, 2);
+        let filled = mask32x16::from_bitmask(simd, (1_u64 << triangles.len()) - 1);
+        let shared = code0.to_bits() & code1.to_bits() & code2.to_bits();
+        let reaches = shared.simd_eq(u32x16::splat(simd, 0)) & filled;
+        if !reaches.any_true() {
+            return Survivors { small: 0, large: 0 };
+        }
+        let (x_min, x_max) = (min3([x0, x1, x2]), max3([x0, x1, x2]));
+        let (y_min, y_max) = (min3([y0, y1, y2]), max3([y0, y1, y2]));
+        let (farthest, nearest) = (min3([w0, w1, w2]), max3([w0, w1, w2]));
+        // A sum is NaN where one is, whatever a minimum makes of it.
+        let sum = x0 + x1 + x2;
+        let is_usable = sum.simd_eq(sum);
+        let size = splat(simd, 2.0);
+        let near_the_face = x_max.simd_le(size) & x_min.simd_ge(-size) & y_max.simd_le(size) & y_min.simd_ge(-size);
+        let is_even = if face.is_parallel {
+            mask32x16::splat(simd, true)
+        } else {
+            // The predicate's bound counts on it.
+            nearest.simd_le(farthest * splat(simd, 1.99))
+        };
+
+        let margin = splat(simd, VERTEX_MARGIN);
+        let (x_range, y_range) = ([x_min - margin, x_max + margin], [y_min - margin, y_max + margin]);
+        let (first_columns, last_columns) =
+            (cells.across.cells_at(simd, x_range[0]), cells.across.cells_at(simd, x_range[1]));
+        let (first_rows, last_rows) = (cells.down.cells_at(simd, y_range[0]), cells.down.cells_at(simd, y_range[1]));
+        let mut is_small = 0;
+        let mut behind = [f32::NEG_INFINITY; LANES];
+        for lane in 0..LANES {
+            let covered = Covered {
+                columns: [first_columns[lane], last_columns[lane]],
+                rows: [first_rows[lane], last_rows[lane]],
+            };
+            // Only bounds that are NaN wrap.
+            let is_small_here = covered.columns[1].wrapping_sub(covered.columns[0]) < SMALL_COLUMNS
+                && covered.rows[1].wrapping_sub(covered.rows[0]) < SMALL_ROWS;
+            if is_small_here {
+                is_small |= 1 << lane;
+                behind[lane] = cells.farthest(covered);
+            }
+            self.cells[place + lane] = covered;
+        }
+        let grown = nearest + nearest.abs() * splat(simd, 8.0 * NEARNESS_ERROR);
+        let grown = if face.is_parallel { grown + splat(simd, 8.0 * NEARNESS_ERROR) } else { grown };
+        let limit = splat(simd, FACE_LIMIT as f32);
+        let is_outside = x_min.simd_gt(limit) | x_max.simd_lt(-limit) | y_min.simd_gt(limit) | y_max.simd_lt(-limit);
+        // Behind all that is seen there, or where nothing is.
+        let is_behind = grown.simd_le(f32x16::simd_from(simd, behind));
+        let reaches = reaches & !(is_usable & (is_outside | is_behind));
+        if !reaches.any_true() {
+            return Survivors { small: 0, large: 0 };
+        }
+
+        let [of_width, of_height, of_depth] = vertex_errors.of_predicate;
+        let (ux, uy, tx, ty) = (x1 - x0, y1 - y0, x2 - x0, y2 - y0);
+        let area = ux * ty - tx * uy;
+        let sign = splat(simd, 1.0).copysign(area);
+        let area = area * sign;
+        let (width, height, depth) = (x_max - x_min, y_max - y_min, nearest - farthest);
+        let (girth, bounds_area) = (width + height, width * height);
+        let edge_error = girth * OF_GIRTH + bounds_area * OF_BOUNDS + OF_NOTHING;
+        // Where the area is less than this its sign, and so that of all else, is uncertain.
+        let is_certain = area.simd_gt(edge_error * splat(simd, 4.0));
+        let largest_nearness =
+            if face.is_parallel { nearest.abs().max(farthest.abs()).max(splat(simd, 1.0)) } else { nearest };
+        let relative_depth = if face.is_parallel { depth } else { depth / nearest };
+        let of_predicate = width * of_width + height * of_height + relative_depth * of_depth;
+        let (rise1, rise2) = (w1 - w0, w2 - w0);
+        // G's slopes along X and Y.
+        let slope = (ty * rise1 - uy * rise2).abs() + (ux * rise2 - tx * rise1).abs();
+        let depth_error = edge_error * depth * splat(simd, 4.0)
+            + bounds_area * largest_nearness * splat(simd, NEARNESS_ERROR)
+            + bounds_area * depth * splat(simd, 30.0 * EPSILON)
+            + of_predicate * of_predicate * largest_nearness
+            // Products that underflow lose their bound.
+            + splat(simd, 1e-30);
+        let depth_per_error = slope * splat(simd, 1.001)
+            + (girth * (depth * 64.0 + largest_nearness * 4.0) + depth * 20.0) * splat(simd, EPSILON);
+        let infinite = splat(simd, f32::INFINITY);
+        store(place, &mut self.x, x0);
+        store(place, &mut self.y, y0);
+        store(place, &mut self.nearness, w0);
+        store(place, &mut self.a[0], (y1 - y2) * sign);
+        store(place, &mut self.b[0], (x2 - x1) * sign);
+        store(place, &mut self.a[1], ty * sign);
+        store(place, &mut self.b[1], -tx * sign);
+        store(place, &mut self.a[2], -uy * sign);
+        store(place, &mut self.b[2], ux * sign);
+        store(place, &mut self.area, area);
+        store(place, &mut self.rises[0], rise1);
+        store(place, &mut self.rises[1], rise2);
+        // With the wrong sign, a point inside has edge functions down to minus the area, which is below two errors.
+        store(place, &mut self.edge_error[0], is_certain.select(edge_error, edge_error * 4.0));
+        store(place, &mut self.edge_error[1], girth * splat(simd, 1.001) + splat(simd, 8.0 * EPSILON));
+        store(place, &mut self.depth_error[0], is_certain.select(depth_error, infinite));
+        store(place, &mut self.depth_error[1], depth_per_error);
+        let [constant, per_nearness] = vertex_errors.of_weights;
+        let weight_error = largest_nearness * per_nearness + constant;
+        store(place, &mut self.weight_error, weight_error * weight_error);
+        store(place, &mut self.x_range[0], x_range[0]);
+        store(place, &mut self.x_range[1], x_range[1]);
+        store(place, &mut self.y_range[0], y_range[0]);
+        store(place, &mut self.y_range[1], y_range[1]);
+        store(place, &mut self.nearest, grown);
+        let fast = reaches & is_usable & near_the_face & is_even;
+        let (fast, reaches) = (fast.to_bitmask() & is_small, reaches.to_bitmask());
+        Survivors { small: reaches & fast, large: reaches & !fast }
+    }
+
+    /// Where a triangle is.
+    #[inline(always)]
+    pub(crate) fn bounds<S: Simd>(&self, simd: S, triangle: usize) -> Bounds<S> {
+        let triangle = triangle % BATCH;
+        Bounds {
+            x: [splat(simd, self.x_range[0][triangle]), splat(simd, self.x_range[1][triangle])],
+            y: [splat(simd, self.y_range[0][triangle]), splat(simd, self.y_range[1][triangle])],
+            nearest: splat(simd, self.nearest[triangle]),
+        }
+    }
+
+    /// The edge functions at a block's points.
+    #[inline(always)]
+    fn edges<S: Simd>(&self, simd: S, triangle: usize, block: &Block) -> [f32x16<S>; 3] {
+        let x = f32x16::simd_from(simd, block.x) - splat(simd, self.x[triangle]);
+        let y = f32x16::simd_from(simd, block.y) - splat(simd, self.y[triangle]);
+        let area = splat(simd, self.area[triangle]);
+        [
+            splat(simd, self.a[0][triangle]).mul_add(x, splat(simd, self.b[0][triangle]).mul_add(y, area)),
+            splat(simd, self.a[1][triangle]).mul_add(x, splat(simd, self.b[1][triangle]) * y),
+            splat(simd, self.a[2][triangle]).mul_add(x, splat(simd, self.b[2][triangle]) * y),
+        ]
+    }
+
+    /// In which of 16 boxes a triangle may have a part: those where no edge function is below zero everywhere. Boxes are
+    /// in the triangle's bounds, and given as lowest and highest X and Y.
+    ///
+    /// They hold their points' errors, so that what is left is the error of an edge function at a place in the bounds,
+    /// and once more for what rounding the ends in relation to the first corner makes of it.
+    #[inline(always)]
+    pub(crate) fn may_touch<S: Simd>(&self, simd: S, triangle: usize, [x, y]: [[f32x16<S>; 2]; 2]) -> mask32x16<S> {
+        let triangle = triangle % BATCH;
+        let (first_x, first_y) = (splat(simd, self.x[triangle]), splat(simd, self.y[triangle]));
+        let (x, y) = ([x[0] - first_x, x[1] - first_x], [y[0] - first_y, y[1] - first_y]);
+        let area = splat(simd, self.area[triangle]);
+        let most = [
+            self.most(simd, triangle, 0, x, y) + area,
+            self.most(simd, triangle, 1, x, y),
+            self.most(simd, triangle, 2, x, y),
+        ];
+        min3(most).simd_ge(splat(simd, -2.0 * self.edge_error[0][triangle]))
+    }
+
+    /// The most of an edge function, without its constant, in boxes in relation to the first corner.
+    #[inline(always)]
+    fn most<S: Simd>(&self, simd: S, triangle: usize, edge: usize, x: [f32x16<S>; 2], y: [f32x16<S>; 2]) -> f32x16<S> {
+        let (a, b) = (self.a[edge][triangle], self.b[edge][triangle]);
+        let x = if a > 0.0 { x[1] } else { x[0] };
+        let y = if b > 0.0 { y[1] } else { y[0] };
+        splat(simd, a).mul_add(x, splat(simd, b) * y)
+    }
+
+    /// Where on a triangle the `asked` points of a block have their shadow from, if they have.
+    ///
+    /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there.
+    /// If each E is wrong by at most δ, a weight from 0 to 1 is by at most 2 δ W / D, W being the largest, taken as 3.
+    /// The nearness of a corner is wrong by 4 ε of itself, and with products, sums, quotient and the predicate's own
+    /// rounding that makes 15 ε, taken as 24.
+    #[inline(always)]
+    pub(crate) fn weights<S: Simd>(
+        &self,
+        simd: S,
+        face: &Face,
+        triangle: usize,
+        block: &Block,
+        error: BlockErrors,
+        asked: u16,
+    ) -> MaskPoints {
+        let triangle = triangle % BATCH;
+        let [e0, e1, e2] = self.edges(simd, triangle, block);
+        let first = self.nearness[triangle];
+        let [w0, w1, w2] = if face.is_parallel {
+            [1.0; 3]
+        } else {
+            [first, first + self.rises[0][triangle], first + self.rises[1][triangle]]
+        };
+        let (e1, e2) = (e1 * splat(simd, w1), e2 * splat(simd, w2));
+        let inverse = splat(simd, 1.0) / (e0 * splat(simd, w0) + (e1 + e2));
+        let edge_error = error.place * self.edge_error[1][triangle] + self.edge_error[0][triangle];
+        let error = (edge_error + self.weight_error[triangle]) * (3.01 * w0.max(w1).max(w2));
+        let error = inverse.abs() * splat(simd, error) + splat(simd, 24.0 * EPSILON);
+        MaskPoints { barycentric: [(e1 * inverse).into(), (e2 * inverse).into()], error: error.into(), asked }
+    }
+
+    /// Tests a triangle against a block: which of its points it shadows for certain, and which possibly, among them all
+    /// of the former. Points on the triangle itself may be among the latter.
+    #[inline(always)]
+    pub(crate) fn test<S: Simd>(
+        &self,
+        simd: S,
+        triangle: usize,
+        block: &Block,
+        error: BlockErrors,
+    ) -> (mask32x16<S>, mask32x16<S>) {
+        let triangle = triangle % BATCH;
+        let rise = f32x16::simd_from(simd, block.nearness) - splat(simd, self.nearness[triangle]);
+        let area = splat(simd, self.area[triangle]);
+        let [e0, e1, e2] = self.edges(simd, triangle, block);
+        let least = min3([e0, e1, e2]);
+        let nearer = e1.mul_add(
+            splat(simd, self.rises[0][triangle]),
+            e2.mul_add(splat(simd, self.rises[1][triangle]), -(area * rise)),
+        );
+        let edge_error = splat(simd, error.place * self.edge_error[1][triangle] + self.edge_error[0][triangle]);
+        let depth_error = splat(
+            simd,
+            error.place * self.depth_error[1][triangle]
+                + error.nearness * self.area[triangle]
+                + self.depth_error[0][triangle],
+        );
+        // Written so that NaN is possible. An infinite error leaves nothing certain.
+        let possible = least.simd_ge(-edge_error) & !nearer.simd_lt(-depth_error);
+        let certain = least.simd_gt(edge_error) & nearer.simd_gt(depth_error);
+        (certain, possible)
+    }
+}

@@ -1,0 +1,91 @@
+use std::time::Instant;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x16};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::LightGrid;
+use crate::shot::{CameraRays, SeenImage, SeenPixels, TileOrder};
+use crate::simd::vectors::{LANES, splat};
+
+/// What all lights want to know about an image.
+#[derive(Default)]
+pub(crate) struct Survey {
+    pub(crate) tiles: Vec<Tile>,
+    pub(crate) rays: CameraRays,
+    /// How many places of the image the grid was last asked about.
+    pub(crate) places: usize,
+    /// Places that show a triangle at a depth that isn't known: they are outliers of every light.
+    pub(crate) unknown: Vec<u32>,
+}
+
+impl Survey {
+    pub(crate) fn bytes(&self) -> usize {
+        self.tiles.capacity() * size_of::<Tile>() + self.unknown.capacity() * size_of::<u32>()
+    }
+}
+
+/// What a tile of pixels shows.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tile {
+    /// How many of its places show a point at a known depth.
+    pub(crate) points: u32,
+    /// Whether some place shows a point at an unknown depth.
+    pub(crate) has_unknown: bool,
+    /// The corners of a frustum that all points of known depth are in.
+    pub(crate) corners: [DVec3; 8],
+}
+
+impl LightGrid {
+    /// Finds out how far away each tile's points are; call it before [`LightGrid::shadow`], once for all lights.
+    ///
+    /// # Panics
+    /// If `image.seen` isn't of the size of `image.view`.
+    pub fn survey(&mut self, image: &SeenImage<'_>) {
+        let start = Instant::now();
+        let (size, seen) = ((image.view.width, image.view.height), image.seen.order().size());
+        assert!(seen == size, "an image of {seen:?} pixels seen through a view of {size:?}");
+        let Survey { tiles, rays, places, unknown } = &mut self.survey;
+        *rays = CameraRays::new(image);
+        *places = image.seen.triangle.len();
+        tiles.resize(*places / TileOrder::TILE_PLACES, Tile::default());
+        let (level, rays) = (self.level.0, &*rays);
+        tiles.par_iter_mut().enumerate().with_min_len(4).for_each(|(place, tile)| {
+            *tile = dispatch!(level, simd => survey(simd, image, rays, place));
+        });
+        unknown.clear();
+        for (place, _) in tiles.iter().enumerate().filter(|(_, tile)| tile.has_unknown) {
+            let places = place * TileOrder::TILE_PLACES..(place + 1) * TileOrder::TILE_PLACES;
+            unknown.extend(places.filter(|&place| is_unknown(image.seen, place)).map(|place| place as u32));
+        }
+        self.seconds.survey = start.elapsed().as_secs_f64();
+    }
+}
+
+fn is_unknown(seen: &SeenPixels, place: usize) -> bool {
+    seen.triangle[place] != SeenPixels::NONE && seen.inverse_depth[place].is_nan()
+}
+
+#[inline(always)]
+fn survey<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, tile: usize) -> Tile {
+    let first = tile * TileOrder::TILE_PLACES;
+    let (mut lowest, mut highest) = (splat(simd, f32::INFINITY), splat(simd, 0.0));
+    let (mut points, mut has_unknown) = (0, false);
+    let places = first..first + TileOrder::TILE_PLACES;
+    for (block, depths) in image.seen.inverse_depth[places].chunks_exact(LANES).enumerate() {
+        let depths = f32x16::from_slice(simd, depths);
+        let known = depths.simd_eq(depths);
+        lowest = known.select(lowest.min(depths), lowest);
+        highest = known.select(highest.max(depths), highest);
+        let known = known.to_bitmask();
+        points += known.count_ones();
+        if known != u64::from(u16::MAX) {
+            let block = first + block * LANES;
+            has_unknown |= (block..block + LANES).any(|place| is_unknown(image.seen, place));
+        }
+    }
+    let depths = [lowest.reduce_min(), highest.reduce_max()];
+    let corners = if points > 0 { rays.frustum(first, depths) } else { [DVec3::ZERO; 8] };
+    Tile { points, has_unknown, corners }
+}

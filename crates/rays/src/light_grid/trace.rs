@@ -1,0 +1,438 @@
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, mask32x16, u32x16};
+use rayon::prelude::*;
+
+use super::block::{Block, BlockErrors};
+use super::face::{Face, VertexErrors};
+use super::large::{Plane, planes};
+use super::queue::Queue;
+use super::settle::Judge;
+use super::small::{BATCH, Batch, Mapped};
+use super::{LightGrid, LightGridCounts, SeenImage, choose};
+use crate::LightSource;
+use crate::shot::{ShadowMask, TileOrder};
+use crate::simd::vectors::LANES;
+
+/// Triangles that a thread takes at once.
+const CHUNK_TRIANGLES: usize = 512;
+
+/// Triangles that cover much of the face that a thread sets aside.
+const MOST_HUGE: usize = 1024;
+
+/// Undecided pairs that a thread collects before it asks the predicate.
+pub(crate) const MOST_UNDECIDED: usize = 1 << 15;
+
+/// Rows of cells that a thread takes at once for the triangles that cover much of the face.
+const CHUNK_ROWS: usize = 4;
+
+/// What one thread has found out.
+#[derive(Default)]
+pub(crate) struct Worker {
+    /// For each block which of its places needn't be tested any more: those in shadow, and those without a point of the
+    /// face.
+    pub(crate) shadowed: Vec<u16>,
+    /// Pairs of a place and a triangle that the fast test couldn't decide.
+    pub(crate) undecided: Vec<[u32; 2]>,
+    /// Triangles that cover much of the face.
+    huge: Vec<u32>,
+    queue: Queue,
+    pub(crate) batch: Batch,
+    pub(crate) counts: LightGridCounts,
+}
+
+impl Worker {
+    pub(crate) fn bytes(&self) -> usize {
+        self.shadowed.capacity() * size_of::<u16>()
+            + self.undecided.capacity() * size_of::<[u32; 2]>()
+            + self.queue.bytes()
+            + self.huge.capacity() * size_of::<u32>()
+    }
+}
+
+impl LightGrid {
+    /// Finds which points that `image` shows are lit by `light`: a bit for each place of [`TileOrder`], a block of 4×4
+    /// pixels to a word of `lit`, the first in the lowest bit; zero where there is no point. Cones of spot lights don't
+    /// count.
+    ///
+    /// A point is lit unless some triangle but its own shadows it as
+    /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says. A triangle for which `is_opaque` is
+    /// false only does where `mask` says that it casts a shadow.
+    ///
+    /// # Panics
+    /// If [`LightGrid::survey`] wasn't called for `image`, or `lit` hasn't a word for each block.
+    pub fn shadow(
+        &mut self,
+        image: &SeenImage<'_>,
+        light: &LightSource,
+        is_opaque: impl Fn(u32) -> bool + Sync,
+        mask: &impl ShadowMask,
+        lit: &mut [u16],
+    ) {
+        let places = image.seen.triangle.len();
+        assert!(self.survey.places == places, "another image was surveyed");
+        let blocks = places / TileOrder::BLOCK_PLACES;
+        assert!(lit.len() == blocks, "{} words for {blocks} blocks of pixels", lit.len());
+        self.counts = LightGridCounts::default();
+        self.seconds = super::LightGridSeconds { survey: self.seconds.survey, ..Default::default() };
+        self.shadowed.clear();
+        self.shadowed.resize(blocks, 0);
+        self.outliers.clear();
+        let mut faces = std::mem::take(&mut self.faces);
+        let (rays, level) = (self.survey.rays, self.level);
+        if choose::choose(light, &rays, &self.survey.tiles, &mut faces).is_some() {
+            let judge = Judge { image, rays, light, is_opaque: &is_opaque, mask, level };
+            for face in &faces {
+                self.shadow_face(*face, &judge);
+            }
+            self.decide_outliers(&judge);
+        }
+        self.faces = faces;
+        self.light_the_rest(image.seen, lit);
+    }
+
+    /// Shadows the points of a face.
+    fn shadow_face(&mut self, face: Face, judge: &Judge<'_>) {
+        let mut clock = Instant::now();
+        let mut lap = |seconds: &mut f64| {
+            let now = Instant::now();
+            *seconds += (now - clock).as_secs_f64();
+            clock = now;
+        };
+        self.map_face(face, judge.image);
+        let points: u64 = self.slabs.iter().map(|slab| u64::from(slab.points)).sum();
+        lap(&mut self.seconds.map);
+        self.sort();
+        lap(&mut self.seconds.sort);
+        if points == 0 {
+            return;
+        }
+        self.counts.points += points;
+        self.counts.refined += self.slabs.iter().map(|slab| u64::from(slab.refined)).sum::<u64>();
+        self.counts.clusters += self.cells.rows().iter().map(|row| row.len() as u64).sum::<u64>();
+        self.counts.faces += 1;
+        self.project(judge.image.triangles.positions);
+        lap(&mut self.seconds.project);
+        self.test_triangles(judge);
+        lap(&mut self.seconds.trace);
+        self.decide(judge);
+        self.merge_shadows();
+        lap(&mut self.seconds.decide);
+    }
+
+    /// Makes `face` the one that the grid is about, and maps its points.
+    pub(crate) fn map_face(&mut self, face: Face, image: &SeenImage<'_>) {
+        self.face = face;
+        self.face.choose_point_error(&self.survey.rays, &self.survey.tiles);
+        self.spread(image);
+        self.map(image);
+        self.slabs.iter().for_each(|slab| self.outliers.extend_from_slice(&slab.outliers));
+    }
+
+    /// Tests every triangle against the blocks that it covers.
+    fn test_triangles(&mut self, judge: &Judge<'_>) {
+        let Self { face, cells, blocks, errors, members, vertices, workers, huge, level, .. } = self;
+        let level = level.0;
+        let vertex_errors = VertexErrors::new(face);
+        let mapped = Mapped { face, vertex_errors, cells, vertices };
+        let tester = Tester { mapped, blocks, errors, judge };
+        workers.resize_with(rayon::current_num_threads(), Worker::default);
+        let next = AtomicUsize::new(0);
+        workers.par_iter_mut().for_each(|worker| {
+            worker.shadowed.clear();
+            worker.shadowed.extend(members.iter().map(|members| !members));
+            worker.undecided.clear();
+            worker.huge.clear();
+            worker.undecided.reserve_exact(MOST_UNDECIDED + LANES);
+            worker.huge.reserve_exact(MOST_HUGE);
+            worker.counts = LightGridCounts::default();
+            loop {
+                let first = next.fetch_add(CHUNK_TRIANGLES, Ordering::Relaxed);
+                if first >= judge.image.triangles.len() {
+                    break;
+                }
+                dispatch!(level, simd => tester.test_chunk(simd, worker, first));
+            }
+        });
+        huge.clear();
+        workers.iter().for_each(|worker| huge.extend_from_slice(&worker.huge));
+        if !huge.is_empty() {
+            let next = AtomicUsize::new(0);
+            workers.par_iter_mut().for_each(|worker| {
+                loop {
+                    let first = next.fetch_add(CHUNK_ROWS, Ordering::Relaxed);
+                    if first >= cells.rows().len() {
+                        break;
+                    }
+                    let rows = first..(first + CHUNK_ROWS).min(cells.rows().len());
+                    dispatch!(level, simd => tester.test_huge(simd, worker, huge, rows));
+                }
+            });
+        }
+        for worker in workers {
+            self.counts.small_triangles += worker.counts.small_triangles;
+            self.counts.large_triangles += worker.counts.large_triangles;
+            self.counts.cluster_tests += worker.counts.cluster_tests;
+            self.counts.block_tests += worker.counts.block_tests;
+            self.counts.undecided += worker.counts.undecided;
+            self.counts.asked += worker.counts.asked;
+            self.counts.masked += worker.counts.masked;
+        }
+    }
+}
+
+/// What testing a triangle needs to know.
+pub(crate) struct Tester<'a> {
+    pub(crate) mapped: Mapped<'a>,
+    pub(crate) blocks: &'a [Block],
+    pub(crate) errors: &'a [BlockErrors],
+    pub(crate) judge: &'a Judge<'a>,
+}
+
+impl Tester<'_> {
+    #[inline(always)]
+    fn test_chunk<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
+        let all = self.judge.image.triangles.indices;
+        let chunk = &all[first..(first + CHUNK_TRIANGLES).min(all.len())];
+        for (batch, triangles) in chunk.chunks(BATCH).enumerate() {
+            let first = first + batch * BATCH;
+            let (mut small, mut large) = (0, 0);
+            for (group, triangles) in triangles.chunks(LANES).enumerate() {
+                let place = group * LANES;
+                let survivors = worker.batch.set_up(simd, &self.mapped, triangles, place);
+                small |= survivors.small << place;
+                large |= survivors.large << place;
+            }
+            worker.counts.small_triangles += u64::from(small.count_ones());
+            while small != 0 {
+                self.enqueue(simd, worker, first, small.trailing_zeros() as usize);
+                small &= small - 1;
+            }
+            self.flush(simd, worker, first);
+            while large != 0 {
+                self.test_large(simd, worker, (first + large.trailing_zeros() as usize) as u32);
+                large &= large - 1;
+            }
+        }
+    }
+
+    /// Lists the blocks that a small triangle may shadow points of, `first` being the id of the batch's first.
+    #[inline(always)]
+    fn enqueue<S: Simd>(&self, simd: S, worker: &mut Worker, first_id: usize, triangle: usize) {
+        let place = triangle % BATCH;
+        let bounds = worker.batch.bounds(simd, place);
+        let cells = worker.batch.cells[place];
+        // A triangle that is smaller than a cluster touches most that its bounds do, and tests for it take longer: 10 %
+        // in the shards. For all triangles it spares 35 % of the tests of 16 points in the forest and the hall, 20 % in the
+        // cloth, and 2 to 5 % of the time.
+        let covers_much = cells.columns[1] - cells.columns[0] >= 2 || cells.rows[1] - cells.rows[0] >= 2;
+        for row in cells.rows[0]..=cells.rows[1] {
+            let is_first = row == cells.rows[0];
+            let row = &self.mapped.cells.rows()[usize::from(row)];
+            let mut clusters = row.reaching(cells.columns[0].into(), cells.columns[1].into());
+            while clusters.start < clusters.end {
+                let first = clusters.start;
+                // What is beyond the end begins too far right to overlap. What began above was found there.
+                let mut overlapping = row.overlap(simd, first, &bounds);
+                if !is_first {
+                    overlapping &= row.begin_here(simd, first);
+                }
+                if covers_much {
+                    overlapping &= worker.batch.may_touch(simd, place, row.part_in(simd, first, &bounds));
+                }
+                worker.counts.cluster_tests += 1;
+                if worker.queue.is_full() {
+                    self.flush_apart(simd, worker, first_id);
+                }
+                worker.queue.add(simd, triangle as u32, row, first, overlapping);
+                clusters.start += LANES;
+            }
+        }
+    }
+
+    /// [`flush`](Self::flush), out of the way of the loop that seldom needs it.
+    #[cold]
+    #[inline(never)]
+    fn flush_apart<S: Simd>(&self, simd: S, worker: &mut Worker, first_id: usize) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.flush(simd, worker, first_id),
+        );
+    }
+
+    /// Tests what is listed, and empties the list; `first` is the id of the batch's first triangle.
+    #[inline(always)]
+    fn flush<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
+        let Worker { batch, queue, shadowed, undecided, counts, .. } = worker;
+        counts.block_tests += queue.pairs().len() as u64;
+        for (block, triangle) in queue.pairs() {
+            if shadowed[block] == u16::MAX {
+                continue;
+            }
+            let (certain, possible) = batch.test(simd, triangle, &self.blocks[block], self.errors[block]);
+            if possible.any_true() {
+                let found = Found { id: (first + triangle) as u32, block, certain, possible };
+                let of_batch = Some((&*batch, triangle));
+                self.note(simd, &mut shadowed[block], undecided, counts, &found, of_batch);
+            }
+        }
+        queue.clear();
+        if undecided.len() >= MOST_UNDECIDED {
+            counts.asked += self.judge.decide(undecided, shadowed);
+            undecided.clear();
+        }
+    }
+
+    /// Tests a triangle row by row.
+    #[inline(always)]
+    fn test_large<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32) {
+        let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { return };
+        let planes = planes(self.mapped.face, corners);
+        if planes.iter().flatten().any(|plane| self.is_huge(plane)) && worker.huge.len() < MOST_HUGE {
+            worker.huge.push(id);
+            return;
+        }
+        for plane in planes.iter().flatten() {
+            worker.counts.large_triangles += 1;
+            for row in plane.rows(self.mapped.cells) {
+                self.test_row(simd, worker, plane, id, row);
+            }
+        }
+    }
+
+    fn is_huge(&self, plane: &Plane) -> bool {
+        plane.cells(self.mapped.cells) * 16 > self.mapped.cells.across.count * self.mapped.cells.rows().len()
+    }
+
+    /// Tests triangles that cover much of the face against the points in `rows`.
+    #[inline(always)]
+    fn test_huge<S: Simd>(&self, simd: S, worker: &mut Worker, huge: &[u32], rows: std::ops::Range<usize>) {
+        for &id in huge {
+            let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { continue };
+            for plane in planes(self.mapped.face, corners).iter().flatten() {
+                worker.counts.large_triangles += u64::from(rows.start == 0);
+                let covered = plane.rows(self.mapped.cells);
+                for row in rows.start.max(*covered.start())..rows.end.min(covered.end() + 1) {
+                    self.test_row(simd, worker, plane, id, row);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn test_row<S: Simd>(&self, simd: S, worker: &mut Worker, plane: &Plane, id: u32, row: usize) {
+        let Worker { shadowed, undecided, counts, .. } = worker;
+        counts.cluster_tests += self.visit_row(
+            simd,
+            plane,
+            row,
+            #[inline(always)]
+            |block| {
+                if shadowed[block] == u16::MAX {
+                    return;
+                }
+                counts.block_tests += 1;
+                let (certain, possible) = plane.test(simd, &self.blocks[block], self.errors[block]);
+                if possible.any_true() {
+                    let found = Found { id, block, certain, possible };
+                    self.note(simd, &mut shadowed[block], undecided, counts, &found, None);
+                }
+            },
+        );
+        if undecided.len() >= MOST_UNDECIDED {
+            counts.asked += self.judge.decide(undecided, shadowed);
+            undecided.clear();
+        }
+    }
+
+    /// Calls `visit` with the blocks in a row of cells that a large triangle may shadow points of; how often it tested 16
+    /// clusters for that.
+    #[inline(always)]
+    fn visit_row<S: Simd>(&self, simd: S, plane: &Plane, row: usize, mut visit: impl FnMut(usize)) -> u64 {
+        let Some((columns, bounds)) = plane.span(simd, self.mapped.cells, row) else { return 0 };
+        let row = &self.mapped.cells.rows()[row];
+        let clusters = row.reaching(*columns.start(), *columns.end()).step_by(LANES);
+        let tests = clusters.len() as u64;
+        for first in clusters {
+            let mut overlapping = row.overlap(simd, first, &bounds).to_bitmask();
+            while overlapping != 0 {
+                visit(row.block[first + overlapping.trailing_zeros() as usize] as usize);
+                overlapping &= overlapping - 1;
+            }
+        }
+        tests
+    }
+
+    /// Calls `visit` with the blocks that a triangle is tested against, if they are few enough for the queue.
+    #[inline(always)]
+    pub(crate) fn visit_blocks<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32, mut visit: impl FnMut(usize)) {
+        let triangle = &self.judge.image.triangles.indices[id as usize..=id as usize];
+        let survivors = worker.batch.set_up(simd, &self.mapped, triangle, 0);
+        if survivors.small != 0 {
+            self.enqueue(simd, worker, id as usize, 0);
+            worker.queue.pairs().for_each(|(block, _)| visit(block));
+            worker.queue.clear();
+        }
+        let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { return };
+        if survivors.large != 0 {
+            for plane in planes(self.mapped.face, corners).iter().flatten() {
+                for row in plane.rows(self.mapped.cells) {
+                    self.visit_row(simd, plane, row, &mut visit);
+                }
+            }
+        }
+    }
+
+    /// Notes which points of a block a triangle shadows; the triangle's place in the batch, if it has one, tells where on
+    /// it their shadows are from.
+    #[inline(always)]
+    fn note<S: Simd>(
+        &self,
+        simd: S,
+        shadowed: &mut u16,
+        undecided: &mut Vec<[u32; 2]>,
+        counts: &mut LightGridCounts,
+        found: &Found<S>,
+        of_batch: Option<(&Batch, usize)>,
+    ) {
+        let &Found { id, block, certain, possible } = found;
+        // Only now, since they are in a cache line of their own.
+        let own = u32x16::from_slice(simd, &self.judge.image.seen.triangle[block * LANES..(block + 1) * LANES]);
+        let others = own.simd_ne(u32x16::splat(simd, id)).to_bitmask() as u16 & !*shadowed;
+        let mut certain = certain.to_bitmask() as u16 & others;
+        let mut possible = possible.to_bitmask() as u16 & others;
+        if certain != 0 && !(self.judge.is_opaque)(id) {
+            let answers = of_batch.map(
+                #[inline(always)]
+                |(batch, triangle)| {
+                    counts.masked += u64::from(possible.count_ones());
+                    let (points, error) = (&self.blocks[block], self.errors[block]);
+                    let asked = batch.weights(simd, self.mapped.face, triangle, points, error, possible);
+                    self.judge.mask.which_cast(id, &asked)
+                },
+            );
+            let answers = answers.unwrap_or_default();
+            (certain, possible) = (certain & answers.solid, possible & !answers.cut);
+        }
+        let mut open = possible & !certain;
+        counts.undecided += u64::from(open.count_ones());
+        *shadowed |= certain;
+        while open != 0 {
+            let lane = open.trailing_zeros() as usize;
+            open &= open - 1;
+            undecided.push([(block * LANES + lane) as u32, id]);
+        }
+    }
+}
+
+/// What the fast test says about a triangle and a block's points.
+struct Found<S: Simd> {
+    id: u32,
+    block: usize,
+    /// Which points it shadows for certain, but for its mask.
+    certain: mask32x16<S>,
+    /// Which it shadows possibly.
+    possible: mask32x16<S>,
+}

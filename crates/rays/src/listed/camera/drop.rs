@@ -1,0 +1,207 @@
+use std::ops::Range as Ids;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16};
+
+use super::list::Pair;
+use crate::camera_grid::bins::bytes_of;
+use crate::camera_grid::build::lanes_of;
+use crate::camera_grid::general::{General, Square};
+use crate::camera_grid::lanes::{Corners, LANES, largest, sample_range, splat};
+use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace, Vertex};
+use crate::simd::lanes::{max3, min3};
+use crate::{Omitted, Triangles};
+
+/// What becomes of one range of triangles before its pairs are sorted by cell.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Range {
+    /// Triangles for the fast path that aren't dropped.
+    pub(super) kept: Vec<Kept>,
+    /// Triangles that reach behind the eye or far to the side, all triangles of orthographic views.
+    pub(super) general: Vec<u32>,
+    pub(super) omitted: Omitted,
+    pub(super) dropped: u64,
+    pub(super) any_masked: bool,
+    /// Smallest and largest inverse depth of what isn't dropped.
+    pub(super) depths: [f32; 2],
+    /// In the order in which they were found.
+    pub(super) unsorted: Vec<Pair>,
+    /// Sorted by tile.
+    pub(super) pairs: Vec<Pair>,
+    /// Where each tile's pairs start, and where the last one's end.
+    pub(super) starts: Vec<u32>,
+}
+
+/// A triangle that may contain samples, with sides of its bounds in pixels of the image. 16 bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kept {
+    pub(super) triangle: u32,
+    /// First and last column that may be hit.
+    pub(super) columns: [u16; 2],
+    /// First and last row.
+    pub(super) rows: [u16; 2],
+    /// Upper bound of the inverse depth.
+    pub(super) nearest: f32,
+}
+
+impl Range {
+    pub(super) fn bytes(&self) -> usize {
+        bytes_of(&self.kept)
+            + bytes_of(&self.general)
+            + bytes_of(&self.unsorted)
+            + bytes_of(&self.pairs)
+            + bytes_of(&self.starts)
+    }
+
+    /// Empties everything but the pairs.
+    fn clear(&mut self) {
+        self.kept.clear();
+        self.general.clear();
+        self.omitted.clear();
+        (self.dropped, self.any_masked, self.depths) = (0, false, [f32::INFINITY, 0.0]);
+    }
+}
+
+/// Which triangles of a range may contain a sample.
+pub(super) struct Drop<'a, M> {
+    pub(super) space: &'a PixelSpace,
+    pub(super) triangles: Triangles<'a>,
+    pub(super) vertices: &'a [Vertex],
+    pub(super) masked: &'a M,
+    /// Drops triangles whose area in pixel space has the opposite sign; zero for none.
+    pub(super) facing: f32,
+    pub(super) range: &'a mut Range,
+    /// A bit for each triangle of the range.
+    pub(super) masked_bits: &'a mut [u64],
+}
+
+impl<M: Fn(u32) -> bool> Drop<'_, M> {
+    #[inline(always)]
+    pub(super) fn run<S: Simd>(mut self, simd: S, ids: Ids<usize>) {
+        self.range.clear();
+        self.masked_bits.fill(0);
+        let start = ids.start;
+        for first in ids.clone().step_by(LANES) {
+            let batch = &self.triangles.indices[first..ids.end.min(first + LANES)];
+            let mut padded = [[u32::MAX; 3]; LANES];
+            padded[..batch.len()].copy_from_slice(batch);
+            let corners = Corners::load(simd, self.vertices, &padded);
+            let all = (1_u64 << batch.len()) - 1;
+            let ordinary = min3(corners.inverse_depth).simd_gt(splat(simd, 0.0)).to_bitmask();
+            let odd = (!ordinary | coincide(&corners).to_bitmask()) & all;
+            let mut ordinary = ordinary & all;
+            for lane in lanes_of(odd) {
+                if !self.is_usable(first as u32 + lane) {
+                    ordinary &= !(1 << lane);
+                } else if ordinary >> lane & 1 == 0 {
+                    self.keep_general(first as u32 + lane, start);
+                }
+            }
+            let kept = self.keep_ordinary(simd, first as u32, &corners, ordinary);
+            self.range.dropped += u64::from((ordinary & !kept).count_ones());
+            for lane in lanes_of(kept) {
+                self.note_mask(first as u32 + lane, start);
+            }
+        }
+    }
+
+    /// Keeps those of 16 triangles that may contain a sample, and returns which.
+    #[inline(always)]
+    fn keep_ordinary<S: Simd>(&mut self, simd: S, first: u32, corners: &Corners<S>, lanes: u64) -> u64 {
+        let Corners { x, y, inverse_depth } = *corners;
+        // The second half ulp is for the rounding of a sum of a coordinate and its error.
+        let error = largest(x, y) * splat(simd, 2.1 * HALF_ULP) + splat(simd, 1.1 * Vertex::ERROR_PIXELS);
+        let (width, height) = self.space.size();
+        let middle = self.space.middle;
+        let in_image = |[low, high]: [f32x16<S>; 2], middle: i32, side: u32| {
+            let (first, last) = (-middle as f32, (side as i32 - 1 - middle) as f32);
+            [low.max(splat(simd, first)), high.min(splat(simd, last))]
+        };
+        let columns = in_image(sample_range(x, error), middle.x, width);
+        let rows = in_image(sample_range(y, error), middle.y, height);
+        let mut kept = columns[0].simd_le(columns[1]) & rows[0].simd_le(rows[1]);
+        if self.facing != 0.0 {
+            kept &= !self.faces_away(simd, corners, error);
+        }
+        let kept = kept.to_bitmask() & lanes;
+        if kept == 0 {
+            return 0;
+        }
+        // Vertices' inverse depths are wrong by 1.01 half ulps.
+        let (one, slack) = (1.0, 4.0 * HALF_ULP);
+        let nearest: [f32; LANES] = (max3(inverse_depth) * splat(simd, one + slack)).into();
+        let farthest: [f32; LANES] = (min3(inverse_depth) * splat(simd, one - slack)).into();
+        let [x0, x1] = columns.map(<[f32; LANES]>::from);
+        let [y0, y1] = rows.map(<[f32; LANES]>::from);
+        for lane in lanes_of(kept) {
+            let triangle = first + lane;
+            let lane = lane as usize;
+            let columns = [x0[lane], x1[lane]].map(|x| (x as i32 + middle.x) as u16);
+            let rows = [y0[lane], y1[lane]].map(|y| (y as i32 + middle.y) as u16);
+            let [low, high] = &mut self.range.depths;
+            (*low, *high) = (low.min(farthest[lane]), high.max(nearest[lane]));
+            self.range.kept.push(Kept { triangle, columns, rows, nearest: nearest[lane] });
+        }
+        kept
+    }
+
+    /// Whether triangles certainly show their back.
+    #[inline(always)]
+    fn faces_away<S: Simd>(&self, simd: S, corners: &Corners<S>, error: f32x16<S>) -> mask32x16<S> {
+        let [area, bound] = corners.signed_area(simd, error);
+        (area * splat(simd, self.facing)).simd_lt(-bound)
+    }
+
+    /// Whether any ray can hit a triangle, which is counted otherwise.
+    #[cold]
+    #[inline(never)]
+    fn is_usable(&mut self, id: u32) -> bool {
+        self.triangles.usable_corners(id).inspect_err(|&why| self.range.omitted.note(id, why)).is_ok()
+    }
+
+    /// Keeps a triangle for the general path unless it certainly misses the whole image.
+    #[cold]
+    #[inline(never)]
+    fn keep_general(&mut self, id: u32, start: usize) {
+        let corners = self.triangles.corners(id);
+        if General::new(self.space, corners).misses(whole_image(self.space)) {
+            self.range.dropped += 1;
+            return;
+        }
+        self.range.general.push(id);
+        self.note_mask(id, start);
+        if !self.space.is_perspective() {
+            for corner in corners {
+                let inverse_depth = (1.0 / self.space.camera_point(corner).0.z) as f32;
+                if inverse_depth > 0.0 && inverse_depth.is_finite() {
+                    let [low, high] = &mut self.range.depths;
+                    (*low, *high) = (low.min(inverse_depth), high.max(inverse_depth));
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn note_mask(&mut self, id: u32, start: usize) {
+        if (self.masked)(id) {
+            let place = id as usize - start;
+            self.masked_bits[place / 64] |= 1 << (place % 64);
+            self.range.any_masked = true;
+        }
+    }
+}
+
+/// The smallest square with a power of two as side that has the image's first pixel in its corner and holds the image.
+pub(super) fn whole_image(space: &PixelSpace) -> Square {
+    let (width, height) = space.size();
+    let side = width.max(height).max(crate::shot::TileOrder::TILE).next_power_of_two() as i32;
+    Square { x: -space.middle.x, y: -space.middle.y, side }
+}
+
+/// Whether two corners are in the same place in the image.
+#[inline(always)]
+fn coincide<S: Simd>(corners: &Corners<S>) -> mask32x16<S> {
+    let Corners { x, y, .. } = corners;
+    let same = |a: usize, b: usize| x[a].simd_eq(x[b]) & y[a].simd_eq(y[b]);
+    same(0, 1) | same(1, 2) | same(2, 0)
+}

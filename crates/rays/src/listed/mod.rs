@@ -1,0 +1,9 @@
+//! Grids as their paper describes them, with triangles listed by cell (Guntury and Narayanan, *Ray Tracing Dynamic Scenes
+//! with Shadows on the GPU*, 2010): what the direct forms in [`camera_grid`](crate::camera_grid) and
+//! [`light_grid`](crate::light_grid) are compared with.
+
+mod camera;
+mod light;
+
+pub use camera::{Cells, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds};
+pub use light::{ImpossibleLightCells, ListedLightCounts, ListedLightGrid, ListedLightOptions, ListedLightSeconds};

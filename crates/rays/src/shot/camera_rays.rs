@@ -1,0 +1,80 @@
+use glam::DVec3;
+
+use super::{SeenImage, SeenPixels, TileOrder};
+use crate::{Camera, Projection};
+
+/// The constants of [`View::ray`](crate::View::ray).
+#[derive(Clone, Copy, Default)]
+pub(crate) struct CameraRays {
+    pub(crate) position: DVec3,
+    /// What one pixel to the right adds to a perspective direction or an orthographic origin.
+    pub(crate) step_x: DVec3,
+    /// What one pixel downwards adds to it.
+    pub(crate) step_y: DVec3,
+    /// What it is at pixel (0, 0).
+    pub(crate) corner: DVec3,
+    pub(crate) forward: DVec3,
+    pub(crate) is_perspective: bool,
+    pub(crate) order: TileOrder,
+    /// Largest component of any direction.
+    pub(crate) largest_direction: f64,
+    /// Largest coordinate of any origin.
+    pub(crate) largest_origin: f64,
+}
+
+impl CameraRays {
+    pub(crate) fn new(image: &SeenImage<'_>) -> Self {
+        let Camera { position, right, up, forward, projection } = image.view.camera;
+        let (width, height) = (f64::from(image.view.width), f64::from(image.view.height));
+        let (is_perspective, half_height) = match projection {
+            Projection::Perspective { tan_half_height } => (true, f64::from(tan_half_height)),
+            Projection::Orthographic { half_height } => (false, f64::from(half_height)),
+        };
+        let step_x = right.as_dvec3() * (2.0 * half_height / height);
+        let step_y = up.as_dvec3() * (-2.0 * half_height / height);
+        let [offset_x, offset_y] = image.offset_pixels.to_array();
+        let base = if is_perspective { forward.as_dvec3() } else { position.as_dvec3() };
+        let corner = base + step_x * (offset_x - 0.5 * width) + step_y * (offset_y - 0.5 * height);
+        // Twice the half width and height of the image and what its last tiles have beyond.
+        let tile = f64::from(TileOrder::TILE);
+        let (width, height) = (width + 2.0 * tile + offset_x.abs(), height + 2.0 * tile + offset_y.abs());
+        let across = (step_x.abs() * width + step_y.abs() * height).max_element();
+        let (position, forward) = (position.as_dvec3(), forward.as_dvec3());
+        let (origin, direction) = (position.abs().max_element(), forward.abs().max_element());
+        Self {
+            position,
+            step_x,
+            step_y,
+            corner,
+            forward,
+            is_perspective,
+            order: image.seen.order(),
+            largest_direction: if is_perspective { direction + across } else { direction },
+            largest_origin: if is_perspective { origin } else { origin + across },
+        }
+    }
+
+    /// The origin and the direction of the ray of the pixel in a column and row.
+    ///
+    /// Each component has four roundings: it is wrong by at most 4 half ulps of the largest one.
+    pub(crate) fn ray(&self, column: f64, row: f64) -> (DVec3, DVec3) {
+        let varying = self.step_x * column + (self.step_y * row + self.corner);
+        if self.is_perspective { (self.position, varying) } else { (varying, self.forward) }
+    }
+
+    /// The corners of the part of the view in which the tile that begins at `first` shows points of these inverse
+    /// depths.
+    pub(crate) fn frustum(&self, first: usize, depths: [f32; 2]) -> [DVec3; 8] {
+        let (x, y) = self.order.column_and_row(first);
+        let last = f64::from(TileOrder::TILE - 1);
+        // The tile's own border, so that rounding can't lose a point, and depths as wrong as they may be.
+        let columns = [f64::from(x) - 0.25, f64::from(x) + last + 0.25];
+        let rows = [f64::from(y) - 0.25, f64::from(y) + last + 0.25];
+        const ERROR: f64 = 2.0 * SeenPixels::RELATIVE_ERROR as f64;
+        let t = [(1.0 - ERROR) / f64::from(depths[1]), (1.0 + ERROR) / f64::from(depths[0])];
+        std::array::from_fn(|corner| {
+            let (origin, direction) = self.ray(columns[corner & 1], rows[corner >> 1 & 1]);
+            origin + direction * t[corner >> 2]
+        })
+    }
+}

@@ -1,0 +1,126 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x8, mask64x8};
+use glam::{DVec3, Vec3};
+
+use super::{CameraRays, SeenImage, SeenPixels};
+use crate::light_grid::face::ROUNDING;
+use crate::simd::vectors::{Vectors, absolute, dot, largest, minus, splat_vector};
+
+/// Where in the world eight pixels' points are, in f64 from the planes of the triangles that they are on.
+pub(crate) struct EightPoints<S: Simd> {
+    /// From the light.
+    pub(crate) offset: Vectors<S>,
+    /// How far, on each axis, the predicate's point may be from there, counting `predicate_error`.
+    pub(crate) error: f64x8<S>,
+    /// How far from the truth the predicate thinks its own point may be.
+    pub(crate) predicate_error: f64x8<S>,
+    /// For which points this holds.
+    pub(crate) certain: mask64x8<S>,
+}
+
+/// Corners of eight triangles; NaN where there is no such corner.
+pub(crate) struct EightTriangles<S: Simd> {
+    pub(crate) corners: [Vectors<S>; 3],
+}
+
+impl<S: Simd> EightTriangles<S> {
+    #[inline(always)]
+    pub(crate) fn load(simd: S, image: &SeenImage<'_>, ids: [u32; 8]) -> Self {
+        let mut positions = [[[f64::NAN; 8]; 3]; 3];
+        for (lane, id) in ids.into_iter().enumerate() {
+            let Some(triangle) = image.triangles.indices.get(id as usize) else { continue };
+            for (corner, &vertex) in positions.iter_mut().zip(triangle) {
+                let position = image.triangles.positions.get(vertex as usize).copied().unwrap_or(Vec3::NAN);
+                corner[0][lane] = f64::from(position.x);
+                corner[1][lane] = f64::from(position.y);
+                corner[2][lane] = f64::from(position.z);
+            }
+        }
+        let [a, b, c] = positions;
+        Self { corners: [vectors(simd, a), vectors(simd, b), vectors(simd, c)] }
+    }
+}
+
+#[inline(always)]
+fn vectors<S: Simd>(simd: S, [x, y, z]: [[f64; 8]; 3]) -> Vectors<S> {
+    [f64x8::simd_from(simd, x), f64x8::simd_from(simd, y), f64x8::simd_from(simd, z)]
+}
+
+/// a × b, and the sums of the magnitudes of each component's two products.
+#[inline(always)]
+pub(crate) fn cross<S: Simd>(a: Vectors<S>, b: Vectors<S>) -> (Vectors<S>, Vectors<S>) {
+    let first = [a[1] * b[2], a[2] * b[0], a[0] * b[1]];
+    let second = [a[2] * b[1], a[0] * b[2], a[1] * b[0]];
+    let (first_size, second_size) = (absolute(first), absolute(second));
+    let size = [first_size[0] + second_size[0], first_size[1] + second_size[1], first_size[2] + second_size[2]];
+    (minus(first, second), size)
+}
+
+impl<S: Simd> EightPoints<S> {
+    /// Finds the points that `places` show, in relation to `light`.
+    ///
+    /// t = n · (a − o) / n · d with n = (b − a) × (c − a). A component of n has four roundings of its two products, the
+    /// product with the other vector one more for each, the vector one, the sum two: eight, taken as sixteen. The ray
+    /// itself is wrong by 4 roundings of its largest component, and differs by 10 from the predicate's.
+    #[inline(always)]
+    pub(crate) fn find(simd: S, image: &SeenImage<'_>, rays: &CameraRays, places: [u32; 8], light: DVec3) -> Self {
+        let own = EightTriangles::load(
+            simd,
+            image,
+            places.map(|place| image.seen.triangle.get(place as usize).copied().unwrap_or(SeenPixels::NONE)),
+        );
+        let (origin, direction) = eight_rays(simd, rays, places);
+        let [a, b, c] = own.corners;
+        let (normal, magnitude) = cross(minus(b, a), minus(c, a));
+        let towards = minus(a, origin);
+        let sum = magnitude[0] + magnitude[1] + magnitude[2];
+        let (height, slope) = (dot(normal, towards), dot(normal, direction));
+        let height_error =
+            dot(magnitude, absolute(towards)) * (16.0 * ROUNDING) + sum * (10.0 * ROUNDING * rays.largest_origin);
+        let slope_error =
+            dot(magnitude, absolute(direction)) * (16.0 * ROUNDING) + sum * (14.0 * ROUNDING * rays.largest_direction);
+        let t = height / slope;
+        let (height_size, slope_size) = (height.abs(), slope.abs());
+        // What is this far below the size keeps the quotient's error from growing itself.
+        const SMALL: f64 = 1.0 / (1 << 10) as f64;
+        let bound = height_size * slope_size;
+        let certain = slope_error.simd_le(slope_size * SMALL)
+            & largest([height, slope, t]).simd_lt(f64x8::splat(simd, 1e200))
+            & bound.simd_gt(f64x8::splat(simd, 1e-250));
+        // |dt| = |dh − t ds| / |s + ds|, and the quotient's own rounding.
+        let distance = t.abs();
+        let t_error = (height_error + distance * slope_error) / slope_size * 1.01 + distance * (2.0 * ROUNDING);
+        let step = distance * rays.largest_direction;
+        let predicate_error = (step * 2.0 + rays.largest_origin) * (5.0 * ROUNDING);
+        let from = minus(origin, splat_vector(simd, light));
+        let offset =
+            [t.mul_add(direction[0], from[0]), t.mul_add(direction[1], from[1]), t.mul_add(direction[2], from[2])];
+        let largest_coordinate = rays.largest_origin + light.abs().max_element();
+        let error = t_error * (rays.largest_direction * 1.01)
+            + (step + largest_coordinate) * (24.0 * ROUNDING)
+            + predicate_error;
+        Self { offset, error, predicate_error, certain }
+    }
+}
+
+/// Origins and directions of the rays through eight pixels.
+///
+/// Each component has four roundings: it is wrong by at most 4 × [`ROUNDING`] × the largest one.
+#[inline(always)]
+fn eight_rays<S: Simd>(simd: S, rays: &CameraRays, places: [u32; 8]) -> (Vectors<S>, Vectors<S>) {
+    let pixels = places.map(|place| rays.order.column_and_row(place as usize));
+    let columns = f64x8::simd_from(simd, pixels.map(|(column, _)| f64::from(column)));
+    let rows = f64x8::simd_from(simd, pixels.map(|(_, row)| f64::from(row)));
+    let (step_x, step_y) = (splat_vector(simd, rays.step_x), splat_vector(simd, rays.step_y));
+    let corner = splat_vector(simd, rays.corner);
+    let varying = [
+        step_x[0].mul_add(columns, step_y[0].mul_add(rows, corner[0])),
+        step_x[1].mul_add(columns, step_y[1].mul_add(rows, corner[1])),
+        step_x[2].mul_add(columns, step_y[2].mul_add(rows, corner[2])),
+    ];
+    if rays.is_perspective {
+        (splat_vector(simd, rays.position), varying)
+    } else {
+        (varying, splat_vector(simd, rays.forward))
+    }
+}

@@ -1,0 +1,309 @@
+use std::sync::{Mutex, PoisonError};
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask32x16, u32x16};
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::UniformGrid;
+use super::bundle::{Bundle, Shape, Worker, lanes_of};
+use super::statistics::UniformCounts;
+use crate::packet::{Common, Doubt, Group, LANES, Nearest, NearestBlock, Range, Solid, Space};
+use crate::predicate::{crossing, hit};
+use crate::shot::CameraRays;
+use crate::shot::{Mask, SeenImage, SeenPixels, TileOrder};
+use crate::{Hit, Ray, Triangles, View};
+
+/// Half the distance from one to the next f64.
+pub(super) const ROUNDING: f64 = f64::EPSILON / 2.0;
+
+impl UniformGrid {
+    /// Finds what each pixel sees by tracing packets of neighbouring pixels' rays (Wald et al. 2006, §2): bit for bit the
+    /// same on any number of threads and at every SIMD level. Pixels that hit nothing see [`SeenPixels::NONE`].
+    ///
+    /// `triangles` are those of the last [`build`](Self::build); rays go through each pixel at `offset_pixels`, from (0, 0)
+    /// for its upper left corner to (1, 1). Triangles for which `is_opaque` is false are hit where `mask` says that they
+    /// are solid.
+    #[expect(clippy::needless_pass_by_value, reason = "masks are small and written where they are passed")]
+    pub fn see(
+        &mut self,
+        triangles: Triangles<'_>,
+        view: &View,
+        offset_pixels: DVec2,
+        is_opaque: impl Fn(u32) -> bool + Sync,
+        mask: impl Mask,
+        seen: &mut SeenPixels,
+    ) -> UniformCounts {
+        seen.resize(view.width, view.height);
+        let rays = CameraRays::new(&SeenImage { triangles, view: *view, offset_pixels, seen });
+        self.workers.resize_with(rayon::current_num_threads() + 1, Mutex::default);
+        let grid = &*self;
+        let order = seen.order();
+        let camera = CameraTrace {
+            grid,
+            triangles,
+            view,
+            offset_pixels,
+            rays,
+            order,
+            unit: grid.unit(),
+            is_opaque: &is_opaque,
+            mask: &mask,
+        };
+        camera.trace(seen)
+    }
+
+    /// Calls `work` with the current thread's memory.
+    pub(super) fn with_worker<T>(&self, work: impl FnOnce(&mut Worker) -> T) -> T {
+        // A thread waits for nobody here, since each has its own.
+        let thread = rayon::current_thread_index().unwrap_or(self.workers.len() - 1);
+        let mut worker = self.workers[thread].lock().unwrap_or_else(PoisonError::into_inner);
+        work(&mut worker)
+    }
+
+    /// The power of two that brings the edge of a cell to between a half and one.
+    pub(super) fn unit(&self) -> f64 {
+        let side = self.lattice.map_or(1.0, |lattice| lattice.side);
+        // Sides of cells are normal numbers far from the ends of f64's range.
+        let exponent = (side.to_bits() >> 52) as i64 - 1022;
+        f64::from_bits(((1023 - exponent) as u64) << 52)
+    }
+}
+
+/// The search of a camera's rays.
+struct CameraTrace<'a> {
+    grid: &'a UniformGrid,
+    triangles: Triangles<'a>,
+    view: &'a View,
+    offset_pixels: DVec2,
+    rays: CameraRays,
+    order: TileOrder,
+    unit: f64,
+    is_opaque: &'a (dyn Fn(u32) -> bool + Sync),
+    mask: &'a dyn Mask,
+}
+
+impl CameraTrace<'_> {
+    /// Traces all tiles. Knows callbacks by reference, so that this is compiled once.
+    fn trace(&self, seen: &mut SeenPixels) -> UniformCounts {
+        let tiles = seen.triangle.par_chunks_mut(TileOrder::TILE_PLACES);
+        let tiles = tiles.zip(seen.inverse_depth.par_chunks_mut(TileOrder::TILE_PLACES));
+        let counts = tiles.enumerate().with_max_len(1).map(|(tile, (triangle, inverse_depth))| {
+            self.grid.with_worker(|worker| {
+                let level = self.grid.level.into();
+                dispatch!(level, simd => self.trace_tile(simd, worker, tile, triangle, inverse_depth));
+                worker.scratch.statistics.take()
+            })
+        });
+        counts.reduce(UniformCounts::default, UniformCounts::plus)
+    }
+
+    #[inline(always)]
+    fn trace_tile<S: Simd>(
+        &self,
+        simd: S,
+        worker: &mut Worker,
+        tile: usize,
+        triangle: &mut [u32],
+        inverse_depth: &mut [f32],
+    ) {
+        triangle.fill(SeenPixels::NONE);
+        inverse_depth.fill(f32::NAN);
+        let first = tile * TileOrder::TILE_PLACES;
+        Bundle::packets_of_tile(
+            self.grid.options.packet,
+            #[inline(always)]
+            |blocks, part| {
+                self.load(simd, &mut worker.bundle, first, blocks, part);
+                worker.nearest[..blocks.len()].fill(NearestBlock::EMPTY);
+                while let Some((block, lane)) = worker.bundle.first_remaining() {
+                    self.trace_group(simd, worker, first, (block, lane));
+                    self.write(simd, worker, first, triangle, inverse_depth);
+                }
+            },
+        );
+    }
+
+    /// Brings the rays of a packet's blocks to `bundle`.
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, bundle: &mut Bundle, first: usize, blocks: &[u16], part: u16) {
+        bundle.count = blocks.len();
+        bundle.blocks[..blocks.len()].copy_from_slice(blocks);
+        for (place, &block) in blocks.iter().enumerate() {
+            let (column, row) = self.order.column_and_row(first + usize::from(block) * LANES);
+            for half in 0..2 {
+                let columns = f64x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0]) + f64::from(column);
+                let rows = f64x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]) + f64::from(row + 2 * half);
+                let lanes = half as usize * 8..half as usize * 8 + 8;
+                for (axis, vectors) in bundle.vectors[place].iter_mut().enumerate() {
+                    // As `CameraRays::ray` has it, to the last bit.
+                    let CameraRays { step_x, step_y, corner, position, .. } = &self.rays;
+                    let varying = columns * step_x[axis] + (rows * step_y[axis] + corner[axis]);
+                    let vector = if self.rays.is_perspective { varying } else { varying - position[axis] };
+                    vector.store_slice(&mut vectors[lanes.clone()]);
+                }
+            }
+            bundle.remaining[place] = self.pixels_of_block(column, row) & part;
+        }
+    }
+
+    /// Which pixels of the block at a column and row are in the image.
+    #[inline(always)]
+    fn pixels_of_block(&self, column: u32, row: u32) -> u16 {
+        let (width, height) = self.order.size();
+        if column + TileOrder::BLOCK <= width && row + TileOrder::BLOCK <= height {
+            return u16::MAX;
+        }
+        (0..LANES as u32).fold(0, |pixels, lane| {
+            let (x, y) = (column + lane % TileOrder::BLOCK, row + lane / TileOrder::BLOCK);
+            pixels | u16::from(x < width && y < height) << lane
+        })
+    }
+
+    /// Traces the rays that can be traced with the first that is left.
+    #[inline(always)]
+    fn trace_group<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, ray: (usize, usize)) {
+        let Worker { bundle, rays, nearest, doubts, scratch, .. } = worker;
+        let is_perspective = self.rays.is_perspective;
+        let group = Group::of(if is_perspective { bundle.vector(ray.0, ray.1) } else { self.rays.forward });
+        bundle.start_group(simd, group, ray, is_perspective, None);
+        let (space, ways) = if is_perspective { self.fan(simd, bundle) } else { self.column(simd, bundle) };
+        bundle.place_rays(simd, &space, rays);
+        let count = bundle.count;
+        scratch.statistics.rays(bundle.len());
+        let (starts, within) = if is_perspective {
+            ([f32::INFINITY; 2], [0.0, f64::INFINITY])
+        } else {
+            let error = 64.0 * ROUNDING * self.rays.largest_origin * self.unit;
+            let starts = [-ways.high - error, error - ways.low].map(|nearness| nearness as f32);
+            ([starts[0].next_down(), starts[1].next_up()], [ways.low - error, f64::INFINITY])
+        };
+        let solid = Solid { is_opaque: self.is_opaque, mask: self.mask };
+        let mut query = Nearest::new(simd, rays, &mut nearest[..count], doubts, starts, solid);
+        self.grid.visit_slices(simd, self.triangles, &space, within, scratch, &mut query);
+        self.settle(worker, &space, first);
+    }
+
+    /// The space of rays from the camera, and how far their directions go along the major axis. A direction differs from the predicate's by 14 roundings of the largest one.
+    #[inline(always)]
+    fn fan<S: Simd>(&self, simd: S, bundle: &Bundle) -> (Space, Range) {
+        let [u, v, ways] = bundle.ranges(simd, Shape::Fan);
+        let slopes = [u, v];
+        // Slopes are four at most, so that numerator, denominator and quotient make five of them and a half.
+        let error = 96.0 * ROUNDING * self.rays.largest_direction / ways.low;
+        (Space::of_origin(bundle.group, self.rays.position, self.unit, slopes, error), ways)
+    }
+
+    /// The space of rays along the camera's direction, and from where to where along it they start.
+    #[inline(always)]
+    fn column<S: Simd>(&self, simd: S, bundle: &Bundle) -> (Space, Range) {
+        let (group, direction, unit) = (bundle.group, self.rays.forward, self.unit);
+        let slope = Space::slope_of(group, direction);
+        let [u, v, ways] = bundle.ranges(simd, Shape::Column { slope, unit });
+        let reach = self.rays.largest_origin * unit;
+        let error = 64.0 * ROUNDING * reach;
+        let mut space = Space::of_direction(group, direction, self.rays.position, unit, [u, v], error);
+        space.start_reach = 2.0 * reach;
+        (space, Range { low: ways.low * unit, high: ways.high * unit })
+    }
+
+    fn ray(&self, place: usize) -> Ray {
+        let (x, y) = self.order.column_and_row(place);
+        self.view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y)
+    }
+
+    /// Has the predicate decide what is in doubt.
+    fn settle(&self, worker: &mut Worker, space: &Space, first: usize) {
+        let Worker { bundle, nearest, doubts, scratch, .. } = worker;
+        for &Doubt { block, lane, triangle, high } in &*doubts {
+            let (block, lane) = (usize::from(block), usize::from(lane));
+            let found = &mut nearest[block];
+            let best = found.triangle[lane];
+            if high < found.low[lane] || best == triangle {
+                continue;
+            }
+            // A copy of the best with a higher id never wins.
+            if best < triangle && self.triangles.corners(best) == self.triangles.corners(triangle) {
+                continue;
+            }
+            scratch.statistics.asked();
+            let ray = self.ray(first + usize::from(bundle.blocks[block]) * LANES + lane);
+            let is_there = |hit: &Hit| (self.is_opaque)(triangle) || self.mask.is_solid(hit);
+            let Some(new) = hit(&ray, self.triangles, triangle).filter(is_there) else { continue };
+            let old = if best == SeenPixels::NONE { None } else { hit(&ray, self.triangles, best) };
+            if old.is_none_or(|old| (new.t, new.triangle) < (old.t, old.triangle)) {
+                let (low, high) = self.nearness(space, &ray, new.t);
+                (found.low[lane], found.high[lane], found.triangle[lane]) = (low, high, triangle);
+            }
+        }
+        doubts.clear();
+    }
+
+    /// Bounds of the nearness of a hit, whose t is right to its last bit.
+    fn nearness(&self, space: &Space, ray: &Ray, t: f64) -> (f32, f32) {
+        let group = Group { axes: space.axes, sign: space.sign };
+        let way = group.turned(ray.direction)[2] * t * self.unit;
+        let (nearness, error) = match space.common {
+            Common::Origin => (1.0 / way, 0.0),
+            Common::Direction => {
+                let start = group.turned(ray.origin - space.origin)[2] * self.unit;
+                let reach = self.rays.largest_origin * self.unit + start.abs() + way.abs();
+                (-(start + way), 16.0 * ROUNDING * reach)
+            }
+        };
+        // The next number covers the rounding and what little the others leave.
+        (((nearness - error) as f32).next_down(), ((nearness + error) as f32).next_up())
+    }
+
+    /// Writes what the group's rays see.
+    #[inline(always)]
+    fn write<S: Simd>(&self, simd: S, worker: &Worker, first: usize, triangle: &mut [u32], inverse_depth: &mut [f32]) {
+        let Worker { bundle, nearest, .. } = worker;
+        for (block, found) in nearest[..bundle.count].iter().enumerate() {
+            let start = usize::from(bundle.blocks[block]) * LANES;
+            let (triangle, inverse_depth) =
+                (&mut triangle[start..start + LANES], &mut inverse_depth[start..start + LANES]);
+            let found_triangle = u32x16::from_slice(simd, &found.triangle);
+            let none = found_triangle.simd_eq(u32x16::splat(simd, SeenPixels::NONE)).to_bitmask() as u16;
+            let hit = bundle.members[block] & !none;
+            if hit == 0 {
+                continue;
+            }
+            let (inverse, exact) = self.inverse_depths(simd, bundle, block, found);
+            let hits = mask32x16::from_bitmask(simd, u64::from(hit));
+            hits.select(found_triangle, u32x16::from_slice(simd, triangle)).store_slice(triangle);
+            hits.select(inverse, f32x16::from_slice(simd, inverse_depth)).store_slice(inverse_depth);
+            for lane in lanes_of(hit & !exact) {
+                let corners = self.triangles.corners(found.triangle[lane]);
+                let crossing = crossing(&self.ray(first + start + lane), corners);
+                inverse_depth[lane] = crossing.map_or(f32::NAN, |crossing| SeenPixels::inverse_of(crossing.t));
+            }
+        }
+    }
+
+    /// About one over the t of what a block's rays see, and for which of them that is exact enough.
+    #[inline(always)]
+    fn inverse_depths<S: Simd>(
+        &self,
+        simd: S,
+        bundle: &Bundle,
+        block: usize,
+        found: &NearestBlock,
+    ) -> (f32x16<S>, u16) {
+        let (low, high) = (f32x16::from_slice(simd, &found.low).widen(), f32x16::from_slice(simd, &found.high).widen());
+        let (first, first_exact) = self.inverse_depth(low.0, high.0, bundle.turned(simd, block, 0)[2]);
+        let (second, second_exact) = self.inverse_depth(low.1, high.1, bundle.turned(simd, block, 1)[2]);
+        let exact = first_exact | second_exact << 8;
+        (first.narrow(second), if self.rays.is_perspective { exact as u16 } else { 0 })
+    }
+
+    /// The same for eight, whose directions go `ways` along the major axis.
+    #[inline(always)]
+    fn inverse_depth<S: Simd>(&self, low: f64x8<S>, high: f64x8<S>, ways: f64x8<S>) -> (f64x8<S>, u64) {
+        // Half of the difference is the error, to which one rounding to f32 comes.
+        const EXACT_ENOUGH: f64 = SeenPixels::RELATIVE_ERROR as f64;
+        let inverse = (low + high) * 0.5 * self.unit * ways;
+        let exact = (high - low).simd_le(low * EXACT_ENOUGH) & inverse.simd_ge(1e-29) & inverse.simd_le(1e29);
+        (inverse, exact.to_bitmask())
+    }
+}

@@ -1,0 +1,329 @@
+use std::sync::Mutex;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask32x16};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::UniformGrid;
+use super::bundle::{Bundle, Shape, Worker, eight, lanes_of, members_of};
+use super::see::ROUNDING;
+use super::statistics::UniformCounts;
+use crate::LightSource;
+use crate::packet::{AnyHit, AnyHitBlock, Casting, Common, Group, LANES, Points, Range, Space};
+use crate::predicate::{HitPoint, ShadowRay, crossing};
+use crate::shot::CameraRays;
+use crate::shot::EightPoints;
+use crate::shot::{SeenImage, SeenPixels, ShadowMask, TileOrder};
+
+/// Words of a tile: one for each block.
+const TILE_BLOCKS: usize = TileOrder::TILE_PLACES / TileOrder::BLOCK_PLACES;
+
+/// The part of a hit's inverse depth by which others may differ that are traced with it (Wald et al. 2006, §4.6).
+///
+/// From 1/50 to 1/16 is about the best on all of the gallery: 1/4 takes 1.3 times as long in `demo:cloth` and 2.4 times in
+/// `demo:shatter`, 1 up to eleven times.
+const MOST_SPREAD: f32 = 0.05;
+
+impl UniformGrid {
+    /// Finds which points that `image` shows are lit by `light`: a bit for each place of [`TileOrder`], a block of 4×4
+    /// pixels to a word of `blocks`, the first in the lowest bit; zero where there is no point. Cones of spot lights don't
+    /// count.
+    ///
+    /// A point is lit unless some triangle but its own shadows it as
+    /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says. A triangle for which `is_opaque` is
+    /// false only does where `mask` says that it casts a shadow.
+    ///
+    /// Packets are those of the pixels, and their rays come from the light (Wald et al. 2006, §4.6); they are split where
+    /// distances to the camera, or directions from the light, spread too far.
+    ///
+    /// # Panics
+    /// If `blocks` hasn't a word for each block, or `image.seen` isn't of the size of `image.view`.
+    pub fn shadow(
+        &mut self,
+        image: &SeenImage<'_>,
+        light: &LightSource,
+        is_opaque: impl Fn(u32) -> bool + Sync,
+        mask: &impl ShadowMask,
+        blocks: &mut [u16],
+    ) -> UniformCounts {
+        let (size, seen) = ((image.view.width, image.view.height), image.seen.order().size());
+        assert!(seen == size, "an image of {seen:?} pixels seen through a view of {size:?}");
+        let words = image.seen.triangle.len() / TileOrder::BLOCK_PLACES;
+        assert!(blocks.len() == words, "{} words for {words} blocks of pixels", blocks.len());
+        self.workers.resize_with(rayon::current_num_threads() + 1, Mutex::default);
+        let grid = &*self;
+        let origin = match *light {
+            LightSource::Point { position } | LightSource::Spot { position, .. } => position.as_dvec3(),
+            LightSource::Directional { .. } => self.bounds.center().as_dvec3(),
+        };
+        let rays = CameraRays::new(image);
+        let unit = grid.unit();
+        let trace = LightTrace { grid, image, light, origin, rays, unit, is_opaque: &is_opaque, mask };
+        trace.trace(blocks)
+    }
+}
+
+/// The search of a light's rays.
+struct LightTrace<'a> {
+    grid: &'a UniformGrid,
+    image: &'a SeenImage<'a>,
+    light: &'a LightSource,
+    /// The light, or some place from which points are counted where it is infinitely far away.
+    origin: DVec3,
+    rays: CameraRays,
+    unit: f64,
+    is_opaque: &'a (dyn Fn(u32) -> bool + Sync),
+    mask: &'a dyn ShadowMask,
+}
+
+impl LightTrace<'_> {
+    /// Traces all tiles. Knows callbacks by reference, so that this is compiled once.
+    fn trace(&self, blocks: &mut [u16]) -> UniformCounts {
+        let counts = blocks.par_chunks_mut(TILE_BLOCKS).enumerate().with_max_len(1).map(|(tile, lit)| {
+            self.grid.with_worker(|worker| {
+                dispatch!(self.grid.level.into(), simd => self.trace_tile(simd, worker, tile, lit));
+                worker.scratch.statistics.take()
+            })
+        });
+        counts.reduce(UniformCounts::default, UniformCounts::plus)
+    }
+
+    #[inline(always)]
+    fn trace_tile<S: Simd>(&self, simd: S, worker: &mut Worker, tile: usize, lit: &mut [u16]) {
+        lit.fill(0);
+        let first = tile * TileOrder::TILE_PLACES;
+        Bundle::packets_of_tile(
+            self.grid.options.packet,
+            #[inline(always)]
+            |blocks, part| {
+                self.load(simd, worker, first, blocks, part);
+                let points = worker.bundle.members;
+                while let Some((block, lane)) = worker.bundle.first_remaining() {
+                    self.trace_group(simd, worker, first, (block, lane));
+                }
+                for (place, &block) in blocks.iter().enumerate() {
+                    lit[usize::from(block)] |= points[place] & !worker.any_hit[place].shadowed;
+                }
+            },
+        );
+    }
+
+    /// Brings the points of a packet's blocks to the worker's bundle, where they are both what is left and its members.
+    /// Those whose place isn't certain are decided alone.
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, blocks: &[u16], part: u16) {
+        let Worker { bundle, any_hit, .. } = worker;
+        bundle.count = blocks.len();
+        bundle.blocks[..blocks.len()].copy_from_slice(blocks);
+        let seen = self.image.seen;
+        for (place, &block) in blocks.iter().enumerate() {
+            let start = first + usize::from(block) * LANES;
+            let found = &mut any_hit[place];
+            *found = AnyHitBlock::EMPTY;
+            found.own.copy_from_slice(&seen.triangle[start..start + LANES]);
+            bundle.inverse_depths[place].copy_from_slice(&seen.inverse_depth[start..start + LANES]);
+            let shown =
+                found.own.iter().rev().fold(0, |bits, &id| bits << 1 | u16::from(id != SeenPixels::NONE)) & part;
+            let certain = if shown == 0 { 0 } else { self.locate(simd, bundle, place, start) };
+            for lane in lanes_of(shown & !certain) {
+                found.shadowed |= u16::from(self.is_shadowed(start + lane)) << lane;
+            }
+            bundle.members[place] = shown;
+            bundle.remaining[place] = shown & certain;
+        }
+    }
+
+    /// Finds where a block's points are; for which of them that is certain.
+    #[inline(always)]
+    fn locate<S: Simd>(&self, simd: S, bundle: &mut Bundle, block: usize, start: usize) -> u16 {
+        let mut certain = 0;
+        for half in 0..2 {
+            let places = std::array::from_fn(|lane| (start + half * 8 + lane) as u32);
+            let points = EightPoints::find(simd, self.image, &self.rays, places, self.origin);
+            let lanes = half * 8..half * 8 + 8;
+            for axis in 0..3 {
+                points.offset[axis].store_slice(&mut bundle.vectors[block][axis][lanes.clone()]);
+            }
+            points.error.store_slice(&mut bundle.errors[block][lanes.clone()]);
+            points.predicate_error.store_slice(&mut bundle.predicate_errors[block][lanes.clone()]);
+            certain |= (points.certain.to_bitmask() as u16) << (half * 8);
+        }
+        certain
+    }
+
+    /// The shadow ray of a place, as the predicate sees it.
+    fn shadow_ray(&self, place: usize) -> Option<ShadowRay> {
+        let ray = self.image.camera_ray(place);
+        let corners = self.image.triangles.usable_corners(self.image.seen.triangle[place]).ok()?;
+        Some(ShadowRay::new(self.light, HitPoint::new(&ray, crossing(&ray, corners)?.t)))
+    }
+
+    /// Whether a place's point is in shadow, found by a ray of its own.
+    #[cold]
+    #[inline(never)]
+    fn is_shadowed(&self, place: usize) -> bool {
+        let own = self.image.seen.triangle[place];
+        let casts = |id: u32, barycentric: [f32; 2]| (self.is_opaque)(id) || self.mask.casts(id, barycentric);
+        self.shadow_ray(place).is_some_and(|ray| self.grid.blocked(self.image.triangles, &ray, own, casts))
+    }
+
+    /// Traces the rays that can be traced with the first that is left.
+    #[inline(always)]
+    fn trace_group<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, (block, lane): (usize, usize)) {
+        let bundle = &mut worker.bundle;
+        let direction = match *self.light {
+            LightSource::Directional { direction } => direction.as_dvec3(),
+            LightSource::Point { .. } | LightSource::Spot { .. } => bundle.vector(block, lane),
+        };
+        let group = Group::of(direction);
+        let is_parallel = matches!(self.light, LightSource::Directional { .. });
+        bundle.start_group(simd, group, (block, lane), !is_parallel, Some(MOST_SPREAD));
+        let packet = if group.has(direction) {
+            Some(if is_parallel { self.column(simd, bundle, direction) } else { self.fan(simd, bundle) })
+        } else {
+            None
+        };
+        match packet.filter(Packet::is_usable) {
+            Some(packet) => self.trace_packet(simd, worker, first, &packet),
+            None => {
+                for (block, lane) in bundle.members() {
+                    let place = first + usize::from(bundle.blocks[block]) * LANES + lane;
+                    worker.any_hit[block].shadowed |= u16::from(self.is_shadowed(place)) << lane;
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn trace_packet<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, packet: &Packet) {
+        let Worker { bundle, rays, any_hit, shadow_doubts, scratch, .. } = worker;
+        let Packet { space, within, limit_error } = packet;
+        bundle.place_rays(simd, space, rays);
+        for (block, found) in any_hit[..bundle.count].iter_mut().enumerate() {
+            let low = space.nearness_of_eight(bundle.turned(simd, block, 0)[2] * self.unit);
+            let high = space.nearness_of_eight(bundle.turned(simd, block, 1)[2] * self.unit);
+            let is_member = mask32x16::from_bitmask(simd, u64::from(bundle.members[block]));
+            let limit = is_member.select(low.narrow(high), f32x16::from_slice(simd, &found.limit));
+            limit.store_slice(&mut found.limit);
+        }
+        let count = bundle.count;
+        scratch.statistics.rays(bundle.len());
+        let casting = Casting { is_opaque: self.is_opaque, mask: self.mask };
+        let mut query = AnyHit::new(simd, rays, &mut any_hit[..count], shadow_doubts, *limit_error, casting);
+        self.grid.visit_slices(simd, self.image.triangles, space, *within, scratch, &mut query);
+        self.settle(worker, first);
+    }
+
+    /// The space of rays from a light to the group's points.
+    #[inline(always)]
+    fn fan<S: Simd>(&self, simd: S, bundle: &Bundle) -> Packet {
+        let [u, v, ways] = bundle.ranges(simd, Shape::Fan);
+        let (slopes, errors) = ([u, v], Errors::of(simd, bundle));
+        // Slopes are four at most, so that they are wrong by five times the error, relative to w, and a few roundings.
+        let relative = errors.of_points / ways.low;
+        let space = Space::of_origin(bundle.group, self.origin, self.unit, slopes, 5.5 * relative + 32.0 * ROUNDING);
+        let nearest = 1.0 / (ways.low * self.unit);
+        // Three roundings to f32.
+        let limit_error = nearest * (1.1 * relative + 4.0 * f64::from(f32::EPSILON));
+        self.packet(space, &errors, ways, [0.0, ways.high], limit_error)
+    }
+
+    /// The space of rays along a light's direction to the group's points.
+    #[inline(always)]
+    fn column<S: Simd>(&self, simd: S, bundle: &Bundle, direction: DVec3) -> Packet {
+        let slope = Space::slope_of(bundle.group, direction);
+        let unit = self.unit;
+        let [u, v, ways] = bundle.ranges(simd, Shape::Column { slope, unit });
+        let (places, errors) = ([u, v], Errors::of(simd, bundle));
+        // Slopes are one at most.
+        let error = (2.0 * errors.of_points + 8.0 * ROUNDING * errors.reach) * self.unit;
+        let space = Space::of_direction(bundle.group, direction, self.origin, unit, places, error);
+        let farthest = ways.low.abs().max(ways.high.abs());
+        let limit_error = (1.1 * errors.of_points + 4.0 * f64::from(f32::EPSILON) * farthest) * self.unit;
+        self.packet(space, &errors, ways, [f64::NEG_INFINITY, ways.high], limit_error)
+    }
+
+    fn packet(&self, mut space: Space, errors: &Errors, ways: Range, within: [f64; 2], limit_error: f64) -> Packet {
+        let Errors { of_points, of_predicate, reach } = *errors;
+        space.points =
+            Some(Points { error: of_predicate * self.unit, reach: reach * self.unit, nearest: ways.low * self.unit });
+        if space.common == Common::Direction {
+            space.start_reach = reach * self.unit;
+        }
+        // Where the predicate's points may be, and a little more for roundings.
+        let last = within[1] + 2.0 * of_points + within[1].abs() * 1e-12;
+        let within = [within[0], last * self.unit];
+        Packet { space, within, limit_error: (limit_error as f32).next_up() }
+    }
+
+    /// Has the predicate decide what is in doubt.
+    fn settle(&self, worker: &mut Worker, first: usize) {
+        let Worker { bundle, any_hit, shadow_doubts, scratch, .. } = worker;
+        // One place after the other, so that each shadow ray is found once.
+        shadow_doubts.sort_unstable();
+        let mut last: Option<((u16, u16), Option<ShadowRay>)> = None;
+        for &(block, lane, id) in &*shadow_doubts {
+            let found = &mut any_hit[usize::from(block)];
+            if found.shadowed >> lane & 1 == 1 {
+                continue;
+            }
+            scratch.statistics.asked();
+            let place = first + usize::from(bundle.blocks[usize::from(block)]) * LANES + usize::from(lane);
+            let ray = match last {
+                Some((known, ray)) if known == (block, lane) => ray,
+                _ => self.shadow_ray(place),
+            };
+            last = Some(((block, lane), ray));
+            let corners = self.image.triangles.corners(id);
+            let casts = |barycentric| (self.is_opaque)(id) || self.mask.casts(id, barycentric);
+            let is_shadowed = ray.and_then(|ray| ray.blocked_by(corners)).is_some_and(casts);
+            found.shadowed |= u16::from(is_shadowed) << lane;
+        }
+        shadow_doubts.clear();
+    }
+}
+
+/// The largest errors of a group's points, and the largest of their distances from the origin on any axis.
+#[derive(Clone, Copy)]
+struct Errors {
+    of_points: f64,
+    of_predicate: f64,
+    reach: f64,
+}
+
+impl Errors {
+    #[inline(always)]
+    fn of<S: Simd>(simd: S, bundle: &Bundle) -> Self {
+        let zero = f64x8::splat(simd, 0.0);
+        let [mut of_points, mut of_predicate, mut reach] = [zero; 3];
+        for block in 0..bundle.count {
+            for half in 0..2 {
+                let is_member = members_of(simd, bundle.members[block], half);
+                let [u, v, w] = bundle.turned(simd, block, half);
+                let farthest = u.abs().max(v.abs()).max(w.abs());
+                of_points = of_points.max(is_member.select(eight(simd, &bundle.errors[block], half), zero));
+                of_predicate =
+                    of_predicate.max(is_member.select(eight(simd, &bundle.predicate_errors[block], half), zero));
+                reach = reach.max(is_member.select(farthest, zero));
+            }
+        }
+        Self { of_points: of_points.reduce_max(), of_predicate: of_predicate.reduce_max(), reach: reach.reduce_max() }
+    }
+}
+
+/// Shadow rays that are traced together.
+struct Packet {
+    space: Space,
+    /// From which w to which they go.
+    within: [f64; 2],
+    /// How wrong the nearness of their points may be.
+    limit_error: f32,
+}
+
+impl Packet {
+    /// Whether points are so certain, in relation to their distance, that bounds on errors hold.
+    fn is_usable(&self) -> bool {
+        self.space.ray_error < 0.01 && self.limit_error.is_finite() && self.within[1].is_finite()
+    }
+}

@@ -1,0 +1,72 @@
+// Stage `eye`: the camera's rays, in blocks of 8×8 pixels so that packets stay together, and an empty film.
+
+import package::dispatch::{flat_group, groups_of};
+import package::exact::camera::{ExactView, exact_pixel_ray};
+import package::exact::double::{F64, F64_ZERO};
+import package::kdtree::records::{
+    NO_TRIANGLE, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORDS_GROUPS, RECORDS_PACKETS, RECORD_OWN, RECORD_TAG,
+    record_start,
+};
+
+struct KdEye {
+    view: ExactView,
+    // How many rays go in a packet.
+    packet: u32,
+}
+
+@group(0) @binding(0) var<uniform> kd_eye: KdEye;
+@group(0) @binding(1) var<storage, read_write> records: array<u32>;
+// The colour of each pixel, then what light that comes from its next ray is multiplied with.
+@group(0) @binding(2) var<storage, read_write> film: array<vec4<f32>>;
+
+const EYE_HALF = F64(0u, 0x3fe00000u);
+const EYE_ONE = F64(0u, 0x3ff00000u);
+
+fn put_number(word: u32, number: F64) {
+    records[word] = number.x;
+    records[word + 1u] = number.y;
+}
+
+@compute @workgroup_size(64)
+fn eye(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let block = flat_group(group, groups);
+    let columns = (kd_eye.view.width + 7u) / 8u;
+    let blocks = columns * ((kd_eye.view.height + 7u) / 8u);
+    if block == 0u && lane == 0u {
+        let by_64 = groups_of(blocks);
+        let by_packet = groups_of((blocks * 64u + kd_eye.packet - 1u) / kd_eye.packet);
+        records[RECORDS_COUNT] = blocks * 64u;
+        for (var axis = 0u; axis < 3u; axis++) {
+            records[RECORDS_GROUPS + axis] = by_64[axis];
+            records[RECORDS_PACKETS + axis] = by_packet[axis];
+        }
+    }
+    if block >= blocks {
+        return;
+    }
+    let column = block % columns * 8u + lane % 8u;
+    let row = block / columns * 8u + lane / 8u;
+    let is_inside = column < kd_eye.view.width && row < kd_eye.view.height;
+    let ray = exact_pixel_ray(kd_eye.view, column, row, EYE_HALF, EYE_HALF);
+    let word = record_start(block * 64u + lane);
+    put_number(word, ray.origin.x);
+    put_number(word + 2u, ray.origin.y);
+    put_number(word + 4u, ray.origin.z);
+    put_number(word + 6u, ray.direction.x);
+    put_number(word + 8u, ray.direction.y);
+    put_number(word + 10u, ray.direction.z);
+    // Beside the image the interval is empty.
+    put_number(word + RAY_T_MIN, select(EYE_ONE, F64_ZERO, is_inside));
+    put_number(word + RAY_T_MAX, select(F64_ZERO, F64(0u, 0x7ff00000u), is_inside));
+    records[word + RECORD_OWN] = NO_TRIANGLE;
+    let pixel = row * kd_eye.view.width + column;
+    records[word + RECORD_TAG] = select(NO_TRIANGLE, pixel, is_inside);
+    if is_inside {
+        film[pixel] = vec4(0.0, 0.0, 0.0, 1.0);
+        film[kd_eye.view.width * kd_eye.view.height + pixel] = vec4(1.0);
+    }
+}

@@ -1,0 +1,187 @@
+use umbrage_rays::predicate::HitPoint;
+use umbrage_rays::{LightSource, Ray};
+
+use umbrage_gpu::{Buffer, Gpu, GpuError, Recorder};
+
+/// Rays, or questions about shadows, in a buffer on the GPU: 80 bytes each.
+#[derive(Debug)]
+pub struct KdRecords {
+    records: Buffer,
+    sizes: Buffer,
+    /// What was uploaded last; kept for its memory.
+    words: Vec<u32>,
+}
+
+impl KdRecords {
+    /// As in `records.wgsl`.
+    pub(super) const HEADER: u64 = 8;
+    const WORDS: usize = 20;
+    const LANES: u32 = 64;
+    /// Words where workgroups for records, and for packets of them, are.
+    pub(super) const GROUPS: u32 = 1;
+    pub(super) const PACKETS: u32 = 4;
+    /// Stands for no triangle.
+    pub(super) const NO_TRIANGLE: u32 = u32::MAX;
+
+    /// Nothing yet.
+    #[must_use]
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            records: Buffer::storage(gpu, "kd-tree rays"),
+            sizes: Buffer::sizes(gpu, "kd-tree rays' dispatch sizes"),
+            words: Vec::new(),
+        }
+    }
+
+    /// Takes over rays, each with the triangle that it goes through without hitting it, if any. `packet` is how many go
+    /// together where they go in packets.
+    ///
+    /// # Errors
+    /// Where there are more than one buffer of the device has room for.
+    pub fn write_rays(
+        &mut self,
+        gpu: &Gpu,
+        rays: impl IntoIterator<Item = (Ray, Option<u32>)>,
+        packet: u32,
+    ) -> Result<(), GpuError> {
+        self.write(gpu, packet, rays, |words, (ray, own)| {
+            let numbers = [ray.origin, ray.direction].into_iter().flat_map(|vector| vector.to_array());
+            numbers.chain([ray.t_min, ray.t_max]).for_each(|number| push(words, number));
+            own
+        })
+    }
+
+    /// Takes over questions whether anything but a point's own triangle is between a light and the point.
+    ///
+    /// # Errors
+    /// Where there are more than one buffer of the device has room for.
+    pub fn write_shadows(
+        &mut self,
+        gpu: &Gpu,
+        questions: impl IntoIterator<Item = (LightSource, HitPoint, u32)>,
+        packet: u32,
+    ) -> Result<(), GpuError> {
+        self.write(gpu, packet, questions, |words, (light, point, own)| {
+            point.position.to_array().into_iter().chain([point.error]).for_each(|number| push(words, number));
+            words.extend(light_words(&light));
+            Some(own)
+        })
+    }
+
+    fn write<T>(
+        &mut self,
+        gpu: &Gpu,
+        packet: u32,
+        records: impl IntoIterator<Item = T>,
+        push_record: impl Fn(&mut Vec<u32>, T) -> Option<u32>,
+    ) -> Result<(), GpuError> {
+        self.words.clear();
+        self.words.resize(Self::HEADER as usize, 0);
+        let mut count = 0;
+        for record in records {
+            let start = self.words.len();
+            let own = push_record(&mut self.words, record);
+            self.words.resize(start + Self::WORDS, 0);
+            self.words[start + 16] = own.unwrap_or(Self::NO_TRIANGLE);
+            self.words[start + 17] = count;
+            count += 1;
+        }
+        self.words[0] = count;
+        for (word, lanes) in [(Self::GROUPS, Self::LANES), (Self::PACKETS, packet.max(1))] {
+            let word = word as usize;
+            self.words[word..word + 3].copy_from_slice(&groups(count.div_ceil(lanes)));
+        }
+        self.sizes.reserve(gpu, 4 * Self::HEADER)?;
+        self.records.write(gpu, &self.words)
+    }
+
+    /// Makes room for `count` records that a stage writes.
+    ///
+    /// # Errors
+    /// Where there are more than one buffer of the device has room for.
+    pub fn reserve(&mut self, gpu: &Gpu, count: u32) -> Result<(), GpuError> {
+        self.sizes.reserve(gpu, 4 * Self::HEADER)?;
+        self.records.reserve(gpu, 4 * (Self::HEADER + Self::WORDS as u64 * u64::from(count)))
+    }
+
+    /// Lets dispatches take their sizes from what the header says now.
+    pub(super) fn record_sizes(&self, recorder: &mut Recorder<'_>) {
+        recorder.copy_words(&self.records, &self.sizes, Self::HEADER);
+    }
+
+    pub(super) fn sizes(&self) -> &Buffer {
+        &self.sizes
+    }
+
+    /// Eight words with how many records there are at first, then twenty for each (`records.wgsl`).
+    #[must_use]
+    pub fn buffer(&self) -> &Buffer {
+        &self.records
+    }
+
+    /// The rays that the buffer holds, with their own triangles: reads them back.
+    ///
+    /// # Errors
+    /// Where the device is lost.
+    pub fn read_rays(&self, gpu: &Gpu) -> Result<Vec<(Ray, Option<u32>)>, GpuError> {
+        let words: Vec<u32> = self.read(gpu)?;
+        let rays = words[Self::HEADER as usize..].chunks_exact(Self::WORDS).map(|words| {
+            let number = |place: usize| number(words, 2 * place);
+            let vector = |place: usize| glam::DVec3::new(number(place), number(place + 1), number(place + 2));
+            let ray = Ray { origin: vector(0), direction: vector(3), t_min: number(6), t_max: number(7) };
+            (ray, Some(words[16]).filter(|&own| own != Self::NO_TRIANGLE))
+        });
+        Ok(rays.collect())
+    }
+
+    /// The questions about shadows of a point light that the buffer holds: its position, a point, the point's triangle.
+    ///
+    /// # Errors
+    /// Where the device is lost.
+    pub fn read_shadows(&self, gpu: &Gpu) -> Result<Vec<(LightSource, HitPoint, u32)>, GpuError> {
+        let words: Vec<u32> = self.read(gpu)?;
+        let questions = words[Self::HEADER as usize..].chunks_exact(Self::WORDS).map(|words| {
+            let number = |place: usize| number(words, 2 * place);
+            let position = glam::DVec3::new(number(0), number(1), number(2));
+            let vector = glam::Vec3::from_array([8, 9, 10].map(|word| f32::from_bits(words[word])));
+            let light = if words[11] == 0 {
+                LightSource::Point { position: vector }
+            } else {
+                LightSource::Directional { direction: vector }
+            };
+            (light, HitPoint { position, error: number(3) }, words[16])
+        });
+        Ok(questions.collect())
+    }
+
+    fn read(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
+        let count = self.records.read::<u32>(gpu, 1)?[0] as usize;
+        self.records.read(gpu, Self::HEADER as usize + count * Self::WORDS)
+    }
+}
+
+/// Low word, high word.
+fn push(words: &mut Vec<u32>, number: f64) {
+    words.extend([number.to_bits() as u32, (number.to_bits() >> 32) as u32]);
+}
+
+pub(super) fn number(words: &[u32], place: usize) -> f64 {
+    f64::from_bits(u64::from(words[place]) | (u64::from(words[place + 1]) << 32))
+}
+
+/// The vector of a light in bits of f32, and whether it is a direction.
+pub(super) fn light_words(light: &LightSource) -> [u32; 4] {
+    let (vector, is_directional) = match *light {
+        LightSource::Point { position } | LightSource::Spot { position, .. } => (position, 0),
+        LightSource::Directional { direction } => (direction, 1),
+    };
+    let [x, y, z] = vector.to_array().map(f32::to_bits);
+    [x, y, z, is_directional]
+}
+
+/// As in `dispatch.wgsl`.
+fn groups(count: u32) -> [u32; 3] {
+    const MOST: u32 = 65_535;
+    let rows = count.div_ceil(MOST);
+    [count.div_ceil(rows.max(1)), rows, 1]
+}

@@ -1,0 +1,34 @@
+// How rays, and questions about shadows, lie in a buffer: a header, then records.
+
+
+// How many records there are, …
+const RECORDS_COUNT: u32 = 0u;
+// … then the workgroups for them, a record an invocation: three words for 64 of them, three for a packet's.
+const RECORDS_GROUPS: u32 = 1u;
+const RECORDS_PACKETS: u32 = 4u;
+const RECORDS_FIRST: u32 = 8u;
+const RECORD_WORDS: u32 = 20u;
+
+// Of a ray: its origin, its direction, and the ends of its interval, all F64.
+const RAY_DIRECTION: u32 = 6u;
+const RAY_T_MIN: u32 = 12u;
+const RAY_T_MAX: u32 = 14u;
+
+// Of a question about a shadow: the point with its error, in F64; the light, in bits of f32; what it gives, in f32.
+const SHADOW_ERROR: u32 = 6u;
+const SHADOW_LIGHT: u32 = 8u;
+const SHADOW_IS_DIRECTIONAL: u32 = 11u;
+const SHADOW_COLOR: u32 = 12u;
+
+// Of both: the triangle that doesn't count, and a number of the asker's own.
+const RECORD_OWN: u32 = 16u;
+const RECORD_TAG: u32 = 17u;
+
+// Invocations of a workgroup, but for packets.
+const RECORD_LANES: u32 = 64u;
+
+const NO_TRIANGLE: u32 = 0xffffffffu;
+
+fn record_start(number: u32) -> u32 {
+    return RECORDS_FIRST + number * RECORD_WORDS;
+}

@@ -1,0 +1,153 @@
+// Stage `settle`: what traversals have left open, by the predicate, and where the nearest hits are. First an invocation has a
+// listed hit, then a ray: a ray may have so many that one alone would take too long, and lavapipe ends an invocation's loops
+// after 65,535 turns.
+
+import package::dispatch::{flat_group, groups_of};
+import package::exact::corners::{corner_bits};
+import package::exact::double::{F64, f64_equal, f64_less};
+import package::exact::expansion::{ExpansionTerms};
+import package::exact::predicate::{ExactEdges, ExactRay, exact_barycentric, exact_edges, exact_t};
+import package::exact::shadow::{ExactPoint, exact_blocked_by, exact_shadow};
+import package::exact::vector::{F64Vector};
+import package::kdtree::records::{
+    RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT,
+    record_start,
+};
+
+@group(0) @binding(0) var<storage, read> records: array<u32>;
+@group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read> positions: array<u32>;
+@group(0) @binding(3) var<storage, read_write> traced: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read_write> open_hits: array<u32>;
+@group(0) @binding(5) var<storage, read_write> hits: array<u32>;
+
+// As in `tester.wgsl`.
+const OPEN_COUNT: u32 = 0u;
+const OPEN_GROUPS: u32 = 1u;
+const OPEN_RAYS: u32 = 5u;
+const OPEN_FIRST: u32 = 16u;
+const OPEN_WORDS: u32 = 8u;
+const NOTHING: u32 = 0xffffffffu;
+
+// Of a hit: its triangle, a word that isn't used, t in F64, and the weights of its second and third corner.
+const HIT_WORDS: u32 = 8u;
+
+const SETTLE_INFINITE = F64(0u, 0x7ff00000u);
+
+fn settle_number(word: u32) -> F64 {
+    return F64(records[word], records[word + 1u]);
+}
+
+fn settle_vector(word: u32) -> F64Vector {
+    return F64Vector(settle_number(word), settle_number(word + 2u), settle_number(word + 4u));
+}
+
+// How many hits there was room for.
+fn open_count() -> u32 {
+    return min(open_hits[OPEN_COUNT], (arrayLength(&open_hits) - OPEN_FIRST) / OPEN_WORDS);
+}
+
+@compute @workgroup_size(1)
+fn size_open() {
+    let groups = groups_of((open_count() + RECORD_LANES - 1u) / RECORD_LANES);
+    open_hits[OPEN_GROUPS] = groups.x;
+    open_hits[OPEN_GROUPS + 1u] = groups.y;
+    open_hits[OPEN_GROUPS + 2u] = groups.z;
+    open_hits[OPEN_RAYS] = records[RECORDS_COUNT];
+}
+
+// Where a ray meets the triangle of a listed hit; infinite where it doesn't, or certainly meets another before.
+@compute @workgroup_size(64)
+fn settle_hits(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let place = flat_group(group, groups) * RECORD_LANES + lane;
+    if place >= open_count() {
+        return;
+    }
+    let base = OPEN_FIRST + place * OPEN_WORDS;
+    let number = open_hits[base + 1u];
+    var t = SETTLE_INFINITE;
+    if bitcast<f32>(open_hits[base + 3u]) <= bitcast<f32>(atomicLoad(&traced[4u * number + 2u])) {
+        let word = record_start(number);
+        let ray = ExactRay(settle_vector(word), settle_vector(word + RAY_DIRECTION));
+        var terms: ExpansionTerms;
+        let edges = exact_edges(&terms, ray, corner_bits(open_hits[base]));
+        if edges.side != 0 {
+            let found = exact_t(&terms, ray, edges);
+            if f64_less(settle_number(word + RAY_T_MIN), found) && f64_less(found, settle_number(word + RAY_T_MAX)) {
+                t = found;
+            }
+            let weights = exact_barycentric(edges);
+            open_hits[base + 6u] = weights.x;
+            open_hits[base + 7u] = weights.y;
+        }
+    }
+    open_hits[base + 4u] = t.x;
+    open_hits[base + 5u] = t.y;
+}
+
+// Each ray's nearest hit.
+@compute @workgroup_size(64)
+fn settle_nearest(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let number = flat_group(group, groups) * RECORD_LANES + lane;
+    if number >= records[RECORDS_COUNT] {
+        return;
+    }
+    var nearest = NOTHING;
+    var t = SETTLE_INFINITE;
+    var weights = vec2(0u);
+    var open = atomicLoad(&traced[4u * number + 1u]);
+    while open < open_count() {
+        let base = OPEN_FIRST + open * OPEN_WORDS;
+        let id = open_hits[base];
+        let other = F64(open_hits[base + 4u], open_hits[base + 5u]);
+        if f64_less(other, t) || (nearest != NOTHING && f64_equal(other, t) && id < nearest) {
+            t = other;
+            nearest = id;
+            weights = vec2(open_hits[base + 6u], open_hits[base + 7u]);
+        }
+        open = open_hits[base + 2u];
+    }
+    let base = number * HIT_WORDS;
+    hits[base] = nearest;
+    hits[base + 2u] = t.x;
+    hits[base + 3u] = t.y;
+    hits[base + 4u] = weights.x;
+    hits[base + 5u] = weights.y;
+}
+
+// Whether the triangle of a listed hit shadows a point.
+@compute @workgroup_size(64)
+fn settle_blocked(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let place = flat_group(group, groups) * RECORD_LANES + lane;
+    if place >= open_count() {
+        return;
+    }
+    let base = OPEN_FIRST + place * OPEN_WORDS;
+    let number = open_hits[base + 1u];
+    if atomicLoad(&traced[4u * number]) != 0u {
+        return;
+    }
+    let word = record_start(number);
+    let point = ExactPoint(settle_vector(word), settle_number(word + SHADOW_ERROR));
+    let light = vec3(
+        records[word + SHADOW_LIGHT], records[word + SHADOW_LIGHT + 1u], records[word + SHADOW_LIGHT + 2u],
+    );
+    let shadow = exact_shadow(records[word + SHADOW_IS_DIRECTIONAL] != 0u, light, point);
+    var terms: ExpansionTerms;
+    var edges: ExactEdges;
+    if exact_blocked_by(&terms, shadow, corner_bits(open_hits[base]), &edges) {
+        atomicOr(&traced[4u * number], 1u);
+    }
+}

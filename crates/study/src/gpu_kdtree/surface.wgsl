@@ -1,0 +1,69 @@
+// Stage `surface`: hits from rasterised triangles. Where a pixel's ray meets its triangle's plane is the predicate's own t, so
+// wherever the rasteriser shows the triangle that the ray hits, all that follows is as if the ray had been traced.
+
+import package::dispatch::{flat_group};
+import package::exact::corners::{corner_bits};
+import package::exact::double::{F64, f64_is_above_zero, f64_is_finite};
+import package::exact::expansion::{ExpansionTerms};
+import package::exact::predicate::{ExactEdges, ExactRay, exact_from_corners, exact_sorted, exact_t};
+import package::exact::vector::{F64Vector};
+import package::kdtree::records::{NO_TRIANGLE, RAY_DIRECTION, RECORDS_COUNT, RECORD_LANES, RECORD_TAG, record_start};
+
+struct KdSurface {
+    width: u32,
+    // Of a row of `seen`.
+    row_words: u32,
+    unused: vec2<u32>,
+}
+
+@group(0) @binding(0) var<uniform> kd_surface: KdSurface;
+@group(0) @binding(1) var<storage, read> records: array<u32>;
+@group(0) @binding(2) var<storage, read> triangles: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read> positions: array<u32>;
+// Each pixel's triangle and one, row after row; zero for none.
+@group(0) @binding(4) var<storage, read> seen: array<u32>;
+@group(0) @binding(5) var<storage, read_write> hits: array<u32>;
+
+const HIT_WORDS: u32 = 8u;
+
+fn surface_number(word: u32) -> F64 {
+    return F64(records[word], records[word + 1u]);
+}
+
+fn surface_vector(word: u32) -> F64Vector {
+    return F64Vector(surface_number(word), surface_number(word + 2u), surface_number(word + 4u));
+}
+
+@compute @workgroup_size(64)
+fn surface(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let number = flat_group(group, groups) * RECORD_LANES + lane;
+    if number >= records[RECORDS_COUNT] {
+        return;
+    }
+    let word = record_start(number);
+    let pixel = records[word + RECORD_TAG];
+    var id = NO_TRIANGLE;
+    if pixel != NO_TRIANGLE {
+        id = seen[pixel / kd_surface.width * kd_surface.row_words + pixel % kd_surface.width] - 1u;
+    }
+    let base = number * HIT_WORDS;
+    hits[base] = id;
+    if id == NO_TRIANGLE {
+        return;
+    }
+    let ray = ExactRay(surface_vector(word), surface_vector(word + RAY_DIRECTION));
+    var edges: ExactEdges;
+    edges.corners = exact_from_corners(exact_sorted(corner_bits(id)).corners);
+    var terms: ExpansionTerms;
+    let t = exact_t(&terms, ray, edges);
+    // A triangle seen from its edge has no such place.
+    if !f64_is_finite(t) || !f64_is_above_zero(t) {
+        hits[base] = NO_TRIANGLE;
+    }
+    hits[base + 2u] = t.x;
+    hits[base + 3u] = t.y;
+}

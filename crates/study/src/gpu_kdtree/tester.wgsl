@@ -1,0 +1,351 @@
+// What all traversals share: the tree, lines through it, and the tests of leaves. The bounds are derived in `mod.rs`.
+
+
+// As in `line.wgsl`.
+struct KdShape {
+    min: vec3<u32>,
+    scale: u32,
+    max: vec3<u32>,
+    scale_high: u32,
+    left_follows: u32,
+    is_lost: u32,
+    is_empty: u32,
+    unused: u32,
+}
+
+@group(0) @binding(0) var<uniform> kd_shape: KdShape;
+@group(0) @binding(1) var<storage, read> kd_nodes: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> kd_ids: array<u32>;
+@group(0) @binding(3) var<storage, read> triangles: array<vec4<u32>>;
+@group(0) @binding(4) var<storage, read> positions: array<u32>;
+@group(0) @binding(5) var<storage, read> lines: array<vec4<u32>>;
+// For each ray: whether it is shadowed for certain, the first of its listed hits, and beyond which t there is nothing to ask.
+@group(0) @binding(6) var<storage, read_write> traced: array<vec4<u32>>;
+@group(0) @binding(7) var<storage, read_write> open_hits: array<atomic<u32>>;
+
+// Whether nodes, leaves, tests and restarts are counted.
+override KD_COUNTS: bool = false;
+
+const OPEN_COUNT: u32 = 0u;
+// How many of them are certain: the predicate only has to say where.
+const OPEN_CERTAIN: u32 = 4u;
+// Pairs of words: low, high.
+const OPEN_VISITS: u32 = 8u;
+const OPEN_FIRST: u32 = 16u;
+// Of a hit: its triangle, its ray, the next of the ray's, from which t on it may be, and four words for the stage `settle`.
+const OPEN_WORDS: u32 = 8u;
+const NOTHING: u32 = 0xffffffffu;
+const KD_LEAF: u32 = 3u;
+// 2⁻²⁴: half the distance from one to the next f32.
+const KD_UNIT: f32 = 5.9604645e-8;
+const KD_BEYOND: f32 = 3.0e38;
+const KD_MAILBOX: u32 = 8u;
+
+// A ray on its way through the tree.
+struct KdRay {
+    origin: vec3<f32>,
+    blur: f32,
+    inverse: vec3<f32>,
+    heights: f32,
+    slope: vec2<f32>,
+    // The interval in the bounds begins at zero, but for `margin`.
+    leave: f32,
+    most_doubt: f32,
+    first: f32,
+    last: f32,
+    own: u32,
+    axis: u32,
+    number: u32,
+    // What planes' t may be wrong by, on each axis.
+    doubt: vec3<f32>,
+    // What a coordinate may be wrong by.
+    margin: f32,
+
+    // The hit that isn't in the list yet: the only one, as a rule.
+    held: u32,
+    held_lower: f32,
+    held_upper: f32,
+    is_held_certain: bool,
+    // The list of all other hits that may be the nearest, and its last one's triangle.
+    list: u32,
+    listed: u32,
+    // Certainly not before the nearest hit.
+    best: f32,
+    is_blocked: bool,
+    mailbox: array<u32, KD_MAILBOX>,
+    // Nodes, leaves, tests, restarts.
+    visits: vec4<u32>,
+}
+
+fn kd_count() -> u32 {
+    return lines[0].x;
+}
+
+fn kd_ray(number: u32) -> KdRay {
+    let at = 1u + 4u * number;
+    var ray: KdRay;
+    let first = bitcast<vec4<f32>>(lines[at]);
+    let second = bitcast<vec4<f32>>(lines[at + 1u]);
+    let third = bitcast<vec4<f32>>(lines[at + 2u]);
+    let fourth = lines[at + 3u];
+    ray.origin = first.xyz;
+    ray.blur = first.w;
+    ray.inverse = second.xyz;
+    ray.heights = second.w;
+    ray.slope = third.xy;
+    ray.margin = 12.0 * KD_UNIT + 2.0 * ray.blur;
+    ray.leave = third.z + ray.margin;
+    ray.most_doubt = third.w;
+    ray.first = bitcast<f32>(fourth.x);
+    ray.last = bitcast<f32>(fourth.y);
+    ray.own = fourth.z >> 2u;
+    ray.axis = fourth.z & 3u;
+    ray.number = number;
+    ray.doubt = ray.margin * abs(ray.inverse);
+    ray.held = NOTHING;
+    ray.list = NOTHING;
+    ray.listed = NOTHING;
+    ray.best = KD_BEYOND;
+    for (var place = 0u; place < KD_MAILBOX; place++) {
+        ray.mailbox[place] = NOTHING;
+    }
+    return ray;
+}
+
+fn kd_is_missed(ray: ptr<function, KdRay>) -> bool {
+    return (*ray).leave < 0.0;
+}
+
+fn kd_is_leaf(node: vec2<u32>) -> bool {
+    return (node.y & 3u) == KD_LEAF;
+}
+
+// The places of the left and the right child of the inner node at `place`.
+fn kd_children(place: u32, node: vec2<u32>) -> vec2<u32> {
+    let child = node.y >> 2u;
+    let follows = kd_shape.left_follows;
+    return vec2(((place + 1u) & follows) | (child & ~follows), child + (~follows & 1u));
+}
+
+fn kd_component(vector: vec3<f32>, axis: u32) -> f32 {
+    return select(select(vector.z, vector.y, axis == 1u), vector.x, axis == 0u);
+}
+
+// Whether a ray meets the right child of a node with a plane across `axis` before the left one.
+fn kd_is_backward(ray: ptr<function, KdRay>, axis: u32) -> bool {
+    return kd_component((*ray).inverse, axis) < 0.0;
+}
+
+// The intervals in which a ray may be in the left and in the right child of an inner node, in whose cell it is from `enter`
+// to `leave`. One that ends before it begins is empty.
+struct KdWays {
+    left: vec2<f32>,
+    right: vec2<f32>,
+}
+
+fn kd_ways(ray: ptr<function, KdRay>, node: vec2<u32>, enter: f32, leave: f32) -> KdWays {
+    let axis = node.y & 3u;
+    let plane = bitcast<f32>(node.x) * bitcast<f32>(kd_shape.scale);
+    let inverse = kd_component((*ray).inverse, axis);
+    let ahead = plane - kd_component((*ray).origin, axis);
+    let whole = vec2(enter, leave);
+    let empty = vec2(KD_BEYOND, -KD_BEYOND);
+    if inverse == 0.0 {
+        // Along the plane: on one side, or near enough to be on both.
+        let margin = (*ray).margin;
+        return KdWays(select(whole, empty, ahead < -margin), select(whole, empty, ahead > margin));
+    }
+    let t = ahead * inverse;
+    let doubt = kd_component((*ray).doubt, axis);
+    let before = vec2(enter, min(t + doubt, leave));
+    let behind = vec2(max(t - doubt, enter), leave);
+    return KdWays(select(before, behind, inverse < 0.0), select(behind, before, inverse < 0.0));
+}
+
+fn kd_is_empty(way: vec2<f32>) -> bool {
+    return way.y < way.x;
+}
+
+// Whether nothing that waits behind a cell that the ray leaves at `leave` can hold the nearest hit: what waits begins where a
+// nearer cell that holds this one ends, or up to twice the doubt before.
+fn kd_is_over(ray: ptr<function, KdRay>, leave: f32) -> bool {
+    return leave - 2.0 * (*ray).most_doubt > (*ray).best;
+}
+
+fn kd_turned(vector: vec3<f32>, axis: u32) -> vec3<f32> {
+    return select(select(vector, vector.zxy, axis == 1u), vector.yzx, axis == 0u);
+}
+
+fn kd_corner(vertex: u32) -> vec3<f32> {
+    let bits = vec3(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
+    return bitcast<vec3<f32>>(bits) * bitcast<f32>(kd_shape.scale);
+}
+
+// A triangle that a line may meet.
+struct KdMeeting {
+    is_missed: bool,
+    // Whether it meets it for certain, and inside its interval.
+    is_certain: bool,
+    // Between which t it does if it does.
+    lower: f32,
+    upper: f32,
+    // By how much the line certainly runs through the plane, a length of its normal being one.
+    steepness: f32,
+}
+
+// Tests a triangle as Woop, Benthin and Wald do ("Watertight ray/triangle intersection", 2013): in a space sheared so that the
+// line is an axis, where the edge functions are those of two dimensions.
+fn kd_meet(ray: ptr<function, KdRay>, id: u32) -> KdMeeting {
+    let corners = triangles[id].xyz;
+    let axis = (*ray).axis;
+    let slope = (*ray).slope;
+    let origin = kd_turned((*ray).origin, axis);
+    let a = kd_turned(kd_corner(corners.x), axis) - origin;
+    let b = kd_turned(kd_corner(corners.y), axis) - origin;
+    let c = kd_turned(kd_corner(corners.z), axis) - origin;
+    let p = a.xy - slope * a.z;
+    let q = b.xy - slope * b.z;
+    let r = c.xy - slope * c.z;
+    let error = 20.0 * KD_UNIT + 3.0 * (*ray).blur;
+    let size = max(max(abs(p), abs(q)), abs(r));
+    let reach = max(size.x, size.y);
+    let bound = 5.0 * error * reach + 3.0 * error * error + 8.0 * KD_UNIT * reach * reach;
+    let edges = vec3(q.x * r.y - r.x * q.y, r.x * p.y - p.x * r.y, p.x * q.y - q.x * p.y);
+    let lowest = min(edges.x, min(edges.y, edges.z));
+    let highest = max(edges.x, max(edges.y, edges.z));
+
+    var inverse = kd_component((*ray).inverse, axis);
+    if inverse == 0.0 {
+        // Of a line that takes everything.
+        inverse = 1.0;
+    }
+    let t = vec3(a.z, b.z, c.z) * inverse;
+    let t_error = 10.0 * KD_UNIT + 2.0 * (*ray).blur;
+    let nearest = min(t.x, min(t.y, t.z));
+    let farthest = max(t.x, max(t.y, t.z));
+    var meeting = KdMeeting(false, false, nearest - t_error, farthest + t_error, 0.0);
+    if lowest > bound || highest < -bound {
+        let sum = edges.x + edges.y + edges.z;
+        let steepness = abs(sum) - 5.0 * bound;
+        if steepness > 0.0 {
+            let across = farthest - nearest + 2.0 * t_error;
+            let hit = t.x + (edges.y * (t.y - t.x) + edges.z * (t.z - t.x)) / sum;
+            let off = 4.0 * t_error + (8.5 * bound / steepness + 32.0 * KD_UNIT) * across + 4.0 * KD_UNIT * abs(hit);
+            meeting.lower = max(hit - off, meeting.lower);
+            meeting.upper = min(hit + off, meeting.upper);
+            meeting.steepness = steepness;
+        }
+        meeting.is_certain =
+            meeting.lower > (*ray).first + t_error && meeting.upper < (*ray).last - t_error;
+    }
+    meeting.is_missed = (lowest < -bound && highest > bound)
+        || meeting.upper < (*ray).first - t_error || meeting.lower > (*ray).last + t_error;
+    return meeting;
+}
+
+// Adds to the list of a ray's hits.
+fn kd_list(ray: ptr<function, KdRay>, id: u32, lower: f32) {
+    let place = atomicAdd(&open_hits[OPEN_COUNT], 1u);
+    let base = OPEN_FIRST + place * OPEN_WORDS;
+    // What there is no room for is noticed by the count, and the whole is done again.
+    if place < arrayLength(&open_hits) / OPEN_WORDS && base + OPEN_WORDS <= arrayLength(&open_hits) {
+        atomicStore(&open_hits[base], id);
+        atomicStore(&open_hits[base + 1u], (*ray).number);
+        atomicStore(&open_hits[base + 2u], (*ray).list);
+        atomicStore(&open_hits[base + 3u], bitcast<u32>(lower));
+        (*ray).list = place;
+    }
+    (*ray).listed = id;
+}
+
+// Notes a triangle that may be the nearest hit.
+fn kd_note_nearest(ray: ptr<function, KdRay>, id: u32, meeting: KdMeeting) {
+    if meeting.lower > (*ray).best || id == (*ray).held || id == (*ray).listed {
+        return;
+    }
+    let is_nearer = meeting.is_certain && meeting.upper < (*ray).held_lower;
+    if meeting.is_certain {
+        (*ray).best = min((*ray).best, meeting.upper);
+    }
+    if (*ray).held == NOTHING || is_nearer {
+        (*ray).held = id;
+        (*ray).held_lower = meeting.lower;
+        (*ray).held_upper = meeting.upper;
+        (*ray).is_held_certain = meeting.is_certain;
+    } else {
+        kd_list(ray, id, meeting.lower);
+    }
+}
+
+// Notes a triangle that may shadow the ray's point.
+fn kd_note_shadow(ray: ptr<function, KdRay>, id: u32, meeting: KdMeeting) {
+    let from_end = min((*ray).last - meeting.upper, meeting.lower - (*ray).first) - 8.0 * KD_UNIT - 2.0 * (*ray).blur;
+    // The direction's largest component is one at least, and the inverse's then one half.
+    if meeting.is_certain && from_end > 0.0 && 0.5 * meeting.steepness * from_end > (*ray).heights {
+        (*ray).is_blocked = true;
+    } else if id != (*ray).listed {
+        kd_list(ray, id, meeting.lower);
+    }
+}
+
+// Tests the triangles of a leaf.
+fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>, is_shadow: bool) {
+    if KD_COUNTS {
+        (*ray).visits.y += 1u;
+    }
+    let end = node.x + (node.y >> 2u);
+    for (var place = node.x; place < end; place++) {
+        let id = kd_ids[place];
+        // Kirk and Arvo's ray tags, a few of them.
+        let slot = id % KD_MAILBOX;
+        if (*ray).mailbox[slot] == id || (id & 0x3fffffffu) == (*ray).own {
+            continue;
+        }
+        (*ray).mailbox[slot] = id;
+        if KD_COUNTS {
+            (*ray).visits.z += 1u;
+        }
+        let meeting = kd_meet(ray, id);
+        if meeting.is_missed {
+            continue;
+        }
+        if is_shadow {
+            kd_note_shadow(ray, id, meeting);
+            if (*ray).is_blocked {
+                return;
+            }
+        } else {
+            kd_note_nearest(ray, id, meeting);
+        }
+    }
+}
+
+fn kd_add_visits(place: u32, count: u32) {
+    if count > 0u {
+        let word = OPEN_VISITS + 2u * place;
+        let before = atomicAdd(&open_hits[word], count);
+        if before + count < before {
+            atomicAdd(&open_hits[word + 1u], 1u);
+        }
+    }
+}
+
+// Writes what has become of a ray.
+fn kd_finish(ray: ptr<function, KdRay>, is_shadow: bool) {
+    if is_shadow {
+        traced[(*ray).number] = vec4(u32((*ray).is_blocked), (*ray).list, bitcast<u32>(KD_BEYOND), 0u);
+    } else {
+        if (*ray).held != NOTHING {
+            if (*ray).is_held_certain && (*ray).listed == NOTHING {
+                atomicAdd(&open_hits[OPEN_CERTAIN], 1u);
+            }
+            kd_list(ray, (*ray).held, (*ray).held_lower);
+        }
+        traced[(*ray).number] = vec4(0u, (*ray).list, bitcast<u32>((*ray).best), 0u);
+    }
+    if KD_COUNTS {
+        for (var place = 0u; place < 4u; place++) {
+            kd_add_visits(place, (*ray).visits[place]);
+        }
+    }
+}

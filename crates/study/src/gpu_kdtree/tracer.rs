@@ -1,0 +1,330 @@
+use umbrage_rays::{Hit, KdTraversal, KdTreeVisits};
+
+use super::kernel;
+use super::records::{KdRecords, number};
+use super::tree::KdNodes;
+use umbrage_gpu::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+
+/// How rays are led through the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KdTracerOptions {
+    /// How the way back is found. Of a short stack no more than [`KdTracerOptions::MOST_ENTRIES`] entries are used; packets
+    /// have no whole stack, but one of so many.
+    pub traversal: KdTraversal,
+    /// How many rays go together: a power of two up to 64. `None` for each on its own.
+    pub packet: Option<u32>,
+    /// Whether visits are counted, which takes time.
+    pub counts: bool,
+}
+
+impl KdTracerOptions {
+    /// Most entries of a short stack: all that fit the workgroup memory that every device has.
+    pub const MOST_ENTRIES: u8 = 15;
+
+    /// Single rays with a short stack of four entries.
+    pub const DEFAULT: Self = Self { traversal: KdTraversal::ShortStack(4), packet: None, counts: false };
+
+    /// Rays of a packet, or one.
+    #[must_use]
+    pub fn lanes(&self) -> u32 {
+        self.packet.map_or(1, |lanes| lanes.clamp(1, 64))
+    }
+}
+
+impl Default for KdTracerOptions {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What is asked about rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Question {
+    Nearest,
+    Blocked,
+}
+
+/// Answers rays on the GPU: the stages `line`, `nearest` or `blocked`, and `settle`.
+#[derive(Debug)]
+pub struct KdTracer {
+    options: KdTracerOptions,
+    lines: [Kernel; 2],
+    walks: [Kernel; 2],
+    size_open: Kernel,
+    settle_open: [Kernel; 2],
+    settle_nearest: Kernel,
+    line_words: Buffer,
+    /// Four words for each ray.
+    traced: Buffer,
+    open: Buffer,
+    open_sizes: Buffer,
+    hits: Buffer,
+    /// What each use since [`KdTracer::prepare`] has needed.
+    needs: Buffer,
+    asked: Vec<Question>,
+    most_uses: u32,
+    work: Vec<KdTracerWork>,
+}
+
+/// What one question about all rays took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct KdTracerWork {
+    /// Whether it was about shadows.
+    pub is_shadow: bool,
+    /// Hits that the predicate had to decide about.
+    pub open_hits: u32,
+    /// All zeros unless [counted](KdTracerOptions::counts). A packet counts a node once for each of its rays that may still
+    /// find something in the node's cell, and a restart for one of its rays.
+    pub visits: KdTreeVisits,
+}
+
+impl KdTracer {
+    /// As in `tester.wgsl`.
+    const OPEN_HEADER: u64 = 16;
+    const OPEN_WORDS: u64 = 8;
+    const OPEN_GROUPS: u32 = 1;
+    const HIT_WORDS: usize = 8;
+
+    /// Ready to answer.
+    #[must_use]
+    pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
+        let line = |entry| kernel(gpu, "kdtree::line", entry, &[]);
+        let settle = |entry| kernel(gpu, "kdtree::settle", entry, &[]);
+        Self {
+            options,
+            lines: [line("line_of_rays"), line("line_of_shadows")],
+            walks: walks(gpu, options),
+            size_open: settle("size_open"),
+            settle_open: [settle("settle_hits"), settle("settle_blocked")],
+            settle_nearest: settle("settle_nearest"),
+            line_words: Buffer::storage(gpu, "kd-tree lines"),
+            traced: Buffer::storage(gpu, "kd-tree answers"),
+            open: Buffer::storage(gpu, "kd-tree open hits"),
+            open_sizes: Buffer::sizes(gpu, "kd-tree open hits' dispatch sizes"),
+            hits: Buffer::storage(gpu, "kd-tree hits"),
+            needs: Buffer::storage(gpu, "kd-tree needs"),
+            asked: Vec::new(),
+            most_uses: 0,
+            work: Vec::new(),
+        }
+    }
+
+    /// Says how rays are led from now on.
+    pub fn set_options(&mut self, gpu: &Gpu, options: KdTracerOptions) {
+        if options != self.options {
+            self.options = options;
+            self.walks = walks(gpu, options);
+        }
+    }
+
+    /// How rays are led.
+    #[must_use]
+    pub fn options(&self) -> KdTracerOptions {
+        self.options
+    }
+
+    /// Makes ready for one submission in which up to `rays` rays are asked about up to `uses` times.
+    ///
+    /// # Errors
+    /// Where something needs more than one buffer of the device has room for.
+    pub fn prepare(&mut self, gpu: &Gpu, rays: u32, uses: u32) -> Result<(), GpuError> {
+        let rays = u64::from(rays);
+        self.asked.clear();
+        self.most_uses = uses;
+        self.line_words.reserve(gpu, 16 * (1 + 4 * rays))?;
+        self.traced.reserve(gpu, 16 * rays.max(1))?;
+        self.hits.reserve(gpu, 4 * Self::HIT_WORDS as u64 * rays)?;
+        self.open.reserve(gpu, Self::open_bytes(rays + rays / 8 + (1 << 10)))?;
+        self.open_sizes.reserve(gpu, 4 * Self::OPEN_HEADER)?;
+        self.needs.reserve(gpu, 4 * Self::OPEN_HEADER * u64::from(uses))
+    }
+
+    fn open_bytes(hits: u64) -> u64 {
+        4 * (Self::OPEN_HEADER + Self::OPEN_WORDS * hits)
+    }
+
+    /// Records the question what each of `rays` hits first; [`KdTracer::hits`] has the answers.
+    ///
+    /// # Panics
+    /// If it is recorded more often than was prepared for.
+    pub fn record_nearest(
+        &mut self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        geometry: &Geometry,
+        tree: &KdNodes,
+        rays: &KdRecords,
+    ) {
+        self.record(gpu, recorder, geometry, tree, rays, Question::Nearest);
+    }
+
+    /// Records the questions whether points are shadowed; [`KdTracer::shadows`] has the answers.
+    ///
+    /// # Panics
+    /// If it is recorded more often than was prepared for.
+    pub fn record_blocked(
+        &mut self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        geometry: &Geometry,
+        tree: &KdNodes,
+        questions: &KdRecords,
+    ) {
+        self.record(gpu, recorder, geometry, tree, questions, Question::Blocked);
+    }
+
+    fn record(
+        &mut self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        geometry: &Geometry,
+        tree: &KdNodes,
+        rays: &KdRecords,
+        question: Question,
+    ) {
+        let place = self.asked.len() as u32;
+        assert!(place < self.most_uses, "{place} uses were prepared for");
+        self.asked.push(question);
+        let (which, walk) = match question {
+            Question::Nearest => (0, "nearest"),
+            Question::Blocked => (1, "blocked"),
+        };
+        rays.record_sizes(recorder);
+        let groups = Groups::Indirect(rays.sizes(), KdRecords::GROUPS);
+        let packets = Groups::Indirect(rays.sizes(), KdRecords::PACKETS);
+        recorder.clear_words(&self.open, Self::OPEN_HEADER);
+        // Where there are no rays no invocation says so.
+        recorder.clear_words(&self.line_words, 4);
+        let buffers = [tree.shape(), rays.buffer(), &self.line_words];
+        recorder.stage("line", |pass| self.lines[which].dispatch(gpu, pass, &buffers, groups));
+        let buffers = [
+            tree.shape(),
+            tree.nodes(),
+            tree.ids(),
+            geometry.triangles(),
+            geometry.positions(),
+            &self.line_words,
+            &self.traced,
+            &self.open,
+        ];
+        let walk_groups = if self.options.packet.is_some() { packets } else { groups };
+        recorder.stage(walk, |pass| self.walks[which].dispatch(gpu, pass, &buffers, walk_groups));
+        let buffers = [rays.buffer(), geometry.triangles(), geometry.positions(), &self.traced, &self.open, &self.hits];
+        recorder.stage("settle", |pass| self.size_open.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
+        recorder.copy_words(&self.open, &self.open_sizes, Self::OPEN_HEADER);
+        recorder.stage("settle", |pass| {
+            let open = Groups::Indirect(&self.open_sizes, Self::OPEN_GROUPS);
+            self.settle_open[which].dispatch(gpu, pass, &buffers, open);
+            if question == Question::Nearest {
+                self.settle_nearest.dispatch(gpu, pass, &buffers, groups);
+            }
+        });
+        let slot = Self::OPEN_HEADER * u64::from(place);
+        recorder.copy_range((&self.open, 0), (&self.needs, slot), Self::OPEN_HEADER);
+    }
+
+    /// Waits for all uses and looks at what they needed. Where that was more than there was room for, makes room and answers
+    /// false: then all has to be done again.
+    ///
+    /// # Errors
+    /// Where the device is lost, or more is needed than one of its buffers has room for.
+    pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
+        let needs: Vec<u32> = self.needs.read(gpu, Self::OPEN_HEADER as usize * self.asked.len())?;
+        self.work.clear();
+        let mut most = 0;
+        for (needs, question) in needs.chunks_exact(Self::OPEN_HEADER as usize).zip(&self.asked) {
+            most = most.max(needs[0]);
+            let count = |place: usize| u64::from(needs[8 + 2 * place]) | u64::from(needs[9 + 2 * place]) << 32;
+            self.work.push(KdTracerWork {
+                is_shadow: *question == Question::Blocked,
+                open_hits: needs[0] - needs[4],
+                visits: KdTreeVisits {
+                    rays: needs[5].into(),
+                    nodes: count(0),
+                    leaves: count(1),
+                    tests: count(2),
+                    restarts: count(3),
+                },
+            });
+        }
+        let needed = Self::open_bytes(most.into());
+        let fits = needed <= self.open.bytes();
+        if !fits {
+            self.open.reserve(gpu, (needed + needed / 2).min(gpu.max_binding_bytes()).max(needed))?;
+        }
+        Ok(fits)
+    }
+
+    /// What the last finished uses took, one after the other. Rays that mirrors send on aren't in the same order each time, so
+    /// packets of them may take more or less.
+    #[must_use]
+    pub fn work(&self) -> &[KdTracerWork] {
+        &self.work
+    }
+
+    /// What each ray hit first: eight words, of which the first is the triangle or `u32::MAX` (`settle.wgsl`).
+    #[must_use]
+    pub fn hits(&self) -> &Buffer {
+        &self.hits
+    }
+
+    /// Four words for each question about a shadow, of which the first isn't zero where the point is shadowed.
+    #[must_use]
+    pub fn shadows(&self) -> &Buffer {
+        &self.traced
+    }
+
+    /// What each of `count` rays hit first, read back.
+    ///
+    /// # Errors
+    /// Where the device is lost.
+    pub fn read_hits(&self, gpu: &Gpu, count: usize) -> Result<Vec<Option<Hit>>, GpuError> {
+        let words: Vec<u32> = self.hits.read(gpu, Self::HIT_WORDS * count)?;
+        let hits = words.chunks_exact(Self::HIT_WORDS).map(|words| {
+            let barycentric = [words[4], words[5]].map(f32::from_bits);
+            let hit = Hit { t: number(words, 2), triangle: words[0], barycentric };
+            (words[0] != KdRecords::NO_TRIANGLE).then_some(hit)
+        });
+        Ok(hits.collect())
+    }
+
+    /// Whether each of `count` points is shadowed, read back.
+    ///
+    /// # Errors
+    /// Where the device is lost.
+    pub fn read_shadows(&self, gpu: &Gpu, count: usize) -> Result<Vec<bool>, GpuError> {
+        let words: Vec<[u32; 4]> = self.traced.read(gpu, count)?;
+        Ok(words.into_iter().map(|[is_blocked, ..]| is_blocked != 0).collect())
+    }
+
+    /// Bytes on the GPU for rays under way: 112 a ray, and 32 for each hit that is listed.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        [&self.line_words, &self.traced, &self.open, &self.hits].into_iter().map(Buffer::bytes).sum()
+    }
+}
+
+/// The kernels for nearest hits and for shadows.
+fn walks(gpu: &Gpu, options: KdTracerOptions) -> [Kernel; 2] {
+    let (entries, pushes_down) = match options.traversal {
+        KdTraversal::Stack => (KdTracerOptions::MOST_ENTRIES, true),
+        KdTraversal::Restart => (0, false),
+        KdTraversal::PushDown => (0, true),
+        KdTraversal::ShortStack(entries) => (entries.min(KdTracerOptions::MOST_ENTRIES), true),
+    };
+    let counts = ("KD_COUNTS", f64::from(u8::from(options.counts)));
+    let short = [counts, ("KD_ENTRIES", f64::from(entries)), ("KD_PUSHES_DOWN", f64::from(u8::from(pushes_down)))];
+    let packet = [short.as_slice(), &[("KD_PACKET", f64::from(options.lanes()))]].concat();
+    let kernels = |path, entries: [&'static str; 2], constants: &[(&str, f64)]| {
+        entries.map(|entry| kernel(gpu, path, entry, constants))
+    };
+    match options {
+        KdTracerOptions { packet: Some(_), .. } => {
+            kernels("kdtree::packet", ["nearest_by_packet", "blocked_by_packet"], &packet)
+        }
+        KdTracerOptions { traversal: KdTraversal::Stack, .. } => {
+            kernels("kdtree::stack", ["nearest_by_stack", "blocked_by_stack"], &[counts])
+        }
+        _ => kernels("kdtree::trail", ["nearest_by_trail", "blocked_by_trail"], &short),
+    }
+}

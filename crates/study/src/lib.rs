@@ -1,0 +1,12 @@
+//! What only experiments reach: other builders, traversals and triangle tests.
+//!
+//! Nothing that users run depends on this crate; `umbrage-bench` measures what is here, and its tests hold it to the same
+//! predicate as the product. A part whose time comes moves into `umbrage-rays` or `umbrage-gpu`.
+#![forbid(unsafe_code)]
+
+pub mod gpu_kdtree;
+#[cfg(test)]
+#[allow(dead_code, reason = "some of it is for other tests")]
+#[path = "../../gpu/tests/common/layout.rs"]
+mod layout;
+pub mod triangle;

@@ -1,0 +1,153 @@
+//! Answers without a picture: what each pixel sees, which lights reach it, and what it took to find that.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use umbrage_rays::predicate::{self, HitPoint};
+use umbrage_rays::{LightCells, PixelWork, SeenPixels, View};
+use umbrage_scene::{Frame, Light};
+
+use crate::cpu::LightMask;
+use crate::sampling::Sample;
+use crate::{Error, Renderer, Settings};
+
+/// What the rays through the middles of a view's pixels hit, in rows from the upper left corner.
+#[derive(Clone, Debug)]
+pub struct Seen<'a> {
+    frame: &'a Frame,
+    view: View,
+    pixels: SeenPixels,
+    triangles: Vec<u32>,
+    depths: Vec<f64>,
+    barycentrics: Vec<[f32; 2]>,
+    positions: Vec<DVec3>,
+}
+
+/// What it took to find what each pixel shows.
+#[derive(Clone, Debug, Default)]
+pub struct WorkCounts {
+    /// The work of camera rays.
+    pub pixels: PixelWork,
+    /// In which cell of a light's grid each pixel's point is, where a light was asked about.
+    pub cells: LightCells,
+}
+
+impl<'a> Seen<'a> {
+    /// What [`Seen::triangles`] holds for a miss.
+    pub const NO_TRIANGLE: u32 = SeenPixels::NONE;
+
+    fn new(frame: &'a Frame, view: View, pixels: SeenPixels) -> Self {
+        let hits = (0..view.width as usize * view.height as usize).into_par_iter().map(|pixel| {
+            let (x, y) = (pixel as u32 % view.width, pixel as u32 / view.width);
+            let ray = Sample::MIDDLE.ray(&view, x, y);
+            let triangle = pixels.triangle_at(x, y);
+            let is_hit = triangle != Self::NO_TRIANGLE;
+            match is_hit.then(|| predicate::hit(&ray, frame.triangles(), triangle)).flatten() {
+                Some(hit) => ((triangle, hit.t), (hit.barycentric, HitPoint::new(&ray, hit.t).position)),
+                None => ((triangle, f64::INFINITY), ([f32::NAN; 2], DVec3::NAN)),
+            }
+        });
+        let ((triangles, depths), (barycentrics, positions)) = hits.unzip();
+        Self { frame, view, pixels, triangles, depths, barycentrics, positions }
+    }
+
+    /// From where that was seen, and how many pixels there are.
+    #[must_use]
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// Ids of the nearest triangles, places in the frame's list; of several at equal distance the lowest.
+    /// [`Seen::NO_TRIANGLE`] for a miss.
+    #[must_use]
+    pub fn triangles(&self) -> &[u32] {
+        &self.triangles
+    }
+
+    /// Depths along [`Camera::forward`](umbrage_rays::Camera::forward), in world units; infinite for a miss.
+    #[must_use]
+    pub fn depths(&self) -> &[f64] {
+        &self.depths
+    }
+
+    /// The weights of the triangles' second and third corners where they are hit, from 0 to 1; NaN for a miss.
+    #[must_use]
+    pub fn barycentrics(&self) -> &[[f32; 2]] {
+        &self.barycentrics
+    }
+
+    /// Where the triangles are hit, in world space; NaN for a miss.
+    #[must_use]
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+}
+
+impl Renderer {
+    /// Finds what each pixel of a view sees of a frame, on the CPU, and shades nothing. Alpha masks have holes; what is
+    /// behind blended and transmissive surfaces isn't looked for.
+    ///
+    /// ```
+    /// use umbrage::scene::Frame;
+    /// use umbrage::{Renderer, Scene, Seen, Settings};
+    ///
+    /// let frame = Scene::open("demo:shatter?triangles=500")?.at(0.5)?;
+    /// let view = Settings { width: 64, height: 36, ..Settings::default() }.view(&frame)?;
+    /// let mut renderer = Renderer::default();
+    /// let seen = renderer.see(&frame, &view)?;
+    /// let masks = renderer.shadow(&seen, &frame.lights)?;
+    /// let pixels = (0..36).flat_map(|y| (0..64).map(move |x| (x, y)));
+    /// let lit = pixels.filter(|&(x, y)| masks[0].is_lit(x, y)).count();
+    /// let hit = seen.triangles().iter().filter(|&&triangle| triangle != Seen::NO_TRIANGLE).count();
+    /// assert!(0 < lit && lit < hit);
+    /// # Ok::<(), umbrage::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Where the frame is not what [`Frame::check`] asks for, the image has no pixels or too many, or a GPU renders.
+    pub fn see<'a>(&mut self, frame: &'a Frame, view: &View) -> Result<Seen<'a>, Error> {
+        let cpu = self.engine.cpu().ok_or(Error::AnswersOnGpu)?;
+        Settings { width: view.width, height: view.height, ..Settings::default() }.check()?;
+        frame.check()?;
+        Ok(Seen::new(frame, *view, cpu.seen_alone(frame, view)?))
+    }
+
+    /// Finds which of the points that a view sees each light reaches: a mask for each light, in which misses are dark.
+    ///
+    /// Cones and ranges of lights don't count, and lights that cast no shadow reach all points.
+    ///
+    /// # Errors
+    /// Where a light is not what [`Frame::check`] asks for, or a GPU renders.
+    pub fn shadow(&mut self, seen: &Seen<'_>, lights: &[Light]) -> Result<Vec<LightMask>, Error> {
+        let cpu = self.engine.cpu().ok_or(Error::AnswersOnGpu)?;
+        seen.frame.check_lit_by(lights)?;
+        Ok(cpu.lit_alone(seen.frame, lights, &seen.view, &seen.pixels))
+    }
+
+    /// Counts, pixel by pixel, the work of seeing a frame through the middle of each pixel; and, where `light` says which
+    /// of the settings' or else the frame's lights, finds in which cell of its grid each point is that is seen. Only that
+    /// of [specialised](crate::Structure::is_specialised) structures is counted.
+    ///
+    /// [`Renderer::frame`] is the frame of a scene that was just rendered.
+    ///
+    /// # Errors
+    /// As [`Renderer::render_frame`], and where there is no such light, the structure isn't specialised, or a GPU renders.
+    pub fn count_work(
+        &mut self,
+        frame: &Frame,
+        settings: &Settings,
+        light: Option<usize>,
+        counts: &mut WorkCounts,
+    ) -> Result<(), Error> {
+        let cpu = self.engine.cpu().ok_or(Error::CountsOnGpu)?;
+        settings.check()?;
+        if !settings.structure.is_specialised() {
+            return Err(Error::CountsOfStructure);
+        }
+        let lights = settings.lights(frame);
+        frame.check_lit_by(lights)?;
+        let view = settings.view(frame)?;
+        let no_such = |light| Error::NoSuchLight { light, lights: lights.len() };
+        let light = light.map(|light| lights.get(light).ok_or_else(|| no_such(light))).transpose()?;
+        Ok(cpu.count_alone(frame, &view, settings, light.map(|light| &light.source), counts)?)
+    }
+}

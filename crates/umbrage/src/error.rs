@@ -1,0 +1,111 @@
+use std::path::PathBuf;
+
+use umbrage_rays::{ImageTooLarge, ImpossibleKdTreeOptions, ImpossibleUniformOptions};
+use umbrage_scene::BadFrame;
+
+use crate::Settings;
+
+/// Why a frame could not be rendered.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The scene could not be posed.
+    #[error(transparent)]
+    Scene(#[from] umbrage_scene::Error),
+    /// A frame that was made by hand is not what a frame has to be.
+    #[error(transparent)]
+    Frame(#[from] BadFrame),
+    /// The image has more pixels on a side than the structure can sort.
+    #[error(transparent)]
+    ImageTooLarge(#[from] ImageTooLarge),
+    /// The GPU can't do what is asked of it.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] umbrage_gpu::GpuError),
+    /// A light was asked for that isn't there.
+    #[error("there is no light {light}: the scene has {lights}, counted from 0")]
+    NoSuchLight {
+        /// The one that was asked for.
+        light: usize,
+        /// How many there are.
+        lights: usize,
+    },
+    /// A camera was asked for that isn't there.
+    #[error("there is no camera {camera}: the scene has {cameras}, counted from 0")]
+    NoSuchCamera {
+        /// The one that was asked for.
+        camera: usize,
+        /// How many there are.
+        cameras: usize,
+    },
+    /// A side of the image is 0 or longer than [`Settings::MAX_SIDE`].
+    #[error("an image of {width}x{height}: each side must be 1 to {limit} pixels", limit = Settings::MAX_SIDE)]
+    ImageSize {
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+    },
+    /// [`Settings::samples`] is 0 or more than [`Settings::MAX_SAMPLES`].
+    #[error("{0} samples a pixel: there must be 1 to {limit}", limit = Settings::MAX_SAMPLES)]
+    Samples(u32),
+    /// [`Settings::bounces`] is more than [`Settings::MAX_BOUNCES`].
+    #[error("{0} bounces: there must be at most {limit}", limit = Settings::MAX_BOUNCES)]
+    Bounces(u32),
+    /// The uniform grid can't be built so.
+    #[error(transparent)]
+    UniformOptions(#[from] ImpossibleUniformOptions),
+    /// The kd-tree can't be built so.
+    #[error(transparent)]
+    KdTreeOptions(#[from] ImpossibleKdTreeOptions),
+    /// A GPU was asked to follow mirrors.
+    #[error("mirrors are followed on the CPU alone: a GPU takes 0 bounces")]
+    BouncesOnGpu,
+    /// The CPU was asked for a texture.
+    #[error("only a GPU renders to a texture")]
+    TextureOnCpu,
+    /// A GPU was asked for answers without a picture: it finds what is seen and lit only while it renders.
+    #[error("only the CPU sees and shadows without rendering")]
+    AnswersOnGpu,
+    /// A GPU was asked to count work.
+    #[error("the work of pixels is counted on the CPU alone")]
+    CountsOnGpu,
+    /// Work was to be counted in a structure that isn't [specialised](crate::Structure::is_specialised).
+    #[error("the work of pixels is counted in perspective grids alone")]
+    CountsOfStructure,
+    /// A background image could not be read.
+    #[error("{}: {cause}", path.display())]
+    Background {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
+}
+
+impl Error {
+    /// Whether other [`Settings`] would do, for the same scene on the same engine.
+    #[must_use]
+    pub fn is_of_settings(&self) -> bool {
+        match self {
+            Self::NoSuchCamera { .. }
+            | Self::ImageSize { .. }
+            | Self::Samples(_)
+            | Self::Bounces(_)
+            | Self::UniformOptions(_)
+            | Self::KdTreeOptions(_)
+            | Self::BouncesOnGpu
+            | Self::CountsOfStructure => true,
+            Self::Scene(_)
+            | Self::Frame(_)
+            | Self::ImageTooLarge(_)
+            | Self::NoSuchLight { .. }
+            | Self::TextureOnCpu
+            | Self::AnswersOnGpu
+            | Self::CountsOnGpu
+            | Self::Background { .. } => false,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) => false,
+        }
+    }
+}

@@ -1,0 +1,181 @@
+use umbrage_rays::{GridCounts, SeenPixels, SimdLevel, View};
+use umbrage_scene::{Frame, Scene};
+
+use crate::cpu::{Cpu, LightMask, LightWork};
+use crate::engine::{Engine, Output};
+use crate::frame::Subject;
+use crate::{Error, Film, Settings, Stats};
+
+/// Renders frames, one after the other, in the same memory.
+#[derive(Debug)]
+pub struct Renderer {
+    pub(crate) engine: Box<dyn Engine>,
+    /// The frame that the last scene was posed as.
+    pub(crate) posed: Frame,
+    pub(crate) view: Option<View>,
+    pub(crate) film: Film,
+    pub(crate) stats: Stats,
+}
+
+/// On the CPU, with the widest instructions that it has.
+impl Default for Renderer {
+    fn default() -> Self {
+        Self::with_engine(Cpu::default())
+    }
+}
+
+impl Renderer {
+    /// A renderer whose grids use the instructions of `level` rather than the widest; pictures are the same.
+    #[must_use]
+    pub fn with_simd_level(level: SimdLevel) -> Self {
+        Self::with_engine(Cpu::with_level(level))
+    }
+
+    /// A renderer that works on a GPU. Triangles and shadows are the CPU's; colours differ by rounding.
+    ///
+    /// [`Settings::structure`] doesn't matter to it: a GPU has the perspective grid.
+    ///
+    /// # Errors
+    /// Where the device has no memory for fixed tables.
+    #[cfg(feature = "gpu")]
+    pub fn with_gpu(gpu: umbrage_gpu::Gpu) -> Result<Self, Error> {
+        Ok(Self::with_engine(crate::gpu::GpuEngine::new(gpu, umbrage_gpu::CameraOptions::default())?))
+    }
+
+    fn with_engine(engine: impl Engine + 'static) -> Self {
+        let (posed, film, stats) = (Frame::default(), Film::default(), Stats::default());
+        Self { engine: Box::new(engine), posed, view: None, film, stats }
+    }
+
+    /// Renders `scene` at a moment, on the threads of the current rayon pool.
+    ///
+    /// # Errors
+    /// Where the scene can't be posed, the image is too large, or a setting makes no sense.
+    pub fn render(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> Result<&Film, Error> {
+        self.render_subject(Subject::Moment(scene, seconds), settings, Output::Film)?;
+        Ok(&self.film)
+    }
+
+    /// As [`Renderer::render`], on a GPU alone and to a texture of its device, without a copy through the CPU: RGBA8 as
+    /// [`Film::develop_for_screen`] gives it, in the format `Rgba8Unorm` although its values are sRGB-encoded.
+    ///
+    /// The texture is done once what is submitted to the device's queue from now on runs. It stays as it is while the next
+    /// frame is rendered, and is drawn over by the one after that.
+    ///
+    /// No pixel is fetched: [`Renderer::film`], [`Renderer::seen`] and [`Renderer::light_masks`] are empty afterwards.
+    /// [`Stats`] are those of [`Renderer::render`], with the stages `shown` and `develop` in place of `fetch`.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`], and on the CPU; where the image is larger than the device's textures.
+    #[cfg(feature = "gpu")]
+    pub fn render_to_texture(
+        &mut self,
+        scene: &Scene,
+        seconds: f64,
+        settings: &Settings,
+    ) -> Result<umbrage_gpu::wgpu::Texture, Error> {
+        self.render_subject(Subject::Moment(scene, seconds), settings, Output::Texture)?;
+        self.engine.texture().ok_or(Error::TextureOnCpu)
+    }
+
+    /// Renders triangles of your own, on the threads of the current rayon pool. They are borrowed while that runs, and
+    /// nothing of them is copied on the CPU.
+    ///
+    /// Where the next frame has the same [`Frame::mesh`] and [`Frame::materials`] (the same `Arc`s), a GPU takes over only
+    /// what moves. Triangles with a corner that isn't finite are left out, and counted in [`Stats::omitted`]. Without
+    /// lights, in the frame or in the settings, only what is around the scene lights it.
+    ///
+    /// ```
+    /// use umbrage::rays::{Camera, LightSource};
+    /// use umbrage::scene::{Frame, Light};
+    /// use umbrage::{Renderer, Settings};
+    /// use glam::Vec3;
+    ///
+    /// // A triangle that stands on a floor of two.
+    /// let positions = [[-2., 0., -2.], [2., 0., -2.], [2., 0., 2.], [-2., 0., 2.], [-1., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
+    /// let mut frame =
+    ///     Frame::from_triangles(positions.map(Vec3::from).to_vec(), vec![[0, 2, 1], [0, 3, 2], [4, 5, 6]]);
+    /// frame.lights = vec![Light {
+    ///     name: "lamp".into(),
+    ///     source: LightSource::Point { position: Vec3::new(1.0, 3.0, 2.0) },
+    ///     color: Vec3::ONE,
+    ///     intensity: 30.0,
+    ///     range: None,
+    ///     casts_shadow: true,
+    /// }];
+    ///
+    /// let camera = Camera::look_at(Vec3::new(0.0, 2.0, 4.0), Vec3::ZERO, Vec3::Y, 0.8);
+    /// let settings = Settings { width: 64, height: 48, camera: camera.into(), ..Settings::default() };
+    /// let mut renderer = Renderer::default();
+    /// for step in 0..3 {
+    ///     frame.positions[6].x = 0.1 * step as f32;
+    ///     let film = renderer.render_frame(&frame, &settings)?;
+    ///     assert!(film.triangle.contains(&2));
+    /// }
+    /// # Ok::<(), umbrage::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Where the frame is not what [`Frame::check`] asks for, the image is too large, or a setting makes no sense. A frame
+    /// that is refused leaves the last one as it was.
+    pub fn render_frame(&mut self, frame: &Frame, settings: &Settings) -> Result<&Film, Error> {
+        self.render_subject(Subject::Frame(frame), settings, Output::Film)?;
+        Ok(&self.film)
+    }
+
+    /// The last frame's film; empty before the first, and where that went to a texture.
+    #[must_use]
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// What the last frame cost.
+    #[must_use]
+    pub fn stats(&self) -> &Stats {
+        &self.stats
+    }
+
+    /// What the camera was as work for its grid, at the last frame's last sample; zero without a grid.
+    #[must_use]
+    pub fn camera_work(&self) -> GridCounts {
+        self.engine.camera_work()
+    }
+
+    /// What each light was as work for its grid, at the last frame's last sample; empty without a grid.
+    #[must_use]
+    pub fn light_work(&self) -> &[LightWork] {
+        self.engine.light_work()
+    }
+
+    /// What each pixel showed at the last frame's last sample.
+    #[must_use]
+    pub fn seen(&self) -> &SeenPixels {
+        self.engine.seen()
+    }
+
+    /// For each light of the last frame, which pixels it reached at the last sample.
+    #[must_use]
+    pub fn light_masks(&self) -> &[LightMask] {
+        self.engine.light_masks()
+    }
+
+    /// From where the last frame was seen; `None` before the first.
+    #[must_use]
+    pub fn view(&self) -> Option<View> {
+        self.view
+    }
+
+    /// The lights, cameras and materials of the scene at the moment that was rendered last. Where only a GPU has its
+    /// vertices, they are missing: see [`Renderer::frame`].
+    #[must_use]
+    pub fn scenery(&self) -> &Frame {
+        &self.posed
+    }
+
+    /// The scene at the moment that was rendered last, lit as the settings say; empty after [`Renderer::render_frame`],
+    /// whose frame you have. Vertices that only a GPU has are posed for this.
+    #[must_use]
+    pub fn frame(&self) -> &Frame {
+        self.engine.whole_frame(&self.posed)
+    }
+}
