@@ -16,7 +16,7 @@ mod grid;
 mod kernel;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]
-#[path = "../tests/common/layout.rs"]
+#[path = "../tests/gpu/layout.rs"]
 mod layout;
 mod light;
 mod link;

@@ -8,7 +8,7 @@ use tempfile::TempDir;
 use umbrage_scene::rig::Pose;
 use umbrage_scene::{Frame, Scene};
 
-#[path = "../tests/gltf_reader/builder.rs"]
+#[path = "../tests/scene/builder.rs"]
 #[allow(dead_code, reason = "shared with the reader's tests, which use more of it")]
 mod builder;
 

@@ -7,6 +7,6 @@
 pub mod gpu_kdtree;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]
-#[path = "../../gpu/tests/common/layout.rs"]
+#[path = "../../gpu/tests/gpu/layout.rs"]
 mod layout;
 pub mod triangle;

@@ -8,21 +8,15 @@ use crate::skips::count_skipped;
 /// What a test prints at the start of a line on standard error when it finds no adapter.
 const SKIPPED: &str = "skipped-gpu:";
 
-/// The tests that need an adapter, as names of files or beginnings of such. They run apart: those of a file share a device,
-/// so that its kernels are compiled once, which a process for each test would not.
-const TESTS: [&str; 10] =
-    ["device", "exact", "gpu*", "interface", "kdtree", "omit", "primitives", "shade", "shared_device", "tile_order"];
-
-/// Selects them for nextest.
-pub(crate) fn filter() -> String {
-    TESTS.map(|name| format!("binary(#{name})")).join(" or ")
-}
+/// The test programs that need an adapter are called so. Those of one share a device, so that its kernels are compiled
+/// once, which a process for each test would not.
+pub(crate) const TEST: &str = "gpu";
 
 /// The tests that need an adapter. On a machine that could have Mesa's software adapter, it is a failure if they find
 /// none.
 pub(crate) fn check(root: &Path) -> Outcome {
     let mut test = cargo_workspace(root, &["test", "--no-fail-fast"]);
-    test.args(TESTS.iter().flat_map(|name| ["--test", name])).args(["--", "--nocapture"]);
+    test.args(["--test", TEST, "--", "--nocapture"]);
     match count_skipped(&mut test, SKIPPED) {
         Ok(skipped) => judge(skipped, debian::can_have(debian::SOFTWARE_ADAPTER)),
         Err(why) => Outcome::Failed(why),

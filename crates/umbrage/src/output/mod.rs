@@ -1,7 +1,7 @@
 //! Image files, animations and raw video.
 //!
 //! [`Writer`] takes finished frames and writes any of the formats. A file appears under its own name only when it is
-//! whole: until then it is a hidden file beside it, `.NAME.partial-PROCESS-N`, which is removed when the writer is
+//! whole: until then it is a hidden file beside it, `.NAME.partial-…`, which is removed when the writer is
 //! dropped unfinished. Only killing the process can leave such a file behind.
 
 mod apng;

@@ -1,9 +1,8 @@
-use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+
+use tempfile::TempPath;
 
 use super::Error;
 
@@ -13,13 +12,8 @@ pub(crate) struct PartialFile {
     /// The name that was asked for.
     path: PathBuf,
     file: Arc<File>,
-    renaming: Option<Renaming>,
-}
-
-#[derive(Debug)]
-struct Renaming {
-    from: PathBuf,
-    to: PathBuf,
+    /// Where the file is and what it becomes, if it isn't written directly. Dropping the first removes it.
+    renaming: Option<(TempPath, PathBuf)>,
 }
 
 impl PartialFile {
@@ -37,8 +31,16 @@ impl PartialFile {
             Ok(_) => fs::canonicalize(path).map_err(refused)?,
             Err(_) => path.to_owned(),
         };
-        let (file, from) = create_hidden_beside(&to).map_err(refused)?;
-        Ok(Self { path: path.to_owned(), file: Arc::new(file), renaming: Some(Renaming { from, to }) })
+        let mut hidden = tempfile::Builder::new();
+        let prefix = format!(".{}.partial-", to.file_name().unwrap_or_default().to_string_lossy());
+        hidden.prefix(&prefix);
+        // As for any new file, not for its owner alone. The umask applies.
+        #[cfg(unix)]
+        hidden.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        // In the same folder, since renaming works only within a file system.
+        let folder = to.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let (file, from) = hidden.tempfile_in(folder).map_err(refused)?.into_parts();
+        Ok(Self { path: path.to_owned(), file: Arc::new(file), renaming: Some((from, to)) })
     }
 
     /// Where to write to; give it back (drop it) before [`PartialFile::keep`].
@@ -52,45 +54,15 @@ impl PartialFile {
     }
 
     /// Gives the file its name, in place of what had it before.
-    pub(crate) fn keep(mut self) -> Result<(), Error> {
-        let Some(Renaming { from, to }) = &self.renaming else { return Ok(()) };
-        fs::rename(from, to).map_err(|source| Error::write(&self.path, source))?;
-        self.renaming = None;
-        Ok(())
+    pub(crate) fn keep(self) -> Result<(), Error> {
+        let Some((from, to)) = self.renaming else { return Ok(()) };
+        from.persist(to).map_err(|refused| Error::write(&self.path, refused.error))
     }
-}
-
-impl Drop for PartialFile {
-    fn drop(&mut self) {
-        if let Some(Renaming { from, .. }) = &self.renaming {
-            // Nobody is left to be told where this fails.
-            let _ = fs::remove_file(from);
-        }
-    }
-}
-
-/// Creates a file that nothing else has opened, in the folder of `path`.
-fn create_hidden_beside(path: &Path) -> io::Result<(File, PathBuf)> {
-    static COUNT: AtomicU32 = AtomicU32::new(0);
-    const ATTEMPTS: u32 = 1000;
-    let name = path.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "no file name"))?;
-    let mut taken = io::Error::from(io::ErrorKind::AlreadyExists);
-    for _ in 0..ATTEMPTS {
-        let mut hidden = OsString::from(".");
-        hidden.push(name);
-        hidden.push(format!(".partial-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
-        let hidden = path.with_file_name(hidden);
-        match OpenOptions::new().write(true).create_new(true).open(&hidden) {
-            Ok(file) => return Ok((file, hidden)),
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => taken = error,
-            Err(error) => return Err(error),
-        }
-    }
-    Err(taken)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::ffi::OsString;
     use std::io::Write;
 
     use super::*;
@@ -161,5 +133,17 @@ mod tests {
         device.file().write_all(b"gone").unwrap();
         device.keep().unwrap();
         assert!(!fs::metadata("/dev/null").unwrap().is_file());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn whoever_may_read_a_new_file_may_read_this() {
+        use std::os::unix::fs::PermissionsExt;
+
+        let folder = tempfile::tempdir().unwrap();
+        let mode = |name: &str| fs::metadata(folder.path().join(name)).unwrap().permissions().mode();
+        fs::write(folder.path().join("plain"), b"").unwrap();
+        PartialFile::create(&folder.path().join("a.png")).unwrap().keep().unwrap();
+        assert_eq!(mode("a.png"), mode("plain"));
     }
 }

@@ -1,0 +1,136 @@
+//! `umbrage info`, and what the command says about itself.
+
+use std::fs;
+
+use crate::support::{self, Workplace};
+
+#[test]
+fn info_shows_what_is_in_a_scene() {
+    let place = Workplace::new();
+    let (stdout, _) = place.succeed(&["info", "scene.gltf"]);
+    for part in [
+        "scene.gltf: glTF scene",
+        "triangles    1\n",
+        "bounds       (-1, -1, 0) to (1, 1, 0)",
+        "`paint`",
+        "`lamp` point 60 candela",
+        "2: `front` at (0, 0, 5), `far` at (0, 0, 25)",
+        "`slide` 0.500 s, plays",
+    ] {
+        assert!(stdout.contains(part), "{part} in {stdout}");
+    }
+    let (stdout, _) = place.succeed(&["info", "scene.gltf", "--animation", "none"]);
+    assert!(stdout.contains("`slide` 0.500 s\n"), "{stdout}");
+}
+
+#[test]
+fn info_builds_a_tree_where_that_is_asked_for() {
+    let place = Workplace::new();
+    let scene = ["info", "demo:cloth?triangles=300"];
+    let (stdout, _) = place.succeed(&[&scene[..], &["--structure", "--kd-builder", "presorted"]].concat());
+    for name in ["presorted builder", "depth", "leaves", "references", "SAH cost", "memory"] {
+        assert!(stdout.contains(name), "{name} in {stdout}");
+    }
+    let (stdout, _) = place.succeed(&[&scene[..], &["--structure", "--json"]].concat());
+    let contents: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
+    let tree = &contents["structure"];
+    let number = |name: &str| tree[name].as_f64().unwrap_or_default();
+    // A binary tree with all triangles in its leaves.
+    assert_eq!(number("nodes"), 2.0 * number("leaves") - 1.0, "{tree}");
+    assert!(number("references") >= contents["triangles"].as_f64().unwrap_or(f64::MAX), "{tree}");
+    assert!(number("sah_cost") > 1.0 && number("depth") > 3.0, "{tree}");
+    let (stdout, _) = place.succeed(&[&scene[..], &["--json"]].concat());
+    assert!(!stdout.contains("sah_cost"), "{stdout}");
+    assert!(place.fail(2, &[&scene[..], &["--kd-layout", "subtrees"]].concat()).contains("--structure"));
+}
+
+#[test]
+fn info_comes_as_json() {
+    let place = Workplace::new();
+    let (stdout, _) = place.succeed(&["info", "scene.gltf", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(json["triangles"], 1);
+    assert_eq!(json["duration_seconds"], 0.5);
+    assert_eq!(json["animations"][0]["plays"], true);
+    assert_eq!(json["lights"][0]["kind"], "point");
+    assert_eq!(json["bounds"][1][1], 1.0);
+    assert_eq!(place.fail(2, &["info", "none.obj"]).lines().count(), 2);
+}
+
+#[test]
+fn help_version_pages_and_completions_are_there() {
+    let place = Workplace::new();
+    for page in [&["--help"][..], &["render", "--help"], &["-h"]] {
+        let (stdout, _) = place.succeed(page);
+        assert!(stdout.contains("Examples:") && stdout.contains("Exit codes:"), "{stdout}");
+    }
+    let (stdout, _) = place.succeed(&["--version"]);
+    assert_eq!(stdout.trim(), concat!("umbrage ", env!("CARGO_PKG_VERSION")));
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        assert!(place.succeed(&["completions", shell]).0.contains("orbit-light"), "{shell}");
+    }
+    let (stdout, _) = place.succeed(&["man"]);
+    assert!(stdout.contains(".TH umbrage 1") && stdout.contains("Exit codes"), "{stdout}");
+    fs::create_dir(place.path("man1")).unwrap();
+    place.succeed(&["man", "--dir", "man1"]);
+    assert!(fs::read_to_string(place.path("man1/umbrage-render.1")).unwrap().contains("orbit"));
+    assert!(place.fail(1, &["man", "--dir", "none"]).contains("none: can't be written"));
+}
+
+#[test]
+fn the_gallery_is_listed() {
+    let place = Workplace::new();
+    let (stdout, _) = place.succeed(&["info"]);
+    assert!(stdout.contains("demo:cloth ") && stdout.contains("?triangles=N"), "{stdout}");
+    let (stdout, _) = place.succeed(&["info", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    for demo in json.as_array().unwrap() {
+        assert!(demo["triangles"].as_u64().unwrap() > 0 && demo["scene"].as_str().unwrap().starts_with("demo:"));
+    }
+    let (stdout, _) = place.succeed(&["info", "demo:cloth?triangles=300"]);
+    assert!(stdout.contains("demo:cloth?triangles=300: built-in scene"), "{stdout}");
+}
+
+/// The commands of the examples in `--help`, without the programs that they are piped into.
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+fn examples(help: &str) -> Vec<Vec<String>> {
+    let (_, behind) = help.split_once("Examples:\n").unwrap();
+    let (examples, _) = behind.split_once("\n\n").unwrap();
+    let lines = examples.lines().filter_map(|line| line.strip_prefix("  umbrage "));
+    let words = |line: &str| {
+        let command = line.split('|').next().unwrap().trim();
+        command.split_whitespace().map(|word| word.trim_matches('\'').to_owned()).collect()
+    };
+    lines.map(words).collect()
+}
+
+#[test]
+fn examples_of_the_help_work() {
+    let place = Workplace::new();
+    let (help, _) = place.succeed(&["--help"]);
+    // Windows have a test of their own, `view`.
+    let examples: Vec<_> = examples(&help).into_iter().filter(|words| words[0] != "view").collect();
+    assert!(examples.len() >= 11, "{help}");
+    for mut words in examples {
+        let example = words.join(" ");
+        for word in &mut words {
+            if let Some(demo) = word.strip_prefix("demo:") {
+                *word = format!("demo:{}?triangles=300", demo.split('?').next().unwrap());
+            }
+        }
+        let mut arguments: Vec<&str> = words.iter().map(String::as_str).collect();
+        if ["render", "heatmap"].contains(&arguments[0]) {
+            arguments.extend(["--size", "16x9"]);
+        }
+        if words.contains(&"y4m".to_owned()) || words.contains(&"--frames".to_owned()) {
+            // The last of two is what counts.
+            arguments.extend(["--frames", "0..2"]);
+        }
+        let output = place.run(&arguments);
+        assert!(output.status.success(), "{example}: {}", support::text(&output.stderr));
+    }
+    let names = place.names();
+    for name in ["umbrage.png", "glass.png", "shatter.gif", "cloth_0001.exr", "orbit.apng", "1.png"] {
+        assert!(names.iter().any(|found| found == name), "{name} in {names:?}");
+    }
+}

@@ -1,0 +1,279 @@
+//! `umbrage render`: what it writes, and what each option changes.
+
+use std::fs;
+
+use crate::support::{Workplace, decode_png, text};
+
+/// The sum of all levels.
+fn brightness(pixels: &[[u8; 3]]) -> u32 {
+    pixels.as_flattened().iter().map(|&level| u32::from(level)).sum()
+}
+
+#[test]
+fn a_still_is_a_picture_of_the_scene() {
+    let place = Workplace::new();
+    let (stdout, stderr) = place.succeed(&["render", "scene.gltf", "--size", "16x12"]);
+    assert_eq!(stdout, "");
+    assert!(stderr.contains("umbrage.png") && stderr.contains("scene.gltf (1 triangle) at 16x12"), "{stderr}");
+    assert_eq!(place.names(), ["umbrage.png"]);
+    let pixels = decode_png(&place.path("umbrage.png"));
+    let [red, green, _] = pixels[6 * 16 + 8];
+    assert!(red > green + 60, "the painted triangle is in the middle: {red} {green}");
+}
+
+#[test]
+fn every_format_is_written() {
+    let place = Workplace::new();
+    for (name, start) in [
+        ("a.png", &b"\x89PNG"[..]),
+        ("a.EXR", b"\x76\x2f\x31\x01"),
+        ("a.gif", b"GIF89a"),
+        ("a.apng", b"\x89PNG"),
+        ("a.y4m", b"YUV4MPEG2 W16 H12 F24:1 "),
+    ] {
+        place.succeed(&["render", "scene.gltf", "--size", "16x12", "--frames", "0..1", "-o", name]);
+        assert!(fs::read(place.path(name)).unwrap().starts_with(start), "{name}");
+    }
+    place.succeed(&["render", "scene.gltf", "--size", "16x12", "--format", "exr", "-o", "b.bin"]);
+    assert!(fs::read(place.path("b.bin")).unwrap().starts_with(b"\x76\x2f\x31\x01"));
+    assert_eq!(place.names(), ["a.EXR", "a.apng", "a.gif", "a.png", "a.y4m", "b.bin"]);
+}
+
+#[test]
+fn bit_depths_change_the_file() {
+    let place = Workplace::new();
+    place.succeed(&["render", "scene.gltf", "--size", "16x12", "--bit-depth", "16", "-o", "a.png"]);
+    let reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(place.path("a.png")).unwrap()));
+    assert_eq!(reader.read_info().unwrap().info().bit_depth, png::BitDepth::Sixteen);
+    let contains = |name: &str, bits: &str| {
+        place.succeed(&["render", "scene.gltf", "--size", "64x64", "--bit-depth", bits, "-o", name]);
+        fs::metadata(place.path(name)).unwrap().len()
+    };
+    assert!(contains("half.exr", "16") < contains("full.exr", "32"));
+}
+
+#[test]
+fn frames_are_numbered_and_move() {
+    let place = Workplace::new();
+    place.succeed(&["render", "scene.gltf", "--size", "16x12", "--frames", "2..5", "--fps", "12"]);
+    assert_eq!(place.names(), ["umbrage_0002.png", "umbrage_0003.png", "umbrage_0004.png"]);
+    let frame = decode_png(&place.path("umbrage_0003.png"));
+    assert_ne!(frame, decode_png(&place.path("umbrage_0002.png")));
+    assert_eq!(frame, place.picture(&["--time", "0.25"]), "frame 3 at 12 a second is second 0.25");
+}
+
+#[test]
+fn an_animation_is_shown_whole() {
+    let place = Workplace::new();
+    place.succeed(&["render", "scene.gltf", "--size", "16x12", "--fps", "10", "-o", "a.gif"]);
+    let mut decoder = gif::DecodeOptions::new().read_info(fs::File::open(place.path("a.gif")).unwrap()).unwrap();
+    let mut frames = 0;
+    while decoder.read_next_frame().unwrap().is_some_and(|frame| frame.delay == 10) {
+        frames += 1;
+    }
+    assert_eq!(frames, 5);
+}
+
+#[test]
+fn raw_video_goes_to_standard_output() {
+    let place = Workplace::new();
+    let arguments = ["render", "scene.gltf", "--size", "15x11", "--format", "y4m", "-o", "-", "--fps", "30000/1001"];
+    let output = place.run(&[&arguments[..], &["--frames", "0..=1", "--stats", "json"]].concat());
+    assert!(output.status.success());
+    let header_end = output.stdout.iter().position(|&byte| byte == b'\n').unwrap();
+    assert_eq!(
+        text(&output.stdout[..header_end]),
+        "YUV4MPEG2 W15 H11 F30000:1001 Ip A1:1 C420jpeg XCOLORRANGE=LIMITED"
+    );
+    let frame = b"FRAME\n".len() + 15 * 11 + 2 * 8 * 6;
+    assert_eq!(output.stdout.len(), header_end + 1 + 2 * frame);
+    assert!(output.stdout[header_end + 1 + frame..].starts_with(b"FRAME\n"));
+    assert!(text(&output.stderr).contains("\"frames\": ["), "the statistics make way for the video");
+    assert!(place.names().is_empty());
+    let full = place.run(&[&arguments[..], &["--frames", "0..1", "--chroma", "444"]].concat());
+    assert_eq!(full.stdout.len(), full.stdout.iter().position(|&byte| byte == b'\n').unwrap() + 1 + 6 + 3 * 15 * 11);
+}
+
+#[test]
+fn cameras_are_chosen_by_name_number_or_place() {
+    let place = Workplace::new();
+    let own = place.picture(&[]);
+    assert_eq!(place.picture(&["--camera", "front"]), own);
+    let far = place.picture(&["--camera", "far"]);
+    assert_ne!(far, own);
+    assert_eq!(place.picture(&["--camera", "1"]), far);
+    // 0.9 radians, as the file says.
+    assert_eq!(place.picture(&["--camera", "0,0,25:0,0,0:51.5662"]), far);
+    let below = place.picture(&["--camera", "-0.5,-2,5:0,0,0"]);
+    assert!(below != own && below != far);
+    let refused = place.fail(2, &["render", "scene.gltf", "--camera", "nearby"]);
+    assert!(refused.contains("no camera `nearby`") && refused.contains("1 `far`"), "{refused}");
+}
+
+#[test]
+fn lights_replace_the_scenes() {
+    let place = Workplace::new();
+    let dark = ["--background", "#000000"];
+    let lit = |flags: &[&str]| brightness(&place.picture(&[&dark[..], flags].concat()));
+    assert!(lit(&[]) > 0);
+    assert_eq!(lit(&["--light", "point:0,0,3:0"]), 0, "a light without strength gives none");
+    let one = lit(&["--light", "sun:0,0,-1:1"]);
+    assert!(one > 0 && lit(&["--light", "sun:0,0,-1:1", "--light", "point:0,0,3:5"]) > one);
+    assert!(lit(&["--light", "spot:0,0,3:0,0,0:20:9"]) > 0);
+    assert_eq!(lit(&["--light", "spot:0,0,3:0,0,9:20:9"]), 0, "the cone points away");
+    let red = place.picture(&["--background", "0,0,0", "--light", "sun:0,0,-1:2:1,0,0"]);
+    assert!(red.iter().any(|pixel| pixel[0] > 0));
+}
+
+#[test]
+fn an_orbiting_light_goes_round_once() {
+    let place = Workplace::new();
+    let flags = ["render", "scene.gltf", "--animation", "none", "--background", "#000000", "--size", "16x12"];
+    place.succeed(&[&flags[..], &["--orbit-light", "--frames", "0..4", "-o", "%d.png"]].concat());
+    let frames = ["0.png", "1.png", "2.png", "3.png"].map(|name| decode_png(&place.path(name)));
+    assert_eq!(frames[0], place.picture(&["--animation", "none", "--background", "#000000"]));
+    // The lamp at (1, 2, 3) goes to (3, 2, −1), (−1, 2, −3) and (−3, 2, 1); the triangle faces it from z = 0.
+    let [first, behind, opposite, last] = frames.each_ref().map(|frame| brightness(frame));
+    assert!(first > last && last > 0 && behind == 0 && opposite == 0, "{first} {behind} {opposite} {last}");
+}
+
+#[test]
+fn pictures_follow_exposure_tone_map_and_background() {
+    let place = Workplace::new();
+    let plain = place.picture(&[]);
+    assert!(brightness(&place.picture(&["--exposure", "-2"])) < brightness(&plain));
+    assert!(brightness(&place.picture(&["--exposure", "1"])) > brightness(&plain));
+    assert_ne!(place.picture(&["--exposure", "3", "--tone-map", "clip"]), place.picture(&["--exposure", "3"]));
+    let corner = place.picture(&["--background", "#204060", "--tone-map", "clip"])[0];
+    assert_eq!(corner, [0x20, 0x40, 0x60]);
+    assert_eq!(place.picture(&["--background", "0,0,1", "--tone-map", "clip"])[0], [0, 0, 255]);
+    fs::copy(place.path("picture.png"), place.path("sky.png")).unwrap();
+    assert_ne!(place.picture(&["--background", "sky.png"]), plain);
+}
+
+#[test]
+fn threads_do_not_change_the_picture_and_samples_smooth_it() {
+    let place = Workplace::new();
+    let one = place.picture(&["--threads", "1"]);
+    assert_eq!(place.picture(&["--threads", "3"]), one);
+    assert_ne!(place.picture(&["--samples", "8"]), one);
+}
+
+#[test]
+fn simd_levels_do_not_change_the_picture() {
+    let place = Workplace::new();
+    let widest = place.picture(&[]);
+    for level in umbrage::rays::SimdLevel::available() {
+        assert_eq!(place.picture(&["--simd", level.name()]), widest, "{level}");
+    }
+}
+
+#[test]
+fn animations_are_chosen() {
+    let place = Workplace::new();
+    let rest = place.picture(&["--time", "0.25", "--animation", "none"]);
+    assert_eq!(rest, place.picture(&[]));
+    let moved = place.picture(&["--time", "0.25", "--animation", "slide"]);
+    assert_ne!(moved, rest);
+    assert_eq!(place.picture(&["--time", "0.25", "--animation", "0"]), moved);
+    assert_eq!(place.picture(&["--time", "0.25", "--animation", "all"]), moved);
+    assert!(place.fail(2, &["render", "scene.gltf", "--animation", "jump"]).contains("jump"));
+}
+
+#[test]
+fn statistics_come_as_text_or_json() {
+    let place = Workplace::new();
+    let flags = ["render", "scene.gltf", "--size", "16x12", "--frames", "0..3", "-o", "%d.png", "--stats"];
+    let (stdout, stderr) = place.succeed(&[&flags[..], &["text"]].concat());
+    assert_eq!(stdout, "");
+    for part in [
+        "3 frames",
+        "see",
+        "shadow",
+        "camera rays",
+        "192",
+        "triangles",
+        "pixel)",
+        "settled by the predicate",
+        "for 192 rays",
+    ] {
+        assert!(stderr.contains(part), "{part} in {stderr}");
+    }
+    let (stdout, _) = place.succeed(&[&flags[..], &["json"]].concat());
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(json["frames"].as_array().unwrap().len(), 3);
+    assert_eq!(json["frames"][2]["camera_rays"], 192);
+    assert_eq!(json["frames"][1]["triangles"], 1);
+    assert_eq!(json["frames"][2]["settled_camera_rays"]["of_rays"], 192);
+    assert!(json["frames"][2]["settled_shadow_rays"]["tests"].is_u64());
+    assert!(json["median"]["render_milliseconds"].as_f64().unwrap() > 0.0);
+    let stages: Vec<&str> =
+        json["median"]["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap()).collect();
+    assert!(stages.contains(&"see") && stages.contains(&"shadow"), "{stages:?}");
+}
+
+#[test]
+fn pipes_see_no_progress_and_quiet_says_nothing() {
+    let place = Workplace::new();
+    // Long enough for the bar to come, were standard error a terminal.
+    let flags = ["render", "scene.gltf", "--size", "1000x1000", "--samples", "3", "--frames", "0..8", "-o", "a.y4m"];
+    let (_, stderr) = place.succeed(&flags);
+    assert!(!stderr.contains(['\r', '\x1b']) && stderr.lines().count() == 1, "{stderr:?}");
+    let (stdout, stderr) = place.succeed(&["render", "scene.gltf", "--size", "16x12", "-q"]);
+    assert_eq!((stdout.as_str(), stderr.as_str()), ("", ""));
+}
+
+#[test]
+fn blocks_of_light_rays_change_no_pixel() {
+    let place = Workplace::new();
+    let render = |name: &str, flags: &[&str]| {
+        let fixed = ["render", "demo:marbles?triangles=800", "--size", "40x30", "-o", name];
+        place.succeed(&[&fixed, flags].concat());
+        decode_png(&place.path(name))
+    };
+    let listed = ["--structure", "listed"];
+    let first = render("a.png", &listed);
+    let blocks = ["--light-cells", "9", "--light-rays", "16", "--light-triangles", "3"];
+    assert_eq!(render("b.png", &[&listed[..], &blocks].concat()), first);
+    let refused = |flags: &[&str]| place.fail(2, &[&["render", "scene.gltf"], flags].concat());
+    assert!(refused(&["--light-rays", "16"]).contains("--structure listed"));
+    assert!(refused(&["--structure", "listed", "--light-cells", "0"]).contains("1 to 2048"));
+    assert!(refused(&["--structure", "listed", "--light-rays", "5000"]).contains("1 to 4096"));
+}
+
+#[test]
+fn kd_trees_change_no_pixel() {
+    let place = Workplace::new();
+    let render = |flags: &[&str]| {
+        let fixed = ["render", "demo:glass?triangles=800", "--size", "40x30", "--bounces", "2", "-o", "a.png"];
+        place.succeed(&[&fixed, flags].concat());
+        decode_png(&place.path("a.png"))
+    };
+    let first = render(&[]);
+    let tree = ["--structure", "kdtree"];
+    for flags in [
+        &["--kd-builder", "naive", "--kd-layout", "subtrees"][..],
+        &["--kd-traversal", "short-stack:3", "--kd-lazy", "100"],
+        &["--kd-traversal", "restart"],
+    ] {
+        assert_eq!(render(&[&tree, flags].concat()), first, "{flags:?}");
+    }
+    let refused = |flags: &[&str]| place.fail(2, &[&["render", "scene.gltf"], flags].concat());
+    assert!(refused(&["--kd-traversal", "restart"]).contains("--structure kdtree"));
+    assert!(refused(&["--structure", "kdtree", "--kd-builder", "best"]).contains("presorted"));
+    assert!(refused(&["--structure", "kdtree", "--kd-traversal", "short-stack:0"]).contains("1 to 48"));
+    assert!(refused(&["--structure", "kdtree", "--kd-lazy", "5000"]).contains("4096"));
+}
+
+#[test]
+fn mirrors_are_followed_where_that_is_asked_for() {
+    let place = Workplace::new();
+    let render = |bounces: &str| {
+        place.succeed(&["render", "demo:glass", "--size", "64x40", "--bounces", bounces, "-o", "a.png"]);
+        decode_png(&place.path("a.png"))
+    };
+    assert!(render("0") != render("1"), "a mirror shows the other balls");
+    let refused = |flags: &[&str]| place.fail(2, &[&["render", "scene.gltf"], flags].concat());
+    assert!(refused(&["--bounces", "1025"]).contains("1024"));
+    assert!(refused(&["--bounces", "1", "--engine", "gpu"]).contains("CPU"));
+}

@@ -1,0 +1,85 @@
+//! Whether a struct of Rust is, byte by byte, what a shader reads.
+
+use naga::{Expression, Literal, Module, TypeInner};
+
+/// A struct of Rust that shaders read: made by [`layout!`].
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    /// What it is called in Rust and in WGSL.
+    pub(crate) name: &'static str,
+    pub(crate) size: usize,
+    pub(crate) members: Vec<Member>,
+}
+
+/// A member of such a struct.
+#[derive(Clone, Debug)]
+pub(crate) struct Member {
+    pub(crate) name: &'static str,
+    pub(crate) offset: usize,
+    pub(crate) size: usize,
+}
+
+/// The layout of a struct and of the members that its shader declares, in order. Padding is left out.
+macro_rules! layout {
+    ($type:ident { $($member:ident),* $(,)? }) => {
+        $crate::layout::Layout {
+            name: stringify!($type),
+            size: size_of::<$type>(),
+            members: vec![$($crate::layout::Member {
+                name: stringify!($member),
+                offset: std::mem::offset_of!($type, $member),
+                size: $crate::layout::size_of_member(|of: &$type| &of.$member),
+            }),*],
+        }
+    };
+}
+pub(crate) use layout;
+
+/// How large what a function points at is.
+pub(crate) fn size_of_member<T, M>(_: impl Fn(&T) -> &M) -> usize {
+    size_of::<M>()
+}
+
+/// A shader's text without the lines that import others, read by naga.
+///
+/// # Panics
+/// If it is no valid WGSL.
+pub(crate) fn module(text: &str) -> Module {
+    let own: String =
+        text.lines().filter(|line| !line.starts_with("import ")).map(|line| format!("{line}\n")).collect();
+    naga::front::wgsl::parse_str(&own).unwrap_or_else(|error| panic!("{}", error.emit_to_string(&own)))
+}
+
+/// What differs between a struct of Rust and the one of the same name in a shader; nothing where they are alike.
+pub(crate) fn differences(module: &Module, layout: &Layout) -> Vec<String> {
+    let name = layout.name;
+    let found = module.types.iter().find(|(_, of)| of.name.as_deref() == Some(name));
+    let Some(TypeInner::Struct { members, span }) = found.map(|(_, of)| &of.inner) else {
+        return vec![format!("the shader has no struct {name}")];
+    };
+    let mut complaints = Vec::new();
+    if *span as usize != layout.size {
+        complaints.push(format!("{name}: {} bytes in Rust, {span} in WGSL", layout.size));
+    }
+    if members.len() != layout.members.len() {
+        complaints.push(format!("{name}: {} members in Rust, {} in WGSL", layout.members.len(), members.len()));
+    }
+    for (rust, wgsl) in layout.members.iter().zip(members) {
+        let size = module.types[wgsl.ty].inner.size(module.to_ctx()) as usize;
+        let of_wgsl = (wgsl.name.as_deref().unwrap_or_default(), wgsl.offset as usize, size);
+        let of_rust = (rust.name, rust.offset, rust.size);
+        if of_rust != of_wgsl {
+            complaints.push(format!("{name}: name, offset and size are {of_rust:?} in Rust, {of_wgsl:?} in WGSL"));
+        }
+    }
+    complaints
+}
+
+/// The value of a u32 constant of a shader; `None` where there is none of that name.
+pub(crate) fn constant(module: &Module, name: &str) -> Option<u32> {
+    let (_, constant) = module.constants.iter().find(|(_, of)| of.name.as_deref() == Some(name))?;
+    match module.global_expressions[constant.init] {
+        Expression::Literal(Literal::U32(value)) => Some(value),
+        _ => None,
+    }
+}

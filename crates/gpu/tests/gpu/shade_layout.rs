@@ -1,0 +1,138 @@
+//! What Rust writes for the shading kernels is what they read.
+
+use umbrage_gpu::shade::{
+    DevelopSettings, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture, Texels,
+};
+
+use crate::layout::{constant, differences, layout, module};
+
+#[test]
+fn structs_are_those_of_the_shaders() {
+    let tables = module(include_str!("../../src/shade/tables.wgsl"));
+    let layouts = [
+        layout!(ShadeSample {
+            position,
+            projection,
+            right,
+            half_height,
+            up,
+            footprint,
+            forward,
+            footprint_per_depth,
+            offset_pixels,
+            size_pixels,
+            miss_depth,
+            words_per_light,
+            is_first_sample,
+            is_first_layer,
+            is_last_layer,
+            first_plane,
+            through_plane,
+            first_row,
+            image_height,
+        }),
+        layout!(ShadeSurroundings { irradiance, color, kind, panorama_size, panorama_levels, panorama_word }),
+        layout!(ShadeScene {
+            surroundings,
+            material_word,
+            normal_word,
+            tangent_word,
+            color_word,
+            tex_coord_words,
+            light_count,
+        }),
+        layout!(ShadeLight { position, kind, direction, range, emitted, outer_cosine, cosine_span }),
+        layout!(ShadeMaterial {
+            base_color,
+            emissive,
+            metallic,
+            roughness,
+            ior,
+            transmission,
+            normal_scale,
+            occlusion_strength,
+            is_blended,
+            is_unlit,
+            textures,
+        }),
+        layout!(ShadeTexture {
+            matrix,
+            translation,
+            size,
+            wrap,
+            levels,
+            levels_word,
+            tex_coord_set,
+            is_nearest,
+            is_srgb,
+        }),
+    ];
+    for of_rust in layouts {
+        assert_eq!(differences(&tables, &of_rust), [""; 0]);
+    }
+    let develop = module(before_entries(include_str!("../../src/shade/develop.wgsl")));
+    assert_eq!(
+        differences(&develop, &layout!(DevelopSettings { weight, exposure, tone_map, width, height, row_pixels })),
+        [""; 0]
+    );
+}
+
+#[test]
+fn constants_are_those_of_the_shaders() {
+    let tables = module(include_str!("../../src/shade/tables.wgsl"));
+    for (name, value) in [
+        ("NO_WORD", ShadeScene::NO_WORD),
+        ("NO_TRIANGLE", umbrage_rays::SeenPixels::NONE),
+        ("PROJECTION_PERSPECTIVE", ShadeSample::PERSPECTIVE),
+        ("PROJECTION_ORTHOGRAPHIC", ShadeSample::ORTHOGRAPHIC),
+        ("SURROUNDINGS_COLOR", ShadeSurroundings::COLOR),
+        ("SURROUNDINGS_SKY", ShadeSurroundings::SKY),
+        ("SURROUNDINGS_IMAGE", ShadeSurroundings::IMAGE),
+        ("LIGHT_POINT", ShadeLight::POINT),
+        ("LIGHT_SPOT", ShadeLight::SPOT),
+        ("LIGHT_DIRECTIONAL", ShadeLight::DIRECTIONAL),
+        ("MOST_LIGHTS", ShadeLight::MOST as u32),
+        ("TEXTURE_BASE_COLOR", ShadeMaterial::BASE_COLOR as u32),
+        ("TEXTURE_METALLIC_ROUGHNESS", ShadeMaterial::METALLIC_ROUGHNESS as u32),
+        ("TEXTURE_NORMAL", ShadeMaterial::NORMAL as u32),
+        ("TEXTURE_OCCLUSION", ShadeMaterial::OCCLUSION as u32),
+        ("TEXTURE_EMISSIVE", ShadeMaterial::EMISSIVE as u32),
+        ("TEXTURE_TRANSMISSION", ShadeMaterial::TRANSMISSION as u32),
+        ("WRAP_REPEAT", ShadeTexture::REPEAT),
+        ("WRAP_MIRRORED_REPEAT", ShadeTexture::MIRRORED_REPEAT),
+        ("WRAP_CLAMP_TO_EDGE", ShadeTexture::CLAMP_TO_EDGE),
+        ("LINEAR_FROM_SRGB_WORD", Texels::LINEAR_FROM_SRGB_WORD),
+        ("SPECULAR_ALBEDO_WORD", Texels::SPECULAR_ALBEDO_WORD),
+        ("SPECULAR_ALBEDO_SIDE", Texels::ALBEDO_SIDE as u32),
+    ] {
+        assert_eq!(constant(&tables, name), Some(value), "{name}");
+    }
+    let develop = module(before_entries(include_str!("../../src/shade/develop.wgsl")));
+    for (name, value) in [("TONE_MAP_NEUTRAL", DevelopSettings::NEUTRAL), ("TONE_MAP_CLIP", DevelopSettings::CLIP)] {
+        assert_eq!(constant(&develop, name), Some(value), "{name}");
+    }
+    assert_eq!(constant(&tables, "NO_SUCH_CONSTANT"), None);
+}
+
+#[test]
+fn the_comparison_finds_each_kind_of_difference() {
+    #[repr(C)]
+    struct Pair {
+        first: [f32; 3],
+        second: u32,
+    }
+    let of_rust = layout!(Pair { first, second });
+    let complaints = |wgsl: &str| differences(&module(wgsl), &of_rust).len();
+    assert_eq!(complaints("struct Pair { first: vec3<f32>, second: u32 }"), 0);
+    assert_eq!(complaints("struct Other { first: vec3<f32>, second: u32 }"), 1);
+    assert_eq!(complaints("struct Pair { second: vec3<f32>, first: u32 }"), 2);
+    // The second member starts behind the padding of the first, and all of it becomes larger.
+    assert_eq!(complaints("struct Pair { first: vec4<f32>, second: u32 }"), 3);
+    assert_eq!(complaints("struct Pair { first: vec3<f32>, second: vec2<u32> }"), 2);
+    assert_eq!(complaints("struct Pair { first: vec3<f32> }"), 1);
+}
+
+/// The declarations of a shader whose functions need what it imports.
+fn before_entries(text: &str) -> &str {
+    text.split_once("@compute").map_or(text, |(before, _)| before)
+}

@@ -1,0 +1,203 @@
+//! What an MTL library and its textures become.
+
+use glam::{Vec2, Vec3, Vec4};
+use umbrage_scene::{Alpha, Frame, Material, Texture, TextureUse};
+
+use crate::files::{self, folder, open_path};
+
+/// An OBJ with one triangle in each of the materials.
+fn obj(materials: &[&str]) -> String {
+    let faces: String = materials.iter().map(|name| format!("usemtl {name}\nf 1/1 2/1 3/1\n")).collect();
+    format!("mtllib my library.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n{faces}")
+}
+
+/// A TGA image without compression, its upper row first.
+fn tga([width, height]: [u8; 2], texels: &[[u8; 4]]) -> Vec<u8> {
+    let mut bytes = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, width, 0, height, 0, 32, 0x28];
+    bytes.extend(texels.iter().flat_map(|[r, g, b, a]| [b, g, r, a]));
+    bytes
+}
+
+/// A BMP image of 24 bits a texel and one row.
+fn bmp(texels: &[[u8; 3]]) -> Vec<u8> {
+    let row = (3 * texels.len()).next_multiple_of(4);
+    let mut bytes = b"BM".to_vec();
+    let u32s = |values: &[u32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+    bytes.extend(u32s(&[54 + row as u32, 0, 54, 40, texels.len() as u32, 1, 1 | 24 << 16, 0, row as u32, 0, 0, 0, 0]));
+    bytes.extend(texels.iter().flat_map(|[r, g, b]| [b, g, r]));
+    bytes.resize(54 + row, 0);
+    bytes
+}
+
+fn load(library: &str, images: &[(&str, &[u8])], names: &[&str]) -> Result<(Frame, Vec<String>), String> {
+    let obj = obj(names);
+    let mut files = vec![("a.obj", obj.as_bytes()), ("my library.mtl", library.as_bytes())];
+    files.extend(images);
+    let folder = folder(&files);
+    open_path(&folder.path().join("a.obj"))
+}
+
+/// The only material of a library, and the textures and warnings that come with it.
+fn material(statements: &str, images: &[(&str, &[u8])]) -> (Material, Vec<Texture>, Vec<String>) {
+    let (frame, warnings) = load(&format!("newmtl it\n{statements}\n"), images, &["it"]).expect("a readable file");
+    (frame.materials.materials[0].clone(), frame.materials.textures.clone(), warnings)
+}
+
+/// The texel in column `x` of an image of one row.
+fn texel(texture: &Texture, x: u32) -> Vec4 {
+    texture.sample(Vec2::new((x as f32 + 0.5) / texture.size()[0] as f32, 0.5), 0.0)
+}
+
+#[test]
+fn faces_have_the_material_that_they_use() {
+    let library = "newmtl red\nKd 1 0 0\nnewmtl unused\nmap_Kd missing.png\nnewmtl deep blue\n  Kd\t0 0 0.5 \n";
+    let (frame, warnings) = load(library, &[], &["deep blue", "red", "deep blue"]).unwrap();
+    assert_eq!(warnings, [""; 0], "textures of materials that nothing uses are not looked for");
+    assert_eq!(frame.mesh.material_of_triangle, [0, 1, 0]);
+    let colors: Vec<_> = frame.materials.materials.iter().map(|material| material.base_color).collect();
+    assert_eq!(colors, [Vec4::new(0.0, 0.0, 0.5, 1.0), Vec4::new(1.0, 0.0, 0.0, 1.0)]);
+    assert_eq!(frame.materials.materials[0].name, "deep blue");
+}
+
+#[test]
+fn numbers_become_a_metallic_roughness_material() {
+    let (plain, _, warnings) = material("Kd 0.5\nKe 1 2 3\nNi 1.33\nillum 2\nKa 1 1 1\nTf 1 1 1\nNs 100", &[]);
+    assert_eq!(warnings, [""; 0]);
+    assert_eq!(plain.base_color, Vec4::new(0.5, 0.5, 0.5, 1.0));
+    assert_eq!((plain.emissive, plain.ior), (Vec3::new(1.0, 2.0, 3.0), 1.33));
+    assert_eq!((plain.roughness, plain.metallic, plain.alpha), (1.0, 0.0, Alpha::Opaque), "no Ks, no highlight");
+    let (shiny, ..) = material("Ks 0.5 0.5 0.5\nNs 30", &[]);
+    // α² = 2 / (30 + 2) = 1/16, so α = 1/4 and its root is 1/2.
+    assert!((shiny.roughness - 0.5).abs() < 1e-6, "{}", shiny.roughness);
+    let (physical, ..) = material("Ks 1 1 1\nNs 30\nPr 0.25\nPm 0.75\nNi 0", &[]);
+    assert_eq!((physical.roughness, physical.metallic, physical.ior), (0.25, 0.75, 1.5));
+}
+
+#[test]
+fn opacity_blends_whether_it_is_said_as_d_or_as_tr() {
+    for statements in ["d 0.25", "Tr 0.75", "d -halo 0.25"] {
+        let (material, ..) = material(statements, &[]);
+        assert_eq!((material.base_color.w, material.alpha), (0.25, Alpha::Blend), "{statements}");
+    }
+    assert_eq!(material("d 1\nTr 0", &[]).0.alpha, Alpha::Opaque);
+}
+
+#[test]
+fn a_color_texture_is_srgb_and_placed_by_its_options() {
+    let image = bmp(&[[255, 0, 0], [0, 128, 0]]);
+    let statement = "map_Kd -blendu on -s 2 4 1 -o 0.25 0.5 -mm 0 1 -clamp on C:\\art\\two texels.bmp";
+    let (material, textures, warnings) = material(statement, &[("two texels.bmp", &image)]);
+    assert_eq!(warnings, [""; 0]);
+    assert_eq!(textures.len(), 1);
+    assert_eq!(texel(&textures[0], 0), Vec4::new(1.0, 0.0, 0.0, 1.0));
+    // IEC 61966-2-1: 128/255 encodes 0.215861.
+    assert!(texel(&textures[0], 1).abs_diff_eq(Vec4::new(0.0, 0.215_861, 0.0, 1.0), 1e-5));
+    let placed = material.base_color_texture.unwrap();
+    // Upright (u, v) go to (2u + 0.25, 4v + 0.5); here v is counted from above on both sides.
+    let (u, v) = (0.125, 0.75);
+    let expected = Vec2::new(2.0 * u + 0.25, 1.0 - (4.0 * v + 0.5));
+    assert_eq!(placed.image_coords([Vec2::new(u, 1.0 - v), Vec2::ZERO]), expected);
+}
+
+#[test]
+fn an_opacity_texture_makes_a_mask() {
+    let color = bmp(&[[255, 255, 255], [0, 0, 0]]);
+    let holes = bmp(&[[0, 0, 0], [255, 255, 255], [255, 255, 255], [0, 0, 0]]);
+    let images: [(&str, &[u8]); 2] = [("color.bmp", &color), ("holes.bmp", &holes)];
+    let (both, textures, warnings) = material("map_Kd color.bmp\nmap_d holes.bmp", &images);
+    assert_eq!(warnings, [""; 0]);
+    assert_eq!((both.alpha, textures.len()), (Alpha::Mask { cutoff: 0.5 }, 1));
+    let texels: Vec<_> = (0..4).map(|x| texel(&textures[0], x)).map(|texel| (texel.x, texel.w)).collect();
+    assert_eq!(texels, [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)]);
+    let (alone, textures, _) = material("Kd 1 0 0\nmap_d holes.bmp", &images);
+    assert_eq!(alone.base_color_texture, Some(TextureUse::new(0)));
+    assert_eq!((texel(&textures[0], 0), texel(&textures[0], 1)), (Vec4::new(1.0, 1.0, 1.0, 0.0), Vec4::ONE));
+}
+
+#[test]
+fn roughness_and_metal_textures_share_one_image() {
+    let (rough, metal) = (bmp(&[[51, 51, 51]]), bmp(&[[102, 102, 102]]));
+    let images: [(&str, &[u8]); 2] = [("r.bmp", &rough), ("m.bmp", &metal)];
+    let (both, textures, _) = material("Pm 0\nmap_Pr r.bmp\nmap_Pm m.bmp", &images);
+    assert_eq!((both.roughness, both.metallic), (1.0, 1.0), "a factor of zero would hide the texture");
+    assert_eq!(both.metallic_roughness_texture, Some(TextureUse::new(0)));
+    assert!(texel(&textures[0], 0).abs_diff_eq(Vec4::new(1.0, 0.2, 0.4, 1.0), 1e-6));
+    let (one, textures, _) = material("Pm 0.5\nmap_Pr r.bmp", &images);
+    assert_eq!((one.roughness, one.metallic), (1.0, 0.5));
+    assert!(texel(&textures[0], 0).abs_diff_eq(Vec4::new(1.0, 0.2, 1.0, 1.0), 1e-6));
+}
+
+#[test]
+fn a_normal_map_is_linear_and_an_emissive_one_needs_no_factor() {
+    let image = bmp(&[[128, 128, 255]]);
+    let (material, textures, warnings) = material("norm -bm 0.5 n.bmp\nKe 0 0 0\nmap_Ke n.bmp", &[("n.bmp", &image)]);
+    assert_eq!(warnings, [""; 0]);
+    let texture = |placed: Option<TextureUse>| texel(&textures[placed.unwrap().texture as usize], 0);
+    assert!((texture(material.normal_texture).x - 128.0 / 255.0).abs() < 1e-6);
+    assert_eq!(material.normal_scale, 0.5);
+    assert!((texture(material.emissive_texture).x - 0.215_861).abs() < 1e-5);
+    assert_eq!(material.emissive, Vec3::ONE);
+}
+
+#[test]
+fn a_tga_image_is_read_though_nothing_in_it_says_what_it_is() {
+    let image = tga([2, 1], &[[255, 0, 0, 9], [0, 0, 255, 200]]);
+    let (_, textures, warnings) = material("map_Kd t.tga\nmap_d t.tga", &[("t.tga", &image)]);
+    assert_eq!(warnings, [""; 0]);
+    assert_eq!(texel(&textures[0], 0), Vec4::new(1.0, 0.0, 0.0, 9.0 / 255.0));
+    assert_eq!(texel(&textures[0], 1), Vec4::new(0.0, 0.0, 1.0, 200.0 / 255.0));
+}
+
+#[test]
+fn a_texture_is_loaded_once_for_all_materials() {
+    let image = bmp(&[[1, 2, 3]]);
+    let library = "newmtl a\nmap_Kd t.bmp\nnewmtl b\nmap_Kd -s 2 2 2 t.bmp\nnewmtl c\nmap_Kd -clamp on t.bmp\n";
+    let (frame, _) = load(library, &[("t.bmp", &image)], &["a", "b", "c"]).unwrap();
+    let places: Vec<_> =
+        frame.materials.materials.iter().map(|material| material.base_color_texture.unwrap().texture).collect();
+    assert_eq!(places, [0, 0, 1], "clamped is another texture");
+}
+
+#[test]
+fn what_is_missing_is_a_warning() {
+    let (frame, warnings) = files::open("a.obj", obj(&["gone", "away"]).as_bytes()).unwrap();
+    assert_eq!(frame.materials.materials.len(), 2);
+    assert_eq!(warnings.len(), 3, "{warnings:?}");
+    assert!(warnings[0].contains("`my` is not there") && warnings[1].contains("`library.mtl` is not there"));
+    assert!(warnings[2].contains("2 materials are defined nowhere") && warnings[2].contains("`gone`"));
+
+    let (material, textures, warnings) = material("map_Kd gone.png\nmap_Bump b.png\nmap_Ks k.png", &[]);
+    assert_eq!((material.base_color_texture, textures.len(), warnings.len()), (None, 0, 3));
+    assert!(warnings[0].contains("material `it`: left out `map_Bump` is a height field"), "{warnings:?}");
+    assert!(warnings[1].contains("left out `map_Ks`") && warnings[2].contains("`gone.png` is not there"));
+}
+
+#[test]
+fn images_that_cannot_be_read_are_warnings() {
+    let good = bmp(&[[255, 0, 0]]);
+    let (broken, textures, warnings) = material("map_Kd t.png", &[("t.png", &good[..40])]);
+    assert_eq!((broken.base_color_texture, textures.len()), (None, 0));
+    assert!(warnings[0].contains("t.png") && warnings[0].contains("not"), "{warnings:?}");
+    let images: [(&str, &[u8]); 2] = [("c.bmp", &good), ("d.bmp", b"nothing")];
+    let (half, textures, warnings) = material("map_Kd c.bmp\nmap_d d.bmp", &images);
+    assert_eq!((half.alpha, half.base_color_texture), (Alpha::Opaque, Some(TextureUse::new(0))));
+    assert_eq!((texel(&textures[0], 0), warnings.len()), (Vec4::new(1.0, 0.0, 0.0, 1.0), 1));
+}
+
+#[test]
+fn faults_in_a_library_name_its_line() {
+    for (library, expected) in [
+        ("Kd 1 1 1\n", "line 1: `Kd` before the first `newmtl`"),
+        ("newmtl it\nKd 1 1\n", "line 2: `Kd`: 2 numbers where 3 are needed"),
+        ("newmtl it\nKd\n", "line 2: `Kd`: no number"),
+        ("newmtl it\nKd 1 nan 1\n", "line 2: `Kd`: `nan` is not finite"),
+        ("newmtl it\nd half\n", "line 2: `d`: `half` is not a number"),
+        ("newmtl it\nNs\n", "line 2: `Ns`: no number"),
+        ("newmtl it\nmap_Kd -clamp on\n", "line 2: `map_Kd`: no file name"),
+        ("newmtl it\nmap_Kd\n", "line 2: `map_Kd`: no file name"),
+        ("newmtl it\nnorm -bm strong a.png\n", "line 2: `norm`: `strong` is not a number"),
+    ] {
+        let error = load(library, &[], &["it"]).unwrap_err();
+        assert!(error.contains("my library.mtl: ") && error.contains(expected), "{library:?}: {error}");
+    }
+}

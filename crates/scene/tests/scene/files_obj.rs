@@ -1,0 +1,118 @@
+//! What an OBJ file says, vertex by vertex.
+
+use glam::{Vec2, Vec3};
+use umbrage_scene::Material;
+
+use crate::files::{self, frame, open, warning};
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+#[test]
+fn faces_without_normals_or_materials_are_flat_clay() {
+    let frame = frame("a.obj", format!("# a triangle\n{TRIANGLE}f 1 2 3\n").as_bytes());
+    assert_eq!(frame.positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    assert_eq!(frame.mesh.triangles, [[0, 1, 2]]);
+    assert_eq!(frame.mesh.material_of_triangle, [0]);
+    assert!(frame.normals.is_empty() && frame.tangents.is_empty() && frame.mesh.colors.is_empty());
+    assert!(frame.mesh.tex_coords.iter().all(Vec::is_empty));
+    let [material] = frame.materials.materials.as_slice() else { panic!("{:?}", frame.materials) };
+    assert_eq!(*material, Material::clay());
+}
+
+#[test]
+fn polygons_become_fans() {
+    let text = "v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n";
+    assert_eq!(frame("a.obj", text.as_bytes()).mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+}
+
+#[test]
+fn negative_indices_count_back_from_where_they_stand() {
+    let text = format!("{TRIANGLE}f -3 -2 -1\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf -3 -2 -1\n");
+    let frame = frame("a.obj", text.as_bytes());
+    assert_eq!(frame.mesh.triangles, [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(frame.positions[3], Vec3::new(5.0, 0.0, 0.0));
+}
+
+#[test]
+fn positive_indices_may_point_ahead() {
+    let frame = frame("a.obj", format!("f 1 2 3\n{TRIANGLE}f 3 2 1\n").as_bytes());
+    assert_eq!(frame.mesh.triangles, [[0, 1, 2], [2, 1, 0]]);
+}
+
+#[test]
+fn corners_are_shared_only_where_everything_is_the_same() {
+    let text = format!(
+        "{TRIANGLE}v 1 1 0\nvt 0 0\nvt 1 0.25\nvn 0 0 2\nvn 0 3 0\n\
+         o one\nf 1/1/1 2/1/1 3/2/1\no two\ng three\nf 1/1/1 3/2/1 4/1/1\nf 1/1/2 3/1/1 4//1\nf 1 2/1 3\n"
+    );
+    let frame = frame("a.obj", text.as_bytes());
+    assert_eq!(frame.mesh.triangles, [[0, 1, 2], [0, 2, 3], [4, 5, 6], [7, 8, 9]]);
+    let normals = [Vec3::Z, Vec3::Z, Vec3::Z, Vec3::Z, Vec3::Y, Vec3::Z, Vec3::Z, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO];
+    assert_eq!(frame.normals, normals);
+    // OBJ's (0, 0) is the lower left corner of the image, a frame's the upper left.
+    let (lower, upper, none) = (Vec2::new(0.0, 1.0), Vec2::new(1.0, 0.75), Vec2::ZERO);
+    let coords = [lower, lower, upper, lower, lower, lower, none, none, lower, none];
+    assert_eq!(frame.mesh.tex_coords[0], coords);
+    assert_eq!(frame.positions[6], Vec3::new(1.0, 1.0, 0.0));
+}
+
+#[test]
+fn vertex_colors_are_srgb_and_missing_ones_white() {
+    let text = "v 0 0 0\nv 1 0 0 1 0.5 0\nv 0 1 0\nv 9 9 9 1\nf 1 2 3\n";
+    let colors = frame("a.obj", text.as_bytes()).mesh.colors.clone();
+    assert_eq!(colors.len(), 3);
+    assert_eq!((colors[0], colors[2]), (glam::Vec4::ONE, glam::Vec4::ONE));
+    // IEC 61966-2-1: 0.5 encodes 0.214041.
+    assert!(colors[1].abs_diff_eq(glam::Vec4::new(1.0, 0.214_041, 0.0, 1.0), 1e-6), "{}", colors[1]);
+}
+
+#[test]
+fn lines_may_be_continued_and_end_in_crlf() {
+    let text = format!("{}f 1 \\\r\n 2 \\\r\n 3 # and a comment\r\n", TRIANGLE.replace('\n', "\r\n"));
+    assert_eq!(frame("a.obj", text.as_bytes()).mesh.triangles, [[0, 1, 2]]);
+}
+
+#[test]
+fn what_is_left_out_is_counted() {
+    let shape = format!("{TRIANGLE}f 1 2 3\n");
+    let lines = warning("a.obj", format!("{shape}l 1 2\np 1\n").as_bytes());
+    assert!(lines.contains("2 statements that draw lines or points"), "{lines}");
+    let small = warning("a.obj", format!("{shape}f 1 2\nf\n").as_bytes());
+    assert!(small.contains("2 faces with fewer than three corners"), "{small}");
+    let unknown = warning("a.obj", format!("{shape}cstype bezier\ncurv 0 1\n").as_bytes());
+    assert!(unknown.contains("2 unknown statements, the first being `cstype` on line 5"), "{unknown}");
+    assert!(warning("a.obj", b"v 0 0 0\n").contains("no faces"));
+    assert!(warning("a.obj", b"").contains("no faces"));
+}
+
+#[test]
+fn nan_and_infinite_positions_are_kept_for_the_count_of_omitted_triangles() {
+    let frame = frame("a.obj", format!("{TRIANGLE}v nan inf -inf\nf 1 2 3\nf 1 2 4\n").as_bytes());
+    assert!(frame.positions[3].x.is_nan());
+    assert_eq!(frame.triangles().omitted().not_finite.count, 1);
+}
+
+#[test]
+fn faults_name_the_file_the_line_and_the_cause() {
+    for (text, expected) in [
+        ("v 0 0\n", "line 1: 2 numbers where 3 are needed"),
+        ("v 0 zero 0\n", "line 1: `zero` is not a number"),
+        ("\n\nvn 1 2\n", "line 3: 2 numbers where 3 are needed"),
+        ("vt\n", "line 1: 0 numbers where 1 are needed"),
+        ("v 0 0 0\nf 1 1 0\n", "line 2: vertex 0: indices count from 1"),
+        ("v 0 0 0\nf 1 1 -2\n", "line 2: vertex -2 is not there: the file has 1 so far"),
+        ("v 0 0 0\nf 1 1 2\n", "line 2: vertex 2 is not there: the file has 1"),
+        ("v 0 0 0\nf 1 1 4294967295\n", "line 2: vertex 4294967295 is not there"),
+        ("v 0 0 0\nf 1 1 4294967296\n", "line 2: vertex 4294967296 is not there"),
+        ("v 0 0 0\nf 1 1 -9223372036854775808\n", "line 2: vertex -9223372036854775808 is not there"),
+        ("v 0 0 0\nf 1 1 99999999999999999999\n", "line 2: `99999999999999999999` is not a number"),
+        ("v 0 0 0\nf 1 1 1/2\n", "line 2: texture coordinate 2 is not there: the file has 0"),
+        ("v 0 0 0\nf 1//1 1 1\n", "line 2: normal 1 is not there: the file has 0"),
+        ("v 0 0 0\nf 1//// 1 1\n", "line 2: `1////` has more than three indices"),
+        ("v 0 0 0\nf one 1 1\n", "line 2: `one` is not a number"),
+    ] {
+        let error = open("broken.obj", text.as_bytes()).unwrap_err();
+        assert!(error.contains("broken.obj: ") && error.contains(expected), "{text:?}: {error}");
+    }
+    assert!(files::open_path("not/there.obj".as_ref()).unwrap_err().contains("there.obj"));
+}

@@ -1,0 +1,98 @@
+//! What an STL file says, in text and in binary.
+
+use glam::Vec3;
+
+use crate::files::{self, CUBE_POSITIONS, CUBE_TRIANGLES, corners, cube_stl_binary, frame, open, warning};
+
+const FACET: &str = "facet normal nan -nan(ind) 0\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  vertex 0 1 0\n \
+                     endloop\nendfacet\n";
+
+/// A binary file with these corners.
+fn binary(header: &[u8], triangles: &[[[f32; 3]; 3]]) -> Vec<u8> {
+    let mut bytes = header.to_vec();
+    bytes.resize(80, 0);
+    bytes.extend((triangles.len() as u32).to_le_bytes());
+    for triangle in triangles {
+        bytes.extend(files::floats(&[f32::NAN; 3], false));
+        bytes.extend(files::floats(triangle.as_flattened(), false));
+        bytes.extend([0xff, 0xff]);
+    }
+    bytes
+}
+
+#[test]
+fn a_text_is_flat_and_its_normals_are_not_read() {
+    let text = format!("solid a vertex facet\n{FACET}endsolid\n");
+    let frame = frame("a.stl", text.as_bytes());
+    assert_eq!(frame.positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    assert_eq!(frame.mesh.triangles, [[0, 1, 2]]);
+    assert!(frame.normals.is_empty());
+}
+
+#[test]
+fn texts_may_have_several_solids_in_any_case_and_crlf() {
+    let text = format!("solid a\n{FACET}endsolid a\nsolid b\n{FACET}endsolid b\n").to_uppercase().replace('\n', "\r\n");
+    let frame = frame("a.STL", text.as_bytes());
+    assert_eq!(frame.mesh.triangles, [[0, 1, 2]; 2]);
+}
+
+#[test]
+fn equal_corners_are_welded_and_no_others() {
+    let cube = frame("a.stl", &cube_stl_binary());
+    assert_eq!(cube.positions.len(), 8);
+    let expected: Vec<_> =
+        CUBE_TRIANGLES.iter().map(|triangle| triangle.map(|vertex| CUBE_POSITIONS[vertex])).collect();
+    assert_eq!(corners(&cube), expected);
+
+    let near = 1.0 + f32::EPSILON;
+    let triangles = [[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0; 3]], [[-0.0, 0.0, 1.0], [near, 0.0, 0.0], [0.0; 3]]];
+    assert_eq!(frame("a.stl", &binary(b"", &triangles)).mesh.triangles, [[0, 1, 2], [0, 3, 2]]);
+
+    let nan = f32::NAN;
+    let triangles = [[[nan, 0.0, 0.0], [1.0; 3], [2.0; 3]], [[nan, 0.0, 0.0], [3.0; 3], [4.0; 3]]];
+    let broken = frame("a.stl", &binary(b"", &triangles));
+    assert_eq!(broken.mesh.triangles, [[0, 1, 2], [0, 3, 4]]);
+    assert_eq!(broken.triangles().omitted().not_finite.count, 2);
+}
+
+#[test]
+fn a_binary_file_may_begin_like_a_text() {
+    let triangle = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let mut bytes = binary(b"solid facet normal 0 0 0", &[triangle; 3]);
+    assert_eq!(frame("a.stl", &bytes).mesh.triangles, [[0, 1, 2]; 3]);
+    // With more behind it, what is in the file decides.
+    bytes[..80].fill(b' ');
+    bytes[..10].copy_from_slice(b"solid cube");
+    bytes.extend([1, 2, 3]);
+    assert!(warning("a.stl", &bytes).contains("left out 3 bytes"));
+}
+
+#[test]
+fn a_text_without_an_end_or_without_anything_is_a_warning() {
+    let unfinished = warning("a.stl", format!("solid\n{FACET}").as_bytes());
+    assert!(unfinished.contains("without `endsolid`"), "{unfinished}");
+    assert!(warning("a.stl", b"solid\nendsolid\n").contains("no triangles"));
+    assert!(warning("a.stl", &binary(b"", &[])).contains("no triangles"));
+}
+
+#[test]
+fn faults_name_the_file_the_place_and_the_cause() {
+    let triangle = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let short = &binary(b"", &[triangle; 3])[..84 + 120];
+    let lines = |lines: &[&str]| lines.join("\n").into_bytes();
+    for (bytes, expected) in [
+        (short.to_vec(), "byte 204: the file ends here, after 2 of the 3 triangles"),
+        (b"".to_vec(), "byte 0: the file ends here, before the count"),
+        (lines(&["solid", "facet", "vertex 1 2 3", "vertex 1 2 x"]), "line 4: `x` is not a number"),
+        (lines(&["solid", "facet", "vertex 1 2"]), "line 3: a vertex has 3 coordinates"),
+        (lines(&["solid", "facet", "vertex 1 2 3", "endfacet"]), "line 4: a facet of 1 vertices instead of 3"),
+        (lines(&["solid", "facet", "vertex 1 2 3"]), "line 3: the file ends inside a facet"),
+        (lines(&["solid", "vertex 1 2 3"]), "line 2: `vertex` is out of place"),
+        (lines(&["solid", "facet", "facet"]), "line 3: `facet` is out of place"),
+        (lines(&["solid", "facet", "endsolid"]), "line 3: `endsolid` is out of place"),
+        (lines(&["solid", "surprise"]), "line 2: `surprise` is out of place"),
+    ] {
+        let error = open("broken.stl", &bytes).unwrap_err();
+        assert!(error.contains("broken.stl: ") && error.contains(expected), "{expected}: {error}");
+    }
+}

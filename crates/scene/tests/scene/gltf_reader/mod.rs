@@ -1,0 +1,8 @@
+//! The glTF reader against hand-computed values and broken files.
+
+mod animation;
+mod broken;
+mod look;
+mod mesh;
+mod pose;
+mod rig;

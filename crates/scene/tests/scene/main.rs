@@ -1,0 +1,14 @@
+//! The scene crate's tests, as one program: linking one takes less time than linking ten.
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
+mod builder;
+mod files;
+mod files_bad_input;
+mod files_materials;
+mod files_obj;
+mod files_ply;
+mod files_sequence;
+mod files_stl;
+mod gltf_reader;
+mod opacity;
+mod pose_allocations;

@@ -1,0 +1,56 @@
+//! Posing into a frame that has been posed before takes nothing from the heap.
+
+use serde_json::json;
+use umbrage_scene::Frame;
+
+use crate::builder::{Builder, U8};
+
+/// A strip of 20,000 vertices, skinned and morphed, with a moving light and camera: enough for many pieces of work.
+fn moving_scene() -> Builder {
+    let mut file = Builder::new();
+    let count = 20_000_u16;
+    let positions: Vec<_> = (0..count).map(|vertex| [f32::from(vertex / 2), f32::from(vertex % 2), 0.0]).collect();
+    let positions = file.floats(&positions);
+    let normals = file.floats(&vec![[0.0, 0.0, 1.0]; usize::from(count)]);
+    let tangents = file.floats(&vec![[1.0, 0.0, 0.0, 1.0]; usize::from(count)]);
+    let weights = file.floats(&vec![[0.5, 0.5, 0.0, 0.0]; usize::from(count)]);
+    let joints = file.accessor(U8, "VEC4", usize::from(count), &[0, 1, 0, 0].repeat(usize::from(count)));
+    let attributes = json!({
+        "POSITION": positions, "NORMAL": normals, "TANGENT": tangents, "JOINTS_0": joints, "WEIGHTS_0": weights,
+    });
+    let targets = json!([{ "POSITION": normals, "NORMAL": normals, "TANGENT": normals }]);
+    let mesh = file.mesh(attributes, json!({ "mode": 5, "targets": targets }));
+    let light = json!({ "KHR_lights_punctual": { "light": 0 } });
+    file.json["nodes"] = json!([
+        { "mesh": mesh, "skin": 0 },
+        { "children": [2] },
+        { "camera": 0, "extensions": light },
+    ]);
+    file.json["skins"] = json!([{ "joints": [1, 2] }]);
+    file.json["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 1, "znear": 1 } }]);
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point", "name": "lamp" }] } });
+    file.animate(1, "rotation", "LINEAR", &[0.0, 1.0], &[[0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]);
+    file.animate(2, "translation", "CUBICSPLINE", &[0.0, 1.0], &[[1.0; 3]; 6]);
+    file.animate(0, "weights", "LINEAR", &[0.0, 1.0], &[[0.0], [1.0]]);
+    file
+}
+
+#[test]
+fn later_poses_allocate_nothing() {
+    let scene = moving_scene().open().unwrap();
+    // On one thread, as the queues between several are allocated by the thread pool now and then.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        let mut frame = Frame::default();
+        let none = allocations::on_this_thread();
+        scene.pose(0.0, &mut frame).unwrap();
+        let before = allocations::on_this_thread();
+        assert!(before > none, "the first pose is counted");
+        for step in 1..20 {
+            scene.pose(f64::from(step) / 10.0, &mut frame).unwrap();
+        }
+        let after = allocations::on_this_thread();
+        assert_eq!(after - before, 0, "allocations in 19 poses");
+        assert_eq!((frame.cameras.len(), frame.lights.len()), (1, 1));
+    });
+}

@@ -1,0 +1,128 @@
+//! Rays through the kd-tree on the GPU against the CPU's, which the predicate is asked about: equal bit for bit.
+
+#[path = "../../../gpu/tests/gpu/common.rs"]
+#[allow(dead_code, reason = "shared with the tests of stages, which use more of it")]
+mod common;
+mod frames;
+mod rays;
+#[path = "../../../rays/tests/rays/support/mod.rs"]
+mod support;
+mod visits;
+
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+
+use glam::DVec3;
+use support::Mesh;
+use umbrage_gpu::{Geometry, Gpu, Recorder};
+use umbrage_rays::predicate::HitPoint;
+use umbrage_rays::{Hit, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray};
+use umbrage_study::gpu_kdtree::{KdFrame, KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
+
+/// A device with all kernels.
+struct Device {
+    gpu: Gpu,
+    frame: KdFrame,
+}
+
+/// One for all tests: software adapters take seconds to compile the kernels. `None` where there is no adapter.
+fn device() -> Option<MutexGuard<'static, Device>> {
+    static DEVICE: OnceLock<Option<Mutex<Device>>> = OnceLock::new();
+    let device = DEVICE.get_or_init(|| {
+        let gpu = common::gpu()?;
+        let frame = KdFrame::new(&gpu, KdTracerOptions::DEFAULT);
+        Some(Mutex::new(Device { gpu, frame }))
+    });
+    // A test that has failed leaves nothing that the next one would build on.
+    let mut device = device.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
+    let Device { gpu, frame } = &mut *device;
+    frame.set_options(gpu, KdTracerOptions::DEFAULT);
+    Some(device)
+}
+
+/// Single rays in each way, and packets.
+fn walks() -> Vec<KdTracerOptions> {
+    let single = |traversal| KdTracerOptions { traversal, packet: None, counts: true };
+    let packet = |traversal, lanes| KdTracerOptions { packet: Some(lanes), ..single(traversal) };
+    vec![
+        single(KdTraversal::Stack),
+        single(KdTraversal::Restart),
+        single(KdTraversal::PushDown),
+        single(KdTraversal::ShortStack(1)),
+        single(KdTraversal::ShortStack(4)),
+        packet(KdTraversal::Restart, 8),
+        packet(KdTraversal::PushDown, 16),
+        packet(KdTraversal::ShortStack(3), 64),
+        packet(KdTraversal::Stack, 4),
+    ]
+}
+
+/// A scene with its tree, on both sides.
+struct Scene {
+    mesh: Mesh,
+    tree: KdTree,
+    geometry: Geometry,
+    nodes: KdNodes,
+}
+
+impl Scene {
+    fn new(gpu: &Gpu, mesh: Mesh, options: KdTreeOptions) -> Self {
+        let (mut geometry, mut nodes) = (Geometry::new(gpu), KdNodes::new(gpu));
+        let mut tree = KdTree::default();
+        tree.set_options(options).expect("possible options");
+        tree.build(mesh.triangles());
+        geometry.write(gpu, mesh.triangles(), |_| 0).expect("room");
+        nodes.write(gpu, &tree).expect("room");
+        Self { mesh, tree, geometry, nodes }
+    }
+}
+
+/// What a tracer says of rays.
+fn nearest(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, rays: &[(Ray, Option<u32>)]) -> Vec<Option<Hit>> {
+    let mut records = KdRecords::new(gpu);
+    records.write_rays(gpu, rays.iter().copied(), tracer.options().lanes()).expect("room");
+    loop {
+        tracer.prepare(gpu, rays.len() as u32, 1).expect("room");
+        let mut recorder = Recorder::new(gpu);
+        tracer.record_nearest(gpu, &mut recorder, &scene.geometry, &scene.nodes, &records);
+        recorder.submit()().expect("done");
+        if tracer.finish(gpu).expect("done") {
+            return tracer.read_hits(gpu, rays.len()).expect("read");
+        }
+    }
+}
+
+/// What a tracer says of points and lights.
+fn blocked(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, questions: &[(LightSource, HitPoint, u32)]) -> Vec<bool> {
+    let mut records = KdRecords::new(gpu);
+    records.write_shadows(gpu, questions.iter().copied(), tracer.options().lanes()).expect("room");
+    loop {
+        tracer.prepare(gpu, questions.len() as u32, 1).expect("room");
+        let mut recorder = Recorder::new(gpu);
+        tracer.record_blocked(gpu, &mut recorder, &scene.geometry, &scene.nodes, &records);
+        recorder.submit()().expect("done");
+        if tracer.finish(gpu).expect("done") {
+            return tracer.read_shadows(gpu, questions.len()).expect("read");
+        }
+    }
+}
+
+fn bits(hit: Option<Hit>) -> Option<(u32, u64, [u32; 2])> {
+    hit.map(|hit| (hit.triangle, hit.t.to_bits(), hit.barycentric.map(f32::to_bits)))
+}
+
+/// Compares with the CPU; how many rays hit, and what that took.
+fn check(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, rays: &[(Ray, Option<u32>)]) -> (usize, KdTracerWork) {
+    let found = nearest(gpu, tracer, scene, rays);
+    let mut hits = 0;
+    for ((ray, own), found) in rays.iter().zip(found) {
+        let expected = scene.tree.nearest(scene.mesh.triangles(), ray, |hit| Some(hit.triangle) != *own);
+        assert_eq!(bits(found), bits(expected), "{ray:?} without {own:?}, {:?}", tracer.options());
+        hits += usize::from(expected.is_some());
+    }
+    (hits, tracer.work()[0])
+}
+
+/// Rays without a triangle of their own.
+fn free(rays: impl IntoIterator<Item = Ray>) -> Vec<(Ray, Option<u32>)> {
+    rays.into_iter().filter(|ray| ray.direction != DVec3::ZERO).map(|ray| (ray, None)).collect()
+}

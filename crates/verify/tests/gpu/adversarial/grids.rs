@@ -1,0 +1,182 @@
+//! The GPU's grids, in all the forms that they have, against what is true.
+
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+
+use glam::Vec3;
+use umbrage_gpu::{CameraGrid, CameraOptions, Geometry, Gpu, GpuError, LightGrid, Recorder, Sight};
+use umbrage_rays::{
+    LightGrid as CpuLightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, TileOrder, Triangles, Unmasked,
+    View,
+};
+use umbrage_verify::lights::point;
+use umbrage_verify::views::{OFFSET_PIXELS, camera, view};
+use umbrage_verify::{Shot, TestMesh, Truth};
+
+use crate::common::gpu;
+
+/// Both mappings, one and many slices. Each form has kernels of its own, which take seconds to compile.
+const FORMS: [CameraOptions; 2] = [CameraOptions { mapping: 1, slices: 16 }, CameraOptions { mapping: 2, slices: 1 }];
+
+/// The questions that the oracle is asked at most; the CPU's grids, which have been compared with it, answer more.
+const MOST_QUESTIONS: usize = 10_000_000;
+
+/// A device and its grids.
+pub(crate) struct Grids {
+    gpu: Gpu,
+    geometry: Geometry,
+    cameras: [CameraGrid; FORMS.len()],
+    lights: LightGrid,
+}
+
+/// One for all tests: software adapters take seconds to compile the kernels. `None`, and a line that says so, where
+/// there is no adapter.
+pub(crate) fn grids() -> Option<MutexGuard<'static, Grids>> {
+    static GRIDS: OnceLock<Option<Mutex<Grids>>> = OnceLock::new();
+    let grids = GRIDS.get_or_init(|| {
+        let gpu = gpu()?;
+        Some(Mutex::new(Grids {
+            geometry: Geometry::new(&gpu),
+            cameras: FORMS.map(|form| CameraGrid::new(&gpu, form)),
+            lights: LightGrid::new(&gpu),
+            gpu,
+        }))
+    });
+    // A test that has failed leaves nothing that the next one would build on.
+    grids.as_ref().map(|grids| grids.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+impl Grids {
+    /// Compares every form with the truth, by the oracle where that isn't too much to ask.
+    pub(crate) fn check(&mut self, name: &str, shot: &Shot<'_>) {
+        let View { width, height, .. } = shot.view;
+        let questions = (width * height) as usize * shot.triangles.len() * (1 + shot.lights.len());
+        let truth = if questions <= MOST_QUESTIONS { shot.truth() } else { truth_of_cpu(shot) };
+        self.check_against(name, shot, &truth);
+    }
+
+    /// Compares every form with a truth that is known.
+    pub(crate) fn check_against(&mut self, name: &str, shot: &Shot<'_>, truth: &Truth) {
+        self.geometry.write(&self.gpu, shot.triangles, |_| 0).expect("a small scene");
+        for (number, form) in FORMS.iter().enumerate() {
+            let found = self.shown(shot, number).unwrap_or_else(|error| panic!("{name}, {form:?}: {error}"));
+            let complaint = complaint(shot, &found, truth);
+            assert!(complaint.is_none(), "{name}, {form:?}: {}", complaint.unwrap_or_default());
+        }
+    }
+
+    /// What a form shows; with lights for the first one alone, as they see nothing of the camera's grid.
+    fn shown(&mut self, shot: &Shot<'_>, form: usize) -> Result<Truth, GpuError> {
+        let Self { gpu, geometry, cameras, lights } = self;
+        let camera = &mut cameras[form];
+        let sources = if form == 0 { shot.lights } else { &[] };
+        let sources: Vec<_> = sources.iter().copied().map(Some).collect();
+        // Frames grow what was too small; none needs more than a few.
+        for _ in 0..8 {
+            camera.prepare(gpu, geometry, &shot.view, shot.offset_pixels, Sight::default())?;
+            lights.prepare(gpu, geometry, &shot.view, shot.offset_pixels, &sources)?;
+            let mut recorder = Recorder::new(gpu);
+            camera.record(gpu, &mut recorder, geometry);
+            lights.record(gpu, &mut recorder, geometry, camera.seen());
+            recorder.submit()()?;
+            if camera.finish(gpu)? && lights.finish(gpu)? {
+                return read(gpu, camera, lights, shot.view, sources.len());
+            }
+        }
+        panic!("grown eight times: {:?} {:?}", camera.work(), lights.work());
+    }
+}
+
+fn read(gpu: &Gpu, camera: &CameraGrid, lights: &LightGrid, view: View, count: usize) -> Result<Truth, GpuError> {
+    let order = TileOrder::new(view.width, view.height);
+    let seen: Vec<u32> = camera.seen().read(gpu, order.places())?;
+    let words = lights.mask_words() as usize;
+    let lit: Vec<u32> = lights.lit().read(gpu, words * count)?;
+    let is_lit = |light: usize, place: usize| lit[light * words + place / 32] >> (place % 32) & 1 == 1;
+    let places: Vec<_> = pixels(view).map(|(x, y)| order.place(x, y)).collect();
+    Ok(Truth {
+        triangle: places.iter().map(|&place| seen[place]).collect(),
+        lit: (0..count).map(|light| places.iter().map(|&place| is_lit(light, place)).collect()).collect(),
+    })
+}
+
+/// The first difference between what a GPU shows and the truth, and how many there are; `None` where there is none.
+fn complaint(shot: &Shot<'_>, found: &Truth, truth: &Truth) -> Option<String> {
+    let at = |place: usize| (place as u32 % shot.view.width, place as u32 / shot.view.width);
+    let others = |found: &[u32], truth: &[u32]| -> Vec<usize> {
+        assert_eq!(found.len(), truth.len());
+        (0..truth.len()).filter(|&place| found[place] != truth[place]).collect()
+    };
+    let triangles = others(&found.triangle, &truth.triangle);
+    if let Some(&place) = triangles.first() {
+        let (found, truth) = (found.triangle[place], truth.triangle[place]);
+        return Some(format!("{} triangles, at {:?} {found} for {truth}", triangles.len(), at(place)));
+    }
+    for ((light, found), truth) in shot.lights.iter().zip(&found.lit).zip(&truth.lit) {
+        let [found, truth] = [found, truth].map(|lit| lit.iter().map(|&lit| u32::from(lit)).collect::<Vec<_>>());
+        let shadows = others(&found, &truth);
+        if let Some(&place) = shadows.first() {
+            let found = found[place];
+            return Some(format!("{} shadows of {light:?}, at {:?} {found}", shadows.len(), at(place)));
+        }
+    }
+    None
+}
+
+/// Columns and rows, row by row.
+fn pixels(view: View) -> impl Iterator<Item = (u32, u32)> {
+    (0..view.height).flat_map(move |y| (0..view.width).map(move |x| (x, y)))
+}
+
+/// What the CPU's grids show.
+pub(crate) fn truth_of_cpu(shot: &Shot<'_>) -> Truth {
+    let Shot { triangles, view, offset_pixels, lights } = *shot;
+    let mut seen = SeenPixels::default();
+    let mut grid = PerspectiveGrid::default();
+    grid.build(triangles, &view, offset_pixels, |_| false).expect("a small image");
+    grid.trace(triangles, Unmasked, &mut seen);
+    let image = SeenImage { triangles, view, offset_pixels, seen: &seen };
+    let mut grid = CpuLightGrid::default();
+    grid.survey(&image);
+    let mut lit = vec![0_u16; seen.order().places() / TileOrder::BLOCK_PLACES];
+    let places: Vec<_> = pixels(view).map(|(x, y)| seen.order().place(x, y)).collect();
+    let lit = lights.iter().map(|light| {
+        grid.shadow(&image, light, |_| true, &Unmasked, &mut lit);
+        let is_lit = |place: usize| lit[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1;
+        places.iter().map(|&place| is_lit(place)).collect()
+    });
+    let lit = lit.collect();
+    Truth { triangle: pixels(view).map(|(x, y)| seen.triangle_at(x, y)).collect(), lit }
+}
+
+/// A shot of a mesh.
+pub(crate) fn shot<'a>(mesh: &'a TestMesh, view: View, lights: &'a [LightSource]) -> Shot<'a> {
+    Shot { triangles: mesh.triangles(), view, offset_pixels: OFFSET_PIXELS, lights }
+}
+
+/// Worlds of every size, near the origin and far from it.
+pub(crate) const WORLDS: [(f32, Vec3); 5] = [
+    (1.0, Vec3::ZERO),
+    (1.0 / (1 << 20) as f32, Vec3::ZERO),
+    ((1 << 20) as f32, Vec3::ZERO),
+    (1.0, Vec3::new(65_536.0, -65_536.0, 65_536.0)),
+    (300.0, Vec3::new(148_376.0, 1_234.0, -223_423.0)),
+];
+
+#[test]
+fn comparisons_fail_where_they_should() {
+    let mesh = TestMesh::room();
+    let lights = [point(Vec3::new(0.5, 3.0, 1.0))];
+    let shot = shot(&mesh, view(camera(), 20, 10), &lights);
+    let truth = shot.truth();
+    assert_eq!(complaint(&shot, &truth, &truth), None);
+    assert_eq!(truth_of_cpu(&shot), truth);
+    let mut other = truth.clone();
+    other.lit[0][47] ^= true;
+    assert!(
+        complaint(&shot, &other, &truth).is_some_and(|text| text.starts_with("1 shadows") && text.contains("(7, 2)"))
+    );
+    other.triangle[31] ^= 1;
+    assert!(complaint(&shot, &other, &truth).is_some_and(|text| text.starts_with("1 triangles, at (11, 1)")));
+    let nothing = Shot { triangles: Triangles::default(), ..shot };
+    assert!(nothing.truth().triangle.iter().all(|&id| id == SeenPixels::NONE));
+}

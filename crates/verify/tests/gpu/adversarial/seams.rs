@@ -1,0 +1,35 @@
+//! Rays exactly through vertices and edges: none slips between triangles, and each has the lowest id of those it meets.
+
+use glam::Vec3;
+use umbrage_verify::lights::point;
+use umbrage_verify::{Random, Sheet, SheetShape, Shot};
+
+use super::grids::grids;
+
+#[test]
+fn sheets_hold_every_ray() {
+    let Some(mut grids) = grids() else { return };
+    let mut random = Random::new(53);
+    for (position, scale) in SheetShape::PLACES {
+        for is_orthographic in [false, true] {
+            for (side, step, has_shell) in [(16, 1, false), (32, 2, true), (32, 8, false)] {
+                // A second sheet so close needs the bits that a position has none left of.
+                let has_shell = has_shell && position == Vec3::ZERO;
+                let shape = SheetShape { side, step, position, scale, is_orthographic, has_shell };
+                let sheet = Sheet::new(shape, &mut random);
+                // One light that sees what the camera sees, and one in a vertex.
+                let lights = [sheet.light, point(sheet.mesh.positions[sheet.mesh.positions.len() / 3])];
+                let shot = Shot {
+                    triangles: sheet.mesh.triangles(),
+                    view: sheet.view,
+                    offset_pixels: sheet.offset_pixels,
+                    lights: &lights,
+                };
+                let truth = shot.truth();
+                assert!(truth.triangle.iter().all(|&id| id < sheet.front), "{shape:?}: the oracle sees through");
+                assert!(truth.lit[0].iter().all(|&lit| lit), "{shape:?}: the oracle has shadows");
+                grids.check_against(&format!("{shape:?}"), &shot, &truth);
+            }
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Triangles of every bad shape and in every bad place.
+
+use glam::Vec3;
+use umbrage_rays::{Camera, Triangles};
+use umbrage_verify::lights::{among_bad_shapes, point, sun};
+use umbrage_verify::views::{OFFSET_PIXELS, camera, parallel_camera, placed, view};
+use umbrage_verify::{Random, Shot, TestMesh};
+
+use super::grids::{WORLDS, grids, shot};
+
+/// A camera at the origin that looks along −z.
+fn eye() -> Camera {
+    Camera { position: Vec3::ZERO, right: Vec3::X, up: Vec3::Y, forward: Vec3::NEG_Z, ..camera() }
+}
+
+fn of(triangles: &[[Vec3; 3]]) -> TestMesh {
+    let mut mesh = TestMesh::default();
+    triangles.iter().for_each(|&corners| mesh.push(corners));
+    mesh
+}
+
+#[test]
+fn few_triangles() {
+    let Some(mut grids) = grids() else { return };
+    let at = Vec3::new;
+    let one = [at(-1.0, -0.8, -3.0), at(1.1, -0.7, -4.0), at(0.1, 1.0, -3.5)];
+    let beside = [at(-1.0, -0.8, -3.0), at(0.1, 1.0, -3.5), at(-1.2, 0.9, -2.0)];
+    let flat = |x: f32| [at(-1.0 + x, -1.0, -3.0), at(1.0 + x, -1.0, -3.0), at(x, 1.0, -3.0)];
+    let far = [at(-1e5, -1e5, -20.0), at(1e5, -1e5, -20.0), at(0.0, 1e5, -20.0)];
+    let through = [at(-2.0, -1.0, 3.0), at(2.0, -1.0, 2.0), at(0.3, -0.5, -6.0)];
+    let touching = [at(0.0, 0.0, 0.0), at(1.0, -1.0, -2.0), at(-1.0, -1.0, -2.0)];
+    let behind = one.map(|corner| corner * at(1.0, 1.0, -1.0));
+    let edge_on = [at(0.0, 0.0, -1.0), at(0.5, 0.0, -3.0), at(-0.5, 0.0, -3.0)];
+    for (name, mesh) in [
+        ("nothing", TestMesh::default()),
+        ("one", of(&[one])),
+        ("two that share an edge", of(&[one, beside])),
+        ("two in one plane", of(&[flat(0.0), flat(0.25)])),
+        ("two in one plane, the other way", of(&[flat(0.25), flat(0.0)])),
+        ("the same twice", of(&[one, one])),
+        ("all of the view", of(&[far])),
+        ("all of the view, and one before it", of(&[far, one])),
+        ("behind the eye", of(&[behind])),
+        ("through the eye's plane", of(&[through])),
+        ("through the eye", of(&[touching, one])),
+        ("in the eye's plane", of(&[[at(-1.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0)], one])),
+        ("edge on", of(&[edge_on, far])),
+        ("all of them", of(&[one, beside, flat(0.0), flat(0.25), far, through, touching, behind, edge_on])),
+    ] {
+        let lights = [point(at(0.5, 2.0, -1.0)), point(Vec3::ZERO), sun(0.2, -1.0, -0.3)];
+        for (width, height) in [(1, 1), (1, 23), (23, 1), (17, 16), (65, 33)] {
+            for camera in [eye(), Camera { projection: parallel_camera().projection, ..eye() }] {
+                let name = format!("{name} in {width}×{height}, {:?}", camera.projection);
+                grids.check(&name, &shot(&mesh, view(camera, width, height), &lights));
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_no_triangle_is_never_there() {
+    let Some(mut grids) = grids() else { return };
+    let room = TestMesh::room();
+    let mut mesh = room.clone();
+    let good = room.positions.len() as u32;
+    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -f32::NAN];
+    mesh.positions
+        .extend(bad.iter().flat_map(|&value| [Vec3::splat(value), Vec3::Y.with_x(value), Vec3::Y.with_z(value)]));
+    for vertex in good..mesh.positions.len() as u32 {
+        mesh.indices.extend([[vertex, 0, 80], [0, vertex, 80], [0, 80, vertex], [vertex, vertex, vertex]]);
+    }
+    let count = mesh.positions.len() as u32;
+    for vertex in [count, count + 1, 1 << 20, u32::MAX, u32::MAX / 3 + 1] {
+        mesh.indices.extend([[vertex, 0, 80], [0, vertex, 80], [0, 80, vertex], [vertex, vertex, vertex]]);
+    }
+    // No triangle but those of the room has corners, so the room is the truth.
+    let lights = [point(Vec3::new(2.0, 3.0, 1.0)), sun(0.3, -1.0, 0.2), point(mesh.positions[3])];
+    for camera in [camera(), parallel_camera()] {
+        let view = view(camera, 41, 29);
+        let truth = shot(&room, view, &lights).truth();
+        grids.check_against("bad vertices", &shot(&mesh, view, &lights), &truth);
+        // Depths that no inverse depth has: each point is compared with all triangles.
+        let (scale, offset) = (1e32, Vec3::ZERO);
+        let view = umbrage_rays::View { camera: placed(camera, scale, offset), width: 11, height: 9 };
+        let [huge, room] = [mesh.clone(), room.clone()].map(|mesh| mesh.placed(scale, offset));
+        let lights = [point(Vec3::new(1.0, 3.0, 1.0) * scale), sun(0.2, -1.0, 0.1)];
+        let truth = shot(&room, view, &lights).truth();
+        grids.check_against("bad vertices of a huge world", &shot(&huge, view, &lights), &truth);
+    }
+    // Nor where there is no vertex at all.
+    let indices = [[0, 1, 2], [5, 5, 5]];
+    let none = Shot {
+        triangles: Triangles { positions: &[], indices: &indices },
+        view: view(camera(), 5, 5),
+        offset_pixels: OFFSET_PIXELS,
+        lights: &lights,
+    };
+    let truth = Shot { triangles: Triangles::default(), ..none }.truth();
+    grids.check_against("no vertices", &none, &truth);
+}
+
+#[test]
+fn slivers_points_and_giants() {
+    let Some(mut grids) = grids() else { return };
+    let room = TestMesh::bad_shapes(&mut Random::new(51));
+    for (scale, offset) in WORLDS {
+        let mesh = room.clone().placed(scale, offset);
+        let lights = among_bad_shapes(scale, offset);
+        for camera in [camera(), parallel_camera()] {
+            let view = view(placed(camera, scale, offset), 33, 25);
+            grids.check(&format!("scale {scale} at {offset}, {:?}", camera.projection), &shot(&mesh, view, &lights));
+        }
+    }
+}
+
+#[test]
+fn coordinates_of_any_size() {
+    let Some(mut grids) = grids() else { return };
+    let mut random = Random::new(52);
+    for range in [4, 24, 60, 120] {
+        let mut mesh = TestMesh::default();
+        let mut any = || {
+            let exponent = random.below(2 * range + 1) as i32 - range as i32;
+            random.point() * 2.0_f32.powi(exponent)
+        };
+        (0..300).for_each(|_| mesh.push([any(), any(), any()]));
+        let lights = [point(any()), point(any()), sun(0.1, -0.7, 0.3)];
+        for camera in [camera(), parallel_camera(), eye()] {
+            let name = format!("up to 2^{range}, {:?}", camera.projection);
+            grids.check(&name, &shot(&mesh, view(camera, 21, 17), &lights));
+        }
+    }
+}

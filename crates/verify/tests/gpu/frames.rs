@@ -1,0 +1,213 @@
+//! The GPU engine shows the CPU engine's triangles and shadows, pixel for pixel, and pictures that agree.
+
+use std::path::PathBuf;
+
+use umbrage::gpu::DeviceLimits;
+use umbrage::rays::{Camera, Projection};
+use umbrage::scene::{DEMOS, Light, Scene};
+use umbrage::{Film, Renderer, Settings, Structure};
+use umbrage_verify::real_scene;
+
+use crate::common::{open_renderer, renderer};
+
+/// How two engines' pictures differ.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Differences {
+    pixels: usize,
+    /// Pixels with another triangle.
+    triangles: usize,
+    /// Pixels and lights with another answer to whether the light reaches the pixel.
+    shadows: usize,
+    /// Pixels that differ by more than one level of 255 in some channel.
+    colors: usize,
+}
+
+impl Differences {
+    fn between(cpu: &Renderer, gpu: &Renderer, settings: &Settings) -> Self {
+        let Settings { width, height, .. } = *settings;
+        let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let is_other = |&(x, y): &(u32, u32)| cpu.seen().triangle_at(x, y) != gpu.seen().triangle_at(x, y);
+        assert_eq!(cpu.light_masks().len(), gpu.light_masks().len());
+        let masks = cpu.light_masks().iter().zip(gpu.light_masks());
+        let shadows =
+            masks.map(|(one, other)| pixels().filter(|&(x, y)| one.is_lit(x, y) != other.is_lit(x, y)).count());
+        let [one, other] = [cpu, gpu].map(|renderer| renderer.film().develop(settings).pixels);
+        let levels = |(one, other): &(&[u16; 3], &[u16; 3])| {
+            one.iter().zip(*other).any(|(one, other)| one.abs_diff(*other) > u16::MAX / 255)
+        };
+        Self {
+            pixels: one.len(),
+            triangles: pixels().filter(is_other).count(),
+            shadows: shadows.sum(),
+            colors: one.iter().zip(&other).filter(levels).count(),
+        }
+    }
+
+    /// Triangles and shadows are the same; colours are as far as f32 carries, see `gpu_shade`.
+    fn expect_none(&self, name: &str) {
+        println!("{name}: {self:?}");
+        assert_eq!((self.triangles, self.shadows), (0, 0), "{name}: {self:?}");
+        assert!(self.colors <= self.pixels / 10_000, "{name}: {self:?}");
+    }
+}
+
+fn compare(name: &str, gpu: &mut Renderer, scene: &Scene, moment: f64, settings: &Settings) -> Differences {
+    let seconds = moment * scene.duration_seconds();
+    let mut cpu = Renderer::default();
+    for renderer in [&mut cpu, gpu] {
+        renderer.render(scene, seconds, settings).unwrap_or_else(|error| panic!("{name}: {error}"));
+    }
+    Differences::between(&cpu, gpu, settings)
+}
+
+fn sized(width: u32, height: u32) -> Settings {
+    Settings { width, height, ..Settings::default() }
+}
+
+#[test]
+fn gallery_scenes() {
+    let Some(mut gpu) = renderer() else { return };
+    for demo in DEMOS {
+        let scene = Scene::open(format!("demo:{}?triangles=5000", demo.name)).expect("a scene of the gallery");
+        for moment in [0.0, 0.4, 0.8] {
+            compare(demo.name, &mut gpu, &scene, moment, &sized(150, 70)).expect_none(demo.name);
+        }
+    }
+}
+
+#[test]
+fn real_scenes() {
+    let Some(mut gpu) = renderer() else { return };
+    let names = [
+        "cesium_man.glb",
+        "robot_expressive.glb",
+        "robot_arm.glb",
+        "tree_alphamask.glb",
+        "vintage_fan.glb",
+        "elephant_gallop.glb",
+        "horse_gallop_obj_sequence",
+        "stanford_bunny.obj",
+        "sibenik.obj",
+        "issum.glb",
+        "chess_board.glb",
+        "dispersion_test.glb",
+        "country_kitchen.glb",
+        "dream_apartment.glb",
+    ];
+    for name in names {
+        if let Some(path) = real_scene(name) {
+            let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
+            for moment in [0.0, 0.3] {
+                compare(name, &mut gpu, &scene, moment, &sized(250, 130)).expect_none(name);
+            }
+        }
+    }
+}
+
+#[test]
+fn small_scenes_of_every_kind() {
+    let Some(mut gpu) = renderer() else { return };
+    let Some(folder) = real_scene("conformance") else { return };
+    let entries = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
+    let in_folders = entries.flat_map(|path| match std::fs::read_dir(&path) {
+        Ok(entries) => entries.map(|entry| entry.expect("an entry").path()).collect(),
+        Err(_) => vec![path],
+    });
+    let is_scene = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "glb" || extension == "gltf");
+    let mut scenes: Vec<_> = in_folders.filter(is_scene).collect();
+    scenes.sort();
+    for path in scenes {
+        let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
+        for moment in [0.0, 0.35, 0.7] {
+            let name = path.display().to_string();
+            compare(&name, &mut gpu, &scene, moment, &sized(90, 60)).expect_none(&name);
+        }
+    }
+}
+
+#[test]
+fn seven_million_triangles() {
+    let Some(mut gpu) = renderer() else { return };
+    let Some(path) = real_scene("teapots_galore/TeapotsGalore.gltf") else { return };
+    let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
+    compare("teapots", &mut gpu, &scene, 0.0, &sized(130, 70)).expect_none("teapots");
+}
+
+#[test]
+fn samples_back_faces_and_parallel_views() {
+    let Some(mut gpu) = renderer() else { return };
+    let scene = Scene::open("demo:shatter?triangles=3000").expect("a scene of the gallery");
+    let camera = scene.at(0.5).expect("a frame").framing_camera(1.5);
+    let parallel = Camera { projection: Projection::Orthographic { half_height: 1.5 }, ..camera };
+    for (name, settings) in [
+        ("three samples", Settings { samples: 3, ..sized(90, 60) }),
+        ("front faces alone", Settings { culls_back_faces: true, ..sized(90, 60) }),
+        ("a parallel view", Settings { camera: parallel.into(), ..sized(90, 60) }),
+        ("one pixel", sized(1, 1)),
+        ("one row", sized(131, 1)),
+    ] {
+        compare(name, &mut gpu, &scene, 0.5, &settings).expect_none(name);
+    }
+}
+
+#[test]
+fn lights_without_shadows_reach_everything() {
+    let scene = Scene::open("demo:hall?triangles=3000").expect("a scene of the gallery");
+    let own = scene.at(0.0).expect("a frame").lights;
+    let lights: Vec<_> =
+        own.iter().zip(0..).map(|(light, number)| Light { casts_shadow: number == 1, ..light.clone() }).collect();
+    let settings = Settings { lights: Some(lights), ..sized(90, 60) };
+    for structure in [Structure::Perspective, Structure::LISTED, Structure::Bvh] {
+        let settings = Settings { structure, ..settings.clone() };
+        let mut cpu = Renderer::default();
+        cpu.render(&scene, 0.0, &settings).expect("a frame");
+        let pixels = || (0..60).flat_map(|y| (0..90).map(move |x| (x, y)));
+        let shown = pixels().filter(|&(x, y)| cpu.seen().triangle_at(x, y) != Film::NO_TRIANGLE).count();
+        let lit = cpu.light_masks().iter().map(|mask| pixels().filter(|&(x, y)| mask.is_lit(x, y)).count());
+        let lit: Vec<usize> = lit.collect();
+        assert!(lit[0] == shown && lit[1] < shown && lit[2] == shown, "{lit:?} of {shown}");
+        assert_eq!(cpu.stats().shadow_rays, shown as u64);
+    }
+    let Some(mut gpu) = renderer() else { return };
+    compare("no shadows", &mut gpu, &scene, 0.0, &settings).expect_none("no shadows");
+}
+
+#[test]
+fn an_empty_scene_shows_its_surroundings() {
+    let Some(mut gpu) = renderer() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("nothing.obj");
+    std::fs::write(&path, "# nothing\n").expect("a file");
+    let scene = Scene::open(&path).expect("a scene");
+    compare("nothing", &mut gpu, &scene, 0.0, &sized(70, 40)).expect_none("nothing");
+}
+
+#[test]
+fn large_images_are_rendered_in_bands() {
+    // 200 columns make 256 · 48 bytes for each row: bands of 64 rows.
+    let Some(mut gpu) = open_renderer(DeviceLimits::Buffers(1 << 20)) else { return };
+    for name in ["shatter", "glass"] {
+        let scene = Scene::open(format!("demo:{name}?triangles=2000")).expect("a scene of the gallery");
+        let settings = Settings { samples: 2, ..sized(200, 150) };
+        compare(name, &mut gpu, &scene, 0.3, &settings).expect_none(name);
+    }
+}
+
+#[test]
+fn too_large_a_scene_is_an_error() {
+    let Some(mut gpu) = open_renderer(DeviceLimits::Buffers(1 << 20)) else { return };
+    let scene = Scene::open("demo:cloth?triangles=200000").expect("a scene of the gallery");
+    let error = gpu.render(&scene, 0.0, &sized(64, 64)).expect_err("too large").to_string();
+    assert!(error.contains(" needs ") && error.ends_with("this GPU allows 1048576"), "{error}");
+}
+
+#[test]
+fn comparisons_fail_where_they_should() {
+    let scene = Scene::open("demo:cloth?triangles=2000").expect("a scene of the gallery");
+    let settings = sized(60, 40);
+    let [mut one, mut other] = [Renderer::default(), Renderer::default()];
+    one.render(&scene, 0.0, &settings).expect("a frame");
+    other.render(&scene, 0.1, &settings).expect("a frame");
+    let Differences { triangles, shadows, colors, .. } = Differences::between(&one, &other, &settings);
+    assert!(triangles > 0 && shadows > 0 && colors > 0);
+}

@@ -1,0 +1,13 @@
+//! Tests of what the CPU does, as one program; those of the GPU engine are in `gpu`.
+
+mod adversarial;
+mod bad_input;
+mod bvh;
+mod files_scenes;
+mod gltf_scenes;
+mod matrix;
+mod mirrors;
+mod predicate;
+mod render;
+mod seams;
+mod watertight;
