@@ -4,16 +4,11 @@ use std::path::{Path, PathBuf};
 use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
 use umbrage::rays::{Choice, SimdLevel};
 use umbrage::scene::{Clip, OpenOptions};
+use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
 use umbrage::{Background, EngineKind, Settings, Structure};
 
 use crate::failure::Failure;
 use crate::flags::{OpeningFlags, RenderFlags, StatsFlag};
-use crate::lights::LightFlag;
-use crate::values::{BackgroundFlag, CameraFlag};
-
-/// The scene of a command that names none, and a moment at which it looks good.
-pub(crate) const DEFAULT_SCENE: &str = "demo:cloth";
-pub(crate) const DEFAULT_SCENE_SECONDS: f64 = 2.5;
 
 /// A render that makes sense: what is left to go wrong is in the scene or in the system.
 #[derive(Debug)]
@@ -26,8 +21,8 @@ pub(crate) struct Job {
     pub(crate) output_options: Options,
     /// Camera and lights follow from the flags below once the scene is open.
     pub(crate) settings: Settings,
-    pub(crate) camera: Option<CameraFlag>,
-    pub(crate) lights: Vec<LightFlag>,
+    pub(crate) camera: Option<CameraSpec>,
+    pub(crate) lights: Vec<LightSpec>,
     pub(crate) orbit_light: bool,
     pub(crate) threads: Option<u16>,
     pub(crate) simd: SimdLevel,
@@ -52,7 +47,7 @@ impl Job {
     pub(crate) fn new(flags: RenderFlags) -> Result<Self, Failure> {
         let structure = flags.structure.structure()?;
         engine(&flags, structure)?;
-        let default_seconds = if flags.scene.is_none() { DEFAULT_SCENE_SECONDS } else { 0.0 };
+        let (scene, default_seconds) = flags.scene.address();
         let (target, format) = target(flags.output, flags.format, flags.frames.is_some())?;
         let moments = match (flags.frames, flags.time) {
             (Some(frames), _) => Moments::Frames(frames.0),
@@ -68,14 +63,14 @@ impl Job {
             structure,
             culls_back_faces: flags.cull_back_faces,
             bounces: flags.bounces,
-            background: background(flags.background)?,
+            background: background(&flags.background)?,
             exposure_stops: flags.exposure,
             tone_map: flags.tone_map,
             ..Settings::default()
         };
         Ok(Self {
-            scene: flags.scene.unwrap_or_else(|| DEFAULT_SCENE.into()),
-            open_options: flags.opening.into(),
+            scene,
+            open_options: flags.scene.opening.into(),
             moments,
             target,
             format,
@@ -84,7 +79,7 @@ impl Job {
             camera: flags.camera,
             lights: flags.lights,
             orbit_light: flags.orbit_light,
-            threads: flags.threads,
+            threads: flags.scene.threads,
             simd: flags.simd.unwrap_or_default(),
             engine: flags.engine,
             device: flags.device,
@@ -181,15 +176,11 @@ fn bit_depths(format: Format, bits: Option<u8>) -> Result<(BitDepth, FloatDepth)
     }
 }
 
-fn background(flag: BackgroundFlag) -> Result<Background, Failure> {
-    match flag {
-        BackgroundFlag::Sky => Ok(Background::Sky),
-        BackgroundFlag::Color(color) => Ok(Background::Color(color)),
-        BackgroundFlag::File(path) => Background::open(&path).map_err(|error| {
-            let hint = "a background is `sky`, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
-            Failure::input(format!("--background: {error}"), hint)
-        }),
-    }
+fn background(spec: &BackgroundSpec) -> Result<Background, Failure> {
+    spec.open().map_err(|error| {
+        let hint = "a background is `sky`, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
+        Failure::input(format!("--background: {error}"), hint)
+    })
 }
 
 #[cfg(test)]
@@ -216,7 +207,7 @@ mod tests {
     fn nothing_said_is_the_cloth() {
         let job = job(&[]).unwrap();
         assert_eq!((job.scene.as_path(), path(&job)), (Path::new("demo:cloth"), Path::new("umbrage.png")));
-        assert_eq!(job.moments, Moments::Single(DEFAULT_SCENE_SECONDS));
+        assert_eq!(job.moments, Moments::Single(2.5));
     }
 
     #[test]

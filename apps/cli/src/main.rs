@@ -8,7 +8,6 @@ mod flags;
 mod heatmap;
 mod info;
 mod job;
-mod lights;
 mod pages;
 mod progress;
 mod render;

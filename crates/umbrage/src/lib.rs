@@ -35,6 +35,7 @@ mod sampling;
 mod screen;
 mod settings;
 mod shade;
+pub mod spec;
 mod stats;
 mod structure;
 mod tone_map;

@@ -8,13 +8,13 @@ use std::path::Path;
 
 use umbrage::output::{BitDepth, write_png};
 use umbrage::rays::Choice;
-use umbrage::{CameraChoice, Error, HeatKind, HeatScale, Image, Renderer, Scene, Settings, WorkCounts};
+use umbrage::{Error, HeatKind, HeatScale, Image, Renderer, Scene, Settings, WorkCounts};
 
 use crate::failure::Failure;
 use crate::flags::HeatmapFlags;
-use crate::job::{DEFAULT_SCENE, DEFAULT_SCENE_SECONDS, use_threads};
-use crate::staging::listed_camera;
-use crate::values::{CameraFlag, Size};
+use crate::job::use_threads;
+use crate::staging::camera_choice;
+use crate::values::Size;
 use legend::{Legend, sixteen_bits};
 
 pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
@@ -22,17 +22,12 @@ pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
         return Err(Failure::input("camera rays know no lights", "--light says whose grid `--of points` shows"));
     }
     let structure = flags.structure.structure()?;
-    let default_seconds = if flags.scene.is_none() { DEFAULT_SCENE_SECONDS } else { 0.0 };
+    let (address, default_seconds) = flags.scene.address();
     let seconds = flags.time.unwrap_or(default_seconds);
-    let address = flags.scene.unwrap_or_else(|| DEFAULT_SCENE.into());
-    use_threads(flags.threads)?;
-    let scene = Scene::open_with(&address, &flags.opening.into())?;
+    use_threads(flags.scene.threads)?;
+    let scene = Scene::open_with(&address, &flags.scene.opening.into())?;
     let frame = scene.at(seconds)?;
-    let camera = match flags.camera {
-        None => CameraChoice::Default,
-        Some(CameraFlag::Placed(camera)) => camera.into(),
-        Some(CameraFlag::Listed(name)) => CameraChoice::Scene(listed_camera(&frame, &name)?),
-    };
+    let camera = camera_choice(flags.camera.as_ref(), &frame.cameras)?;
     let Size { width, height } = flags.size;
     let settings = Settings { width, height, camera, structure, ..Settings::default() };
     let light = (flags.of == HeatKind::Points).then(|| flags.light.unwrap_or(0));
