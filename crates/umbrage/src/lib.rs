@@ -1,18 +1,38 @@
 //! Exact visibility and exact shadows for triangle scenes that change completely every frame.
 //!
-//! [`Scene`] reads a file and poses it, [`Renderer`] renders it with [`Settings`], [`Film`] holds what each pixel saw,
+//! [`open`] reads a file as a [`Scene`], [`Renderer`] renders it with [`Settings`], [`Film`] holds what each pixel saw,
 //! and [`output`] writes it:
 //!
 //! ```
-//! use umbrage::{Renderer, Scene, Settings};
+//! use umbrage::{Renderer, Settings};
 //!
-//! let scene = Scene::open("demo:glass?triangles=500")?;
+//! let scene = umbrage::open("demo:glass?triangles=500")?;
 //! let settings = Settings { width: 64, height: 36, ..Settings::default() };
 //! let mut renderer = Renderer::default();
 //! let film = renderer.render(&scene, 0.5, &settings)?;
 //! assert!(film.depth.iter().any(|depth| depth.is_finite()));
 //! # Ok::<(), umbrage::Error>(())
 //! ```
+//!
+//! `examples/` shows triangles of one's own that change in each frame (`own_triangles`), which points of a set a light reaches
+//! (`point_visibility`), rays from anywhere (`rays`), a GPU (`gpu_frame`) and an animation in a file (`animation`).
+//!
+//! All that is public, and what it is for:
+//!
+//! - [`Renderer`] renders scenes and frames, and answers what is seen and lit; [`Error`] says why it doesn't.
+//! - [`Settings`] say how: [`CameraChoice`] from where, [`Structure`] through what, [`Background`] (with [`Panorama`] for
+//!   images) before what, [`ToneMap`] how bright.
+//! - [`Film`] is what each pixel saw, [`Image`] that for a screen; [`output`] writes files of either.
+//! - [`Seen`] and [`LightMask`] are answers of [`Renderer::see`] and [`Renderer::shadow`] without a picture; [`Probe`], with a
+//!   [`Blocker`] for each light, is all about one pixel.
+//! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], is what a frame cost; [`LightWork`] what a light did,
+//!   and [`WorkCounts`] what each pixel did, which [`HeatScale`] colours.
+//! - [`Sample`] is which ray of a pixel is traced, for those who trace the same ones themselves.
+//! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has what they
+//!   are made of, and frames of one's own.
+//! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit.
+//! - [`gpu`](crate::gpu) opens devices, with the feature of that name.
+//! - [`glam`] is the library whose vectors all of these take.
 #![forbid(unsafe_code)]
 
 mod answers;
@@ -24,9 +44,9 @@ mod error;
 mod film;
 mod frame;
 #[cfg(feature = "gpu")]
-#[doc(hidden)]
 pub mod gpu;
 mod heat_scale;
+mod open;
 pub mod output;
 mod panorama;
 mod probe;
@@ -46,7 +66,9 @@ pub use choices::{EngineKind, HeatKind};
 pub use cpu::{LightMask, LightWork};
 pub use error::Error;
 pub use film::{Film, Image};
+pub use glam;
 pub use heat_scale::HeatScale;
+pub use open::{open, open_with};
 pub use panorama::Panorama;
 pub use probe::{Blocker, Probe};
 pub use renderer::Renderer;
@@ -54,6 +76,7 @@ pub use sampling::Sample;
 pub use settings::{CameraChoice, Settings, Structure, ToneMap};
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
 pub use structure::{ImpossibleOption, OptionValues, StructureOption, UnknownStructure};
+pub use umbrage_gallery as gallery;
 pub use umbrage_rays as rays;
 pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;

@@ -5,6 +5,7 @@
 
 mod command;
 mod debian;
+mod examples;
 mod file_length;
 mod gpu_tests;
 mod licences;
@@ -27,7 +28,7 @@ use outcome::Outcome;
 type Check = (&'static str, fn(&Path) -> Outcome);
 
 /// In the order in which they run: what fails fast comes first, and what builds the most comes last.
-const CHECKS: [Check; 15] = [
+const CHECKS: [Check; 16] = [
     ("packages", debian::install),
     ("format", |root| run(cargo(root).args(["fmt", "--all", "--check"]))),
     ("file length", file_length::check),
@@ -37,6 +38,7 @@ const CHECKS: [Check; 15] = [
     ("clippy", |root| run(cargo_workspace(root, &["clippy", "--all-targets"]).args(["--", "-D", "warnings"]))),
     ("docs", |root| run(cargo_workspace(root, &["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))),
     ("tests", tests),
+    ("examples", examples::check),
     ("GPU tests", gpu_tests::check),
     ("window", window::check),
     ("doc tests", |root| run(&mut cargo_workspace(root, &["test", "--doc"]))),

@@ -12,8 +12,17 @@ pub(crate) fn root() -> Result<PathBuf, String> {
 
 /// The program of that name that a release build makes.
 pub(crate) fn released(root: &Path, name: &str) -> PathBuf {
+    built(root, "release", name)
+}
+
+/// The example of that name, built as tests are.
+pub(crate) fn example(root: &Path, name: &str) -> PathBuf {
+    built(root, "debug/examples", name)
+}
+
+fn built(root: &Path, folder: &str, name: &str) -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    root.join(target).join("release").join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+    root.join(target).join(folder).join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
 }
 
 /// All files under `root` with this extension, sorted; hidden folders and build output are left out.

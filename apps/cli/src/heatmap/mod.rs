@@ -8,7 +8,7 @@ use std::path::Path;
 
 use umbrage::output::{BitDepth, write_png};
 use umbrage::rays::Choice;
-use umbrage::{Error, HeatKind, HeatScale, Image, Renderer, Scene, Settings, WorkCounts};
+use umbrage::{Error, HeatKind, HeatScale, Image, Renderer, Settings, WorkCounts};
 
 use crate::failure::Failure;
 use crate::flags::HeatmapFlags;
@@ -25,7 +25,7 @@ pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
     let (address, default_seconds) = flags.scene.address();
     let seconds = flags.time.unwrap_or(default_seconds);
     use_threads(flags.scene.threads)?;
-    let scene = Scene::open_with(&address, &flags.scene.opening.into())?;
+    let scene = umbrage::open_with(&address, &flags.scene.opening.into())?;
     let frame = scene.at(seconds)?;
     let camera = camera_choice(flags.camera.as_ref(), &frame.cameras)?;
     let Size { width, height } = flags.size;

@@ -1,4 +1,20 @@
-//! The GPU engine: a frame's stages as compute shaders, through structures rebuilt for every frame.
+//! GPUs to render on: [`Gpu::open`] opens one of [`Adapter::all`] through [`wgpu`], [`Gpu::of_device`] takes one that a
+//! window has open, and [`Renderer::with_gpu`](crate::Renderer::with_gpu) renders on it.
+//!
+//! A frame's stages are compute shaders, through structures that are rebuilt for every frame. Triangles and shadows are
+//! those of the CPU.
+//!
+//! ```
+//! use umbrage::gpu::{DeviceLimits, Gpu};
+//! use umbrage::{Renderer, Settings};
+//!
+//! // Where there is none, or none that can do this, an error says so.
+//! if let Ok(gpu) = Gpu::open("no such device", DeviceLimits::Adapter) {
+//!     let mut renderer = Renderer::with_gpu(gpu)?;
+//!     renderer.render(&umbrage::open("demo:cloth")?, 0.0, &Settings::default())?;
+//! }
+//! # Ok::<(), umbrage::Error>(())
+//! ```
 
 mod first_layer;
 mod geometry;
@@ -8,6 +24,7 @@ mod tables;
 
 use std::sync::Arc;
 
+#[doc(hidden)] // For tests of the stage `pose`.
 pub use rig::tables as rig_tables;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
@@ -326,6 +343,7 @@ impl Engine for GpuEngine {
 }
 
 /// The least linear value of each level of an eight-bit channel of a picture.
+#[doc(hidden)] // For tests of the stage `develop`.
 #[must_use]
 pub fn screen_levels() -> &'static [f32; 256] {
     crate::screen::Levels::get().least()

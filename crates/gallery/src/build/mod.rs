@@ -1,0 +1,153 @@
+//! What the demos are made of: meshes from simple shapes, random numbers, noise, textures and materials.
+
+mod balls;
+pub(crate) mod math;
+mod noise;
+mod paint;
+mod random;
+mod shapes;
+mod sheet;
+
+use std::sync::Arc;
+
+use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec4};
+
+use umbrage_scene::{Frame, Materials, Mesh};
+
+pub(crate) use balls::{ball_triangles, fineness_of_balls};
+pub(crate) use noise::{fractal_noise, noise};
+pub(crate) use paint::{Palette, checker, color_texture, mottled_texture, srgb};
+pub(crate) use random::{Random, hash};
+pub(crate) use shapes::on_sphere;
+pub(crate) use sheet::{Join, Sheet};
+
+/// A mesh that grows shape by shape.
+///
+/// Shapes take the material and the tint that were set last. Triangles run counterclockwise seen from outside.
+#[derive(Clone, Debug)]
+pub(crate) struct MeshBuilder {
+    /// Position of each vertex.
+    pub(crate) positions: Vec<Vec3>,
+    /// Unit normal of each vertex, or zero where the surface is flat.
+    pub(crate) normals: Vec<Vec3>,
+    /// Texture coordinates of each vertex.
+    pub(crate) tex_coords: Vec<Vec2>,
+    /// Three vertices for each triangle.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Material of each triangle.
+    pub(crate) material_of_triangle: Vec<u32>,
+    /// Tint of each vertex; empty while all are white.
+    colors: Vec<Vec4>,
+    material: u32,
+    tint: Vec3,
+}
+
+impl MeshBuilder {
+    /// An empty mesh: material 0, no tint.
+    pub(crate) fn new() -> Self {
+        Self {
+            positions: Vec::new(),
+            normals: Vec::new(),
+            tex_coords: Vec::new(),
+            triangles: Vec::new(),
+            material_of_triangle: Vec::new(),
+            colors: Vec::new(),
+            material: 0,
+            tint: Vec3::ONE,
+        }
+    }
+
+    /// What follows has material `material`, a place in the scene's materials, and no tint.
+    pub(crate) fn material(&mut self, material: u32) -> &mut Self {
+        self.material = material;
+        self.tint = Vec3::ONE;
+        self
+    }
+
+    /// What follows has its material's colour times the linear colour `tint`.
+    pub(crate) fn tint(&mut self, tint: Vec3) -> &mut Self {
+        self.tint = tint;
+        self
+    }
+
+    /// Gives vertex `index`, which is there already, the linear tint `tint`.
+    pub(crate) fn tint_vertex(&mut self, index: usize, tint: Vec3) {
+        self.colors.resize(self.positions.len(), Vec4::ONE);
+        self.colors[index] = tint.extend(1.0);
+    }
+
+    /// Adds a vertex and returns its index. `normal` is of unit length, or zero for flat surfaces.
+    pub(crate) fn vertex(&mut self, position: Vec3, normal: Vec3, tex_coords: Vec2) -> u32 {
+        let index = self.positions.len();
+        if self.tint != Vec3::ONE || !self.colors.is_empty() {
+            self.colors.resize(index, Vec4::ONE);
+            self.colors.push(self.tint.extend(1.0));
+        }
+        self.positions.push(position);
+        self.normals.push(normal);
+        self.tex_coords.push(tex_coords);
+        index as u32
+    }
+
+    /// Adds a triangle between existing vertices.
+    pub(crate) fn triangle(&mut self, vertices: [u32; 3]) {
+        self.triangles.push(vertices);
+        self.material_of_triangle.push(self.material);
+    }
+
+    /// Adds what `make` makes, moved from its own space into this one.
+    pub(crate) fn place(&mut self, world_from_part: Affine3A, make: impl FnOnce(&mut Self)) -> &mut Self {
+        let first = self.positions.len();
+        make(self);
+        let normals = normals_matrix(world_from_part);
+        for position in &mut self.positions[first..] {
+            *position = world_from_part.transform_point3(*position);
+        }
+        for normal in &mut self.normals[first..] {
+            *normal = (normals * *normal).normalize_or_zero();
+        }
+        self
+    }
+
+    /// Adds a copy of `part`, in its own materials and tints, moved from its space into this one.
+    pub(crate) fn instance(&mut self, part: &Self, world_from_part: Affine3A) -> &mut Self {
+        let first = self.positions.len();
+        let normals = normals_matrix(world_from_part);
+        if !part.colors.is_empty() || !self.colors.is_empty() {
+            self.colors.resize(first, Vec4::ONE);
+            self.colors.extend_from_slice(&part.colors);
+            self.colors.resize(first + part.positions.len(), Vec4::ONE);
+        }
+        self.positions.extend(part.positions.iter().map(|&position| world_from_part.transform_point3(position)));
+        self.normals.extend(part.normals.iter().map(|&normal| (normals * normal).normalize_or_zero()));
+        self.tex_coords.extend_from_slice(&part.tex_coords);
+        self.triangles.extend(part.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first as u32)));
+        self.material_of_triangle.extend_from_slice(&part.material_of_triangle);
+        self
+    }
+
+    /// The finished mesh with the materials that it refers to.
+    pub(crate) fn finish(mut self, materials: Materials) -> Frame {
+        if !self.colors.is_empty() {
+            self.colors.resize(self.positions.len(), Vec4::ONE);
+        }
+        let mesh = Mesh {
+            triangles: self.triangles,
+            material_of_triangle: self.material_of_triangle,
+            tex_coords: [self.tex_coords, Vec::new()],
+            colors: self.colors,
+        };
+        Frame {
+            positions: self.positions,
+            normals: self.normals,
+            mesh: Arc::new(mesh),
+            materials: Arc::new(materials),
+            ..Frame::default()
+        }
+    }
+}
+
+/// What turns normals where `world_from_part` moves surfaces; lengths are left to the caller.
+fn normals_matrix(world_from_part: Affine3A) -> Mat3A {
+    world_from_part.matrix3.inverse().transpose()
+}

@@ -1,0 +1,125 @@
+//! Materials and procedural textures.
+
+use glam::{Vec2, Vec3, Vec4};
+
+use super::math::pow;
+use umbrage_scene::{ColorSpace, Filter, Material, Materials, Texture, TextureUse, Wrap};
+
+/// The linear colour of an sRGB colour written as `0xrrggbb`.
+pub(crate) fn srgb(hex: u32) -> Vec3 {
+    let linear = |byte: u32| {
+        let encoded = (byte & 0xff) as f32 / 255.0;
+        if encoded <= 0.040_45 { encoded / 12.92 } else { pow((encoded + 0.055) / 1.055, 2.4) }
+    };
+    Vec3::new(linear(hex >> 16), linear(hex >> 8), linear(hex))
+}
+
+/// The materials of a scene as they are thought up; each `add…` returns the new one's place.
+#[derive(Debug, Default)]
+pub(crate) struct Palette {
+    materials: Materials,
+}
+
+impl Palette {
+    /// Adds any material.
+    pub(crate) fn add(&mut self, material: Material) -> u32 {
+        self.materials.materials.push(material);
+        self.materials.materials.len() as u32 - 1
+    }
+
+    /// Adds paint, stone, wood, … : linear `color`, `roughness` 0 … 1.
+    pub(crate) fn dull(&mut self, name: &str, color: Vec3, roughness: f32) -> u32 {
+        self.add(Material { name: name.into(), base_color: color.extend(1.0), roughness, ..Material::default() })
+    }
+
+    /// Adds a metal whose reflection is tinted by `color`; at `roughness` 0 it is a mirror.
+    pub(crate) fn metal(&mut self, name: &str, color: Vec3, roughness: f32) -> u32 {
+        let base_color = color.extend(1.0);
+        self.add(Material { name: name.into(), base_color, metallic: 1.0, roughness, ..Material::default() })
+    }
+
+    /// Adds a material whose colour is a texture; `repeat` texture coordinates span the image once, along both axes.
+    pub(crate) fn textured(&mut self, name: &str, texture: Texture, repeat: Vec2, roughness: f32) -> u32 {
+        let mut texture = TextureUse::new(self.texture(texture));
+        texture.image_from_mesh = glam::Affine2::from_scale(repeat.recip());
+        let base_color_texture = Some(texture);
+        self.add(Material { name: name.into(), base_color_texture, roughness, ..Material::default() })
+    }
+
+    /// Adds a texture, for a material to refer to.
+    pub(crate) fn texture(&mut self, texture: Texture) -> u32 {
+        self.materials.textures.push(texture);
+        self.materials.textures.len() as u32 - 1
+    }
+
+    /// The material at `place`, to change it further.
+    ///
+    /// # Panics
+    /// If no `add…` returned `place`.
+    pub(crate) fn material(&mut self, place: u32) -> &mut Material {
+        &mut self.materials.materials[place as usize]
+    }
+
+    /// All of them.
+    pub(crate) fn finish(self) -> Materials {
+        self.materials
+    }
+}
+
+/// A repeating colour texture of `size` texels: `color` gives the linear colour and opacity at (x, y), each 0 … 1,
+/// from the upper left corner.
+pub(crate) fn color_texture(name: &str, size: [u32; 2], color: impl Fn(Vec2) -> Vec4) -> Texture {
+    painted(name, size, Wrap::Repeat, color)
+}
+
+/// As [`color_texture`], but mirrored at its edges: for irregular patterns, which would show a seam when repeated.
+pub(crate) fn mottled_texture(name: &str, size: [u32; 2], color: impl Fn(Vec2) -> Vec4) -> Texture {
+    painted(name, size, Wrap::MirroredRepeat, color)
+}
+
+fn painted(name: &str, size: [u32; 2], wrap: Wrap, color: impl Fn(Vec2) -> Vec4) -> Texture {
+    let byte = |linear: f32| {
+        let linear = linear.clamp(0.0, 1.0);
+        let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * pow(linear, 1.0 / 2.4) - 0.055 };
+        (encoded * 255.0 + 0.5) as u8
+    };
+    let [width, height] = size;
+    let texels = (0..height)
+        .flat_map(|y| (0..width).map(move |x| Vec2::new(x as f32 + 0.5, y as f32 + 0.5)))
+        .map(|texel| {
+            let color = color(texel / Vec2::new(width as f32, height as f32));
+            let opacity = (color.w.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+            [byte(color.x), byte(color.y), byte(color.z), opacity]
+        })
+        .collect();
+    Texture::new(name, size, texels, ColorSpace::Srgb, Filter::Linear, [wrap; 2])
+}
+
+/// Two colours in squares, two by two: one square is half the image wide.
+pub(crate) fn checker(name: &str, side_texels: u32, dark: Vec3, light: Vec3) -> Texture {
+    color_texture(name, [side_texels; 2], |at| {
+        let odd = (at.x < 0.5) != (at.y < 0.5);
+        if odd { dark } else { light }.extend(1.0)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colors_survive_the_way_into_a_texture() {
+        let color = srgb(0x80_40_c0);
+        assert!(color.abs_diff_eq(Vec3::new(0.2159, 0.0513, 0.5271), 1e-3), "{color}");
+        let texture = color_texture("plain", [4, 4], |_| color.extend(0.5));
+        assert!(texture.sample(Vec2::splat(0.4), 1.0).truncate().abs_diff_eq(color, 1e-3));
+        assert!((texture.opacity(Vec2::ZERO) - 0.5).abs() < 0.01);
+    }
+
+    #[test]
+    fn checkers_alternate() {
+        let texture = checker("board", 8, Vec3::ZERO, Vec3::ONE);
+        let read = |x: f32, y: f32| texture.sample(Vec2::new(x, y), 1.0).x;
+        assert_eq!([read(0.25, 0.25), read(0.75, 0.25), read(0.25, 0.75), read(0.75, 0.75)], [1.0, 0.0, 0.0, 1.0]);
+    }
+}

@@ -1,0 +1,220 @@
+//! The forest's materials and textures.
+
+use std::f32::consts::TAU;
+
+use glam::{Vec2, Vec3};
+
+use super::build::math::{mix, sin_cos, smoothstep, wave};
+use super::build::{Palette, Random, color_texture, fractal_noise, srgb};
+use super::character::Stuff;
+use super::glade;
+use umbrage_scene::{Alpha, Material, Texture};
+
+/// The forest's materials, as places in its palette.
+pub(super) struct Paints {
+    pub(super) glade: glade::Stuff,
+    pub(super) leaves: u32,
+    pub(super) fern: u32,
+    pub(super) grass: u32,
+    pub(super) petal: u32,
+    pub(super) heart: u32,
+    pub(super) skin: u32,
+    pub(super) hair: u32,
+    pub(super) brass: u32,
+    pub(super) eye: u32,
+    pub(super) wood: u32,
+    pub(super) flame: u32,
+    /// Hat, coat, trousers and leather of each gnome.
+    pub(super) clothes: [[u32; 4]; 2],
+}
+
+impl Paints {
+    pub(super) fn new(palette: &mut Palette) -> Self {
+        let masked = |palette: &mut Palette, name: &str, texture: Texture| {
+            let material = palette.textured(name, texture, Vec2::ONE, 0.6);
+            let leaf = palette.material(material);
+            leaf.alpha = Alpha::Mask { cutoff: 0.5 };
+            leaf.double_sided = true;
+            material
+        };
+        let two_sided = |palette: &mut Palette, name: &str, roughness: f32| {
+            let material = palette.dull(name, Vec3::ONE, roughness);
+            palette.material(material).double_sided = true;
+            material
+        };
+        let glow = |palette: &mut Palette, name: &str, color: Vec3| {
+            palette.add(Material { name: name.into(), emissive: color, roughness: 0.4, ..Material::default() })
+        };
+        let brass = palette.metal("brass", Vec3::new(0.86, 0.62, 0.28), 0.32);
+        let clothes =
+            [[0xb8_2e_22, 0x2f_5d_78, 0x6a_4a_2e, 0x4e_2f_1c], [0x3f_7a_3a, 0xb0_6a_24, 0x4a_4a_5c, 0x3c_28_1a]].map(
+                |colors| {
+                    let [hat, coat, trousers, leather] = colors.map(srgb);
+                    [
+                        palette.dull("felt", hat, 0.9),
+                        palette.dull("coat", coat, 0.85),
+                        palette.dull("trousers", trousers, 0.9),
+                        palette.dull("leather", leather, 0.5),
+                    ]
+                },
+            );
+        let glade = glade::Stuff {
+            soil: palette.dull("soil", Vec3::ONE, 1.0),
+            stone: palette.dull("stone", Vec3::splat(1.0), 0.9),
+            bark: palette.textured("bark", bark(), Vec2::new(0.5, 0.25), 0.95),
+            cut_wood: palette.textured("cut wood", growth_rings(), Vec2::ONE, 0.8),
+            stem: palette.dull("stem", srgb(0xea_df_c6), 0.8),
+            spotted: palette.textured("spotted", spots(), Vec2::ONE, 0.35),
+            door: palette.textured("door", planks(), Vec2::splat(0.5), 0.6),
+            frame: palette.dull("frame", srgb(0x5a_3a_20), 0.7),
+            window: glow(palette, "window", srgb(0xff_b4_50)),
+            brass,
+        };
+        Self {
+            glade,
+            leaves: masked(palette, "leaves", leaf_spray()),
+            fern: masked(palette, "fern", frond()),
+            grass: two_sided(palette, "grass", 0.9),
+            petal: two_sided(palette, "petal", 0.6),
+            heart: palette.dull("heart", srgb(0xe8_b0_28), 0.8),
+            skin: palette.dull("skin", srgb(0xe8_a9_84), 0.6),
+            hair: palette.dull("hair", srgb(0xee_ea_e0), 0.85),
+            brass,
+            eye: palette.dull("eye", srgb(0x14_10_0e), 0.1),
+            wood: palette.dull("wood", srgb(0x7a_56_34), 0.8),
+            flame: glow(palette, "flame", srgb(0xff_a8_38) * 1.6),
+            clothes,
+        }
+    }
+
+    /// The material of what gnome `who` is made of.
+    pub(super) fn of_gnome(&self, who: usize, stuff: Stuff) -> u32 {
+        let [hat, coat, trousers, leather] = self.clothes[who];
+        match stuff {
+            Stuff::Skin => self.skin,
+            Stuff::Hat => hat,
+            Stuff::Coat => coat,
+            Stuff::Trousers => trousers,
+            Stuff::Leather => leather,
+            Stuff::Hair => self.hair,
+            Stuff::Brass => self.brass,
+            Stuff::Eye => self.eye,
+            Stuff::Wood => self.wood,
+            Stuff::Toadstool => self.glade.spotted,
+            Stuff::Flame => self.flame,
+        }
+    }
+}
+
+/// Whether `at` is in a leaf from `stalk` to `tip`, and how far it is from the leaf's middle vein, 0 … 1.
+fn in_leaf(at: Vec2, stalk: Vec2, tip: Vec2, half_width: f32) -> Option<f32> {
+    let axis = tip - stalk;
+    let part = (at - stalk).dot(axis) / axis.length_squared();
+    let across = (at - stalk).perp_dot(axis).abs() / axis.length();
+    // Widest before the middle and pointed at the tip.
+    let width = half_width * 4.0 * part * (1.0 - part) * (1.25 - 0.5 * part);
+    ((0.0..1.0).contains(&part) && across < width).then(|| across / width)
+}
+
+/// Nine leaves on a twig that comes from the lower edge.
+fn leaf_spray() -> Texture {
+    const LEAVES: [[f32; 4]; 9] = [
+        [0.5, 0.42, 0.52, 0.02],
+        [0.5, 0.5, 0.18, 0.14],
+        [0.5, 0.46, 0.84, 0.16],
+        [0.5, 0.66, 0.04, 0.4],
+        [0.5, 0.6, 0.97, 0.42],
+        [0.5, 0.8, 0.06, 0.7],
+        [0.5, 0.76, 0.95, 0.7],
+        [0.5, 0.92, 0.2, 0.96],
+        [0.5, 0.9, 0.82, 0.95],
+    ];
+    color_texture("leaf spray", [256, 256], |at| {
+        for (place, [x, y, tip_x, tip_y]) in LEAVES.into_iter().enumerate() {
+            if let Some(across) = in_leaf(at, Vec2::new(x, y), Vec2::new(tip_x, tip_y), 0.085) {
+                let tone = 0.85 + 0.3 * wave(place as f32 * 0.37);
+                let vein = smoothstep(0.0, 0.12, across);
+                let green = srgb(0x9c_c0_54).lerp(srgb(0x5c_94_30), vein) * tone;
+                return green.extend(1.0);
+            }
+        }
+        let twig = (at.x - 0.5).abs() < 0.012 && at.y > 0.4;
+        srgb(if twig { 0x5c_48_2c } else { 0x5a_86_30 }).extend(if twig { 1.0 } else { 0.0 })
+    })
+}
+
+/// A fern's frond from the lower edge to the tip at the upper one.
+fn frond() -> Texture {
+    color_texture("frond", [128, 256], |at| {
+        let part = 1.0 - at.y;
+        let across = (at.x - 0.5).abs() * 2.0;
+        let reach = (1.0 - part) * (0.35 + 2.6 * part).min(1.0);
+        let leaflet = (part * 15.0 - across * 0.9).rem_euclid(1.0);
+        let inside = across < reach * (0.86 + 0.14 * wave(part * 15.0)) && leaflet < 0.74 - 0.35 * across;
+        let stalk = across < 0.035 && part < 0.97;
+        let green = srgb(0x74_a0_3c).lerp(srgb(0x4e_80_2c), leaflet);
+        green.extend(if inside || stalk { 1.0 } else { 0.0 })
+    })
+}
+
+/// Bark that repeats along both axes, ridged along v.
+fn bark() -> Texture {
+    color_texture("bark", [128, 128], |at| {
+        let (sin, cos) = sin_cos(TAU * at.x);
+        let (sin_v, cos_v) = sin_cos(TAU * at.y);
+        let place = Vec3::new(cos * 2.6 + 0.5 * cos_v, sin * 2.6 + 0.5 * sin_v, 0.6 * cos_v - 0.4 * sin_v);
+        let ridge = (fractal_noise(place * 1.4, 4) * 2.4).abs().min(1.0);
+        srgb(0x4a_38_2a).lerp(srgb(0x94_7c_60), ridge).extend(1.0)
+    })
+}
+
+fn growth_rings() -> Texture {
+    color_texture("growth rings", [256, 256], |at| {
+        let offset = at - 0.5;
+        let bend = 0.03 * fractal_noise((offset * 6.0).extend(1.0), 3);
+        let ring = 0.5 + 0.5 * wave((offset.length() + bend) * 26.0);
+        let edge = smoothstep(0.4, 0.46, offset.length());
+        srgb(0xd8_b4_80).lerp(srgb(0xb8_8a_54), ring).lerp(srgb(0x5c_44_30), edge).extend(1.0)
+    })
+}
+
+/// A toadstool's cap: u goes around it, and v from the crown at 0 to the rim at 1.
+fn spots() -> Texture {
+    let mut random = Random::new(41);
+    let mut spots: Vec<(Vec2, f32)> = Vec::new();
+    for _ in 0..400 {
+        let at = Vec2::new(random.unit(), mix(0.03, 0.9, random.unit().sqrt()));
+        let radius = random.range(0.035, 0.07);
+        let apart = |&(other, other_radius): &(Vec2, f32)| cap_distance(at, other) > 1.25 * (radius + other_radius);
+        if spots.iter().all(apart) {
+            spots.push((at, radius));
+        }
+    }
+    color_texture("spotted", [512, 256], |at| {
+        let inside = spots.iter().any(|&(spot, radius)| {
+            let wobble = 1.0 + 0.25 * fractal_noise(Vec3::new(at.x * 40.0, at.y * 20.0, 0.0), 2);
+            cap_distance(at, spot) < radius * wobble
+        });
+        let red = srgb(0xc2_26_1c).lerp(srgb(0x96_14_14), smoothstep(0.5, 1.0, at.y));
+        if inside { srgb(0xf4_ec_dc) } else { red }.extend(1.0)
+    })
+}
+
+/// Distance of two places of a cap's texture on a disc whose radius is half a unit.
+fn cap_distance(a: Vec2, b: Vec2) -> f32 {
+    let place = |at: Vec2| {
+        let (sin, cos) = sin_cos(TAU * at.x);
+        Vec2::new(cos, sin) * (0.5 * at.y)
+    };
+    place(a).distance(place(b))
+}
+
+fn planks() -> Texture {
+    color_texture("planks", [128, 128], |at| {
+        let plank = at.x * 5.0;
+        let gap = (plank - plank.round()).abs() < 0.06;
+        let grain = fractal_noise(Vec3::new(plank.floor() * 7.0 + at.x * 40.0, at.y * 3.0, 0.0), 3);
+        let wood = srgb(0x8a_5a_30) * (1.0 + 0.4 * grain);
+        if gap { srgb(0x38_22_12) } else { wood }.extend(1.0)
+    })
+}

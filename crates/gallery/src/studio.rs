@@ -1,0 +1,60 @@
+//! A photographer's studio: the seamless backdrop, lamps and camera that several demos share.
+
+use glam::{Vec2, Vec3};
+use umbrage_rays::LightSource;
+
+use super::build::MeshBuilder;
+use super::build::math::{camera, sin_cos};
+use umbrage_scene::{Frame, Light, NamedCamera};
+
+/// Columns of a backdrop that is a fair share of `triangles`; zero, for a flat one, where there are few.
+pub(crate) fn backdrop_columns(triangles: usize) -> u32 {
+    const FEW: usize = 2_000;
+    if triangles < FEW {
+        return 0;
+    }
+    ((triangles as f32 * 0.02 / (2 * BEND_ROWS + 3) as f32) as u32).clamp(12, 96)
+}
+
+/// Triangles of a backdrop of `columns`.
+pub(crate) fn backdrop_triangles(columns: u32) -> usize {
+    if columns == 0 { 2 } else { (columns * (2 * BEND_ROWS + 3)) as usize }
+}
+
+const BEND_ROWS: u32 = 6;
+
+/// Adds a round floor at y = 0 of `radius` that bends up, without an edge, to a wall of `height`; without columns a
+/// square floor alone. Texture coordinates are lengths along the floor, in world units.
+pub(crate) fn backdrop(builder: &mut MeshBuilder, radius: f32, height: f32, columns: u32) {
+    if columns == 0 {
+        builder.floor(Vec3::ZERO, Vec2::splat(2.0 * radius), [1, 1]);
+        return;
+    }
+    let bend = 0.45 * radius.min(height);
+    // From the top down, so that the inside is the outer side.
+    let mut profile = vec![Vec2::new(radius, height)];
+    profile.extend((0..=BEND_ROWS).map(|row| {
+        let (sin, cos) = sin_cos(row as f32 / BEND_ROWS as f32 * std::f32::consts::FRAC_PI_2);
+        Vec2::new(radius - bend + bend * cos, bend - bend * sin)
+    }));
+    profile.push(Vec2::ZERO);
+    let first = builder.positions.len();
+    builder.lathe(&profile, columns);
+    for vertex in first..builder.positions.len() {
+        let position = builder.positions[vertex];
+        builder.tex_coords[vertex] = Vec2::new(position.x, position.y + position.z);
+    }
+}
+
+/// Adds a lamp to the frame that makes a white surface facing it at `subject` `brightness` bright.
+pub(crate) fn light(frame: &mut Frame, name: &str, position: Vec3, subject: Vec3, color: Vec3, brightness: f32) {
+    let intensity = brightness * std::f32::consts::PI * position.distance_squared(subject);
+    let source = LightSource::Point { position };
+    frame.lights.push(Light { name: name.into(), source, color, intensity, range: None, casts_shadow: true });
+}
+
+/// Adds a camera to the frame; see [`camera`].
+pub(crate) fn look(frame: &mut Frame, name: &str, position: Vec3, target: Vec3, tan_half_height: f32) {
+    let camera = camera(position, target, tan_half_height);
+    frame.cameras.push(NamedCamera { name: name.into(), camera });
+}

@@ -1,0 +1,25 @@
+use std::path::Path;
+use std::process::Command;
+
+use crate::command::{cargo_workspace, run};
+use crate::outcome::Outcome;
+use crate::repository;
+
+/// The folder of the library's examples.
+const FOLDER: &str = "crates/umbrage/examples";
+
+/// Every example runs to its end. They are built as the tests are, and share what these have compiled.
+pub(crate) fn check(root: &Path) -> Outcome {
+    let built = run(&mut cargo_workspace(root, &["build", "--examples"]));
+    if built.is_failure() {
+        return built;
+    }
+    let sources = match repository::files(&root.join(FOLDER), "rs") {
+        Ok(sources) if sources.is_empty() => return Outcome::Failed(format!("{FOLDER}: there are no examples")),
+        Ok(sources) => sources,
+        Err(why) => return Outcome::Failed(why),
+    };
+    let names = sources.iter().filter_map(|source| source.file_stem()?.to_str());
+    let outcomes = names.map(|name| run(&mut Command::new(repository::example(root, name))));
+    outcomes.fold(Outcome::Passed, |all, one| if all.is_failure() { all } else { one })
+}
