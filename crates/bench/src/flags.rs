@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use umbrage::rays::SimdLevel;
 
-use crate::table::Form;
+use crate::table::{Columns, Form, Table};
 
 /// Flags of every experiment.
 #[derive(Args, Debug)]
@@ -32,8 +32,14 @@ pub(crate) struct ExperimentFlags {
 }
 
 impl ExperimentFlags {
+    /// Has everything use as many threads as are asked for, and begins the table.
+    pub(crate) fn start(&self, size: Option<[u32; 2]>, columns: Columns) -> Result<Table> {
+        use_threads(self.threads)?;
+        Ok(Table::start(self.form, &self.conditions(size), columns)?)
+    }
+
     /// How everything is measured, in one line.
-    pub(crate) fn conditions(&self, size: Option<[u32; 2]>) -> String {
+    fn conditions(&self, size: Option<[u32; 2]>) -> String {
         let size = size.map_or_else(String::new, |[width, height]| format!("{width}x{height}, "));
         let (threads, simd) = (rayon::current_num_threads(), self.simd.unwrap_or_default());
         let masks = if self.masks { "asked" } else { "not asked" };

@@ -29,10 +29,8 @@ pub use camera::{Camera, Projection, View};
 pub use camera_grid::{GridCounts, ImageTooLarge, PerspectiveGrid};
 pub use choice::{Choice, UnknownChoice};
 pub use kdtree::{
-    BackgroundKdTree, Clipping, ImpossibleBackground, ImpossibleHierarchy, ImpossibleKdTreeOptions, ImpossibleObjects,
-    KdAge, KdBuilder, KdCulling, KdEntry, KdLayout, KdMailbox, KdMotion, KdObject, KdPacketOptions, KdPacketVisits,
-    KdPacketWidth, KdTraversal, KdTree, KdTreeCounts, KdTreeForm, KdTreeOptions, KdTreeVisits, RebuildPolicy, SahCosts,
-    SceneHierarchy, TwoLevelCounts, TwoLevelKdTree,
+    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth,
+    KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts,
 };
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace, LightGrid, LightGridCounts, LightGridSeconds};
@@ -47,3 +45,16 @@ pub use shot::{
 pub use simd::SimdLevel;
 pub use triangles::{Omitted, OmittedKind, Triangles};
 pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformCounts, UniformGrid, UniformOptions};
+
+/// What `umbrage-study` needs of the crate's inside. Not part of the public API.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::kdtree::{
+        Ask, Branch, Candidate, Cell, Extent, Filter, HALF_ULP, Job, LANES, MOST_RAYS, Node, Nodes, Plane, Rays,
+        Reference, Scale, Sides, Wide, load,
+    };
+    pub use crate::packet::{Group, Planes};
+    pub use crate::single::{Visit, blocked, nearest};
+    pub use crate::triangles::Unusable;
+    pub use crate::uniform::{Beam, Lattice, Scratch, Statistics, Visitor};
+}

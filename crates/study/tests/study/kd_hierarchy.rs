@@ -2,10 +2,8 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::hit;
-use umbrage_rays::{
-    Bvh, Clipping, Hit, ImpossibleHierarchy, ImpossibleObjects, KdBuilder, KdLayout, KdTree, KdTreeOptions, Ray,
-    SceneHierarchy, Triangles,
-};
+use umbrage_rays::{Bvh, Clipping, Hit, KdBuilder, KdLayout, KdTree, KdTreeOptions, Ray, Triangles};
+use umbrage_study::kdtree::{ImpossibleHierarchy, ImpossibleObjects, SceneHierarchy, build_from};
 
 use crate::support::{self, Mesh, Random, blocks, is_usable};
 
@@ -30,7 +28,7 @@ fn hierarchies(triangles: Triangles<'_>) -> Vec<SceneHierarchy> {
     vec![
         SceneHierarchy::of_objects([0..third, third..third, third..half, half..count]).expect("objects in order"),
         SceneHierarchy::of_bvh(&bvh, triangles.len()),
-        SceneHierarchy::of_tree(&tree),
+        SceneHierarchy::of_tree(&tree, triangles.len()),
         SceneHierarchy::of_objects((0..count).map(|id| id..id + 1)).expect("objects in order"),
     ]
 }
@@ -38,7 +36,7 @@ fn hierarchies(triangles: Triangles<'_>) -> Vec<SceneHierarchy> {
 fn build(triangles: Triangles<'_>, hierarchy: &SceneHierarchy, options: KdTreeOptions) -> KdTree {
     let mut tree = KdTree::default();
     tree.set_options(options).expect("possible options");
-    tree.build_from(triangles, hierarchy).expect("a hierarchy of these triangles");
+    build_from(&mut tree, triangles, hierarchy).expect("a hierarchy of these triangles");
     tree.validate(triangles).unwrap_or_else(|broken| panic!("{options:?}: {broken}"));
     tree
 }
@@ -138,7 +136,7 @@ fn any_number_of_triangles_is_hit_and_rebuilt() {
         let mesh = Mesh::soup(&mut random, count, 0.1);
         for hierarchy in hierarchies(mesh.triangles()) {
             assert!(hierarchy.len() == count && hierarchy.is_empty() == (count == 0));
-            tree.build_from(mesh.triangles(), &hierarchy).expect("a hierarchy of these triangles");
+            build_from(&mut tree, mesh.triangles(), &hierarchy).expect("a hierarchy of these triangles");
             tree.validate(mesh.triangles()).expect("a valid tree");
             for ray in random_rays(&mut random, 10, 3.0) {
                 assert_eq!(tree.nearest(mesh.triangles(), &ray, |_| true), nearest(mesh.triangles(), &ray));
@@ -184,7 +182,7 @@ fn trees_are_as_good_as_the_exact_one_and_do_not_depend_on_threads() {
         let mut again = KdTree::default();
         for threads in [1, 2, 3, 7] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            pool.install(|| again.build_from(triangles, hierarchy)).expect("a hierarchy of these triangles");
+            pool.install(|| build_from(&mut again, triangles, hierarchy)).expect("a hierarchy of these triangles");
             assert!(again.is_same_as(&first), "{threads} threads");
         }
     }
@@ -198,7 +196,7 @@ fn impossible_hierarchies_are_refused() {
     let mesh = Mesh::floor(2, 1.0);
     let mut tree = KdTree::default();
     tree.build(mesh.triangles());
-    let error = tree.build_from(mesh.triangles(), &hierarchy).unwrap_err();
+    let error = build_from(&mut tree, mesh.triangles(), &hierarchy).unwrap_err();
     assert_eq!(error, ImpossibleHierarchy { hierarchy: 7, frame: 8 });
     assert!(error.to_string().contains("7 triangles"));
     tree.validate(mesh.triangles()).expect("still the tree that it was");

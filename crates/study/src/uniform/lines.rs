@@ -2,19 +2,25 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 use glam::{DVec3, Vec3};
 
-use super::{Group, HALF_ULP, LANES};
-use crate::Ray;
+use umbrage_rays::Ray;
+use umbrage_rays::internals::Group;
+
+/// Lines handled at once.
+pub(super) const LANES: usize = 16;
+
+/// Half the distance from one to the next f32.
+const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 
 /// Sixteen lines as linear functions of the way w along the major axis: (u, v) = place + slope · w. 256 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
-pub(crate) struct LineBlock {
+pub(super) struct LineBlock {
     place: [[f32; LANES]; 2],
     slope: [[f32; LANES]; 2],
 }
 
 /// Finds in f32 which of some lines certainly miss a triangle, whatever they have in common.
-pub(crate) struct LineFilter {
+pub(super) struct LineFilter {
     group: Group,
     origin: DVec3,
     unit: f64,
@@ -25,12 +31,12 @@ pub(crate) struct LineFilter {
 
 impl LineFilter {
     /// A filter for lines of a group, in coordinates in relation to `origin` and times `unit`.
-    pub(crate) fn new(group: Group, origin: DVec3, unit: f64) -> Self {
+    pub(super) fn new(group: Group, origin: DVec3, unit: f64) -> Self {
         Self { group, origin, unit, farthest: 0.0, steepest: 0.0 }
     }
 
     /// Adds a ray's line to a block.
-    pub(crate) fn add(&mut self, block: &mut LineBlock, lane: usize, ray: &Ray) {
+    pub(super) fn add(&mut self, block: &mut LineBlock, lane: usize, ray: &Ray) {
         let [u, v, w] = self.group.turned((ray.origin - self.origin) * self.unit);
         let [along_u, along_v, along_w] = self.group.turned(ray.direction);
         let slopes = [along_u / along_w, along_v / along_w];
@@ -48,7 +54,7 @@ impl LineFilter {
     /// f g' − g f'. Each of the terms of f has five roundings at most, relative to r = |u| + |place| + |slope · w|, and so
     /// has g; their products and the difference add two: 12 ε r r' for each of two products, taken as 32 in all. Distances
     /// in f64 lose far less. The sum guards against products that are too small for an f32.
-    pub(crate) fn triangle(&self, corners: [Vec3; 3]) -> LineTriangle {
+    pub(super) fn triangle(&self, corners: [Vec3; 3]) -> LineTriangle {
         let corners = corners.map(|corner| self.group.turned((corner.as_dvec3() - self.origin) * self.unit));
         let reach = corners.map(|[u, v, w]| u.abs().max(v.abs()) + self.farthest + self.steepest * w.abs() + 1e-12);
         let bound = |p: usize, q: usize| (32.0 * HALF_ULP * reach[p] * reach[q]) as f32;
@@ -60,7 +66,7 @@ impl LineFilter {
 }
 
 /// A triangle, to be tested against lines.
-pub(crate) struct LineTriangle {
+pub(super) struct LineTriangle {
     corners: [[f32; 3]; 3],
     /// How wrong each edge function may be.
     bounds: [f32; 3],
@@ -69,7 +75,7 @@ pub(crate) struct LineTriangle {
 impl LineTriangle {
     /// Which lines of a block certainly miss the triangle, a bit for each.
     #[inline(always)]
-    pub(crate) fn missed<S: Simd>(&self, simd: S, lines: &LineBlock) -> u16 {
+    pub(super) fn missed<S: Simd>(&self, simd: S, lines: &LineBlock) -> u16 {
         let f = self.offsets(simd, lines, 0);
         let g = self.offsets(simd, lines, 1);
         let edges = [f[1] * g[2] - g[1] * f[2], f[2] * g[0] - g[2] * f[0], f[0] * g[1] - g[0] * f[1]];

@@ -1,10 +1,11 @@
 use std::ops::ControlFlow;
 
+use umbrage_rays::internals::{self, Visit};
+use umbrage_rays::predicate::ShadowRay;
+use umbrage_rays::{Hit, Ray, Triangles};
+
 use super::BackgroundKdTree;
 use crate::kdtree::grown::{self, Line, Start};
-use crate::predicate::ShadowRay;
-use crate::single::{self, Visit};
-use crate::{Hit, Ray, Triangles};
 
 /// What sums of planes and drifts may be wrong by, for each unit of the largest coordinate: four roundings.
 const ROUNDING: f64 = 1.0 / (1_u64 << 50) as f64;
@@ -16,7 +17,7 @@ impl BackgroundKdTree {
     /// Hits that `counts` refuses are passed through: use it for alpha masks and back faces.
     #[must_use]
     pub fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-        single::nearest(self, triangles, ray, counts)
+        internals::nearest(self, triangles, ray, counts)
     }
 
     /// Whether any triangle but `own` shadows the point of `shadow_ray`.
@@ -31,7 +32,7 @@ impl BackgroundKdTree {
         own: u32,
         counts: impl Fn(u32, [f32; 2]) -> bool,
     ) -> bool {
-        single::blocked(self, triangles, shadow_ray, own, counts)
+        internals::blocked(self, triangles, shadow_ray, own, counts)
     }
 }
 
@@ -47,7 +48,7 @@ impl Visit for BackgroundKdTree {
         }
         let start = match Line::start(&self.extent, ray) {
             Start::Line(line) => {
-                let reach = f64::from(tree.extent.reach()) * ROUNDING;
+                let reach = f64::from(tree.extent().reach()) * ROUNDING;
                 line.with(ray.origin.to_array(), ray.direction.to_array(), [reach; 3])
             }
             other => other,

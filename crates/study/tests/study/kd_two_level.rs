@@ -2,10 +2,8 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{
-    Hit, ImpossibleObjects, KdBuilder, KdMotion, KdObject, KdTraversal, KdTreeOptions, LightSource, Ray, Triangles,
-    TwoLevelKdTree,
-};
+use umbrage_rays::{Hit, KdBuilder, KdTraversal, KdTreeOptions, LightSource, Ray, Triangles};
+use umbrage_study::kdtree::{ImpossibleObjects, KdMotion, KdObject, TwoLevelKdTree};
 
 use crate::support::{self, Mesh, Random, blocked_by_any, is_usable, nearest_of_all as nearest};
 

@@ -1,12 +1,13 @@
+use umbrage_rays::Triangles;
+use umbrage_rays::internals::Extent;
+
 use super::BackgroundKdTree;
-use crate::Triangles;
-use crate::kdtree::extent::Extent;
 
 impl BackgroundKdTree {
     /// Checks the tree against the triangles of the current frame.
     ///
     /// # Errors
-    /// Names the first triangle or node that breaks a rule: the tree [is valid](crate::KdTree::validate) for the triangles that it
+    /// Names the first triangle or node that breaks a rule: the tree [is valid](umbrage_rays::KdTree::validate) for the triangles that it
     /// was built over; those are the frame's, but for where they are; the box holds all of them; and no node has moved less
     /// than a triangle that it lists, or than a child.
     pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
@@ -16,7 +17,7 @@ impl BackgroundKdTree {
         if rest.indices != triangles.indices || rest.positions.len() != triangles.positions.len() {
             return Err("the tree isn't of these triangles".to_owned());
         }
-        let nodes = &current.tree.nodes;
+        let nodes = current.tree.nodes();
         if drift.len() != nodes.len() {
             return Err(format!("it is known of {} nodes of {} how they move", drift.len(), nodes.len()));
         }
@@ -31,7 +32,7 @@ impl BackgroundKdTree {
                 waiting.extend(children);
                 continue;
             }
-            for &id in &current.tree.ids[node.ids()] {
+            for &id in &current.tree.ids()[node.ids()] {
                 let Ok(corners) = triangles.usable_corners(id) else { continue };
                 let moved = corners.into_iter().zip(rest.corners(id));
                 if moved

@@ -1,56 +1,50 @@
-//! The tree as plain words, for those who walk it elsewhere: on a GPU.
+//! The tree as plain words, as shaders walk it.
 
-use super::KdTree;
-use super::extent::Plane;
-use super::node::Node;
+use umbrage_rays::KdTree;
+use umbrage_rays::internals::Plane;
 
-/// What [`KdTree::write_words`] doesn't write: how nodes find their children, and the bounds.
+/// What [`write_words`] doesn't write: how nodes find their children, and the bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KdTreeForm {
+pub(super) struct KdTreeForm {
     /// Whether an inner node's left child is the node that follows it and its own word tells the place of the right one;
     /// else the word tells the place of the left child, which the right one follows.
-    pub left_follows: bool,
+    pub(super) left_follows: bool,
     /// Lower corner of the box around all triangles that can be hit; above `max` where there are none.
-    pub min: [f32; 3],
+    pub(super) min: [f32; 3],
     /// Upper corner of that box.
-    pub max: [f32; 3],
+    pub(super) max: [f32; 3],
 }
 
-impl KdTree {
-    /// Replaces `nodes` by the tree's nodes, two words each, the root first; none before the first build.
-    ///
-    /// The lowest two bits of a node's second word are the axis of an inner node's plane, whose coordinate has the bits of
-    /// the first word, and the bits above are a child's place. For a leaf both bits are set: the first word is where its
-    /// ids start in [`KdTree::ids`], and the bits above are how many it has.
-    pub fn write_words(&self, nodes: &mut Vec<[u32; 2]>) -> KdTreeForm {
-        nodes.clear();
-        nodes.extend((0..self.nodes.len() as u32).map(|place| {
-            let node = self.nodes.get(place);
-            if node.is_leaf() {
-                [node.ids().start as u32, (node.count() as u32) << 2 | 3]
-            } else {
-                let Plane { axis, at } = node.plane();
-                [at.to_bits(), node.child() << 2 | axis as u32]
-            }
-        }));
-        // Asked of a node that isn't there: only the layout counts.
-        let apart = Node::inner(Plane { axis: 0, at: 0.0 }, 2);
-        let left_follows = self.nodes.children(0, apart) == [1, 2];
-        KdTreeForm { left_follows, min: self.extent.min, max: self.extent.max }
-    }
-
-    /// Triangle ids, leaf after leaf, ascending in each.
-    #[must_use]
-    pub fn ids(&self) -> &[u32] {
-        &self.ids
-    }
+/// Replaces `nodes` by the tree's nodes, two words each, the root first; none before the first build.
+///
+/// The lowest two bits of a node's second word are the axis of an inner node's plane, whose coordinate has the bits of
+/// the first word, and the bits above are a child's place. For a leaf both bits are set: the first word is where its
+/// ids start in [`KdTree::ids`], and the bits above are how many it has.
+pub(super) fn write_words(tree: &KdTree, words: &mut Vec<[u32; 2]>) -> KdTreeForm {
+    words.clear();
+    let (nodes, extent) = (tree.nodes(), tree.extent());
+    words.extend((0..nodes.len() as u32).map(|index| {
+        let node = nodes.get(index);
+        if node.is_leaf() {
+            [node.ids().start as u32, (node.count() as u32) << 2 | 3]
+        } else {
+            let Plane { axis, at } = node.plane();
+            [at.to_bits(), node.child() << 2 | axis as u32]
+        }
+    }));
+    let root = (nodes.len() > 0).then(|| nodes.get(0)).filter(|root| !root.is_leaf());
+    // Else the second place stays empty.
+    let left_follows = root.is_some_and(|root| nodes.children(0, root)[0] == 1);
+    KdTreeForm { left_follows, min: extent.min, max: extent.max }
 }
 
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
 
-    use crate::{KdLayout, KdTree, KdTreeOptions, Triangles};
+    use umbrage_rays::{KdLayout, KdTree, KdTreeOptions, Triangles};
+
+    use super::write_words;
 
     /// The ids below a node of the words, and how many nodes there are.
     fn ids_below(nodes: &[[u32; 2]], ids: &[u32], left_follows: bool, place: u32, found: &mut Vec<u32>) -> usize {
@@ -75,13 +69,13 @@ mod tests {
         let triangles = Triangles { positions: &positions, indices: &indices };
         let mut nodes = vec![[7, 7]];
         let mut tree = KdTree::default();
-        assert!(tree.write_words(&mut nodes).min[0] > 0.0 && nodes.is_empty());
+        assert!(write_words(&tree, &mut nodes).min[0] > 0.0 && nodes.is_empty());
         for layout in [KdLayout::DepthFirst, KdLayout::Subtrees] {
             tree.set_options(KdTreeOptions { layout, ..KdTreeOptions::DEFAULT }).expect("possible options");
             tree.build(triangles);
-            let form = tree.write_words(&mut nodes);
+            let form = write_words(&tree, &mut nodes);
             assert_eq!(form.left_follows, layout == KdLayout::DepthFirst);
-            assert_eq!((form.min, form.max), (tree.extent.min, tree.extent.max));
+            assert_eq!((form.min, form.max), (tree.extent().min, tree.extent().max));
             let mut found = Vec::new();
             let count = ids_below(&nodes, tree.ids(), form.left_follows, 0, &mut found);
             let counts = tree.counts();

@@ -1,9 +1,10 @@
 use std::ops::ControlFlow;
 
+use umbrage_rays::internals::{self, Visit};
+use umbrage_rays::predicate::ShadowRay;
+use umbrage_rays::{Hit, Ray, Triangles};
+
 use super::TwoLevelKdTree;
-use crate::predicate::ShadowRay;
-use crate::single::{self, Visit};
-use crate::{Hit, Ray, Triangles};
 
 impl TwoLevelKdTree {
     /// The nearest hit of `ray` among the triangles that the last update was for; at equal t the one with the lowest triangle
@@ -12,7 +13,7 @@ impl TwoLevelKdTree {
     /// Hits that `counts` refuses are passed through: use it for alpha masks and back faces.
     #[must_use]
     pub fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-        single::nearest(&Objects { trees: self, triangles }, triangles, ray, counts)
+        internals::nearest(&Objects { trees: self, triangles }, triangles, ray, counts)
     }
 
     /// Whether any triangle but `own` shadows the point of `shadow_ray`.
@@ -27,7 +28,7 @@ impl TwoLevelKdTree {
         own: u32,
         counts: impl Fn(u32, [f32; 2]) -> bool,
     ) -> bool {
-        single::blocked(&Objects { trees: self, triangles }, triangles, shadow_ray, own, counts)
+        internals::blocked(&Objects { trees: self, triangles }, triangles, shadow_ray, own, counts)
     }
 }
 
@@ -38,12 +39,12 @@ struct Objects<'a> {
 
 impl Visit for Objects<'_> {
     fn reach(&self) -> f32 {
-        self.trees.top.extent.reach()
+        self.trees.top.extent().reach()
     }
 
     fn visit(&self, ray: &Ray, mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
         let top = &self.trees.top;
-        if top.nodes.len() == 0 {
+        if top.nodes().len() == 0 {
             return ControlFlow::Continue(());
         }
         top.within(Triangles::default()).visit(ray, |object, t_max| {
@@ -57,11 +58,7 @@ impl Visit for Objects<'_> {
             };
             match &object.rest {
                 Some(rest) if !object.is_rebuilt => rest.visit(&object.tree, &object.extent, &ray, test),
-                _ => {
-                    let mut within = object.tree.within(object.of(self.triangles));
-                    within.traversal = self.trees.options.traversal;
-                    within.visit(&ray, test)
-                }
+                _ => object.tree.within(object.of(self.triangles)).visit(&ray, test),
             }
         })
     }

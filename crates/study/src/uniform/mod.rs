@@ -1,14 +1,14 @@
+//! Packets of any rays through the uniform grid (Wald et al. 2006, §2.2). They will serve batches of secondary rays.
+
+mod lines;
+
 use fearless_simd::{Simd, dispatch};
 use glam::DVec3;
+use umbrage_rays::internals::{Beam, Group, Lattice, Planes, Scratch, Statistics, Visitor};
+use umbrage_rays::predicate::{ShadowRay, hit};
+use umbrage_rays::{Hit, Ray, Triangles, UniformGrid};
 
-use super::UniformGrid;
-use super::bundle::lanes_of;
-use super::lattice::Lattice;
-use super::slices::{Beam, Scratch, Visitor};
-use super::statistics::Statistics;
-use crate::packet::{Group, LANES, LineBlock, LineFilter, Planes};
-use crate::predicate::{ShadowRay, hit};
-use crate::{Hit, Ray, Triangles};
+use lines::{LANES, LineBlock, LineFilter};
 
 /// Most rays that are traced together.
 const MOST_RAYS: usize = 256;
@@ -16,98 +16,96 @@ const MOST_RAYS: usize = 256;
 /// Most blocks of 16 rays.
 const MOST_BLOCKS: usize = MOST_RAYS / LANES;
 
-impl UniformGrid {
-    /// Does what [`nearest`](Self::nearest) does for each of `rays`, which may start anywhere and go anywhere: the hit of
-    /// each is written to the same place in `hits`, `None` for a miss.
-    ///
-    /// Up to 256 rays in a row are traced together, those that agree about the sign of a major axis (Wald et al. 2006,
-    /// §2.2): it pays where neighbours run side by side.
-    ///
-    /// # Panics
-    /// If there are more or fewer `hits` than `rays`.
-    pub fn nearest_of_packet(
-        &self,
-        triangles: Triangles<'_>,
-        rays: &[Ray],
-        counts: impl Fn(&Hit) -> bool,
-        hits: &mut [Option<Hit>],
-    ) {
-        assert!(rays.len() == hits.len(), "{} hits for {} rays", hits.len(), rays.len());
-        hits.fill(None);
-        for (rays, hits) in rays.chunks(MOST_RAYS).zip(hits.chunks_mut(MOST_RAYS)) {
-            self.visit_packet(triangles, &|place| rays[place], rays.len(), &mut |place, id| {
-                let best = &mut hits[place];
-                if let Some(hit) = hit(&rays[place], triangles, id)
-                    && best.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
-                    && counts(&hit)
-                {
-                    *best = Some(hit);
-                }
-                best.map_or(f64::INFINITY, |best| best.t)
-            });
-        }
+/// Does what [`UniformGrid::nearest`] does for each of `rays`, which may start anywhere and go anywhere: the hit of
+/// each is written to the same place in `hits`, `None` for a miss.
+///
+/// Up to 256 rays in a row are traced together, those that agree about the sign of a major axis (Wald et al. 2006,
+/// §2.2): it pays where neighbours run side by side.
+///
+/// # Panics
+/// If there are more or fewer `hits` than `rays`.
+pub fn nearest_of_packet(
+    grid: &UniformGrid,
+    triangles: Triangles<'_>,
+    rays: &[Ray],
+    counts: impl Fn(&Hit) -> bool,
+    hits: &mut [Option<Hit>],
+) {
+    assert!(rays.len() == hits.len(), "{} hits for {} rays", hits.len(), rays.len());
+    hits.fill(None);
+    for (rays, hits) in rays.chunks(MOST_RAYS).zip(hits.chunks_mut(MOST_RAYS)) {
+        visit_packet(grid, triangles, &|place| rays[place], rays.len(), &mut |place, id| {
+            let best = &mut hits[place];
+            if let Some(hit) = hit(&rays[place], triangles, id)
+                && best.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
+                && counts(&hit)
+            {
+                *best = Some(hit);
+            }
+            best.map_or(f64::INFINITY, |best| best.t)
+        });
     }
+}
 
-    /// Does what [`blocked`](Self::blocked) does for each of `rays`, the points of which are on the triangles `own`.
-    ///
-    /// Rays are traced together as by [`nearest_of_packet`](Self::nearest_of_packet).
-    ///
-    /// # Panics
-    /// If there are more or fewer `own` or `blocked` than `rays`.
-    pub fn blocked_of_packet(
-        &self,
-        triangles: Triangles<'_>,
-        rays: &[ShadowRay],
-        own: &[u32],
-        counts: impl Fn(u32, [f32; 2]) -> bool,
-        blocked: &mut [bool],
-    ) {
-        let lens = (own.len(), blocked.len());
-        assert!(lens == (rays.len(), rays.len()), "{lens:?} triangles and answers for {} rays", rays.len());
-        blocked.fill(false);
-        let packets = rays.chunks(MOST_RAYS).zip(own.chunks(MOST_RAYS)).zip(blocked.chunks_mut(MOST_RAYS));
-        for ((rays, own), blocked) in packets {
-            self.visit_packet(triangles, &|place| rays[place].ray, rays.len(), &mut |place, id| {
-                let corners = triangles.corners(id);
-                let asked = !blocked[place] && id != own[place];
-                blocked[place] |=
-                    asked && rays[place].blocked_by(corners).is_some_and(|barycentric| counts(id, barycentric));
-                if blocked[place] { f64::NEG_INFINITY } else { f64::INFINITY }
-            });
-        }
+/// Does what [`UniformGrid::blocked`] does for each of `rays`, the points of which are on the triangles `own`.
+///
+/// Rays are traced together as by [`nearest_of_packet`].
+///
+/// # Panics
+/// If there are more or fewer `own` or `blocked` than `rays`.
+pub fn blocked_of_packet(
+    grid: &UniformGrid,
+    triangles: Triangles<'_>,
+    rays: &[ShadowRay],
+    own: &[u32],
+    counts: impl Fn(u32, [f32; 2]) -> bool,
+    blocked: &mut [bool],
+) {
+    let lens = (own.len(), blocked.len());
+    assert!(lens == (rays.len(), rays.len()), "{lens:?} triangles and answers for {} rays", rays.len());
+    blocked.fill(false);
+    let packets = rays.chunks(MOST_RAYS).zip(own.chunks(MOST_RAYS)).zip(blocked.chunks_mut(MOST_RAYS));
+    for ((rays, own), blocked) in packets {
+        visit_packet(grid, triangles, &|place| rays[place].ray, rays.len(), &mut |place, id| {
+            let corners = triangles.corners(id);
+            let asked = !blocked[place] && id != own[place];
+            blocked[place] |=
+                asked && rays[place].blocked_by(corners).is_some_and(|barycentric| counts(id, barycentric));
+            if blocked[place] { f64::NEG_INFINITY } else { f64::INFINITY }
+        });
     }
+}
 
-    /// Calls `ask` with the place of each ray and each triangle that it may hit, until it says by its result that nothing
-    /// at that t or later matters to the ray. Knows both by reference, so that this is compiled once.
-    fn visit_packet(
-        &self,
-        triangles: Triangles<'_>,
-        ray: &dyn Fn(usize) -> Ray,
-        count: usize,
-        ask: &mut dyn FnMut(usize, u32) -> f64,
-    ) {
-        let Some(lattice) = self.lattice else { return };
-        let mut scratch = Scratch::default();
-        let unit = self.unit();
-        let mut remaining = [0_u16; MOST_BLOCKS];
-        (0..count).for_each(|place| remaining[place / LANES] |= 1 << (place % LANES));
-        while let Some(block) = remaining.iter().position(|&remaining| remaining != 0) {
-            let first = block * LANES + remaining[block].trailing_zeros() as usize;
-            let group = Group::of(ray(first).direction);
-            let mut packet = Lines::new(&lattice, triangles, group, ray(first).origin, unit, ask);
-            for (block, remaining) in remaining.iter_mut().enumerate() {
-                for lane in lanes_of(*remaining) {
-                    let place = block * LANES + lane;
-                    if place == first || group.has(ray(place).direction) {
-                        packet.add(&lattice, place, &ray(place));
-                        *remaining &= !(1 << lane);
-                    }
+/// Calls `ask` with the place of each ray and each triangle that it may hit, until it says by its result that nothing
+/// at that t or later matters to the ray. Knows both by reference, so that this is compiled once.
+fn visit_packet(
+    grid: &UniformGrid,
+    triangles: Triangles<'_>,
+    ray: &dyn Fn(usize) -> Ray,
+    count: usize,
+    ask: &mut dyn FnMut(usize, u32) -> f64,
+) {
+    let Some(lattice) = grid.lattice() else { return };
+    let mut scratch = Scratch::default();
+    let unit = grid.unit();
+    let mut remaining = [0_u16; MOST_BLOCKS];
+    (0..count).for_each(|place| remaining[place / LANES] |= 1 << (place % LANES));
+    while let Some(block) = remaining.iter().position(|&remaining| remaining != 0) {
+        let first = block * LANES + remaining[block].trailing_zeros() as usize;
+        let group = Group::of(ray(first).direction);
+        let mut packet = Lines::new(&lattice, triangles, group, ray(first).origin, unit, ask);
+        for (block, remaining) in remaining.iter_mut().enumerate() {
+            for lane in lanes_of(*remaining) {
+                let place = block * LANES + lane;
+                if place == first || group.has(ray(place).direction) {
+                    packet.add(&lattice, place, &ray(place));
+                    *remaining &= !(1 << lane);
                 }
             }
-            let (beam, within) = packet.beam(&lattice);
-            let scratch = &mut scratch;
-            dispatch!(self.level.into(), simd => self.visit_beam(simd, triangles, beam, within, scratch, &mut packet));
         }
+        let (beam, within) = packet.beam(&lattice);
+        let scratch = &mut scratch;
+        dispatch!(grid.level().into(), simd => grid.visit_beam(simd, triangles, beam, within, scratch, &mut packet));
     }
 }
 
@@ -261,4 +259,13 @@ impl Visitor for Lines<'_> {
             }
         }
     }
+}
+
+/// The indices of a word's bits.
+fn lanes_of(mut bits: u16) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
 }

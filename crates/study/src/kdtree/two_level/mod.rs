@@ -14,9 +14,9 @@ use std::ops::Range;
 
 use glam::DAffine3;
 
-use super::extent::Extent;
-use super::{KdTree, KdTreeCounts, KdTreeOptions, SahCosts};
-use crate::Omitted;
+use umbrage_rays::internals::Extent;
+use umbrage_rays::{ImpossibleKdTreeOptions, KdTree, KdTreeCounts, KdTreeOptions, Omitted, SahCosts};
+
 use moved::Rest;
 
 /// How an object's triangles come to where they are.
@@ -114,7 +114,7 @@ impl Default for TwoLevelKdTree {
         let mut top = KdTree::default();
         // An object is a tree to go through.
         let costs = SahCosts { test: 20.0, ..KdTreeOptions::DEFAULT.costs };
-        top.options = KdTreeOptions { costs, ..KdTreeOptions::DEFAULT };
+        top.set_options(KdTreeOptions { costs, ..KdTreeOptions::DEFAULT }).expect("possible options");
         let options = KdTreeOptions::DEFAULT;
         Self { options, objects: Vec::new(), top, omitted: Omitted::default(), triangle_count: 0, rebuilt: 0 }
     }
@@ -135,10 +135,12 @@ impl TwoLevelKdTree {
     ///
     /// # Errors
     /// As [`KdTree::set_options`].
-    pub fn set_options(&mut self, options: KdTreeOptions) -> Result<(), super::ImpossibleKdTreeOptions> {
+    pub fn set_options(&mut self, options: KdTreeOptions) -> Result<(), ImpossibleKdTreeOptions> {
         options.check()?;
         self.options = options;
-        self.top.options.traversal = options.traversal;
+        for tree in self.objects.iter_mut().map(|object| &mut object.tree).chain([&mut self.top]) {
+            tree.set_options(KdTreeOptions { traversal: options.traversal, ..tree.options() })?;
+        }
         Ok(())
     }
 

@@ -1,11 +1,10 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 
-use super::filter::load;
-use super::rays::{HALF_ULP, LANES, MOST_RAYS, Rays};
-use super::scale::Scale;
+use umbrage_rays::internals::{HALF_ULP, LANES, MOST_RAYS, Plane, Rays, Scale, load};
+
+use super::bits_of;
 use super::search::Met;
-use crate::kdtree::extent::Plane;
 
 /// Groups of rays that one shaft holds.
 pub(super) const GROUPS: usize = MOST_RAYS / LANES;
@@ -102,7 +101,7 @@ impl Axes {
 
 /// Which rays of a group matter.
 #[inline(always)]
-fn alive<S: Simd>(simd: S, rays: &Rays, first: usize) -> mask32x16<S> {
+pub(super) fn alive<S: Simd>(simd: S, rays: &Rays, first: usize) -> mask32x16<S> {
     load::<S, f32x16<S>>(simd, &rays.enter, first).simd_le(load::<S, f32x16<S>>(simd, &rays.leave, first))
 }
 
@@ -278,7 +277,7 @@ impl Bundle {
         let from = (from as f32 - margin(rays)).max(self.whole.from);
         let to = (to as f32 + margin(rays)).max(from + SHORTEST);
         let (mut near, mut far) = (NOTHING, NOTHING);
-        for group in super::tester::bits_of(groups) {
+        for group in bits_of(groups) {
             let (alive, enter, leave) = axes.ways(simd, rays, group * LANES);
             let [start, end] = [from - margin(rays), to + margin(rays)].map(
                 #[inline(always)]

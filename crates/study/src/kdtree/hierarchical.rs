@@ -11,16 +11,10 @@
 //! other side of that face, to which its group has gone as well.
 
 use rayon::prelude::*;
+use umbrage_rays::internals::{Branch, Candidate, Cell, Extent, Job, Plane, Reference, Sides};
+use umbrage_rays::{Clipping, KdBuilder, KdTree, Triangles};
 
-use super::Job;
-use super::presorted;
-use super::sah::{Candidate, Cell, Heuristic, Measure};
-use super::space::Frame;
-use crate::Triangles;
-use crate::kdtree::extent::{Extent, Plane, Reference, Sides};
-use crate::kdtree::hierarchy::{ImpossibleHierarchy, SceneHierarchy};
-use crate::kdtree::layout::Branch;
-use crate::kdtree::{Clipping, KdBuilder, KdTree};
+use super::hierarchy::{ImpossibleHierarchy, SceneHierarchy};
 
 /// Nodes of fewer triangles are built as the options say.
 const OPEN_BELOW: u64 = 512;
@@ -54,46 +48,44 @@ struct Hierarchical<'a> {
     /// The box and the triangles of each group.
     groups: Vec<(Extent, u32)>,
     builder: KdBuilder,
+    /// What a test of a triangle costs.
+    test_cost: f64,
     /// The largest magnitude of a coordinate.
     reach: f32,
 }
 
-impl KdTree {
-    /// As [`build`](Self::build), with `hierarchy` to say which triangles lie together: the upper nodes are found in a time
-    /// that hardly depends on how many triangles there are, the lower ones as the options say. Any hierarchy gives a right
-    /// tree, and one that is as good as others' where groups are compact.
-    ///
-    /// # Errors
-    /// If the hierarchy is of another number of triangles; then the tree stays as it was.
-    ///
-    /// # Panics
-    /// As [`build`](Self::build).
-    pub fn build_from(
-        &mut self,
-        triangles: Triangles<'_>,
-        hierarchy: &SceneHierarchy,
-    ) -> Result<(), ImpossibleHierarchy> {
-        if hierarchy.len() != triangles.len() {
-            return Err(ImpossibleHierarchy { hierarchy: hierarchy.len(), frame: triangles.len() });
-        }
-        let count = self.start(triangles);
-        let heuristic = Heuristic::new(self.options.costs, count);
-        let Self { options, pool, .. } = self;
-        let (clipping, lazy_below) = (options.clipping, options.lazy_below as usize);
-        let job = Job { triangles, clipping, heuristic, lazy_below, pool };
+/// As [`KdTree::build`], with `hierarchy` to say which triangles lie together: the upper nodes are found in a time
+/// that hardly depends on how many triangles there are, the lower ones as the options say. Any hierarchy gives a right
+/// tree, and one that is as good as others' where groups are compact.
+///
+/// # Errors
+/// If the hierarchy is of another number of triangles; then the tree stays as it was.
+///
+/// # Panics
+/// As [`KdTree::build`].
+pub fn build_from(
+    tree: &mut KdTree,
+    triangles: Triangles<'_>,
+    hierarchy: &SceneHierarchy,
+) -> Result<(), ImpossibleHierarchy> {
+    if hierarchy.len() != triangles.len() {
+        return Err(ImpossibleHierarchy { hierarchy: hierarchy.len(), frame: triangles.len() });
+    }
+    let options = tree.options();
+    tree.build_by(triangles, |job, count, out| {
         let groups = boxes(triangles, hierarchy);
         let extent = groups.first().map_or(Extent::EMPTY, |root| root.0);
-        self.extent = extent;
         if count == 0 {
-            self.branch.push_leaf(std::iter::empty());
-        } else {
-            let root = Unit { reference: Reference { extent, id: 0 }, count: count as u32 };
-            let all = Hierarchical { job: &job, hierarchy, groups, builder: options.builder, reach: extent.reach() };
-            all.grow(vec![root], Heuristic::root(extent, count), &mut self.branch);
+            out.push_leaf(std::iter::empty());
+            return extent;
         }
-        self.lay_out();
-        Ok(())
-    }
+        let root = Unit { reference: Reference { extent, id: 0 }, count: count as u32 };
+        let (builder, test_cost, reach) = (options.builder, options.costs.test, extent.reach());
+        let all = Hierarchical { job, hierarchy, groups, builder, test_cost, reach };
+        all.grow(vec![root], job.root_cell(extent, count), out);
+        extent
+    });
+    Ok(())
 }
 
 /// The box around the triangles of each group that can be hit, and how many these are.
@@ -128,11 +120,10 @@ impl Hierarchical<'_> {
         let place = out.open(best.plane);
         let [left, right] = children;
         if count >= PARALLEL {
-            let mut right_branch = self.job.pool.branch();
+            let mut right_branch = Branch::default();
             rayon::join(|| self.grow(left, cells[0], out), || self.grow(right, cells[1], &mut right_branch));
             out.turn_right(place);
             out.append(&right_branch);
-            self.job.pool.keep_branch(right_branch);
         } else {
             self.grow(left, cells[0], out);
             out.turn_right(place);
@@ -142,7 +133,7 @@ impl Hierarchical<'_> {
 
     /// Where to cut a cell, unless it is for its triangles to say. Opens groups until there is a plane that is worth it.
     fn plane(&self, units: &mut Vec<Unit>, cell: &Cell, count: u64) -> Option<(Candidate, [Cell; 2])> {
-        if count < OPEN_BELOW || cell.depth >= self.job.heuristic.max_depth {
+        if count < OPEN_BELOW {
             return None;
         }
         let mut parts = PARTS;
@@ -153,19 +144,10 @@ impl Hierarchical<'_> {
             }
             // What was opened has lost what is outside of the cell.
             let count = units.iter().map(|unit| unit.weight() as usize).sum();
-            let mut measure = Measure::new(&self.job.heuristic, cell.extent, count);
-            let mut events = Vec::new();
-            for axis in 0..3 {
-                events.clear();
-                for (Unit { reference: Reference { extent, .. }, .. }, place) in units.iter().zip(0..) {
-                    presorted::push_axis(&mut events, extent.min[axis], extent.max[axis], place);
-                }
-                events.sort_unstable();
-                presorted::sweep(&mut measure, axis, &events, |place| units[place].weight());
-            }
-            let is_worth_it = |best: &Candidate| best.cost < self.job.heuristic.costs.test * count as f64;
-            if measure.best.is_some_and(|best| is_worth_it(&best)) {
-                return self.job.heuristic.split(cell, count, measure.best);
+            let boxes: Vec<_> = units.iter().map(|unit| (unit.reference.extent, unit.weight())).collect();
+            let best = self.job.best_of_boxes(cell, &boxes);
+            if let Some(best) = best.filter(|best| best.cost < self.test_cost * count as f64) {
+                return self.job.split(cell, count, best).map(|cells| (best, cells));
             }
             parts *= 8.0;
         }
@@ -256,14 +238,8 @@ impl Hierarchical<'_> {
                 groups.extend(units.drain(first..).map(|unit| unit.reference.id));
             }
         }
-        let mut space = self.job.pool.space();
-        space.references.extend(units.iter().map(|unit| unit.reference));
-        space.references.sort_unstable_by_key(|reference| reference.id);
-        if self.builder == KdBuilder::Binned {
-            self.job.bin_references(&space.references, self.reach, cell, out);
-        } else {
-            self.job.grow(&mut space, Frame::default(), self.builder.into(), cell, out);
-        }
-        self.job.pool.keep_space(space);
+        let mut references: Vec<_> = units.iter().map(|unit| unit.reference).collect();
+        references.sort_unstable_by_key(|reference| reference.id);
+        self.job.grow_references(&references, self.reach, self.builder, cell, out);
     }
 }

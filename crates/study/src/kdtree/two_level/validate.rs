@@ -1,7 +1,7 @@
+use umbrage_rays::internals::Extent;
+use umbrage_rays::{KdTree, Triangles};
+
 use super::{KdMotion, TwoLevelKdTree};
-use crate::Triangles;
-use crate::kdtree::KdTree;
-use crate::kdtree::extent::Extent;
 
 impl TwoLevelKdTree {
     /// Checks the trees against the triangles that the last update was for.
@@ -35,7 +35,7 @@ impl TwoLevelKdTree {
                     return Err(broken(format!("triangle {triangle} sticks out of its box")));
                 }
             }
-            if !object.extent.is_empty() && !self.top.covers_box(0, id, object.extent) {
+            if !object.extent.is_empty() && !covers_box(&self.top, 0, id, object.extent) {
                 return Err(broken("it is missing in a leaf that it overlaps".to_owned()));
             }
         }
@@ -43,21 +43,19 @@ impl TwoLevelKdTree {
     }
 }
 
-impl KdTree {
-    /// Whether the leaves below a node that list a box cover a part of it.
-    fn covers_box(&self, place: u32, id: u32, part: Extent) -> bool {
-        let node = self.nodes.get(place);
-        if node.is_leaf() {
-            return self.ids[node.ids()].binary_search(&id).is_ok();
-        }
-        let plane = node.plane();
-        let [left, right] = self.nodes.children(place, node);
-        let (low, high) = (part.min[plane.axis], part.max[plane.axis]);
-        if low == plane.at && high == plane.at {
-            return self.covers_box(left, id, part) || self.covers_box(right, id, part);
-        }
-        let [below, above] = part.cut(plane);
-        (low >= plane.at || self.covers_box(left, id, if high <= plane.at { part } else { below }))
-            && (high <= plane.at || self.covers_box(right, id, if low >= plane.at { part } else { above }))
+/// Whether the leaves below a node that list a box cover a part of it.
+fn covers_box(tree: &KdTree, place: u32, id: u32, part: Extent) -> bool {
+    let node = tree.nodes().get(place);
+    if node.is_leaf() {
+        return tree.ids()[node.ids()].binary_search(&id).is_ok();
     }
+    let plane = node.plane();
+    let [left, right] = tree.nodes().children(place, node);
+    let (low, high) = (part.min[plane.axis], part.max[plane.axis]);
+    if low == plane.at && high == plane.at {
+        return covers_box(tree, left, id, part) || covers_box(tree, right, id, part);
+    }
+    let [below, above] = part.cut(plane);
+    (low >= plane.at || covers_box(tree, left, id, if high <= plane.at { part } else { below }))
+        && (high <= plane.at || covers_box(tree, right, id, if low >= plane.at { part } else { above }))
 }

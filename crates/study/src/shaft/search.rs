@@ -1,10 +1,8 @@
-use super::KdEntry;
-use super::scale::Scale;
+use umbrage_rays::internals::{Extent, Nodes, Scale};
+use umbrage_rays::{KdTree, Triangles};
+
 use super::shaft::Shaft;
-use super::statistics::Steps;
-use crate::kdtree::extent::Extent;
-use crate::kdtree::node::Nodes;
-use crate::{KdTree, Triangles};
+use super::{KdEntry, ShaftVisits};
 
 /// A node that a shaft meets: where it is, its cell, and the ways along the shaft's axis that are in there.
 #[derive(Clone, Copy, Debug)]
@@ -17,15 +15,15 @@ pub(super) struct Met {
 impl Met {
     /// The root, along a whole shaft.
     pub(super) fn root(tree: &KdTree, shaft: &Shaft) -> Self {
-        Self { place: 0, cell: tree.extent, within: [shaft.from, shaft.to].map(f64::from) }
+        Self { place: 0, cell: tree.extent(), within: [shaft.from, shaft.to].map(f64::from) }
     }
 
     /// The left and the right child of an inner node; `None` where the shaft doesn't meet it.
     #[inline(always)]
     pub(super) fn children(&self, tree: &KdTree, scale: &Scale, shaft: &Shaft) -> [Option<Self>; 2] {
-        let node = tree.nodes.get(self.place);
+        let node = tree.nodes().get(self.place);
         let plane = node.plane();
-        let [left, right] = tree.nodes.children(self.place, node);
+        let [left, right] = tree.nodes().children(self.place, node);
         let [below, above] = self.cell.cut(plane);
         let [in_left, in_right] = shaft.parts(scale, plane, self.within);
         let child = |place, cell, within: [f64; 2]| (within[0] <= within[1]).then_some(Self { place, cell, within });
@@ -42,16 +40,16 @@ struct Fork {
 }
 
 /// Looks for the node from which packets in a shaft begin.
-pub(super) struct Search<'a, 'b> {
+pub(super) struct Search<'a> {
     pub(super) tree: &'a KdTree,
     pub(super) triangles: Triangles<'a>,
     pub(super) scale: &'a Scale,
     pub(super) shaft: &'a Shaft,
     pub(super) kind: KdEntry,
-    pub(super) steps: &'a mut Steps<'b>,
+    pub(super) visits: &'a mut ShaftVisits,
 }
 
-impl Search<'_, '_> {
+impl Search<'_> {
     /// The lowest node below which are all leaves that matter; `None` where there are none.
     ///
     /// First the first such leaf is looked for, and nodes are kept on the way there whose other child the shaft meets too. If
@@ -90,9 +88,9 @@ impl Search<'_, '_> {
         let mut waiting = 0;
         let mut met = from;
         loop {
-            let node = self.tree.nodes.get(met.place);
+            let node = self.tree.nodes().get(met.place);
             if !node.is_leaf() {
-                self.steps.note(|visits| visits.searched += 1);
+                self.visits.searched += 1;
                 let axis = node.plane().axis;
                 let [left, right] = met.children(self.tree, self.scale, self.shaft);
                 if let (Some(left), Some(right)) = (left, right) {
@@ -108,7 +106,7 @@ impl Search<'_, '_> {
                     met = only;
                     continue;
                 }
-            } else if self.matters(&self.tree.ids[node.ids()]) {
+            } else if self.matters(&self.tree.ids()[node.ids()]) {
                 *count = waiting;
                 return Some(met);
             }

@@ -1,12 +1,13 @@
 use std::ops::Range;
 
-use super::{ImpossibleObjects, KdTree};
-use crate::Bvh;
+use umbrage_rays::{Bvh, KdTree};
+
+use super::ImpossibleObjects;
 
 /// Which triangles of a scene lie together, in groups of groups: a scene graph, or what is left of a structure that was built
 /// for an earlier frame. It doesn't say where they are, so nothing gets wrong when they move.
 ///
-/// [`KdTree::build_from`] builds a tree of it. About 6 bytes a triangle.
+/// [`build_from`](super::build_from) builds a tree of it. About 6 bytes a triangle.
 #[derive(Clone, Debug, Default)]
 pub struct SceneHierarchy {
     /// Triangle ids, leaf after leaf; each once.
@@ -92,11 +93,15 @@ impl SceneHierarchy {
         hierarchy.finish()
     }
 
-    /// Of a kd-tree that was built for some frame; a triangle of several leaves belongs to the first.
+    /// Of a kd-tree that was built over some frame's `triangle_count` triangles; a triangle of several leaves belongs to the
+    /// first.
+    ///
+    /// # Panics
+    /// If it was built over more.
     #[must_use]
-    pub fn of_tree(tree: &KdTree) -> Self {
-        let mut hierarchy = Rest::new(tree.triangle_count);
-        if tree.nodes.len() > 0 {
+    pub fn of_tree(tree: &KdTree, triangle_count: usize) -> Self {
+        let mut hierarchy = Rest::new(triangle_count);
+        if tree.nodes().len() > 0 {
             hierarchy.below(tree, 0);
         }
         hierarchy.finish()
@@ -185,16 +190,16 @@ impl Rest {
     }
 
     fn below(&mut self, tree: &KdTree, place: u32) {
-        let node = tree.nodes.get(place);
+        let node = tree.nodes().get(place);
         if node.is_leaf() {
-            let ids = &tree.ids[node.ids()];
+            let ids = &tree.ids()[node.ids()];
             for ids in ids.chunks(SceneHierarchy::LARGEST) {
                 self.leaf(ids.iter().copied());
             }
             return;
         }
         let group = self.all.open();
-        for child in tree.nodes.children(place, node) {
+        for child in tree.nodes().children(place, node) {
             self.below(tree, child);
         }
         self.all.close(group);

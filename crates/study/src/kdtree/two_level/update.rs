@@ -2,10 +2,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use umbrage_rays::internals::{Extent, Reference};
+use umbrage_rays::{KdTree, KdTreeOptions, Omitted, OmittedKind, Triangles};
+
 use super::moved::Rest;
-use super::{ImpossibleObjects, KdMotion, KdObject, KdTree, KdTreeOptions, Object, TwoLevelKdTree};
-use crate::kdtree::extent::{Extent, Reference};
-use crate::{Omitted, Triangles};
+use super::{ImpossibleObjects, KdMotion, KdObject, Object, TwoLevelKdTree};
 
 impl TwoLevelKdTree {
     /// Makes trees those of a frame, on all threads of the current pool. Objects are known by their places: one that has
@@ -38,9 +39,9 @@ impl TwoLevelKdTree {
         let all = self.objects.par_iter_mut().zip(objects).enumerate();
         all.for_each(|(place, (object, now))| object.update(triangles, now, options, place >= known));
         self.rebuilt = self.objects.iter().filter(|object| object.is_rebuilt).count() as u64;
-        self.omitted.clear();
+        self.omitted = Omitted::default();
         for object in &self.objects {
-            self.omitted.append(&object.tree.omitted().clone().moved_by(object.triangles.start));
+            append(&mut self.omitted, object.tree.omitted(), object.triangles.start);
         }
         let boxes = self.objects.iter().zip(0..).filter(|(object, _)| !object.extent.is_empty());
         let boxes: Vec<_> = boxes.map(|(object, id)| Reference { extent: object.extent, id }).collect();
@@ -69,7 +70,7 @@ impl Object {
             (KdMotion::Static, KdMotion::Static) if is_known => return,
             (KdMotion::Rigid { .. }, KdMotion::Rigid { world_from_object }) if is_known => {
                 let followed =
-                    self.rest.as_mut().and_then(|rest| rest.follow(triangles, world_from_object, &self.tree.extent));
+                    self.rest.as_mut().and_then(|rest| rest.follow(triangles, world_from_object, &self.tree.extent()));
                 if let Some(extent) = followed {
                     self.extent = extent;
                     return;
@@ -80,9 +81,9 @@ impl Object {
         self.is_rebuilt = true;
         // Rays may reach a rigid object's subtrees when the triangles are elsewhere.
         let lazy_below = if matches!(now.motion, KdMotion::Rigid { .. }) { 0 } else { options.lazy_below };
-        self.tree.options = KdTreeOptions { lazy_below, ..options };
+        self.tree.set_options(KdTreeOptions { lazy_below, ..options }).expect("options that were checked");
         self.tree.build(triangles);
-        self.extent = self.tree.extent;
+        self.extent = self.tree.extent();
         self.rest = match now.motion {
             KdMotion::Rigid { world_from_object } => Some(Rest::new(triangles, world_from_object)),
             _ => None,
@@ -90,12 +91,16 @@ impl Object {
     }
 }
 
-impl Omitted {
-    /// With ids that are higher.
-    fn moved_by(mut self, first: u32) -> Self {
-        for kind in [&mut self.not_finite, &mut self.zero_area, &mut self.index_out_of_range] {
-            kind.first_ids.iter_mut().for_each(|id| *id += first);
-        }
-        self
+/// Adds the omitted triangles of an object whose first triangle is `first`.
+fn append(all: &mut Omitted, object: &Omitted, first: u32) {
+    let kinds = [
+        (&mut all.not_finite, &object.not_finite),
+        (&mut all.zero_area, &object.zero_area),
+        (&mut all.index_out_of_range, &object.index_out_of_range),
+    ];
+    for (kind, of_object) in kinds {
+        kind.count += of_object.count;
+        let room = OmittedKind::IDS - kind.first_ids.len();
+        kind.first_ids.extend(of_object.first_ids.iter().map(|id| id + first).take(room));
     }
 }

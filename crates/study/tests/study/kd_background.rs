@@ -3,10 +3,8 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{
-    BackgroundKdTree, Hit, ImpossibleBackground, KdBuilder, KdLayout, KdTreeOptions, LightSource, Ray, RebuildPolicy,
-    Triangles,
-};
+use umbrage_rays::{Hit, KdBuilder, KdLayout, KdTreeOptions, LightSource, Ray, Triangles};
+use umbrage_study::kdtree::{BackgroundKdTree, ImpossibleBackground, RebuildPolicy};
 
 use crate::support::{self, Mesh, Random, blocked_by_any, nearest_of_all as nearest};
 

@@ -13,10 +13,8 @@
 
 use std::ops::{ControlFlow, Range};
 
-use super::KdTree;
-use super::extent::{Extent, Plane};
-use super::node::Nodes;
-use crate::Ray;
+use umbrage_rays::internals::{Extent, Nodes, Plane};
+use umbrage_rays::{KdTree, Ray};
 
 /// What a ray's traversal begins with.
 pub(super) enum Start {
@@ -141,21 +139,22 @@ pub(super) fn visit(
     // Triangles that the ray remembers to have tested, as in `traverse`.
     let mut mailbox = [u32::MAX; MAILBOX];
     let mut leaf = |ids: Range<usize>, t_max: &mut f64| {
-        tree.ids[ids].iter().try_for_each(|&id| {
+        tree.ids()[ids].iter().try_for_each(|&id| {
             let is_new = std::mem::replace(&mut mailbox[id as usize % MAILBOX], id) != id;
             if is_new { test(id, t_max) } else { ControlFlow::Continue(()) }
         })
     };
     let mut line = match start {
         Start::Miss => return ControlFlow::Continue(()),
-        Start::Everything => return leaf(0..tree.ids.len(), &mut t_max),
+        Start::Everything => return leaf(0..tree.ids().len(), &mut t_max),
         Start::Line(line) => line,
     };
-    if tree.extent.is_empty() {
+    let (nodes, extent) = (tree.nodes(), tree.extent());
+    if extent.is_empty() {
         return ControlFlow::Continue(());
     }
-    if !line.clip(&tree.extent, drift(0)) {
-        return leaf(0..tree.ids.len(), &mut t_max);
+    if !line.clip(&extent, drift(0)) {
+        return leaf(0..tree.ids().len(), &mut t_max);
     }
     if line.enter > line.leave {
         return ControlFlow::Continue(());
@@ -164,7 +163,7 @@ pub(super) fn visit(
     let mut waiting = 0;
     let (mut place, mut enter, mut leave) = (0, line.enter, line.leave);
     loop {
-        let node = tree.nodes.get(place);
+        let node = nodes.get(place);
         if node.is_leaf() {
             leaf(node.ids(), &mut t_max)?;
             loop {
@@ -180,7 +179,7 @@ pub(super) fn visit(
             continue;
         }
         let plane = node.plane();
-        let [left, right] = tree.nodes.children(place, node);
+        let [left, right] = nodes.children(place, node);
         let [near, far] = if line.is_backward[plane.axis] { [right, left] } else { [left, right] };
         let [first, last] = line.reaches(plane, [drift(near), drift(far)]);
         if first > leave {

@@ -21,9 +21,8 @@ use std::sync::mpsc::Receiver;
 
 use glam::Vec3;
 
-use super::extent::Extent;
-use super::{ImpossibleKdTreeOptions, KdTree, KdTreeOptions};
-use crate::Omitted;
+use umbrage_rays::internals::Extent;
+use umbrage_rays::{ImpossibleKdTreeOptions, KdTree, KdTreeOptions, Omitted};
 
 /// When a [`BackgroundKdTree`] is built again: by what rays through it are expected to cost, in parts of what they did when it
 /// was built.

@@ -21,10 +21,10 @@ use std::ops::ControlFlow;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::KdTree;
-use crate::kdtree::extent::Extent;
+use umbrage_rays::internals::Extent;
+use umbrage_rays::{KdTree, Ray, Triangles};
+
 use crate::kdtree::grown::{self, Line, Start};
-use crate::{Ray, Triangles};
 
 /// Twice what a coordinate after an affine map may be wrong by, for each unit of its terms' magnitudes.
 const ROUNDING: f64 = 1.0 / (1_u64 << 50) as f64;
@@ -143,7 +143,7 @@ impl Rest {
             Start::Line(line) => {
                 let terms = self.magnitudes.transform_point3(ray.origin.abs())
                     + self.magnitudes.transform_vector3(ray.direction.abs()) * line.most();
-                let away = self.drift + (terms + f64::from(tree.extent.reach())) * ROUNDING + Self::SMALLEST;
+                let away = self.drift + (terms + f64::from(tree.extent().reach())) * ROUNDING + Self::SMALLEST;
                 let origin = self.rest_from_world.transform_point3(ray.origin);
                 let direction = self.rest_from_world.transform_vector3(ray.direction);
                 line.with(origin.to_array(), direction.to_array(), away.to_array())

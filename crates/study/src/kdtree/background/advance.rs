@@ -3,10 +3,10 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use umbrage_rays::internals::Extent;
+use umbrage_rays::{KdTree, KdTreeOptions, Triangles};
+
 use super::{BackgroundKdTree, Built, KdAge};
-use crate::Triangles;
-use crate::kdtree::KdTree;
-use crate::kdtree::extent::Extent;
 
 impl BackgroundKdTree {
     /// Moves on to a frame, on all threads of the current pool, and begins a new tree where the policy says so.
@@ -17,7 +17,6 @@ impl BackgroundKdTree {
     /// # Panics
     /// As [`KdTree::build`].
     pub fn advance(&mut self, triangles: Triangles<'_>) -> KdAge {
-        KdTree::assert_few(triangles);
         self.omitted = triangles.omitted();
         self.frames += 1;
         self.take(false);
@@ -85,7 +84,7 @@ impl BackgroundKdTree {
     fn follow(&mut self, triangles: Triangles<'_>) -> Option<f64> {
         let Self { current, drift, triangle_drift, extent, .. } = self;
         let Built { tree, positions, indices, unusable, cost } = &*current;
-        let is_same = tree.nodes.len() > 0
+        let is_same = tree.nodes().len() > 0
             && indices.par_chunks(1 << 14).eq(triangles.indices.par_chunks(1 << 14))
             && positions.len() == triangles.positions.len();
         if !is_same || unusable.iter().any(|&id| triangles.usable_corners(id).is_ok()) {
@@ -110,11 +109,11 @@ impl BackgroundKdTree {
                 extent
             })
             .reduce(|| Extent::EMPTY, Extent::union);
-        tree.drift_of_nodes(triangle_drift, drift);
+        drift_of_nodes(tree, triangle_drift, drift);
         if drift[0] == 0.0 {
             return Some(1.0);
         }
-        let grown = tree.grown_cost(drift);
+        let grown = grown_cost(tree, drift);
         Some(if *cost > 0.0 { grown / cost } else { f64::INFINITY })
     }
 }
@@ -127,62 +126,60 @@ impl Built {
         self.indices.extend_from_slice(triangles.indices);
     }
 
-    fn build(&mut self, options: crate::KdTreeOptions) {
+    fn build(&mut self, options: KdTreeOptions) {
         let Self { tree, positions, indices, unusable, cost } = self;
         let triangles = Triangles { positions, indices };
-        tree.options = crate::KdTreeOptions { lazy_below: 0, ..options };
+        tree.set_options(KdTreeOptions { lazy_below: 0, ..options }).expect("options that were checked");
         tree.build(triangles);
         unusable.clear();
-        if tree.omitted.total() > 0 {
+        if tree.omitted().total() > 0 {
             unusable.extend((0..triangles.len() as u32).filter(|&id| triangles.usable_corners(id).is_err()));
         }
-        *cost = tree.grown_cost(&vec![0.0; tree.nodes.len()]);
+        *cost = grown_cost(tree, &vec![0.0; tree.nodes().len()]);
     }
 }
 
-impl KdTree {
-    /// By place, the largest drift of a triangle below a node.
-    fn drift_of_nodes(&self, of_triangles: &[f32], drift: &mut Vec<f32>) {
-        let of_leaf = |place: u32| {
-            let node = self.nodes.get(place);
-            let ids = if node.is_leaf() { node.ids() } else { 0..0 };
-            self.ids[ids].iter().map(|&id| of_triangles[id as usize]).fold(0.0, f32::max)
-        };
-        let places = (0..self.nodes.len() as u32).into_par_iter().with_min_len(1 << 10);
-        places.map(of_leaf).collect_into_vec(drift);
-        // Children come after their parents.
-        for place in (0..self.nodes.len() as u32).rev() {
-            let node = self.nodes.get(place);
-            if !node.is_leaf() {
-                let [left, right] = self.nodes.children(place, node);
-                drift[place as usize] = drift[left as usize].max(drift[right as usize]);
-            }
+/// By place, the largest drift of a triangle below a node.
+fn drift_of_nodes(tree: &KdTree, of_triangles: &[f32], drift: &mut Vec<f32>) {
+    let of_leaf = |place: u32| {
+        let node = tree.nodes().get(place);
+        let ids = if node.is_leaf() { node.ids() } else { 0..0 };
+        tree.ids()[ids].iter().map(|&id| of_triangles[id as usize]).fold(0.0, f32::max)
+    };
+    let places = (0..tree.nodes().len() as u32).into_par_iter().with_min_len(1 << 10);
+    places.map(of_leaf).collect_into_vec(drift);
+    // Children come after their parents.
+    for place in (0..tree.nodes().len() as u32).rev() {
+        let node = tree.nodes().get(place);
+        if !node.is_leaf() {
+            let [left, right] = tree.nodes().children(place, node);
+            drift[place as usize] = drift[left as usize].max(drift[right as usize]);
         }
     }
+}
 
-    /// What a ray through the tree's box is expected to cost if cells are as much larger as their nodes drift, times half the
-    /// area of that box.
-    fn grown_cost(&self, drift: &[f32]) -> f64 {
-        if self.extent.is_empty() { 0.0 } else { self.grown_cost_below(drift, 0, self.extent, 0) }
-    }
+/// What a ray through the tree's box is expected to cost if cells are as much larger as their nodes drift, times half the
+/// area of that box.
+fn grown_cost(tree: &KdTree, drift: &[f32]) -> f64 {
+    if tree.extent().is_empty() { 0.0 } else { grown_cost_below(tree, drift, 0, tree.extent(), 0) }
+}
 
-    fn grown_cost_below(&self, drift: &[f32], place: u32, cell: Extent, depth: u32) -> f64 {
-        /// Nodes below are for one thread.
-        const PARALLEL: u32 = 8;
-        let node = self.nodes.get(place);
-        let by = drift[place as usize];
-        let larger = Extent { min: cell.min.map(|face| face - by), max: cell.max.map(|face| face + by) };
-        let area = larger.half_area();
-        if node.is_leaf() {
-            return self.options.costs.test * node.count() as f64 * area;
-        }
-        let ([left, right], [below, above]) = (self.nodes.children(place, node), cell.cut(node.plane()));
-        let cost = |place: u32, cell: Extent| self.grown_cost_below(drift, place, cell, depth + 1);
-        let (left, right) = if depth < PARALLEL {
-            rayon::join(|| cost(left, below), || cost(right, above))
-        } else {
-            (cost(left, below), cost(right, above))
-        };
-        self.options.costs.step * area + left + right
+fn grown_cost_below(tree: &KdTree, drift: &[f32], place: u32, cell: Extent, depth: u32) -> f64 {
+    /// Nodes below are for one thread.
+    const PARALLEL: u32 = 8;
+    let node = tree.nodes().get(place);
+    let by = drift[place as usize];
+    let larger = Extent { min: cell.min.map(|face| face - by), max: cell.max.map(|face| face + by) };
+    let area = larger.half_area();
+    if node.is_leaf() {
+        return tree.options().costs.test * node.count() as f64 * area;
     }
+    let ([left, right], [below, above]) = (tree.nodes().children(place, node), cell.cut(node.plane()));
+    let cost = |place: u32, cell: Extent| grown_cost_below(tree, drift, place, cell, depth + 1);
+    let (left, right) = if depth < PARALLEL {
+        rayon::join(|| cost(left, below), || cost(right, above))
+    } else {
+        (cost(left, below), cost(right, above))
+    };
+    tree.options().costs.step * area + left + right
 }
