@@ -1,6 +1,5 @@
 //! `umbrage heatmap`: how much work each pixel is (Guntury and Narayanan 2010, Figure 2).
 
-mod font;
 mod legend;
 
 use std::io::{self, Write};
