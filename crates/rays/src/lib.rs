@@ -8,6 +8,7 @@ mod bounds;
 mod bvh;
 mod camera;
 mod camera_grid;
+mod choice;
 mod counting_sort;
 mod kdtree;
 mod light;
@@ -26,9 +27,10 @@ pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
 pub use camera_grid::{GridCounts, ImageTooLarge, PerspectiveGrid};
+pub use choice::{Choice, UnknownChoice};
 pub use kdtree::{
     Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth,
-    KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts, UnknownKdName,
+    KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts,
 };
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace, LightGrid, LightGridCounts, LightGridSeconds};
@@ -40,7 +42,7 @@ pub use ray::{Hit, Ray};
 pub use shot::{
     Mask, MaskAnswers, MaskPoints, PixelWork, SeenImage, SeenPixels, ShadowMask, TileOrder, Unmasked, Work,
 };
-pub use simd::{SimdLevel, UnknownSimdLevel};
+pub use simd::SimdLevel;
 pub use triangles::{Omitted, OmittedKind, Triangles};
 pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformCounts, UniformGrid, UniformOptions};
 
