@@ -8,6 +8,7 @@ mod bounds;
 mod bvh;
 mod camera;
 mod camera_grid;
+mod choice;
 mod counting_sort;
 mod grids;
 mod kdtree;
@@ -29,10 +30,11 @@ pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
 pub use camera_grid::{ImageTooLarge, PerspectiveGrid};
+pub use choice::{Choice, UnknownChoice};
 pub use grids::{CameraGrid, DirectGrids, Grids, LightsGrid, ListedGrids};
 pub use kdtree::{
     Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth,
-    KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts, UnknownKdName,
+    KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts,
 };
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace, LightGrid};
@@ -44,7 +46,7 @@ pub use shot::{
     Bytes, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds, SeenPixels,
     Shot, Sides, TileOrder, Work,
 };
-pub use simd::{SimdLevel, UnknownSimdLevel};
+pub use simd::SimdLevel;
 pub use single::{SingleRays, Visit};
 pub use structure::{Specialised, Structure};
 pub use triangles::{Omitted, OmittedKind, Triangles};

@@ -30,7 +30,6 @@ pub use build::{Candidate, Cell, Job};
 use build::{Deferred, Pool};
 pub use extent::{Extent, Plane, Reference, Sides};
 pub use layout::Branch;
-pub use names::UnknownKdName;
 pub use node::{Node, Nodes};
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
 pub use packet::{

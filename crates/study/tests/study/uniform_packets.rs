@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{SingleRays as _, Hit, LightSource, PacketSide, Ray, UniformGrid, UniformOptions};
+use umbrage_rays::{Hit, LightSource, PacketSide, Ray, SingleRays as _, UniformGrid, UniformOptions};
 use umbrage_study::uniform::{blocked_of_packet, nearest_of_packet};
 
 use crate::support::{self, Mesh, Random, nearest_of_all as nearest};

@@ -26,7 +26,7 @@ impl FirstLayer {
         lights: &LightGrid,
     ) -> Result<(), GpuError> {
         for (kept, found, words) in [
-            (&mut self.seen, camera.seen(), camera.places()),
+            (&mut self.seen, camera.seen(), camera.slots()),
             (&mut self.lit, lights.lit(), u64::from(lights.light_count()) * u64::from(lights.mask_words())),
         ] {
             kept.reserve(gpu, 4 * words)?;
@@ -35,7 +35,7 @@ impl FirstLayer {
         Ok(())
     }
 
-    /// Each place's triangle.
+    /// Each slot's triangle.
     pub(super) fn seen(&self) -> &Buffer {
         &self.seen
     }
@@ -56,8 +56,8 @@ impl FirstLayer {
         let first = seen.order().index(0, band.rows.start);
         let of_band = &mut seen.triangle[first..first + order.slots()];
         self.seen.read_into(gpu, of_band)?;
-        let shown = of_band.par_iter_mut().enumerate().filter_map(|(place, triangle)| {
-            if order.pixel(place).is_none() {
+        let shown = of_band.par_iter_mut().enumerate().filter_map(|(slot, triangle)| {
+            if order.pixel(slot).is_none() {
                 *triangle = SeenPixels::NONE;
             }
             (*triangle != SeenPixels::NONE).then_some(())
