@@ -81,11 +81,11 @@ mod as_text {
 
 impl Default for Choices {
     fn default() -> Self {
-        let Settings { culls_back_faces, bounces, samples, exposure_stops, tone_map, .. } = Settings::default();
+        let Settings { sides, bounces, samples, exposure_stops, tone_map, .. } = Settings::default();
         Self {
             engine: EngineChoice::default(),
             structures: Structures::default(),
-            culls_back_faces,
+            culls_back_faces: sides == Sides::Front,
             bounces,
             samples,
             resolution: Resolution::default(),
