@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use umbrage::rays::{PacketSide, SimdLevel};
+use umbrage::rays::SimdLevel;
 
 use crate::table::{Columns, Form, Table};
 
@@ -70,10 +70,4 @@ pub(crate) fn use_threads(threads: Option<u16>) -> Result<()> {
 pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
     sides.ok_or_else(|| "two numbers are needed, such as 1024x1024".to_owned())
-}
-
-/// Parses the pixels a side of a packet.
-pub(crate) fn packet_side(text: &str) -> Result<PacketSide, String> {
-    let side = PacketSide::ALL.into_iter().find(|side| side.pixels().to_string() == text);
-    side.ok_or_else(|| "2, 4, 8, 16 or 32 is needed".to_owned())
 }

@@ -1,7 +1,7 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::ThreadPoolBuilder;
-use umbrage::rays::{KdBuilder, KdTraversal, KdTree, KdTreeOptions, Ray};
+use umbrage::rays::{Choice, KdBuilder, KdTraversal, KdTree, KdTreeOptions, Ray, Structure as _};
 use umbrage::scene::Frame;
 
 use super::measure::{Cost, KdFlags, Way, frame, race};
@@ -74,7 +74,7 @@ impl KdBuildersFlags {
         let triangles = frame.triangles();
         let is_for =
             |builder: &KdBuilder| MOST_FOR.iter().all(|(slow, most)| slow != builder || triangles.len() <= *most);
-        let builders: Vec<KdBuilder> = KdBuilder::ALL.into_iter().filter(is_for).collect();
+        let builders: Vec<KdBuilder> = KdBuilder::all().filter(is_for).collect();
         let camera = of_camera(&Shot::new(frame, address, self.common.size, 1, Lights::First));
         let mut first = KdTree::default();
         first.set_options(KdTreeOptions::FAST)?;
@@ -109,7 +109,7 @@ impl KdBuildersFlags {
             build_alone,
             build,
             counts: tree.counts(),
-            bytes: tree.bytes(),
+            bytes: tree.bytes().triangles,
             costs: [costs[0], costs[1]],
         })
     }

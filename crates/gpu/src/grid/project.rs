@@ -1,22 +1,22 @@
 use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
 
-/// The stage `transform`: each vertex into pixel space.
+/// The stage `project`: each vertex into pixel space.
 #[derive(Debug)]
-pub(crate) struct Transform {
+pub(crate) struct Project {
     kernel: Kernel,
     size: Buffer,
     vertices: Buffer,
     count: u32,
 }
 
-impl Transform {
+impl Project {
     /// Bytes of a vertex in pixel space.
     pub(crate) const VERTEX_BYTES: u64 = 16;
 
     pub(crate) fn new(gpu: &Gpu) -> Self {
         Self {
-            kernel: Kernel::new(gpu, "grid::transform", "transform", &[]),
-            size: Buffer::uniform(gpu, "transform size"),
+            kernel: Kernel::new(gpu, "grid::project", "project", &[]),
+            size: Buffer::uniform(gpu, "project size"),
             vertices: Buffer::storage(gpu, "vertices in pixel space"),
             count: 0,
         }

@@ -1,8 +1,8 @@
-// Stage `locate`: where the points are that pixels show, once for all lights.
+// Stage `survey`: where the points are that pixels show, once for all lights.
 //
 // Points are wrong by at most 2⁻⁴⁶ of their distance from the ray's origin.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
 import package::exact::double::{F64, f64_add, f64_divide, f64_multiply, f64_to_f32_bits};
 import package::exact::expansion::{ExpansionTerms};
@@ -11,49 +11,45 @@ import package::exact::vector::{
     F64Vector, f64_cross, f64_dot, f64_largest_magnitude, f64_vector_add, f64_vector_scale, f64_vector_subtract,
 };
 import package::grid::space::{ordered_bits};
-import package::light::locate_view::{LocateView, ray_of_place};
-import package::light::points::{POINT_NONE, SURVEY_LOW};
-import package::tile_order::{pixel_of_place};
+import package::light::point_view::{PointView, ray_of_slot};
+import package::light::points::{BOUNDS_LOW, POINT_NONE};
+import package::tile_order::{pixel_of_slot};
 
-@group(0) @binding(0) var<uniform> locate_view: LocateView;
+@group(0) @binding(0) var<uniform> point_view: PointView;
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> positions: array<u32>;
 @group(0) @binding(3) var<storage, read> seen: array<u32>;
-// Six words a place: x, y and z as F64.
+// Six words a slot: x, y and z as F64.
 @group(0) @binding(4) var<storage, read_write> points: array<u32>;
-// A bit for each place that shows something.
+// A bit for each slot that shows something.
 @group(0) @binding(5) var<storage, read_write> point_bits: array<u32>;
-@group(0) @binding(6) var<storage, read_write> survey: array<atomic<u32>>;
+@group(0) @binding(6) var<storage, read_write> bounds: array<atomic<u32>>;
 
 var<workgroup> bits_of_group: array<atomic<u32>, 2>;
 // Complements of the lowest, then the highest coordinates, in order.
 var<workgroup> bounds_of_group: array<atomic<u32>, 6>;
 
 @compute @workgroup_size(64)
-fn locate(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let place = flat_group(group, groups) * 64u + lane;
+fn survey(at: Invocation) {
+    let slot = flat_index(at, 64u);
     var id = POINT_NONE;
-    let size = vec2<u32>(locate_view.view.width, locate_view.rows);
-    if place < locate_view.places && all(pixel_of_place(place, size.x) < size) {
-        id = seen[place];
+    let size = vec2<u32>(point_view.view.width, point_view.rows);
+    if slot < point_view.slots && all(pixel_of_slot(slot, size.x) < size) {
+        id = seen[slot];
     }
     if id != POINT_NONE {
-        let point = point_on(id, place);
-        atomicOr(&bits_of_group[lane / 32u], 1u << (lane & 31u));
-        store(6u * place, point.x, 0u);
-        store(6u * place + 2u, point.y, 1u);
-        store(6u * place + 4u, point.z, 2u);
+        let point = point_on(id, slot);
+        atomicOr(&bits_of_group[at.lane / 32u], 1u << (at.lane & 31u));
+        store(6u * slot, point.x, 0u);
+        store(6u * slot + 2u, point.y, 1u);
+        store(6u * slot + 4u, point.z, 2u);
     }
     workgroupBarrier();
-    if lane < 2u && place < locate_view.places {
-        point_bits[(place - lane) / 32u + lane] = atomicLoad(&bits_of_group[lane]);
+    if at.lane < 2u && slot < point_view.slots {
+        point_bits[(slot - at.lane) / 32u + at.lane] = atomicLoad(&bits_of_group[at.lane]);
     }
-    if lane < 6u {
-        atomicMax(&survey[SURVEY_LOW + lane], atomicLoad(&bounds_of_group[lane]));
+    if at.lane < 6u {
+        atomicMax(&bounds[BOUNDS_LOW + at.lane], atomicLoad(&bounds_of_group[at.lane]));
     }
 }
 
@@ -66,8 +62,8 @@ fn store(word: u32, coordinate: F64, axis: u32) {
 }
 
 // Where the pixel's ray meets its triangle.
-fn point_on(id: u32, place: u32) -> F64Vector {
-    let ray = ray_of_place(place);
+fn point_on(id: u32, slot: u32) -> F64Vector {
+    let ray = ray_of_slot(slot);
     let bits = corner_bits(id);
     let exact = exact_from_corners(bits);
     let ab = f64_vector_subtract(exact.b, exact.a);

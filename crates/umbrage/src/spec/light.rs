@@ -1,15 +1,17 @@
 use std::f32::consts::PI;
+use std::fmt;
 use std::str::FromStr;
 
-use glam::{Quat, Vec3};
-use umbrage::rays::LightSource;
-use umbrage::scene::Light;
+use glam::Vec3;
+use umbrage_rays::LightSource;
+use umbrage_scene::Light;
 
-use crate::values::{number, vector};
+use super::{Words, number, vector};
 
-/// A light as the command line gives it.
+/// A light: `point:X,Y,Z`, `sun:DX,DY,DZ` that travels along DX,DY,DZ, or `spot:X,Y,Z:X,Y,Z:DEGREES` from a point to
+/// another with the cone's full angle; then, if wanted, `:STRENGTH` in candela or lux, `:R,G,B` and `:noshadow`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LightFlag {
+pub struct LightSpec {
     source: LightSource,
     /// Where a light without a strength is as bright as full sunlight; `None` for the scene's centre.
     target: Option<Vec3>,
@@ -19,9 +21,19 @@ pub(crate) struct LightFlag {
     casts_shadow: bool,
 }
 
-impl LightFlag {
+impl LightSpec {
+    /// How much of a spot's cone has the full strength.
+    pub const INNER: f32 = 0.85;
+
+    /// A white light that casts shadows, as bright as full sunlight at the middle of the scene.
+    #[must_use]
+    pub fn new(source: LightSource) -> Self {
+        Self { source, target: None, intensity: None, color: Vec3::ONE, casts_shadow: true }
+    }
+
     /// The light in a scene around `center`.
-    pub(crate) fn light(&self, center: Vec3) -> Light {
+    #[must_use]
+    pub fn light(&self, center: Vec3) -> Light {
         // An irradiance of π makes a white surface as bright as a screen's white.
         let bright = match self.source {
             LightSource::Directional { .. } => PI,
@@ -42,7 +54,53 @@ impl LightFlag {
     }
 }
 
-impl FromStr for LightFlag {
+/// Why a light can't be said in words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UnspeakableLight {
+    /// The words have one softness of spots, [`LightSpec::INNER`].
+    #[error("there are no words for how soft this spot light is")]
+    Softness,
+    /// The words have no range.
+    #[error("there are no words for how far this light reaches")]
+    Range,
+}
+
+impl TryFrom<&Light> for LightSpec {
+    type Error = UnspeakableLight;
+
+    fn try_from(light: &Light) -> Result<Self, UnspeakableLight> {
+        if let LightSource::Spot { inner_radians, outer_radians, .. } = light.source
+            && (inner_radians - Self::INNER * outer_radians).abs() > 1e-3 * outer_radians
+        {
+            return Err(UnspeakableLight::Softness);
+        }
+        if light.range.is_some() {
+            return Err(UnspeakableLight::Range);
+        }
+        let Light { source, color, casts_shadow, .. } = *light;
+        Ok(Self { source, target: None, intensity: Some(light.intensity), color, casts_shadow })
+    }
+}
+
+impl fmt::Display for LightSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.source {
+            LightSource::Point { position } => write!(f, "point:{}", Words(position))?,
+            LightSource::Directional { direction } => write!(f, "sun:{}", Words(direction))?,
+            LightSource::Spot { position, direction, outer_radians, .. } => {
+                let target = self.target.unwrap_or(position + direction);
+                write!(f, "spot:{}:{}:{}", Words(position), Words(target), 2.0 * outer_radians.to_degrees())?;
+            }
+        }
+        // Without a strength it is white.
+        if let Some(intensity) = self.intensity {
+            write!(f, ":{intensity}:{}", Words(self.color))?;
+        }
+        f.write_str(if self.casts_shadow { "" } else { ":noshadow" })
+    }
+}
+
+impl FromStr for LightSpec {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -88,27 +146,11 @@ fn direction(vector: Vec3, what: &str) -> Result<Vec3, String> {
 }
 
 fn spot(position: Vec3, direction: Vec3, full_angle_degrees: f32) -> Result<LightSource, String> {
-    /// How much of the cone has the full strength.
-    const INNER: f32 = 0.85;
     if !(0.1..=180.0).contains(&full_angle_degrees) {
         return Err("a spot's angle is from 0.1 to 180 degrees".to_owned());
     }
     let outer_radians = 0.5 * full_angle_degrees.to_radians();
-    Ok(LightSource::Spot { position, direction, inner_radians: INNER * outer_radians, outer_radians })
-}
-
-/// The source turned round the vertical axis through `center`; `turn` is 1 for the whole circle.
-pub(crate) fn orbited(source: LightSource, center: Vec3, turn: f64) -> LightSource {
-    let rotation = Quat::from_rotation_y((turn.fract() * std::f64::consts::TAU) as f32);
-    let moved = |position: Vec3| center + rotation * (position - center);
-    let turned = |direction: Vec3| (rotation * direction).normalize();
-    match source {
-        LightSource::Point { position } => LightSource::Point { position: moved(position) },
-        LightSource::Spot { position, direction, inner_radians, outer_radians } => {
-            LightSource::Spot { position: moved(position), direction: turned(direction), inner_radians, outer_radians }
-        }
-        LightSource::Directional { direction } => LightSource::Directional { direction: turned(direction) },
-    }
+    Ok(LightSource::Spot { position, direction, inner_radians: LightSpec::INNER * outer_radians, outer_radians })
 }
 
 #[cfg(test)]
@@ -117,7 +159,7 @@ mod tests {
 
     #[test]
     fn lights_parse() {
-        let light = |text: &str| text.parse::<LightFlag>().unwrap().light(Vec3::ZERO);
+        let light = |text: &str| text.parse::<LightSpec>().unwrap().light(Vec3::ZERO);
         let point = light("point:0,2,0");
         assert_eq!(point.source, LightSource::Point { position: Vec3::new(0.0, 2.0, 0.0) });
         assert_eq!((point.intensity, point.color, point.casts_shadow), (4.0 * PI, Vec3::ONE, true));
@@ -147,19 +189,32 @@ mod tests {
             ("spot:0,3,0:0,0,0:0", "0.1 to 180"),
             ("spot:0,3,0:0,0,0", "give point:"),
         ] {
-            let refused = text.parse::<LightFlag>().unwrap_err();
+            let refused = text.parse::<LightSpec>().unwrap_err();
             assert!(refused.contains(why), "{text}: {refused}");
         }
     }
 
     #[test]
-    fn a_quarter_of_an_orbit_turns_x_to_minus_z() {
-        let center = Vec3::new(1.0, 0.0, 0.0);
-        let LightSource::Point { position } =
-            orbited(LightSource::Point { position: Vec3::new(3.0, 5.0, 0.0) }, center, 0.25)
-        else {
-            panic!("not a point")
+    fn lights_are_said_to_the_last_bit() {
+        let light = Light {
+            name: "".into(),
+            source: LightSource::Point { position: Vec3::new(0.1, -2.0, 1e-7) },
+            color: Vec3::new(1.0, 0.5, 0.25),
+            intensity: 12.3,
+            range: None,
+            casts_shadow: true,
         };
-        assert!(position.abs_diff_eq(Vec3::new(1.0, 5.0, -2.0), 1e-5), "{position}");
+        let said = |light: &Light| LightSpec::try_from(light).map(|spec| spec.to_string());
+        assert_eq!(said(&light).unwrap(), "point:0.1,-2,0.0000001:12.3:1,0.5,0.25");
+        let hidden = Light { casts_shadow: false, ..light.clone() };
+        assert!(said(&hidden).unwrap().ends_with(":noshadow"));
+        assert_eq!(said(&Light { range: Some(3.0), ..light }), Err(UnspeakableLight::Range));
+        let source = "spot:0,3,0:0,0,0:60".parse::<LightSpec>().unwrap().light(Vec3::ZERO);
+        let again: LightSpec = said(&source).unwrap().parse().unwrap();
+        assert_eq!(again.light(Vec3::ZERO).intensity, source.intensity);
+        for text in ["point:0,2,0", "sun:0,-1,0:5:1,0.5,0:noshadow", "spot:0,3,0:0,0,0:60:3:1,1,1"] {
+            let spec: LightSpec = text.parse().unwrap();
+            assert_eq!(spec.to_string().parse(), Ok(spec), "{text}");
+        }
     }
 }
