@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use serde::Serialize;
 use umbrage::Scene;
+use umbrage::gallery::{DEMOS, DemoScene};
 use umbrage::gpu::Adapter;
 use umbrage::rays::{KdTree, KdTreeCounts, KdTreeOptions, LightSource, Omitted, OmittedKind};
-use umbrage::scene::{DEMOS, DemoScene, Frame};
+use umbrage::scene::Frame;
 
 use crate::failure::Failure;
 use crate::flags::InfoFlags;
@@ -92,7 +93,7 @@ pub(crate) fn run(flags: InfoFlags) -> Result<(), Failure> {
         return devices(flags.json);
     }
     let Some(address) = flags.scene else { return gallery(flags.json) };
-    let scene = Scene::open_with(&address, &flags.opening.into())?;
+    let scene = umbrage::open_with(&address, &flags.opening.into())?;
     if flags.kd_tree.is_any_given() && !flags.structure {
         return Err(Failure::input("no kd-tree is built", "add `--structure`"));
     }
@@ -149,7 +150,7 @@ fn gallery(as_json: bool) -> Result<(), Failure> {
         about: &'static str,
         triangles: usize,
     }
-    let listed = DEMOS.iter().map(|&DemoScene { name, about, triangles }| Listed {
+    let listed = DEMOS.iter().map(|&DemoScene { name, about, triangles, .. }| Listed {
         scene: format!("demo:{name}"),
         about,
         triangles,

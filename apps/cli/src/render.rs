@@ -15,7 +15,7 @@ use crate::staging::Staging;
 
 pub(crate) fn run(job: &Job) -> Result<(), Failure> {
     use_threads(job.threads)?;
-    let scene = Scene::open_with(&job.scene, &job.open_options)?;
+    let scene = umbrage::open_with(&job.scene, &job.open_options)?;
     if !job.quiet {
         for warning in scene.warnings() {
             eprintln!("warning: {warning}");

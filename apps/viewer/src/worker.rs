@@ -155,7 +155,7 @@ fn work(waiting: &Waiting, window: Option<&WindowDevice>, done: &Sender<Done>, t
 }
 
 fn opened(address: PathBuf, options: OpenOptions) -> Done {
-    match Scene::open_with(&address, &options) {
+    match umbrage::open_with(&address, &options) {
         Ok(scene) => Done::Opened(Opened { address, options, scene: Arc::new(scene) }),
         Err(error) => Done::NotOpened { address, why: error.to_string() },
     }

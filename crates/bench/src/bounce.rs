@@ -6,7 +6,6 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::Scene;
 use umbrage::rays::{Bvh, Hit, KdTree, KdTreeOptions, Ray, UniformGrid, UniformOptions};
 use umbrage::scene::Frame;
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
@@ -64,7 +63,7 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
     );
     let mut table = Table::start(flags.form, &conditions, COLUMNS)?;
     for address in shot::addresses(&flags.scenes, flags.files.as_ref()) {
-        let scene = Scene::open(&address).with_context(|| format!("scene {address}"))?;
+        let scene = umbrage::open(&address).with_context(|| format!("scene {address}"))?;
         let mut frame = Frame::default();
         scene.pose(0.4 * scene.duration_seconds(), &mut frame)?;
         let shot = Shot::new(&frame, &address, flags.size, 1, Lights::First);

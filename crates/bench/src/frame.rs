@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use umbrage::rays::SimdLevel;
-use umbrage::{Renderer, Scene, Settings, Structure};
+use umbrage::{Renderer, Settings, Structure};
 
 use crate::flags::{size, use_threads};
 use crate::gpu;
@@ -86,7 +86,7 @@ const STRUCTURES: [(&str, Structure); 4] = [
 pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
     use_threads(flags.threads)?;
     let simd = flags.simd.unwrap_or_default();
-    let gallery: Vec<String> = umbrage::scene::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
+    let gallery: Vec<String> = umbrage::gallery::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
     let scenes = if flags.scenes.is_empty() { &gallery } else { &flags.scenes };
     if matches!(flags.engine, EngineFlag::Gpu) {
         return gpu::run(flags, scenes);
@@ -114,7 +114,7 @@ pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
 }
 
 fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<Row>> {
-    let scene = Scene::open(address)?;
+    let scene = umbrage::open(address)?;
     let [width, height] = flags.size;
     let settings = |structure| Settings { width, height, samples: flags.samples, structure, ..Settings::default() };
     let mut renderers = STRUCTURES.map(|_| Renderer::with_simd_level(flags.simd.unwrap_or_default()));

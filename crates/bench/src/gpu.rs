@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use umbrage::gpu::{Adapter, DeviceLimits, Gpu};
-use umbrage::{Renderer, Scene, Settings, Stage};
+use umbrage::{Renderer, Settings, Stage};
 
 use crate::frame::FrameFlags;
 use crate::median::median;
@@ -84,7 +84,7 @@ fn open(flags: &FrameFlags) -> Result<Gpu> {
 fn measure(address: &str, flags: &FrameFlags) -> Result<Row> {
     // Each scene has a device of its own: buffers stay as large as the largest scene needed them.
     let mut renderer = Renderer::with_gpu(open(flags)?)?;
-    let scene = Scene::open(address)?;
+    let scene = umbrage::open(address)?;
     let [width, height] = flags.size;
     let settings = Settings { width, height, samples: flags.samples, ..Settings::default() };
     let mut frames = Vec::new();

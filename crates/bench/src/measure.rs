@@ -1,7 +1,6 @@
 //! Medians of a scene's frames through the grids.
 
 use anyhow::{Context, Result};
-use umbrage::Scene;
 use umbrage::rays::ListedCounts;
 use umbrage::scene::Frame;
 
@@ -47,7 +46,7 @@ fn measure_scene(
     flags: &ExperimentFlags,
     arrange: impl Fn(&mut Shot<'_>),
 ) -> Result<Vec<Costs>> {
-    let scene = Scene::open(address)?;
+    let scene = umbrage::open(address)?;
     let mut frame = Frame::default();
     let level = flags.simd.unwrap_or_default();
     let mut grids: Vec<Grids> = forms.iter().map(|&forms| Grids::new(level, forms)).collect();

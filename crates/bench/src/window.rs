@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 use anyhow::{Result, bail};
 use clap::Args;
 use eframe::egui::{Context, Pos2, RawInput, Rect, vec2};
-use umbrage::Scene;
 use umbrage_viewer::{App, EngineChoice, Start};
 
 use crate::flags;
@@ -41,7 +40,7 @@ pub(crate) fn run(flags: &WindowFlags) -> Result<()> {
     writeln!(out, "{width}x{height} on the CPU, {} pictures; medians in milliseconds", flags.pictures)?;
     writeln!(out, "{:<28}{:>8}{:>12}{:>14}{:>14}", "scene", "lights", "pictures/s", "a new picture", "other passes")?;
     for name in &flags.scenes {
-        let own = Scene::open(name)?.at(0.0)?.lights;
+        let own = umbrage::open(name)?.at(0.0)?.lights;
         let lights = flags.lights.map(|most| own.iter().take(most).cloned().collect());
         let count = flags.lights.map_or(own.len(), |most| most.min(own.len()));
         let start = Start {

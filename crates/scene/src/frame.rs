@@ -73,6 +73,15 @@ impl Frame {
         }
     }
 
+    /// Takes the vertices, mesh and materials of `other`, in the memory that is there. All else stays.
+    pub fn copy_surfaces(&mut self, other: &Self) {
+        self.positions.clone_from(&other.positions);
+        self.normals.clone_from(&other.normals);
+        self.tangents.clone_from(&other.tangents);
+        self.mesh.clone_from(&other.mesh);
+        self.materials.clone_from(&other.materials);
+    }
+
     /// The frame's triangles, as structures are built over them.
     #[must_use]
     pub fn triangles(&self) -> Triangles<'_> {

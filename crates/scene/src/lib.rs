@@ -13,20 +13,18 @@ mod still;
 mod text;
 mod texture;
 
-mod demo;
 mod gltf;
 mod obj;
 mod ply;
+pub mod rig;
 mod sequence;
 mod stl;
 
 pub use check::BadFrame;
-pub use demo::{DEMOS, DemoScene};
 pub use error::Error;
 pub use frame::{Frame, Mesh, NamedCamera};
-pub use gltf::rig;
 pub use light::Light;
 pub use material::{Alpha, Material, Materials, TextureUse, Volume};
 pub use opacity::{ShadowingPoints, SolidPoints};
-pub use scene::{Animation, Clip, OpenOptions, Scene};
+pub use scene::{Animated, Animation, Clip, OpenOptions, Scene};
 pub use texture::{ColorSpace, Filter, Texture, Wrap};

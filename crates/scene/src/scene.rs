@@ -1,4 +1,4 @@
-use std::convert::Infallible;
+use std::fmt::Debug;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -7,23 +7,47 @@ use umbrage_rays::{Bounds, LightSource};
 
 use crate::rig::{Pose, Rig};
 use crate::{Error, Frame, Light};
-use crate::{demo::Demo, gltf::GltfScene, obj, ply, sequence::Sequence, still::Still, stl};
+use crate::{gltf::GltfScene, obj, ply, sequence::Sequence, still::Still, stl};
+
+/// What has a look at every moment, and becomes a scene by [`Scene::new`]: the content of a file, or your own.
+pub trait Animated: Debug + Send + Sync {
+    /// How long the animation takes before it starts again; zero for what doesn't move.
+    fn duration_seconds(&self) -> f64;
+
+    /// Fills `frame` with the moment `seconds`, from 0 to [`Animated::duration_seconds`]: positions, normals, tangents,
+    /// mesh and materials, which hold an earlier frame's; and lights and cameras, of which there are none before.
+    ///
+    /// # Errors
+    /// Where the moment can't be had, as from a file that is gone.
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error>;
+
+    /// What the vertices of all moments are made from, if that is a rig.
+    fn rig(&self) -> Option<&Arc<Rig>> {
+        None
+    }
+
+    /// As [`Animated::pose`], but leaves the frame without vertices: `pose` says what moves those of the rig. Never called
+    /// where there is none.
+    fn pose_rig(&self, _seconds: f64, _frame: &mut Frame, _pose: &mut Pose) {}
+
+    /// The animations to choose from; empty where there is just one without a name, or none.
+    fn animations(&self) -> &[Animation] {
+        &[]
+    }
+
+    /// What was left out or guessed, in words.
+    fn warnings(&self) -> &[String] {
+        &[]
+    }
+}
 
 /// Something that has a look at every moment: a file, a sequence of files or a procedural scene.
 #[derive(Debug)]
 pub struct Scene {
-    source: Source,
+    source: Box<dyn Animated>,
     animation_bounds: Bounds,
     /// Lights the frames of a file that has no light of its own.
     light_above: Light,
-}
-
-#[derive(Debug)]
-enum Source {
-    Still(Still),
-    Gltf(Box<GltfScene>),
-    Sequence(Sequence),
-    Demo(Demo),
 }
 
 /// How a scene is opened.
@@ -67,7 +91,7 @@ pub struct Animation {
 }
 
 impl Scene {
-    /// Opens a scene: a file's path, a sequence's pattern or folder, or `demo:NAME?triangles=N`.
+    /// Opens a scene: a file's path, or a sequence's pattern or folder.
     ///
     /// # Errors
     /// Where the file can't be read, breaks its format or needs something unsupported.
@@ -80,8 +104,22 @@ impl Scene {
     /// # Errors
     /// As [`Scene::open`], and where `options` name a clip that the file doesn't have.
     pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
-        let source = Source::open(address.as_ref(), options)?;
-        let animation_bounds = source.animation_bounds()?;
+        let address = address.as_ref();
+        if let Some(sequence) = Sequence::find(address, options.sequence_fps)? {
+            return Self::new(Box::new(sequence));
+        }
+        match extension(address).as_deref() {
+            Some("gltf" | "glb") => Self::new(Box::new(GltfScene::open(address, &options.clip)?)),
+            _ => Self::new(Box::new(read_still(address)?)),
+        }
+    }
+
+    /// The scene of what has a look at every moment.
+    ///
+    /// # Errors
+    /// Where one of a few moments, at which it is posed to find its bounds, can't be had.
+    pub fn new(source: Box<dyn Animated>) -> Result<Self, Error> {
+        let animation_bounds = animation_bounds(&*source)?;
         Ok(Self { source, animation_bounds, light_above: light_above(animation_bounds) })
     }
 
@@ -100,40 +138,37 @@ impl Scene {
     /// # Errors
     /// As [`Scene::at`]; `frame` then holds no useful scene.
     pub fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        self.pose_with(seconds, frame, |looped, frame| self.source.pose(looped, frame))
+        begin(frame);
+        self.source.pose(self.looped(seconds), frame)?;
+        self.finish(seconds, frame);
+        Ok(())
     }
 
     /// As [`Scene::pose`], but for vertices: `pose` is what moves those of the scene's rig, which stays the same, and the
     /// frame has no positions, normals and tangents. [`Rig::pose`] would fill these in.
     ///
-    /// `None`, and nothing is done, for scenes that aren't moved by a rig: all but glTF files.
+    /// `None`, and nothing is done, for scenes that aren't moved by a rig.
     pub fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) -> Option<&Arc<Rig>> {
-        let Source::Gltf(scene) = &self.source else { return None };
-        let Ok(()) = self.pose_with(seconds, frame, |looped, frame| {
-            scene.pose_rig(looped, frame, pose);
-            Ok::<(), Infallible>(())
-        });
-        Some(scene.rig())
+        let rig = self.source.rig()?;
+        begin(frame);
+        self.source.pose_rig(self.looped(seconds), frame, pose);
+        self.finish(seconds, frame);
+        Some(rig)
     }
 
-    /// Makes a frame of which `pose` fills in what is in the scene's source, at a moment before its end.
-    fn pose_with<E>(
-        &self,
-        seconds: f64,
-        frame: &mut Frame,
-        pose: impl FnOnce(f64, &mut Frame) -> Result<(), E>,
-    ) -> Result<(), E> {
+    /// The moment before the animation's end that looks as `seconds`.
+    fn looped(&self, seconds: f64) -> f64 {
         let duration = self.duration_seconds();
-        let looped = if seconds > duration && duration > 0.0 { seconds % duration } else { seconds.max(0.0) };
-        frame.lights.clear();
-        frame.cameras.clear();
-        pose(looped, frame)?;
+        if seconds > duration && duration > 0.0 { seconds % duration } else { seconds.max(0.0) }
+    }
+
+    /// Adds to a frame what its source doesn't know.
+    fn finish(&self, seconds: f64, frame: &mut Frame) {
         frame.seconds = seconds;
         frame.animation_bounds = self.animation_bounds;
         if frame.lights.is_empty() {
             frame.lights.push(self.made_light(frame));
         }
-        Ok(())
     }
 
     /// What lights a frame that has no light of its own: a lamp above and to one side of the whole scene, or beside a
@@ -162,77 +197,45 @@ impl Scene {
     /// The animations that the file holds; empty for scenes that have just one without a name, or none.
     #[must_use]
     pub fn animations(&self) -> &[Animation] {
-        match &self.source {
-            Source::Gltf(scene) => scene.animations(),
-            Source::Still(_) | Source::Sequence(_) | Source::Demo(_) => &[],
-        }
+        self.source.animations()
     }
 
     /// What opening the scene left out or guessed, in words.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
-        match &self.source {
-            Source::Still(still) => &still.warnings,
-            Source::Gltf(scene) => scene.warnings(),
-            Source::Sequence(sequence) => sequence.warnings(),
-            Source::Demo(_) => &[],
-        }
+        self.source.warnings()
     }
 }
 
-impl Source {
-    fn open(address: &Path, options: &OpenOptions) -> Result<Self, Error> {
-        let text = address.to_string_lossy();
-        if let Some(demo) = text.strip_prefix("demo:") {
-            return Demo::open(demo).map(Self::Demo);
-        }
-        if let Some(sequence) = Sequence::find(address, options.sequence_fps)? {
-            return Ok(Self::Sequence(sequence));
-        }
-        let extension = address.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-        match extension.as_deref() {
-            Some("gltf" | "glb") => GltfScene::open(address, &options.clip).map(|scene| Self::Gltf(Box::new(scene))),
-            _ => read_still(address).map(Self::Still),
-        }
-    }
+/// Takes away what a source adds to a frame.
+fn begin(frame: &mut Frame) {
+    frame.lights.clear();
+    frame.cameras.clear();
+}
 
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        match self {
-            Self::Still(still) => still.pose(frame),
-            Self::Gltf(scene) => scene.pose(seconds, frame),
-            Self::Sequence(sequence) => sequence.pose(seconds, frame)?,
-            Self::Demo(demo) => demo.pose(seconds, frame),
-        }
-        Ok(())
+/// Bounds over a few moments, which is enough for a view that doesn't cut much off.
+fn animation_bounds(source: &dyn Animated) -> Result<Bounds, Error> {
+    const MOMENTS: u32 = 5;
+    let duration = source.duration_seconds();
+    let moments = if duration > 0.0 { MOMENTS } else { 1 };
+    let mut frame = Frame::default();
+    let mut bounds = Bounds::EMPTY;
+    for moment in 0..moments {
+        begin(&mut frame);
+        source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;
+        bounds = bounds.union(frame.triangles().bounds());
     }
+    Ok(bounds)
+}
 
-    fn duration_seconds(&self) -> f64 {
-        match self {
-            Self::Still(_) => 0.0,
-            Self::Gltf(scene) => scene.duration_seconds(),
-            Self::Sequence(sequence) => sequence.duration_seconds(),
-            Self::Demo(demo) => demo.duration_seconds(),
-        }
-    }
-
-    /// Bounds over a few moments, which is enough for a view that doesn't cut much off.
-    fn animation_bounds(&self) -> Result<Bounds, Error> {
-        const MOMENTS: u32 = 5;
-        let moments = if self.duration_seconds() > 0.0 { MOMENTS } else { 1 };
-        let mut frame = Frame::default();
-        let mut bounds = Bounds::EMPTY;
-        for moment in 0..moments {
-            self.pose(self.duration_seconds() * f64::from(moment) / f64::from(moments), &mut frame)?;
-            bounds = bounds.union(frame.triangles().bounds());
-        }
-        Ok(bounds)
-    }
+/// What the file's name says that it holds, in lower case.
+fn extension(path: &Path) -> Option<String> {
+    path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase())
 }
 
 /// Reads a file whose triangles don't move.
 pub(crate) fn read_still(path: &Path) -> Result<Still, Error> {
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-    match extension.as_deref() {
+    match extension(path).as_deref() {
         Some("obj") => obj::read(path),
         Some("ply") => ply::read(path),
         Some("stl") => stl::read(path),

@@ -2,12 +2,11 @@
 
 use std::collections::HashMap;
 use std::path::Path;
-use std::sync::Arc;
 
 use glam::Vec3;
 
 use crate::text::{Lines, keyword, number, quoted, words};
-use crate::{Error, Material, Materials, Mesh, still::Still};
+use crate::{Error, Frame, still::Still};
 
 /// Bytes before the triangles of a binary file: 80 of anything, then the count.
 const HEADER_BYTES: usize = 84;
@@ -34,18 +33,7 @@ pub(crate) fn read(path: &Path) -> Result<Still, Error> {
     if soup.triangles.is_empty() {
         warnings.push("the file has no triangles".to_owned());
     }
-    Ok(Still {
-        positions: soup.positions,
-        normals: Vec::new(),
-        tangents: Vec::new(),
-        mesh: Arc::new(Mesh {
-            material_of_triangle: vec![0; soup.triangles.len()],
-            triangles: soup.triangles,
-            ..Mesh::default()
-        }),
-        materials: Arc::new(Materials { materials: vec![Material::clay()], textures: Vec::new() }),
-        warnings,
-    })
+    Ok(Still { frame: Frame::from_triangles(soup.positions, soup.triangles), warnings })
 }
 
 /// Whether the file is a text: it begins with `solid`, as some binary files do too, but its size isn't just what a

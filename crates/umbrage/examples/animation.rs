@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use umbrage::output::{Format, FrameRate, Options, Target, Writer};
-use umbrage::{Renderer, Scene, Settings};
+use umbrage::{Renderer, Settings};
 
 const FRAMES_PER_SECOND: u32 = 10;
 
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let format = Format::of_path(&path).ok_or("the name's end says no format")?;
 
     // A file that glTF, OBJ, PLY or STL readers know does as well.
-    let scene = Scene::open("demo:marbles?triangles=3000")?;
+    let scene = umbrage::open("demo:marbles?triangles=3000")?;
     let settings = Settings { width: 160, height: 90, samples: 2, ..Settings::default() };
     let rate = FrameRate::new(FRAMES_PER_SECOND, 1).ok_or("no frames a second")?;
     let options = Options { rate, ..Options::default() };

@@ -6,7 +6,7 @@ use std::error::Error;
 
 use umbrage::gpu::{Adapter, DeviceLimits, Gpu};
 use umbrage::output::{BitDepth, write_png};
-use umbrage::{Film, Renderer, Scene, Settings};
+use umbrage::{Film, Renderer, Settings};
 
 fn main() -> Result<(), Box<dyn Error>> {
     if Adapter::all().is_empty() {
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::open("", DeviceLimits::Adapter)?;
     println!("on {}", gpu.adapter().name);
 
-    let scene = Scene::open("demo:cloth?triangles=5000")?;
+    let scene = umbrage::open("demo:cloth?triangles=5000")?;
     let settings = Settings { width: 320, height: 180, ..Settings::default() };
     let mut renderer = Renderer::with_gpu(gpu)?;
     // `render_to_texture` leaves the picture on the device instead.

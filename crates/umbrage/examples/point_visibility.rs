@@ -6,10 +6,9 @@ use umbrage::Error;
 use umbrage::glam::{DVec3, Vec3};
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
 use umbrage::rays::{Bvh, LightSource, SeenPixels};
-use umbrage::scene::Scene;
 
 fn main() -> Result<(), Error> {
-    let frame = Scene::open("demo:shatter?triangles=2000")?.at(0.5)?;
+    let frame = umbrage::open("demo:shatter?triangles=2000")?.at(0.5)?;
     let triangles = frame.triangles();
     // Any of the structures answers single rays alike: `KdTree` and `UniformGrid` have the same methods.
     let mut bvh = Bvh::default();

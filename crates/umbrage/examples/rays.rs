@@ -5,10 +5,9 @@
 use umbrage::Error;
 use umbrage::glam::DVec3;
 use umbrage::rays::{KdTree, Ray};
-use umbrage::scene::Scene;
 
 fn main() -> Result<(), Error> {
-    let frame = Scene::open("demo:marbles?triangles=5000")?.at(0.0)?;
+    let frame = umbrage::open("demo:marbles?triangles=5000")?.at(0.0)?;
     let triangles = frame.triangles();
     // Triangles that move ask for another build; the tree's memory is used again.
     let mut tree = KdTree::default();

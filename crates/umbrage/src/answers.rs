@@ -61,9 +61,9 @@ impl Renderer {
     ///
     /// ```
     /// use umbrage::scene::Frame;
-    /// use umbrage::{Renderer, Scene, Seen, Settings};
+    /// use umbrage::{Renderer, Seen, Settings};
     ///
-    /// let frame = Scene::open("demo:shatter?triangles=500")?.at(0.5)?;
+    /// let frame = umbrage::open("demo:shatter?triangles=500")?.at(0.5)?;
     /// let view = Settings { width: 64, height: 36, ..Settings::default() }.view(&frame)?;
     /// let mut renderer = Renderer::default();
     /// let seen = renderer.see(&frame, &view)?;

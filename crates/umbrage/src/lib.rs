@@ -1,12 +1,12 @@
 //! Exact visibility and exact shadows for triangle scenes that change completely every frame.
 //!
-//! [`Scene`] reads a file and poses it, [`Renderer`] renders it with [`Settings`], [`Film`] holds what each pixel saw,
+//! [`open`] reads a file as a [`Scene`], [`Renderer`] renders it with [`Settings`], [`Film`] holds what each pixel saw,
 //! and [`output`] writes it:
 //!
 //! ```
-//! use umbrage::{Renderer, Scene, Settings};
+//! use umbrage::{Renderer, Settings};
 //!
-//! let scene = Scene::open("demo:glass?triangles=500")?;
+//! let scene = umbrage::open("demo:glass?triangles=500")?;
 //! let settings = Settings { width: 64, height: 36, ..Settings::default() };
 //! let mut renderer = Renderer::default();
 //! let film = renderer.render(&scene, 0.5, &settings)?;
@@ -28,7 +28,8 @@
 //! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], is what a frame cost; [`LightWork`] what a light did,
 //!   and [`WorkCounts`] what each pixel did, which [`HeatScale`] colours.
 //! - [`Sample`] is which ray of a pixel is traced, for those who trace the same ones themselves.
-//! - [`Scene`] opens files and built-in scenes; [`scene`] has what they are made of, and frames of one's own.
+//! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has what they
+//!   are made of, and frames of one's own.
 //! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit.
 //! - [`gpu`](crate::gpu) opens devices, with the feature of that name.
 //! - [`glam`] is the library whose vectors all of these take.
@@ -44,6 +45,7 @@ mod frame;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod heat_scale;
+mod open;
 pub mod output;
 mod panorama;
 mod probe;
@@ -62,12 +64,14 @@ pub use error::Error;
 pub use film::{Film, Image};
 pub use glam;
 pub use heat_scale::HeatScale;
+pub use open::{open, open_with};
 pub use panorama::Panorama;
 pub use probe::{Blocker, Probe};
 pub use renderer::Renderer;
 pub use sampling::Sample;
 pub use settings::{CameraChoice, Settings, Structure, ToneMap};
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
+pub use umbrage_gallery as gallery;
 pub use umbrage_rays as rays;
 pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;

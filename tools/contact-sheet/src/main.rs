@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use umbrage::output::BitDepth;
-use umbrage::{Image, Renderer, Scene, Settings};
+use umbrage::{Image, Renderer, Settings};
 
 use canvas::Canvas;
 
@@ -101,7 +101,7 @@ fn run(flags: &Flags) -> Result<usize, String> {
 
 /// The scene's pictures, each with its second where the scene moves.
 fn shots(address: &Path, flags: &Flags, renderer: &mut Renderer) -> Result<Vec<(Option<f64>, Image)>, String> {
-    let scene = Scene::open(address).map_err(|error| error.to_string())?;
+    let scene = umbrage::open(address).map_err(|error| error.to_string())?;
     for warning in scene.warnings() {
         eprintln!("{}: warning: {warning}", address.display());
     }

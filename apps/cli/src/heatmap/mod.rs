@@ -8,7 +8,7 @@ use std::path::Path;
 
 use umbrage::output::{BitDepth, write_png};
 use umbrage::rays::{Cells, ListedLightOptions, ListedOptions, Work};
-use umbrage::{CameraChoice, Error, HeatScale, Image, Renderer, Scene, Settings, Structure, WorkCounts};
+use umbrage::{CameraChoice, Error, HeatScale, Image, Renderer, Settings, Structure, WorkCounts};
 
 use crate::failure::Failure;
 use crate::flags::{CountedFlag, GridFlag, HeatmapFlags};
@@ -84,7 +84,7 @@ pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
     let seconds = flags.time.unwrap_or(default_seconds);
     let address = flags.scene.unwrap_or_else(|| DEFAULT_SCENE.into());
     use_threads(flags.threads)?;
-    let scene = Scene::open_with(&address, &flags.opening.into())?;
+    let scene = umbrage::open_with(&address, &flags.opening.into())?;
     let frame = scene.at(seconds)?;
     let camera = match flags.camera {
         None => CameraChoice::Default,

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use eframe::egui::{self, MenuBar};
-use umbrage::scene::{DEMOS, OpenOptions};
+use umbrage::gallery::DEMOS;
+use umbrage::scene::OpenOptions;
 
 use super::keys::Key;
 use crate::app::{App, CameraChoice};

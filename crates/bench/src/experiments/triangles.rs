@@ -8,7 +8,6 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use umbrage::Scene;
 use umbrage::rays::{Projection, SimdLevel};
 use umbrage::scene::Frame;
 use umbrage_study::triangle::{
@@ -103,7 +102,7 @@ impl TrianglesFlags {
     }
 
     fn measure(&self, address: &str, table: &Table) -> Result<Vec<Costs>> {
-        let scene = Scene::open(address)?;
+        let scene = umbrage::open(address)?;
         let mut frame = Frame::default();
         scene.pose(0.5 * scene.duration_seconds(), &mut frame)?;
         let shot = Shot::new(&frame, address, self.size, 1, Lights::First);

@@ -10,7 +10,6 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
-use umbrage::Scene;
 use umbrage::rays::{PacketSide, UniformOptions};
 use umbrage_peers::Embree;
 
@@ -98,7 +97,7 @@ pub(crate) fn run(flags: &PeersFlags) -> Result<()> {
     }
     let mut rows = Vec::new();
     for address in addresses {
-        let scene = Scene::open(&address).with_context(|| format!("scene {address}"))?;
+        let scene = umbrage::open(&address).with_context(|| format!("scene {address}"))?;
         let row = contest::hold(&address, &scene, flags, &embree).with_context(|| format!("scene {address}"))?;
         match flags.form {
             Form::Table => print::columns(&mut out, &row)?,

@@ -1,8 +1,8 @@
 //! glTF 2.0: reading and posing.
 //!
 //! `document` reads files, `accessor` their bytes. `nodes`, `skin`, `animation`, `primitive`, `material` and `attached`
-//! read what their names say; `parts` puts meshes and nodes together, and `rig` says what moves the result. `pose` finds
-//! the moving nodes at a moment, `vertices` what follows them.
+//! read what their names say; `parts` puts meshes and nodes together, and `matrices` makes a rig of the result. `pose` finds
+//! the moving nodes at a moment; the rig poses the vertices that follow them.
 
 mod accessor;
 mod animation;
@@ -12,17 +12,15 @@ mod document;
 mod expand;
 mod instances;
 mod material;
-mod morph;
+mod matrices;
 mod nodes;
 mod parts;
 mod pose;
 mod primitive;
 mod rest;
-pub mod rig;
 mod skin;
 mod texture;
 mod uri;
-mod vertices;
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -30,13 +28,14 @@ use std::sync::{Arc, Mutex};
 use self::animation::Animations;
 use self::attached::{NodeCamera, NodeLight};
 use self::document::Document;
+use self::matrices::MatrixSource;
 use self::nodes::Nodes;
 use self::parts::Parts;
 use self::pose::Scratch;
 use self::rest::{MorphWeights, Rest};
-use self::rig::{MatrixSource, Rig};
 use self::skin::Skins;
-use crate::{Animation, Clip, Error, Materials, Mesh};
+use crate::rig::Rig;
+use crate::{Clip, Error, Materials, Mesh};
 
 /// A glTF 2.0 scene, ready to be posed.
 #[derive(Debug)]
@@ -77,7 +76,7 @@ impl GltfScene {
         // The file's bytes are as large as what was made from them.
         drop(document);
         let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32);
-        let (rig, matrix_sources) = Rig::new(parts, &skins, &rest, &animations);
+        let (rig, matrix_sources) = matrices::rig(parts, &skins, &rest, &animations);
         Ok(Self {
             rest,
             animations,
@@ -90,21 +89,5 @@ impl GltfScene {
             warnings,
             idle: Mutex::new(Vec::new()),
         })
-    }
-
-    pub(crate) fn rig(&self) -> &Arc<Rig> {
-        &self.rig
-    }
-
-    pub(crate) fn duration_seconds(&self) -> f64 {
-        self.animations.duration_seconds
-    }
-
-    pub(crate) fn animations(&self) -> &[Animation] {
-        &self.animations.animations
-    }
-
-    pub(crate) fn warnings(&self) -> &[String] {
-        &self.warnings
     }
 }

@@ -1,7 +1,6 @@
 //! Which primitive is shown where: every copy of a primitive is a part with triangles and vertices of its own.
 
 use std::collections::HashMap;
-use std::ops::Range;
 
 use glam::Affine3A;
 use gltf::json;
@@ -205,27 +204,10 @@ impl Parts {
         Ok(())
     }
 
-    /// The parts of which any vertex is in `vertices`.
-    pub(super) fn with_vertices_in(&self, vertices: Range<usize>) -> &[Part] {
-        overlapping(&self.parts, vertices, |part| part.first_vertex)
-    }
-
-    /// The parts of which any triangle is in `triangles`.
-    pub(super) fn with_triangles_in(&self, triangles: Range<usize>) -> &[Part] {
-        overlapping(&self.parts, triangles, |part| part.first_triangle)
-    }
-
     /// The primitive of which `part` is a copy.
     pub(super) fn primitive(&self, part: &Part) -> &Primitive {
         &self.primitives[part.primitive as usize]
     }
-}
-
-/// Of parts in the order of their elements, which have no gaps, those of which any element is in `elements`.
-pub(super) fn overlapping<T>(parts: &[T], elements: Range<usize>, first: impl Fn(&T) -> u32) -> &[T] {
-    let from = parts.partition_point(|part| first(part) as usize <= elements.start).saturating_sub(1);
-    let to = parts.partition_point(|part| (first(part) as usize) < elements.end);
-    &parts[from.min(to)..to]
 }
 
 fn shown<'a>(document: &'a Document, nodes: &Nodes) -> Result<Vec<Shown<'a>>, Error> {

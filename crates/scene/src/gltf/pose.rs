@@ -1,14 +1,14 @@
 //! A glTF scene at one moment: animated nodes, then what they move.
 
-use std::sync::PoisonError;
+use std::sync::{Arc, PoisonError};
 
 use glam::{Affine3A, Vec3};
 use gltf::json::animation::Property;
 
 use super::GltfScene;
 use super::nodes::Trs;
-use super::rig::Pose;
-use crate::Frame;
+use crate::rig::{Pose, Rig};
+use crate::{Animated, Animation, Error, Frame};
 
 /// What a pose computes before its vertices. Kept by the scene, so that a later pose allocates nothing.
 #[derive(Debug)]
@@ -20,13 +20,21 @@ pub(super) struct Scratch {
     pose: Pose,
 }
 
-impl GltfScene {
-    pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
-        self.at(seconds, frame, |pose, frame| self.rig.pose(pose, frame));
+impl Animated for GltfScene {
+    fn duration_seconds(&self) -> f64 {
+        self.animations.duration_seconds
     }
 
-    /// As [`GltfScene::pose`], but for the frame's vertices, which are left empty: `pose` has what moves them.
-    pub(crate) fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) {
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        self.at(seconds, frame, |pose, frame| self.rig.pose(pose, frame));
+        Ok(())
+    }
+
+    fn rig(&self) -> Option<&Arc<Rig>> {
+        Some(&self.rig)
+    }
+
+    fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) {
         self.at(seconds, frame, |new, frame| {
             pose.matrices.clone_from(&new.matrices);
             pose.weights.clone_from(&new.weights);
@@ -36,6 +44,16 @@ impl GltfScene {
         });
     }
 
+    fn animations(&self) -> &[Animation] {
+        &self.animations.animations
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}
+
+impl GltfScene {
     /// Fills a frame but for its vertices, with which `pose_vertices` is left.
     fn at(&self, seconds: f64, frame: &mut Frame, pose_vertices: impl FnOnce(&Pose, &mut Frame)) {
         // Not held while posing: a thread that waits for others may be given another pose to do in the meantime.

@@ -3,31 +3,14 @@
 use std::fmt::Display;
 
 use glam::{Vec2, Vec3, Vec4};
+use gltf::json::Index;
 use gltf::json::mesh::{self, Mode, Semantic};
 use gltf::json::validation::Checked;
 
 use super::accessor::Accessor;
 use super::document::Document;
-use super::morph::MorphTarget;
-use super::skin::Influences;
 use crate::Error;
-
-/// What posed vertices are made from, in a mesh's own space.
-#[derive(Debug, Default)]
-pub struct Shape {
-    /// Of vertices before anything moves them.
-    pub positions: Vec<Vec3>,
-    /// Of unit length, or zero where the file's is unusable; empty, or one for each position.
-    pub normals: Vec<Vec3>,
-    /// Unit tangents and the sign of the bitangent, or zero; empty, or one for each position.
-    pub tangents: Vec<Vec4>,
-    /// Sets of four influences for each position; none where the shape has no joints.
-    pub influences: Vec<Vec<Influences>>,
-    /// The highest joint that any vertex follows.
-    pub highest_joint: Option<u32>,
-    /// What weights add to vertices.
-    pub morph_targets: Vec<MorphTarget>,
-}
+use crate::rig::{Deltas, Influences, MorphTarget, Shape};
 
 /// What stays the same whatever the pose.
 #[derive(Debug, Default)]
@@ -166,9 +149,38 @@ impl<'a> Attributes<'a> {
         shape.highest_joint = Influences::highest_joint(&shape.influences);
         for (number, target) in self.json.targets.iter().flatten().enumerate() {
             let place = format!("{}.targets[{number}]", self.place);
-            shape.morph_targets.push(MorphTarget::read(self.document, target, count, kept, &place)?);
+            shape.morph_targets.push(self.morph_target(target, count, kept, &place)?);
         }
         Ok(())
+    }
+
+    /// A target of a primitive with `count` vertices, of which those with the rising indices `kept` are kept.
+    fn morph_target(
+        &self,
+        json: &mesh::MorphTarget,
+        count: usize,
+        kept: Option<&[u32]>,
+        place: &str,
+    ) -> Result<MorphTarget, Error> {
+        let deltas = |accessor: Option<Index<_>>, name: &str| {
+            let Some(accessor) = accessor else { return Ok(Deltas::default()) };
+            let place = format!("{place}.{name}");
+            let accessor = self.document.accessor(accessor, &place)?;
+            accessor.expect_count(count, &place)?;
+            if !accessor.is_mostly_zero() {
+                return Ok(Deltas::Dense(accessor.floats(kept, Vec3::from_array)?));
+            }
+            let (vertices, deltas) = accessor.sparse_floats(Vec3::from_array)?;
+            let Some(kept) = kept else { return Ok(Deltas::Sparse { vertices, deltas }) };
+            let renumber = |(vertex, delta)| Some((kept.binary_search(&vertex).ok()? as u32, delta));
+            let (vertices, deltas) = vertices.into_iter().zip(deltas).filter_map(renumber).unzip();
+            Ok(Deltas::Sparse { vertices, deltas })
+        };
+        Ok(MorphTarget {
+            positions: deltas(json.positions, "POSITION")?,
+            normals: deltas(json.normals, "NORMAL")?,
+            tangents: deltas(json.tangents, "TANGENT")?,
+        })
     }
 }
 

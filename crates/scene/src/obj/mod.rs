@@ -14,7 +14,7 @@ use std::sync::Arc;
 use glam::Vec4;
 
 use crate::texture::linear_from_srgb;
-use crate::{Error, Materials, Mesh, still::Still};
+use crate::{Error, Frame, Materials, Mesh, still::Still};
 use geometry::Geometry;
 
 /// Reads an OBJ file and the libraries that it names.
@@ -83,14 +83,14 @@ fn still(
         tex_coords: [vertices.tex_coords, Vec::new()],
         colors: vertices.colors.into_iter().map(|color| color.map(linear).extend(1.0)).collect::<Vec<Vec4>>(),
     };
-    Ok(Still {
+    let frame = Frame {
         positions: vertices.positions,
         normals: vertices.normals,
-        tangents: Vec::new(),
         mesh: Arc::new(mesh),
         materials,
-        warnings,
-    })
+        ..Frame::default()
+    };
+    Ok(Still { frame, warnings })
 }
 
 fn linear(encoded: f32) -> f32 {

@@ -8,7 +8,7 @@ mod vertices;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::{Error, Material, Materials, Mesh, still::Still};
+use crate::{Error, Frame, Material, Materials, Mesh, still::Still};
 use body::Body;
 use faces::{Faces, Form};
 use header::{Element, Header};
@@ -65,14 +65,14 @@ pub(crate) fn read(path: &Path) -> Result<Still, Error> {
         tex_coords: [vertices.tex_coords, Vec::new()],
         colors: vertices.colors,
     };
-    Ok(Still {
+    let frame = Frame {
         positions: vertices.positions,
         normals: vertices.normals,
-        tangents: Vec::new(),
         mesh: Arc::new(mesh),
         materials: Arc::new(Materials { materials: vec![material], textures: Vec::new() }),
-        warnings,
-    })
+        ..Frame::default()
+    };
+    Ok(Still { frame, warnings })
 }
 
 /// Compares an element's count with the bytes that are really there.

@@ -6,7 +6,7 @@ mod search;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::{Error, Frame, obj, scene::read_still, still::Still};
+use crate::{Animated, Error, Frame, obj, scene::read_still, still::Still};
 
 /// Numbered files, one for each frame of an animation; each may have its own topology.
 ///
@@ -56,23 +56,6 @@ impl Sequence {
         Ok(Some(sequence))
     }
 
-    /// Sets `frame` to the file of the moment `seconds`; before the first and after the last, to that one.
-    ///
-    /// # Errors
-    /// Where that file can't be read.
-    pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        self.still(self.place(seconds))?.pose(frame);
-        Ok(())
-    }
-
-    pub(crate) fn duration_seconds(&self) -> f64 {
-        self.paths.len() as f64 / self.fps
-    }
-
-    pub(crate) fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
-
     /// The place of the file that shows at `seconds`.
     fn place(&self, seconds: f64) -> usize {
         /// How much of a frame early its file shows, so that k / fps is always frame k, however it was rounded.
@@ -98,5 +81,21 @@ impl Sequence {
         }
         recent.stills.push((place, Arc::clone(&still)));
         Ok(still)
+    }
+}
+
+impl Animated for Sequence {
+    fn duration_seconds(&self) -> f64 {
+        self.paths.len() as f64 / self.fps
+    }
+
+    /// Sets `frame` to the file of the moment `seconds`; before the first and after the last, to that one.
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        frame.copy_surfaces(&self.still(self.place(seconds))?.frame);
+        Ok(())
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 }

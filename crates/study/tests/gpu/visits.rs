@@ -21,7 +21,12 @@ fn visits() {
     let folder = std::env::var("UMBRAGE_SCENES").unwrap_or_else(|_| "../../../shared/scenes".to_owned());
     let files = ["stanford_bunny.obj", "sibenik.obj", "country_kitchen.glb"].map(|file| format!("{folder}/{file}"));
     for address in files.into_iter().chain(["demo:hall".to_owned()]) {
-        let Ok(opened) = umbrage_scene::Scene::open(&address) else {
+        let opened = if address.starts_with(umbrage_gallery::PREFIX) {
+            umbrage_gallery::open(&address)
+        } else {
+            umbrage_scene::Scene::open(&address)
+        };
+        let Ok(opened) = opened else {
             println!("skipped: {address} is not there");
             continue;
         };

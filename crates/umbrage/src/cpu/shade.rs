@@ -336,12 +336,12 @@ impl Strip<'_> {
 mod tests {
     use umbrage_rays::SimdLevel;
 
-    use crate::{Film, Renderer, Scene, Settings};
+    use crate::{Film, Renderer, Settings};
 
     #[test]
     fn every_simd_level_shades_the_same_bits() {
         for name in ["demo:forest?triangles=3000", "demo:glass?triangles=600", "demo:hall?triangles=3000"] {
-            let scene = Scene::open(name).unwrap();
+            let scene = crate::open(name).unwrap();
             // Sides that no block divides.
             let settings = Settings { width: 61, height: 47, samples: 2, ..Settings::default() };
             let films = SimdLevel::available()

@@ -6,12 +6,12 @@
 //!
 //! ```
 //! use umbrage::gpu::{DeviceLimits, Gpu};
-//! use umbrage::{Renderer, Scene, Settings};
+//! use umbrage::{Renderer, Settings};
 //!
 //! // Where there is none, or none that can do this, an error says so.
 //! if let Ok(gpu) = Gpu::open("no such device", DeviceLimits::Adapter) {
 //!     let mut renderer = Renderer::with_gpu(gpu)?;
-//!     renderer.render(&Scene::open("demo:cloth")?, 0.0, &Settings::default())?;
+//!     renderer.render(&umbrage::open("demo:cloth")?, 0.0, &Settings::default())?;
 //! }
 //! # Ok::<(), umbrage::Error>(())
 //! ```

@@ -28,7 +28,7 @@ fn expect_same_triangles(renderer: &mut Renderer, scene: &Scene, settings: &Sett
 #[test]
 fn a_device_lost_while_frames_are_rendered_is_an_error() {
     let Some(gpu) = open(DeviceLimits::Portable) else { return };
-    let scene = Scene::open("demo:shatter?triangles=2000").expect("a scene of the gallery");
+    let scene = umbrage::open("demo:shatter?triangles=2000").expect("a scene of the gallery");
     let mut renderer = Renderer::with_gpu(gpu).expect("room for fixed tables");
     // The first frame compiles the kernels.
     renderer.render(&scene, 0.0, &sized(96)).expect("a frame");
@@ -43,7 +43,7 @@ fn a_device_lost_while_frames_are_rendered_is_an_error() {
         renderer.render(&scene, 0.0, &sized(96)).expect("a frame");
         let (tell, told) = mpsc::channel();
         let frames = thread::spawn(move || {
-            let scene = Scene::open("demo:shatter?triangles=2000").expect("a scene of the gallery");
+            let scene = umbrage::open("demo:shatter?triangles=2000").expect("a scene of the gallery");
             let errors = (0..).find_map(|k| renderer.render(&scene, f64::from(k) * 0.01, &sized(96)).err());
             // It stays lost.
             let again = renderer.render(&scene, 0.0, &sized(96)).err();
@@ -67,8 +67,8 @@ fn a_device_lost_while_frames_are_rendered_is_an_error() {
 fn too_little_memory_is_an_error_and_smaller_frames_go_on() {
     let Some(gpu) = open(DeviceLimits::Memory(24 << 20)) else { return };
     let mut renderer = Renderer::with_gpu(gpu).expect("room for fixed tables");
-    let scene = Scene::open("demo:cloth?triangles=3000").expect("a scene of the gallery");
-    let large = Scene::open("demo:cloth?triangles=1000000").expect("a scene of the gallery");
+    let scene = umbrage::open("demo:cloth?triangles=3000").expect("a scene of the gallery");
+    let large = umbrage::open("demo:cloth?triangles=1000000").expect("a scene of the gallery");
     // Twice, since what has failed must not be taken for being there.
     for _ in 0..2 {
         for (scene, settings) in [(&scene, sized(1024)), (&large, sized(64))] {

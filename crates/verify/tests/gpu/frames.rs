@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use umbrage::gallery::DEMOS;
 use umbrage::gpu::DeviceLimits;
 use umbrage::rays::{Camera, Projection};
-use umbrage::scene::{DEMOS, Light, Scene};
+use umbrage::scene::{Light, Scene};
 use umbrage::{Film, Renderer, Settings, Structure};
 use umbrage_verify::real_scene;
 
@@ -68,7 +69,7 @@ fn sized(width: u32, height: u32) -> Settings {
 fn gallery_scenes() {
     let Some(mut gpu) = renderer() else { return };
     for demo in DEMOS {
-        let scene = Scene::open(format!("demo:{}?triangles=5000", demo.name)).expect("a scene of the gallery");
+        let scene = umbrage::open(format!("demo:{}?triangles=5000", demo.name)).expect("a scene of the gallery");
         for moment in [0.0, 0.4, 0.8] {
             compare(demo.name, &mut gpu, &scene, moment, &sized(150, 70)).expect_none(demo.name);
         }
@@ -96,7 +97,7 @@ fn real_scenes() {
     ];
     for name in names {
         if let Some(path) = real_scene(name) {
-            let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
+            let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
             for moment in [0.0, 0.3] {
                 compare(name, &mut gpu, &scene, moment, &sized(250, 130)).expect_none(name);
             }
@@ -117,7 +118,7 @@ fn small_scenes_of_every_kind() {
     let mut scenes: Vec<_> = in_folders.filter(is_scene).collect();
     scenes.sort();
     for path in scenes {
-        let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
+        let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
         for moment in [0.0, 0.35, 0.7] {
             let name = path.display().to_string();
             compare(&name, &mut gpu, &scene, moment, &sized(90, 60)).expect_none(&name);
@@ -129,14 +130,14 @@ fn small_scenes_of_every_kind() {
 fn seven_million_triangles() {
     let Some(mut gpu) = renderer() else { return };
     let Some(path) = real_scene("teapots_galore/TeapotsGalore.gltf") else { return };
-    let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
+    let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
     compare("teapots", &mut gpu, &scene, 0.0, &sized(130, 70)).expect_none("teapots");
 }
 
 #[test]
 fn samples_back_faces_and_parallel_views() {
     let Some(mut gpu) = renderer() else { return };
-    let scene = Scene::open("demo:shatter?triangles=3000").expect("a scene of the gallery");
+    let scene = umbrage::open("demo:shatter?triangles=3000").expect("a scene of the gallery");
     let camera = scene.at(0.5).expect("a frame").framing_camera(1.5);
     let parallel = Camera { projection: Projection::Orthographic { half_height: 1.5 }, ..camera };
     for (name, settings) in [
@@ -152,7 +153,7 @@ fn samples_back_faces_and_parallel_views() {
 
 #[test]
 fn lights_without_shadows_reach_everything() {
-    let scene = Scene::open("demo:hall?triangles=3000").expect("a scene of the gallery");
+    let scene = umbrage::open("demo:hall?triangles=3000").expect("a scene of the gallery");
     let own = scene.at(0.0).expect("a frame").lights;
     let lights: Vec<_> =
         own.iter().zip(0..).map(|(light, number)| Light { casts_shadow: number == 1, ..light.clone() }).collect();
@@ -178,7 +179,7 @@ fn an_empty_scene_shows_its_surroundings() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("nothing.obj");
     std::fs::write(&path, "# nothing\n").expect("a file");
-    let scene = Scene::open(&path).expect("a scene");
+    let scene = umbrage::open(&path).expect("a scene");
     compare("nothing", &mut gpu, &scene, 0.0, &sized(70, 40)).expect_none("nothing");
 }
 
@@ -187,7 +188,7 @@ fn large_images_are_rendered_in_bands() {
     // 200 columns make 256 · 48 bytes for each row: bands of 64 rows.
     let Some(mut gpu) = open_renderer(DeviceLimits::Buffers(1 << 20)) else { return };
     for name in ["shatter", "glass"] {
-        let scene = Scene::open(format!("demo:{name}?triangles=2000")).expect("a scene of the gallery");
+        let scene = umbrage::open(format!("demo:{name}?triangles=2000")).expect("a scene of the gallery");
         let settings = Settings { samples: 2, ..sized(200, 150) };
         compare(name, &mut gpu, &scene, 0.3, &settings).expect_none(name);
     }
@@ -196,14 +197,14 @@ fn large_images_are_rendered_in_bands() {
 #[test]
 fn too_large_a_scene_is_an_error() {
     let Some(mut gpu) = open_renderer(DeviceLimits::Buffers(1 << 20)) else { return };
-    let scene = Scene::open("demo:cloth?triangles=200000").expect("a scene of the gallery");
+    let scene = umbrage::open("demo:cloth?triangles=200000").expect("a scene of the gallery");
     let error = gpu.render(&scene, 0.0, &sized(64, 64)).expect_err("too large").to_string();
     assert!(error.contains(" needs ") && error.ends_with("this GPU allows 1048576"), "{error}");
 }
 
 #[test]
 fn comparisons_fail_where_they_should() {
-    let scene = Scene::open("demo:cloth?triangles=2000").expect("a scene of the gallery");
+    let scene = umbrage::open("demo:cloth?triangles=2000").expect("a scene of the gallery");
     let settings = sized(60, 40);
     let [mut one, mut other] = [Renderer::default(), Renderer::default()];
     one.render(&scene, 0.0, &settings).expect("a frame");

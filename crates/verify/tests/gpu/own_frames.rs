@@ -74,7 +74,7 @@ fn posed_frames_are_rendered_as_their_scenes_are() {
         ("the hierarchy", Settings { structure: Structure::Bvh, ..settings() }),
     ];
     for demo in ["shatter", "glass", "forest"] {
-        let scene = Scene::open(format!("demo:{demo}?triangles=2000")).expect("a scene of the gallery");
+        let scene = umbrage::open(format!("demo:{demo}?triangles=2000")).expect("a scene of the gallery");
         for (name, settings) in &variants {
             compare(&format!("{demo}, {name}"), &mut Renderer::default(), &scene, settings);
         }
@@ -91,7 +91,7 @@ fn frames_of_real_scenes_pass() {
     for name in ["robot_expressive.glb", "tree_alphamask.glb", "elephant_gallop.glb", "sibenik.obj", "chess_board.glb"]
     {
         if let Some(path) = real_scene(name) {
-            let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
+            let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
             compare(name, &mut Renderer::default(), &scene, &settings());
         }
     }
@@ -100,7 +100,7 @@ fn frames_of_real_scenes_pass() {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
         if path.extension().is_some_and(|extension| extension == "glb" || extension == "gltf") {
-            let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
+            let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
             for moment in [0.0, 0.35, 0.7] {
                 let frame = scene.at(moment * scene.duration_seconds()).unwrap_or_else(|error| panic!("{error}"));
                 assert_eq!(frame.check(), Ok(()), "{}", path.display());
@@ -265,7 +265,7 @@ fn cameras_of_a_frame_are_chosen_by_number() {
 fn answers_are_those_of_the_picture() {
     let mut misses = 0;
     for demo in ["forest", "glass", "shatter"] {
-        let scene = Scene::open(format!("demo:{demo}?triangles=2000")).expect("a scene of the gallery");
+        let scene = umbrage::open(format!("demo:{demo}?triangles=2000")).expect("a scene of the gallery");
         let mut renderer = Renderer::default();
         renderer.render(&scene, 0.3, &settings()).expect("a frame");
         let (of_picture, frame) = (shown(&renderer), renderer.frame().clone());

@@ -74,7 +74,7 @@ fn shared() -> Option<MutexGuard<'static, Shared>> {
 }
 
 fn open_scene(name: &str) -> Scene {
-    Scene::open(format!("demo:{name}?triangles=3000")).expect("a scene of the gallery")
+    umbrage::open(format!("demo:{name}?triangles=3000")).expect("a scene of the gallery")
 }
 
 fn sized(width: u32, height: u32) -> Settings {

@@ -1,9 +1,10 @@
 //! Every number of threads and every SIMD level gives the same triangles and shadows, bit for bit, through both forms of
 //! both grids; and they are the hierarchy's in every pixel, and the oracle's in those that it is asked about.
 
+use umbrage::gallery::DEMOS;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
 use umbrage::rays::{SimdLevel, View};
-use umbrage::scene::{DEMOS, Frame};
+use umbrage::scene::Frame;
 use umbrage::{Film, LightMask, Renderer, Scene, Settings, Structure};
 use umbrage_verify::{Oracle, Random, real_scene};
 
@@ -76,7 +77,7 @@ fn ask_oracle(name: &str, frame: &Frame, shown: &Shown, questions: usize) {
 fn gallery_scenes() {
     let all: Vec<_> = SimdLevel::available().into_iter().flat_map(|level| THREADS.map(|n| (n, level))).collect();
     for demo in DEMOS {
-        let scene = Scene::open(format!("demo:{}?triangles=5000", demo.name)).expect("a scene of the gallery");
+        let scene = umbrage::open(format!("demo:{}?triangles=5000", demo.name)).expect("a scene of the gallery");
         check(demo.name, &scene, 0.4, &all, 60);
     }
 }
@@ -103,7 +104,7 @@ fn real_scenes() {
     ];
     for (name, questions) in names {
         if let Some(path) = real_scene(name) {
-            let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
+            let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
             check(name, &scene, 0.3, &some, questions);
         }
     }

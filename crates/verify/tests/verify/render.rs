@@ -77,7 +77,7 @@ fn oracle(frame: &Frame, settings: &Settings) -> Vec<Truth> {
 #[test]
 fn procedural_scenes_are_the_oracles() {
     for name in ["cloth", "marbles", "forest", "hall", "shatter", "stadium", "statue", "glass"] {
-        let scene = Scene::open(format!("demo:{name}?triangles=1500")).expect("a scene of the gallery");
+        let scene = umbrage::open(format!("demo:{name}?triangles=1500")).expect("a scene of the gallery");
         let seen = compare(&scene, 0.4 * scene.duration_seconds(), name);
         assert!(seen > 200, "{name} shows {seen} pixels");
     }
@@ -86,7 +86,7 @@ fn procedural_scenes_are_the_oracles() {
 #[test]
 fn culled_back_faces_are_the_oracles() {
     for name in ["cloth", "marbles", "forest", "shatter", "glass"] {
-        let scene = Scene::open(format!("demo:{name}?triangles=1500")).expect("a scene of the gallery");
+        let scene = umbrage::open(format!("demo:{name}?triangles=1500")).expect("a scene of the gallery");
         let seconds = 0.4 * scene.duration_seconds();
         let [all, fronts] = [false, true].map(|culls| compare_with(&scene, seconds, name, culls));
         assert!(fronts > 100 && fronts <= all, "{name} shows {fronts} pixels of {all}");
@@ -99,7 +99,7 @@ fn small_real_scenes_are_the_oracles() {
     let others = ["cesium_man.glb", "robot_expressive.glb", "tree_alphamask.glb", "robot_arm.glb"];
     let others = others.into_iter().filter_map(real_scene);
     for path in conformance.into_iter().chain(others) {
-        let scene = Scene::open(&path).unwrap_or_else(|error| panic!("{error}"));
+        let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
         let name = path.display().to_string();
         if scene.at(0.0).is_ok_and(|frame| frame.triangles().len() < 12_000) {
             compare(&scene, 0.3 * scene.duration_seconds(), &name);
@@ -124,7 +124,7 @@ fn files_in(folder: &Path) -> Vec<std::path::PathBuf> {
 
 #[test]
 fn the_number_of_threads_changes_nothing() {
-    let scene = Scene::open("demo:forest?triangles=4000").expect("a scene of the gallery");
+    let scene = umbrage::open("demo:forest?triangles=4000").expect("a scene of the gallery");
     let settings = Settings { samples: 3, ..settings(Structure::Perspective) };
     let on_threads = |count: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("a thread pool");
@@ -146,7 +146,8 @@ fn the_number_of_threads_changes_nothing() {
 
 #[test]
 fn a_renderer_used_again_gives_what_a_new_one_gives() {
-    let scenes = ["demo:cloth?triangles=3000", "demo:glass?triangles=500"].map(|name| Scene::open(name).expect("one"));
+    let scenes =
+        ["demo:cloth?triangles=3000", "demo:glass?triangles=500"].map(|name| umbrage::open(name).expect("one"));
     let mut used = Renderer::default();
     for (scene, side) in [(&scenes[0], 32), (&scenes[1], 16), (&scenes[0], 24)] {
         let settings = Settings { width: side, height: side, ..Settings::default() };

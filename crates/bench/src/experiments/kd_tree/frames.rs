@@ -1,7 +1,6 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::Scene;
 use umbrage::rays::{BackgroundKdTree, Hit, KdBuilder, KdTree, KdTreeOptions, Ray, SceneHierarchy, Triangles};
 use umbrage::scene::Frame;
 
@@ -43,7 +42,7 @@ impl KdFramesFlags {
         self.common.start()?;
         let mut table = Table::start(self.common.form, &self.common.conditions(), COLUMNS)?;
         for address in &self.scenes {
-            let scene = Scene::open(address).with_context(|| format!("scene {address}"))?;
+            let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
             let mut frame = Frame::default();
             scene.pose(0.0, &mut frame)?;
             let mut trials = Trial::all(frame.triangles())?;

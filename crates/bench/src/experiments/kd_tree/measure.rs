@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::Scene;
 use umbrage::rays::{KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, Triangles};
 use umbrage::scene::Frame;
 
@@ -55,7 +54,7 @@ impl KdFlags {
 
 /// A moment of the scene at `address`.
 pub(super) fn frame(address: &str) -> Result<Frame> {
-    let scene = Scene::open(address).with_context(|| format!("scene {address}"))?;
+    let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
     Ok(scene.at(0.4 * scene.duration_seconds())?)
 }
 

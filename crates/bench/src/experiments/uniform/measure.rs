@@ -1,6 +1,5 @@
 use anyhow::{Context, Result};
 use rayon::prelude::*;
-use umbrage::Scene;
 use umbrage::rays::{SeenPixels, UniformCounts, UniformGrid, UniformOptions};
 use umbrage::scene::{Frame, SolidPoints};
 
@@ -40,7 +39,7 @@ pub(super) fn measure(
     forms: &[(UniformOptions, Way)],
     flags: &ExperimentFlags,
 ) -> Result<Vec<Costs>> {
-    let scene = Scene::open(address).with_context(|| format!("scene {address}"))?;
+    let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
     let mut trials = forms.iter().map(|&form| Trial::new(form, flags)).collect::<Result<Vec<_>>>()?;
     let mut frame = Frame::default();
     // The first frame takes memory that later ones use again: it doesn't count.

@@ -1,6 +1,7 @@
+use glam::Vec3;
 use serde_json::json;
 use umbrage_scene::rig::{Placement, Pose};
-use umbrage_scene::{Clip, Frame, Scene};
+use umbrage_scene::{Animated, Clip, Error, Frame, Scene};
 
 use crate::builder::{Builder, U8};
 
@@ -87,9 +88,26 @@ fn nothing_moves_at_rest() {
     assert_eq!(rig.moving_matrices, 0);
 }
 
+/// A triangle that rises.
+#[derive(Debug)]
+struct Rising;
+
+impl Animated for Rising {
+    fn duration_seconds(&self) -> f64 {
+        1.0
+    }
+
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        let height = seconds as f32;
+        let corners = [[0.0, height, 0.0], [1.0, height, 0.0], [0.0, height, 1.0]].map(Vec3::from_array);
+        frame.copy_surfaces(&Frame::from_triangles(corners.to_vec(), vec![[0, 1, 2]]));
+        Ok(())
+    }
+}
+
 #[test]
-fn only_gltf_scenes_have_a_rig() {
-    let scene = Scene::open("demo:cloth?triangles=500").unwrap();
+fn scenes_without_a_rig_leave_the_frame_alone() {
+    let scene = Scene::new(Box::new(Rising)).unwrap();
     let mut frame = scene.at(0.5).unwrap();
     let before = frame.positions.clone();
     assert!(scene.pose_rig(0.7, &mut frame, &mut Pose::default()).is_none());

@@ -110,7 +110,8 @@ fn rigs_and_frames_with_vertices_take_turns() {
 fn frames_are_those_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
     let (mut gpu, mut cpu) = (renderer(gpu), Renderer::default());
-    let scenes = [strips(200), strips(3_000), Scene::open("demo:cloth?triangles=500").expect("a scene of the gallery")];
+    let scenes =
+        [strips(200), strips(3_000), umbrage::open("demo:cloth?triangles=500").expect("a scene of the gallery")];
     let framed = Settings { camera: CameraChoice::Default, ..settings() };
     // Scenes take each other's place, with and without a camera that is made from vertices.
     for (place, seconds, settings) in [

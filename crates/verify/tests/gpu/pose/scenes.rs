@@ -36,11 +36,11 @@ fn real_scenes_are_posed_alike() {
     ];
     for name in names {
         let Some(path) = real_scene(name) else { continue };
-        let clips = Scene::open(&path).unwrap_or_else(|error| panic!("{error}")).animations().len();
+        let clips = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}")).animations().len();
         for clip in 0..clips.max(1) {
             let clip = if clips == 0 { Clip::Rest } else { Clip::Named(clip.to_string()) };
             let options = OpenOptions { clip, ..OpenOptions::default() };
-            let scene = Scene::open_with(&path, &options).unwrap_or_else(|error| panic!("{error}"));
+            let scene = umbrage::open_with(&path, &options).unwrap_or_else(|error| panic!("{error}"));
             compare_moments(&mut posing, &scene, &format!("{name}, {:?}", options.clip));
         }
     }

@@ -377,7 +377,7 @@ mod tests {
         let mut whole = MeshBuilder::new();
         whole.material(1).cuboid(Vec3::ZERO, Vec3::ONE).instance(&part, Affine3A::from_translation(Vec3::Y * 2.0));
         whole.material(2).cuboid(Vec3::ZERO, Vec3::ONE);
-        let still = whole.finish(crate::Materials::default());
+        let still = whole.finish(umbrage_scene::Materials::default());
         assert_eq!(still.mesh.material_of_triangle[12..24], [3; 12]);
         assert_eq!(still.mesh.colors.len(), still.positions.len());
         assert_eq!(still.mesh.colors[23..25], [glam::Vec4::ONE, Vec3::X.extend(1.0)]);

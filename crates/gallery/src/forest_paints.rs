@@ -8,7 +8,7 @@ use super::build::math::{mix, sin_cos, smoothstep, wave};
 use super::build::{Palette, Random, color_texture, fractal_noise, srgb};
 use super::character::Stuff;
 use super::glade;
-use crate::{Alpha, Material, Texture};
+use umbrage_scene::{Alpha, Material, Texture};
 
 /// The forest's materials, as places in its palette.
 pub(super) struct Paints {

@@ -4,10 +4,7 @@ use std::ops::Range;
 
 use glam::{Affine3A, Mat3A, Vec3, Vec3A, Vec4};
 
-use super::expand::{GRAIN, overlap};
-use super::primitive::Shape;
-use super::rig::{Part, Placement, Pose, Rig};
-use super::skin::Influences;
+use super::{GRAIN, Influences, Part, Placement, Pose, Rig, Shape, overlap, overlapping};
 use crate::Frame;
 
 /// The vertices of a frame, or some of them. Normals and tangents may be absent.
@@ -43,7 +40,7 @@ impl Rig {
             );
             return;
         }
-        for part in self.with_vertices_in(range.clone()) {
+        for part in overlapping(&self.parts, &range, |part| part.first_vertex) {
             let shape = &self.shapes[part.shape as usize];
             let (target, source) = overlap(&range, part.first_vertex as usize, shape.positions.len());
             vertices.range(target).pose(pose, part, shape, source);

@@ -14,13 +14,12 @@ use super::forest_paints::Paints;
 use super::glade::{self, PATH_RADIUS, on_ground};
 use super::plant::{self, Habit, Twig};
 use super::wind::Wind;
-use crate::still::Still;
-use crate::{Frame, Light, NamedCamera};
+use umbrage_scene::{Animated, Error, Frame, Light, NamedCamera};
 
 /// Two gnomes marching around a stump in a clearing, with the wind in the leaves.
 #[derive(Debug)]
 pub(crate) struct Forest {
-    still: Still,
+    still: Frame,
     wind: Wind,
     /// The vertices that the wind moves.
     windy: Range<usize>,
@@ -38,9 +37,10 @@ impl Forest {
         name: "forest",
         about: "two gnomes marching through a clearing, leaves and grass in the wind",
         triangles: 174_000,
+        open: |triangles| Box::new(Self::open(triangles)),
     };
 
-    pub(crate) fn open(triangles: usize) -> Self {
+    fn open(triangles: usize) -> Self {
         let mut palette = Palette::default();
         let paints = Paints::new(&mut palette);
         let cast = gnomes(0.0);
@@ -67,13 +67,15 @@ impl Forest {
         let sheets = cast.iter().flat_map(|gnome| &gnome.parts).map(|part| sheet_of(part, detail)).collect();
         Self { still: builder.finish(palette.finish()), wind, windy, sheets }
     }
+}
 
-    pub(crate) fn duration_seconds(&self) -> f64 {
+impl Animated for Forest {
+    fn duration_seconds(&self) -> f64 {
         20.0
     }
 
-    pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
-        self.still.pose(frame);
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        frame.copy_surfaces(&self.still);
         let part = (seconds / self.duration_seconds()) as f32;
         self.wind.blow(part, &mut frame.positions[self.windy.clone()]);
         let cast = gnomes(part);
@@ -87,6 +89,7 @@ impl Forest {
         }
         frame.cameras.push(NamedCamera { name: "clearing".into(), camera: view(part) });
         frame.lights.extend(lights(cast[0].prop, part));
+        Ok(())
     }
 }
 
@@ -320,8 +323,8 @@ mod tests {
     fn the_round_ends_where_it_begins() {
         let forest = Forest::open(6_000);
         let [mut start, mut end] = [Frame::default(), Frame::default()];
-        forest.pose(0.0, &mut start);
-        forest.pose(forest.duration_seconds(), &mut end);
+        forest.pose(0.0, &mut start).expect("demos can always be posed");
+        forest.pose(forest.duration_seconds(), &mut end).expect("demos can always be posed");
         for (place, (from, to)) in start.positions.iter().zip(&end.positions).enumerate() {
             assert!(from.abs_diff_eq(*to, 1e-3), "vertex {place}: {from}, then {to}");
         }

@@ -11,24 +11,27 @@ use super::build::{
     MeshBuilder, Palette, ball_triangles, color_texture, fineness_of_balls, fractal_noise, mottled_texture, srgb,
 };
 use super::{DemoScene, studio};
-use crate::still::Still;
-use crate::{Frame, Texture};
+use umbrage_scene::{Animated, Error, Frame, Texture};
 
 /// Marbles poured into a wooden tray.
 #[derive(Debug)]
 pub(crate) struct Marbles {
     /// The marbles around the origin with radius 1 × their own, then the tray and the table.
-    still: Still,
+    still: Frame,
     /// Vertices of each marble.
     marbles: Vec<std::ops::Range<usize>>,
 }
 
 impl Marbles {
-    pub(crate) const SCENE: DemoScene =
-        DemoScene { name: "marbles", about: "110 marbles poured into a tray", triangles: 9_000 };
+    pub(crate) const SCENE: DemoScene = DemoScene {
+        name: "marbles",
+        about: "110 marbles poured into a tray",
+        triangles: 9_000,
+        open: |triangles| Box::new(Self::open(triangles)),
+    };
 
     /// The scene with about `triangles` triangles; with few, fewer marbles.
-    pub(crate) fn open(triangles: usize) -> Self {
+    fn open(triangles: usize) -> Self {
         let mut palette = Palette::default();
         let finishes = finishes(&mut palette);
         let wood = palette.textured("walnut", wood(), Vec2::new(2.0, 0.5), 0.45);
@@ -54,13 +57,15 @@ impl Marbles {
         studio::backdrop(builder.material(table), 14.0, 9.0, columns);
         Self { still: builder.finish(palette.finish()), marbles }
     }
+}
 
-    pub(crate) fn duration_seconds(&self) -> f64 {
+impl Animated for Marbles {
+    fn duration_seconds(&self) -> f64 {
         f64::from(SECONDS)
     }
 
-    pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
-        self.still.pose(frame);
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        frame.copy_surfaces(&self.still);
         let seconds = seconds as f32;
         let mut rest = (frame.positions.as_mut_slice(), frame.normals.as_mut_slice());
         let mut parts = Vec::with_capacity(self.marbles.len());
@@ -85,6 +90,7 @@ impl Marbles {
         studio::look(frame, "front", eye, Vec3::new(0.0, 0.36, 0.0), 0.34);
         studio::light(frame, "key", Vec3::new(-3.0, 5.0, 2.0), Vec3::ZERO, srgb(0xfff0dc), 0.95);
         studio::light(frame, "fill", Vec3::new(5.0, 4.0, -2.0), Vec3::ZERO, srgb(0xd6e4ff), 0.25);
+        Ok(())
     }
 }
 

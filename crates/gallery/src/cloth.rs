@@ -11,8 +11,7 @@ use self::drape::Drape;
 use super::build::math::{mix, smoothstep, turned};
 use super::build::{MeshBuilder, Palette, Sheet, color_texture, fractal_noise, mottled_texture, noise, srgb};
 use super::{DemoScene, studio};
-use crate::still::Still;
-use crate::{Frame, Texture};
+use umbrage_scene::{Animated, Error, Frame, Texture};
 
 /// The cloth's motion doesn't depend on how finely it is drawn, so it is worked out once for all scenes.
 static DRAPE: LazyLock<Drape> = LazyLock::new(Drape::simulate);
@@ -21,21 +20,25 @@ static DRAPE: LazyLock<Drape> = LazyLock::new(Drape::simulate);
 #[derive(Debug)]
 pub(crate) struct Cloth {
     /// Floor, ball and cloth, the cloth's vertices coming first.
-    still: Still,
+    still: Frame,
     sheet: Sheet,
     /// Vertices of the ball, which turns.
     ball: std::ops::Range<usize>,
 }
 
 impl Cloth {
-    pub(crate) const SCENE: DemoScene =
-        DemoScene { name: "cloth", about: "a sheet falls over a ball that turns", triangles: 92_000 };
+    pub(crate) const SCENE: DemoScene = DemoScene {
+        name: "cloth",
+        about: "a sheet falls over a ball that turns",
+        triangles: 92_000,
+        open: |triangles| Box::new(Self::open(triangles)),
+    };
 
     /// Share of the triangles that make the ball.
     const BALL_SHARE: f32 = 0.06;
 
     /// The scene with about `triangles` triangles.
-    pub(crate) fn open(triangles: usize) -> Self {
+    fn open(triangles: usize) -> Self {
         let mut palette = Palette::default();
         let silk = palette.textured("silk", weave(), Vec2::ONE, 0.55);
         palette.material(silk).double_sided = true;
@@ -58,13 +61,15 @@ impl Cloth {
         studio::backdrop(builder.material(plaster), 11.0, 9.0, columns);
         Self { still: builder.finish(palette.finish()), sheet, ball }
     }
+}
 
-    pub(crate) fn duration_seconds(&self) -> f64 {
+impl Animated for Cloth {
+    fn duration_seconds(&self) -> f64 {
         f64::from(drape::SECONDS)
     }
 
-    pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
-        self.still.pose(frame);
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        frame.copy_surfaces(&self.still);
         let seconds = seconds as f32;
         DRAPE.write_sheet(seconds, self.sheet, &mut frame.positions[..self.sheet.vertices()]);
         let cloth = 0..self.sheet.vertices();
@@ -82,6 +87,7 @@ impl Cloth {
         studio::look(frame, "front", eye, Vec3::new(0.0, mix(0.95, 0.62, approach), 0.0), 0.33);
         studio::light(frame, "key", Vec3::new(3.6, 6.0, 3.4), drape::BALL_CENTER, srgb(0xfff2e0), 0.95);
         studio::light(frame, "rim", Vec3::new(-5.0, 3.5, -3.0), drape::BALL_CENTER, srgb(0xcfe0ff), 0.3);
+        Ok(())
     }
 }
 

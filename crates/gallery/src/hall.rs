@@ -11,13 +11,12 @@ use super::build::{MeshBuilder, Palette, Random, Sheet, srgb};
 use super::detail::Detail;
 use super::furniture::{self, CASE_LENGTH, Joinery, SHELVES_IN_CASE};
 use super::hall_paints::{Floors, joinery, masonry};
-use crate::still::Still;
-use crate::{Frame, Light, NamedCamera};
+use umbrage_scene::{Animated, Error, Frame, Light, NamedCamera};
 
 /// The reading room of an old library: vaults and walls of few triangles beside furniture and books of many.
 #[derive(Debug)]
 pub(crate) struct Hall {
-    still: Still,
+    still: Frame,
     /// The vertices of each chandelier, which swing about where it hangs.
     chandeliers: [Range<usize>; 3],
     /// The vertices of the globe, which turn about its middle.
@@ -43,9 +42,10 @@ impl Hall {
         name: "hall",
         about: "the reading room of an old library, with vaults, books and swinging chandeliers",
         triangles: 284_000,
+        open: |triangles| Box::new(Self::open(triangles)),
     };
 
-    pub(crate) fn open(triangles: usize) -> Self {
+    fn open(triangles: usize) -> Self {
         let mut palette = Palette::default();
         let masonry = masonry(&mut palette);
         let joinery = joinery(&mut palette);
@@ -65,13 +65,15 @@ impl Hall {
         });
         Self { still: builder.finish(palette.finish()), chandeliers: [a, b, c], globe }
     }
+}
 
-    pub(crate) fn duration_seconds(&self) -> f64 {
+impl Animated for Hall {
+    fn duration_seconds(&self) -> f64 {
         16.0
     }
 
-    pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
-        self.still.pose(frame);
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        frame.copy_surfaces(&self.still);
         let part = (seconds / self.duration_seconds()) as f32;
         for (place, vertices) in self.chandeliers.iter().enumerate() {
             turn(frame, vertices.clone(), hook(place), swing(place, part));
@@ -80,6 +82,7 @@ impl Hall {
         turn(frame, self.globe.clone(), GLOBE, rotation_between(Vec3::Y, axis) * turned(TAU * part));
         frame.cameras.push(NamedCamera { name: "reader".into(), camera: view(part) });
         frame.lights.extend(lights(part));
+        Ok(())
     }
 }
 

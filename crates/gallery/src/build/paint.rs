@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use super::math::pow;
-use crate::{ColorSpace, Filter, Material, Materials, Texture, TextureUse, Wrap};
+use umbrage_scene::{ColorSpace, Filter, Material, Materials, Texture, TextureUse, Wrap};
 
 /// The linear colour of an sRGB colour written as `0xrrggbb`.
 pub(crate) fn srgb(hex: u32) -> Vec3 {

@@ -9,7 +9,7 @@ use super::build::math::{sin_cos, smoothstep, wave};
 use super::build::{MeshBuilder, Palette, color_texture, fractal_noise, srgb};
 use super::furniture::{self, Joinery};
 use super::hall::{AISLE, BAY, BAYS, NAVE};
-use crate::{Material, Texture};
+use umbrage_scene::{Material, Texture};
 
 /// What one walks on.
 pub(super) struct Floors {

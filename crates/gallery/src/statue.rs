@@ -5,25 +5,28 @@ use glam::{Affine3A, Vec2, Vec3};
 use super::build::math::{mix, smoothstep, turned, wave};
 use super::build::{MeshBuilder, Palette, fractal_noise, mottled_texture, srgb};
 use super::{DemoScene, sculpture, studio};
-use crate::still::Still;
-use crate::{Frame, Texture};
+use umbrage_scene::{Animated, Error, Frame, Texture};
 
 /// A statue of very many small triangles on a plinth.
 #[derive(Debug)]
 pub(crate) struct Statue {
-    still: Still,
+    still: Frame,
 }
 
 impl Statue {
-    pub(crate) const SCENE: DemoScene =
-        DemoScene { name: "statue", about: "a carved Buddha of small triangles", triangles: 1_100_000 };
+    pub(crate) const SCENE: DemoScene = DemoScene {
+        name: "statue",
+        about: "a carved Buddha of small triangles",
+        triangles: 1_100_000,
+        open: |triangles| Box::new(Self::open(triangles)),
+    };
 
     /// Share of the triangles in the sculpture; the plinth has what is left.
     const SCULPTURE_SHARE: f32 = 0.95;
     const PLINTH_HEIGHT: f32 = 0.55;
 
     /// The scene with about `triangles` triangles.
-    pub(crate) fn open(triangles: usize) -> Self {
+    fn open(triangles: usize) -> Self {
         let mut palette = Palette::default();
         let stone = palette.textured("limestone", limestone(), Vec2::ONE, 0.7);
         let granite = palette.textured("granite", granite(), Vec2::splat(1.0), 0.25);
@@ -48,13 +51,15 @@ impl Statue {
         builder.material(granite).place(Affine3A::from_translation(Vec3::Z * 0.12), |builder| plinth(builder, left));
         Self { still: builder.finish(palette.finish()) }
     }
+}
 
-    pub(crate) fn duration_seconds(&self) -> f64 {
+impl Animated for Statue {
+    fn duration_seconds(&self) -> f64 {
         12.0
     }
 
-    pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
-        self.still.pose(frame);
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        frame.copy_surfaces(&self.still);
         let turns = (seconds / self.duration_seconds()) as f32;
         let middle = Vec3::new(0.0, 1.72, 0.1);
         let eye = middle + turned(-0.35 + 0.45 * wave(turns)) * Vec3::new(0.0, 0.35 + 0.25 * wave(turns + 0.25), 6.2);
@@ -62,6 +67,7 @@ impl Statue {
         let sun = turned(-0.6 + 0.4 * wave(turns + 0.5)) * Vec3::new(0.0, 5.2, 5.4);
         studio::light(frame, "key", sun, middle, srgb(0xfff0d8), 1.0);
         studio::light(frame, "rim", Vec3::new(4.5, 3.2, -3.4), middle, srgb(0xbfd4ff), 0.45);
+        Ok(())
     }
 }
 

@@ -8,13 +8,12 @@ use super::build::math::{camera, cos, mix, pow, rotation, sin_cos, smoothstep, t
 use super::build::{MeshBuilder, Palette, Sheet, color_texture, fractal_noise, srgb};
 use super::detail::Detail;
 use super::trophy;
-use crate::still::Still;
-use crate::{Frame, Light, Material, NamedCamera};
+use umbrage_scene::{Animated, Error, Frame, Light, Material, NamedCamera, Texture};
 
 /// A cup of many small triangles in the middle of a vast arena of few: the teapot in a stadium.
 #[derive(Debug)]
 pub(crate) struct Stadium {
-    still: Still,
+    still: Frame,
     /// Where the cup's vertices start; they turn about the y axis.
     first_of_cup: usize,
 }
@@ -45,9 +44,10 @@ impl Stadium {
         name: "stadium",
         about: "a finely wrought cup in the middle of a vast arena, seen from near and far",
         triangles: 200_000,
+        open: |triangles| Box::new(Self::open(triangles)),
     };
 
-    pub(crate) fn open(triangles: usize) -> Self {
+    fn open(triangles: usize) -> Self {
         let mut palette = Palette::default();
         let paints = Paints::new(&mut palette);
         let detail = Detail::for_triangles(triangles, Self::SCENE.triangles);
@@ -59,13 +59,15 @@ impl Stadium {
         builder.place(Affine3A::from_translation(Vec3::Y * PLINTH_TOP), |builder| trophy::cup(builder, left));
         Self { still: builder.finish(palette.finish()), first_of_cup }
     }
+}
 
-    pub(crate) fn duration_seconds(&self) -> f64 {
+impl Animated for Stadium {
+    fn duration_seconds(&self) -> f64 {
         24.0
     }
 
-    pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
-        self.still.pose(frame);
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        frame.copy_surfaces(&self.still);
         let part = (seconds / self.duration_seconds()) as f32;
         let turn = turned(TAU * part);
         for position in &mut frame.positions[self.first_of_cup..] {
@@ -83,6 +85,7 @@ impl Stadium {
             range: None,
             casts_shadow: true,
         });
+        Ok(())
     }
 }
 
@@ -301,7 +304,7 @@ impl Paints {
 }
 
 /// A field of 140 m by 140 m with mown stripes and white lines around the middle of the image.
-fn grass() -> crate::Texture {
+fn grass() -> Texture {
     const METRES: f32 = 140.0;
     color_texture("grass", [1024, 1024], |at| {
         // Texture coordinates are metres from the middle, and the image repeats.
@@ -323,7 +326,7 @@ fn grass() -> crate::Texture {
 }
 
 /// Eight lanes across the image.
-fn track() -> crate::Texture {
+fn track() -> Texture {
     color_texture("track", [4, 256], |at| {
         let lane = at.y * 8.0;
         let edge = (lane - lane.round()).abs() < 0.03;
@@ -331,7 +334,7 @@ fn track() -> crate::Texture {
     })
 }
 
-fn marble(ground: u32, vein: u32) -> crate::Texture {
+fn marble(ground: u32, vein: u32) -> Texture {
     color_texture("marble", [256, 256], |at| {
         // Noise on two circles repeats where the image does.
         let ([sin_x, cos_x], [sin_y, cos_y]) = ([wave(at.x), cos(TAU * at.x)], [wave(at.y), cos(TAU * at.y)]);

@@ -8,14 +8,13 @@ use rayon::prelude::*;
 use super::build::math::{mix, rotation, rotation_between, smoothstep, turned, wave};
 use super::build::{MeshBuilder, Palette, Random, hash, noise, srgb};
 use super::{DemoScene, sculpture, studio};
-use crate::Frame;
-use crate::still::Still;
+use umbrage_scene::{Animated, Error, Frame};
 
 /// A rabbit that bursts, every triangle on its own path, and comes together again.
 #[derive(Debug)]
 pub(crate) struct Shatter {
     /// The whole rabbit, three vertices to each of its triangles, then the floor.
-    still: Still,
+    still: Frame,
     /// What it breaks into first.
     chunks: Vec<Chunk>,
     /// One for each of the rabbit's triangles.
@@ -51,8 +50,12 @@ struct Shard {
 }
 
 impl Shatter {
-    pub(crate) const SCENE: DemoScene =
-        DemoScene { name: "shatter", about: "a statue bursts, every triangle for itself", triangles: 252_000 };
+    pub(crate) const SCENE: DemoScene = DemoScene {
+        name: "shatter",
+        about: "a statue bursts, every triangle for itself",
+        triangles: 252_000,
+        open: |triangles| Box::new(Self::open(triangles)),
+    };
 
     const SECONDS: f32 = 8.0;
     /// Time since the blast when the pieces turn back.
@@ -61,7 +64,7 @@ impl Shatter {
     const BLAST: Vec3 = Vec3::new(0.0, 0.85, 0.0);
 
     /// The scene with about `triangles` triangles.
-    pub(crate) fn open(triangles: usize) -> Self {
+    fn open(triangles: usize) -> Self {
         let mut palette = Palette::default();
         let porcelain = palette.dull("porcelain", srgb(0xf3e3d0), 0.42);
         palette.material(porcelain).double_sided = true;
@@ -84,17 +87,19 @@ impl Shatter {
         Self { still: builder.finish(palette.finish()), chunks, shards }
     }
 
-    pub(crate) fn duration_seconds(&self) -> f64 {
-        f64::from(Self::SECONDS)
-    }
-
     /// Time since the blast at a moment of the scene: at first it almost stands still, and in the end it runs back.
     fn since_blast(seconds: f32) -> f32 {
         let out = ((seconds - 0.8) / 4.4).clamp(0.0, 1.0);
         Self::LONGEST * out * (0.35 + 0.65 * out) * (1.0 - smoothstep(5.4, 7.7, seconds))
     }
+}
 
-    pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
+impl Animated for Shatter {
+    fn duration_seconds(&self) -> f64 {
+        f64::from(Self::SECONDS)
+    }
+
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
         let seconds = seconds as f32;
         let (positions, normals) = (&self.still.positions, &self.still.normals);
         let pieces = 3 * self.shards.len();
@@ -127,6 +132,7 @@ impl Shatter {
         studio::look(frame, "front", eye, target, 0.30);
         studio::light(frame, "key", Vec3::new(-3.4, 5.2, 3.6), Self::BLAST, srgb(0xffeedd), 1.0);
         studio::light(frame, "rim", Vec3::new(4.0, 3.0, -4.0), Self::BLAST, srgb(0x9fc4ff), 0.5);
+        Ok(())
     }
 }
 

@@ -1,8 +1,8 @@
 use glam::Vec3;
 
 use super::{Lump, Relief, Sculpture};
-use crate::demo::build::math::{rotation, smoothstep};
-use crate::demo::build::noise;
+use crate::build::math::{rotation, smoothstep};
+use crate::build::noise;
 
 /// A rabbit that sits upright and looks along +Z, about 2.4 high, its feet on y = 0.
 pub(crate) fn rabbit() -> Sculpture {

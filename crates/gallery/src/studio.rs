@@ -5,7 +5,7 @@ use umbrage_rays::LightSource;
 
 use super::build::MeshBuilder;
 use super::build::math::{camera, sin_cos};
-use crate::{Frame, Light, NamedCamera};
+use umbrage_scene::{Frame, Light, NamedCamera};
 
 /// Columns of a backdrop that is a fair share of `triangles`; zero, for a flat one, where there are few.
 pub(crate) fn backdrop_columns(triangles: usize) -> u32 {

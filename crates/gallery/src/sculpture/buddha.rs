@@ -3,8 +3,8 @@ use std::f32::consts::TAU;
 use glam::Vec3;
 
 use super::{Lump, Relief, Sculpture};
-use crate::demo::build::math::{rotation, sin_cos, smoothstep, wave};
-use crate::demo::build::noise;
+use crate::build::math::{rotation, sin_cos, smoothstep, wave};
+use crate::build::noise;
 
 /// A Buddha seated on a lotus, looking along +Z, about 2.6 high, the lotus on y = 0.
 pub(crate) fn buddha() -> Sculpture {

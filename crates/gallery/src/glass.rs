@@ -5,14 +5,13 @@ use glam::{Vec2, Vec3};
 use super::build::math::{mix, turned, wave};
 use super::build::{MeshBuilder, Palette, checker, fineness_of_balls, srgb};
 use super::{DemoScene, studio};
-use crate::still::Still;
-use crate::{Frame, Material, Volume};
+use umbrage_scene::{Animated, Error, Frame, Material, Volume};
 
 /// Balls of glass, mirror and lacquer on a chequered floor.
 #[derive(Debug)]
 pub(crate) struct Glass {
     /// Everything where it is at the start.
-    still: Still,
+    still: Frame,
     /// The balls' vertices, and how each ball moves.
     balls: Vec<(std::ops::Range<usize>, Motion, Vec3)>,
 }
@@ -69,14 +68,18 @@ const fn circling(turns: f32, radius: f32, finish: Finish) -> (Vec3, f32, Motion
 }
 
 impl Glass {
-    pub(crate) const SCENE: DemoScene =
-        DemoScene { name: "glass", about: "balls of glass and mirror on a chequered floor", triangles: 60_000 };
+    pub(crate) const SCENE: DemoScene = DemoScene {
+        name: "glass",
+        about: "balls of glass and mirror on a chequered floor",
+        triangles: 60_000,
+        open: |triangles| Box::new(Self::open(triangles)),
+    };
 
     /// Radius of the ring on which balls circle.
     const RING: f32 = 1.95;
 
     /// The scene with about `triangles` triangles.
-    pub(crate) fn open(triangles: usize) -> Self {
+    fn open(triangles: usize) -> Self {
         let mut palette = Palette::default();
         let tiles = checker("tiles", 256, srgb(0x31474c), srgb(0xe9e2d3));
         let floor = palette.textured("floor", tiles, Vec2::splat(1.8), 0.35);
@@ -108,13 +111,15 @@ impl Glass {
         }
         Self { still: builder.finish(palette.finish()), balls }
     }
+}
 
-    pub(crate) fn duration_seconds(&self) -> f64 {
+impl Animated for Glass {
+    fn duration_seconds(&self) -> f64 {
         16.0
     }
 
-    pub(crate) fn pose(&self, seconds: f64, frame: &mut Frame) {
-        self.still.pose(frame);
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        frame.copy_surfaces(&self.still);
         let turns = (seconds / self.duration_seconds()) as f32;
         let turn = turned(std::f32::consts::TAU * turns);
         for (vertices, motion, center) in &self.balls {
@@ -132,6 +137,7 @@ impl Glass {
         let lamp = turned(0.35 * wave(turns + 0.25)) * Vec3::new(-4.2, 6.5, 3.2);
         studio::light(frame, "key", lamp, Vec3::ZERO, srgb(0xfff1de), 1.0);
         studio::light(frame, "fill", Vec3::new(6.0, 5.0, 4.0), Vec3::ZERO, srgb(0xcfe0ff), 0.22);
+        Ok(())
     }
 }
 

@@ -1,8 +1,8 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::demo::build::math::{rotation, smoothstep, turned};
-use crate::demo::build::{Sheet, noise};
+use crate::build::math::{rotation, smoothstep, turned};
+use crate::build::{Sheet, noise};
 
 /// How long the drape lasts.
 pub(super) const SECONDS: f32 = 6.0;

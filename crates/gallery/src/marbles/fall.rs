@@ -2,8 +2,8 @@ use std::sync::LazyLock;
 
 use glam::{Quat, Vec3};
 
-use crate::demo::build::Random;
-use crate::demo::build::math::rotation;
+use crate::build::Random;
+use crate::build::math::rotation;
 
 /// How long the fall lasts.
 pub(super) const SECONDS: f32 = 7.0;

@@ -12,8 +12,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec4};
 
-use crate::still::Still;
-use crate::{Materials, Mesh};
+use umbrage_scene::{Frame, Materials, Mesh};
 
 pub(crate) use balls::{ball_triangles, fineness_of_balls};
 pub(crate) use noise::{fractal_noise, noise};
@@ -128,7 +127,7 @@ impl MeshBuilder {
     }
 
     /// The finished mesh with the materials that it refers to.
-    pub(crate) fn finish(mut self, materials: Materials) -> Still {
+    pub(crate) fn finish(mut self, materials: Materials) -> Frame {
         if !self.colors.is_empty() {
             self.colors.resize(self.positions.len(), Vec4::ONE);
         }
@@ -138,12 +137,12 @@ impl MeshBuilder {
             tex_coords: [self.tex_coords, Vec::new()],
             colors: self.colors,
         };
-        Still {
+        Frame {
             positions: self.positions,
             normals: self.normals,
             mesh: Arc::new(mesh),
             materials: Arc::new(materials),
-            ..Still::default()
+            ..Frame::default()
         }
     }
 }

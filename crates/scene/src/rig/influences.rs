@@ -1,0 +1,62 @@
+//! Which joints a vertex follows.
+
+use glam::{Affine3A, Vec3A};
+
+/// Four joints that a vertex follows, and how much: 24 bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Influences {
+    /// Places among the skin's joints.
+    pub joints: [u16; 4],
+    /// Zero or more; those of all sets of a vertex add up to one. A joint without weight is joint 0.
+    pub weights: [f32; 4],
+}
+
+impl Influences {
+    /// Makes the weights of each vertex, one in each of `sets`, add up to one, and has joints without weight be joint 0.
+    /// Vertices without any usable weight follow joint 0; their number is given back.
+    pub(crate) fn normalize(sets: &mut [Vec<Self>], vertices: usize) -> usize {
+        if sets.is_empty() {
+            return 0;
+        }
+        let mut stray = 0;
+        for vertex in 0..vertices {
+            for set in &mut *sets {
+                // NaN becomes 0.
+                set[vertex].weights = set[vertex].weights.map(|weight| weight.max(0.0));
+            }
+            let sum: f32 = sets.iter().flat_map(|set| set[vertex].weights).sum();
+            let usable = sum > 0.0 && sum.is_finite();
+            for set in &mut *sets {
+                let Self { joints, weights } = &mut set[vertex];
+                *weights = weights.map(|weight| if usable { weight / sum } else { 0.0 });
+                for (joint, weight) in joints.iter_mut().zip(weights) {
+                    if *weight <= 0.0 {
+                        *joint = 0;
+                    }
+                }
+            }
+            if !usable {
+                stray += 1;
+                sets[0][vertex].weights[0] = 1.0;
+            }
+        }
+        stray
+    }
+
+    /// The highest joint that any vertex follows.
+    pub(crate) fn highest_joint(sets: &[Vec<Self>]) -> Option<u32> {
+        sets.iter().flatten().flat_map(|influences| influences.joints).max().map(u32::from)
+    }
+
+    /// Adds this vertex's share of the transforms in `joints`, its skin's, to `sum`.
+    pub(crate) fn add_to(&self, sum: &mut Affine3A, joints: &[Affine3A]) {
+        for (&joint, &weight) in self.joints.iter().zip(&self.weights) {
+            let joint = &joints[usize::from(joint)];
+            let weight = Vec3A::splat(weight);
+            sum.matrix3.x_axis += joint.matrix3.x_axis * weight;
+            sum.matrix3.y_axis += joint.matrix3.y_axis * weight;
+            sum.matrix3.z_axis += joint.matrix3.z_axis * weight;
+            sum.translation += joint.translation * weight;
+        }
+    }
+}

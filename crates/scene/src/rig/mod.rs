@@ -1,0 +1,85 @@
+//! What vertices are made from and what moves them, as tables for whoever poses them: [`Rig::pose`], or a GPU.
+
+mod influences;
+mod morph;
+mod pose;
+mod ranges;
+
+use glam::{Affine3A, Vec3, Vec4};
+
+pub use self::influences::Influences;
+pub use self::morph::{Deltas, MorphTarget};
+pub(crate) use self::ranges::{GRAIN, overlap, overlapping};
+
+/// What a scene's vertices are made from, which stays the same in every pose.
+#[derive(Debug)]
+pub struct Rig {
+    /// What parts are copies of.
+    pub shapes: Vec<Shape>,
+    /// In the order of their vertices, which have no gaps.
+    pub parts: Vec<Part>,
+    /// How many vertices all parts have together.
+    pub vertices: usize,
+    /// Whether any shape has normals. Vertices of others then have the normal zero.
+    pub has_normals: bool,
+    /// Whether any shape has tangents. Vertices of others then have the tangent zero.
+    pub has_tangents: bool,
+    /// How many of a pose's matrices, from the first on, may be others in the next pose.
+    pub moving_matrices: usize,
+}
+
+/// A copy of a shape.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Place in [`Rig::shapes`].
+    pub shape: u32,
+    /// Place of its first vertex among those of all parts.
+    pub first_vertex: u32,
+    /// Place in [`Pose::weights`] of its first morph target's.
+    pub first_weight: u32,
+    /// What moves it, once its targets are added.
+    pub placement: Placement,
+    /// Whether it may look otherwise in the next pose.
+    pub moves: bool,
+}
+
+/// What moves a part. Places are those in [`Pose::matrices`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Placement {
+    /// One matrix moves all vertices.
+    Rigid {
+        /// Its place.
+        matrix: u32,
+    },
+    /// Each vertex follows the joints of its [`Influences`] (linear blend skinning).
+    Skinned {
+        /// The place of joint 0.
+        first_matrix: u32,
+    },
+}
+
+/// What moves a rig's vertices at a moment.
+#[derive(Clone, Debug, Default)]
+pub struct Pose {
+    /// From the space of meshes to the world; first those that move (see [`Rig::moving_matrices`]).
+    pub matrices: Vec<Affine3A>,
+    /// Of morph targets.
+    pub weights: Vec<f32>,
+}
+
+/// What posed vertices are made from, in a mesh's own space.
+#[derive(Debug, Default)]
+pub struct Shape {
+    /// Of vertices before anything moves them.
+    pub positions: Vec<Vec3>,
+    /// Of unit length, or zero where the file's is unusable; empty, or one for each position.
+    pub normals: Vec<Vec3>,
+    /// Unit tangents and the sign of the bitangent, or zero; empty, or one for each position.
+    pub tangents: Vec<Vec4>,
+    /// Sets of four influences for each position; none where the shape has no joints.
+    pub influences: Vec<Vec<Influences>>,
+    /// The highest joint that any vertex follows.
+    pub highest_joint: Option<u32>,
+    /// What weights add to vertices.
+    pub morph_targets: Vec<MorphTarget>,
+}

@@ -1,0 +1,23 @@
+use std::path::Path;
+
+use umbrage_gallery as gallery;
+use umbrage_scene::{Error, OpenOptions, Scene};
+
+/// Opens a scene: a file's path, a sequence's pattern or folder, or `demo:NAME?triangles=N` for one of the
+/// [gallery](gallery::DEMOS).
+///
+/// # Errors
+/// Where the file can't be read, breaks its format or needs something unsupported, or there is no such demo.
+pub fn open(address: impl AsRef<Path>) -> Result<Scene, Error> {
+    open_with(address, &OpenOptions::default())
+}
+
+/// As [`open`], with options.
+///
+/// # Errors
+/// As [`open`], and where `options` name a clip that the file doesn't have.
+pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Scene, Error> {
+    let address = address.as_ref();
+    let text = address.to_string_lossy();
+    if text.starts_with(gallery::PREFIX) { gallery::open(&text) } else { Scene::open_with(address, options) }
+}
