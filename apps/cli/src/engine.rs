@@ -1,18 +1,17 @@
 //! Which engine renders, and which adapters there are.
 
-use umbrage::Renderer;
 use umbrage::gpu::{Adapter, DeviceLimits, Gpu};
+use umbrage::{EngineKind, Renderer};
 
 use crate::failure::Failure;
-use crate::flags::EngineFlag;
 use crate::job::Job;
 
 /// A renderer on the engine that the job asks for, and its name.
 pub(crate) fn renderer(job: &Job) -> Result<(Renderer, String), Failure> {
     match job.engine {
-        EngineFlag::Cpu => Ok(on_cpu(job)),
-        EngineFlag::Gpu => on_gpu(job.device.as_deref().unwrap_or_default()),
-        EngineFlag::Auto => match found(job) {
+        EngineKind::Cpu => Ok(on_cpu(job)),
+        EngineKind::Gpu => on_gpu(job.device.as_deref().unwrap_or_default()),
+        EngineKind::Auto => match found(job) {
             Ok(renderer) => Ok(renderer),
             Err(why) => {
                 if !job.quiet {

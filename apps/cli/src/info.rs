@@ -4,11 +4,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use serde::Serialize;
-use umbrage::Scene;
 use umbrage::gallery::{DEMOS, DemoScene};
 use umbrage::gpu::Adapter;
 use umbrage::rays::{KdTree, KdTreeCounts, KdTreeOptions, LightSource, Omitted, OmittedKind};
 use umbrage::scene::Frame;
+use umbrage::{Scene, Structure};
 
 use crate::failure::Failure;
 use crate::flags::InfoFlags;
@@ -94,11 +94,14 @@ pub(crate) fn run(flags: InfoFlags) -> Result<(), Failure> {
     }
     let Some(address) = flags.scene else { return gallery(flags.json) };
     let scene = umbrage::open_with(&address, &flags.opening.into())?;
-    if flags.kd_tree.is_any_given() && !flags.structure {
+    if flags.kd_tree.has_options() && !flags.structure {
         return Err(Failure::input("no kd-tree is built", "add `--structure`"));
     }
     let frame = scene.at(0.0)?;
-    let structure = flags.structure.then(|| KdTreeContents::of(&frame, flags.kd_tree.options()?)).transpose()?;
+    let structure = match flags.kd_tree.structure()? {
+        Structure::KdTree(options) if flags.structure => Some(KdTreeContents::of(&frame, options)?),
+        _ => None,
+    };
     let contents = Contents { structure, ..Contents::of(&address, &scene, &frame) };
     let text = if flags.json { json(&contents)? } else { contents.text() };
     Ok(io::stdout().write_all(text.as_bytes())?)

@@ -1,19 +1,14 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use umbrage::output::{BitDepth, Chroma, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
-use umbrage::rays::{ListedLightOptions, ListedOptions, PacketSide, SimdLevel, UniformOptions};
+use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
+use umbrage::rays::{Choice, SimdLevel};
 use umbrage::scene::{Clip, OpenOptions};
-use umbrage::{Background, Settings, Structure, ToneMap};
+use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
+use umbrage::{Background, EngineKind, Settings, Structure};
 
 use crate::failure::Failure;
-use crate::flags::{ChromaFlag, EngineFlag, OpeningFlags, RenderFlags, StatsFlag, StructureFlag, ToneMapFlag};
-use crate::lights::LightFlag;
-use crate::values::{BackgroundFlag, CameraFlag};
-
-/// The scene of a command that names none, and a moment at which it looks good.
-pub(crate) const DEFAULT_SCENE: &str = "demo:cloth";
-pub(crate) const DEFAULT_SCENE_SECONDS: f64 = 2.5;
+use crate::flags::{OpeningFlags, RenderFlags, StatsFlag};
 
 /// A render that makes sense: what is left to go wrong is in the scene or in the system.
 #[derive(Debug)]
@@ -26,12 +21,12 @@ pub(crate) struct Job {
     pub(crate) output_options: Options,
     /// Camera and lights follow from the flags below once the scene is open.
     pub(crate) settings: Settings,
-    pub(crate) camera: Option<CameraFlag>,
-    pub(crate) lights: Vec<LightFlag>,
+    pub(crate) camera: Option<CameraSpec>,
+    pub(crate) lights: Vec<LightSpec>,
     pub(crate) orbit_light: bool,
     pub(crate) threads: Option<u16>,
     pub(crate) simd: SimdLevel,
-    pub(crate) engine: EngineFlag,
+    pub(crate) engine: EngineKind,
     pub(crate) device: Option<String>,
     pub(crate) stats: Option<StatsFlag>,
     pub(crate) quiet: bool,
@@ -50,10 +45,10 @@ pub(crate) enum Moments {
 
 impl Job {
     pub(crate) fn new(flags: RenderFlags) -> Result<Self, Failure> {
-        let structure = structure(&flags)?;
-        engine(&flags)?;
-        let default_seconds = if flags.scene.is_none() { DEFAULT_SCENE_SECONDS } else { 0.0 };
-        let (target, format) = target(flags.output, flags.format.map(Format::from), flags.frames.is_some())?;
+        let structure = flags.structure.structure()?;
+        engine(&flags, structure)?;
+        let (scene, default_seconds) = flags.scene.address();
+        let (target, format) = target(flags.output, flags.format, flags.frames.is_some())?;
         let moments = match (flags.frames, flags.time) {
             (Some(frames), _) => Moments::Frames(frames.0),
             (None, Some(seconds)) => Moments::Single(seconds),
@@ -61,14 +56,6 @@ impl Job {
             (None, None) => Moments::Single(default_seconds),
         };
         let (bit_depth, float_depth) = bit_depths(format, flags.bit_depth)?;
-        let chroma = match flags.chroma {
-            ChromaFlag::Quarter => Chroma::Quarter,
-            ChromaFlag::Full => Chroma::Full,
-        };
-        let tone_map = match flags.tone_map {
-            ToneMapFlag::Neutral => ToneMap::PbrNeutral,
-            ToneMapFlag::Clip => ToneMap::Clip,
-        };
         let settings = Settings {
             width: flags.size.width,
             height: flags.size.height,
@@ -76,23 +63,23 @@ impl Job {
             structure,
             culls_back_faces: flags.cull_back_faces,
             bounces: flags.bounces,
-            background: background(flags.background)?,
+            background: background(&flags.background)?,
             exposure_stops: flags.exposure,
-            tone_map,
+            tone_map: flags.tone_map,
             ..Settings::default()
         };
         Ok(Self {
-            scene: flags.scene.unwrap_or_else(|| DEFAULT_SCENE.into()),
-            open_options: flags.opening.into(),
+            scene,
+            open_options: flags.scene.opening.into(),
             moments,
             target,
             format,
-            output_options: Options { rate: flags.fps, bit_depth, float_depth, chroma },
+            output_options: Options { rate: flags.fps, bit_depth, float_depth, chroma: flags.chroma },
             settings,
             camera: flags.camera,
             lights: flags.lights,
             orbit_light: flags.orbit_light,
-            threads: flags.threads,
+            threads: flags.scene.threads,
             simd: flags.simd.unwrap_or_default(),
             engine: flags.engine,
             device: flags.device,
@@ -114,86 +101,18 @@ impl Job {
 }
 
 /// Whether what is asked of the engine is its to do.
-fn engine(flags: &RenderFlags) -> Result<(), Failure> {
-    let is_of_cpu = flags.simd.is_some() || !matches!(flags.structure, StructureFlag::Perspective);
+fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
+    let is_of_cpu = flags.simd.is_some() || structure != Structure::Perspective;
     match flags.engine {
-        EngineFlag::Gpu if flags.bounces > 0 => {
+        EngineKind::Gpu if flags.bounces > 0 => {
             Err(Failure::input("mirrors are followed on the CPU alone", "leave out --engine or --bounces"))
         }
-        EngineFlag::Gpu if is_of_cpu => {
+        EngineKind::Gpu if is_of_cpu => {
             Err(Failure::input("a GPU has no choice of SIMD level or structure", "leave out --simd and --structure"))
         }
-        EngineFlag::Cpu if flags.device.is_some() => Err(Failure::gpu_named_for_cpu()),
+        EngineKind::Cpu if flags.device.is_some() => Err(Failure::gpu_named_for_cpu()),
         _ => Ok(()),
     }
-}
-
-/// What finds the triangles.
-fn structure(flags: &RenderFlags) -> Result<Structure, Failure> {
-    refuse_others_parameters(flags)?;
-    match flags.structure {
-        StructureFlag::Perspective => Ok(Structure::Perspective),
-        StructureFlag::Listed => listed(flags),
-        StructureFlag::Grid => grid(flags),
-        StructureFlag::KdTree => Ok(Structure::KdTree(flags.kd_tree.options()?)),
-        StructureFlag::Bvh => Ok(Structure::Bvh),
-    }
-}
-
-/// Refuses parameters of structures that aren't asked for.
-fn refuse_others_parameters(flags: &RenderFlags) -> Result<(), Failure> {
-    let is_of_lists = flags.light_cells.is_some() || flags.light_rays.is_some() || flags.light_triangles.is_some();
-    let is_of_grid = flags.grid_density.is_some() || flags.grid_nested.is_some() || flags.packet.is_some();
-    let refusals = [
-        (
-            is_of_lists && flags.structure != StructureFlag::Listed,
-            "the light grids' cells and blocks can't be chosen",
-            "--light-cells, --light-rays and --light-triangles are for `--structure listed`",
-        ),
-        (
-            is_of_grid && flags.structure != StructureFlag::Grid,
-            "the uniform grid's cells and packets can't be chosen",
-            "--grid-density, --grid-nested and --packet are for `--structure grid`",
-        ),
-        (
-            flags.kd_tree.is_any_given() && flags.structure != StructureFlag::KdTree,
-            "the kd-tree's builder, layout and traversal can't be chosen",
-            "--kd-builder, --kd-layout, --kd-traversal and --kd-lazy are for `--structure kdtree`",
-        ),
-    ];
-    for (is_refused, message, hint) in refusals {
-        if is_refused {
-            return Err(Failure::input(message, hint));
-        }
-    }
-    Ok(())
-}
-
-fn listed(flags: &RenderFlags) -> Result<Structure, Failure> {
-    let default = ListedLightOptions::DEFAULT;
-    let light = ListedLightOptions::new(
-        flags.light_cells.unwrap_or(default.cells()),
-        flags.light_rays.unwrap_or(default.points()),
-        flags.light_triangles.unwrap_or(default.triangles()),
-    );
-    let light = light.map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
-    Ok(Structure::Listed { camera: ListedOptions::DEFAULT, light })
-}
-
-fn grid(flags: &RenderFlags) -> Result<Structure, Failure> {
-    let default = UniformOptions::DEFAULT;
-    let side = flags.packet.unwrap_or(default.packet.pixels());
-    let Some(packet) = PacketSide::ALL.into_iter().find(|packet| packet.pixels() == side) else {
-        return Err(Failure::input(format!("packets of {side}×{side} pixels"), "--packet is 2, 4, 8, 16 or 32"));
-    };
-    let cells_per_triangle = flags.grid_density.unwrap_or(default.cells_per_triangle);
-    if flags.grid_nested == Some(0) {
-        return Err(Failure::input("--grid-nested 0", "it is a number of triangles from 1 on"));
-    }
-    let options = UniformOptions { cells_per_triangle, packet, nested_above: flags.grid_nested, ..default };
-    let impossible = |_| Failure::input(format!("--grid-density {cells_per_triangle}"), "it is a number above 0");
-    options.check().map_err(impossible)?;
-    Ok(Structure::Grid(options))
 }
 
 /// Has everything work on that many threads, where a number is given.
@@ -257,15 +176,11 @@ fn bit_depths(format: Format, bits: Option<u8>) -> Result<(BitDepth, FloatDepth)
     }
 }
 
-fn background(flag: BackgroundFlag) -> Result<Background, Failure> {
-    match flag {
-        BackgroundFlag::Sky => Ok(Background::Sky),
-        BackgroundFlag::Color(color) => Ok(Background::Color(color)),
-        BackgroundFlag::File(path) => Background::open(&path).map_err(|error| {
-            let hint = "a background is `sky`, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
-            Failure::input(format!("--background: {error}"), hint)
-        }),
-    }
+fn background(spec: &BackgroundSpec) -> Result<Background, Failure> {
+    spec.open().map_err(|error| {
+        let hint = "a background is `sky`, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
+        Failure::input(format!("--background: {error}"), hint)
+    })
 }
 
 #[cfg(test)]
@@ -292,7 +207,7 @@ mod tests {
     fn nothing_said_is_the_cloth() {
         let job = job(&[]).unwrap();
         assert_eq!((job.scene.as_path(), path(&job)), (Path::new("demo:cloth"), Path::new("umbrage.png")));
-        assert_eq!(job.moments, Moments::Single(DEFAULT_SCENE_SECONDS));
+        assert_eq!(job.moments, Moments::Single(2.5));
     }
 
     #[test]

@@ -1,14 +1,13 @@
 //! The `umbrage` command: flags → a validated job → the library → an exit code.
 #![forbid(unsafe_code)]
 
+mod choices;
 mod engine;
 mod failure;
 mod flags;
 mod heatmap;
 mod info;
 mod job;
-mod kd_tree;
-mod lights;
 mod pages;
 mod progress;
 mod render;

@@ -1,11 +1,11 @@
-use glam::Vec3;
-use umbrage::scene::{Frame, Light};
+use glam::{Quat, Vec3};
+use umbrage::rays::LightSource;
+use umbrage::scene::{Frame, Light, NamedCamera};
+use umbrage::spec::CameraSpec;
 use umbrage::{CameraChoice, Scene, Settings};
 
 use crate::failure::Failure;
 use crate::job::Job;
-use crate::lights::orbited;
-use crate::values::CameraFlag;
 
 /// Puts the cameras and lights of the command line in place, moment by moment.
 pub(crate) struct Staging {
@@ -23,24 +23,14 @@ impl Staging {
     pub(crate) fn new(job: &Job, scene: &Scene, first_seconds: f64) -> Result<Self, Failure> {
         let mut frame = Frame::default();
         let mut settings = job.settings.clone();
-        let listed = match &job.camera {
-            Some(CameraFlag::Listed(name)) => Some(name),
-            Some(CameraFlag::Placed(camera)) => {
-                settings.camera = (*camera).into();
-                None
-            }
-            None => None,
-        };
         // The frame says which cameras there are, and where the scene is.
-        if listed.is_some() || job.orbit_light || !job.lights.is_empty() {
+        if matches!(job.camera, Some(CameraSpec::Listed(_))) || job.orbit_light || !job.lights.is_empty() {
             scene.pose(first_seconds, &mut frame)?;
         }
+        settings.camera = camera_choice(job.camera.as_ref(), &frame.cameras)?;
         let center = frame.animation_bounds.center();
         if !job.lights.is_empty() {
             settings.lights = Some(job.lights.iter().map(|light| light.light(center)).collect());
-        }
-        if let Some(name) = listed {
-            settings.camera = CameraChoice::Scene(listed_camera(&frame, name)?);
         }
         Ok(Self { settings, orbit_light: job.orbit_light, center, frame })
     }
@@ -66,12 +56,30 @@ impl Staging {
     }
 }
 
-/// The place of the camera with this name, or else this number.
-pub(crate) fn listed_camera(frame: &Frame, name: &str) -> Result<usize, Failure> {
-    let cameras = &frame.cameras;
-    let named = cameras.iter().position(|camera| &*camera.name == name);
+/// The source turned round the vertical axis through `center`; `turn` is 1 for the whole circle.
+fn orbited(source: LightSource, center: Vec3, turn: f64) -> LightSource {
+    let rotation = Quat::from_rotation_y((turn.fract() * std::f64::consts::TAU) as f32);
+    let moved = |position: Vec3| center + rotation * (position - center);
+    let turned = |direction: Vec3| (rotation * direction).normalize();
+    match source {
+        LightSource::Point { position } => LightSource::Point { position: moved(position) },
+        LightSource::Spot { position, direction, inner_radians, outer_radians } => {
+            LightSource::Spot { position: moved(position), direction: turned(direction), inner_radians, outer_radians }
+        }
+        LightSource::Directional { direction } => LightSource::Directional { direction: turned(direction) },
+    }
+}
+
+/// The camera of a flag, among the scene's `cameras`: by name, or else by number.
+pub(crate) fn camera_choice(flag: Option<&CameraSpec>, cameras: &[NamedCamera]) -> Result<CameraChoice, Failure> {
+    let name = match flag {
+        None => return Ok(CameraChoice::Default),
+        Some(CameraSpec::LookAt(look_at)) => return Ok(look_at.camera().into()),
+        Some(CameraSpec::Listed(name)) => name,
+    };
+    let named = cameras.iter().position(|camera| *camera.name == **name);
     let numbered = || name.parse().ok().filter(|&number: &usize| number < cameras.len());
-    named.or_else(numbered).ok_or_else(|| {
+    named.or_else(numbered).map(CameraChoice::Scene).ok_or_else(|| {
         let listed: Vec<String> =
             cameras.iter().enumerate().map(|(number, camera)| format!("{number} `{}`", camera.name)).collect();
         let hint = if listed.is_empty() {
@@ -86,7 +94,6 @@ pub(crate) fn listed_camera(frame: &Frame, name: &str) -> Result<usize, Failure>
 #[cfg(test)]
 mod tests {
     use umbrage::rays::Camera;
-    use umbrage::scene::NamedCamera;
 
     use super::*;
 
@@ -94,11 +101,23 @@ mod tests {
     fn cameras_are_found_by_name_before_number() {
         let camera = Camera::look_at(Vec3::Z, Vec3::ZERO, Vec3::Y, 1.0);
         let named = |name: &str| NamedCamera { name: name.into(), camera };
-        let frame = Frame { cameras: vec![named("1"), named("left"), named("")], ..Frame::default() };
-        assert_eq!(listed_camera(&frame, "1").unwrap(), 0);
-        assert_eq!(listed_camera(&frame, "left").unwrap(), 1);
-        assert_eq!(listed_camera(&frame, "2").unwrap(), 2);
-        let Failure::Input { message, hint } = listed_camera(&frame, "3").unwrap_err() else { panic!() };
+        let cameras = [named("1"), named("left"), named("")];
+        let chosen = |name: &str| camera_choice(Some(&CameraSpec::Listed(name.to_owned())), &cameras);
+        for (name, number) in [("1", 0), ("left", 1), ("2", 2)] {
+            assert_eq!(chosen(name).unwrap(), CameraChoice::Scene(number));
+        }
+        let Failure::Input { message, hint } = chosen("3").unwrap_err() else { panic!() };
         assert!(message.contains("no camera `3`") && hint.unwrap().contains("1 `left`"));
+    }
+
+    #[test]
+    fn a_quarter_of_an_orbit_turns_x_to_minus_z() {
+        let center = Vec3::new(1.0, 0.0, 0.0);
+        let LightSource::Point { position } =
+            orbited(LightSource::Point { position: Vec3::new(3.0, 5.0, 0.0) }, center, 0.25)
+        else {
+            panic!("not a point")
+        };
+        assert!(position.abs_diff_eq(Vec3::new(1.0, 5.0, -2.0), 1e-5), "{position}");
     }
 }

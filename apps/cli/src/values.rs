@@ -1,11 +1,8 @@
 use std::ops::Range;
-use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::builder::RangedI64ValueParser;
-use glam::Vec3;
 use umbrage::Settings;
-use umbrage::rays::Camera;
 
 /// The longest side of an image, in pixels.
 const MAX_SIDE_PIXELS: u32 = Settings::MAX_SIDE;
@@ -68,84 +65,6 @@ impl FromStr for FrameRange {
     }
 }
 
-/// Which camera sees the scene.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum CameraFlag {
-    /// One of the scene's, by name or by number from 0.
-    Listed(String),
-    /// A new one.
-    Placed(Camera),
-}
-
-impl FromStr for CameraFlag {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        const DEFAULT_FOV_DEGREES: f32 = 40.0;
-        let parts: Vec<&str> = text.split(':').collect();
-        let numeric = text.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first));
-        if !(numeric && text.contains(',')) {
-            return Ok(Self::Listed(text.to_owned()));
-        }
-        let (position, target, fov) = match parts[..] {
-            [position, target] => (position, target, None),
-            [position, target, fov] => (position, target, Some(fov)),
-            _ => return Err("give a camera as X,Y,Z:X,Y,Z or X,Y,Z:X,Y,Z:FOV".to_owned()),
-        };
-        let (position, target) = (vector(position)?, vector(target)?);
-        if position == target {
-            return Err("the camera is where it looks at".to_owned());
-        }
-        let fov_degrees = fov.map_or(Ok(DEFAULT_FOV_DEGREES), number)?;
-        if !(0.01..=179.0).contains(&fov_degrees) {
-            return Err("a field of view is from 0.01 to 179 degrees".to_owned());
-        }
-        Ok(Self::Placed(Camera::look_at(position, target, Vec3::Y, fov_degrees.to_radians())))
-    }
-}
-
-/// What is behind and around the scene.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum BackgroundFlag {
-    Sky,
-    /// Linear.
-    Color(Vec3),
-    File(PathBuf),
-}
-
-impl FromStr for BackgroundFlag {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "sky" {
-            return Ok(Self::Sky);
-        }
-        if let Some(digits) = text.strip_prefix('#') {
-            return hexadecimal_color(digits)
-                .map(Self::Color)
-                .ok_or_else(|| "give a colour as #rrggbb, such as #203040".to_owned());
-        }
-        match vector(text) {
-            Ok(color) if color.min_element() < 0.0 => Err("a colour isn't below zero".to_owned()),
-            Ok(color) => Ok(Self::Color(color)),
-            Err(_) => Ok(Self::File(text.into())),
-        }
-    }
-}
-
-/// The linear colour of six hexadecimal digits of sRGB (IEC 61966-2-1).
-fn hexadecimal_color(digits: &str) -> Option<Vec3> {
-    if digits.len() != 6 || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
-        return None;
-    }
-    let bytes = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
-    let linear = |byte: u8| {
-        let encoded = f32::from(byte) / 255.0;
-        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-    };
-    Some(Vec3::new(linear(bytes[1]), linear(bytes[2]), linear(bytes[3])))
-}
-
 /// Camera rays for each pixel.
 pub(crate) fn samples() -> RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=i64::from(Settings::MAX_SAMPLES))
@@ -167,21 +86,6 @@ pub(crate) fn sequence_fps(text: &str) -> Result<f64, String> {
 pub(crate) fn exposure_stops(text: &str) -> Result<f32, String> {
     let stops = text.parse::<f32>().ok().filter(|stops| (-60.0..=60.0).contains(stops));
     stops.ok_or_else(|| "give stops from -60 to 60, such as -0.5".to_owned())
-}
-
-/// A finite number.
-pub(crate) fn number(text: &str) -> Result<f32, String> {
-    let number = text.trim().parse::<f32>().ok().filter(|number| number.is_finite());
-    number.ok_or_else(|| format!("`{text}` is not a number"))
-}
-
-/// Three finite numbers with commas between them.
-pub(crate) fn vector(text: &str) -> Result<Vec3, String> {
-    let parts = text.split(',').map(number).collect::<Result<Vec<f32>, String>>()?;
-    match parts[..] {
-        [x, y, z] => Ok(Vec3::new(x, y, z)),
-        _ => Err(format!("`{text}` is not three numbers with commas between them")),
-    }
 }
 
 #[cfg(test)]
@@ -211,35 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn cameras_are_listed_or_placed() {
-        assert_eq!("Main, left".parse(), Ok(CameraFlag::Listed("Main, left".to_owned())));
-        assert_eq!("0".parse(), Ok(CameraFlag::Listed("0".to_owned())));
-        let expected = Camera::look_at(Vec3::new(0.0, 1.0, 5.0), Vec3::ZERO, Vec3::Y, 60_f32.to_radians());
-        assert_eq!("0,1,5:0,0,0:60".parse(), Ok(CameraFlag::Placed(expected)));
-        for text in
-            ["0,1,5", "0,1:0,0,0", "0,1,5:0,0,0:0", "0,1,5:0,0,0:200", "1,1,1:1,1,1", "0,1,x:0,0,0", "0,nan,1:0,0,0"]
-        {
-            assert!(text.parse::<CameraFlag>().is_err(), "{text}");
-        }
-    }
-
-    #[test]
-    fn backgrounds_are_colours_or_files() {
-        assert_eq!("sky".parse(), Ok(BackgroundFlag::Sky));
-        assert_eq!("#ff0000".parse(), Ok(BackgroundFlag::Color(Vec3::X)));
-        assert_eq!("0,0.5,2".parse(), Ok(BackgroundFlag::Color(Vec3::new(0.0, 0.5, 2.0))));
-        assert_eq!("a,b.hdr".parse(), Ok(BackgroundFlag::File("a,b.hdr".into())));
-        assert!("#12345".parse::<BackgroundFlag>().is_err());
-        assert!("#+12345".parse::<BackgroundFlag>().is_err());
-        assert!("0,-1,0".parse::<BackgroundFlag>().is_err());
-    }
-
-    #[test]
     fn numbers_are_finite() {
-        assert_eq!(vector("1, 2,-3"), Ok(Vec3::new(1.0, 2.0, -3.0)));
-        for text in ["1,2", "1,2,3,4", "1,2,inf", "1,2,NaN", "1,,2"] {
-            assert!(vector(text).is_err(), "{text}");
-        }
         assert!(seconds("-1").is_err() && seconds("nan").is_err() && seconds("0.5") == Ok(0.5));
         assert!(sequence_fps("0").is_err() && exposure_stops("inf").is_err());
     }

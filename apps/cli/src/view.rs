@@ -13,26 +13,25 @@ pub(crate) fn run(_: ViewFlags) -> Result<(), Failure> {
 
 #[cfg(feature = "view")]
 pub(crate) fn run(flags: ViewFlags) -> Result<(), Failure> {
+    use umbrage::EngineKind;
     use umbrage::gpu::Adapter;
     use umbrage_viewer::{EngineChoice, Start, view};
-
-    use crate::flags::EngineFlag;
 
     let device = flags.device.unwrap_or_default();
     let wanted = device.to_lowercase();
     let has_gpu =
         || Adapter::all().iter().any(|found| !found.is_software && found.name.to_lowercase().contains(&wanted));
     let engine = match flags.engine {
-        Some(EngineFlag::Cpu) if !device.is_empty() => return Err(Failure::gpu_named_for_cpu()),
+        Some(EngineKind::Cpu) if !device.is_empty() => return Err(Failure::gpu_named_for_cpu()),
         None if device.is_empty() => None,
-        Some(EngineFlag::Cpu) => Some(EngineChoice::Cpu),
-        Some(EngineFlag::Auto) if !has_gpu() => Some(EngineChoice::Cpu),
-        None | Some(EngineFlag::Auto | EngineFlag::Gpu) => Some(EngineChoice::Gpu(device)),
+        Some(EngineKind::Cpu) => Some(EngineChoice::Cpu),
+        Some(EngineKind::Auto) if !has_gpu() => Some(EngineChoice::Cpu),
+        None | Some(EngineKind::Auto | EngineKind::Gpu) => Some(EngineChoice::Gpu(device)),
     };
-    crate::job::use_threads(flags.threads)?;
+    crate::job::use_threads(flags.scene.threads)?;
     let start = Start {
-        scene: flags.scene,
-        options: flags.opening.into(),
+        scene: Some(flags.scene.address().0),
+        options: flags.scene.opening.into(),
         watches: flags.watch,
         engine,
         size: flags.size.map(|size| [size.width, size.height]),
@@ -40,4 +39,123 @@ pub(crate) fn run(flags: ViewFlags) -> Result<(), Failure> {
         forgets: flags.forget,
     };
     view(start).map_err(|error| Failure::Work(format!("{error}; `umbrage render` needs no window")))
+}
+
+#[cfg(all(test, feature = "view"))]
+mod tests {
+    use std::path::Path;
+
+    use clap::Parser;
+    use glam::Vec3;
+    use umbrage::rays::{Choice, LightSource};
+    use umbrage::scene::{Clip, OpenOptions};
+    use umbrage::spec::{CameraSpec, LightSpec, LookAt};
+    use umbrage::{Background, EngineKind, OptionValues, Settings, Structure, ToneMap};
+    use umbrage_viewer::{CommandLine, EngineChoice};
+
+    use crate::flags::{Command, Flags};
+    use crate::job::{Job, Moments};
+
+    /// The words of a line for a POSIX shell, as `umbrage` gets them.
+    fn words(line: &str) -> Vec<String> {
+        let mut words = vec![String::new()];
+        let (mut is_quoted, mut is_escaped) = (false, false);
+        for letter in line.chars() {
+            match letter {
+                '\\' if !is_quoted && !is_escaped => is_escaped = true,
+                '\'' if !is_escaped => is_quoted = !is_quoted,
+                ' ' if !is_quoted => words.push(String::new()),
+                letter => {
+                    words.last_mut().expect("a word").push(letter);
+                    is_escaped = false;
+                }
+            }
+        }
+        words
+    }
+
+    fn job(command: &CommandLine<'_>) -> Job {
+        let line = command.text().expect("a line");
+        let flags = Flags::try_parse_from(words(&line)).unwrap_or_else(|error| panic!("{line}: {error}"));
+        let Command::Render(flags) = flags.command else { panic!("{line}") };
+        Job::new(*flags).unwrap_or_else(|failure| panic!("{line}: {failure:?}"))
+    }
+
+    /// Asserts that the line of `settings` renders them, on an engine.
+    fn assert_copied(settings: &Settings, engine: &EngineChoice) {
+        let (scene, options) = (Path::new("demo:cloth?triangles=9"), &OpenOptions::default());
+        let job = job(&CommandLine { scene, options, seconds: 0.0, camera: None, settings, engine });
+        assert_eq!(format!("{:?}", job.settings), format!("{settings:?}"));
+        let expected = match engine {
+            EngineChoice::Cpu => (EngineKind::Cpu, None),
+            EngineChoice::Gpu(name) => (EngineKind::Gpu, Some(name.clone()).filter(|name| !name.is_empty())),
+        };
+        assert_eq!((job.engine, job.device), expected);
+    }
+
+    #[test]
+    fn every_choice_of_every_option_is_copied_as_it_is_shown() {
+        let on_cpu = |settings: Settings| assert_copied(&settings, &EngineChoice::Cpu);
+        for structure in Structure::all() {
+            on_cpu(Settings { structure, ..Settings::default() });
+            for option in structure.options() {
+                let values: Vec<String> = match &option.values {
+                    OptionValues::Names(names) => names().iter().map(|(name, _)| (*name).to_owned()).collect(),
+                    OptionValues::Whole(range) => vec![range.start().to_string(), range.end().to_string()],
+                    OptionValues::WholeOrAuto(range) => vec![range.start().to_string(), "auto".to_owned()],
+                    OptionValues::Positive => vec!["0.1".to_owned(), "33.3".to_owned()],
+                    OptionValues::Switch => vec!["true".to_owned(), "false".to_owned()],
+                };
+                for value in values {
+                    let mut structure = structure;
+                    if option.name == "tracing-tiles" {
+                        structure.set_option("sorting-tile", "8").unwrap();
+                    }
+                    structure.set_option(option.name, &value).unwrap();
+                    on_cpu(Settings { structure, ..Settings::default() });
+                }
+            }
+        }
+        for tone_map in ToneMap::all() {
+            on_cpu(Settings { tone_map, ..Settings::default() });
+        }
+        for background in [Background::Sky, Background::Color(Vec3::new(0.1, 0.25, 3.0))] {
+            on_cpu(Settings { background, ..Settings::default() });
+        }
+        on_cpu(Settings { width: 7, height: 5, samples: 9, exposure_stops: -0.3, ..Settings::default() });
+        on_cpu(Settings { culls_back_faces: true, bounces: 3, ..Settings::default() });
+        for name in ["", "it's a GPU"] {
+            assert_copied(&Settings::default(), &EngineChoice::Gpu(name.to_owned()));
+        }
+    }
+
+    #[test]
+    fn scenes_cameras_and_lights_are_copied_as_they_are_shown() {
+        let light = |text: &str| text.parse::<LightSpec>().unwrap().light(Vec3::ZERO);
+        let lights = vec![light("point:0.1,2,0"), light("sun:0,-1,0:5:1,0.5,0:noshadow"), light("spot:0,3,0:0,0,0:60")];
+        let settings = Settings { lights: Some(lights.clone()), ..Settings::default() };
+        let look_at = LookAt { position: Vec3::new(-1.5, 0.1, 9.0), target: Vec3::ONE, fov_degrees: 33.3 };
+        for camera in [None, Some(CameraSpec::Listed("2".to_owned())), Some(CameraSpec::LookAt(look_at))] {
+            for clip in [Clip::Auto, Clip::All, Clip::Rest, Clip::Named("walk 'n' run".to_owned())] {
+                let options = &OpenOptions { clip, sequence_fps: 12.5 };
+                let (scene, seconds) = (Path::new("it's a scene.glb"), 1.25);
+                let (settings, engine) = (&settings, &EngineChoice::Cpu);
+                let job = job(&CommandLine { scene, options, seconds, camera: camera.clone(), settings, engine });
+                assert_eq!((job.scene.as_path(), job.moments), (scene, Moments::Single(seconds)));
+                assert_eq!(format!("{:?}", job.open_options), format!("{options:?}"));
+                assert_eq!(job.camera, camera);
+                for (spec, light) in job.lights.iter().zip(&lights) {
+                    let said = spec.light(Vec3::ZERO);
+                    // A spot's direction and cone may differ in their last bits.
+                    let is_spot = matches!(light.source, LightSource::Spot { .. });
+                    assert_eq!((said.intensity, said.color), (light.intensity, light.color));
+                    assert!(
+                        said == *light || is_spot && said.casts_shadow == light.casts_shadow,
+                        "{said:?}, {light:?}"
+                    );
+                }
+                assert_eq!(job.lights.len(), lights.len());
+            }
+        }
+    }
 }

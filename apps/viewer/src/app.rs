@@ -6,14 +6,13 @@ use std::time::Instant;
 
 use eframe::egui::{self, TextureHandle, TextureId};
 use serde::{Deserialize, Serialize};
-use umbrage::Scene;
 use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
+use umbrage::{HeatKind, Scene};
 
 use crate::canvas::{Canvas, Pixels};
 use crate::choices::{Choices, EngineChoice, Resolution};
 use crate::focus::Focus;
 use crate::free_camera::FreeCamera;
-use crate::heat::Heat;
 use crate::history::History;
 use crate::light_list::LightList;
 use crate::notices::Notices;
@@ -36,7 +35,7 @@ pub struct App {
     pub(crate) timeline: Timeline,
     pub(crate) camera: CameraChoice,
     pub(crate) lights: LightList,
-    pub(crate) heat: Option<Heat>,
+    pub(crate) heat: Option<HeatKind>,
     pub(crate) shows_light_grid: bool,
     canvas: Canvas,
     surface: Surface,
@@ -103,7 +102,7 @@ struct Look {
     choices: Choices,
     camera: CameraChoice,
     lights: Option<Vec<Light>>,
-    heat: Option<Heat>,
+    heat: Option<HeatKind>,
     shows_light_grid: bool,
     /// The light that these are about, where any is.
     light: Option<usize>,
@@ -348,7 +347,7 @@ impl App {
             lights: self.lights.chosen(),
             heat: self.heat,
             shows_light_grid: self.shows_light_grid,
-            light: (self.heat == Some(Heat::Points) || self.shows_light_grid).then_some(light),
+            light: (self.heat == Some(HeatKind::Points) || self.shows_light_grid).then_some(light),
             size,
         };
         let file = match (&self.recording, self.screenshot.take()) {
@@ -358,12 +357,8 @@ impl App {
         if file.is_none() && self.ordered.as_ref() == Some(&look) {
             return;
         }
-        let settings = choices.settings(self.screen);
         self.ordered = Some(look);
-        let mut settings = match settings {
-            Ok(settings) => settings,
-            Err(why) => return self.notices.error(why),
-        };
+        let mut settings = choices.settings(self.screen);
         [settings.width, settings.height] = size;
         settings.lights = self.lights.chosen();
         settings.camera = match &self.camera {

@@ -1,26 +1,27 @@
 //! What the user can choose about pictures, whatever the scene.
 
+use std::fmt;
+use std::str::FromStr;
+
 use serde::{Deserialize, Serialize};
-use umbrage::rays::{
-    Cells, KdBuilder, KdTraversal, KdTreeOptions, ListedLightOptions, ListedOptions, PacketSide, UniformOptions,
-};
-use umbrage::{Background, CameraChoice, Settings, Structure, ToneMap};
+use umbrage::rays::Choice;
+use umbrage::{Background, Settings, Structure, ToneMap, UnknownStructure};
 
 /// Outlives the window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct Choices {
     pub(crate) engine: EngineChoice,
-    pub(crate) structure: StructureChoice,
-    pub(crate) listed: ListedChoices,
-    pub(crate) uniform: UniformChoices,
-    pub(crate) kd_tree: KdTreeChoices,
+    /// What finds triangles on the CPU.
+    #[serde(with = "as_text")]
+    pub(crate) structures: Structures,
     pub(crate) culls_back_faces: bool,
     pub(crate) bounces: u32,
     pub(crate) samples: u32,
     pub(crate) resolution: Resolution,
     pub(crate) exposure_stops: f32,
-    pub(crate) clips: bool,
+    #[serde(with = "as_text")]
+    pub(crate) tone_map: ToneMap,
     pub(crate) surroundings: SurroundingsChoice,
 }
 
@@ -34,44 +35,11 @@ pub enum EngineChoice {
     Gpu(String),
 }
 
-/// What finds triangles on the CPU.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum StructureChoice {
-    #[default]
-    Perspective,
-    Listed,
-    Grid,
-    KdTree,
-    Bvh,
-}
-
-/// The parameters of [`StructureChoice::Listed`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct ListedChoices {
-    pub(crate) sorting_tile: u32,
-    pub(crate) tracing_tiles: u32,
-    pub(crate) slices: u32,
-    pub(crate) light_cells: u32,
-    pub(crate) light_rays: u32,
-    pub(crate) light_triangles: u32,
-}
-
-/// The parameters of [`StructureChoice::Grid`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct UniformChoices {
-    pub(crate) cells_per_triangle: f64,
-    /// Pixels along an edge.
-    pub(crate) packet: u32,
-}
-
-/// The parameters of [`StructureChoice::KdTree`], by their names.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct KdTreeChoices {
-    pub(crate) builder: String,
-    pub(crate) traversal: String,
+/// One of the structures; the others keep their options until they are chosen again.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Structures {
+    all: Vec<Structure>,
+    chosen: usize,
 }
 
 /// How large pictures are.
@@ -95,116 +63,106 @@ pub(crate) enum SurroundingsChoice {
     Color([f32; 3]),
 }
 
+/// Values are kept by their names. Those that this version doesn't know become the defaults.
+mod as_text {
+    use std::fmt::Display;
+    use std::str::FromStr;
+
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<T: Display, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(value)
+    }
+
+    pub(super) fn deserialize<'de, T: FromStr + Default, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+        Ok(String::deserialize(deserializer)?.parse().unwrap_or_default())
+    }
+}
+
 impl Default for Choices {
     fn default() -> Self {
+        let Settings { culls_back_faces, bounces, samples, exposure_stops, tone_map, .. } = Settings::default();
         Self {
             engine: EngineChoice::default(),
-            structure: StructureChoice::default(),
-            listed: ListedChoices::default(),
-            uniform: UniformChoices::default(),
-            kd_tree: KdTreeChoices::default(),
-            culls_back_faces: false,
-            bounces: 0,
-            samples: 1,
+            structures: Structures::default(),
+            culls_back_faces,
+            bounces,
+            samples,
             resolution: Resolution::default(),
-            exposure_stops: 0.0,
-            clips: false,
+            exposure_stops,
+            tone_map,
             surroundings: SurroundingsChoice::default(),
         }
     }
 }
 
-impl Default for UniformChoices {
+impl Default for Structures {
     fn default() -> Self {
-        let UniformOptions { cells_per_triangle, packet, .. } = UniformOptions::DEFAULT;
-        Self { cells_per_triangle, packet: packet.pixels() }
+        Self { all: Structure::all().collect(), chosen: 0 }
     }
 }
 
-impl Default for KdTreeChoices {
-    fn default() -> Self {
-        let KdTreeOptions { builder, traversal, .. } = KdTreeOptions::FAST;
-        Self { builder: builder.to_string(), traversal: traversal.to_string() }
+impl Structures {
+    pub(crate) fn chosen(&self) -> Structure {
+        self.all[self.chosen]
+    }
+
+    /// The chosen one, whose options may be changed.
+    pub(crate) fn change(&mut self) -> &mut Structure {
+        &mut self.all[self.chosen]
+    }
+
+    /// Chooses the one of that kind, with the options that it last had.
+    pub(crate) fn choose(&mut self, kind: Structure) {
+        self.chosen = self.all.iter().position(|known| known.name() == kind.name()).unwrap_or(self.chosen);
     }
 }
 
-impl KdTreeChoices {
-    /// Names that no version knows stand for the defaults.
-    fn options(&self) -> KdTreeOptions {
-        let default = KdTreeOptions::FAST;
-        KdTreeOptions {
-            builder: self.builder.parse::<KdBuilder>().unwrap_or(default.builder),
-            traversal: self.traversal.parse::<KdTraversal>().unwrap_or(default.traversal),
-            ..default
+/// All structures, the chosen one first.
+impl fmt::Display for Structures {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.chosen())?;
+        self.all.iter().try_for_each(|structure| write!(f, " {structure}"))
+    }
+}
+
+impl FromStr for Structures {
+    type Err = UnknownStructure;
+
+    fn from_str(text: &str) -> Result<Self, UnknownStructure> {
+        let named: Vec<Structure> = text.split(' ').map(str::parse).collect::<Result<_, _>>()?;
+        let mut structures = Self::default();
+        for &structure in named.iter().rev() {
+            structures.choose(structure);
+            *structures.change() = structure;
         }
-    }
-}
-
-impl Default for ListedChoices {
-    fn default() -> Self {
-        let (cells, light) = (Cells::DEFAULT, ListedLightOptions::DEFAULT);
-        Self {
-            sorting_tile: cells.sorting_tile(),
-            tracing_tiles: cells.tracing_tiles(),
-            slices: cells.slices(),
-            light_cells: light.cells(),
-            light_rays: light.points(),
-            light_triangles: light.triangles(),
-        }
+        Ok(structures)
     }
 }
 
 impl Choices {
     /// The settings of a picture for a screen of so many pixels, but for its camera and lights.
-    ///
-    /// # Errors
-    /// Where a structure's parameters don't go together.
-    pub(crate) fn settings(&self, screen: [u32; 2]) -> Result<Settings, String> {
+    pub(crate) fn settings(&self, screen: [u32; 2]) -> Settings {
         let [width, height] = self.resolution.size(screen);
-        Ok(Settings {
+        // A GPU has one structure, and follows no mirrors.
+        let (structure, bounces) = match self.engine {
+            EngineChoice::Cpu => (self.structures.chosen(), self.bounces.min(Settings::MAX_BOUNCES)),
+            EngineChoice::Gpu(_) => (Structure::Perspective, 0),
+        };
+        Settings {
             width,
             height,
             samples: self.samples.clamp(1, Settings::MAX_SAMPLES),
-            camera: CameraChoice::Default,
-            lights: None,
-            structure: self.structure()?,
+            structure,
             culls_back_faces: self.culls_back_faces,
-            // A GPU follows none.
-            bounces: if self.engine == EngineChoice::Cpu { self.bounces.min(Settings::MAX_BOUNCES) } else { 0 },
+            bounces,
             background: match self.surroundings {
                 SurroundingsChoice::Sky => Background::Sky,
                 SurroundingsChoice::Color(color) => Background::Color(color.into()),
             },
             exposure_stops: self.exposure_stops,
-            tone_map: if self.clips { ToneMap::Clip } else { ToneMap::PbrNeutral },
-        })
-    }
-
-    fn structure(&self) -> Result<Structure, String> {
-        let chosen = &self.listed;
-        match (&self.engine, self.structure) {
-            (EngineChoice::Gpu(_), _) | (_, StructureChoice::Perspective) => Ok(Structure::Perspective),
-            (_, StructureChoice::KdTree) => Ok(Structure::KdTree(self.kd_tree.options())),
-            (_, StructureChoice::Bvh) => Ok(Structure::Bvh),
-            (_, StructureChoice::Grid) => {
-                let UniformChoices { cells_per_triangle, packet } = self.uniform;
-                let default = UniformOptions::DEFAULT;
-                let packet = PacketSide::ALL.into_iter().find(|side| side.pixels() == packet).unwrap_or(default.packet);
-                let options = UniformOptions { cells_per_triangle, packet, ..default };
-                options.check().map_err(|impossible| impossible.to_string())?;
-                Ok(Structure::Grid(options))
-            }
-            (_, StructureChoice::Listed) => {
-                let cells = Cells::new(chosen.sorting_tile, chosen.tracing_tiles, chosen.slices);
-                let light = ListedLightOptions::new(chosen.light_cells, chosen.light_rays, chosen.light_triangles);
-                Ok(Structure::Listed {
-                    camera: ListedOptions {
-                        cells: cells.map_err(|impossible| impossible.to_string())?,
-                        ..ListedOptions::DEFAULT
-                    },
-                    light: light.map_err(|impossible| impossible.to_string())?,
-                })
-            }
+            tone_map: self.tone_map,
+            ..Settings::default()
         }
     }
 }
@@ -235,25 +193,25 @@ mod tests {
     }
 
     #[test]
-    fn impossible_parameters_are_refused_in_words() {
-        let listed = ListedChoices { sorting_tile: 7, ..ListedChoices::default() };
-        let choices = Choices { structure: StructureChoice::Listed, listed, ..Choices::default() };
-        assert!(choices.settings([8, 8]).expect_err("no such tile").contains('7'));
-        // They don't matter to a GPU.
-        let on_gpu = Choices { engine: EngineChoice::Gpu(String::new()), ..choices };
-        assert_eq!(on_gpu.settings([8, 8]).expect("settings").structure, Structure::Perspective);
+    fn structures_keep_their_options() {
+        let mut structures = Structures::default();
+        structures.choose(Structure::KD_TREE);
+        structures.change().set_option("kd-builder", "presorted").expect("a builder");
+        let tuned = structures.chosen();
+        structures.choose(Structure::Bvh);
+        assert_eq!(structures.to_string().parse(), Ok(structures.clone()));
+        structures.choose(Structure::KD_TREE);
+        assert!(structures.chosen() == tuned && tuned != Structure::KD_TREE);
+        assert_eq!(structures.to_string().parse(), Ok(structures));
     }
 
     #[test]
-    fn the_defaults_are_the_librarys() {
-        let settings = Choices::default().settings([1280, 720]).expect("settings");
-        let expected = Settings::default();
-        assert_eq!((settings.width, settings.height), (expected.width, expected.height));
-        assert_eq!((settings.samples, settings.structure), (expected.samples, expected.structure));
-        assert_eq!((settings.exposure_stops, settings.tone_map), (expected.exposure_stops, expected.tone_map));
-        let listed = Choices { structure: StructureChoice::Listed, ..Choices::default() };
-        assert_eq!(listed.settings([8, 8]).expect("settings").structure, Structure::LISTED);
-        let kd_tree = Choices { structure: StructureChoice::KdTree, ..Choices::default() };
-        assert_eq!(kd_tree.settings([8, 8]).expect("settings").structure, Structure::KD_TREE);
+    fn a_gpu_has_no_choice_of_structure() {
+        let mut choices = Choices { bounces: 3, ..Choices::default() };
+        choices.structures.choose(Structure::Bvh);
+        let on_cpu = choices.settings([8, 8]);
+        assert_eq!((on_cpu.structure, on_cpu.bounces), (Structure::Bvh, 3));
+        let on_gpu = Choices { engine: EngineChoice::Gpu(String::new()), ..choices }.settings([8, 8]);
+        assert_eq!((on_gpu.structure, on_gpu.bounces), (Structure::Perspective, 0));
     }
 }

@@ -1,16 +1,32 @@
 //! The `umbrage render` line that makes the picture on the screen.
 
 use std::fmt::Write;
+use std::path::Path;
 
-use glam::Vec3;
-use umbrage::rays::LightSource;
-use umbrage::scene::{Clip, Light, OpenOptions};
+use umbrage::rays::Choice;
+use umbrage::scene::{Clip, OpenOptions};
+use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
+use umbrage::{Background, EngineKind, OptionValues, Settings, Structure};
 
 use crate::app::{App, CameraChoice};
-use crate::choices::{
-    Choices, EngineChoice, KdTreeChoices, ListedChoices, StructureChoice, SurroundingsChoice, UniformChoices,
-};
-use crate::light_list::INNER;
+use crate::choices::EngineChoice;
+
+/// A picture that a command can render.
+#[derive(Debug)]
+pub struct CommandLine<'a> {
+    /// The scene's address.
+    pub scene: &'a Path,
+    /// How it is opened.
+    pub options: &'a OpenOptions,
+    /// The moment.
+    pub seconds: f64,
+    /// The camera; `None` for the scene's first.
+    pub camera: Option<CameraSpec>,
+    /// The rest; its camera is passed over.
+    pub settings: &'a Settings,
+    /// What renders.
+    pub engine: &'a EngineChoice,
+}
 
 /// The line, for a shell.
 ///
@@ -20,31 +36,79 @@ pub(crate) fn line(app: &App) -> Result<String, String> {
     let (Some(open), Some(shown)) = (&app.open, &app.shown) else {
         return Err("There is no picture yet.".to_owned());
     };
-    let picture = &shown.picture;
-    let mut line = format!("umbrage render {}", quoted(&open.address.to_string_lossy()));
-    opening(&mut line, &open.options);
-    if picture.seconds != 0.0 {
-        flag(&mut line, "time", &picture.seconds.to_string());
-    }
-    flag(&mut line, "size", &format!("{}x{}", picture.view.width, picture.view.height));
-    match &app.camera {
-        CameraChoice::Default => {}
-        CameraChoice::OfScene(number) => flag(&mut line, "camera", &number.to_string()),
-        CameraChoice::Free(free) => {
-            let camera = format!("{}:{}:{}", vector(free.position), vector(free.target), free.fov_degrees);
-            flag(&mut line, "camera", &camera);
+    let view = &shown.picture.view;
+    let choices = &app.kept.choices;
+    let (width, height, lights) = (view.width, view.height, app.lights.chosen());
+    let command = CommandLine {
+        scene: &open.address,
+        options: &open.options,
+        seconds: shown.picture.seconds,
+        camera: match &app.camera {
+            CameraChoice::Default => None,
+            CameraChoice::OfScene(number) => Some(CameraSpec::Listed(number.to_string())),
+            CameraChoice::Free(free) => Some(CameraSpec::LookAt(free.look_at())),
+        },
+        settings: &Settings { width, height, lights, ..choices.settings([width, height]) },
+        engine: &choices.engine,
+    };
+    command.text()
+}
+
+impl CommandLine<'_> {
+    /// The line, for a POSIX shell.
+    ///
+    /// # Errors
+    /// Where there are no words for what it shows, with what that is.
+    pub fn text(&self) -> Result<String, String> {
+        let Self { settings, .. } = self;
+        let default = Settings::default();
+        let mut line = format!("umbrage render {}", quoted(&self.scene.to_string_lossy()));
+        opening(&mut line, self.options);
+        if self.seconds != 0.0 {
+            flag(&mut line, "time", &self.seconds.to_string());
         }
-    }
-    if let Some(lights) = app.lights.chosen() {
-        if lights.is_empty() {
+        flag(&mut line, "size", &format!("{}x{}", settings.width, settings.height));
+        if let Some(camera) = &self.camera {
+            flag(&mut line, "camera", &camera.to_string());
+        }
+        if settings.lights.as_ref().is_some_and(Vec::is_empty) {
             return Err("The command has no way to render without any light.".to_owned());
         }
-        for light in &lights {
-            flag(&mut line, "light", &light_text(light)?);
+        for light in settings.lights.iter().flatten() {
+            let light = LightSpec::try_from(light).map_err(|why| format!("The command can't say this: {why}."))?;
+            flag(&mut line, "light", &light.to_string());
         }
+        if settings.samples != default.samples {
+            flag(&mut line, "samples", &settings.samples.to_string());
+        }
+        match self.engine {
+            EngineChoice::Cpu => structure(&mut line, settings.structure),
+            EngineChoice::Gpu(name) => {
+                flag(&mut line, "engine", EngineKind::Gpu.name());
+                if !name.is_empty() {
+                    flag(&mut line, "device", name);
+                }
+            }
+        }
+        if settings.bounces != default.bounces {
+            flag(&mut line, "bounces", &settings.bounces.to_string());
+        }
+        if settings.culls_back_faces {
+            line.push_str(" --cull-back-faces");
+        }
+        if settings.exposure_stops != default.exposure_stops {
+            flag(&mut line, "exposure", &settings.exposure_stops.to_string());
+        }
+        if settings.tone_map != default.tone_map {
+            flag(&mut line, "tone-map", settings.tone_map.name());
+        }
+        match &settings.background {
+            Background::Sky => {}
+            Background::Color(color) => flag(&mut line, "background", &BackgroundSpec::Color(*color).to_string()),
+            Background::Image(_) => return Err("The command can't say which image is around the scene.".to_owned()),
+        }
+        Ok(line)
     }
-    chosen(&mut line, &app.kept.choices);
-    Ok(line)
 }
 
 fn opening(line: &mut String, options: &OpenOptions) {
@@ -59,102 +123,16 @@ fn opening(line: &mut String, options: &OpenOptions) {
     }
 }
 
-fn chosen(line: &mut String, choices: &Choices) {
-    if choices.samples != 1 {
-        flag(line, "samples", &choices.samples.to_string());
+fn structure(line: &mut String, structure: Structure) {
+    if structure.name() != Structure::default().name() {
+        flag(line, "structure", structure.name());
     }
-    match &choices.engine {
-        EngineChoice::Cpu => {
-            structure(line, choices);
-            if choices.bounces > 0 {
-                flag(line, "bounces", &choices.bounces.to_string());
-            }
-        }
-        EngineChoice::Gpu(name) => {
-            flag(line, "engine", "gpu");
-            if !name.is_empty() {
-                flag(line, "device", name);
-            }
+    for (option, value) in structure.changed_options() {
+        match option.values {
+            OptionValues::Switch => line.extend([" --", option.name]),
+            _ => flag(line, option.name, &value),
         }
     }
-    if choices.culls_back_faces {
-        line.push_str(" --cull-back-faces");
-    }
-    if choices.exposure_stops != 0.0 {
-        flag(line, "exposure", &choices.exposure_stops.to_string());
-    }
-    if choices.clips {
-        flag(line, "tone-map", "clip");
-    }
-    if let SurroundingsChoice::Color(color) = choices.surroundings {
-        flag(line, "background", &vector(color.into()));
-    }
-}
-
-fn structure(line: &mut String, choices: &Choices) {
-    let listed = &choices.listed;
-    match choices.structure {
-        StructureChoice::Perspective => {}
-        StructureChoice::Bvh => flag(line, "structure", "bvh"),
-        StructureChoice::Grid => {
-            flag(line, "structure", "grid");
-            let (chosen, default) = (choices.uniform, UniformChoices::default());
-            if chosen.cells_per_triangle != default.cells_per_triangle {
-                flag(line, "grid-density", &chosen.cells_per_triangle.to_string());
-            }
-            if chosen.packet != default.packet {
-                flag(line, "packet", &chosen.packet.to_string());
-            }
-        }
-        StructureChoice::KdTree => {
-            flag(line, "structure", "kdtree");
-            let (chosen, default) = (&choices.kd_tree, KdTreeChoices::default());
-            if chosen.builder != default.builder {
-                flag(line, "kd-builder", &chosen.builder);
-            }
-            if chosen.traversal != default.traversal {
-                flag(line, "kd-traversal", &chosen.traversal);
-            }
-        }
-        StructureChoice::Listed => {
-            flag(line, "structure", "listed");
-            // The camera's cells make no other picture, and `render` has no flags for them.
-            let default = ListedChoices::default();
-            for (name, value, default) in [
-                ("light-cells", listed.light_cells, default.light_cells),
-                ("light-rays", listed.light_rays, default.light_rays),
-                ("light-triangles", listed.light_triangles, default.light_triangles),
-            ] {
-                if value != default {
-                    flag(line, name, &value.to_string());
-                }
-            }
-        }
-    }
-}
-
-/// A light as `--light` takes it.
-fn light_text(light: &Light) -> Result<String, String> {
-    let source = match light.source {
-        LightSource::Point { position } => format!("point:{}", vector(position)),
-        LightSource::Directional { direction } => format!("sun:{}", vector(direction)),
-        LightSource::Spot { position, direction, inner_radians, outer_radians } => {
-            if (inner_radians - INNER * outer_radians).abs() > 1e-3 * outer_radians {
-                return Err("The command has no way to say how soft this scene's spot lights are.".to_owned());
-            }
-            let degrees = 2.0 * outer_radians.to_degrees();
-            format!("spot:{}:{}:{degrees}", vector(position), vector(position + direction))
-        }
-    };
-    if light.range.is_some() {
-        return Err("The command has no way to say how far this scene's lights reach.".to_owned());
-    }
-    let shadow = if light.casts_shadow { "" } else { ":noshadow" };
-    Ok(format!("{source}:{}:{}{shadow}", light.intensity, vector(light.color)))
-}
-
-fn vector(vector: Vec3) -> String {
-    format!("{},{},{}", vector.x, vector.y, vector.z)
 }
 
 fn flag(line: &mut String, name: &str, value: &str) {
@@ -182,21 +160,5 @@ mod tests {
         assert_eq!(quoted("demo:cloth?triangles=9"), "'demo:cloth?triangles=9'");
         assert_eq!(quoted("it's"), r"'it'\''s'");
         assert_eq!(quoted(""), "''");
-    }
-
-    #[test]
-    fn lights_are_said_to_the_last_bit() {
-        let light = Light {
-            name: "".into(),
-            source: LightSource::Point { position: Vec3::new(0.1, -2.0, 1e-7) },
-            color: Vec3::new(1.0, 0.5, 0.25),
-            intensity: 12.3,
-            range: None,
-            casts_shadow: true,
-        };
-        assert_eq!(light_text(&light).expect("a light"), "point:0.1,-2,0.0000001:12.3:1,0.5,0.25");
-        let hidden = Light { casts_shadow: false, ..light.clone() };
-        assert!(light_text(&hidden).expect("a light").ends_with(":noshadow"));
-        assert!(light_text(&Light { range: Some(3.0), ..light }).is_err());
     }
 }

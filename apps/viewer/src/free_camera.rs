@@ -4,6 +4,7 @@ use std::f32::consts::FRAC_PI_2;
 
 use glam::{Quat, Vec2, Vec3};
 use umbrage::rays::{Camera, Projection};
+use umbrage::spec::LookAt;
 
 /// A perspective camera that looks at a place, the world's Y axis upwards: what `umbrage render --camera` can say.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,8 +33,14 @@ impl FreeCamera {
         }
     }
 
+    /// What `umbrage render --camera` calls it.
+    pub(crate) fn look_at(&self) -> LookAt {
+        let Self { position, target, fov_degrees } = *self;
+        LookAt { position, target, fov_degrees }
+    }
+
     pub(crate) fn camera(&self) -> Camera {
-        Camera::look_at(self.position, self.target, Vec3::Y, self.fov_degrees.to_radians())
+        self.look_at().camera()
     }
 
     /// How far the target is.
@@ -80,7 +87,7 @@ impl FreeCamera {
     }
 
     /// Turns around another place, which comes to the image's centre.
-    pub(crate) fn look_at(&mut self, target: Vec3) {
+    pub(crate) fn turn_around(&mut self, target: Vec3) {
         if target.distance_squared(self.position) > 0.0 {
             self.target = target;
         }

@@ -1,57 +1,15 @@
 //! Pictures of work: what each pixel cost, as colours over the picture.
 
 use eframe::egui::Color32;
-use serde::{Deserialize, Serialize};
-use umbrage::rays::Work;
-use umbrage::{HeatScale, Renderer, Settings, Structure, WorkCounts};
+use umbrage::{HeatKind, HeatScale, Renderer, Settings, Structure, WorkCounts};
 
 use crate::choices::EngineChoice;
 use crate::light_grid::LightGridPicture;
 use crate::order::Order;
 
-/// What is counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Heat {
-    /// Triangles tested on a pixel's sample.
-    Tested,
-    /// Cells of the camera's grid that were searched for it.
-    Cells,
-    /// Triangles that the filter left to the predicate.
-    Undecided,
-    /// Triangles listed in the cells of its tile.
-    Pairs,
-    /// Points that share its point's cell of a light's grid.
-    Points,
-}
-
-impl Heat {
-    pub(crate) const ALL: [Self; 5] = [Self::Tested, Self::Cells, Self::Undecided, Self::Pairs, Self::Points];
-
-    pub(crate) fn title(self) -> &'static str {
-        match self {
-            Self::Tested => "Triangles tested",
-            Self::Cells => "Cells visited",
-            Self::Undecided => "Undecided tests",
-            Self::Pairs => "Pairs per tile",
-            Self::Points => "Points per light cell",
-        }
-    }
-
-    /// `None` for what isn't the work of camera rays.
-    fn of(self, work: Work) -> Option<u32> {
-        match self {
-            Self::Tested => Some(work.tested),
-            Self::Cells => Some(work.cells),
-            Self::Undecided => Some(work.undecided),
-            Self::Pairs => Some(work.pairs),
-            Self::Points => None,
-        }
-    }
-}
-
 /// Counts for each pixel, and their colours.
 pub(crate) struct HeatMap {
-    pub(crate) heat: Heat,
+    pub(crate) heat: HeatKind,
     /// The light whose cells are counted, where it is about one.
     pub(crate) light: Option<usize>,
     /// In rows from the upper left corner.
@@ -71,8 +29,14 @@ impl HeatMap {
     pub(crate) fn title(&self) -> String {
         let light = self.light.map(|light| format!(" of light {}", light + 1)).unwrap_or_default();
         let note = self.note.map(|note| format!(", {note}")).unwrap_or_default();
-        format!("{}{light}{note}", self.heat.title())
+        format!("{}{light}{note}", title(self.heat))
     }
+}
+
+/// What is counted, as a title.
+pub(crate) fn title(heat: HeatKind) -> String {
+    let title = heat.title();
+    title[..1].to_uppercase() + &title[1..]
 }
 
 /// Counts, in memory that is used again.
@@ -91,7 +55,7 @@ impl HeatMaker {
     /// Where the scene can't be counted in a grid.
     pub(crate) fn make(
         &mut self,
-        heat: Heat,
+        heat: HeatKind,
         order: &Order,
         renderer: &Renderer,
         settings: &Settings,
@@ -100,7 +64,7 @@ impl HeatMaker {
         let is_there = self.count(order, renderer, &settings)?;
         let WorkCounts { pixels: work, cells } = &self.counts;
         let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
-        let (light, counts): (_, Vec<u32>) = if heat == Heat::Points {
+        let (light, counts): (_, Vec<u32>) = if heat == HeatKind::Points {
             if is_there {
                 (Some(order.light), pixels.map(|(x, y)| cells.points_at(x, y)).collect())
             } else {
@@ -139,7 +103,7 @@ impl HeatMaker {
             return Ok(is_there);
         }
         self.counted = None;
-        let needs_cells = order.shows_light_grid || order.heat == Some(Heat::Points);
+        let needs_cells = order.shows_light_grid || order.heat == Some(HeatKind::Points);
         let is_there = needs_cells && order.light < renderer.scenery().lights.len();
         let light = is_there.then_some(order.light);
         let counted = self.counter.count_work(renderer.frame(), settings, light, &mut self.counts);

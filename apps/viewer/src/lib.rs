@@ -30,6 +30,7 @@ mod worker;
 
 pub use app::{App, Start};
 pub use choices::EngineChoice;
+pub use command::CommandLine;
 pub use surface::Surface;
 pub use window::{ViewError, view};
 pub use window_device::Graphics;

@@ -1,10 +1,9 @@
 //! The lights, as the user has changed them.
 
-use std::f32::consts::PI;
-
 use glam::Vec3;
 use umbrage::rays::LightSource;
 use umbrage::scene::Light;
+use umbrage::spec::LightSpec;
 
 use crate::focus::Focus;
 
@@ -72,15 +71,7 @@ impl LightList {
         let turn = 2.4 * self.lights.len() as f32;
         let offset = Vec3::new(0.25 * turn.cos(), 0.36, 0.25 * turn.sin()) * size;
         let position = center + offset;
-        let source = kind.at(position, center);
-        self.lights.push(Light {
-            name: "".into(),
-            source,
-            color: Vec3::ONE,
-            intensity: if kind == LightKind::Sun { PI } else { PI * offset.length_squared() },
-            range: None,
-            casts_shadow: true,
-        });
+        self.lights.push(LightSpec::new(kind.at(position, center)).light(center));
         self.is_changed = true;
         self.selected = Some(self.lights.len() - 1);
     }
@@ -119,15 +110,17 @@ impl LightKind {
             Self::Point => LightSource::Point { position },
             Self::Spot => {
                 let outer_radians = 0.5;
-                LightSource::Spot { position, direction, inner_radians: INNER * outer_radians, outer_radians }
+                LightSource::Spot {
+                    position,
+                    direction,
+                    inner_radians: LightSpec::INNER * outer_radians,
+                    outer_radians,
+                }
             }
             Self::Sun => LightSource::Directional { direction },
         }
     }
 }
-
-/// How much of a new spot's cone has the full strength, as with `umbrage render --light`.
-pub(crate) const INNER: f32 = 0.85;
 
 /// The unit vector that `umbrage render --light` makes of itself, too.
 pub(crate) fn unit(way: Vec3) -> Option<Vec3> {

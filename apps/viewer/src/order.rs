@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use umbrage::rays::{Bounds, View};
 use umbrage::scene::{Light, NamedCamera};
-use umbrage::{Scene, Settings, Stats};
+use umbrage::{HeatKind, Scene, Settings, Stats};
 
 use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
 use crate::focus::Focus;
-use crate::heat::{Heat, HeatMap};
+use crate::heat::HeatMap;
 use crate::light_grid::LightGridPicture;
 
 /// A picture to render.
@@ -22,7 +22,7 @@ pub(crate) struct Order {
     pub(crate) settings: Settings,
     pub(crate) engine: EngineChoice,
     /// What is shown of the work, over the picture.
-    pub(crate) heat: Option<Heat>,
+    pub(crate) heat: Option<HeatKind>,
     /// Whether the light's grid is shown.
     pub(crate) shows_light_grid: bool,
     /// The light that these are about, by its place in the list.

@@ -78,10 +78,10 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
             table.push(&runner.row(name(&address), &race))?;
         }
     }
-    table.note(
-        "rays_us: rays a microsecond; ratio: that over single rays of Embree with medium build quality; differ:",
-    )?;
-    table.note("rays whose hit is another triangle than the predicate's, or none. All triangles opaque, single precision rays.")?;
+    table.notes(&[
+            "rays_us: rays a microsecond; ratio: that over single rays of Embree with medium build quality; differ:",
+            "rays whose hit is another triangle than the predicate's, or none. All triangles opaque, single precision rays.",
+        ])?;
     Ok(table.finish()?)
 }
 
@@ -203,7 +203,13 @@ impl Structure {
                 hits.resize(rays.len(), u32::MAX);
                 rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET)).for_each(|(rays, hits)| {
                     let mut found = [None; PACKET];
-                    grid.nearest_of_packet(triangles, rays, |_| true, &mut found[..rays.len()]);
+                    umbrage_study::uniform::nearest_of_packet(
+                        grid,
+                        triangles,
+                        rays,
+                        |_| true,
+                        &mut found[..rays.len()],
+                    );
                     hits.iter_mut().zip(found).for_each(|(hit, found)| *hit = id(found));
                 });
             }

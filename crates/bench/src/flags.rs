@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use umbrage::rays::{PacketSide, SimdLevel};
+use umbrage::rays::SimdLevel;
 
-use crate::table::Form;
+use crate::table::{Columns, Form, Table};
 
 /// Flags of every experiment.
 #[derive(Args, Debug)]
@@ -32,8 +32,14 @@ pub(crate) struct ExperimentFlags {
 }
 
 impl ExperimentFlags {
+    /// Has everything use as many threads as are asked for, and begins the table.
+    pub(crate) fn start(&self, size: Option<[u32; 2]>, columns: Columns) -> Result<Table> {
+        use_threads(self.threads)?;
+        Ok(Table::start(self.form, &self.conditions(size), columns)?)
+    }
+
     /// How everything is measured, in one line.
-    pub(crate) fn conditions(&self, size: Option<[u32; 2]>) -> String {
+    fn conditions(&self, size: Option<[u32; 2]>) -> String {
         let size = size.map_or_else(String::new, |[width, height]| format!("{width}x{height}, "));
         let (threads, simd) = (rayon::current_num_threads(), self.simd.unwrap_or_default());
         let masks = if self.masks { "asked" } else { "not asked" };
@@ -64,10 +70,4 @@ pub(crate) fn use_threads(threads: Option<u16>) -> Result<()> {
 pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
     sides.ok_or_else(|| "two numbers are needed, such as 1024x1024".to_owned())
-}
-
-/// Parses the pixels a side of a packet.
-pub(crate) fn packet_side(text: &str) -> Result<PacketSide, String> {
-    let side = PacketSide::ALL.into_iter().find(|side| side.pixels().to_string() == text);
-    side.ok_or_else(|| "2, 4, 8, 16 or 32 is needed".to_owned())
 }

@@ -31,12 +31,12 @@ struct Row {
 
 /// Columns of the table, and the stages that each sums up.
 const GROUPS: [(&str, &[&str]); 9] = [
-    ("transform", &["transform"]),
+    ("project", &["project"]),
     ("list", &["count", "scan", "scatter", "balance"]),
     ("trace", &["trace"]),
     ("settle", &["settle"]),
-    ("points", &["locate", "choose", "map", "spread", "sort"]),
-    ("lights", &["light transform", "light count", "light scan", "light scatter", "light balance"]),
+    ("points", &["survey", "choose", "map", "spread", "sort"]),
+    ("lights", &["light project", "light count", "light scan", "light scatter", "light balance"]),
     ("shadow", &["light trace"]),
     ("settle", &["light settle"]),
     ("shade", &["shade"]),

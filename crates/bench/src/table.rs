@@ -39,18 +39,21 @@ impl From<usize> for Cell {
     }
 }
 
+/// Titles, and widths in characters.
+pub(crate) type Columns = &'static [(&'static str, usize)];
+
 /// Rows under titles, written as they come; JSON at the end.
 #[derive(Debug)]
 pub(crate) struct Table {
     form: Form,
-    columns: &'static [(&'static str, usize)],
+    columns: Columns,
     rows: Vec<Value>,
 }
 
 impl Table {
     /// Writes the head: for people, under which `conditions` was measured. Columns have titles, and widths in characters;
     /// the first is aligned to the left.
-    pub(crate) fn start(form: Form, conditions: &str, columns: &'static [(&'static str, usize)]) -> io::Result<Self> {
+    pub(crate) fn start(form: Form, conditions: &str, columns: Columns) -> io::Result<Self> {
         let table = Self { form, columns, rows: Vec::new() };
         let titles: Vec<Cell> = columns.iter().map(|&(title, _)| title.into()).collect();
         table.note(conditions)?;
@@ -73,6 +76,11 @@ impl Table {
                 Ok(())
             }
         }
+    }
+
+    /// Says something, a line each.
+    pub(crate) fn notes(&self, notes: &[&str]) -> io::Result<()> {
+        notes.iter().try_for_each(|note| self.note(note))
     }
 
     /// Writes a line between rows or below them, for people only.

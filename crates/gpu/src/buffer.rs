@@ -83,6 +83,18 @@ impl Buffer {
         Ok(())
     }
 
+    /// Makes room for what a frame turned out to need, and where that is more than there was, for half as much again for
+    /// the next frame's sake.
+    ///
+    /// # Errors
+    /// As [`Buffer::reserve`].
+    pub(crate) fn grow(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
+        if bytes <= self.bytes() {
+            return Ok(());
+        }
+        self.reserve(gpu, (bytes + bytes / 2).min(gpu.max_binding_bytes()).max(bytes))
+    }
+
     /// Replaces what the buffer holds from its start on, and grows it where it must.
     ///
     /// # Errors
@@ -94,7 +106,7 @@ impl Buffer {
         Ok(())
     }
 
-    /// Replaces what the buffer holds from a place on, which is a multiple of four bytes, as `contents` are.
+    /// Replaces what the buffer holds from a byte on, whose offset is a multiple of four bytes, as `contents` are.
     ///
     /// # Errors
     /// Where that reaches beyond what was reserved.

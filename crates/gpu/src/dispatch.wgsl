@@ -2,9 +2,22 @@
 
 const MOST_GROUPS: u32 = 65535u;
 
-// Which workgroup of the whole dispatch this is.
-fn flat_group(group: vec3<u32>, groups: vec3<u32>) -> u32 {
-    return group.y * groups.x + group.x;
+// What every entry point gets.
+struct Invocation {
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    // Which one of its workgroup.
+    @builtin(local_invocation_index) lane: u32,
+}
+
+// Which workgroup of its layer this is.
+fn flat_group(at: Invocation) -> u32 {
+    return at.group.y * at.groups.x + at.group.x;
+}
+
+// Which invocation of its layer this is, in workgroups of `width`.
+fn flat_index(at: Invocation, width: u32) -> u32 {
+    return flat_group(at) * width + at.lane;
 }
 
 // The size of an indirect dispatch of at least `count` workgroups.

@@ -21,23 +21,24 @@ pub(crate) struct Room {
     pub(crate) pairs: u32,
     pub(crate) blocks: u32,
     pub(crate) faces: u32,
-    pub(crate) open_words: u32,
-    pub(crate) words_per_question: u32,
+    pub(crate) undecided_words: u32,
+    pub(crate) words_per_undecided: u32,
     pub(crate) words_per_pixel: u32,
-    pub(crate) open_header: u32,
+    pub(crate) undecided_header: u32,
 }
 
 impl Room {
     /// Whether it is enough, as `fit.wgsl` decides it.
     pub(crate) fn holds(&self, needs: &Needs) -> bool {
-        const MOST_QUESTIONS: u32 = 0x1000_0000;
-        let Needs { large, pairs, blocks, faces, questions, pixels, .. } = *needs;
+        const MOST_UNDECIDED: u32 = 0x1000_0000;
+        let Needs { large, pairs, blocks, faces, undecided, pixels, .. } = *needs;
         large <= self.large
             && pairs <= self.pairs
             && blocks <= self.blocks
             && faces <= self.faces
-            && questions.max(pixels) < MOST_QUESTIONS
-            && self.open_header + questions * self.words_per_question + pixels * self.words_per_pixel <= self.open_words
+            && undecided.max(pixels) < MOST_UNDECIDED
+            && self.undecided_header + undecided * self.words_per_undecided + pixels * self.words_per_pixel
+                <= self.undecided_words
     }
 }
 
@@ -58,7 +59,7 @@ pub(crate) struct Needs {
     pub(crate) pairs: u32,
     pub(crate) blocks: u32,
     pub(crate) faces: u32,
-    pub(crate) questions: u32,
+    pub(crate) undecided: u32,
     pub(crate) pixels: u32,
     /// Whether any pixel sees what is behind.
     pub(crate) any: u32,
@@ -67,13 +68,13 @@ pub(crate) struct Needs {
 impl Needs {
     /// Words of a record.
     pub(crate) const WORDS: u64 = HEADER_WORDS + 4;
-    /// Where its pairs are; behind them questions and pixels.
+    /// Where its pairs are; behind them undecided ones and pixels.
     pub(crate) const PAIRS: u64 = HEADER_WORDS;
 
     /// Of a record that was read back.
     pub(crate) fn from_words(words: &[u32]) -> Self {
-        let [pairs, questions, pixels, any] = [0, 1, 2, 3].map(|place| words[Self::PAIRS as usize + place]);
-        Self { large: words[LARGE], pairs, blocks: words[BLOCKS], faces: words[FACES], questions, pixels, any }
+        let [pairs, undecided, pixels, any] = [0, 1, 2, 3].map(|index| words[Self::PAIRS as usize + index]);
+        Self { large: words[LARGE], pairs, blocks: words[BLOCKS], faces: words[FACES], undecided, pixels, any }
     }
 }
 
@@ -118,7 +119,7 @@ impl Fit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout::{Layout, differences, layout, module};
+    use crate::layout::{Layout, differences, layout, module, other_constants};
     use crate::link::link;
 
     #[test]
@@ -132,15 +133,27 @@ mod tests {
                     pairs,
                     blocks,
                     faces,
-                    open_words,
-                    words_per_question,
+                    undecided_words,
+                    words_per_undecided,
                     words_per_pixel,
-                    open_header,
+                    undecided_header,
                 })
             },
             Layout { name: "Fit", ..layout!(FitParameters { camera, light, lights, groups }) },
         ] {
             assert_eq!(differences(&shader, &layout), [""; 0]);
         }
+    }
+
+    #[test]
+    fn needs_are_those_of_the_shader() {
+        let pairs = Needs::PAIRS as u32;
+        let constants = [
+            ("NEEDS_PAIRS", pairs),
+            ("NEEDS_UNDECIDED", pairs + 1),
+            ("NEEDS_PIXELS", pairs + 2),
+            ("NEEDS_WORDS", Needs::WORDS as u32),
+        ];
+        assert_eq!(other_constants(&module(&link("fit")), &constants), [""; 0]);
     }
 }

@@ -12,10 +12,8 @@ pub struct Kernel {
 /// How many workgroups run.
 #[derive(Clone, Copy, Debug)]
 pub enum Groups<'a> {
-    /// So many, in as many rows as the device needs; shaders get their place from `flat_group`.
+    /// So many, in as many rows as the device needs; shaders get their number from `flat_group`.
     Flat(u32),
-    /// So many, in rows as above, for each of so many layers.
-    Layers(u32, u32),
     /// As the three u32 say that start at a word of a buffer.
     Indirect(&'a Buffer, u32),
 }
@@ -87,8 +85,8 @@ impl Kernel {
         let entries: Vec<_> = buffers
             .iter()
             .enumerate()
-            .map(|(place, buffer)| wgpu::BindGroupEntry {
-                binding: place as u32,
+            .map(|(index, buffer)| wgpu::BindGroupEntry {
+                binding: index as u32,
                 resource: buffer.raw().as_entire_binding(),
             })
             .collect();
@@ -100,17 +98,13 @@ impl Kernel {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bind_group, &[]);
         match groups {
-            Groups::Flat(count) => dispatch_layers(gpu, pass, count, 1),
-            Groups::Layers(count, layers) => dispatch_layers(gpu, pass, count, layers),
+            Groups::Flat(0) => {}
+            Groups::Flat(count) => {
+                let rows = count.div_ceil(gpu.device.limits().max_compute_workgroups_per_dimension);
+                pass.dispatch_workgroups(count.div_ceil(rows), rows, 1);
+            }
             Groups::Indirect(counts, word) => pass.dispatch_workgroups_indirect(counts.raw(), u64::from(word) * 4),
         }
-    }
-}
-
-fn dispatch_layers(gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, count: u32, layers: u32) {
-    if count > 0 {
-        let rows = count.div_ceil(gpu.device.limits().max_compute_workgroups_per_dimension);
-        pass.dispatch_workgroups(count.div_ceil(rows), rows, layers);
     }
 }
 

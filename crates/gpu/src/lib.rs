@@ -43,7 +43,7 @@ pub use omit::Omit;
 pub use recorder::{Recorder, StageTime};
 pub use wgpu;
 
-/// What `umbrage-study` needs of the crate's inside. Not part of the public API.
+/// What `umbrage-study` and tests need of the crate's inside. Not part of the public API.
 #[doc(hidden)]
 pub mod internals {
     pub use crate::link::link_with;

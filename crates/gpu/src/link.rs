@@ -28,18 +28,18 @@ const MODULES: &[(&str, &str)] = &[
     ("fit", include_str!("fit.wgsl")),
     ("grid::header", include_str!("grid/header.wgsl")),
     ("grid::list", include_str!("grid/list.wgsl")),
-    ("grid::project", include_str!("grid/project.wgsl")),
+    ("grid::fixed", include_str!("grid/fixed.wgsl")),
     ("grid::set_up", include_str!("grid/set_up.wgsl")),
     ("grid::space", include_str!("grid/space.wgsl")),
-    ("grid::transform", include_str!("grid/transform.wgsl")),
+    ("grid::project", include_str!("grid/project.wgsl")),
     ("light::assign", include_str!("light/assign.wgsl")),
     ("light::balance", include_str!("light/balance.wgsl")),
     ("light::blocks", include_str!("light/blocks.wgsl")),
     ("light::cells", include_str!("light/cells.wgsl")),
     ("light::choose", include_str!("light/choose.wgsl")),
     ("light::light", include_str!("light/light.wgsl")),
-    ("light::locate", include_str!("light/locate.wgsl")),
-    ("light::locate_view", include_str!("light/locate_view.wgsl")),
+    ("light::survey", include_str!("light/survey.wgsl")),
+    ("light::point_view", include_str!("light/point_view.wgsl")),
     ("light::map", include_str!("light/map.wgsl")),
     ("light::points", include_str!("light/points.wgsl")),
     ("light::settle", include_str!("light/settle.wgsl")),
@@ -52,9 +52,7 @@ const MODULES: &[(&str, &str)] = &[
     ("mask::table", include_str!("mask/table.wgsl")),
     ("omit", include_str!("omit.wgsl")),
     ("pose::pose", include_str!("pose/pose.wgsl")),
-    ("primitives::compact", include_str!("primitives/compact.wgsl")),
     ("primitives::scan", include_str!("primitives/scan.wgsl")),
-    ("primitives::sort", include_str!("primitives/sort.wgsl")),
     ("primitives::workgroup_scan", include_str!("primitives/workgroup_scan.wgsl")),
     ("shade::attributes", include_str!("shade/attributes.wgsl")),
     ("shade::brdf", include_str!("shade/brdf.wgsl")),
@@ -72,6 +70,7 @@ const MODULES: &[(&str, &str)] = &[
     ("shade::texture", include_str!("shade/texture.wgsl")),
     ("shade::tone_map", include_str!("shade/tone_map.wgsl")),
     ("tile_order", include_str!("tile_order.wgsl")),
+    ("wrap", include_str!("wrap.wgsl")),
 ];
 
 /// A shader's whole text.
@@ -180,11 +179,12 @@ mod tests {
     use super::*;
 
     /// What the stages declare that modules import from them.
-    const OF_STAGES: [(&str, &str); 4] = [
-        ("locate_view", "var<uniform> locate_view: LocateView;"),
+    const OF_STAGES: [(&str, &str); 5] = [
+        ("point_view", "var<uniform> point_view: PointView;"),
         ("masks", "var<storage, read> masks: array<u32>;"),
         ("positions", "var<storage, read> positions: array<u32>;"),
         ("triangles", "var<storage, read> triangles: array<vec4<u32>>;"),
+        ("vertices", "var<storage, read> vertices: array<vec4<u32>>;"),
     ];
 
     #[test]
@@ -215,9 +215,9 @@ mod tests {
     #[test]
     fn a_module_is_joined_once_and_before_its_users() {
         let text = link_text(
-            "import package::dispatch::{flat_group};\n\
+            "import package::dispatch::{Invocation, flat_group};\n\
              import package::primitives::workgroup_scan::{\n    scan_workgroup,\n};\n\
-             fn last() { flat_group(); scan_workgroup(); }",
+             fn last(at: Invocation) { flat_group(at); scan_workgroup(); }",
         );
         assert_eq!(text.matches("fn flat_group").count(), 1);
         assert!(text.find("fn flat_group") < text.find("fn last"));

@@ -54,8 +54,8 @@ impl Omit {
     /// Where the device is lost.
     pub fn omitted(&self, gpu: &Gpu) -> Result<Omitted, GpuError> {
         let words: Vec<u32> = self.omitted.read(gpu, Self::KINDS * Self::WORDS)?;
-        let kind = |place: usize| {
-            let words = &words[place * Self::WORDS..][..Self::WORDS];
+        let kind = |index: usize| {
+            let words = &words[index * Self::WORDS..][..Self::WORDS];
             let ids = words[1..].iter().take(words[0] as usize);
             OmittedKind { count: words[0], first_ids: ids.map(|complement| !complement).collect() }
         };

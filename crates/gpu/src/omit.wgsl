@@ -1,6 +1,6 @@
 // Stage `omit`: which triangles no ray can hit, counted by reason, and the lowest ids of each.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 
 struct OmitSize {
     triangles: u32,
@@ -22,12 +22,8 @@ const OMIT_WORDS = 1u + OMIT_IDS;
 @group(0) @binding(3) var<storage, read_write> omitted: array<atomic<u32>>;
 
 @compute @workgroup_size(64)
-fn omit(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let id = flat_group(group, groups) * 64u + lane;
+fn omit(at: Invocation) {
+    let id = flat_index(at, 64u);
     if id >= omit_size.triangles {
         return;
     }
@@ -62,14 +58,14 @@ fn are_finite(bits: vec3<u32>) -> bool {
     return all((bits & vec3<u32>(0x7f800000u)) != vec3<u32>(0x7f800000u));
 }
 
-// Each place keeps the lower one of two ids and hands the other on, so that the lowest end up in order.
+// Each slot keeps the lower one of two ids and hands the other on, so that the lowest end up in order.
 fn note_lowest(first: u32, complement: u32) {
     if atomicLoad(&omitted[first + OMIT_IDS - 1u]) > complement {
         return;
     }
     var handed_on = complement;
-    for (var place = 0u; place < OMIT_IDS; place++) {
-        let kept = atomicMax(&omitted[first + place], handed_on);
+    for (var slot = 0u; slot < OMIT_IDS; slot++) {
+        let kept = atomicMax(&omitted[first + slot], handed_on);
         handed_on = min(kept, handed_on);
         if handed_on == 0u {
             return;

@@ -38,68 +38,24 @@ impl<'a> Recorder<'a> {
 
     /// Records one stage: all that `record` dispatches, in order.
     pub fn stage(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
-        let place = self.names.len() as u32;
-        let timestamp_writes =
-            self.queries.as_ref().filter(|_| place < MOST_STAGES).map(|query_set| wgpu::ComputePassTimestampWrites {
-                query_set,
-                beginning_of_pass_write_index: Some(2 * place),
-                end_of_pass_write_index: Some(2 * place + 1),
-            });
-        self.names.push(name);
-        let mut pass =
-            self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes });
-        record(&mut pass);
-    }
-
-    /// Records one stage that draws: all that `record` does in a pass over `target`, with a `depth` whose nearest is the
-    /// largest. Both begin at zero.
-    #[doc(hidden)]
-    pub fn draw(
-        &mut self,
-        name: &'static str,
-        target: &wgpu::TextureView,
-        depth: &wgpu::TextureView,
-        record: impl FnOnce(&mut wgpu::RenderPass<'_>),
-    ) {
-        let place = self.names.len() as u32;
-        let timestamp_writes =
-            self.queries.as_ref().filter(|_| place < MOST_STAGES).map(|query_set| wgpu::RenderPassTimestampWrites {
-                query_set,
-                beginning_of_pass_write_index: Some(2 * place),
-                end_of_pass_write_index: Some(2 * place + 1),
-            });
-        self.names.push(name);
-        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(name),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: depth,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
-                stencil_ops: None,
-            }),
-            timestamp_writes,
-            ..Default::default()
+        let (encoder, queries) = self.begin_stage(name);
+        let timestamp_writes = queries.map(|(query_set, first)| wgpu::ComputePassTimestampWrites {
+            query_set,
+            beginning_of_pass_write_index: Some(first),
+            end_of_pass_write_index: Some(first + 1),
         });
-        record(&mut pass);
+        let descriptor = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes };
+        record(&mut encoder.begin_compute_pass(&descriptor));
     }
 
-    /// Copies a texture with pixels of four bytes to a buffer in which rows follow each other at `row_bytes`.
+    /// For a stage that isn't one of dispatches: what encodes it, and if it is timed the queries, of which it writes this
+    /// one when it begins and the next one when it ends.
     #[doc(hidden)]
-    pub fn copy_texture(&mut self, from: &wgpu::Texture, to: &Buffer, row_bytes: u32) {
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
-        self.encoder.copy_texture_to_buffer(
-            from.as_image_copy(),
-            wgpu::TexelCopyBufferInfo { buffer: to.raw(), layout },
-            from.size(),
-        );
+    pub fn begin_stage(&mut self, name: &'static str) -> (&mut wgpu::CommandEncoder, Option<(&wgpu::QuerySet, u32)>) {
+        let index = self.names.len() as u32;
+        self.names.push(name);
+        let queries = self.queries.as_ref().filter(|_| index < MOST_STAGES);
+        (&mut self.encoder, queries.map(|queries| (queries, 2 * index)))
     }
 
     /// Fills a buffer with zeros.

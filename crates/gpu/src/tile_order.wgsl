@@ -4,8 +4,8 @@
 const TILE_SIDE: u32 = 64u;
 const BLOCK_SIDE: u32 = 4u;
 const TILE_BLOCKS: u32 = TILE_SIDE / BLOCK_SIDE;
-const TILE_PLACES: u32 = TILE_SIDE * TILE_SIDE;
-const BLOCK_PLACES: u32 = BLOCK_SIDE * BLOCK_SIDE;
+const TILE_SLOTS: u32 = TILE_SIDE * TILE_SIDE;
+const BLOCK_SLOTS: u32 = BLOCK_SIDE * BLOCK_SIDE;
 
 // How many tiles stand side by side in an image so many pixels wide.
 fn tile_columns(width: u32) -> u32 {
@@ -13,21 +13,21 @@ fn tile_columns(width: u32) -> u32 {
 }
 
 // Where a pixel, given by column and row, is stored in an image so many pixels wide.
-fn place_of_pixel(pixel: vec2<u32>, width: u32) -> u32 {
+fn slot_of_pixel(pixel: vec2<u32>, width: u32) -> u32 {
     let tile = pixel / TILE_SIDE;
     let block = pixel / BLOCK_SIDE % TILE_BLOCKS;
     let sample = pixel % BLOCK_SIDE;
-    return (tile.y * tile_columns(width) + tile.x) * TILE_PLACES
-        + (block.y * TILE_BLOCKS + block.x) * BLOCK_PLACES
+    return (tile.y * tile_columns(width) + tile.x) * TILE_SLOTS
+        + (block.y * TILE_BLOCKS + block.x) * BLOCK_SLOTS
         + sample.y * BLOCK_SIDE + sample.x;
 }
 
-// Column and row of what is stored at a place; beyond the image's border where that is no pixel.
-fn pixel_of_place(place: u32, width: u32) -> vec2<u32> {
+// Column and row of what is stored at a slot; beyond the image's border where that is no pixel.
+fn pixel_of_slot(slot: u32, width: u32) -> vec2<u32> {
     let columns = max(tile_columns(width), 1u);
-    let tile = place / TILE_PLACES;
-    let block = place % TILE_PLACES / BLOCK_PLACES;
-    let sample = place % BLOCK_PLACES;
+    let tile = slot / TILE_SLOTS;
+    let block = slot % TILE_SLOTS / BLOCK_SLOTS;
+    let sample = slot % BLOCK_SLOTS;
     return vec2<u32>(tile % columns, tile / columns) * TILE_SIDE
         + vec2<u32>(block % TILE_BLOCKS, block / TILE_BLOCKS) * BLOCK_SIDE
         + vec2<u32>(sample % BLOCK_SIDE, sample / BLOCK_SIDE);

@@ -81,8 +81,11 @@ impl Triangles<'_> {
 /// Why a triangle can't be hit by any ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unusable {
+    /// A coordinate is NaN or infinite.
     NotFinite,
+    /// Two corners are in the same place.
     ZeroArea,
+    /// A vertex index points past the last vertex.
     IndexOutOfRange,
 }
 

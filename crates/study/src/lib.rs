@@ -5,8 +5,11 @@
 #![forbid(unsafe_code)]
 
 pub mod gpu_kdtree;
+pub mod kdtree;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]
 #[path = "../../gpu/tests/gpu/layout.rs"]
 mod layout;
+pub mod shaft;
 pub mod triangle;
+pub mod uniform;

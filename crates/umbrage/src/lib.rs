@@ -37,6 +37,7 @@
 
 mod answers;
 mod background;
+mod choices;
 mod cpu;
 mod engine;
 mod error;
@@ -54,11 +55,14 @@ mod sampling;
 mod screen;
 mod settings;
 mod shade;
+pub mod spec;
 mod stats;
+mod structure;
 mod tone_map;
 
 pub use answers::{Seen, WorkCounts};
 pub use background::Background;
+pub use choices::{EngineKind, HeatKind};
 pub use cpu::{LightMask, LightWork};
 pub use error::Error;
 pub use film::{Film, Image};
@@ -71,6 +75,7 @@ pub use renderer::Renderer;
 pub use sampling::Sample;
 pub use settings::{CameraChoice, Settings, Structure, ToneMap};
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
+pub use structure::{ImpossibleOption, OptionValues, StructureOption, UnknownStructure};
 pub use umbrage_gallery as gallery;
 pub use umbrage_rays as rays;
 pub use umbrage_scene as scene;

@@ -3,7 +3,7 @@ use std::process::Command;
 
 use crate::command::{cargo_workspace, run};
 use crate::outcome::Outcome;
-use crate::repository;
+use crate::repository::{self, Build};
 
 /// The folder of the library's examples.
 const FOLDER: &str = "crates/umbrage/examples";
@@ -20,6 +20,6 @@ pub(crate) fn check(root: &Path) -> Outcome {
         Err(why) => return Outcome::Failed(why),
     };
     let names = sources.iter().filter_map(|source| source.file_stem()?.to_str());
-    let outcomes = names.map(|name| run(&mut Command::new(repository::example(root, name))));
+    let outcomes = names.map(|name| run(&mut Command::new(Build::Example.program(root, name))));
     outcomes.fold(Outcome::Passed, |all, one| if all.is_failure() { all } else { one })
 }

@@ -3,7 +3,7 @@ use std::path::Path;
 use crate::command::cargo_workspace;
 use crate::debian;
 use crate::outcome::Outcome;
-use crate::skips::count_skipped;
+use crate::test_times::{self, TestTimes};
 
 /// What a test prints at the start of a line on standard error when it finds no adapter.
 const SKIPPED: &str = "skipped-gpu:";
@@ -16,9 +16,11 @@ pub(crate) const TEST: &str = "gpu";
 /// none.
 pub(crate) fn check(root: &Path) -> Outcome {
     let mut test = cargo_workspace(root, &["test", "--no-fail-fast"]);
-    test.args(["--test", TEST, "--", "--nocapture"]);
-    match count_skipped(&mut test, SKIPPED) {
-        Ok(skipped) => judge(skipped, debian::can_have(debian::SOFTWARE_ADAPTER)),
+    test.args(["--test", TEST]);
+    test_times::ask_for_times(&mut test);
+    test.arg("--nocapture");
+    match TestTimes::of(&mut test, Some(SKIPPED)) {
+        Ok(times) => judge(times.marked, debian::can_have(debian::SOFTWARE_ADAPTER)),
         Err(why) => Outcome::Failed(why),
     }
 }

@@ -1,9 +1,12 @@
 //! Every check of the repository, as one program: `cargo run -p ci`.
 //!
-//! All checks run, whatever fails; the summary names each with its time, and the exit code is 1 where any failed.
+//! All checks run, whatever fails; the summary names each with its time, and the exit code is 1 where any failed. With
+//! `--all` what takes longest runs as well: the release build, and ten million rays with it.
 #![forbid(unsafe_code)]
 
 mod command;
+mod cpu_tests;
+mod cpu_time;
 mod debian;
 mod examples;
 mod file_length;
@@ -12,23 +15,27 @@ mod licences;
 mod links;
 mod outcome;
 mod repository;
-mod skips;
 mod smoke;
 mod spdx;
+mod test_times;
+
+mod watch;
+mod watertight;
 mod window;
 
 use std::path::Path;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use std::time::Instant;
 
 use command::{Program, cargo, cargo_workspace, run};
-use outcome::Outcome;
+use outcome::{Outcome, Ran};
+use repository::Build;
 
 /// A check's name and what does it.
 type Check = (&'static str, fn(&Path) -> Outcome);
 
 /// In the order in which they run: what fails fast comes first, and what builds the most comes last.
-const CHECKS: [Check; 16] = [
+const CHECKS: &[Check] = &[
     ("packages", debian::install),
     ("format", |root| run(cargo(root).args(["fmt", "--all", "--check"]))),
     ("file length", file_length::check),
@@ -37,19 +44,36 @@ const CHECKS: [Check; 16] = [
     ("advisories", advisories),
     ("clippy", |root| run(cargo_workspace(root, &["clippy", "--all-targets"]).args(["--", "-D", "warnings"]))),
     ("docs", |root| run(cargo_workspace(root, &["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))),
-    ("tests", tests),
+    ("tests", cpu_tests::check),
     ("examples", examples::check),
     ("GPU tests", gpu_tests::check),
     ("window", window::check),
     ("doc tests", |root| run(&mut cargo_workspace(root, &["test", "--doc"]))),
+    ("benchmarks", cpu_tests::check_benchmarks),
+    ("programs", |root| run(&mut cargo_workspace(root, &["build", "--bins"]))),
+    ("smoke render", |root| smoke::check(root, Build::Dev)),
+    ("watertight", |root| watertight::check(root, Build::Dev, "1e6")),
+];
+
+/// What `--all` adds: everything is compiled once more, as users compile it.
+const LONG_CHECKS: &[Check] = &[
     ("release build", |root| {
         run(cargo(root).args(["build", "--release", "--bins", "-p", "umbrage-cli", "-p", "umbrage-verify", "--locked"]))
     }),
-    ("smoke render", smoke::check),
-    ("watertight", |root| run(&mut Command::new(repository::released(root, "watertight")))),
+    ("smoke, release", |root| smoke::check(root, Build::Release)),
+    ("10⁷ rays", |root| watertight::check(root, Build::Release, "1e7")),
 ];
 
 fn main() -> ExitCode {
+    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    let is_all = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] => false,
+        ["--all"] => true,
+        _ => {
+            eprintln!("usage: cargo run -p ci [-- --all]");
+            return ExitCode::FAILURE;
+        }
+    };
     let root = match repository::root() {
         Ok(root) => root,
         Err(why) => {
@@ -58,24 +82,15 @@ fn main() -> ExitCode {
         }
     };
     let mut results = Vec::new();
-    for (name, check) in CHECKS {
+    for (name, check) in CHECKS.iter().chain(LONG_CHECKS.iter().filter(|_| is_all)) {
         println!("\n=== {name}");
-        let started = Instant::now();
+        let (started, cpu_started) = (Instant::now(), cpu_time::of_children());
         let outcome = check(&root);
-        results.push((name, started.elapsed().as_secs_f64(), outcome));
+        let cpu_seconds = cpu_time::of_children().zip(cpu_started).map(|(end, start)| end - start);
+        results.push(Ran { name, seconds: started.elapsed().as_secs_f64(), cpu_seconds, outcome });
     }
     print!("{}", outcome::summary(&results));
-    if results.iter().any(|(_, _, outcome)| outcome.is_failure()) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
-}
-
-/// All tests but those in documentation, which nextest can't run, and, with nextest, those that have a check of their own.
-fn tests(root: &Path) -> Outcome {
-    if Program::Nextest.is_here() {
-        let others = format!("not (binary(={}) or binary(={}))", gpu_tests::TEST, window::TEST);
-        run(cargo_workspace(root, &["nextest", "run"]).args(["--no-fail-fast", "-E", &others]))
-    } else {
-        run(cargo_workspace(root, &["test", "--all-targets"]).arg("--no-fail-fast"))
-    }
+    if results.iter().any(|ran| ran.outcome.is_failure()) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
 /// Known vulnerabilities of dependencies, where the tool and its database are here already.

@@ -21,10 +21,21 @@ impl Outcome {
     }
 }
 
+/// A check that has run.
+#[derive(Clone, Debug)]
+pub(crate) struct Ran {
+    pub(crate) name: &'static str,
+    /// On the clock.
+    pub(crate) seconds: f64,
+    /// On all processors together, where the system says.
+    pub(crate) cpu_seconds: Option<f64>,
+    pub(crate) outcome: Outcome,
+}
+
 /// Each check in a line: name, seconds, how it ended and why.
-pub(crate) fn summary(results: &[(&str, f64, Outcome)]) -> String {
-    let mut text = "\n=== summary\n".to_owned();
-    for (name, seconds, outcome) in results {
+pub(crate) fn summary(results: &[Ran]) -> String {
+    let mut text = format!("\n=== summary\n{:<14} {:>9} {:>9}\n", "", "seconds", "CPU");
+    for Ran { name, seconds, cpu_seconds, outcome } in results {
         let (word, why) = match outcome {
             Outcome::Passed => ("passed", ""),
             Outcome::Failed(why) => ("FAILED", why.as_str()),
@@ -34,15 +45,21 @@ pub(crate) fn summary(results: &[(&str, f64, Outcome)]) -> String {
         // Further lines of a reason stand below its first one. Writing to a string can't fail.
         let _ = writeln!(
             text,
-            "{name:<14} {seconds:>7.1} s  {word}{colon}{}",
-            why.replace('\n', "\n                            ")
+            "{name:<14} {seconds:>9.1} {}  {word}{colon}{}",
+            cpu(*cpu_seconds),
+            why.replace('\n', "\n                                    ")
         );
     }
-    let total: f64 = results.iter().map(|(_, seconds, _)| seconds).sum();
-    let failed = results.iter().filter(|(_, _, outcome)| outcome.is_failure()).count();
+    let total: f64 = results.iter().map(|ran| ran.seconds).sum();
+    let total_cpu: Option<f64> = results.iter().map(|ran| ran.cpu_seconds).sum();
+    let failed = results.iter().filter(|ran| ran.outcome.is_failure()).count();
     let verdict = if failed == 0 { "all is well".to_owned() } else { format!("{failed} failed") };
-    let _ = writeln!(text, "{:<14} {total:>7.1} s  {verdict}", "in all");
+    let _ = writeln!(text, "{:<14} {total:>9.1} {}  {verdict}", "in all", cpu(total_cpu));
     text
+}
+
+fn cpu(seconds: Option<f64>) -> String {
+    seconds.map_or_else(|| format!("{:>9}", "?"), |seconds| format!("{seconds:>9.1}"))
 }
 
 #[cfg(test)]
@@ -51,14 +68,17 @@ mod tests {
 
     #[test]
     fn summaries_say_what_failed_and_why() {
-        let results = [
-            ("a", 1.0, Outcome::Passed),
-            ("b", 2.0, Outcome::Failed("first\nsecond".to_owned())),
-            ("c", 0.0, Outcome::Skipped("not here".to_owned())),
+        let ran = |name, seconds, outcome| Ran { name, seconds, cpu_seconds: Some(2.0 * seconds), outcome };
+        let mut results = [
+            ran("a", 1.0, Outcome::Passed),
+            ran("b", 2.0, Outcome::Failed("first\nsecond".to_owned())),
+            ran("c", 0.0, Outcome::Skipped("not here".to_owned())),
         ];
         let text = summary(&results);
-        for part in ["a ", "passed\n", "FAILED: first\n", "  second", "skipped: not here", "3.0 s  1 failed"] {
+        for part in ["a ", "passed\n", "FAILED: first\n", "  second", "skipped: not here", "3.0       6.0  1 failed"] {
             assert!(text.contains(part), "{part} in {text}");
         }
+        results[1].cpu_seconds = None;
+        assert!(summary(&results).contains("3.0         ?  1 failed"));
     }
 }

@@ -10,19 +10,28 @@ pub(crate) fn root() -> Result<PathBuf, String> {
     root.canonicalize().map_err(|error| format!("{}: {error}", root.display()))
 }
 
-/// The program of that name that a release build makes.
-pub(crate) fn released(root: &Path, name: &str) -> PathBuf {
-    built(root, "release", name)
+/// How programs are compiled.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Build {
+    /// As tests are.
+    Dev,
+    /// Examples, as tests are.
+    Example,
+    /// As users compile them.
+    Release,
 }
 
-/// The example of that name, built as tests are.
-pub(crate) fn example(root: &Path, name: &str) -> PathBuf {
-    built(root, "debug/examples", name)
-}
-
-fn built(root: &Path, folder: &str, name: &str) -> PathBuf {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    root.join(target).join(folder).join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+impl Build {
+    /// The program of that name.
+    pub(crate) fn program(self, root: &Path, name: &str) -> PathBuf {
+        let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+        let folder = match self {
+            Self::Dev => "debug",
+            Self::Example => "debug/examples",
+            Self::Release => "release",
+        };
+        root.join(target).join(folder).join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+    }
 }
 
 /// All files under `root` with this extension, sorted; hidden folders and build output are left out.

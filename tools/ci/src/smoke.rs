@@ -4,11 +4,11 @@ use std::process::Command;
 
 use crate::command::run;
 use crate::outcome::Outcome;
-use crate::repository;
+use crate::repository::Build;
 
-/// The released command renders a picture.
-pub(crate) fn check(root: &Path) -> Outcome {
-    let umbrage = repository::released(root, "umbrage");
+/// The command renders a picture.
+pub(crate) fn check(root: &Path, build: Build) -> Outcome {
+    let umbrage = build.program(root, "umbrage");
     let picture = std::env::temp_dir().join(format!("umbrage-smoke-{}.png", std::process::id()));
     let rendered =
         run(Command::new(umbrage).args(["render", "demo:cloth", "--size", "320x180", "--output"]).arg(&picture));

@@ -1,6 +1,7 @@
 use umbrage::Image;
 
-use crate::font;
+/// From a line of text to the next one: a letter and a gap.
+pub(crate) const LINE_PIXELS: u32 = dot_font::HEIGHT + 3;
 
 /// A dark picture to draw on; what is outside of it is not drawn.
 pub(crate) struct Canvas {
@@ -40,14 +41,11 @@ impl Canvas {
     /// Writes text into at most `lines` lines that are `width` pixels wide, broken wherever a line is full.
     pub(crate) fn text(&mut self, x: u32, y: u32, width: u32, lines: u32, text: &str) {
         const BRIGHT: [u16; 3] = [0xe000; 3];
-        let columns = (width / font::ADVANCE_PIXELS).max(1);
-        for (place, letter) in (0..columns * lines).zip(text.chars()) {
-            let left = x + place % columns * font::ADVANCE_PIXELS;
-            let top = y + place / columns * font::LINE_PIXELS;
-            for (row, bits) in (0..).zip(font::glyph(letter)) {
-                for column in (0..font::WIDTH).filter(|column| bits >> (font::WIDTH - 1 - column) & 1 == 1) {
-                    self.set(left + column, top + row, BRIGHT);
-                }
+        let letters: Vec<char> = text.chars().collect();
+        let in_line = (width / dot_font::ADVANCE).max(1) as usize;
+        for (line, letters) in (0..lines).zip(letters.chunks(in_line)) {
+            for (column, row) in dot_font::dots(&String::from_iter(letters)) {
+                self.set(x + column, y + line * LINE_PIXELS + row, BRIGHT);
             }
         }
     }

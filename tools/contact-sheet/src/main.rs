@@ -5,7 +5,6 @@
 
 mod canvas;
 mod find;
-mod font;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -14,7 +13,7 @@ use clap::Parser;
 use umbrage::output::BitDepth;
 use umbrage::{Image, Renderer, Settings};
 
-use canvas::Canvas;
+use canvas::{Canvas, LINE_PIXELS};
 
 /// Renders every scene found, animated ones at several times, into one labelled picture
 #[derive(Debug, Parser)]
@@ -121,7 +120,7 @@ fn sheet(tiles: &[Tile], flags: &Flags) -> Result<Image, String> {
     const GAP: u32 = 4;
     const FAILED: [u16; 3] = [0x9000, 0x1800, 0x1800];
     let [width, height] = flags.size;
-    let (cell_width, cell_height) = (width + GAP, height + font::LINE_PIXELS + GAP);
+    let (cell_width, cell_height) = (width + GAP, height + LINE_PIXELS + GAP);
     // About as wide as it is high.
     let square = (tiles.len() as f64 * f64::from(cell_height) / f64::from(cell_width)).sqrt().ceil() as u32;
     let columns = flags.columns.unwrap_or(square).clamp(1, tiles.len().max(1) as u32);
@@ -137,12 +136,12 @@ fn sheet(tiles: &[Tile], flags: &Flags) -> Result<Image, String> {
     for (place, tile) in (0..).zip(tiles) {
         let (x, y) = (GAP + place % columns * cell_width, GAP + place / columns * cell_height);
         canvas.text(x, y, width, 1, &tile.label);
-        let y = y + font::LINE_PIXELS;
+        let y = y + LINE_PIXELS;
         match &tile.picture {
             Ok(picture) => canvas.picture(x, y, picture),
             Err(why) => {
                 canvas.fill(x, y, flags.size, FAILED);
-                let lines = (height.saturating_sub(2 * GAP)) / font::LINE_PIXELS;
+                let lines = (height.saturating_sub(2 * GAP)) / LINE_PIXELS;
                 canvas.text(x + GAP, y + GAP, width - 2 * GAP, lines, why);
             }
         }

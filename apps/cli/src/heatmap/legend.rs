@@ -1,7 +1,5 @@
 use umbrage::{HeatScale, Image};
 
-use super::font;
-
 /// Counts in words, and their colours, below a picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Legend<'a> {
@@ -30,7 +28,7 @@ impl Legend<'_> {
         let margin = 4 * dot;
         canvas.text(margin, top + 4 * dot, self.title);
         let over = format!(">{}", self.scale.top());
-        let over_width = if self.highest > self.scale.top() { (font::width(&over) + 6) * dot } else { 0 };
+        let over_width = if self.highest > self.scale.top() { (dot_font::width(&over) + 6) * dot } else { 0 };
         let gap = if over_width > 0 { 12 * dot } else { 0 };
         let right = canvas.image.width.saturating_sub(2 * margin + gap + over_width);
         let length = right.saturating_sub(margin).max(1);
@@ -40,12 +38,12 @@ impl Legend<'_> {
             let count = u64::from(x) * u64::from(self.scale.top() + 1) / u64::from(length);
             canvas.fill(margin + x, bar_top, 1, bar_end - bar_top, self.scale.color(count as u32));
         }
-        let room = (font::width(&self.scale.top().to_string()) + 12) * dot;
+        let room = (dot_font::width(&self.scale.top().to_string()) + 12) * dot;
         for count in self.scale.ticks(length, room) {
             let label = count.to_string();
             let x = place(count);
             canvas.fill(x, bar_end, dot, 3 * dot, WHITE);
-            canvas.text(x.saturating_sub(font::width(&label) * dot / 2).max(1), top + 27 * dot, &label);
+            canvas.text(x.saturating_sub(dot_font::width(&label) * dot / 2).max(1), top + 27 * dot, &label);
         }
         if over_width > 0 {
             let x = canvas.image.width.saturating_sub(over_width);
@@ -72,7 +70,7 @@ impl Canvas<'_> {
 
     fn text(&mut self, x: u32, y: u32, text: &str) {
         let dot = self.dot;
-        font::dots(text).for_each(|(column, row)| self.fill(x + column * dot, y + row * dot, dot, dot, WHITE));
+        dot_font::dots(text).for_each(|(column, row)| self.fill(x + column * dot, y + row * dot, dot, dot, WHITE));
     }
 }
 

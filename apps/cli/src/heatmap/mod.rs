@@ -1,124 +1,54 @@
 //! `umbrage heatmap`: how much work each pixel is (Guntury and Narayanan 2010, Figure 2).
 
-mod font;
 mod legend;
 
 use std::io::{self, Write};
 use std::path::Path;
 
 use umbrage::output::{BitDepth, write_png};
-use umbrage::rays::{Cells, ListedLightOptions, ListedOptions, Work};
-use umbrage::{CameraChoice, Error, HeatScale, Image, Renderer, Settings, Structure, WorkCounts};
+use umbrage::rays::Choice;
+use umbrage::{Error, HeatKind, HeatScale, Image, Renderer, Settings, WorkCounts};
 
 use crate::failure::Failure;
-use crate::flags::{CountedFlag, GridFlag, HeatmapFlags};
-use crate::job::{DEFAULT_SCENE, DEFAULT_SCENE_SECONDS, use_threads};
-use crate::staging::listed_camera;
-use crate::values::{CameraFlag, Size};
+use crate::flags::HeatmapFlags;
+use crate::job::use_threads;
+use crate::staging::camera_choice;
+use crate::values::Size;
 use legend::{Legend, sixteen_bits};
 
-/// What is counted of the work of finding each pixel's triangle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Counted {
-    Tested,
-    Cells,
-    Undecided,
-    Pairs,
-}
-
-impl Counted {
-    const ALL: [Self; 4] = [Self::Tested, Self::Cells, Self::Undecided, Self::Pairs];
-
-    fn of(self, work: Work) -> u32 {
-        match self {
-            Self::Tested => work.tested,
-            Self::Cells => work.cells,
-            Self::Undecided => work.undecided,
-            Self::Pairs => work.pairs,
-        }
-    }
-
-    fn title(self) -> &'static str {
-        match self {
-            Self::Tested => "triangles tested",
-            Self::Cells => "cells visited",
-            Self::Undecided => "undecided",
-            Self::Pairs => "pairs per tile",
-        }
-    }
-}
-
-/// The title of [`Shown::Points`].
-const POINTS_TITLE: &str = "points per cell";
-
-/// What a picture shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Shown {
-    Work(Counted),
-    /// How many points share each pixel's cell for a light, which counts from 0.
-    Points {
-        light: usize,
-    },
-}
-
-impl Shown {
-    fn new(flags: &HeatmapFlags) -> Result<Self, Failure> {
-        let counted = match flags.of {
-            CountedFlag::Points => return Ok(Self::Points { light: flags.light.unwrap_or(0) }),
-            _ if flags.light.is_some() => {
-                let hint = "--light says whose grid `--of points` shows";
-                return Err(Failure::input("camera rays know no lights", hint));
-            }
-            CountedFlag::Tested => Counted::Tested,
-            CountedFlag::Cells => Counted::Cells,
-            CountedFlag::Undecided => Counted::Undecided,
-            CountedFlag::Pairs => Counted::Pairs,
-        };
-        Ok(Self::Work(counted))
-    }
-}
-
 pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
-    let (shown, structure) = (Shown::new(&flags)?, structure(&flags)?);
-    let default_seconds = if flags.scene.is_none() { DEFAULT_SCENE_SECONDS } else { 0.0 };
+    if flags.light.is_some() && flags.of != HeatKind::Points {
+        return Err(Failure::input("camera rays know no lights", "--light says whose grid `--of points` shows"));
+    }
+    let structure = flags.structure.structure()?;
+    let (address, default_seconds) = flags.scene.address();
     let seconds = flags.time.unwrap_or(default_seconds);
-    let address = flags.scene.unwrap_or_else(|| DEFAULT_SCENE.into());
-    use_threads(flags.threads)?;
-    let scene = umbrage::open_with(&address, &flags.opening.into())?;
+    use_threads(flags.scene.threads)?;
+    let scene = umbrage::open_with(&address, &flags.scene.opening.into())?;
     let frame = scene.at(seconds)?;
-    let camera = match flags.camera {
-        None => CameraChoice::Default,
-        Some(CameraFlag::Placed(camera)) => camera.into(),
-        Some(CameraFlag::Listed(name)) => CameraChoice::Scene(listed_camera(&frame, &name)?),
-    };
+    let camera = camera_choice(flags.camera.as_ref(), &frame.cameras)?;
     let Size { width, height } = flags.size;
     let settings = Settings { width, height, camera, structure, ..Settings::default() };
-    let light = match shown {
-        Shown::Work(_) => None,
-        Shown::Points { light } => Some(light),
-    };
+    let light = (flags.of == HeatKind::Points).then(|| flags.light.unwrap_or(0));
     let mut counts = WorkCounts::default();
     Renderer::default().count_work(&frame, &settings, light, &mut counts).map_err(no_such_light)?;
     let WorkCounts { pixels: work, cells } = counts;
     let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let mut all: Vec<(&str, Vec<u32>)> = Counted::ALL
-        .map(|counted| (counted.title(), pixels().map(|(x, y)| counted.of(work.at(x, y))).collect()))
-        .into();
-    let place = match shown {
-        Shown::Work(counted) => counted as usize,
-        Shown::Points { .. } => {
-            all.push((POINTS_TITLE, pixels().map(|(x, y)| cells.points_at(x, y)).collect()));
-            all.len() - 1
-        }
-    };
-
-    let (title, counts) = &all[place];
-    let image = picture(counts, flags.size, title, flags.max);
+    let of_pixels = |count: &dyn Fn(u32, u32) -> u32| pixels().map(|(x, y)| count(x, y)).collect::<Vec<u32>>();
+    let mut all: Vec<(HeatKind, Vec<u32>)> = HeatKind::all()
+        .filter(|kind| *kind != HeatKind::Points)
+        .map(|kind| (kind, of_pixels(&|x, y| kind.of(work.at(x, y)).unwrap_or_default())))
+        .collect();
+    if light.is_some() {
+        all.push((HeatKind::Points, of_pixels(&|x, y| cells.points_at(x, y))));
+    }
+    let shown = all.iter().find(|(kind, _)| *kind == flags.of).map_or(&[][..], |(_, counts)| counts);
+    let image = picture(shown, flags.size, flags.of.title(), flags.max);
     let path = flags.output.as_deref().unwrap_or(Path::new("heatmap.png"));
     write_png(&image, path, BitDepth::Eight)?;
     let mut stdout = io::stdout();
-    for (title, counts) in &all {
-        writeln!(stdout, "{title:<16}  {}", Summary::of(counts).text())?;
+    for (kind, counts) in &all {
+        writeln!(stdout, "{:<22} {}", kind.title(), Summary::of(counts).text())?;
     }
     Ok(())
 }
@@ -131,33 +61,6 @@ fn no_such_light(error: Error) -> Failure {
             Failure::input(format!("--light: the scene has no light {light}"), hint)
         }
         error => error.into(),
-    }
-}
-
-/// What finds the triangles.
-fn structure(flags: &HeatmapFlags) -> Result<Structure, Failure> {
-    let asked = [flags.sorting_tile, flags.tracing_tiles, flags.slices];
-    match flags.structure {
-        GridFlag::Perspective if flags.whole_tiles || asked.iter().any(Option::is_some) => Err(Failure::input(
-            "the perspective grid's cells can't be chosen",
-            "--sorting-tile, --tracing-tiles, --slices and --whole-tiles are for `--structure listed`",
-        )),
-        GridFlag::Perspective => Ok(Structure::Perspective),
-        GridFlag::Listed => {
-            let default = Cells::DEFAULT;
-            let sorting_tile = flags.sorting_tile.unwrap_or(default.sorting_tile());
-            let tracing_tiles = flags.tracing_tiles.unwrap_or_else(|| {
-                // As many as fit, where that is fewer.
-                let fit = Cells::LARGEST_TILE.checked_div(sorting_tile).unwrap_or(1);
-                default.tracing_tiles().min(fit.max(1))
-            });
-            let slices = flags.slices.unwrap_or(default.slices());
-            let cells = Cells::new(sorting_tile, tracing_tiles, slices)
-                .map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
-            let skips_blocks = !flags.whole_tiles;
-            let camera = ListedOptions { cells, skips_blocks, ..ListedOptions::DEFAULT };
-            Ok(Structure::Listed { camera, light: ListedLightOptions::DEFAULT })
-        }
     }
 }
 

@@ -50,7 +50,7 @@ fn pairs_and_points_are_shown_by_cell() {
     assert_eq!(tested[0], [0; 3]);
     for structure in ["listed", "perspective"] {
         let (stdout, points) = pixels(&["--of", "points", "--light", "0", "--structure", structure]);
-        assert!(stdout.lines().last().unwrap().starts_with("points per cell   min 0 "), "{stdout}");
+        assert!(stdout.lines().last().unwrap().starts_with("points per light cell  min 0 "), "{stdout}");
         assert_eq!(points[0], [0; 3], "no point, no cell");
         assert_ne!(points[64 * 128 + 64], [0; 3]);
         assert_eq!(pixels(&["--of", "points", "--structure", structure]).1, points, "the first light is the default");
@@ -71,8 +71,8 @@ fn lights_that_have_no_map_are_refused() {
 fn impossible_cells_are_refused() {
     let place = Workplace::new();
     let refused = |flags: &[&str]| place.fail(2, &[&["heatmap", "scene.gltf"], flags].concat());
-    assert!(refused(&["--sorting-tile", "9"]).contains("8, 16, 32 or 64"));
-    assert!(refused(&["--sorting-tile", "0"]).contains("8, 16, 32 or 64"));
+    assert!(refused(&["--sorting-tile", "9"]).contains("choose one of 8, 16, 32, 64"));
+    assert!(refused(&["--sorting-tile", "0"]).contains("choose one of 8, 16, 32, 64"));
     assert!(refused(&["--sorting-tile", "64", "--tracing-tiles", "2"]).contains("at most 64"));
     assert!(refused(&["--slices", "65"]).contains("1 to 64"));
     assert!(refused(&["--structure", "perspective", "--slices", "2"]).contains("--structure listed"));

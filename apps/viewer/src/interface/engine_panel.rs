@@ -1,18 +1,18 @@
 //! What renders, and how.
 
+use std::ops::RangeInclusive;
+
 use eframe::egui::{self, ComboBox, DragValue, Slider};
-use umbrage::Settings;
 use umbrage::gpu::Adapter;
-use umbrage::rays::{KdBuilder, KdTraversal};
+use umbrage::rays::{Choice, KdBuilder};
+use umbrage::{OptionValues, Settings, Structure, StructureOption, ToneMap};
 
 use crate::app::App;
-use crate::choices::{
-    Choices, EngineChoice, KdTreeChoices, ListedChoices, Resolution, StructureChoice, SurroundingsChoice,
-    UniformChoices,
-};
+use crate::choices::{Choices, EngineChoice, Resolution, SurroundingsChoice};
+use crate::notices::Notices;
 
 pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
-    let before = (app.kept.choices.engine.clone(), app.kept.choices.structure);
+    let before = (app.kept.choices.engine.clone(), app.kept.choices.structures.chosen().name());
     let choices = &mut app.kept.choices;
     let chosen = match &choices.engine {
         EngineChoice::Cpu => "CPU".to_owned(),
@@ -31,11 +31,11 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
         }
     });
     if choices.engine == EngineChoice::Cpu {
-        structure(choices, ui);
+        structure(choices, &mut app.notices, ui);
         ui.add(Slider::new(&mut choices.bounces, 0..=16).text("Mirrors in a row"));
     }
     ui.checkbox(&mut choices.culls_back_faces, "See through back faces");
-    if before != (choices.engine.clone(), choices.structure) {
+    if before != (choices.engine.clone(), choices.structures.chosen().name()) {
         app.history.clear();
     }
     if let Some(shown) = &app.shown {
@@ -43,73 +43,79 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
     }
 }
 
-fn structure(choices: &mut Choices, ui: &mut egui::Ui) {
-    const ALL: [(StructureChoice, &str); 5] = [
-        (StructureChoice::Perspective, "Perspective grid"),
-        (StructureChoice::Listed, "Grid with lists"),
-        (StructureChoice::Grid, "Uniform grid"),
-        (StructureChoice::KdTree, "Kd-tree"),
-        (StructureChoice::Bvh, "Hierarchy"),
-    ];
-    let chosen = ALL.iter().find(|(choice, _)| *choice == choices.structure).map_or("", |(_, name)| *name);
+fn structure(choices: &mut Choices, notices: &mut Notices, ui: &mut egui::Ui) {
+    let structures = &mut choices.structures;
+    let chosen = structures.chosen().name();
     ComboBox::from_label("Structure").selected_text(chosen).width(150.0).show_ui(ui, |ui| {
-        for (choice, name) in ALL {
-            ui.selectable_value(&mut choices.structure, choice, name);
+        for &(name, structure, about) in Structure::CHOICES {
+            if ui.selectable_label(name == chosen, name).on_hover_text(about).clicked() {
+                structures.choose(structure);
+            }
         }
     });
-    match choices.structure {
-        StructureChoice::Listed => listed(&mut choices.listed, ui),
-        StructureChoice::Grid => uniform(&mut choices.uniform, ui),
-        StructureChoice::KdTree => kd_tree(&mut choices.kd_tree, ui),
-        StructureChoice::Perspective | StructureChoice::Bvh => {}
-    }
-}
-
-fn kd_tree(kd_tree: &mut KdTreeChoices, ui: &mut egui::Ui) {
-    // One that takes N² time isn't for a window.
-    let builders = KdBuilder::ALL.into_iter().filter(|builder| *builder != KdBuilder::Naive);
-    names(ui, "Builder", &mut kd_tree.builder, builders.map(|builder| builder.to_string()));
-    let traversals = KdTraversal::KINDS.into_iter().map(|traversal| traversal.to_string());
-    names(ui, "Traversal", &mut kd_tree.traversal, traversals);
-    if ui.button("Defaults").clicked() {
-        *kd_tree = KdTreeChoices::default();
-    }
-}
-
-fn uniform(uniform: &mut UniformChoices, ui: &mut egui::Ui) {
-    ui.add(Slider::new(&mut uniform.cells_per_triangle, 0.1..=100.0).logarithmic(true).text("Cells per triangle"));
-    powers(ui, "Pixels a side of a packet", &mut uniform.packet, &[2, 4, 8, 16, 32]);
-    if ui.button("Defaults").clicked() {
-        *uniform = UniformChoices::default();
-    }
-}
-
-fn listed(listed: &mut ListedChoices, ui: &mut egui::Ui) {
-    powers(ui, "Sorting tile, pixels", &mut listed.sorting_tile, &[8, 16, 32, 64]);
-    powers(ui, "Sorting tiles a side", &mut listed.tracing_tiles, &[1, 2, 4, 8]);
-    ui.add(Slider::new(&mut listed.slices, 1..=64).text("Depth slices"));
-    ui.add(Slider::new(&mut listed.light_cells, 1..=2048).logarithmic(true).text("Light cells a side"));
-    ui.add(Slider::new(&mut listed.light_rays, 1..=4096).logarithmic(true).text("Rays per block"));
-    ui.add(Slider::new(&mut listed.light_triangles, 1..=4096).logarithmic(true).text("Triangles per block"));
-    if ui.button("Defaults").clicked() {
-        *listed = ListedChoices::default();
-    }
-}
-
-fn names(ui: &mut egui::Ui, label: &str, value: &mut String, all: impl Iterator<Item = String>) {
-    ComboBox::from_label(label).selected_text(value.as_str()).width(110.0).show_ui(ui, |ui| {
-        for name in all {
-            ui.selectable_value(value, name.clone(), name);
+    let structure = structures.change();
+    for option in structure.options() {
+        let Some(before) = structure.option(option.name) else { continue };
+        let after = self::option(option, &before, ui);
+        if after != before
+            && let Err(impossible) = structure.set_option(option.name, &after)
+        {
+            notices.error(impossible.to_string());
         }
-    });
+    }
+    if structure.options().next().is_some() && ui.button("Defaults").clicked() {
+        *structure = Structure::named(structure.name()).unwrap_or_default();
+    }
 }
 
-fn powers(ui: &mut egui::Ui, label: &str, value: &mut u32, all: &[u32]) {
-    ComboBox::from_label(label).selected_text(value.to_string()).width(60.0).show_ui(ui, |ui| {
-        for &power in all {
-            ui.selectable_value(value, power, power.to_string());
+/// An option's field: what it is to be, as text.
+fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
+    /// The least and greatest numbers of cells for each triangle, and of triangles in nested grids' cells, that make sense.
+    const DENSITIES: RangeInclusive<f64> = 0.1..=100.0;
+    const MOST: u32 = 4096;
+    let StructureOption { name, about, values, .. } = option;
+    let label = name.strip_prefix("kd-").unwrap_or(name).replace('-', " ");
+    match values {
+        OptionValues::Names(names) => {
+            let mut chosen = value.to_owned();
+            // One that takes N² time isn't for a window.
+            let names = names().into_iter().filter(|(name, _)| *name != KdBuilder::Naive.name());
+            let list = ComboBox::from_label(label).selected_text(value).width(110.0).show_ui(ui, |ui| {
+                for (name, about) in names {
+                    let entry = ui.selectable_value(&mut chosen, name.to_owned(), name);
+                    if !about.is_empty() {
+                        entry.on_hover_text(about);
+                    }
+                }
+            });
+            list.response.on_hover_text(*about);
+            chosen
         }
-    });
+        OptionValues::Whole(range) => {
+            let mut number = value.parse::<u32>().unwrap_or(*range.start());
+            ui.add(Slider::new(&mut number, range.clone()).logarithmic(true).text(label)).on_hover_text(*about);
+            number.to_string()
+        }
+        OptionValues::WholeOrAuto(range) => {
+            // The lowest number stands for `auto`.
+            let least = range.start() - 1;
+            let mut number = value.parse::<u32>().unwrap_or(least);
+            let named = |number: f64, _| if number as u32 == least { "auto".to_owned() } else { number.to_string() };
+            let slider = Slider::new(&mut number, least..=MOST).logarithmic(true).text(label).custom_formatter(named);
+            ui.add(slider).on_hover_text(*about);
+            if number == least { "auto".to_owned() } else { number.to_string() }
+        }
+        OptionValues::Positive => {
+            let mut number = value.parse::<f64>().unwrap_or(*DENSITIES.start());
+            ui.add(Slider::new(&mut number, DENSITIES).logarithmic(true).text(label)).on_hover_text(*about);
+            number.to_string()
+        }
+        OptionValues::Switch => {
+            let mut is_on = value == "true";
+            ui.checkbox(&mut is_on, label).on_hover_text(*about);
+            is_on.to_string()
+        }
+    }
 }
 
 /// This machine's adapters, asked for once.
@@ -127,7 +133,11 @@ pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
         ui.add(DragValue::new(&mut choices.samples).range(1..=Settings::MAX_SAMPLES).speed(0.1)).labelled_by(label);
     });
     ui.add(Slider::new(&mut choices.exposure_stops, -8.0..=8.0).text("Exposure, stops"));
-    ui.checkbox(&mut choices.clips, "Cut off what is too bright");
+    ComboBox::from_label("Tone map").selected_text(choices.tone_map.name()).show_ui(ui, |ui| {
+        for &(name, tone_map, about) in ToneMap::CHOICES {
+            ui.selectable_value(&mut choices.tone_map, tone_map, name).on_hover_text(about);
+        }
+    });
     ui.horizontal(|ui| {
         let mut is_sky = choices.surroundings == SurroundingsChoice::Sky;
         if ui.checkbox(&mut is_sky, "Sky").changed() {

@@ -20,7 +20,7 @@ const FLIGHT: [(&str, &str); 2] = [("W A S D Q E", "Fly"), ("with Shift", "Faste
 pub(super) fn show(app: &mut App, ui: &egui::Ui) {
     let window = egui::Window::new("Help").open(&mut app.is_help_open).collapsible(false).resizable(false);
     window.anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO).show(ui.ctx(), |ui| {
-        let keys = Key::ALL.map(|key| (key.names(), key.meaning()));
+        let keys: Vec<_> = Key::ALL.iter().map(|(_, _, name, meaning)| (*name, *meaning)).collect();
         egui::ScrollArea::vertical().show(ui, |ui| {
             ui.horizontal_top(|ui| {
                 ui.vertical(|ui| table(ui, "Keys", &keys));

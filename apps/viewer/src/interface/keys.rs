@@ -2,14 +2,17 @@
 
 use eframe::egui::{self, Key as Code, Modifiers};
 use glam::Vec3;
-use umbrage::rays::LightSource;
+use umbrage::HeatKind;
+use umbrage::rays::{Choice, LightSource};
 
 use super::menu;
 use crate::app::{App, CameraChoice};
 use crate::choices::EngineChoice;
 use crate::focus::Focus;
 use crate::free_camera::FreeCamera;
-use crate::heat::Heat;
+
+const NONE: Modifiers = Modifiers::NONE;
+const CTRL: Modifiers = Modifiers::COMMAND;
 
 /// What a key is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,98 +36,40 @@ pub(super) enum Key {
     Help,
 }
 
+/// What it is for, the keys of which any does it, how they are called, and what that means.
+type Row = (Key, &'static [(Modifiers, Code)], &'static str, &'static str);
+
 impl Key {
-    pub(super) const ALL: [Self; 17] = [
-        Self::Open,
-        Self::Reload,
-        Self::Screenshot,
-        Self::Record,
-        Self::CopyCommand,
-        Self::Play,
-        Self::StepBack,
-        Self::StepOn,
-        Self::Start,
-        Self::FrameAll,
-        Self::LookFromLight,
-        Self::Engine,
-        Self::Heat,
-        Self::Work,
-        Self::LightGrid,
-        Self::Controls,
-        Self::Help,
+    /// All of them, in the order of the help.
+    pub(super) const ALL: &'static [Row] = &[
+        (Self::Open, &[(CTRL, Code::O)], "Ctrl+O", "Open a file"),
+        (Self::Reload, &[(CTRL, Code::R)], "Ctrl+R", "Reload the scene"),
+        (Self::Screenshot, &[(NONE, Code::P)], "P", "Save the picture as a PNG"),
+        (Self::Record, &[(NONE, Code::R)], "R", "Record the animation as a GIF, or stop"),
+        (Self::CopyCommand, &[(NONE, Code::C)], "C", "Copy as command"),
+        (Self::Play, &[(NONE, Code::Space)], "Space", "Play or pause"),
+        (Self::StepBack, &[(NONE, Code::ArrowLeft)], "Left", "One frame back"),
+        (Self::StepOn, &[(NONE, Code::ArrowRight)], "Right", "One frame on"),
+        (Self::Start, &[(NONE, Code::Home)], "Home", "Back to the start"),
+        (Self::FrameAll, &[(NONE, Code::F)], "F", "See the whole scene"),
+        (Self::LookFromLight, &[(NONE, Code::L)], "L", "Look from the selected light"),
+        (Self::Engine, &[(NONE, Code::X)], "X", "Switch between CPU and GPU"),
+        (Self::Heat, &[(NONE, Code::M)], "M", "Next heat map"),
+        (Self::Work, &[(NONE, Code::T)], "T", "Show where the time goes"),
+        (Self::LightGrid, &[(NONE, Code::G)], "G", "Show the selected light's grid"),
+        (Self::Controls, &[(NONE, Code::V)], "V", "Show the controls"),
+        (Self::Help, &[(NONE, Code::H), (NONE, Code::F1)], "H or F1", "Help"),
     ];
 
-    /// The keys themselves; any of them does.
-    fn codes(self) -> &'static [(Modifiers, Code)] {
-        const NONE: Modifiers = Modifiers::NONE;
-        match self {
-            Self::Open => &[(Modifiers::COMMAND, Code::O)],
-            Self::Reload => &[(Modifiers::COMMAND, Code::R)],
-            Self::Screenshot => &[(NONE, Code::P)],
-            Self::Record => &[(NONE, Code::R)],
-            Self::CopyCommand => &[(NONE, Code::C)],
-            Self::Play => &[(NONE, Code::Space)],
-            Self::StepBack => &[(NONE, Code::ArrowLeft)],
-            Self::StepOn => &[(NONE, Code::ArrowRight)],
-            Self::Start => &[(NONE, Code::Home)],
-            Self::FrameAll => &[(NONE, Code::F)],
-            Self::LookFromLight => &[(NONE, Code::L)],
-            Self::Engine => &[(NONE, Code::X)],
-            Self::Heat => &[(NONE, Code::M)],
-            Self::Work => &[(NONE, Code::T)],
-            Self::LightGrid => &[(NONE, Code::G)],
-            Self::Controls => &[(NONE, Code::V)],
-            Self::Help => &[(NONE, Code::H), (NONE, Code::F1)],
-        }
-    }
-
-    pub(super) fn names(self) -> &'static str {
-        match self {
-            Self::Open => "Ctrl+O",
-            Self::Reload => "Ctrl+R",
-            Self::Screenshot => "P",
-            Self::Record => "R",
-            Self::CopyCommand => "C",
-            Self::Play => "Space",
-            Self::StepBack => "Left",
-            Self::StepOn => "Right",
-            Self::Start => "Home",
-            Self::FrameAll => "F",
-            Self::LookFromLight => "L",
-            Self::Engine => "X",
-            Self::Heat => "M",
-            Self::Work => "T",
-            Self::LightGrid => "G",
-            Self::Controls => "V",
-            Self::Help => "H or F1",
-        }
-    }
-
-    pub(super) fn meaning(self) -> &'static str {
-        match self {
-            Self::Open => "Open a file",
-            Self::Reload => "Reload the scene",
-            Self::Screenshot => "Save the picture as a PNG",
-            Self::Record => "Record the animation as a GIF, or stop",
-            Self::CopyCommand => "Copy as command",
-            Self::Play => "Play or pause",
-            Self::StepBack => "One frame back",
-            Self::StepOn => "One frame on",
-            Self::Start => "Back to the start",
-            Self::FrameAll => "See the whole scene",
-            Self::LookFromLight => "Look from the selected light",
-            Self::Engine => "Switch between CPU and GPU",
-            Self::Heat => "Next heat map",
-            Self::Work => "Show where the time goes",
-            Self::LightGrid => "Show the selected light's grid",
-            Self::Controls => "Show the controls",
-            Self::Help => "Help",
-        }
+    /// What it does, in words, and how it is called.
+    pub(super) fn words(self) -> (&'static str, &'static str) {
+        Self::ALL.iter().find(|(key, ..)| *key == self).map_or(("", ""), |(_, _, name, meaning)| (meaning, name))
     }
 
     /// Its meaning and the key.
     pub(super) fn label(self) -> String {
-        format!("{}  ({})", self.meaning(), self.names())
+        let (meaning, name) = self.words();
+        format!("{meaning}  ({name})")
     }
 
     pub(super) fn press(self, app: &mut App, ui: &egui::Ui) {
@@ -155,8 +100,10 @@ impl Key {
                 };
             }
             Self::Heat => {
-                let next = app.heat.map_or(0, |heat| 1 + Heat::ALL.iter().take_while(|other| **other != heat).count());
-                app.heat = Heat::ALL.get(next).copied();
+                app.heat = match app.heat {
+                    None => HeatKind::all().next(),
+                    Some(heat) => HeatKind::all().skip_while(|other| *other != heat).nth(1),
+                };
             }
             Self::Work => app.kept.shows_work ^= true,
             Self::LightGrid => app.shows_light_grid ^= true,
@@ -171,10 +118,10 @@ pub(super) fn press(app: &mut App, ui: &egui::Ui) {
     if ui.ctx().egui_wants_keyboard_input() {
         return;
     }
-    for key in Key::ALL {
+    for (key, codes, ..) in Key::ALL {
         let is_pressed =
             |&(modifiers, code): &(Modifiers, Code)| ui.input_mut(|input| input.consume_key(modifiers, code));
-        if key.codes().iter().any(is_pressed) {
+        if codes.iter().any(is_pressed) {
             key.press(app, ui);
         }
     }

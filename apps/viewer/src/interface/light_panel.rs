@@ -6,10 +6,11 @@ use eframe::egui::{self, DragValue, Slider};
 use glam::Vec3;
 use umbrage::rays::LightSource;
 use umbrage::scene::Light;
+use umbrage::spec::LightSpec;
 
 use super::camera_panel::vector;
 use crate::app::App;
-use crate::light_list::{INNER, LightKind, LightList, unit};
+use crate::light_list::{LightKind, LightList, unit};
 use crate::probe::light_name;
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
@@ -97,7 +98,7 @@ fn edit(ui: &mut egui::Ui, light: &mut Light, size: f32) {
             let mut degrees = 2.0 * outer_radians.to_degrees();
             if ui.add(Slider::new(&mut degrees, 0.1..=180.0).suffix("°").text("Cone")).changed() {
                 *outer_radians = (0.5 * degrees).to_radians().min(FRAC_PI_2);
-                *inner_radians = INNER * *outer_radians;
+                *inner_radians = LightSpec::INNER * *outer_radians;
             }
         }
     }

@@ -6,7 +6,7 @@ use umbrage::rays::Projection;
 
 use super::stage::pixel_at;
 use crate::app::{App, Shown};
-use crate::heat::HeatMap;
+use crate::heat::{HeatMap, title};
 use crate::light_grid::LightGridPicture;
 use crate::projection::Projected;
 
@@ -16,7 +16,7 @@ pub(super) fn show(app: &App, ui: &egui::Ui, response: &Response, rect: Rect) {
     legend(ui, map, rect);
     let Some(pixel) = response.hover_pos().and_then(|place| pixel_at(shown, rect, place)) else { return };
     let count = map.counts[pixel[1] as usize * picture.size()[0] + pixel[0] as usize];
-    response.clone().on_hover_text_at_pointer(format!("{}: {count}", map.heat.title()));
+    response.clone().on_hover_text_at_pointer(format!("{}: {count}", title(map.heat)));
 }
 
 fn legend(ui: &egui::Ui, map: &HeatMap, rect: Rect) {

@@ -107,7 +107,7 @@ fn navigate(app: &mut App, ui: &egui::Ui, response: &Response, rect: Rect) {
         if let Some(position) = surface.map(|surface| surface.position.as_vec3())
             && let Some(camera) = app.free_camera()
         {
-            camera.look_at(position);
+            camera.turn_around(position);
         }
     }
     // A camera of the scene's can't be moved itself.

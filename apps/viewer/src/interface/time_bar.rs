@@ -27,7 +27,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
                     egui::WidgetInfo::labeled(
                         egui::Role::Button,
                         moves,
-                        if label == play { play } else { key.meaning() },
+                        if label == play { play } else { key.words().0 },
                     )
                 });
                 if button.clicked() {

@@ -1,10 +1,12 @@
 //! Where the time goes.
 
 use eframe::egui;
+use umbrage::HeatKind;
+use umbrage::rays::Choice;
 
 use super::chart;
 use crate::app::{App, Shown};
-use crate::heat::Heat;
+use crate::heat::title;
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     ui.strong("Time of the last pictures");
@@ -64,8 +66,8 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     ui.separator();
     ui.strong("Heat map");
     ui.radio_value(&mut app.heat, None, "None");
-    for heat in Heat::ALL {
-        ui.radio_value(&mut app.heat, Some(heat), heat.title());
+    for &(_, heat, about) in HeatKind::CHOICES {
+        ui.radio_value(&mut app.heat, Some(heat), title(heat)).on_hover_text(about);
     }
     if let Some(map) = &picture.heat {
         let highest = map.counts.iter().copied().max().unwrap_or(0);

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 
-use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::flags::{ExperimentFlags, size};
 use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{Bar, BarChart};
 use crate::shot::{addresses, name, short_name, viewpoints};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct BreakdownFlags {
@@ -45,11 +45,9 @@ const COLUMNS: &[(&str, usize)] = &[
 impl BreakdownFlags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        use_threads(self.common.threads)?;
         let addresses = addresses(&self.scenes, self.files.as_ref());
         let mut bars = Vec::new();
-        let conditions = self.common.conditions(Some(self.size));
-        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
+        let mut table = self.common.start(Some(self.size), COLUMNS)?;
         for address in &addresses {
             for costs in measure(address, self.size, &[Forms::default()], &self.common, |_| {})? {
                 let stages = stages(&costs);
@@ -69,10 +67,10 @@ impl BreakdownFlags {
                 });
             }
         }
-        table.note(
+        table.notes(&[
             "build and see are the camera's; the others are the light's. Rearranging is what the paper calls so:",
-        )?;
-        table.note("points brought to the light's view and sorted (survey, map, sort).")?;
+            "points brought to the light's view and sorted (survey, map, sort).",
+        ])?;
         viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
         table.finish()?;
         self.common.draw(|| {

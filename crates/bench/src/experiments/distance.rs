@@ -5,12 +5,12 @@ use clap::Args;
 use glam::Vec3;
 use umbrage::rays::{LightSource, ListedLightOptions};
 
-use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::flags::{ExperimentFlags, size};
 use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct DistanceFlags {
@@ -55,9 +55,7 @@ const TOWARDS_LIGHT: Vec3 = Vec3::new(0.4, 0.8, 0.45);
 impl DistanceFlags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        use_threads(self.common.threads)?;
-        let conditions = self.common.conditions(Some(self.size));
-        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
+        let mut table = self.common.start(Some(self.size), COLUMNS)?;
         let mut lines = Vec::new();
         // Nothing stands for the direct form, which has no blocks.
         let blocks: Vec<_> = std::iter::once(None).chain(self.rays.iter().copied().map(Some)).collect();
@@ -81,11 +79,10 @@ impl DistanceFlags {
                 }
             }
         }
-        table
-            .note("Rearranging is survey, map and the sorting of points; list is the sorting of triangles by cell.")?;
-        table.note(
+        table.notes(&[
+            "Rearranging is survey, map and the sorting of points; list is the sorting of triangles by cell.",
             "Without rays a block: the direct form. Distances are in units of half the diagonal of the scene's box.",
-        )?;
+        ])?;
         table.finish()?;
         self.common.draw(|| {
             let (x_title, y_title) =

@@ -3,12 +3,12 @@
 use anyhow::Result;
 use clap::Args;
 
-use crate::flags::{ExperimentFlags, use_threads};
+use crate::flags::ExperimentFlags;
 use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct GrowthFlags {
@@ -49,8 +49,7 @@ const SIDE: u32 = 1024;
 impl GrowthFlags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        use_threads(self.common.threads)?;
-        let mut table = Table::start(self.common.form, &self.common.conditions(None), COLUMNS)?;
+        let mut table = self.common.start(None, COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let triangles = self.triangles.iter().map(|count| (format!("{address}?triangles={count}"), SIDE));

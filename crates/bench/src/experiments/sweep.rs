@@ -4,11 +4,11 @@ use anyhow::Result;
 use clap::Args;
 use umbrage::rays::{Cells, ListedOptions};
 
-use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::flags::{ExperimentFlags, size};
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 /// What all sweeps are told.
 #[derive(Args, Debug)]
@@ -52,11 +52,9 @@ const COLUMNS: &[(&str, usize)] = &[
 impl SweepFlags {
     /// Measures each of `cells`, prints and draws.
     pub(super) fn run(&self, cells: &[Cells], note: &str, chart: &Chart) -> Result<()> {
-        use_threads(self.common.threads)?;
         let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks, ..ListedOptions::DEFAULT };
         let forms: Vec<_> = cells.iter().map(|&cells| options(cells).into()).collect();
-        let conditions = self.common.conditions(Some(self.size));
-        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
+        let mut table = self.common.start(Some(self.size), COLUMNS)?;
         let mut series: Vec<Series> = Vec::new();
         for address in &self.scenes {
             let all = measure(address, self.size, &forms, &self.common, |shot| shot.lights.clear())?;

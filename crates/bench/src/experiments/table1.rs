@@ -6,12 +6,12 @@ use anyhow::Result;
 use clap::Args;
 use umbrage::rays::ListedOptions;
 
-use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::flags::{ExperimentFlags, size};
 use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{Bar, BarChart};
 use crate::shot::{addresses, name, short_name, viewpoints};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct Table1Flags {
@@ -77,11 +77,9 @@ const COLUMNS: &[(&str, usize)] = &[
 impl Table1Flags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        use_threads(self.common.threads)?;
         let addresses = addresses(&self.scenes, self.files.as_ref());
         let mut bars = Vec::new();
-        let conditions = self.common.conditions(Some(self.size));
-        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
+        let mut table = self.common.start(Some(self.size), COLUMNS)?;
         for address in &addresses {
             let forms = [Forms::default(), ListedOptions::DEFAULT.into()];
             let costs = measure(address, self.size, &forms, &self.common, |_| {})?;
@@ -96,18 +94,12 @@ impl Table1Flags {
                 bars.push(Bar { name: format!("{scene}, 2010"), heights });
             }
         }
-        table.note(
+        table.notes(&[
             "A frame is build + see + shadow for one light; each form's shadows go through the direct light grid.",
-        )?;
-        table.note(
             "The direct form tests tiny triangles while it builds: its build is part of what others call tracing.",
-        )?;
-        table.note(
             "The paper's numbers are of an NVIDIA GTX 280, at 1024x1024, for its own scenes, and without sorting out",
-        )?;
-        table.note(
             "what its f32 tests can't decide; ours named beside them are of the same kind and about the same size.",
-        )?;
+        ])?;
         viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
         table.finish()?;
         self.common.draw(|| {

@@ -1,6 +1,5 @@
 //! Ray–triangle tests of the literature, side by side (Rahikainen 2013, §2.1).
 
-mod bins;
 mod contest;
 mod pairs;
 

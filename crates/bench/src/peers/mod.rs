@@ -14,7 +14,7 @@ use umbrage::rays::{PacketSide, UniformOptions};
 use umbrage_peers::Embree;
 
 use self::contestants::{OurSide, UniformSide};
-use crate::flags::{packet_side, size};
+use crate::flags::size;
 use crate::grids::Grids;
 use crate::shot::{self, Lights};
 use crate::table::Form;
@@ -45,7 +45,7 @@ pub(crate) struct PeersFlags {
     #[arg(long, value_enum, default_value = "perspective")]
     structure: OurStructure,
     /// Pixels a side of the uniform grid's packets: 2, 4, 8, 16 or 32
-    #[arg(long, value_name = "N", value_parser = packet_side)]
+    #[arg(long, value_name = "N")]
     packet: Option<PacketSide>,
     /// Ask alpha masks and opacity about hits, which all triangles go without by default
     #[arg(long)]

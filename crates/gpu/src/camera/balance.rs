@@ -15,8 +15,9 @@ impl Balance {
     const BLOCK_WORDS: u64 = 4;
 
     pub(super) fn new(gpu: &Gpu, mapping: u32) -> Self {
-        let kernel = |entry| Kernel::new(gpu, "camera::balance", entry, &[("MAPPING", f64::from(mapping))]);
-        Self { balance: kernel("balance"), size_blocks: kernel("size_blocks"), mapping, tiles: 0 }
+        let constants = [("MAPPING", f64::from(mapping))];
+        let [balance, size_blocks] = Kernel::all(gpu, "camera::balance", ["balance", "size_blocks"], &constants);
+        Self { balance, size_blocks, mapping, tiles: 0 }
     }
 
     pub(super) fn prepare(&mut self, space: &Space) {
@@ -45,5 +46,18 @@ impl Balance {
         let buffers = [space, cells, header];
         self.balance.dispatch(gpu, pass, &buffers, Groups::Flat(self.tiles.div_ceil(64)));
         self.size_blocks.dispatch(gpu, pass, &buffers, Groups::Flat(1));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{module, other_constants};
+    use crate::link::link;
+
+    #[test]
+    fn blocks_are_those_of_the_shader() {
+        let constants = [("BLOCK_PAIRS", Balance::BLOCK_PAIRS as u32), ("BLOCK_WORDS", Balance::BLOCK_WORDS as u32)];
+        assert_eq!(other_constants(&module(&link("camera::balance")), &constants), [""; 0]);
     }
 }

@@ -1,8 +1,8 @@
-// Stage `balance`: cuts the tiles' lists into blocks of bounded work. A tile that is cut gets a place for the partial
+// Stage `balance`: cuts the tiles' lists into blocks of bounded work. A tile that is cut gets room for the partial
 // results of its blocks, which `merge` joins.
 
 import package::camera::work::{BLOCK_PAIRS, BLOCK_WORDS, MAPPING, WORK_BLOCKS, WORK_FIRST_BLOCK, WORK_KEYS};
-import package::dispatch::{flat_group, groups_of};
+import package::dispatch::{Invocation, flat_index, groups_of};
 import package::grid::header::{
     HEADER_BLOCKS, HEADER_BLOCK_GROUPS, HEADER_KEYS, HEADER_PARTIALS, HEADER_SPLIT, HEADER_SPLIT_GROUPS,
 };
@@ -27,12 +27,8 @@ fn pairs_of(tile: vec2<u32>) -> u32 {
 }
 
 @compute @workgroup_size(64)
-fn balance(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let tile = flat_group(group, groups) * 64u + lane;
+fn balance(at: Invocation) {
+    let tile = flat_index(at, 64u);
     let columns = (space.raster.tile_columns + MAPPING - 1u) / MAPPING;
     let rows = (space.raster.tile_rows + MAPPING - 1u) / MAPPING;
     if tile >= columns * rows {
@@ -51,14 +47,14 @@ fn balance(
         partial = atomicAdd(&header[HEADER_PARTIALS], blocks);
     }
     for (var number = 0u; number < blocks; number++) {
-        let place = cell_count() + WORK_FIRST_BLOCK + (first + number) * BLOCK_WORDS;
-        if place + BLOCK_WORDS > arrayLength(&cells) {
+        let word = cell_count() + WORK_FIRST_BLOCK + (first + number) * BLOCK_WORDS;
+        if word + BLOCK_WORDS > arrayLength(&cells) {
             return;
         }
-        cells[place] = tile;
-        cells[place + 1u] = number;
-        cells[place + 2u] = blocks;
-        cells[place + 3u] = partial;
+        cells[word] = tile;
+        cells[word + 1u] = number;
+        cells[word + 2u] = blocks;
+        cells[word + 3u] = partial;
     }
 }
 

@@ -1,4 +1,4 @@
-//! The camera's grid, rebuilt for every frame: `transform`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`.
+//! The camera's grid, rebuilt for every frame: `project`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`.
 
 mod balance;
 mod settle;
@@ -8,7 +8,7 @@ use glam::DVec2;
 
 use crate::fit::{Needs, Room};
 use crate::grid::header::HEADER_WORDS;
-use crate::grid::{List, ListBuffers, ListNames, Space, Transform};
+use crate::grid::{List, ListBuffers, ListNames, Project, Space};
 use crate::{Band, Buffer, Geometry, Gpu, GpuError, Recorder};
 use balance::Balance;
 use settle::Settle;
@@ -47,16 +47,16 @@ pub struct CameraWork {
     /// Chunks of triangles over many cells.
     pub large: u32,
     /// Hits that were left to the predicate.
-    pub open_hits: u32,
+    pub undecided_hits: u32,
     /// Pixels with such hits.
-    pub open_pixels: u32,
+    pub undecided_pixels: u32,
 }
 
 /// What each pixel of a camera sees, found through a grid made for its rays.
 #[derive(Debug)]
 pub struct CameraGrid {
     options: CameraOptions,
-    transform: Transform,
+    project: Project,
     list: List,
     balance: Balance,
     trace: Trace,
@@ -73,12 +73,12 @@ pub struct CameraGrid {
     seen: Buffer,
     /// What pixels showed before, where what is behind that is asked for.
     front: Buffer,
-    /// Hits that the filter leaves open.
+    /// Hits that the filter leaves undecided.
     nodes: Buffer,
     /// What a frame has needed.
     needs: Buffer,
     cell_count: u32,
-    places: u64,
+    slots: u64,
     is_behind: bool,
     sees_any: bool,
     work: CameraWork,
@@ -92,7 +92,7 @@ impl CameraGrid {
     pub fn new(gpu: &Gpu, options: CameraOptions) -> Self {
         Self {
             options,
-            transform: Transform::new(gpu),
+            project: Project::new(gpu),
             list: List::new(gpu, false),
             balance: Balance::new(gpu, options.mapping),
             trace: Trace::new(gpu, options.mapping),
@@ -108,7 +108,7 @@ impl CameraGrid {
             nodes: Buffer::storage(gpu, "nodes"),
             needs: Buffer::storage(gpu, "camera needs"),
             cell_count: 0,
-            places: 0,
+            slots: 0,
             is_behind: false,
             sees_any: false,
             work: CameraWork::default(),
@@ -139,14 +139,14 @@ impl CameraGrid {
         self.header.reserve(gpu, 4 * HEADER_WORDS)?;
         self.sizes.reserve(gpu, 4 * HEADER_WORDS)?;
         self.needs.reserve(gpu, 4 * Needs::WORDS)?;
-        self.transform.prepare(gpu, geometry.vertex_count(), 1)?;
+        self.project.prepare(gpu, geometry.vertex_count(), 1)?;
         self.list.prepare(gpu, geometry.triangle_count(), geometry.vertex_count(), self.cell_count)?;
         self.balance.prepare(&space);
         let blocks = Balance::most_blocks(&space, self.list.pair_room());
         self.cells.reserve(gpu, 4 * u64::from(self.cell_count) + Balance::block_bytes(blocks))?;
         self.is_behind = sight.is_behind;
-        self.places = band.order().places() as u64;
-        self.seen.reserve(gpu, 4 * self.places + Trace::partial_bytes(self.list.pair_room()))?;
+        self.slots = band.order().places() as u64;
+        self.seen.reserve(gpu, 4 * self.slots + Trace::partial_bytes(self.list.pair_room()))?;
         let pixels = u64::from(band.size()[0]) * u64::from(band.size()[1]);
         self.nodes.reserve(gpu, Trace::node_bytes(pixels / 16 + (1 << 10)))?;
         self.settle.prepare(gpu, &band, offset_pixels, sight.culls_back_faces)
@@ -158,22 +158,22 @@ impl CameraGrid {
         recorder.clear_words(&self.cells, u64::from(self.cell_count));
         recorder.clear_words(&self.nodes, Trace::NODES_HEADER);
         if self.is_behind {
-            recorder.copy_words(&self.front, &self.seen, self.places);
+            recorder.copy_words(&self.front, &self.seen, self.slots);
         }
-        recorder.stage("transform", |pass| {
-            self.transform.record(
+        recorder.stage("project", |pass| {
+            self.project.record(
                 gpu,
                 pass,
                 &self.spaces,
                 geometry.positions(),
                 &self.header,
-                self.transform.groups_of_one_face(),
+                self.project.groups_of_one_face(),
             );
         });
         let buffers = ListBuffers {
             spaces: &self.spaces,
             triangles: geometry.triangles(),
-            vertices: self.transform.vertices(),
+            vertices: self.project.vertices(),
             cells: &self.cells,
             header: &self.header,
             sizes: &self.sizes,
@@ -183,7 +183,7 @@ impl CameraGrid {
         self.list.record(gpu, recorder, buffers, self.list.groups_of_one_face(), &NAMES);
         recorder.stage("balance", |pass| self.balance.record(gpu, pass, &self.space, &self.cells, &self.header));
         recorder.copy_words(&self.header, &self.sizes, HEADER_WORDS);
-        let vertices = self.transform.vertices();
+        let vertices = self.project.vertices();
         let traced = [
             &self.space,
             geometry.triangles(),
@@ -219,10 +219,10 @@ impl CameraGrid {
             // There is room for as many as so many pairs can lead to.
             blocks: u32::MAX,
             faces: 1,
-            open_words: at_most(self.nodes.bytes() / 4),
-            words_per_question: Trace::NODE_WORDS as u32,
+            undecided_words: at_most(self.nodes.bytes() / 4),
+            words_per_undecided: Trace::NODE_WORDS as u32,
             words_per_pixel: 1,
-            open_header: Trace::NODES_HEADER as u32,
+            undecided_header: Trace::NODES_HEADER as u32,
         }
     }
 
@@ -231,8 +231,8 @@ impl CameraGrid {
     /// # Errors
     /// Where it needs more than one buffer of the device has room for.
     pub fn keep(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>) -> Result<(), GpuError> {
-        self.front.reserve(gpu, 4 * self.places)?;
-        recorder.copy_words(&self.seen, &self.front, self.places);
+        self.front.reserve(gpu, 4 * self.slots)?;
+        recorder.copy_words(&self.seen, &self.front, self.slots);
         Ok(())
     }
 
@@ -249,16 +249,14 @@ impl CameraGrid {
     /// Where the device is lost, or more is needed than one of its buffers has room for.
     pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
         let needs = Needs::from_words(&self.needs.read::<u32>(gpu, Needs::WORDS as usize)?);
-        let Needs { large, pairs, questions: open_hits, pixels: open_pixels, any, .. } = needs;
+        let Needs { large, pairs, undecided: undecided_hits, pixels: undecided_pixels, any, .. } = needs;
         self.sees_any = any != 0;
-        self.work = CameraWork { pairs, large, open_hits, open_pixels };
+        self.work = CameraWork { pairs, large, undecided_hits, undecided_pixels };
         let fits = self.room().holds(&needs);
         if !fits {
             self.list.grow(gpu, large, pairs)?;
-            let nodes = Trace::node_bytes(u64::from(open_hits)) + 4 * u64::from(open_pixels);
-            if nodes > self.nodes.bytes() {
-                self.nodes.reserve(gpu, (nodes + nodes / 2).min(gpu.max_binding_bytes()).max(nodes))?;
-            }
+            let nodes = Trace::node_bytes(u64::from(undecided_hits)) + 4 * u64::from(undecided_pixels);
+            self.nodes.grow(gpu, nodes)?;
         }
         Ok(fits)
     }
@@ -278,16 +276,16 @@ impl CameraGrid {
         &self.seen
     }
 
-    /// How many places [`CameraGrid::seen`] has.
+    /// How many slots [`CameraGrid::seen`] has.
     #[must_use]
-    pub fn places(&self) -> u64 {
-        self.places
+    pub fn slots(&self) -> u64 {
+        self.slots
     }
 
     /// Bytes on the GPU for triangles.
     #[must_use]
     pub fn structure_bytes(&self) -> u64 {
-        self.transform.vertices().bytes() + self.list.bytes() + self.cells.bytes()
+        self.project.vertices().bytes() + self.list.bytes() + self.cells.bytes()
     }
 
     /// Bytes on the GPU for pixels.

@@ -1,4 +1,4 @@
-// What is left open about pixels: nodes of lists from the front of a buffer, and the pixels that have some from its end.
+// What is left undecided about pixels: nodes of lists from the front of a buffer, and the pixels that have some from its end.
 
 // Nothing is seen, or no node follows.
 const NONE: u32 = 0xffffffffu;
@@ -10,12 +10,12 @@ const NODES_GROUPS: u32 = 2u;
 const NODES_ANY: u32 = 5u;
 const NODES_PIXEL_GROUPS: u32 = 6u;
 const NODES_FIRST: u32 = 12u;
-// Triangle and flags; the next node; a bound on its key there; then its place, which `settle` replaces by t: two words,
+// Triangle and flags; the next node; a bound on its key there; then its slot, which `settle` replaces by t: two words,
 // infinite where the pixel doesn't see it.
 const NODE_WORDS: u32 = 5u;
 const NODE_NEXT: u32 = 1u;
 const NODE_KEY: u32 = 2u;
-const NODE_PLACE: u32 = 3u;
+const NODE_SLOT: u32 = 3u;
 const NODE_T: u32 = 3u;
 // Set of the triangle that the pixel has seen already: hits count from there on.
 const NODE_FRONT: u32 = 0x80000000u;

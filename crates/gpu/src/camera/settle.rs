@@ -6,7 +6,7 @@ use crate::grid::words;
 use crate::view::ExactView;
 use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// The stage `settle`: what the filter has left open, by the predicate.
+/// The stage `settle`: what the filter has left undecided, by the predicate.
 #[derive(Debug)]
 pub(super) struct Settle {
     nodes: Kernel,
@@ -29,9 +29,10 @@ struct SettleView {
 
 impl Settle {
     pub(super) fn new(gpu: &Gpu) -> Self {
+        let [nodes, pixels] = Kernel::all(gpu, "camera::settle", ["settle_nodes", "settle"], &[]);
         Self {
-            nodes: Kernel::new(gpu, "camera::settle", "settle_nodes", &[]),
-            pixels: Kernel::new(gpu, "camera::settle", "settle", &[]),
+            nodes,
+            pixels,
             view: Buffer::uniform(gpu, "view to settle"),
             sizes: Buffer::sizes(gpu, "settle dispatch sizes"),
         }
@@ -67,8 +68,8 @@ impl Settle {
         recorder.copy_words(nodes, &self.sizes, Trace::NODES_HEADER);
         let buffers = [&self.view, geometry.triangles(), geometry.positions(), seen, nodes, geometry.masks().buffer()];
         recorder.stage("settle", |pass| {
-            self.nodes.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, 2));
-            self.pixels.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, 6));
+            self.nodes.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, Trace::NODE_GROUPS));
+            self.pixels.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, Trace::PIXEL_GROUPS));
         });
     }
 }

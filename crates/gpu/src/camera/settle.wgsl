@@ -1,11 +1,11 @@
-// Stage `settle`: decides by the predicate what tracing has left open. First an invocation has a node, then a pixel: a
+// Stage `settle`: decides by the predicate what tracing has left undecided. First an invocation has a node, then a pixel: a
 // pixel may have so many that one alone would take too long, and lavapipe ends an invocation's loops after 65,535 turns.
 
 import package::camera::nodes::{
-    NODES_COUNT, NODES_FIRST, NODES_PIXELS, NODE_CERTAIN, NODE_FRONT, NODE_KEY, NODE_NEXT, NODE_PLACE, NODE_T,
+    NODES_COUNT, NODES_FIRST, NODES_PIXELS, NODE_CERTAIN, NODE_FRONT, NODE_KEY, NODE_NEXT, NODE_SLOT, NODE_T,
     NODE_TRIANGLE, NODE_WORDS, NONE,
 };
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::exact::corners::{corner_bits};
 import package::exact::double::{F64, F64_ZERO, f64_equal, f64_less};
@@ -13,7 +13,7 @@ import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{exact_barycentric, exact_edges, exact_is_front, exact_t};
 import package::mask::exact::{is_there_exactly};
 import package::mask::flags::{TRIANGLE_MASKED};
-import package::tile_order::{pixel_of_place};
+import package::tile_order::{pixel_of_slot};
 
 struct SettleView {
     view: ExactView,
@@ -36,12 +36,8 @@ const F64_INFINITE = F64(0u, 0x7ff00000u);
 
 // Where a pixel's ray meets a node's triangle; infinite where the pixel doesn't see it, or certainly sees another before.
 @compute @workgroup_size(64)
-fn settle_nodes(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * 64u + lane;
+fn settle_nodes(at: Invocation) {
+    let number = flat_index(at, 64u);
     let base = NODES_FIRST + number * NODE_WORDS;
     if number >= nodes[NODES_COUNT] || (nodes[base] & NODE_FRONT) != 0u {
         return;
@@ -52,15 +48,15 @@ fn settle_nodes(
 }
 
 fn seen_at(base: u32) -> F64 {
-    let place = nodes[base + NODE_PLACE];
-    let pixel = pixel_of_place(place, settle_view.view.width);
+    let slot = nodes[base + NODE_SLOT];
+    let pixel = pixel_of_slot(slot, settle_view.view.width);
     let row = pixel.y + settle_view.first_row;
     let ray = exact_pixel_ray(settle_view.view, pixel.x, row, settle_view.x_offset, settle_view.y_offset);
     var terms: ExpansionTerms;
 
     // What was seen already is the first node, and what is seen for certain the first of those to decide about.
     var farther_than = F64_ZERO;
-    var first = NODES_FIRST + seen[place] * NODE_WORDS;
+    var first = NODES_FIRST + seen[slot] * NODE_WORDS;
     if (nodes[first] & NODE_FRONT) != 0u {
         let front = nodes[first] & NODE_TRIANGLE;
         farther_than = exact_t(&terms, ray, exact_edges(&terms, ray, corner_bits(front)));
@@ -88,19 +84,15 @@ fn seen_at(base: u32) -> F64 {
 
 // What a pixel sees: the nearest of its nodes.
 @compute @workgroup_size(64)
-fn settle(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * 64u + lane;
+fn settle(at: Invocation) {
+    let number = flat_index(at, 64u);
     if number >= nodes[NODES_PIXELS] {
         return;
     }
-    let place = nodes[arrayLength(&nodes) - 1u - number];
+    let slot = nodes[arrayLength(&nodes) - 1u - number];
     var nearest = F64_INFINITE;
     var triangle = NONE;
-    var node = seen[place];
+    var node = seen[slot];
     while node != NONE {
         let base = NODES_FIRST + node * NODE_WORDS;
         node = nodes[base + NODE_NEXT];
@@ -114,5 +106,5 @@ fn settle(
             triangle = id;
         }
     }
-    seen[place] = triangle;
+    seen[slot] = triangle;
 }

@@ -16,12 +16,17 @@ impl Trace {
     pub(super) const NODE_WORDS: u64 = 5;
     /// The word that says whether any pixel sees what is behind.
     pub(super) const NODES_ANY: u64 = 5;
+    /// The words of the groups that settle nodes, then pixels.
+    pub(super) const NODE_GROUPS: u32 = 2;
+    pub(super) const PIXEL_GROUPS: u32 = 6;
     /// For each of 256 pixels four words.
     const PARTIAL_BYTES: u64 = 4096;
 
     pub(super) fn new(gpu: &Gpu, mapping: u32) -> Self {
-        let kernel = |entry| Kernel::new(gpu, "camera::trace", entry, &[("MAPPING", f64::from(mapping))]);
-        Self { trace: kernel("trace"), merge: kernel("merge"), size_settle: kernel("size_settle") }
+        let constants = [("MAPPING", f64::from(mapping))];
+        let [trace, merge, size_settle] =
+            Kernel::all(gpu, "camera::trace", ["trace", "merge", "size_settle"], &constants);
+        Self { trace, merge, size_settle }
     }
 
     /// Bytes of the partial results that so many pairs can lead to.
@@ -40,5 +45,24 @@ impl Trace {
         self.trace.dispatch(gpu, pass, buffers, Groups::Indirect(sizes, header::BLOCK_GROUPS));
         self.merge.dispatch(gpu, pass, buffers, Groups::Indirect(sizes, header::SPLIT_GROUPS));
         self.size_settle.dispatch(gpu, pass, buffers, Groups::Flat(1));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{module, other_constants};
+    use crate::link::link;
+
+    #[test]
+    fn nodes_are_those_of_the_shaders() {
+        let constants = [
+            ("NODES_FIRST", Trace::NODES_HEADER as u32),
+            ("NODE_WORDS", Trace::NODE_WORDS as u32),
+            ("NODES_ANY", Trace::NODES_ANY as u32),
+            ("NODES_GROUPS", Trace::NODE_GROUPS),
+            ("NODES_PIXEL_GROUPS", Trace::PIXEL_GROUPS),
+        ];
+        assert_eq!(other_constants(&module(&link("camera::trace")), &constants), [""; 0]);
     }
 }

@@ -6,17 +6,17 @@
 
 import package::camera::nodes::{
     NODES_ANY, NODES_COUNT, NODES_FIRST, NODES_GROUPS, NODES_PIXELS, NODES_PIXEL_GROUPS, NODE_CERTAIN, NODE_FRONT,
-    NODE_KEY, NODE_NEXT, NODE_PLACE, NODE_WORDS, NONE, node_pixel_room,
+    NODE_KEY, NODE_NEXT, NODE_SLOT, NODE_WORDS, NONE, node_pixel_room,
 };
 import package::camera::work::{
     BLOCK_PAIRS, BLOCK_WORDS, MAPPING, TRACING_TILE, WORK_BLOCKS, WORK_FIRST_BLOCK, WORK_KEYS,
 };
-import package::dispatch::{flat_group, groups_of};
+import package::dispatch::{Invocation, flat_group, groups_of};
 import package::grid::set_up::{INFINITE, corners_of, edges_near, rect_of};
-import package::grid::space::{Raster, Space, VERTEX_REGULAR, from_ordered_bits, slice_depth};
-import package::mask::filter::{MASK_CUT, MASK_THERE, RoughPlace, mask_filter, rough_place};
+import package::grid::space::{Raster, Space, from_ordered_bits, slice_depth};
+import package::mask::filter::{MASK_CUT, MASK_THERE, mask_filter, rough_point};
 import package::mask::flags::{TRIANGLE_MASKED};
-import package::tile_order::{place_of_pixel};
+import package::tile_order::{slot_of_pixel};
 
 @group(0) @binding(0) var<uniform> space: Space;
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
@@ -25,7 +25,7 @@ import package::tile_order::{place_of_pixel};
 // Where each cell's list ends, then the blocks.
 @group(0) @binding(4) var<storage, read> cells: array<u32>;
 @group(0) @binding(5) var<storage, read> pairs: array<u32>;
-// What each place shows, then the partial results of cut tiles: four words for each of a block's pixels.
+// What each pixel shows, then the partial results of cut tiles: four words for each of a block's pixels.
 @group(0) @binding(6) var<storage, read_write> seen: array<u32>;
 @group(0) @binding(7) var<storage, read_write> nodes: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read> masks: array<u32>;
@@ -37,7 +37,7 @@ var<workgroup> record_a: array<vec4<f32>, RECORDS>;
 var<workgroup> record_b: array<vec4<f32>, RECORDS>;
 var<workgroup> record_c: array<vec4<f32>, RECORDS>;
 var<workgroup> record_d: array<vec4<f32>, RECORDS>;
-var<workgroup> still_open: atomic<u32>;
+var<workgroup> unfinished: atomic<u32>;
 var<workgroup> goes_on: u32;
 
 // Hits count from here on: behind what a pixel has seen already, where that is asked for, or else before the camera.
@@ -54,12 +54,12 @@ struct Best {
     error: f32,
     node: u32,
     // Where the pixel is stored.
-    place: u32,
+    pixel: u32,
 }
 
 const FLAG_ORIENTED: u32 = 1u << 20u;
 
-fn record(place: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
+fn record(slot: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
     let triangle = triangles[id].xyz;
     let corners = corners_of(vertices[triangle.x], vertices[triangle.y], vertices[triangle.z]);
     let whole = rect_of(corners, raster);
@@ -75,10 +75,10 @@ fn record(place: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
     }
     let about_middle = u32(middle.x) << 24u | u32(middle.y) << 28u;
     let flags = rect | select(0u, FLAG_ORIENTED, edges.is_oriented) | about_middle;
-    record_a[place] = vec4<f32>(edges.a, edges.edge_error);
-    record_b[place] = vec4<f32>(edges.b, edges.key_error);
-    record_c[place] = vec4<f32>(edges.c, bitcast<f32>(id));
-    record_d[place] = vec4<f32>(edges.key, bitcast<f32>(flags));
+    record_a[slot] = vec4<f32>(edges.a, edges.edge_error);
+    record_b[slot] = vec4<f32>(edges.b, edges.key_error);
+    record_c[slot] = vec4<f32>(edges.c, bitcast<f32>(id));
+    record_d[slot] = vec4<f32>(edges.key, bitcast<f32>(flags));
 }
 
 // Five bits each: first column and row, last column and row.
@@ -94,12 +94,13 @@ fn push_node(best: ptr<function, Best>, id: u32, key: f32) {
         atomicStore(&nodes[base], id);
         atomicStore(&nodes[base + NODE_NEXT], (*best).node);
         atomicStore(&nodes[base + NODE_KEY], bitcast<u32>(key));
-        atomicStore(&nodes[base + NODE_PLACE], (*best).place);
+        atomicStore(&nodes[base + NODE_SLOT], (*best).pixel);
         (*best).node = node;
     }
 }
 
-fn same_place(a: u32, b: u32) -> bool {
+// Whether two vertices are at the same point.
+fn are_same_point(a: u32, b: u32) -> bool {
     return a == b || (positions[3u * a] == positions[3u * b] && positions[3u * a + 1u] == positions[3u * b + 1u]
         && positions[3u * a + 2u] == positions[3u * b + 2u]);
 }
@@ -112,15 +113,15 @@ fn same_triangle(a: u32, b: u32) -> bool {
         let x = second[turn];
         let y = second[(turn + 1u) % 3u];
         let z = second[(turn + 2u) % 3u];
-        if same_place(first.x, x) && ((same_place(first.y, y) && same_place(first.z, z))
-            || (same_place(first.y, z) && same_place(first.z, y))) {
+        if are_same_point(first.x, x) && ((are_same_point(first.y, y) && are_same_point(first.z, z))
+            || (are_same_point(first.y, z) && are_same_point(first.z, y))) {
             return true;
         }
     }
     return false;
 }
 
-// Takes a hit for certain, or a possible one, into what a pixel sees. Whether that is left open.
+// Takes a hit for certain, or a possible one, into what a pixel sees. Whether that is left undecided.
 fn offer(best: ptr<function, Best>, id: u32, key: f32, error: f32, is_hit: bool) -> bool {
     let has_best = (*best).triangle != NONE;
     if has_best && key + error < (*best).key - (*best).error {
@@ -136,7 +137,7 @@ fn offer(best: ptr<function, Best>, id: u32, key: f32, error: f32, is_hit: bool)
 }
 
 // A hit that may be the nearest, or not be one at all: left to `settle`, but for a copy of what is seen already.
-fn leave_open(best: ptr<function, Best>, id: u32, nearest: f32, is_hit: bool) {
+fn leave_undecided(best: ptr<function, Best>, id: u32, nearest: f32, is_hit: bool) {
     if is_hit && same_triangle(id, (*best).triangle) {
         (*best).triangle = min(id, (*best).triangle);
     } else {
@@ -145,32 +146,22 @@ fn leave_open(best: ptr<function, Best>, id: u32, nearest: f32, is_hit: bool) {
 }
 
 // Whether a pixel may be on a triangle.
-fn may_hit(place: u32, pixel: vec2<i32>) -> bool {
-    let flags = bitcast<u32>(record_d[place].w);
+fn may_hit(slot: u32, pixel: vec2<i32>) -> bool {
+    let flags = bitcast<u32>(record_d[slot].w);
     let rect = vec4<i32>((vec4<u32>(flags) >> vec4<u32>(0u, 5u, 10u, 15u)) & vec4<u32>(31u));
-    let edge = edges_at(place, offset_in_record(flags, pixel));
-    let error = record_a[place].w;
+    let edge = edges_at(slot, offset_in_record(flags, pixel));
+    let error = record_a[slot].w;
     let is_beside = min(min(edge.x, edge.y), edge.z) < -error
         && ((flags & FLAG_ORIENTED) != 0u || max(max(edge.x, edge.y), edge.z) > error);
     return all(pixel >= rect.xy) && all(pixel <= rect.zw) && !is_beside;
-}
-
-// Where on a triangle edge functions say that a pixel is.
-fn place_on(id: u32, edge: vec3<f32>, error: f32) -> RoughPlace {
-    let corners = triangles[id].xyz;
-    let keys = vec3<u32>(vertices[corners.x].z, vertices[corners.y].z, vertices[corners.z].z);
-    let kinds = vertices[corners.x].w | vertices[corners.y].w | vertices[corners.z].w;
-    // Parallel rays divide nothing, and homogeneous edge functions are weights already.
-    let is_divided = space.raster.is_orthographic == 0u && kinds == VERTEX_REGULAR;
-    return rough_place(edge, error, select(vec3<f32>(1.0), bitcast<vec3<f32>>(keys), is_divided));
 }
 
 fn offset_in_record(flags: u32, pixel: vec2<i32>) -> vec2<f32> {
     return vec2<f32>(pixel - vec2<i32>((vec2<u32>(flags) >> vec2<u32>(24u, 28u)) & vec2<u32>(15u)));
 }
 
-fn edges_at(place: u32, p: vec2<f32>) -> vec3<f32> {
-    return record_a[place].xyz * p.x + record_b[place].xyz * p.y + record_c[place].xyz;
+fn edges_at(slot: u32, p: vec2<f32>) -> vec3<f32> {
+    return record_a[slot].xyz * p.x + record_b[slot].xyz * p.y + record_c[slot].xyz;
 }
 
 // Tests records from `first` on against a pixel: first all for whether they may be hit, then those that may. So the rest
@@ -182,40 +173,42 @@ fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, p
             candidates |= u32(may_hit(first + start + i, pixel)) << i;
         }
         while candidates != 0u {
-            let place = first + start + firstTrailingBit(candidates);
+            let slot = first + start + firstTrailingBit(candidates);
             candidates &= candidates - 1u;
-            let d = record_d[place];
+            let d = record_d[slot];
             let flags = bitcast<u32>(d.w);
             let p = offset_in_record(flags, pixel);
-            let edge = edges_at(place, p);
-            var is_hit = (flags & FLAG_ORIENTED) != 0u && min(min(edge.x, edge.y), edge.z) > record_a[place].w;
+            let edge = edges_at(slot, p);
+            var is_hit = (flags & FLAG_ORIENTED) != 0u && min(min(edge.x, edge.y), edge.z) > record_a[slot].w;
             let key = d.x * p.x + d.y * p.y + d.z;
-            let id = bitcast<u32>(record_c[place].w);
+            let id = bitcast<u32>(record_c[slot].w);
             // Loops of one turn at most: software adapters skip them where no pixel needs them.
             var is_masked = is_hit && (triangles[id].w & TRIANGLE_MASKED) != 0u;
             var is_cut = false;
             while is_masked {
-                let answer = mask_filter(triangles[id], place_on(id, edge, record_a[place].w), false);
+                let point = rough_point(
+                    triangles[id].xyz, edge, record_a[slot].w, space.raster.is_orthographic == 1u);
+                let answer = mask_filter(triangles[id], point, false);
                 is_cut = answer == MASK_CUT;
                 is_hit = answer == MASK_THERE;
                 is_masked = false;
             }
-            let front_error = front.error + record_b[place].w;
+            let front_error = front.error + record_b[slot].w;
             is_cut |= id == front.triangle || key > front.key + front_error;
             is_hit = is_hit && key < front.key - front_error;
-            var is_open = !is_cut && offer(best, id, key, record_b[place].w, is_hit);
-            while is_open {
-                leave_open(best, id, key + record_b[place].w, is_hit);
-                is_open = false;
+            var is_undecided = !is_cut && offer(best, id, key, record_b[slot].w, is_hit);
+            while is_undecided {
+                leave_undecided(best, id, key + record_b[slot].w, is_hit);
+                is_undecided = false;
             }
         }
     }
 }
 
-// An upper bound on the keys of pairs from `place` on, in the list of the cell `cell` and the slices behind it.
-fn bound_of_rest(first_cell: u32, place: u32, slice: ptr<function, u32>) -> f32 {
+// An upper bound on the keys of pairs from `pair` on, in the list of the cell `cell` and the slices behind it.
+fn bound_of_rest(first_cell: u32, pair: u32, slice: ptr<function, u32>) -> f32 {
     let slices = space.raster.slices;
-    while *slice < slices && cells[first_cell + *slice] <= place {
+    while *slice < slices && cells[first_cell + *slice] <= pair {
         *slice += 1u;
     }
     if *slice == 0u {
@@ -258,18 +251,14 @@ fn local_pixel(lane: u32) -> vec2<u32> {
 }
 
 @compute @workgroup_size(256)
-fn trace(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn trace(at: Invocation) {
     let raster = space.raster;
-    let block = block_at(flat_group(group, groups));
+    let block = block_at(flat_group(at));
     if block.blocks == 0u {
         return;
     }
     let tile_first = block.tile_first;
-    let local = local_pixel(lane);
+    let local = local_pixel(at.lane);
     let side = TRACING_TILE / MAPPING;
     let sub = local / side;
     let pixel = tile_first + local;
@@ -285,21 +274,21 @@ fn trace(
     // Each sorting tile has its share of the records.
     let share = RECORDS / (MAPPING * MAPPING);
     let own = sub.y * MAPPING + sub.x;
-    let filled = lane / share;
+    let filled = at.lane / share;
     let own_list = list_of(tile_first / side + sub, block.number);
     let filled_sub = vec2<u32>(filled % MAPPING, filled / MAPPING);
     let filled_list = list_of(tile_first / side + filled_sub, block.number);
     let filled_first = vec2<i32>(tile_first + filled_sub * side);
 
-    var best = Best(NONE, 0.0, 0.0, NONE, place_of_pixel(pixel, u32(raster.columns)));
+    var best = Best(NONE, 0.0, 0.0, NONE, slot_of_pixel(pixel, u32(raster.columns)));
     var slice = 0u;
     for (var batch = 0u; batch < BLOCK_PAIRS; batch += share) {
-        let place = filled_list.x + batch + lane % share;
-        if lane < RECORDS && place < filled_list.y {
-            record(lane, pairs[place], filled_first, raster);
+        let pair = filled_list.x + batch + at.lane % share;
+        if at.lane < RECORDS && pair < filled_list.y {
+            record(at.lane, pairs[pair], filled_first, raster);
         }
-        if lane == 0u {
-            atomicStore(&still_open, 0u);
+        if at.lane == 0u {
+            atomicStore(&unfinished, 0u);
         }
         workgroupBarrier();
         let next = own_list.x + batch + share;
@@ -309,19 +298,19 @@ fn trace(
             let is_settled = next >= own_list.y
                 || (best.triangle != NONE && best.key - best.error > bound_of_rest(own_list.z, next, &slice));
             if !is_settled {
-                atomicOr(&still_open, 1u);
+                atomicOr(&unfinished, 1u);
             }
         }
         workgroupBarrier();
-        if lane == 0u {
-            goes_on = atomicLoad(&still_open);
+        if at.lane == 0u {
+            goes_on = atomicLoad(&unfinished);
         }
         if workgroupUniformLoad(&goes_on) == 0u {
             break;
         }
     }
     if block.blocks > 1u {
-        let word = partial_word(block.first_partial + block.number, lane);
+        let word = partial_word(block.first_partial + block.number, at.lane);
         if word + 4u <= arrayLength(&seen) {
             seen[word] = best.triangle;
             seen[word + 1u] = bitcast<u32>(best.key);
@@ -336,7 +325,7 @@ fn trace(
 // What the pixel has seen so far.
 fn front_of(pixel: vec2<u32>) -> Front {
     let raster = space.raster;
-    let id = seen[place_of_pixel(pixel, u32(raster.columns))];
+    let id = seen[slot_of_pixel(pixel, u32(raster.columns))];
     if id == NONE {
         return Front(NONE, 0.0, 0.0);
     }
@@ -348,11 +337,11 @@ fn front_of(pixel: vec2<u32>) -> Front {
 
 // Where the result of a pixel of a block of a cut tile is.
 fn partial_word(block: u32, lane: u32) -> u32 {
-    let places = ((u32(space.raster.columns) + 63u) >> 6u) * ((u32(space.raster.rows) + 63u) >> 6u) << 12u;
-    return places + (block * 256u + lane) * 4u;
+    let slots = ((u32(space.raster.columns) + 63u) >> 6u) * ((u32(space.raster.rows) + 63u) >> 6u) << 12u;
+    return slots + (block * 256u + lane) * 4u;
 }
 
-// The part of a sorting tile's list that is taken by the block of this number: its first and end place, and the tile's
+// The part of a sorting tile's list that is taken by the block of this number: its first and end index, and the tile's
 // first cell.
 fn list_of(tile: vec2<u32>, number: u32) -> vec3<u32> {
     let raster = space.raster;
@@ -372,7 +361,7 @@ fn write_seen(best: Best, front: u32) {
         atomicStore(&nodes[NODES_ANY], 1u);
     }
     if best.node == NONE {
-        seen[best.place] = best.triangle;
+        seen[best.pixel] = best.triangle;
         return;
     }
     var last = best;
@@ -382,41 +371,37 @@ fn write_seen(best: Best, front: u32) {
     if front != NONE {
         push_node(&last, front | NODE_FRONT, INFINITE);
     }
-    seen[best.place] = last.node;
+    seen[best.pixel] = last.node;
     // Where nodes and pixels meet, the frame is done again with more room.
     let count = atomicAdd(&nodes[NODES_PIXELS], 1u);
     if count < node_pixel_room(atomicLoad(&nodes[NODES_COUNT]), arrayLength(&nodes)) {
-        atomicStore(&nodes[arrayLength(&nodes) - 1u - count], best.place);
+        atomicStore(&nodes[arrayLength(&nodes) - 1u - count], best.pixel);
     }
 }
 
 // Joins the partial results of a tile's blocks.
 @compute @workgroup_size(256)
-fn merge(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn merge(at: Invocation) {
     let raster = space.raster;
-    let block = block_at(flat_group(group, groups));
+    let block = block_at(flat_group(at));
     // The first of a cut tile's blocks.
     if block.number != 0u || block.blocks < 2u {
         return;
     }
-    let pixel = block.tile_first + local_pixel(lane);
+    let pixel = block.tile_first + local_pixel(at.lane);
     if pixel.x >= u32(raster.columns) || pixel.y >= u32(raster.rows) {
         return;
     }
     var front = NONE;
     if raster.sees_behind == 1u {
-        front = seen[place_of_pixel(pixel, u32(raster.columns))];
+        front = seen[slot_of_pixel(pixel, u32(raster.columns))];
         if front == NONE {
             return;
         }
     }
-    var best = Best(NONE, 0.0, 0.0, NONE, place_of_pixel(pixel, u32(raster.columns)));
+    var best = Best(NONE, 0.0, 0.0, NONE, slot_of_pixel(pixel, u32(raster.columns)));
     for (var number = 0u; number < block.blocks; number++) {
-        let word = partial_word(block.first_partial + number, lane);
+        let word = partial_word(block.first_partial + number, at.lane);
         if word + 4u > arrayLength(&seen) {
             break;
         }
@@ -428,7 +413,7 @@ fn merge(
         let key = bitcast<f32>(partial.y);
         let error = bitcast<f32>(partial.z);
         if partial.x != NONE && offer(&best, partial.x, key, error, true) {
-            leave_open(&best, partial.x, key + error, true);
+            leave_undecided(&best, partial.x, key + error, true);
         }
     }
     write_seen(best, front);

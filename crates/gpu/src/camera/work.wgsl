@@ -2,10 +2,9 @@
 
 // Pairs that a block takes from each of its sorting tiles.
 const BLOCK_PAIRS: u32 = 2048u;
-// How many blocks there are; the keys' range, in order; then the blocks.
+// How many blocks there are; the keys' range, in order; a word that nothing uses; then the blocks.
 const WORK_BLOCKS: u32 = 0u;
 const WORK_KEYS: u32 = 1u;
-const WORK_SPLIT: u32 = 3u;
 const WORK_FIRST_BLOCK: u32 = 4u;
 // Tile, number among the tile's blocks, how many these are, where the first of their partial results is.
 const BLOCK_WORDS: u32 = 4u;

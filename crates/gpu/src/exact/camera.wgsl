@@ -1,4 +1,4 @@
-// The ray through a place in the image: bit for bit the Rust crate's `View::ray`.
+// The ray through a point in the image: bit for bit the Rust crate's `View::ray`.
 
 import package::exact::double::{F64, f64_add, f64_divide, f64_from_f32_bits, f64_from_u32, f64_multiply, f64_subtract};
 import package::exact::predicate::{ExactRay};
@@ -22,7 +22,7 @@ fn exact_pixel_ray(view: ExactView, column: u32, row: u32, x_offset: F64, y_offs
     return exact_ray(view, f64_add(f64_from_u32(column), x_offset), f64_add(f64_from_u32(row), y_offset));
 }
 
-// The ray through a place: `x_pixels` from 0 at the left edge, `y_pixels` from 0 at the upper edge.
+// The ray through a point: `x_pixels` from 0 at the left edge, `y_pixels` from 0 at the upper edge.
 fn exact_ray(view: ExactView, x_pixels: F64, y_pixels: F64) -> ExactRay {
     let half_height = f64_from_f32_bits(view.half_height);
     let height = f64_from_u32(view.height);

@@ -109,11 +109,11 @@ fn f64_rounded(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
 // The number significand · 2^(exponent − 1075) where the significand has at most 53 bits: nothing is rounded, but what
 // is less than the smallest number is cut off. +0 for a significand of zero.
 fn f64_from_parts(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
-    let place = max(exponent, 1);
-    let kept = bits_shift_right(significand, u32(place - exponent));
-    let shift = min(place - 1, i32(bits_leading_zeros(kept)) - 11);
+    let kept_exponent = max(exponent, 1);
+    let kept = bits_shift_right(significand, u32(kept_exponent - exponent));
+    let shift = min(kept_exponent - 1, i32(bits_leading_zeros(kept)) - 11);
     let raised = bits_shift_left(kept, u32(shift));
-    let number = F64(raised.x, sign | (raised.y + (u32(place - shift - 1) << 20u)));
+    let number = F64(raised.x, sign | (raised.y + (u32(kept_exponent - shift - 1) << 20u)));
     return select(number, F64_ZERO, all(kept == vec2(0u)));
 }
 
@@ -122,8 +122,8 @@ fn f64_scaled_and_rounded(sign: u32, exponent: i32, significand: vec2<u32>) -> F
     let is_low = significand.y < 0x40000000u;
     let scaled = select(significand, bits_add(significand, significand), is_low);
     // A subnormal result loses more bits.
-    let place = exponent - i32(is_low);
-    return f64_rounded(sign, max(place, 1), bits_shift_right_sticky(scaled, u32(max(1 - place, 0))));
+    let own_exponent = exponent - i32(is_low);
+    return f64_rounded(sign, max(own_exponent, 1), bits_shift_right_sticky(scaled, u32(max(1 - own_exponent, 0))));
 }
 
 fn f64_from_u32(value: u32) -> F64 {
@@ -263,7 +263,7 @@ fn two_sum(a: F64, b: F64) -> F64Terms {
     let loss = bits_subtract(summed, bits_shift_left(of_high.significand, u32(rise)));
     let is_below = loss.y >= F64_SIGN;
     let low = f64_from_parts(sign ^ (loss.y & F64_SIGN), of_small.exponent, bits_negate_if(is_below, loss));
-    // A sum with smaller places than its terms has cancelled and is exact.
+    // A sum with smaller digits than its terms has cancelled and is exact.
     return F64Terms(high, select(select(low, F64_ZERO, rise < 0), F64_NAN, !f64_is_finite(high)));
 }
 
@@ -337,7 +337,7 @@ fn f64_divide(a: F64, b: F64) -> F64 {
     // 55 bits, one after the other: 53, one to round by, and one since the first may be zero.
     var rest = of_a.significand;
     var quotient = vec2(0u);
-    for (var place = 0u; place < 55u; place++) {
+    for (var bit = 0u; bit < 55u; bit++) {
         let fits = !bits_less(rest, of_b.significand);
         rest = bits_subtract(rest, select(vec2(0u), of_b.significand, fits));
         rest = vec2(rest.x << 1u, (rest.y << 1u) | (rest.x >> 31u));

@@ -106,8 +106,8 @@ struct ExpansionTerms {
     high: array<u32, 208>,
 }
 
-fn expansion_term(terms: ptr<function, ExpansionTerms>, place: u32) -> F64 {
-    return F64((*terms).low[place], (*terms).high[place]);
+fn expansion_term(terms: ptr<function, ExpansionTerms>, index: u32) -> F64 {
+    return F64((*terms).low[index], (*terms).high[index]);
 }
 
 // Grow-Expansion, leaving out zeros, on the `len` terms from `start` on; returns how many there are now.
@@ -115,9 +115,9 @@ fn expansion_add(terms: ptr<function, ExpansionTerms>, start: u32, len: u32, val
     var carry = value;
     var kept = start;
     // One turn more than there are terms, for the last carry.
-    for (var place = start; place <= start + len; place++) {
-        let is_last = place == start + len;
-        let sum = two_sum(carry, expansion_term(terms, place));
+    for (var index = start; index <= start + len; index++) {
+        let is_last = index == start + len;
+        let sum = two_sum(carry, expansion_term(terms, index));
         let left = select(sum.low, carry, is_last);
         carry = sum.high;
         if !f64_is_zero(left) {
@@ -154,18 +154,18 @@ fn expansion_triple(terms: ptr<function, ExpansionTerms>, a: TermsVector, b: Ter
         var component_len = 0u;
         // The products that make up the component, then those of its terms and `along`. One loop for both, since what
         // it calls compiles slowly.
-        for (var place = 0u; place < 8u + 2u * component_len; place++) {
-            let is_component = place < 8u;
+        for (var index = 0u; index < 8u + 2u * component_len; index++) {
+            let is_component = index < 8u;
             // left.y · right.z − left.z · right.y, for each product the left's terms one by one and within them the
             // right's, the lower term first.
-            let is_subtracted = (place & 4u) != 0u;
-            let is_left_high = (place & 2u) != 0u;
-            let is_right_high = (place & 1u) != 0u;
+            let is_subtracted = (index & 4u) != 0u;
+            let is_left_high = (index & 2u) != 0u;
+            let is_right_high = (index & 1u) != 0u;
             let unsigned_factor = terms_pick(left.y, left.z, is_subtracted, is_left_high);
             var factor = select(unsigned_factor, f64_negate(unsigned_factor), is_subtracted);
             var other = terms_pick(right.z, right.y, is_subtracted, is_right_high);
             if !is_component {
-                factor = expansion_term(terms, EXPANSION_COMPONENT + ((place - 8u) >> 1u));
+                factor = expansion_term(terms, EXPANSION_COMPONENT + ((index - 8u) >> 1u));
                 other = select(along.x.low, along.x.high, is_right_high);
             }
             let start = select(EXPANSION_SUM, EXPANSION_COMPONENT, is_component);
@@ -179,8 +179,8 @@ fn expansion_triple(terms: ptr<function, ExpansionTerms>, a: TermsVector, b: Ter
     }
     // As Rust's sums, which start from −0.
     var estimate = F64_NEGATIVE_ZERO;
-    for (var place = 0u; place < len; place++) {
-        estimate = f64_add(estimate, expansion_term(terms, EXPANSION_SUM + place));
+    for (var index = 0u; index < len; index++) {
+        estimate = f64_add(estimate, expansion_term(terms, EXPANSION_SUM + index));
     }
     return estimate;
 }

@@ -1,4 +1,4 @@
-// Opacity at a place of a triangle: bit for bit what the Rust scene crate's `Frame::is_solid` and `Frame::casts_shadow`
+// Opacity at a point of a triangle: bit for bit what the Rust scene crate's `Frame::is_solid` and `Frame::casts_shadow`
 // compare with the cutoff. Numbers are the bits of f32.
 //
 // Texels stay with the caller, who has them in a storage buffer: `mask_texels` says which four to read, and
@@ -8,6 +8,7 @@ import package::exact::double::{f64_from_u32, f64_to_f32_bits};
 import package::exact::single::{
     F32_HALF, F32_ONE, F32_SIGN, F32_ZERO, f32_add, f32_floor, f32_from_byte, f32_is_nan, f32_multiply, f32_subtract,
 };
+import package::wrap::{WRAP_CLAMP_TO_EDGE, WRAP_MIRRORED_REPEAT};
 
 // How a material reads the opacity in a texture.
 struct MaskTexture {
@@ -17,7 +18,7 @@ struct MaskTexture {
     translation: vec2<u32>,
     // In texels, each at most 65,536.
     size: vec2<u32>,
-    // What lies beyond the edges: one of the `MASK_WRAP` constants for each axis.
+    // What lies beyond the edges: one of the `WRAP` constants for each axis.
     wrap: vec2<u32>,
     // Whether four texels are mixed rather than the nearest one read: 1 or 0.
     is_linear: u32,
@@ -25,14 +26,10 @@ struct MaskTexture {
     first_texel: u32,
 }
 
-const MASK_WRAP_REPEAT = 0u;
-const MASK_WRAP_MIRRORED_REPEAT = 1u;
-const MASK_WRAP_CLAMP_TO_EDGE = 2u;
-
-// Which texels are mixed: the upper left and right ones, then the lower ones. `part` is how far the place is from the
+// Which texels are mixed: the upper left and right ones, then the lower ones. `part` is how far the point is from the
 // left to the right ones and from the upper to the lower ones.
 struct MaskTexels {
-    places: vec4<u32>,
+    indices: vec4<u32>,
     part: vec2<u32>,
 }
 
@@ -57,8 +54,8 @@ fn mask_texels(texture: MaskTexture, coords: vec2<u32>) -> MaskTexels {
     );
     let upper = texture.first_texel + y.first * texture.size.x;
     let lower = texture.first_texel + y.second * texture.size.x;
-    let places = vec4(upper + x.first, upper + x.second, lower + x.first, lower + x.second);
-    return MaskTexels(places, vec2(x.part, y.part));
+    let indices = vec4(upper + x.first, upper + x.second, lower + x.first, lower + x.second);
+    return MaskTexels(indices, vec2(x.part, y.part));
 }
 
 // The two texels to mix along an axis.
@@ -70,13 +67,13 @@ struct MaskSpan {
 
 fn mask_texels_along(image_from_mesh: vec3<u32>, coords: vec2<u32>, side: u32, wrap: u32, is_linear: bool) -> MaskSpan {
     let turned = f32_add(f32_multiply(image_from_mesh.x, coords.x), f32_multiply(image_from_mesh.y, coords.y));
-    let place = f32_multiply(f32_add(turned, image_from_mesh.z), f64_to_f32_bits(f64_from_u32(side)));
+    let position = f32_multiply(f32_add(turned, image_from_mesh.z), f64_to_f32_bits(f64_from_u32(side)));
     if !is_linear {
         // Mixing a texel with itself gives it.
-        let nearest = mask_wrapped(f32_floor(place), side, wrap);
+        let nearest = mask_wrapped(f32_floor(position), side, wrap);
         return MaskSpan(nearest, nearest, F32_ZERO);
     }
-    let from_middle = f32_subtract(place, F32_HALF);
+    let from_middle = f32_subtract(position, F32_HALF);
     let corner = f32_floor(from_middle);
     return MaskSpan(
         mask_wrapped(corner, side, wrap),
@@ -85,12 +82,12 @@ fn mask_texels_along(image_from_mesh: vec3<u32>, coords: vec2<u32>, side: u32, w
     );
 }
 
-// The texel that stands for place `at`, a whole number, on a side of `side` texels; the first for what isn't a number.
+// The texel that stands for position `at`, a whole number, on a side of `side` texels; the first for what isn't a number.
 fn mask_wrapped(at: u32, side: u32, wrap: u32) -> u32 {
     let is_negative = at >= F32_SIGN;
     let field = (at >> 23u) & 0xffu;
     let significand = (at & 0x7fffffu) | 0x800000u;
-    if wrap == MASK_WRAP_CLAMP_TO_EDGE {
+    if wrap == WRAP_CLAMP_TO_EDGE {
         let whole = select(significand >> (min(150u - field, 31u) & 31u), 0xffffffffu, field >= 150u);
         return select(min(whole, side - 1u), 0u, is_negative || f32_is_nan(at));
     }
@@ -98,7 +95,7 @@ fn mask_wrapped(at: u32, side: u32, wrap: u32) -> u32 {
         return 0u;
     }
     // A whole number of 24 bits, or one with zeros behind those.
-    let period = select(side, 2u * side, wrap == MASK_WRAP_MIRRORED_REPEAT);
+    let period = select(side, 2u * side, wrap == WRAP_MIRRORED_REPEAT);
     var rest = select(significand >> (min(150u - field, 31u) & 31u), significand, field >= 150u) % period;
     for (var doubled = 150u; doubled < field; doubled++) {
         rest = (2u * rest) % period;

@@ -40,7 +40,7 @@ struct ExactCorners {
 struct SortedCorners {
     corners: CornerBits,
     // Where each of them stands in the caller's list.
-    places: vec3<u32>,
+    indices: vec3<u32>,
 }
 
 // A triangle that a line meets, with its corners in canonical order: a triangle gives bit for bit the same result however
@@ -49,7 +49,7 @@ struct ExactEdges {
     // In canonical order.
     corners: ExactCorners,
     // Where each of `corners` stands in the caller's list.
-    places: vec3<u32>,
+    indices: vec3<u32>,
     // Weights of `corners`, not yet divided by their sum.
     weights: F64Vector,
     // The common sign of the edge functions: 1 or −1; 0 where the line misses the triangle and nothing else is of use.
@@ -73,11 +73,11 @@ fn exact_from_corners(corners: CornerBits) -> ExactCorners {
     );
 }
 
-fn exact_corner(corners: ExactCorners, place: u32) -> F64Vector {
+fn exact_corner(corners: ExactCorners, index: u32) -> F64Vector {
     return F64Vector(
-        select(select(corners.c.x, corners.b.x, place == 1u), corners.a.x, place == 0u),
-        select(select(corners.c.y, corners.b.y, place == 1u), corners.a.y, place == 0u),
-        select(select(corners.c.z, corners.b.z, place == 1u), corners.a.z, place == 0u),
+        select(select(corners.c.x, corners.b.x, index == 1u), corners.a.x, index == 0u),
+        select(select(corners.c.y, corners.b.y, index == 1u), corners.a.y, index == 0u),
+        select(select(corners.c.z, corners.b.z, index == 1u), corners.a.z, index == 0u),
     );
 }
 
@@ -111,14 +111,14 @@ fn exact_sorted(corners: CornerBits) -> SortedCorners {
     var sorted = SortedCorners(corners, vec3(0u, 1u, 2u));
     for (var step = 0u; step < 3u; step++) {
         let bits = sorted.corners;
-        let places = sorted.places;
+        let indices = sorted.indices;
         // The first two, the last two, and the first two again.
         if step == 1u {
             if exact_is_after(bits.b, bits.c) {
-                sorted = SortedCorners(CornerBits(bits.a, bits.c, bits.b), places.xzy);
+                sorted = SortedCorners(CornerBits(bits.a, bits.c, bits.b), indices.xzy);
             }
         } else if exact_is_after(bits.a, bits.b) {
-            sorted = SortedCorners(CornerBits(bits.b, bits.a, bits.c), places.yxz);
+            sorted = SortedCorners(CornerBits(bits.b, bits.a, bits.c), indices.yxz);
         }
     }
     return sorted;
@@ -128,7 +128,7 @@ fn exact_sorted(corners: CornerBits) -> SortedCorners {
 fn exact_edges(terms: ptr<function, ExpansionTerms>, ray: ExactRay, corners: CornerBits) -> ExactEdges {
     let sorted = exact_sorted(corners);
     var edges: ExactEdges;
-    edges.places = sorted.places;
+    edges.indices = sorted.indices;
     edges.corners = exact_from_corners(sorted.corners);
     var relative = ExactCorners(
         f64_vector_subtract(edges.corners.a, ray.origin),
@@ -227,14 +227,14 @@ fn exact_barycentric(edges: ExactEdges) -> vec2<u32> {
 }
 
 // The magnitude of the weight of one of the corners as the caller listed them.
-fn exact_weight_of(edges: ExactEdges, place: u32) -> F64 {
-    let first_or_second = select(edges.weights.x, edges.weights.y, edges.places.y == place);
-    return f64_abs(select(first_or_second, edges.weights.z, edges.places.z == place));
+fn exact_weight_of(edges: ExactEdges, index: u32) -> F64 {
+    let first_or_second = select(edges.weights.x, edges.weights.y, edges.indices.y == index);
+    return f64_abs(select(first_or_second, edges.weights.z, edges.indices.z == index));
 }
 
 // Whether the ray comes from the side from which the corners are seen counterclockwise.
 fn exact_is_front(edges: ExactEdges) -> bool {
-    let is_even = edges.places.y == (edges.places.x + 1u) % 3u;
+    let is_even = edges.indices.y == (edges.indices.x + 1u) % 3u;
     return (edges.side < 0) == is_even;
 }
 

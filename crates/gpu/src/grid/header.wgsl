@@ -3,8 +3,6 @@
 // Chunks of triangles over many cells, and the groups that take them.
 const HEADER_LARGE: u32 = 0u;
 const HEADER_LARGE_GROUPS: u32 = 1u;
-// Pairs of a triangle and a cell.
-const HEADER_PAIRS: u32 = 4u;
 // Blocks of work, and the groups that take them.
 const HEADER_BLOCKS: u32 = 5u;
 const HEADER_BLOCK_GROUPS: u32 = 6u;

@@ -1,4 +1,4 @@
-use super::header::HEADER_WORDS;
+use super::header::{HEADER_WORDS, LARGE_GROUPS};
 use crate::primitives::Scan;
 use crate::{Buffer, Gpu, GpuError, Groups, Kernel, Recorder};
 
@@ -45,18 +45,18 @@ pub(crate) struct ListNames {
 
 impl List {
     const LARGE_BYTES: u64 = 64;
-    /// Where the header has the groups that take chunks.
-    const LARGE_GROUPS: u32 = 1;
 
     pub(crate) fn new(gpu: &Gpu, has_points: bool) -> Self {
         let constants = [("HAS_POINTS", f64::from(u8::from(has_points)))];
-        let kernel = |entry| Kernel::new(gpu, "grid::list", entry, &constants);
+        let entries = ["count_small", "size_large", "count_large", "scatter_small", "scatter_large"];
+        let [count_small, size_large, count_large, scatter_small, scatter_large] =
+            Kernel::all(gpu, "grid::list", entries, &constants);
         Self {
-            count_small: kernel("count_small"),
-            size_large: kernel("size_large"),
-            count_large: kernel("count_large"),
-            scatter_small: kernel("scatter_small"),
-            scatter_large: kernel("scatter_large"),
+            count_small,
+            size_large,
+            count_large,
+            scatter_small,
+            scatter_large,
             scan: Scan::new(gpu),
             size: Buffer::uniform(gpu, "list size"),
             large: Buffer::storage(gpu, "large triangles"),
@@ -82,17 +82,8 @@ impl List {
 
     /// Makes room for what a frame turned out to need.
     pub(crate) fn grow(&mut self, gpu: &Gpu, large: u32, pairs: u32) -> Result<(), GpuError> {
-        let (large, pairs) = (u64::from(large) * Self::LARGE_BYTES, u64::from(pairs) * 4);
-        // Half as much again, for the next frame's sake.
-        let limit = gpu.max_binding_bytes();
-        let roomy = |bytes: u64| bytes.max((bytes + bytes / 2).min(limit));
-        if large > self.large.bytes() {
-            self.large.reserve(gpu, roomy(large))?;
-        }
-        if pairs > self.pairs.bytes() {
-            self.pairs.reserve(gpu, roomy(pairs))?;
-        }
-        Ok(())
+        self.large.grow(gpu, u64::from(large) * Self::LARGE_BYTES)?;
+        self.pairs.grow(gpu, u64::from(pairs) * 4)
     }
 
     pub(crate) fn record(
@@ -106,7 +97,7 @@ impl List {
         let ListBuffers { spaces, triangles, vertices, cells, header, sizes, farthest_point, spread } = buffers;
         let all =
             [&self.size, spaces, triangles, vertices, cells, &self.large, header, farthest_point, spread, &self.pairs];
-        let large = Groups::Indirect(sizes, Self::LARGE_GROUPS);
+        let large = Groups::Indirect(sizes, LARGE_GROUPS);
         recorder.stage(names.count, |pass| {
             self.count_small.dispatch(gpu, pass, &all, groups);
             self.size_large.dispatch(gpu, pass, &all, Groups::Flat(1));
@@ -141,5 +132,18 @@ impl List {
     /// Holds how many pairs there are, in the word of [`List::pair_count_word`].
     pub(crate) fn pair_counts(&self) -> (&Buffer, u32) {
         (self.scan.totals(), self.scan.total_word())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{module, other_constants};
+    use crate::link::link;
+
+    #[test]
+    fn chunks_are_those_of_the_shader() {
+        let constants = [("LARGE_WORDS", List::LARGE_BYTES as u32 / 4)];
+        assert_eq!(other_constants(&module(&link("grid::list")), &constants), [""; 0]);
     }
 }

@@ -4,7 +4,7 @@
 // Both have to come to the same decisions, and two pipelines may round differently. So decisions are made in integers,
 // or by `count` alone, which notes them for `scatter`.
 
-import package::dispatch::{flat_group, groups_of};
+import package::dispatch::{Invocation, flat_group, flat_index, groups_of};
 import package::grid::header::{HEADER_KEYS, HEADER_LARGE, HEADER_LARGE_GROUPS};
 import package::grid::set_up::{Corners, RECT_EMPTY, Rect, corners_of, edges_near, misses_box, rect_of};
 import package::grid::space::{Space, VERTEX_REGULAR, ordered_bits, slice_depth};
@@ -46,7 +46,7 @@ struct Listed {
     corners: Corners,
     tiles: Rect,
     slice: u32,
-    // In order, and not below that of any place of the triangle.
+    // In order, and not below that of any point of the triangle.
     nearest: u32,
 }
 
@@ -112,7 +112,7 @@ fn slice_of(face: u32, nearest: u32) -> u32 {
     return min((first - nearest) / slice_depth(first, last, slices), slices - 1u);
 }
 
-fn place_of_cell(face: u32, tile: vec2<i32>, slice: u32) -> u32 {
+fn index_of_cell(face: u32, tile: vec2<i32>, slice: u32) -> u32 {
     let raster = spaces[face].raster;
     return raster.first_cell + (u32(tile.y) * raster.tile_columns + u32(tile.x)) * raster.slices + slice;
 }
@@ -123,9 +123,9 @@ fn is_wanted(cell: u32, nearest: u32) -> bool {
 }
 
 fn take(cell: u32, id: u32, is_scatter: bool) {
-    let place = atomicAdd(&cells[cell], 1u);
-    if is_scatter && place < arrayLength(&pairs) {
-        pairs[place] = id;
+    let slot = atomicAdd(&cells[cell], 1u);
+    if is_scatter && slot < arrayLength(&pairs) {
+        pairs[slot] = id;
     }
 }
 
@@ -143,7 +143,7 @@ fn list_small(face: u32, id: u32, is_scatter: bool) {
     }
     for (var y = listed.tiles.first.y; y <= listed.tiles.last.y; y++) {
         for (var x = listed.tiles.first.x; x <= listed.tiles.last.x; x++) {
-            let cell = place_of_cell(face, vec2<i32>(x, y), listed.slice);
+            let cell = index_of_cell(face, vec2<i32>(x, y), listed.slice);
             if is_wanted(cell, listed.nearest) {
                 take(cell, id, is_scatter);
             }
@@ -187,15 +187,15 @@ fn list_large(entry: u32, lane: u32, is_scatter: bool) {
     let nearest = atomicLoad(&large[base + 6u]);
     let columns = last.x - first.x + 1u;
     let count = columns * (last.y - first.y + 1u);
-    for (var place = lane; place < CHUNK; place += 64u) {
-        let number = chunk * CHUNK + place;
+    for (var index = lane; index < CHUNK; index += 64u) {
+        let number = chunk * CHUNK + index;
         if number >= count {
             return;
         }
         let tile = vec2<i32>(first + vec2<u32>(number % columns, number / columns));
-        let cell = place_of_cell(face, tile, slice);
-        let word = base + LARGE_BITS + place / 32u;
-        let bit = 1u << (place & 31u);
+        let cell = index_of_cell(face, tile, slice);
+        let word = base + LARGE_BITS + index / 32u;
+        let bit = 1u << (index & 31u);
         if is_scatter {
             if (atomicLoad(&large[word]) & bit) != 0u {
                 take(cell, id, true);
@@ -222,45 +222,29 @@ fn reaches(face: u32, id: u32, tile: vec2<i32>) -> bool {
 }
 
 @compute @workgroup_size(256)
-fn count_small(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let id = (group.y * groups.x + group.x) * 256u + lane;
+fn count_small(at: Invocation) {
+    let id = flat_index(at, 256u);
     if id < list_size.triangles {
-        list_small(group.z, id, false);
+        list_small(at.group.z, id, false);
     }
 }
 
 @compute @workgroup_size(64)
-fn count_large(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    list_large(flat_group(group, groups), lane, false);
+fn count_large(at: Invocation) {
+    list_large(flat_group(at), at.lane, false);
 }
 
 @compute @workgroup_size(256)
-fn scatter_small(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let id = (group.y * groups.x + group.x) * 256u + lane;
+fn scatter_small(at: Invocation) {
+    let id = flat_index(at, 256u);
     if id < list_size.triangles {
-        list_small(group.z, id, true);
+        list_small(at.group.z, id, true);
     }
 }
 
 @compute @workgroup_size(64)
-fn scatter_large(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    list_large(flat_group(group, groups), lane, true);
+fn scatter_large(at: Invocation) {
+    list_large(flat_group(at), at.lane, true);
 }
 
 // The size of the dispatch that takes the chunks.

@@ -2,9 +2,9 @@
 
 pub(crate) mod header;
 mod list;
+mod project;
 mod space;
-mod transform;
 
 pub(crate) use list::{List, ListBuffers, ListNames};
+pub(crate) use project::Project;
 pub(crate) use space::{Space, words};
-pub(crate) use transform::Transform;

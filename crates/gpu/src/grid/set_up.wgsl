@@ -1,6 +1,6 @@
-// What a triangle is in pixel space: the pixels that it may touch, and its edge functions and key near some place.
+// What a triangle is in pixel space: the pixels that it may touch, and its edge functions and key near some position.
 //
-// A filter: all numbers carry bounds on their errors, and what those leave open is settled by the predicate. u is half
+// A filter: all numbers carry bounds on their errors, and what those leave undecided is settled by the predicate. u is half
 // the distance from one to the next f32; WGSL may contract products and sums, which loses less, not more. Bounds are
 // therefore sums over the magnitudes of terms, and don't depend on an order of operations.
 
@@ -10,7 +10,7 @@ import package::grid::space::{Raster, VERTEX_HOMOGENEOUS, VERTEX_NOWHERE, VERTEX
 const U: f32 = 5.9604645e-8;
 const INFINITE: f32 = 3.0e38;
 const SMALLEST_KEY: f32 = 1.0e-37;
-// 2⁻⁴⁹: what F64 loses in the product of a matrix row and a place.
+// 2⁻⁴⁹: what F64 loses in the product of a matrix row and a position.
 const ORTHOGRAPHIC_ROUNDING: f32 = 1.7763568e-15;
 
 struct Corners {
@@ -28,7 +28,7 @@ struct Rect {
 
 const RECT_EMPTY: Rect = Rect(vec2<i32>(0), vec2<i32>(-1));
 
-// A triangle near a place: for p in pixels from there, edge functions a·x + b·y + c and the key kx·x + ky·y + k.
+// A triangle near a position: for p in pixels from there, edge functions a·x + b·y + c and the key kx·x + ky·y + k.
 //
 // It is hit where the three edge functions are positive, or zero: certainly where they are above `edge_error`,
 // certainly not where one is below −`edge_error` and, unless `is_oriented`, another above `edge_error`. The key is wrong
@@ -96,9 +96,9 @@ fn rect_of(corners: Corners, raster: Raster) -> Rect {
     return Rect(max(rect.first, whole.first), min(rect.last, whole.last));
 }
 
-// By how many units regular corners, or places that are asked about, may be wrong in relation to each other.
+// By how many units regular corners, or positions that are asked about, may be wrong in relation to each other.
 fn corner_error(corners: Corners, raster: Raster) -> f32 {
-    let error = 1.0 + f32(raster.place_error);
+    let error = 1.0 + f32(raster.position_error);
     if raster.is_orthographic == 0u {
         return error;
     }
@@ -111,17 +111,17 @@ fn corner_error(corners: Corners, raster: Raster) -> f32 {
 // Not yet divided x and y in pixels, and depth (1 in an orthographic space).
 fn homogeneous(vertex: vec4<u32>, raster: Raster) -> vec3<f32> {
     if vertex.w == VERTEX_HOMOGENEOUS {
-        let place = bitcast<vec3<f32>>(vertex.xyz);
-        return select(place, vec3<f32>(place.xy, 1.0), raster.is_orthographic == 1u);
+        let position = bitcast<vec3<f32>>(vertex.xyz);
+        return select(position, vec3<f32>(position.xy, 1.0), raster.is_orthographic == 1u);
     }
-    let place = vec2<f32>(bitcast<vec2<i32>>(vertex.xy)) * exp2(-f32(raster.fraction_bits));
+    let position = vec2<f32>(bitcast<vec2<i32>>(vertex.xy)) * exp2(-f32(raster.fraction_bits));
     let depth = select(1.0 / bitcast<f32>(vertex.z), 1.0, raster.is_orthographic == 1u);
-    return vec3<f32>(place * depth, depth);
+    return vec3<f32>(position * depth, depth);
 }
 
 fn largest_of(vertex: vec4<u32>, raster: Raster) -> f32 {
-    let place = abs(homogeneous(vertex, raster));
-    return max(max(place.x, place.y), place.z);
+    let position = abs(homogeneous(vertex, raster));
+    return max(max(position.x, position.y), position.z);
 }
 
 // The power of two that brings a positive number between one and two.
@@ -130,7 +130,7 @@ fn inverse_power_of_two(number: f32) -> f32 {
     return bitcast<f32>((254u - exponent) << 23u);
 }
 
-// The triangle near the fixed-point place `origin`, for p within `reach` pixels of it on each axis.
+// The triangle near the fixed-point position `origin`, for p within `reach` pixels of it on each axis.
 fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -> Edges {
     let unit = exp2(-f32(raster.fraction_bits));
     if corners.kind == VERTEX_REGULAR {
@@ -152,7 +152,7 @@ fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -
         let c = homogeneous(corners.c, raster).xy - middle;
         let largest = max(max(abs(a), abs(b)), max(abs(c), abs(middle)));
         let error = unit * corner_error(corners, raster) + 8.0 * U * max(largest.x, largest.y);
-        // `depth_error` is for places below 2³⁰ units.
+        // `depth_error` is for positions below 2³⁰ units.
         let depth_error = raster.depth_error * (1.0 + max(largest.x, largest.y) * exp2(f32(raster.fraction_bits) - 30.0));
         let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
         return flat_edges(Sides(a, b, c, c - b, a - c, b - a), error, keys, depth_error, reach);
@@ -176,7 +176,7 @@ struct Sides {
     ab: vec2<f32>,
 }
 
-// Of a triangle whose corners are points of the image, wrong by `error` in relation to places on each axis, and whose keys
+// Of a triangle whose corners are points of the image, wrong by `error` in relation to positions on each axis, and whose keys
 // are wrong by `depth_error` besides their rounding.
 fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach: f32) -> Edges {
     let a = sides.a;
@@ -215,7 +215,7 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach
     edges.is_oriented = is_oriented;
     // Pixel rows go down, so counterclockwise corners make a negative area.
     edges.is_front = area < 0.0;
-    // Each key has a relative error of one rounding and of the transform.
+    // Each key has a relative error of one rounding and of the projection.
     let key_rounding = 4.0 * U * largest_key + depth_error;
     edges.nearest = nearest + key_rounding;
 
@@ -259,7 +259,7 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     let middle_reach = max(abs(middle.x), abs(middle.y));
     // A quotient has 2.5 units in the last place, fixed-point coordinates one of their own.
     let depth_error = 10.0 * U * depth;
-    let aside_error = 12.0 * U * (aside + middle_reach * depth) + (2.0 + f32(raster.place_error)) * unit * depth;
+    let aside_error = 12.0 * U * (aside + middle_reach * depth) + (2.0 + f32(raster.position_error)) * unit * depth;
     // a·x + b·y + c with a, b products of an aside and a depth, c of two asides.
     let slope_error = 2.0 * (from_middle * depth_error + depth * aside_error) + 8.0 * U * from_middle * depth;
     let constant_error = 4.0 * from_middle * aside_error + 8.0 * U * from_middle * from_middle;
@@ -302,7 +302,7 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     return edges;
 }
 
-// Whether a triangle certainly misses all places within `half` pixels of the origin.
+// Whether a triangle certainly misses all positions within `half` pixels of the origin.
 fn misses_box(edges: Edges, half: vec2<f32>) -> bool {
     let range = half.x * abs(edges.a) + half.y * abs(edges.b);
     let is_below = any(edges.c + range < vec3<f32>(-edges.edge_error));

@@ -28,7 +28,7 @@ pub(crate) struct Raster {
     pub(crate) is_orthographic: u32,
     pub(crate) has_samples: u32,
     pub(crate) culls_back_faces: u32,
-    pub(crate) place_error: u32,
+    pub(crate) position_error: u32,
     row_reach: f32,
     pub(crate) sees_behind: u32,
     depth_error: f32,
@@ -71,7 +71,7 @@ impl Space {
             ([right * scale + depth * middle.x, up * -scale + depth * middle.y, depth], DVec2::ZERO)
         };
         let row_reach = rows[0].abs().max_element().max(rows[1].abs().max_element());
-        // Fixed-point places are below 2³⁰ units on each axis, and depths wrong by 2⁻⁴⁹ of that; twice for comparisons.
+        // Fixed-point positions are below 2³⁰ units on each axis, and depths wrong by 2⁻⁴⁹ of that; twice for comparisons.
         let depth_error = if is_orthographic { 2.0_f64.powi(32 - 49) / scale } else { 0.0 };
         // A vertex at most 2ᵏ times as far on some axis as deep is wrong by `row_reach` · 2ᵏ⁻⁴⁹ units: an eighth at most, with
         // k from 1 to 12; more for telescopes alone.
@@ -90,7 +90,7 @@ impl Space {
             is_orthographic: u32::from(is_orthographic),
             has_samples: 1,
             culls_back_faces: u32::from(culls_back_faces),
-            place_error: telescope_error.min(f64::from(1 << 28)) as u32,
+            position_error: telescope_error.min(f64::from(1 << 28)) as u32,
             row_reach: row_reach.min(f64::from(f32::MAX)) as f32,
             sees_behind: 0,
             depth_error: depth_error.min(f64::from(f32::MAX)) as f32,
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn spaces_are_those_of_the_shaders() {
-        let shader = module(&link("grid::transform"));
+        let shader = module(&link("grid::project"));
         for layout in [
             layout!(Space { projection, raster }),
             layout!(Raster {
@@ -143,7 +143,7 @@ mod tests {
                 is_orthographic,
                 has_samples,
                 culls_back_faces,
-                place_error,
+                position_error,
                 row_reach,
                 sees_behind,
                 depth_error,

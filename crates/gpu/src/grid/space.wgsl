@@ -24,11 +24,11 @@ struct Raster {
     // Where the cells of this space start among those of all faces.
     first_cell: u32,
     is_orthographic: u32,
-    // Whether only places with integer coordinates are asked about.
+    // Whether only positions with integer coordinates are asked about.
     has_samples: u32,
     culls_back_faces: u32,
-    // How many units places that are asked about may be wrong by.
-    place_error: u32,
+    // How many units positions that are asked about may be wrong by.
+    position_error: u32,
     // The largest number in the rows for x and y.
     row_reach: f32,
     // Whether what is behind each pixel's triangle is asked for.

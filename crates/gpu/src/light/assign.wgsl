@@ -1,6 +1,6 @@
 // Stage `assign`: in which cell each point is.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::grid::header::{HEADER_FACES};
 import package::grid::space::{ordered_bits};
 import package::light::cells::{BIN_FRACTION_BITS, spread_base};
@@ -10,23 +10,19 @@ import package::light::points::{POINT_NONE};
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> header: array<u32>;
 @group(0) @binding(2) var<storage, read> spread: array<u32>;
-// Fixed-point x and y, key, and face, then cell, of each place.
+// Fixed-point x and y, key, and face, then cell, of each slot.
 @group(0) @binding(3) var<storage, read_write> mapped: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read_write> point_cells: array<atomic<u32>>;
 // For each cell the complement of its farthest point's key, in order; zero where it has none.
 @group(0) @binding(5) var<storage, read_write> farthest_point: array<atomic<u32>>;
 
 @compute @workgroup_size(256)
-fn assign(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let place = flat_group(group, groups) * 256u + lane;
-    if place >= light.places {
+fn assign(at: Invocation) {
+    let slot = flat_index(at, 256u);
+    if slot >= light.slots {
         return;
     }
-    let point = mapped[place];
+    let point = mapped[slot];
     if point.w == POINT_NONE {
         return;
     }
@@ -35,7 +31,7 @@ fn assign(
     let column = spread[spread_base(point.w, 0u) + bins.x];
     let row = spread[spread_base(point.w, 1u) + bins.y];
     let cell = (point.w * side + row) * side + column;
-    mapped[place].w = cell;
+    mapped[slot].w = cell;
     atomicAdd(&point_cells[cell], 1u);
     // The key is wrong by a unit in the last place or two.
     atomicMax(&farthest_point[cell], ~(ordered_bits(bitcast<f32>(point.z)) - 8u));

@@ -2,7 +2,7 @@
 // them: cells don't share blocks (the paper's hard boundaries), blocks of one cell are interchangeable (its soft ones),
 // and crowds of triangles are split as well.
 
-import package::dispatch::{flat_group, groups_of};
+import package::dispatch::{Invocation, flat_index, groups_of};
 import package::grid::header::{HEADER_BLOCKS, HEADER_BLOCK_GROUPS, HEADER_FACES};
 import package::light::blocks::{LIGHT_BLOCKS_FIRST, LIGHT_BLOCK_PAIRS, LIGHT_BLOCK_POINTS, LIGHT_BLOCK_WORDS};
 import package::light::cells::{SPREAD_STARTS, spread_base};
@@ -16,12 +16,8 @@ import package::light::light::{Light};
 @group(0) @binding(5) var<storage, read_write> blocks: array<u32>;
 
 @compute @workgroup_size(64)
-fn balance(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let cell = flat_group(group, groups) * 64u + lane;
+fn balance(at: Invocation) {
+    let cell = flat_index(at, 64u);
     let faces = atomicLoad(&header[HEADER_FACES]);
     let side = select(light.side_of_six, light.side_of_one, faces == 1u);
     if cell >= faces * side * side {

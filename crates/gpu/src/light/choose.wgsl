@@ -7,10 +7,10 @@ import package::grid::header::{HEADER_FACES, HEADER_TRIANGLE_GROUPS, HEADER_VERT
 import package::grid::space::{Raster, Space, from_ordered_bits};
 import package::light::cells::{BINS, BIN_FRACTION_BITS};
 import package::light::light::{Light};
-import package::light::points::{SURVEY_LOW};
+import package::light::points::{BOUNDS_LOW};
 
 @group(0) @binding(0) var<uniform> light: Light;
-@group(0) @binding(1) var<storage, read> survey: array<u32>;
+@group(0) @binding(1) var<storage, read> bounds: array<u32>;
 @group(0) @binding(2) var<storage, read_write> spaces: array<Space>;
 @group(0) @binding(3) var<storage, read_write> header: array<u32>;
 
@@ -30,8 +30,8 @@ const WIDEST: f32 = 3.0;
 
 @compute @workgroup_size(1)
 fn choose() {
-    let low = from_survey(SURVEY_LOW, true);
-    let high = from_survey(SURVEY_LOW + 3u, false);
+    let low = from_bounds(BOUNDS_LOW, true);
+    let high = from_bounds(BOUNDS_LOW + 3u, false);
     var faces = 1u;
     // Nothing is seen: nothing has to be done.
     if !all(low <= high) {
@@ -63,10 +63,10 @@ fn write_groups(word: u32, count: u32, faces: u32) {
     header[word + 2u] = select(0u, faces, count > 0u);
 }
 
-fn from_survey(word: u32, is_complement: bool) -> vec3<f32> {
+fn from_bounds(word: u32, is_complement: bool) -> vec3<f32> {
     var corner: vec3<f32>;
     for (var axis = 0u; axis < 3u; axis++) {
-        let bits = survey[word + axis];
+        let bits = bounds[word + axis];
         corner[axis] = from_ordered_bits(select(bits, ~bits, is_complement));
     }
     return corner;
@@ -91,13 +91,13 @@ fn fitted(axes: Face, origin: vec3<f32>, low: vec3<f32>, high: vec3<f32>, is_par
         let is_high = vec3<bool>((number & 1u) != 0u, (number & 2u) != 0u, (number & 4u) != 0u);
         let corner = select(low, high, is_high) - origin;
         let depth = select(dot(corner, face.forward), 1.0, is_parallel);
-        let place = vec2<f32>(dot(corner, face.right), dot(corner, face.up));
-        if !(depth * WIDEST > max(abs(place.x), abs(place.y))) && !is_parallel {
+        let position = vec2<f32>(dot(corner, face.right), dot(corner, face.up));
+        if !(depth * WIDEST > max(abs(position.x), abs(position.y))) && !is_parallel {
             face.high = vec2<f32>(1e30);
             return face;
         }
-        face.low = min(face.low, place / depth);
-        face.high = max(face.high, place / depth);
+        face.low = min(face.low, position / depth);
+        face.high = max(face.high, position / depth);
     }
     let size = max(face.high - face.low, vec2<f32>(1e-3 * max(face.high.x - face.low.x, face.high.y - face.low.y)));
     let spare = max(MARGIN * size, vec2<f32>(select(1e-6, 1e-30, is_parallel)))
@@ -132,7 +132,7 @@ fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
     raster.slices = 1u;
     raster.first_cell = number * side * side;
     raster.is_orthographic = light.is_directional;
-    raster.place_error = 2u;
+    raster.position_error = 2u;
 
     // (x − low · depth) · scale; of parallel light (x − low) · scale.
     let shift = -face.low * scale;
@@ -145,7 +145,7 @@ fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
     // As for cameras; half a unit at most, since faces are at least 2⁻¹⁹ wide and `row_reach` is below 2⁴⁸.
     raster.depth_bits = u32(clamp(48.0 - ceil(log2(raster.row_reach)), 0.0, 12.0));
     if light.is_directional == 1u {
-        // Points are wrong by 2⁻⁴⁶ of what they were found from, and depths by 2⁻⁴⁹ of what fixed-point places reach.
+        // Points are wrong by 2⁻⁴⁶ of what they were found from, and depths by 2⁻⁴⁹ of what fixed-point positions reach.
         let found_from = abs(origin) + light.reach;
         let aside = face.high - face.low;
         raster.depth_error = 5.684342e-14 * (found_from.x + found_from.y + found_from.z + aside.x + aside.y);

@@ -11,7 +11,7 @@ struct Light {
     triangles: u32,
     // Where the light's bits start in the masks, in words.
     mask: u32,
-    places: u32,
+    slots: u32,
     // A bound on the coordinates that rays start from.
     reach: f32,
 }

@@ -1,43 +1,39 @@
 // Stage `map`: where each point is on the light's faces, and how many points each bin of their axes has.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{
     F64, f64_add, f64_divide, f64_is_zero, f64_magnitude_less, f64_multiply, f64_negate, f64_to_f32_bits,
 };
 import package::exact::vector::{F64Vector, f64_dot, f64_largest_magnitude, f64_vector_subtract};
+import package::grid::fixed::{fits_fixed, fixed};
 import package::grid::header::{HEADER_FACES};
-import package::grid::project::{fits_fixed, fixed};
 import package::grid::space::{Space};
 import package::light::cells::{spread_base};
 import package::light::light::{Light};
-import package::light::points::{OPEN_COUNT, OPEN_FIRST, OPEN_PAGE, OPEN_PAGE_TRIANGLES, POINT_NONE};
+import package::light::points::{POINT_NONE, UNDECIDED_COUNT, UNDECIDED_FIRST, UNDECIDED_PAGE, UNDECIDED_PAGE_TRIANGLES};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> spaces: array<Space>;
 @group(0) @binding(2) var<storage, read> header: array<u32>;
 @group(0) @binding(3) var<storage, read> point_bits: array<u32>;
 @group(0) @binding(4) var<storage, read> points: array<u32>;
-// Fixed-point x and y, key and face of each place.
+// Fixed-point x and y, key and face of each slot.
 @group(0) @binding(5) var<storage, read_write> mapped: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read_write> spread: array<atomic<u32>>;
-@group(0) @binding(7) var<storage, read_write> open: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> undecided: array<atomic<u32>>;
 
 @compute @workgroup_size(64)
-fn map(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let place = flat_group(group, groups) * 64u + lane;
-    if place >= light.places {
+fn map(at: Invocation) {
+    let slot = flat_index(at, 64u);
+    if slot >= light.slots {
         return;
     }
     var face = POINT_NONE;
-    if (point_bits[place / 32u] >> (place & 31u) & 1u) == 1u {
-        face = map_point(place);
+    if (point_bits[slot / 32u] >> (slot & 31u) & 1u) == 1u {
+        face = map_point(slot);
     }
     if face == POINT_NONE {
-        mapped[place] = vec4<u32>(0u, 0u, 0u, POINT_NONE);
+        mapped[slot] = vec4<u32>(0u, 0u, 0u, POINT_NONE);
     }
 }
 
@@ -49,15 +45,15 @@ fn projection_vector(face: u32, first: u32) -> F64Vector {
     return F64Vector(projection_term(face, first), projection_term(face, first + 1u), projection_term(face, first + 2u));
 }
 
-fn projection_term(face: u32, place: u32) -> F64 {
-    let pair = spaces[face].projection[place >> 1u];
-    return select(pair.xy, pair.zw, (place & 1u) == 1u);
+fn projection_term(face: u32, term: u32) -> F64 {
+    let pair = spaces[face].projection[term >> 1u];
+    return select(pair.xy, pair.zw, (term & 1u) == 1u);
 }
 
 // The face of a point, after noting it there; none for a point at the light, which nothing shadows, and for one whose
-// place isn't certain, which is compared with all triangles.
-fn map_point(place: u32) -> u32 {
-    let point = F64Vector(word_pair(6u * place), word_pair(6u * place + 2u), word_pair(6u * place + 4u));
+// position isn't certain, which is compared with all triangles.
+fn map_point(slot: u32) -> u32 {
+    let point = F64Vector(word_pair(6u * slot), word_pair(6u * slot + 2u), word_pair(6u * slot + 4u));
     let offset = f64_vector_subtract(point, projection_vector(0u, 0u));
     if f64_is_zero(f64_largest_magnitude(offset)) && light.is_directional == 0u {
         return POINT_NONE;
@@ -81,15 +77,15 @@ fn map_point(place: u32) -> u32 {
         key = f64_to_f32_bits(inverse);
         error *= bitcast<f32>(key);
     }
-    let place_fixed = vec2<i32>(fixed(x), fixed(y));
-    let column_and_row = place_fixed >> vec2<u32>(raster.fraction_bits);
+    let fixed_point = vec2<i32>(fixed(x), fixed(y));
+    let column_and_row = fixed_point >> vec2<u32>(raster.fraction_bits);
     let is_inside = fits_fixed(x) && fits_fixed(y) && all(column_and_row >= vec2<i32>(0))
         && column_and_row.x < raster.columns && column_and_row.y < raster.rows;
     if !is_inside || !(error < 1.0) || (key & 0x7f800000u) == 0x7f800000u {
-        compare_with_all(place);
+        compare_with_all(slot);
         return POINT_NONE;
     }
-    mapped[place] = vec4<u32>(bitcast<vec2<u32>>(place_fixed), key, face);
+    mapped[slot] = vec4<u32>(bitcast<vec2<u32>>(fixed_point), key, face);
     let bins = vec2<u32>(column_and_row);
     atomicAdd(&spread[spread_base(face, 0u) + bins.x], 1u);
     atomicAdd(&spread[spread_base(face, 1u) + bins.y], 1u);
@@ -110,15 +106,15 @@ fn cube_face_of(offset: F64Vector) -> u32 {
     return 2u * axis + (largest.y >> 31u);
 }
 
-fn compare_with_all(place: u32) {
-    let pages = (light.triangles + OPEN_PAGE_TRIANGLES - 1u) / OPEN_PAGE_TRIANGLES;
-    let first = atomicAdd(&open[OPEN_COUNT], pages);
+fn compare_with_all(slot: u32) {
+    let pages = (light.triangles + UNDECIDED_PAGE_TRIANGLES - 1u) / UNDECIDED_PAGE_TRIANGLES;
+    let first = atomicAdd(&undecided[UNDECIDED_COUNT], pages);
     for (var page = 0u; page < pages; page++) {
-        let word = OPEN_FIRST + 2u * (first + page);
-        if word + 2u > arrayLength(&open) {
+        let word = UNDECIDED_FIRST + 2u * (first + page);
+        if word + 2u > arrayLength(&undecided) {
             return;
         }
-        atomicStore(&open[word], place);
-        atomicStore(&open[word + 1u], OPEN_PAGE | page);
+        atomicStore(&undecided[word], slot);
+        atomicStore(&undecided[word + 1u], UNDECIDED_PAGE | page);
     }
 }

@@ -1,5 +1,5 @@
-//! A light's grid, rebuilt for every frame and light: `locate` for all lights, then for each one `choose`, `map`, `spread`,
-//! `sort`, `transform`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`.
+//! A light's grid, rebuilt for every frame and light: `survey` for all lights, then for each one `choose`, `map`, `spread`,
+//! `sort`, `project`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`.
 
 mod parameters;
 mod points;
@@ -10,9 +10,9 @@ use umbrage_rays::LightSource;
 
 use crate::fit::{Needs, Room};
 use crate::grid::header::{HEADER_WORDS, TRIANGLE_GROUPS, VERTEX_GROUPS};
-use crate::grid::{List, ListBuffers, ListNames, Space, Transform};
+use crate::grid::{List, ListBuffers, ListNames, Project, Space};
 use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Recorder};
-use parameters::{LightParameters, LocateView};
+use parameters::{LightParameters, PointView};
 use points::Points;
 use shadows::Shadows;
 
@@ -27,18 +27,18 @@ pub struct LightWork {
     pub large: u32,
     /// Blocks of points and triangles.
     pub blocks: u32,
-    /// Questions that were left to the predicate.
-    pub open: u32,
+    /// Pairs of a point and a triangle that were left to the predicate.
+    pub undecided: u32,
 }
 
 /// Which of the points that pixels show each light reaches, found through grids made for its rays.
 #[derive(Debug)]
 pub struct LightGrid {
     points: Points,
-    transform: Transform,
+    project: Project,
     list: List,
     shadows: Shadows,
-    locate_view: Buffer,
+    point_view: Buffer,
     /// One for each light: all are in use in one submission.
     parameters: Vec<Buffer>,
     /// For each light whether anything keeps it away.
@@ -48,9 +48,9 @@ pub struct LightGrid {
     sizes: Buffer,
     /// Counts, then ends, of the cells' lists of triangles.
     cells: Buffer,
-    /// For each light a bit for each place.
+    /// For each light a bit for each slot.
     lit: Buffer,
-    /// What each light has needed: its header, pairs and open questions.
+    /// What each light has needed: its header, pairs and undecided ones.
     needs: Buffer,
     cell_count: u32,
     mask_words: u32,
@@ -70,10 +70,10 @@ impl LightGrid {
     pub fn new(gpu: &Gpu) -> Self {
         Self {
             points: Points::new(gpu),
-            transform: Transform::new(gpu),
+            project: Project::new(gpu),
             list: List::new(gpu, true),
             shadows: Shadows::new(gpu),
-            locate_view: Buffer::uniform(gpu, "view of points"),
+            point_view: Buffer::uniform(gpu, "view of points"),
             parameters: Vec::new(),
             casts_shadow: Vec::new(),
             spaces: Buffer::storage(gpu, "light spaces"),
@@ -102,13 +102,13 @@ impl LightGrid {
         lights: &[Option<LightSource>],
     ) -> Result<(), GpuError> {
         let band = band.into();
-        let places = band.order().places() as u32;
+        let slots = band.order().places() as u32;
         let pixels = f64::from(band.size()[0]) * f64::from(band.size()[1]);
         let side_of_one = (pixels / PIXELS_PER_CELL).sqrt().clamp(4.0, MOST_CELLS) as u32;
         let side_of_six = side_of_one.div_ceil(2);
         self.cell_count = (side_of_one * side_of_one).max(6 * side_of_six * side_of_six);
-        self.mask_words = places / 32;
-        self.locate_view.write(gpu, &[LocateView::new(&band, offset_pixels)])?;
+        self.mask_words = slots / 32;
+        self.point_view.write(gpu, &[PointView::new(&band, offset_pixels)])?;
         self.parameters.truncate(lights.len());
         while self.parameters.len() < lights.len() {
             self.parameters.push(Buffer::uniform(gpu, "light"));
@@ -118,7 +118,7 @@ impl LightGrid {
         for ((buffer, light), number) in self.parameters.iter_mut().zip(lights).zip(0..) {
             let Some(light) = light else { continue };
             let sides = [side_of_one, side_of_six];
-            let parameters = LightParameters::new(light, sides, geometry, number * self.mask_words, places, &band.view);
+            let parameters = LightParameters::new(light, sides, geometry, number * self.mask_words, slots, &band.view);
             buffer.write(gpu, &[parameters])?;
         }
         self.spaces.reserve(gpu, 6 * Space::BYTES)?;
@@ -127,10 +127,10 @@ impl LightGrid {
         self.cells.reserve(gpu, 4 * u64::from(self.cell_count))?;
         self.lit.reserve(gpu, (4 * u64::from(self.mask_words) * lights.len() as u64).max(16))?;
         self.needs.reserve(gpu, (4 * Needs::WORDS * lights.len() as u64).max(16))?;
-        self.points.prepare(gpu, places, self.cell_count)?;
-        self.transform.prepare(gpu, geometry.vertex_count(), 1)?;
+        self.points.prepare(gpu, slots, self.cell_count)?;
+        self.project.prepare(gpu, geometry.vertex_count(), 1)?;
         self.list.prepare(gpu, geometry.triangle_count(), geometry.vertex_count(), self.cell_count)?;
-        self.shadows.prepare(gpu, places, self.cell_count)
+        self.shadows.prepare(gpu, slots, self.cell_count)
     }
 
     /// Records all stages of all lights.
@@ -138,7 +138,7 @@ impl LightGrid {
         if self.parameters.is_empty() {
             return;
         }
-        self.points.record_locate(gpu, recorder, &self.locate_view, geometry, seen);
+        self.points.record_survey(gpu, recorder, &self.point_view, geometry, seen);
         let mask_words = u64::from(self.mask_words);
         for ((light, casts_shadow), number) in self.parameters.iter().zip(&self.casts_shadow).zip(0..) {
             // Lit as long as nothing is found that keeps the light away.
@@ -160,22 +160,22 @@ impl LightGrid {
         light: &Buffer,
         number: u64,
     ) {
-        let Self { points, transform, list, shadows, spaces, header, sizes, cells, lit, needs, .. } = self;
+        let Self { points, project, list, shadows, spaces, header, sizes, cells, lit, needs, .. } = self;
         recorder.clear(header);
         recorder.clear_words(cells, u64::from(self.cell_count));
         shadows.record_clear(recorder);
         points.record_choose(gpu, recorder, light, spaces, header);
         recorder.copy_words(header, sizes, HEADER_WORDS);
-        points.record_sort(gpu, recorder, light, spaces, header, [seen, shadows.open()]);
+        points.record_sort(gpu, recorder, light, spaces, header, [seen, shadows.undecided()]);
 
-        recorder.stage("light transform", |pass| {
+        recorder.stage("light project", |pass| {
             let groups = Groups::Indirect(sizes, VERTEX_GROUPS);
-            transform.record(gpu, pass, spaces, geometry.positions(), header, groups);
+            project.record(gpu, pass, spaces, geometry.positions(), header, groups);
         });
         let buffers = ListBuffers {
             spaces,
             triangles: geometry.triangles(),
-            vertices: transform.vertices(),
+            vertices: project.vertices(),
             cells,
             header,
             sizes,
@@ -188,16 +188,16 @@ impl LightGrid {
         });
         recorder.copy_words(header, sizes, HEADER_WORDS);
         recorder.stage("light trace", |pass| {
-            let read = [light, spaces, geometry.triangles(), transform.vertices(), points.sorted(), list.pairs()];
+            let read = [light, spaces, geometry.triangles(), project.vertices(), points.sorted(), list.pairs()];
             shadows.record_trace(gpu, pass, read, lit, geometry.masks().buffer(), sizes);
         });
-        shadows.record_settle(gpu, recorder, [light, &self.locate_view], geometry, seen, lit);
+        shadows.record_settle(gpu, recorder, [light, &self.point_view], geometry, seen, lit);
 
         let first = number * Needs::WORDS;
         recorder.copy_range((header, 0), (needs, first), HEADER_WORDS);
         let (pair_counts, word) = list.pair_counts();
         recorder.copy_range((pair_counts, u64::from(word)), (needs, first + Needs::PAIRS), 1);
-        recorder.copy_range((shadows.open(), 0), (needs, first + Needs::PAIRS + 1), 1);
+        recorder.copy_range((shadows.undecided(), 0), (needs, first + Needs::PAIRS + 1), 1);
     }
 
     /// Waits for the frame and looks at what it needed. Where that was more than there was room for, makes room and
@@ -211,13 +211,13 @@ impl LightGrid {
         let room = self.room();
         let words = self.needs.read::<u32>(gpu, Needs::WORDS as usize * self.parameters.len())?;
         for needs in words.chunks_exact(Needs::WORDS as usize).map(Needs::from_words) {
-            let Needs { large, pairs, blocks, faces, questions: open, .. } = needs;
-            self.work.push(LightWork { faces, pairs, large, blocks, open });
+            let Needs { large, pairs, blocks, faces, undecided, .. } = needs;
+            self.work.push(LightWork { faces, pairs, large, blocks, undecided });
             if !room.holds(&needs) {
                 fits = false;
-                self.transform.grow(gpu, faces)?;
+                self.project.grow(gpu, faces)?;
                 self.list.grow(gpu, large, pairs)?;
-                self.shadows.grow(gpu, blocks, open)?;
+                self.shadows.grow(gpu, blocks, undecided)?;
             }
         }
         Ok(fits)
@@ -237,16 +237,16 @@ impl LightGrid {
     /// What there is room for, for each light.
     pub(crate) fn room(&self) -> Room {
         let at_most = |room: u64| room.min(u64::from(u32::MAX)) as u32;
-        let (blocks, open_words) = self.shadows.room();
+        let (blocks, undecided_words) = self.shadows.room();
         Room {
             large: at_most(self.list.large_room()),
             pairs: at_most(self.list.pair_room()),
             blocks: at_most(blocks),
-            faces: self.transform.face_room(),
-            open_words: at_most(open_words),
-            words_per_question: 2,
+            faces: self.project.face_room(),
+            undecided_words: at_most(undecided_words),
+            words_per_undecided: 2,
             words_per_pixel: 0,
-            open_header: 8,
+            undecided_header: 8,
         }
     }
 
@@ -256,7 +256,7 @@ impl LightGrid {
         &self.work
     }
 
-    /// For each light one bit a place, in [`TileOrder`](umbrage_rays::TileOrder), 32 in a word from the lowest bit up: whether nothing stands
+    /// For each light one bit a slot, in [`TileOrder`](umbrage_rays::TileOrder), 32 in a word from the lowest bit up: whether nothing stands
     /// between the light and what the pixel shows.
     #[must_use]
     pub fn lit(&self) -> &Buffer {
@@ -272,12 +272,12 @@ impl LightGrid {
     /// Bytes on the GPU for triangles.
     #[must_use]
     pub fn structure_bytes(&self) -> u64 {
-        self.transform.vertices().bytes() + self.list.bytes() + self.cells.bytes() + self.shadows.block_bytes()
+        self.project.vertices().bytes() + self.list.bytes() + self.cells.bytes() + self.shadows.block_bytes()
     }
 
     /// Bytes on the GPU for the points that pixels show.
     #[must_use]
     pub fn point_bytes(&self) -> u64 {
-        self.points.bytes() + self.shadows.open().bytes() + self.lit.bytes()
+        self.points.bytes() + self.shadows.undecided().bytes() + self.lit.bytes()
     }
 }

@@ -17,7 +17,7 @@ pub(super) struct LightParameters {
     vertices: u32,
     triangles: u32,
     mask: u32,
-    places: u32,
+    slots: u32,
     reach: f32,
     unused: u32,
 }
@@ -28,7 +28,7 @@ impl LightParameters {
         [side_of_one, side_of_six]: [u32; 2],
         geometry: &Geometry,
         mask: u32,
-        places: u32,
+        slots: u32,
         view: &View,
     ) -> Self {
         let (vector, is_directional) = match *light {
@@ -50,32 +50,32 @@ impl LightParameters {
             vertices: geometry.vertex_count(),
             triangles: geometry.triangle_count(),
             mask,
-            places,
+            slots,
             reach: view.camera.position.abs().max_element() + beside,
             unused: 0,
         }
     }
 }
 
-/// The camera whose points a light is asked about, as in `locate_view.wgsl`.
+/// The camera whose points a light is asked about, as in `point_view.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct LocateView {
+pub(super) struct PointView {
     view: ExactView,
     x_offset: [u32; 2],
     y_offset: [u32; 2],
-    places: u32,
+    slots: u32,
     first_row: u32,
     rows: u32,
     unused: u32,
 }
 
-impl LocateView {
+impl PointView {
     pub(super) fn new(band: &Band, offset_pixels: DVec2) -> Self {
         let [x_offset, y_offset] = [words(offset_pixels.x), words(offset_pixels.y)];
-        let places = band.order().places() as u32;
+        let slots = band.order().places() as u32;
         let (first_row, rows) = (band.rows.start, band.rows.len() as u32);
-        Self { view: (&band.view).into(), x_offset, y_offset, places, first_row, rows, unused: 0 }
+        Self { view: (&band.view).into(), x_offset, y_offset, slots, first_row, rows, unused: 0 }
     }
 }
 
@@ -99,11 +99,11 @@ mod tests {
                     vertices,
                     triangles,
                     mask,
-                    places,
+                    slots,
                     reach,
                 })
             },
-            layout!(LocateView { view, x_offset, y_offset, places, first_row, rows }),
+            layout!(PointView { view, x_offset, y_offset, slots, first_row, rows }),
         ] {
             assert_eq!(differences(&shader, &layout), [""; 0]);
         }

@@ -1,23 +1,23 @@
 use crate::primitives::Scan;
 use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// The stages `locate`, `choose`, `map` and `sort`: where points are, and in which cells of a light's grid.
+/// The stages `survey`, `choose`, `map` and `sort`: where points are, and in which cells of a light's grid.
 #[derive(Debug)]
 pub(super) struct Points {
-    locate: Kernel,
+    survey: Kernel,
     choose: Kernel,
     map: Kernel,
     spread_columns: Kernel,
     assign: Kernel,
     sort: Kernel,
     scan: Scan,
-    /// Where each place's point is, as three f64.
+    /// Where each slot's point is, as three f64.
     points: Buffer,
-    /// Which places have one.
+    /// Which slots have one.
     bits: Buffer,
     /// The box around all.
-    survey: Buffer,
-    /// Where each place's point is in the light's grid.
+    bounds: Buffer,
+    /// Where each slot's point is in the light's grid.
     mapped: Buffer,
     sorted: Buffer,
     /// For each axis of each face which column of cells each bin is in, and which bin each column starts with.
@@ -26,7 +26,7 @@ pub(super) struct Points {
     cells: Buffer,
     /// How far the points of each cell are.
     farthest: Buffer,
-    places: u32,
+    slots: u32,
     cell_count: u32,
 }
 
@@ -36,7 +36,7 @@ impl Points {
 
     pub(super) fn new(gpu: &Gpu) -> Self {
         Self {
-            locate: Kernel::new(gpu, "light::locate", "locate", &[]),
+            survey: Kernel::new(gpu, "light::survey", "survey", &[]),
             choose: Kernel::new(gpu, "light::choose", "choose", &[]),
             map: Kernel::new(gpu, "light::map", "map", &[]),
             spread_columns: Kernel::new(gpu, "light::spread", "spread_columns", &[]),
@@ -44,33 +44,33 @@ impl Points {
             sort: Kernel::new(gpu, "light::sort", "sort", &[]),
             scan: Scan::new(gpu),
             points: Buffer::storage(gpu, "points"),
-            bits: Buffer::storage(gpu, "places with points"),
-            survey: Buffer::storage(gpu, "survey"),
+            bits: Buffer::storage(gpu, "slots with points"),
+            bounds: Buffer::storage(gpu, "bounds"),
             mapped: Buffer::storage(gpu, "mapped points"),
             sorted: Buffer::storage(gpu, "sorted points"),
             spread: Buffer::storage(gpu, "spread of columns"),
             cells: Buffer::storage(gpu, "cells of points"),
             farthest: Buffer::storage(gpu, "farthest points"),
-            places: 0,
+            slots: 0,
             cell_count: 0,
         }
     }
 
-    pub(super) fn prepare(&mut self, gpu: &Gpu, places: u32, cell_count: u32) -> Result<(), GpuError> {
-        (self.places, self.cell_count) = (places, cell_count);
-        let (places, cells) = (u64::from(places), u64::from(cell_count));
-        self.points.reserve(gpu, 24 * places)?;
-        self.bits.reserve(gpu, places / 8)?;
-        self.survey.reserve(gpu, 32)?;
-        self.mapped.reserve(gpu, 16 * places)?;
-        self.sorted.reserve(gpu, 20 * places)?;
+    pub(super) fn prepare(&mut self, gpu: &Gpu, slots: u32, cell_count: u32) -> Result<(), GpuError> {
+        (self.slots, self.cell_count) = (slots, cell_count);
+        let (slots, cells) = (u64::from(slots), u64::from(cell_count));
+        self.points.reserve(gpu, 24 * slots)?;
+        self.bits.reserve(gpu, slots / 8)?;
+        self.bounds.reserve(gpu, 32)?;
+        self.mapped.reserve(gpu, 16 * slots)?;
+        self.sorted.reserve(gpu, 20 * slots)?;
         self.spread.reserve(gpu, 12 * Self::AXIS_BYTES)?;
         self.cells.reserve(gpu, 4 * cells)?;
         self.farthest.reserve(gpu, 4 * cells)?;
         self.scan.prepare(gpu, cell_count)
     }
 
-    pub(super) fn record_locate(
+    pub(super) fn record_survey(
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
@@ -78,10 +78,10 @@ impl Points {
         geometry: &Geometry,
         seen: &Buffer,
     ) {
-        recorder.clear(&self.survey);
-        let buffers = [view, geometry.triangles(), geometry.positions(), seen, &self.points, &self.bits, &self.survey];
-        let groups = Groups::Flat(self.places.div_ceil(64));
-        recorder.stage("locate", |pass| self.locate.dispatch(gpu, pass, &buffers, groups));
+        recorder.clear(&self.bounds);
+        let buffers = [view, geometry.triangles(), geometry.positions(), seen, &self.points, &self.bits, &self.bounds];
+        let groups = Groups::Flat(self.slots.div_ceil(64));
+        recorder.stage("survey", |pass| self.survey.dispatch(gpu, pass, &buffers, groups));
     }
 
     pub(super) fn record_choose(
@@ -92,7 +92,7 @@ impl Points {
         spaces: &Buffer,
         header: &Buffer,
     ) {
-        let buffers = [light, &self.survey, spaces, header];
+        let buffers = [light, &self.bounds, spaces, header];
         recorder.stage("choose", |pass| self.choose.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
     }
 
@@ -103,19 +103,19 @@ impl Points {
         light: &Buffer,
         spaces: &Buffer,
         header: &Buffer,
-        [seen, open]: [&Buffer; 2],
+        [seen, undecided]: [&Buffer; 2],
     ) {
         let Self { bits, points, mapped, sorted, spread, cells, farthest, .. } = self;
         recorder.clear(spread);
         recorder.clear_words(cells, u64::from(self.cell_count));
         recorder.clear_words(farthest, u64::from(self.cell_count));
-        let map = [light, spaces, header, bits, points, mapped, spread, open];
-        let groups = Groups::Flat(self.places.div_ceil(64));
+        let map = [light, spaces, header, bits, points, mapped, spread, undecided];
+        let groups = Groups::Flat(self.slots.div_ceil(64));
         recorder.stage("map", |pass| self.map.dispatch(gpu, pass, &map, groups));
         recorder.stage("spread", |pass| {
             self.spread_columns.dispatch(gpu, pass, &[light, header, spread], Groups::Flat(12));
         });
-        let groups = Groups::Flat(self.places.div_ceil(256));
+        let groups = Groups::Flat(self.slots.div_ceil(256));
         recorder.stage("sort", |pass| {
             self.assign.dispatch(gpu, pass, &[light, header, spread, mapped, cells, farthest], groups);
             self.scan.record(gpu, pass, cells);

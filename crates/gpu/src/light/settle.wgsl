@@ -1,54 +1,50 @@
-// Stage `settle` of a light: decides by the predicate what tracing has left open. An invocation has a question.
+// Stage `settle` of a light: decides by the predicate what tracing has left undecided. An invocation has a pair.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
 import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_t};
 import package::exact::shadow::{exact_blocked_by, exact_point, exact_shadow};
 import package::light::light::{Light};
-import package::light::locate_view::{LocateView, ray_of_place};
-import package::light::points::{OPEN_COUNT, OPEN_FIRST, OPEN_PAGE, OPEN_PAGE_TRIANGLES};
+import package::light::point_view::{PointView, ray_of_slot};
+import package::light::points::{UNDECIDED_COUNT, UNDECIDED_FIRST, UNDECIDED_PAGE, UNDECIDED_PAGE_TRIANGLES};
 import package::mask::exact::{is_there_exactly};
 import package::mask::flags::{TRIANGLE_SHADOWLESS, TRIANGLE_SHADOW_MASKED};
 
 @group(0) @binding(0) var<uniform> light: Light;
-@group(0) @binding(1) var<uniform> locate_view: LocateView;
+@group(0) @binding(1) var<uniform> point_view: PointView;
 @group(0) @binding(2) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> positions: array<u32>;
 @group(0) @binding(4) var<storage, read> seen: array<u32>;
-@group(0) @binding(5) var<storage, read> open: array<u32>;
+@group(0) @binding(5) var<storage, read> undecided: array<u32>;
 @group(0) @binding(6) var<storage, read_write> lit: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read> masks: array<u32>;
 
 @compute @workgroup_size(64)
-fn settle(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * 64u + lane;
-    let word = OPEN_FIRST + 2u * number;
-    if number >= open[OPEN_COUNT] || word + 2u > arrayLength(&open) {
+fn settle(at: Invocation) {
+    let number = flat_index(at, 64u);
+    let word = UNDECIDED_FIRST + 2u * number;
+    if number >= undecided[UNDECIDED_COUNT] || word + 2u > arrayLength(&undecided) {
         return;
     }
-    let place = open[word];
-    let mask = light.mask + place / 32u;
-    let bit = 1u << (place & 31u);
+    let slot = undecided[word];
+    let mask = light.mask + slot / 32u;
+    let bit = 1u << (slot & 31u);
     if (atomicLoad(&lit[mask]) & bit) == 0u {
         return;
     }
-    let ray = ray_of_place(place);
+    let ray = ray_of_slot(slot);
     var terms: ExpansionTerms;
-    let own = seen[place];
+    let own = seen[slot];
     let own_edges = exact_edges(&terms, ray, corner_bits(own));
     let point = exact_point(ray, exact_t(&terms, ray, own_edges));
     let shadow = exact_shadow(light.is_directional == 1u, bitcast<vec3<u32>>(light.vector), point);
 
-    var first = open[word + 1u];
+    var first = undecided[word + 1u];
     var end = first + 1u;
-    if (first & OPEN_PAGE) != 0u {
-        first = (first & ~OPEN_PAGE) * OPEN_PAGE_TRIANGLES;
-        end = min(first + OPEN_PAGE_TRIANGLES, light.triangles);
+    if (first & UNDECIDED_PAGE) != 0u {
+        first = (first & ~UNDECIDED_PAGE) * UNDECIDED_PAGE_TRIANGLES;
+        end = min(first + UNDECIDED_PAGE_TRIANGLES, light.triangles);
     }
     for (var id = first; id < end; id++) {
         var edges: ExactEdges;

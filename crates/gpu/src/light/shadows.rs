@@ -10,30 +10,32 @@ pub(super) struct Shadows {
     size_settle: Kernel,
     settle: Kernel,
     blocks: Buffer,
-    /// What the filter leaves open.
-    open: Buffer,
-    open_sizes: Buffer,
+    /// What the filter leaves undecided.
+    undecided: Buffer,
+    undecided_sizes: Buffer,
 }
 
 /// Words before the first block, and of a block.
 const BLOCKS_HEADER: u64 = 8;
 const BLOCK_WORDS: u64 = 12;
-/// Words before the first open question.
-const OPEN_HEADER: u64 = 8;
+/// Words before the first undecided pair.
+const UNDECIDED_HEADER: u64 = 8;
 /// The word of the groups that settle them.
-const OPEN_GROUPS: u32 = 2;
+const UNDECIDED_GROUPS: u32 = 2;
 
 impl Shadows {
     pub(super) fn new(gpu: &Gpu) -> Self {
+        let [balance, size_blocks] = Kernel::all(gpu, "light::balance", ["balance", "size_blocks"], &[]);
+        let [trace, size_settle] = Kernel::all(gpu, "light::trace", ["trace", "size_settle"], &[]);
         Self {
-            balance: Kernel::new(gpu, "light::balance", "balance", &[]),
-            size_blocks: Kernel::new(gpu, "light::balance", "size_blocks", &[]),
-            trace: Kernel::new(gpu, "light::trace", "trace", &[]),
-            size_settle: Kernel::new(gpu, "light::trace", "size_settle", &[]),
+            balance,
+            size_blocks,
+            trace,
+            size_settle,
             settle: Kernel::new(gpu, "light::settle", "settle", &[]),
             blocks: Buffer::storage(gpu, "light blocks"),
-            open: Buffer::storage(gpu, "open questions"),
-            open_sizes: Buffer::sizes(gpu, "light settle dispatch sizes"),
+            undecided: Buffer::storage(gpu, "undecided pairs"),
+            undecided_sizes: Buffer::sizes(gpu, "light settle dispatch sizes"),
         }
     }
 
@@ -41,35 +43,29 @@ impl Shadows {
         4 * (BLOCKS_HEADER + BLOCK_WORDS * blocks)
     }
 
-    fn bytes_of_open(open: u64) -> u64 {
-        4 * (OPEN_HEADER + 2 * open)
+    fn bytes_of_undecided(undecided: u64) -> u64 {
+        4 * (UNDECIDED_HEADER + 2 * undecided)
     }
 
-    pub(super) fn prepare(&mut self, gpu: &Gpu, places: u32, cells: u32) -> Result<(), GpuError> {
-        self.blocks.reserve(gpu, Self::bytes_of_blocks(u64::from(places / 64) + u64::from(cells)))?;
-        self.open.reserve(gpu, Self::bytes_of_open(u64::from(places / 8) + (1 << 10)))?;
-        self.open_sizes.reserve(gpu, 4 * OPEN_HEADER)
+    pub(super) fn prepare(&mut self, gpu: &Gpu, slots: u32, cells: u32) -> Result<(), GpuError> {
+        self.blocks.reserve(gpu, Self::bytes_of_blocks(u64::from(slots / 64) + u64::from(cells)))?;
+        self.undecided.reserve(gpu, Self::bytes_of_undecided(u64::from(slots / 8) + (1 << 10)))?;
+        self.undecided_sizes.reserve(gpu, 4 * UNDECIDED_HEADER)
     }
 
     /// Makes room for so much.
-    pub(super) fn grow(&mut self, gpu: &Gpu, blocks: u32, open: u32) -> Result<(), GpuError> {
-        let (blocks, open) = (Self::bytes_of_blocks(blocks.into()), Self::bytes_of_open(open.into()));
-        if blocks > self.blocks.bytes() {
-            self.blocks.reserve(gpu, (blocks + blocks / 2).min(gpu.max_binding_bytes()).max(blocks))?;
-        }
-        if open > self.open.bytes() {
-            self.open.reserve(gpu, (open + open / 2).min(gpu.max_binding_bytes()).max(open))?;
-        }
-        Ok(())
+    pub(super) fn grow(&mut self, gpu: &Gpu, blocks: u32, undecided: u32) -> Result<(), GpuError> {
+        self.blocks.grow(gpu, Self::bytes_of_blocks(blocks.into()))?;
+        self.undecided.grow(gpu, Self::bytes_of_undecided(undecided.into()))
     }
 
-    /// For how many blocks, and how many words of open questions, there is room.
+    /// For how many blocks, and how many words of undecided pairs, there is room.
     pub(super) fn room(&self) -> (u64, u64) {
-        ((self.blocks.bytes() / 4 - BLOCKS_HEADER) / BLOCK_WORDS, self.open.bytes() / 4)
+        ((self.blocks.bytes() / 4 - BLOCKS_HEADER) / BLOCK_WORDS, self.undecided.bytes() / 4)
     }
 
     pub(super) fn record_clear(&self, recorder: &mut Recorder<'_>) {
-        recorder.clear_words(&self.open, OPEN_HEADER);
+        recorder.clear_words(&self.undecided, UNDECIDED_HEADER);
     }
 
     /// `read` are the light, the ends of triangles and of points, the header and the spread of columns.
@@ -91,7 +87,7 @@ impl Shadows {
         sizes: &Buffer,
     ) {
         let [light, spaces, triangles, vertices, points, pairs] = read;
-        let buffers = [light, spaces, triangles, vertices, points, pairs, &self.blocks, lit, &self.open, masks];
+        let buffers = [light, spaces, triangles, vertices, points, pairs, &self.blocks, lit, &self.undecided, masks];
         self.trace.dispatch(gpu, pass, &buffers, Groups::Indirect(sizes, BLOCK_GROUPS));
         self.size_settle.dispatch(gpu, pass, &buffers, Groups::Flat(1));
     }
@@ -105,19 +101,45 @@ impl Shadows {
         seen: &Buffer,
         lit: &Buffer,
     ) {
-        recorder.copy_words(&self.open, &self.open_sizes, OPEN_HEADER);
-        let buffers =
-            [light, view, geometry.triangles(), geometry.positions(), seen, &self.open, lit, geometry.masks().buffer()];
+        recorder.copy_words(&self.undecided, &self.undecided_sizes, UNDECIDED_HEADER);
+        let buffers = [
+            light,
+            view,
+            geometry.triangles(),
+            geometry.positions(),
+            seen,
+            &self.undecided,
+            lit,
+            geometry.masks().buffer(),
+        ];
         recorder.stage("light settle", |pass| {
-            self.settle.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.open_sizes, OPEN_GROUPS));
+            self.settle.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.undecided_sizes, UNDECIDED_GROUPS));
         });
     }
 
-    pub(super) fn open(&self) -> &Buffer {
-        &self.open
+    pub(super) fn undecided(&self) -> &Buffer {
+        &self.undecided
     }
 
     pub(super) fn block_bytes(&self) -> u64 {
         self.blocks.bytes()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{module, other_constants};
+    use crate::link::link;
+
+    #[test]
+    fn blocks_and_undecided_pairs_are_those_of_the_shaders() {
+        let constants = [
+            ("LIGHT_BLOCKS_FIRST", BLOCKS_HEADER as u32),
+            ("LIGHT_BLOCK_WORDS", BLOCK_WORDS as u32),
+            ("UNDECIDED_FIRST", UNDECIDED_HEADER as u32),
+            ("UNDECIDED_GROUPS", UNDECIDED_GROUPS),
+        ];
+        assert_eq!(other_constants(&module(&link("light::trace")), &constants), [""; 0]);
     }
 }

@@ -1,16 +1,16 @@
 // Stage `trace` of a light: which points have a triangle before them.
 //
 // A workgroup has a block: up to 64 points of a cell, one each, and triangles that it takes in batches through workgroup
-// memory. What the filter leaves open is noted for `settle`.
+// memory. What the filter leaves undecided is noted for `settle`.
 
-import package::dispatch::{flat_group, groups_of};
+import package::dispatch::{Invocation, flat_group, groups_of};
 import package::grid::set_up::{U, corner_error, corners_of, edges_near};
 import package::grid::space::{Raster, Space, VERTEX_REGULAR};
 import package::light::blocks::{LIGHT_BLOCKS_FIRST, LIGHT_BLOCK_WORDS};
 import package::light::cells::{BIN_FRACTION_BITS, BIN_UNIT};
 import package::light::light::{Light};
-import package::light::points::{OPEN_COUNT, OPEN_FIRST, OPEN_GROUPS};
-import package::mask::filter::{MASK_OPEN, MASK_THERE, RoughPlace, mask_filter, rough_place};
+import package::light::points::{UNDECIDED_COUNT, UNDECIDED_FIRST, UNDECIDED_GROUPS};
+import package::mask::filter::{MASK_THERE, MASK_UNDECIDED, mask_filter, rough_point};
 import package::mask::flags::{TRIANGLE_SHADOW_MASKED};
 
 @group(0) @binding(0) var<uniform> light: Light;
@@ -21,7 +21,7 @@ import package::mask::flags::{TRIANGLE_SHADOW_MASKED};
 @group(0) @binding(5) var<storage, read> pairs: array<u32>;
 @group(0) @binding(6) var<storage, read> blocks: array<u32>;
 @group(0) @binding(7) var<storage, read_write> lit: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read_write> open: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> undecided: array<atomic<u32>>;
 @group(0) @binding(9) var<storage, read> masks: array<u32>;
 
 const BATCH: u32 = 64u;
@@ -42,7 +42,7 @@ struct Point {
     key_error: f32,
     // The triangle that it is on.
     own: u32,
-    place: u32,
+    pixel: u32,
 }
 
 fn record(slot: u32, id: u32, face: u32, cell_low: vec2<i32>, cell_high: vec2<i32>, raster: Raster) {
@@ -116,50 +116,38 @@ fn test_batch(point: Point, count: u32, face: u32) -> bool {
             candidates &= candidates - 1u;
             let id = bitcast<u32>(record_c[slot].w);
             let is_certain = does_shadow(slot, point);
-            var answer = select(MASK_OPEN, MASK_THERE, is_certain);
+            var answer = select(MASK_UNDECIDED, MASK_THERE, is_certain);
             // A loop of one turn at most: software adapters skip it where no point needs it.
             var is_masked = is_certain && (triangles[id].w & TRIANGLE_SHADOW_MASKED) != 0u;
             while is_masked {
                 let edge = edges_at(slot, offset_in_record(slot, point));
-                answer = mask_filter(triangles[id], place_on(id, edge, record_a[slot].w, face), true);
+                let corners = triangles[id].xyz + face * light.vertices;
+                let on_triangle = rough_point(corners, edge, record_a[slot].w, light.is_directional == 1u);
+                answer = mask_filter(triangles[id], on_triangle, true);
                 is_masked = false;
             }
             if answer == MASK_THERE {
                 return true;
             }
-            if answer == MASK_OPEN {
-                leave_open(point.place, id);
+            if answer == MASK_UNDECIDED {
+                leave_undecided(point.pixel, id);
             }
         }
     }
     return false;
 }
 
-// Where on a triangle edge functions say that a point's ray is.
-fn place_on(id: u32, edge: vec3<f32>, error: f32, face: u32) -> RoughPlace {
-    let corners = triangles[id].xyz + face * light.vertices;
-    let keys = vec3<u32>(vertices[corners.x].z, vertices[corners.y].z, vertices[corners.z].z);
-    let kinds = vertices[corners.x].w | vertices[corners.y].w | vertices[corners.z].w;
-    // Parallel light divides nothing, and homogeneous edge functions are weights already.
-    let is_divided = light.is_directional == 0u && kinds == VERTEX_REGULAR;
-    return rough_place(edge, error, select(vec3<f32>(1.0), bitcast<vec3<f32>>(keys), is_divided));
-}
-
-fn leave_open(place: u32, id: u32) {
-    let word = OPEN_FIRST + 2u * atomicAdd(&open[OPEN_COUNT], 1u);
-    if word + 2u <= arrayLength(&open) {
-        atomicStore(&open[word], place);
-        atomicStore(&open[word + 1u], id);
+fn leave_undecided(pixel: u32, id: u32) {
+    let word = UNDECIDED_FIRST + 2u * atomicAdd(&undecided[UNDECIDED_COUNT], 1u);
+    if word + 2u <= arrayLength(&undecided) {
+        atomicStore(&undecided[word], pixel);
+        atomicStore(&undecided[word + 1u], id);
     }
 }
 
 @compute @workgroup_size(64)
-fn trace(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let block = flat_group(group, groups);
+fn trace(at: Invocation) {
+    let block = flat_group(at);
     if block >= blocks[0] {
         return;
     }
@@ -171,35 +159,35 @@ fn trace(
     let low = vec2<i32>(i32(blocks[entry + 5u]), i32(blocks[entry + 6u])) << vec2<u32>(BIN_FRACTION_BITS);
     let high = vec2<i32>(i32(blocks[entry + 7u]), i32(blocks[entry + 8u])) << vec2<u32>(BIN_FRACTION_BITS);
 
-    let number = blocks[entry + 1u] + lane;
+    let number = blocks[entry + 1u] + at.lane;
     var is_dark = number >= blocks[entry + 2u];
     var point = Point(vec2<i32>(0), 0.0, 0.0, 0u, 0u);
     if !is_dark {
         let found = sorted[number];
         let key = bitcast<f32>(found.z);
-        let own = sorted[light.places + number / 4u][number & 3u];
+        let own = sorted[light.slots + number / 4u][number & 3u];
         let key_error = 4.0 * U * abs(key) + raster.depth_error;
         point = Point(bitcast<vec2<i32>>(found.xy), key, key_error, own, found.w);
-        is_dark = (atomicLoad(&lit[light.mask + point.place / 32u]) >> (point.place & 31u) & 1u) == 0u;
+        is_dark = (atomicLoad(&lit[light.mask + point.pixel / 32u]) >> (point.pixel & 31u) & 1u) == 0u;
     }
     for (var first = first_pair; first < end_pair; first += BATCH) {
-        if first + lane < end_pair {
-            record(lane, pairs[first + lane], face, low, high, raster);
+        if first + at.lane < end_pair {
+            record(at.lane, pairs[first + at.lane], face, low, high, raster);
         }
-        if lane == 0u {
+        if at.lane == 0u {
             atomicStore(&still_lit, 0u);
         }
         workgroupBarrier();
         if !is_dark {
             is_dark = test_batch(point, min(end_pair - first, BATCH), face);
             if is_dark {
-                atomicAnd(&lit[light.mask + point.place / 32u], ~(1u << (point.place & 31u)));
+                atomicAnd(&lit[light.mask + point.pixel / 32u], ~(1u << (point.pixel & 31u)));
             } else {
                 atomicOr(&still_lit, 1u);
             }
         }
         workgroupBarrier();
-        if lane == 0u {
+        if at.lane == 0u {
             goes_on = atomicLoad(&still_lit);
         }
         if workgroupUniformLoad(&goes_on) == 0u {
@@ -208,12 +196,12 @@ fn trace(
     }
 }
 
-// The size of the dispatch that settles what is open.
+// The size of the dispatch that settles what is undecided.
 @compute @workgroup_size(1)
 fn size_settle() {
-    let room = (arrayLength(&open) - OPEN_FIRST) / 2u;
-    let groups = groups_of((min(atomicLoad(&open[OPEN_COUNT]), room) + 63u) / 64u);
-    atomicStore(&open[OPEN_GROUPS], groups.x);
-    atomicStore(&open[OPEN_GROUPS + 1u], groups.y);
-    atomicStore(&open[OPEN_GROUPS + 2u], groups.z);
+    let room = (arrayLength(&undecided) - UNDECIDED_FIRST) / 2u;
+    let groups = groups_of((min(atomicLoad(&undecided[UNDECIDED_COUNT]), room) + 63u) / 64u);
+    atomicStore(&undecided[UNDECIDED_GROUPS], groups.x);
+    atomicStore(&undecided[UNDECIDED_GROUPS + 1u], groups.y);
+    atomicStore(&undecided[UNDECIDED_GROUPS + 2u], groups.z);
 }

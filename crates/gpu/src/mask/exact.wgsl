@@ -19,7 +19,7 @@ fn is_there_exactly(triangle: vec4<u32>, barycentric: vec2<u32>, is_shadow: bool
             mask_interpolated(mask_vertices(triangle, first), barycentric),
             mask_interpolated(mask_vertices(triangle, first + 1u), barycentric));
         let texels = mask_texels(mask_texture_at(material + 8u), coords);
-        of_texture = mask_texture_opacity(mask_bytes(texels.places), texels.part);
+        of_texture = mask_texture_opacity(mask_bytes(texels.indices), texels.part);
     }
     let opacity = mask_opacity(masks[material], of_vertices, of_texture);
     return f32_at_least(opacity, masks[material + select(1u, 2u, is_shadow)]);

@@ -1,27 +1,33 @@
-// Whether a point of a masked triangle is there, as far as a place that is roughly known tells.
+// Whether a point of a masked triangle is there, as far as a point that is roughly known tells.
 
-import package::exact::mask::{MASK_WRAP_CLAMP_TO_EDGE, MASK_WRAP_MIRRORED_REPEAT};
 import package::grid::set_up::{U};
+import package::grid::space::{VERTEX_REGULAR};
 import package::mask::table::{MASKS_HAS_VERTEX_OPACITY, mask_bytes, mask_material, mask_texture_at, mask_vertices};
-import stage::{masks};
+import package::wrap::{WRAP_CLAMP_TO_EDGE, WRAP_MIRRORED_REPEAT};
+import stage::{masks, vertices};
 
 const MASK_CUT: u32 = 0u;
 const MASK_THERE: u32 = 1u;
-const MASK_OPEN: u32 = 2u;
+const MASK_UNDECIDED: u32 = 2u;
 
 // Weights of the second and third vertex, and how wrong each may be.
-struct RoughPlace {
+struct RoughPoint {
     weights: vec2<f32>,
     error: f32,
 }
 
-// From edge functions, each wrong by `edge_error`, and for vertices whose places were divided their keys.
-fn rough_place(edges: vec3<f32>, edge_error: f32, keys: vec3<f32>) -> RoughPlace {
+// Where edge functions, each wrong by `edge_error`, say that a ray meets the triangle of three vertices in pixel space.
+fn rough_point(corners: vec3<u32>, edges: vec3<f32>, edge_error: f32, are_parallel: bool) -> RoughPoint {
+    let of_corners = vec3<u32>(vertices[corners.x].z, vertices[corners.y].z, vertices[corners.z].z);
+    let kinds = vertices[corners.x].w | vertices[corners.y].w | vertices[corners.z].w;
+    // Parallel rays divide nothing, and homogeneous edge functions are weights already.
+    let is_divided = !are_parallel && kinds == VERTEX_REGULAR;
+    let keys = select(vec3<f32>(1.0), bitcast<vec3<f32>>(of_corners), is_divided);
     let weights = edges * keys;
     let sum = weights.x + weights.y + weights.z;
     let largest = max(max(keys.x, keys.y), keys.z);
     let error = 4.0 * edge_error * largest / sum + 32.0 * U;
-    return RoughPlace(weights.yz / sum, error);
+    return RoughPoint(weights.yz / sum, error);
 }
 
 fn mask_vertices_f32(triangle: vec4<u32>, word: u32) -> vec3<f32> {
@@ -29,15 +35,15 @@ fn mask_vertices_f32(triangle: vec4<u32>, word: u32) -> vec3<f32> {
 }
 
 // Bilinear opacity changes by at most one from texel to texel on each axis, and from an edge of the image to the next.
-fn mask_filter(triangle: vec4<u32>, place: RoughPlace, is_shadow: bool) -> u32 {
+fn mask_filter(triangle: vec4<u32>, point: RoughPoint, is_shadow: bool) -> u32 {
     let material = mask_material(triangle.w);
-    let weights = vec3<f32>(1.0 - place.weights.x - place.weights.y, place.weights);
+    let weights = vec3<f32>(1.0 - point.weights.x - point.weights.y, point.weights);
     var opacity = bitcast<f32>(masks[material]);
     var error = 1e-5;
     if masks[MASKS_HAS_VERTEX_OPACITY] == 1u {
         let of_vertices = mask_vertices_f32(triangle, 4u);
         opacity *= dot(of_vertices, weights);
-        error += 2.0 * place.error * (abs(of_vertices.y - of_vertices.x) + abs(of_vertices.z - of_vertices.x));
+        error += 2.0 * point.error * (abs(of_vertices.y - of_vertices.x) + abs(of_vertices.z - of_vertices.x));
     }
     if masks[material + 3u] == 1u {
         let first = 2u * masks[material + 4u];
@@ -54,12 +60,12 @@ fn mask_filter(triangle: vec4<u32>, place: RoughPlace, is_shadow: bool) -> u32 {
             abs(of_u.y - of_u.x) + abs(of_u.z - of_u.x), abs(of_v.y - of_v.x) + abs(of_v.z - of_v.x));
         let largest = vec2<f32>(
             max(max(abs(of_u.x), abs(of_u.y)), abs(of_u.z)), max(max(abs(of_v.x), abs(of_v.y)), abs(of_v.z)));
-        let coords_error = place.error * steps + 16.0 * U * largest;
+        let coords_error = point.error * steps + 16.0 * U * largest;
         let texel_error = size * (abs(x_axis) * coords_error.x + abs(y_axis) * coords_error.y
             + 16.0 * U * (abs(x_axis) * largest.x + abs(y_axis) * largest.y + abs(shift))) + 16.0 * U * abs(texel);
         // Texels far from the first one, and what isn't a number, are left to the exact answer.
         if !all(abs(texel) < vec2<f32>(1e6)) || !all(texel_error < vec2<f32>(0.25)) {
-            return MASK_OPEN;
+            return MASK_UNDECIDED;
         }
         var corner = floor(texel);
         var part = vec2<f32>(0.0);
@@ -70,7 +76,7 @@ fn mask_filter(triangle: vec4<u32>, place: RoughPlace, is_shadow: bool) -> u32 {
         } else {
             let within = texel - corner;
             if any(min(within, 1.0 - within) < texel_error) {
-                return MASK_OPEN;
+                return MASK_UNDECIDED;
             }
         }
         let whole = vec2<i32>(corner);
@@ -89,15 +95,15 @@ fn mask_filter(triangle: vec4<u32>, place: RoughPlace, is_shadow: bool) -> u32 {
     if opacity > cutoff + margin {
         return MASK_THERE;
     }
-    return select(MASK_OPEN, MASK_CUT, opacity < cutoff - margin);
+    return select(MASK_UNDECIDED, MASK_CUT, opacity < cutoff - margin);
 }
 
 fn mask_wrap(at: i32, side: u32, wrap: u32) -> u32 {
     let size = i32(side);
-    if wrap == MASK_WRAP_CLAMP_TO_EDGE {
+    if wrap == WRAP_CLAMP_TO_EDGE {
         return u32(clamp(at, 0, size - 1));
     }
-    let period = select(size, 2 * size, wrap == MASK_WRAP_MIRRORED_REPEAT);
+    let period = select(size, 2 * size, wrap == WRAP_MIRRORED_REPEAT);
     let rest = ((at % period) + period) % period;
     return u32(select(rest, period - 1 - rest, rest >= size));
 }

@@ -14,7 +14,7 @@ pub struct TriangleFlags {
 }
 
 impl TriangleFlags {
-    /// The number of a triangle with these flags and the material at a place below 2²⁴.
+    /// The number of a triangle with these flags and the material at an index below 2²⁴.
     #[must_use]
     pub fn with_material(self, material: u32) -> u32 {
         let bit = |flag: bool, bit: u32| u32::from(flag) << bit;
@@ -44,11 +44,11 @@ pub struct MaskTexture {
     pub image_from_mesh: [f32; 6],
     /// Width and height of the image.
     pub size: [u32; 2],
-    /// What lies beyond the edges on each axis: 0 for repetition, 1 for mirrored repetition, 2 for the edge.
+    /// What lies beyond the edges on each axis, as in [`ShadeTexture::wrap`](crate::shade::ShadeTexture::wrap).
     pub wrap: [u32; 2],
     /// Whether four texels are mixed rather than the nearest read.
     pub is_linear: bool,
-    /// The image's place among those that were added.
+    /// The image's index among those that were added.
     pub image: usize,
 }
 

@@ -39,10 +39,10 @@ fn mask_vertices(triangle: vec4<u32>, word: u32) -> vec3<u32> {
         mask_vertex(triangle.x, word), mask_vertex(triangle.y, word), mask_vertex(triangle.z, word));
 }
 
-fn mask_byte(place: u32) -> u32 {
-    return masks[masks[MASKS_OPACITIES] + place / 4u] >> (8u * (place & 3u)) & 0xffu;
+fn mask_byte(index: u32) -> u32 {
+    return masks[masks[MASKS_OPACITIES] + index / 4u] >> (8u * (index & 3u)) & 0xffu;
 }
 
-fn mask_bytes(places: vec4<u32>) -> vec4<u32> {
-    return vec4<u32>(mask_byte(places.x), mask_byte(places.y), mask_byte(places.z), mask_byte(places.w));
+fn mask_bytes(indices: vec4<u32>) -> vec4<u32> {
+    return vec4<u32>(mask_byte(indices.x), mask_byte(indices.y), mask_byte(indices.z), mask_byte(indices.w));
 }

@@ -18,11 +18,11 @@ pub struct Pose {
     /// Weights, then matrices.
     motion: Buffer,
     part_count: u32,
-    all_places: u32,
-    moving_places: u32,
+    all_posed: u32,
+    moving_posed: u32,
     vertex_count: u32,
     /// Vertices that the next dispatch poses.
-    places: u32,
+    posed: u32,
     /// Whether parts that don't move have been posed.
     is_still_posed: bool,
 }
@@ -41,7 +41,7 @@ pub struct PosedAttributes {
 #[repr(C)]
 pub struct PoseSize {
     /// How many vertices.
-    pub places: u32,
+    pub vertices: u32,
     /// How many parts there are.
     pub parts: u32,
     /// Where the matrices start.
@@ -68,10 +68,10 @@ impl Pose {
             deltas: Buffer::storage(gpu, "morph targets"),
             motion: Buffer::storage(gpu, "matrices and weights"),
             part_count: 0,
-            all_places: 0,
-            moving_places: 0,
+            all_posed: 0,
+            moving_posed: 0,
             vertex_count: 0,
-            places: 0,
+            posed: 0,
             is_still_posed: false,
         }
     }
@@ -81,14 +81,14 @@ impl Pose {
     /// # Errors
     /// Where one of its tables is larger than a buffer of the device may be; there is no rig then.
     pub fn set_rig(&mut self, gpu: &Gpu, rig: &RigTables) -> Result<(), GpuError> {
-        (self.part_count, self.all_places, self.moving_places, self.vertex_count) = (0, 0, 0, 0);
+        (self.part_count, self.all_posed, self.moving_posed, self.vertex_count) = (0, 0, 0, 0);
         self.is_still_posed = false;
         self.parts.write(gpu, &rig.parts)?;
         self.shapes.write(gpu, &rig.shapes)?;
         self.vertices.write(gpu, &rig.vertices)?;
         self.deltas.write(gpu, &rig.deltas)?;
         self.part_count = rig.parts.len() as u32;
-        (self.all_places, self.moving_places) = (rig.places, rig.moving_places);
+        (self.all_posed, self.moving_posed) = (rig.posed, rig.moving_posed);
         self.vertex_count = rig.end;
         Ok(())
     }
@@ -115,8 +115,8 @@ impl Pose {
         weights: &[f32],
         attributes: PosedAttributes,
     ) -> Result<(), GpuError> {
-        self.places = if self.is_still_posed { self.moving_places } else { self.all_places };
-        if self.places == 0 {
+        self.posed = if self.is_still_posed { self.moving_posed } else { self.all_posed };
+        if self.posed == 0 {
             return Ok(());
         }
         let matrices = if self.is_still_posed { &matrices[..moving] } else { matrices };
@@ -124,7 +124,7 @@ impl Pose {
         motion.extend(matrices.iter().flat_map(Affine3A::to_cols_array));
         self.motion.write(gpu, &motion)?;
         let size = PoseSize {
-            places: self.places,
+            vertices: self.posed,
             parts: self.part_count,
             matrix_word: weights.len() as u32,
             normal_word: attributes.normal_word.unwrap_or(PoseShape::NO_ATTRIBUTE),
@@ -139,7 +139,7 @@ impl Pose {
     pub fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, positions: &Buffer, attributes: &Buffer) {
         let Self { size, parts, shapes, vertices, deltas, motion, .. } = self;
         let buffers = [size, parts, shapes, vertices, deltas, motion, positions, attributes];
-        self.kernel.dispatch(gpu, pass, &buffers, Groups::Flat(self.places.div_ceil(Self::WIDTH)));
+        self.kernel.dispatch(gpu, pass, &buffers, Groups::Flat(self.posed.div_ceil(Self::WIDTH)));
     }
 
     /// Bytes on the GPU.

@@ -3,12 +3,12 @@
 // Positions are what visibility depends on, so they have the bits that the CPU's f32 gives. Normals and tangents, on which
 // only colours depend, are plain f32.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::exact::single::{F32_ONE, F32_SIGN, f32_add, f32_multiply};
 
 struct PoseSize {
-    // Vertices to pose: all of them, or those of moving parts, whose places come first.
-    places: u32,
+    // Vertices to pose: all of them, or those of moving parts, which come first.
+    vertices: u32,
     parts: u32,
     // Where matrices start in `pose_motion`, behind the weights.
     matrix_word: u32,
@@ -19,11 +19,11 @@ struct PoseSize {
 
 // A copy of a shape.
 struct PosePart {
-    first_place: u32,
+    first_posed: u32,
     first_vertex: u32,
     shape: u32,
     first_weight: u32,
-    // Place of its matrix, or of joint 0's.
+    // Index of its matrix, or of joint 0's.
     matrix: u32,
     is_skinned: u32,
 }
@@ -45,12 +45,12 @@ struct PoseShape {
 const NO_ATTRIBUTE = 0xffffffffu;
 // The number of differences where every vertex has one.
 const DENSE_DELTAS = 0xffffffffu;
-// The differences' place and number for positions, normals and tangents.
+// The differences' first word and number for positions, normals and tangents.
 const TARGET_WORDS = 6u;
 const NORMAL_DELTAS = 2u;
 const TANGENT_DELTAS = 4u;
 const MATRIX_WORDS = 12u;
-// Two words with the places of four joints, then their weights.
+// Two words with the indices of four joints, then their weights.
 const INFLUENCE_WORDS = 6u;
 
 @group(0) @binding(0) var<uniform> pose_size: PoseSize;
@@ -82,48 +82,44 @@ struct NormalTransform {
 }
 
 @compute @workgroup_size(64)
-fn pose(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let place = flat_group(group, groups) * 64u + lane;
-    if place >= pose_size.places {
+fn pose(at: Invocation) {
+    let index = flat_index(at, 64u);
+    if index >= pose_size.vertices {
         return;
     }
-    let part = pose_parts[part_of(place)];
+    let part = pose_parts[part_of(index)];
     let shape = pose_shapes[part.shape];
-    let place_in_shape = place - part.first_place;
-    let vertex = part.first_vertex + place_in_shape;
+    let vertex_in_shape = index - part.first_posed;
+    let vertex = part.first_vertex + vertex_in_shape;
 
-    var position = three_words_of_vertices(shape.position_word + 3u * place_in_shape);
-    for (var target_place = 0u; target_place < shape.targets; target_place++) {
-        let weight = pose_motion[part.first_weight + target_place];
+    var position = three_words_of_vertices(shape.position_word + 3u * vertex_in_shape);
+    for (var target_index = 0u; target_index < shape.targets; target_index++) {
+        let weight = pose_motion[part.first_weight + target_index];
         if (weight & ~F32_SIGN) != 0u {
-            let delta = delta_of(shape.target_word + target_place * TARGET_WORDS, place_in_shape);
+            let delta = delta_of(shape.target_word + target_index * TARGET_WORDS, vertex_in_shape);
             if delta.is_there {
                 position = add_scaled(position, delta.bits, weight);
             }
         }
     }
-    let matrix = matrix_of(part, shape, place_in_shape);
+    let matrix = matrix_of(part, shape, vertex_in_shape);
     let posed = transformed_point(matrix, position);
     positions[3u * vertex] = posed.x;
     positions[3u * vertex + 1u] = posed.y;
     positions[3u * vertex + 2u] = posed.z;
 
     if pose_size.normal_word != NO_ATTRIBUTE {
-        pose_normal_and_tangent(part, shape, place_in_shape, vertex, matrix);
+        pose_normal_and_tangent(part, shape, vertex_in_shape, vertex, matrix);
     }
 }
 
-// The last part that starts at a place or before it.
-fn part_of(place: u32) -> u32 {
+// The last part that starts at a vertex or before it.
+fn part_of(index: u32) -> u32 {
     var first = 0u;
     var end = pose_size.parts;
     while end - first > 1u {
         let middle = (first + end) / 2u;
-        let is_before = pose_parts[middle].first_place <= place;
+        let is_before = pose_parts[middle].first_posed <= index;
         first = select(first, middle, is_before);
         end = select(middle, end, is_before);
     }
@@ -143,14 +139,14 @@ fn transformed_point(matrix: PoseMatrix, point: vec3<u32>) -> vec3<u32> {
     return sum;
 }
 
-fn matrix_of(part: PosePart, shape: PoseShape, place_in_shape: u32) -> PoseMatrix {
+fn matrix_of(part: PosePart, shape: PoseShape, vertex_in_shape: u32) -> PoseMatrix {
     if part.is_skinned == 0u {
         return matrix_at(part.matrix);
     }
     // Sums start at +0, as on the CPU.
     var sum: PoseMatrix;
-    for (var set_place = 0u; set_place < shape.influence_sets; set_place++) {
-        let word = shape.influence_word + set_place * shape.influence_words + place_in_shape * INFLUENCE_WORDS;
+    for (var set_index = 0u; set_index < shape.influence_sets; set_index++) {
+        let word = shape.influence_word + set_index * shape.influence_words + vertex_in_shape * INFLUENCE_WORDS;
         for (var influence = 0u; influence < 4u; influence++) {
             let joint = (pose_vertices[word + influence / 2u] >> (16u * (influence & 1u))) & 0xffffu;
             let weight = pose_vertices[word + 2u + influence];
@@ -164,8 +160,8 @@ fn matrix_of(part: PosePart, shape: PoseShape, place_in_shape: u32) -> PoseMatri
     return sum;
 }
 
-fn matrix_at(place: u32) -> PoseMatrix {
-    let word = pose_size.matrix_word + place * MATRIX_WORDS;
+fn matrix_at(index: u32) -> PoseMatrix {
+    let word = pose_size.matrix_word + index * MATRIX_WORDS;
     return PoseMatrix(array<vec3<u32>, 4>(
         three_words_of_motion(word),
         three_words_of_motion(word + 3u),
@@ -203,28 +199,28 @@ fn add_scaled(sum: vec3<u32>, vector: vec3<u32>, factor: u32) -> vec3<u32> {
 }
 
 // The delta of a vertex among those that `record` in `pose_deltas` describes.
-fn delta_of(record: u32, place_in_shape: u32) -> PoseDelta {
+fn delta_of(record: u32, vertex_in_shape: u32) -> PoseDelta {
     let first = pose_deltas[record];
     let count = pose_deltas[record + 1u];
     if count == DENSE_DELTAS {
-        return PoseDelta(true, three_words_of_deltas(first + 3u * place_in_shape));
+        return PoseDelta(true, three_words_of_deltas(first + 3u * vertex_in_shape));
     }
     // Numbers of vertices, rising, then their differences.
     var found = 0u;
     var end = count;
     while found < end {
         let middle = (found + end) / 2u;
-        let is_before = pose_deltas[first + middle] < place_in_shape;
+        let is_before = pose_deltas[first + middle] < vertex_in_shape;
         found = select(found, middle + 1u, is_before);
         end = select(middle, end, is_before);
     }
-    if found == count || pose_deltas[first + found] != place_in_shape {
+    if found == count || pose_deltas[first + found] != vertex_in_shape {
         return PoseDelta(false, vec3<u32>(0u));
     }
     return PoseDelta(true, three_words_of_deltas(first + count + 3u * found));
 }
 
-fn pose_normal_and_tangent(part: PosePart, shape: PoseShape, place_in_shape: u32, vertex: u32, matrix: PoseMatrix) {
+fn pose_normal_and_tangent(part: PosePart, shape: PoseShape, vertex_in_shape: u32, vertex: u32, matrix: PoseMatrix) {
     let axes = mat3x3<f32>(
         bitcast<vec3<f32>>(matrix.columns[0]),
         bitcast<vec3<f32>>(matrix.columns[1]),
@@ -233,8 +229,8 @@ fn pose_normal_and_tangent(part: PosePart, shape: PoseShape, place_in_shape: u32
     let normals = normal_transform(axes);
     var normal = vec3<f32>(0.0);
     if shape.normal_word != NO_ATTRIBUTE {
-        let bind = bitcast<vec3<f32>>(three_words_of_vertices(shape.normal_word + 3u * place_in_shape));
-        normal = unit_or_zero(normals.matrix * (bind + morphed(part, shape, place_in_shape, NORMAL_DELTAS)));
+        let bind = bitcast<vec3<f32>>(three_words_of_vertices(shape.normal_word + 3u * vertex_in_shape));
+        normal = unit_or_zero(normals.matrix * (bind + morphed(part, shape, vertex_in_shape, NORMAL_DELTAS)));
     }
     write_three(pose_size.normal_word + 3u * vertex, normal);
 
@@ -244,9 +240,9 @@ fn pose_normal_and_tangent(part: PosePart, shape: PoseShape, place_in_shape: u32
     var tangent = vec3<f32>(0.0);
     var sign = 0.0;
     if shape.tangent_word != NO_ATTRIBUTE {
-        let word = shape.tangent_word + 4u * place_in_shape;
+        let word = shape.tangent_word + 4u * vertex_in_shape;
         let bind = bitcast<vec3<f32>>(three_words_of_vertices(word));
-        tangent = unit_or_zero(axes * (bind + morphed(part, shape, place_in_shape, TANGENT_DELTAS)));
+        tangent = unit_or_zero(axes * (bind + morphed(part, shape, vertex_in_shape, TANGENT_DELTAS)));
         // The bitangent is made from the normal and the tangent in the world, where a mirror turns their cross product.
         sign = bitcast<f32>(pose_vertices[word + 3u]) * normals.side;
     }
@@ -256,13 +252,13 @@ fn pose_normal_and_tangent(part: PosePart, shape: PoseShape, place_in_shape: u32
 }
 
 // What all morph targets together add to a vertex's normal or tangent.
-fn morphed(part: PosePart, shape: PoseShape, place_in_shape: u32, first_word: u32) -> vec3<f32> {
+fn morphed(part: PosePart, shape: PoseShape, vertex_in_shape: u32, first_word: u32) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
-    for (var target_place = 0u; target_place < shape.targets; target_place++) {
-        let weight = bitcast<f32>(pose_motion[part.first_weight + target_place]);
+    for (var target_index = 0u; target_index < shape.targets; target_index++) {
+        let weight = bitcast<f32>(pose_motion[part.first_weight + target_index]);
         if weight != 0.0 {
-            let record = shape.target_word + target_place * TARGET_WORDS + first_word;
-            sum += bitcast<vec3<f32>>(delta_of(record, place_in_shape).bits) * weight;
+            let record = shape.target_word + target_index * TARGET_WORDS + first_word;
+            sum += bitcast<vec3<f32>>(delta_of(record, vertex_in_shape).bits) * weight;
         }
     }
     return sum;

@@ -46,7 +46,7 @@ impl Default for Deltas<'_> {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Influences {
-    /// Places among the matrices of the part's skin.
+    /// Indices among the matrices of the part's skin.
     pub joints: [u16; 4],
     /// A joint without weight is joint 0.
     pub weights: [f32; 4],
@@ -55,13 +55,13 @@ pub struct Influences {
 /// A copy of a shape.
 #[derive(Clone, Copy, Debug)]
 pub struct RigPart {
-    /// Place among the shapes.
+    /// Index among the shapes.
     pub shape: u32,
-    /// Place of its first vertex among those of all parts.
+    /// Index of its first vertex among those of all parts.
     pub first_vertex: u32,
-    /// Place of the weight of its first morph target.
+    /// Index of the weight of its first morph target.
     pub first_weight: u32,
-    /// Place of its matrix, or of joint 0's where `is_skinned`.
+    /// Index of its matrix, or of joint 0's where `is_skinned`.
     pub matrix: u32,
     /// Whether its vertices follow their influences.
     pub is_skinned: bool,
@@ -73,8 +73,8 @@ pub struct RigPart {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct PosePart {
-    /// Place of its first vertex among those to be posed.
-    pub first_place: u32,
+    /// Index of its first vertex among those to be posed.
+    pub first_posed: u32,
     /// As [`RigPart::first_vertex`].
     pub first_vertex: u32,
     /// As [`RigPart::shape`].
@@ -110,7 +110,7 @@ pub struct PoseShape {
 }
 
 impl PoseShape {
-    /// A place where nothing is.
+    /// An index where nothing is.
     pub const NO_ATTRIBUTE: u32 = u32::MAX;
     /// The number of differences where every vertex has one.
     pub const DENSE_DELTAS: u32 = u32::MAX;
@@ -131,9 +131,9 @@ pub struct RigTables {
     pub(super) vertices: Vec<u32>,
     pub(super) deltas: Vec<u32>,
     /// Vertices of all parts.
-    pub(super) places: u32,
+    pub(super) posed: u32,
     /// Vertices of parts that move, which come first.
-    pub(super) moving_places: u32,
+    pub(super) moving_posed: u32,
     /// One past the last vertex.
     pub(super) end: u32,
 }
@@ -154,7 +154,7 @@ impl RigTables {
         for moves in [true, false] {
             for part in parts.iter().filter(|part| part.moves == moves) {
                 tables.parts.push(PosePart {
-                    first_place: tables.places,
+                    first_posed: tables.posed,
                     first_vertex: part.first_vertex,
                     shape: part.shape,
                     first_weight: part.first_weight,
@@ -162,11 +162,11 @@ impl RigTables {
                     is_skinned: u32::from(part.is_skinned),
                 });
                 let count = counts[part.shape as usize];
-                tables.places += count;
+                tables.posed += count;
                 tables.end = tables.end.max(part.first_vertex + count);
             }
             if moves {
-                tables.moving_places = tables.places;
+                tables.moving_posed = tables.posed;
             }
         }
         tables
@@ -175,9 +175,9 @@ impl RigTables {
     fn add_shape(&mut self, shape: &RigShape<'_>) {
         let records = self.deltas.len();
         self.deltas.resize(records + shape.targets.len() * PoseShape::TARGET_WORDS as usize, 0);
-        for (place, target) in shape.targets.iter().enumerate() {
+        for (index, target) in shape.targets.iter().enumerate() {
             for (attribute, deltas) in [target.positions, target.normals, target.tangents].into_iter().enumerate() {
-                let record = records + place * PoseShape::TARGET_WORDS as usize + 2 * attribute;
+                let record = records + index * PoseShape::TARGET_WORDS as usize + 2 * attribute;
                 let (first, count) = self.add_deltas(deltas);
                 self.deltas[record..][..2].copy_from_slice(&[first, count]);
             }

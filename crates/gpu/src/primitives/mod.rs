@@ -1,9 +1,5 @@
-//! Building blocks of the stages, with contracts of their own: prefix sum, counting sort, compaction.
+//! Building blocks of the stages, with contracts of their own: the prefix sum.
 
-mod compact;
 mod scan;
-mod sort;
 
-pub use compact::Compaction;
 pub use scan::Scan;
-pub use sort::CountingSort;

@@ -18,11 +18,12 @@ impl Scan {
     /// Ready to scan.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
-        let kernel = |entry| Kernel::new(gpu, "primitives::scan", entry, &[]);
+        let entries = ["scan_reduce", "scan_starts", "scan_spread"];
+        let [reduce, starts, spread] = Kernel::all(gpu, "primitives::scan", entries, &[]);
         Self {
-            reduce: kernel("scan_reduce"),
-            starts: kernel("scan_starts"),
-            spread: kernel("scan_spread"),
+            reduce,
+            starts,
+            spread,
             size: Buffer::uniform(gpu, "scan size"),
             pages: Buffer::storage(gpu, "scan pages"),
             count: 0,

@@ -1,7 +1,7 @@
 // Exclusive prefix sums of u32, in place: sums of pages, then a scan of those sums, then each page from its start.
 // Reduce-then-scan needs no forward progress between workgroups, which WebGPU doesn't promise.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_group};
 import package::primitives::workgroup_scan::{SCAN_WIDTH, scan_shared, scan_workgroup};
 
 // Values that an invocation takes one after the other.
@@ -20,21 +20,17 @@ struct ScanSize {
 
 // Sums each page.
 @compute @workgroup_size(256)
-fn scan_reduce(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let page = flat_group(group, groups);
+fn scan_reduce(at: Invocation) {
+    let page = flat_group(at);
     var sum = 0u;
     for (var row = 0u; row < SCAN_DEPTH; row++) {
-        let place = page * SCAN_PAGE + row * SCAN_WIDTH + lane;
-        if place < scan_size.count {
-            sum += scan_values[place];
+        let index = page * SCAN_PAGE + row * SCAN_WIDTH + at.lane;
+        if index < scan_size.count {
+            sum += scan_values[index];
         }
     }
-    let before = scan_workgroup(lane, sum);
-    if lane == SCAN_WIDTH - 1u && page * SCAN_PAGE < scan_size.count {
+    let before = scan_workgroup(at.lane, sum);
+    if at.lane == SCAN_WIDTH - 1u && page * SCAN_PAGE < scan_size.count {
         scan_pages[page] = before + sum;
     }
 }
@@ -64,13 +60,9 @@ fn scan_starts(@builtin(local_invocation_index) lane: u32) {
 
 // Scans each page from its start on.
 @compute @workgroup_size(256)
-fn scan_spread(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let page = flat_group(group, groups);
-    let first = page * SCAN_PAGE + lane * SCAN_DEPTH;
+fn scan_spread(at: Invocation) {
+    let page = flat_group(at);
+    let first = page * SCAN_PAGE + at.lane * SCAN_DEPTH;
     var values: array<u32, SCAN_DEPTH>;
     var sum = 0u;
     for (var row = 0u; row < SCAN_DEPTH; row++) {
@@ -79,7 +71,7 @@ fn scan_spread(
             sum += values[row];
         }
     }
-    var before = scan_workgroup(lane, sum);
+    var before = scan_workgroup(at.lane, sum);
     if first < scan_size.count {
         before += scan_pages[page];
     }

@@ -1,6 +1,6 @@
 // Tone maps and encodes the film for a screen: crates/umbrage/src/screen.rs.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::shade::tone_map::{tone_map_neutral};
 
 const TONE_MAP_NEUTRAL: u32 = 0u;
@@ -40,12 +40,8 @@ fn develop_level(linear: f32) -> u32 {
 }
 
 @compute @workgroup_size(256)
-fn develop(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let pixel = flat_group(group, groups) * 256u + lane;
+fn develop(at: Invocation) {
+    let pixel = flat_index(at, 256u);
     if pixel >= develop_settings.width * develop_settings.height {
         return;
     }
@@ -57,6 +53,6 @@ fn develop(
         shown = tone_map_neutral(bounded);
     }
     let levels = vec3<u32>(develop_level(shown.x), develop_level(shown.y), develop_level(shown.z));
-    let place = pixel / develop_settings.width * develop_settings.row_pixels + pixel % develop_settings.width;
-    develop_image[place] = levels.x | levels.y << 8u | levels.z << 16u | 0xff000000u;
+    let word = pixel / develop_settings.width * develop_settings.row_pixels + pixel % develop_settings.width;
+    develop_image[word] = levels.x | levels.y << 8u | levels.z << 16u | 0xff000000u;
 }

@@ -24,14 +24,14 @@ impl Turns {
     /// # Errors
     /// Where the device has no textures of that size, or no room for one.
     pub fn next(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<wgpu::Texture, GpuError> {
-        let place = &mut self.pictures[self.next];
-        let is_new = place.as_ref().is_none_or(|old| [old.texture.width(), old.texture.height()] != size);
+        let picture_slot = &mut self.pictures[self.next];
+        let is_new = picture_slot.as_ref().is_none_or(|old| [old.texture.width(), old.texture.height()] != size);
         if is_new {
             // Released first: there may be no room for both. Whoever still draws it holds it.
-            *place = None;
-            *place = Some(Picture::new(gpu, size)?);
+            *picture_slot = None;
+            *picture_slot = Some(Picture::new(gpu, size)?);
         }
-        let picture = place.as_ref().map(|picture| picture.texture.clone());
+        let picture = picture_slot.as_ref().map(|picture| picture.texture.clone());
         picture.ok_or_else(|| GpuError::OutOfMemory("a picture".to_owned()))
     }
 

@@ -24,9 +24,9 @@ fn panorama_radiance(direction: vec3<f32>, width: f32) -> vec3<f32> {
 fn panorama_level_at(level: u32, coords: vec2<f32>) -> vec3<f32> {
     let size = max(shade_scene.surroundings.panorama_size >> vec2<u32>(level), vec2<u32>(1u));
     let first = shade_texels[shade_scene.surroundings.panorama_word + level];
-    let place = coords * vec2<f32>(size) - 0.5;
-    let corner = floor(place);
-    let part = place - corner;
+    let position = coords * vec2<f32>(size) - 0.5;
+    let corner = floor(position);
+    let part = position - corner;
     var radiance = vec3<f32>(0.0);
     for (var step = 0u; step < 4u; step++) {
         let right = vec2<u32>(step & 1u, step >> 1u);

@@ -3,7 +3,7 @@
 // A dispatch takes one layer of surfaces. Layers come front to back: what those so far let through is kept for each
 // pixel, and after the last one the surroundings are seen through them.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::shade::brdf::{reflectance_ambient, reflectance_evaluate, reflectance_view};
 import package::shade::hit::{ray_across, ray_direction};
 import package::shade::irradiance::{arriving_light};
@@ -12,23 +12,19 @@ import package::shade::surroundings::{surroundings_blurred, surroundings_irradia
 import package::shade::tables::{
     NO_TRIANGLE, NO_WORD, shade_film, shade_lights, shade_lit, shade_sample, shade_scene, shade_seen,
 };
-import package::tile_order::{pixel_of_place};
+import package::tile_order::{pixel_of_slot};
 
 @compute @workgroup_size(64)
-fn shade(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let place = flat_group(group, groups) * 64u + lane;
+fn shade(at: Invocation) {
+    let slot = flat_index(at, 64u);
     let size = shade_sample.size_pixels;
-    let column_and_row = pixel_of_place(place, size.x);
+    let column_and_row = pixel_of_slot(slot, size.x);
     if any(column_and_row >= size) {
         return;
     }
     let pixel = column_and_row.y * size.x + column_and_row.x;
     let across = ray_across(column_and_row);
-    let id = shade_seen[place];
+    let id = shade_seen[slot];
     var color = vec3<f32>(0.0);
     var through = vec3<f32>(1.0);
     if shade_sample.is_first_layer == 0u {
@@ -38,12 +34,12 @@ fn shade(
     var first = vec4<f32>(0.0, 0.0, 0.0, shade_sample.miss_depth);
     if id != NO_TRIANGLE && max(through.x, max(through.y, through.z)) > 0.0 {
         let surface = surface_at(id, across);
-        color = reflected(surface, place) * (through * surface.opacity);
+        color = reflected(surface, slot) * (through * surface.opacity);
         through *= mix(vec3<f32>(1.0), surface.transmitted, surface.opacity);
         first = vec4<f32>(surface.normal, surface.depth);
     }
     if all(through == vec3<f32>(0.0)) && shade_sample.is_last_layer == 0u {
-        shade_seen[place] = NO_TRIANGLE;
+        shade_seen[slot] = NO_TRIANGLE;
     }
     var coverage = 0.0;
     if shade_sample.is_last_layer != 0u {
@@ -65,7 +61,7 @@ fn shade(
 }
 
 // Radiance that a surface sends along the ray, by itself and from the lights that reach it.
-fn reflected(surface: Surface, place: u32) -> vec3<f32> {
+fn reflected(surface: Surface, slot: u32) -> vec3<f32> {
     if surface.is_unlit {
         return surface.base_color;
     }
@@ -81,7 +77,7 @@ fn reflected(surface: Surface, place: u32) -> vec3<f32> {
     let seen = reflectance_view(surface.reflectance, max(n_v, 1e-4));
     var radiance = surface.emitted + ambient * surface.ambient_occlusion;
     for (var light = 0u; light < shade_scene.light_count; light++) {
-        if !is_lit(light, place) {
+        if !is_lit(light, slot) {
             continue;
         }
         let arriving = arriving_light(shade_lights[light], surface.corner, surface.from_corner);
@@ -95,7 +91,7 @@ fn reflected(surface: Surface, place: u32) -> vec3<f32> {
     return radiance;
 }
 
-fn is_lit(light: u32, place: u32) -> bool {
-    let word = shade_lit[light * shade_sample.words_per_light + place / 32u];
-    return (word >> (place % 32u) & 1u) == 1u;
+fn is_lit(light: u32, slot: u32) -> bool {
+    let word = shade_lit[light * shade_sample.words_per_light + slot / 32u];
+    return (word >> (slot % 32u) & 1u) == 1u;
 }

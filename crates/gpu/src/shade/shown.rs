@@ -8,11 +8,11 @@ pub struct Shown {
     kernel: Kernel,
     size: Buffer,
     count: Buffer,
-    places: u32,
+    slots: u32,
 }
 
 impl Shown {
-    /// Places that a workgroup takes.
+    /// Slots that a workgroup takes.
     const WIDTH: u32 = 64;
 
     /// Ready to count.
@@ -22,7 +22,7 @@ impl Shown {
             kernel: Kernel::new(gpu, "shade::shown", "shown", &[]),
             size: Buffer::uniform(gpu, "size"),
             count: Buffer::storage(gpu, "shown"),
-            places: 0,
+            slots: 0,
         }
     }
 
@@ -31,15 +31,15 @@ impl Shown {
     /// # Errors
     /// Where the device has reported an error.
     pub fn prepare(&mut self, gpu: &Gpu, [width, height]: [u32; 2]) -> Result<(), GpuError> {
-        self.places = TileOrder::new(width, height).places() as u32;
+        self.slots = TileOrder::new(width, height).places() as u32;
         self.size.write(gpu, &[width, height, 0, 0])?;
         self.count.reserve(gpu, 4)
     }
 
-    /// Counts the places of `seen` that are pixels and hold a triangle.
+    /// Counts the slots of `seen` that are pixels and hold a triangle.
     pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, seen: &Buffer) {
         recorder.clear_words(&self.count, 1);
-        let groups = Groups::Flat(self.places / Self::WIDTH);
+        let groups = Groups::Flat(self.slots / Self::WIDTH);
         recorder.stage("shown", |pass| self.kernel.dispatch(gpu, pass, &[&self.size, seen, &self.count], groups));
     }
 

@@ -1,13 +1,13 @@
 // How many pixels show a triangle.
 
-import package::dispatch::{flat_group};
-import package::tile_order::{pixel_of_place};
+import package::dispatch::{Invocation, flat_index};
+import package::tile_order::{pixel_of_slot};
 
 struct ShownSize {
     size_pixels: vec2<u32>,
 }
 
-// What a place without a triangle holds.
+// What a slot without a triangle holds.
 const SHOWN_NONE: u32 = 0xffffffffu;
 
 @group(0) @binding(0) var<uniform> shown_size: ShownSize;
@@ -17,18 +17,14 @@ const SHOWN_NONE: u32 = 0xffffffffu;
 var<workgroup> shown_of_group: atomic<u32>;
 
 @compute @workgroup_size(64)
-fn shown(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let place = flat_group(group, groups) * 64u + lane;
-    let pixel = pixel_of_place(place, shown_size.size_pixels.x);
-    if all(pixel < shown_size.size_pixels) && shown_seen[place] != SHOWN_NONE {
+fn shown(at: Invocation) {
+    let slot = flat_index(at, 64u);
+    let pixel = pixel_of_slot(slot, shown_size.size_pixels.x);
+    if all(pixel < shown_size.size_pixels) && shown_seen[slot] != SHOWN_NONE {
         atomicAdd(&shown_of_group, 1u);
     }
     workgroupBarrier();
-    if lane == 0u {
+    if at.lane == 0u {
         atomicAdd(&shown_count, atomicLoad(&shown_of_group));
     }
 }

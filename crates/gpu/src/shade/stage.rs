@@ -19,7 +19,7 @@ pub struct Shade {
     size: Buffer,
     /// Where attributes are, and what surrounds the scene.
     of_scene: ShadeScene,
-    places: u32,
+    slots: u32,
     is_start_of_film: bool,
 }
 
@@ -27,7 +27,7 @@ pub struct Shade {
 /// triangle or vertex.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Attributes<'a> {
-    /// Place of each triangle's material.
+    /// Index of each triangle's material.
     pub material_of_triangle: &'a [u32],
     /// Two sets of texture coordinates for each vertex.
     pub tex_coords: [&'a [Vec2]; 2],
@@ -74,9 +74,9 @@ impl<T: Pod> Moving<'_, T> {
 /// What earlier stages leave on the GPU.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadeInputs<'a> {
-    /// The triangle that each place shows, in [`TileOrder`](umbrage_rays::TileOrder); `0xffffffff` for none.
+    /// The triangle that each slot shows, in [`TileOrder`](umbrage_rays::TileOrder); `0xffffffff` for none.
     pub seen: &'a Buffer,
-    /// Which places each light reaches: one bit a place, the first in the lowest bit, light after light.
+    /// Which slots each light reaches: one bit a slot, the first in the lowest bit, light after light.
     pub lit: &'a Buffer,
     /// World position of each vertex: three f32.
     pub positions: &'a Buffer,
@@ -104,7 +104,7 @@ impl Layer {
 }
 
 impl Shade {
-    /// Places that a workgroup takes.
+    /// Slots that a workgroup takes.
     const WIDTH: u32 = 64;
 
     /// Ready to shade black surroundings.
@@ -123,7 +123,7 @@ impl Shade {
             texels: Buffer::storage(gpu, "textures and panorama"),
             size: Buffer::uniform(gpu, "rows size"),
             of_scene: ShadeScene::default(),
-            places: 0,
+            slots: 0,
             is_start_of_film: false,
         };
         shade.lights.reserve(gpu, (ShadeLight::MOST * size_of::<ShadeLight>()) as u64)?;
@@ -207,7 +207,7 @@ impl Shade {
         Ok(())
     }
 
-    /// Where the stage `pose` writes normals and tangents: the buffer, and places in it.
+    /// Where the stage `pose` writes normals and tangents: the buffer, and where they are in it.
     #[must_use]
     pub fn posed_attributes(&self) -> (&Buffer, PosedAttributes) {
         let word = |word: u32| (word != ShadeScene::NO_WORD).then_some(word);
@@ -232,10 +232,10 @@ impl Shade {
         let [width, height] = sample.size_pixels;
         assert_eq!(film.size(), [width, height], "a film of the image's size");
         assert!(film.through_plane().is_some() || (layer.is_first && layer.is_last), "a film for several layers");
-        self.places = umbrage_rays::TileOrder::new(width, height).places() as u32;
+        self.slots = umbrage_rays::TileOrder::new(width, height).places() as u32;
         self.is_start_of_film = layer.is_of_first_sample && layer.is_first;
         let sample = ShadeSample {
-            words_per_light: self.places / 32,
+            words_per_light: self.slots / 32,
             is_first_sample: u32::from(layer.is_of_first_sample),
             is_first_layer: u32::from(layer.is_first),
             is_last_layer: u32::from(layer.is_last),
@@ -251,7 +251,7 @@ impl Shade {
     /// How many workgroups the prepared layer takes.
     #[must_use]
     pub fn groups(&self) -> u32 {
-        self.places / Self::WIDTH
+        self.slots / Self::WIDTH
     }
 
     /// Shades the layer with [as many](Self::groups) `groups`, or not at all with none.
@@ -267,7 +267,7 @@ impl Shade {
         let Self { sample, scene, lights, attributes, materials, texels, .. } = self;
         let buffers =
             [sample, scene, lights, seen, lit, positions, triangles, attributes, materials, texels, film.planes()];
-        // First, since shading empties places that are done.
+        // First, since shading empties slots that are done.
         if self.is_start_of_film && film.first_plane().is_some() {
             self.rows.dispatch(gpu, pass, &[&self.size, seen, film.triangle()], groups);
         }

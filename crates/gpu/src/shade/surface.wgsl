@@ -53,7 +53,7 @@ const LEAST_SQUARED: f32 = 1e-37;
 // Stands for the area of a cone on a triangle that has none.
 const COVERS_ALL: f32 = 1e30;
 
-// `across` is the ray's place in the image, as ray_across gives it.
+// `across` is the ray's position in the image, as ray_across gives it.
 fn surface_at(id: u32, across: vec2<f32>) -> Surface {
     let material = material_of(id);
     let triangle = triangle_of(id);

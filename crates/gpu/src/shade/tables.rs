@@ -58,7 +58,7 @@ impl ShadeSample {
     /// `projection` of parallel rays.
     pub const ORTHOGRAPHIC: u32 = 1;
 
-    /// The rays of some rows of a view through one place in each pixel. What belongs to the film and its layers is set by
+    /// The rays of some rows of a view through one point in each pixel. What belongs to the film and its layers is set by
     /// [`Shade::prepare`](super::Shade::prepare), the cone's width by the caller.
     #[must_use]
     pub fn new(band: impl Into<Band>, offset_pixels: DVec2) -> Self {
@@ -238,17 +238,17 @@ pub struct ShadeMaterial {
 }
 
 impl ShadeMaterial {
-    /// Place in `textures` of colour (sRGB) and opacity.
+    /// Index in `textures` of colour (sRGB) and opacity.
     pub const BASE_COLOR: usize = 0;
-    /// Place in `textures` of roughness in green and metallic in blue.
+    /// Index in `textures` of roughness in green and metallic in blue.
     pub const METALLIC_ROUGHNESS: usize = 1;
-    /// Place in `textures` of tangent-space normals.
+    /// Index in `textures` of tangent-space normals.
     pub const NORMAL: usize = 2;
-    /// Place in `textures` of ambient occlusion in red.
+    /// Index in `textures` of ambient occlusion in red.
     pub const OCCLUSION: usize = 3;
-    /// Place in `textures` of emitted colour (sRGB).
+    /// Index in `textures` of emitted colour (sRGB).
     pub const EMISSIVE: usize = 4;
-    /// Place in `textures` of transmission in red.
+    /// Index in `textures` of transmission in red.
     pub const TRANSMISSION: usize = 5;
 }
 

@@ -24,10 +24,6 @@ const TEXTURE_EMISSIVE: u32 = 4u;
 const TEXTURE_TRANSMISSION: u32 = 5u;
 const TEXTURES: u32 = 6u;
 
-const WRAP_REPEAT: u32 = 0u;
-const WRAP_MIRRORED_REPEAT: u32 = 1u;
-const WRAP_CLAMP_TO_EDGE: u32 = 2u;
-
 // Where fixed tables are in shade_texels.
 const LINEAR_FROM_SRGB_WORD: u32 = 0u;
 const SPECULAR_ALBEDO_WORD: u32 = 256u;
@@ -130,10 +126,10 @@ struct ShadeTexture {
 @group(0) @binding(0) var<uniform> shade_sample: ShadeSample;
 @group(0) @binding(1) var<uniform> shade_scene: ShadeScene;
 @group(0) @binding(2) var<uniform> shade_lights: array<ShadeLight, MOST_LIGHTS>;
-// What each place shows.
-// Places that later layers needn't look at are emptied.
+// What each slot shows.
+// Slots that later layers needn't look at are emptied.
 @group(0) @binding(3) var<storage, read_write> shade_seen: array<u32>;
-// One bit a place for each light, light after light.
+// One bit a slot for each light, light after light.
 @group(0) @binding(4) var<storage, read> shade_lit: array<u32>;
 @group(0) @binding(5) var<storage, read> shade_positions: array<f32>;
 // Three vertices and the number of each triangle.

@@ -25,12 +25,12 @@ impl Texels {
 
     /// Adds an image from its levels, the full one first, each half as wide and high as the one before, rounded down but
     /// at least 1: words in rows, the upper row first; RGBA8 with red in the lowest byte for a texture, three f32 a texel
-    /// for a panorama. Gives the place of its list of levels.
+    /// for a panorama. Gives the index of its list of levels.
     pub fn add<L: IntoIterator<Item = u32>>(&mut self, levels: impl ExactSizeIterator<Item = L>) -> u32 {
         let list = self.words.len();
         self.words.resize(list + levels.len(), 0);
-        for (place, level) in levels.enumerate() {
-            self.words[list + place] = self.words.len() as u32;
+        for (index, level) in levels.enumerate() {
+            self.words[list + index] = self.words.len() as u32;
             self.words.extend(level);
         }
         list as u32

@@ -1,6 +1,7 @@
 // Textures with their smaller copies: crates/scene/src/texture.rs.
 
-import package::shade::tables::{LINEAR_FROM_SRGB_WORD, ShadeTexture, WRAP_CLAMP_TO_EDGE, WRAP_REPEAT, shade_texels};
+import package::shade::tables::{LINEAR_FROM_SRGB_WORD, ShadeTexture, shade_texels};
+import package::wrap::{WRAP_CLAMP_TO_EDGE, WRAP_REPEAT};
 
 // The linear colour at `coords` in the image, averaged over about `footprint_texels` texels of the full image.
 fn texture_at(texture: ShadeTexture, coords: vec2<f32>, footprint_texels: f32) -> vec4<f32> {
@@ -24,12 +25,12 @@ fn texture_at(texture: ShadeTexture, coords: vec2<f32>, footprint_texels: f32) -
 fn texture_level_at(texture: ShadeTexture, level: u32, coords: vec2<f32>) -> vec4<f32> {
     let size = max(texture.size >> vec2<u32>(level), vec2<u32>(1u));
     let first = shade_texels[texture.levels_word + level];
-    var place = coords * vec2<f32>(size);
+    var position = coords * vec2<f32>(size);
     if texture.is_nearest == 0u {
-        place -= 0.5;
+        position -= 0.5;
     }
-    let corner = floor(place);
-    let part = select(place - corner, vec2<f32>(0.0), texture.is_nearest != 0u);
+    let corner = floor(position);
+    let part = select(position - corner, vec2<f32>(0.0), texture.is_nearest != 0u);
     var color = vec4<f32>(0.0);
     for (var step = 0u; step < 4u; step++) {
         let right = vec2<u32>(step & 1u, step >> 1u);
@@ -44,7 +45,7 @@ fn texture_level_at(texture: ShadeTexture, level: u32, coords: vec2<f32>) -> vec
     return color;
 }
 
-// The texel that stands for place `at` on a side of `side` texels.
+// The texel that stands for position `at` on a side of `side` texels.
 fn texture_wrapped(at: i32, side: i32, wrap: u32) -> u32 {
     if wrap == WRAP_CLAMP_TO_EDGE {
         return u32(clamp(at, 0, side - 1));

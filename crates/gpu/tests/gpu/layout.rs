@@ -40,14 +40,12 @@ pub(crate) fn size_of_member<T, M>(_: impl Fn(&T) -> &M) -> usize {
     size_of::<M>()
 }
 
-/// A shader's text without the lines that import others, read by naga.
+/// A linked shader's text, read by naga.
 ///
 /// # Panics
 /// If it is no valid WGSL.
 pub(crate) fn module(text: &str) -> Module {
-    let own: String =
-        text.lines().filter(|line| !line.starts_with("import ")).map(|line| format!("{line}\n")).collect();
-    naga::front::wgsl::parse_str(&own).unwrap_or_else(|error| panic!("{}", error.emit_to_string(&own)))
+    naga::front::wgsl::parse_str(text).unwrap_or_else(|error| panic!("{}", error.emit_to_string(text)))
 }
 
 /// What differs between a struct of Rust and the one of the same name in a shader; nothing where they are alike.
@@ -75,8 +73,14 @@ pub(crate) fn differences(module: &Module, layout: &Layout) -> Vec<String> {
     complaints
 }
 
+/// Those of Rust's constants that the shader has with another value, or doesn't have.
+pub(crate) fn other_constants<'a>(module: &Module, constants: &[(&'a str, u32)]) -> Vec<&'a str> {
+    let others = constants.iter().filter(|(name, value)| constant(module, name) != Some(*value));
+    others.map(|(name, _)| *name).collect()
+}
+
 /// The value of a u32 constant of a shader; `None` where there is none of that name.
-pub(crate) fn constant(module: &Module, name: &str) -> Option<u32> {
+fn constant(module: &Module, name: &str) -> Option<u32> {
     let (_, constant) = module.constants.iter().find(|(_, of)| of.name.as_deref() == Some(name))?;
     match module.global_expressions[constant.init] {
         Expression::Literal(Literal::U32(value)) => Some(value),

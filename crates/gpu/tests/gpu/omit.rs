@@ -29,9 +29,9 @@ fn omit_counts_what_the_cpu_leaves_out() {
         let positions: Vec<Vec3> = common::numbers(vertices, seed)
             .iter()
             .enumerate()
-            .map(|(place, &number)| {
-                let at = special.get(number as usize).copied().unwrap_or(place as f32);
-                Vec3::new(at, [0.0, -0.0][place % 2], [at, 3.0][place / 2 % 2])
+            .map(|(index, &number)| {
+                let at = special.get(number as usize).copied().unwrap_or(index as f32);
+                Vec3::new(at, [0.0, -0.0][index % 2], [at, 3.0][index / 2 % 2])
             })
             .collect();
         let corners = common::numbers(3 * size, seed + 1);

@@ -21,7 +21,7 @@ fn a_scene_without_triangles_shows_its_surroundings() {
     println!("the kernels are ready after {:.2} s", start.elapsed().as_secs_f64());
     let level = |level: usize| ((level.max(1) as f32 - 0.5) / 255.0 + 0.055) / 1.055;
     // The lower levels are elsewhere on the curve, and not looked at.
-    let levels = std::array::from_fn(|place| if place == 0 { 0.0 } else { level(place).powf(2.4) });
+    let levels = std::array::from_fn(|index| if index == 0 { 0.0 } else { level(index).powf(2.4) });
     let mut develop = Develop::new(&gpu, &levels).expect("room");
     let mut planes = FilmPlanes::new(&gpu);
     let texels = Texels::new(&[0.0; 256], &[[[0.0; 2]; Texels::ALBEDO_SIDE]; Texels::ALBEDO_SIDE]);

@@ -1,14 +1,15 @@
 //! What Rust writes for the shading kernels is what they read.
 
+use umbrage_gpu::internals::link_with;
 use umbrage_gpu::shade::{
     DevelopSettings, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture, Texels,
 };
 
-use crate::layout::{constant, differences, layout, module};
+use crate::layout::{differences, layout, module, other_constants};
 
 #[test]
 fn structs_are_those_of_the_shaders() {
-    let tables = module(include_str!("../../src/shade/tables.wgsl"));
+    let tables = module(&link_with(&[], "shade::texture"));
     let layouts = [
         layout!(ShadeSample {
             position,
@@ -70,7 +71,7 @@ fn structs_are_those_of_the_shaders() {
     for of_rust in layouts {
         assert_eq!(differences(&tables, &of_rust), [""; 0]);
     }
-    let develop = module(before_entries(include_str!("../../src/shade/develop.wgsl")));
+    let develop = module(&link_with(&[], "shade::develop"));
     assert_eq!(
         differences(&develop, &layout!(DevelopSettings { weight, exposure, tone_map, width, height, row_pixels })),
         [""; 0]
@@ -79,8 +80,8 @@ fn structs_are_those_of_the_shaders() {
 
 #[test]
 fn constants_are_those_of_the_shaders() {
-    let tables = module(include_str!("../../src/shade/tables.wgsl"));
-    for (name, value) in [
+    let tables = module(&link_with(&[], "shade::texture"));
+    let constants = [
         ("NO_WORD", ShadeScene::NO_WORD),
         ("NO_TRIANGLE", umbrage_rays::SeenPixels::NONE),
         ("PROJECTION_PERSPECTIVE", ShadeSample::PERSPECTIVE),
@@ -104,14 +105,12 @@ fn constants_are_those_of_the_shaders() {
         ("LINEAR_FROM_SRGB_WORD", Texels::LINEAR_FROM_SRGB_WORD),
         ("SPECULAR_ALBEDO_WORD", Texels::SPECULAR_ALBEDO_WORD),
         ("SPECULAR_ALBEDO_SIDE", Texels::ALBEDO_SIDE as u32),
-    ] {
-        assert_eq!(constant(&tables, name), Some(value), "{name}");
-    }
-    let develop = module(before_entries(include_str!("../../src/shade/develop.wgsl")));
-    for (name, value) in [("TONE_MAP_NEUTRAL", DevelopSettings::NEUTRAL), ("TONE_MAP_CLIP", DevelopSettings::CLIP)] {
-        assert_eq!(constant(&develop, name), Some(value), "{name}");
-    }
-    assert_eq!(constant(&tables, "NO_SUCH_CONSTANT"), None);
+    ];
+    assert_eq!(other_constants(&tables, &constants), [""; 0]);
+    let develop = module(&link_with(&[], "shade::develop"));
+    let constants = [("TONE_MAP_NEUTRAL", DevelopSettings::NEUTRAL), ("TONE_MAP_CLIP", DevelopSettings::CLIP)];
+    assert_eq!(other_constants(&develop, &constants), [""; 0]);
+    assert_eq!(other_constants(&tables, &[("NO_SUCH_CONSTANT", 0), ("NO_WORD", 0)]), ["NO_SUCH_CONSTANT", "NO_WORD"]);
 }
 
 #[test]
@@ -130,9 +129,4 @@ fn the_comparison_finds_each_kind_of_difference() {
     assert_eq!(complaints("struct Pair { first: vec4<f32>, second: u32 }"), 3);
     assert_eq!(complaints("struct Pair { first: vec3<f32>, second: vec2<u32> }"), 2);
     assert_eq!(complaints("struct Pair { first: vec3<f32> }"), 1);
-}
-
-/// The declarations of a shader whose functions need what it imports.
-fn before_entries(text: &str) -> &str {
-    text.split_once("@compute").map_or(text, |(before, _)| before)
 }

@@ -1,4 +1,4 @@
-//! Places in tiles on the GPU are those of `umbrage_rays`.
+//! Slots in tiles on the GPU are those of `umbrage_rays`.
 
 use umbrage_gpu::{Buffer, Groups, Kernel, Recorder};
 use umbrage_rays::TileOrder;
@@ -6,37 +6,37 @@ use umbrage_rays::TileOrder;
 use crate::common;
 
 const TEXT: &str = "\
-import package::tile_order::{pixel_of_place, place_of_pixel};
+import package::tile_order::{pixel_of_slot, slot_of_pixel};
 @group(0) @binding(0) var<uniform> size: vec4<u32>;
 @group(0) @binding(1) var<storage, read_write> found: array<vec3<u32>>;
 @compute @workgroup_size(64)
 fn find(@builtin(global_invocation_id) at: vec3<u32>) {
     if at.x < size.y {
-        let pixel = pixel_of_place(at.x, size.x);
-        found[at.x] = vec3<u32>(pixel, place_of_pixel(pixel, size.x));
+        let pixel = pixel_of_slot(at.x, size.x);
+        found[at.x] = vec3<u32>(pixel, slot_of_pixel(pixel, size.x));
     }
 }
 ";
 
 #[test]
-fn places_and_pixels_are_those_of_tile_order() {
+fn slots_and_pixels_are_those_of_tile_order() {
     let Some(gpu) = common::gpu() else { return };
     let kernel = Kernel::of_text(&gpu, TEXT, "find", &[]);
     let (mut size, mut found) = (Buffer::uniform(&gpu, "size"), Buffer::storage(&gpu, "found"));
     for (width, height) in [(1, 1), (64, 64), (65, 3), (200, 130), (1000, 70)] {
         let order = TileOrder::new(width, height);
-        let places = order.places();
-        size.write(&gpu, &[width, places as u32, 0, 0]).expect("room");
-        found.reserve(&gpu, places as u64 * 16).expect("room");
+        let slots = order.places();
+        size.write(&gpu, &[width, slots as u32, 0, 0]).expect("room");
+        found.reserve(&gpu, slots as u64 * 16).expect("room");
         let mut recorder = Recorder::new(&gpu);
         recorder.stage("find", |pass| {
-            kernel.dispatch(&gpu, pass, &[&size, &found], Groups::Flat(places as u32 / 64));
+            kernel.dispatch(&gpu, pass, &[&size, &found], Groups::Flat(slots as u32 / 64));
         });
         recorder.submit()().expect("done");
-        let found: Vec<[u32; 4]> = found.read(&gpu, places).expect("read");
-        for (place, [x, y, again, _]) in found.into_iter().enumerate() {
-            assert_eq!((x, y), order.column_and_row(place), "{width}x{height}");
-            assert_eq!(again as usize, place, "{width}x{height}");
+        let found: Vec<[u32; 4]> = found.read(&gpu, slots).expect("read");
+        for (slot, [x, y, again, _]) in found.into_iter().enumerate() {
+            assert_eq!((x, y), order.column_and_row(slot), "{width}x{height}");
+            assert_eq!(again as usize, slot, "{width}x{height}");
         }
     }
 }

@@ -40,12 +40,15 @@ impl Bvh {
     }
 
     /// All nodes, the root first.
-    pub(crate) fn nodes(&self) -> &[Bvh2Node] {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn nodes(&self) -> &[Bvh2Node] {
         &self.tree.nodes
     }
 
     /// The ids of a leaf's triangles.
-    pub(crate) fn triangles_of(&self, leaf: &Bvh2Node) -> impl Iterator<Item = u32> {
+    #[doc(hidden)]
+    pub fn triangles_of(&self, leaf: &Bvh2Node) -> impl Iterator<Item = u32> {
         let first = leaf.first_index as usize;
         let places = &self.tree.primitive_indices[first..first + leaf.prim_count as usize];
         places.iter().map(|&place| self.ids[place as usize])

@@ -4,9 +4,11 @@ use super::Clipping;
 
 /// A box with its faces, by axis. 24 bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Extent {
-    pub(super) min: [f32; 3],
-    pub(super) max: [f32; 3],
+pub struct Extent {
+    /// The lowest coordinates.
+    pub min: [f32; 3],
+    /// The highest coordinates.
+    pub max: [f32; 3],
 }
 
 impl Default for Extent {
@@ -16,11 +18,12 @@ impl Default for Extent {
 }
 
 impl Extent {
-    pub(super) const EMPTY: Self = Self { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
+    /// Holds nothing.
+    pub const EMPTY: Self = Self { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
 
     /// Around points; a zero has no sign, so that equal coordinates have equal bits.
     #[inline(always)]
-    pub(super) fn around<const N: usize>(points: [Vec3; N]) -> Self {
+    pub fn around<const N: usize>(points: [Vec3; N]) -> Self {
         let mut extent = Self::EMPTY;
         for point in points {
             extent.include((point + 0.0).to_array());
@@ -36,8 +39,9 @@ impl Extent {
         }
     }
 
+    /// The box around both.
     #[inline(always)]
-    pub(super) fn union(self, other: Self) -> Self {
+    pub fn union(self, other: Self) -> Self {
         Self {
             min: std::array::from_fn(|axis| self.min[axis].min(other.min[axis])),
             max: std::array::from_fn(|axis| self.max[axis].max(other.max[axis])),
@@ -46,7 +50,7 @@ impl Extent {
 
     /// What both hold; `None` if they don't even touch.
     #[inline(always)]
-    pub(super) fn intersection(self, other: Self) -> Option<Self> {
+    pub fn intersection(self, other: Self) -> Option<Self> {
         let both = Self {
             min: std::array::from_fn(|axis| self.min[axis].max(other.min[axis])),
             max: std::array::from_fn(|axis| self.max[axis].min(other.max[axis])),
@@ -55,17 +59,18 @@ impl Extent {
     }
 
     /// The largest magnitude of a coordinate; zero if empty.
-    pub(super) fn reach(&self) -> f32 {
+    pub fn reach(&self) -> f32 {
         let faces = self.min.into_iter().chain(self.max);
         if self.is_empty() { 0.0 } else { faces.fold(0.0, |reach, face| reach.max(face.abs())) }
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    /// Whether nothing is inside, not even a point.
+    pub fn is_empty(&self) -> bool {
         (0..3).any(|axis| self.min[axis] > self.max[axis])
     }
 
     /// The parts below and above a plane through the box.
-    pub(super) fn cut(self, plane: Plane) -> [Self; 2] {
+    pub fn cut(self, plane: Plane) -> [Self; 2] {
         let [mut below, mut above] = [self, self];
         below.max[plane.axis] = plane.at;
         above.min[plane.axis] = plane.at;
@@ -73,7 +78,7 @@ impl Extent {
     }
 
     /// Half the area of the box's surface.
-    pub(super) fn half_area(&self) -> f64 {
+    pub fn half_area(&self) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|axis| f64::from(self.max[axis]) - f64::from(self.min[axis]));
         x * y + y * z + z * x
     }
@@ -81,30 +86,37 @@ impl Extent {
 
 /// A plane across an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Plane {
-    pub(super) axis: usize,
-    pub(super) at: f32,
+pub struct Plane {
+    /// 0 to 2.
+    pub axis: usize,
+    /// Its coordinate along that.
+    pub at: f32,
 }
 
 /// A triangle in a cell: its id, and a box around the part of it in that cell. 28 bytes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reference {
-    pub(super) extent: Extent,
-    pub(super) id: u32,
+pub struct Reference {
+    /// Around the part in the cell.
+    pub extent: Extent,
+    /// The triangle's.
+    pub id: u32,
 }
 
 /// On which sides of a plane a reference is listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sides {
+pub enum Sides {
+    /// Below.
     Left,
+    /// Above.
     Right,
+    /// On both.
     Both,
 }
 
 impl Reference {
     /// Where it belongs; inside the plane, where `planar_left` says.
     #[inline(always)]
-    pub(super) fn sides(&self, plane: Plane, planar_left: bool) -> Sides {
+    pub fn sides(&self, plane: Plane, planar_left: bool) -> Sides {
         let (low, high) = (self.extent.min[plane.axis], self.extent.max[plane.axis]);
         if high < plane.at || (high == plane.at && (low < high || planar_left)) {
             Sides::Left
@@ -116,12 +128,7 @@ impl Reference {
     }
 
     /// The parts below and above a plane that goes through the box; `None` where the triangle certainly isn't.
-    pub(super) fn cut(
-        &self,
-        plane: Plane,
-        clipping: Clipping,
-        corners: impl FnOnce() -> [Vec3; 3],
-    ) -> [Option<Self>; 2] {
+    pub fn cut(&self, plane: Plane, clipping: Clipping, corners: impl FnOnce() -> [Vec3; 3]) -> [Option<Self>; 2] {
         let halves = self.extent.cut(plane);
         let parts = match clipping {
             Clipping::Boxes => halves.map(Some),

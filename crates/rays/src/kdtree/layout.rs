@@ -6,7 +6,7 @@ use super::{KdLayout, KdTree};
 /// A subtree as builders make it: nodes depth first, each inner one with the distance to its right child; each leaf with
 /// how many ids it has, which follow those of the leaves before.
 #[derive(Debug, Default)]
-pub(super) struct Branch {
+pub struct Branch {
     nodes: Vec<Node>,
     ids: Vec<u32>,
     /// Of the leaves in whose place subtrees are built later, in order.
@@ -30,7 +30,8 @@ impl Branch {
             + self.references.capacity() * size_of::<Reference>()
     }
 
-    pub(super) fn push_leaf(&mut self, ids: impl Iterator<Item = u32>) {
+    /// Adds a leaf.
+    pub fn push_leaf(&mut self, ids: impl Iterator<Item = u32>) {
         let start = self.ids.len();
         self.ids.extend(ids);
         self.nodes.push(Node::leaf(0, (self.ids.len() - start) as u32));
@@ -47,18 +48,19 @@ impl Branch {
     }
 
     /// Adds an inner node, whose left child is what is added next; its place.
-    pub(super) fn open(&mut self, plane: Plane) -> usize {
+    pub fn open(&mut self, plane: Plane) -> usize {
         self.nodes.push(Node::inner(plane, 0));
         self.nodes.len() - 1
     }
 
     /// Says that what is added next is the right child of the inner node at `place`.
-    pub(super) fn turn_right(&mut self, place: usize) {
+    pub fn turn_right(&mut self, place: usize) {
         let distance = (self.nodes.len() - place) as u32;
         self.nodes[place] = Node::inner(self.nodes[place].plane(), distance);
     }
 
-    pub(super) fn append(&mut self, other: &Self) {
+    /// Adds a whole subtree.
+    pub fn append(&mut self, other: &Self) {
         self.nodes.extend_from_slice(&other.nodes);
         self.ids.extend_from_slice(&other.ids);
         self.deferred.extend_from_slice(&other.deferred);

@@ -4,11 +4,7 @@
 //!
 //! `extent` holds boxes and cuts triangles' boxes at planes, `build` finds the planes, `node` and `layout` say how nodes lie
 //! in memory, `traverse` leads rays to leaves. `packet` does so for packets of them. `options` says what there is to
-//! choose and `names` what that is called, `statistics` what came of it; `words` gives the tree to a GPU.
-//!
-//! `hierarchy` says which triangles lie together, for builds that needn't look at all of them. `two_level` has a tree for each
-//! object and `background` one that is built while another is traced; in both triangles may have left the places where a tree
-//! was built, and `grown` leads rays through that.
+//! choose and `names` what that is called, `statistics` what came of it.
 //!
 //! **Why nothing is missed.** Planes are f32 and so are the corners of triangles, and both are compared as they are: a
 //! triangle with a part strictly on one side of a plane is listed on that side, one inside the plane on either of them. So
@@ -17,11 +13,8 @@
 //! its faces, holds the point where that is. How traversals see to that is told in `traverse`. A subtree that is built later
 //! takes the place of a leaf, in the same cell.
 
-mod background;
 mod build;
 mod extent;
-mod grown;
-mod hierarchy;
 mod layout;
 mod names;
 mod node;
@@ -29,23 +22,20 @@ mod options;
 mod packet;
 mod statistics;
 mod traverse;
-mod two_level;
 mod validate;
-mod words;
 
 use crate::{Omitted, SimdLevel};
-pub use background::{BackgroundKdTree, ImpossibleBackground, KdAge, RebuildPolicy};
+pub use build::{Candidate, Cell, Job};
 use build::{Deferred, Pool};
-use extent::Extent;
-pub use hierarchy::{ImpossibleHierarchy, SceneHierarchy};
-use layout::Branch;
-pub use names::UnknownKdName;
-use node::Nodes;
+pub use extent::{Extent, Plane, Reference, Sides};
+pub use layout::Branch;
+pub use node::{Node, Nodes};
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
-pub use packet::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth};
+pub use packet::{
+    Ask, Filter, HALF_ULP, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth, LANES, MOST_RAYS, Rays, Scale,
+    Wide, load,
+};
 pub use statistics::{KdTreeCounts, KdTreeVisits};
-pub use two_level::{ImpossibleObjects, KdMotion, KdObject, TwoLevelCounts, TwoLevelKdTree};
-pub use words::KdTreeForm;
 
 /// The triangles of a frame, listed in the cells of a kd-tree.
 ///
@@ -128,6 +118,34 @@ impl KdTree {
             + self.branch.bytes()
             + self.deferred.bytes()
             + self.pool.bytes()
+    }
+
+    /// All nodes.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn nodes(&self) -> &Nodes {
+        &self.nodes
+    }
+
+    /// Triangle ids, leaf after leaf, ascending in each.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn ids(&self) -> &[u32] {
+        &self.ids
+    }
+
+    /// Which instructions packets use.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn level(&self) -> SimdLevel {
+        self.level
+    }
+
+    /// The box around all triangles that can be hit.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn extent(&self) -> Extent {
+        self.extent
     }
 
     /// Whether two trees have the same nodes, in the same places, and list the same triangles in them; whatever rays have

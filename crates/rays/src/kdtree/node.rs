@@ -5,7 +5,7 @@ use super::extent::Plane;
 /// Illumination*, 2004, §7.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
-pub(super) struct Node {
+pub struct Node {
     /// Bits of the plane's coordinate, or the place of the first id.
     first: u32,
     second: u32,
@@ -31,8 +31,9 @@ impl Node {
         Self { first: start, second: Self::DEFERRED | count << 2 | Self::LEAF }
     }
 
+    /// Whether it has ids in place of children.
     #[inline(always)]
-    pub(super) fn is_leaf(self) -> bool {
+    pub fn is_leaf(self) -> bool {
         self.second & 3 == Self::LEAF
     }
 
@@ -44,25 +45,25 @@ impl Node {
 
     /// Of an inner node.
     #[inline(always)]
-    pub(super) fn plane(self) -> Plane {
+    pub fn plane(self) -> Plane {
         Plane { axis: (self.second & 3) as usize, at: f32::from_bits(self.first) }
     }
 
     /// Of an inner node: the place of a child.
     #[inline(always)]
-    pub(super) fn child(self) -> u32 {
+    pub fn child(self) -> u32 {
         self.second >> 2
     }
 
     /// Of a leaf: where its ids are.
     #[inline(always)]
-    pub(super) fn ids(self) -> std::ops::Range<usize> {
+    pub fn ids(self) -> std::ops::Range<usize> {
         self.first as usize..self.first as usize + self.count()
     }
 
     /// Of a leaf: how many ids it has.
     #[inline(always)]
-    pub(super) fn count(self) -> usize {
+    pub fn count(self) -> usize {
         ((self.second & !Self::DEFERRED) >> 2) as usize
     }
 }
@@ -74,7 +75,7 @@ struct Line([Node; Nodes::LINE]);
 
 /// All nodes, the root first.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(super) struct Nodes {
+pub struct Nodes {
     lines: Vec<Line>,
     /// How many places are taken, counting those that padding takes.
     len: usize,
@@ -87,7 +88,7 @@ impl Nodes {
     /// Nodes of a cache line.
     pub(super) const LINE: usize = 8;
     /// Most inner nodes above a leaf.
-    pub(super) const MAX_DEPTH: usize = 48;
+    pub const MAX_DEPTH: usize = 48;
 
     pub(super) fn clear(&mut self, left_follows: bool) {
         self.lines.clear();
@@ -95,7 +96,9 @@ impl Nodes {
         self.left_follows = if left_follows { u32::MAX } else { 0 };
     }
 
-    pub(super) fn len(&self) -> usize {
+    /// How many places for nodes there are, padding among them.
+    #[expect(clippy::len_without_is_empty, reason = "a built tree has a root")]
+    pub fn len(&self) -> usize {
         self.len
     }
 
@@ -113,14 +116,15 @@ impl Nodes {
         self.lines[place / Self::LINE].0[place % Self::LINE] = node;
     }
 
+    /// The node at a place.
     #[inline(always)]
-    pub(super) fn get(&self, place: u32) -> Node {
+    pub fn get(&self, place: u32) -> Node {
         self.lines[place as usize / Self::LINE].0[place as usize % Self::LINE]
     }
 
     /// The places of the left and the right child of the inner node at `place`.
     #[inline(always)]
-    pub(super) fn children(&self, place: u32, node: Node) -> [u32; 2] {
+    pub fn children(&self, place: u32, node: Node) -> [u32; 2] {
         let child = node.child();
         let follows = self.left_follows;
         [((place + 1) & follows) | (child & !follows), child + (!follows & 1)]

@@ -4,11 +4,10 @@
 //! In coordinates that are sheared along the packet's middle ray, such rays are points (x, y) of a plane, and a
 //! triangle's edge functions and nearness are linear in x and y, whichever the packet has in common: that is
 //! [`Space`]. [`Planes`] holds 16 triangles so prepared, with what rounding may do to them. `nearest` and `any_hit` are
-//! what can be asked of a packet; both are a [`Query`] of one traversal. Rays that have nothing in common are `lines`.
+//! what can be asked of a packet; both are a [`Query`] of one traversal.
 
 mod any_hit;
 mod blocks;
-mod lines;
 mod mailbox;
 mod nearest;
 mod planes;
@@ -17,12 +16,12 @@ mod space;
 
 pub(crate) use any_hit::{AnyHit, AnyHitBlock, Casting};
 pub(crate) use blocks::PacketRays;
-pub(crate) use lines::{LineBlock, LineFilter};
 pub(crate) use mailbox::Mailbox;
 pub(crate) use nearest::{Doubt, Nearest, NearestBlock, Solid};
-pub(crate) use planes::Planes;
+pub use planes::Planes;
 pub(crate) use query::Query;
-pub(crate) use space::{Common, Group, Points, Range, Space};
+pub use space::Group;
+pub(crate) use space::{Common, Points, Range, Space};
 
 /// Rays, or triangles, handled at once.
 pub(crate) const LANES: usize = 16;

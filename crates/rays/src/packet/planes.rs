@@ -13,7 +13,7 @@ use crate::shot::MaskPoints;
 /// are positive inside where the triangle is `oriented`. 1280 bytes.
 #[derive(Default)]
 #[repr(align(64))]
-pub(crate) struct Planes {
+pub struct Planes {
     a: [[f32; LANES]; 3],
     b: [[f32; LANES]; 3],
     c: [[f32; LANES]; 3],

@@ -3,6 +3,8 @@ use std::str::FromStr;
 
 use fearless_simd::Level;
 
+use crate::UnknownChoice;
+
 /// A set of SIMD instructions of this machine.
 ///
 /// Every level gives the same results bit for bit; they differ in speed only.
@@ -63,28 +65,12 @@ impl fmt::Display for SimdLevel {
     }
 }
 
-/// A name that is none of this machine's SIMD levels.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UnknownSimdLevel {
-    /// The name.
-    pub name: String,
-}
-
-impl fmt::Display for UnknownSimdLevel {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<&str> = SimdLevel::available().into_iter().map(SimdLevel::name).collect();
-        write!(f, "this machine has no SIMD level `{}`; it has {}", self.name, names.join(", "))
-    }
-}
-
-impl std::error::Error for UnknownSimdLevel {}
-
 impl FromStr for SimdLevel {
-    type Err = UnknownSimdLevel;
+    type Err = UnknownChoice;
 
     /// The level of a [name](Self::name), if this machine has it.
-    fn from_str(name: &str) -> Result<Self, UnknownSimdLevel> {
-        let unknown = || UnknownSimdLevel { name: name.to_owned() };
+    fn from_str(name: &str) -> Result<Self, UnknownChoice> {
+        let unknown = || UnknownChoice::new("SIMD level", name, Self::available().into_iter().map(Self::name));
         Self::available().into_iter().find(|level| level.name() == name).ok_or_else(unknown)
     }
 }

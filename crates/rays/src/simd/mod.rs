@@ -4,4 +4,4 @@ pub(crate) mod lanes;
 mod level;
 pub(crate) mod vectors;
 
-pub use level::{SimdLevel, UnknownSimdLevel};
+pub use level::SimdLevel;

@@ -9,7 +9,7 @@ use crate::{Hit, Ray, Triangles};
 use filter::Filter;
 
 /// A structure that leads single rays to triangles.
-pub(crate) trait Visit {
+pub trait Visit {
     /// The largest magnitude of the coordinates of triangles that `visit` may name.
     fn reach(&self) -> f32;
 
@@ -19,7 +19,7 @@ pub(crate) trait Visit {
 }
 
 /// The nearest hit that `counts`; at equal t the one with the lowest triangle id. `None` for a miss.
-pub(crate) fn nearest(
+pub fn nearest(
     structure: &impl Visit,
     triangles: Triangles<'_>,
     ray: &Ray,
@@ -44,7 +44,7 @@ pub(crate) fn nearest(
 }
 
 /// Whether any triangle but `own` that `counts` shadows the point of `shadow_ray`.
-pub(crate) fn blocked(
+pub fn blocked(
     structure: &impl Visit,
     triangles: Triangles<'_>,
     shadow_ray: &ShadowRay,

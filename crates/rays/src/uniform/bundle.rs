@@ -3,6 +3,7 @@ use fearless_simd::{Simd, f32x16, f64x8, mask64x8};
 use glam::DVec3;
 
 use super::slices::Scratch;
+use crate::choices;
 use crate::packet::{AnyHitBlock, Common, Doubt, Group, LANES, MOST_BLOCKS, NearestBlock, PacketRays, Range, Space};
 use crate::shot::TileOrder;
 
@@ -20,6 +21,14 @@ pub enum PacketSide {
     /// 1024 rays a packet: the fastest, or nearly, on all of the gallery since few of their blocks are tested.
     #[default]
     ThirtyTwo,
+}
+
+choices! { PacketSide, "packet side":
+    "2" => Two, "4 rays a packet";
+    "4" => Four, "16 rays a packet";
+    "8" => Eight, "64 rays a packet";
+    "16" => Sixteen, "256 rays a packet";
+    "32" => ThirtyTwo, "1024 rays a packet: nearly always the fastest";
 }
 
 impl PacketSide {

@@ -16,13 +16,13 @@ use crate::Bounds;
 /// farther than `MARGIN` − 2⁻³⁹ from h on every axis, and a ray finds it if it visits one of those: traversals need to
 /// know where the ray is only to within [`DOUBT`](Self::DOUBT), which is half the margin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Lattice {
+pub struct Lattice {
     /// World position of the lowest corner.
-    pub(crate) corner: DVec3,
+    pub corner: DVec3,
     /// Edge of a cell in world units.
-    pub(crate) side: f64,
+    pub side: f64,
     /// Cells along each axis.
-    pub(crate) cells: UVec3,
+    pub cells: UVec3,
 }
 
 /// The cells that a box overlaps, the last included; none where `low` is above `high`. 12 bytes.
@@ -68,11 +68,11 @@ impl CellBox {
 
 impl Lattice {
     /// How far boxes of triangles are grown, in cells.
-    pub(super) const MARGIN: f64 = 1.0 / (1 << 12) as f64;
+    pub const MARGIN: f64 = 1.0 / (1 << 12) as f64;
     /// How wrong a traversal's cell coordinates may be.
-    pub(crate) const DOUBT: f64 = 0.5 * Self::MARGIN;
+    pub const DOUBT: f64 = 0.5 * Self::MARGIN;
     /// Most cells along an axis.
-    pub(super) const MOST_ON_A_SIDE: u32 = 1 << 12;
+    pub const MOST_ON_A_SIDE: u32 = 1 << 12;
     /// Most cells in all, before each side is rounded up.
     pub(super) const MOST_CELLS: f64 = (1 << 26) as f64;
     /// Least distance of the bounds from the lattice's faces, in cells.
@@ -128,7 +128,7 @@ impl Lattice {
 
     /// A world position in cell coordinates, wrong by three roundings of their size.
     #[inline(always)]
-    pub(crate) fn coordinates(&self, position: DVec3) -> DVec3 {
+    pub fn coordinates(&self, position: DVec3) -> DVec3 {
         (position - self.corner) * (1.0 / self.side)
     }
 

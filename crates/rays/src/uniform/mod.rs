@@ -4,14 +4,12 @@
 //! `lattice` says where the cells are and why nothing is missed, `build` lists triangles in them, `macrocells` marks
 //! what is empty, `trace` follows single rays. `slices` leads packets of rays through the cells, where `frustum` leaves out
 //! what is beside them; `see` those of a camera and `shadow` those of a light, in the groups that `bundle` keeps;
-//! `statistics` counts. `general` traces packets of any rays. Cells may hold grids of their own, which are `nested`;
-//! `cells` are those of one grid, to both kinds of traversal.
+//! `statistics` counts. Cells may hold grids of their own, which are `nested`; `cells` are those of one grid, to both kinds of traversal.
 
 mod build;
 mod bundle;
 mod cells;
 mod frustum;
-mod general;
 mod lattice;
 mod macrocells;
 mod nested;
@@ -34,10 +32,12 @@ use crate::{Bounds, Omitted};
 use build::Chunk;
 pub use bundle::PacketSide;
 use bundle::Worker;
-use lattice::{CellBox, Lattice, VertexCells};
+pub use lattice::Lattice;
+use lattice::{CellBox, VertexCells};
 use macrocells::Macrocells;
 use nested::Nested;
-pub use statistics::UniformCounts;
+pub use slices::{Beam, Scratch, Visitor};
+pub use statistics::{Statistics, UniformCounts};
 
 /// How triangles come into cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -164,6 +164,20 @@ impl std::fmt::Debug for UniformGrid {
 }
 
 impl UniformGrid {
+    /// Where the cells are; `None` before the first build.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn lattice(&self) -> Option<Lattice> {
+        self.lattice
+    }
+
+    /// Which instructions packets use.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn level(&self) -> SimdLevel {
+        self.level
+    }
+
     /// An empty grid that uses the instructions of `level`.
     #[must_use]
     pub fn with_level(level: SimdLevel) -> Self {

@@ -62,7 +62,9 @@ impl UniformGrid {
     }
 
     /// The power of two that brings the edge of a cell to between a half and one.
-    pub(super) fn unit(&self) -> f64 {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn unit(&self) -> f64 {
         let side = self.lattice.map_or(1.0, |lattice| lattice.side);
         // Sides of cells are normal numbers far from the ends of f64's range.
         let exponent = (side.to_bits() >> 52) as i64 - 1022;

@@ -13,7 +13,7 @@ use crate::Triangles;
 use crate::packet::{Common, LANES, Mailbox, Planes, Query, Space};
 
 /// What tests the triangles that a packet comes across.
-pub(super) trait Visitor {
+pub trait Visitor {
     /// Whether nothing matters any more that rays reach at `way` cells along the major axis, or later.
     fn is_done(&self, way: f64) -> bool;
 
@@ -59,7 +59,7 @@ impl<Q: Query> Visitor for Coherent<'_, Q> {
 
 /// What one packet after the other is traced with.
 #[derive(Default)]
-pub(super) struct Scratch {
+pub struct Scratch {
     mailbox: Mailbox,
     planes: Planes,
     /// Triangles that were listed, to be looked for in the frustum together.
@@ -99,19 +99,23 @@ impl<const N: usize> Queue<N> {
 /// A box is (lowest u, −highest u, lowest v, −highest v), so that one addition brings it to the next slice, and the
 /// minimum of two boxes holds both (Wald et al. 2006, §2.2).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Beam {
-    pub(super) base: [f64; 4],
-    pub(super) rate: [f64; 4],
-    pub(super) axes: [usize; 3],
-    pub(super) sign: f64,
+pub struct Beam {
+    /// The box where w is zero.
+    pub base: [f64; 4],
+    /// What it gains for each cell of w.
+    pub rate: [f64; 4],
+    /// Those of u, v and w.
+    pub axes: [usize; 3],
+    /// −1 where w falls along its axis, else 1.
+    pub sign: f64,
     /// Where w is zero on the major axis.
-    pub(super) start: f64,
+    pub start: f64,
     /// What the box is grown by, and slices' w may be off by.
     ///
     /// Cell coordinates of the origin, products with slopes and up to 2¹² additions are wrong by 2⁻⁴⁰ of the largest
     /// number that they are made of; to this comes the doubt that the lattice allows for. Slopes and places of all rays
     /// are inside the packet's extent, which counts their own errors.
-    pub(super) slack: f64,
+    pub slack: f64,
 }
 
 impl Beam {
@@ -169,7 +173,7 @@ impl Beam {
     }
 
     /// The w at which slice 0 in the order of travel is entered.
-    pub(super) fn first(&self, cells: u32) -> f64 {
+    pub fn first(&self, cells: u32) -> f64 {
         if self.sign > 0.0 { -self.start } else { self.start - f64::from(cells) }
     }
 }
@@ -235,8 +239,9 @@ impl UniformGrid {
     }
 
     /// Has `visitor` test the triangles in all cells that a beam overlaps from one w to another, in cells.
+    #[doc(hidden)]
     #[inline(always)]
-    pub(super) fn visit_beam<S: Simd, V: Visitor>(
+    pub fn visit_beam<S: Simd, V: Visitor>(
         &self,
         simd: S,
         triangles: Triangles<'_>,

@@ -39,7 +39,7 @@ impl UniformCounts {
 
 /// Counts where the feature `statistics` is on; else it is empty, and its methods do nothing.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Statistics {
+pub struct Statistics {
     #[cfg(feature = "statistics")]
     counts: UniformCounts,
 }
@@ -89,8 +89,9 @@ impl Statistics {
         });
     }
 
+    /// The predicate was asked.
     #[inline(always)]
-    pub(super) fn asked(&mut self) {
+    pub fn asked(&mut self) {
         self.note(|counts| counts.asked += 1);
     }
 

@@ -1,10 +1,10 @@
-//! Packets through the kd-tree, with each width, traversal, entry and culling, against the predicate asked about every triangle.
+//! Packets through the kd-tree, with each width and traversal, against the predicate asked about every triangle.
 
 use glam::{DVec2, DVec3, Vec3, Vec3Swizzles};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Hit, KdBuilder, KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions,
-    LightSource, Ray, SahCosts, SeenImage, SeenPixels, SimdLevel, Triangles, UniformGrid, View,
+    Hit, KdBuilder, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray,
+    SahCosts, SeenImage, SeenPixels, SimdLevel, Triangles, UniformGrid, View,
 };
 
 use crate::support::{self, Mesh, Random, blocked_by_any, blocks, nearest_of_all, random_ray, scene};
@@ -17,20 +17,12 @@ const TRAVERSALS: [KdTraversal; 5] = [
     KdTraversal::ShortStack(4),
 ];
 
-/// Each width of lanes with each traversal, shafts with each culling, and both with each entry and mailbox.
+/// Each width with each traversal.
 fn forms() -> Vec<(KdTraversal, KdPacketOptions)> {
     let mut forms = Vec::new();
-    for entry in KdEntry::ALL {
-        for width in [KdPacketWidth::Four, KdPacketWidth::Eight, KdPacketWidth::Sixteen] {
-            let is_short = entry != KdEntry::Root;
-            let traversals = if is_short { &TRAVERSALS[2..4] } else { &TRAVERSALS[..] };
-            let options = KdPacketOptions { width, entry, ..KdPacketOptions::default() };
-            forms.extend(traversals.iter().map(|&traversal| (traversal, options)));
-        }
-        for culling in KdCulling::ALL {
-            let options = KdPacketOptions { width: KdPacketWidth::Shaft, entry, culling, ..KdPacketOptions::default() };
-            forms.push((KdTraversal::ShortStack(2), options));
-        }
+    for width in KdPacketWidth::ALL {
+        let options = KdPacketOptions { width, ..KdPacketOptions::default() };
+        forms.extend(TRAVERSALS.map(|traversal| (traversal, options)));
     }
     for (place, (_, options)) in forms.iter_mut().enumerate() {
         options.mailbox = KdMailbox::ALL[place % 3];
@@ -367,8 +359,8 @@ fn pictures_are_seen_and_lit_as_by_other_structures() {
     let (mut lit_points, mut points) = (0, 0);
     let large = View { width: 70, height: 67, ..views[0] };
     for (place, view) in views.into_iter().chain([large]).enumerate() {
-        let options = KdPacketOptions { width: KdPacketWidth::ALL[place], ..KdPacketOptions::default() };
-        tree.set_packet_options(KdPacketOptions { entry: KdEntry::ALL[place % 3], ..options });
+        let width = KdPacketWidth::ALL[place % 3];
+        tree.set_packet_options(KdPacketOptions { width, ..KdPacketOptions::default() });
         let offset = DVec2::new(f64::from(random.unit()), 0.5);
         tree.see(triangles, &view, offset, is_opaque, mask, &mut seen);
         if place < 3 {
@@ -421,12 +413,11 @@ fn packets_share_what_single_rays_do_alone() {
         tree.take_packet_visits()
     };
     let default = KdPacketOptions::default();
-    let [four, eight, sixteen, shaft] =
+    let [four, eight, sixteen] =
         KdPacketWidth::ALL.map(|width| visits(KdTraversal::Stack, KdPacketOptions { width, ..default }));
     let fall = |visits: [u64; 4]| assert!(visits.is_sorted_by(|a, b| a > b), "{visits:?}");
     fall([four, eight, sixteen, umbrage_rays::KdPacketVisits::default()].map(|visits| visits.nodes));
-    fall([four, eight, sixteen, shaft].map(|visits| visits.packets));
-    assert!(shaft.packets <= 16 && sixteen.searched == 0, "{shaft:?} {sixteen:?}");
+    fall([four, eight, sixteen, umbrage_rays::KdPacketVisits::default()].map(|visits| visits.packets));
     // As with single rays, and nothing comes from above again with a whole stack.
     let [restart, push_down, three, whole] = [
         KdTraversal::Restart,
@@ -439,17 +430,6 @@ fn packets_share_what_single_rays_do_alone() {
     assert!(restart.restarts > three.restarts && whole.restarts == 0 && sixteen.restarts == 0, "{whole:?}");
     // More than with single rays, since packets spread near the leaves (Horn et al. 2007, §3.3).
     assert!(three.nodes as f64 <= 1.7 * sixteen.nodes as f64, "{three:?} {sixteen:?}");
-    // Lower nodes to begin at, the lowest where only leaves with triangles in the shaft count.
-    let [multi_level, accelerated] = [KdEntry::MultiLevel, KdEntry::Accelerated]
-        .map(|entry| visits(KdTraversal::Stack, KdPacketOptions { entry, ..default }));
-    let begun = [multi_level, accelerated];
-    assert!(multi_level.nodes < sixteen.nodes && accelerated.nodes <= multi_level.nodes, "{begun:?}");
-    assert!(accelerated.searched > 0 && accelerated.searched <= multi_level.searched, "{begun:?}");
-    let [none, intervals, corner_rays, vertices, transient] = KdCulling::ALL
-        .map(|culling| visits(KdTraversal::Stack, KdPacketOptions { width: KdPacketWidth::Shaft, culling, ..default }));
-    let culled = [intervals, corner_rays, vertices, transient].map(|visits| visits.culled);
-    assert!(none.culled == 0 && !culled.contains(&0), "{culled:?}");
-    assert!(vertices.tests <= none.tests && transient.tests < vertices.tests, "{vertices:?} {transient:?}");
     let [none, ring, hashed] =
         KdMailbox::ALL.map(|mailbox| visits(KdTraversal::Stack, KdPacketOptions { mailbox, ..default }));
     assert!(none.tests > ring.tests && ring.tests >= hashed.tests, "{none:?} {ring:?} {hashed:?}");

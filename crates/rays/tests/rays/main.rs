@@ -1,12 +1,9 @@
 //! The crate's tests, as one program: linking one takes less time than linking sixteen.
 
 mod grid_allocations;
-mod kd_background;
-mod kd_hierarchy;
 mod kd_packets;
 mod kd_tree;
 mod kd_tree_lazy;
-mod kd_two_level;
 mod light_cells;
 mod light_grid;
 mod listed_grid;

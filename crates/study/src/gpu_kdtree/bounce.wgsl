@@ -1,6 +1,6 @@
 // Stage `bounce`: what rays have hit, shaded without shadows; questions about those, and the rays that mirrors send on.
 
-import package::dispatch::{flat_group, groups_of};
+import package::dispatch::{Invocation, flat_index, groups_of};
 import package::exact::corners::{corner_bits};
 import package::exact::double::{F64, F64_ZERO, f64_from_f32_bits, f64_to_f32_bits};
 import package::exact::predicate::{ExactRay, exact_scale_to_one};
@@ -86,7 +86,7 @@ fn put_shadow(word: u32, number: F64) {
 }
 
 // Where this invocation's ray and question go: those of a workgroup stay together and in order.
-fn bounce_places(lane: u32, has_ray: bool, has_question: bool) -> vec2<u32> {
+fn bounce_numbers(lane: u32, has_ray: bool, has_question: bool) -> vec2<u32> {
     let own = u32(has_ray) | (u32(has_question) << 16u);
     bounce_counts[lane] = own;
     workgroupBarrier();
@@ -110,12 +110,8 @@ fn bounce_places(lane: u32, has_ray: bool, has_question: bool) -> vec2<u32> {
 }
 
 @compute @workgroup_size(64)
-fn bounce(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * RECORD_LANES + lane;
+fn bounce(at: Invocation) {
+    let number = flat_index(at, RECORD_LANES);
     let word = record_start(number);
     var id = NO_TRIANGLE;
     var pixel = NO_TRIANGLE;
@@ -154,9 +150,9 @@ fn bounce(
     }
     let has_ray = any(mirrored != vec3(0.0));
     let has_question = any(lit > vec3(0.0));
-    let places = bounce_places(lane, has_ray, has_question);
+    let numbers = bounce_numbers(at.lane, has_ray, has_question);
     if has_ray {
-        let to = record_start(places.x);
+        let to = record_start(numbers.x);
         put_next(to, point.position.x);
         put_next(to + 2u, point.position.y);
         put_next(to + 4u, point.position.z);
@@ -169,7 +165,7 @@ fn bounce(
         atomicStore(&next_records[to + RECORD_TAG], pixel);
     }
     if has_question {
-        let to = record_start(places.y);
+        let to = record_start(numbers.y);
         put_shadow(to, point.position.x);
         put_shadow(to + 2u, point.position.y);
         put_shadow(to + 4u, point.position.z);

@@ -1,6 +1,6 @@
 // Stage `eye`: the camera's rays, in blocks of 8×8 pixels so that packets stay together, and an empty film.
 
-import package::dispatch::{flat_group, groups_of};
+import package::dispatch::{Invocation, flat_group, groups_of};
 import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::exact::double::{F64, F64_ZERO};
 import package::kdtree::records::{
@@ -28,15 +28,11 @@ fn put_number(word: u32, number: F64) {
 }
 
 @compute @workgroup_size(64)
-fn eye(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let block = flat_group(group, groups);
+fn eye(at: Invocation) {
+    let block = flat_group(at);
     let columns = (kd_eye.view.width + 7u) / 8u;
     let blocks = columns * ((kd_eye.view.height + 7u) / 8u);
-    if block == 0u && lane == 0u {
+    if block == 0u && at.lane == 0u {
         let by_64 = groups_of(blocks);
         let by_packet = groups_of((blocks * 64u + kd_eye.packet - 1u) / kd_eye.packet);
         records[RECORDS_COUNT] = blocks * 64u;
@@ -48,11 +44,11 @@ fn eye(
     if block >= blocks {
         return;
     }
-    let column = block % columns * 8u + lane % 8u;
-    let row = block / columns * 8u + lane / 8u;
+    let column = block % columns * 8u + at.lane % 8u;
+    let row = block / columns * 8u + at.lane / 8u;
     let is_inside = column < kd_eye.view.width && row < kd_eye.view.height;
     let ray = exact_pixel_ray(kd_eye.view, column, row, EYE_HALF, EYE_HALF);
-    let word = record_start(block * 64u + lane);
+    let word = record_start(block * 64u + at.lane);
     put_number(word, ray.origin.x);
     put_number(word + 2u, ray.origin.y);
     put_number(word + 4u, ray.origin.z);

@@ -1,6 +1,6 @@
 // Stage `lighten`: adds the light of points that aren't shadowed to their pixels. A pixel has one path, and so one point.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::kdtree::records::{RECORDS_COUNT, RECORD_LANES, RECORD_TAG, SHADOW_COLOR, record_start};
 
 @group(0) @binding(0) var<storage, read> records: array<u32>;
@@ -8,12 +8,8 @@ import package::kdtree::records::{RECORDS_COUNT, RECORD_LANES, RECORD_TAG, SHADO
 @group(0) @binding(2) var<storage, read_write> film: array<vec4<f32>>;
 
 @compute @workgroup_size(64)
-fn lighten(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * RECORD_LANES + lane;
+fn lighten(at: Invocation) {
+    let number = flat_index(at, RECORD_LANES);
     if number >= records[RECORDS_COUNT] || traced[number].x != 0u {
         return;
     }

@@ -1,6 +1,6 @@
 // Stage `line`: rays as the traversals take them, in f32. The derivation is in `mod.rs`.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{
     F64, F64_ZERO, f64_add, f64_divide, f64_is_below_zero, f64_is_finite, f64_is_zero, f64_larger_magnitude, f64_less,
     f64_multiply, f64_subtract, f64_to_f32_bits,
@@ -196,12 +196,8 @@ fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, ow
 }
 
 @compute @workgroup_size(64)
-fn line_of_rays(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * RECORD_LANES + lane;
+fn line_of_rays(at: Invocation) {
+    let number = flat_index(at, RECORD_LANES);
     if number == 0u {
         lines[0] = vec4(records[RECORDS_COUNT], 0u, 0u, 0u);
     }
@@ -216,12 +212,8 @@ fn line_of_rays(
 }
 
 @compute @workgroup_size(64)
-fn line_of_shadows(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * RECORD_LANES + lane;
+fn line_of_shadows(at: Invocation) {
+    let number = flat_index(at, RECORD_LANES);
     if number == 0u {
         lines[0] = vec4(records[RECORDS_COUNT], 0u, 0u, 0u);
     }

@@ -1,7 +1,7 @@
 //! Rays of any kind through a kd-tree on the GPU: Horn et al., *Interactive k-D Tree GPU Raytracing* (2007).
 //! It will serve `render --engine gpu --structure kdtree`.
 //!
-//! The tree is built on the CPU and uploaded (`tree`); rays, or questions about shadows, lie in buffers (`records`). `line`
+//! The tree is built on the CPU and uploaded (`tree`, as `words`); rays, or questions about shadows, lie in buffers (`records`). `line`
 //! prepares each for f32; `stack`, `trail` (restart, push-down, short stack) or `packet` leads it through the tree and tests
 //! triangles with `tester`; `settle` decides by the predicate what that has left open, and finds where hits are. `tracer`
 //! runs these stages. So answers are those of [`umbrage_rays::KdTree`], bit for bit.
@@ -50,6 +50,7 @@ mod raster;
 mod records;
 mod tracer;
 mod tree;
+mod words;
 
 use umbrage_gpu::internals::link_with;
 use umbrage_gpu::{Gpu, Kernel};

@@ -6,7 +6,7 @@
 // have it the other way round is merely slower. `trail.wgsl` says how the way back is found. Whether both children are
 // visited depends on the rays' lines alone, so coming from above again leads the same way.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::kdtree::levels::{has_level, highest_level, level_bit, levels_below};
 import package::kdtree::tester::{
     KD_BEYOND, KD_COUNTS, KdRay, KdWays, kd_children, kd_count, kd_finish, kd_is_empty, kd_is_leaf, kd_is_missed,
@@ -37,9 +37,9 @@ const STEP_ROOT: u32 = 16u;
 
 // The packet, which its first invocation leads.
 struct Packet {
-    place: u32,
+    index: u32,
     level: u32,
-    root_place: u32,
+    root_node: u32,
     root_level: u32,
     trail: vec2<u32>,
     open: vec2<u32>,
@@ -49,11 +49,11 @@ struct Packet {
 }
 
 var<workgroup> packet: Packet;
-// A place and its level.
+// A node and its level.
 var<workgroup> packet_stack: array<vec2<u32>, max(KD_ENTRIES, 1u)>;
 var<workgroup> packet_votes: atomic<u32>;
 var<workgroup> packet_first: atomic<u32>;
-var<workgroup> packet_place: u32;
+var<workgroup> packet_node: u32;
 var<workgroup> packet_step: u32;
 // Each ray's intervals, entry after entry.
 var<workgroup> packet_ways: array<vec2<f32>, max(KD_ENTRIES, 1u) * KD_PACKET>;
@@ -70,7 +70,7 @@ fn packet_vote(lane: u32, vote: u32) -> u32 {
 
 // Leads the packet on from the inner node where it is, by its rays' votes: by the first invocation alone.
 fn packet_descend(node: vec2<u32>, votes: u32) -> u32 {
-    let children = kd_children(packet.place, node);
+    let children = kd_children(packet.index, node);
     let is_backward = (packet.backward & (1u << (node.y & 3u))) != 0u;
     let is_both = (votes & (WANTS_LEFT | WANTS_RIGHT)) == (WANTS_LEFT | WANTS_RIGHT);
     let is_far = is_both && has_level(packet.trail, packet.level);
@@ -78,7 +78,7 @@ fn packet_descend(node: vec2<u32>, votes: u32) -> u32 {
     let is_right = select((votes & WANTS_RIGHT) != 0u, is_backward != is_far, is_both);
     let bit = level_bit(packet.level);
     packet.level += 1u;
-    packet.place = select(children.x, children.y, is_right);
+    packet.index = select(children.x, children.y, is_right);
     var step = select(STEP_LEFT, STEP_RIGHT, is_right);
     if is_both && !is_far {
         packet.open |= bit;
@@ -101,11 +101,11 @@ fn packet_return(goes_on: bool) -> u32 {
     if packet.held > 0u {
         packet.held -= 1u;
         packet.top = select(packet.top, KD_ENTRIES, packet.top == 0u) - 1u;
-        packet.place = packet_stack[packet.top].x;
+        packet.index = packet_stack[packet.top].x;
         packet.level = packet_stack[packet.top].y;
         return STEP_POP;
     }
-    packet.place = packet.root_place;
+    packet.index = packet.root_node;
     packet.level = packet.root_level;
     packet.open = vec2(0u);
     return STEP_RESTART;
@@ -138,7 +138,7 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool, is_shad
     let backward = u32((*ray).inverse.x < 0.0) | (u32((*ray).inverse.y < 0.0) << 1u) | (u32((*ray).inverse.z < 0.0) << 2u);
     if lane == atomicLoad(&packet_first) {
         packet = Packet(0u, 0u, 0u, 0u, vec2(0u), vec2(0u), 0u, 0u, backward);
-        packet_place = 0u;
+        packet_node = 0u;
     }
     if packet_vote(lane, u32(!is_missed)) == 0u {
         return;
@@ -152,8 +152,8 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool, is_shad
     var reached = -KD_BEYOND;
     var is_over = is_missed;
     loop {
-        let place = workgroupUniformLoad(&packet_place);
-        let node = kd_nodes[place];
+        let index = workgroupUniformLoad(&packet_node);
+        let node = kd_nodes[index];
         let is_inside = !kd_is_empty(way);
         let is_active = is_inside && way.x <= (*ray).best && !is_over;
         var ways = KdWays(empty, empty);
@@ -185,11 +185,11 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool, is_shad
                 step = packet_return((votes & GOES_ON) != 0u);
             }
             if KD_PUSHES_DOWN && all(packet.open == vec2(0u)) && step != STEP_FINISHED {
-                packet.root_place = packet.place;
+                packet.root_node = packet.index;
                 packet.root_level = packet.level;
                 step |= STEP_ROOT;
             }
-            packet_place = packet.place;
+            packet_node = packet.index;
             packet_step = step;
         }
         let decided = workgroupUniformLoad(&packet_step);
@@ -222,19 +222,11 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool, is_shad
 }
 
 @compute @workgroup_size(KD_PACKET)
-fn nearest_by_packet(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    by_packet(flat_group(group, groups) * KD_PACKET + lane, lane, false);
+fn nearest_by_packet(at: Invocation) {
+    by_packet(flat_index(at, KD_PACKET), at.lane, false);
 }
 
 @compute @workgroup_size(KD_PACKET)
-fn blocked_by_packet(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    by_packet(flat_group(group, groups) * KD_PACKET + lane, lane, true);
+fn blocked_by_packet(at: Invocation) {
+    by_packet(flat_index(at, KD_PACKET), at.lane, true);
 }

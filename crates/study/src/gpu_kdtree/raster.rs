@@ -169,12 +169,39 @@ impl Raster {
             entries: &entries,
         });
         let views = [ids, depth].map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
-        recorder.draw("raster", &views[0], &views[1], |pass| {
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, &bind_group, &[]);
-            pass.draw(0..3 * geometry.triangle_count(), 0..1);
+        let (encoder, queries) = recorder.begin_stage("raster");
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("raster"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &views[0],
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &views[1],
+                // The nearest is the largest.
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: queries.map(|(query_set, first)| wgpu::RenderPassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: Some(first),
+                end_of_pass_write_index: Some(first + 1),
+            }),
+            ..Default::default()
         });
-        recorder.copy_texture(ids, &self.seen, Self::row_bytes(ids.width()));
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &bind_group, &[]);
+        pass.draw(0..3 * geometry.triangle_count(), 0..1);
+        drop(pass);
+        let bytes_per_row = Some(Self::row_bytes(ids.width()));
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        let to = wgpu::TexelCopyBufferInfo { buffer: self.seen.raw(), layout };
+        encoder.copy_texture_to_buffer(ids.as_image_copy(), to, ids.size());
     }
 
     pub(super) fn seen(&self) -> &Buffer {

@@ -21,19 +21,19 @@ struct KdRaster {
 
 struct RasterVertex {
     @builtin(position) clip: vec4<f32>,
-    // The triangle's place and one.
+    // The triangle's index and one.
     @location(0) @interpolate(flat, either) triangle: u32,
 }
 
 @vertex
-fn raster_vertex(@builtin(vertex_index) place: u32) -> RasterVertex {
-    let id = place / 3u;
+fn raster_vertex(@builtin(vertex_index) index: u32) -> RasterVertex {
+    let id = index / 3u;
     let corners = triangles[id].xyz;
     if any(corners >= vec3(arrayLength(&positions) / 3u)) {
         // A corner isn't there, and so neither is the triangle.
         return RasterVertex(vec4(0.0, 0.0, -1.0, 1.0), 0u);
     }
-    let vertex = corners[place % 3u];
+    let vertex = corners[index % 3u];
     let bits = vec3(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
     let offset = bitcast<vec3<f32>>(bits) - kd_raster.position;
     let x = dot(offset, kd_raster.right) / kd_raster.half_width;

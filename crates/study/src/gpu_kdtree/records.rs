@@ -126,8 +126,8 @@ impl KdRecords {
     pub fn read_rays(&self, gpu: &Gpu) -> Result<Vec<(Ray, Option<u32>)>, GpuError> {
         let words: Vec<u32> = self.read(gpu)?;
         let rays = words[Self::HEADER as usize..].chunks_exact(Self::WORDS).map(|words| {
-            let number = |place: usize| number(words, 2 * place);
-            let vector = |place: usize| glam::DVec3::new(number(place), number(place + 1), number(place + 2));
+            let number = |index: usize| number(words, 2 * index);
+            let vector = |index: usize| glam::DVec3::new(number(index), number(index + 1), number(index + 2));
             let ray = Ray { origin: vector(0), direction: vector(3), t_min: number(6), t_max: number(7) };
             (ray, Some(words[16]).filter(|&own| own != Self::NO_TRIANGLE))
         });
@@ -141,7 +141,7 @@ impl KdRecords {
     pub fn read_shadows(&self, gpu: &Gpu) -> Result<Vec<(LightSource, HitPoint, u32)>, GpuError> {
         let words: Vec<u32> = self.read(gpu)?;
         let questions = words[Self::HEADER as usize..].chunks_exact(Self::WORDS).map(|words| {
-            let number = |place: usize| number(words, 2 * place);
+            let number = |index: usize| number(words, 2 * index);
             let position = glam::DVec3::new(number(0), number(1), number(2));
             let vector = glam::Vec3::from_array([8, 9, 10].map(|word| f32::from_bits(words[word])));
             let light = if words[11] == 0 {
@@ -165,8 +165,8 @@ fn push(words: &mut Vec<u32>, number: f64) {
     words.extend([number.to_bits() as u32, (number.to_bits() >> 32) as u32]);
 }
 
-pub(super) fn number(words: &[u32], place: usize) -> f64 {
-    f64::from_bits(u64::from(words[place]) | (u64::from(words[place + 1]) << 32))
+pub(super) fn number(words: &[u32], index: usize) -> f64 {
+    f64::from_bits(u64::from(words[index]) | (u64::from(words[index + 1]) << 32))
 }
 
 /// The vector of a light in bits of f32, and whether it is a direction.

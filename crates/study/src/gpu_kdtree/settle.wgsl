@@ -2,7 +2,7 @@
 // listed hit, then a ray: a ray may have so many that one alone would take too long, and lavapipe ends an invocation's loops
 // after 65,535 turns.
 
-import package::dispatch::{flat_group, groups_of};
+import package::dispatch::{Invocation, flat_index, groups_of};
 import package::exact::corners::{corner_bits};
 import package::exact::double::{F64, f64_equal, f64_less};
 import package::exact::expansion::{ExpansionTerms};
@@ -58,16 +58,12 @@ fn size_open() {
 
 // Where a ray meets the triangle of a listed hit; infinite where it doesn't, or certainly meets another before.
 @compute @workgroup_size(64)
-fn settle_hits(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let place = flat_group(group, groups) * RECORD_LANES + lane;
-    if place >= open_count() {
+fn settle_hits(at: Invocation) {
+    let index = flat_index(at, RECORD_LANES);
+    if index >= open_count() {
         return;
     }
-    let base = OPEN_FIRST + place * OPEN_WORDS;
+    let base = OPEN_FIRST + index * OPEN_WORDS;
     let number = open_hits[base + 1u];
     var t = SETTLE_INFINITE;
     if bitcast<f32>(open_hits[base + 3u]) <= bitcast<f32>(atomicLoad(&traced[4u * number + 2u])) {
@@ -91,12 +87,8 @@ fn settle_hits(
 
 // Each ray's nearest hit.
 @compute @workgroup_size(64)
-fn settle_nearest(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * RECORD_LANES + lane;
+fn settle_nearest(at: Invocation) {
+    let number = flat_index(at, RECORD_LANES);
     if number >= records[RECORDS_COUNT] {
         return;
     }
@@ -125,16 +117,12 @@ fn settle_nearest(
 
 // Whether the triangle of a listed hit shadows a point.
 @compute @workgroup_size(64)
-fn settle_blocked(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let place = flat_group(group, groups) * RECORD_LANES + lane;
-    if place >= open_count() {
+fn settle_blocked(at: Invocation) {
+    let index = flat_index(at, RECORD_LANES);
+    if index >= open_count() {
         return;
     }
-    let base = OPEN_FIRST + place * OPEN_WORDS;
+    let base = OPEN_FIRST + index * OPEN_WORDS;
     let number = open_hits[base + 1u];
     if atomicLoad(&traced[4u * number]) != 0u {
         return;

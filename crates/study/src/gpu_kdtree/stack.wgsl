@@ -1,6 +1,6 @@
 // Stages `nearest` and `blocked` with a stack of all far children that wait: a ray an invocation.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::kdtree::records::{RECORD_LANES};
 import package::kdtree::tester::{
     KD_COUNTS, KdRay, kd_children, kd_count, kd_finish, kd_is_backward, kd_is_empty, kd_is_leaf, kd_is_missed, kd_leaf,
@@ -19,32 +19,32 @@ fn by_stack(number: u32, is_shadow: bool) {
 }
 
 fn walk_with_stack(ray: ptr<function, KdRay>, is_shadow: bool) {
-    // Places and intervals.
+    // Nodes and intervals.
     var stack: array<vec3<u32>, KD_DEPTH>;
     var waiting = 0u;
-    var place = 0u;
+    var index = 0u;
     var enter = -(*ray).margin;
     var leave = (*ray).leave;
     loop {
-        let node = kd_nodes[place];
+        let node = kd_nodes[index];
         if !kd_is_leaf(node) {
             if KD_COUNTS {
                 (*ray).visits.x += 1u;
             }
-            let children = kd_children(place, node);
+            let children = kd_children(index, node);
             let ways = kd_ways(ray, node, enter, leave);
             let is_backward = kd_is_backward(ray, node.y & 3u);
             let near = select(ways.left, ways.right, is_backward);
             let far = select(ways.right, ways.left, is_backward);
-            let far_place = select(children.y, children.x, is_backward);
-            place = select(children.x, children.y, is_backward);
+            let far_node = select(children.y, children.x, is_backward);
+            index = select(children.x, children.y, is_backward);
             if kd_is_empty(near) {
-                place = far_place;
+                index = far_node;
                 enter = far.x;
                 leave = far.y;
             } else {
                 if !kd_is_empty(far) && waiting < KD_DEPTH {
-                    stack[waiting] = vec3(far_place, bitcast<vec2<u32>>(far));
+                    stack[waiting] = vec3(far_node, bitcast<vec2<u32>>(far));
                     waiting += 1u;
                 }
                 enter = near.x;
@@ -66,30 +66,22 @@ fn walk_with_stack(ray: ptr<function, KdRay>, is_shadow: bool) {
                 break;
             }
         }
-        place = stack[waiting].x;
+        index = stack[waiting].x;
         leave = bitcast<f32>(stack[waiting].z);
     }
 }
 
 @compute @workgroup_size(64)
-fn nearest_by_stack(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * RECORD_LANES + lane;
+fn nearest_by_stack(at: Invocation) {
+    let number = flat_index(at, RECORD_LANES);
     if number < kd_count() {
         by_stack(number, false);
     }
 }
 
 @compute @workgroup_size(64)
-fn blocked_by_stack(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * RECORD_LANES + lane;
+fn blocked_by_stack(at: Invocation) {
+    let number = flat_index(at, RECORD_LANES);
     if number < kd_count() {
         by_stack(number, true);
     }

@@ -1,7 +1,7 @@
 // Stage `surface`: hits from rasterised triangles. Where a pixel's ray meets its triangle's plane is the predicate's own t, so
 // wherever the rasteriser shows the triangle that the ray hits, all that follows is as if the ray had been traced.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
 import package::exact::double::{F64, f64_is_above_zero, f64_is_finite};
 import package::exact::expansion::{ExpansionTerms};
@@ -35,12 +35,8 @@ fn surface_vector(word: u32) -> F64Vector {
 }
 
 @compute @workgroup_size(64)
-fn surface(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * RECORD_LANES + lane;
+fn surface(at: Invocation) {
+    let number = flat_index(at, RECORD_LANES);
     if number >= records[RECORDS_COUNT] {
         return;
     }
@@ -60,7 +56,7 @@ fn surface(
     edges.corners = exact_from_corners(exact_sorted(corner_bits(id)).corners);
     var terms: ExpansionTerms;
     let t = exact_t(&terms, ray, edges);
-    // A triangle seen from its edge has no such place.
+    // A triangle seen from its edge has no such point.
     if !f64_is_finite(t) || !f64_is_above_zero(t) {
         hits[base] = NO_TRIANGLE;
     }

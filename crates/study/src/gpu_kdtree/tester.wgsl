@@ -106,8 +106,8 @@ fn kd_ray(number: u32) -> KdRay {
     ray.list = NOTHING;
     ray.listed = NOTHING;
     ray.best = KD_BEYOND;
-    for (var place = 0u; place < KD_MAILBOX; place++) {
-        ray.mailbox[place] = NOTHING;
+    for (var index = 0u; index < KD_MAILBOX; index++) {
+        ray.mailbox[index] = NOTHING;
     }
     return ray;
 }
@@ -120,11 +120,11 @@ fn kd_is_leaf(node: vec2<u32>) -> bool {
     return (node.y & 3u) == KD_LEAF;
 }
 
-// The places of the left and the right child of the inner node at `place`.
-fn kd_children(place: u32, node: vec2<u32>) -> vec2<u32> {
+// The indices of the left and the right child of the inner node at `index`.
+fn kd_children(index: u32, node: vec2<u32>) -> vec2<u32> {
     let child = node.y >> 2u;
     let follows = kd_shape.left_follows;
-    return vec2(((place + 1u) & follows) | (child & ~follows), child + (~follows & 1u));
+    return vec2(((index + 1u) & follows) | (child & ~follows), child + (~follows & 1u));
 }
 
 fn kd_component(vector: vec3<f32>, axis: u32) -> f32 {
@@ -245,15 +245,15 @@ fn kd_meet(ray: ptr<function, KdRay>, id: u32) -> KdMeeting {
 
 // Adds to the list of a ray's hits.
 fn kd_list(ray: ptr<function, KdRay>, id: u32, lower: f32) {
-    let place = atomicAdd(&open_hits[OPEN_COUNT], 1u);
-    let base = OPEN_FIRST + place * OPEN_WORDS;
+    let index = atomicAdd(&open_hits[OPEN_COUNT], 1u);
+    let base = OPEN_FIRST + index * OPEN_WORDS;
     // What there is no room for is noticed by the count, and the whole is done again.
-    if place < arrayLength(&open_hits) / OPEN_WORDS && base + OPEN_WORDS <= arrayLength(&open_hits) {
+    if index < arrayLength(&open_hits) / OPEN_WORDS && base + OPEN_WORDS <= arrayLength(&open_hits) {
         atomicStore(&open_hits[base], id);
         atomicStore(&open_hits[base + 1u], (*ray).number);
         atomicStore(&open_hits[base + 2u], (*ray).list);
         atomicStore(&open_hits[base + 3u], bitcast<u32>(lower));
-        (*ray).list = place;
+        (*ray).list = index;
     }
     (*ray).listed = id;
 }
@@ -294,8 +294,8 @@ fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>, is_shadow: bool) {
         (*ray).visits.y += 1u;
     }
     let end = node.x + (node.y >> 2u);
-    for (var place = node.x; place < end; place++) {
-        let id = kd_ids[place];
+    for (var index = node.x; index < end; index++) {
+        let id = kd_ids[index];
         // Kirk and Arvo's ray tags, a few of them.
         let slot = id % KD_MAILBOX;
         if (*ray).mailbox[slot] == id || (id & 0x3fffffffu) == (*ray).own {
@@ -320,9 +320,9 @@ fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>, is_shadow: bool) {
     }
 }
 
-fn kd_add_visits(place: u32, count: u32) {
+fn kd_add_visits(index: u32, count: u32) {
     if count > 0u {
-        let word = OPEN_VISITS + 2u * place;
+        let word = OPEN_VISITS + 2u * index;
         let before = atomicAdd(&open_hits[word], count);
         if before + count < before {
             atomicAdd(&open_hits[word + 1u], 1u);
@@ -344,8 +344,8 @@ fn kd_finish(ray: ptr<function, KdRay>, is_shadow: bool) {
         traced[(*ray).number] = vec4(0u, (*ray).list, bitcast<u32>((*ray).best), 0u);
     }
     if KD_COUNTS {
-        for (var place = 0u; place < 4u; place++) {
-            kd_add_visits(place, (*ray).visits[place]);
+        for (var index = 0u; index < 4u; index++) {
+            kd_add_visits(index, (*ray).visits[index]);
         }
     }
 }

@@ -182,8 +182,8 @@ impl KdTracer {
         rays: &KdRecords,
         question: Question,
     ) {
-        let place = self.asked.len() as u32;
-        assert!(place < self.most_uses, "{place} uses were prepared for");
+        let use_index = self.asked.len() as u32;
+        assert!(use_index < self.most_uses, "{use_index} uses were prepared for");
         self.asked.push(question);
         let (which, walk) = match question {
             Question::Nearest => (0, "nearest"),
@@ -219,7 +219,7 @@ impl KdTracer {
                 self.settle_nearest.dispatch(gpu, pass, &buffers, groups);
             }
         });
-        let slot = Self::OPEN_HEADER * u64::from(place);
+        let slot = Self::OPEN_HEADER * u64::from(use_index);
         recorder.copy_range((&self.open, 0), (&self.needs, slot), Self::OPEN_HEADER);
     }
 
@@ -234,7 +234,7 @@ impl KdTracer {
         let mut most = 0;
         for (needs, question) in needs.chunks_exact(Self::OPEN_HEADER as usize).zip(&self.asked) {
             most = most.max(needs[0]);
-            let count = |place: usize| u64::from(needs[8 + 2 * place]) | u64::from(needs[9 + 2 * place]) << 32;
+            let count = |index: usize| u64::from(needs[8 + 2 * index]) | u64::from(needs[9 + 2 * index]) << 32;
             self.work.push(KdTracerWork {
                 is_shadow: *question == Question::Blocked,
                 open_hits: needs[0] - needs[4],

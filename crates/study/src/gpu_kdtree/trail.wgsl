@@ -5,7 +5,7 @@
 // so that may lead to the same leaf again, or past one. Instead a bit for each level says whether the ray is in the farther
 // one of two children that it meets (Laine, "Restart trail for stackless BVH traversal", 2010), as in the Rust crate's `trail`.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::kdtree::levels::{has_level, highest_level, level_bit, levels_below};
 import package::kdtree::records::{RECORD_LANES};
 import package::kdtree::tester::{
@@ -17,7 +17,7 @@ import package::kdtree::tester::{
 override KD_ENTRIES: u32 = 4u;
 override KD_PUSHES_DOWN: bool = true;
 
-// A place, its level and the interval.
+// A node, its level and the interval.
 var<workgroup> short_stack: array<vec4<u32>, max(KD_ENTRIES, 1u) * RECORD_LANES>;
 
 fn by_trail(number: u32, lane: u32, is_shadow: bool) {
@@ -30,10 +30,10 @@ fn by_trail(number: u32, lane: u32, is_shadow: bool) {
 
 fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32, is_shadow: bool) {
     // Where the ray comes from again: nothing waits above.
-    var root_place = 0u;
+    var root_node = 0u;
     var root_level = 0u;
     var root = vec2(-(*ray).margin, (*ray).leave);
-    var place = 0u;
+    var index = 0u;
     var level = 0u;
     var way = root;
     // By level, whether the ray is in the farther child of a node both of whose children it meets, …
@@ -44,7 +44,7 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32, is_shadow: bool) {
     var top = 0u;
     var held = 0u;
     loop {
-        let node = kd_nodes[place];
+        let node = kd_nodes[index];
         // Whether nothing of the node is left to visit.
         var is_done = kd_is_leaf(node);
         if is_done {
@@ -56,13 +56,13 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32, is_shadow: bool) {
             if KD_COUNTS {
                 (*ray).visits.x += 1u;
             }
-            let children = kd_children(place, node);
+            let children = kd_children(index, node);
             let ways = kd_ways(ray, node, way.x, way.y);
             let is_backward = kd_is_backward(ray, node.y & 3u);
             let near = select(ways.left, ways.right, is_backward);
             let far = select(ways.right, ways.left, is_backward);
-            let near_place = select(children.x, children.y, is_backward);
-            let far_place = select(children.y, children.x, is_backward);
+            let near_node = select(children.x, children.y, is_backward);
+            let far_node = select(children.y, children.x, is_backward);
             let is_both = !kd_is_empty(near) && !kd_is_empty(far);
             let is_far = kd_is_empty(near) || (is_both && has_level(trail, level));
             let bit = level_bit(level);
@@ -70,12 +70,12 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32, is_shadow: bool) {
             if is_both && !is_far {
                 open |= bit;
                 if KD_ENTRIES > 0u {
-                    short_stack[top * RECORD_LANES + lane] = vec4(far_place, level, bitcast<vec2<u32>>(far));
+                    short_stack[top * RECORD_LANES + lane] = vec4(far_node, level, bitcast<vec2<u32>>(far));
                     top = select(top + 1u, 0u, top + 1u >= KD_ENTRIES);
                     held = min(held + 1u, KD_ENTRIES);
                 }
             }
-            place = select(near_place, far_place, is_far);
+            index = select(near_node, far_node, is_far);
             way = select(near, far, is_far);
             is_done = is_both && is_far && way.x > (*ray).best;
         }
@@ -90,7 +90,7 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32, is_shadow: bool) {
                 held -= 1u;
                 top = select(top, KD_ENTRIES, top == 0u) - 1u;
                 let entry = short_stack[top * RECORD_LANES + lane];
-                place = entry.x;
+                index = entry.x;
                 level = entry.y;
                 way = bitcast<vec2<f32>>(entry.zw);
                 is_done = way.x > (*ray).best;
@@ -98,7 +98,7 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32, is_shadow: bool) {
                 if KD_COUNTS {
                     (*ray).visits.w += 1u;
                 }
-                place = root_place;
+                index = root_node;
                 level = root_level;
                 way = root;
                 open = vec2(0u);
@@ -106,7 +106,7 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32, is_shadow: bool) {
             }
         }
         if KD_PUSHES_DOWN && all(open == vec2(0u)) {
-            root_place = place;
+            root_node = index;
             root_level = level;
             root = way;
         }
@@ -114,25 +114,17 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32, is_shadow: bool) {
 }
 
 @compute @workgroup_size(64)
-fn nearest_by_trail(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * RECORD_LANES + lane;
+fn nearest_by_trail(at: Invocation) {
+    let number = flat_index(at, RECORD_LANES);
     if number < kd_count() {
-        by_trail(number, lane, false);
+        by_trail(number, at.lane, false);
     }
 }
 
 @compute @workgroup_size(64)
-fn blocked_by_trail(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = flat_group(group, groups) * RECORD_LANES + lane;
+fn blocked_by_trail(at: Invocation) {
+    let number = flat_index(at, RECORD_LANES);
     if number < kd_count() {
-        by_trail(number, lane, true);
+        by_trail(number, at.lane, true);
     }
 }

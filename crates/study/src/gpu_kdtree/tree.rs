@@ -1,5 +1,7 @@
 use bytemuck::{Pod, Zeroable};
-use umbrage_rays::{KdTree, KdTreeForm};
+use umbrage_rays::KdTree;
+
+use super::words::{KdTreeForm, write_words};
 
 use umbrage_gpu::{Buffer, Gpu, GpuError};
 
@@ -84,7 +86,7 @@ impl KdNodes {
     /// # Errors
     /// Where it needs more than one buffer of the device has room for.
     pub fn write(&mut self, gpu: &Gpu, tree: &KdTree) -> Result<(), GpuError> {
-        let form = tree.write_words(&mut self.words);
+        let form = write_words(tree, &mut self.words);
         let largest = largest(form);
         self.reach = if largest.is_finite() { largest } else { 0.0 };
         self.shape.write(gpu, &[KdShape::new(form)])?;

@@ -2,7 +2,8 @@
 //!
 //! None of them is exact: near a triangle's edges, for slivers and for grazing rays they may answer otherwise than the
 //! [predicate](umbrage_rays::predicate), and neighbours may leave gaps. A structure uses one to reject most triangles and to
-//! rank the rest, and takes nothing but the predicate's word where the answer is within the bounds below.
+//! rank the rest, and takes nothing but the predicate's word where the answer is within the bounds below. No structure
+//! does so far, and none is planned that would.
 //!
 //! | test | bytes a triangle | prepared |
 //! |---|---|---|

@@ -1,5 +1,10 @@
 //! Experiments on the CPU, as one program; those on the GPU are in `gpu`.
 
+mod kd_background;
+mod kd_hierarchy;
+mod kd_shafts;
+mod kd_two_level;
 #[path = "../../../rays/tests/rays/support/mod.rs"]
 mod support;
 mod triangle_tests;
+mod uniform_packets;

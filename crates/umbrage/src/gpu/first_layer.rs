@@ -28,7 +28,7 @@ impl FirstLayer {
         lights: &LightGrid,
     ) -> Result<(), GpuError> {
         for (kept, found, words) in [
-            (&mut self.seen, camera.seen(), camera.places()),
+            (&mut self.seen, camera.seen(), camera.slots()),
             (&mut self.lit, lights.lit(), u64::from(lights.light_count()) * u64::from(lights.mask_words())),
         ] {
             kept.reserve(gpu, 4 * words)?;
@@ -37,7 +37,7 @@ impl FirstLayer {
         Ok(())
     }
 
-    /// Each place's triangle.
+    /// Each slot's triangle.
     pub(super) fn seen(&self) -> &Buffer {
         &self.seen
     }
@@ -58,8 +58,8 @@ impl FirstLayer {
         let first = seen.order().place(0, band.rows.start);
         let of_band = &mut seen.triangle[first..first + order.places()];
         self.seen.read_into(gpu, of_band)?;
-        let shown = of_band.par_iter_mut().enumerate().filter_map(|(place, triangle)| {
-            if order.pixel(place).is_none() {
+        let shown = of_band.par_iter_mut().enumerate().filter_map(|(slot, triangle)| {
+            if order.pixel(slot).is_none() {
                 *triangle = SeenPixels::NONE;
             }
             (*triangle != SeenPixels::NONE).then_some(())

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use umbrage_gpu::{Geometry, Gpu, GpuError, MaskMaterial, MaskTexture, MaskVertex, TriangleFlags};
 use umbrage_scene::rig::Rig;
-use umbrage_scene::{Alpha, Filter, Frame, Material, Materials, Mesh, Texture, TextureUse, Wrap};
+use umbrage_scene::{Alpha, Filter, Frame, Material, Materials, Mesh, Texture, TextureUse};
+
+use super::tables::wrap;
 
 /// A frame's triangles on the GPU, so that only what is new goes there.
 #[derive(Debug)]
@@ -109,11 +111,7 @@ fn mask_texture(used: &TextureUse, textures: &[Texture], image: usize) -> MaskTe
         tex_coord_set: u32::from(used.tex_coord_set.min(1)),
         image_from_mesh: used.image_from_mesh.to_cols_array(),
         size: texture.size(),
-        wrap: texture.wrap().map(|wrap| match wrap {
-            Wrap::Repeat => 0,
-            Wrap::MirroredRepeat => 1,
-            Wrap::ClampToEdge => 2,
-        }),
+        wrap: wrap(texture),
         is_linear: texture.filter() == Filter::Linear,
         image,
     }

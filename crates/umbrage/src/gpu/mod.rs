@@ -352,7 +352,7 @@ pub fn screen_levels() -> &'static [f32; 256] {
 /// Adds what the predicate settled for the grids' last frame.
 fn count_settled([of_camera, of_lights]: &mut [Settled; 2], camera: &CameraGrid, lights: &LightGrid) {
     let work = camera.work();
-    of_camera.tests += u64::from(work.open_hits);
-    of_camera.rays = of_camera.rays.map(|rays| rays + u64::from(work.open_pixels));
-    of_lights.tests += lights.work().iter().map(|work| u64::from(work.open)).sum::<u64>();
+    of_camera.tests += u64::from(work.undecided_hits);
+    of_camera.rays = of_camera.rays.map(|rays| rays + u64::from(work.undecided_pixels));
+    of_lights.tests += lights.work().iter().map(|work| u64::from(work.undecided)).sum::<u64>();
 }

@@ -129,7 +129,7 @@ fn light(light: &Light) -> ShadeLight {
 
 fn material(material: &Material, textures: &[Texture], words: &[u32]) -> ShadeMaterial {
     let mut uses = [ShadeTexture::default(); 6];
-    for (place, used) in [
+    for (index, used) in [
         (ShadeMaterial::BASE_COLOR, material.base_color_texture),
         (ShadeMaterial::METALLIC_ROUGHNESS, material.metallic_roughness_texture),
         (ShadeMaterial::NORMAL, material.normal_texture),
@@ -137,7 +137,7 @@ fn material(material: &Material, textures: &[Texture], words: &[u32]) -> ShadeMa
         (ShadeMaterial::EMISSIVE, material.emissive_texture),
         (ShadeMaterial::TRANSMISSION, material.transmission_texture),
     ] {
-        uses[place] = used.map_or_else(ShadeTexture::default, |used| texture(&used, textures, words));
+        uses[index] = used.map_or_else(ShadeTexture::default, |used| texture(&used, textures, words));
     }
     ShadeMaterial {
         base_color: material.base_color.to_array(),
@@ -161,11 +161,7 @@ fn texture(used: &TextureUse, textures: &[Texture], words: &[u32]) -> ShadeTextu
         matrix: used.image_from_mesh.matrix2.to_cols_array(),
         translation: used.image_from_mesh.translation.to_array(),
         size: texture.size(),
-        wrap: texture.wrap().map(|wrap| match wrap {
-            Wrap::Repeat => ShadeTexture::REPEAT,
-            Wrap::MirroredRepeat => ShadeTexture::MIRRORED_REPEAT,
-            Wrap::ClampToEdge => ShadeTexture::CLAMP_TO_EDGE,
-        }),
+        wrap: wrap(texture),
         levels: texture.levels().len() as u32,
         levels_word: words[used.texture as usize],
         tex_coord_set: u32::from(used.tex_coord_set.min(1)),
@@ -173,6 +169,15 @@ fn texture(used: &TextureUse, textures: &[Texture], words: &[u32]) -> ShadeTextu
         is_srgb: u32::from(texture.space() == ColorSpace::Srgb),
         ..ShadeTexture::default()
     }
+}
+
+/// What lies beyond a texture's edges on each axis, for shading and for masks.
+pub(super) fn wrap(texture: &Texture) -> [u32; 2] {
+    texture.wrap().map(|wrap| match wrap {
+        Wrap::Repeat => ShadeTexture::REPEAT,
+        Wrap::MirroredRepeat => ShadeTexture::MIRRORED_REPEAT,
+        Wrap::ClampToEdge => ShadeTexture::CLAMP_TO_EDGE,
+    })
 }
 
 fn add_texture(texels: &mut Texels, texture: &Texture) -> u32 {

@@ -1,5 +1,7 @@
 use std::path::Path;
 
+use umbrage_rays::Choice;
+
 /// A file format for pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
@@ -16,26 +18,11 @@ pub enum Format {
 }
 
 impl Format {
-    /// Every format.
-    pub const ALL: [Self; 5] = [Self::Png, Self::Exr, Self::Gif, Self::Apng, Self::Y4m];
-
-    /// The format's name, which is its files' extension too.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Png => "png",
-            Self::Exr => "exr",
-            Self::Gif => "gif",
-            Self::Apng => "apng",
-            Self::Y4m => "y4m",
-        }
-    }
-
     /// The format that a path's extension means, in upper or lower case.
     #[must_use]
     pub fn of_path(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?;
-        Self::ALL.into_iter().find(|format| format.name().eq_ignore_ascii_case(extension))
+        Self::all().find(|format| format.name().eq_ignore_ascii_case(extension))
     }
 
     /// Whether one file holds all frames.

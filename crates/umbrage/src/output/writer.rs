@@ -5,6 +5,8 @@ use super::apng::ApngWriter;
 use super::gif::GifWriter;
 use super::y4m::Y4mWriter;
 use super::{BitDepth, Chroma, Error, FloatDepth, Format, FrameRate, NumberedPath, exr, png};
+use umbrage_rays::Choice;
+
 use crate::{Film, Settings};
 
 /// Where pictures go.
@@ -190,7 +192,7 @@ mod tests {
     #[test]
     fn every_format_writes_every_frame() {
         let folder = tempfile::tempdir().unwrap();
-        for format in Format::ALL {
+        for format in Format::all() {
             let name = if format.is_animation() { "out" } else { "out_%03d" };
             let path = folder.path().join(format!("{name}.{}", format.name()));
             let mut writer = create(&path, format, 5..7).unwrap();
@@ -206,7 +208,7 @@ mod tests {
     #[test]
     fn an_interrupted_render_keeps_its_whole_frames_only() {
         let folder = tempfile::tempdir().unwrap();
-        for format in Format::ALL {
+        for format in Format::all() {
             let name = if format.is_animation() { "out" } else { "out_%03d" };
             let mut writer = create(&folder.path().join(format!("{name}.{}", format.name())), format, 0..3).unwrap();
             writer.write(0, &film(), &settings()).unwrap();

@@ -6,7 +6,7 @@ use super::measure::{KdFlags, Way, frame, race, tree};
 use crate::plot::{LineChart, Scale, Series};
 use crate::rays::{hits_of, mirrored, of_camera};
 use crate::shot::{Lights, Shot, name, short_name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct KdBouncesFlags {
@@ -29,13 +29,12 @@ const TRAVERSALS: [KdTraversal; 4] =
 impl KdBouncesFlags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        self.common.start()?;
-        let mut table = Table::start(self.common.form, &self.common.conditions(), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         let mut series = Vec::new();
         let packets = Some(KdPacketOptions::default());
         let ways: Vec<Way> = TRAVERSALS
             .iter()
-            .flat_map(|&traversal| [None, packets].map(|packets| Way { traversal, packets }))
+            .flat_map(|&traversal| [None, packets].map(|packets| Way { traversal, packets, shafts: None }))
             .collect();
         for address in &self.scenes {
             let frame = frame(address)?;
@@ -65,9 +64,10 @@ impl KdBouncesFlags {
                 rays = mirrored(triangles, &rays, &hits_of(&tree, triangles, &rays));
             }
         }
-        table.note("Every triangle a flat mirror; only rays that hit bounce. single, packets: rays a microsecond, one at a time")?;
-        table
-            .note("and by 16. Horn et al. 2007, Figure 2: single rays pass packets of four after the first bounce.")?;
+        table.notes(&[
+            "Every triangle a flat mirror; only rays that hit bounce. single, packets: rays a microsecond, one at a time",
+            "and by 16. Horn et al. 2007, Figure 2: single rays pass packets of four after the first bounce.",
+        ])?;
         table.finish()?;
         self.common.draw(|| {
             let scales = [Scale::Linear; 2];

@@ -1,7 +1,7 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::ThreadPoolBuilder;
-use umbrage::rays::{KdBuilder, KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray};
+use umbrage::rays::{Choice, KdBuilder, KdTraversal, KdTree, KdTreeOptions, Ray};
 use umbrage::scene::Frame;
 
 use super::measure::{Cost, KdFlags, Way, frame, race};
@@ -10,7 +10,7 @@ use crate::median::median;
 use crate::plot::{Bar, BarChart};
 use crate::rays::{hits_of, of_camera, scattered};
 use crate::shot::{Lights, Shot, name, short_name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct KdBuildersFlags {
@@ -44,8 +44,7 @@ const MOST_FOR: [(KdBuilder, usize); 2] = [(KdBuilder::Naive, 3_000), (KdBuilder
 impl KdBuildersFlags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        self.common.start()?;
-        let mut table = Table::start(self.common.form, &self.common.conditions(), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         let mut bars = Vec::new();
         for address in &self.scenes {
             let frame = frame(address)?;
@@ -58,12 +57,12 @@ impl KdBuildersFlags {
                 bars.push(Bar { name: bar, heights: vec![trial.build] });
             }
         }
-        table.note("build_1, build: milliseconds with one thread and with all; mtri_s: millions of triangles a second with all.")?;
-        table.note("sah_cost: what a ray is expected to cost; references and bytes for each triangle; camera_us, diffuse_us: rays")?;
-        table.note(
+        table.notes(&[
+            "build_1, build: milliseconds with one thread and with all; mtri_s: millions of triangles a second with all.",
+            "sah_cost: what a ray is expected to cost; references and bytes for each triangle; camera_us, diffuse_us: rays",
             "a microsecond, one at a time; time_ratio: what both kinds of rays take, over the exact builder's tree.",
-        )?;
-        table.note("The thesis (Rahikainen 2013, chapter 4): an exact O(N log N) build of the Bunny's 70 K triangles took 3.2 s.")?;
+            "The thesis (Rahikainen 2013, chapter 4): an exact O(N log N) build of the Bunny's 70 K triangles took 3.2 s.",
+        ])?;
         table.finish()?;
         self.common.draw(|| {
             let title = "Builders of kd-trees";
@@ -75,7 +74,7 @@ impl KdBuildersFlags {
         let triangles = frame.triangles();
         let is_for =
             |builder: &KdBuilder| MOST_FOR.iter().all(|(slow, most)| slow != builder || triangles.len() <= *most);
-        let builders: Vec<KdBuilder> = KdBuilder::ALL.into_iter().filter(is_for).collect();
+        let builders: Vec<KdBuilder> = KdBuilder::all().filter(is_for).collect();
         let camera = of_camera(&Shot::new(frame, address, self.common.size, 1, Lights::First));
         let mut first = KdTree::default();
         first.set_options(KdTreeOptions::FAST)?;
@@ -99,7 +98,7 @@ impl KdBuildersFlags {
                 times.iter_mut().zip(spent).for_each(|(times, spent)| times.push(spent));
             }
         }
-        let way = Way { traversal: KdTraversal::Stack, packets: None::<KdPacketOptions> };
+        let way = Way { traversal: KdTraversal::Stack, packets: None, shafts: None };
         let mut costs = Vec::new();
         for rays in rays {
             costs.extend(race(&mut tree, triangles, rays, &[way], self.common.rounds)?);

@@ -1,11 +1,12 @@
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal};
+use umbrage::rays::{KdMailbox, KdPacketOptions, KdTraversal};
+use umbrage_study::shaft::{KdCulling, KdEntry, ShaftLead, ShaftOptions};
 
 use super::measure::{Cost, KdFlags, Way, frame, race, tree};
 use crate::rays::{hits_of, mirrored, of_camera};
 use crate::shot::{Lights, Shot, name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct KdEntriesFlags {
@@ -35,11 +36,11 @@ const COLUMNS: &[(&str, usize)] = &[
 impl KdEntriesFlags {
     /// Measures and prints.
     pub(crate) fn run(&self) -> Result<()> {
-        self.common.start()?;
-        let mut table = Table::start(self.common.form, &self.common.conditions(), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         let all = forms();
-        let ways: Vec<Way> =
-            all.iter().map(|&packets| Way { traversal: KdTraversal::Stack, packets: Some(packets) }).collect();
+        let packets = Some(KdPacketOptions::default());
+        let of = |&options| Way { traversal: KdTraversal::Stack, packets, shafts: Some(options) };
+        let ways: Vec<Way> = all.iter().map(of).collect();
         for address in &self.scenes {
             let frame = frame(address)?;
             let (triangles, mut tree) = (frame.triangles(), tree(&frame));
@@ -52,33 +53,38 @@ impl KdEntriesFlags {
                 }
             }
         }
-        table.note("rays_us: rays a microsecond; ratio: over packets of 16 from the root. Thousands of nodes, of nodes on which")?;
-        table.note("packets looked for where to begin, of leaves, of triangles tested for up to 16 rays, and of triangles left")?;
-        table.note("out for all rays of a shaft (with the feature `statistics`).")?;
+        table.notes(&[
+            "rays_us: rays a microsecond; ratio: over packets of 16 from the root. Thousands of nodes, of nodes on which",
+            "packets looked for where to begin, of leaves, of triangles tested for up to 16 rays, and of triangles left",
+            "out for all rays of a shaft (with the feature `statistics`).",
+        ])?;
         Ok(table.finish()?)
     }
 }
 
 /// Packets of 16 and shafts with each entry; shafts with each culling, and each mailbox, from the root.
-fn forms() -> Vec<KdPacketOptions> {
-    let of = |width| move |entry| KdPacketOptions { width, entry, ..KdPacketOptions::default() };
-    let shaft = KdPacketOptions { width: KdPacketWidth::Shaft, ..KdPacketOptions::default() };
-    let entries = KdEntry::ALL.map(of(KdPacketWidth::Sixteen)).into_iter().chain(KdEntry::ALL.map(of(shaft.width)));
-    let culled = KdCulling::ALL.into_iter().filter(|&culling| culling != shaft.culling);
+fn forms() -> Vec<ShaftOptions> {
+    let of = |lead| move |entry| ShaftOptions { entry, lead, ..ShaftOptions::default() };
+    let shaft = ShaftOptions::default();
+    let entries = KdEntry::ALL.map(of(ShaftLead::Packets)).into_iter().chain(KdEntry::ALL.map(of(shaft.lead)));
+    let leads = KdCulling::ALL.map(ShaftLead::Shaft).into_iter().filter(|&lead| lead != shaft.lead);
+    let culled = leads.map(|lead| ShaftOptions { lead, ..shaft });
     let kept = KdMailbox::ALL.into_iter().filter(|&mailbox| mailbox != shaft.mailbox);
-    let culled = culled.map(|culling| KdPacketOptions { culling, ..shaft });
-    entries.chain(culled).chain(kept.map(|mailbox| KdPacketOptions { mailbox, ..shaft })).collect()
+    entries.chain(culled).chain(kept.map(|mailbox| ShaftOptions { mailbox, ..shaft })).collect()
 }
 
-fn row(scene: &str, kind: &str, options: &KdPacketOptions, cost: &Cost, first: &Cost) -> Vec<Cell> {
-    let KdPacketOptions { width, entry, culling, mailbox } = options;
-    let culls = *width == KdPacketWidth::Shaft;
+fn row(scene: &str, kind: &str, options: &ShaftOptions, cost: &Cost, first: &Cost) -> Vec<Cell> {
+    let ShaftOptions { entry, lead, mailbox } = options;
+    let (width, culling) = match lead {
+        ShaftLead::Packets => ("Sixteen", Cell::Nothing),
+        ShaftLead::Shaft(culling) => ("Shaft", Cell::Text(format!("{culling:?}"))),
+    };
     let mut row = vec![
         scene.into(),
         kind.into(),
-        Cell::Text(format!("{width:?}")),
+        width.into(),
         Cell::Text(format!("{entry:?}")),
-        if culls { Cell::Text(format!("{culling:?}")) } else { Cell::Nothing },
+        culling,
         Cell::Text(format!("{mailbox:?}")),
         Cell::Number(cost.rate, 3),
         Cell::Number(cost.rate / first.rate, 2),

@@ -1,15 +1,16 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::rays::{BackgroundKdTree, Hit, KdBuilder, KdTree, KdTreeOptions, Ray, SceneHierarchy, Triangles};
+use umbrage::rays::{Hit, KdBuilder, KdTree, KdTreeOptions, Ray, Triangles};
 use umbrage::scene::Frame;
+use umbrage_study::kdtree::{BackgroundKdTree, SceneHierarchy, build_from};
 
 use super::measure::KdFlags;
 use crate::grids::time;
 use crate::median::median;
 use crate::rays::{Hits, PACKET, of_camera};
 use crate::shot::{Lights, Shot, name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct KdFramesFlags {
@@ -39,8 +40,7 @@ const COLUMNS: &[(&str, usize)] = &[
 impl KdFramesFlags {
     /// Measures and prints.
     pub(crate) fn run(&self) -> Result<()> {
-        self.common.start()?;
-        let mut table = Table::start(self.common.form, &self.common.conditions(), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         for address in &self.scenes {
             let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
             let mut frame = Frame::default();
@@ -61,9 +61,11 @@ impl KdFramesFlags {
                 table.push(&trial.row(name(address), frame.triangles().len(), &first))?;
             }
         }
-        table.note("Camera rays one at a time, frame after frame; medians in milliseconds. ratio: of the first one's frame. built:")?;
-        table.note("parts of the frames for which a tree was built, or of lazy trees' subtrees that rays reached; age: frames since")?;
-        table.note("the traced tree's own. differ: rays that hit something else than through the first tree.")?;
+        table.notes(&[
+            "Camera rays one at a time, frame after frame; medians in milliseconds. ratio: of the first one's frame. built:",
+            "parts of the frames for which a tree was built, or of lazy trees' subtrees that rays reached; age: frames since",
+            "the traced tree's own. differ: rays that hit something else than through the first tree.",
+        ])?;
         Ok(table.finish()?)
     }
 }
@@ -100,7 +102,7 @@ impl Trial {
         let lazy = |options| KdTreeOptions { lazy_below: 1_000, ..options };
         let mut first = KdTree::default();
         first.build(triangles);
-        let hierarchy = SceneHierarchy::of_tree(&first);
+        let hierarchy = SceneHierarchy::of_tree(&first, triangles.len());
         let mut beside = Box::new(BackgroundKdTree::new(0)?);
         beside.set_options(KdTreeOptions::FAST)?;
         let rebuilds = [
@@ -122,7 +124,7 @@ impl Trial {
         let age = time(&mut spent[0], || -> Result<_> {
             match &mut self.rebuild {
                 Rebuild::Anew(tree) => tree.build(triangles),
-                Rebuild::From(tree, hierarchy) => tree.build_from(triangles, hierarchy)?,
+                Rebuild::From(tree, hierarchy) => build_from(tree, triangles, hierarchy)?,
                 Rebuild::Beside(trees) => return Ok(Some(trees.advance(triangles))),
             }
             Ok(None)

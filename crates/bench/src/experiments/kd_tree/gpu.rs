@@ -9,7 +9,7 @@ use super::measure::{KdFlags, frame};
 use crate::grids::time;
 use crate::median::median;
 use crate::shot::{Lights, Shot, name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct KdGpuFlags {
@@ -58,14 +58,12 @@ const WAYS: [(KdTraversal, Option<u32>); 6] = [
 impl KdGpuFlags {
     /// Measures and prints.
     pub(crate) fn run(&self) -> Result<()> {
-        self.common.start()?;
         let gpu = Gpu::open(self.device.as_deref().unwrap_or_default(), DeviceLimits::Adapter)?;
         let Adapter { name: adapter, is_software, .. } = gpu.adapter();
         if !gpu.has_timestamps() {
             bail!("{adapter} has no timestamps, so its stages can't be timed");
         }
-        let conditions = format!("{adapter}, {}, milliseconds", self.common.conditions());
-        let mut table = Table::start(self.common.form, &conditions, COLUMNS)?;
+        let mut table = self.common.start_on(adapter, COLUMNS)?;
         for address in &self.scenes {
             let trial = Trial::new(&gpu, address, self.common.size)?;
             for (traversal, packet) in WAYS {
@@ -82,12 +80,12 @@ impl KdGpuFlags {
                 }
             }
         }
-        table.note("Every triangle mirrors a third of the light; one light with shadows. primary_ms: the camera's rays, or what is")?;
-        table.note("rasterised; nearest, blocked: through the tree, all bounces; settle: the predicate; rest: the other stages; all by")?;
-        table.note("the adapter's clock. frame: by the CPU's. primary_us: camera rays a microsecond through the tree, without bounces.")?;
-        table.note(
+        table.notes(&[
+            "Every triangle mirrors a third of the light; one light with shadows. primary_ms: the camera's rays, or what is",
+            "rasterised; nearest, blocked: through the tree, all bounces; settle: the predicate; rest: the other stages; all by",
+            "the adapter's clock. frame: by the CPU's. primary_us: camera rays a microsecond through the tree, without bounces.",
             "Horn et al. 2007, Table 1: 12 to 28 frames a second with shadows; Table 2: 15 primary rays a microsecond.",
-        )?;
+        ])?;
         if *is_software {
             table.note("This adapter is a program on the CPU: it says nothing of GPUs, and its clock nothing after a rasterised frame.")?;
         }

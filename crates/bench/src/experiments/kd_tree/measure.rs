@@ -6,12 +6,13 @@ use clap::Args;
 use rayon::prelude::*;
 use umbrage::rays::{KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, Triangles};
 use umbrage::scene::Frame;
+use umbrage_study::shaft::{ShaftOptions, ShaftVisits, nearest_of_shafts};
 
 use crate::flags::{draw, size, use_threads};
 use crate::grids::time;
 use crate::median::median;
 use crate::rays::{Hits, PACKET};
-use crate::table::Form;
+use crate::table::{Columns, Form, Table};
 
 /// Flags of every experiment with kd-trees.
 #[derive(Args, Debug)]
@@ -27,20 +28,28 @@ pub(crate) struct KdFlags {
     threads: Option<u16>,
     /// How the results are written
     #[arg(long, value_enum, default_value = "table")]
-    pub(super) form: Form,
+    form: Form,
     /// Draw them as well
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
 }
 
 impl KdFlags {
-    /// Has everything use as many threads as are asked for.
-    pub(super) fn start(&self) -> Result<()> {
-        use_threads(self.threads)
+    /// Has everything use as many threads as are asked for, and begins the table.
+    pub(super) fn start(&self, columns: Columns) -> Result<Table> {
+        use_threads(self.threads)?;
+        Ok(Table::start(self.form, &self.conditions(), columns)?)
+    }
+
+    /// The same for what a device does, in milliseconds.
+    pub(super) fn start_on(&self, device: &str, columns: Columns) -> Result<Table> {
+        use_threads(self.threads)?;
+        let conditions = format!("{device}, {}, milliseconds", self.conditions());
+        Ok(Table::start(self.form, &conditions, columns)?)
     }
 
     /// How everything is measured, in one line.
-    pub(super) fn conditions(&self) -> String {
+    fn conditions(&self) -> String {
         let [width, height] = self.size;
         let (threads, rounds) = (rayon::current_num_threads(), self.rounds);
         format!("rays of {width}x{height} pixels, threads {threads}, medians of {rounds} rounds")
@@ -71,6 +80,8 @@ pub(super) struct Way {
     pub(super) traversal: KdTraversal,
     /// `None` for one ray at a time.
     pub(super) packets: Option<KdPacketOptions>,
+    /// Shafts around packets, if there are any.
+    pub(super) shafts: Option<ShaftOptions>,
 }
 
 /// What a way cost.
@@ -83,7 +94,7 @@ pub(super) struct Cost {
 }
 
 /// All of one round.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Visits {
     pub(super) nodes: u64,
     pub(super) leaves: u64,
@@ -95,36 +106,55 @@ pub(super) struct Visits {
 }
 
 impl Way {
-    fn trace(self, tree: &mut KdTree, triangles: Triangles<'_>, rays: &[Ray], hits: &mut Hits) -> Result<()> {
+    fn trace(self, tree: &mut KdTree, triangles: Triangles<'_>, rays: &[Ray], hits: &mut Hits) -> Result<Visits> {
         tree.set_options(KdTreeOptions { traversal: self.traversal, ..tree.options() })?;
         if let Some(options) = self.packets {
             tree.set_packet_options(options);
         }
         hits.resize(rays.len(), None);
         let tree = &*tree;
-        rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET)).for_each(|(rays, hits)| match self.packets {
-            Some(_) => tree.nearest_of_packet(triangles, rays, |_| true, hits),
-            None => {
+        let chunks = rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET));
+        let visits = chunks.map(|(rays, hits)| match (self.packets, self.shafts) {
+            (_, Some(options)) => nearest_of_shafts(tree, triangles, rays, options, |_| true, hits).into(),
+            (Some(_), None) => {
+                tree.nearest_of_packet(triangles, rays, |_| true, hits);
+                Visits::default()
+            }
+            (None, None) => {
                 let all = rays.iter().zip(hits);
                 all.for_each(|(ray, hit)| *hit = tree.nearest(triangles, ray, |_| true));
+                Visits::default()
             }
         });
-        Ok(())
+        Ok(visits.reduce(Visits::default, Visits::plus))
     }
 
-    fn visits(self, tree: &KdTree) -> Option<Visits> {
+    /// What the tree has counted besides those of shafts.
+    fn visits(self, tree: &KdTree, of_shafts: Visits) -> Option<Visits> {
         let (alone, packets) = (tree.take_visits(), tree.take_packet_visits());
-        let visits = match self.packets {
-            None => Visits { nodes: alone.nodes, leaves: alone.leaves, tests: alone.tests, culled: 0, searched: 0 },
-            Some(_) => Visits {
-                nodes: packets.nodes,
-                leaves: packets.leaves,
-                tests: packets.tests,
-                culled: packets.culled,
-                searched: packets.searched,
-            },
+        let [nodes, leaves, tests] = match self.packets {
+            None => [alone.nodes, alone.leaves, alone.tests],
+            Some(_) => [packets.nodes, packets.leaves, packets.tests],
         };
-        cfg!(feature = "statistics").then_some(visits)
+        cfg!(feature = "statistics").then_some(of_shafts.plus(Visits { nodes, leaves, tests, ..Visits::default() }))
+    }
+}
+
+impl Visits {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            nodes: self.nodes + other.nodes,
+            leaves: self.leaves + other.leaves,
+            tests: self.tests + other.tests,
+            culled: self.culled + other.culled,
+            searched: self.searched + other.searched,
+        }
+    }
+}
+
+impl From<ShaftVisits> for Visits {
+    fn from(ShaftVisits { nodes, leaves, tests, culled, searched, .. }: ShaftVisits) -> Self {
+        Self { nodes, leaves, tests, culled, searched }
     }
 }
 
@@ -142,9 +172,9 @@ pub(super) fn race(
     for round in 0..=rounds {
         for (place, way) in ways.iter().enumerate() {
             let mut spent = 0.0;
-            time(&mut spent, || way.trace(tree, triangles, rays, &mut hits))?;
+            let of_shafts = time(&mut spent, || way.trace(tree, triangles, rays, &mut hits))?;
             black_box(&hits);
-            visits[place] = way.visits(tree);
+            visits[place] = way.visits(tree, of_shafts);
             if round > 0 {
                 times[place].push(spent);
             }

@@ -6,7 +6,7 @@ use super::measure::{Cost, KdFlags, Way, frame, race, tree};
 use crate::plot::{LineChart, Scale, Series};
 use crate::rays::{hits_of, mirrored, of_camera, scattered};
 use crate::shot::{Lights, Shot, name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct KdTraversalsFlags {
@@ -42,8 +42,7 @@ const TRAVERSALS: [KdTraversal; 6] = [
 impl KdTraversalsFlags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        self.common.start()?;
-        let mut table = Table::start(self.common.form, &self.common.conditions(), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let frame = frame(address)?;
@@ -53,7 +52,7 @@ impl KdTraversalsFlags {
             let (mirrored, scattered) = (mirrored(triangles, &camera, &hits), scattered(triangles, &camera, &hits));
             for (kind, rays) in [("camera", &camera), ("mirror", &mirrored), ("diffuse", &scattered)] {
                 for (width, packets) in widths() {
-                    let ways = TRAVERSALS.map(|traversal| Way { traversal, packets });
+                    let ways = TRAVERSALS.map(|traversal| Way { traversal, packets, shafts: None });
                     let costs = race(&mut tree, triangles, rays, &ways, self.common.rounds)?;
                     for (at, (way, cost)) in ways.iter().zip(&costs).enumerate() {
                         let row = row([name(address), kind, width], way.traversal, cost, &costs[0], rays.len());
@@ -65,13 +64,11 @@ impl KdTraversalsFlags {
                 }
             }
         }
-        table.note(
+        table.notes(&[
             "rays_us: rays a microsecond; of_stack: that over the full stack's. nodes, leaves, tests: for each ray, of",
-        )?;
-        table.note("packets for each of their rays' packet (with the feature `statistics`); node_ratio: over the full stack's.")?;
-        table.note(
+            "packets for each of their rays' packet (with the feature `statistics`); node_ratio: over the full stack's.",
             "Horn et al. 2007, §3.3: a short stack of 8 entries visits less than 3 % more nodes than a full one.",
-        )?;
+        ])?;
         table.finish()?;
         self.common.draw(|| {
             let (x_title, y_title) =

@@ -81,48 +81,29 @@ impl<'a> Contest<'a> {
     /// Adds a test for one ray, and for sixteen.
     pub(super) fn add<T: TriangleTest + 'a>(&mut self) {
         let Self { triangles, pairs, level, .. } = *self;
-        let prepare = move || {
-            let start = Instant::now();
-            let tests: Vec<T> = corners(triangles).map(T::new).collect();
-            (start.elapsed().as_secs_f64(), tests)
-        };
-        let rays: Vec<triangle::Rays<f32>> = pairs.blocks.iter().map(|block| single(&block[SINGLE])).collect();
-        let one = move || {
-            let (seconds, tests) = prepare();
-            let [all, hits, misses] = lists(&pairs.single, |pairs| {
-                let mut last = [0.0; 3];
-                for pair in pairs {
-                    if let Some(hits) = tests[pair.target as usize].hit(&rays[pair.block as usize]) {
-                        last = [hits.t, hits.barycentric[0], hits.barycentric[1]];
-                    }
+        let prepare = move || -> Vec<T> { corners(triangles).map(T::new).collect() };
+        let rays = single_rays(pairs);
+        let one = move |tests: &Vec<T>| {
+            one_by_one(&pairs.single, |pair, last| {
+                if let Some(hits) = tests[pair.target as usize].hit(&rays[pair.block as usize]) {
+                    *last = [hits.t, hits.barycentric[0], hits.barycentric[1]];
                 }
-                black_box(last);
-            });
-            [seconds, all, hits, misses]
+            })
         };
-        let sixteen = move || {
-            let (seconds, tests) = prepare();
-            let [all, hits, misses] = dispatch!(level.into(), simd => sixteen(simd, &tests, pairs));
-            [seconds, all, hits, misses]
-        };
+        let sixteen = move |tests: &Vec<T>| dispatch!(level.into(), simd => sixteen(simd, tests, pairs));
         let bytes = size_of::<T>() as f64;
-        self.push(T::NAME, Rays::One, bytes, counts(&pairs.single, |_| 1), Box::new(one));
-        self.push(T::NAME, Rays::Sixteen, bytes, counts(&pairs.sixteen, |_| 16), Box::new(sixteen));
+        self.push(T::NAME, Rays::One, bytes, counts(&pairs.single, |_| 1), prepare, one);
+        self.push(T::NAME, Rays::Sixteen, bytes, counts(&pairs.sixteen, |_| 16), prepare, sixteen);
     }
 
     /// Adds a test for sixteen rays with one origin, which is the camera's.
     pub(super) fn add_bundle<T: BundleTest + 'a>(&mut self) {
         let Self { triangles, pairs, level, .. } = *self;
         let origin = pairs.blocks[0][0].origin.as_vec3();
-        let run = move || {
-            let start = Instant::now();
-            let tests: Vec<T> = corners(triangles).map(|corners| T::new(corners, origin)).collect();
-            let seconds = start.elapsed().as_secs_f64();
-            let [all, hits, misses] = dispatch!(level.into(), simd => bundled(simd, &tests, pairs));
-            [seconds, all, hits, misses]
-        };
-        let bytes = size_of::<T>() as f64;
-        self.push(T::NAME, Rays::SixteenBundled, bytes, counts(&pairs.sixteen, |_| 16), Box::new(run));
+        let prepare = move || -> Vec<T> { corners(triangles).map(|corners| T::new(corners, origin)).collect() };
+        let run = move |tests: &Vec<T>| dispatch!(level.into(), simd => bundled(simd, tests, pairs));
+        let (bytes, tests) = (size_of::<T>() as f64, counts(&pairs.sixteen, |_| 16));
+        self.push(T::NAME, Rays::SixteenBundled, bytes, tests, prepare, run);
     }
 
     /// Adds fans for one ray, and for sixteen. Their pairs are the fans of all triangles of other tests' pairs.
@@ -153,42 +134,37 @@ impl<'a> Contest<'a> {
         let tests = [counts(&of_one, size), counts(&of_sixteen, |pair| 16 * size(pair))];
         let bytes = fans.bytes() as f64 / triangles.len().max(1) as f64;
 
-        let prepare = move || {
-            let start = Instant::now();
-            let fans = Fans::new(triangles);
-            (start.elapsed().as_secs_f64(), fans)
+        let prepare = move || Fans::new(triangles);
+        let rays = single_rays(pairs);
+        let one = move |fans: &Fans| {
+            one_by_one(&of_one, |pair, last| {
+                fans.fan(pair.target as usize).hit(&rays[pair.block as usize], |_, hits| {
+                    *last = [hits.t, hits.barycentric[0], hits.barycentric[1]];
+                });
+            })
         };
-        let rays: Vec<triangle::Rays<f32>> = pairs.blocks.iter().map(|block| single(&block[SINGLE])).collect();
-        let one = move || {
-            let (seconds, fans) = prepare();
-            let [all, hits, misses] = lists(&of_one, |pairs| {
-                let mut last = [0.0; 3];
-                for pair in pairs {
-                    fans.fan(pair.target as usize).hit(&rays[pair.block as usize], |_, hits| {
-                        last = [hits.t, hits.barycentric[0], hits.barycentric[1]];
-                    });
-                }
-                black_box(last);
-            });
-            [seconds, all, hits, misses]
-        };
-        let sixteen = move || {
-            let (seconds, fans) = prepare();
-            let [all, hits, misses] = dispatch!(level.into(), simd => sixteen_fans(simd, &fans, pairs, &of_sixteen));
-            [seconds, all, hits, misses]
-        };
-        self.push("Galin–Akkouche", Rays::One, bytes, tests[0], Box::new(one));
-        self.push("Galin–Akkouche", Rays::Sixteen, bytes, tests[1], Box::new(sixteen));
+        let sixteen = move |fans: &Fans| dispatch!(level.into(), simd => sixteen_fans(simd, fans, pairs, &of_sixteen));
+        self.push("Galin–Akkouche", Rays::One, bytes, tests[0], prepare, one);
+        self.push("Galin–Akkouche", Rays::Sixteen, bytes, tests[1], prepare, sixteen);
     }
 
-    fn push(
+    /// Adds what `prepare` makes of all triangles and `test` takes seconds for in each list.
+    fn push<T>(
         &mut self,
         name: &'static str,
         rays: Rays,
         bytes: f64,
         tests: [f64; 3],
-        run: Box<dyn Fn() -> [f64; 4] + 'a>,
+        prepare: impl Fn() -> T + 'a,
+        test: impl Fn(&T) -> [f64; 3] + 'a,
     ) {
+        let run = Box::new(move || {
+            let start = Instant::now();
+            let prepared = prepare();
+            let seconds = start.elapsed().as_secs_f64();
+            let [all, hits, misses] = test(&prepared);
+            [seconds, all, hits, misses]
+        });
         self.contestants.push(Contestant { name, rays, bytes, seconds: Vec::new(), tests, run });
     }
 
@@ -232,9 +208,38 @@ fn counts(lists: &Lists, tests: impl Fn(&Pair) -> usize) -> [f64; 3] {
     [&lists.all, &lists.hits, &lists.misses].map(|list| list.iter().map(&tests).sum::<usize>() as f64)
 }
 
-fn single(ray: &Ray) -> triangle::Rays<f32> {
-    let (origin, direction) = (ray.origin.as_vec3(), ray.direction.as_vec3());
-    triangle::Rays::new(origin.to_array(), direction.to_array(), [0.0, f32::INFINITY])
+/// The ray of each group that stands for it.
+fn single_rays(pairs: &Pairs) -> Vec<triangle::Rays<f32>> {
+    let single = |ray: &Ray| {
+        let (origin, direction) = (ray.origin.as_vec3(), ray.direction.as_vec3());
+        triangle::Rays::new(origin.to_array(), direction.to_array(), [0.0, f32::INFINITY])
+    };
+    pairs.blocks.iter().map(|block| single(&block[SINGLE])).collect()
+}
+
+/// Seconds that `test` takes for one ray and all pairs of each list; it leaves what it has found last.
+fn one_by_one(of: &Lists, test: impl Fn(&Pair, &mut [f32; 3])) -> [f64; 3] {
+    lists(of, |pairs| {
+        let mut last = [0.0; 3];
+        pairs.iter().for_each(|pair| test(pair, &mut last));
+        black_box(last);
+    })
+}
+
+/// As [`one_by_one`], for sixteen rays.
+#[inline(always)]
+fn by_sixteen<S: Simd>(simd: S, of: &Lists, mut test: impl FnMut(&Pair, &mut [Wide<S>; 3])) -> [f64; 3] {
+    lists(
+        of,
+        #[inline(always)]
+        |pairs| {
+            let mut last = [f32x16::splat(simd, 0.0); 3];
+            for pair in pairs {
+                test(pair, &mut last);
+            }
+            black_box(&last);
+        },
+    )
 }
 
 /// Seconds that `test` takes for each list, with what it reads in the caches as far as that fits.
@@ -283,17 +288,14 @@ fn keep<S: Simd>(last: &mut [Wide<S>; 3], hits: Hits<Wide<S>>) {
 #[inline(always)]
 fn sixteen<S: Simd, T: TriangleTest>(simd: S, tests: &[T], pairs: &Pairs) -> [f64; 3] {
     let rays = wide(simd, pairs);
-    lists(
+    by_sixteen(
+        simd,
         &pairs.sixteen,
         #[inline(always)]
-        |pairs| {
-            let mut last = [f32x16::splat(simd, 0.0); 3];
-            for pair in pairs {
-                if let Some(hits) = tests[pair.target as usize].hit(&rays[pair.block as usize]) {
-                    keep(&mut last, hits);
-                }
+        |pair, last| {
+            if let Some(hits) = tests[pair.target as usize].hit(&rays[pair.block as usize]) {
+                keep(last, hits);
             }
-            black_box(&last);
         },
     )
 }
@@ -305,17 +307,14 @@ fn bundled<S: Simd, T: BundleTest>(simd: S, tests: &[T], pairs: &Pairs) -> [f64;
     for &triangle::Rays { direction, t_min, t_max, .. } in &rays {
         bundles.push(Bundle { direction, t_min, t_max });
     }
-    lists(
+    by_sixteen(
+        simd,
         &pairs.sixteen,
         #[inline(always)]
-        |pairs| {
-            let mut last = [f32x16::splat(simd, 0.0); 3];
-            for pair in pairs {
-                if let Some(hits) = tests[pair.target as usize].hit(&bundles[pair.block as usize]) {
-                    keep(&mut last, hits);
-                }
+        |pair, last| {
+            if let Some(hits) = tests[pair.target as usize].hit(&bundles[pair.block as usize]) {
+                keep(last, hits);
             }
-            black_box(&last);
         },
     )
 }
@@ -323,19 +322,16 @@ fn bundled<S: Simd, T: BundleTest>(simd: S, tests: &[T], pairs: &Pairs) -> [f64;
 #[inline(always)]
 fn sixteen_fans<S: Simd>(simd: S, fans: &Fans, pairs: &Pairs, of_fans: &Lists) -> [f64; 3] {
     let rays = wide(simd, pairs);
-    lists(
+    by_sixteen(
+        simd,
         of_fans,
         #[inline(always)]
-        |pairs| {
-            let mut last = [f32x16::splat(simd, 0.0); 3];
-            for pair in pairs {
-                fans.fan(pair.target as usize).hit(
-                    &rays[pair.block as usize],
-                    #[inline(always)]
-                    |_, hits| keep(&mut last, hits),
-                );
-            }
-            black_box(&last);
+        |pair, last| {
+            fans.fan(pair.target as usize).hit(
+                &rays[pair.block as usize],
+                #[inline(always)]
+                |_, hits| keep(last, hits),
+            );
         },
     )
 }

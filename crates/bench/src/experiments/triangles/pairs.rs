@@ -1,10 +1,11 @@
 //! Rays and the triangles that a structure would test them against.
 
-use anyhow::{Result, ensure};
-use umbrage::rays::predicate;
-use umbrage::rays::{Ray, Triangles, View};
+use std::ops::ControlFlow;
 
-use super::bins::Bins;
+use anyhow::{Result, ensure};
+use umbrage::rays::internals::Visit;
+use umbrage::rays::predicate;
+use umbrage::rays::{Ray, Triangles, UniformGrid, View};
 
 /// About as many groups of rays are taken from an image.
 const BLOCKS: u32 = 4096;
@@ -58,19 +59,19 @@ impl Pairs {
         // An odd stride spreads them over all columns.
         let blocks: Vec<[Ray; 16]> = (0..columns * rows).step_by((stride | 1) as usize).map(block).collect();
 
-        let bins = Bins::new(triangles, triangles.bounds());
+        let mut grid = UniformGrid::default();
+        grid.build(triangles);
         let mut pairs = Vec::new();
         // The group that last met a triangle, so that each meets it once.
         let mut met = vec![u32::MAX; triangles.len()];
         for (block, rays) in (0..).zip(&blocks) {
-            let mut nearest = f64::INFINITY;
-            bins.walk(&rays[SINGLE], |ids, leave| {
-                for &id in ids.iter().filter(|&&id| std::mem::replace(&mut met[id as usize], block) != block) {
+            let ray = &rays[SINGLE];
+            let _ = grid.visit(ray, |id, t_max| {
+                if std::mem::replace(&mut met[id as usize], block) != block {
                     pairs.push(Pair { block, target: id });
-                    let hit = predicate::hit(&rays[SINGLE], triangles, id);
-                    nearest = hit.map_or(nearest, |hit| nearest.min(hit.t));
+                    *t_max = predicate::hit(ray, triangles, id).map_or(*t_max, |hit| t_max.min(hit.t));
                 }
-                nearest <= leave
+                ControlFlow::Continue(())
             });
         }
         ensure!(!pairs.is_empty(), "no ray comes near a triangle");

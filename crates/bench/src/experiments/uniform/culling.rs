@@ -3,9 +3,9 @@ use clap::Args;
 use umbrage::rays::{PacketSide, UniformCounts, UniformOptions};
 
 use super::measure::{Way, measure};
-use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::flags::{ExperimentFlags, size};
 use crate::shot::name;
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct CullingFlags {
@@ -34,28 +34,23 @@ const COLUMNS: &[(&str, usize)] = &[
 impl CullingFlags {
     /// Counts and prints.
     pub(crate) fn run(&self) -> Result<()> {
-        use_threads(self.common.threads)?;
         if !cfg!(feature = "statistics") {
             bail!("this `umbrage-bench` counts nothing: build it with `--features statistics`");
         }
         let packets = [PacketSide::Four, PacketSide::Eight, PacketSide::ThirtyTwo];
         let forms = packets.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
-        let mut table = Table::start(self.common.form, &self.common.conditions(Some(self.size)), COLUMNS)?;
+        let mut table = self.common.start(Some(self.size), COLUMNS)?;
         for address in &self.scenes {
             for (packet, costs) in packets.iter().zip(measure(address, self.size, &forms, &self.common)?) {
                 table.push(&row(name(address), packet.pixels(), &costs.counts))?;
             }
         }
-        table.note(
+        table.notes(&[
             "Millions: pairs of a packet and a cell, and of a ray and a triangle that would be tested with neither",
-        )?;
-        table.note(
             "mailbox nor culling, with the mailbox, with frustum culling too, and without what is behind all hits.",
-        )?;
-        table.note(
             "ratio: neither by frustum. Wald et al. 2006, Table 1: 8.5 (ben), 13.4 (hand), 14.0 (toys), 13.9 (conf).",
-        )?;
-        table.note("asked: pairs of a ray and a triangle that went to the exact predicate, not in millions.")?;
+            "asked: pairs of a ray and a triangle that went to the exact predicate, not in millions.",
+        ])?;
         Ok(table.finish()?)
     }
 }

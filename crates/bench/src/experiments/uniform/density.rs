@@ -3,10 +3,10 @@ use clap::Args;
 use umbrage::rays::UniformOptions;
 
 use super::measure::{Costs, Way, measure};
-use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::flags::{ExperimentFlags, size};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct DensityFlags {
@@ -37,10 +37,9 @@ const COLUMNS: &[(&str, usize)] = &[
 impl DensityFlags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        use_threads(self.common.threads)?;
         let options = |cells_per_triangle| UniformOptions { cells_per_triangle, ..UniformOptions::DEFAULT };
         let forms: Vec<_> = self.densities.iter().map(|&density| (options(density), Way::Packets)).collect();
-        let mut table = Table::start(self.common.form, &self.common.conditions(Some(self.size)), COLUMNS)?;
+        let mut table = self.common.start(Some(self.size), COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let costs = measure(address, self.size, &forms, &self.common)?;
@@ -52,10 +51,10 @@ impl DensityFlags {
                 Series::add(&mut series, short_name(address), [density, rate]);
             }
         }
-        table.note(
+        table.notes(&[
             "Built and seen through, in packets of 32x32 pixels. rate_to_best: frames a second by those of the best.",
-        )?;
-        table.note("Wald et al. 2006, Figure 6: nearly all scenes are the fastest at about 6.")?;
+            "Wald et al. 2006, Figure 6: nearly all scenes are the fastest at about 6.",
+        ])?;
         table.finish()?;
         self.common.draw(|| {
             let (title, x_title, y_title) =

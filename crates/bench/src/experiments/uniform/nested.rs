@@ -3,10 +3,10 @@ use clap::Args;
 use umbrage::rays::UniformOptions;
 
 use super::measure::{Costs, Way, measure};
-use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::flags::{ExperimentFlags, size};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct NestedFlags {
@@ -40,12 +40,11 @@ const COLUMNS: &[(&str, usize)] = &[
 impl NestedFlags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        use_threads(self.common.threads)?;
         let thresholds = || [None].into_iter().chain(self.above.iter().copied().map(Some));
         let options = |nested_above| UniformOptions { nested_above, ..UniformOptions::DEFAULT };
         let ways: &[Way] = if self.single { &[Way::Packets, Way::Single] } else { &[Way::Packets] };
         let forms: Vec<_> = thresholds().flat_map(|above| ways.iter().map(move |&way| (options(above), way))).collect();
-        let mut table = Table::start(self.common.form, &self.common.conditions(Some(self.size)), COLUMNS)?;
+        let mut table = self.common.start(Some(self.size), COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let costs = measure(address, self.size, &forms, &self.common)?;
@@ -56,8 +55,10 @@ impl NestedFlags {
                 Series::add(&mut series, short_name(address), [x, costs[0].build + costs[0].see]);
             }
         }
-        table.note("Cells that list more triangles than `above` may hold grids of their own, `grids` in number.")?;
-        table.note("see, single: the camera's rays in packets, and one at a time.")?;
+        table.notes(&[
+            "Cells that list more triangles than `above` may hold grids of their own, `grids` in number.",
+            "see, single: the camera's rays in packets, and one at a time.",
+        ])?;
         table.finish()?;
         self.common.draw(|| {
             let (title, x_title) = ("Grids inside of cells", "triangles of a cell that may hold one (1024: none)");

@@ -3,10 +3,10 @@ use clap::Args;
 use umbrage::rays::{PacketSide, UniformOptions};
 
 use super::measure::{Costs, Way, measure};
-use crate::flags::{ExperimentFlags, size, use_threads};
+use crate::flags::{ExperimentFlags, size};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::name;
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct PacketsFlags {
@@ -54,11 +54,10 @@ const COLUMNS: &[(&str, usize)] = &[
 impl PacketsFlags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        use_threads(self.common.threads)?;
         let packets =
             PacketSide::ALL.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
         let forms: Vec<_> = [(UniformOptions::DEFAULT, Way::Single)].into_iter().chain(packets).collect();
-        let mut table = Table::start(self.common.form, &self.common.conditions(Some(self.size)), COLUMNS)?;
+        let mut table = self.common.start(Some(self.size), COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let costs = measure(address, self.size, &forms, &self.common)?;
@@ -68,12 +67,12 @@ impl PacketsFlags {
                 Series::add(&mut series, &format!("{pixels}x{pixels}"), [costs.triangles as f64, costs.see]);
             }
         }
-        table.note("The camera's rays, one at a time from cell to cell, and in packets of so many pixels.")?;
-        table.note("references_us: references listed in cells a microsecond, in the build.")?;
-        table.note(
+        table.notes(&[
+            "The camera's rays, one at a time from cell to cell, and in packets of so many pixels.",
+            "references_us: references listed in cells a microsecond, in the build.",
             "Wald et al. 2006, Table 3: 8x8 packets are 6.75 (ben), 10.1 (hand), 13.1 (toys), 20.9 (erw6) and 10.6",
-        )?;
-        table.note("(conf) times as fast as single rays. Figure 7: 4x4 packets pass 8x8 ones at 250 K triangles.")?;
+            "(conf) times as fast as single rays. Figure 7: 4x4 packets pass 8x8 ones at 250 K triangles.",
+        ])?;
         table.finish()?;
         series.iter_mut().for_each(|line: &mut Series| line.points.sort_by(|a, b| a[0].total_cmp(&b[0])));
         self.common.draw(|| {

@@ -3,10 +3,10 @@ use clap::Args;
 use umbrage::rays::{PacketSide, UniformOptions};
 
 use super::measure::{Way, measure};
-use crate::flags::{ExperimentFlags, use_threads};
+use crate::flags::ExperimentFlags;
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::{Cell, Table};
+use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct ResolutionFlags {
@@ -29,9 +29,8 @@ const PACKETS: [PacketSide; 3] = [PacketSide::Eight, PacketSide::Sixteen, Packet
 impl ResolutionFlags {
     /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        use_threads(self.common.threads)?;
         let forms = PACKETS.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
-        let mut table = Table::start(self.common.form, &self.common.conditions(None), COLUMNS)?;
+        let mut table = self.common.start(None, COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let mut before = None;
@@ -49,9 +48,10 @@ impl ResolutionFlags {
                 Series::add(&mut series, short_name(address), [pixels, best]);
             }
         }
-        table.note("growth: the best time by that of the row above; 4 is linear in pixels where sides double.")?;
-        table
-            .note("Wald et al. 2006, §4.2: from 1024x1024 to 2048x2048 the rate drops by a factor of 1.75 to 2.25.")?;
+        table.notes(&[
+            "growth: the best time by that of the row above; 4 is linear in pixels where sides double.",
+            "Wald et al. 2006, §4.2: from 1024x1024 to 2048x2048 the rate drops by a factor of 1.75 to 2.25.",
+        ])?;
         table.finish()?;
         self.common.draw(|| {
             let (x_title, y_title) = ("pixels", "milliseconds to see");

@@ -17,10 +17,10 @@ pub(crate) struct Pair {
 pub(crate) const KINDS: u64 = 17;
 
 impl Pair {
-    /// Some pair of the kind that `place` asks for, at a scale from 2⁻⁶⁰ to 2⁶⁰ for two of three.
-    pub(crate) fn random(random: &mut Random, place: u64) -> Self {
-        let mut pair = Self::of_kind(random, place % KINDS);
-        if !(place / KINDS).is_multiple_of(3) {
+    /// Some pair of the kind that `index` asks for, at a scale from 2⁻⁶⁰ to 2⁶⁰ for two of three.
+    pub(crate) fn random(random: &mut Random, index: u64) -> Self {
+        let mut pair = Self::of_kind(random, index % KINDS);
+        if !(index / KINDS).is_multiple_of(3) {
             let scale = 2.0_f32.powi(random.below(121) as i32 - 60);
             pair.corners = pair.corners.map(|corner| corner * scale);
             pair.ray.origin *= f64::from(scale);
@@ -131,9 +131,9 @@ pub(crate) struct Shadowing {
 }
 
 impl Shadowing {
-    /// Some case of the kind that `place` asks for.
-    pub(crate) fn random(random: &mut Random, place: u64) -> Self {
-        let Pair { ray, corners } = Pair::random(random, place);
+    /// Some case of the kind that `index` asks for.
+    pub(crate) fn random(random: &mut Random, index: u64) -> Self {
+        let Pair { ray, corners } = Pair::random(random, index);
         let t = crossing(&ray, corners).map_or(1.0, |crossing| crossing.t);
         // Half of the points aren't on the triangle but well in front of or behind it.
         let t = match random.below(4) {
@@ -146,7 +146,7 @@ impl Shadowing {
         let [a, b, c] = corners;
         let is_directional = random.below(2) == 0;
         let (v, w) = (random.unit() as f32 * 0.5, random.unit() as f32 * 0.5);
-        let beyond = |place: Vec3| place * 2.0 - point;
+        let beyond = |at: Vec3| at * 2.0 - point;
         let light = match random.below(8) {
             0 => random.point() * (b - a).abs().max_element(),
             // On the triangle, in its plane, and at the point.

@@ -1,14 +1,14 @@
 // What comes before each of these tests' kernels: cases of so many words, and the answers to them.
 
-import package::dispatch::{flat_group};
+import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64};
 
 @group(0) @binding(0) var<storage, read> inputs: array<u32>;
 @group(0) @binding(1) var<storage, read_write> outputs: array<u32>;
 
 // An invocation's case; there may be fewer.
-fn case_number_of(group: vec3<u32>, groups: vec3<u32>, lane: u32) -> u32 {
-    return flat_group(group, groups) * 64u + lane;
+fn case_number_of(at: Invocation) -> u32 {
+    return flat_index(at, 64u);
 }
 
 fn case_pair(word: u32) -> vec2<u32> {

@@ -12,7 +12,7 @@ fn operations_have_the_bits_of_f64() {
     let mut random = Random(1);
     let special = special_pairs();
     for batch in 0..9 {
-        let generated = (0..1 << 18).map(|place| random_pair(&mut random, place));
+        let generated = (0..1 << 18).map(|index| random_pair(&mut random, index));
         let pairs: Vec<_> = if batch == 0 { special.clone() } else { generated.collect() };
         let bits: Vec<_> = pairs.iter().map(|pair| pair.map(f64::to_bits)).collect();
         let results = map(&gpu, &kernel, &bits, RESULT_WORDS);
@@ -23,10 +23,10 @@ fn operations_have_the_bits_of_f64() {
 }
 
 fn check(a: f64, b: f64, words: &[u32]) {
-    let number = |place: usize| f64::from_bits(u64::from(words[place]) | (u64::from(words[place + 1]) << 32));
+    let number = |index: usize| f64::from_bits(u64::from(words[index]) | (u64::from(words[index + 1]) << 32));
     let low_word = a.to_bits() as u32;
-    let expect = |operation: &str, place: usize, expected: f64| {
-        let found = number(place);
+    let expect = |operation: &str, index: usize, expected: f64| {
+        let found = number(index);
         assert!(same(found, expected), "{operation} of {a:e} and {b:e}: {found:e}, not {expected:e}");
     };
     expect("sum", 0, a + b);
@@ -108,8 +108,8 @@ fn special_pairs() -> Vec<[f64; 2]> {
     numbers.iter().flat_map(|&a| numbers.iter().map(move |&b| [a, b])).collect()
 }
 
-/// A pair of the kind that the place asks for.
-fn random_pair(random: &mut Random, place: u64) -> [f64; 2] {
+/// A pair of the kind that the index asks for.
+fn random_pair(random: &mut Random, index: u64) -> [f64; 2] {
     let any = f64::from_bits(random.bits());
     let sparse = f64::from_bits(random.bits() & random.bits() & random.bits());
     let near = |random: &mut Random, of: f64, distance: u64| {
@@ -118,7 +118,7 @@ fn random_pair(random: &mut Random, place: u64) -> [f64; 2] {
         f64::from_bits((random.bits() & 0x800f_ffff_ffff_ffff) | (moved << 52))
     };
     let ordinary = f64::from_bits((random.bits() & 0x800f_ffff_ffff_ffff) | ((923 + random.below(200)) << 52));
-    match place % 8 {
+    match index % 8 {
         0 => [any, f64::from_bits(random.bits())],
         1 => [any, near(random, any, 2)],
         2 => [ordinary, near(random, ordinary, 60)],

@@ -10,12 +10,8 @@ const CASE_WORDS = 4u;
 const ANSWER_WORDS = 24u;
 
 @compute @workgroup_size(64)
-fn operations(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let start = case_number_of(group, groups, lane) * CASE_WORDS;
+fn operations(at: Invocation) {
+    let start = case_number_of(at) * CASE_WORDS;
     if start >= arrayLength(&inputs) {
         return;
     }

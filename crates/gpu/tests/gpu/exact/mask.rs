@@ -61,7 +61,7 @@ impl Leaf {
             Vec2::new(single(2.0), single(2.0)),
         );
         let (v, w) = (single(0.5).abs(), single(0.5).abs());
-        // Far from the image places are whole numbers, at last such that one more changes nothing.
+        // Far from the image positions are whole numbers, at last such that one more changes nothing.
         let reach = 10.0_f64.powi(random.below(12) as i32 - 1) * if random.below(50) == 0 { 1e30 } else { 1.0 };
         let mut coordinate = || match random.below(16) {
             0 => random.any_f32(),

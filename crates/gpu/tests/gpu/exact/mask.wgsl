@@ -1,4 +1,4 @@
-// The opacity at a place of each of many triangles.
+// The opacity at a point of each of many triangles.
 
 import package::exact::single::{F32_HALF, f32_at_least};
 import package::exact::mask::{MaskTexture, mask_interpolated, mask_texels, mask_texture_opacity, mask_opacity};
@@ -6,12 +6,8 @@ import package::exact::mask::{MaskTexture, mask_interpolated, mask_texels, mask_
 const CASE_WORDS = 64u;
 
 @compute @workgroup_size(64)
-fn opacities(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let start = case_number_of(group, groups, lane) * CASE_WORDS;
+fn opacities(at: Invocation) {
+    let start = case_number_of(at) * CASE_WORDS;
     if start >= arrayLength(&inputs) {
         return;
     }
@@ -27,7 +23,7 @@ fn opacities(
     let vertices = mask_interpolated(case_triple(start + 19u), barycentric);
     let texels = mask_texels(texture, coords);
     let bytes = vec4(
-        inputs[texels.places.x], inputs[texels.places.y], inputs[texels.places.z], inputs[texels.places.w],
+        inputs[texels.indices.x], inputs[texels.indices.y], inputs[texels.indices.z], inputs[texels.indices.w],
     );
     let of_texture = mask_texture_opacity(bytes, texels.part);
     let opacity = mask_opacity(inputs[start + 22u], vertices, of_texture);

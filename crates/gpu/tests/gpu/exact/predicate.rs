@@ -21,7 +21,7 @@ fn crossings_have_the_bits_of_the_reference() {
     let Some(gpu) = common::gpu() else { return };
     let kernel = kernel(&gpu, "crossings");
     let mut random = Random(2);
-    let pairs: Vec<_> = (0..1 << 17).map(|place| Pair::random(&mut random, place)).collect();
+    let pairs: Vec<_> = (0..1 << 17).map(|index| Pair::random(&mut random, index)).collect();
     let cases: Vec<_> = pairs.iter().map(pair_case).collect();
     let answers = map(&gpu, &kernel, &cases, ANSWER_WORDS);
     let mut hits = 0;
@@ -41,7 +41,7 @@ fn fronts_are_those_of_the_reference() {
     let Some(gpu) = common::gpu() else { return };
     let kernel = kernel(&gpu, "fronts");
     let mut random = Random(3);
-    let pairs: Vec<_> = (0..1 << 16).map(|place| Pair::random(&mut random, place)).collect();
+    let pairs: Vec<_> = (0..1 << 16).map(|index| Pair::random(&mut random, index)).collect();
     let cases: Vec<_> = pairs.iter().map(pair_case).collect();
     let answers = map(&gpu, &kernel, &cases, ANSWER_WORDS);
     for (pair, answer) in pairs.iter().zip(answers.chunks_exact(ANSWER_WORDS)) {
@@ -55,7 +55,7 @@ fn shadows_have_the_bits_of_the_reference() {
     let Some(gpu) = common::gpu() else { return };
     let kernel = kernel(&gpu, "shadows");
     let mut random = Random(4);
-    let shadowings: Vec<_> = (0..1 << 17).map(|place| Shadowing::random(&mut random, place)).collect();
+    let shadowings: Vec<_> = (0..1 << 17).map(|index| Shadowing::random(&mut random, index)).collect();
     let cases: Vec<_> = shadowings.iter().map(shadow_case).collect();
     let answers = map(&gpu, &kernel, &cases, ANSWER_WORDS);
     let mut blocked = 0;
@@ -79,15 +79,15 @@ fn camera_rays_have_the_bits_of_the_reference() {
     let Some(gpu) = common::gpu() else { return };
     let kernel = kernel(&gpu, "rays");
     let mut random = Random(5);
-    let places: Vec<_> =
+    let views: Vec<_> =
         (0..1 << 15).map(|_| (random_view(&mut random), random.bits(), random_offset(&mut random))).collect();
-    let cases: Vec<_> = places.iter().map(|(view, pixel, offset)| view_case(view, *pixel, *offset)).collect();
+    let cases: Vec<_> = views.iter().map(|(view, pixel, offset)| view_case(view, *pixel, *offset)).collect();
     let answers = map(&gpu, &kernel, &cases, ANSWER_WORDS);
-    for ((view, pixel, [x, y]), answer) in places.iter().zip(answers.chunks_exact(ANSWER_WORDS)) {
+    for ((view, pixel, [x, y]), answer) in views.iter().zip(answers.chunks_exact(ANSWER_WORDS)) {
         let [column, row] = pixel_of(view, *pixel).map(f64::from);
         let ray = view.ray(column + x, row + y);
         let expected: Vec<_> = [ray.origin, ray.direction].iter().flat_map(DVec3::to_array).map(f64::to_bits).collect();
-        let found: Vec<_> = (0..6).map(|place| number(answer, 2 * place)).collect();
+        let found: Vec<_> = (0..6).map(|index| number(answer, 2 * index)).collect();
         assert_eq!(found, expected, "{view:?} at {column} + {x}, {row} + {y}");
     }
 }
@@ -162,6 +162,6 @@ fn words_of(number: f64) -> [u32; 2] {
     [number.to_bits() as u32, (number.to_bits() >> 32) as u32]
 }
 
-fn number(words: &[u32], place: usize) -> u64 {
-    u64::from(words[place]) | (u64::from(words[place + 1]) << 32)
+fn number(words: &[u32], index: usize) -> u64 {
+    u64::from(words[index]) | (u64::from(words[index + 1]) << 32)
 }

@@ -27,12 +27,8 @@ fn answer_vector(word: u32, vector: F64Vector) {
 }
 
 @compute @workgroup_size(64)
-fn crossings(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let start = case_number_of(group, groups, lane) * CASE_WORDS;
+fn crossings(at: Invocation) {
+    let start = case_number_of(at) * CASE_WORDS;
     if start >= arrayLength(&inputs) {
         return;
     }
@@ -52,12 +48,8 @@ fn crossings(
 }
 
 @compute @workgroup_size(64)
-fn fronts(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let start = case_number_of(group, groups, lane) * CASE_WORDS;
+fn fronts(at: Invocation) {
+    let start = case_number_of(at) * CASE_WORDS;
     if start >= arrayLength(&inputs) {
         return;
     }
@@ -69,12 +61,8 @@ fn fronts(
 }
 
 @compute @workgroup_size(64)
-fn shadows(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let start = case_number_of(group, groups, lane) * CASE_WORDS;
+fn shadows(at: Invocation) {
+    let start = case_number_of(at) * CASE_WORDS;
     if start >= arrayLength(&inputs) {
         return;
     }
@@ -96,12 +84,8 @@ fn shadows(
 }
 
 @compute @workgroup_size(64)
-fn rays(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let start = case_number_of(group, groups, lane) * CASE_WORDS;
+fn rays(at: Invocation) {
+    let start = case_number_of(at) * CASE_WORDS;
     if start >= arrayLength(&inputs) {
         return;
     }

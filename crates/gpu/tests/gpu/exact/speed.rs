@@ -18,7 +18,7 @@ fn speed() {
     let count = 1 << 16;
     let mut random = Random(6);
     let mut of_kind = |kinds: &[u64]| -> Vec<_> {
-        (0..count).map(|place| Pair::of_kind(&mut random, kinds[place % kinds.len()])).collect()
+        (0..count).map(|index| Pair::of_kind(&mut random, kinds[index % kinds.len()])).collect()
     };
     let lists = [("decided in f64", of_kind(&[1, 2])), ("exact at a corner or an edge", of_kind(&[3, 4]))];
     let start = processor_seconds();

@@ -9,12 +9,11 @@
 use std::sync::OnceLock;
 
 use super::sah::{Cell, Heuristic};
-use super::space::Frame;
 use super::{Job, Pool};
 use crate::Triangles;
 use crate::kdtree::extent::Reference;
 use crate::kdtree::layout::Branch;
-use crate::kdtree::{KdBuilder, KdTree, KdTreeOptions};
+use crate::kdtree::{KdTree, KdTreeOptions};
 
 /// Nodes of fewer references are built at once: the rest of a subtree would take more memory than their nodes.
 const LEAST: usize = 32;
@@ -128,14 +127,7 @@ fn build_subtree(
     let heuristic = Heuristic::new(options.costs, *usable);
     let job = Job { triangles, clipping: options.clipping, heuristic, lazy_below: 0, pool };
     let mut branch = Branch::default();
-    if options.builder == KdBuilder::Binned {
-        job.bin_references(references, reach, cell, &mut branch);
-    } else {
-        let mut space = pool.space();
-        space.references.extend_from_slice(references);
-        job.grow(&mut space, Frame::default(), options.builder.into(), cell, &mut branch);
-        pool.keep_space(space);
-    }
+    job.grow_references(references, reach, options.builder, cell, &mut branch);
     let mut tree =
         KdTree { options: *options, extent: cell.extent, triangle_count: triangles.len(), branch, ..KdTree::default() };
     tree.lay_out();

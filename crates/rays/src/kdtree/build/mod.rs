@@ -5,7 +5,6 @@ mod binned;
 mod bins;
 mod deferred;
 mod grow;
-mod hierarchical;
 mod in_place;
 mod naive;
 mod nested;
@@ -25,14 +24,16 @@ use super::{Clipping, KdBuilder, KdTree, KdTreeOptions};
 use crate::Triangles;
 use binned::Arena;
 pub(super) use deferred::Deferred;
-pub(super) use sah::Cell;
-use sah::Heuristic;
+pub use sah::{Candidate, Cell};
+use sah::{Heuristic, Measure};
 use space::{Frame, Space};
 
 /// What all parts of a build share.
-struct Job<'a> {
-    triangles: Triangles<'a>,
-    clipping: Clipping,
+pub struct Job<'a> {
+    /// What is built over.
+    pub triangles: Triangles<'a>,
+    /// How boxes are cut.
+    pub clipping: Clipping,
     heuristic: Heuristic,
     /// Nodes of fewer references are built when a ray reaches them.
     lazy_below: usize,
@@ -109,24 +110,33 @@ impl KdTree {
     /// # Panics
     /// If there are more than 2³⁰ / [`KdTree::MOST_REFERENCES`] triangles.
     pub fn build(&mut self, triangles: Triangles<'_>) {
+        let builder = self.options.builder;
+        self.build_by(triangles, |job, count, branch| {
+            let is_any_omitted = count < triangles.len();
+            if builder == KdBuilder::Binned {
+                return job.bin(is_any_omitted, branch);
+            }
+            let mut space = job.pool.space();
+            collect(triangles, is_any_omitted, &mut space.references);
+            let extent = job.root(&mut space, builder, branch);
+            job.pool.keep_space(space);
+            extent
+        });
+    }
+
+    /// Replaces the tree by what `build` adds to a branch, given how many triangles can be hit; it returns the box around them.
+    #[doc(hidden)]
+    pub fn build_by(&mut self, triangles: Triangles<'_>, build: impl FnOnce(&Job<'_>, usize, &mut Branch) -> Extent) {
         let count = self.start(triangles);
-        let is_any_omitted = self.omitted.total() > 0;
         let heuristic = Heuristic::new(self.options.costs, count);
         let KdTreeOptions { clipping, lazy_below, .. } = self.options;
         let job = Job { triangles, clipping, heuristic, lazy_below: lazy_below as usize, pool: &self.pool };
-        if self.options.builder == KdBuilder::Binned {
-            self.extent = job.bin(is_any_omitted, &mut self.branch);
-            return self.lay_out();
-        }
-        let mut space = self.pool.space();
-        collect(triangles, is_any_omitted, &mut space.references);
-        self.extent = job.root(&mut space, self.options.builder, &mut self.branch);
-        self.pool.keep_space(space);
+        self.extent = build(&job, count, &mut self.branch);
         self.lay_out();
     }
 
     /// Asserts that a tree can hold the triangles.
-    pub(super) fn assert_few(triangles: Triangles<'_>) {
+    fn assert_few(triangles: Triangles<'_>) {
         let limit = triangles.len() as u64 * Self::MOST_REFERENCES + Self::LEAST_LIMIT;
         assert!(2 * limit < super::node::Node::MOST, "{} triangles are too many for a kd-tree", triangles.len());
     }
@@ -143,7 +153,8 @@ impl KdTree {
     }
 
     /// Replaces the tree by one over boxes: what it lists, in place of triangles, are their ids.
-    pub(super) fn build_over_boxes(&mut self, boxes: &[Reference]) {
+    #[doc(hidden)]
+    pub fn build_over_boxes(&mut self, boxes: &[Reference]) {
         let heuristic = Heuristic::new(self.options.costs, boxes.len());
         let triangles = Triangles::default();
         let job = Job { triangles, clipping: Clipping::Boxes, heuristic, lazy_below: 0, pool: &self.pool };
@@ -174,6 +185,57 @@ impl Job<'_> {
             builder => self.grow(space, Frame::default(), builder.into(), root, out),
         }
         extent
+    }
+}
+
+/// What builders that start from something else than all triangles need.
+impl Job<'_> {
+    /// The cell of a root with so many triangles.
+    #[must_use]
+    pub fn root_cell(&self, extent: Extent, count: usize) -> Cell {
+        Heuristic::root(extent, count)
+    }
+
+    /// The best plane across a cell for boxes, each of which counts as so many triangles.
+    #[must_use]
+    pub fn best_of_boxes(&self, cell: &Cell, boxes: &[(Extent, u32)]) -> Option<Candidate> {
+        let count = boxes.iter().map(|&(_, weight)| weight as usize).sum();
+        let mut measure = Measure::new(&self.heuristic, cell.extent, count);
+        let mut events = Vec::new();
+        for axis in 0..3 {
+            events.clear();
+            for ((extent, _), index) in boxes.iter().zip(0..) {
+                presorted::push_axis(&mut events, extent.min[axis], extent.max[axis], index);
+            }
+            events.sort_unstable();
+            presorted::sweep(&mut measure, axis, &events, |index| boxes[index].1);
+        }
+        measure.best
+    }
+
+    /// The two cells of the best plane, unless a leaf of `count` triangles is better. Once triangles are parted,
+    /// [`Cell::share`] says how many references each may have.
+    #[must_use]
+    pub fn split(&self, cell: &Cell, count: usize, best: Candidate) -> Option<[Cell; 2]> {
+        self.heuristic.split(cell, count, Some(best)).map(|(_, cells)| cells)
+    }
+
+    /// Adds the subtree of references in order of id. `reach` is the largest magnitude of a coordinate of the whole tree.
+    pub fn grow_references(
+        &self,
+        references: &[Reference],
+        reach: f32,
+        builder: KdBuilder,
+        cell: Cell,
+        out: &mut Branch,
+    ) {
+        if builder == KdBuilder::Binned {
+            return self.bin_references(references, reach, cell, out);
+        }
+        let mut space = self.pool.space();
+        space.references.extend_from_slice(references);
+        self.grow(&mut space, Frame::default(), builder.into(), cell, out);
+        self.pool.keep_space(space);
     }
 }
 

@@ -13,8 +13,9 @@ pub(super) struct Heuristic {
 
 /// A cell to be split.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::kdtree) struct Cell {
-    pub(super) extent: Extent,
+pub struct Cell {
+    /// Its box.
+    pub extent: Extent,
     pub(super) depth: u32,
     /// How many of the planes above cost more than they brought.
     failures: u32,
@@ -24,11 +25,13 @@ pub(in crate::kdtree) struct Cell {
 
 /// A plane, and what it costs.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate {
-    pub(super) cost: f64,
-    pub(super) plane: Plane,
+pub struct Candidate {
+    /// By the heuristic.
+    pub cost: f64,
+    /// Where it is.
+    pub plane: Plane,
     /// Whether triangles inside the plane are listed on the left.
-    pub(super) planar_left: bool,
+    pub planar_left: bool,
 }
 
 impl Candidate {
@@ -187,7 +190,7 @@ impl Cell {
     ///
     /// Only cells that may hold twice what they do are split. So children may hold what they do, whatever the triangles are
     /// like, and all leaves together no more than the root.
-    pub(super) fn share(mut cells: [Self; 2], counts: [usize; 2]) -> [Self; 2] {
+    pub fn share(mut cells: [Self; 2], counts: [usize; 2]) -> [Self; 2] {
         let weights = counts.map(|count| count.max(1) as f64);
         for (cell, weight) in cells.iter_mut().zip(weights) {
             cell.budget *= weight / (weights[0] + weights[1]);

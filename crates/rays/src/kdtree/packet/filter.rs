@@ -1,13 +1,12 @@
+use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16};
 use glam::Vec3;
 
 use super::rays::{HALF_ULP, Rays};
 use super::scale::Scale;
-use super::shaft::Lines;
 
 /// As many f32 as rays are led to leaves together.
-pub(super) trait Wide<S: Simd>: SimdFloat<S, Element = f32> {}
+pub trait Wide<S: Simd>: SimdFloat<S, Element = f32> {}
 
 impl<S: Simd, V: SimdFloat<S, Element = f32>> Wide<S> for V {}
 
@@ -20,21 +19,22 @@ impl<S: Simd, V: SimdFloat<S, Element = f32>> Wide<S> for V {}
 /// roundings, 84 ε E as E is two at most; a's weight is what the others leave of it, with two more roundings of up to 60 ε E in
 /// all. t times the determinant has six products s e e with eight roundings: 108 ε E² with s' own errors, and its product
 /// with a determinant that is wrong by 42 ε E² another 110 ε E² and 44 for roundings, for τ that matter.
-pub(super) struct Filter {
+pub struct Filter {
     a: [f32; 3],
     b_from_a: [f32; 3],
     c_from_a: [f32; 3],
     /// How wrong weights of b and c may be, and that of a, times the determinant.
-    weight_bounds: [f32; 2],
+    pub weight_bounds: [f32; 2],
     /// How wrong the determinant may be.
-    determinant_bound: f32,
+    pub determinant_bound: f32,
     /// How wrong t may be, times the determinant.
     t_bound: f32,
 }
 
 impl Filter {
+    /// Of a triangle with these corners, for rays whose origins may have `moved` as far.
     #[inline(always)]
-    pub(super) fn new(scale: &Scale, corners: [Vec3; 3], moved: f32) -> Self {
+    pub fn new(scale: &Scale, corners: [Vec3; 3], moved: f32) -> Self {
         let [a, b, c] = corners;
         let (b_from_a, c_from_a) = (scale.difference(a, b), scale.difference(a, c));
         let size = |v: [f32; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
@@ -55,7 +55,7 @@ impl Filter {
 
     /// Which of the rays from `first` on may hit the triangle before they end, a bit for each. What isn't a number gives way.
     #[inline(always)]
-    pub(super) fn possible<S: Simd, V: Wide<S>>(&self, simd: S, rays: &Rays, first: usize) -> u64 {
+    pub fn possible<S: Simd, V: Wide<S>>(&self, simd: S, rays: &Rays, first: usize) -> u64 {
         let Values { weights: [u, v, w], determinant, t } =
             self.values::<S, V>(simd, load_three(simd, &rays.origin, first), load_three(simd, &rays.direction, first));
         let (lowest, highest) = (v.min(w), v.max(w));
@@ -75,41 +75,9 @@ impl Filter {
         !(missed | outside).to_bitmask()
     }
 
-    /// Whether all lines between a shaft's corner lines certainly miss on the same edge: edge functions and the determinant are
-    /// linear in where a line meets each of two planes, so they are what they are on the corner lines at most.
-    ///
-    /// The lines' places are nine at most, and s ten instead of two.
+    /// What lines say of the triangle, whatever their intervals.
     #[inline(always)]
-    pub(super) fn is_beside_all<S: Simd>(&self, simd: S, lines: &Lines) -> bool {
-        const LARGER: f32 = 5.0;
-        let Values { weights, determinant, .. } = self.values::<S, f32x16<S>>(
-            simd,
-            load_three(simd, &lines.origin, 0),
-            load_three(simd, &lines.direction, 0),
-        );
-        let [bound, bound_of_a] = self.weight_bounds.map(
-            #[inline(always)]
-            |value| splat::<S, f32x16<S>>(simd, value * LARGER),
-        );
-        let bounds = [bound_of_a, bound, bound];
-        let least = splat::<S, f32x16<S>>(simd, self.determinant_bound);
-        if determinant.simd_gt(least).all_true() {
-            (0..3).any(
-                #[inline(always)]
-                |corner| weights[corner].simd_lt(-bounds[corner]).all_true(),
-            )
-        } else if determinant.simd_lt(-least).all_true() {
-            (0..3).any(
-                #[inline(always)]
-                |corner| weights[corner].simd_gt(bounds[corner]).all_true(),
-            )
-        } else {
-            false
-        }
-    }
-
-    #[inline(always)]
-    fn values<S: Simd, V: Wide<S>>(&self, simd: S, origin: [V; 3], direction: [V; 3]) -> Values<V> {
+    pub fn values<S: Simd, V: Wide<S>>(&self, simd: S, origin: [V; 3], direction: [V; 3]) -> Values<V> {
         let [ax, ay, az] = self.a;
         let offset = [
             origin[0] - splat::<S, V>(simd, ax),
@@ -135,9 +103,11 @@ impl Filter {
 }
 
 /// What rays say of a triangle; all times the determinant.
-struct Values<V> {
-    weights: [V; 3],
-    determinant: V,
+pub struct Values<V> {
+    /// Of a, b and c.
+    pub weights: [V; 3],
+    /// Its sign says from which side they come.
+    pub determinant: V,
     t: V,
 }
 
@@ -161,7 +131,7 @@ pub(super) fn splat<S: Simd, V: Wide<S>>(simd: S, value: f32) -> V {
 
 /// Those numbers from `first` on.
 #[inline(always)]
-pub(super) fn load<S: Simd, V: Wide<S>>(simd: S, numbers: &[f32], first: usize) -> V {
+pub fn load<S: Simd, V: Wide<S>>(simd: S, numbers: &[f32], first: usize) -> V {
     V::from_slice(simd, &numbers[first..first + V::LEN])
 }
 

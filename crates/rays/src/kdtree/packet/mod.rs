@@ -2,18 +2,14 @@
 //!
 //! `rays` holds up to 256 rays in f32, and says why nothing is missed; `scale` is the coordinates of that. `filter` leaves
 //! out what rays certainly miss, `tester` asks the predicate about the rest. `step` is what 4, 8 or 16 rays do at a node, in
-//! their lanes; `stack` and `trail` lead them to leaves. `shaft` holds up to 256 rays: `search` finds where its rays may
-//! begin, and `beam` leads it to leaves in their place. `see` traces the rays of a camera's pixels and
-//! of a light. `options` says what there is to choose, `statistics` counts.
+//! their lanes; `stack` and `trail` lead them to leaves. `see` traces the rays of a camera's pixels and of a light. `options`
+//! says what there is to choose, `statistics` counts.
 
-mod beam;
 mod filter;
 mod options;
 mod rays;
 mod scale;
-mod search;
 mod see;
-mod shaft;
 mod stack;
 mod statistics;
 mod step;
@@ -25,18 +21,16 @@ use fearless_simd::{Simd, dispatch, f32x4, f32x8, f32x16};
 use super::{KdTraversal, KdTree};
 use crate::predicate::{self, ShadowRay};
 use crate::{Hit, Ray, Triangles};
-use filter::Wide;
-pub use options::{KdCulling, KdEntry, KdMailbox, KdPacketOptions, KdPacketWidth};
-use rays::{MOST_RAYS, Rays};
-use scale::Scale;
-use search::{Met, Search};
-use shaft::{Axes, Bundle};
+pub use filter::{Filter, Wide, load};
+pub use options::{KdMailbox, KdPacketOptions, KdPacketWidth};
+pub use rays::{HALF_ULP, LANES, MOST_RAYS, Rays};
+pub use scale::Scale;
 use stack::{Stack, Waiting};
 pub use statistics::KdPacketVisits;
 use statistics::Steps;
 pub(super) use statistics::Tally;
-use step::Start;
-use tester::{Ask, MOST_PAIRS, Mailbox, Pairs, Tester, bits_of};
+pub use tester::Ask;
+use tester::{MOST_PAIRS, Mailbox, Pairs, Tester, bits_of};
 use trail::Trail;
 
 impl KdTree {
@@ -66,10 +60,25 @@ impl KdTree {
         counts: impl Fn(&Hit) -> bool,
         hits: &mut [Option<Hit>],
     ) {
+        self.nearest_by(triangles, rays, counts, hits, |ask| {
+            self.visit_packets(triangles, &|index| rays[index], rays.len(), ask);
+        });
+    }
+
+    /// As [`nearest_of_packet`](Self::nearest_of_packet), of the triangles that `visit` asks about.
+    #[doc(hidden)]
+    pub fn nearest_by(
+        &self,
+        triangles: Triangles<'_>,
+        rays: &[Ray],
+        counts: impl Fn(&Hit) -> bool,
+        hits: &mut [Option<Hit>],
+        visit: impl FnOnce(&mut Ask<'_>),
+    ) {
         assert!(rays.len() == hits.len(), "{} hits for {} rays", hits.len(), rays.len());
         hits.fill(None);
         let mut found = [None; MOST_PAIRS];
-        self.visit_packets(triangles, &|place| rays[place], rays.len(), &mut |pairs, ends| {
+        visit(&mut |pairs, ends| {
             predicate::hits(self.level.into(), triangles, rays, pairs, &mut found);
             for ((&(place, id), end), hit) in pairs.iter().zip(ends).zip(found) {
                 let best = &mut hits[place as usize];
@@ -98,10 +107,26 @@ impl KdTree {
         counts: impl Fn(u32, [f32; 2]) -> bool,
         blocked: &mut [bool],
     ) {
+        self.blocked_by(triangles, rays, own, counts, blocked, |ask| {
+            self.visit_packets(triangles, &|index| rays[index].ray, rays.len(), ask);
+        });
+    }
+
+    /// As [`blocked_of_packet`](Self::blocked_of_packet), by the triangles that `visit` asks about.
+    #[doc(hidden)]
+    pub fn blocked_by(
+        &self,
+        triangles: Triangles<'_>,
+        rays: &[ShadowRay],
+        own: &[u32],
+        counts: impl Fn(u32, [f32; 2]) -> bool,
+        blocked: &mut [bool],
+        visit: impl FnOnce(&mut Ask<'_>),
+    ) {
         let lens = (own.len(), blocked.len());
         assert!(lens == (rays.len(), rays.len()), "{lens:?} triangles and answers for {} rays", rays.len());
         blocked.fill(false);
-        self.visit_packets(triangles, &|place| rays[place].ray, rays.len(), &mut |pairs, ends| {
+        visit(&mut |pairs, ends| {
             for (&(place, id), end) in pairs.iter().zip(ends) {
                 let place = place as usize;
                 let asked = !blocked[place] && id != own[place];
@@ -112,37 +137,68 @@ impl KdTree {
         });
     }
 
-    /// Calls `ask` with the place of each of `count` rays and each triangle that it may hit, until that says that nothing at some
+    /// Calls `ask` with the index of each of `count` rays and each triangle that it may hit, until that says that nothing at some
     /// t or later matters to the ray. Knows both by reference, so that this is compiled once.
     fn visit_packets(&self, triangles: Triangles<'_>, ray: &dyn Fn(usize) -> Ray, count: usize, ask: &mut Ask<'_>) {
+        self.prepare(ray, count, ask, &mut |rays, ask| self.visit_from(triangles, rays, 0, ask));
+    }
+
+    /// Prepares `count` rays, up to [`MOST_RAYS`] at a time, and hands them to `visit`. Those whose numbers can't be trusted are
+    /// tested against all triangles.
+    #[doc(hidden)]
+    pub fn prepare(
+        &self,
+        ray: &dyn Fn(usize) -> Ray,
+        count: usize,
+        ask: &mut Ask<'_>,
+        visit: &mut dyn FnMut(&mut Rays, &mut Ask<'_>),
+    ) {
         if self.extent.is_empty() {
             return;
         }
-        let KdPacketOptions { width, culling, .. } = self.packet_options;
-        let keeps_intervals = width == KdPacketWidth::Shaft && culling == KdCulling::Intervals;
+        let scale = Scale::of(&self.extent);
         let mut rays = Rays::default();
-        rays.keeps_intervals = keeps_intervals;
-        let mut stack = [Waiting::default(); super::node::Nodes::MAX_DEPTH];
         for first in (0..count).step_by(MOST_RAYS) {
             let mut ask = |pairs: &[(u32, u32)], ends: &mut [f64]| {
                 let mut moved = [(0, 0); MOST_PAIRS];
-                for (moved, &(place, id)) in moved.iter_mut().zip(pairs) {
-                    *moved = (first as u32 + place, id);
+                for (moved, &(index, id)) in moved.iter_mut().zip(pairs) {
+                    *moved = (first as u32 + index, id);
                 }
                 ask(&moved[..pairs.len()], ends);
             };
-            let ray = |place: usize| ray(first + place);
-            let tester = Tester {
-                tree: self,
-                triangles,
-                scale: Scale::of(&self.extent),
-                ask: &mut ask,
-                pairs: Pairs::default(),
-                mailbox: Mailbox::new(self.packet_options.mailbox),
-                steps: Steps::new(&self.packet_visits),
-            };
-            let mut packets = Packets { rays: &mut rays, stack: &mut stack, tester };
-            packets.trace(&ray, (count - first).min(MOST_RAYS));
+            let ray = |index: usize| ray(first + index);
+            let count = (count - first).min(MOST_RAYS);
+            dispatch!(self.level.into(), simd => rays.set_up(simd, &self.extent, &scale, &ray, count));
+            for (group, &exhaustive) in rays.exhaustive[..count.div_ceil(LANES)].iter().enumerate() {
+                for lane in bits_of(exhaustive.into()) {
+                    let index = (group * LANES + lane) as u32;
+                    self.ids.iter().for_each(|&id| ask(&[(index, id)], &mut [0.0]));
+                }
+            }
+            visit(&mut rays, &mut ask);
+        }
+    }
+
+    /// Leads prepared rays to leaves below the node at `root`, in packets.
+    #[doc(hidden)]
+    pub fn visit_from(&self, triangles: Triangles<'_>, rays: &mut Rays, root: u32, ask: &mut Ask<'_>) {
+        let mut stack = [Waiting::default(); super::node::Nodes::MAX_DEPTH];
+        let tester = Tester {
+            tree: self,
+            triangles,
+            scale: Scale::of(&self.extent),
+            ask,
+            pairs: Pairs::default(),
+            mailbox: Mailbox::new(self.packet_options.mailbox),
+            steps: Steps::new(&self.packet_visits),
+        };
+        let mut packets = Packets { rays, stack: &mut stack, root, tester };
+        let level = self.level.into();
+        // What is compiled for several widths is dispatched for each, lest it become one huge function.
+        match self.packet_options.width {
+            KdPacketWidth::Four => dispatch!(level, simd => packets.visit::<_, f32x4<_>>(simd)),
+            KdPacketWidth::Eight => dispatch!(level, simd => packets.visit::<_, f32x8<_>>(simd)),
+            KdPacketWidth::Sixteen => dispatch!(level, simd => packets.visit::<_, f32x16<_>>(simd)),
         }
     }
 }
@@ -151,61 +207,20 @@ impl KdTree {
 struct Packets<'a, 'b> {
     rays: &'a mut Rays,
     stack: &'a mut Stack,
+    /// The node where they begin.
+    root: u32,
     tester: Tester<'a, 'b>,
 }
 
 impl Packets<'_, '_> {
-    fn trace(&mut self, ray: &dyn Fn(usize) -> Ray, count: usize) {
-        let tree = self.tester.tree;
-        let level = tree.level.into();
-        let (extent, scale) = (&tree.extent, self.tester.scale);
-        dispatch!(level, simd => self.rays.set_up(simd, extent, &scale, ray, count));
-        self.test_everything(count);
-        let options = tree.packet_options;
-        let mut start = Start { place: 0, cell: tree.extent };
-        if options.width == KdPacketWidth::Shaft || options.entry != KdEntry::Root {
-            match dispatch!(level, simd => self.visit_shaft(simd)) {
-                Shafted::Done => return,
-                Shafted::Begun(met) => start = Start { place: met.place, cell: met.cell },
-                Shafted::Impossible => {}
-            }
-        }
-        // What is compiled for several widths is dispatched for each, lest it become one huge function.
-        match options.width {
-            KdPacketWidth::Four => dispatch!(level, simd => self.visit::<_, f32x4<_>>(simd, &start)),
-            KdPacketWidth::Eight => dispatch!(level, simd => self.visit::<_, f32x8<_>>(simd, &start)),
-            KdPacketWidth::Sixteen | KdPacketWidth::Shaft => {
-                dispatch!(level, simd => self.visit::<_, f32x16<_>>(simd, &start));
-            }
-        }
-    }
-
-    /// Looks for where rays begin, and traces them if shafts do.
-    #[inline(always)]
-    fn visit_shaft<S: Simd>(&mut self, simd: S) -> Shafted {
-        let Self { rays, tester, .. } = self;
-        let tree = tester.tree;
-        let KdPacketOptions { width, entry, culling, .. } = tree.packet_options;
-        let Some(axes) = Axes::of(simd, rays) else { return Shafted::Impossible };
-        let mut bundle = Bundle::around(simd, rays, axes);
-        let (triangles, shaft) = (tester.triangles, &bundle.whole);
-        let mut search = Search { tree, triangles, scale: &tester.scale, shaft, kind: entry, steps: &mut tester.steps };
-        let Some(start) = search.start() else { return Shafted::Done };
-        if width != KdPacketWidth::Shaft {
-            return Shafted::Begun(start);
-        }
-        beam::visit(simd, rays, &mut bundle, &start, culling, tester);
-        Shafted::Done
-    }
-
     /// Leads all rays to leaves, as many at once as `V` has lanes.
     #[inline(always)]
-    fn visit<S: Simd, V: Wide<S>>(&mut self, simd: S, start: &Start) {
-        let Self { rays, stack, tester } = self;
+    fn visit<S: Simd, V: Wide<S>>(&mut self, simd: S) {
+        let Self { rays, stack, root, tester } = self;
         let trail = match tester.tree.options.traversal {
             KdTraversal::Stack => {
                 for first in (0..rays.count).step_by(V::LEN) {
-                    stack::visit::<S, V>(simd, rays, first, start, stack, tester);
+                    stack::visit::<S, V>(simd, rays, first, *root, stack, tester);
                 }
                 return;
             }
@@ -214,29 +229,7 @@ impl Packets<'_, '_> {
             KdTraversal::ShortStack(entries) => Trail { entries: entries.into(), pushes_down: true },
         };
         for first in (0..rays.count).step_by(V::LEN) {
-            trail::visit::<S, V>(simd, rays, first, start, stack, tester, trail);
+            trail::visit::<S, V>(simd, rays, first, *root, stack, tester, trail);
         }
     }
-
-    /// Tests the rays whose numbers can't be trusted against all triangles.
-    fn test_everything(&mut self, count: usize) {
-        for group in 0..count.div_ceil(rays::LANES) {
-            for lane in bits_of(self.rays.exhaustive[group].into()) {
-                for &id in &self.tester.tree.ids {
-                    let place = (group * rays::LANES + lane) as u32;
-                    (self.tester.ask)(&[(place, id)], &mut [0.0]);
-                }
-            }
-        }
-    }
-}
-
-/// What became of a shaft.
-enum Shafted {
-    /// Nothing is left to trace.
-    Done,
-    /// Rays begin there.
-    Begun(Met),
-    /// None holds the rays.
-    Impossible,
 }

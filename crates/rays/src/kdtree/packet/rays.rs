@@ -6,13 +6,13 @@ use crate::Ray;
 use crate::kdtree::extent::Extent;
 
 /// Most rays that are prepared at once.
-pub(super) const MOST_RAYS: usize = 256;
+pub const MOST_RAYS: usize = 256;
 
 /// Rays of the widest groups.
-pub(super) const LANES: usize = 16;
+pub const LANES: usize = 16;
 
 /// Half the distance from one to the next f32.
-pub(super) const HALF_ULP: f32 = 1.0 / (1 << 24) as f32;
+pub const HALF_ULP: f32 = 1.0 / (1 << 24) as f32;
 
 /// A number for each ray.
 pub(super) type Numbers = [f32; MOST_RAYS];
@@ -26,18 +26,21 @@ pub(super) type Numbers = [f32; MOST_RAYS];
 /// that is grown by it holds all hits of its cell, and larger τ are certainly outside. Where a ray runs almost along a
 /// plane, |d| is taken for 2⁻⁴⁰, which moves points of the ray by less than ε.
 #[repr(align(64))]
-pub(super) struct Rays {
-    pub(super) count: usize,
-    pub(super) origin: [Numbers; 3],
-    pub(super) direction: [Numbers; 3],
+pub struct Rays {
+    /// How many there are.
+    pub count: usize,
+    /// o, by axis.
+    pub origin: [Numbers; 3],
+    /// d, by axis.
+    pub direction: [Numbers; 3],
     /// 1 / d.
-    pub(super) inverse: [Numbers; 3],
+    pub inverse: [Numbers; 3],
     /// How wrong τ may be at planes across each axis.
-    pub(super) doubt: [Numbers; 3],
+    pub doubt: [Numbers; 3],
     /// Where each ray enters what matters, less the error of that; above `leave` where nothing does.
-    pub(super) enter: Numbers,
+    pub enter: Numbers,
     /// Nothing behind this matters any more to each ray, counting errors.
-    pub(super) leave: Numbers,
+    pub leave: Numbers,
     /// Whether rays run towards lower coordinates of each axis, a bit for each.
     pub(super) backward: [[u16; MOST_RAYS / LANES]; 3],
     /// t where τ is zero, how much of τ is one of t, and what a τ that comes from a t may be wrong by.
@@ -45,12 +48,9 @@ pub(super) struct Rays {
     rate: [f64; MOST_RAYS],
     slack: Numbers,
     /// How far f64 may have moved an origin, at most.
-    pub(super) moved: f32,
+    pub moved: f32,
     /// Numbers of these are too large or small to be trusted: all triangles are tested.
     pub(super) exhaustive: [u16; MOST_RAYS / LANES],
-    /// Around 1 / d and around where t is zero, by axis, where `keeps_intervals` says so.
-    pub(super) intervals: [[f64; 2]; 6],
-    pub(super) keeps_intervals: bool,
 }
 
 impl Default for Rays {
@@ -69,8 +69,6 @@ impl Default for Rays {
             slack: [0.0; MOST_RAYS],
             moved: 0.0,
             exhaustive: [0; MOST_RAYS / LANES],
-            intervals: [[0.0; 2]; 6],
-            keeps_intervals: false,
         }
     }
 }
@@ -91,7 +89,6 @@ impl Rays {
     ) {
         self.count = count;
         self.moved = 0.0;
-        self.intervals = [[f64::INFINITY, f64::NEG_INFINITY]; 6];
         for first in (0..count).step_by(8) {
             let mut eight = Eight::default();
             for lane in 0..8 {
@@ -181,12 +178,6 @@ impl Rays {
             store(inverse, &mut self.inverse[axis], first);
             store(alive.select(inverse.abs() * margin, zero), &mut self.doubt[axis], first);
             set_byte(&mut self.backward[axis][group], half, steep.simd_lt(zero).to_bitmask());
-            if self.keeps_intervals {
-                let start = f64x8::from_slice(simd, &eight.origin[axis]);
-                let start = (start - splat(simd, f64::from(scale.middle[axis]))) * unit;
-                self.widen(simd, axis, inverse, alive);
-                self.widen(simd, axis + 3, start, alive);
-            }
         }
         let width = (leave - enter) * rate;
         store(alive.select(-slack, one), &mut self.enter, first);
@@ -199,20 +190,9 @@ impl Rays {
         set_byte(&mut self.exhaustive[group], half, exhaustive.to_bitmask());
     }
 
-    #[inline(always)]
-    fn widen<S: Simd>(&mut self, simd: S, place: usize, values: f64x8<S>, alive: mask64x8<S>) {
-        let [low, high] = [f64::INFINITY, f64::NEG_INFINITY].map(
-            #[inline(always)]
-            |value| f64x8::splat(simd, value),
-        );
-        let interval = &mut self.intervals[place];
-        interval[0] = interval[0].min(alive.select(values, low).reduce_min());
-        interval[1] = interval[1].max(alive.select(values, high).reduce_max());
-    }
-
     /// Says that nothing at this t or later matters to a ray.
     #[inline(always)]
-    pub(super) fn end(&mut self, place: usize, t: f64) {
+    pub fn end(&mut self, place: usize, t: f64) {
         if t < f64::INFINITY {
             let end = ((t - self.start[place]) * self.rate[place]) as f32 + self.slack[place];
             // Never more than before, for what matters no more isn't visited again.

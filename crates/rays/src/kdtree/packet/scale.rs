@@ -5,14 +5,16 @@ use crate::kdtree::extent::{Extent, Plane};
 /// Coordinates of packets: from the middle of the tree's bounds, and times a power of two, so that everything in the tree is
 /// from −1 to 1.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scale {
-    pub(super) middle: [f32; 3],
-    pub(super) unit: f32,
+pub struct Scale {
+    /// What becomes zero.
+    pub middle: [f32; 3],
+    /// The power of two.
+    pub unit: f32,
 }
 
 impl Scale {
     /// Of the bounds of a tree that isn't empty.
-    pub(super) fn of(extent: &Extent) -> Self {
+    pub fn of(extent: &Extent) -> Self {
         let middle: [f32; 3] =
             std::array::from_fn(|axis| (0.5 * (f64::from(extent.min[axis]) + f64::from(extent.max[axis]))) as f32);
         let half = (0..3).fold(f64::MIN_POSITIVE, |half, axis| {
@@ -26,17 +28,19 @@ impl Scale {
 
     /// A coordinate: one rounding, relative to the result.
     #[inline(always)]
-    pub(super) fn coordinate(&self, at: f32, axis: usize) -> f32 {
+    pub fn coordinate(&self, at: f32, axis: usize) -> f32 {
         (at - self.middle[axis]) * self.unit
     }
 
+    /// Where a plane is.
     #[inline(always)]
-    pub(super) fn plane(&self, plane: Plane) -> f32 {
+    pub fn plane(&self, plane: Plane) -> f32 {
         self.coordinate(plane.at, plane.axis)
     }
 
+    /// Where a point is.
     #[inline(always)]
-    pub(super) fn point(&self, point: Vec3) -> [f32; 3] {
+    pub fn point(&self, point: Vec3) -> [f32; 3] {
         let [x, y, z] = self.middle;
         ((point - Vec3::new(x, y, z)) * self.unit).to_array()
     }

@@ -3,7 +3,7 @@ use fearless_simd::prelude::*;
 
 use super::filter::{Wide, load};
 use super::rays::{LANES, Rays};
-use super::step::{Start, Way, Within, backward, begin, way};
+use super::step::{Way, Within, backward, begin, way};
 use super::tester::Tester;
 use crate::kdtree::node::Nodes;
 
@@ -40,7 +40,7 @@ impl Waiting {
 /// All children that wait.
 pub(super) type Stack = [Waiting; Nodes::MAX_DEPTH];
 
-/// Leads the rays from `first` on to leaves with a stack (Wald et al., *Interactive Rendering with Coherent Ray Tracing*, 2001),
+/// Leads the rays from `first` on to leaves below the node at `root` with a stack (Wald et al., *Interactive Rendering with Coherent Ray Tracing*, 2001),
 /// whatever their directions (Reshetov, *Omnidirectional ray tracing traversal algorithm for kd-trees*, 2006): the child comes
 /// first that is the nearer one for most.
 #[inline(always)]
@@ -48,18 +48,18 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     simd: S,
     rays: &mut Rays,
     first: usize,
-    start: &Start,
+    root: u32,
     stack: &mut Stack,
     tester: &mut Tester<'_, '_>,
 ) {
     let (tree, scale) = (tester.tree, tester.scale);
-    let mut within = begin::<S, V>(simd, tree, &scale, rays, first, start);
+    let mut within = begin::<S, V>(simd, rays, first);
     if within.members == 0 {
         return;
     }
     tester.steps.note(|visits| visits.packets += 1);
-    tester.mailbox.clear(false);
-    let mut place = start.place;
+    tester.mailbox.clear();
+    let mut place = root;
     let mut waiting = 0;
     loop {
         let node = tree.nodes.get(place);

@@ -14,14 +14,10 @@ pub struct KdPacketVisits {
     pub leaves: u64,
     /// Triangles that were tested, for up to 16 rays at once.
     pub tests: u64,
-    /// Triangles that shafts left out.
-    pub culled: u64,
     /// Rays and triangles that the predicate was asked about.
     pub asked: u64,
     /// Times that a packet came from above again.
     pub restarts: u64,
-    /// Nodes that were visited to find where packets begin.
-    pub searched: u64,
 }
 
 impl KdTree {
@@ -36,16 +32,16 @@ impl KdTree {
 #[derive(Debug, Default)]
 pub(in crate::kdtree) struct Tally {
     #[cfg(feature = "statistics")]
-    sums: [AtomicU64; 8],
+    sums: [AtomicU64; 6],
 }
 
 impl Tally {
     fn take(&self) -> KdPacketVisits {
         #[cfg(feature = "statistics")]
         {
-            let [packets, nodes, leaves, tests, culled, asked, restarts, searched] =
-                [0, 1, 2, 3, 4, 5, 6, 7].map(|place| self.sums[place].swap(0, Relaxed));
-            KdPacketVisits { packets, nodes, leaves, tests, culled, asked, restarts, searched }
+            let [packets, nodes, leaves, tests, asked, restarts] =
+                [0, 1, 2, 3, 4, 5].map(|place| self.sums[place].swap(0, Relaxed));
+            KdPacketVisits { packets, nodes, leaves, tests, asked, restarts }
         }
         #[cfg(not(feature = "statistics"))]
         KdPacketVisits::default()
@@ -86,8 +82,8 @@ impl<'a> Steps<'a> {
 #[cfg(feature = "statistics")]
 impl Drop for Steps<'_> {
     fn drop(&mut self) {
-        let KdPacketVisits { packets, nodes, leaves, tests, culled, asked, restarts, searched } = self.counts;
-        let counts = [packets, nodes, leaves, tests, culled, asked, restarts, searched];
+        let KdPacketVisits { packets, nodes, leaves, tests, asked, restarts } = self.counts;
+        let counts = [packets, nodes, leaves, tests, asked, restarts];
         for (sum, count) in self.tally.sums.iter().zip(counts) {
             sum.fetch_add(count, Relaxed);
         }

@@ -4,15 +4,7 @@ use fearless_simd::prelude::*;
 use super::filter::{Wide, load, splat};
 use super::rays::{LANES, Rays};
 use super::scale::Scale;
-use crate::KdTree;
-use crate::kdtree::extent::{Extent, Plane};
-
-/// A node, and its cell: where packets begin.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Start {
-    pub(super) place: u32,
-    pub(super) cell: Extent,
-}
+use crate::kdtree::extent::Plane;
 
 /// Members of a group of rays in a cell, and their intervals of τ there.
 #[derive(Clone, Copy)]
@@ -33,33 +25,9 @@ pub(super) enum Way<V> {
 
 /// The rays from `first` on where they begin.
 #[inline(always)]
-pub(super) fn begin<S: Simd, V: Wide<S>>(
-    simd: S,
-    tree: &KdTree,
-    scale: &Scale,
-    rays: &Rays,
-    first: usize,
-    start: &Start,
-) -> Within<V> {
+pub(super) fn begin<S: Simd, V: Wide<S>>(simd: S, rays: &Rays, first: usize) -> Within<V> {
     let (enter, leave) = (load::<S, V>(simd, &rays.enter, first), load::<S, V>(simd, &rays.leave, first));
-    let mut within = Within { members: enter.simd_le(leave).to_bitmask(), enter, leave };
-    let cell = start.cell;
-    for axis in 0..3 {
-        for (at, is_low) in [(cell.min[axis], true), (cell.max[axis], false)] {
-            let outer = if is_low { tree.extent.min[axis] } else { tree.extent.max[axis] };
-            if at == outer {
-                continue;
-            }
-            // As if on the way to a child of a node there.
-            match way(simd, scale, rays, first, Plane { axis, at }, &within) {
-                Way::Both(children) => within = children[usize::from(is_low)],
-                Way::Left if is_low => within.members = 0,
-                Way::Right if !is_low => within.members = 0,
-                Way::Left | Way::Right => {}
-            }
-        }
-    }
-    within
+    Within { members: enter.simd_le(leave).to_bitmask(), enter, leave }
 }
 
 /// Which children the members of a group may meet, at least one of which there is. A ray is in one of them up to its τ at the

@@ -9,7 +9,7 @@ use crate::{KdTree, Triangles};
 
 /// Asks whether rays hit triangles, given pairs of a ray's place and a triangle, and is told from which t on nothing matters to
 /// each pair's ray.
-pub(super) type Ask<'a> = dyn FnMut(&[(u32, u32)], &mut [f64]) + 'a;
+pub type Ask<'a> = dyn FnMut(&[(u32, u32)], &mut [f64]) + 'a;
 
 /// Most pairs that are asked about at once.
 pub(super) const MOST_PAIRS: usize = 32;
@@ -78,16 +78,15 @@ impl Tester<'_, '_> {
 
     /// Asks about what tests have left open.
     #[inline(always)]
-    pub(super) fn ask(&mut self, rays: &mut Rays) {
+    fn ask(&mut self, rays: &mut Rays) {
         if self.pairs.count > 0 {
             self.pairs.ask(rays, self.ask);
         }
     }
 
-    /// Tests the `members` of the rays from `first` on against a triangle, and leaves open what f32 can't decide; whether that is
-    /// anything.
+    /// Tests the `members` of the rays from `first` on against a triangle, and leaves open what f32 can't decide.
     #[inline(always)]
-    pub(super) fn test<S: Simd, V: Wide<S>>(
+    fn test<S: Simd, V: Wide<S>>(
         &mut self,
         simd: S,
         rays: &mut Rays,
@@ -95,14 +94,13 @@ impl Tester<'_, '_> {
         id: u32,
         filter: &Filter,
         members: u64,
-    ) -> bool {
+    ) {
         self.steps.note(|visits| visits.tests += 1);
         let possible = filter.possible::<S, V>(simd, rays, first) & members;
         for lane in bits_of(possible) {
             self.steps.note(|visits| visits.asked += 1);
             self.pairs.push(first + lane, id, rays, self.ask);
         }
-        possible != 0
     }
 }
 
@@ -128,10 +126,8 @@ pub(super) struct Mailbox {
 }
 
 impl Mailbox {
-    /// Of a shaft, which meets many triangles.
-    const SLOTS: usize = 1024;
-    /// Of a packet, which has fewer triangles.
-    const FEW: usize = 64;
+    /// Of the largest kind.
+    const SLOTS: usize = 64;
     /// Of a ring.
     const RING: usize = 8;
 
@@ -139,26 +135,15 @@ impl Mailbox {
         Self { kind, slots: 1, ids: [u32::MAX; Self::SLOTS], tested: [0; Self::SLOTS], next: 0 }
     }
 
-    /// Forgets everything, before a packet or a shaft.
+    /// Forgets everything, before a packet.
     #[inline(always)]
-    pub(super) fn clear(&mut self, is_for_shaft: bool) {
+    pub(super) fn clear(&mut self) {
         self.slots = match self.kind {
             KdMailbox::None => return,
             KdMailbox::Ring => Self::RING,
-            KdMailbox::Hashed if is_for_shaft => Self::SLOTS,
-            KdMailbox::Hashed => Self::FEW,
+            KdMailbox::Hashed => Self::SLOTS,
         };
         self.ids[..self.slots].fill(u32::MAX);
-    }
-
-    /// Whether a triangle was tested for any member.
-    #[inline(always)]
-    pub(super) fn has(&self, id: u32) -> bool {
-        match self.kind {
-            KdMailbox::None => false,
-            KdMailbox::Ring => self.ids[..Self::RING].contains(&id),
-            KdMailbox::Hashed => self.ids[id as usize & (self.slots - 1)] == id,
-        }
     }
 
     /// Those `members` that weren't tested yet; now they are.

@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use super::filter::{Wide, load, splat};
 use super::rays::Rays;
 use super::stack::{Stack, Waiting};
-use super::step::{Start, Way, Within, backward, begin, way};
+use super::step::{Way, Within, backward, begin, way};
 use super::tester::Tester;
 
 /// How packets find their way without a whole stack: as single rays do.
@@ -15,7 +15,7 @@ pub(super) struct Trail {
     pub(super) pushes_down: bool,
 }
 
-/// Leads the rays from `first` on to leaves with a stack of some entries or none, coming from above again where it has lost the
+/// Leads the rays from `first` on to leaves below the node at `root` with a stack of some entries or none, coming from above again where it has lost the
 /// child that is next (Horn et al. 2007, appendix A.5, for packets).
 ///
 /// The papers start a packet again with all its rays behind the leaf that they left, and so must take rays of different signs
@@ -26,21 +26,21 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     simd: S,
     rays: &mut Rays,
     first: usize,
-    start: &Start,
+    root: u32,
     stack: &mut Stack,
     tester: &mut Tester<'_, '_>,
     options: Trail,
 ) {
     let (tree, scale) = (tester.tree, tester.scale);
-    let mut within = begin::<S, V>(simd, tree, &scale, rays, first, start);
+    let mut within = begin::<S, V>(simd, rays, first);
     if within.members == 0 {
         return;
     }
     tester.steps.note(|visits| visits.packets += 1);
-    tester.mailbox.clear(false);
+    tester.mailbox.clear();
     let order = Order::new::<S, V>(rays, first, within.members);
     let mut stack = ShortStack { positions: stack, entries: options.entries, top: 0, held: 0 };
-    let (mut place, mut level) = (start.place, 0_u32);
+    let (mut place, mut level) = (root, 0_u32);
     let mut root = Waiting::default();
     root.put(place, level, &within);
     let (mut trail, mut open) = (0_u64, 0_u64);

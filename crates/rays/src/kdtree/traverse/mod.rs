@@ -52,17 +52,20 @@ impl KdTree {
         single::blocked(&self.within(triangles), triangles, shadow_ray, own, counts)
     }
 
-    pub(super) fn within<'a>(&'a self, triangles: Triangles<'a>) -> Reachable<'a> {
+    /// What leads rays through the tree; `triangles` are those that it was built over, if it is lazy.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn within<'a>(&'a self, triangles: Triangles<'a>) -> impl Visit + 'a {
         Reachable { tree: self, triangles, traversal: self.options.traversal }
     }
 }
 
 /// A tree, and the triangles that subtrees are built of where a ray first reaches them.
 #[derive(Clone, Copy)]
-pub(super) struct Reachable<'a> {
+struct Reachable<'a> {
     tree: &'a KdTree,
     triangles: Triangles<'a>,
-    pub(super) traversal: KdTraversal,
+    traversal: KdTraversal,
 }
 
 impl Visit for Reachable<'_> {

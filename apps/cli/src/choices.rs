@@ -1,0 +1,202 @@
+//! Flags whose values come from the library's tables: their help, their completions and their checks.
+
+use std::ffi::OsStr;
+use std::marker::PhantomData;
+
+use clap::builder::{PossibleValue, TypedValueParser};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+use umbrage::rays::{Choice, UnknownChoice};
+use umbrage::{ImpossibleOption, OptionValues, Structure, StructureOption};
+
+use crate::failure::Failure;
+
+/// Reads a value with `parse`, and names what it can be.
+#[derive(Clone)]
+struct Named<P> {
+    names: Vec<(&'static str, &'static str)>,
+    parse: P,
+}
+
+impl<P, T, E> TypedValueParser for Named<P>
+where
+    P: Fn(&str) -> Result<T, E> + Clone + Send + Sync + 'static,
+    T: Clone + Send + Sync + 'static,
+    E: Into<Box<dyn std::error::Error + Send + Sync>>,
+{
+    type Value = T;
+
+    fn parse_ref(&self, command: &Command, flag: Option<&Arg>, value: &OsStr) -> Result<T, clap::Error> {
+        self.parse.parse_ref(command, flag, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let values = self.names.iter().map(|(name, about)| {
+            let value = PossibleValue::new(*name);
+            if about.is_empty() { value } else { value.help(*about) }
+        });
+        Some(Box::new(values))
+    }
+}
+
+/// One of a type's choices, by its name.
+pub(crate) fn choice<T: Choice + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    Named { names: T::names(), parse: T::named }
+}
+
+/// Which structures a command knows.
+pub(crate) trait Known: Clone + std::fmt::Debug + Send + Sync + 'static {
+    /// Their names, the default first. With a single one there is no `--structure`.
+    const STRUCTURES: &'static [&'static str];
+
+    /// What stands above the options of one of them.
+    fn heading(structure: &str) -> &'static str {
+        match structure {
+            "listed" => "Options of --structure listed",
+            "grid" => "Options of --structure grid",
+            _ => "Options of --structure kdtree",
+        }
+    }
+}
+
+/// All structures, as for rendering.
+#[derive(Clone, Debug)]
+pub(crate) struct All;
+
+impl Known for All {
+    const STRUCTURES: &'static [&'static str] = &["perspective", "listed", "grid", "kdtree", "bvh"];
+}
+
+/// Those whose work is counted pixel by pixel.
+#[derive(Clone, Debug)]
+pub(crate) struct Specialised;
+
+impl Known for Specialised {
+    const STRUCTURES: &'static [&'static str] = &["listed", "perspective"];
+}
+
+/// The kd-tree alone.
+#[derive(Clone, Debug)]
+pub(crate) struct KdTreeOnly;
+
+impl Known for KdTreeOnly {
+    const STRUCTURES: &'static [&'static str] = &["kdtree"];
+
+    fn heading(_: &str) -> &'static str {
+        "Options of the kd-tree, with --structure"
+    }
+}
+
+/// `--structure` and a flag for each option of each structure.
+#[derive(Clone, Debug)]
+pub(crate) struct StructureFlags<K> {
+    structure: Structure,
+    given: Vec<(&'static StructureOption, String)>,
+    known: PhantomData<K>,
+}
+
+impl<K: Known> StructureFlags<K> {
+    /// Whether there is more than the structure's name.
+    pub(crate) fn has_options(&self) -> bool {
+        !self.given.is_empty()
+    }
+
+    /// What finds the triangles.
+    ///
+    /// # Errors
+    /// If an option is another structure's, or doesn't go with another option.
+    pub(crate) fn structure(&self) -> Result<Structure, Failure> {
+        let mut structure = self.structure;
+        for (option, value) in &self.given {
+            if option.structure != structure.name() {
+                let message = format!("--{} is no option of `--structure {}`", option.name, structure.name());
+                let hint = format!("leave it out, or add `--structure {}`", option.structure);
+                return Err(Failure::input(message, hint));
+            }
+            let set = structure.set_option(option.name, value);
+            set.map_err(|ImpossibleOption { option, value, why }| Failure::input(format!("--{option} {value}"), why))?;
+        }
+        Ok(structure)
+    }
+
+    fn options() -> impl Iterator<Item = &'static StructureOption> {
+        Structure::OPTIONS.iter().filter(|option| K::STRUCTURES.contains(&option.structure))
+    }
+}
+
+impl<K: Known> Args for StructureFlags<K> {
+    fn augment_args(command: Command) -> Command {
+        let default = K::STRUCTURES[0];
+        let command = match K::STRUCTURES {
+            [_] => command,
+            names => command.arg(
+                Arg::new("structure")
+                    .long("structure")
+                    .value_name("NAME")
+                    .help("What finds the triangles that rays hit on the CPU; the picture is the same with each")
+                    .default_value(default)
+                    .value_parser(named_structure(names)),
+            ),
+        };
+        Self::options().fold(command, |command, option| command.arg(flag(option, K::heading(option.structure))))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl<K: Known> FromArgMatches for StructureFlags<K> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let chosen = if K::STRUCTURES.len() > 1 { matches.get_one::<Structure>("structure").copied() } else { None };
+        let structure = chosen.unwrap_or_else(|| Structure::named(K::STRUCTURES[0]).unwrap_or_default());
+        let given = Self::options().filter_map(|option| {
+            let value = match option.values {
+                OptionValues::Switch => matches.get_flag(option.name).then(|| "true".to_owned()),
+                _ => matches.get_one::<String>(option.name).cloned(),
+            };
+            Some((option, value?))
+        });
+        Ok(Self { structure, given: given.collect(), known: PhantomData })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+fn named_structure(names: &'static [&'static str]) -> impl TypedValueParser<Value = Structure> {
+    let is_known = move |name: &str| names.contains(&name);
+    let parse = move |name: &str| match Structure::named(name) {
+        Ok(structure) if is_known(name) => Ok(structure),
+        _ => Err(UnknownChoice::new(Structure::OPTION, name, names.iter().copied())),
+    };
+    Named { names: Structure::names().into_iter().filter(|(name, _)| is_known(name)).collect(), parse }
+}
+
+/// The flag of an option.
+fn flag(option: &'static StructureOption, heading: &'static str) -> Arg {
+    let default = Structure::named(option.structure).unwrap_or_default().option(option.name).unwrap_or_default();
+    let flag = Arg::new(option.name).long(option.name).help_heading(heading);
+    let parse = move |value: &str| {
+        let mut structure = Structure::named(option.structure).unwrap_or_default();
+        if option.name == "tracing-tiles" {
+            // How many there can be depends on the size of sorting tiles, which may be given as well.
+            structure.set_option("sorting-tile", "8").map_err(|impossible| impossible.why)?;
+        }
+        structure.set_option(option.name, value).map(|()| value.to_owned()).map_err(|impossible| impossible.why)
+    };
+    let (value_name, range, names) = match &option.values {
+        OptionValues::Switch => return flag.help(option.about).action(ArgAction::SetTrue),
+        OptionValues::Names(names) => ("NAME", String::new(), names()),
+        OptionValues::Whole(range) => ("N", format!(", {} to {}", range.start(), range.end()), Vec::new()),
+        OptionValues::WholeOrAuto(_) => ("N", String::new(), Vec::new()),
+        OptionValues::Positive => ("NUMBER", ", above 0".to_owned(), Vec::new()),
+    };
+    let flag = flag.value_name(value_name).help(format!("{}{range} [default: {default}]", option.about));
+    if names.is_empty() {
+        flag.allow_negative_numbers(true).value_parser(parse)
+    } else {
+        flag.value_parser(Named { names, parse })
+    }
+}

@@ -1,0 +1,63 @@
+use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
+
+/// The stage `project`: each vertex into pixel space.
+#[derive(Debug)]
+pub(crate) struct Project {
+    kernel: Kernel,
+    size: Buffer,
+    vertices: Buffer,
+    count: u32,
+}
+
+impl Project {
+    /// Bytes of a vertex in pixel space.
+    pub(crate) const VERTEX_BYTES: u64 = 16;
+
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        Self {
+            kernel: Kernel::new(gpu, "grid::project", "project", &[]),
+            size: Buffer::uniform(gpu, "project size"),
+            vertices: Buffer::storage(gpu, "vertices in pixel space"),
+            count: 0,
+        }
+    }
+
+    pub(crate) fn prepare(&mut self, gpu: &Gpu, vertices: u32, faces: u32) -> Result<(), GpuError> {
+        self.count = vertices;
+        self.size.write(gpu, &[vertices, 0, 0, 0])?;
+        self.vertices.reserve(gpu, u64::from(vertices) * u64::from(faces) * Self::VERTEX_BYTES)
+    }
+
+    /// The groups that take all vertices of one face.
+    pub(crate) fn groups_of_one_face(&self) -> Groups<'static> {
+        Groups::Flat(self.count.div_ceil(256))
+    }
+
+    /// For how many faces there is room.
+    pub(crate) fn face_room(&self) -> u32 {
+        let bytes_of_one = u64::from(self.count) * Self::VERTEX_BYTES;
+        self.vertices.bytes().checked_div(bytes_of_one).map_or(u32::MAX, |faces| faces as u32)
+    }
+
+    /// Makes room for so many faces.
+    pub(crate) fn grow(&mut self, gpu: &Gpu, faces: u32) -> Result<(), GpuError> {
+        self.vertices.reserve(gpu, u64::from(self.count) * u64::from(faces) * Self::VERTEX_BYTES)
+    }
+
+    pub(crate) fn record(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::ComputePass<'_>,
+        spaces: &Buffer,
+        positions: &Buffer,
+        header: &Buffer,
+        groups: Groups<'_>,
+    ) {
+        let buffers = [&self.size, spaces, positions, &self.vertices, header];
+        self.kernel.dispatch(gpu, pass, &buffers, groups);
+    }
+
+    pub(crate) fn vertices(&self) -> &Buffer {
+        &self.vertices
+    }
+}

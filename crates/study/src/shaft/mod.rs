@@ -1,0 +1,162 @@
+//! Shafts: convex parts of space around up to 256 rays, which find where the rays' way through the kd-tree begins, and are led
+//! to leaves in their place (Rahikainen 2013, §5). They will serve batches of secondary rays.
+//!
+//! `shaft` is that part of space, for rays that agree about the sign of an axis and of which none runs almost across it; others
+//! go in packets from the root. `search` finds where they begin, `beam` leads a shaft to leaves. `options` says what there is to
+//! choose.
+
+mod beam;
+mod options;
+mod search;
+#[allow(clippy::module_inception, reason = "one file for each of the parts")]
+mod shaft;
+
+use fearless_simd::{Simd, dispatch};
+use umbrage_rays::internals::{Ask, LANES, Rays, Scale};
+use umbrage_rays::predicate::ShadowRay;
+use umbrage_rays::{Hit, KdTree, Ray, Triangles};
+
+use beam::Beam;
+pub use options::{KdCulling, KdEntry, ShaftLead, ShaftOptions};
+use search::{Met, Search};
+use shaft::{Axes, Bundle};
+
+/// What shafts took; those of packets are the tree's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ShaftVisits {
+    /// Shafts that were led to leaves.
+    pub shafts: u64,
+    /// Inner nodes that they visited.
+    pub nodes: u64,
+    /// Leaves that they visited.
+    pub leaves: u64,
+    /// Triangles that were tested, for up to 16 rays at once.
+    pub tests: u64,
+    /// Triangles that were left out for all rays.
+    pub culled: u64,
+    /// Nodes that were visited to find where rays begin.
+    pub searched: u64,
+}
+
+/// Does what [`KdTree::nearest_of_packet`] does, by shafts.
+///
+/// # Panics
+/// If there are more or fewer `hits` than `rays`.
+pub fn nearest_of_shafts(
+    tree: &KdTree,
+    triangles: Triangles<'_>,
+    rays: &[Ray],
+    options: ShaftOptions,
+    counts: impl Fn(&Hit) -> bool,
+    hits: &mut [Option<Hit>],
+) -> ShaftVisits {
+    let mut visits = ShaftVisits::default();
+    tree.nearest_by(triangles, rays, counts, hits, |ask| {
+        visits = visit(tree, triangles, options, &|index| rays[index], rays.len(), ask);
+    });
+    visits
+}
+
+/// Does what [`KdTree::blocked_of_packet`] does, by shafts.
+///
+/// # Panics
+/// If there are more or fewer `own` or `blocked` than `rays`.
+pub fn blocked_of_shafts(
+    tree: &KdTree,
+    triangles: Triangles<'_>,
+    (rays, own): (&[ShadowRay], &[u32]),
+    options: ShaftOptions,
+    counts: impl Fn(u32, [f32; 2]) -> bool,
+    blocked: &mut [bool],
+) -> ShaftVisits {
+    let mut visits = ShaftVisits::default();
+    tree.blocked_by(triangles, rays, own, counts, blocked, |ask| {
+        visits = visit(tree, triangles, options, &|index| rays[index].ray, rays.len(), ask);
+    });
+    visits
+}
+
+fn visit(
+    tree: &KdTree,
+    triangles: Triangles<'_>,
+    options: ShaftOptions,
+    ray: &dyn Fn(usize) -> Ray,
+    count: usize,
+    ask: &mut Ask<'_>,
+) -> ShaftVisits {
+    let mut visits = ShaftVisits::default();
+    tree.prepare(ray, count, ask, &mut |rays, ask| {
+        let mut shafts = Shafts { tree, triangles, scale: Scale::of(&tree.extent()), options, visits: &mut visits };
+        let met = dispatch!(tree.level().into(), simd => shafts.visit(simd, rays, ask));
+        if let Some(place) = met {
+            tree.visit_from(triangles, rays, place, ask);
+        }
+    });
+    visits
+}
+
+/// What shafts are led through.
+struct Shafts<'a> {
+    tree: &'a KdTree,
+    triangles: Triangles<'a>,
+    scale: Scale,
+    options: ShaftOptions,
+    visits: &'a mut ShaftVisits,
+}
+
+impl Shafts<'_> {
+    /// Looks for where rays begin, and traces them if shafts are to; else the node from which packets go on.
+    #[inline(always)]
+    fn visit<S: Simd>(&mut self, simd: S, rays: &mut Rays, ask: &mut Ask<'_>) -> Option<u32> {
+        if self.options.entry == KdEntry::Root && self.options.lead == ShaftLead::Packets {
+            return Some(0);
+        }
+        let Some(axes) = Axes::of(simd, rays) else { return Some(0) };
+        let mut bundle = Bundle::around(simd, rays, axes);
+        let Self { tree, triangles, scale, options, visits } = self;
+        let ShaftOptions { entry: kind, lead, mailbox } = *options;
+        let start = Search { tree, triangles: *triangles, scale, shaft: &bundle.whole, kind, visits }.start()?;
+        match lead {
+            ShaftLead::Shaft(culling) => {
+                let mut beam = Beam::new(tree, *triangles, *scale, culling, mailbox, visits);
+                beam.visit(simd, rays, &mut bundle, &start, ask);
+                None
+            }
+            ShaftLead::Packets => {
+                clip(tree, scale, rays, &start);
+                Some(start.place)
+            }
+        }
+    }
+}
+
+/// Leaves the parts of rays that may be in the cell of a node, below which are all leaves that matter: as on the way to a child.
+fn clip(tree: &KdTree, scale: &Scale, rays: &mut Rays, start: &Met) {
+    let (cell, whole) = (start.cell, tree.extent());
+    for axis in 0..3 {
+        for (at, is_low) in [(cell.min[axis], true), (cell.max[axis], false)] {
+            if at == if is_low { whole.min[axis] } else { whole.max[axis] } {
+                continue;
+            }
+            let at = scale.coordinate(at, axis);
+            for ray in 0..rays.count.next_multiple_of(LANES) {
+                let inverse = rays.inverse[axis][ray];
+                let (crossing, doubt) = ((at - rays.origin[axis][ray]) * inverse, rays.doubt[axis][ray]);
+                if (inverse < 0.0) == is_low {
+                    rays.leave[ray] = rays.leave[ray].min(crossing + doubt);
+                } else {
+                    rays.enter[ray] = rays.enter[ray].max(crossing - doubt);
+                }
+            }
+        }
+    }
+}
+
+/// The indices of a word's bits.
+fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (bit < 64).then_some(bit)
+    })
+}

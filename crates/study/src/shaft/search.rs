@@ -1,0 +1,130 @@
+use umbrage_rays::internals::{Extent, Nodes, Scale};
+use umbrage_rays::{KdTree, Triangles};
+
+use super::shaft::Shaft;
+use super::{KdEntry, ShaftVisits};
+
+/// A node that a shaft meets: where it is, its cell, and the ways along the shaft's axis that are in there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Met {
+    pub(super) place: u32,
+    pub(super) cell: Extent,
+    pub(super) within: [f64; 2],
+}
+
+impl Met {
+    /// The root, along a whole shaft.
+    pub(super) fn root(tree: &KdTree, shaft: &Shaft) -> Self {
+        Self { place: 0, cell: tree.extent(), within: [shaft.from, shaft.to].map(f64::from) }
+    }
+
+    /// The left and the right child of an inner node; `None` where the shaft doesn't meet it.
+    #[inline(always)]
+    pub(super) fn children(&self, tree: &KdTree, scale: &Scale, shaft: &Shaft) -> [Option<Self>; 2] {
+        let node = tree.nodes().get(self.place);
+        let plane = node.plane();
+        let [left, right] = tree.nodes().children(self.place, node);
+        let [below, above] = self.cell.cut(plane);
+        let [in_left, in_right] = shaft.parts(scale, plane, self.within);
+        let child = |place, cell, within: [f64; 2]| (within[0] <= within[1]).then_some(Self { place, cell, within });
+        [child(left, below, in_left), child(right, above, in_right)]
+    }
+}
+
+/// A node both of whose children the shaft meets.
+#[derive(Clone, Copy)]
+struct Fork {
+    node: Met,
+    /// The child that wasn't looked into.
+    other: Met,
+}
+
+/// Looks for the node from which packets in a shaft begin.
+pub(super) struct Search<'a> {
+    pub(super) tree: &'a KdTree,
+    pub(super) triangles: Triangles<'a>,
+    pub(super) scale: &'a Scale,
+    pub(super) shaft: &'a Shaft,
+    pub(super) kind: KdEntry,
+    pub(super) visits: &'a mut ShaftVisits,
+}
+
+impl Search<'_> {
+    /// The lowest node below which are all leaves that matter; `None` where there are none.
+    ///
+    /// First the first such leaf is looked for, and nodes are kept on the way there whose other child the shaft meets too. If
+    /// there is a leaf that matters below that child, rays can't begin below the node. MLRTA asks about each such node from
+    /// below, AEPSA from above until it has found one, which is the one that MLRTA would find last.
+    pub(super) fn start(&mut self) -> Option<Met> {
+        let root = Met::root(self.tree, self.shaft);
+        if self.kind == KdEntry::Root {
+            return Some(root);
+        }
+        let mut forks = [Fork { node: root, other: root }; Nodes::MAX_DEPTH];
+        let mut count = 0;
+        let leaf = self.first_leaf(root, &mut forks, &mut count)?;
+        let mut start = leaf;
+        if self.kind == KdEntry::Accelerated {
+            for fork in &forks[..count] {
+                if self.first_leaf(fork.other, &mut [], &mut 0).is_some() {
+                    start = fork.node;
+                    break;
+                }
+            }
+        } else {
+            for fork in forks[..count].iter().rev() {
+                if self.first_leaf(fork.other, &mut [], &mut 0).is_some() {
+                    start = fork.node;
+                }
+            }
+        }
+        Some(start)
+    }
+
+    /// The first leaf below a node that matters, and the nodes on the way there with another child to look into: in the first
+    /// `count` of `forks`, if there is room for any.
+    fn first_leaf(&mut self, from: Met, forks: &mut [Fork], count: &mut usize) -> Option<Met> {
+        let mut own = [from; Nodes::MAX_DEPTH];
+        let mut waiting = 0;
+        let mut met = from;
+        loop {
+            let node = self.tree.nodes().get(met.place);
+            if !node.is_leaf() {
+                self.visits.searched += 1;
+                let axis = node.plane().axis;
+                let [left, right] = met.children(self.tree, self.scale, self.shaft);
+                if let (Some(left), Some(right)) = (left, right) {
+                    let (first, other) = if self.shaft.is_left_first(axis) { (left, right) } else { (right, left) };
+                    own[waiting] = other;
+                    if let Some(fork) = forks.get_mut(waiting) {
+                        *fork = Fork { node: met, other };
+                    }
+                    waiting += 1;
+                    met = first;
+                    continue;
+                } else if let Some(only) = left.or(right) {
+                    met = only;
+                    continue;
+                }
+            } else if self.matters(&self.tree.ids()[node.ids()]) {
+                *count = waiting;
+                return Some(met);
+            }
+            // What has nothing in its first child is no fork.
+            waiting = waiting.checked_sub(1)?;
+            met = own[waiting];
+        }
+    }
+
+    /// Whether a leaf has a triangle, and for AEPSA one in the shaft.
+    fn matters(&self, ids: &[u32]) -> bool {
+        if self.kind == KdEntry::MultiLevel {
+            return !ids.is_empty();
+        }
+        ids.iter().any(|&id| {
+            let corners = self.triangles.corners(id);
+            let turned = corners.map(|corner| self.shaft.axes.turned(self.scale.point(corner)));
+            !self.shaft.is_beside(&turned)
+        })
+    }
+}

@@ -1,0 +1,344 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16};
+
+use umbrage_rays::internals::{HALF_ULP, LANES, MOST_RAYS, Plane, Rays, Scale, load};
+
+use super::bits_of;
+use super::search::Met;
+
+/// Groups of rays that one shaft holds.
+pub(super) const GROUPS: usize = MOST_RAYS / LANES;
+
+/// How far rays must run along a shaft's axis, as a part of how far they do along any other.
+const LEAST: f32 = 0.25;
+
+/// Least length of a shaft along its axis.
+const SHORTEST: f32 = 1e-3;
+
+/// More than what rounding does to ways along the axis, which are one at most.
+const SLACK: f64 = 1e-9;
+
+/// The order of axes in which a shaft's own is the last one, and where rays run along that.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Axes {
+    pub(super) order: [usize; 3],
+    /// 1 where rays run towards higher coordinates, else −1.
+    pub(super) sign: f32,
+}
+
+impl Axes {
+    /// The ones for rays that agree about the sign of an axis and of which none runs almost across it; `None` if there are
+    /// no such, or no rays that matter.
+    #[inline(always)]
+    pub(super) fn of<S: Simd>(simd: S, rays: &Rays) -> Option<Self> {
+        let mut best: Option<(f32, Self)> = None;
+        for (axis, order) in [[1, 2, 0], [2, 0, 1], [0, 1, 2]].into_iter().enumerate() {
+            let mut low = f32x16::splat(simd, f32::INFINITY);
+            let mut high = f32x16::splat(simd, f32::NEG_INFINITY);
+            for first in (0..rays.count).step_by(LANES) {
+                let direction: f32x16<S> = load(simd, &rays.direction[axis], first);
+                let alive = alive(simd, rays, first);
+                low = alive.select(low.min(direction), low);
+                high = alive.select(high.max(direction), high);
+            }
+            let (low, high) = (low.reduce_min(), high.reduce_max());
+            let (least, sign) = if low > 0.0 { (low, 1.0) } else { (-high, -1.0) };
+            if least > LEAST && least.is_finite() && best.is_none_or(|(best, _)| least > best) {
+                best = Some((least, Self { order, sign }));
+            }
+        }
+        best.map(|(_, axes)| axes)
+    }
+
+    /// A point along u, v and the way along the shaft's axis.
+    #[inline(always)]
+    pub(super) fn turned(&self, point: [f32; 3]) -> [f32; 3] {
+        let [u, v, w] = self.order;
+        [point[u], point[v], point[w] * self.sign]
+    }
+
+    /// Which rays of a group matter, and from which to which way along the axis they do.
+    #[inline(always)]
+    fn ways<S: Simd>(&self, simd: S, rays: &Rays, first: usize) -> (mask32x16<S>, f32x16<S>, f32x16<S>) {
+        let axis = self.order[2];
+        let sign = f32x16::splat(simd, self.sign);
+        let origin = load::<S, f32x16<S>>(simd, &rays.origin[axis], first) * sign;
+        let direction = load::<S, f32x16<S>>(simd, &rays.direction[axis], first) * sign;
+        let enter = origin + direction * load::<S, f32x16<S>>(simd, &rays.enter, first);
+        let leave = origin + direction * load::<S, f32x16<S>>(simd, &rays.leave, first);
+        (alive(simd, rays, first), enter, leave)
+    }
+
+    /// The last way at which something may matter to a ray of a group; −∞ where nothing does.
+    #[inline(always)]
+    pub(super) fn last<S: Simd>(&self, simd: S, rays: &Rays, group: usize) -> f32 {
+        let (alive, _, leave) = self.ways(simd, rays, group * LANES);
+        alive.select(leave, f32x16::splat(simd, f32::NEG_INFINITY)).reduce_max() + margin(rays)
+    }
+
+    /// Low and high along u and v of a group's rays at some way along the axis, less and more `margin`.
+    ///
+    /// With slopes of four at most, each with three roundings, ways of two and places of nine, 54 ε and five times what f64 may
+    /// have moved origins by; `margin` is more than four times as much, which is for what is computed from it.
+    #[inline(always)]
+    fn rectangle<S: Simd>(&self, simd: S, rays: &Rays, first: usize, members: mask32x16<S>, way: f32) -> [f32; 4] {
+        let w = self.order[2];
+        let sign = f32x16::splat(simd, self.sign);
+        let distance = f32x16::splat(simd, way) - load::<S, f32x16<S>>(simd, &rays.origin[w], first) * sign;
+        let inverse = load::<S, f32x16<S>>(simd, &rays.inverse[w], first) * sign;
+        let mut rectangle = [0.0; 4];
+        for place in 0..2 {
+            let axis = self.order[place];
+            let slope = load::<S, f32x16<S>>(simd, &rays.direction[axis], first) * inverse;
+            let at = load::<S, f32x16<S>>(simd, &rays.origin[axis], first) + distance * slope;
+            let (least, most) = (f32x16::splat(simd, f32::INFINITY), f32x16::splat(simd, f32::NEG_INFINITY));
+            rectangle[2 * place] = members.select(at, least).reduce_min() - margin(rays);
+            rectangle[2 * place + 1] = members.select(at, most).reduce_max() + margin(rays);
+        }
+        rectangle
+    }
+}
+
+/// Which rays of a group matter.
+#[inline(always)]
+pub(super) fn alive<S: Simd>(simd: S, rays: &Rays, first: usize) -> mask32x16<S> {
+    load::<S, f32x16<S>>(simd, &rays.enter, first).simd_le(load::<S, f32x16<S>>(simd, &rays.leave, first))
+}
+
+fn margin(rays: &Rays) -> f32 {
+    256.0 * HALF_ULP + 8.0 * rays.moved
+}
+
+/// What two rectangles say together.
+fn union(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
+}
+
+const NOTHING: [f32; 4] = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
+
+/// A convex part of space that holds rays: between two rectangles across an axis (Reshetov et al. 2005 and 2007; Overbeck et
+/// al., *Large Ray Packets for Real-time Whitted Ray Tracing*, 2008).
+///
+/// The lowest coordinate of lines is a concave function of the way along the axis, the highest a convex one: between two ways
+/// the chords of both hold all lines. Four faces are linear functions: low and high along u, low and high along v.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shaft {
+    pub(super) axes: Axes,
+    /// From which to which way along the axis anything may be hit.
+    pub(super) from: f32,
+    pub(super) to: f32,
+    /// What the faces are at `from`, and how they change along the axis: four at most, as slopes are.
+    at: [f32; 4],
+    rate: [f32; 4],
+}
+
+impl Shaft {
+    fn between(axes: Axes, [from, to]: [f32; 2], near: [f32; 4], far: [f32; 4]) -> Self {
+        let rate = [0, 1, 2, 3].map(|face| (far[face] - near[face]) / (to - from));
+        Self { axes, from, to, at: near, rate }
+    }
+
+    /// Where a face is.
+    #[inline(always)]
+    fn face(&self, face: usize, way: f32) -> f32 {
+        self.at[face] + self.rate[face] * (way - self.from)
+    }
+
+    /// The part of ways `within` at which the shaft may be in the left and in the right one of a node's cells; empty ones
+    /// end before they start.
+    #[inline(always)]
+    pub(super) fn parts(&self, scale: &Scale, plane: Plane, within: [f64; 2]) -> [[f64; 2]; 2] {
+        let [enter, leave] = within;
+        let at = f64::from(scale.plane(plane));
+        let Some(side) = self.axes.order[..2].iter().position(|&axis| axis == plane.axis) else {
+            let way = at * f64::from(self.axes.sign);
+            // One rounding of the plane's coordinate.
+            let slack = 2.0 * f64::from(HALF_ULP);
+            let parts = [[enter, leave.min(way + slack)], [enter.max(way - slack), leave]];
+            return if self.axes.sign > 0.0 { parts } else { [parts[1], parts[0]] };
+        };
+        let part = |face: usize, is_below: bool| {
+            // The face reaches the plane at this way, or never.
+            let rate = f64::from(self.rate[face]);
+            let offset = at - f64::from(self.at[face]);
+            let way = f64::from(self.from) + offset / rate;
+            let comes_closer = if is_below { rate.is_sign_negative() } else { rate.is_sign_positive() };
+            // No number where the face is in the plane, which gives way.
+            if comes_closer { [enter.max(way - SLACK), leave] } else { [enter, leave.min(way + SLACK)] }
+        };
+        [part(2 * side, true), part(2 * side + 1, false)]
+    }
+
+    /// Whether the left child comes before the right one for most rays.
+    #[inline(always)]
+    pub(super) fn is_left_first(&self, axis: usize) -> bool {
+        match self.axes.order.iter().position(|&other| other == axis) {
+            Some(place @ 0..=1) => self.rate[2 * place] + self.rate[2 * place + 1] >= 0.0,
+            _ => self.axes.sign > 0.0,
+        }
+    }
+
+    /// Whether all corners of a triangle, [turned](Axes::turned), are outside of the same face, or before or behind the shaft.
+    #[inline(always)]
+    pub(super) fn is_beside(&self, corners: &[[f32; 3]; 3]) -> bool {
+        let outside = |is_outside: &dyn Fn(&[f32; 3]) -> bool| corners.iter().all(is_outside);
+        outside(&|&[u, _, w]| u < self.face(0, w))
+            || outside(&|&[u, _, w]| u > self.face(1, w))
+            || outside(&|&[_, v, w]| v < self.face(2, w))
+            || outside(&|&[_, v, w]| v > self.face(3, w))
+            || outside(&|&[_, _, w]| w < self.from)
+            || outside(&|&[_, _, w]| w > self.to)
+    }
+
+    /// Lines from each corner of the first rectangle to each corner of the other one.
+    pub(super) fn corner_lines(&self) -> Lines {
+        let mut lines = Lines { origin: [[0.0; LANES]; 3], direction: [[0.0; LANES]; 3] };
+        let [u, v, w] = self.axes.order;
+        for line in 0..LANES {
+            let corner = |bits: usize, way: f32| [self.face(bits & 1, way), self.face(2 + (bits >> 1 & 1), way)];
+            let [near, far] = [corner(line, self.from), corner(line >> 2, self.to)];
+            let along = [far[0] - near[0], far[1] - near[1], self.to - self.from];
+            let longest = along[0].abs().max(along[1].abs()).max(along[2]);
+            for (axis, at, along) in [(u, near[0], along[0]), (v, near[1], along[1])] {
+                lines.origin[axis][line] = at;
+                lines.direction[axis][line] = along / longest;
+            }
+            lines.origin[w][line] = self.from * self.axes.sign;
+            lines.direction[w][line] = along[2] / longest * self.axes.sign;
+        }
+        lines
+    }
+}
+
+/// Sixteen lines.
+#[repr(align(64))]
+pub(super) struct Lines {
+    pub(super) origin: [[f32; LANES]; 3],
+    pub(super) direction: [[f32; LANES]; 3],
+}
+
+/// A shaft around rays, and one around each group of them.
+pub(super) struct Bundle {
+    pub(super) whole: Shaft,
+    /// The faces of each group's, as those of [`Shaft`].
+    at: [[f32; GROUPS]; 4],
+    rate: [[f32; GROUPS]; 4],
+    /// The last way that matters to each.
+    last: [f32; GROUPS],
+}
+
+impl Bundle {
+    /// Around all rays that matter, of which there are some.
+    #[inline(always)]
+    pub(super) fn around<S: Simd>(simd: S, rays: &Rays, axes: Axes) -> Self {
+        let groups = rays.count.div_ceil(LANES);
+        let (mut from, mut to) = (f32::INFINITY, f32::NEG_INFINITY);
+        for first in (0..rays.count).step_by(LANES) {
+            let (alive, enter, leave) = axes.ways(simd, rays, first);
+            from = from.min(alive.select(enter, f32x16::splat(simd, f32::INFINITY)).reduce_min());
+            to = to.max(alive.select(leave, f32x16::splat(simd, f32::NEG_INFINITY)).reduce_max());
+        }
+        let from = from - margin(rays);
+        let to = (to + margin(rays)).max(from + SHORTEST);
+        let mut bundle = Self {
+            whole: Shaft::between(axes, [from, to], NOTHING, NOTHING),
+            // An interval that ends before it starts.
+            at: [[1e9; GROUPS], [-1e9; GROUPS], [1e9; GROUPS], [-1e9; GROUPS]],
+            rate: [[0.0; GROUPS]; 4],
+            last: [f32::NEG_INFINITY; GROUPS],
+        };
+        let (mut near, mut far) = (NOTHING, NOTHING);
+        for group in 0..groups {
+            let alive = alive(simd, rays, group * LANES);
+            if alive.any_true() {
+                let ends = [from, to].map(
+                    #[inline(always)]
+                    |way| axes.rectangle(simd, rays, group * LANES, alive, way),
+                );
+                let shaft = Shaft::between(axes, [from, to], ends[0], ends[1]);
+                for face in 0..4 {
+                    (bundle.at[face][group], bundle.rate[face][group]) = (shaft.at[face], shaft.rate[face]);
+                }
+                bundle.last[group] = axes.last(simd, rays, group);
+                (near, far) = (union(near, ends[0]), union(far, ends[1]));
+            }
+        }
+        bundle.whole = Shaft::between(axes, [from, to], near, far);
+        bundle
+    }
+
+    /// A shaft around the rays of those groups that may get to a leaf, as far as they may be in there; `None` if there are none.
+    #[inline(always)]
+    pub(super) fn transient<S: Simd>(&self, simd: S, rays: &Rays, scale: &Scale, leaf: &Met) -> Option<Shaft> {
+        let axes = self.whole.axes;
+        let groups = self.groups_in(simd, scale, leaf);
+        let [from, to] = leaf.within;
+        // Ways that were computed in f64, rounded outwards.
+        let from = (from as f32 - margin(rays)).max(self.whole.from);
+        let to = (to as f32 + margin(rays)).max(from + SHORTEST);
+        let (mut near, mut far) = (NOTHING, NOTHING);
+        for group in bits_of(groups) {
+            let (alive, enter, leave) = axes.ways(simd, rays, group * LANES);
+            let [start, end] = [from - margin(rays), to + margin(rays)].map(
+                #[inline(always)]
+                |way| f32x16::splat(simd, way),
+            );
+            let members = alive & leave.simd_ge(start) & enter.simd_le(end);
+            if members.any_true() {
+                near = union(near, axes.rectangle(simd, rays, group * LANES, members, from));
+                far = union(far, axes.rectangle(simd, rays, group * LANES, members, to));
+            }
+        }
+        (near[0] <= near[1]).then(|| Shaft::between(axes, [from, to], near, far))
+    }
+
+    /// Notes that less matters to a group's rays.
+    #[inline(always)]
+    pub(super) fn shorten<S: Simd>(&mut self, simd: S, rays: &Rays, group: usize) {
+        self.last[group] = self.whole.axes.last(simd, rays, group);
+    }
+
+    /// The last way that matters to any ray.
+    #[inline(always)]
+    pub(super) fn last<S: Simd>(&self, simd: S) -> f32 {
+        f32x16::from_slice(simd, &self.last).reduce_max()
+    }
+
+    /// Groups whose shafts may meet a node's cell where something matters to them, a bit for each.
+    #[inline(always)]
+    pub(super) fn groups_in<S: Simd>(&self, simd: S, scale: &Scale, met: &Met) -> u64 {
+        let turned = |corner: [f32; 3]| {
+            let [x, y, z] = corner;
+            self.whole.axes.turned([scale.coordinate(x, 0), scale.coordinate(y, 1), scale.coordinate(z, 2)])
+        };
+        let (a, b) = (turned(met.cell.min), turned(met.cell.max));
+        let low = [a[0].min(b[0]), a[1].min(b[1]), a[2].min(b[2])];
+        self.groups(simd, low, [a[0].max(b[0]), a[1].max(b[1]), a[2].max(b[2])])
+    }
+
+    /// Groups whose shafts may meet a box, given by its low and high corner, [turned](Axes::turned), a bit for each.
+    #[inline(always)]
+    pub(super) fn groups<S: Simd>(&self, simd: S, low: [f32; 3], high: [f32; 3]) -> u64 {
+        let splat = |value: f32| f32x16::splat(simd, value);
+        let Shaft { from, to, .. } = self.whole;
+        // Faces hold rays between the ends only.
+        let near = splat(low[2].clamp(from, to) - from);
+        let far = splat(high[2].clamp(from, to) - from);
+        let mut met = f32x16::from_slice(simd, &self.last).simd_ge(splat(low[2]));
+        if high[2] < from || low[2] > to {
+            return 0;
+        }
+        for axis in 0..2 {
+            let face = |place: usize| {
+                let at = f32x16::from_slice(simd, &self.at[2 * axis + place]);
+                let rate = f32x16::from_slice(simd, &self.rate[2 * axis + place]);
+                (at + rate * near, at + rate * far)
+            };
+            let ((low_near, low_far), (high_near, high_far)) = (face(0), face(1));
+            met = met
+                & low_near.min(low_far).simd_le(splat(high[axis]))
+                & high_near.max(high_far).simd_ge(splat(low[axis]));
+        }
+        met.to_bitmask()
+    }
+}

@@ -1,0 +1,203 @@
+//! kd-trees that are built from hierarchies, against the predicate asked about every triangle.
+
+use glam::{DVec3, Vec3};
+use umbrage_rays::predicate::hit;
+use umbrage_rays::{Bvh, Clipping, Hit, KdBuilder, KdLayout, KdTree, KdTreeOptions, Ray, Triangles};
+use umbrage_study::kdtree::{ImpossibleHierarchy, ImpossibleObjects, SceneHierarchy, build_from};
+
+use crate::support::{self, Mesh, Random, blocks, is_usable};
+
+fn scene(random: &mut Random) -> Mesh {
+    let mut mesh = Mesh::soup(random, 300, 0.02);
+    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 30));
+    mesh.append(&Mesh::floor(15, 3.0));
+    mesh.positions[5].x = f32::NAN;
+    mesh.indices.push([0, 1, u32::MAX]);
+    mesh.indices.push([7, 7, 8]);
+    mesh
+}
+
+/// Of objects, of a bounding volume hierarchy, of a tree, and of what has nothing to do with where triangles are.
+fn hierarchies(triangles: Triangles<'_>) -> Vec<SceneHierarchy> {
+    let count = triangles.len() as u32;
+    let mut bvh = Bvh::default();
+    bvh.build(triangles);
+    let mut tree = KdTree::default();
+    tree.build(triangles);
+    let [third, half] = [count / 3, count / 2];
+    vec![
+        SceneHierarchy::of_objects([0..third, third..third, third..half, half..count]).expect("objects in order"),
+        SceneHierarchy::of_bvh(&bvh, triangles.len()),
+        SceneHierarchy::of_tree(&tree, triangles.len()),
+        SceneHierarchy::of_objects((0..count).map(|id| id..id + 1)).expect("objects in order"),
+    ]
+}
+
+fn build(triangles: Triangles<'_>, hierarchy: &SceneHierarchy, options: KdTreeOptions) -> KdTree {
+    let mut tree = KdTree::default();
+    tree.set_options(options).expect("possible options");
+    build_from(&mut tree, triangles, hierarchy).expect("a hierarchy of these triangles");
+    tree.validate(triangles).unwrap_or_else(|broken| panic!("{options:?}: {broken}"));
+    tree
+}
+
+fn options() -> Vec<KdTreeOptions> {
+    let with = |builder| KdTreeOptions { builder, ..KdTreeOptions::DEFAULT };
+    vec![
+        KdTreeOptions::DEFAULT,
+        with(KdBuilder::Binned),
+        KdTreeOptions { clipping: Clipping::Boxes, layout: KdLayout::Subtrees, ..with(KdBuilder::Adaptive) },
+        KdTreeOptions { lazy_below: 100, ..with(KdBuilder::Presorted) },
+        KdTreeOptions { lazy_below: 400, ..with(KdBuilder::Binned) },
+    ]
+}
+
+fn nearest(triangles: Triangles<'_>, ray: &Ray) -> Option<Hit> {
+    let hits = (0..triangles.len() as u32).filter(|&id| is_usable(triangles, id));
+    let hits = hits.filter_map(|id| hit(ray, triangles, id));
+    hits.min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).expect("no t is NaN"))
+}
+
+/// Compares trees of all hierarchies and options with the predicate; how many rays hit.
+fn check(mesh: &Mesh, hierarchies: &[SceneHierarchy], rays: &[Ray]) -> usize {
+    let triangles = mesh.triangles();
+    let expected: Vec<_> = rays.iter().map(|ray| nearest(triangles, ray)).collect();
+    for hierarchy in hierarchies {
+        for options in options() {
+            let tree = build(triangles, hierarchy, options);
+            assert_eq!(tree.omitted(), &triangles.omitted());
+            for (ray, expected) in rays.iter().zip(&expected) {
+                assert_eq!(tree.nearest(triangles, ray, |_| true), *expected, "{ray:?}, {options:?}");
+            }
+            tree.validate(triangles).unwrap_or_else(|broken| panic!("traced, {options:?}: {broken}"));
+        }
+    }
+    expected.iter().flatten().count()
+}
+
+fn random_rays(random: &mut Random, count: usize, reach: f32) -> Vec<Ray> {
+    let mut ray = || {
+        let [origin, to] = [random.point() * reach, random.point() * 1.5].map(Vec3::as_dvec3);
+        Ray::new(origin, to - origin)
+    };
+    (0..count).map(|_| ray()).collect()
+}
+
+#[test]
+fn rays_hit_what_the_predicate_says() {
+    let mut random = Random(51);
+    let mesh = scene(&mut random);
+    let mut rays = random_rays(&mut random, 100, 4.0);
+    rays.extend(support::grazing_rays(mesh.triangles(), &mut random, 60));
+    assert!(check(&mesh, &hierarchies(mesh.triangles()), &rays) > 150);
+}
+
+#[test]
+fn rays_in_planes_and_along_axes_hit_what_the_predicate_says() {
+    let mut random = Random(52);
+    let mesh = blocks(&mut random, 400);
+    assert!(mesh.indices.len() > 1200);
+    let mut rays = Vec::new();
+    for step in 0..120 {
+        let origin = (random.point() * 6.0).round().as_dvec3();
+        let axis = [DVec3::X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Z][step % 6];
+        rays.push(Ray::new(origin - axis * 16.0, axis));
+        rays.push(Ray::new(origin, axis * DVec3::new(1.0, -1.0, 1.0)));
+        let diagonal = (random.point() * 2.0).round().as_dvec3();
+        if diagonal != DVec3::ZERO {
+            rays.push(Ray::new(origin - diagonal * 8.0, diagonal));
+        }
+    }
+    assert!(check(&mesh, &hierarchies(mesh.triangles()), &rays) > 200);
+}
+
+/// A hierarchy of one frame serves another in which everything is elsewhere, other triangles can't be hit and others can.
+#[test]
+fn hierarchies_of_earlier_frames_serve_later_ones() {
+    let mut random = Random(53);
+    let mut mesh = scene(&mut random);
+    let hierarchies = hierarchies(mesh.triangles());
+    for position in &mut mesh.positions {
+        *position = Vec3::new(position.y, position.z * 0.5, position.x + position.y * position.y);
+    }
+    mesh.positions[5] = Vec3::new(0.3, 0.2, -0.5);
+    mesh.positions[70].z = f32::INFINITY;
+    let last = mesh.indices.len() - 1;
+    mesh.indices[last] = [7, 9, 8];
+    let rays = random_rays(&mut random, 100, 4.0);
+    assert!(check(&mesh, &hierarchies, &rays) > 30);
+}
+
+#[test]
+fn any_number_of_triangles_is_hit_and_rebuilt() {
+    let mut random = Random(54);
+    let mut tree = KdTree::default();
+    for count in (0..20).chain([700, 0, 1500, 5]) {
+        let mesh = Mesh::soup(&mut random, count, 0.1);
+        for hierarchy in hierarchies(mesh.triangles()) {
+            assert!(hierarchy.len() == count && hierarchy.is_empty() == (count == 0));
+            build_from(&mut tree, mesh.triangles(), &hierarchy).expect("a hierarchy of these triangles");
+            tree.validate(mesh.triangles()).expect("a valid tree");
+            for ray in random_rays(&mut random, 10, 3.0) {
+                assert_eq!(tree.nearest(mesh.triangles(), &ray, |_| true), nearest(mesh.triangles(), &ray));
+            }
+        }
+    }
+}
+
+#[test]
+fn flat_huge_and_equal_triangles_are_hit() {
+    let mut random = Random(55);
+    let mut equal = Mesh::default();
+    equal.push([Vec3::ZERO, Vec3::new(1.0, 2.0, 0.5), Vec3::new(-1.0, 0.5, 3.0)]);
+    equal.indices = vec![equal.indices[0]; 3000];
+    let mut line = Mesh::default();
+    (0..2000).for_each(|step| line.push([Vec3::ZERO, Vec3::X, Vec3::X * step as f32]));
+    let mut large = Mesh::default();
+    (0..1000).for_each(|_| large.push([random.point(), random.point(), random.point()]));
+    let flat = Mesh::floor(20, 2.0);
+    let [huge, tiny] = [1e38, 1e-30].map(|scale| flat.moved(scale, Vec3::ZERO));
+    // A hierarchy doesn't say how large anything is.
+    for (mesh, like) in
+        [&equal, &line, &large, &flat].map(|mesh| (mesh, mesh)).into_iter().chain([(&huge, &flat), (&tiny, &flat)])
+    {
+        let rays = random_rays(&mut random, 20, 3.0);
+        check(mesh, &hierarchies(like.triangles()), &rays);
+    }
+}
+
+#[test]
+fn trees_are_as_good_as_the_exact_one_and_do_not_depend_on_threads() {
+    let mut random = Random(56);
+    let mut mesh = Mesh::bumpy_ball(Vec3::ZERO, 1.0, 80);
+    mesh.append(&Mesh::bumpy_ball(Vec3::X, 0.5, 60));
+    mesh.append(&Mesh::soup(&mut random, 500, 0.01));
+    let triangles = mesh.triangles();
+    let mut exact = KdTree::default();
+    exact.build(triangles);
+    for (hierarchy, most) in hierarchies(triangles).iter().zip([1.15, 1.08, 1.08, 1.08]) {
+        let first = build(triangles, hierarchy, KdTreeOptions::DEFAULT);
+        let [cost, best] = [first.counts().sah_cost, exact.counts().sah_cost];
+        assert!(cost < best * most, "{cost} {best}");
+        let mut again = KdTree::default();
+        for threads in [1, 2, 3, 7] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            pool.install(|| build_from(&mut again, triangles, hierarchy)).expect("a hierarchy of these triangles");
+            assert!(again.is_same_as(&first), "{threads} threads");
+        }
+    }
+}
+
+#[test]
+fn impossible_hierarchies_are_refused() {
+    assert_eq!(SceneHierarchy::of_objects([0..3, 4..5]).unwrap_err(), ImpossibleObjects::Order(1));
+    assert_eq!(SceneHierarchy::of_objects(std::iter::once(1..3)).unwrap_err(), ImpossibleObjects::Order(0));
+    let hierarchy = SceneHierarchy::of_objects([0..3, 3..7]).expect("objects in order");
+    let mesh = Mesh::floor(2, 1.0);
+    let mut tree = KdTree::default();
+    tree.build(mesh.triangles());
+    let error = build_from(&mut tree, mesh.triangles(), &hierarchy).unwrap_err();
+    assert_eq!(error, ImpossibleHierarchy { hierarchy: 7, frame: 8 });
+    assert!(error.to_string().contains("7 triangles"));
+    tree.validate(mesh.triangles()).expect("still the tree that it was");
+}

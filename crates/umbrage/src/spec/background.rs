@@ -1,0 +1,96 @@
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use glam::Vec3;
+
+use super::{Words, vector};
+use crate::{Background, Error};
+
+/// What is behind and around a scene: `sky`, `#rrggbb`, linear `R,G,B`, or the path of a latitude–longitude image.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum BackgroundSpec {
+    /// The sky.
+    #[default]
+    Sky,
+    /// A linear colour.
+    Color(Vec3),
+    /// An image.
+    File(PathBuf),
+}
+
+impl BackgroundSpec {
+    /// The background itself, read from its file where it has one.
+    ///
+    /// # Errors
+    /// Where the file can't be read or isn't such an image.
+    pub fn open(&self) -> Result<Background, Error> {
+        match self {
+            Self::Sky => Ok(Background::Sky),
+            Self::Color(color) => Ok(Background::Color(*color)),
+            Self::File(path) => Background::open(path),
+        }
+    }
+}
+
+impl fmt::Display for BackgroundSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sky => f.write_str("sky"),
+            Self::Color(color) => Words(*color).fmt(f),
+            Self::File(path) => path.display().fmt(f),
+        }
+    }
+}
+
+impl FromStr for BackgroundSpec {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "sky" {
+            return Ok(Self::Sky);
+        }
+        if let Some(digits) = text.strip_prefix('#') {
+            return hexadecimal_color(digits)
+                .map(Self::Color)
+                .ok_or_else(|| "give a colour as #rrggbb, such as #203040".to_owned());
+        }
+        match vector(text) {
+            Ok(color) if color.min_element() < 0.0 => Err("a colour isn't below zero".to_owned()),
+            Ok(color) => Ok(Self::Color(color)),
+            Err(_) => Ok(Self::File(text.into())),
+        }
+    }
+}
+
+/// The linear colour of six hexadecimal digits of sRGB (IEC 61966-2-1).
+fn hexadecimal_color(digits: &str) -> Option<Vec3> {
+    if digits.len() != 6 || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return None;
+    }
+    let bytes = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
+    let linear = |byte: u8| {
+        let encoded = f32::from(byte) / 255.0;
+        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    };
+    Some(Vec3::new(linear(bytes[1]), linear(bytes[2]), linear(bytes[3])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn backgrounds_are_colours_or_files() {
+        assert_eq!("sky".parse(), Ok(BackgroundSpec::Sky));
+        assert_eq!("#ff0000".parse(), Ok(BackgroundSpec::Color(Vec3::X)));
+        assert_eq!("0,0.5,2".parse(), Ok(BackgroundSpec::Color(Vec3::new(0.0, 0.5, 2.0))));
+        assert_eq!("a,b.hdr".parse(), Ok(BackgroundSpec::File("a,b.hdr".into())));
+        for bad in ["#12345", "#+12345", "0,-1,0"] {
+            assert!(bad.parse::<BackgroundSpec>().is_err(), "{bad}");
+        }
+        for text in ["sky", "0.1,0.2,3", "a,b.hdr"] {
+            assert_eq!(text.parse::<BackgroundSpec>().unwrap().to_string(), text);
+        }
+    }
+}

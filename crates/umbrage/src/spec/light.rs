@@ -1,0 +1,220 @@
+use std::f32::consts::PI;
+use std::fmt;
+use std::str::FromStr;
+
+use glam::Vec3;
+use umbrage_rays::LightSource;
+use umbrage_scene::Light;
+
+use super::{Words, number, vector};
+
+/// A light: `point:X,Y,Z`, `sun:DX,DY,DZ` that travels along DX,DY,DZ, or `spot:X,Y,Z:X,Y,Z:DEGREES` from a point to
+/// another with the cone's full angle; then, if wanted, `:STRENGTH` in candela or lux, `:R,G,B` and `:noshadow`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightSpec {
+    source: LightSource,
+    /// Where a light without a strength is as bright as full sunlight; `None` for the scene's centre.
+    target: Option<Vec3>,
+    /// In candela or lux.
+    intensity: Option<f32>,
+    color: Vec3,
+    casts_shadow: bool,
+}
+
+impl LightSpec {
+    /// How much of a spot's cone has the full strength.
+    pub const INNER: f32 = 0.85;
+
+    /// A white light that casts shadows, as bright as full sunlight at the middle of the scene.
+    #[must_use]
+    pub fn new(source: LightSource) -> Self {
+        Self { source, target: None, intensity: None, color: Vec3::ONE, casts_shadow: true }
+    }
+
+    /// The light in a scene around `center`.
+    #[must_use]
+    pub fn light(&self, center: Vec3) -> Light {
+        // An irradiance of π makes a white surface as bright as a screen's white.
+        let bright = match self.source {
+            LightSource::Directional { .. } => PI,
+            LightSource::Point { position } | LightSource::Spot { position, .. } => {
+                let distance_squared = position.distance_squared(self.target.unwrap_or(center));
+                PI * if distance_squared > 0.0 { distance_squared } else { 1.0 }
+            }
+        };
+        let intensity = self.intensity.unwrap_or(bright);
+        Light {
+            name: "".into(),
+            source: self.source,
+            color: self.color,
+            intensity,
+            range: None,
+            casts_shadow: self.casts_shadow,
+        }
+    }
+}
+
+/// Why a light can't be said in words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UnspeakableLight {
+    /// The words have one softness of spots, [`LightSpec::INNER`].
+    #[error("there are no words for how soft this spot light is")]
+    Softness,
+    /// The words have no range.
+    #[error("there are no words for how far this light reaches")]
+    Range,
+}
+
+impl TryFrom<&Light> for LightSpec {
+    type Error = UnspeakableLight;
+
+    fn try_from(light: &Light) -> Result<Self, UnspeakableLight> {
+        if let LightSource::Spot { inner_radians, outer_radians, .. } = light.source
+            && (inner_radians - Self::INNER * outer_radians).abs() > 1e-3 * outer_radians
+        {
+            return Err(UnspeakableLight::Softness);
+        }
+        if light.range.is_some() {
+            return Err(UnspeakableLight::Range);
+        }
+        let Light { source, color, casts_shadow, .. } = *light;
+        Ok(Self { source, target: None, intensity: Some(light.intensity), color, casts_shadow })
+    }
+}
+
+impl fmt::Display for LightSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.source {
+            LightSource::Point { position } => write!(f, "point:{}", Words(position))?,
+            LightSource::Directional { direction } => write!(f, "sun:{}", Words(direction))?,
+            LightSource::Spot { position, direction, outer_radians, .. } => {
+                let target = self.target.unwrap_or(position + direction);
+                write!(f, "spot:{}:{}:{}", Words(position), Words(target), 2.0 * outer_radians.to_degrees())?;
+            }
+        }
+        // Without a strength it is white.
+        if let Some(intensity) = self.intensity {
+            write!(f, ":{intensity}:{}", Words(self.color))?;
+        }
+        f.write_str(if self.casts_shadow { "" } else { ":noshadow" })
+    }
+}
+
+impl FromStr for LightSpec {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (text, casts_shadow) = match text.strip_suffix(":noshadow") {
+            Some(rest) => (rest, false),
+            None => (text, true),
+        };
+        let parts: Vec<&str> = text.split(':').collect();
+        let (source, target, rest) = match parts[..] {
+            ["point", position, ref rest @ ..] => (LightSource::Point { position: vector(position)? }, None, rest),
+            ["sun", travel, ref rest @ ..] => {
+                let direction = direction(vector(travel)?, "a sun's direction")?;
+                (LightSource::Directional { direction }, None, rest)
+            }
+            ["spot", position, target, angle, ref rest @ ..] => {
+                let (position, target) = (vector(position)?, vector(target)?);
+                let direction = direction(target - position, "the way from a spot to its target")?;
+                (spot(position, direction, number(angle)?)?, Some(target), rest)
+            }
+            _ => {
+                return Err("give point:X,Y,Z, sun:DX,DY,DZ or spot:X,Y,Z:X,Y,Z:DEGREES, then if wanted \
+                            :STRENGTH or :STRENGTH:R,G,B, then if wanted :noshadow"
+                    .to_owned());
+            }
+        };
+        let (intensity, color) = match rest {
+            [] => (None, Vec3::ONE),
+            [intensity] => (Some(number(intensity)?), Vec3::ONE),
+            [intensity, color] => (Some(number(intensity)?), vector(color)?),
+            _ => return Err("there is too much behind the colour".to_owned()),
+        };
+        if intensity.is_some_and(|intensity| intensity < 0.0) || color.min_element() < 0.0 {
+            return Err("a light's strength and colour aren't below zero".to_owned());
+        }
+        Ok(Self { source, target, intensity, color, casts_shadow })
+    }
+}
+
+fn direction(vector: Vec3, what: &str) -> Result<Vec3, String> {
+    // In f64: the square of a small or large component would leave f32's range.
+    let direction = vector.as_dvec3().try_normalize().ok_or_else(|| format!("{what} has no length"))?;
+    Ok(direction.as_vec3())
+}
+
+fn spot(position: Vec3, direction: Vec3, full_angle_degrees: f32) -> Result<LightSource, String> {
+    if !(0.1..=180.0).contains(&full_angle_degrees) {
+        return Err("a spot's angle is from 0.1 to 180 degrees".to_owned());
+    }
+    let outer_radians = 0.5 * full_angle_degrees.to_radians();
+    Ok(LightSource::Spot { position, direction, inner_radians: LightSpec::INNER * outer_radians, outer_radians })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lights_parse() {
+        let light = |text: &str| text.parse::<LightSpec>().unwrap().light(Vec3::ZERO);
+        let point = light("point:0,2,0");
+        assert_eq!(point.source, LightSource::Point { position: Vec3::new(0.0, 2.0, 0.0) });
+        assert_eq!((point.intensity, point.color, point.casts_shadow), (4.0 * PI, Vec3::ONE, true));
+        assert_eq!(light("point:0,2,0:noshadow"), Light { casts_shadow: false, ..point });
+        let sun = light("sun:0,-2,0:5:1,0.5,0");
+        assert_eq!(sun.source, LightSource::Directional { direction: Vec3::NEG_Y });
+        assert_eq!((sun.intensity, sun.color), (5.0, Vec3::new(1.0, 0.5, 0.0)));
+        let LightSource::Spot { direction, inner_radians, outer_radians, .. } = light("spot:0,3,0:0,0,0:60").source
+        else {
+            panic!("not a spot")
+        };
+        assert_eq!(direction, Vec3::NEG_Y);
+        assert!((outer_radians - PI / 6.0).abs() < 1e-6 && inner_radians < outer_radians);
+    }
+
+    #[test]
+    fn wrong_lights_say_why() {
+        for (text, why) in [
+            ("lamp:1,2,3", "give point:"),
+            ("point", "give point:"),
+            ("point:1,2", "three numbers"),
+            ("point:1,2,3:x", "`x` is not a number"),
+            ("point:1,2,3:-1", "below zero"),
+            ("point:1,2,3:1:1,1,1:1", "too much"),
+            ("sun:0,0,0", "no length"),
+            ("spot:0,3,0:0,3,0:60", "no length"),
+            ("spot:0,3,0:0,0,0:0", "0.1 to 180"),
+            ("spot:0,3,0:0,0,0", "give point:"),
+        ] {
+            let refused = text.parse::<LightSpec>().unwrap_err();
+            assert!(refused.contains(why), "{text}: {refused}");
+        }
+    }
+
+    #[test]
+    fn lights_are_said_to_the_last_bit() {
+        let light = Light {
+            name: "".into(),
+            source: LightSource::Point { position: Vec3::new(0.1, -2.0, 1e-7) },
+            color: Vec3::new(1.0, 0.5, 0.25),
+            intensity: 12.3,
+            range: None,
+            casts_shadow: true,
+        };
+        let said = |light: &Light| LightSpec::try_from(light).map(|spec| spec.to_string());
+        assert_eq!(said(&light).unwrap(), "point:0.1,-2,0.0000001:12.3:1,0.5,0.25");
+        let hidden = Light { casts_shadow: false, ..light.clone() };
+        assert!(said(&hidden).unwrap().ends_with(":noshadow"));
+        assert_eq!(said(&Light { range: Some(3.0), ..light }), Err(UnspeakableLight::Range));
+        let source = "spot:0,3,0:0,0,0:60".parse::<LightSpec>().unwrap().light(Vec3::ZERO);
+        let again: LightSpec = said(&source).unwrap().parse().unwrap();
+        assert_eq!(again.light(Vec3::ZERO).intensity, source.intensity);
+        for text in ["point:0,2,0", "sun:0,-1,0:5:1,0.5,0:noshadow", "spot:0,3,0:0,0,0:60:3:1,1,1"] {
+            let spec: LightSpec = text.parse().unwrap();
+            assert_eq!(spec.to_string().parse(), Ok(spec), "{text}");
+        }
+    }
+}

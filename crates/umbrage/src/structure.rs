@@ -1,0 +1,376 @@
+//! What people call the structures and their options: one table for command lines, windows and files.
+
+use std::fmt;
+use std::mem::discriminant;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+use umbrage_rays::{
+    Cells, Choice, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, ListedLightOptions, PacketSide, UniformOptions,
+    UnknownChoice,
+};
+
+use crate::Structure;
+
+/// An option of a structure, which [`Structure::option`] and [`Structure::set_option`] know by its name.
+#[derive(Debug)]
+pub struct StructureOption {
+    /// The structure's name.
+    pub structure: &'static str,
+    /// Its own name, without spaces.
+    pub name: &'static str,
+    /// What it means, in a line that ends without a full stop.
+    pub about: &'static str,
+    /// What it can be.
+    pub values: OptionValues,
+}
+
+/// What an option can be.
+#[derive(Debug)]
+pub enum OptionValues {
+    /// One of a few names, each with what it means.
+    Names(fn() -> Vec<(&'static str, &'static str)>),
+    /// A whole number.
+    Whole(RangeInclusive<u32>),
+    /// A whole number, or `auto`.
+    WholeOrAuto(RangeInclusive<u32>),
+    /// A finite number above 0.
+    Positive,
+    /// `true` or `false`.
+    Switch,
+}
+
+/// An option that a structure lacks, or a value that it can't have.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{option} {value}: {why}")]
+pub struct ImpossibleOption {
+    /// The option's name.
+    pub option: String,
+    /// What it was to be.
+    pub value: String,
+    /// What it can be.
+    pub why: String,
+}
+
+impl Structure {
+    /// The options of all structures. Later ones may depend on earlier ones.
+    pub const OPTIONS: &'static [StructureOption] = &[
+        listed("sorting-tile", "Pixels a side of the tiles that triangles are listed in", OptionValues::Names(tiles)),
+        listed(
+            "tracing-tiles",
+            "Sorting tiles a side of the tiles that are searched at once, of 64 pixels a side at most",
+            OptionValues::Names(tiles_of_tiles),
+        ),
+        listed("slices", "Depth slices of the camera's grid", OptionValues::Whole(1..=Cells::MOST_SLICES)),
+        listed(
+            "whole-tiles",
+            "Test all triangles of a cell on all pixels of its tile, as one GPU thread for each pixel does",
+            OptionValues::Switch,
+        ),
+        listed(
+            "light-cells",
+            "Cells a side of the light grids",
+            OptionValues::Whole(1..=ListedLightOptions::MOST_CELLS),
+        ),
+        listed(
+            "light-rays",
+            "The most shadow rays in a block of work of the light grids, the paper's r; a multiple of 16",
+            OptionValues::Whole(1..=ListedLightOptions::LARGEST_BLOCK),
+        ),
+        listed(
+            "light-triangles",
+            "The most triangles in a block of work of the light grids",
+            OptionValues::Whole(1..=ListedLightOptions::LARGEST_BLOCK),
+        ),
+        of("grid", "grid-density", "Cells for each triangle, λ of the paper", OptionValues::Positive),
+        of(
+            "grid",
+            "grid-nested",
+            "Let cells that list more than so many triangles hold grids of their own, for scenes of very uneven density; \
+             auto: more than 64, and only in scenes with surfaces that one sees through",
+            OptionValues::WholeOrAuto(1..=u32::MAX),
+        ),
+        of("grid", "packet", "Pixels a side of the packets of rays", OptionValues::Names(PacketSide::names)),
+        of("kdtree", "kd-builder", "How planes are found", OptionValues::Names(KdBuilder::names)),
+        of("kdtree", "kd-layout", "How nodes lie in memory", OptionValues::Names(KdLayout::names)),
+        of("kdtree", "kd-traversal", "How single rays are led to leaves", OptionValues::Names(KdTraversal::names)),
+        of(
+            "kdtree",
+            "kd-lazy",
+            "Build nodes of fewer triangles than this when a ray first reaches them; 0 builds all at once",
+            OptionValues::Whole(0..=KdTreeOptions::MOST_LAZY),
+        ),
+    ];
+
+    /// The options that it has.
+    pub fn options(&self) -> impl Iterator<Item = &'static StructureOption> + use<> {
+        let name = self.name();
+        Self::OPTIONS.iter().filter(move |option| option.structure == name)
+    }
+
+    /// Its options that aren't the defaults, with their values.
+    pub fn changed_options(&self) -> impl Iterator<Item = (&'static StructureOption, String)> {
+        let default = Self::named(self.name()).unwrap_or_default();
+        self.options().filter_map(move |option| {
+            let value = self.option(option.name).filter(|value| default.option(option.name).as_ref() != Some(value));
+            Some((option, value?))
+        })
+    }
+
+    /// What an option is, as [`set_option`](Self::set_option) takes it; `None` where it has no such option.
+    #[must_use]
+    pub fn option(&self, name: &str) -> Option<String> {
+        let value = match self {
+            Self::Perspective | Self::Bvh => return None,
+            Self::Listed { camera, light } => match name {
+                "sorting-tile" => camera.cells.sorting_tile().to_string(),
+                "tracing-tiles" => camera.cells.tracing_tiles().to_string(),
+                "slices" => camera.cells.slices().to_string(),
+                "whole-tiles" => (!camera.skips_blocks).to_string(),
+                "light-cells" => light.cells().to_string(),
+                "light-rays" => light.points().to_string(),
+                "light-triangles" => light.triangles().to_string(),
+                _ => return None,
+            },
+            Self::Grid(UniformOptions { cells_per_triangle, packet, nested_above, .. }) => match name {
+                "grid-density" => cells_per_triangle.to_string(),
+                "grid-nested" => nested_above.map_or_else(|| "auto".to_owned(), |most| most.to_string()),
+                "packet" => packet.to_string(),
+                _ => return None,
+            },
+            Self::KdTree(KdTreeOptions { builder, layout, traversal, lazy_below, .. }) => match name {
+                "kd-builder" => builder.to_string(),
+                "kd-layout" => layout.to_string(),
+                "kd-traversal" => traversal.to_string(),
+                "kd-lazy" => lazy_below.to_string(),
+                _ => return None,
+            },
+        };
+        Some(value)
+    }
+
+    /// Sets an option. Where larger sorting tiles leave no room for as many in a tracing tile, there are fewer of them.
+    ///
+    /// # Errors
+    /// If it has no such option, or that can't have the value. Then nothing is changed.
+    pub fn set_option(&mut self, name: &str, value: &str) -> Result<(), ImpossibleOption> {
+        let impossible = |why: String| ImpossibleOption { option: name.to_owned(), value: value.to_owned(), why };
+        let option = self.options().find(|option| option.name == name);
+        let option = option.ok_or_else(|| impossible(format!("`{self}` has no such option")))?;
+        option.values.check(name, value).map_err(impossible)?;
+        self.set_checked(name, value).ok_or_else(|| impossible("tiles have at most 64 pixels a side".to_owned()))
+    }
+
+    /// Sets an option to a value that the table allows; `None` where it doesn't go with the other options.
+    fn set_checked(&mut self, name: &str, value: &str) -> Option<()> {
+        let whole = || value.parse::<u32>().ok();
+        match self {
+            Self::Perspective | Self::Bvh => return None,
+            Self::Listed { camera, light } => {
+                let cells = camera.cells;
+                let (tile, tiles, slices) = (cells.sorting_tile(), cells.tracing_tiles(), cells.slices());
+                let (side, points, triangles) = (light.cells(), light.points(), light.triangles());
+                match name {
+                    "sorting-tile" => {
+                        let fit = Cells::LARGEST_TILE.checked_div(whole()?)?;
+                        camera.cells = Cells::new(whole()?, tiles.min(fit), slices).ok()?;
+                    }
+                    "tracing-tiles" => camera.cells = Cells::new(tile, whole()?, slices).ok()?,
+                    "slices" => camera.cells = Cells::new(tile, tiles, whole()?).ok()?,
+                    "whole-tiles" => camera.skips_blocks = value != "true",
+                    "light-cells" => *light = ListedLightOptions::new(whole()?, points, triangles).ok()?,
+                    "light-rays" => *light = ListedLightOptions::new(side, whole()?, triangles).ok()?,
+                    _ => *light = ListedLightOptions::new(side, points, whole()?).ok()?,
+                }
+            }
+            Self::Grid(options) => match name {
+                "grid-density" => options.cells_per_triangle = value.parse().ok()?,
+                "grid-nested" => options.nested_above = whole(),
+                _ => options.packet = value.parse().ok()?,
+            },
+            Self::KdTree(options) => match name {
+                "kd-builder" => options.builder = value.parse().ok()?,
+                "kd-layout" => options.layout = value.parse().ok()?,
+                "kd-traversal" => options.traversal = value.parse().ok()?,
+                _ => options.lazy_below = whole()?,
+            },
+        }
+        Some(())
+    }
+}
+
+impl OptionValues {
+    /// Whether an option of this name can have a value; else why not.
+    fn check(&self, name: &str, value: &str) -> Result<(), String> {
+        let in_range = |range: &RangeInclusive<u32>| value.parse().is_ok_and(|value| range.contains(&value));
+        match self {
+            // A short stack may have any number of entries.
+            Self::Names(_) if name == "kd-traversal" => {
+                value.parse::<KdTraversal>().map(drop).map_err(|unknown| unknown.to_string())
+            }
+            Self::Names(names) => {
+                let names = names();
+                let is_known = names.iter().any(|(known, _)| *known == value);
+                let known = names.iter().map(|(known, _)| *known).collect::<Vec<_>>().join(", ");
+                is_known.then_some(()).ok_or_else(|| format!("choose one of {known}"))
+            }
+            Self::Whole(range) | Self::WholeOrAuto(range) if in_range(range) => Ok(()),
+            Self::WholeOrAuto(_) if value == "auto" => Ok(()),
+            Self::Whole(range) => Err(format!("give a whole number from {} to {}", range.start(), range.end())),
+            Self::WholeOrAuto(range) => Err(format!("give `auto` or a whole number from {} on", range.start())),
+            Self::Positive => {
+                let is_positive = value.parse().is_ok_and(|value: f64| value > 0.0 && value.is_finite());
+                is_positive.then_some(()).ok_or_else(|| "give a number above 0".to_owned())
+            }
+            Self::Switch => {
+                matches!(value, "true" | "false").then_some(()).ok_or_else(|| "give `true` or `false`".to_owned())
+            }
+        }
+    }
+}
+
+const fn of(structure: &'static str, name: &'static str, about: &'static str, values: OptionValues) -> StructureOption {
+    StructureOption { structure, name, about, values }
+}
+
+const fn listed(name: &'static str, about: &'static str, values: OptionValues) -> StructureOption {
+    of("listed", name, about, values)
+}
+
+fn tiles() -> Vec<(&'static str, &'static str)> {
+    vec![("8", ""), ("16", ""), ("32", ""), ("64", "")]
+}
+
+fn tiles_of_tiles() -> Vec<(&'static str, &'static str)> {
+    vec![("1", ""), ("2", ""), ("4", ""), ("8", "")]
+}
+
+impl Choice for Structure {
+    const OPTION: &'static str = "structure";
+    /// Each with its default options.
+    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+        ("perspective", Self::Perspective, "grids made for the camera's and the lights' rays"),
+        ("listed", Self::LISTED, "the same in their paper's form, with triangles listed by cell"),
+        ("grid", Self::GRID, "a uniform grid for all rays, traced in packets"),
+        ("kdtree", Self::KD_TREE, "a kd-tree for all rays"),
+        ("bvh", Self::Bvh, "a bounding volume hierarchy for all rays"),
+    ];
+
+    /// The name, whatever its options.
+    fn name(self) -> &'static str {
+        let found = Self::CHOICES.iter().find(|(_, value, _)| discriminant(value) == discriminant(&self));
+        found.map_or("", |(name, ..)| name)
+    }
+}
+
+/// Its name, and the options that aren't the defaults: `kdtree:kd-builder=presorted,kd-lazy=64`.
+impl fmt::Display for Structure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())?;
+        for (place, (option, value)) in self.changed_options().enumerate() {
+            let separator = if place == 0 { ':' } else { ',' };
+            write!(f, "{separator}{}={value}", option.name)?;
+        }
+        Ok(())
+    }
+}
+
+/// What [`Structure`]'s `Display` writes.
+impl FromStr for Structure {
+    type Err = UnknownStructure;
+
+    fn from_str(text: &str) -> Result<Self, UnknownStructure> {
+        let (name, options) = text.split_once(':').map_or((text, None), |(name, options)| (name, Some(options)));
+        let mut structure = Self::named(name)?;
+        for option in options.into_iter().flat_map(|options| options.split(',')) {
+            let (option, value) = option.split_once('=').unwrap_or((option, ""));
+            structure.set_option(option, value)?;
+        }
+        Ok(structure)
+    }
+}
+
+/// Why a text is no structure.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UnknownStructure {
+    /// There is none of that name.
+    #[error(transparent)]
+    Name(#[from] UnknownChoice),
+    /// It can't be like that.
+    #[error(transparent)]
+    Option(#[from] ImpossibleOption),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Some values that an option can have.
+    fn values(option: &StructureOption) -> Vec<String> {
+        match &option.values {
+            OptionValues::Names(names) => names().iter().map(|(name, _)| (*name).to_owned()).collect(),
+            OptionValues::Whole(range) | OptionValues::WholeOrAuto(range) => {
+                // Blocks of rays are multiples of 16.
+                vec![range.end().to_string(), 48.min(*range.end()).to_string()]
+            }
+            OptionValues::Positive => vec!["0.25".to_owned(), "100".to_owned()],
+            OptionValues::Switch => vec!["true".to_owned(), "false".to_owned()],
+        }
+    }
+
+    #[test]
+    fn every_option_of_every_structure_is_set_read_and_written() {
+        for option in Structure::OPTIONS {
+            assert!(!option.about.ends_with('.') && !option.name.contains(' '), "{}", option.name);
+            for value in values(option) {
+                let mut structure = Structure::named(option.structure).unwrap();
+                if option.name == "tracing-tiles" {
+                    structure.set_option("sorting-tile", "8").unwrap();
+                }
+                structure.set_option(option.name, &value).unwrap();
+                assert_eq!(structure.option(option.name), Some(value));
+                assert_eq!(structure.to_string().parse(), Ok(structure));
+            }
+        }
+    }
+
+    #[test]
+    fn defaults_are_the_librarys_and_need_no_options() {
+        for &(name, structure, _) in Structure::CHOICES {
+            assert_eq!((structure.to_string().as_str(), name.parse()), (name, Ok(structure)));
+        }
+        let tuned = Structure::KdTree(KdTreeOptions { lazy_below: 64, ..KdTreeOptions::FAST });
+        assert_eq!(tuned.to_string(), "kdtree:kd-lazy=64");
+        assert_eq!(tuned.name(), "kdtree");
+    }
+
+    #[test]
+    fn larger_tiles_leave_room_for_fewer() {
+        let mut listed = Structure::LISTED;
+        listed.set_option("sorting-tile", "64").unwrap();
+        assert_eq!(listed.option("tracing-tiles").as_deref(), Some("1"));
+        let before = listed;
+        let refused = listed.set_option("tracing-tiles", "2").unwrap_err();
+        assert!(refused.to_string().contains("64 pixels") && listed == before, "{refused}");
+    }
+
+    #[test]
+    fn what_can_not_be_is_refused_in_words() {
+        for (text, why) in [
+            ("tree", "there is no structure `tree`"),
+            ("bvh:packet=4", "no such option"),
+            ("grid:packet=7", "choose one of 2, 4, 8, 16, 32"),
+            ("grid:grid-density=0", "a number above 0"),
+            ("grid:grid-nested=0", "`auto` or a whole number from 1 on"),
+            ("listed:sorting-tile=7", "choose one of 8, 16, 32, 64"),
+            ("listed:slices=65", "from 1 to 64"),
+            ("listed:whole-tiles=", "`true` or `false`"),
+            ("kdtree:kd-builder=fast", "choose one of naive"),
+            ("kdtree:kd-traversal=short-stack:49", "1 to 48"),
+            ("kdtree:kd-lazy=4097", "from 0 to 4096"),
+        ] {
+            let refused = text.parse::<Structure>().unwrap_err().to_string();
+            assert!(refused.contains(why), "{text}: {refused}");
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Letters of five by seven dots, for what is written on pictures.
+#![forbid(unsafe_code)]
+
+/// Dots from side to side of a letter.
+const WIDTH: u32 = 5;
+/// Dots from the start of one letter to that of the next.
+pub const ADVANCE: u32 = WIDTH + 1;
+/// Dots from top to bottom of a letter.
+pub const HEIGHT: u32 = 7;
+
+/// Where the dots of a text are, as columns and rows from its upper left. Lower case is shown as upper case, and what has
+/// no letter here as a box.
+pub fn dots(text: &str) -> impl Iterator<Item = (u32, u32)> {
+    (0..).zip(text.chars()).flat_map(|(index, letter)| {
+        (0..).zip(rows(letter)).flat_map(move |(row, bits)| {
+            let columns = (0..WIDTH).filter(move |column| bits >> (WIDTH - 1 - column) & 1 == 1);
+            columns.map(move |column| (index * ADVANCE + column, row))
+        })
+    })
+}
+
+/// Dots from the start of a text to its end.
+pub fn width(text: &str) -> u32 {
+    (text.chars().count() as u32 * ADVANCE).saturating_sub(ADVANCE - WIDTH)
+}
+
+/// The rows of a letter from the top, the leftmost dot in the highest of five bits.
+fn rows(letter: char) -> [u8; HEIGHT as usize] {
+    match letter.to_ascii_uppercase() {
+        ' ' => [0; HEIGHT as usize],
+        'A' => [0b01110, 0b10001, 0b10001, 0b11111, 0b10001, 0b10001, 0b10001],
+        'B' => [0b11110, 0b10001, 0b10001, 0b11110, 0b10001, 0b10001, 0b11110],
+        'C' => [0b01110, 0b10001, 0b10000, 0b10000, 0b10000, 0b10001, 0b01110],
+        'D' => [0b11110, 0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b11110],
+        'E' => [0b11111, 0b10000, 0b10000, 0b11110, 0b10000, 0b10000, 0b11111],
+        'F' => [0b11111, 0b10000, 0b10000, 0b11110, 0b10000, 0b10000, 0b10000],
+        'G' => [0b01110, 0b10001, 0b10000, 0b10111, 0b10001, 0b10001, 0b01110],
+        'H' => [0b10001, 0b10001, 0b10001, 0b11111, 0b10001, 0b10001, 0b10001],
+        'I' => [0b01110, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110],
+        'J' => [0b00111, 0b00010, 0b00010, 0b00010, 0b00010, 0b10010, 0b01100],
+        'K' => [0b10001, 0b10010, 0b10100, 0b11000, 0b10100, 0b10010, 0b10001],
+        'L' => [0b10000, 0b10000, 0b10000, 0b10000, 0b10000, 0b10000, 0b11111],
+        'M' => [0b10001, 0b11011, 0b10101, 0b10101, 0b10001, 0b10001, 0b10001],
+        'N' => [0b10001, 0b11001, 0b10101, 0b10011, 0b10001, 0b10001, 0b10001],
+        'O' => [0b01110, 0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b01110],
+        'P' => [0b11110, 0b10001, 0b10001, 0b11110, 0b10000, 0b10000, 0b10000],
+        'Q' => [0b01110, 0b10001, 0b10001, 0b10001, 0b10101, 0b10010, 0b01101],
+        'R' => [0b11110, 0b10001, 0b10001, 0b11110, 0b10100, 0b10010, 0b10001],
+        'S' => [0b01111, 0b10000, 0b10000, 0b01110, 0b00001, 0b00001, 0b11110],
+        'T' => [0b11111, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100],
+        'U' => [0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b01110],
+        'V' => [0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b01010, 0b00100],
+        'W' => [0b10001, 0b10001, 0b10001, 0b10101, 0b10101, 0b11011, 0b10001],
+        'X' => [0b10001, 0b10001, 0b01010, 0b00100, 0b01010, 0b10001, 0b10001],
+        'Y' => [0b10001, 0b10001, 0b01010, 0b00100, 0b00100, 0b00100, 0b00100],
+        'Z' => [0b11111, 0b00001, 0b00010, 0b00100, 0b01000, 0b10000, 0b11111],
+        '0' => [0b01110, 0b10001, 0b10011, 0b10101, 0b11001, 0b10001, 0b01110],
+        '1' => [0b00100, 0b01100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110],
+        '2' => [0b01110, 0b10001, 0b00001, 0b00110, 0b01000, 0b10000, 0b11111],
+        '3' => [0b01110, 0b10001, 0b00001, 0b00110, 0b00001, 0b10001, 0b01110],
+        '4' => [0b00010, 0b00110, 0b01010, 0b10010, 0b11111, 0b00010, 0b00010],
+        '5' => [0b11111, 0b10000, 0b11110, 0b00001, 0b00001, 0b10001, 0b01110],
+        '6' => [0b00110, 0b01000, 0b10000, 0b11110, 0b10001, 0b10001, 0b01110],
+        '7' => [0b11111, 0b00001, 0b00010, 0b00100, 0b00100, 0b01000, 0b01000],
+        '8' => [0b01110, 0b10001, 0b10001, 0b01110, 0b10001, 0b10001, 0b01110],
+        '9' => [0b01110, 0b10001, 0b10001, 0b01111, 0b00001, 0b00010, 0b01100],
+        '.' => [0, 0, 0, 0, 0, 0b01100, 0b01100],
+        ',' => [0, 0, 0, 0, 0b00110, 0b00100, 0b01000],
+        ':' => [0, 0b01100, 0b01100, 0, 0b01100, 0b01100, 0],
+        ';' => [0, 0b00110, 0b00110, 0, 0b00110, 0b00100, 0b01000],
+        '-' => [0, 0, 0, 0b01110, 0, 0, 0],
+        '+' => [0, 0b00100, 0b00100, 0b11111, 0b00100, 0b00100, 0],
+        '=' => [0, 0, 0b11111, 0, 0b11111, 0, 0],
+        '_' => [0, 0, 0, 0, 0, 0, 0b11111],
+        '/' => [0b00001, 0b00001, 0b00010, 0b00100, 0b01000, 0b10000, 0b10000],
+        '(' => [0b00010, 0b00100, 0b01000, 0b01000, 0b01000, 0b00100, 0b00010],
+        ')' => [0b01000, 0b00100, 0b00010, 0b00010, 0b00010, 0b00100, 0b01000],
+        '[' => [0b01110, 0b01000, 0b01000, 0b01000, 0b01000, 0b01000, 0b01110],
+        ']' => [0b01110, 0b00010, 0b00010, 0b00010, 0b00010, 0b00010, 0b01110],
+        '?' => [0b01110, 0b10001, 0b00001, 0b00110, 0b00100, 0, 0b00100],
+        '!' => [0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0, 0b00100],
+        '%' => [0b11001, 0b11001, 0b00010, 0b00100, 0b01000, 0b10011, 0b10011],
+        '#' => [0b01010, 0b01010, 0b11111, 0b01010, 0b11111, 0b01010, 0b01010],
+        '`' => [0b01000, 0b00100, 0, 0, 0, 0, 0],
+        '\'' => [0b00100, 0b00100, 0, 0, 0, 0, 0],
+        '"' => [0b01010, 0b01010, 0, 0, 0, 0, 0],
+        '*' => [0, 0b10101, 0b01110, 0b11111, 0b01110, 0b10101, 0],
+        '<' => [0b00010, 0b00100, 0b01000, 0b10000, 0b01000, 0b00100, 0b00010],
+        '>' => [0b01000, 0b00100, 0b00010, 0b00001, 0b00010, 0b00100, 0b01000],
+        _ => [0b11111, 0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b11111],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    #[test]
+    fn letters_differ_and_fit() {
+        let letters = (b' '..=b'`').map(char::from).filter(|letter| rows(*letter) != rows('\u{1}'));
+        let mut seen = BTreeMap::new();
+        for letter in letters {
+            let rows = rows(letter);
+            assert!(rows.iter().all(|row| *row < 1 << WIDTH), "{letter}");
+            assert_eq!(seen.insert(rows, letter), None, "{letter}");
+        }
+        for letter in ('0'..='9').chain('A'..='Z').chain(".,:;-+=_/()[]?!%#`'\"*<>".chars()) {
+            assert_eq!(seen.get(&rows(letter)), Some(&letter), "it has a letter");
+        }
+    }
+
+    #[test]
+    fn letters_stand_beside_each_other() {
+        assert_eq!(width(""), 0);
+        assert_eq!(width("10"), 11);
+        let dots: Vec<_> = dots("1l").collect();
+        assert!(dots.contains(&(2, 0)) && dots.contains(&(6, 0)) && dots.contains(&(10, 6)));
+        assert!(dots.iter().all(|&(x, y)| x < 11 && y < HEIGHT));
+    }
+}
