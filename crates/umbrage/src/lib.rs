@@ -21,7 +21,9 @@
 //!
 //! - [`Renderer`] renders scenes and frames, and answers what is seen and lit; [`Error`] says why it doesn't.
 //! - [`Settings`] say how: [`CameraChoice`] from where, [`Structure`] through what, [`Background`] (with [`Panorama`] for
-//!   images) before what, [`ToneMap`] how bright.
+//!   images) before what, [`ToneMap`] how bright. [`StructureOption`] lists what can be chosen of a structure by name, within
+//!   [`OptionValues`], or else [`ImpossibleOption`] or [`UnknownStructure`] says why not; [`EngineKind`], [`HeatKind`] and
+//!   [`spec`] are the other words of command lines.
 //! - [`Film`] is what each pixel saw, [`Image`] that for a screen; [`output`] writes files of either.
 //! - [`Seen`] and [`LightMask`] are answers of [`Renderer::see`] and [`Renderer::shadow`] without a picture; [`Probe`], with a
 //!   [`Blocker`] for each light, is all about one pixel.
