@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 use umbrage::gallery::{DEMOS, DemoScene};
 use umbrage::gpu::Adapter;
-use umbrage::rays::{KdTree, KdTreeCounts, KdTreeOptions, LightSource, Omitted, OmittedKind};
+use umbrage::rays::{KdTree, KdTreeCounts, KdTreeOptions, LightSource, Omitted, OmittedKind, Structure as _};
 use umbrage::scene::Frame;
 use umbrage::{Scene, Structure};
 
@@ -291,7 +291,7 @@ impl KdTreeContents {
             references,
             deferred,
             sah_cost,
-            bytes: tree.bytes(),
+            bytes: tree.bytes().triangles,
         })
     }
 

@@ -5,7 +5,7 @@ use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Opt
 use umbrage::rays::{Choice, SimdLevel};
 use umbrage::scene::{Clip, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
-use umbrage::{Background, EngineKind, Settings, Structure};
+use umbrage::{Background, EngineKind, Settings, Sides, Structure};
 
 use crate::failure::Failure;
 use crate::flags::{OpeningFlags, RenderFlags, StatsFlag};
@@ -61,7 +61,7 @@ impl Job {
             height: flags.size.height,
             samples: flags.samples,
             structure,
-            culls_back_faces: flags.cull_back_faces,
+            sides: if flags.cull_back_faces { Sides::Front } else { Sides::Both },
             bounces: flags.bounces,
             background: background(&flags.background)?,
             exposure_stops: flags.exposure,

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 use umbrage::rays::Choice;
-use umbrage::{Background, Settings, Structure, ToneMap, UnknownStructure};
+use umbrage::{Background, Settings, Sides, Structure, ToneMap, UnknownStructure};
 
 /// Outlives the window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -81,11 +81,11 @@ mod as_text {
 
 impl Default for Choices {
     fn default() -> Self {
-        let Settings { culls_back_faces, bounces, samples, exposure_stops, tone_map, .. } = Settings::default();
+        let Settings { sides, bounces, samples, exposure_stops, tone_map, .. } = Settings::default();
         Self {
             engine: EngineChoice::default(),
             structures: Structures::default(),
-            culls_back_faces,
+            culls_back_faces: sides == Sides::Front,
             bounces,
             samples,
             resolution: Resolution::default(),
@@ -154,7 +154,7 @@ impl Choices {
             height,
             samples: self.samples.clamp(1, Settings::MAX_SAMPLES),
             structure,
-            culls_back_faces: self.culls_back_faces,
+            sides: if self.culls_back_faces { Sides::Front } else { Sides::Both },
             bounces,
             background: match self.surroundings {
                 SurroundingsChoice::Sky => Background::Sky,

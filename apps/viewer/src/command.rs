@@ -93,7 +93,7 @@ impl CommandLine<'_> {
         if settings.bounces != default.bounces {
             flag(&mut line, "bounces", &settings.bounces.to_string());
         }
-        if settings.culls_back_faces {
+        if settings.sides == umbrage::Sides::Front {
             line.push_str(" --cull-back-faces");
         }
         if settings.exposure_stops != default.exposure_stops {

@@ -1,6 +1,7 @@
 //! What a pixel shows, in words.
 
 use glam::{DVec3, Vec3};
+use umbrage::Sides;
 use umbrage::rays::LightSource;
 use umbrage::rays::View;
 use umbrage::scene::{Frame, Light};
@@ -42,8 +43,8 @@ pub(crate) enum Lighting {
 }
 
 impl Probe {
-    pub(crate) fn new(frame: &Frame, view: &View, pixel: [u32; 2], culls_back_faces: bool) -> Self {
-        let surface = umbrage::Probe::new(frame, view, pixel, culls_back_faces).map(|found| {
+    pub(crate) fn new(frame: &Frame, view: &View, pixel: [u32; 2], sides: Sides) -> Self {
+        let surface = umbrage::Probe::new(frame, view, pixel, sides).map(|found| {
             let lights = frame.lights.iter().zip(&found.shadows).enumerate().map(|(number, (light, shadow))| {
                 let lighting = match shadow {
                     Some(blocker) => Lighting::Shadowed { by: blocker.triangle, distance: blocker.distance },

@@ -28,7 +28,7 @@ pub(crate) struct Studio {
     engine: Option<Engine>,
     heat: HeatMaker,
     /// The last picture's, for whoever asks about its pixels.
-    last: Option<(View, bool)>,
+    last: Option<(View, umbrage::Sides)>,
     recording: Option<Recording>,
     pixels: Vec<[u8; 4]>,
 }
@@ -66,9 +66,9 @@ impl Studio {
 
     /// What a pixel of the last picture shows.
     pub(crate) fn probe(&self, pixel: [u32; 2]) -> Option<Probe> {
-        let (engine, (view, culls_back_faces)) = (self.engine.as_ref()?, self.last?);
+        let (engine, (view, sides)) = (self.engine.as_ref()?, self.last?);
         let is_inside = pixel[0] < view.width && pixel[1] < view.height;
-        is_inside.then(|| Probe::new(engine.renderer.frame(), &view, pixel, culls_back_faces))
+        is_inside.then(|| Probe::new(engine.renderer.frame(), &view, pixel, sides))
     }
 
     fn picture(&mut self, order: &Order) -> Result<Vec<Done>, String> {
@@ -96,7 +96,7 @@ impl Studio {
         let renderer = &engine.renderer;
         let view = renderer.view().ok_or("nothing was rendered")?;
         settings.camera = view.camera.into();
-        self.last = Some((view, settings.culls_back_faces));
+        self.last = Some((view, settings.sides));
         let scenery = renderer.scenery();
         let film = texture.is_none().then(|| renderer.film());
         let focus = film.map(|film| Focus::new(film, &view, scenery.animation_bounds));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::rays::{Bvh, Hit, KdTree, KdTreeOptions, Ray, UniformGrid, UniformOptions};
+use umbrage::rays::{Bvh, Hit, KdTree, KdTreeOptions, Ray, SingleRays as _, UniformGrid, UniformOptions};
 use umbrage::scene::Frame;
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
 
@@ -180,11 +180,11 @@ impl Structure {
                 rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
             }
             Self::Bvh(bvh) => {
-                let trace = |ray| id(bvh.nearest(triangles, ray, |_| true));
+                let trace = |ray| id(bvh.nearest(triangles, ray, &|_| true));
                 rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
             }
             Self::Kd(tree) => {
-                let trace = |ray| id(tree.nearest(triangles, ray, |_| true));
+                let trace = |ray| id(tree.nearest(triangles, ray, &|_| true));
                 rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
             }
             Self::KdPackets(tree, _) => {
@@ -196,7 +196,7 @@ impl Structure {
                 });
             }
             Self::Grid(grid, _) => {
-                let trace = |ray| id(grid.nearest(triangles, ray, |_| true));
+                let trace = |ray| id(grid.nearest(triangles, ray, &|_| true));
                 rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
             }
             Self::GridPackets(grid) => {

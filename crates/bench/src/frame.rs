@@ -189,8 +189,10 @@ fn write_columns(out: &mut impl Write, row: &Row, of_scene: &[Row], with_work: b
     let (light, pixel) = (row.light_bytes_per_pixel, row.bytes_per_pixel);
     writeln!(out, "{traced:>9.2}{ratio:>7.1}{triangle:>7.0}{light:>8.0}{pixel:>8.0}")?;
     if let Some(Work { counts, light_milliseconds }) = row.work.as_ref().filter(|_| with_work) {
-        let counts: Vec<String> = counts.iter().map(|(name, count)| format!("{name} {count}")).collect();
-        let stages: Vec<String> = light_milliseconds.iter().map(|(name, time)| format!("{name} {time:.2}")).collect();
+        let counts: Vec<String> =
+            counts.iter().filter(|(_, count)| *count > 0).map(|(name, count)| format!("{name} {count}")).collect();
+        let stages = light_milliseconds.iter().filter(|(_, time)| *time > 0.0);
+        let stages: Vec<String> = stages.map(|(name, time)| format!("{name} {time:.2}")).collect();
         writeln!(out, "    {}", counts.join(", "))?;
         writeln!(out, "    {}", stages.join(", "))?;
     }

@@ -1,11 +1,11 @@
 //! Medians of a scene's frames through the grids.
 
 use anyhow::{Context, Result};
-use umbrage::rays::ListedCounts;
+use umbrage::rays::{Bytes, Counts};
 use umbrage::scene::Frame;
 
 use crate::flags::ExperimentFlags;
-use crate::grids::{Forms, Grids, Times};
+use crate::grids::{Forms, Ours, Times};
 use crate::median::median;
 use crate::shot::{Lights, Shot};
 
@@ -22,10 +22,10 @@ pub(crate) struct Costs {
     pub(crate) frame: f64,
     /// The light grid's own stages, which are `survey` and `shadow`.
     pub(crate) light_stages: Vec<(&'static str, f64)>,
-    /// Bytes that the camera's and the light's grid hold in the end.
-    pub(crate) bytes: [usize; 2],
-    /// What the last frame was as work for the listed form.
-    pub(crate) listed: Option<ListedCounts>,
+    /// Bytes that the grids hold in the end.
+    pub(crate) bytes: Bytes,
+    /// What the last frame's camera took.
+    pub(crate) counts: Counts,
 }
 
 /// Traces frames of the scene at `address`, with its first light, through grids of each of `forms` in turn. `arrange` may change what each frame shows.
@@ -49,7 +49,7 @@ fn measure_scene(
     let scene = umbrage::open(address)?;
     let mut frame = Frame::default();
     let level = flags.simd.unwrap_or_default();
-    let mut grids: Vec<Grids> = forms.iter().map(|&forms| Grids::new(level, forms)).collect();
+    let mut grids: Vec<Ours> = forms.iter().map(|forms| Ours::new(forms.make(level))).collect();
     let mut logs: Vec<Log> = forms.iter().map(|_| Log::default()).collect();
     // The first frame takes memory that later ones use again: it doesn't count.
     for number in 0..=flags.frames {
@@ -60,7 +60,7 @@ fn measure_scene(
         for (grids, log) in grids.iter_mut().zip(&mut logs) {
             let times = grids.trace(&shot)?;
             if number > 0 {
-                log.push((times, grids.light_milliseconds()));
+                log.push((times, light_stages(grids)));
             }
         }
     }
@@ -71,10 +71,15 @@ fn measure_scene(
 /// Each frame's stages, and those of the light grid.
 type Log = Vec<(Times, Vec<(&'static str, f64)>)>;
 
+/// Milliseconds of the light grid's own stages; other ones for each form, those that it doesn't have being zero.
+fn light_stages(grids: &Ours) -> Vec<(&'static str, f64)> {
+    grids.work[1].seconds.named().map(|(name, seconds)| (name, 1e3 * seconds)).collect()
+}
+
 impl Costs {
-    fn new(triangles: usize, grids: &Grids, log: &Log) -> Self {
+    fn new(triangles: usize, grids: &Ours, log: &Log) -> Self {
         let of = |stage: fn(&Times) -> f64| median(log.iter().map(|(times, _)| stage(times)));
-        let mut light_stages = grids.light_milliseconds();
+        let mut light_stages = light_stages(grids);
         for (place, stage) in light_stages.iter_mut().enumerate() {
             stage.1 = median(log.iter().map(|(_, stages)| stages[place].1));
         }
@@ -87,7 +92,7 @@ impl Costs {
             frame: of(Times::frame),
             light_stages,
             bytes: grids.bytes(),
-            listed: grids.listed_counts(),
+            counts: grids.work[0].counts,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage::rays::predicate::HitPoint;
-use umbrage::rays::{Hit, KdTree, Ray, Triangles};
+use umbrage::rays::{Hit, KdTree, Ray, SingleRays as _, Triangles};
 
 use crate::shot::Shot;
 
@@ -32,7 +32,7 @@ pub(crate) fn of_camera(shot: &Shot<'_>) -> Vec<Ray> {
 
 /// What rays hit first.
 pub(crate) fn hits_of(tree: &KdTree, triangles: Triangles<'_>, rays: &[Ray]) -> Hits {
-    rays.par_iter().with_min_len(PACKET).map(|ray| tree.nearest(triangles, ray, |_| true)).collect()
+    rays.par_iter().with_min_len(PACKET).map(|ray| tree.nearest(triangles, ray, &|_| true)).collect()
 }
 
 /// The rays of a diffuse bounce: one from each hit, in a direction whose cosine with the normal is as likely as it is large;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use glam::{DVec2, Vec3};
 use umbrage::Sample;
-use umbrage::rays::{Bounds, Camera, LightSource, View};
+use umbrage::rays::{Bounds, Camera, LightSource, Opacity, Opaque, View};
 use umbrage::scene::Frame;
 
 /// Scenes of the gallery whose triangles all move or change.
@@ -111,6 +111,27 @@ impl<'a> Shot<'a> {
             bounds: frame.triangles().bounds(),
             masks: false,
         }
+    }
+}
+
+impl Shot<'_> {
+    /// What stops camera rays, and what stops shadow rays.
+    pub(crate) fn opacities(&self) -> [Box<dyn Opacity + '_>; 2] {
+        if self.masks {
+            [Box::new(self.frame.camera_opacity()), Box::new(self.frame.shadow_opacity())]
+        } else {
+            [Box::new(Opaque), Box::new(Opaque)]
+        }
+    }
+
+    /// One sample of each pixel.
+    pub(crate) fn question<'a>(
+        &'a self,
+        [opacity, shadow_opacity]: &'a [Box<dyn Opacity + '_>; 2],
+        offset_pixels: DVec2,
+    ) -> umbrage::rays::Shot<'a> {
+        let question = umbrage::rays::Shot::new(self.frame.triangles(), self.view);
+        umbrage::rays::Shot { offset_pixels, opacity: &**opacity, shadow_opacity: &**shadow_opacity, ..question }
     }
 }
 

@@ -1,4 +1,5 @@
 use glam::Vec3;
+use umbrage_rays::Opacity as _;
 use umbrage_scene::Frame;
 
 use crate::Error;
@@ -45,8 +46,8 @@ impl Posed {
         let mut positions = Vec::with_capacity(count + 1);
         positions.extend_from_slice(&frame.positions);
         positions.push(Vec3::ZERO);
-        let ids = 0..indices.len() as u32;
-        let (opaque_ids, ids): (Vec<u32>, Vec<u32>) = ids.partition(|&id| !masks || frame.is_opaque(id));
+        let (ids, opacity) = (0..indices.len() as u32, frame.shadow_opacity());
+        let (opaque_ids, ids): (Vec<u32>, Vec<u32>) = ids.partition(|&id| !masks || opacity.is_opaque(id));
         let of = |ids: &[u32]| ids.iter().map(|&id| indices[id as usize]).collect();
         if ids.is_empty() {
             return Ok(Self { positions, opaque: indices.clone(), opaque_ids: Vec::new(), asked: None });

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec2, Vec3, Vec4};
 use umbrage_peers::{BuildMethod, Embree, Error, Image, PixelRays, Posed, Quality, Scene};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Camera, LightSource, View};
+use umbrage_rays::{Camera, LightSource, Opacity as _, View};
 use umbrage_scene::{Alpha, Frame, Material, Materials, Mesh};
 use umbrage_verify::{Oracle, TestMesh};
 
@@ -62,9 +62,10 @@ impl Case {
         let truth = |pixel| {
             let (x, y) = (pixel % SIDE, pixel / SIDE);
             let ray = view().ray(f64::from(x) + OFFSET_PIXELS.x, f64::from(y) + OFFSET_PIXELS.y);
-            let hit = oracle.nearest(&ray, |hit| frame.is_solid(hit.triangle, hit.barycentric))?;
+            let hit = oracle.nearest(&ray, |hit| frame.camera_opacity().stops(hit.triangle, hit.barycentric))?;
             let shadow_ray = ShadowRay::new(&light, HitPoint::new(&ray, hit.t));
-            let is_blocked = oracle.blocked(&shadow_ray, hit.triangle, |id, weights| frame.casts_shadow(id, weights));
+            let is_blocked =
+                oracle.blocked(&shadow_ray, hit.triangle, |id, weights| frame.shadow_opacity().stops(id, weights));
             Some((hit.triangle, hit.t, !is_blocked))
         };
         let truth: Vec<_> = (0..SIDE * SIDE).map(truth).collect();

@@ -10,6 +10,7 @@ mod camera;
 mod camera_grid;
 mod choice;
 mod counting_sort;
+mod grids;
 mod kdtree;
 mod light;
 mod light_grid;
@@ -17,34 +18,39 @@ mod listed;
 mod packet;
 pub mod predicate;
 mod ray;
+pub mod ray_by_ray;
 mod shot;
 mod simd;
 mod single;
+mod structure;
 mod triangles;
 mod uniform;
 
 pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
-pub use camera_grid::{GridCounts, ImageTooLarge, PerspectiveGrid};
+pub use camera_grid::{ImageTooLarge, PerspectiveGrid};
 pub use choice::{Choice, UnknownChoice};
+pub use grids::{CameraGrid, DirectGrids, Grids, LightsGrid, ListedGrids};
 pub use kdtree::{
     Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth,
     KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts,
 };
 pub use light::LightSource;
-pub use light_grid::{LightCell, LightCells, LightFace, LightGrid, LightGridCounts, LightGridSeconds};
+pub use light_grid::{LightCell, LightCells, LightFace, LightGrid};
 pub use listed::{
-    Cells, ImpossibleCells, ImpossibleLightCells, ListedCounts, ListedGrid, ListedLightCounts, ListedLightGrid,
-    ListedLightOptions, ListedLightSeconds, ListedOptions, ListedSeconds,
+    Cells, ImpossibleCells, ImpossibleLightCells, ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptions,
 };
 pub use ray::{Hit, Ray};
 pub use shot::{
-    Mask, MaskAnswers, MaskPoints, PixelWork, SeenImage, SeenPixels, ShadowMask, TileOrder, Unmasked, Work,
+    Bytes, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds, SeenPixels,
+    Shot, Sides, TileOrder, Work,
 };
 pub use simd::SimdLevel;
+pub use single::{SingleRays, Visit};
+pub use structure::{Specialised, Structure};
 pub use triangles::{Omitted, OmittedKind, Triangles};
-pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformCounts, UniformGrid, UniformOptions};
+pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};
 
 /// What `umbrage-study` needs of the crate's inside. Not part of the public API.
 #[doc(hidden)]
@@ -54,7 +60,6 @@ pub mod internals {
         Reference, Scale, Sides, Wide, load,
     };
     pub use crate::packet::{Group, Planes};
-    pub use crate::single::{Visit, blocked, nearest};
     pub use crate::triangles::Unusable;
     pub use crate::uniform::{Beam, Lattice, Scratch, Statistics, Visitor};
 }

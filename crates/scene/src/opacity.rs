@@ -1,6 +1,6 @@
 use glam::{Vec2, Vec4};
 
-use umbrage_rays::{Hit, Mask, MaskAnswers, MaskPoints, ShadowMask};
+use umbrage_rays::{MaskAnswers, MaskPoints, Opacity};
 
 use crate::{Alpha, Frame, Material, Texture};
 
@@ -37,19 +37,6 @@ impl Frame {
         a * (1.0 - v - w) + b * v + c * w
     }
 
-    /// Whether a triangle has an alpha mask, so that [`Frame::is_solid`] may say no.
-    #[must_use]
-    pub fn is_masked(&self, triangle: u32) -> bool {
-        matches!(self.material(triangle).alpha, Alpha::Mask { .. })
-    }
-
-    /// Whether every point of a triangle casts a shadow, so that [`Frame::casts_shadow`] needn't be asked.
-    #[must_use]
-    pub fn is_opaque(&self, triangle: u32) -> bool {
-        let material = self.material(triangle);
-        material.alpha == Alpha::Opaque && material.transmission < 0.5
-    }
-
     /// Whether some material lets one look through it at what is behind.
     #[must_use]
     pub fn is_see_through(&self) -> bool {
@@ -57,68 +44,17 @@ impl Frame {
         self.materials.materials.iter().any(through)
     }
 
-    /// Whether a point of a triangle is there at all: everything is, but what an alpha mask cuts away.
+    /// What stops camera rays: everything does, but what an alpha mask cuts away.
     #[must_use]
-    pub fn is_solid(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
-        match self.material(triangle).alpha {
-            Alpha::Opaque | Alpha::Blend => true,
-            Alpha::Mask { cutoff } => self.opacity(triangle, barycentric) >= cutoff,
-        }
+    pub fn camera_opacity(&self) -> FrameOpacity<'_> {
+        FrameOpacity { frame: self, of_shadows: false }
     }
 
-    /// What [`Frame::is_solid`] says for every barycentric that is within `error` of the given one in each coordinate;
-    /// `None` where that differs or takes too long to find out. With an error of zero it always knows.
+    /// What keeps light off what is behind it: masked-out points don't, blended ones do where they are at least half opaque,
+    /// and materials that transmit at least half of the light don't at all.
     #[must_use]
-    pub fn is_solid_within(&self, triangle: u32, barycentric: [f32; 2], error: f32) -> Option<bool> {
-        if error == 0.0 {
-            return Some(self.is_solid(triangle, barycentric));
-        }
-        self.solid_part(triangle).holds_within(barycentric, error)
-    }
-
-    /// As [`Frame::is_solid_within`] for [`Frame::casts_shadow`].
-    #[must_use]
-    pub fn casts_shadow_within(&self, triangle: u32, barycentric: [f32; 2], error: f32) -> Option<bool> {
-        if error == 0.0 {
-            return Some(self.casts_shadow(triangle, barycentric));
-        }
-        self.shadowing_part(triangle).holds_within(barycentric, error)
-    }
-
-    /// The part of a triangle where [`Frame::is_solid`].
-    fn solid_part(&self, triangle: u32) -> Part<'_> {
-        match self.material(triangle).alpha {
-            Alpha::Opaque | Alpha::Blend => Part::All(true),
-            Alpha::Mask { cutoff } => Part::Opaque(OpacityPlane::new(self, triangle), cutoff),
-        }
-    }
-
-    /// The part of a triangle where it [casts a shadow](Frame::casts_shadow).
-    fn shadowing_part(&self, triangle: u32) -> Part<'_> {
-        let material = self.material(triangle);
-        if material.transmission >= 0.5 {
-            return Part::All(false);
-        }
-        match material.alpha {
-            Alpha::Opaque => Part::All(true),
-            Alpha::Blend => Part::Opaque(OpacityPlane::new(self, triangle), 0.5),
-            Alpha::Mask { cutoff } => Part::Opaque(OpacityPlane::new(self, triangle), cutoff),
-        }
-    }
-
-    /// Whether a point of a triangle keeps light off what is behind it: masked-out points don't, blended ones do where
-    /// they are at least half opaque, and materials that transmit at least half of the light don't at all.
-    #[must_use]
-    pub fn casts_shadow(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
-        let material = self.material(triangle);
-        if material.transmission >= 0.5 {
-            return false;
-        }
-        match material.alpha {
-            Alpha::Opaque => true,
-            Alpha::Blend => self.opacity(triangle, barycentric) >= 0.5,
-            Alpha::Mask { cutoff } => self.opacity(triangle, barycentric) >= cutoff,
-        }
+    pub fn shadow_opacity(&self) -> FrameOpacity<'_> {
+        FrameOpacity { frame: self, of_shadows: true }
     }
 
     /// Opacity of a point of a triangle, read from the full-size texture: the same for every ray that asks.
@@ -132,73 +68,84 @@ impl Frame {
     }
 }
 
-/// The points that [`Frame::is_solid`], for structures that ask for them.
+/// What of a frame's triangles stops rays of one kind.
 #[derive(Clone, Copy, Debug)]
-pub struct SolidPoints<'a>(pub &'a Frame);
+pub struct FrameOpacity<'a> {
+    frame: &'a Frame,
+    of_shadows: bool,
+}
 
-impl Mask for SolidPoints<'_> {
-    #[inline]
-    fn is_solid(&self, hit: &Hit) -> bool {
-        self.0.is_solid(hit.triangle, hit.barycentric)
-    }
+/// The part of a triangle that stops rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Part {
+    All,
+    None,
+    /// Where the opacity is at least this.
+    AtLeast(f32),
+}
 
-    fn are_solid(&self, triangle: u32, points: &MaskPoints) -> MaskAnswers {
-        self.0.solid_part(triangle).answers(points)
+fn camera_part(material: &Material) -> Part {
+    match material.alpha {
+        Alpha::Opaque | Alpha::Blend => Part::All,
+        Alpha::Mask { cutoff } => Part::AtLeast(cutoff),
     }
 }
 
-/// The points that [cast a shadow](Frame::casts_shadow), for structures that ask for them.
-#[derive(Clone, Copy, Debug)]
-pub struct ShadowingPoints<'a>(pub &'a Frame);
-
-impl ShadowMask for ShadowingPoints<'_> {
-    #[inline]
-    fn casts(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
-        self.0.casts_shadow(triangle, barycentric)
-    }
-
-    #[inline]
-    fn which_cast(&self, triangle: u32, points: &MaskPoints) -> MaskAnswers {
-        self.0.shadowing_part(triangle).answers(points)
+fn shadow_part(material: &Material) -> Part {
+    match material.alpha {
+        _ if material.transmission >= 0.5 => Part::None,
+        Alpha::Opaque => Part::All,
+        Alpha::Blend => Part::AtLeast(0.5),
+        Alpha::Mask { cutoff } => Part::AtLeast(cutoff),
     }
 }
 
-/// A part of a triangle.
-#[derive(Debug)]
-enum Part<'a> {
-    /// All of it or nothing.
-    All(bool),
-    /// Where its opacity is at least this.
-    Opaque(OpacityPlane<'a>, f32),
+impl FrameOpacity<'_> {
+    fn part(&self, triangle: u32) -> Part {
+        let material = self.frame.material(triangle);
+        if self.of_shadows { shadow_part(material) } else { camera_part(material) }
+    }
+
+    /// What [`stops`](Opacity::stops) says for every barycentric that is within `error` of the given one in each coordinate;
+    /// `None` where that differs or takes too long to find out. With an error of zero it always knows.
+    #[must_use]
+    pub fn stops_within(&self, triangle: u32, barycentric: [f32; 2], error: f32) -> Option<bool> {
+        match self.part(triangle) {
+            Part::All => Some(true),
+            Part::None => Some(false),
+            Part::AtLeast(_) if error == 0.0 => Some(self.stops(triangle, barycentric)),
+            Part::AtLeast(cutoff) => OpacityPlane::new(self.frame, triangle).is_above(cutoff, barycentric, error),
+        }
+    }
 }
 
-impl Part<'_> {
-    /// Whether all points around one are in it or none is; `None` where that is open.
-    #[inline]
-    fn holds_within(&self, [v, w]: [f32; 2], error: f32) -> Option<bool> {
-        match self {
-            Self::All(all) => Some(*all),
-            Self::Opaque(plane, cutoff) => {
-                let [low, high] = plane.opacity_within([v, w], error)?;
-                if low >= *cutoff {
-                    Some(true)
-                } else if high < *cutoff {
-                    Some(false)
-                } else {
-                    None
-                }
-            }
+impl Opacity for FrameOpacity<'_> {
+    fn is_opaque(&self, triangle: u32) -> bool {
+        self.part(triangle) == Part::All
+    }
+
+    fn stops(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
+        match self.part(triangle) {
+            Part::All => true,
+            Part::None => false,
+            Part::AtLeast(cutoff) => self.frame.opacity(triangle, barycentric) >= cutoff,
         }
     }
 
-    fn answers(&self, points: &MaskPoints) -> MaskAnswers {
-        let MaskPoints { barycentric: [v, w], error, asked } = points;
-        let (mut answers, mut left) = (MaskAnswers::default(), *asked);
+    fn which_stop(&self, triangle: u32, points: &MaskPoints) -> MaskAnswers {
+        let &MaskPoints { barycentric: [v, w], error, lanes } = points;
+        let cutoff = match self.part(triangle) {
+            Part::All => return MaskAnswers { opaque: lanes, cut: 0 },
+            Part::None => return MaskAnswers { opaque: 0, cut: lanes },
+            Part::AtLeast(cutoff) => cutoff,
+        };
+        let plane = OpacityPlane::new(self.frame, triangle);
+        let (mut answers, mut left) = (MaskAnswers::default(), lanes);
         while left != 0 {
-            let point = left.trailing_zeros() as usize;
-            match self.holds_within([v[point], w[point]], error[point]) {
-                Some(true) => answers.solid |= 1 << point,
-                Some(false) => answers.cut |= 1 << point,
+            let lane = left.trailing_zeros() as usize;
+            match plane.is_above(cutoff, [v[lane], w[lane]], error[lane]) {
+                Some(true) => answers.opaque |= 1 << lane,
+                Some(false) => answers.cut |= 1 << lane,
                 None => {}
             }
             left &= left - 1;
@@ -269,7 +216,20 @@ impl<'a> OpacityPlane<'a> {
         plane
     }
 
-    /// Bounds of the opacity, as [`Frame::is_solid`] finds it, of all points around one; `None` where they aren't known.
+    /// Whether the opacity of all points around one is at least `cutoff`, or that of none is; `None` where that is open.
+    #[inline]
+    fn is_above(&self, cutoff: f32, barycentric: [f32; 2], error: f32) -> Option<bool> {
+        let [low, high] = self.opacity_within(barycentric, error)?;
+        if low >= cutoff {
+            Some(true)
+        } else if high < cutoff {
+            Some(false)
+        } else {
+            None
+        }
+    }
+
+    /// Bounds of the opacity, as [`Opacity::stops`] finds it, of all points around one; `None` where they aren't known.
     #[inline]
     fn opacity_within(&self, [v, w]: [f32; 2], error: f32) -> Option<[f32; 2]> {
         let least = -Self::OVERHANG;

@@ -5,7 +5,7 @@
 use umbrage::Error;
 use umbrage::glam::{DVec3, Vec3};
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
-use umbrage::rays::{Bvh, LightSource, SeenPixels};
+use umbrage::rays::{Bvh, LightSource, Opacity, SeenPixels, SingleRays};
 
 fn main() -> Result<(), Error> {
     let frame = umbrage::open("demo:shatter?triangles=2000")?.at(0.5)?;
@@ -16,9 +16,10 @@ fn main() -> Result<(), Error> {
 
     // Whether nothing stands between a point in the air and a light. There is no triangle that the point is on, and so none
     // that is left out.
+    let opacity = frame.shadow_opacity();
     let is_reached = |light: &LightSource, position: DVec3| {
         let segment = ShadowRay::new(light, HitPoint { position, error: 0.0 });
-        !bvh.blocked(triangles, &segment, SeenPixels::NONE, |id, barycentric| frame.casts_shadow(id, barycentric))
+        !bvh.blocked(triangles, &segment, SeenPixels::NONE, &|id, barycentric| opacity.stops(id, barycentric))
     };
 
     // Points all over the box that the triangles are in.

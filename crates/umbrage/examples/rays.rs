@@ -4,7 +4,7 @@
 
 use umbrage::Error;
 use umbrage::glam::DVec3;
-use umbrage::rays::{KdTree, Ray};
+use umbrage::rays::{Hit, KdTree, Opacity, Ray, SingleRays};
 
 fn main() -> Result<(), Error> {
     let frame = umbrage::open("demo:marbles?triangles=5000")?.at(0.0)?;
@@ -22,12 +22,12 @@ fn main() -> Result<(), Error> {
         Ray::new(origin, DVec3::new(turn.cos() * tilt.cos(), tilt.sin(), turn.sin() * tilt.cos()))
     });
 
+    // Says which hits stop the ray: it goes through holes in leaves here, and could go through back faces.
+    let opacity = frame.camera_opacity();
+    let stops = |hit: &Hit| opacity.stops(hit.triangle, hit.barycentric);
     let (mut hits, mut nearest) = (0, None);
     for ray in rays {
-        // The last argument may let the ray through what it hits: holes in leaves, or back faces.
-        let Some(hit) = tree.nearest(triangles, &ray, |hit| frame.is_solid(hit.triangle, hit.barycentric)) else {
-            continue;
-        };
+        let Some(hit) = tree.nearest(triangles, &ray, &stops) else { continue };
         hits += 1;
         if nearest.is_none_or(|(t, _)| hit.t < t) {
             nearest = Some((hit.t, hit.triangle));

@@ -3,10 +3,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use umbrage_rays::predicate::{self, HitPoint};
-use umbrage_rays::{LightCells, PixelWork, SeenPixels, View};
+use umbrage_rays::{LightCells, LightMask, PixelWork, SeenPixels, View};
 use umbrage_scene::{Frame, Light};
 
-use crate::cpu::LightMask;
 use crate::sampling::Sample;
 use crate::{Error, Renderer, Settings};
 
@@ -93,7 +92,7 @@ impl Renderer {
     pub fn shadow(&mut self, seen: &Seen<'_>, lights: &[Light]) -> Result<Vec<LightMask>, Error> {
         let cpu = self.engine.cpu().ok_or(Error::AnswersOnGpu)?;
         seen.frame.check_lit_by(lights)?;
-        Ok(cpu.lit_alone(seen.frame, lights, &seen.view, &seen.pixels))
+        cpu.lit_alone(seen.frame, lights, &seen.view, &seen.pixels)
     }
 
     /// Counts, pixel by pixel, the work of seeing a frame through the middle of each pixel; and, where `light` says which
@@ -121,6 +120,6 @@ impl Renderer {
         let view = settings.view(frame)?;
         let no_such = |light| Error::NoSuchLight { light, lights: lights.len() };
         let light = light.map(|light| lights.get(light).ok_or_else(|| no_such(light))).transpose()?;
-        Ok(cpu.count_alone(frame, &view, settings, light.map(|light| &light.source), counts)?)
+        cpu.count_alone(frame, &view, settings, light.map(|light| &light.source), counts)
     }
 }

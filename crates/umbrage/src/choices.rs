@@ -1,6 +1,6 @@
 //! What people call the choices that have no options of their own.
 
-use umbrage_rays::{Work, choices};
+use umbrage_rays::{PixelCounts, choices};
 
 use crate::ToneMap;
 use crate::output::{Chroma, Format};
@@ -48,7 +48,7 @@ impl HeatKind {
 
     /// Its count in the work of a pixel's camera ray; `None` for points, which aren't work of camera rays.
     #[must_use]
-    pub fn of(self, work: Work) -> Option<u32> {
+    pub fn of(self, work: PixelCounts) -> Option<u32> {
         match self {
             Self::Tested => Some(work.tested),
             Self::Cells => Some(work.cells),

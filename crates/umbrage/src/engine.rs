@@ -3,11 +3,11 @@
 
 use std::fmt::Debug;
 
-use umbrage_rays::{GridCounts, SeenPixels, View};
+use umbrage_rays::{LightMask, SeenPixels, View, Work};
 use umbrage_scene::{Frame, Light, Scene};
 
 use crate::background::Surroundings;
-use crate::cpu::{Cpu, LightMask, LightWork};
+use crate::cpu::Cpu;
 use crate::sampling::Sample;
 use crate::{Error, Film, Settings, Stats};
 
@@ -116,12 +116,12 @@ pub(crate) trait Engine: Debug + Send + Sync {
     fn light_masks(&self) -> &[LightMask];
 
     /// What the camera was as work for the CPU's grid, at the last sample; zero where there is none.
-    fn camera_work(&self) -> GridCounts {
-        GridCounts::default()
+    fn camera_work(&self) -> Work {
+        Work::default()
     }
 
-    /// What each light was as work for the CPU's grid, at the last sample; empty where there is none.
-    fn light_work(&self) -> &[LightWork] {
+    /// What each light that casts shadows was as work for the CPU's grid, at the last sample; empty where there is none.
+    fn light_work(&self) -> &[Work] {
         &[]
     }
 

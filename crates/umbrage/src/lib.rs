@@ -65,7 +65,6 @@ mod tone_map;
 pub use answers::{Seen, WorkCounts};
 pub use background::Background;
 pub use choices::{EngineKind, HeatKind};
-pub use cpu::{LightMask, LightWork};
 pub use error::Error;
 pub use film::{Film, Image};
 pub use glam;
@@ -80,6 +79,7 @@ pub use stats::{OmittedTriangles, Settled, Stage, Stats};
 pub use structure::{ImpossibleOption, OptionValues, StructureOption, UnknownStructure};
 pub use umbrage_gallery as gallery;
 pub use umbrage_rays as rays;
+pub use umbrage_rays::{LightMask, Sides, Work};
 pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;
 

@@ -1,10 +1,10 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
-use umbrage_rays::{Camera, Hit, Ray, View};
+use umbrage_rays::{Camera, Hit, Opacity as _, Ray, Sides, View};
 use umbrage_scene::{Frame, Light};
 
-use crate::cpu::counts;
+use crate::cpu::stops;
 use crate::sampling::Sample;
 
 /// What the ray through the middle of a pixel hits, found by asking the predicate about every triangle.
@@ -43,9 +43,9 @@ impl Probe {
     /// Asks about the pixel in column `x` and row `y`; `None` for a miss. Its work grows with the number of triangles, a
     /// few milliseconds for a million.
     #[must_use]
-    pub fn new(frame: &Frame, view: &View, [x, y]: [u32; 2], culls_back_faces: bool) -> Option<Self> {
+    pub fn new(frame: &Frame, view: &View, [x, y]: [u32; 2], sides: Sides) -> Option<Self> {
         let ray = Sample::MIDDLE.ray(view, x, y);
-        let hit = nearest(frame, &ray, culls_back_faces)?;
+        let hit = nearest(frame, &ray, sides)?;
         let crossing = crossing(&ray, frame.triangles().corners(hit.triangle))?;
         let point = HitPoint::new(&ray, hit.t);
         let Camera { forward, .. } = view.camera;
@@ -65,11 +65,11 @@ impl Probe {
     }
 }
 
-fn nearest(frame: &Frame, ray: &Ray, culls_back_faces: bool) -> Option<Hit> {
+fn nearest(frame: &Frame, ray: &Ray, sides: Sides) -> Option<Hit> {
     let triangles = frame.triangles();
     let hits = (0..triangles.len() as u32).into_par_iter().filter_map(|id| {
         let hit = umbrage_rays::predicate::hit(ray, triangles, id)?;
-        counts(frame, ray, &hit, culls_back_faces).then_some(hit)
+        stops(frame, ray, &hit, sides).then_some(hit)
     });
     hits.min_by(|one, other| one.t.total_cmp(&other.t).then(one.triangle.cmp(&other.triangle)))
 }
@@ -78,7 +78,7 @@ fn blocker(frame: &Frame, light: &Light, point: HitPoint, own: u32) -> Option<Bl
     if !light.casts_shadow {
         return None;
     }
-    let triangles = frame.triangles();
+    let (triangles, opacity) = (frame.triangles(), frame.shadow_opacity());
     let segment = ShadowRay::new(&light.source, point);
     let blockers = (0..triangles.len() as u32).into_par_iter().filter(|&id| id != own).filter_map(|id| {
         let corners = triangles.corners(id);
@@ -86,7 +86,7 @@ fn blocker(frame: &Frame, light: &Light, point: HitPoint, own: u32) -> Option<Bl
         let [v, w] = barycentric.map(f64::from);
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let distance = (a * (1.0 - v - w) + b * v + c * w).distance(point.position);
-        frame.casts_shadow(id, barycentric).then_some(Blocker { triangle: id, distance })
+        opacity.stops(id, barycentric).then_some(Blocker { triangle: id, distance })
     });
     blockers.min_by(|one, other| one.distance.total_cmp(&other.distance).then(one.triangle.cmp(&other.triangle)))
 }

@@ -1,7 +1,7 @@
-use umbrage_rays::{GridCounts, SeenPixels, SimdLevel, View};
+use umbrage_rays::{LightMask, SeenPixels, SimdLevel, View, Work};
 use umbrage_scene::{Frame, Scene};
 
-use crate::cpu::{Cpu, LightMask, LightWork};
+use crate::cpu::Cpu;
 use crate::engine::{Engine, Output};
 use crate::frame::Subject;
 use crate::{Error, Film, Settings, Stats};
@@ -137,13 +137,13 @@ impl Renderer {
 
     /// What the camera was as work for its grid, at the last frame's last sample; zero without a grid.
     #[must_use]
-    pub fn camera_work(&self) -> GridCounts {
+    pub fn camera_work(&self) -> Work {
         self.engine.camera_work()
     }
 
     /// What each light was as work for its grid, at the last frame's last sample; empty without a grid.
     #[must_use]
-    pub fn light_work(&self) -> &[LightWork] {
+    pub fn light_work(&self) -> &[Work] {
         self.engine.light_work()
     }
 

@@ -1,4 +1,4 @@
-use umbrage_rays::{Camera, KdTreeOptions, ListedLightOptions, ListedOptions, UniformOptions, View};
+use umbrage_rays::{Camera, KdTreeOptions, ListedLightOptions, ListedOptions, Sides, UniformOptions, View};
 use umbrage_scene::{Frame, Light};
 
 use crate::background::Surroundings;
@@ -20,8 +20,8 @@ pub struct Settings {
     pub lights: Option<Vec<Light>>,
     /// What finds the triangles that rays hit; the picture is the same either way.
     pub structure: Structure,
-    /// Whether camera rays go through triangles whose corners they see clockwise. Those cast shadows all the same.
-    pub culls_back_faces: bool,
+    /// Which sides of triangles stop camera rays. Shadow rays are stopped by both.
+    pub sides: Sides,
     /// How many mirrors, one after the other, light may come by to the camera, 0 to [`Settings::MAX_BOUNCES`]: smooth
     /// surfaces show what is before them. With 0, in the last mirror, and where less than 0.002 of what they show reaches
     /// the camera, they show the background alone. On the CPU.
@@ -43,7 +43,7 @@ impl Default for Settings {
             camera: CameraChoice::Default,
             lights: None,
             structure: Structure::default(),
-            culls_back_faces: false,
+            sides: Sides::Both,
             bounces: 0,
             background: Background::Sky,
             exposure_stops: 0.0,

@@ -2,9 +2,9 @@ use glam::DVec2;
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Cells, Insertion, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, LightGrid, LightSource, ListedGrid,
-    ListedLightGrid, ListedLightOptions, ListedOptions, PacketSide, PerspectiveGrid, SeenImage, SeenPixels, TileOrder,
-    Triangles, UniformGrid, UniformOptions, Unmasked, View,
+    Bvh, Cells, DirectGrids, Insertion, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, LightMask,
+    LightSource, ListedGrids, ListedLightOptions, ListedOptions, PacketSide, SeenPixels, SimdLevel, Structure,
+    TileOrder, Triangles, UniformGrid, UniformOptions, View,
 };
 
 use crate::Oracle;
@@ -87,134 +87,66 @@ impl Shot<'_> {
     }
 
     fn run(&self, comparison: &Comparison<'_>) -> Vec<u64> {
-        let Comparison { name, validates, .. } = comparison;
-        let mut seen = SeenPixels::default();
-        let mut grid = PerspectiveGrid::default();
-        grid.build(self.triangles, &self.view, self.offset_pixels, |_| false).expect("a small image");
-        if *validates {
-            grid.validate(self.triangles).unwrap_or_else(|broken| panic!("{name}: {broken}"));
-        }
-        grid.trace(self.triangles, Unmasked, &mut seen);
-        comparison.seen(&seen, "directly");
-        let outliers = self.run_lights(comparison, &seen);
-
-        let small_cells = ListedOptions { cells: Cells::new(8, 2, 7).expect("possible"), ..ListedOptions::DEFAULT };
-        for options in [ListedOptions::DEFAULT, small_cells] {
-            let mut grid = ListedGrid::default();
-            grid.build(self.triangles, &self.view, self.offset_pixels, options, |_| false).expect("a small image");
-            if *validates {
-                grid.validate(self.triangles).unwrap_or_else(|broken| panic!("{name}, {options:?}: {broken}"));
+        let shot = umbrage_rays::Shot {
+            offset_pixels: self.offset_pixels,
+            ..umbrage_rays::Shot::new(self.triangles, self.view)
+        };
+        let (mut seen, mut masks) = (SeenPixels::default(), vec![LightMask::default(); self.lights.len()]);
+        let mut outliers = Vec::new();
+        for (structure, is_fast, mut of) in structures() {
+            if !(is_fast || comparison.validates) {
+                continue;
             }
-            grid.trace(self.triangles, Unmasked, &mut seen);
-            comparison.seen(&seen, &format!("{options:?}"));
+            of.build(self.triangles);
+            of.see(&shot, &mut seen).expect("a small image");
+            comparison.seen(&seen, structure);
+            of.shadow(&shot, &seen, self.lights, &mut masks.iter_mut().collect::<Vec<_>>());
+            masks.iter().enumerate().for_each(|(light, mask)| comparison.lit(light, mask, structure));
+            if outliers.is_empty() {
+                outliers = of.work_of_lights().iter().map(|work| work.counts.outliers).collect();
+            }
+            if comparison.validates {
+                let valid = of.validate(&shot, &seen, self.lights);
+                valid.unwrap_or_else(|broken| panic!("{}, {structure}: {broken}", comparison.name));
+            }
         }
-        self.run_listed_lights(comparison, &seen);
-        self.run_uniform(comparison);
-        self.run_kd_trees(comparison);
         outliers
     }
+}
 
-    /// Every kind of builder, layout and traversal once; of what takes long, the fastest alone.
-    fn run_kd_trees(&self, comparison: &Comparison<'_>) {
-        let KdTreeOptions { lazy_below, .. } = KdTreeOptions::DEFAULT;
-        let thorough = [
-            (KdBuilder::Presorted, KdLayout::DepthFirst, KdTraversal::Restart, lazy_below),
-            (KdBuilder::Presorted, KdLayout::Subtrees, KdTraversal::Stack, 40),
-            (KdBuilder::Streaming, KdLayout::DepthFirst, KdTraversal::PushDown, lazy_below),
-            (KdBuilder::Adaptive, KdLayout::Subtrees, KdTraversal::ShortStack(2), lazy_below),
-        ];
-        let fast = (KdBuilder::Binned, KdLayout::DepthFirst, KdTraversal::Stack, lazy_below);
-        let thorough = thorough.into_iter().filter(|_| comparison.validates);
-        for (builder, layout, traversal, lazy_below) in thorough.chain([fast]) {
-            let options = KdTreeOptions { builder, layout, traversal, lazy_below, ..KdTreeOptions::DEFAULT };
-            let mut tree = KdTree::default();
-            tree.set_options(options).expect("possible");
-            tree.build(self.triangles);
-            if comparison.validates {
-                let valid = tree.validate(self.triangles);
-                valid.unwrap_or_else(|broken| panic!("{}, {options:?}: {broken}", comparison.name));
-            }
-            let truth = comparison.truth;
-            let pixels = (0..self.view.width * self.view.height).into_par_iter().step_by(comparison.every);
-            pixels.zip(&truth.triangle).enumerate().for_each(|(place, (pixel, &triangle))| {
-                let (x, y) = (pixel % self.view.width, pixel / self.view.width);
-                let at = || format!("{}, {options:?}: pixel ({x}, {y})", comparison.name);
-                let ray = self.view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y);
-                let hit = tree.nearest(self.triangles, &ray, |_| true);
-                assert_eq!(hit.map_or(SeenPixels::NONE, |hit| hit.triangle), triangle, "{}", at());
-                let Some(hit) = hit else { return };
-                for (light, lit) in self.lights.iter().zip(&truth.lit) {
-                    let shadow_ray = ShadowRay::new(light, HitPoint::new(&ray, hit.t));
-                    let blocked = tree.blocked(self.triangles, &shadow_ray, hit.triangle, |_, _| true);
-                    assert_eq!(!blocked, lit[place], "{}, {light:?}", at());
-                }
-            });
-        }
-    }
-
-    fn run_uniform(&self, comparison: &Comparison<'_>) {
-        let mut seen = SeenPixels::default();
-        let mut lit = Vec::new();
-        let other = UniformOptions { packet: PacketSide::Four, insertion: Insertion::Exact, ..UniformOptions::DEFAULT };
-        let nested = UniformOptions { packet: PacketSide::Eight, nested_above: Some(16), ..UniformOptions::DEFAULT };
-        for options in [UniformOptions::DEFAULT, other, nested] {
-            let mut grid = UniformGrid::default();
-            grid.set_options(options).expect("possible");
-            grid.build(self.triangles);
-            if comparison.validates {
-                let valid = grid.validate(self.triangles);
-                valid.unwrap_or_else(|broken| panic!("{}, {options:?}: {broken}", comparison.name));
-            }
-            grid.see(self.triangles, &self.view, self.offset_pixels, |_| true, Unmasked, &mut seen);
-            comparison.seen(&seen, &format!("{options:?}"));
-            lit.resize(seen.order().places() / TileOrder::BLOCK_PLACES, 0);
-            for (number, light) in self.lights.iter().enumerate() {
-                grid.shadow(&self.image(&seen), light, |_| true, &Unmasked, &mut lit);
-                comparison.lit(number, &seen, &lit, &format!("{light:?}, {options:?}"));
-            }
-        }
-    }
-
-    fn run_lights(&self, comparison: &Comparison<'_>, seen: &SeenPixels) -> Vec<u64> {
-        let image = self.image(seen);
-        let mut grid = LightGrid::default();
-        grid.survey(&image);
-        let mut lit = vec![0; seen.order().places() / TileOrder::BLOCK_PLACES];
-        let outliers = self.lights.iter().enumerate().map(|(number, light)| {
-            grid.shadow(&image, light, |_| true, &Unmasked, &mut lit);
-            comparison.lit(number, seen, &lit, &format!("{light:?} directly"));
-            let outliers = grid.counts().outliers;
-            if comparison.validates {
-                let valid = grid.validate(&image, light);
-                valid.unwrap_or_else(|broken| panic!("{}, {light:?}: {broken}", comparison.name));
-            }
-            outliers
-        });
-        outliers.collect()
-    }
-
-    fn run_listed_lights(&self, comparison: &Comparison<'_>, seen: &SeenPixels) {
-        let image = self.image(seen);
-        let mut grid = ListedLightGrid::default();
-        grid.survey(&image);
-        let mut lit = vec![0; seen.order().places() / TileOrder::BLOCK_PLACES];
-        let few_cells = ListedLightOptions::new(5, 16, 7).expect("possible");
-        for (number, light) in self.lights.iter().enumerate() {
-            for options in [ListedLightOptions::DEFAULT, few_cells] {
-                grid.set_options(options);
-                grid.shadow(&image, light, |_| true, &Unmasked, &mut lit);
-                comparison.lit(number, seen, &lit, &format!("{light:?}, {options:?}"));
-                if comparison.validates {
-                    let valid = grid.validate(&image, light);
-                    valid.unwrap_or_else(|broken| panic!("{}, {light:?}, {options:?}: {broken}", comparison.name));
-                }
-            }
-        }
-    }
-
-    fn image<'a>(&'a self, seen: &'a SeenPixels) -> SeenImage<'a> {
-        SeenImage { triangles: self.triangles, view: self.view, offset_pixels: self.offset_pixels, seen }
-    }
+/// Every structure with options that lead different ways: its name, and whether it is fast enough for many triangles.
+fn structures() -> Vec<(&'static str, bool, Box<dyn Structure>)> {
+    let level = SimdLevel::default();
+    let small_cells = ListedOptions { cells: Cells::new(8, 2, 7).expect("possible"), ..ListedOptions::DEFAULT };
+    let few_cells = ListedLightOptions::new(5, 16, 7).expect("possible");
+    let exact = UniformOptions { packet: PacketSide::Four, insertion: Insertion::Exact, ..UniformOptions::DEFAULT };
+    let nested = UniformOptions { packet: PacketSide::Eight, nested_above: Some(16), ..UniformOptions::DEFAULT };
+    let grid = |options| {
+        let mut grid = Box::<UniformGrid>::default();
+        grid.set_options(options).expect("possible");
+        grid
+    };
+    let tree = |builder, layout, traversal, lazy_below| {
+        let mut tree = Box::<KdTree>::default();
+        let options = KdTreeOptions { builder, layout, traversal, lazy_below, ..KdTreeOptions::DEFAULT };
+        tree.set_options(options).expect("possible");
+        tree
+    };
+    let (depth_first, subtrees) = (KdLayout::DepthFirst, KdLayout::Subtrees);
+    vec![
+        ("direct", true, Box::new(DirectGrids::with_level(level))),
+        ("listed", true, Box::<ListedGrids>::default()),
+        ("listed, small cells", true, Box::new(ListedGrids::with_options(level, small_cells, few_cells))),
+        ("uniform", true, grid(UniformOptions::DEFAULT)),
+        ("uniform, exact", true, grid(exact)),
+        ("uniform, nested", true, grid(nested)),
+        ("kd, binned", true, tree(KdBuilder::Binned, depth_first, KdTraversal::Stack, 0)),
+        ("kd, restart", false, tree(KdBuilder::Presorted, depth_first, KdTraversal::Restart, 0)),
+        ("kd, lazy", false, tree(KdBuilder::Presorted, subtrees, KdTraversal::Stack, 40)),
+        ("kd, push-down", false, tree(KdBuilder::Streaming, depth_first, KdTraversal::PushDown, 0)),
+        ("kd, short stack", false, tree(KdBuilder::Adaptive, subtrees, KdTraversal::ShortStack(2), 0)),
+        ("bvh", true, Box::<Bvh>::default()),
+    ]
 }
 
 /// What the grids are held against.
@@ -228,22 +160,20 @@ struct Comparison<'a> {
 
 impl Comparison<'_> {
     fn seen(&self, seen: &SeenPixels, how: &str) {
-        for ((x, y), &truth) in self.pixels(seen).zip(&self.truth.triangle) {
+        for ((x, y), &truth) in self.pixels(seen.order()).zip(&self.truth.triangle) {
             assert_eq!(seen.triangle_at(x, y), truth, "{}, {how}: pixel ({x}, {y})", self.name);
         }
     }
 
-    fn lit(&self, light: usize, seen: &SeenPixels, lit: &[u16], how: &str) {
-        for ((x, y), &truth) in self.pixels(seen).zip(&self.truth.lit[light]) {
-            let place = seen.order().place(x, y);
-            let bit = lit[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1;
-            assert_eq!(bit, truth, "{}, {how}: pixel ({x}, {y})", self.name);
+    fn lit(&self, light: usize, mask: &LightMask, how: &str) {
+        for ((x, y), &truth) in self.pixels(mask.order()).zip(&self.truth.lit[light]) {
+            assert_eq!(mask.is_lit(x, y), truth, "{}, {how}, light {light}: pixel ({x}, {y})", self.name);
         }
     }
 
     /// Columns and rows, row by row.
-    fn pixels(&self, seen: &SeenPixels) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let (width, height) = seen.order().size();
+    fn pixels(&self, order: TileOrder) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let (width, height) = order.size();
         (0..height).flat_map(move |y| (0..width).map(move |x| (x, y))).step_by(self.every)
     }
 }

@@ -37,7 +37,7 @@ const COLUMNS: &[(&str, usize)] = &[
     ("sort", 8),
     ("project", 8),
     ("trace", 8),
-    ("decide", 8),
+    ("settle", 8),
     ("rearranging_percent", 19),
     ("shadows_percent", 15),
 ];
@@ -85,5 +85,7 @@ const REARRANGING: [&str; 3] = ["survey", "map", "sort"];
 
 /// The camera's stages, and the light's.
 fn stages(costs: &Costs) -> Vec<(&'static str, f64)> {
-    [("build", costs.build), ("see", costs.see)].into_iter().chain(costs.light_stages.iter().copied()).collect()
+    let of_light = |name: &'static str| costs.light_stages.iter().find(|(stage, _)| *stage == name).copied();
+    let lights = COLUMNS[5..11].iter().filter_map(|&(name, _)| of_light(name));
+    [("build", costs.build), ("see", costs.see)].into_iter().chain(lights).collect()
 }

@@ -3,6 +3,8 @@
 use anyhow::Result;
 use clap::Args;
 
+use umbrage::rays::Bytes;
+
 use crate::flags::ExperimentFlags;
 use crate::grids::Forms;
 use crate::measure::{Costs, measure};
@@ -36,7 +38,7 @@ const COLUMNS: &[(&str, usize)] = &[
     ("frame", 8),
     ("ns_for_each", 11),
     ("slope", 6),
-    ("camera_bytes_triangle", 21),
+    ("bytes_triangle", 21),
     ("light_bytes_pixel", 17),
     ("bytes_both", 11),
 ];
@@ -84,16 +86,16 @@ impl GrowthFlags {
 }
 
 fn cells(name: &str, grows: &str, costs: &Costs, pixels: usize, (point, slope): ([f64; 2], Option<f64>)) -> Vec<Cell> {
-    let [camera, light] = costs.bytes;
+    let Bytes { triangles, points } = costs.bytes;
     let [size, milliseconds] = point;
     let mut cells = vec![name.into(), grows.into(), costs.triangles.into(), pixels.into()];
     let times = [costs.build, costs.see, costs.survey + costs.shadow, costs.frame];
     cells.extend(times.map(|time| Cell::Number(time, 2)));
     cells.push(Cell::Number(1e6 * milliseconds / size, 1));
     cells.push(slope.map_or(Cell::Nothing, |slope| Cell::Number(slope, 2)));
-    cells.push(Cell::Number(camera as f64 / costs.triangles.max(1) as f64, 1));
-    cells.push(Cell::Number(light as f64 / pixels as f64, 1));
-    cells.push((camera + light).into());
+    cells.push(Cell::Number(triangles as f64 / costs.triangles.max(1) as f64, 1));
+    cells.push(Cell::Number(points as f64 / pixels as f64, 1));
+    cells.push((triangles + points).into());
     cells
 }
 

@@ -52,7 +52,7 @@ const COLUMNS: &[(&str, usize)] = &[
 impl SweepFlags {
     /// Measures each of `cells`, prints and draws.
     pub(super) fn run(&self, cells: &[Cells], note: &str, chart: &Chart) -> Result<()> {
-        let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks, ..ListedOptions::DEFAULT };
+        let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks };
         let forms: Vec<_> = cells.iter().map(|&cells| options(cells).into()).collect();
         let mut table = self.common.start(Some(self.size), COLUMNS)?;
         let mut series: Vec<Series> = Vec::new();
@@ -77,11 +77,11 @@ impl SweepFlags {
 
 fn row(name: &str, cells: &Cells, costs: &Costs) -> Vec<Cell> {
     let (tile, k) = (cells.sorting_tile(), cells.tracing_tiles());
-    let counts = costs.listed.unwrap_or_default();
+    let counts = costs.counts;
     let mut row: Vec<Cell> = vec![name.into()];
     row.extend([tile, k, tile * k, cells.slices()].map(|number| Cell::Count(u64::from(number))));
     row.extend([counts.pairs, counts.cells, counts.tests].map(Cell::Count));
     row.extend([costs.build, costs.see, costs.frame].map(|time| Cell::Number(time, 2)));
-    row.push(Cell::Number(costs.bytes[0] as f64 / costs.triangles.max(1) as f64, 1));
+    row.push(Cell::Number(costs.bytes.triangles as f64 / costs.triangles.max(1) as f64, 1));
     row
 }

@@ -2,7 +2,7 @@ use serde::Serialize;
 use umbrage::rays::{Ray, predicate};
 use umbrage_peers::{Image, Posed};
 
-use super::contestants::OurSide;
+use crate::grids::Ours;
 use crate::shot::Shot;
 
 /// In how many pixels two pictures of the same frame differ, at the last sample and light.
@@ -22,7 +22,7 @@ pub(super) struct Differences {
 }
 
 impl Differences {
-    pub(super) fn add(&mut self, shot: &Shot<'_>, ours: &OurSide, (theirs, posed): (&Image, &Posed)) {
+    pub(super) fn add(&mut self, shot: &Shot<'_>, ours: &Ours, (theirs, posed): (&Image, &Posed)) {
         /// How far distances may differ that count as the same: eight roundings of f32.
         const SAME: f64 = 8.0 * f32::EPSILON as f64;
         let view = &shot.view;

@@ -3,13 +3,14 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use serde::Serialize;
 use umbrage::Scene;
+use umbrage::rays::Bvh;
 use umbrage::scene::Frame;
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality};
 
 use super::PeersFlags;
 use super::compare::Differences;
-use super::contestants::{EmbreeSide, Hierarchy, RaysOnly};
-use crate::grids::Times;
+use super::contestants::{EmbreeSide, RaysOnly};
+use crate::grids::{Ours, Times};
 use crate::median::median;
 use crate::shot::{Shot, name};
 
@@ -84,7 +85,7 @@ pub(super) fn hold(address: &str, scene: &Scene, flags: &PeersFlags, embree: &Ar
     let mut grids = flags.our_side()?;
     let mut sides = METHODS.map(|(_, method)| EmbreeSide::new(embree, method));
     let mut rays_only = RaysOnly::default();
-    let mut hierarchy = flags.bvh.then(Hierarchy::default);
+    let mut hierarchy = flags.bvh.then(|| Ours::new(Box::<Bvh>::default()));
     let (mut grid_log, mut rays_log, mut hierarchy_log) = (Log::new(), Log::new(), Log::new());
     let mut side_logs: [Log; 4] = Default::default();
     let mut differences = Differences::default();
@@ -117,7 +118,7 @@ pub(super) fn hold(address: &str, scene: &Scene, flags: &PeersFlags, embree: &Ar
             }
             note(&mut rays_log, rays_only.trace(&shot, &sides[0].image))?;
             if let Some(hierarchy) = &mut hierarchy {
-                note(&mut hierarchy_log, hierarchy.trace(&shot))?;
+                note(&mut hierarchy_log, hierarchy.trace(&shot)?)?;
             }
         }
         differences.add(&shot, &grids, (&sides[0].image, &posed));

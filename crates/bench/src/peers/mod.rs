@@ -10,12 +10,11 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
-use umbrage::rays::{PacketSide, UniformOptions};
+use umbrage::rays::{DirectGrids, PacketSide, UniformGrid, UniformOptions};
 use umbrage_peers::Embree;
 
-use self::contestants::{OurSide, UniformSide};
 use crate::flags::size;
-use crate::grids::Grids;
+use crate::grids::Ours;
 use crate::shot::{self, Lights};
 use crate::table::Form;
 
@@ -71,16 +70,18 @@ enum OurStructure {
 }
 
 impl PeersFlags {
-    fn our_side(&self) -> Result<OurSide> {
+    fn our_side(&self) -> Result<Ours> {
         ensure!(
             self.structure == OurStructure::Grid || self.packet.is_none(),
             "--packet is for `--structure grid`: only its rays are traced in packets"
         );
         Ok(match self.structure {
-            OurStructure::Perspective => OurSide::Specialised(Grids::default()),
+            OurStructure::Perspective => Ours::new(Box::<DirectGrids>::default()),
             OurStructure::Grid => {
                 let packet = self.packet.unwrap_or_default();
-                OurSide::Uniform(Box::new(UniformSide::new(UniformOptions { packet, ..UniformOptions::DEFAULT })?))
+                let mut grid = Box::<UniformGrid>::default();
+                grid.set_options(UniformOptions { packet, ..UniformOptions::DEFAULT })?;
+                Ours::new(grid)
             }
         })
     }

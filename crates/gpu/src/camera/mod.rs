@@ -145,7 +145,7 @@ impl CameraGrid {
         let blocks = Balance::most_blocks(&space, self.list.pair_room());
         self.cells.reserve(gpu, 4 * u64::from(self.cell_count) + Balance::block_bytes(blocks))?;
         self.is_behind = sight.is_behind;
-        self.slots = band.order().places() as u64;
+        self.slots = band.order().slots() as u64;
         self.seen.reserve(gpu, 4 * self.slots + Trace::partial_bytes(self.list.pair_room()))?;
         let pixels = u64::from(band.size()[0]) * u64::from(band.size()[1]);
         self.nodes.reserve(gpu, Trace::node_bytes(pixels / 16 + (1 << 10)))?;

@@ -102,7 +102,7 @@ impl LightGrid {
         lights: &[Option<LightSource>],
     ) -> Result<(), GpuError> {
         let band = band.into();
-        let slots = band.order().places() as u32;
+        let slots = band.order().slots() as u32;
         let pixels = f64::from(band.size()[0]) * f64::from(band.size()[1]);
         let side_of_one = (pixels / PIXELS_PER_CELL).sqrt().clamp(4.0, MOST_CELLS) as u32;
         let side_of_six = side_of_one.div_ceil(2);

@@ -73,7 +73,7 @@ pub(super) struct PointView {
 impl PointView {
     pub(super) fn new(band: &Band, offset_pixels: DVec2) -> Self {
         let [x_offset, y_offset] = [words(offset_pixels.x), words(offset_pixels.y)];
-        let slots = band.order().places() as u32;
+        let slots = band.order().slots() as u32;
         let (first_row, rows) = (band.rows.start, band.rows.len() as u32);
         Self { view: (&band.view).into(), x_offset, y_offset, slots, first_row, rows, unused: 0 }
     }

@@ -31,7 +31,7 @@ impl Shown {
     /// # Errors
     /// Where the device has reported an error.
     pub fn prepare(&mut self, gpu: &Gpu, [width, height]: [u32; 2]) -> Result<(), GpuError> {
-        self.slots = TileOrder::new(width, height).places() as u32;
+        self.slots = TileOrder::new(width, height).slots() as u32;
         self.size.write(gpu, &[width, height, 0, 0])?;
         self.count.reserve(gpu, 4)
     }

@@ -232,7 +232,7 @@ impl Shade {
         let [width, height] = sample.size_pixels;
         assert_eq!(film.size(), [width, height], "a film of the image's size");
         assert!(film.through_plane().is_some() || (layer.is_first && layer.is_last), "a film for several layers");
-        self.slots = umbrage_rays::TileOrder::new(width, height).places() as u32;
+        self.slots = umbrage_rays::TileOrder::new(width, height).slots() as u32;
         self.is_start_of_film = layer.is_of_first_sample && layer.is_first;
         let sample = ShadeSample {
             words_per_light: self.slots / 32,

@@ -37,7 +37,7 @@ fn a_scene_without_triangles_shows_its_surroundings() {
     // The smaller image comes after the larger one, in the same memory.
     for (width, height) in [(1, 1), (130, 70), (3, 5)] {
         let view = View { camera, width, height };
-        seen.write(&gpu, &vec![SeenPixels::NONE; TileOrder::new(width, height).places()]).expect("room");
+        seen.write(&gpu, &vec![SeenPixels::NONE; TileOrder::new(width, height).slots()]).expect("room");
         planes.prepare(&gpu, [width, height], true, false).expect("room");
         let inputs = ShadeInputs { seen: &seen, lit: &lit, positions: &positions, triangles: &indices };
         for sample in 0..2 {

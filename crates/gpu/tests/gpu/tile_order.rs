@@ -25,7 +25,7 @@ fn slots_and_pixels_are_those_of_tile_order() {
     let (mut size, mut found) = (Buffer::uniform(&gpu, "size"), Buffer::storage(&gpu, "found"));
     for (width, height) in [(1, 1), (64, 64), (65, 3), (200, 130), (1000, 70)] {
         let order = TileOrder::new(width, height);
-        let slots = order.places();
+        let slots = order.slots();
         size.write(&gpu, &[width, slots as u32, 0, 0]).expect("room");
         found.reserve(&gpu, slots as u64 * 16).expect("room");
         let mut recorder = Recorder::new(&gpu);

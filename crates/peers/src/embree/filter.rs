@@ -1,6 +1,7 @@
 use std::ffi::c_void;
 
-use umbrage_scene::Frame;
+use umbrage_rays::Opacity as _;
+use umbrage_scene::{Frame, FrameOpacity};
 
 use crate::posed::Asked;
 
@@ -21,30 +22,30 @@ pub(super) struct FilterArguments {
 /// Refuses hits where an alpha mask has cut the triangle away.
 pub(super) unsafe extern "C" fn keep_solid(arguments: *const FilterArguments) {
     // SAFETY: Embree calls this with arguments that are valid for the call.
-    unsafe { keep(arguments, Frame::is_solid) }
+    unsafe { keep(arguments, Frame::camera_opacity) }
 }
 
 /// Refuses hits on what casts no shadow there.
 pub(super) unsafe extern "C" fn keep_casting(arguments: *const FilterArguments) {
     // SAFETY: Embree calls this with arguments that are valid for the call.
-    unsafe { keep(arguments, Frame::casts_shadow) }
+    unsafe { keep(arguments, Frame::shadow_opacity) }
 }
 
-/// Clears the flags of hits that `counts` refuses, given a triangle and the weights of its second and third corner.
+/// Clears the flags of hits where a triangle stops no rays, as `opacity` says.
 ///
 /// # Safety
 /// `arguments` and what they point to must be valid, with the [`Asked`] of a posed frame as the geometry's user data.
-unsafe fn keep(arguments: *const FilterArguments, counts: impl Fn(&Frame, u32, [f32; 2]) -> bool) {
+unsafe fn keep(arguments: *const FilterArguments, opacity: impl Fn(&Frame) -> FrameOpacity<'_>) {
     // SAFETY: the caller's. A hit packet of N rays has arrays of N numbers: three of normals, u, v and ids.
     unsafe {
         let FilterArguments { valid, geometry_user_data, hit, width, .. } = *arguments;
         let Asked { frame, ids, .. } = &*geometry_user_data.cast::<Asked>();
-        let width = width as usize;
+        let (width, opacity) = (width as usize, opacity(frame));
         let (weights, primitives) = (hit.cast::<f32>(), hit.cast::<u32>());
         for lane in (0..width).filter(|&lane| *valid.add(lane) != 0) {
             let weights = [*weights.add(3 * width + lane), *weights.add(4 * width + lane)];
             let primitive = *primitives.add(5 * width + lane) as usize;
-            if !counts(frame, ids[primitive], weights) {
+            if !opacity.stops(ids[primitive], weights) {
                 *valid.add(lane) = 0;
             }
         }

@@ -11,7 +11,8 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::ploc::PlocBuilder;
 
-use crate::Omitted;
+use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
+use crate::{ImageTooLarge, LightSource, Omitted, SingleRays, Structure, Triangles, ray_by_ray};
 
 /// A bounding volume hierarchy over one frame's triangles.
 ///
@@ -33,12 +34,6 @@ impl std::fmt::Debug for Bvh {
 }
 
 impl Bvh {
-    /// The triangles that were left out of the hierarchy because no ray can hit them.
-    #[must_use]
-    pub fn omitted(&self) -> &Omitted {
-        &self.omitted
-    }
-
     /// All nodes, the root first.
     #[doc(hidden)]
     #[must_use]
@@ -53,16 +48,49 @@ impl Bvh {
         let places = &self.tree.primitive_indices[first..first + leaf.prim_count as usize];
         places.iter().map(|&place| self.ids[place as usize])
     }
+}
 
-    /// Bytes held, counting what is only used while building.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.tree.nodes.as_slice())
+impl Structure for Bvh {
+    fn build(&mut self, triangles: Triangles<'_>) {
+        Self::build(self, triangles);
+    }
+
+    fn see(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Result<Work, ImageTooLarge> {
+        ray_by_ray::see(self, shot, seen);
+        Ok(Work::default())
+    }
+
+    fn shadow(
+        &mut self,
+        shot: &Shot<'_>,
+        seen: &SeenPixels,
+        lights: &[LightSource],
+        masks: &mut [&mut LightMask],
+    ) -> Work {
+        ray_by_ray::shadow(self, shot, seen, lights, masks);
+        Work::default()
+    }
+
+    fn omitted(&self) -> &Omitted {
+        &self.omitted
+    }
+
+    fn bytes(&self) -> Bytes {
+        let triangles = size_of_val(self.tree.nodes.as_slice())
             + size_of_val(self.tree.primitive_indices.as_slice())
             + size_of_val(self.builder.current_nodes.as_slice())
             + size_of_val(self.builder.next_nodes.as_slice())
             + size_of_val(self.builder.mortons.as_slice())
             + size_of_val(self.boxes.as_slice())
-            + size_of_val(self.ids.as_slice())
+            + size_of_val(self.ids.as_slice());
+        Bytes { triangles, points: 0 }
+    }
+
+    fn validate(&mut self, shot: &Shot<'_>, _: &SeenPixels, _: &[LightSource]) -> Result<(), String> {
+        self.check(shot.triangles)
+    }
+
+    fn single_rays(&self) -> Option<&dyn SingleRays> {
+        Some(self)
     }
 }

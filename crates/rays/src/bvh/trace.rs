@@ -4,35 +4,7 @@ use glam::Vec3A;
 use obvhs::bvh2::node::Bvh2Node;
 
 use super::Bvh;
-use crate::predicate::ShadowRay;
-use crate::single::{self, Visit};
-use crate::{Hit, Ray, Triangles};
-
-impl Bvh {
-    /// The nearest hit of `ray` among the triangles that the hierarchy was built over; at equal t the one with the
-    /// lowest triangle id. `None` for a miss.
-    ///
-    /// Hits that `counts` refuses are passed through: use it for alpha masks and back faces.
-    #[must_use]
-    pub fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-        single::nearest(self, triangles, ray, counts)
-    }
-
-    /// Whether any triangle but `own` shadows the point of `shadow_ray`.
-    ///
-    /// Triangles for which `counts`, given an id and the weights of the second and third corner, is false let the
-    /// light through.
-    #[must_use]
-    pub fn blocked(
-        &self,
-        triangles: Triangles<'_>,
-        shadow_ray: &ShadowRay,
-        own: u32,
-        counts: impl Fn(u32, [f32; 2]) -> bool,
-    ) -> bool {
-        single::blocked(self, triangles, shadow_ray, own, counts)
-    }
-}
+use crate::{Ray, Triangles, Visit};
 
 impl Visit for Bvh {
     fn reach(&self) -> f32 {
@@ -42,7 +14,12 @@ impl Visit for Bvh {
 
     /// Calls `test` with every triangle whose box `ray` may meet before `t_max`, nearer boxes first. `test` may lower
     /// `t_max` or break off.
-    fn visit(&self, ray: &Ray, mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
+    fn visit(
+        &self,
+        _: Triangles<'_>,
+        ray: &Ray,
+        mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         let Some(root) = self.tree.nodes.first() else { return ControlFlow::Continue(()) };
         let slabs = Slabs::new(ray);
         let mut t_max = ray.t_max;

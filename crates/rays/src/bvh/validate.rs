@@ -9,7 +9,7 @@ impl Bvh {
     /// # Errors
     /// Names the first node or triangle that breaks a rule: every usable triangle is in exactly one leaf, every box
     /// holds its children or triangles, and every node but the root has one parent.
-    pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
+    pub fn check(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let nodes = &self.tree.nodes;
         let mut seen = vec![0_u32; triangles.len()];
         let mut parents = vec![0_u32; nodes.len()];

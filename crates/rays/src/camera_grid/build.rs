@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::bins::{Bins, Fragment, Listed, Path};
@@ -11,33 +11,22 @@ use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_rang
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::tile::Batch;
 use super::{ImageTooLarge, PerspectiveGrid};
-use crate::shot::TileOrder;
+use crate::shot::{Opacity, Shot, TileOrder};
 use crate::simd::lanes::{max3, min3};
-use crate::{Triangles, View};
+use crate::{SimdLevel, Triangles};
 
 impl PerspectiveGrid {
-    /// Replaces the grid by one of `triangles` for the rays of `view` through `offset_pixels` in each pixel, which is
-    /// (0, 0) at its upper left and (1, 1) at its lower right. Runs on all threads of the current pool.
-    ///
-    /// Hits on triangles that are `masked` are put in question by [`trace`](Self::trace).
+    /// Replaces the grid by one of the triangles of `shot` for its pixels' rays. Runs on all threads of the current pool.
     ///
     /// # Errors
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
-    pub fn build(
-        &mut self,
-        triangles: Triangles<'_>,
-        view: &View,
-        offset_pixels: DVec2,
-        masked: impl Fn(u32) -> bool + Sync,
-    ) -> Result<(), ImageTooLarge> {
-        if view.width.max(view.height) > ImageTooLarge::LARGEST_SIDE {
-            return Err(ImageTooLarge { width: view.width, height: view.height });
-        }
-        let space = PixelSpace::new(view, offset_pixels);
+    pub(super) fn build(&mut self, shot: &Shot<'_>) -> Result<(), ImageTooLarge> {
+        ImageTooLarge::check(&shot.view)?;
+        let space = PixelSpace::new(&shot.view, shot.offset_pixels);
         self.space = Some(space);
-        self.triangle_count = triangles.len();
-        self.project(&space, triangles);
-        self.set_up(&space, triangles, &masked);
+        self.triangle_count = shot.triangles.len();
+        project(self.level, &space, shot.triangles, &mut self.vertices);
+        self.set_up(&space, shot);
         self.omitted.clear();
         for range in &self.ranges {
             self.omitted.append(&range.omitted);
@@ -45,23 +34,11 @@ impl PerspectiveGrid {
         Ok(())
     }
 
-    /// Transforms each vertex once.
-    fn project(&mut self, space: &PixelSpace, triangles: Triangles<'_>) {
-        const CHUNK: usize = 4096;
-        let level = self.level.0;
-        // The last one stands for those that are out of range.
-        self.vertices.resize(triangles.positions.len() + 1, Vertex::AWKWARD);
-        if let Some(last) = self.vertices.last_mut() {
-            *last = Vertex::AWKWARD;
-        }
-        let chunks = self.vertices.par_chunks_mut(CHUNK).zip(triangles.positions.par_chunks(CHUNK));
-        chunks.for_each(|(vertices, positions)| dispatch!(level, simd => space.project(simd, positions, vertices)));
-    }
-
     /// Sorts triangles to tiles, in ranges whose number doesn't depend on that of threads.
-    fn set_up(&mut self, space: &PixelSpace, triangles: Triangles<'_>, masked: &(dyn Fn(u32) -> bool + Sync)) {
+    fn set_up(&mut self, space: &PixelSpace, shot: &Shot<'_>) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
+        let Shot { triangles, opacity, sides, .. } = *shot;
         let count = triangles.len();
         let ranges = count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES);
         let length = count.div_ceil(ranges).next_multiple_of(LANES);
@@ -69,14 +46,25 @@ impl PerspectiveGrid {
         let (columns, rows) = self.tiles();
         self.ranges.resize_with(ranges, Bins::default);
         let vertices = &self.vertices;
-        let facing = if self.culls_back_faces { space.front_sign() } else { 0.0 };
+        let facing = space.facing(sides);
         self.ranges.par_iter_mut().enumerate().with_max_len(1).for_each(|(range, bins)| {
             bins.reset(columns, rows);
             let ids = (range * length).min(count)..((range + 1) * length).min(count);
-            let set_up = SetUp { space, triangles, vertices, masked, facing, bins };
+            let set_up = SetUp { space, triangles, vertices, opacity, facing, bins };
             dispatch!(level, simd => set_up.range(simd, ids));
         });
     }
+}
+
+/// Projects each vertex once, and one more that stands for those that are out of range.
+pub(crate) fn project(level: SimdLevel, space: &PixelSpace, triangles: Triangles<'_>, vertices: &mut Vec<Vertex>) {
+    const CHUNK: usize = 4096;
+    vertices.resize(triangles.positions.len() + 1, Vertex::AWKWARD);
+    if let Some(last) = vertices.last_mut() {
+        *last = Vertex::AWKWARD;
+    }
+    let chunks = vertices.par_chunks_mut(CHUNK).zip(triangles.positions.par_chunks(CHUNK));
+    chunks.for_each(|(vertices, positions)| dispatch!(level.0, simd => space.project(simd, positions, vertices)));
 }
 
 /// The set-up of one range of triangles.
@@ -84,7 +72,7 @@ struct SetUp<'a> {
     space: &'a PixelSpace,
     triangles: Triangles<'a>,
     vertices: &'a [Vertex],
-    masked: &'a (dyn Fn(u32) -> bool + Sync),
+    opacity: &'a dyn Opacity,
     /// The sign of the area in pixel space of triangles that show their front; zero where both sides count.
     facing: f32,
     bins: &'a mut Bins,
@@ -133,7 +121,7 @@ impl SetUp<'_> {
             if self.facing != 0.0 {
                 seen &= self.fronts(simd, first as u32, &corners, &bounds, seen);
             }
-            let masked = lanes_of(seen).filter(|lane| (self.masked)(first as u32 + lane));
+            let masked = lanes_of(seen).filter(|lane| !self.opacity.is_opaque(first as u32 + lane));
             let masked = masked.fold(0, |masked, lane| masked | 1 << lane);
             if masked != 0 {
                 seen &= !masked;
@@ -180,7 +168,7 @@ impl SetUp<'_> {
             Err(why) => self.bins.omitted.note(id, why),
             Ok(corners) if self.facing != 0.0 && !self.space.sees_front(corners) => {}
             Ok(corners) => {
-                let path = if (self.masked)(id) { Path::MaskedGeneral } else { Path::General };
+                let path = if self.opacity.is_opaque(id) { Path::General } else { Path::MaskedGeneral };
                 self.list_general(simd, path, id, corners);
             }
         }
@@ -268,7 +256,7 @@ impl SetUp<'_> {
                 let x = columns[place] as i32 + dx + self.space.middle.x;
                 let y = rows[place] as i32 + dy + self.space.middle.y;
                 let fragment = Fragment {
-                    place: TileOrder::place_in_tile(x as u32, y as u32) | doubtful,
+                    place: TileOrder::index_in_tile(x as u32, y as u32) | doubtful,
                     triangle: first + lane,
                     low: low[place],
                     high: high[place],

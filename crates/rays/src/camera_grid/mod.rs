@@ -19,11 +19,13 @@ mod trace;
 mod validate;
 
 use std::sync::Mutex;
+use std::time::Instant;
 
 use crate::predicate::crossing;
-use crate::{Hit, Omitted, Triangles};
+use crate::{Hit, Omitted, Triangles, View};
 
-use crate::shot::{SeenPixels, TileOrder};
+use crate::grids::CameraGrid;
+use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot, TileOrder};
 use crate::simd::SimdLevel;
 use bins::{Bin, Bins, bytes_of};
 use pixel_space::{PixelSpace, Vertex};
@@ -39,7 +41,6 @@ pub struct PerspectiveGrid {
     /// None before the first build.
     space: Option<PixelSpace>,
     triangle_count: usize,
-    culls_back_faces: bool,
     vertices: Vec<Vertex>,
     /// In order of triangle ids.
     ranges: Vec<Bins>,
@@ -51,36 +52,6 @@ pub struct PerspectiveGrid {
 impl std::fmt::Debug for PerspectiveGrid {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("PerspectiveGrid").field("triangles", &self.triangle_count).finish_non_exhaustive()
-    }
-}
-
-/// How much work a frame was.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct GridCounts {
-    /// Samples of tiny triangles, tested while building.
-    pub fragments: u64,
-    /// Pairs of a larger triangle and a tile.
-    pub listed: u64,
-    /// Pairs of a triangle and a sample that the filter left undecided.
-    pub undecided: u64,
-    /// Those of them that were handed to the predicate, since nothing nearer was found.
-    pub referred: u64,
-    /// Samples whose depth the predicate gave, since the filter's wasn't exact enough.
-    pub refined: u64,
-}
-
-impl GridCounts {
-    /// Each count with its name.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, u64); 5] {
-        let Self { fragments, listed, undecided, referred, refined } = *self;
-        [
-            ("fragments", fragments),
-            ("listed", listed),
-            ("undecided", undecided),
-            ("referred", referred),
-            ("refined", refined),
-        ]
     }
 }
 
@@ -96,6 +67,11 @@ pub struct ImageTooLarge {
 impl ImageTooLarge {
     /// Pixels that a side may have at most.
     pub const LARGEST_SIDE: u32 = 1 << 16;
+
+    pub(crate) fn check(view: &View) -> Result<(), Self> {
+        let &View { width, height, .. } = view;
+        if width.max(height) > Self::LARGEST_SIDE { Err(Self { width, height }) } else { Ok(()) }
+    }
 }
 
 impl std::fmt::Display for ImageTooLarge {
@@ -114,18 +90,6 @@ impl PerspectiveGrid {
         Self { level, ..Self::default() }
     }
 
-    /// Says whether triangles whose corners are seen clockwise are there from the next build on; they are unless this
-    /// says otherwise.
-    pub fn set_culls_back_faces(&mut self, culls: bool) {
-        self.culls_back_faces = culls;
-    }
-
-    /// The triangles that were left out because no ray can hit them.
-    #[must_use]
-    pub fn omitted(&self) -> &Omitted {
-        &self.omitted
-    }
-
     /// What the camera's ray through the pixel in column `x` and row `y` hits; `None` for a miss.
     ///
     /// `triangles` and `seen` are those of the last build and trace.
@@ -138,15 +102,6 @@ impl PerspectiveGrid {
         Some(Hit { t: crossing.t, triangle, barycentric: crossing.barycentric })
     }
 
-    /// Bytes held for the last frame, without the pixels'.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        let bins = self.ranges.iter().flat_map(|range| &range.bins);
-        bytes_of(&self.vertices)
-            + bins.map(|bin| size_of::<Bin>() + bin.bytes()).sum::<usize>()
-            + self.scratch.len() * size_of::<Tile>()
-    }
-
     /// The image's order of tiles.
     fn order(&self) -> TileOrder {
         let (width, height) = self.space.as_ref().map_or((0, 0), PixelSpace::size);
@@ -156,5 +111,37 @@ impl PerspectiveGrid {
     /// Columns and rows of tiles.
     fn tiles(&self) -> (u32, u32) {
         self.order().tiles()
+    }
+}
+
+impl CameraGrid for PerspectiveGrid {
+    fn build(&mut self, shot: &Shot<'_>) -> Result<Seconds, ImageTooLarge> {
+        let start = Instant::now();
+        Self::build(self, shot)?;
+        Ok(Seconds { list: start.elapsed().as_secs_f64(), ..Seconds::default() })
+    }
+
+    fn trace(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Counts {
+        self.trace_tiles(shot, seen, &mut vec![[]; self.order().slots()])
+    }
+
+    fn trace_counting(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels, work: &mut PixelWork) -> Counts {
+        let work = work.start(self.order());
+        self.trace_tiles(shot, seen, work)
+    }
+
+    fn omitted(&self) -> &Omitted {
+        &self.omitted
+    }
+
+    fn bytes(&self) -> usize {
+        let bins = self.ranges.iter().flat_map(|range| &range.bins);
+        bytes_of(&self.vertices)
+            + bins.map(|bin| size_of::<Bin>() + bin.bytes()).sum::<usize>()
+            + self.scratch.len() * size_of::<Tile>()
+    }
+
+    fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
+        Self::validate(self, shot)
     }
 }

@@ -2,7 +2,7 @@ use fearless_simd::Simd;
 use glam::{DVec2, DVec3, IVec2, Vec3};
 
 use crate::predicate::{is_front_along, is_front_from};
-use crate::{Camera, Projection, Ray, View};
+use crate::{Camera, Projection, Ray, Sides, View};
 
 /// Half the distance from one to the next f32: the relative error of one rounding.
 pub(crate) const HALF_ULP: f32 = f32::EPSILON / 2.0;
@@ -144,8 +144,12 @@ impl PixelSpace {
         (point, self.reach_per_unit * offset.x.abs().max(offset.y.abs()).max(offset.z.abs()))
     }
 
-    /// The sign of a triangle's area in pixel space, where y goes down, when its corners are seen counterclockwise.
-    pub(crate) fn front_sign(&self) -> f32 {
+    /// The sign of a triangle's area in pixel space, where y goes down, when it shows a side that stops rays; zero where
+    /// both do.
+    pub(crate) fn facing(&self, sides: Sides) -> f32 {
+        if sides == Sides::Both {
+            return 0.0;
+        }
         let Camera { right, up, forward, .. } = self.view.camera;
         // Below zero for a camera in a right-handed world, whose image isn't mirrored: there y down turns the sign.
         right.as_dvec3().dot(up.as_dvec3().cross(forward.as_dvec3())).signum() as f32

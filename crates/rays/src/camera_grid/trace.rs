@@ -2,72 +2,32 @@ use std::sync::Mutex;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
-use glam::{IVec2, UVec2, Vec3};
+use glam::{IVec2, UVec2};
 use rayon::prelude::*;
 
+use super::PerspectiveGrid;
 use super::bins::Bin;
 use super::build::lanes_of;
 use super::depth;
 use super::general::{General, Square};
 use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
-use super::tile::{BLOCKS, Batch, Doubt, HALF, MaskWeights, SAMPLES, Tile, block_range};
-use super::{GridCounts, PerspectiveGrid};
-use crate::predicate::crossing;
-use crate::shot::work::{Kind, TileWork};
-use crate::shot::{Mask, PixelWork, SeenPixels};
-use crate::{Hit, Triangles};
+use super::tile::{BLOCKS, Batch, HALF, MaskWeights, SAMPLES, Tile, block_range};
+use crate::predicate::{crossing, settle};
+use crate::shot::{Counts, Kind, SeenPixels, Shot, TileWork};
 
 impl PerspectiveGrid {
-    /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level.
-    ///
-    /// `triangles` are those of the last [`build`](Self::build). A hit counts where `mask` says that it is solid, which it
-    /// may deny of triangles that were masked there, and of no others.
-    #[expect(clippy::needless_pass_by_value, reason = "masks are small and written where they are passed")]
-    pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> GridCounts {
-        self.trace_uncounted(triangles, &mask, seen)
-    }
-
-    /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is. A tile is one cell here.
-    #[expect(clippy::needless_pass_by_value, reason = "as in `trace`")]
-    pub fn trace_counting(
+    /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level. Counts the work of
+    /// pixels in `work`, which has an entry for each; a tile is one cell there.
+    pub(super) fn trace_tiles<const N: usize>(
         &mut self,
-        triangles: Triangles<'_>,
-        mask: impl Mask,
-        seen: &mut SeenPixels,
-        work: &mut PixelWork,
-    ) -> GridCounts {
-        self.trace_counted(triangles, &mask, seen, work)
-    }
-
-    // These two know nothing of the mask's type, nor has anyone else to compile what they call: that takes minutes.
-
-    fn trace_uncounted(&mut self, triangles: Triangles<'_>, mask: &dyn Mask, seen: &mut SeenPixels) -> GridCounts {
-        self.trace_tiles(triangles, mask, seen, &mut vec![[]; self.order().places()])
-    }
-
-    fn trace_counted(
-        &mut self,
-        triangles: Triangles<'_>,
-        mask: &dyn Mask,
-        seen: &mut SeenPixels,
-        work: &mut PixelWork,
-    ) -> GridCounts {
-        let work = work.start(self.order());
-        self.trace_tiles(triangles, mask, seen, work)
-    }
-
-    /// Traces with `work` for all places.
-    fn trace_tiles<const N: usize>(
-        &mut self,
-        triangles: Triangles<'_>,
-        mask: &dyn Mask,
+        shot: &Shot<'_>,
         seen: &mut SeenPixels,
         work: &mut [[u32; N]],
-    ) -> GridCounts {
+    ) -> Counts {
         let Some(space) = self.space else {
             seen.resize(0, 0);
-            return GridCounts::default();
+            return Counts::default();
         };
         let (width, height) = space.size();
         seen.resize(width, height);
@@ -82,39 +42,26 @@ impl PerspectiveGrid {
             let mut tile = grid.scratch[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
             let (space, vertices) = (&space, &grid.vertices);
-            let (tile, work, tally) = (&mut *tile, TileWork(work), GridCounts::default());
-            let mut trace = TileTrace { space, triangles, vertices, mask, corner, tile, work, tally };
+            let (tile, work, tally) = (&mut *tile, TileWork(work), Counts::default());
+            let mut trace = TileTrace { shot, space, vertices, corner, tile, work, tally };
             let bins = grid.ranges.iter().map(|range| &range.bins[index]);
             dispatch!(grid.level.0, simd => trace.run(simd, bins.clone(), triangle, inverse_depth));
             trace.tally
         });
-        counted.reduce(GridCounts::default, GridCounts::plus)
-    }
-}
-
-impl GridCounts {
-    fn plus(self, other: Self) -> Self {
-        Self {
-            fragments: self.fragments + other.fragments,
-            listed: self.listed + other.listed,
-            undecided: self.undecided + other.undecided,
-            referred: self.referred + other.referred,
-            refined: self.refined + other.refined,
-        }
+        counted.reduce(Counts::default, Counts::plus)
     }
 }
 
 /// The search of one tile.
 struct TileTrace<'a, const N: usize> {
+    shot: &'a Shot<'a>,
     space: &'a PixelSpace,
-    triangles: Triangles<'a>,
     vertices: &'a [Vertex],
-    mask: &'a dyn Mask,
     /// The tile's first column and row in the image.
     corner: IVec2,
     tile: &'a mut Tile,
     work: TileWork<'a, N>,
-    tally: GridCounts,
+    tally: Counts,
 }
 
 impl<const N: usize> TileTrace<'_, N> {
@@ -133,7 +80,7 @@ impl<const N: usize> TileTrace<'_, N> {
         }
         self.tile.clear();
         let listed: usize = bins.clone().flat_map(Bin::lists).map(Vec::len).sum();
-        self.tally.listed += listed as u64;
+        self.tally.pairs += listed as u64;
         self.work.add(Kind::Pairs, 0..SAMPLES, listed as u32);
         let (ordinary, general) = (bins.clone().map(|bin| &*bin.ordinary), bins.clone().map(|bin| &*bin.general));
         self.tile.order.sort_by_depth(ordinary, general);
@@ -154,7 +101,7 @@ impl<const N: usize> TileTrace<'_, N> {
         self.tile.order.sort_by_depth(ordinary, general);
         self.test_nearest_first::<S, true>(simd);
         self.settle();
-        if self.tally.listed + self.tally.fragments > 0 {
+        if self.tally.pairs + self.tally.fragments > 0 {
             self.work.add(Kind::Cells, 0..SAMPLES, 1);
         }
         self.write(simd, triangle, inverse_depth);
@@ -202,7 +149,7 @@ impl<const N: usize> TileTrace<'_, N> {
 
     #[inline(always)]
     fn test_ordinary_inlined<S: Simd, const MASKED: bool>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
-        let indices = self.triangles.indices;
+        let indices = self.shot.triangles.indices;
         let mut corners = [[u32::MAX; 3]; LANES];
         for (corners, &id) in corners.iter_mut().zip(ids) {
             *corners = indices[id as usize];
@@ -247,7 +194,7 @@ impl<const N: usize> TileTrace<'_, N> {
         self.settle_if_many();
         let queued = if MASKED {
             let weights = MaskWeights::new(simd, self.space, &corners, &setup, [x, y], error);
-            self.tile.test_masked(simd, batch, &weights, self.mask, seen & certain)
+            self.tile.test_masked(simd, batch, &weights, self.shot.opacity, seen & certain)
         } else {
             self.tile.test_batch::<S, true>(simd, batch, seen & certain)
         };
@@ -285,7 +232,7 @@ impl<const N: usize> TileTrace<'_, N> {
         let middle = (corner + HALF).as_dvec2().to_array();
         let mut waiting = 0;
         for &id in ids {
-            let triangle = General::new(self.space, self.triangles.corners(id));
+            let triangle = General::new(self.space, self.shot.triangles.corners(id));
             let linear = if masked { None } else { triangle.linear(middle, f64::from(HALF)) };
             if let Some(linear) = linear {
                 batch.set(waiting, &linear, id);
@@ -327,55 +274,29 @@ impl<const N: usize> TileTrace<'_, N> {
         }
     }
 
-    /// Has the predicate decide whatever is still in doubt.
+    /// Settles whatever is still undecided.
     #[cold]
     #[inline(never)]
     fn settle(&mut self) {
         self.tally.undecided += self.tile.doubts.len() as u64;
         let mut doubts = std::mem::take(&mut self.tile.doubts);
         for doubt in doubts.drain(..) {
-            let place = doubt.place as usize;
-            self.work.add(Kind::Undecided, place..place + 1, 1);
-            if doubt.high >= self.tile.low[place] {
-                self.refer(doubt);
+            let index = doubt.place as usize;
+            self.work.add(Kind::Undecided, index..index + 1, 1);
+            let (x, y) = self.pixel(index);
+            let (width, height) = self.space.size();
+            if doubt.high < self.tile.low[index] || x >= width || y >= height {
+                continue;
+            }
+            let best = self.tile.triangle[index];
+            let settled = settle::nearest(self.shot, (x, y), best, doubt.triangle, &mut self.tally.settled);
+            if let Some(nearest) = settled {
+                let inverse = (1.0 / nearest.t) as f32;
+                (self.tile.low[index], self.tile.high[index]) = (inverse.next_down(), inverse.next_up());
+                self.tile.triangle[index] = nearest.triangle;
             }
         }
         self.tile.doubts = doubts;
-    }
-
-    fn refer(&mut self, doubt: Doubt) {
-        let place = doubt.place as usize;
-        let (x, y) = self.pixel(place);
-        let (width, height) = self.space.size();
-        if x >= width || y >= height {
-            return;
-        }
-        let best = self.tile.triangle[place];
-        if best == doubt.triangle {
-            return;
-        }
-        let corners = |id: u32| self.triangles.corners(id);
-        // Two triangles with the same corners, such as those between two pieces that have come apart, are hit alike.
-        let is_copy = best != SeenPixels::NONE && are_the_same(corners(best), corners(doubt.triangle));
-        if is_copy && best < doubt.triangle {
-            return;
-        }
-        self.tally.referred += 1;
-        let ray = self.space.ray(x, y);
-        let hit = |id: u32| {
-            let crossing = crossing(&ray, corners(id))?;
-            let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
-            (ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
-        };
-        let Some(new) = hit(doubt.triangle).filter(|hit| self.mask.is_solid(hit)) else { return };
-        let old = if best == SeenPixels::NONE || is_copy { None } else { hit(best) };
-        let nearest = match old {
-            Some(old) if (old.t, old.triangle) < (new.t, new.triangle) => old,
-            _ => new,
-        };
-        let inverse = (1.0 / nearest.t) as f32;
-        (self.tile.low[place], self.tile.high[place]) = (inverse.next_down(), inverse.next_up());
-        self.tile.triangle[place] = nearest.triangle;
     }
 
     /// Copies the tile to the image.
@@ -410,7 +331,7 @@ impl<const N: usize> TileTrace<'_, N> {
         if id == SeenPixels::NONE {
             return f32::NAN;
         }
-        let (ray, corners) = (self.space.ray(x, y), self.triangles.corners(id));
+        let (ray, corners) = (self.space.ray(x, y), self.shot.triangles.corners(id));
         let of_predicate = || crossing(&ray, corners).map(|crossing| SeenPixels::inverse_of(crossing.t));
         depth::inverse_depth(&ray, corners).or_else(of_predicate).unwrap_or(f32::NAN)
     }
@@ -433,11 +354,6 @@ fn leave_empty(triangle: &mut [u32], inverse_depth: &mut [f32]) {
     if !inverse_depth.iter().fold(true, |all, inverse| all & inverse.is_nan()) {
         inverse_depth.fill(f32::NAN);
     }
-}
-
-/// Whether two triangles have the same corners, in whatever order.
-fn are_the_same(first: [Vec3; 3], [a, b, c]: [Vec3; 3]) -> bool {
-    [[a, b, c], [b, c, a], [c, a, b], [c, b, a], [b, a, c], [a, c, b]].contains(&first)
 }
 
 /// Whether ranges of samples have any that is in the tile and, in tile-local coordinates, not after `last`.

@@ -5,7 +5,7 @@ use super::pixel_space::PixelSpace;
 use super::tile::SAMPLES;
 use crate::Triangles;
 use crate::predicate::crossing;
-use crate::shot::TileOrder;
+use crate::shot::{Shot, Sides, TileOrder};
 
 impl PerspectiveGrid {
     /// Checks that the lists are in order and that every triangle is listed wherever it is hit.
@@ -14,8 +14,9 @@ impl PerspectiveGrid {
     ///
     /// # Errors
     /// With what is wrong first.
-    pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
+    pub(super) fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
         let Some(space) = &self.space else { return Ok(()) };
+        let Shot { triangles, sides, .. } = *shot;
         let (columns, rows) = self.tiles();
         let tiles = columns as usize * rows as usize;
         let mut listed: Vec<Vec<u32>> = vec![Vec::new(); tiles];
@@ -48,7 +49,7 @@ impl PerspectiveGrid {
             }
         }
         let lists =
-            Lists { space, columns, culls: self.culls_back_faces, triangles, listed: &listed, fragments: &fragments };
+            Lists { space, columns, culls: sides == Sides::Front, triangles, listed: &listed, fragments: &fragments };
         (0..triangles.len() as u32).try_for_each(|id| lists.check(id))
     }
 }
@@ -84,7 +85,7 @@ impl Lists<'_> {
             return square.quarters().into_iter().try_for_each(|quarter| self.check_square(id, triangle, quarter));
         }
         let tile = (y / Bins::TILE * self.columns + x / Bins::TILE) as usize;
-        let place = TileOrder::place_in_tile(x, y);
+        let place = TileOrder::index_in_tile(x, y);
         if self.listed[tile].binary_search(&id).is_ok() || self.fragments[tile].binary_search(&(id, place)).is_ok() {
             return Ok(());
         }

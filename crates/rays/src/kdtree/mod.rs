@@ -24,7 +24,8 @@ mod statistics;
 mod traverse;
 mod validate;
 
-use crate::{Omitted, SimdLevel};
+use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
+use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles, ray_by_ray};
 pub use build::{Candidate, Cell, Job};
 use build::{Deferred, Pool};
 pub use extent::{Extent, Plane, Reference, Sides};
@@ -104,20 +105,9 @@ impl KdTree {
         self.options
     }
 
-    /// The triangles that were left out of the tree because no ray can hit them.
-    #[must_use]
-    pub fn omitted(&self) -> &Omitted {
-        &self.omitted
-    }
-
-    /// Bytes held, counting what is only used while building.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.nodes.bytes()
-            + self.ids.capacity() * size_of::<u32>()
-            + self.branch.bytes()
-            + self.deferred.bytes()
-            + self.pool.bytes()
+    /// Whether subtrees are built when a ray reaches them, of which packets know nothing.
+    fn is_lazy(&self) -> bool {
+        self.options.lazy_below != 0
     }
 
     /// All nodes.
@@ -156,5 +146,57 @@ impl KdTree {
             && self.ids == other.ids
             && self.extent == other.extent
             && self.deferred.is_same_as(&other.deferred)
+    }
+}
+
+impl Structure for KdTree {
+    fn build(&mut self, triangles: Triangles<'_>) {
+        Self::build(self, triangles);
+    }
+
+    fn see(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Result<Work, ImageTooLarge> {
+        if self.is_lazy() {
+            ray_by_ray::see(self, shot, seen);
+        } else {
+            self.see_packets(shot, seen);
+        }
+        Ok(Work::default())
+    }
+
+    fn shadow(
+        &mut self,
+        shot: &Shot<'_>,
+        seen: &SeenPixels,
+        lights: &[LightSource],
+        masks: &mut [&mut LightMask],
+    ) -> Work {
+        if self.is_lazy() {
+            ray_by_ray::shadow(self, shot, seen, lights, masks);
+        } else {
+            shot.expect_masks(seen, lights, masks);
+            lights.iter().zip(masks).for_each(|(light, mask)| self.shadow_packets(shot, seen, light, mask));
+        }
+        Work::default()
+    }
+
+    fn omitted(&self) -> &Omitted {
+        &self.omitted
+    }
+
+    fn bytes(&self) -> Bytes {
+        let triangles = self.nodes.bytes()
+            + self.ids.capacity() * size_of::<u32>()
+            + self.branch.bytes()
+            + self.deferred.bytes()
+            + self.pool.bytes();
+        Bytes { triangles, points: 0 }
+    }
+
+    fn validate(&mut self, shot: &Shot<'_>, _: &SeenPixels, _: &[LightSource]) -> Result<(), String> {
+        self.check(shot.triangles)
+    }
+
+    fn single_rays(&self) -> Option<&dyn SingleRays> {
+        Some(self)
     }
 }

@@ -12,7 +12,7 @@ impl KdTree {
     /// Names the first node or triangle that breaks a rule: planes go through their node's cell; every node but the root has
     /// one parent, and leaves share no ids; ids ascend in each leaf, and belong to triangles whose box touches the
     /// leaf's cell; leaves that list a triangle cover it; and there are no more references and leaves than the limit.
-    pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
+    pub fn check(&self, triangles: Triangles<'_>) -> Result<(), String> {
         if self.nodes.len() == 0 {
             return Err("the tree wasn't built".to_owned());
         }

@@ -34,7 +34,7 @@ pub(crate) struct Face {
 pub(crate) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 
 /// Half the distance from one to the next f64.
-pub(crate) const ROUNDING: f64 = f64::EPSILON / 2.0;
+pub(crate) use crate::predicate::ROUNDING;
 
 /// The largest |X| and |Y| of a mapped point: a point that belongs to the face is in [−1, 1], one of a neighbouring
 /// face by less than half of the rest outside of it, and either is wrong by less than the other half.

@@ -41,7 +41,7 @@ pub(crate) fn decide_eight<S: Simd>(
         LightSource::Directional { direction } => (DVec3::ZERO, Some(-direction.as_dvec3())),
     };
     let points = EightPoints::find(simd, image, rays, places, origin);
-    let [a, b, c] = EightTriangles::load(simd, image, ids).corners;
+    let [a, b, c] = EightTriangles::load(simd, image.shot.triangles, ids).corners;
     let zero = f64x8::splat(simd, 0.0);
     let error = points.error;
 

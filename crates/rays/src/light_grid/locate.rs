@@ -3,9 +3,9 @@
 use glam::{DMat3, DVec3, Vec3};
 
 use super::face::Face;
-use super::{LightGrid, SeenImage, choose};
+use super::{LightGrid, choose};
 use crate::LightSource;
-use crate::shot::TileOrder;
+use crate::shot::{SeenImage, SeenPixels, Shot, TileOrder};
 use crate::simd::vectors::LANES;
 
 /// In which cell of a light's grid the point that each pixel shows is, in [`TileOrder`].
@@ -57,7 +57,7 @@ impl LightCells {
     /// If the pixel is outside of the image's tiles.
     #[must_use]
     pub fn at(&self, x: u32, y: u32) -> Option<LightCell> {
-        self.places[self.order.place(x, y)]
+        self.places[self.order.index(x, y)]
     }
 
     /// How many points a cell has: as many as there are pixels for which [`at`](Self::at) names it.
@@ -94,7 +94,7 @@ impl LightCells {
     pub(crate) fn start(&mut self, order: TileOrder) {
         self.order = order;
         self.places.clear();
-        self.places.resize(order.places(), None);
+        self.places.resize(order.slots(), None);
         self.faces.clear();
         self.firsts.clear();
         self.points.clear();
@@ -144,14 +144,14 @@ impl Face {
 }
 
 impl LightGrid {
-    /// Finds in which cell of the grid for `light` each point that `image` shows is: where [`shadow`](Self::shadow) looks
+    /// Finds in which cell of the grid for `light` each point is that the pixels of `shot` have `seen`: where [`shadow`](Self::shadow) looks
     /// for it.
     ///
     /// # Panics
-    /// If [`survey`](Self::survey) wasn't called for `image`.
-    pub fn locate(&mut self, image: &SeenImage<'_>, light: &LightSource, located: &mut LightCells) {
-        for face in self.start_locating(image, light, located) {
-            self.map_face(face, image);
+    /// If `survey` wasn't called for `seen`.
+    pub(crate) fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, located: &mut LightCells) {
+        for face in self.start_locating(seen, light, located) {
+            self.map_face(face, &SeenImage { shot, seen });
             let Self { face, cells, blocks, members, .. } = &*self;
             let points = members.iter().enumerate().flat_map(|(block, members)| {
                 let points = &blocks[block];
@@ -167,12 +167,12 @@ impl LightGrid {
     /// Empties `located`, and returns the light's faces.
     pub(crate) fn start_locating(
         &mut self,
-        image: &SeenImage<'_>,
+        seen: &SeenPixels,
         light: &LightSource,
         located: &mut LightCells,
     ) -> Vec<Face> {
-        assert!(self.survey.places == image.seen.triangle.len(), "another image was surveyed");
-        located.start(image.seen.order());
+        assert!(self.survey.places == seen.triangle.len(), "another image was surveyed");
+        located.start(seen.order());
         self.outliers.clear();
         let mut faces = Vec::new();
         // A light that is none has no face.
@@ -186,8 +186,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::shot::{SeenPixels, Unmasked};
-    use crate::{Camera, PerspectiveGrid, Triangles, View};
+    use crate::{Camera, CameraGrid as _, PerspectiveGrid, Triangles, View};
 
     #[test]
     fn points_are_where_the_grid_looks_for_them() {
@@ -204,12 +203,12 @@ mod tests {
         let (view, offset_pixels) = (View { camera, width: 100, height: 90 }, DVec2::splat(0.5));
         let mut seen = SeenPixels::default();
         let mut camera_grid = PerspectiveGrid::default();
-        camera_grid.build(triangles, &view, offset_pixels, |_| false).expect("a small image");
-        camera_grid.trace(triangles, Unmasked, &mut seen);
-        let image = SeenImage { triangles, view, offset_pixels, seen: &seen };
+        let shot = Shot { offset_pixels, ..Shot::new(triangles, view) };
+        camera_grid.build(&shot).expect("a small image");
+        camera_grid.trace(&shot, &mut seen);
         let (mut grid, mut located) = (LightGrid::default(), LightCells::default());
-        grid.survey(&image);
-        grid.locate(&image, &LightSource::Point { position: Vec3::new(2.0, 3.0, 0.0) }, &mut located);
+        grid.survey(&shot, &seen);
+        grid.locate(&shot, &seen, &LightSource::Point { position: Vec3::new(2.0, 3.0, 0.0) }, &mut located);
         assert_eq!(located.faces.len(), 1);
         // The face's clusters are those of a shadow.
         grid.sort();

@@ -12,7 +12,7 @@ use crate::shot::{SeenPixels, TileOrder};
 use crate::simd::vectors::{LANES, splat};
 
 /// Blocks in a tile.
-const TILE_BLOCKS: usize = TileOrder::TILE_PLACES / LANES;
+const TILE_BLOCKS: usize = TileOrder::TILE_PIXELS / LANES;
 
 /// Blocks in a row of a tile: as many as there are lanes, so that what is known of each fills a vector.
 const ROW_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;

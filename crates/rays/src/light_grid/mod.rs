@@ -32,7 +32,9 @@ mod survey;
 pub(crate) mod trace;
 mod validate;
 
-use crate::shot::SeenImage;
+use crate::LightSource;
+use crate::grids::LightsGrid;
+use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, Work};
 use crate::simd::SimdLevel;
 use block::{Block, BlockErrors};
 use cells::Cells;
@@ -42,87 +44,9 @@ use map::Slab;
 use survey::Survey;
 use trace::Worker;
 
-/// What the last [`LightGrid::shadow`] did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LightGridCounts {
-    /// Points that were tested, once for each face that they are on or beside.
-    pub points: u64,
-    /// Of those the ones that were mapped in f64, because their depths weren't exact enough.
-    pub refined: u64,
-    /// Points that no face of the light could hold, tested against every triangle.
-    pub outliers: u64,
-    /// Faces of the light that see points.
-    pub faces: u64,
-    /// Groups of up to 16 points that are near each other.
-    pub clusters: u64,
-    /// Triangles that were tested, once for each face, in local coordinates.
-    pub small_triangles: u64,
-    /// Triangles that were tested, once for each face, row by row.
-    pub large_triangles: u64,
-    /// Tests of a triangle against the bounds of 16 clusters.
-    pub cluster_tests: u64,
-    /// Tests of a triangle against 16 points.
-    pub block_tests: u64,
-    /// Pairs of a triangle and a point that the fast test, or a mask asked by it, couldn't decide.
-    pub undecided: u64,
-    /// Pairs about which the fast test asked the triangle's mask.
-    pub masked: u64,
-    /// Pairs that the predicate was asked about, because f64 or the mask couldn't decide them.
-    pub asked: u64,
-}
-
-/// Seconds that each stage of the last [`LightGrid::survey`] and [`LightGrid::shadow`] took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LightGridSeconds {
-    /// How far away the image's tiles are; once for all lights.
-    pub survey: f64,
-    /// The light's faces divided into cells, and the points to the faces.
-    pub map: f64,
-    /// Clusters to cells.
-    pub sort: f64,
-    /// The vertices to the light's faces.
-    pub project: f64,
-    /// Triangles against points.
-    pub trace: f64,
-    /// What the fast test left open, and the bits of all threads.
-    pub decide: f64,
-}
-
-impl LightGridCounts {
-    /// Each count with its name.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, u64); 11] {
-        let Self { points, refined, outliers, faces, clusters, .. } = *self;
-        let Self { small_triangles, large_triangles, cluster_tests, block_tests, .. } = *self;
-        let Self { undecided, masked, asked, .. } = *self;
-        [
-            ("points", points),
-            ("refined", refined),
-            ("outliers", outliers),
-            ("faces", faces),
-            ("clusters", clusters),
-            ("triangles", small_triangles + large_triangles),
-            ("cluster_tests", cluster_tests),
-            ("block_tests", block_tests),
-            ("undecided", undecided),
-            ("masked", masked),
-            ("asked", asked),
-        ]
-    }
-}
-
-impl LightGridSeconds {
-    /// Each stage with its name.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, f64); 6] {
-        let Self { survey, map, sort, project, trace, decide } = *self;
-        [("survey", survey), ("map", map), ("sort", sort), ("project", project), ("trace", trace), ("decide", decide)]
-    }
-}
-
 /// Which points that the camera sees a light reaches, rebuilt for every frame and light.
 ///
-/// For each place 12 bytes, for each block of 16 another 12, for each of its clusters and each row of cells that it is in
+/// For each pixel 12 bytes, for each block of 16 another 12, for each of its clusters and each row of cells that it is in
 /// 52, mostly once; for each vertex 16 bytes. Keep it and use it again: its memory is reused.
 #[derive(Default)]
 pub struct LightGrid {
@@ -146,8 +70,8 @@ pub struct LightGrid {
     /// For each block which points are in shadow, as far as is known.
     pub(crate) shadowed: Vec<u16>,
     pub(crate) outliers: Vec<u32>,
-    pub(crate) counts: LightGridCounts,
-    pub(crate) seconds: LightGridSeconds,
+    pub(crate) counts: Counts,
+    pub(crate) seconds: Seconds,
 }
 
 impl std::fmt::Debug for LightGrid {
@@ -162,32 +86,27 @@ impl LightGrid {
     pub fn with_level(level: SimdLevel) -> Self {
         Self { level, ..Self::default() }
     }
+}
 
-    /// What the last [`LightGrid::shadow`] did.
-    #[must_use]
-    pub fn counts(&self) -> LightGridCounts {
-        self.counts
+impl LightsGrid for LightGrid {
+    fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
+        Self::survey(self, shot, seen);
     }
 
-    /// How long the stages of the last [`LightGrid::survey`] and [`LightGrid::shadow`] took.
-    #[must_use]
-    pub fn seconds(&self) -> LightGridSeconds {
-        self.seconds
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
+        Self::shadow(self, shot, seen, light, mask);
+        Work { counts: self.counts, seconds: self.seconds }
     }
 
-    /// Bytes held for triangles: what is left of [`bytes`](Self::bytes) is held for points.
-    #[must_use]
-    pub fn triangle_bytes(&self) -> usize {
-        self.vertices.capacity() * size_of::<[f32; 4]>() + self.huge.capacity() * size_of::<u32>()
+    fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
+        Self::locate(self, shot, seen, light, cells);
     }
 
-    /// Bytes held.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
+    fn bytes(&self) -> Bytes {
+        let triangles = self.vertices.capacity() * size_of::<[f32; 4]>() + self.huge.capacity() * size_of::<u32>();
         let slabs: usize = self.slabs.iter().map(Slab::bytes).sum();
         let workers: usize = self.workers.iter().map(Worker::bytes).sum();
-        self.triangle_bytes()
-            + self.survey.bytes()
+        let points = self.survey.bytes()
             + slabs
             + workers
             + self.cells.bytes()
@@ -196,6 +115,11 @@ impl LightGrid {
             + self.errors.capacity() * size_of::<BlockErrors>()
             + (self.members.capacity() + self.shadowed.capacity()) * size_of::<u16>()
             + self.undecided.capacity() * size_of::<[u32; 2]>()
-            + self.outliers.capacity() * size_of::<u32>()
+            + self.outliers.capacity() * size_of::<u32>();
+        Bytes { triangles, points }
+    }
+
+    fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
+        Self::validate(self, shot, seen, light)
     }
 }

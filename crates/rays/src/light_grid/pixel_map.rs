@@ -63,12 +63,12 @@ impl PixelMap {
 mod tests {
     use glam::{DVec2, DVec3, Vec3};
 
+    use super::super::Face;
     use super::super::choose::choose;
     use super::super::survey::Tile;
-    use super::super::{Face, SeenImage};
     use super::*;
     use crate::shot::CameraRays;
-    use crate::shot::SeenPixels;
+    use crate::shot::{SeenPixels, Shot};
     use crate::{Camera, LightSource, Projection, Triangles, View};
 
     /// Where the face has a world position.
@@ -85,8 +85,8 @@ mod tests {
         for projection in [camera.projection, Projection::Orthographic { half_height: 2.0 }] {
             let view = View { camera: Camera { projection, ..camera }, width: 64, height: 64 };
             let offset_pixels = DVec2::new(0.25, 0.75);
-            let image = SeenImage { triangles: Triangles::default(), view, offset_pixels, seen: &seen };
-            let rays = CameraRays::new(&image);
+            let shot = Shot { offset_pixels, ..Shot::new(Triangles::default(), view) };
+            let rays = CameraRays::new(&shot);
             let tile = Tile { points: 1, corners: rays.frustum(0, [0.2, 0.4]), ..Tile::default() };
             let position = Vec3::new(3.0, 4.0, 1.0);
             for light in

@@ -284,7 +284,7 @@ impl Batch {
         splat(simd, a).mul_add(x, splat(simd, b) * y)
     }
 
-    /// Where on a triangle the `asked` points of a block have their shadow from, if they have.
+    /// Where on a triangle the points of a block in `lanes` have their shadow from, if they have.
     ///
     /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there.
     /// If each E is wrong by at most δ, a weight from 0 to 1 is by at most 2 δ W / D, W being the largest, taken as 3.
@@ -298,7 +298,7 @@ impl Batch {
         triangle: usize,
         block: &Block,
         error: BlockErrors,
-        asked: u16,
+        lanes: u16,
     ) -> MaskPoints {
         let triangle = triangle % BATCH;
         let [e0, e1, e2] = self.edges(simd, triangle, block);
@@ -313,7 +313,7 @@ impl Batch {
         let edge_error = error.place * self.edge_error[1][triangle] + self.edge_error[0][triangle];
         let error = (edge_error + self.weight_error[triangle]) * (3.01 * w0.max(w1).max(w2));
         let error = inverse.abs() * splat(simd, error) + splat(simd, 24.0 * EPSILON);
-        MaskPoints { barycentric: [(e1 * inverse).into(), (e2 * inverse).into()], error: error.into(), asked }
+        MaskPoints { barycentric: [(e1 * inverse).into(), (e2 * inverse).into()], error: error.into(), lanes }
     }
 
     /// Tests a triangle against a block: which of its points it shadows for certain, and which possibly, among them all

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::LightGrid;
-use crate::shot::{CameraRays, SeenImage, SeenPixels, TileOrder};
+use crate::shot::{CameraRays, SeenImage, SeenPixels, Shot, TileOrder};
 use crate::simd::vectors::{LANES, splat};
 
 /// What all lights want to know about an image.
@@ -38,25 +38,25 @@ pub(crate) struct Tile {
 }
 
 impl LightGrid {
-    /// Finds out how far away each tile's points are; call it before [`LightGrid::shadow`], once for all lights.
+    /// Finds out how far away each tile's points are; call it before `shadow`, once for all lights.
     ///
     /// # Panics
-    /// If `image.seen` isn't of the size of `image.view`.
-    pub fn survey(&mut self, image: &SeenImage<'_>) {
+    /// If `seen` isn't of the size of the shot's view.
+    pub(crate) fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
         let start = Instant::now();
-        let (size, seen) = ((image.view.width, image.view.height), image.seen.order().size());
-        assert!(seen == size, "an image of {seen:?} pixels seen through a view of {size:?}");
+        shot.expect_size(seen);
+        let image = &SeenImage { shot, seen };
         let Survey { tiles, rays, places, unknown } = &mut self.survey;
-        *rays = CameraRays::new(image);
+        *rays = CameraRays::new(shot);
         *places = image.seen.triangle.len();
-        tiles.resize(*places / TileOrder::TILE_PLACES, Tile::default());
+        tiles.resize(*places / TileOrder::TILE_PIXELS, Tile::default());
         let (level, rays) = (self.level.0, &*rays);
         tiles.par_iter_mut().enumerate().with_min_len(4).for_each(|(place, tile)| {
             *tile = dispatch!(level, simd => survey(simd, image, rays, place));
         });
         unknown.clear();
         for (place, _) in tiles.iter().enumerate().filter(|(_, tile)| tile.has_unknown) {
-            let places = place * TileOrder::TILE_PLACES..(place + 1) * TileOrder::TILE_PLACES;
+            let places = place * TileOrder::TILE_PIXELS..(place + 1) * TileOrder::TILE_PIXELS;
             unknown.extend(places.filter(|&place| is_unknown(image.seen, place)).map(|place| place as u32));
         }
         self.seconds.survey = start.elapsed().as_secs_f64();
@@ -69,10 +69,10 @@ fn is_unknown(seen: &SeenPixels, place: usize) -> bool {
 
 #[inline(always)]
 fn survey<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, tile: usize) -> Tile {
-    let first = tile * TileOrder::TILE_PLACES;
+    let first = tile * TileOrder::TILE_PIXELS;
     let (mut lowest, mut highest) = (splat(simd, f32::INFINITY), splat(simd, 0.0));
     let (mut points, mut has_unknown) = (0, false);
-    let places = first..first + TileOrder::TILE_PLACES;
+    let places = first..first + TileOrder::TILE_PIXELS;
     for (block, depths) in image.seen.inverse_depth[places].chunks_exact(LANES).enumerate() {
         let depths = f32x16::from_slice(simd, depths);
         let known = depths.simd_eq(depths);

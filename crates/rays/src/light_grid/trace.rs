@@ -11,9 +11,9 @@ use super::large::{Plane, planes};
 use super::queue::Queue;
 use super::settle::Judge;
 use super::small::{BATCH, Batch, Mapped};
-use super::{LightGrid, LightGridCounts, SeenImage, choose};
+use super::{LightGrid, choose};
 use crate::LightSource;
-use crate::shot::{ShadowMask, TileOrder};
+use crate::shot::{Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder};
 use crate::simd::vectors::LANES;
 
 /// Triangles that a thread takes at once.
@@ -22,7 +22,7 @@ const CHUNK_TRIANGLES: usize = 512;
 /// Triangles that cover much of the face that a thread sets aside.
 const MOST_HUGE: usize = 1024;
 
-/// Undecided pairs that a thread collects before it asks the predicate.
+/// Undecided pairs that a thread collects before it has them settled.
 pub(crate) const MOST_UNDECIDED: usize = 1 << 15;
 
 /// Rows of cells that a thread takes at once for the triangles that cover much of the face.
@@ -40,7 +40,7 @@ pub(crate) struct Worker {
     huge: Vec<u32>,
     queue: Queue,
     pub(crate) batch: Batch,
-    pub(crate) counts: LightGridCounts,
+    pub(crate) counts: Counts,
 }
 
 impl Worker {
@@ -53,44 +53,36 @@ impl Worker {
 }
 
 impl LightGrid {
-    /// Finds which points that `image` shows are lit by `light`: a bit for each place of [`TileOrder`], a block of 4×4
-    /// pixels to a word of `lit`, the first in the lowest bit; zero where there is no point. Cones of spot lights don't
-    /// count.
+    /// Finds which of the points that the pixels of `shot` have `seen` are lit by `light`.
     ///
     /// A point is lit unless some triangle but its own shadows it as
-    /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says. A triangle for which `is_opaque` is
-    /// false only does where `mask` says that it casts a shadow.
+    /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says, where the shot's `shadow_opacity` says that
+    /// it stops rays.
     ///
     /// # Panics
-    /// If [`LightGrid::survey`] wasn't called for `image`, or `lit` hasn't a word for each block.
-    pub fn shadow(
-        &mut self,
-        image: &SeenImage<'_>,
-        light: &LightSource,
-        is_opaque: impl Fn(u32) -> bool + Sync,
-        mask: &impl ShadowMask,
-        lit: &mut [u16],
-    ) {
-        let places = image.seen.triangle.len();
-        assert!(self.survey.places == places, "another image was surveyed");
-        let blocks = places / TileOrder::BLOCK_PLACES;
-        assert!(lit.len() == blocks, "{} words for {blocks} blocks of pixels", lit.len());
-        self.counts = LightGridCounts::default();
-        self.seconds = super::LightGridSeconds { survey: self.seconds.survey, ..Default::default() };
+    /// If `survey` wasn't called for `seen`.
+    pub(crate) fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) {
+        let image = SeenImage { shot, seen };
+        let pixels = seen.triangle.len();
+        assert!(self.survey.places == pixels, "another image was surveyed");
+        mask.resize(seen.order());
+        let blocks = pixels / TileOrder::BLOCK_PIXELS;
+        self.counts = Counts::default();
+        self.seconds = Seconds { survey: self.seconds.survey, ..Seconds::default() };
         self.shadowed.clear();
         self.shadowed.resize(blocks, 0);
         self.outliers.clear();
         let mut faces = std::mem::take(&mut self.faces);
         let (rays, level) = (self.survey.rays, self.level);
         if choose::choose(light, &rays, &self.survey.tiles, &mut faces).is_some() {
-            let judge = Judge { image, rays, light, is_opaque: &is_opaque, mask, level };
+            let judge = Judge { image, rays, light, level };
             for face in &faces {
                 self.shadow_face(*face, &judge);
             }
-            self.decide_outliers(&judge);
+            self.settle_outliers(&judge);
         }
         self.faces = faces;
-        self.light_the_rest(image.seen, lit);
+        self.light_the_rest(seen, mask.blocks_mut());
     }
 
     /// Shadows the points of a face.
@@ -101,7 +93,7 @@ impl LightGrid {
             *seconds += (now - clock).as_secs_f64();
             clock = now;
         };
-        self.map_face(face, judge.image);
+        self.map_face(face, &judge.image);
         let points: u64 = self.slabs.iter().map(|slab| u64::from(slab.points)).sum();
         lap(&mut self.seconds.map);
         self.sort();
@@ -113,13 +105,13 @@ impl LightGrid {
         self.counts.refined += self.slabs.iter().map(|slab| u64::from(slab.refined)).sum::<u64>();
         self.counts.clusters += self.cells.rows().iter().map(|row| row.len() as u64).sum::<u64>();
         self.counts.faces += 1;
-        self.project(judge.image.triangles.positions);
+        self.project(judge.image.shot.triangles.positions);
         lap(&mut self.seconds.project);
         self.test_triangles(judge);
         lap(&mut self.seconds.trace);
-        self.decide(judge);
+        self.settle(judge);
         self.merge_shadows();
-        lap(&mut self.seconds.decide);
+        lap(&mut self.seconds.settle);
     }
 
     /// Makes `face` the one that the grid is about, and maps its points.
@@ -147,10 +139,10 @@ impl LightGrid {
             worker.huge.clear();
             worker.undecided.reserve_exact(MOST_UNDECIDED + LANES);
             worker.huge.reserve_exact(MOST_HUGE);
-            worker.counts = LightGridCounts::default();
+            worker.counts = Counts::default();
             loop {
                 let first = next.fetch_add(CHUNK_TRIANGLES, Ordering::Relaxed);
-                if first >= judge.image.triangles.len() {
+                if first >= judge.image.shot.triangles.len() {
                     break;
                 }
                 dispatch!(level, simd => tester.test_chunk(simd, worker, first));
@@ -171,15 +163,7 @@ impl LightGrid {
                 }
             });
         }
-        for worker in workers {
-            self.counts.small_triangles += worker.counts.small_triangles;
-            self.counts.large_triangles += worker.counts.large_triangles;
-            self.counts.cluster_tests += worker.counts.cluster_tests;
-            self.counts.block_tests += worker.counts.block_tests;
-            self.counts.undecided += worker.counts.undecided;
-            self.counts.asked += worker.counts.asked;
-            self.counts.masked += worker.counts.masked;
-        }
+        workers.iter().for_each(|worker| self.counts += worker.counts);
     }
 }
 
@@ -194,7 +178,7 @@ pub(crate) struct Tester<'a> {
 impl Tester<'_> {
     #[inline(always)]
     fn test_chunk<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
-        let all = self.judge.image.triangles.indices;
+        let all = self.judge.image.shot.triangles.indices;
         let chunk = &all[first..(first + CHUNK_TRIANGLES).min(all.len())];
         for (batch, triangles) in chunk.chunks(BATCH).enumerate() {
             let first = first + batch * BATCH;
@@ -266,7 +250,7 @@ impl Tester<'_> {
     #[inline(always)]
     fn flush<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
         let Worker { batch, queue, shadowed, undecided, counts, .. } = worker;
-        counts.block_tests += queue.pairs().len() as u64;
+        counts.tests += queue.pairs().len() as u64;
         for (block, triangle) in queue.pairs() {
             if shadowed[block] == u16::MAX {
                 continue;
@@ -280,7 +264,7 @@ impl Tester<'_> {
         }
         queue.clear();
         if undecided.len() >= MOST_UNDECIDED {
-            counts.asked += self.judge.decide(undecided, shadowed);
+            counts.settled += self.judge.settle(undecided, shadowed);
             undecided.clear();
         }
     }
@@ -288,7 +272,7 @@ impl Tester<'_> {
     /// Tests a triangle row by row.
     #[inline(always)]
     fn test_large<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32) {
-        let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { return };
+        let Ok(corners) = self.judge.image.shot.triangles.usable_corners(id) else { return };
         let planes = planes(self.mapped.face, corners);
         if planes.iter().flatten().any(|plane| self.is_huge(plane)) && worker.huge.len() < MOST_HUGE {
             worker.huge.push(id);
@@ -310,7 +294,7 @@ impl Tester<'_> {
     #[inline(always)]
     fn test_huge<S: Simd>(&self, simd: S, worker: &mut Worker, huge: &[u32], rows: std::ops::Range<usize>) {
         for &id in huge {
-            let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { continue };
+            let Ok(corners) = self.judge.image.shot.triangles.usable_corners(id) else { continue };
             for plane in planes(self.mapped.face, corners).iter().flatten() {
                 worker.counts.large_triangles += u64::from(rows.start == 0);
                 let covered = plane.rows(self.mapped.cells);
@@ -333,7 +317,7 @@ impl Tester<'_> {
                 if shadowed[block] == u16::MAX {
                     return;
                 }
-                counts.block_tests += 1;
+                counts.tests += 1;
                 let (certain, possible) = plane.test(simd, &self.blocks[block], self.errors[block]);
                 if possible.any_true() {
                     let found = Found { id, block, certain, possible };
@@ -342,7 +326,7 @@ impl Tester<'_> {
             },
         );
         if undecided.len() >= MOST_UNDECIDED {
-            counts.asked += self.judge.decide(undecided, shadowed);
+            counts.settled += self.judge.settle(undecided, shadowed);
             undecided.clear();
         }
     }
@@ -368,14 +352,14 @@ impl Tester<'_> {
     /// Calls `visit` with the blocks that a triangle is tested against, if they are few enough for the queue.
     #[inline(always)]
     pub(crate) fn visit_blocks<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32, mut visit: impl FnMut(usize)) {
-        let triangle = &self.judge.image.triangles.indices[id as usize..=id as usize];
+        let triangle = &self.judge.image.shot.triangles.indices[id as usize..=id as usize];
         let survivors = worker.batch.set_up(simd, &self.mapped, triangle, 0);
         if survivors.small != 0 {
             self.enqueue(simd, worker, id as usize, 0);
             worker.queue.pairs().for_each(|(block, _)| visit(block));
             worker.queue.clear();
         }
-        let Ok(corners) = self.judge.image.triangles.usable_corners(id) else { return };
+        let Ok(corners) = self.judge.image.shot.triangles.usable_corners(id) else { return };
         if survivors.large != 0 {
             for plane in planes(self.mapped.face, corners).iter().flatten() {
                 for row in plane.rows(self.mapped.cells) {
@@ -393,7 +377,7 @@ impl Tester<'_> {
         simd: S,
         shadowed: &mut u16,
         undecided: &mut Vec<[u32; 2]>,
-        counts: &mut LightGridCounts,
+        counts: &mut Counts,
         found: &Found<S>,
         of_batch: Option<(&Batch, usize)>,
     ) {
@@ -403,25 +387,25 @@ impl Tester<'_> {
         let others = own.simd_ne(u32x16::splat(simd, id)).to_bitmask() as u16 & !*shadowed;
         let mut certain = certain.to_bitmask() as u16 & others;
         let mut possible = possible.to_bitmask() as u16 & others;
-        if certain != 0 && !(self.judge.is_opaque)(id) {
+        if certain != 0 && !self.judge.image.shot.shadow_opacity.is_opaque(id) {
             let answers = of_batch.map(
                 #[inline(always)]
                 |(batch, triangle)| {
                     counts.masked += u64::from(possible.count_ones());
                     let (points, error) = (&self.blocks[block], self.errors[block]);
                     let asked = batch.weights(simd, self.mapped.face, triangle, points, error, possible);
-                    self.judge.mask.which_cast(id, &asked)
+                    self.judge.image.shot.shadow_opacity.which_stop(id, &asked)
                 },
             );
             let answers = answers.unwrap_or_default();
-            (certain, possible) = (certain & answers.solid, possible & !answers.cut);
+            (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
         }
-        let mut open = possible & !certain;
-        counts.undecided += u64::from(open.count_ones());
+        let mut left = possible & !certain;
+        counts.undecided += u64::from(left.count_ones());
         *shadowed |= certain;
-        while open != 0 {
-            let lane = open.trailing_zeros() as usize;
-            open &= open - 1;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
             undecided.push([(block * LANES + lane) as u32, id]);
         }
     }

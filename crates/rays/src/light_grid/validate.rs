@@ -7,11 +7,13 @@ use super::small::Mapped;
 use super::trace::{Tester, Worker};
 use super::{LightGrid, SeenImage, choose};
 use crate::LightSource;
-use crate::shot::{SeenPixels, Unmasked};
+use crate::predicate::settle;
+use crate::shot::{SeenPixels, Shot};
 use crate::simd::vectors::LANES;
 
 impl LightGrid {
-    /// Builds the cells of each face that `light` needs for `image`, and checks them.
+    /// Builds the cells of each face that `light` needs for what the pixels of `shot` have `seen`, and checks them. All
+    /// triangles are taken to be opaque.
     ///
     /// It asks the predicate about every triangle and point, so it takes long for large images.
     ///
@@ -22,8 +24,9 @@ impl LightGrid {
     /// being tested; and every triangle that shadows a point finds the point's block.
     ///
     /// # Panics
-    /// If [`LightGrid::survey`] wasn't called for `image`.
-    pub fn validate(&mut self, image: &SeenImage<'_>, light: &LightSource) -> Result<(), String> {
+    /// If `survey` wasn't called for `seen`.
+    pub(crate) fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
+        let image = SeenImage { shot, seen };
         let places = image.seen.triangle.len();
         assert!(self.survey.places == places, "another image was surveyed");
         let mut faces = std::mem::take(&mut self.faces);
@@ -31,13 +34,12 @@ impl LightGrid {
         let mut placed = vec![0_u16; places / LANES];
         self.outliers.clear();
         let mut result = Ok(());
-        let judge =
-            Judge { image, rays: self.survey.rays, light, is_opaque: &|_| true, mask: &Unmasked, level: self.level };
+        let judge = Judge { image, rays: self.survey.rays, light, level: self.level };
         for (number, face) in faces.iter().enumerate() {
-            self.map_face(*face, image);
+            self.map_face(*face, &image);
             self.sort();
             placed.iter_mut().zip(&self.members).for_each(|(placed, members)| *placed |= members);
-            self.project(image.triangles.positions);
+            self.project(shot.triangles.positions);
             let checked = self.validate_face().and_then(|()| self.validate_reach(&judge));
             result = checked.map_err(|broken| format!("face {number}: {broken}"));
             if result.is_err() {
@@ -66,15 +68,17 @@ impl LightGrid {
         let points = members.iter().enumerate().flat_map(|(block, members)| {
             (0..LANES).filter(move |lane| members >> lane & 1 == 1).map(move |lane| block * LANES + lane)
         });
-        let rays: Vec<_> = points.filter_map(|place| Some((place, judge.shadow_ray(place as u32)?))).collect();
+        let rays: Vec<_> = points
+            .filter_map(|place| Some((place, judge.image.shot.shadow_ray(judge.image.seen, place, judge.light)?)))
+            .collect();
         let mut worker = Worker::default();
-        for id in 0..judge.image.triangles.len() as u32 {
+        for id in 0..judge.image.shot.triangles.len() as u32 {
             let mut is_found = vec![false; blocks.len()];
             let found = |block: usize| is_found[block] = true;
             dispatch!(judge.level.0, simd => tester.visit_blocks(simd, &mut worker, id, found));
             let own = |place: usize| judge.image.seen.triangle[place];
             let mut missed = rays.iter().filter(|(place, _)| !is_found[place / LANES] && own(*place) != id);
-            if let Some((place, _)) = missed.find(|(_, ray)| judge.is_blocked(ray, id)) {
+            if let Some((place, _)) = missed.find(|(_, ray)| settle::is_blocked(judge.image.shot, ray, id)) {
                 return Err(format!("triangle {id} shadows the point at {place}, and isn't tested against it"));
             }
         }

@@ -5,5 +5,5 @@
 mod camera;
 mod light;
 
-pub use camera::{Cells, ImpossibleCells, ListedCounts, ListedGrid, ListedOptions, ListedSeconds};
-pub use light::{ImpossibleLightCells, ListedLightCounts, ListedLightGrid, ListedLightOptions, ListedLightSeconds};
+pub use camera::{Cells, ImpossibleCells, ListedGrid, ListedOptions};
+pub use light::{ImpossibleLightCells, ListedLightGrid, ListedLightOptions};

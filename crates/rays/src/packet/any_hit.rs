@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 use super::blocks::{bits_of, least_of, least_of_blocks};
 use super::query::Query;
 use super::{LANES, MOST_BLOCKS, PacketRays, Planes};
-use crate::shot::{MaskAnswers, ShadowMask};
+use crate::shot::{MaskAnswers, Opacity};
 
 /// Whether sixteen rays have reached the points that they end at.
 #[derive(Clone, Copy, Debug)]
@@ -30,20 +30,11 @@ pub(crate) struct AnyHit<'a> {
     doubts: &'a mut Vec<(u16, u16, u32)>,
     /// How wrong the limits may be.
     limit_error: f32,
-    casting: Casting<'a>,
+    opacity: &'a dyn Opacity,
     /// The least limit of each block's open rays, less its error; infinite where none is open.
     farthest: [f32; MOST_BLOCKS],
     /// The least of those.
     least: f32,
-}
-
-/// Where triangles keep light off what is behind them.
-#[derive(Clone, Copy)]
-pub(crate) struct Casting<'a> {
-    /// Triangles that let light through nowhere.
-    pub(crate) is_opaque: &'a (dyn Fn(u32) -> bool + Sync),
-    /// Where others do.
-    pub(crate) mask: &'a dyn ShadowMask,
 }
 
 impl<'a> AnyHit<'a> {
@@ -55,10 +46,10 @@ impl<'a> AnyHit<'a> {
         found: &'a mut [AnyHitBlock],
         doubts: &'a mut Vec<(u16, u16, u32)>,
         limit_error: f32,
-        casting: Casting<'a>,
+        opacity: &'a dyn Opacity,
     ) -> Self {
         let farthest = [f32::INFINITY; MOST_BLOCKS];
-        let mut query = Self { rays, found, doubts, limit_error, casting, farthest, least: 0.0 };
+        let mut query = Self { rays, found, doubts, limit_error, opacity, farthest, least: 0.0 };
         (0..rays.blocks().len()).for_each(|block| query.update_block(simd, block));
         query.update_least(simd);
         query
@@ -103,14 +94,14 @@ impl<'a> AnyHit<'a> {
             return false;
         }
         let mut certain = certain.to_bitmask() as u16 & possible;
-        if !(self.casting.is_opaque)(id) {
+        if !self.opacity.is_opaque(id) {
             let answers = if is_oriented {
-                self.casting.mask.which_cast(id, &planes.mask_points(simd, lane, values.edges, possible))
+                self.opacity.which_stop(id, &planes.mask_points(simd, lane, values.edges, possible))
             } else {
                 MaskAnswers::default()
             };
             possible &= !answers.cut;
-            certain &= answers.solid;
+            certain &= answers.opaque;
         }
         for ray in bits_of(u64::from(possible & !certain)) {
             self.doubts.push((block as u16, ray as u16, id));

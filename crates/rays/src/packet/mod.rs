@@ -14,10 +14,10 @@ mod planes;
 mod query;
 mod space;
 
-pub(crate) use any_hit::{AnyHit, AnyHitBlock, Casting};
+pub(crate) use any_hit::{AnyHit, AnyHitBlock};
 pub(crate) use blocks::PacketRays;
 pub(crate) use mailbox::Mailbox;
-pub(crate) use nearest::{Doubt, Nearest, NearestBlock, Solid};
+pub(crate) use nearest::{Doubt, Nearest, NearestBlock};
 pub use planes::Planes;
 pub(crate) use query::Query;
 pub use space::Group;
@@ -33,4 +33,4 @@ pub(crate) const MOST_BLOCKS: usize = 64;
 pub(crate) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 
 /// Half the distance from one to the next f64.
-const ROUNDING: f64 = f64::EPSILON / 2.0;
+use crate::predicate::ROUNDING;

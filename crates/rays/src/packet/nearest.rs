@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 use super::blocks::{bits_of, least_of, least_of_blocks};
 use super::query::Query;
 use super::{LANES, MOST_BLOCKS, PacketRays, Planes};
-use crate::shot::{Mask, MaskAnswers, SeenPixels};
+use crate::shot::{MaskAnswers, Opacity, SeenPixels};
 
 /// What sixteen rays hit nearest, as far as is certain.
 #[derive(Clone, Copy, Debug)]
@@ -39,20 +39,11 @@ pub(crate) struct Nearest<'a> {
     doubts: &'a mut Vec<Doubt>,
     /// Rays start where the nearness is at least the first and at most the second: what is nearer isn't hit.
     starts: [f32; 2],
-    solid: Solid<'a>,
+    opacity: &'a dyn Opacity,
     /// What each block's `low` are at least, of members.
     farthest: [f32; MOST_BLOCKS],
     /// The least of those.
     least: f32,
-}
-
-/// Where triangles are there.
-#[derive(Clone, Copy)]
-pub(crate) struct Solid<'a> {
-    /// Triangles that are there everywhere.
-    pub(crate) is_opaque: &'a (dyn Fn(u32) -> bool + Sync),
-    /// Where others are.
-    pub(crate) mask: &'a dyn Mask,
 }
 
 impl<'a> Nearest<'a> {
@@ -64,13 +55,13 @@ impl<'a> Nearest<'a> {
         found: &'a mut [NearestBlock],
         doubts: &'a mut Vec<Doubt>,
         starts: [f32; 2],
-        solid: Solid<'a>,
+        opacity: &'a dyn Opacity,
     ) -> Self {
         let mut farthest = [f32::INFINITY; MOST_BLOCKS];
         for ((farthest, rays), found) in farthest.iter_mut().zip(rays.blocks()).zip(&*found) {
             *farthest = least_of(simd, f32x16::from_slice(simd, &found.low), rays.members);
         }
-        let mut query = Self { rays, found, doubts, starts, solid, farthest, least: 0.0 };
+        let mut query = Self { rays, found, doubts, starts, opacity, farthest, least: 0.0 };
         query.update_least(simd);
         query
     }
@@ -107,14 +98,14 @@ impl<'a> Nearest<'a> {
             return false;
         }
         let mut certain = certain.to_bitmask() & possible;
-        if !(self.solid.is_opaque)(id) {
+        if !self.opacity.is_opaque(id) {
             let answers = if is_oriented {
-                self.solid.mask.are_solid(id, &planes.mask_points(simd, lane, values.edges, possible as u16))
+                self.opacity.which_stop(id, &planes.mask_points(simd, lane, values.edges, possible as u16))
             } else {
                 MaskAnswers::default()
             };
             possible &= !u64::from(answers.cut);
-            certain &= u64::from(answers.solid);
+            certain &= u64::from(answers.opaque);
         }
         if possible != certain {
             let high: [f32; LANES] = values.high.into();

@@ -116,7 +116,7 @@ impl Planes {
     /// more, and r the largest of a corner from where the ray starts. A weight, being one at most, is so wrong by at most
     /// h / (D − h), with h = 2 bound + 4 p. Some ε are for roundings here and the predicate's own to f32.
     #[inline(always)]
-    pub(super) fn mask_points<S: Simd>(&self, simd: S, lane: usize, edges: [f32x16<S>; 3], asked: u16) -> MaskPoints {
+    pub(super) fn mask_points<S: Simd>(&self, simd: S, lane: usize, edges: [f32x16<S>; 3], lanes: u16) -> MaskPoints {
         let lane = lane % LANES;
         let first = edges[0] * f32x16::splat(simd, self.share[0][lane]);
         let second = edges[1] * f32x16::splat(simd, self.share[1][lane]);
@@ -125,7 +125,7 @@ impl Planes {
         let inverse = f32x16::splat(simd, 1.0) / sum;
         let error = f32x16::splat(simd, self.weight_error[lane]);
         let error = error / (sum - error) + f32x16::splat(simd, 12.0 * HALF_ULP as f32);
-        MaskPoints { barycentric: [(second * inverse).into(), (third * inverse).into()], error: error.into(), asked }
+        MaskPoints { barycentric: [(second * inverse).into(), (third * inverse).into()], error: error.into(), lanes }
     }
 
     /// The largest value of an edge function in the packet.

@@ -9,6 +9,7 @@
 mod double;
 mod eight;
 mod expansion;
+pub(crate) mod settle;
 mod shadow;
 
 use glam::{DVec3, Vec3};
@@ -21,7 +22,7 @@ use expansion::Expansion;
 pub use shadow::{HitPoint, ShadowRay};
 
 /// Half the distance from one to the next f64: the relative error of one rounding.
-const ROUNDING: f64 = f64::EPSILON / 2.0;
+pub(crate) const ROUNDING: f64 = f64::EPSILON / 2.0;
 
 /// A ray and a triangle that meet.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 use glam::DVec3;
 
-use super::{SeenImage, SeenPixels, TileOrder};
+use super::{SeenPixels, Shot, TileOrder};
 use crate::{Camera, Projection};
 
 /// The constants of [`View::ray`](crate::View::ray).
@@ -23,16 +23,16 @@ pub(crate) struct CameraRays {
 }
 
 impl CameraRays {
-    pub(crate) fn new(image: &SeenImage<'_>) -> Self {
-        let Camera { position, right, up, forward, projection } = image.view.camera;
-        let (width, height) = (f64::from(image.view.width), f64::from(image.view.height));
+    pub(crate) fn new(shot: &Shot<'_>) -> Self {
+        let Camera { position, right, up, forward, projection } = shot.view.camera;
+        let (width, height) = (f64::from(shot.view.width), f64::from(shot.view.height));
         let (is_perspective, half_height) = match projection {
             Projection::Perspective { tan_half_height } => (true, f64::from(tan_half_height)),
             Projection::Orthographic { half_height } => (false, f64::from(half_height)),
         };
         let step_x = right.as_dvec3() * (2.0 * half_height / height);
         let step_y = up.as_dvec3() * (-2.0 * half_height / height);
-        let [offset_x, offset_y] = image.offset_pixels.to_array();
+        let [offset_x, offset_y] = shot.offset_pixels.to_array();
         let base = if is_perspective { forward.as_dvec3() } else { position.as_dvec3() };
         let corner = base + step_x * (offset_x - 0.5 * width) + step_y * (offset_y - 0.5 * height);
         // Twice the half width and height of the image and what its last tiles have beyond.
@@ -48,7 +48,7 @@ impl CameraRays {
             corner,
             forward,
             is_perspective,
-            order: image.seen.order(),
+            order: TileOrder::new(shot.view.width, shot.view.height),
             largest_direction: if is_perspective { direction + across } else { direction },
             largest_origin: if is_perspective { origin } else { origin + across },
         }

@@ -3,6 +3,7 @@ use fearless_simd::{Simd, f64x8, mask64x8};
 use glam::{DVec3, Vec3};
 
 use super::{CameraRays, SeenImage, SeenPixels};
+use crate::Triangles;
 use crate::light_grid::face::ROUNDING;
 use crate::simd::vectors::{Vectors, absolute, dot, largest, minus, splat_vector};
 
@@ -25,12 +26,12 @@ pub(crate) struct EightTriangles<S: Simd> {
 
 impl<S: Simd> EightTriangles<S> {
     #[inline(always)]
-    pub(crate) fn load(simd: S, image: &SeenImage<'_>, ids: [u32; 8]) -> Self {
+    pub(crate) fn load(simd: S, triangles: Triangles<'_>, ids: [u32; 8]) -> Self {
         let mut positions = [[[f64::NAN; 8]; 3]; 3];
         for (lane, id) in ids.into_iter().enumerate() {
-            let Some(triangle) = image.triangles.indices.get(id as usize) else { continue };
+            let Some(triangle) = triangles.indices.get(id as usize) else { continue };
             for (corner, &vertex) in positions.iter_mut().zip(triangle) {
-                let position = image.triangles.positions.get(vertex as usize).copied().unwrap_or(Vec3::NAN);
+                let position = triangles.positions.get(vertex as usize).copied().unwrap_or(Vec3::NAN);
                 corner[0][lane] = f64::from(position.x);
                 corner[1][lane] = f64::from(position.y);
                 corner[2][lane] = f64::from(position.z);
@@ -66,7 +67,7 @@ impl<S: Simd> EightPoints<S> {
     pub(crate) fn find(simd: S, image: &SeenImage<'_>, rays: &CameraRays, places: [u32; 8], light: DVec3) -> Self {
         let own = EightTriangles::load(
             simd,
-            image,
+            image.shot.triangles,
             places.map(|place| image.seen.triangle.get(place as usize).copied().unwrap_or(SeenPixels::NONE)),
         );
         let (origin, direction) = eight_rays(simd, rays, places);

@@ -1,17 +1,112 @@
 //! What a question to a structure is about, and what the answer is.
+//!
+//! A [`Shot`] is the question: triangles, the rays of a camera's pixels, what stops them. [`SeenPixels`] and [`LightMask`]
+//! are answers, in [`TileOrder`]; [`Work`] is what they took.
 
 mod camera_rays;
 mod eight_points;
+mod light_mask;
 mod opacity;
+mod pixel_work;
 mod seen;
-mod seen_image;
+mod sides;
 mod tile_order;
-pub(crate) mod work;
+mod work;
 
+use glam::DVec2;
+
+use crate::predicate::{HitPoint, ShadowRay, crossing};
+use crate::{LightSource, Ray, Triangles, View};
 pub(crate) use camera_rays::CameraRays;
 pub(crate) use eight_points::{EightPoints, EightTriangles, cross};
-pub use opacity::{Mask, MaskAnswers, MaskPoints, ShadowMask, Unmasked};
+pub use light_mask::LightMask;
+pub use opacity::{MaskAnswers, MaskPoints, Opacity, Opaque};
+pub(crate) use pixel_work::{Kind, TileWork};
+pub use pixel_work::{PixelCounts, PixelWork};
 pub use seen::SeenPixels;
-pub use seen_image::SeenImage;
+pub(crate) use sides::OpacityOfSides;
+pub use sides::Sides;
 pub use tile_order::TileOrder;
-pub use work::{PixelWork, Work};
+pub use work::{Bytes, Counts, Seconds, Work};
+
+/// What is asked of a structure: what the ray through each pixel of an image hits, and which lights reach it there.
+#[derive(Clone, Copy)]
+pub struct Shot<'a> {
+    /// The scene.
+    pub triangles: Triangles<'a>,
+    /// The camera and its image.
+    pub view: View,
+    /// Where in each pixel its ray goes through, from (0, 0) for the upper left corner to (1, 1).
+    pub offset_pixels: DVec2,
+    /// What stops camera rays.
+    pub opacity: &'a dyn Opacity,
+    /// What stops shadow rays.
+    pub shadow_opacity: &'a dyn Opacity,
+    /// Which sides of triangles stop camera rays.
+    pub sides: Sides,
+}
+
+impl std::fmt::Debug for Shot<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Shot")
+            .field("triangles", &self.triangles.len())
+            .field("view", &self.view)
+            .field("offset_pixels", &self.offset_pixels)
+            .field("sides", &self.sides)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> Shot<'a> {
+    /// Rays through the middle of each pixel, with opaque triangles of two sides.
+    #[must_use]
+    pub fn new(triangles: Triangles<'a>, view: View) -> Self {
+        let offset_pixels = DVec2::splat(0.5);
+        Self { triangles, view, offset_pixels, opacity: &Opaque, shadow_opacity: &Opaque, sides: Sides::Both }
+    }
+
+    /// The ray through the pixel in column `x` and row `y`.
+    #[must_use]
+    pub fn ray(&self, x: u32, y: u32) -> Ray {
+        self.view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y)
+    }
+
+    /// The segment between `light` and the point that a pixel, given by its [index](TileOrder::index), shows; `None` where
+    /// it shows no triangle.
+    #[must_use]
+    pub fn shadow_ray(&self, seen: &SeenPixels, index: usize, light: &LightSource) -> Option<ShadowRay> {
+        let own = seen.triangle[index];
+        if own == SeenPixels::NONE {
+            return None;
+        }
+        let (x, y) = seen.order().column_and_row(index);
+        let ray = self.ray(x, y);
+        let crossing = crossing(&ray, self.triangles.usable_corners(own).ok()?)?;
+        Some(ShadowRay::new(light, HitPoint::new(&ray, crossing.t)))
+    }
+
+    /// Checks that there is a mask for each light, and that `seen` belongs to this image.
+    ///
+    /// # Panics
+    /// If there are more or fewer, or `seen` has another size.
+    pub(crate) fn expect_masks(&self, seen: &SeenPixels, lights: &[LightSource], masks: &[&mut LightMask]) {
+        assert!(lights.len() == masks.len(), "{} masks for {} lights", masks.len(), lights.len());
+        self.expect_size(seen);
+    }
+
+    /// Checks that `seen` belongs to this image.
+    ///
+    /// # Panics
+    /// If it has another size.
+    pub(crate) fn expect_size(&self, seen: &SeenPixels) {
+        let (size, found) = ((self.view.width, self.view.height), seen.order().size());
+        assert!(found == size, "an image of {found:?} pixels seen through a view of {size:?}");
+    }
+}
+
+/// A shot, and what its pixels were found to see: the points that lights are asked about.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SeenImage<'a> {
+    pub(crate) shot: &'a Shot<'a>,
+    pub(crate) seen: &'a SeenPixels,
+}

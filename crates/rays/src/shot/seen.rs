@@ -2,7 +2,7 @@ use super::TileOrder;
 
 /// What each pixel of an image sees, in [`TileOrder`].
 ///
-/// 8 bytes a place.
+/// 8 bytes a pixel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeenPixels {
     order: TileOrder,
@@ -23,8 +23,8 @@ impl SeenPixels {
     /// Makes room for an image and keeps the memory; what it holds then is left over from before.
     pub fn resize(&mut self, width: u32, height: u32) {
         self.order = TileOrder::new(width, height);
-        self.triangle.resize(self.order.places(), Self::NONE);
-        self.inverse_depth.resize(self.order.places(), f32::NAN);
+        self.triangle.resize(self.order.slots(), Self::NONE);
+        self.inverse_depth.resize(self.order.slots(), f32::NAN);
     }
 
     /// Where each pixel is stored.
@@ -39,7 +39,24 @@ impl SeenPixels {
     /// If the pixel is outside of the image's tiles.
     #[must_use]
     pub fn triangle_at(&self, x: u32, y: u32) -> u32 {
-        self.triangle[self.order.place(x, y)]
+        self.triangle[self.order.index(x, y)]
+    }
+
+    /// Which pixels of each block of 4×4 show a triangle, the first one in the lowest bit.
+    pub fn shown(&self) -> impl ExactSizeIterator<Item = u16> + '_ {
+        self.triangle.chunks_exact(TileOrder::BLOCK_PIXELS).map(Self::shown_of)
+    }
+
+    /// The same for the ids of one block.
+    #[inline(always)]
+    pub(crate) fn shown_of(block: &[u32]) -> u16 {
+        block.iter().rev().fold(0, |bits, &id| bits << 1 | u16::from(id != Self::NONE))
+    }
+
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.triangle.as_slice()) + size_of_val(self.inverse_depth.as_slice())
     }
 
     /// What [`inverse_depth`](Self::inverse_depth) holds for a hit at `t`.

@@ -1,7 +1,7 @@
 /// The order in which what belongs to an image's pixels is stored: near each other in the image, near in memory.
 ///
 /// Tiles of 64×64 pixels follow each other in rows, in a tile blocks of 4×4 pixels, in a block pixels. Tiles at the
-/// right and lower border are whole: some of their places stand for no pixel.
+/// right and lower border are whole: some of their slots stand for no pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileOrder {
     width: u32,
@@ -13,10 +13,10 @@ impl TileOrder {
     pub const TILE: u32 = 1 << Self::TILE_BITS;
     /// Pixels a side of a block.
     pub const BLOCK: u32 = 4;
-    /// Places in a tile.
-    pub const TILE_PLACES: usize = (Self::TILE * Self::TILE) as usize;
-    /// Places in a block.
-    pub const BLOCK_PLACES: usize = (Self::BLOCK * Self::BLOCK) as usize;
+    /// Pixels in a tile.
+    pub const TILE_PIXELS: usize = (Self::TILE * Self::TILE) as usize;
+    /// Pixels in a block.
+    pub const BLOCK_PIXELS: usize = (Self::BLOCK * Self::BLOCK) as usize;
     /// Log₂ of the pixels a side of a tile.
     pub(crate) const TILE_BITS: u32 = 6;
 
@@ -38,47 +38,47 @@ impl TileOrder {
         (self.width.div_ceil(Self::TILE), self.height.div_ceil(Self::TILE))
     }
 
-    /// How many places there are: a multiple of [`TILE_PLACES`](Self::TILE_PLACES).
+    /// How many slots there are: a multiple of [`TILE_PIXELS`](Self::TILE_PIXELS).
     #[must_use]
-    pub fn places(&self) -> usize {
+    pub fn slots(&self) -> usize {
         let (columns, rows) = self.tiles();
-        columns as usize * rows as usize * Self::TILE_PLACES
+        columns as usize * rows as usize * Self::TILE_PIXELS
     }
 
-    /// Where the pixel in column `x` and row `y` is stored.
+    /// The index at which the pixel in column `x` and row `y` is stored.
     #[inline(always)]
     #[must_use]
-    pub fn place(&self, x: u32, y: u32) -> usize {
+    pub fn index(&self, x: u32, y: u32) -> usize {
         let tile = (y >> Self::TILE_BITS) * self.tiles().0 + (x >> Self::TILE_BITS);
-        tile as usize * Self::TILE_PLACES + Self::place_in_tile(x, y) as usize
+        tile as usize * Self::TILE_PIXELS + Self::index_in_tile(x, y) as usize
     }
 
-    /// Where a pixel is in its tile.
+    /// The index of a pixel in its tile.
     #[inline(always)]
-    pub(crate) fn place_in_tile(x: u32, y: u32) -> u32 {
+    pub(crate) fn index_in_tile(x: u32, y: u32) -> u32 {
         const BLOCKS: u32 = TileOrder::TILE / TileOrder::BLOCK;
         let block = (y / Self::BLOCK % BLOCKS) * BLOCKS + x / Self::BLOCK % BLOCKS;
-        block * Self::BLOCK_PLACES as u32 + y % Self::BLOCK * Self::BLOCK + x % Self::BLOCK
+        block * Self::BLOCK_PIXELS as u32 + y % Self::BLOCK * Self::BLOCK + x % Self::BLOCK
     }
 
-    /// Column and row of what is stored at `place`; beyond the image's border where that is no pixel.
+    /// Column and row of what is stored at `index`; beyond the image's border where that is no pixel.
     #[inline(always)]
     #[must_use]
-    pub fn column_and_row(&self, place: usize) -> (u32, u32) {
+    pub fn column_and_row(&self, index: usize) -> (u32, u32) {
         const BLOCKS: u32 = TileOrder::TILE / TileOrder::BLOCK;
-        let (tile, place) = ((place / Self::TILE_PLACES) as u32, (place % Self::TILE_PLACES) as u32);
+        let (tile, index) = ((index / Self::TILE_PIXELS) as u32, (index % Self::TILE_PIXELS) as u32);
         let columns = self.tiles().0.max(1);
-        let (block, sample) = (place / Self::BLOCK_PLACES as u32, place % Self::BLOCK_PLACES as u32);
+        let (block, sample) = (index / Self::BLOCK_PIXELS as u32, index % Self::BLOCK_PIXELS as u32);
         let x = tile % columns * Self::TILE + block % BLOCKS * Self::BLOCK + sample % Self::BLOCK;
         let y = tile / columns * Self::TILE + block / BLOCKS * Self::BLOCK + sample / Self::BLOCK;
         (x, y)
     }
 
-    /// Column and row of the pixel that is stored at `place`; `None` where that is none.
+    /// Column and row of the pixel that is stored at `index`; `None` where that is none.
     #[inline(always)]
     #[must_use]
-    pub fn pixel(&self, place: usize) -> Option<(u32, u32)> {
-        let (x, y) = self.column_and_row(place);
+    pub fn pixel(&self, index: usize) -> Option<(u32, u32)> {
+        let (x, y) = self.column_and_row(index);
         (x < self.width && y < self.height).then_some((x, y))
     }
 }
@@ -88,26 +88,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_pixel_has_a_place_of_its_own() {
+    fn every_pixel_has_an_index_of_its_own() {
         for (width, height) in [(1, 1), (64, 64), (65, 3), (200, 130), (0, 7), (7, 0)] {
             let order = TileOrder::new(width, height);
-            let mut pixels: Vec<_> = (0..order.places()).filter_map(|place| order.pixel(place)).collect();
+            let mut pixels: Vec<_> = (0..order.slots()).filter_map(|index| order.pixel(index)).collect();
             pixels.sort_unstable();
             let expected: Vec<_> = (0..width).flat_map(|x| (0..height).map(move |y| (x, y))).collect();
             assert_eq!(pixels, expected);
-            assert!(pixels.iter().all(|&(x, y)| order.pixel(order.place(x, y)) == Some((x, y))));
+            assert!(pixels.iter().all(|&(x, y)| order.pixel(order.index(x, y)) == Some((x, y))));
         }
     }
 
     #[test]
-    fn a_block_is_sixteen_places_in_a_row() {
+    fn a_block_is_sixteen_slots_in_a_row() {
         let order = TileOrder::new(300, 200);
-        let first = order.place(132, 68);
-        assert_eq!(first % TileOrder::BLOCK_PLACES, 0);
-        assert_eq!(order.place(135, 68), first + 3);
-        assert_eq!(order.place(132, 69), first + 4);
-        assert_eq!(order.place(136, 68), first + 16);
-        assert_eq!(order.place(64, 0), TileOrder::TILE_PLACES);
-        assert_eq!(order.place(0, 64), 5 * TileOrder::TILE_PLACES);
+        let first = order.index(132, 68);
+        assert_eq!(first % TileOrder::BLOCK_PIXELS, 0);
+        assert_eq!(order.index(135, 68), first + 3);
+        assert_eq!(order.index(132, 69), first + 4);
+        assert_eq!(order.index(136, 68), first + 16);
+        assert_eq!(order.index(64, 0), TileOrder::TILE_PIXELS);
+        assert_eq!(order.index(0, 64), 5 * TileOrder::TILE_PIXELS);
     }
 }

@@ -1,96 +1,143 @@
-use std::ops::Range;
+use std::ops::AddAssign;
 
-use super::TileOrder;
-
-/// What finding a pixel's triangle took.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Triangles tested on the pixel's sample.
-    pub tested: u32,
-    /// Cells with triangles that were searched.
-    pub cells: u32,
-    /// Triangles that the filter left undecided.
-    pub undecided: u32,
-    /// Pairs of a triangle and a cell that are listed in the pixel's tile, whether or not they were looked at: the same
-    /// for all pixels of a tile. Triangles that are tested where they are set up aren't listed.
-    pub pairs: u32,
-}
-
-/// What finding each pixel's triangle took, in [`TileOrder`]: Guntury and Narayanan 2010, Figure 2.
-///
-/// 16 bytes a place.
-#[derive(Clone, Debug, Default)]
-pub struct PixelWork {
-    order: TileOrder,
-    counts: Vec<[u32; KINDS]>,
-}
-
-impl PixelWork {
-    /// What the pixel in column `x` and row `y` took.
-    ///
-    /// # Panics
-    /// If the pixel is outside of the image's tiles.
-    #[must_use]
-    pub fn at(&self, x: u32, y: u32) -> Work {
-        let [tested, cells, undecided, pairs] = self.counts[self.order.place(x, y)];
-        Work { tested, cells, undecided, pairs }
-    }
-
-    /// Starts anew for an image; the result is for a trace to add to.
-    pub(crate) fn start(&mut self, order: TileOrder) -> &mut [[u32; KINDS]] {
-        self.order = order;
-        self.counts.clear();
-        self.counts.resize(order.places(), [0; KINDS]);
-        &mut self.counts
-    }
-}
-
-/// How many kinds of work there are.
-pub(crate) const KINDS: usize = 4;
-
-/// Which count of [`Work`] to add to.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
-    Tested,
-    Cells,
-    Undecided,
-    Pairs,
-}
-
-/// The counts of the places of one tile; with `N` zero there are none, and counting costs nothing.
-pub(crate) struct TileWork<'a, const N: usize>(pub(crate) &'a mut [[u32; N]]);
-
-impl<const N: usize> TileWork<'_, N> {
-    /// Adds to one kind of work at some places.
-    #[inline(always)]
-    pub(crate) fn add(&mut self, kind: Kind, places: Range<usize>, times: u32) {
-        if N == KINDS {
-            self.0[places].iter_mut().for_each(|counts| counts[kind as usize] += times);
+/// A struct of numbers, each of which has a name.
+macro_rules! named_numbers {
+    ($(#[$attribute:meta])* $name:ident of $number:ty { $($(#[$field_attribute:meta])* $field:ident,)+ }) => {
+        $(#[$attribute])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct $name {
+            $($(#[$field_attribute])* pub $field: $number,)+
         }
+
+        impl $name {
+            /// Each number with its name.
+            pub fn named(&self) -> impl Iterator<Item = (&'static str, $number)> + use<> {
+                [$((stringify!($field), self.$field)),+].into_iter()
+            }
+        }
+
+        impl AddAssign for $name {
+            fn add_assign(&mut self, other: Self) {
+                $(self.$field += other.$field;)+
+            }
+        }
+    };
+}
+
+/// What answering took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Work {
+    /// How much there was to do.
+    pub counts: Counts,
+    /// How long its stages took.
+    pub seconds: Seconds,
+}
+
+impl Work {
+    /// What some lights took together: the survey, which serves all of them, once.
+    pub(crate) fn of_lights(lights: &[Self]) -> Self {
+        let mut all = Self::default();
+        for light in lights {
+            all += *light;
+        }
+        let survey = lights.first().map_or(0.0, |first| first.seconds.survey);
+        Self { seconds: Seconds { survey, ..all.seconds }, ..all }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn work_is_counted_where_it_is_done() {
-        let mut work = PixelWork::default();
-        let counts = work.start(TileOrder::new(100, 70));
-        let mut tile = TileWork(&mut counts[TileOrder::TILE_PLACES..2 * TileOrder::TILE_PLACES]);
-        tile.add(Kind::Tested, 0..16, 5);
-        tile.add(Kind::Cells, 4..5, 2);
-        tile.add(Kind::Undecided, 4..5, 1);
-        tile.add(Kind::Pairs, 0..32, 9);
-        assert_eq!(work.at(63, 0), Work::default());
-        assert_eq!(work.at(64, 0), Work { tested: 5, cells: 0, undecided: 0, pairs: 9 });
-        assert_eq!(work.at(64, 1), Work { tested: 5, cells: 2, undecided: 1, pairs: 9 });
-        assert_eq!(work.at(68, 0), Work { pairs: 9, ..Work::default() });
-        assert_eq!(work.at(72, 0), Work::default());
-        work.start(TileOrder::new(100, 70));
-        assert_eq!(work.at(64, 1), Work::default());
-        // Without counts there is nothing to add to.
-        TileWork::<0>(&mut [[]; 4]).add(Kind::Tested, 0..16, 1);
+impl AddAssign for Work {
+    fn add_assign(&mut self, other: Self) {
+        self.counts += other.counts;
+        self.seconds += other.seconds;
     }
+}
+
+named_numbers! {
+    /// How much work an answer was. A structure counts what it has; the rest is zero.
+    Counts of u64 {
+        /// Rays that were traced in packets. Counted with the feature `statistics`, as are the next four.
+        rays,
+        /// Groups of rays that were traced together.
+        packets,
+        /// Triangles that a packet remembered to have tested.
+        mailbox_hits,
+        /// Triangles outside of a packet's frustum.
+        frustum_culls,
+        /// Triangles behind what all of a packet's rays hit.
+        depth_culls,
+        /// Triangles that no sample's ray could hit, and that weren't listed.
+        dropped,
+        /// Samples of tiny triangles, tested while building.
+        fragments,
+        /// Pairs of a triangle and a tile or cell that it is listed in.
+        pairs,
+        /// Cells with triangles that were searched.
+        cells,
+        /// Faces of the light that see points.
+        faces,
+        /// Points that were tested, once for each face that they are on or beside.
+        points,
+        /// Points that no face of the light could hold, tested against every triangle.
+        outliers,
+        /// Groups of up to 16 points that are near each other.
+        clusters,
+        /// Triangles that were tested, once for each face, in local coordinates.
+        small_triangles,
+        /// Triangles that were tested, once for each face, row by row.
+        large_triangles,
+        /// Tests of a triangle against the bounds of 16 clusters.
+        cluster_tests,
+        /// Blocks of work: some points of a cell, and some triangles.
+        blocks,
+        /// Tests of a triangle against up to 16 samples or points, or against a packet ray by ray.
+        tests,
+        /// Pairs about which the filter asked the triangle's mask.
+        masked,
+        /// Pairs of a triangle and a sample or point that the filter, or a mask asked by it, left undecided.
+        undecided,
+        /// Pairs that the predicate settled, since f64 or the mask couldn't decide them and nothing nearer was found.
+        settled,
+        /// Samples whose depth, or points whose coordinates, were found again in f64, since the filter's weren't exact
+        /// enough.
+        refined,
+    }
+}
+
+named_numbers! {
+    /// How long stages took, in seconds. A structure times what it has; the rest is zero.
+    Seconds of f64 {
+        /// How far away the image's tiles are; once for all lights.
+        survey,
+        /// The light's faces divided into cells, and points mapped to the faces.
+        map,
+        /// Points sorted by cell, and gathered there.
+        points,
+        /// Vertices projected to pixels, or to the light's faces.
+        project,
+        /// Triangles dropped or listed.
+        list,
+        /// Pairs, or clusters of points, sorted by cell.
+        sort,
+        /// Triangles tested against samples or points.
+        trace,
+        /// What the filter left undecided, and the bits of all threads.
+        settle,
+    }
+}
+
+impl Counts {
+    /// The sum of both.
+    pub(crate) fn plus(mut self, other: Self) -> Self {
+        self += other;
+        self
+    }
+}
+
+/// Bytes that a structure holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Bytes {
+    /// For triangles, counting what is only used while building.
+    pub triangles: usize,
+    /// For the points that pixels show.
+    pub points: usize,
 }

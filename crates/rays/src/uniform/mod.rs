@@ -27,8 +27,8 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use glam::DVec3;
 
-use crate::SimdLevel;
-use crate::{Bounds, Omitted};
+use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenPixels, Shot, Work};
+use crate::{Bounds, ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles};
 use build::Chunk;
 pub use bundle::PacketSide;
 use bundle::Worker;
@@ -37,7 +37,7 @@ use lattice::{CellBox, VertexCells};
 use macrocells::Macrocells;
 use nested::Nested;
 pub use slices::{Beam, Scratch, Visitor};
-pub use statistics::{Statistics, UniformCounts};
+pub use statistics::Statistics;
 
 /// How triangles come into cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -195,12 +195,6 @@ impl UniformGrid {
         Ok(())
     }
 
-    /// The triangles that were left out of the grid because no ray can hit them.
-    #[must_use]
-    pub fn omitted(&self) -> &Omitted {
-        &self.omitted
-    }
-
     /// Cells along x, y and z; zeros before the first build.
     #[must_use]
     pub fn cells(&self) -> [u32; 3] {
@@ -225,19 +219,6 @@ impl UniformGrid {
         self.nested.references()
     }
 
-    /// Bytes held, counting what is only used while building.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        (self.starts.capacity() + self.ids.capacity()) * size_of::<AtomicU32>()
-            + self.macrocells.bytes()
-            + self.nested.bytes()
-            + self.boxes.capacity() * size_of::<CellBox>()
-            + self.vertices.capacity() * size_of::<VertexCells>()
-            + self.chunks.capacity() * size_of::<Chunk>()
-            + self.sums.capacity() * size_of::<u32>()
-            + self.workers.iter().map(worker_bytes).sum::<usize>()
-    }
-
     /// World position of the corner at which the cell at `cell`, which may be one beyond the last, begins; zero before the
     /// first build.
     #[must_use]
@@ -254,6 +235,55 @@ impl UniformGrid {
             && same(&self.starts, &other.starts)
             && same(&self.ids, &other.ids)
             && self.nested.is_same_as(&other.nested)
+    }
+}
+
+impl Structure for UniformGrid {
+    fn build(&mut self, triangles: Triangles<'_>) {
+        Self::build(self, triangles);
+    }
+
+    fn see(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Result<Work, ImageTooLarge> {
+        Ok(Work { counts: Self::see(self, shot, seen), seconds: Seconds::default() })
+    }
+
+    fn shadow(
+        &mut self,
+        shot: &Shot<'_>,
+        seen: &SeenPixels,
+        lights: &[LightSource],
+        masks: &mut [&mut LightMask],
+    ) -> Work {
+        shot.expect_masks(seen, lights, masks);
+        let mut counts = Counts::default();
+        for (light, mask) in lights.iter().zip(masks) {
+            counts += Self::shadow(self, shot, seen, light, mask);
+        }
+        Work { counts, seconds: Seconds::default() }
+    }
+
+    fn omitted(&self) -> &Omitted {
+        &self.omitted
+    }
+
+    fn bytes(&self) -> Bytes {
+        let triangles = (self.starts.capacity() + self.ids.capacity()) * size_of::<AtomicU32>()
+            + self.macrocells.bytes()
+            + self.nested.bytes()
+            + self.boxes.capacity() * size_of::<CellBox>()
+            + self.vertices.capacity() * size_of::<VertexCells>()
+            + self.chunks.capacity() * size_of::<Chunk>()
+            + self.sums.capacity() * size_of::<u32>()
+            + self.workers.iter().map(worker_bytes).sum::<usize>();
+        Bytes { triangles, points: 0 }
+    }
+
+    fn validate(&mut self, shot: &Shot<'_>, _: &SeenPixels, _: &[LightSource]) -> Result<(), String> {
+        self.check(shot.triangles)
+    }
+
+    fn single_rays(&self) -> Option<&dyn SingleRays> {
+        Some(self)
     }
 }
 

@@ -2,55 +2,29 @@ use std::sync::{Mutex, PoisonError};
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask32x16, u32x16};
-use glam::DVec2;
 use rayon::prelude::*;
 
 use super::UniformGrid;
 use super::bundle::{Bundle, Shape, Worker, lanes_of};
-use super::statistics::UniformCounts;
-use crate::packet::{Common, Doubt, Group, LANES, Nearest, NearestBlock, Range, Solid, Space};
-use crate::predicate::{crossing, hit};
-use crate::shot::CameraRays;
-use crate::shot::{Mask, SeenImage, SeenPixels, TileOrder};
-use crate::{Hit, Ray, Triangles, View};
+use crate::Ray;
+use crate::packet::{Common, Doubt, Group, LANES, Nearest, NearestBlock, Range, Space};
+use crate::predicate::{crossing, settle};
+use crate::shot::{CameraRays, Counts, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
 
 /// Half the distance from one to the next f64.
-pub(super) const ROUNDING: f64 = f64::EPSILON / 2.0;
+pub(super) use crate::predicate::ROUNDING;
 
 impl UniformGrid {
-    /// Finds what each pixel sees by tracing packets of neighbouring pixels' rays (Wald et al. 2006, §2): bit for bit the
-    /// same on any number of threads and at every SIMD level. Pixels that hit nothing see [`SeenPixels::NONE`].
+    /// Finds what each pixel of `shot` sees by tracing packets of neighbouring pixels' rays (Wald et al. 2006, §2): bit for
+    /// bit the same on any number of threads and at every SIMD level. Pixels that hit nothing see [`SeenPixels::NONE`].
     ///
-    /// `triangles` are those of the last [`build`](Self::build); rays go through each pixel at `offset_pixels`, from (0, 0)
-    /// for its upper left corner to (1, 1). Triangles for which `is_opaque` is false are hit where `mask` says that they
-    /// are solid.
-    #[expect(clippy::needless_pass_by_value, reason = "masks are small and written where they are passed")]
-    pub fn see(
-        &mut self,
-        triangles: Triangles<'_>,
-        view: &View,
-        offset_pixels: DVec2,
-        is_opaque: impl Fn(u32) -> bool + Sync,
-        mask: impl Mask,
-        seen: &mut SeenPixels,
-    ) -> UniformCounts {
-        seen.resize(view.width, view.height);
-        let rays = CameraRays::new(&SeenImage { triangles, view: *view, offset_pixels, seen });
+    /// The shot's triangles are those of the last [`build`](Self::build).
+    pub fn see(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Counts {
+        seen.resize(shot.view.width, shot.view.height);
         self.workers.resize_with(rayon::current_num_threads() + 1, Mutex::default);
         let grid = &*self;
-        let order = seen.order();
-        let camera = CameraTrace {
-            grid,
-            triangles,
-            view,
-            offset_pixels,
-            rays,
-            order,
-            unit: grid.unit(),
-            is_opaque: &is_opaque,
-            mask: &mask,
-        };
-        camera.trace(seen)
+        let (rays, order, unit) = (CameraRays::new(shot), seen.order(), grid.unit());
+        CameraTrace { grid, shot, rays, order, unit, opacity: &OpacityOfSides(shot) }.trace(seen)
     }
 
     /// Calls `work` with the current thread's memory.
@@ -75,21 +49,18 @@ impl UniformGrid {
 /// The search of a camera's rays.
 struct CameraTrace<'a> {
     grid: &'a UniformGrid,
-    triangles: Triangles<'a>,
-    view: &'a View,
-    offset_pixels: DVec2,
+    shot: &'a Shot<'a>,
     rays: CameraRays,
     order: TileOrder,
     unit: f64,
-    is_opaque: &'a (dyn Fn(u32) -> bool + Sync),
-    mask: &'a dyn Mask,
+    opacity: &'a dyn Opacity,
 }
 
 impl CameraTrace<'_> {
-    /// Traces all tiles. Knows callbacks by reference, so that this is compiled once.
-    fn trace(&self, seen: &mut SeenPixels) -> UniformCounts {
-        let tiles = seen.triangle.par_chunks_mut(TileOrder::TILE_PLACES);
-        let tiles = tiles.zip(seen.inverse_depth.par_chunks_mut(TileOrder::TILE_PLACES));
+    /// Traces all tiles.
+    fn trace(&self, seen: &mut SeenPixels) -> Counts {
+        let tiles = seen.triangle.par_chunks_mut(TileOrder::TILE_PIXELS);
+        let tiles = tiles.zip(seen.inverse_depth.par_chunks_mut(TileOrder::TILE_PIXELS));
         let counts = tiles.enumerate().with_max_len(1).map(|(tile, (triangle, inverse_depth))| {
             self.grid.with_worker(|worker| {
                 let level = self.grid.level.into();
@@ -97,7 +68,7 @@ impl CameraTrace<'_> {
                 worker.scratch.statistics.take()
             })
         });
-        counts.reduce(UniformCounts::default, UniformCounts::plus)
+        counts.reduce(Counts::default, Counts::plus)
     }
 
     #[inline(always)]
@@ -111,7 +82,7 @@ impl CameraTrace<'_> {
     ) {
         triangle.fill(SeenPixels::NONE);
         inverse_depth.fill(f32::NAN);
-        let first = tile * TileOrder::TILE_PLACES;
+        let first = tile * TileOrder::TILE_PIXELS;
         Bundle::packets_of_tile(
             self.grid.options.packet,
             #[inline(always)]
@@ -180,9 +151,8 @@ impl CameraTrace<'_> {
             let starts = [-ways.high - error, error - ways.low].map(|nearness| nearness as f32);
             ([starts[0].next_down(), starts[1].next_up()], [ways.low - error, f64::INFINITY])
         };
-        let solid = Solid { is_opaque: self.is_opaque, mask: self.mask };
-        let mut query = Nearest::new(simd, rays, &mut nearest[..count], doubts, starts, solid);
-        self.grid.visit_slices(simd, self.triangles, &space, within, scratch, &mut query);
+        let mut query = Nearest::new(simd, rays, &mut nearest[..count], doubts, starts, self.opacity);
+        self.grid.visit_slices(simd, self.shot.triangles, &space, within, scratch, &mut query);
         self.settle(worker, &space, first);
     }
 
@@ -209,34 +179,28 @@ impl CameraTrace<'_> {
         (space, Range { low: ways.low * unit, high: ways.high * unit })
     }
 
-    fn ray(&self, place: usize) -> Ray {
-        let (x, y) = self.order.column_and_row(place);
-        self.view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y)
+    fn ray(&self, index: usize) -> Ray {
+        let (x, y) = self.order.column_and_row(index);
+        self.shot.ray(x, y)
     }
 
-    /// Has the predicate decide what is in doubt.
+    /// Settles what is in doubt.
     fn settle(&self, worker: &mut Worker, space: &Space, first: usize) {
         let Worker { bundle, nearest, doubts, scratch, .. } = worker;
         for &Doubt { block, lane, triangle, high } in &*doubts {
             let (block, lane) = (usize::from(block), usize::from(lane));
             let found = &mut nearest[block];
+            if high < found.low[lane] {
+                continue;
+            }
+            let pixel = self.order.column_and_row(first + usize::from(bundle.blocks[block]) * LANES + lane);
             let best = found.triangle[lane];
-            if high < found.low[lane] || best == triangle {
-                continue;
+            let mut settled = 0;
+            if let Some(hit) = settle::nearest(self.shot, pixel, best, triangle, &mut settled) {
+                let (low, high) = self.nearness(space, &self.shot.ray(pixel.0, pixel.1), hit.t);
+                (found.low[lane], found.high[lane], found.triangle[lane]) = (low, high, hit.triangle);
             }
-            // A copy of the best with a higher id never wins.
-            if best < triangle && self.triangles.corners(best) == self.triangles.corners(triangle) {
-                continue;
-            }
-            scratch.statistics.asked();
-            let ray = self.ray(first + usize::from(bundle.blocks[block]) * LANES + lane);
-            let is_there = |hit: &Hit| (self.is_opaque)(triangle) || self.mask.is_solid(hit);
-            let Some(new) = hit(&ray, self.triangles, triangle).filter(is_there) else { continue };
-            let old = if best == SeenPixels::NONE { None } else { hit(&ray, self.triangles, best) };
-            if old.is_none_or(|old| (new.t, new.triangle) < (old.t, old.triangle)) {
-                let (low, high) = self.nearness(space, &ray, new.t);
-                (found.low[lane], found.high[lane], found.triangle[lane]) = (low, high, triangle);
-            }
+            scratch.statistics.settled(settled);
         }
         doubts.clear();
     }
@@ -276,7 +240,7 @@ impl CameraTrace<'_> {
             hits.select(found_triangle, u32x16::from_slice(simd, triangle)).store_slice(triangle);
             hits.select(inverse, f32x16::from_slice(simd, inverse_depth)).store_slice(inverse_depth);
             for lane in lanes_of(hit & !exact) {
-                let corners = self.triangles.corners(found.triangle[lane]);
+                let corners = self.shot.triangles.corners(found.triangle[lane]);
                 let crossing = crossing(&self.ray(first + start + lane), corners);
                 inverse_depth[lane] = crossing.map_or(f32::NAN, |crossing| SeenPixels::inverse_of(crossing.t));
             }

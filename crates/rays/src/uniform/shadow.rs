@@ -8,16 +8,14 @@ use rayon::prelude::*;
 use super::UniformGrid;
 use super::bundle::{Bundle, Shape, Worker, eight, lanes_of, members_of};
 use super::see::ROUNDING;
-use super::statistics::UniformCounts;
 use crate::LightSource;
-use crate::packet::{AnyHit, AnyHitBlock, Casting, Common, Group, LANES, Points, Range, Space};
-use crate::predicate::{HitPoint, ShadowRay, crossing};
-use crate::shot::CameraRays;
-use crate::shot::EightPoints;
-use crate::shot::{SeenImage, SeenPixels, ShadowMask, TileOrder};
+use crate::SingleRays;
+use crate::packet::{AnyHit, AnyHitBlock, Common, Group, LANES, Points, Range, Space};
+use crate::predicate::settle;
+use crate::shot::{CameraRays, Counts, EightPoints, LightMask, SeenImage, SeenPixels, Shot, TileOrder};
 
 /// Words of a tile: one for each block.
-const TILE_BLOCKS: usize = TileOrder::TILE_PLACES / TileOrder::BLOCK_PLACES;
+const TILE_BLOCKS: usize = TileOrder::TILE_PIXELS / TileOrder::BLOCK_PIXELS;
 
 /// The part of a hit's inverse depth by which others may differ that are traced with it (Wald et al. 2006, §4.6).
 ///
@@ -26,73 +24,58 @@ const TILE_BLOCKS: usize = TileOrder::TILE_PLACES / TileOrder::BLOCK_PLACES;
 const MOST_SPREAD: f32 = 0.05;
 
 impl UniformGrid {
-    /// Finds which points that `image` shows are lit by `light`: a bit for each place of [`TileOrder`], a block of 4×4
-    /// pixels to a word of `blocks`, the first in the lowest bit; zero where there is no point. Cones of spot lights don't
-    /// count.
+    /// Finds which of the points that the pixels of `shot` have `seen` are lit by `light`.
     ///
     /// A point is lit unless some triangle but its own shadows it as
-    /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says. A triangle for which `is_opaque` is
-    /// false only does where `mask` says that it casts a shadow.
+    /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says, where the shot's
+    /// `shadow_opacity` says that it stops rays.
     ///
     /// Packets are those of the pixels, and their rays come from the light (Wald et al. 2006, §4.6); they are split where
     /// distances to the camera, or directions from the light, spread too far.
     ///
     /// # Panics
-    /// If `blocks` hasn't a word for each block, or `image.seen` isn't of the size of `image.view`.
-    pub fn shadow(
-        &mut self,
-        image: &SeenImage<'_>,
-        light: &LightSource,
-        is_opaque: impl Fn(u32) -> bool + Sync,
-        mask: &impl ShadowMask,
-        blocks: &mut [u16],
-    ) -> UniformCounts {
-        let (size, seen) = ((image.view.width, image.view.height), image.seen.order().size());
-        assert!(seen == size, "an image of {seen:?} pixels seen through a view of {size:?}");
-        let words = image.seen.triangle.len() / TileOrder::BLOCK_PLACES;
-        assert!(blocks.len() == words, "{} words for {words} blocks of pixels", blocks.len());
+    /// If `seen` isn't of the size of the shot's view.
+    pub fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Counts {
+        shot.expect_size(seen);
+        mask.resize(seen.order());
         self.workers.resize_with(rayon::current_num_threads() + 1, Mutex::default);
         let grid = &*self;
         let origin = match *light {
             LightSource::Point { position } | LightSource::Spot { position, .. } => position.as_dvec3(),
             LightSource::Directional { .. } => self.bounds.center().as_dvec3(),
         };
-        let rays = CameraRays::new(image);
-        let unit = grid.unit();
-        let trace = LightTrace { grid, image, light, origin, rays, unit, is_opaque: &is_opaque, mask };
-        trace.trace(blocks)
+        let (image, rays, unit) = (SeenImage { shot, seen }, CameraRays::new(shot), grid.unit());
+        LightTrace { grid, image, light, origin, rays, unit }.trace(mask.blocks_mut())
     }
 }
 
 /// The search of a light's rays.
 struct LightTrace<'a> {
     grid: &'a UniformGrid,
-    image: &'a SeenImage<'a>,
+    image: SeenImage<'a>,
     light: &'a LightSource,
     /// The light, or some place from which points are counted where it is infinitely far away.
     origin: DVec3,
     rays: CameraRays,
     unit: f64,
-    is_opaque: &'a (dyn Fn(u32) -> bool + Sync),
-    mask: &'a dyn ShadowMask,
 }
 
 impl LightTrace<'_> {
-    /// Traces all tiles. Knows callbacks by reference, so that this is compiled once.
-    fn trace(&self, blocks: &mut [u16]) -> UniformCounts {
+    /// Traces all tiles.
+    fn trace(&self, blocks: &mut [u16]) -> Counts {
         let counts = blocks.par_chunks_mut(TILE_BLOCKS).enumerate().with_max_len(1).map(|(tile, lit)| {
             self.grid.with_worker(|worker| {
                 dispatch!(self.grid.level.into(), simd => self.trace_tile(simd, worker, tile, lit));
                 worker.scratch.statistics.take()
             })
         });
-        counts.reduce(UniformCounts::default, UniformCounts::plus)
+        counts.reduce(Counts::default, Counts::plus)
     }
 
     #[inline(always)]
     fn trace_tile<S: Simd>(&self, simd: S, worker: &mut Worker, tile: usize, lit: &mut [u16]) {
         lit.fill(0);
-        let first = tile * TileOrder::TILE_PLACES;
+        let first = tile * TileOrder::TILE_PIXELS;
         Bundle::packets_of_tile(
             self.grid.options.packet,
             #[inline(always)]
@@ -123,8 +106,7 @@ impl LightTrace<'_> {
             *found = AnyHitBlock::EMPTY;
             found.own.copy_from_slice(&seen.triangle[start..start + LANES]);
             bundle.inverse_depths[place].copy_from_slice(&seen.inverse_depth[start..start + LANES]);
-            let shown =
-                found.own.iter().rev().fold(0, |bits, &id| bits << 1 | u16::from(id != SeenPixels::NONE)) & part;
+            let shown = SeenPixels::shown_of(&found.own) & part;
             let certain = if shown == 0 { 0 } else { self.locate(simd, bundle, place, start) };
             for lane in lanes_of(shown & !certain) {
                 found.shadowed |= u16::from(self.is_shadowed(start + lane)) << lane;
@@ -140,7 +122,7 @@ impl LightTrace<'_> {
         let mut certain = 0;
         for half in 0..2 {
             let places = std::array::from_fn(|lane| (start + half * 8 + lane) as u32);
-            let points = EightPoints::find(simd, self.image, &self.rays, places, self.origin);
+            let points = EightPoints::find(simd, &self.image, &self.rays, places, self.origin);
             let lanes = half * 8..half * 8 + 8;
             for axis in 0..3 {
                 points.offset[axis].store_slice(&mut bundle.vectors[block][axis][lanes.clone()]);
@@ -152,20 +134,14 @@ impl LightTrace<'_> {
         certain
     }
 
-    /// The shadow ray of a place, as the predicate sees it.
-    fn shadow_ray(&self, place: usize) -> Option<ShadowRay> {
-        let ray = self.image.camera_ray(place);
-        let corners = self.image.triangles.usable_corners(self.image.seen.triangle[place]).ok()?;
-        Some(ShadowRay::new(self.light, HitPoint::new(&ray, crossing(&ray, corners)?.t)))
-    }
-
-    /// Whether a place's point is in shadow, found by a ray of its own.
+    /// Whether a pixel's point is in shadow, found by a ray of its own.
     #[cold]
     #[inline(never)]
-    fn is_shadowed(&self, place: usize) -> bool {
-        let own = self.image.seen.triangle[place];
-        let casts = |id: u32, barycentric: [f32; 2]| (self.is_opaque)(id) || self.mask.casts(id, barycentric);
-        self.shadow_ray(place).is_some_and(|ray| self.grid.blocked(self.image.triangles, &ray, own, casts))
+    fn is_shadowed(&self, index: usize) -> bool {
+        let SeenImage { shot, seen } = self.image;
+        let stops = |id: u32, barycentric: [f32; 2]| shot.shadow_opacity.is_stopped_at(id, barycentric);
+        let ray = shot.shadow_ray(seen, index, self.light);
+        ray.is_some_and(|ray| self.grid.blocked(shot.triangles, &ray, seen.triangle[index], &stops))
     }
 
     /// Traces the rays that can be traced with the first that is left.
@@ -209,9 +185,10 @@ impl LightTrace<'_> {
         }
         let count = bundle.count;
         scratch.statistics.rays(bundle.len());
-        let casting = Casting { is_opaque: self.is_opaque, mask: self.mask };
-        let mut query = AnyHit::new(simd, rays, &mut any_hit[..count], shadow_doubts, *limit_error, casting);
-        self.grid.visit_slices(simd, self.image.triangles, space, *within, scratch, &mut query);
+        let shot = self.image.shot;
+        let mut query =
+            AnyHit::new(simd, rays, &mut any_hit[..count], shadow_doubts, *limit_error, shot.shadow_opacity);
+        self.grid.visit_slices(simd, shot.triangles, space, *within, scratch, &mut query);
         self.settle(worker, first);
     }
 
@@ -257,28 +234,20 @@ impl LightTrace<'_> {
         Packet { space, within, limit_error: (limit_error as f32).next_up() }
     }
 
-    /// Has the predicate decide what is in doubt.
+    /// Settles what is in doubt.
     fn settle(&self, worker: &mut Worker, first: usize) {
         let Worker { bundle, any_hit, shadow_doubts, scratch, .. } = worker;
-        // One place after the other, so that each shadow ray is found once.
+        // One pixel after the other, so that each shadow ray is found once.
         shadow_doubts.sort_unstable();
-        let mut last: Option<((u16, u16), Option<ShadowRay>)> = None;
+        let mut shadows = settle::Shadows::new(self.image, self.light);
         for &(block, lane, id) in &*shadow_doubts {
             let found = &mut any_hit[usize::from(block)];
             if found.shadowed >> lane & 1 == 1 {
                 continue;
             }
-            scratch.statistics.asked();
-            let place = first + usize::from(bundle.blocks[usize::from(block)]) * LANES + usize::from(lane);
-            let ray = match last {
-                Some((known, ray)) if known == (block, lane) => ray,
-                _ => self.shadow_ray(place),
-            };
-            last = Some(((block, lane), ray));
-            let corners = self.image.triangles.corners(id);
-            let casts = |barycentric| (self.is_opaque)(id) || self.mask.casts(id, barycentric);
-            let is_shadowed = ray.and_then(|ray| ray.blocked_by(corners)).is_some_and(casts);
-            found.shadowed |= u16::from(is_shadowed) << lane;
+            scratch.statistics.settled(1);
+            let index = first + usize::from(bundle.blocks[usize::from(block)]) * LANES + usize::from(lane);
+            found.shadowed |= u16::from(shadows.is_shadowed_by(index, id)) << lane;
         }
         shadow_doubts.clear();
     }

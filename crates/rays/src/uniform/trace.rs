@@ -8,35 +8,7 @@ use super::UniformGrid;
 use super::cells::Cells;
 use super::lattice::Lattice;
 use super::macrocells::Blocks;
-use crate::predicate::ShadowRay;
-use crate::single::{self, Visit};
-use crate::{Hit, Ray, Triangles};
-
-impl UniformGrid {
-    /// The nearest hit of `ray` among the triangles that the grid was built over; at equal t the one with the lowest
-    /// triangle id. `None` for a miss.
-    ///
-    /// Hits that `counts` refuses are passed through: use it for alpha masks and back faces.
-    #[must_use]
-    pub fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-        single::nearest(self, triangles, ray, counts)
-    }
-
-    /// Whether any triangle but `own` shadows the point of `shadow_ray`.
-    ///
-    /// Triangles for which `counts`, given an id and the weights of the second and third corner, is false let the
-    /// light through.
-    #[must_use]
-    pub fn blocked(
-        &self,
-        triangles: Triangles<'_>,
-        shadow_ray: &ShadowRay,
-        own: u32,
-        counts: impl Fn(u32, [f32; 2]) -> bool,
-    ) -> bool {
-        single::blocked(self, triangles, shadow_ray, own, counts)
-    }
-}
+use crate::{Ray, Triangles, Visit};
 
 impl Visit for UniformGrid {
     fn reach(&self) -> f32 {
@@ -45,7 +17,12 @@ impl Visit for UniformGrid {
 
     /// Calls `test` with every triangle in a cell that `ray` visits before `t_max`, nearer cells first. `test` may lower
     /// `t_max` or break off. Some triangles are tested more than once.
-    fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
+    fn visit(
+        &self,
+        _: Triangles<'_>,
+        ray: &Ray,
+        test: impl FnMut(u32, &mut f64) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         let Some(cells) = self.scene_cells() else { return ControlFlow::Continue(()) };
         let mut search = Search { ray, t_max: ray.t_max, mailbox: [u32::MAX; MAILBOX], test };
         search.visit(&cells, &self.ids)

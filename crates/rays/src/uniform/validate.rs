@@ -16,7 +16,7 @@ impl UniformGrid {
     /// with [`Insertion::Exact`] it itself, overlaps, and nowhere else; ids ascend in each cell; macrocells are occupied
     /// if one of their cells is; references are no more than the limit, and as many again in grids inside of cells; and
     /// such a grid is inside of one cell, reaches around what of the cell's triangles is in it, and lists all of them.
-    pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
+    pub fn check(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let Some(cells) = self.scene_cells() else { return Err("the grid wasn't built".to_owned()) };
         if triangles.len() != self.triangle_count {
             return Err(format!("built over {} triangles, not {}", self.triangle_count, triangles.len()));

@@ -1,10 +1,10 @@
 //! Packets through the kd-tree, with each width and traversal, against the predicate asked about every triangle.
 
-use glam::{DVec2, DVec3, Vec3, Vec3Swizzles};
+use glam::{DVec3, Vec3, Vec3Swizzles};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
     Hit, KdBuilder, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray,
-    SahCosts, SeenImage, SeenPixels, SimdLevel, Triangles, UniformGrid, View,
+    SahCosts, SimdLevel, Triangles,
 };
 
 use crate::support::{self, Mesh, Random, blocked_by_any, blocks, nearest_of_all, random_ray, scene};
@@ -342,50 +342,6 @@ fn points_are_shadowed_as_the_predicate_says() {
         lit += expected.iter().filter(|&&blocked| !blocked).count();
     }
     assert!(lit > 50 && shadowed > 50, "{lit} {shadowed}");
-}
-
-#[test]
-fn pictures_are_seen_and_lit_as_by_other_structures() {
-    let mut random = Random(14);
-    let (mesh, views) = support::seen_from_both_sides();
-    let triangles = mesh.triangles();
-    let is_opaque = |id: u32| !id.is_multiple_of(4);
-    let mask = |hit: &Hit| hit.barycentric[0] > 0.3;
-    let casts = |_: u32, barycentric: [f32; 2]| barycentric[0] > 0.3;
-    let mut tree = tree(SimdLevel::default(), triangles, KdTreeOptions::DEFAULT);
-    let mut uniform = UniformGrid::default();
-    uniform.build(triangles);
-    let mut seen = SeenPixels::default();
-    let (mut lit_points, mut points) = (0, 0);
-    let large = View { width: 70, height: 67, ..views[0] };
-    for (place, view) in views.into_iter().chain([large]).enumerate() {
-        let width = KdPacketWidth::ALL[place % 3];
-        tree.set_packet_options(KdPacketOptions { width, ..KdPacketOptions::default() });
-        let offset = DVec2::new(f64::from(random.unit()), 0.5);
-        tree.see(triangles, &view, offset, is_opaque, mask, &mut seen);
-        if place < 3 {
-            let counts = |hit: &Hit| is_opaque(hit.triangle) || mask(hit);
-            support::assert_exact(triangles, &view, offset, &seen, counts);
-        }
-        let mut expected = SeenPixels::default();
-        uniform.see(triangles, &view, offset, is_opaque, mask, &mut expected);
-        assert_eq!(seen.triangle, expected.triangle, "{view:?}");
-        let image = SeenImage { triangles, view, offset_pixels: offset, seen: &seen };
-        for light in [
-            LightSource::Point { position: Vec3::new(2.0, 4.0, 1.0) },
-            LightSource::Directional { direction: Vec3::new(0.3, -0.9, 0.1).normalize() },
-        ] {
-            let blocks = seen.triangle.len() / 16;
-            // What was there before is forgotten.
-            let (mut lit, mut expected) = (vec![u16::MAX; blocks], vec![0; blocks]);
-            tree.shadow(&image, &light, is_opaque, &casts, &mut lit);
-            uniform.shadow(&image, &light, is_opaque, &casts, &mut expected);
-            assert_eq!(lit, expected, "{view:?}, {light:?}");
-            lit_points += lit.iter().map(|word| word.count_ones()).sum::<u32>();
-            points += seen.triangle.iter().filter(|&&id| id != SeenPixels::NONE).count() as u32;
-        }
-    }
-    assert!(lit_points > points / 10 && lit_points < points * 9 / 10, "{lit_points} of {points}");
 }
 
 #[cfg(feature = "statistics")]

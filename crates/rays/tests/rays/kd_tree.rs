@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Clipping, Hit, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray, SahCosts, Triangles,
+    Clipping, Hit, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray, SahCosts,
+    SingleRays as _, Structure as _, Triangles,
 };
 
 use crate::support::{self, Mesh, Random, blocked_by_any, blocks, nearest_of_all as nearest, random_ray, scene};
@@ -35,7 +36,7 @@ fn tree(triangles: Triangles<'_>, options: KdTreeOptions) -> KdTree {
     let mut tree = KdTree::default();
     tree.set_options(options).expect("possible options");
     tree.build(triangles);
-    tree.validate(triangles).unwrap_or_else(|broken| panic!("{options:?}: {broken}"));
+    tree.check(triangles).unwrap_or_else(|broken| panic!("{options:?}: {broken}"));
     tree
 }
 
@@ -66,7 +67,7 @@ fn check(mesh: &Mesh, rays: &[Ray]) -> usize {
             let options = KdTreeOptions { traversal, ..tree.options() };
             tree.set_options(options).expect("possible options");
             for (ray, expected) in rays.iter().zip(&expected) {
-                let found = tree.nearest(triangles, ray, |_| true);
+                let found = tree.nearest(triangles, ray, &|_| true);
                 assert_eq!(bits(&found), bits(expected), "{ray:?} through {tree:?}, {options:?}");
             }
         }
@@ -122,14 +123,14 @@ fn any_number_of_triangles_is_hit_and_rebuilt() {
     for builder in BUILDERS {
         let mut tree = KdTree::default();
         tree.set_options(with(builder)).expect("possible options");
-        assert!(tree.nearest(Triangles::default(), &Ray::new(DVec3::ZERO, DVec3::X), |_| true).is_none());
+        assert!(tree.nearest(Triangles::default(), &Ray::new(DVec3::ZERO, DVec3::X), &|_| true).is_none());
         for count in (0..40).chain([300, 0, 5]) {
             let mesh = Mesh::soup(&mut random, count, 0.1);
             tree.build(mesh.triangles());
-            tree.validate(mesh.triangles()).expect("a valid tree");
+            tree.check(mesh.triangles()).expect("a valid tree");
             for _ in 0..10 {
                 let ray = random_ray(&mut random, 3.0);
-                let found = tree.nearest(mesh.triangles(), &ray, |_| true);
+                let found = tree.nearest(mesh.triangles(), &ray, &|_| true);
                 assert_eq!(found, nearest(mesh.triangles(), &ray, |_| true), "{count} triangles, {ray:?}");
             }
         }
@@ -211,7 +212,7 @@ fn hits_that_do_not_count_are_passed_through() {
         tree.set_options(options).expect("possible options");
         let ray = random_ray(&mut random, 3.0);
         let expected = nearest(mesh.triangles(), &ray, counts);
-        assert_eq!(tree.nearest(mesh.triangles(), &ray, counts), expected, "{ray:?}");
+        assert_eq!(tree.nearest(mesh.triangles(), &ray, &counts), expected, "{ray:?}");
         hits += usize::from(expected.is_some());
     }
     assert!(hits > 30, "{hits}");
@@ -238,7 +239,7 @@ fn points_are_shadowed_as_the_predicate_says() {
             let shadow_ray = ShadowRay::new(&lights[step % 4], HitPoint::new(&ray, seen.t));
             let counts = |id: u32, barycentric: [f32; 2]| !id.is_multiple_of(5) || barycentric[1] < 0.5;
             let expected = blocked_by_any(triangles, &shadow_ray, seen.triangle, counts);
-            assert_eq!(tree.blocked(triangles, &shadow_ray, seen.triangle, counts), expected, "{ray:?}");
+            assert_eq!(tree.blocked(triangles, &shadow_ray, seen.triangle, &counts), expected, "{ray:?}");
             if expected { shadowed += 1 } else { lit += 1 }
         }
     }
@@ -323,11 +324,11 @@ fn many_triangles_in_one_place_do_not_fill_memory() {
     for builder in BUILDERS.into_iter().filter(|&builder| builder != KdBuilder::Naive) {
         for mesh in [&equal, &large] {
             let tree = tree(mesh.triangles(), with(builder));
-            let per_triangle = tree.bytes() / mesh.indices.len();
+            let per_triangle = tree.bytes().triangles / mesh.indices.len();
             assert!(per_triangle < 2000, "{builder:?}: {per_triangle} bytes a triangle, {:?}", tree.counts());
             let ray = Ray::new(DVec3::new(0.1, 0.9, -5.0), DVec3::new(-0.01, 0.0, 1.0));
             assert_eq!(
-                tree.nearest(mesh.triangles(), &ray, |_| true),
+                tree.nearest(mesh.triangles(), &ray, &|_| true),
                 nearest(mesh.triangles(), &ray, |_| true),
                 "{builder:?}"
             );
@@ -400,7 +401,7 @@ fn short_stacks_visit_hardly_more_than_a_whole_one() {
     let mut tree = tree(mesh.triangles(), KdTreeOptions::DEFAULT);
     let mut visits = |traversal| {
         tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).expect("possible options");
-        let hits = rays.iter().filter(|ray| tree.nearest(mesh.triangles(), ray, |_| true).is_some()).count();
+        let hits = rays.iter().filter(|ray| tree.nearest(mesh.triangles(), ray, &|_| true).is_some()).count();
         assert!(hits > 100);
         tree.take_visits()
     };

@@ -3,7 +3,9 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{KdBuilder, KdTree, KdTreeCounts, KdTreeOptions, LightSource, Ray, Triangles};
+use umbrage_rays::{
+    KdBuilder, KdTree, KdTreeCounts, KdTreeOptions, LightSource, Ray, SingleRays as _, Structure as _, Triangles,
+};
 
 use crate::support::{self, Mesh, Random};
 
@@ -22,7 +24,7 @@ fn tree(triangles: Triangles<'_>, options: KdTreeOptions) -> KdTree {
     let mut tree = KdTree::default();
     tree.set_options(options).expect("possible options");
     tree.build(triangles);
-    tree.validate(triangles).unwrap_or_else(|broken| panic!("{options:?}: {broken}"));
+    tree.check(triangles).unwrap_or_else(|broken| panic!("{options:?}: {broken}"));
     tree
 }
 
@@ -51,14 +53,14 @@ fn what_all_rays_reach_is_the_tree_that_is_built_at_once() {
             assert!(before.deferred > 0 && before.reached == 0, "{builder:?}: {before:?}");
             assert!(before.nodes * 3 < eager.counts().nodes * 2, "{builder:?}: {before:?}");
             // Without a nearest hit, rays go on to the end.
-            let visit = |ray: &Ray| assert_eq!(lazy.nearest(triangles, ray, |_| false), None);
+            let visit = |ray: &Ray| assert_eq!(lazy.nearest(triangles, ray, &|_| false), None);
             rays(3000).iter().for_each(visit);
             for id in (0..triangles.len() as u32).filter(|&id| support::is_usable(triangles, id)) {
                 let [a, b, c] = triangles.corners(id).map(Vec3::as_dvec3);
                 let center = (a + b + c) / 3.0;
                 visit(&Ray::new(center - DVec3::new(0.3, 0.4, 0.5), DVec3::new(0.3, 0.4, 0.5)));
             }
-            lazy.validate(triangles).expect("a valid tree");
+            lazy.check(triangles).expect("a valid tree");
             let KdTreeCounts { deferred, reached, .. } = lazy.counts();
             // Cells with nothing inside may be left.
             assert!(reached <= deferred && reached * 20 >= deferred * 19, "{builder:?}: {reached} of {deferred}");
@@ -75,13 +77,13 @@ fn what_all_rays_reach_is_the_tree_that_is_built_at_once() {
 fn only_what_rays_look_at_is_built() {
     let mesh = scene();
     let [eager, lazy] = pair(mesh.triangles(), KdBuilder::Presorted, 200);
-    let before = lazy.bytes();
+    let before = lazy.bytes().triangles;
     for ray in &rays(10) {
-        assert_eq!(lazy.nearest(mesh.triangles(), ray, |_| true), eager.nearest(mesh.triangles(), ray, |_| true));
+        assert_eq!(lazy.nearest(mesh.triangles(), ray, &|_| true), eager.nearest(mesh.triangles(), ray, &|_| true));
     }
     let KdTreeCounts { deferred, reached, .. } = lazy.counts();
     assert!(reached > 0 && reached * 3 < deferred, "{reached} of {deferred}");
-    assert!(lazy.bytes() > before);
+    assert!(lazy.bytes().triangles > before);
 }
 
 #[test]
@@ -93,9 +95,9 @@ fn threads_that_come_together_get_the_same_answers() {
     for builder in [KdBuilder::Presorted, KdBuilder::Binned] {
         let [eager, lazy] = pair(triangles, builder, 1000);
         let answer = |tree: &KdTree, ray: &Ray| {
-            let hit = tree.nearest(triangles, ray, |hit| !hit.triangle.is_multiple_of(3))?;
+            let hit = tree.nearest(triangles, ray, &|hit| !hit.triangle.is_multiple_of(3))?;
             let shadow_ray = ShadowRay::new(&light, HitPoint::new(ray, hit.t));
-            Some((hit, tree.blocked(triangles, &shadow_ray, hit.triangle, |id, _| id % 5 > 0)))
+            Some((hit, tree.blocked(triangles, &shadow_ray, hit.triangle, &|id, _| id % 5 > 0)))
         };
         let expected: Vec<_> = rays.iter().map(|ray| answer(&eager, ray)).collect();
         assert!(expected.iter().flatten().count() > 1000);
@@ -108,7 +110,7 @@ fn threads_that_come_together_get_the_same_answers() {
                 let found: Vec<_> = rays.par_iter().with_max_len(8).map(|ray| answer(&fresh, ray)).collect();
                 assert!(found == expected, "{builder:?} on {threads} threads");
             });
-            fresh.validate(triangles).expect("a valid tree");
+            fresh.check(triangles).expect("a valid tree");
             reached.push(fresh.counts());
         }
         assert!(reached.iter().all(|counts| *counts == reached[0]), "{reached:?}");
@@ -125,9 +127,9 @@ fn the_way_of_traversing_may_change_while_subtrees_wait() {
         // The builder of the next build doesn't matter to this tree.
         let options = KdTreeOptions { traversal, builder: KdBuilder::Binned, ..lazy.options() };
         lazy.set_options(options).expect("possible options");
-        assert_eq!(lazy.nearest(mesh.triangles(), ray, |_| true), eager.nearest(mesh.triangles(), ray, |_| true));
+        assert_eq!(lazy.nearest(mesh.triangles(), ray, &|_| true), eager.nearest(mesh.triangles(), ray, &|_| true));
     }
-    lazy.validate(mesh.triangles()).expect("a valid tree");
+    lazy.check(mesh.triangles()).expect("a valid tree");
 }
 
 #[cfg(feature = "statistics")]
@@ -136,7 +138,7 @@ fn visits_of_subtrees_count() {
     let mesh = scene();
     let [eager, lazy] = pair(mesh.triangles(), KdBuilder::Presorted, 1000);
     let [expected, found] = [&eager, &lazy].map(|tree| {
-        let hits = rays(300).iter().filter(|ray| tree.nearest(mesh.triangles(), ray, |_| true).is_some()).count();
+        let hits = rays(300).iter().filter(|ray| tree.nearest(mesh.triangles(), ray, &|_| true).is_some()).count();
         assert!(hits > 100);
         tree.take_visits()
     });

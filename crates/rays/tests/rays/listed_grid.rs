@@ -32,7 +32,7 @@ fn trace(mesh: &Mesh, view: &View, offset: DVec2, options: ListedOptions) -> (Se
     let mut grid = ListedGrid::default();
     let mut seen = SeenPixels::default();
     grid.build(mesh.triangles(), view, offset, options, |_| false).expect("a small image");
-    grid.validate(mesh.triangles()).unwrap_or_else(|wrong| panic!("{options:?}: {wrong}"));
+    grid.check(mesh.triangles()).unwrap_or_else(|wrong| panic!("{options:?}: {wrong}"));
     let counts = grid.trace(mesh.triangles(), Unmasked, &mut seen);
     (seen, counts)
 }
@@ -265,7 +265,7 @@ fn refused_hits_are_seen_through() {
         let mut grid = ListedGrid::default();
         let mut seen = SeenPixels::default();
         grid.build(mesh.triangles(), &view, MIDDLE, options, masked).unwrap();
-        grid.validate(mesh.triangles()).unwrap();
+        grid.check(mesh.triangles()).unwrap();
         grid.trace(mesh.triangles(), counts, &mut seen);
         assert_exact(mesh.triangles(), &view, MIDDLE, &seen, counts);
     }
@@ -363,7 +363,7 @@ fn a_grid_can_be_used_again_for_anything() {
         let mesh = Mesh::soup(&mut random, count, 0.1);
         let view = view(width, height);
         grid.build(mesh.triangles(), &view, MIDDLE, ListedOptions::DEFAULT, |_| false).unwrap();
-        grid.validate(mesh.triangles()).unwrap();
+        grid.check(mesh.triangles()).unwrap();
         grid.trace(mesh.triangles(), Unmasked, &mut seen);
         assert_exact(mesh.triangles(), &view, MIDDLE, &seen, |_| true);
     }

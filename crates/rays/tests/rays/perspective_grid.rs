@@ -121,7 +121,7 @@ fn culled_back_faces_are_seen_through() {
         for culls in [true, false] {
             grid.set_culls_back_faces(culls);
             grid.build(mesh.triangles(), view, MIDDLE, |_| false).unwrap();
-            grid.validate(mesh.triangles()).unwrap();
+            grid.check(mesh.triangles()).unwrap();
             grid.trace(mesh.triangles(), Unmasked, &mut seen);
             for (x, y) in (0..40 * 40).map(|pixel| (pixel % 40, pixel / 40)) {
                 let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
@@ -257,7 +257,7 @@ fn refused_hits_are_seen_through() {
     let mut grid = PerspectiveGrid::default();
     let mut seen = SeenPixels::default();
     grid.build(mesh.triangles(), &view, MIDDLE, masked).unwrap();
-    grid.validate(mesh.triangles()).unwrap();
+    grid.check(mesh.triangles()).unwrap();
     grid.trace(mesh.triangles(), counts, &mut seen);
     assert_exact(mesh.triangles(), &view, MIDDLE, &seen, counts);
 }
@@ -318,7 +318,7 @@ fn masks_that_answer_early_are_seen_exactly() {
             let mut grid = PerspectiveGrid::with_level(level);
             let mut seen = SeenPixels::default();
             grid.build(mesh.triangles(), &view, MIDDLE, Stripes::masks).unwrap();
-            grid.validate(mesh.triangles()).unwrap();
+            grid.check(mesh.triangles()).unwrap();
             grid.trace(mesh.triangles(), &stripes, &mut seen);
             match &first {
                 Some(first) => assert_eq!(seen.triangle, first.triangle),
@@ -403,7 +403,7 @@ fn a_grid_can_be_used_again_for_anything() {
         let mesh = Mesh::soup(&mut random, count, 0.1);
         let view = view(width, height);
         grid.build(mesh.triangles(), &view, MIDDLE, |_| false).unwrap();
-        grid.validate(mesh.triangles()).unwrap();
+        grid.check(mesh.triangles()).unwrap();
         grid.trace(mesh.triangles(), Unmasked, &mut seen);
         assert_exact(mesh.triangles(), &view, MIDDLE, &seen, |_| true);
     }

@@ -24,7 +24,7 @@ fn grid_of(mesh: &Mesh, options: UniformOptions) -> UniformGrid {
     let mut grid = UniformGrid::default();
     grid.set_options(options).expect("possible options");
     grid.build(mesh.triangles());
-    grid.validate(mesh.triangles()).expect("a valid grid");
+    grid.check(mesh.triangles()).expect("a valid grid");
     grid
 }
 

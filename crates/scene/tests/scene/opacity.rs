@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{Affine2, Vec2, Vec4};
 use proptest::prelude::*;
+use umbrage_rays::Opacity as _;
 use umbrage_scene::{Alpha, ColorSpace, Filter, Frame, Material, Materials, Mesh, Texture, TextureUse, Wrap};
 
 /// A frame of one triangle with a mask.
@@ -78,20 +79,20 @@ fn leaf() -> impl Strategy<Value = Leaf> {
 /// Whether what is certain around a point holds at a place that is within `error` of it.
 fn holds(frame: &Frame, point: [f32; 2], error: f32, there: [f32; 2]) -> bool {
     let agrees = |certain: Option<bool>, truth: bool| certain.is_none_or(|certain| certain == truth);
-    agrees(frame.is_solid_within(0, point, error), frame.is_solid(0, there))
-        && agrees(frame.casts_shadow_within(0, point, error), frame.casts_shadow(0, there))
+    let opacities = [frame.camera_opacity(), frame.shadow_opacity()];
+    opacities.iter().all(|opacity| agrees(opacity.stops_within(0, point, error), opacity.stops(0, there)))
 }
 
-/// Two places between `from` and `to`, next to each other as far as f32 goes, of which `is_solid` says different things, as
+/// Two places between `from` and `to`, next to each other as far as f32 goes, of which `stops` says different things, as
 /// it does of these two.
-fn border(is_solid: impl Fn([f32; 2]) -> bool, mut from: [f32; 2], mut to: [f32; 2]) -> [[f32; 2]; 2] {
-    let side = is_solid(from);
+fn border(stops: impl Fn([f32; 2]) -> bool, mut from: [f32; 2], mut to: [f32; 2]) -> [[f32; 2]; 2] {
+    let side = stops(from);
     loop {
         let middle = [0, 1].map(|axis| from[axis].midpoint(to[axis]));
         if middle == from || middle == to {
             return [from, to];
         }
-        *if is_solid(middle) == side { &mut from } else { &mut to } = middle;
+        *if stops(middle) == side { &mut from } else { &mut to } = middle;
     }
 }
 
@@ -107,7 +108,8 @@ proptest! {
         let frame = leaf.frame();
         for (v, w, exponent) in points {
             let (w, error) = (w * (1.0 - v), 10.0_f32.powf(exponent));
-            prop_assert_eq!(frame.is_solid_within(0, [v, w], 0.0), Some(frame.is_solid(0, [v, w])));
+            let opacity = frame.camera_opacity();
+            prop_assert_eq!(opacity.stops_within(0, [v, w], 0.0), Some(opacity.stops(0, [v, w])));
             let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (0.0, 0.0)];
             for (along, across) in moves.iter().copied().chain(corners) {
                 let moved = |from: f32, by: f32| {
@@ -129,13 +131,13 @@ proptest! {
         // Where roundings decide what is solid, they decide what is certain.
         let frame = leaf.frame();
         let points: Vec<[f32; 2]> = points.into_iter().map(|(v, w)| [v, w * (1.0 - v)]).collect();
-        let answers: [&dyn Fn([f32; 2]) -> bool; 2] =
-            [&|point| frame.is_solid(0, point), &|point| frame.casts_shadow(0, point)];
-        for (is_solid, ends) in answers.iter().flat_map(|answer| points.windows(2).map(move |ends| (answer, ends))) {
-            if is_solid(ends[0]) == is_solid(ends[1]) {
+        let opacities = [frame.camera_opacity(), frame.shadow_opacity()];
+        for (opacity, ends) in opacities.iter().flat_map(|opacity| points.windows(2).map(move |ends| (opacity, ends))) {
+            let stops = |point: [f32; 2]| opacity.stops(0, point);
+            if stops(ends[0]) == stops(ends[1]) {
                 continue;
             }
-            let places = border(is_solid, ends[0], ends[1]);
+            let places = border(stops, ends[0], ends[1]);
             let apart = (places[0][0] - places[1][0]).abs().max((places[0][1] - places[1][1]).abs());
             for [here, there] in [[places[0], places[1]], [places[1], places[0]]] {
                 // Less than to the next place; as far as there; and both from a point that is a little beside.
@@ -167,7 +169,7 @@ fn most_of_a_leaf_is_certain() {
     };
     let frame = leaf.frame();
     let points = (0..100).flat_map(|v| (0..100 - v).map(move |w| [v, w].map(|weight| weight as f32 / 100.0)));
-    let answers: Vec<_> = points.map(|point| frame.is_solid_within(0, point, 1e-4)).collect();
+    let answers: Vec<_> = points.map(|point| frame.camera_opacity().stops_within(0, point, 1e-4)).collect();
     let open = answers.iter().filter(|answer| answer.is_none()).count();
     assert!(open * 100 < answers.len(), "{open} of {}", answers.len());
     assert!(answers.contains(&Some(true)) && answers.contains(&Some(false)));

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use umbrage_gpu::{Geometry, Gpu, Recorder};
 use umbrage_rays::predicate::ShadowRay;
-use umbrage_rays::{Camera, Hit, KdTraversal, KdTreeOptions, LightSource, Projection, View};
+use umbrage_rays::{Camera, Hit, KdTraversal, KdTreeOptions, LightSource, Projection, SingleRays as _, View};
 use umbrage_study::gpu_kdtree::{KdFrame, KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
 
 use crate::support::{Mesh, Random, blocks};
@@ -71,13 +71,13 @@ fn check_last(gpu: &Gpu, frame: &KdFrame, scene: &Scene, traced: bool) -> [usize
     let answers = frame.tracer().read_shadows(gpu, questions.len()).expect("read");
     for ((light, point, own), answer) in questions.iter().zip(&answers) {
         let shadow = ShadowRay::new(light, *point);
-        assert_eq!(*answer, scene.tree.blocked(triangles, &shadow, *own, |_, _| true), "{point:?}");
+        assert_eq!(*answer, scene.tree.blocked(triangles, &shadow, *own, &|_, _| true), "{point:?}");
     }
     let rays = frame.last_rays().read_rays(gpu).expect("read");
     let hits = frame.tracer().read_hits(gpu, rays.len()).expect("read");
     if traced {
         for ((ray, own), hit) in rays.iter().zip(&hits) {
-            let expected = scene.tree.nearest(triangles, ray, |hit| Some(hit.triangle) != *own);
+            let expected = scene.tree.nearest(triangles, ray, &|hit| Some(hit.triangle) != *own);
             assert_eq!(bits(*hit), bits(expected), "{ray:?} without {own:?}");
         }
     }

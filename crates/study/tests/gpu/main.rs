@@ -15,7 +15,7 @@ use glam::DVec3;
 use support::Mesh;
 use umbrage_gpu::{Geometry, Gpu, Recorder};
 use umbrage_rays::predicate::HitPoint;
-use umbrage_rays::{Hit, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray};
+use umbrage_rays::{Hit, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray, SingleRays as _};
 use umbrage_study::gpu_kdtree::{KdFrame, KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
 
 /// A device with all kernels.
@@ -115,7 +115,7 @@ fn check(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, rays: &[(Ray, Option<u
     let found = nearest(gpu, tracer, scene, rays);
     let mut hits = 0;
     for ((ray, own), found) in rays.iter().zip(found) {
-        let expected = scene.tree.nearest(scene.mesh.triangles(), ray, |hit| Some(hit.triangle) != *own);
+        let expected = scene.tree.nearest(scene.mesh.triangles(), ray, &|hit| Some(hit.triangle) != *own);
         assert_eq!(bits(found), bits(expected), "{ray:?} without {own:?}, {:?}", tracer.options());
         hits += usize::from(expected.is_some());
     }

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{KdLayout, KdTreeOptions, LightSource, Ray};
+use umbrage_rays::{KdLayout, KdTreeOptions, LightSource, Ray, SingleRays as _};
 
 use crate::support::{Mesh, Random, blocks, grazing_rays, random_ray, rays_in_planes, rays_with_intervals, scene};
 use crate::{Device, Scene, blocked, check, device, free, walks};
@@ -27,7 +27,7 @@ fn nearest_hits_are_those_of_the_cpu_each_way() {
     let mut of_mixed = free(of_mixed);
     for step in 0..200 {
         let (ray, _) = of_mixed[step];
-        if let Some(hit) = mixed.tree.nearest(mixed.mesh.triangles(), &ray, |_| true) {
+        if let Some(hit) = mixed.tree.nearest(mixed.mesh.triangles(), &ray, &|_| true) {
             let direction = random.point().as_dvec3();
             of_mixed.push((Ray::new(ray.origin + ray.direction * hit.t, direction), Some(hit.triangle)));
         }
@@ -60,7 +60,7 @@ fn shadows_are_those_of_the_cpu_each_way() {
         let mut rays: Vec<Ray> = (0..500).map(|_| random_ray(&mut random, 4.0)).collect();
         rays.extend(rays_in_planes(&mut random, 40));
         let rays = free(rays);
-        let seen = rays.iter().filter_map(|(ray, _)| Some((ray, scene.tree.nearest(triangles, ray, |_| true)?)));
+        let seen = rays.iter().filter_map(|(ray, _)| Some((ray, scene.tree.nearest(triangles, ray, &|_| true)?)));
         let questions: Vec<_> = seen
             .enumerate()
             .map(|(step, (ray, hit))| {
@@ -74,7 +74,9 @@ fn shadows_are_those_of_the_cpu_each_way() {
             .collect();
         let expected: Vec<bool> = questions
             .iter()
-            .map(|&(light, point, own)| scene.tree.blocked(triangles, &ShadowRay::new(&light, point), own, |_, _| true))
+            .map(|&(light, point, own)| {
+                scene.tree.blocked(triangles, &ShadowRay::new(&light, point), own, &|_, _| true)
+            })
             .collect();
         let shadowed = expected.iter().filter(|&&blocked| blocked).count();
         assert!(shadowed > 100 && expected.len() - shadowed > 20, "{shadowed} of {}", expected.len());

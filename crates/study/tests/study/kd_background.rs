@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, KdBuilder, KdLayout, KdTreeOptions, LightSource, Ray, Triangles};
+use umbrage_rays::{Hit, KdBuilder, KdLayout, KdTreeOptions, LightSource, Ray, SingleRays as _, Triangles};
 use umbrage_study::kdtree::{BackgroundKdTree, ImpossibleBackground, RebuildPolicy};
 
 use crate::support::{self, Mesh, Random, blocked_by_any, nearest_of_all as nearest};
@@ -46,7 +46,7 @@ fn check(tree: &BackgroundKdTree, triangles: Triangles<'_>, rays: &[Ray]) -> usi
     let bits = |hit: &Option<Hit>| hit.map(|hit| (hit.triangle, hit.t.to_bits(), hit.barycentric));
     let is_hit = rays.par_iter().map(|ray| {
         let expected = nearest(triangles, ray, |_| true);
-        assert_eq!(bits(&tree.nearest(triangles, ray, |_| true)), bits(&expected), "{ray:?} through {tree:?}");
+        assert_eq!(bits(&tree.nearest(triangles, ray, &|_| true)), bits(&expected), "{ray:?} through {tree:?}");
         expected.is_some()
     });
     is_hit.filter(|is_hit| *is_hit).count()
@@ -153,12 +153,12 @@ fn points_are_shadowed_and_hits_pass_through() {
         for (step, ray) in rays(triangles, &mut random).iter().enumerate() {
             let counts = |hit: &Hit| hit.triangle % 3 < 2 && hit.barycentric[0] < 0.7;
             let seen = nearest(triangles, ray, counts);
-            assert_eq!(tree.nearest(triangles, ray, counts), seen, "{ray:?}");
+            assert_eq!(tree.nearest(triangles, ray, &counts), seen, "{ray:?}");
             let Some(seen) = seen else { continue };
             let shadow_ray = ShadowRay::new(&lights[step % 3], HitPoint::new(ray, seen.t));
             let counts = |id: u32, barycentric: [f32; 2]| !id.is_multiple_of(5) || barycentric[1] < 0.5;
             let expected = blocked_by_any(triangles, &shadow_ray, seen.triangle, counts);
-            assert_eq!(tree.blocked(triangles, &shadow_ray, seen.triangle, counts), expected, "{ray:?}");
+            assert_eq!(tree.blocked(triangles, &shadow_ray, seen.triangle, &counts), expected, "{ray:?}");
             if expected { shadowed += 1 } else { lit += 1 }
         }
     }
@@ -217,7 +217,7 @@ fn frames_wait_where_the_tree_is_of_other_triangles_or_too_costly() {
         }
         assert!(!tree.advance(mesh.triangles()).has_waited, "change {place}");
     }
-    assert_eq!(tree.nearest(mesh.triangles(), &Ray::new(DVec3::ZERO, DVec3::X), |_| true), None);
+    assert_eq!(tree.nearest(mesh.triangles(), &Ray::new(DVec3::ZERO, DVec3::X), &|_| true), None);
     // Everything elsewhere, while a tree is being built that is no better.
     let policy = RebuildPolicy { rebuild_above: 1.0, wait_above: 1.5 };
     tree.set_policy(policy).expect("a possible policy");
@@ -233,7 +233,7 @@ fn frames_wait_where_the_tree_is_of_other_triangles_or_too_costly() {
 #[test]
 fn impossible_policies_are_refused() {
     let mut tree = BackgroundKdTree::new(2).expect("threads");
-    assert_eq!(tree.nearest(Triangles::default(), &Ray::new(DVec3::ZERO, DVec3::X), |_| true), None);
+    assert_eq!(tree.nearest(Triangles::default(), &Ray::new(DVec3::ZERO, DVec3::X), &|_| true), None);
     for (rebuild_above, wait_above) in [(0.9, 2.0), (3.0, 2.0), (f64::NAN, 2.0), (1.0, f64::NAN)] {
         let policy = RebuildPolicy { rebuild_above, wait_above };
         let error = tree.set_policy(policy).unwrap_err();

@@ -2,7 +2,9 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::hit;
-use umbrage_rays::{Bvh, Clipping, Hit, KdBuilder, KdLayout, KdTree, KdTreeOptions, Ray, Triangles};
+use umbrage_rays::{
+    Bvh, Clipping, Hit, KdBuilder, KdLayout, KdTree, KdTreeOptions, Ray, SingleRays as _, Structure as _, Triangles,
+};
 use umbrage_study::kdtree::{ImpossibleHierarchy, ImpossibleObjects, SceneHierarchy, build_from};
 
 use crate::support::{self, Mesh, Random, blocks, is_usable};
@@ -37,7 +39,7 @@ fn build(triangles: Triangles<'_>, hierarchy: &SceneHierarchy, options: KdTreeOp
     let mut tree = KdTree::default();
     tree.set_options(options).expect("possible options");
     build_from(&mut tree, triangles, hierarchy).expect("a hierarchy of these triangles");
-    tree.validate(triangles).unwrap_or_else(|broken| panic!("{options:?}: {broken}"));
+    tree.check(triangles).unwrap_or_else(|broken| panic!("{options:?}: {broken}"));
     tree
 }
 
@@ -67,9 +69,9 @@ fn check(mesh: &Mesh, hierarchies: &[SceneHierarchy], rays: &[Ray]) -> usize {
             let tree = build(triangles, hierarchy, options);
             assert_eq!(tree.omitted(), &triangles.omitted());
             for (ray, expected) in rays.iter().zip(&expected) {
-                assert_eq!(tree.nearest(triangles, ray, |_| true), *expected, "{ray:?}, {options:?}");
+                assert_eq!(tree.nearest(triangles, ray, &|_| true), *expected, "{ray:?}, {options:?}");
             }
-            tree.validate(triangles).unwrap_or_else(|broken| panic!("traced, {options:?}: {broken}"));
+            tree.check(triangles).unwrap_or_else(|broken| panic!("traced, {options:?}: {broken}"));
         }
     }
     expected.iter().flatten().count()
@@ -137,9 +139,9 @@ fn any_number_of_triangles_is_hit_and_rebuilt() {
         for hierarchy in hierarchies(mesh.triangles()) {
             assert!(hierarchy.len() == count && hierarchy.is_empty() == (count == 0));
             build_from(&mut tree, mesh.triangles(), &hierarchy).expect("a hierarchy of these triangles");
-            tree.validate(mesh.triangles()).expect("a valid tree");
+            tree.check(mesh.triangles()).expect("a valid tree");
             for ray in random_rays(&mut random, 10, 3.0) {
-                assert_eq!(tree.nearest(mesh.triangles(), &ray, |_| true), nearest(mesh.triangles(), &ray));
+                assert_eq!(tree.nearest(mesh.triangles(), &ray, &|_| true), nearest(mesh.triangles(), &ray));
             }
         }
     }
@@ -199,5 +201,5 @@ fn impossible_hierarchies_are_refused() {
     let error = build_from(&mut tree, mesh.triangles(), &hierarchy).unwrap_err();
     assert_eq!(error, ImpossibleHierarchy { hierarchy: 7, frame: 8 });
     assert!(error.to_string().contains("7 triangles"));
-    tree.validate(mesh.triangles()).expect("still the tree that it was");
+    tree.check(mesh.triangles()).expect("still the tree that it was");
 }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, KdBuilder, KdTraversal, KdTreeOptions, LightSource, Ray, Triangles};
+use umbrage_rays::{Hit, KdBuilder, KdTraversal, KdTreeOptions, LightSource, Ray, SingleRays as _, Triangles};
 use umbrage_study::kdtree::{ImpossibleObjects, KdMotion, KdObject, TwoLevelKdTree};
 
 use crate::support::{self, Mesh, Random, blocked_by_any, is_usable, nearest_of_all as nearest};
@@ -103,7 +103,7 @@ fn check(trees: &TwoLevelKdTree, triangles: Triangles<'_>, rays: &[Ray]) -> usiz
     let mut hits = 0;
     for ray in rays {
         let expected = nearest(triangles, ray, |_| true);
-        assert_eq!(bits(&trees.nearest(triangles, ray, |_| true)), bits(&expected), "{ray:?}");
+        assert_eq!(bits(&trees.nearest(triangles, ray, &|_| true)), bits(&expected), "{ray:?}");
         hits += usize::from(expected.is_some());
     }
     hits
@@ -186,12 +186,12 @@ fn points_are_shadowed_and_hits_pass_through() {
         for (step, ray) in rays(&mesh, &mut random).iter().enumerate() {
             let counts = |hit: &Hit| hit.triangle.is_multiple_of(3) && hit.barycentric[0] < 0.7;
             let seen = nearest(triangles, ray, counts);
-            assert_eq!(trees.nearest(triangles, ray, counts), seen, "{ray:?}");
+            assert_eq!(trees.nearest(triangles, ray, &counts), seen, "{ray:?}");
             let Some(seen) = seen else { continue };
             let shadow_ray = ShadowRay::new(&lights[step % 3], HitPoint::new(ray, seen.t));
             let counts = |id: u32, barycentric: [f32; 2]| !id.is_multiple_of(5) || barycentric[1] < 0.5;
             let expected = blocked_by_any(triangles, &shadow_ray, seen.triangle, counts);
-            assert_eq!(trees.blocked(triangles, &shadow_ray, seen.triangle, counts), expected, "{ray:?}");
+            assert_eq!(trees.blocked(triangles, &shadow_ray, seen.triangle, &counts), expected, "{ray:?}");
             if expected { shadowed += 1 } else { lit += 1 }
         }
     }
@@ -277,7 +277,7 @@ fn triangles_that_get_an_area_are_hit() {
     trees.update(mesh.triangles(), &objects).expect("objects in order");
     assert_eq!((trees.omitted().total(), trees.counts().rebuilt), (0, 1));
     let ray = Ray::new(DVec3::new(0.2, 3.0, 0.00005), DVec3::NEG_Y);
-    assert_eq!(trees.nearest(mesh.triangles(), &ray, |_| true).map(|hit| hit.triangle), Some(8));
+    assert_eq!(trees.nearest(mesh.triangles(), &ray, &|_| true).map(|hit| hit.triangle), Some(8));
 }
 
 #[test]
@@ -300,9 +300,9 @@ fn trees_do_not_depend_on_threads() {
 fn objects_come_and_go() {
     let mut random = Random(46);
     let mut trees = TwoLevelKdTree::default();
-    assert_eq!(trees.nearest(Triangles::default(), &Ray::new(DVec3::ZERO, DVec3::X), |_| true), None);
+    assert_eq!(trees.nearest(Triangles::default(), &Ray::new(DVec3::ZERO, DVec3::X), &|_| true), None);
     trees.update(Triangles::default(), &[]).expect("no objects");
-    assert_eq!(trees.nearest(Triangles::default(), &Ray::new(DVec3::ZERO, DVec3::X), |_| true), None);
+    assert_eq!(trees.nearest(Triangles::default(), &Ray::new(DVec3::ZERO, DVec3::X), &|_| true), None);
     for count in [0, 1, 60, 30, 400, 2] {
         let mut mesh = Mesh::default();
         let mut objects = Vec::new();

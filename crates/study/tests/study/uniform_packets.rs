@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, LightSource, PacketSide, Ray, UniformGrid, UniformOptions};
+use umbrage_rays::{Hit, LightSource, PacketSide, Ray, SingleRays as _, UniformGrid, UniformOptions};
 use umbrage_study::uniform::{blocked_of_packet, nearest_of_packet};
 
 use crate::support::{self, Mesh, Random, nearest_of_all as nearest};
@@ -21,7 +21,7 @@ fn grid_of(mesh: &Mesh, options: UniformOptions) -> UniformGrid {
     let mut grid = UniformGrid::default();
     grid.set_options(options).expect("possible options");
     grid.build(mesh.triangles());
-    grid.validate(mesh.triangles()).expect("a valid grid");
+    grid.check(mesh.triangles()).expect("a valid grid");
     grid
 }
 
@@ -149,7 +149,7 @@ fn rays_that_are_not_numbers_leave_the_others_of_a_packet_alone() {
         for (ray, found) in rays.iter().zip(&found) {
             let expected = nearest(triangles, ray, |_| true);
             assert_eq!(*found, expected, "{ray:?} with {other:?}");
-            assert_eq!(grid.nearest(triangles, ray, |_| true), expected, "{ray:?} alone");
+            assert_eq!(grid.nearest(triangles, ray, &|_| true), expected, "{ray:?} alone");
             hits += usize::from(expected.is_some());
         }
     }
@@ -195,7 +195,7 @@ fn packets_of_any_shadow_rays_are_blocked_as_the_predicate_says() {
         let light = |place: usize| all[if step % 2 == 0 { step % all.len() } else { place % all.len() }];
         let (mut rays, mut own) = (Vec::new(), Vec::new());
         for (place, ray) in bundle.iter().enumerate() {
-            if let Some(hit) = grid.nearest(triangles, ray, |_| true) {
+            if let Some(hit) = grid.nearest(triangles, ray, &|_| true) {
                 rays.push(ShadowRay::new(&light(place), HitPoint::new(ray, hit.t)));
                 own.push(hit.triangle);
             }

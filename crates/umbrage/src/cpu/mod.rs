@@ -1,60 +1,50 @@
 //! The CPU engine: a frame's stages on the threads of the current rayon pool.
 
+mod make;
 mod see;
 mod shade;
 mod shadow;
-mod single_rays;
 
 use std::mem;
 
 use umbrage_rays::{
-    Bvh, GridCounts, Hit, ImageTooLarge, KdTree, LightGrid, LightGridCounts, LightGridSeconds, LightSource, ListedGrid,
-    ListedLightGrid, Omitted, PerspectiveGrid, Ray, SeenPixels, SimdLevel, UniformGrid, UniformOptions, View,
-    predicate,
+    Bvh, Bytes, DirectGrids, Hit, LightMask, LightSource, Opacity as _, Ray, SeenPixels, Shot, Sides, SimdLevel,
+    SingleRays, Structure as _, View, Work, predicate,
 };
-use umbrage_scene::{Frame, Light, Scene};
+use umbrage_scene::{Frame, FrameOpacity, Light, Scene};
 
 use crate::engine::{Engine, Output, Staged};
 use crate::sampling::Sample;
 use crate::{Error, Film, Settings, Settled, Stats, Structure, WorkCounts};
-pub use shadow::LightMask;
-use single_rays::SingleRays;
+use make::make;
 
 /// Finds what each pixel sees and which lights reach it, through structures rebuilt for every frame.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Cpu {
-    structure: Structure,
     level: SimdLevel,
-    /// Whether camera rays go through back faces.
-    culls_back_faces: bool,
+    /// What `structure` was made of, and whether rays come to it one at a time.
+    made_of: (Structure, bool),
+    structure: Box<dyn umbrage_rays::Structure>,
+    /// For single rays, where the structure doesn't answer them.
+    bvh: Bvh,
+    /// Which sides of triangles stop camera rays.
+    sides: Sides,
     /// How many mirrors light may come by.
     bounces: u32,
-    /// For single rays of structures that don't serve them, and for all rays where the structure is the hierarchy.
-    bvh: Bvh,
-    kd_tree: KdTree,
-    uniform_grid: UniformGrid,
-    camera_grid: PerspectiveGrid,
-    listed_grid: ListedGrid,
-    light_grid: LightGrid,
-    listed_light_grid: ListedLightGrid,
     /// What each pixel sees at the current sample.
     seen: SeenPixels,
     /// For each light, which pixels it lights at the current sample.
-    lit: Vec<LightMask>,
+    masks: Vec<LightMask>,
     shadow_rays: u64,
-    /// Tests of camera rays, and of shadow rays, that the grids left to the predicate, over all samples.
+    /// Tests of camera rays, and of shadow rays, that the filters left to the predicate, over all samples.
     settled_tests: [u64; 2],
-    camera_work: GridCounts,
-    light_work: Vec<LightWork>,
+    camera_work: Work,
 }
 
-/// What a light was as work for its grid.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LightWork {
-    /// How much there was to do.
-    pub counts: LightGridCounts,
-    /// How long each stage took; what serves all lights is counted for each.
-    pub seconds: LightGridSeconds,
+impl Default for Cpu {
+    fn default() -> Self {
+        Self::with_level(SimdLevel::default())
+    }
 }
 
 impl Cpu {
@@ -62,65 +52,42 @@ impl Cpu {
     pub(crate) fn with_level(level: SimdLevel) -> Self {
         Self {
             level,
-            kd_tree: KdTree::with_level(level),
-            uniform_grid: UniformGrid::with_level(level),
-            camera_grid: PerspectiveGrid::with_level(level),
-            listed_grid: ListedGrid::with_level(level),
-            light_grid: LightGrid::with_level(level),
-            listed_light_grid: ListedLightGrid::with_level(level),
-            ..Self::default()
+            made_of: (Structure::Perspective, false),
+            structure: Box::new(DirectGrids::with_level(level)),
+            bvh: Bvh::default(),
+            sides: Sides::Both,
+            bounces: 0,
+            seen: SeenPixels::default(),
+            masks: Vec::new(),
+            shadow_rays: 0,
+            settled_tests: [0; 2],
+            camera_work: Work::default(),
         }
     }
 
-    /// Takes over what the settings say, and forgets the last frame's counts.
-    fn choose(&mut self, settings: &Settings) {
-        self.structure = settings.structure;
-        if let Structure::Listed { camera, .. } = &mut self.structure {
-            camera.culls_back_faces |= settings.culls_back_faces;
+    /// Takes over what the settings say, and forgets the last frame's counts. `sends_rays_onward` where single rays go
+    /// through the structure as well.
+    fn choose(&mut self, settings: &Settings, sends_rays_onward: bool) -> Result<(), Error> {
+        let made_of = (settings.structure, sends_rays_onward);
+        if self.made_of != made_of {
+            self.structure = make(settings.structure, self.level, sends_rays_onward)?;
+            self.made_of = made_of;
         }
-        self.culls_back_faces = settings.culls_back_faces;
+        self.sides = settings.sides;
         self.bounces = settings.bounces;
-        self.camera_grid.set_culls_back_faces(settings.culls_back_faces);
         self.shadow_rays = 0;
         self.settled_tests = [0; 2];
-        self.camera_work = GridCounts::default();
-        self.light_work.clear();
-    }
-
-    /// Rebuilds what serves all samples of a frame: the uniform grid, the kd-tree, or the hierarchy where anything needs it. Other grids
-    /// are made for the rays of one sample, by the stages that trace them.
-    fn build_structures(&mut self, frame: &Frame, settings: &Settings) -> Result<(), Error> {
-        self.choose(settings);
-        match self.structure {
-            Structure::Grid(mut options) => {
-                if frame.is_see_through() || settings.bounces > 0 {
-                    // Rays that come one at a time need them where triangles crowd: a twelfth of the time for `demo:glass`.
-                    options.nested_above = options.nested_above.or(UniformOptions::NESTED.nested_above);
-                }
-                self.uniform_grid.set_options(options)?;
-                self.uniform_grid.build(frame.triangles());
-            }
-            Structure::KdTree(options) => {
-                self.kd_tree.set_options(options)?;
-                self.kd_tree.build(frame.triangles());
-            }
-            Structure::Bvh => self.bvh.build(frame.triangles()),
-            Structure::Perspective | Structure::Listed { .. } => {
-                if frame.is_see_through() || settings.bounces > 0 {
-                    self.bvh.build(frame.triangles());
-                }
-            }
-        }
+        self.camera_work = Work::default();
         Ok(())
     }
 
     /// Finds what pixels show through their middles; what is known of the last frame's pixels stays.
-    pub(crate) fn seen_alone(&mut self, frame: &Frame, view: &View) -> Result<SeenPixels, ImageTooLarge> {
-        self.choose(&Settings::default());
+    pub(crate) fn seen_alone(&mut self, frame: &Frame, view: &View) -> Result<SeenPixels, Error> {
+        self.choose(&Settings::default(), false)?;
         let last = mem::take(&mut self.seen);
         let result = self.see_pixels(frame, view, &Sample::MIDDLE);
         let seen = mem::replace(&mut self.seen, last);
-        result.map(|()| seen)
+        Ok(result.map(|()| seen)?)
     }
 
     /// Finds which lights reach what pixels show through their middles; what is known of the last frame's pixels stays.
@@ -130,13 +97,13 @@ impl Cpu {
         lights: &[Light],
         view: &View,
         seen: &SeenPixels,
-    ) -> Vec<LightMask> {
-        self.choose(&Settings::default());
-        let last = (mem::replace(&mut self.seen, seen.clone()), mem::take(&mut self.lit));
+    ) -> Result<Vec<LightMask>, Error> {
+        self.choose(&Settings::default(), false)?;
+        let last = (mem::replace(&mut self.seen, seen.clone()), mem::take(&mut self.masks));
         self.shadow_points(frame, lights, view, &Sample::MIDDLE);
-        let lit = mem::take(&mut self.lit);
-        (self.seen, self.lit) = last;
-        lit
+        let masks = mem::take(&mut self.masks);
+        (self.seen, self.masks) = last;
+        Ok(masks)
     }
 
     /// Counts the work of seeing through the middles of pixels, and locates what is seen in a light's grid.
@@ -147,8 +114,8 @@ impl Cpu {
         settings: &Settings,
         light: Option<&LightSource>,
         counts: &mut WorkCounts,
-    ) -> Result<(), ImageTooLarge> {
-        self.choose(settings);
+    ) -> Result<(), Error> {
+        self.choose(settings, false)?;
         self.see_counting(frame, view, &Sample::MIDDLE, &mut counts.pixels)?;
         if let Some(light) = light {
             self.locate(frame, view, &Sample::MIDDLE, light, &mut counts.cells);
@@ -157,53 +124,14 @@ impl Cpu {
     }
 
     /// What finds the hits of rays that come one at a time.
-    fn single_rays(&self) -> SingleRays<'_> {
-        match self.structure {
-            Structure::Grid(_) => SingleRays::Grid(&self.uniform_grid),
-            Structure::KdTree(_) => SingleRays::KdTree(&self.kd_tree),
-            Structure::Perspective | Structure::Listed { .. } | Structure::Bvh => SingleRays::Bvh(&self.bvh),
-        }
+    fn single_rays(&self) -> &dyn SingleRays {
+        self.structure.single_rays().unwrap_or(&self.bvh)
     }
 
-    fn omitted(&self) -> &Omitted {
-        match self.structure {
-            Structure::Perspective => self.camera_grid.omitted(),
-            Structure::Listed { .. } => self.listed_grid.omitted(),
-            Structure::Grid(_) => self.uniform_grid.omitted(),
-            Structure::KdTree(_) => self.kd_tree.omitted(),
-            Structure::Bvh => self.bvh.omitted(),
-        }
-    }
-
-    /// What of the last frame's camera rays and shadow rays was left to the predicate; only the direct grids count that.
+    /// What of the last frame's camera rays and shadow rays was left to the predicate, where the structure counts that.
     fn settled(&self) -> [Option<Settled>; 2] {
-        let is_counted = self.structure == Structure::Perspective;
+        let is_counted = self.made_of.0.is_specialised();
         self.settled_tests.map(|tests| is_counted.then(|| Settled { tests, ..Settled::default() }))
-    }
-
-    fn structure_bytes(&self) -> usize {
-        match self.structure {
-            Structure::Perspective => self.bvh.bytes() + self.camera_grid.bytes() + self.light_grid.triangle_bytes(),
-            Structure::Listed { .. } => self.bvh.bytes() + self.listed_grid.bytes() + self.listed_light_grid.bytes(),
-            Structure::Grid(_) => self.uniform_grid.bytes(),
-            Structure::KdTree(_) => self.kd_tree.bytes(),
-            Structure::Bvh => self.bvh.bytes(),
-        }
-    }
-
-    fn point_bytes(&self) -> usize {
-        match self.structure {
-            Structure::Perspective => self.light_grid.bytes() - self.light_grid.triangle_bytes(),
-            // The paper's form counts with the triangles: its points and triangles share lists.
-            Structure::Listed { .. } | Structure::Grid(_) | Structure::KdTree(_) | Structure::Bvh => 0,
-        }
-    }
-
-    fn pixel_bytes(&self) -> usize {
-        let SeenPixels { triangle, inverse_depth, .. } = &self.seen;
-        size_of_val(triangle.as_slice())
-            + size_of_val(inverse_depth.as_slice())
-            + self.lit.iter().map(LightMask::bytes).sum::<usize>()
     }
 }
 
@@ -220,8 +148,16 @@ impl Engine for Cpu {
         Ok(scene.pose(seconds, frame)?)
     }
 
+    /// Structures that are made for the rays of one sample are rebuilt by the stages that trace them.
     fn build(&mut self, staged: &Staged<'_>, _output: Output) -> Result<(), Error> {
-        self.build_structures(staged.frame, staged.settings)
+        let Staged { frame, settings, .. } = *staged;
+        let sends_rays_onward = frame.is_see_through() || settings.bounces > 0;
+        self.choose(settings, sends_rays_onward)?;
+        self.structure.build(frame.triangles());
+        if sends_rays_onward && self.structure.single_rays().is_none() {
+            self.bvh.build(frame.triangles());
+        }
+        Ok(())
     }
 
     fn see(&mut self, staged: &Staged<'_>, sample: &Sample, stats: &mut Stats) -> Result<(), Error> {
@@ -254,34 +190,51 @@ impl Engine for Cpu {
     }
 
     fn light_masks(&self) -> &[LightMask] {
-        &self.lit
+        &self.masks
     }
 
-    fn camera_work(&self) -> GridCounts {
+    fn camera_work(&self) -> Work {
         self.camera_work
     }
 
-    fn light_work(&self) -> &[LightWork] {
-        &self.light_work
+    fn light_work(&self) -> &[Work] {
+        self.structure.work_of_lights()
     }
 
     fn count(&self, _frame: &Frame, stats: &mut Stats) -> Result<(), Error> {
+        let Bytes { triangles, points } = self.structure.bytes();
         stats.shadow_rays = self.shadow_rays;
         stats.count_settled(self.settled());
-        stats.structure_bytes = self.structure_bytes();
-        stats.point_bytes = self.point_bytes();
-        stats.pixel_bytes += self.pixel_bytes();
+        stats.structure_bytes = triangles + self.bvh.bytes().triangles;
+        stats.point_bytes = points;
+        stats.pixel_bytes += self.seen.bytes() + self.masks.iter().map(LightMask::bytes).sum::<usize>();
         stats.uploaded_bytes = 0;
-        stats.count_omitted(self.omitted());
+        stats.count_omitted(self.structure.omitted());
         Ok(())
     }
 }
 
-/// Whether a camera ray that meets a triangle there is stopped by it, or seen by it to be of some colour.
-pub(crate) fn counts(frame: &Frame, ray: &Ray, hit: &Hit, culls_back_faces: bool) -> bool {
-    let is_there =
-        !culls_back_faces || predicate::is_front_along(ray.direction, frame.triangles().corners(hit.triangle));
-    is_there && frame.is_solid(hit.triangle, hit.barycentric)
+/// What stops camera rays, and what stops shadow rays.
+fn opacities(frame: &Frame) -> [FrameOpacity<'_>; 2] {
+    [frame.camera_opacity(), frame.shadow_opacity()]
+}
+
+/// A sample of each pixel, as a question to a structure.
+fn shot<'a>(
+    frame: &'a Frame,
+    [opacity, shadow_opacity]: &'a [FrameOpacity<'a>; 2],
+    view: &View,
+    sample: &Sample,
+    sides: Sides,
+) -> Shot<'a> {
+    let offset_pixels = sample.offset_pixels;
+    Shot { triangles: frame.triangles(), view: *view, offset_pixels, opacity, shadow_opacity, sides }
+}
+
+/// Whether a camera ray that meets a triangle there is stopped by it: by its side, and where it isn't cut away.
+pub(crate) fn stops(frame: &Frame, ray: &Ray, hit: &Hit, sides: Sides) -> bool {
+    sides.stop(ray, frame.triangles().corners(hit.triangle))
+        && frame.camera_opacity().stops(hit.triangle, hit.barycentric)
 }
 
 /// Where `ray` meets the triangle that it is known to show.

@@ -5,12 +5,11 @@ use fearless_simd::{Level, Simd, dispatch, f32x16, mask32x16};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use umbrage_rays::predicate::HitPoint;
-use umbrage_rays::{Hit, Ray, SeenPixels, TileOrder};
+use umbrage_rays::{Hit, LightMask, Opacity as _, Ray, SeenPixels, Sides, SingleRays, TileOrder};
 use umbrage_scene::{Frame, Light};
 
-use super::shadow::{LightMask, is_blocked};
-use super::single_rays::SingleRays;
-use super::{Cpu, counts, hit_of};
+use super::shadow::is_blocked;
+use super::{Cpu, hit_of, stops};
 use crate::Film;
 use crate::background::Surroundings;
 use crate::engine::Staged;
@@ -22,11 +21,10 @@ impl Cpu {
     /// Adds each pixel's radiance at the current sample to the film.
     pub(super) fn shade_pixels(&self, staged: &Staged<'_>, sample: &Sample, film: &mut Film) {
         let Staged { frame, lights, ref view, surroundings, .. } = *staged;
-        let Self { lit, seen, culls_back_faces, bounces, .. } = self;
-        let (culls_back_faces, bounces, rays_onward) = (*culls_back_faces, *bounces, self.single_rays());
+        let Self { masks: lit, seen, sides, bounces, .. } = self;
+        let (sides, bounces, rays_onward) = (*sides, *bounces, self.single_rays());
         let (level, footprint) = (Level::from(self.level), Footprint::new(view, sample.of));
-        let shading =
-            Shading { rays_onward, lit, seen, frame, lights, surroundings, footprint, culls_back_faces, bounces };
+        let shading = Shading { rays_onward, lit, seen, frame, lights, surroundings, footprint, sides, bounces };
         let Film { color, depth, normal, triangle, .. } = film;
         let rows = TileOrder::BLOCK as usize * view.width as usize;
         let planes = color.par_chunks_mut(rows).zip(depth.par_chunks_mut(rows));
@@ -46,14 +44,14 @@ impl Cpu {
 /// What shading one sample needs.
 struct Shading<'a> {
     /// For rays that go on behind what was seen, or from mirrors.
-    rays_onward: SingleRays<'a>,
+    rays_onward: &'a dyn SingleRays,
     lit: &'a [LightMask],
     seen: &'a SeenPixels,
     frame: &'a Frame,
     lights: &'a [Light],
     surroundings: &'a Surroundings<'a>,
     footprint: Footprint,
-    culls_back_faces: bool,
+    sides: Sides,
     /// How many mirrors light may come by.
     bounces: u32,
 }
@@ -80,9 +78,9 @@ impl Shading<'_> {
     #[inline(always)]
     fn shade<S: Simd>(&self, simd: S, block: &Block<'_>) -> Shaded {
         let (nothing, one) = (Vectors::splat(simd, Vec3::ZERO), Vectors::splat(simd, Vec3::ONE));
-        let place = self.seen.order().place(block.corner[0], block.corner[1]);
+        let first = self.seen.order().index(block.corner[0], block.corner[1]);
         let rays = BlockRays::new(simd, block);
-        let next = BlockHits::of_seen(simd, self.frame, block, &rays, &self.seen.triangle[place..place + LANES]);
+        let next = BlockHits::of_seen(simd, self.frame, block, &rays, &self.seen.triangle[first..first + LANES]);
         let mut path = Path { rays, next, through: one, from_mirrors: None };
         let mut mirrors: Vec<Path<S>> = Vec::new();
         let (mut shown, mut depth, mut normal, mut triangle) = (0, f32x16::splat(simd, 0.0), nothing, [0; LANES]);
@@ -96,7 +94,7 @@ impl Shading<'_> {
                 let Some(hits) = next else { break };
                 let met = Met::new(simd, self, &rays, &hits, through, bounces_left > 0);
                 let lit = |light: usize| match &found {
-                    None => self.lit[light].block(place / LANES),
+                    None => self.lit[light].blocks()[first / LANES],
                     Some(found) => self.lit_onward(&ray, light, found),
                 };
                 let radiance = self.reflected(simd, &met, lit);
@@ -157,8 +155,8 @@ impl Shading<'_> {
         }
         let ambient = seen.ambient(self.surroundings.irradiance(simd, normal), surrounding);
         let mut radiance = surface.emitted + ambient.scaled(surface.ambient_occlusion);
-        for (place, light) in self.lights.iter().enumerate() {
-            let lit = lit(place) & *shown & !surface.unlit;
+        for (number, light) in self.lights.iter().enumerate() {
+            let lit = lit(number) & *shown & !surface.unlit;
             if lit == 0 {
                 continue;
             }
@@ -191,8 +189,8 @@ impl Shading<'_> {
             // The exact distance, so that the same surface isn't met again.
             let hit = found.map_or_else(|| hit_of(self.frame, &ray, first[lane]), |found| found[lane]);
             let Some(hit) = hit else { continue };
-            let counts = |hit: &Hit| counts(self.frame, &ray, hit, self.culls_back_faces);
-            behind[lane] = self.rays_onward.nearest(self.frame.triangles(), &Ray { t_min: hit.t, ..ray }, counts);
+            let stops = |hit: &Hit| stops(self.frame, &ray, hit, self.sides);
+            behind[lane] = self.rays_onward.nearest(self.frame.triangles(), &Ray { t_min: hit.t, ..ray }, &stops);
         }
         behind
     }
@@ -223,10 +221,10 @@ impl Shading<'_> {
             let ray = Ray::new(point.position, vector_of(lane, mirrored).as_dvec3());
             from.rays[lane] = ray;
             // As with shadows: neither the mirror itself nor what the point touches, as far as anybody can tell.
-            from.found[lane] = self.rays_onward.nearest(triangles, &ray, |other| {
+            from.found[lane] = self.rays_onward.nearest(triangles, &ray, &|other| {
                 other.triangle != hit.triangle
                     && !point.is_on(triangles.corners(other.triangle))
-                    && self.frame.is_solid(other.triangle, other.barycentric)
+                    && self.frame.camera_opacity().stops(other.triangle, other.barycentric)
             });
         }
         from

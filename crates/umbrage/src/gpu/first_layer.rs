@@ -1,8 +1,6 @@
 use rayon::prelude::*;
 use umbrage_gpu::{Band, Buffer, CameraGrid, Gpu, GpuError, LightGrid, Recorder};
-use umbrage_rays::SeenPixels;
-
-use crate::cpu::LightMask;
+use umbrage_rays::{LightMask, SeenPixels, TileOrder};
 
 /// What pixels show first and which lights reach it, kept on the GPU: shading and later layers replace it.
 #[derive(Debug)]
@@ -55,8 +53,8 @@ impl FirstLayer {
     ) -> Result<u64, GpuError> {
         let order = band.order();
         // Bands are whole rows of tiles, which follow each other.
-        let first = seen.order().place(0, band.rows.start);
-        let of_band = &mut seen.triangle[first..first + order.places()];
+        let first = seen.order().index(0, band.rows.start);
+        let of_band = &mut seen.triangle[first..first + order.slots()];
         self.seen.read_into(gpu, of_band)?;
         let shown = of_band.par_iter_mut().enumerate().filter_map(|(slot, triangle)| {
             if order.pixel(slot).is_none() {
@@ -66,11 +64,19 @@ impl FirstLayer {
         });
         let shown = shown.count() as u64;
 
-        let words = order.places() / 32;
+        let words = order.slots() / 32;
         let bits: Vec<u32> = self.lit.read(gpu, words * masks.len())?;
         for (mask, bits) in masks.iter_mut().zip(bits.chunks_exact(words)) {
-            mask.set_words(band.rows.start, bits);
+            set_words(mask, band.rows.start, bits);
         }
         Ok(shown)
+    }
+}
+
+/// Takes over a bit for each pixel from a row of tiles on, the first in the lowest bit of its word.
+fn set_words(mask: &mut LightMask, first_row: u32, words: &[u32]) {
+    let first = mask.order().index(0, first_row) / TileOrder::BLOCK_PIXELS;
+    for (blocks, word) in mask.blocks_mut()[first..].chunks_exact_mut(2).zip(words) {
+        blocks.copy_from_slice(&[*word as u16, (word >> 16) as u16]);
     }
 }

@@ -30,10 +30,9 @@ pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
 use umbrage_gpu::{Band, Buffer, CameraGrid, CameraOptions, Fit, Groups, LightGrid, Recorder, Sight};
-use umbrage_rays::SeenPixels;
+use umbrage_rays::{LightMask, SeenPixels, Sides};
 use umbrage_scene::{Frame, Light, Scene};
 
-use crate::cpu::LightMask;
 use crate::engine::{Engine, Output, Staged};
 use crate::sampling::Sample;
 use crate::{CameraChoice, Error, Film, Settings, Settled, Stats};
@@ -62,7 +61,7 @@ pub(crate) struct GpuEngine {
     nothing: Buffer,
     /// The bands of rows in which the frame is rendered.
     bands: Vec<Band>,
-    culls_back_faces: bool,
+    sides: Sides,
     is_see_through: bool,
     /// The same, and which lights reach it, fetched.
     seen: SeenPixels,
@@ -102,7 +101,7 @@ impl GpuEngine {
             picture: Picture::new(&gpu)?,
             nothing: Buffer::storage(&gpu, "nothing seen"),
             bands: Vec::new(),
-            culls_back_faces: false,
+            sides: Sides::Both,
             is_see_through: false,
             seen: SeenPixels::default(),
             lit: Vec::new(),
@@ -130,7 +129,7 @@ impl GpuEngine {
         let Self { gpu, rig, geometry, camera, lights, fit, shade, planes, .. } = self;
         let geometry = geometry.geometry();
         let sources: Vec<_> = frame_lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect();
-        let sight = Sight { culls_back_faces: self.culls_back_faces, is_behind: !is_first };
+        let sight = Sight { culls_back_faces: self.sides == Sides::Front, is_behind: !is_first };
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
         shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
         for _ in 0..Self::MOST_TRIES {
@@ -167,7 +166,7 @@ impl GpuEngine {
     /// What is around the scene, seen through all layers.
     fn shade_surroundings(&mut self, band: &Band, sample: &Sample, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, lights, shade, planes, nothing, .. } = self;
-        let none = vec![SeenPixels::NONE; band.order().places()];
+        let none = vec![SeenPixels::NONE; band.order().slots()];
         nothing.write(gpu, &none)?;
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first: false, is_last: true };
         shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
@@ -246,7 +245,7 @@ impl Engine for GpuEngine {
             self.rig.forget();
         }
         self.is_finished = false;
-        self.culls_back_faces = settings.culls_back_faces;
+        self.sides = settings.sides;
         self.is_see_through = frame.is_see_through();
         self.shadow_rays = 0;
         self.shadowing_lights = lights.iter().filter(|light| light.casts_shadow).count() as u64;

@@ -13,7 +13,7 @@ use glam::{DVec3, Vec3};
 use umbrage_rays::TileOrder;
 
 /// Pixels at once.
-pub(crate) const LANES: usize = TileOrder::BLOCK_PLACES;
+pub(crate) const LANES: usize = TileOrder::BLOCK_PIXELS;
 
 /// One value for each lane.
 pub(crate) type Each<T> = [T; LANES];

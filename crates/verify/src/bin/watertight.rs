@@ -9,8 +9,8 @@ use glam::Vec3;
 use indicatif::ProgressBar;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Bvh, KdTree, KdTreeOptions, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedOptions, PerspectiveGrid,
-    SeenImage, SeenPixels, TileOrder, UniformGrid, Unmasked,
+    Bvh, DirectGrids, KdTree, KdTreeOptions, LightMask, LightSource, ListedGrids, SeenPixels, Shot, SingleRays as _,
+    Structure, UniformGrid,
 };
 use umbrage_verify::{Random, Seams, Sheet, SheetShape};
 
@@ -42,7 +42,7 @@ fn main() -> Result<()> {
     let flags = Flags::parse();
     let (mut random, started) = (Random::new(flags.seed), Instant::now());
     let progress = ProgressBar::new(flags.rays);
-    let mut trial = Trial::default();
+    let mut trial = Trial::new()?;
     for round in 0.. {
         let at_seams = trial.seams.vertices + trial.seams.edges;
         progress.set_position(at_seams.min(flags.rays));
@@ -56,10 +56,10 @@ fn main() -> Result<()> {
         trial.run(SheetShape { side, step, position, scale, is_orthographic, has_shell }, &mut random)?;
     }
     progress.finish_and_clear();
-    let Trial { seams: Seams { vertices, edges }, between, beside, listed, undecided, .. } = trial;
+    let Trial { seams: Seams { vertices, edges }, between, beside, by_others, undecided, .. } = trial;
     println!(
         "{} camera rays exactly at seams, {vertices} at vertices and {edges} at edges, and {between} between them; from \
-         each point a shadow ray to a light at the camera, and from {beside} one to a light at the side; {listed} of \
+         each point a shadow ray to a light at the camera, and from {beside} one to a light at the side; {by_others} of \
          the latter through the listed grids and the uniform grid as well.",
         vertices + edges
     );
@@ -71,53 +71,66 @@ fn main() -> Result<()> {
 }
 
 /// The structures, used again and again, and what they were asked.
-#[derive(Default)]
 struct Trial {
-    camera_grid: PerspectiveGrid,
-    light_grid: LightGrid,
-    listed_grid: ListedGrid,
-    listed_light_grid: ListedLightGrid,
-    uniform_grid: UniformGrid,
+    grids: DirectGrids,
+    /// Whoever answers whole images in another way, by name.
+    others: [(&'static str, Box<dyn Structure>); 2],
     kd_tree: KdTree,
     bvh: Bvh,
     seen: SeenPixels,
-    lit: Vec<u16>,
-    /// What grids of other forms find.
+    /// For a light at the camera, and for one at the side.
+    masks: [LightMask; 2],
+    /// What the others find.
     other_seen: SeenPixels,
-    other_lit: Vec<u16>,
+    other_masks: [LightMask; 2],
     /// Rays through vertices and edges, and others.
     seams: Seams,
     between: u64,
     /// Points that were lit from the side as well.
     beside: u64,
-    /// Camera rays through the listed grid.
-    listed: u64,
+    /// Camera rays through the others.
+    by_others: u64,
     undecided: u64,
 }
 
 impl Trial {
+    fn new() -> Result<Self> {
+        let mut kd_tree = KdTree::default();
+        kd_tree.set_options(KdTreeOptions::FAST)?;
+        Ok(Self {
+            grids: DirectGrids::default(),
+            others: [
+                ("the listed grids", Box::<ListedGrids>::default()),
+                ("the uniform grid", Box::<UniformGrid>::default()),
+            ],
+            kd_tree,
+            bvh: Bvh::default(),
+            seen: SeenPixels::default(),
+            masks: Default::default(),
+            other_seen: SeenPixels::default(),
+            other_masks: Default::default(),
+            seams: Seams::default(),
+            between: 0,
+            beside: 0,
+            by_others: 0,
+            undecided: 0,
+        })
+    }
+
     /// Looks at one sheet.
     fn run(&mut self, shape: SheetShape, random: &mut Random) -> Result<()> {
         let sheet = Sheet::new(shape, random);
-        let (triangles, view, offset_pixels) = (sheet.mesh.triangles(), sheet.view, sheet.offset_pixels);
-        let Self { camera_grid, light_grid, seen, lit, .. } = self;
-        camera_grid.build(triangles, &view, offset_pixels, |_| false)?;
-        let counts = camera_grid.trace(triangles, Unmasked, seen);
-        let order = seen.order();
-        let pixels = || (0..shape.side).flat_map(|y| (0..shape.side).map(move |x| (x, y)));
-        for (x, y) in pixels() {
+        let shot = Shot { offset_pixels: sheet.offset_pixels, ..Shot::new(sheet.mesh.triangles(), sheet.view) };
+        let Self { grids, seen, masks: [at_camera, _], .. } = self;
+        let of_camera = grids.see(&shot, seen)?;
+        for (x, y) in pixels(shape) {
             let id = seen.triangle_at(x, y);
             ensure!(id != SeenPixels::NONE, "the ray of pixel ({x}, {y}) leaks: {shape:?}");
             ensure!(id < sheet.front, "pixel ({x}, {y}) shows triangle {id} of the sheet behind: {shape:?}");
         }
-        let image = SeenImage { triangles, view, offset_pixels, seen };
-        lit.resize(order.places() / TileOrder::BLOCK_PLACES, 0);
-        light_grid.survey(&image);
-        light_grid.shadow(&image, &sheet.light, |_| true, &Unmasked, lit);
-        self.undecided += counts.referred + light_grid.counts().undecided;
-        for (x, y) in pixels() {
-            ensure!(is_lit(lit, order.place(x, y)), "pixel ({x}, {y}) shadows itself: {shape:?}");
-        }
+        let of_light = grids.shadow(&shot, seen, &[sheet.light], &mut [at_camera]);
+        self.undecided += of_camera.counts.settled + of_light.counts.undecided;
+        are_all_lit(&self.masks[0], shape, "the direct grids")?;
 
         let seams = sheet.seams();
         self.seams.vertices += seams.vertices;
@@ -125,10 +138,9 @@ impl Trial {
         self.between += points(shape) - seams.vertices - seams.edges;
         // What needs several times as long isn't done for every sheet.
         if shape.has_shell || random.below(3) == 0 {
-            let light = self.run_beside(&sheet, shape, random)?;
+            let light = self.run_beside(&shot, shape, random)?;
             if shape.has_shell || random.below(4) == 0 {
-                self.run_listed(&sheet, shape, &light)?;
-                self.run_uniform(&sheet, shape, &light)?;
+                self.run_others(&shot, shape, [sheet.light, light])?;
             }
         }
         Ok(())
@@ -136,77 +148,56 @@ impl Trial {
 
     /// Lights the sheet from the side, where it does shadow itself: some pixels against the hierarchy and the kd-tree.
     /// Returns the light.
-    fn run_beside(&mut self, sheet: &Sheet, shape: SheetShape, random: &mut Random) -> Result<LightSource> {
-        let (triangles, view, offset_pixels) = (sheet.mesh.triangles(), sheet.view, sheet.offset_pixels);
-        let Self { light_grid, bvh, kd_tree, seen, lit, .. } = self;
-        let beside = view.camera.right * (3.0 * shape.scale) + view.camera.forward * (2.0 * shape.scale);
+    fn run_beside(&mut self, shot: &Shot<'_>, shape: SheetShape, random: &mut Random) -> Result<LightSource> {
+        let (triangles, camera) = (shot.triangles, shot.view.camera);
+        let Self { grids, bvh, kd_tree, seen, masks: [_, mask], .. } = self;
+        let beside = camera.right * (3.0 * shape.scale) + camera.forward * (2.0 * shape.scale);
         let light = LightSource::Point { position: shape.position + beside };
-        let image = SeenImage { triangles, view, offset_pixels, seen };
-        light_grid.shadow(&image, &light, |_| true, &Unmasked, lit);
-        self.undecided += light_grid.counts().undecided;
+        self.undecided += grids.shadow(shot, seen, &[light], &mut [mask]).counts.undecided;
         self.beside += points(shape);
         bvh.build(triangles);
-        kd_tree.set_options(KdTreeOptions::FAST)?;
         kd_tree.build(triangles);
         for _ in 0..200 {
             let (x, y) = (random.below(shape.side as usize) as u32, random.below(shape.side as usize) as u32);
-            let ray = view.ray(f64::from(x) + offset_pixels.x, f64::from(y) + offset_pixels.y);
-            let hit = bvh.nearest(triangles, &ray, |_| true);
+            let ray = shot.ray(x, y);
+            let hit = bvh.nearest(triangles, &ray, &|_| true);
             let Some(hit) = hit.filter(|hit| hit.triangle == seen.triangle_at(x, y)) else {
                 anyhow::bail!("pixel ({x}, {y}) shows the wrong triangle: {shape:?}");
             };
             let shadow_ray = ShadowRay::new(&light, HitPoint::new(&ray, hit.t));
-            let blocked = bvh.blocked(triangles, &shadow_ray, hit.triangle, |_, _| true);
-            let is_right = is_lit(lit, seen.order().place(x, y)) != blocked;
-            ensure!(is_right, "the shadow at pixel ({x}, {y}) is wrong: {shape:?}");
-            let is_seen = kd_tree.nearest(triangles, &ray, |_| true) == Some(hit);
+            let blocked = bvh.blocked(triangles, &shadow_ray, hit.triangle, &|_, _| true);
+            ensure!(self.masks[1].is_lit(x, y) != blocked, "the shadow at pixel ({x}, {y}) is wrong: {shape:?}");
+            let is_seen = kd_tree.nearest(triangles, &ray, &|_| true) == Some(hit);
             ensure!(is_seen, "the kd-tree's ray of pixel ({x}, {y}) hits something else: {shape:?}");
-            let is_shadowed = kd_tree.blocked(triangles, &shadow_ray, hit.triangle, |_, _| true);
+            let is_shadowed = kd_tree.blocked(triangles, &shadow_ray, hit.triangle, &|_, _| true);
             ensure!(is_shadowed == blocked, "the kd-tree's shadow at pixel ({x}, {y}) is wrong: {shape:?}");
         }
         Ok(light)
     }
 
-    /// Looks at the same sheet, and the light at its side, through the listed forms.
-    fn run_listed(&mut self, sheet: &Sheet, shape: SheetShape, side_light: &LightSource) -> Result<()> {
-        let (triangles, view, offset_pixels) = (sheet.mesh.triangles(), sheet.view, sheet.offset_pixels);
-        let Self { listed_grid, listed_light_grid, seen, lit, other_seen, other_lit, .. } = self;
-        listed_grid.build(triangles, &view, offset_pixels, ListedOptions::DEFAULT, |_| false)?;
-        listed_grid.trace(triangles, Unmasked, other_seen);
-        ensure!(other_seen.triangle == seen.triangle, "the listed grid sees other triangles: {shape:?}");
-        let image = SeenImage { triangles, view, offset_pixels, seen: other_seen };
-        other_lit.resize(lit.len(), 0);
-        listed_light_grid.survey(&image);
-        listed_light_grid.shadow(&image, side_light, |_| true, &Unmasked, other_lit);
-        ensure!(other_lit == lit, "the listed light grid finds other shadows: {shape:?}");
-        listed_light_grid.shadow(&image, &sheet.light, |_| true, &Unmasked, other_lit);
-        self.listed += points(shape);
-        self.are_all_lit(shape, "through lists")
-    }
-
-    /// Does the same through the uniform grid.
-    fn run_uniform(&mut self, sheet: &Sheet, shape: SheetShape, side_light: &LightSource) -> Result<()> {
-        let (triangles, view, offset_pixels) = (sheet.mesh.triangles(), sheet.view, sheet.offset_pixels);
-        let Self { uniform_grid, seen, lit, other_seen, other_lit, .. } = self;
-        uniform_grid.build(triangles);
-        uniform_grid.see(triangles, &view, offset_pixels, |_| true, Unmasked, other_seen);
-        ensure!(other_seen.triangle == seen.triangle, "the uniform grid sees other triangles: {shape:?}");
-        let image = SeenImage { triangles, view, offset_pixels, seen: other_seen };
-        other_lit.resize(lit.len(), 0);
-        uniform_grid.shadow(&image, side_light, |_| true, &Unmasked, other_lit);
-        ensure!(other_lit == lit, "the uniform grid finds other shadows: {shape:?}");
-        uniform_grid.shadow(&image, &sheet.light, |_| true, &Unmasked, other_lit);
-        self.are_all_lit(shape, "through the uniform grid")
-    }
-
-    /// Whether the light at the camera lit every pixel when another form was asked last.
-    fn are_all_lit(&self, shape: SheetShape, how: &str) -> Result<()> {
-        let order = self.seen.order();
-        for (x, y) in (0..shape.side).flat_map(|y| (0..shape.side).map(move |x| (x, y))) {
-            ensure!(is_lit(&self.other_lit, order.place(x, y)), "pixel ({x}, {y}) shadows itself, {how}: {shape:?}");
+    /// Looks at the same sheet, and its lights, in other ways.
+    fn run_others(&mut self, shot: &Shot<'_>, shape: SheetShape, lights: [LightSource; 2]) -> Result<()> {
+        let Self { others, seen, masks, other_seen, other_masks, .. } = self;
+        for (name, structure) in others {
+            structure.build(shot.triangles);
+            structure.see(shot, other_seen)?;
+            ensure!(other_seen.triangle == seen.triangle, "{name} see other triangles: {shape:?}");
+            let [at_camera, beside] = &mut *other_masks;
+            structure.shadow(shot, other_seen, &lights, &mut [at_camera, beside]);
+            ensure!(other_masks[1] == masks[1], "{name} find other shadows: {shape:?}");
+            are_all_lit(&other_masks[0], shape, name)?;
         }
+        self.by_others += points(shape);
         Ok(())
     }
+}
+
+/// Whether a light at the camera lights every pixel.
+fn are_all_lit(mask: &LightMask, shape: SheetShape, how: &str) -> Result<()> {
+    for (x, y) in pixels(shape) {
+        ensure!(mask.is_lit(x, y), "pixel ({x}, {y}) shadows itself, through {how}: {shape:?}");
+    }
+    Ok(())
 }
 
 /// How many pixels, and so points, a sheet has.
@@ -214,6 +205,6 @@ fn points(shape: SheetShape) -> u64 {
     u64::from(shape.side).pow(2)
 }
 
-fn is_lit(lit: &[u16], place: usize) -> bool {
-    lit[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1
+fn pixels(shape: SheetShape) -> impl Iterator<Item = (u32, u32)> {
+    (0..shape.side).flat_map(move |y| (0..shape.side).map(move |x| (x, y)))
 }

@@ -142,7 +142,7 @@ fn samples_back_faces_and_parallel_views() {
     let parallel = Camera { projection: Projection::Orthographic { half_height: 1.5 }, ..camera };
     for (name, settings) in [
         ("three samples", Settings { samples: 3, ..sized(90, 60) }),
-        ("front faces alone", Settings { culls_back_faces: true, ..sized(90, 60) }),
+        ("front faces alone", Settings { sides: umbrage::Sides::Front, ..sized(90, 60) }),
         ("a parallel view", Settings { camera: parallel.into(), ..sized(90, 60) }),
         ("one pixel", sized(1, 1)),
         ("one row", sized(131, 1)),

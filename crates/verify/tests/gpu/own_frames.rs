@@ -66,7 +66,7 @@ fn posed_frames_are_rendered_as_their_scenes_are() {
     let lamp = light(LightSource::Point { position: Vec3::new(0.5, 4.0, 3.0) });
     let variants = [
         ("as it is", settings()),
-        ("two samples", Settings { samples: 2, culls_back_faces: true, ..settings() }),
+        ("two samples", Settings { samples: 2, sides: umbrage::Sides::Front, ..settings() }),
         ("another light", Settings { lights: Some(vec![lamp.clone(), lamp]), ..settings() }),
         ("the paper's form", Settings { structure: Structure::LISTED, ..settings() }),
         ("the uniform grid", Settings { structure: Structure::GRID, ..settings() }),

@@ -1,10 +1,7 @@
 //! Triangles with corners that are no numbers are left out, counted, and change nothing.
 
-use glam::{DVec2, Vec3};
-use umbrage_rays::{
-    Bvh, Camera, LightGrid, LightSource, ListedGrid, ListedLightGrid, ListedOptions, PerspectiveGrid, SeenImage,
-    SeenPixels, Unmasked, View,
-};
+use glam::Vec3;
+use umbrage_rays::{Bvh, Camera, DirectGrids, LightMask, LightSource, ListedGrids, SeenPixels, Shot, Structure, View};
 use umbrage_verify::TestMesh;
 
 /// A ball and, in between its triangles, one triangle for every way in which nine coordinates can be a number, NaN and
@@ -34,46 +31,31 @@ fn every_pattern_of_nan_and_infinity_is_left_out_and_counted() {
     let (mesh, numbers) = ball_among_all_patterns();
     assert_eq!(numbers.indices.len(), 263);
     let camera = Camera::look_at(Vec3::new(1.0, 2.0, 4.0), Vec3::ZERO, Vec3::Y, 0.8);
-    let (view, offset_pixels) = (View { camera, width: 20, height: 17 }, DVec2::splat(0.5));
+    let view = View { camera, width: 20, height: 17 };
     let lights = [
         LightSource::Point { position: Vec3::new(1.0, 3.0, 1.0) },
         LightSource::Point { position: Vec3::new(0.1, 0.0, 0.0) },
         LightSource::Directional { direction: Vec3::NEG_Y },
     ];
     let look = |mesh: &TestMesh| {
-        let (mut grid, mut seen) = (PerspectiveGrid::default(), SeenPixels::default());
-        grid.build(mesh.triangles(), &view, offset_pixels, |_| false).expect("a small image");
-        grid.trace(mesh.triangles(), Unmasked, &mut seen);
-        let mut light_grid = LightGrid::default();
-        let image = SeenImage { triangles: mesh.triangles(), view, offset_pixels, seen: &seen };
-        light_grid.survey(&image);
-        let masks = lights.map(|light| {
-            let mut lit = vec![0_u16; seen.triangle.len() / 16];
-            light_grid.shadow(&image, &light, |_| true, &Unmasked, &mut lit);
-            lit
-        });
-        let (mut listed_grid, mut listed_seen) = (ListedGrid::default(), SeenPixels::default());
-        let options = ListedOptions::DEFAULT;
-        listed_grid.build(mesh.triangles(), &view, offset_pixels, options, |_| false).expect("a small image");
-        listed_grid.trace(mesh.triangles(), Unmasked, &mut listed_seen);
-        assert_eq!((listed_seen.triangle, listed_grid.omitted()), (seen.triangle.clone(), grid.omitted()));
-        let mut listed_light_grid = ListedLightGrid::default();
-        listed_light_grid.survey(&image);
-        for (light, mask) in lights.iter().zip(&masks) {
-            let mut lit = vec![0_u16; mask.len()];
-            listed_light_grid.shadow(&image, light, |_| true, &Unmasked, &mut lit);
-            assert_eq!(&lit, mask, "{light:?} through lists");
-        }
-        // Ids differ between the meshes; places don't.
+        let shot = Shot::new(mesh.triangles(), view);
+        let answer = |structure: &mut dyn Structure| {
+            let (mut seen, mut masks) = (SeenPixels::default(), lights.map(|_| LightMask::default()));
+            structure.build(mesh.triangles());
+            structure.see(&shot, &mut seen).expect("a small image");
+            structure.shadow(&shot, &seen, &lights, &mut masks.each_mut());
+            (seen.triangle, masks, structure.omitted().clone())
+        };
+        let (seen, masks, omitted) = answer(&mut DirectGrids::default());
+        assert!(answer(&mut ListedGrids::default()) == (seen.clone(), masks.clone(), omitted.clone()));
+        assert!(answer(&mut Bvh::default()) == (seen.clone(), masks.clone(), omitted.clone()));
+        // Ids differ between the meshes; corners don't.
         let corners = |&id: &u32| (id != SeenPixels::NONE).then(|| mesh.triangles().corners(id));
-        let shown: Vec<_> = seen.triangle.iter().map(corners).collect();
-        (shown, masks, grid.omitted().total())
+        let shown: Vec<_> = seen.iter().map(corners).collect();
+        (shown, masks, omitted.total())
     };
     let (shown, masks, omitted) = look(&mesh);
     let (shown_alone, masks_alone, none) = look(&numbers);
     assert_eq!((shown, masks), (shown_alone, masks_alone));
     assert_eq!((omitted, none), (4_u32.pow(9) - 1, 0));
-    let mut bvh = Bvh::default();
-    bvh.build(mesh.triangles());
-    assert_eq!(bvh.omitted().total(), omitted);
 }

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Bvh, Hit, LightSource, Ray};
+use umbrage_rays::{Bvh, Hit, LightSource, Ray, SingleRays as _, Structure as _};
 use umbrage_verify::{Oracle, Random, TestMesh};
 
 /// Meshes that structures get wrong when they are built or walked carelessly.
@@ -89,11 +89,11 @@ fn nearest_hits_and_shadows_are_the_oracles() {
     for (name, mesh) in meshes() {
         let triangles = mesh.triangles();
         bvh.build(triangles);
-        bvh.validate(triangles).unwrap_or_else(|broken| panic!("{name}: {broken}"));
+        bvh.check(triangles).unwrap_or_else(|broken| panic!("{name}: {broken}"));
         let oracle = Oracle::new(triangles);
         for ray in rays(&mesh, &mut random) {
             for counts in [|_: &Hit| true, |hit: &Hit| hit.triangle % 3 != 1] {
-                let (found, truth) = (bvh.nearest(triangles, &ray, counts), oracle.nearest(&ray, counts));
+                let (found, truth) = (bvh.nearest(triangles, &ray, &counts), oracle.nearest(&ray, counts));
                 assert_eq!(found, truth, "{name}: {ray:?}");
             }
             let Some(hit) = oracle.nearest(&ray, |_| true) else { continue };
@@ -102,7 +102,7 @@ fn nearest_hits_and_shadows_are_the_oracles() {
             for light in [LightSource::Point { position }, LightSource::Directional { direction: random.point() }] {
                 let shadow_ray = ShadowRay::new(&light, point);
                 for counts in [|_: u32, _: [f32; 2]| true, |id: u32, _: [f32; 2]| id.is_multiple_of(2)] {
-                    let found = bvh.blocked(triangles, &shadow_ray, hit.triangle, counts);
+                    let found = bvh.blocked(triangles, &shadow_ray, hit.triangle, &counts);
                     assert_eq!(found, oracle.blocked(&shadow_ray, hit.triangle, counts), "{name}: {shadow_ray:?}");
                 }
             }
@@ -128,8 +128,8 @@ fn of_equally_near_triangles_the_lowest_id_is_hit() {
     let mut bvh = Bvh::default();
     bvh.build(mesh.triangles());
     let ray = Ray::new(DVec3::new(0.1, 0.1, 1.0), DVec3::NEG_Z);
-    assert_eq!(bvh.nearest(mesh.triangles(), &ray, |_| true).map(|hit| hit.triangle), Some(0));
-    assert_eq!(bvh.nearest(mesh.triangles(), &ray, |hit| hit.triangle > 6).map(|hit| hit.triangle), Some(7));
+    assert_eq!(bvh.nearest(mesh.triangles(), &ray, &|_| true).map(|hit| hit.triangle), Some(0));
+    assert_eq!(bvh.nearest(mesh.triangles(), &ray, &|hit| hit.triangle > 6).map(|hit| hit.triangle), Some(7));
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn a_hit_exactly_at_the_end_of_the_interval_does_not_count() {
     bvh.build(mesh.triangles());
     let hit = |t_min: f64, t_max: f64| {
         let ray = Ray { t_min, t_max, ..Ray::new(DVec3::new(0.0, 0.0, 1.0), DVec3::NEG_Z) };
-        bvh.nearest(mesh.triangles(), &ray, |_| true).is_some()
+        bvh.nearest(mesh.triangles(), &ray, &|_| true).is_some()
     };
     assert!(hit(0.5, 1.5));
     assert!(!hit(0.5, 1.0));
@@ -152,7 +152,7 @@ fn validation_notices_a_moved_triangle() {
     let mut mesh = TestMesh::ball(1);
     let mut bvh = Bvh::default();
     bvh.build(mesh.triangles());
-    assert_eq!(bvh.validate(mesh.triangles()), Ok(()));
+    assert_eq!(bvh.check(mesh.triangles()), Ok(()));
     mesh.positions[3] *= 1.5;
-    assert!(bvh.validate(mesh.triangles()).is_err());
+    assert!(bvh.check(mesh.triangles()).is_err());
 }

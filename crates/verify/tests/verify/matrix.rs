@@ -3,7 +3,7 @@
 
 use umbrage::gallery::DEMOS;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
-use umbrage::rays::{SimdLevel, View};
+use umbrage::rays::{Opacity as _, SimdLevel, View};
 use umbrage::scene::Frame;
 use umbrage::{Film, LightMask, Renderer, Scene, Settings, Structure};
 use umbrage_verify::{Oracle, Random, real_scene};
@@ -60,13 +60,14 @@ fn ask_oracle(name: &str, frame: &Frame, shown: &Shown, questions: usize) {
     for _ in 0..questions {
         let (x, y) = (random.below(width as usize) as u32, random.below(height as usize) as u32);
         let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let hit = oracle.nearest(&ray, |hit| frame.is_solid(hit.triangle, hit.barycentric));
+        let hit = oracle.nearest(&ray, |hit| frame.camera_opacity().stops(hit.triangle, hit.barycentric));
         let triangle = hit.map_or(Film::NO_TRIANGLE, |hit| hit.triangle);
         assert_eq!(shown.triangle[(y * width + x) as usize], triangle, "{name}, pixel ({x}, {y})");
         for (light, mask) in frame.lights.iter().zip(&shown.lit) {
             let lit = hit.is_some_and(|hit| {
                 let shadow_ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
-                !oracle.blocked(&shadow_ray, hit.triangle, |id, barycentric| frame.casts_shadow(id, barycentric))
+                !oracle
+                    .blocked(&shadow_ray, hit.triangle, |id, barycentric| frame.shadow_opacity().stops(id, barycentric))
             });
             assert_eq!(mask.is_lit(x, y), lit, "{name}, pixel ({x}, {y}), light {}", light.name);
         }

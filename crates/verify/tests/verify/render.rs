@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use umbrage::rays::predicate::{HitPoint, ShadowRay, crossing};
-use umbrage::rays::{Hit, View};
+use umbrage::rays::{Hit, Opacity as _, View};
 use umbrage::scene::Frame;
-use umbrage::{Film, Renderer, Scene, Settings, Structure};
+use umbrage::{Film, Renderer, Scene, Settings, Sides, Structure};
 use umbrage_verify::{Oracle, real_scene};
 
 const SIDE: u32 = 40;
@@ -16,16 +16,16 @@ fn settings(structure: Structure) -> Settings {
 
 /// Compares a frame through every structure with the oracle; returns how many of its pixels show a triangle.
 fn compare(scene: &Scene, seconds: f64, name: &str) -> usize {
-    compare_with(scene, seconds, name, false)
+    compare_with(scene, seconds, name, Sides::Both)
 }
 
 /// Does the same with back faces culled or not.
-fn compare_with(scene: &Scene, seconds: f64, name: &str, culls_back_faces: bool) -> usize {
+fn compare_with(scene: &Scene, seconds: f64, name: &str, sides: Sides) -> usize {
     let mut truth = None;
     const STRUCTURES: [Structure; 5] =
         [Structure::Perspective, Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh];
     for structure in STRUCTURES {
-        let settings = Settings { culls_back_faces, ..settings(structure) };
+        let settings = Settings { sides, ..settings(structure) };
         let mut renderer = Renderer::default();
         renderer.render(scene, seconds, &settings).unwrap_or_else(|error| panic!("{name}: {error}"));
         let truth = truth.get_or_insert_with(|| oracle(renderer.frame(), &settings));
@@ -59,13 +59,14 @@ fn oracle(frame: &Frame, settings: &Settings) -> Vec<Truth> {
         let counts = |hit: &Hit| {
             let corners = frame.triangles().corners(hit.triangle);
             let is_front = crossing(&ray, corners).is_some_and(|crossing| crossing.front);
-            (is_front || !settings.culls_back_faces) && frame.is_solid(hit.triangle, hit.barycentric)
+            let is_there = is_front || settings.sides == Sides::Both;
+            is_there && frame.camera_opacity().stops(hit.triangle, hit.barycentric)
         };
         let hit = oracle.nearest(&ray, counts);
         let lit = frame.lights.iter().map(|light| {
             hit.is_some_and(|hit| {
                 let shadow_ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
-                let casts = |id, barycentric| frame.casts_shadow(id, barycentric);
+                let casts = |id, barycentric| frame.shadow_opacity().stops(id, barycentric);
                 !oracle.blocked(&shadow_ray, hit.triangle, casts)
             })
         });
@@ -88,7 +89,7 @@ fn culled_back_faces_are_the_oracles() {
     for name in ["cloth", "marbles", "forest", "shatter", "glass"] {
         let scene = umbrage::open(format!("demo:{name}?triangles=1500")).expect("a scene of the gallery");
         let seconds = 0.4 * scene.duration_seconds();
-        let [all, fronts] = [false, true].map(|culls| compare_with(&scene, seconds, name, culls));
+        let [all, fronts] = [Sides::Both, Sides::Front].map(|sides| compare_with(&scene, seconds, name, sides));
         assert!(fronts > 100 && fronts <= all, "{name} shows {fronts} pixels of {all}");
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Bvh, LightSource, Ray};
+use umbrage_rays::{Bvh, LightSource, Ray, SingleRays as _};
 use umbrage_verify::{Oracle, Random, TestMesh};
 
 /// Balls of every size and place that a scene may have, with triangles wound both ways.
@@ -37,7 +37,7 @@ fn no_ray_leaks_through_a_seam() {
             // From inside a closed surface every ray hits it; a tenth of a radius from the middle is inside.
             let origin = center + random.point() * (0.1 * scale);
             let ray = Ray::new(origin.as_dvec3(), seam(&ball, &mut random) - origin.as_dvec3());
-            assert!(bvh.nearest(triangles, &ray, |_| true).is_some(), "{ray:?} leaks out of a ball of {scale}");
+            assert!(bvh.nearest(triangles, &ray, &|_| true).is_some(), "{ray:?} leaks out of a ball of {scale}");
         }
     }
 }
@@ -56,13 +56,13 @@ fn nothing_convex_shadows_itself_where_it_faces_the_light() {
             let outwards = random.point().normalize_or(Vec3::X);
             let camera = (center + outwards * (4.0 * scale)).as_dvec3();
             let ray = Ray::new(camera, seam(&ball, &mut random) - camera);
-            let Some(hit) = bvh.nearest(triangles, &ray, |_| true) else { continue };
+            let Some(hit) = bvh.nearest(triangles, &ray, &|_| true) else { continue };
             let point = HitPoint::new(&ray, hit.t);
             let above = (point.position - center.as_dvec3()).normalize().as_vec3();
             let position = center + above * (3.0 * scale);
             for light in [LightSource::Point { position }, LightSource::Directional { direction: -above }] {
                 let shadow_ray = ShadowRay::new(&light, point);
-                let blocked = bvh.blocked(triangles, &shadow_ray, hit.triangle, |_, _| true);
+                let blocked = bvh.blocked(triangles, &shadow_ray, hit.triangle, &|_, _| true);
                 assert!(!blocked, "{ray:?} is shadowed by a ball of {scale} itself");
             }
         }

@@ -1,7 +1,7 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::ThreadPoolBuilder;
-use umbrage::rays::{Choice, KdBuilder, KdTraversal, KdTree, KdTreeOptions, Ray};
+use umbrage::rays::{Choice, KdBuilder, KdTraversal, KdTree, KdTreeOptions, Ray, Structure as _};
 use umbrage::scene::Frame;
 
 use super::measure::{Cost, KdFlags, Way, frame, race};
@@ -109,7 +109,7 @@ impl KdBuildersFlags {
             build_alone,
             build,
             counts: tree.counts(),
-            bytes: tree.bytes(),
+            bytes: tree.bytes().triangles,
             costs: [costs[0], costs[1]],
         })
     }

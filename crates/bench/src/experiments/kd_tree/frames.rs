@@ -1,7 +1,7 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::rays::{Hit, KdBuilder, KdTree, KdTreeOptions, Ray, Triangles};
+use umbrage::rays::{Hit, KdBuilder, KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles};
 use umbrage::scene::Frame;
 use umbrage_study::kdtree::{BackgroundKdTree, SceneHierarchy, build_from};
 
@@ -130,8 +130,8 @@ impl Trial {
             Ok(None)
         })?;
         let hits = time(&mut spent[1], || match &self.rebuild {
-            Rebuild::Anew(tree) | Rebuild::From(tree, _) => trace(rays, |ray| tree.nearest(triangles, ray, |_| true)),
-            Rebuild::Beside(trees) => trace(rays, |ray| trees.nearest(triangles, ray, |_| true)),
+            Rebuild::Anew(tree) | Rebuild::From(tree, _) => trace(rays, |ray| tree.nearest(triangles, ray, &|_| true)),
+            Rebuild::Beside(trees) => trace(rays, |ray| trees.nearest(triangles, ray, &|_| true)),
         });
         if is_counted {
             self.times.push(spent);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::rays::{KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, Triangles};
+use umbrage::rays::{KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles};
 use umbrage::scene::Frame;
 use umbrage_study::shaft::{ShaftOptions, ShaftVisits, nearest_of_shafts};
 
@@ -122,7 +122,7 @@ impl Way {
             }
             (None, None) => {
                 let all = rays.iter().zip(hits);
-                all.for_each(|(ray, hit)| *hit = tree.nearest(triangles, ray, |_| true));
+                all.for_each(|(ray, hit)| *hit = tree.nearest(triangles, ray, &|_| true));
                 Visits::default()
             }
         });

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use anyhow::{Result, ensure};
-use umbrage::rays::internals::Visit;
+use umbrage::rays::Visit;
 use umbrage::rays::predicate;
 use umbrage::rays::{Ray, Triangles, UniformGrid, View};
 
@@ -66,7 +66,7 @@ impl Pairs {
         let mut met = vec![u32::MAX; triangles.len()];
         for (block, rays) in (0..).zip(&blocks) {
             let ray = &rays[SINGLE];
-            let _ = grid.visit(ray, |id, t_max| {
+            let _ = grid.visit(triangles, ray, |id, t_max| {
                 if std::mem::replace(&mut met[id as usize], block) != block {
                     pairs.push(Pair { block, target: id });
                     *t_max = predicate::hit(ray, triangles, id).map_or(*t_max, |hit| t_max.min(hit.t));

@@ -1,6 +1,6 @@
 use anyhow::{Result, bail};
 use clap::Args;
-use umbrage::rays::{PacketSide, UniformCounts, UniformOptions};
+use umbrage::rays::{Counts, PacketSide, UniformOptions};
 
 use super::measure::{Way, measure};
 use crate::flags::{ExperimentFlags, size};
@@ -49,23 +49,23 @@ impl CullingFlags {
             "Millions: pairs of a packet and a cell, and of a ray and a triangle that would be tested with neither",
             "mailbox nor culling, with the mailbox, with frustum culling too, and without what is behind all hits.",
             "ratio: neither by frustum. Wald et al. 2006, Table 1: 8.5 (ben), 13.4 (hand), 14.0 (toys), 13.9 (conf).",
-            "asked: pairs of a ray and a triangle that went to the exact predicate, not in millions.",
+            "settled: pairs of a ray and a triangle that went to the exact predicate, not in millions.",
         ])?;
         Ok(table.finish()?)
     }
 }
 
-fn row(name: &str, side: u32, counts: &UniformCounts) -> Vec<Cell> {
-    let UniformCounts { cells, mailbox_hits, frustum_culls, depth_culls, triangle_tests, asked, .. } = *counts;
+fn row(name: &str, side: u32, counts: &Counts) -> Vec<Cell> {
+    let Counts { cells, mailbox_hits, frustum_culls, depth_culls, tests, settled, .. } = *counts;
     let rays = f64::from(side * side);
     let millions = |pairs: u64| pairs as f64 * rays / 1e6;
-    let after_depth = triangle_tests;
+    let after_depth = tests;
     let after_frustum = after_depth + depth_culls;
     let after_mailbox = after_frustum + frustum_culls;
     let all = after_mailbox + mailbox_hits;
     let mut row: Vec<Cell> = vec![name.into(), Cell::Count(side.into()), Cell::Number(cells as f64 / 1e6, 2)];
     row.extend([all, after_mailbox, after_frustum, after_depth].map(|pairs| Cell::Number(millions(pairs), 2)));
     row.push(Cell::Number(all as f64 / after_frustum as f64, 1));
-    row.push(Cell::Count(asked));
+    row.push(Cell::Count(settled));
     row
 }

@@ -1,7 +1,6 @@
 use anyhow::{Context, Result};
-use rayon::prelude::*;
-use umbrage::rays::{SeenPixels, UniformCounts, UniformGrid, UniformOptions};
-use umbrage::scene::{Frame, SolidPoints};
+use umbrage::rays::{Counts, SeenPixels, Structure as _, UniformGrid, UniformOptions, ray_by_ray};
+use umbrage::scene::Frame;
 
 use crate::flags::ExperimentFlags;
 use crate::grids::time;
@@ -29,7 +28,7 @@ pub(super) struct Costs {
     pub(super) build: f64,
     pub(super) see: f64,
     /// Of the last frame.
-    pub(super) counts: UniformCounts,
+    pub(super) counts: Counts,
 }
 
 /// Builds grids of each of `forms` over frames of the scene at `address` and sees through them, in turn.
@@ -58,7 +57,7 @@ struct Trial {
     grid: UniformGrid,
     way: Way,
     seen: SeenPixels,
-    counts: UniformCounts,
+    counts: Counts,
     /// Milliseconds to build, and to see.
     times: Vec<[f64; 2]>,
 }
@@ -67,7 +66,7 @@ impl Trial {
     fn new((options, way): (UniformOptions, Way), flags: &ExperimentFlags) -> Result<Self> {
         let mut grid = UniformGrid::with_level(flags.simd.unwrap_or_default());
         grid.set_options(options)?;
-        Ok(Self { grid, way, seen: SeenPixels::default(), counts: UniformCounts::default(), times: Vec::new() })
+        Ok(Self { grid, way, seen: SeenPixels::default(), counts: Counts::default(), times: Vec::new() })
     }
 
     fn run(&mut self, shot: &Shot<'_>, is_counted: bool) {
@@ -76,11 +75,13 @@ impl Trial {
         time(&mut spent[0], || grid.build(triangles));
         time(&mut spent[1], || match way {
             Way::Packets => {
-                let is_opaque = |id| !shot.masks || !shot.frame.is_masked(id);
-                let (offset, mask) = (shot.offsets_pixels[0], SolidPoints(shot.frame));
-                *counts = grid.see(triangles, &shot.view, offset, is_opaque, mask, seen);
+                let opacities = shot.opacities();
+                *counts = grid.see(&shot.question(&opacities, shot.offsets_pixels[0]), seen);
             }
-            Way::Single => see_one_by_one(grid, shot, seen),
+            Way::Single => {
+                let opacities = shot.opacities();
+                ray_by_ray::see(&*grid, &shot.question(&opacities, shot.offsets_pixels[0]), seen);
+            }
         });
         if is_counted {
             times.push(spent);
@@ -90,20 +91,7 @@ impl Trial {
     fn costs(&self, triangles: usize) -> Costs {
         let of = |stage: usize| median(self.times.iter().map(|times| times[stage]));
         let references = self.grid.references() + self.grid.nested_references();
-        let (nested_grids, bytes) = (self.grid.nested_grids(), self.grid.bytes());
+        let (nested_grids, bytes) = (self.grid.nested_grids(), self.grid.bytes().triangles);
         Costs { triangles, references, nested_grids, bytes, build: of(0), see: of(1), counts: self.counts }
     }
-}
-
-fn see_one_by_one(grid: &UniformGrid, shot: &Shot<'_>, seen: &mut SeenPixels) {
-    let (triangles, offset) = (shot.frame.triangles(), shot.offsets_pixels[0]);
-    seen.resize(shot.view.width, shot.view.height);
-    let order = seen.order();
-    seen.triangle.par_iter_mut().enumerate().for_each(|(place, triangle)| {
-        let hit = order.pixel(place).and_then(|(x, y)| {
-            let ray = shot.view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y);
-            grid.nearest(triangles, &ray, |hit| !shot.masks || shot.frame.is_solid(hit.triangle, hit.barycentric))
-        });
-        *triangle = hit.map_or(SeenPixels::NONE, |hit| hit.triangle);
-    });
 }

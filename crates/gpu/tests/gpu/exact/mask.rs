@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::{Affine2, Vec2, Vec4};
+use umbrage_rays::Opacity as _;
 use umbrage_scene::{Alpha, ColorSpace, Filter, Frame, Material, Materials, Mesh, Texture, TextureUse, Wrap};
 
 use super::{Random, common, kernel, map};
@@ -24,13 +25,13 @@ fn opacities_are_those_that_the_frame_compares() {
     let mut between = 0;
     for (leaf, answer) in leaves.iter().zip(answers.chunks_exact(2)) {
         let opacity = f32::from_bits(answer[0]);
-        let is_there = |cutoff: f32| leaf.frame(Alpha::Mask { cutoff }).is_solid(0, leaf.barycentric);
+        let is_there = |cutoff: f32| leaf.frame(Alpha::Mask { cutoff }).camera_opacity().stops(0, leaf.barycentric);
         if opacity.is_nan() {
             assert!(!is_there(f32::NEG_INFINITY), "{leaf:?}: no number");
         } else {
             assert!(is_there(opacity) && !is_there(opacity.next_up()), "{leaf:?}: {opacity:e}");
         }
-        let casts = leaf.frame(Alpha::Blend).casts_shadow(0, leaf.barycentric);
+        let casts = leaf.frame(Alpha::Blend).shadow_opacity().stops(0, leaf.barycentric);
         assert_eq!(answer[1] != 0, casts, "{leaf:?}: {opacity:e}");
         between += usize::from(opacity > 0.0 && opacity < 1.0);
     }

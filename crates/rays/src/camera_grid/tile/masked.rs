@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 use super::{BLOCKS, Batch, HALF, Tile, coordinates};
 use crate::camera_grid::lanes::{Corners, LANES, Setup, each, largest, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace};
-use crate::shot::{Mask, MaskPoints};
+use crate::shot::{MaskPoints, Opacity};
 use crate::simd::lanes::{max3, min3};
 
 /// What turns the edge functions of a batch into the barycentric coordinates that the predicate gives.
@@ -65,7 +65,7 @@ impl MaskWeights {
 
     /// Barycentric coordinates and their errors where the triangle in `lane` has the edge functions `edges`.
     #[inline(always)]
-    fn points<S: Simd>(&self, simd: S, lane: usize, edges: [f32x16<S>; 3], asked: u64) -> MaskPoints {
+    fn points<S: Simd>(&self, simd: S, lane: usize, edges: [f32x16<S>; 3], lanes: u64) -> MaskPoints {
         let weighted = each(
             [0, 1, 2],
             #[inline(always)]
@@ -76,7 +76,7 @@ impl MaskWeights {
         MaskPoints {
             barycentric: [(weighted[1] * inverse_sum).into(), (weighted[2] * inverse_sum).into()],
             error: error.into(),
-            asked: asked as u16,
+            lanes: lanes as u16,
         }
     }
 }
@@ -90,12 +90,12 @@ impl Tile {
         simd: S,
         batch: &Batch,
         weights: &MaskWeights,
-        mask: &dyn Mask,
+        opacity: &dyn Opacity,
         lanes: u64,
     ) -> [usize; 2] {
         simd.vectorize(
             #[inline(always)]
-            || self.test_masked_inlined(simd, batch, weights, mask, lanes),
+            || self.test_masked_inlined(simd, batch, weights, opacity, lanes),
         )
     }
 
@@ -105,7 +105,7 @@ impl Tile {
         simd: S,
         batch: &Batch,
         weights: &MaskWeights,
-        mask: &dyn Mask,
+        opacity: &dyn Opacity,
         lanes: u64,
     ) -> [usize; 2] {
         let (mut waiting, mut covered) = (0, 0);
@@ -115,10 +115,10 @@ impl Tile {
             (waiting, covered) = self.enqueue_blocks(simd, batch, lane, blocks, (waiting, covered));
         }
         for place in 0..covered {
-            self.test_masked_block(simd, batch, weights, mask, self.covered[place] as usize);
+            self.test_masked_block(simd, batch, weights, opacity, self.covered[place] as usize);
         }
         for place in 0..waiting {
-            self.test_masked_block(simd, batch, weights, mask, self.queue[place] as usize);
+            self.test_masked_block(simd, batch, weights, opacity, self.queue[place] as usize);
         }
         [waiting, covered]
     }
@@ -130,7 +130,7 @@ impl Tile {
         simd: S,
         batch: &Batch,
         weights: &MaskWeights,
-        mask: &dyn Mask,
+        opacity: &dyn Opacity,
         queued: usize,
     ) {
         let lane = queued / (BLOCKS * BLOCKS) % LANES;
@@ -149,13 +149,13 @@ impl Tile {
         if possible == 0 {
             return;
         }
-        let answers = mask.are_solid(batch.ids[lane], &weights.points(simd, lane, edges, possible));
+        let answers = opacity.which_stop(batch.ids[lane], &weights.points(simd, lane, edges, possible));
         let possible = possible & !u64::from(answers.cut);
         if possible == 0 {
             return;
         }
         let certain = (lowest.simd_gt(bound) & low.simd_gt(old_high)).to_bitmask();
-        let certain = certain & possible & u64::from(answers.solid);
+        let certain = certain & possible & u64::from(answers.opaque);
         if possible != certain {
             let high: [f32; LANES] = high.into();
             self.doubt(block, batch.ids[lane], possible & !certain, &high);

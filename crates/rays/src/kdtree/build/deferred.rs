@@ -10,10 +10,10 @@ use std::sync::OnceLock;
 
 use super::sah::{Cell, Heuristic};
 use super::{Job, Pool};
-use crate::Triangles;
 use crate::kdtree::extent::Reference;
 use crate::kdtree::layout::Branch;
 use crate::kdtree::{KdTree, KdTreeOptions};
+use crate::{Structure, Triangles};
 
 /// Nodes of fewer references are built at once: the rest of a subtree would take more memory than their nodes.
 const LEAST: usize = 32;
@@ -59,7 +59,7 @@ impl Deferred {
         let built = self.subtrees.iter().filter_map(|subtree| subtree.built.get());
         self.subtrees.capacity() * size_of::<Subtree>()
             + self.references.capacity() * size_of::<Reference>()
-            + built.map(|tree| size_of::<KdTree>() + tree.bytes()).sum::<usize>()
+            + built.map(|tree| size_of::<KdTree>() + tree.bytes().triangles).sum::<usize>()
     }
 
     /// Whether the same is deferred, built or not.

@@ -21,41 +21,27 @@ use super::extent::Plane;
 use super::node::Node;
 use super::statistics::Steps;
 use super::{KdTraversal, KdTree};
-use crate::predicate::ShadowRay;
-use crate::single::{self, Visit};
-use crate::{Hit, Ray, Triangles};
+use crate::{Ray, Triangles, Visit};
 use stack::Stacked;
 use trail::Trailing;
 
-impl KdTree {
-    /// The nearest hit of `ray` among the triangles that the tree was built over; at equal t the one with the lowest
-    /// triangle id. `None` for a miss.
-    ///
-    /// Hits that `counts` refuses are passed through: use it for alpha masks and back faces.
-    #[must_use]
-    pub fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-        single::nearest(&self.within(triangles), triangles, ray, counts)
+impl Visit for KdTree {
+    fn reach(&self) -> f32 {
+        self.extent.reach()
     }
 
-    /// Whether any triangle but `own` shadows the point of `shadow_ray`.
-    ///
-    /// Triangles for which `counts`, given an id and the weights of the second and third corner, is false let the
-    /// light through.
-    #[must_use]
-    pub fn blocked(
+    fn visit(
         &self,
         triangles: Triangles<'_>,
-        shadow_ray: &ShadowRay,
-        own: u32,
-        counts: impl Fn(u32, [f32; 2]) -> bool,
-    ) -> bool {
-        single::blocked(&self.within(triangles), triangles, shadow_ray, own, counts)
+        ray: &Ray,
+        test: impl FnMut(u32, &mut f64) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        self.within(triangles).visit(ray, test)
     }
+}
 
-    /// What leads rays through the tree; `triangles` are those that it was built over, if it is lazy.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn within<'a>(&'a self, triangles: Triangles<'a>) -> impl Visit + 'a {
+impl KdTree {
+    fn within<'a>(&'a self, triangles: Triangles<'a>) -> Reachable<'a> {
         Reachable { tree: self, triangles, traversal: self.options.traversal }
     }
 }
@@ -68,14 +54,10 @@ struct Reachable<'a> {
     traversal: KdTraversal,
 }
 
-impl Visit for Reachable<'_> {
-    fn reach(&self) -> f32 {
-        self.tree.extent.reach()
-    }
-
+impl Reachable<'_> {
     /// Calls `test` with every triangle in a leaf that `ray` visits before `t_max`, nearer leaves first. `test` may lower
     /// `t_max` or break off. Some triangles are tested more than once.
-    fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
+    pub(super) fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
         let within = *self;
         match self.traversal {
             KdTraversal::Stack => Stacked(within).visit(ray, test),

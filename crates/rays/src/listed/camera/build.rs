@@ -1,74 +1,50 @@
 use std::time::Instant;
 
 use fearless_simd::dispatch;
-use glam::DVec2;
 use rayon::prelude::*;
 
 use super::drop::{Drop, Range};
 use super::list::List;
 use super::sort::TileCells;
-use super::{ListedGrid, ListedOptions, ListedSeconds, Slices};
+use super::{ListedGrid, Slices};
+use crate::Triangles;
 use crate::camera_grid::ImageTooLarge;
-use crate::camera_grid::pixel_space::{PixelSpace, Vertex};
-use crate::{Triangles, View};
+use crate::camera_grid::build::project;
+use crate::camera_grid::pixel_space::PixelSpace;
+use crate::shot::{Seconds, Shot};
 
 impl ListedGrid {
-    /// Replaces the grid by one of `triangles` for the rays of `view` through `offset_pixels` in each pixel, which is
-    /// (0, 0) at its upper left and (1, 1) at its lower right. Runs on all threads of the current pool.
-    ///
-    /// Hits on triangles that are `masked` are put in question by [`trace`](Self::trace).
+    /// Replaces the grid by one of the triangles of `shot` for its pixels' rays. Runs on all threads of the current pool.
     ///
     /// # Errors
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
-    pub fn build(
-        &mut self,
-        triangles: Triangles<'_>,
-        view: &View,
-        offset_pixels: DVec2,
-        options: ListedOptions,
-        masked: impl Fn(u32) -> bool + Sync,
-    ) -> Result<(), ImageTooLarge> {
-        if view.width.max(view.height) > ImageTooLarge::LARGEST_SIDE {
-            return Err(ImageTooLarge { width: view.width, height: view.height });
-        }
-        let space = PixelSpace::new(view, offset_pixels);
+    /// How long its stages took.
+    pub(super) fn build(&mut self, shot: &Shot<'_>) -> Result<Seconds, ImageTooLarge> {
+        ImageTooLarge::check(&shot.view)?;
+        let space = PixelSpace::new(&shot.view, shot.offset_pixels);
         self.space = Some(space);
-        self.options = options;
-        self.triangle_count = triangles.len();
+        self.triangle_count = shot.triangles.len();
         let start = Instant::now();
-        self.project(&space, triangles);
+        project(self.level, &space, shot.triangles, &mut self.vertices);
         let projected = Instant::now();
-        self.facing = if self.options.culls_back_faces { space.front_sign() } else { 0.0 };
-        self.drop(&space, triangles, &masked);
-        self.list(&space, triangles);
+        self.facing = space.facing(shot.sides);
+        self.drop(&space, shot);
+        self.list(&space, shot.triangles);
         let listed = Instant::now();
         self.sort();
-        self.seconds = ListedSeconds {
+        Ok(Seconds {
             project: (projected - start).as_secs_f64(),
             list: (listed - projected).as_secs_f64(),
             sort: listed.elapsed().as_secs_f64(),
-            trace: 0.0,
-        };
-        Ok(())
-    }
-
-    /// Transforms each vertex once.
-    fn project(&mut self, space: &PixelSpace, triangles: Triangles<'_>) {
-        const CHUNK: usize = 4096;
-        let level = self.level.0;
-        // The last one stands for those that are out of range.
-        self.vertices.resize(triangles.positions.len() + 1, Vertex::AWKWARD);
-        if let Some(last) = self.vertices.last_mut() {
-            *last = Vertex::AWKWARD;
-        }
-        let chunks = self.vertices.par_chunks_mut(CHUNK).zip(triangles.positions.par_chunks(CHUNK));
-        chunks.for_each(|(vertices, positions)| dispatch!(level, simd => space.project(simd, positions, vertices)));
+            ..Seconds::default()
+        })
     }
 
     /// Drops triangles that can't contain a sample, in ranges whose number doesn't depend on that of threads.
-    fn drop(&mut self, space: &PixelSpace, triangles: Triangles<'_>, masked: &(impl Fn(u32) -> bool + Sync)) {
+    fn drop(&mut self, space: &PixelSpace, shot: &Shot<'_>) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
+        let Shot { triangles, opacity, .. } = *shot;
         let count = triangles.len();
         let ranges = count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES);
         // Whole batches, and whole words of mask bits.
@@ -81,7 +57,7 @@ impl ListedGrid {
         let ranges = self.ranges.par_iter_mut().zip(self.masked.par_chunks_mut(words)).enumerate().with_max_len(1);
         ranges.for_each(|(place, (range, masked_bits))| {
             let ids = (place * length).min(count)..((place + 1) * length).min(count);
-            let drop = Drop { space, triangles, vertices, masked, facing, range, masked_bits };
+            let drop = Drop { space, triangles, vertices, opacity, facing, range, masked_bits };
             dispatch!(level, simd => drop.run(simd, ids));
         });
         self.omitted.clear();

@@ -9,6 +9,7 @@ use crate::camera_grid::build::lanes_of;
 use crate::camera_grid::general::{General, Square};
 use crate::camera_grid::lanes::{Corners, LANES, largest, sample_range, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace, Vertex};
+use crate::shot::{Opacity, TileOrder};
 use crate::simd::lanes::{max3, min3};
 use crate::{Omitted, Triangles};
 
@@ -63,11 +64,11 @@ impl Range {
 }
 
 /// Which triangles of a range may contain a sample.
-pub(super) struct Drop<'a, M> {
+pub(super) struct Drop<'a> {
     pub(super) space: &'a PixelSpace,
     pub(super) triangles: Triangles<'a>,
     pub(super) vertices: &'a [Vertex],
-    pub(super) masked: &'a M,
+    pub(super) opacity: &'a dyn Opacity,
     /// Drops triangles whose area in pixel space has the opposite sign; zero for none.
     pub(super) facing: f32,
     pub(super) range: &'a mut Range,
@@ -75,7 +76,7 @@ pub(super) struct Drop<'a, M> {
     pub(super) masked_bits: &'a mut [u64],
 }
 
-impl<M: Fn(u32) -> bool> Drop<'_, M> {
+impl Drop<'_> {
     #[inline(always)]
     pub(super) fn run<S: Simd>(mut self, simd: S, ids: Ids<usize>) {
         self.range.clear();
@@ -183,7 +184,7 @@ impl<M: Fn(u32) -> bool> Drop<'_, M> {
 
     #[inline(always)]
     fn note_mask(&mut self, id: u32, start: usize) {
-        if (self.masked)(id) {
+        if !self.opacity.is_opaque(id) {
             let place = id as usize - start;
             self.masked_bits[place / 64] |= 1 << (place % 64);
             self.range.any_masked = true;
@@ -194,7 +195,7 @@ impl<M: Fn(u32) -> bool> Drop<'_, M> {
 /// The smallest square with a power of two as side that has the image's first pixel in its corner and holds the image.
 pub(super) fn whole_image(space: &PixelSpace) -> Square {
     let (width, height) = space.size();
-    let side = width.max(height).max(crate::shot::TileOrder::TILE).next_power_of_two() as i32;
+    let side = width.max(height).max(TileOrder::TILE).next_power_of_two() as i32;
     Square { x: -space.middle.x, y: -space.middle.y, side }
 }
 

@@ -18,7 +18,9 @@ use std::sync::Mutex;
 
 use crate::camera_grid::bins::bytes_of;
 use crate::camera_grid::pixel_space::{PixelSpace, Vertex};
-use crate::{Hit, Omitted, SeenPixels, Triangles};
+use crate::grids::CameraGrid;
+use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot};
+use crate::{Hit, ImageTooLarge, Omitted, Triangles};
 use crate::{SimdLevel, TileOrder};
 pub use cells::{Cells, ImpossibleCells};
 use drop::Range;
@@ -33,7 +35,6 @@ use sort::TileCells;
 #[derive(Default)]
 pub struct ListedGrid {
     level: SimdLevel,
-    /// Those of the last build.
     options: ListedOptions,
     /// None before the first build.
     space: Option<PixelSpace>,
@@ -51,7 +52,6 @@ pub struct ListedGrid {
     tiles: Vec<TileCells>,
     omitted: Omitted,
     dropped: u64,
-    seconds: ListedSeconds,
     /// One for each thread.
     scratch: Vec<Mutex<Box<Samples>>>,
 }
@@ -62,13 +62,11 @@ impl std::fmt::Debug for ListedGrid {
     }
 }
 
-/// The parameters of a [`ListedGrid`]. They change how fast it is, and `culls_back_faces` alone what it finds.
+/// The parameters of a [`ListedGrid`]. They change how fast it is, and nothing that it finds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ListedOptions {
     /// How the view is cut into cells.
     pub cells: Cells,
-    /// Whether triangles whose corners are seen clockwise are not there.
-    pub culls_back_faces: bool,
     /// Whether triangles are tested only in those blocks of 4×4 pixels that they can be the nearest in, by their bounds
     /// and their nearest corner. Otherwise all pixels of a sorting tile that may still find something nearer test all
     /// of a cell's triangles, as in the paper.
@@ -77,7 +75,7 @@ pub struct ListedOptions {
 
 impl ListedOptions {
     /// What measured best.
-    pub const DEFAULT: Self = Self { cells: Cells::DEFAULT, culls_back_faces: false, skips_blocks: true };
+    pub const DEFAULT: Self = Self { cells: Cells::DEFAULT, skips_blocks: true };
 }
 
 impl Default for ListedOptions {
@@ -86,55 +84,11 @@ impl Default for ListedOptions {
     }
 }
 
-/// How much work a frame was.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ListedCounts {
-    /// Triangles that could be hit by no sample's ray, and weren't listed.
-    pub dropped: u64,
-    /// Pairs of a triangle and a cell.
-    pub pairs: u64,
-    /// Cells with triangles that were searched.
-    pub cells: u64,
-    /// Pairs of a triangle and a block of 4×4 samples that were tested.
-    pub tests: u64,
-    /// Pairs of a triangle and a sample that the filter left undecided.
-    pub undecided: u64,
-    /// Those of them that were handed to the predicate, since nothing nearer was found.
-    pub referred: u64,
-    /// Pixels whose depth was found again in f64, since the filter's wasn't good enough.
-    pub refined: u64,
-}
-
-/// What each stage of the last frame took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ListedSeconds {
-    /// Vertices to pixel space.
-    pub project: f64,
-    /// Triangles dropped or listed.
-    pub list: f64,
-    /// Pairs sorted by cell.
-    pub sort: f64,
-    /// Cells searched.
-    pub trace: f64,
-}
-
 impl ListedGrid {
     /// An empty grid that uses the instructions of `level`.
     #[must_use]
-    pub fn with_level(level: SimdLevel) -> Self {
-        Self { level, ..Self::default() }
-    }
-
-    /// The triangles that were left out because no ray can hit them.
-    #[must_use]
-    pub fn omitted(&self) -> &Omitted {
-        &self.omitted
-    }
-
-    /// What each stage of the last build and trace took.
-    #[must_use]
-    pub fn seconds(&self) -> ListedSeconds {
-        self.seconds
+    pub fn new(level: SimdLevel, options: ListedOptions) -> Self {
+        Self { level, options, ..Self::default() }
     }
 
     /// What the camera's ray through the pixel in column `x` and row `y` hits; `None` for a miss.
@@ -147,9 +101,32 @@ impl ListedGrid {
         crate::predicate::hit(&space.ray(x, y), triangles, triangle)
     }
 
-    /// Bytes held for the last frame, without the pixels'.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
+    /// The image's order of tiles.
+    fn order(&self) -> TileOrder {
+        let (width, height) = self.space.as_ref().map_or((0, 0), PixelSpace::size);
+        TileOrder::new(width, height)
+    }
+}
+
+impl CameraGrid for ListedGrid {
+    fn build(&mut self, shot: &Shot<'_>) -> Result<Seconds, ImageTooLarge> {
+        Self::build(self, shot)
+    }
+
+    fn trace(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Counts {
+        self.trace_tiles(shot, seen, &mut vec![[]; self.order().slots()])
+    }
+
+    fn trace_counting(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels, work: &mut PixelWork) -> Counts {
+        let work = work.start(self.order());
+        self.trace_tiles(shot, seen, work)
+    }
+
+    fn omitted(&self) -> &Omitted {
+        &self.omitted
+    }
+
+    fn bytes(&self) -> usize {
         bytes_of(&self.vertices)
             + bytes_of(&self.masked)
             + self.ranges.iter().map(Range::bytes).sum::<usize>()
@@ -157,9 +134,7 @@ impl ListedGrid {
             + self.scratch.len() * size_of::<Samples>()
     }
 
-    /// The image's order of tiles.
-    fn order(&self) -> TileOrder {
-        let (width, height) = self.space.as_ref().map_or((0, 0), PixelSpace::size);
-        TileOrder::new(width, height)
+    fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
+        Self::validate(self, shot.triangles)
     }
 }

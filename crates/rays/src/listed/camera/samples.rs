@@ -13,7 +13,7 @@ use crate::simd::lanes::{max3, min3};
 /// Blocks of 4×4 samples a side of a tile.
 pub(super) const BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 /// Samples of a tile.
-pub(super) const SAMPLES: usize = TileOrder::TILE_PLACES;
+pub(super) const SAMPLES: usize = TileOrder::TILE_PIXELS;
 
 /// The nearest hits found so far in one tile of the [`TileOrder`]. 49 KB.
 #[repr(C, align(64))]

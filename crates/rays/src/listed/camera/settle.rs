@@ -1,11 +1,9 @@
-use super::samples::{BLOCKS, Doubt};
+use super::samples::BLOCKS;
 use super::trace::TileTrace;
-use crate::Hit;
 use crate::camera_grid::depth;
 use crate::camera_grid::lanes::LANES;
-use crate::predicate::crossing;
-use crate::shot::work::Kind;
-use crate::shot::{SeenPixels, TileOrder};
+use crate::predicate::{crossing, settle};
+use crate::shot::{Kind, SeenPixels, TileOrder};
 
 impl<const N: usize> TileTrace<'_, N> {
     pub(super) fn settle_if_many(&mut self) {
@@ -15,7 +13,7 @@ impl<const N: usize> TileTrace<'_, N> {
         }
     }
 
-    /// Has the predicate decide whatever is still in doubt.
+    /// Settles whatever is still undecided.
     pub(super) fn settle(&mut self) {
         if self.samples.doubts.is_empty() {
             return;
@@ -23,47 +21,22 @@ impl<const N: usize> TileTrace<'_, N> {
         self.tally.undecided += self.samples.doubts.len() as u64;
         let mut doubts = std::mem::take(&mut self.samples.doubts);
         for doubt in doubts.drain(..) {
-            let place = doubt.place as usize;
-            self.work.add(Kind::Undecided, place..place + 1, 1);
-            if doubt.high >= self.samples.low[place] {
-                self.refer(doubt);
+            let index = doubt.place as usize;
+            self.work.add(Kind::Undecided, index..index + 1, 1);
+            let (x, y) = self.pixel(index);
+            let (width, height) = self.space.size();
+            if doubt.high < self.samples.low[index] || x >= width || y >= height {
+                continue;
+            }
+            let best = self.samples.triangle[index];
+            let settled = settle::nearest(self.shot, (x, y), best, doubt.triangle, &mut self.tally.settled);
+            if let Some(nearest) = settled {
+                let inverse = (1.0 / nearest.t) as f32;
+                (self.samples.low[index], self.samples.high[index]) = (inverse.next_down(), inverse.next_up());
+                self.samples.triangle[index] = nearest.triangle;
             }
         }
         self.samples.doubts = doubts;
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn refer(&mut self, doubt: Doubt) {
-        let place = doubt.place as usize;
-        let (x, y) = self.pixel(place);
-        let (width, height) = self.space.size();
-        if x >= width || y >= height {
-            return;
-        }
-        let best = self.samples.triangle[place];
-        let corners = |id: u32| self.triangles.corners(id);
-        // A copy of the best with a higher id never wins.
-        if best < doubt.triangle && corners(best) == corners(doubt.triangle) {
-            return;
-        }
-        self.tally.referred += 1;
-        let ray = self.space.ray(x, y);
-        let hit = |id: u32| {
-            let crossing = crossing(&ray, corners(id))?;
-            let is_there = crossing.front || !self.grid.options.culls_back_faces;
-            let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
-            (is_there && ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
-        };
-        let Some(new) = hit(doubt.triangle).filter(|hit| self.mask.is_solid(hit)) else { return };
-        let old = if best == SeenPixels::NONE { None } else { hit(best) };
-        let nearest = match old {
-            Some(old) if (old.t, old.triangle) < (new.t, new.triangle) => old,
-            _ => new,
-        };
-        let inverse = (1.0 / nearest.t) as f32;
-        (self.samples.low[place], self.samples.high[place]) = (inverse.next_down(), inverse.next_up());
-        self.samples.triangle[place] = nearest.triangle;
     }
 
     /// Fills in the inverse depths that the filter left out, in f64 or by the predicate.
@@ -73,7 +46,7 @@ impl<const N: usize> TileTrace<'_, N> {
             if inverse_depth.is_nan() && id != SeenPixels::NONE {
                 self.tally.refined += 1;
                 let (x, y) = self.pixel(place);
-                let (ray, corners) = (self.space.ray(x, y), self.triangles.corners(id));
+                let (ray, corners) = (self.space.ray(x, y), self.shot.triangles.corners(id));
                 let of_predicate = || crossing(&ray, corners).map(|crossing| SeenPixels::inverse_of(crossing.t));
                 let refined = depth::inverse_depth(&ray, corners).or_else(of_predicate);
                 *inverse_depth = refined.unwrap_or(f32::NAN);

@@ -1,75 +1,33 @@
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x16};
 use glam::IVec2;
 use rayon::prelude::*;
 
+use super::ListedGrid;
 use super::samples::{BLOCKS, Batch, Block, SAMPLES, Samples};
 use super::sort::TileCells;
-use super::{ListedCounts, ListedGrid};
-use crate::Triangles;
 use crate::camera_grid::build::lanes_of;
 use crate::camera_grid::depth::depth_error;
 use crate::camera_grid::general::{General, Square};
 use crate::camera_grid::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace, Vertex};
-use crate::shot::work::{Kind, TileWork};
-use crate::shot::{Mask, PixelWork, SeenPixels, TileOrder};
+use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder, TileWork};
 use crate::simd::lanes::min3;
 
 impl ListedGrid {
-    /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level.
-    ///
-    /// `triangles` are those of the last [`build`](Self::build). A hit counts where `mask` says that it is solid, which it
-    /// may deny of triangles that were masked there, and of no others.
-    #[expect(clippy::needless_pass_by_value, reason = "masks are small and written where they are passed")]
-    pub fn trace(&mut self, triangles: Triangles<'_>, mask: impl Mask, seen: &mut SeenPixels) -> ListedCounts {
-        self.trace_uncounted(triangles, &mask, seen)
-    }
-
-    /// Does what [`trace`](Self::trace) does, and counts the work that each pixel is.
-    #[expect(clippy::needless_pass_by_value, reason = "as in `trace`")]
-    pub fn trace_counting(
+    /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level. Counts the work of
+    /// pixels in `work`, which has an entry for each.
+    pub(super) fn trace_tiles<const N: usize>(
         &mut self,
-        triangles: Triangles<'_>,
-        mask: impl Mask,
-        seen: &mut SeenPixels,
-        work: &mut PixelWork,
-    ) -> ListedCounts {
-        self.trace_counted(triangles, &mask, seen, work)
-    }
-
-    // These two know nothing of the mask's type, nor has anyone else to compile what they call: that takes minutes.
-
-    fn trace_uncounted(&mut self, triangles: Triangles<'_>, mask: &dyn Mask, seen: &mut SeenPixels) -> ListedCounts {
-        self.trace_tiles(triangles, mask, seen, &mut vec![[]; self.order().places()])
-    }
-
-    fn trace_counted(
-        &mut self,
-        triangles: Triangles<'_>,
-        mask: &dyn Mask,
-        seen: &mut SeenPixels,
-        work: &mut PixelWork,
-    ) -> ListedCounts {
-        let work = work.start(self.order());
-        self.trace_tiles(triangles, mask, seen, work)
-    }
-
-    /// Traces with `work` for all places.
-    fn trace_tiles<const N: usize>(
-        &mut self,
-        triangles: Triangles<'_>,
-        mask: &dyn Mask,
+        shot: &Shot<'_>,
         seen: &mut SeenPixels,
         work: &mut [[u32; N]],
-    ) -> ListedCounts {
-        let start = Instant::now();
+    ) -> Counts {
         let order = self.order();
         seen.resize(order.size().0, order.size().1);
-        let Some(space) = &self.space else { return ListedCounts::default() };
+        let Some(space) = &self.space else { return Counts::default() };
         self.scratch.resize_with(rayon::current_num_threads() + 1, Mutex::default);
         let grid = &*self;
         let triangle_tiles = seen.triangle.par_chunks_mut(SAMPLES);
@@ -82,53 +40,35 @@ impl ListedGrid {
             let (x, y) = order.column_and_row(index * SAMPLES);
             let mut trace = TileTrace {
                 grid,
+                shot,
                 space,
-                triangles,
                 cells,
-                mask,
                 corner: IVec2::new(x as i32, y as i32),
                 samples: &mut samples,
                 work: TileWork(work),
-                tally: ListedCounts { pairs: cells.pairs() as u64, ..ListedCounts::default() },
+                tally: Counts { pairs: cells.pairs() as u64, ..Counts::default() },
             };
             dispatch!(grid.level.0, simd => trace.run(simd, inverse_depth));
             triangle.copy_from_slice(&trace.samples.triangle);
             trace.refine(inverse_depth);
             trace.tally
         });
-        let counted = counted.reduce(ListedCounts::default, ListedCounts::plus);
-        let counted = ListedCounts { dropped: self.dropped, ..counted };
-        self.seconds.trace = start.elapsed().as_secs_f64();
-        counted
-    }
-}
-
-impl ListedCounts {
-    fn plus(self, other: Self) -> Self {
-        Self {
-            dropped: self.dropped + other.dropped,
-            pairs: self.pairs + other.pairs,
-            cells: self.cells + other.cells,
-            tests: self.tests + other.tests,
-            undecided: self.undecided + other.undecided,
-            referred: self.referred + other.referred,
-            refined: self.refined + other.refined,
-        }
+        let counted = counted.reduce(Counts::default, Counts::plus);
+        Counts { dropped: self.dropped, ..counted }
     }
 }
 
 /// The search of one tile of the [`TileOrder`].
 pub(super) struct TileTrace<'a, const N: usize> {
     pub(super) grid: &'a ListedGrid,
+    pub(super) shot: &'a Shot<'a>,
     pub(super) space: &'a PixelSpace,
-    pub(super) triangles: Triangles<'a>,
     cells: &'a TileCells,
-    pub(super) mask: &'a dyn Mask,
     /// The tile's first column and row in the image.
     pub(super) corner: IVec2,
     pub(super) samples: &'a mut Samples,
     pub(super) work: TileWork<'a, N>,
-    pub(super) tally: ListedCounts,
+    pub(super) tally: Counts,
 }
 
 /// The tracing tile that is searched.
@@ -330,7 +270,7 @@ impl<const N: usize> TileTrace<'_, N> {
     fn set_up<S: Simd>(&self, simd: S, tile: &TracingTile, ids: &[u32], batch: &mut Batch) -> u64 {
         let mut indices = [[u32::MAX; 3]; LANES];
         for (corners, &id) in indices.iter_mut().zip(ids) {
-            *corners = self.triangles.indices[id as usize];
+            *corners = self.shot.triangles.indices[id as usize];
         }
         let corners = Corners::load(simd, &self.grid.vertices, &indices);
         let from_middle = |corner: [f32x16<S>; 3], origin: i32| {
@@ -356,7 +296,7 @@ impl<const N: usize> TileTrace<'_, N> {
         batch.fill(simd, &setup, corners.inverse_depth[0], bounds);
         batch.ids[..ids.len()].copy_from_slice(ids);
         batch.questioned = self.questioned(ids);
-        if self.grid.options.culls_back_faces {
+        if self.grid.facing != 0.0 {
             let area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
             let front = (area * splat(simd, self.grid.facing)).simd_gt(splat(simd, 0.0)).to_bitmask();
             batch.questioned |= !(front & batch.certain);
@@ -379,9 +319,9 @@ impl<const N: usize> TileTrace<'_, N> {
     #[inline(never)]
     fn test_general<S: Simd>(&mut self, simd: S, tile: &TracingTile, sorting_tile: u32, id: u32, questioned: bool) {
         self.settle_if_many();
-        let triangle = General::new(self.space, self.triangles.corners(id));
+        let triangle = General::new(self.space, self.shot.triangles.corners(id));
         // Which side is seen isn't kept there.
-        let questioned = questioned || self.grid.options.culls_back_faces;
+        let questioned = questioned || self.grid.facing != 0.0;
         for block in self.blocks(tile, sorting_tile) {
             let at = IVec2::new(block.x as i32, block.y as i32) + tile.origin;
             let square = Square { x: at.x, y: at.y, side: TileOrder::BLOCK as i32 };

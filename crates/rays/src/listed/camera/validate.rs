@@ -15,11 +15,11 @@ impl ListedGrid {
     ///
     /// # Errors
     /// With what is wrong first.
-    pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
+    pub(super) fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let Some(space) = &self.space else { return Ok(()) };
         let (order, cells) = (self.order(), self.options.cells);
-        if self.tiles.len() * TileOrder::TILE_PLACES != order.places() {
-            return Err(format!("{} tiles for {} places", self.tiles.len(), order.places()));
+        if self.tiles.len() * TileOrder::TILE_PIXELS != order.slots() {
+            return Err(format!("{} tiles for {} places", self.tiles.len(), order.slots()));
         }
         let slices = cells.slices() as usize;
         // For each sorting tile the triangles and their slices, in order of triangles.
@@ -46,7 +46,7 @@ impl ListedGrid {
             triangles,
             cells,
             slices: &self.slices,
-            culls: self.options.culls_back_faces,
+            culls: self.facing != 0.0,
             tile_columns: order.tiles().0,
             listed: &listed,
         };

@@ -1,17 +1,18 @@
-use super::{ListedLightGrid, SeenImage};
+use super::ListedLightGrid;
 use crate::LightSource;
 use crate::light_grid::LightCells;
+use crate::shot::{SeenImage, SeenPixels, Shot};
 use crate::simd::vectors::LANES;
 
 impl ListedLightGrid {
-    /// Finds in which cell of the grid for `light` each point that `image` shows is: the one that
+    /// Finds in which cell of the grid for `light` each point is that the pixels of `shot` have `seen`: the one that
     /// [`shadow`](Self::shadow) sorts it to.
     ///
     /// # Panics
-    /// If [`survey`](Self::survey) wasn't called for `image`.
-    pub fn locate(&mut self, image: &SeenImage<'_>, light: &LightSource, located: &mut LightCells) {
-        for face in self.grid.start_locating(image, light, located) {
-            self.grid.map_face(face, image);
+    /// If `survey` wasn't called for `seen`.
+    pub(crate) fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, located: &mut LightCells) {
+        for face in self.grid.start_locating(seen, light, located) {
+            self.grid.map_face(face, &SeenImage { shot, seen });
             self.sort_points();
             let Self { grid, cells, point_rows, .. } = &*self;
             let points = point_rows.iter().enumerate().flat_map(|(row, points)| {

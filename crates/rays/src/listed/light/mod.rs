@@ -14,9 +14,11 @@ mod trace;
 mod validate;
 
 use crate::SimdLevel;
+use crate::grids::LightsGrid;
 use crate::light_grid::cells::{Axis, Cells, Row};
 use crate::light_grid::large::Plane;
-use crate::{LightGrid, SeenImage};
+use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenPixels, Shot, Work};
+use crate::{LightCells, LightGrid, LightSource};
 use list::Range;
 use points::PointRow;
 use sort::{Bins, SortedRow};
@@ -42,8 +44,8 @@ pub struct ListedLightGrid {
     /// Triangles that cover many cells or reach around the light, with their ids.
     large: Vec<(u32, Plane)>,
     blocks: Vec<Block>,
-    counts: ListedLightCounts,
-    seconds: ListedLightSeconds,
+    counts: Counts,
+    seconds: Seconds,
 }
 
 impl std::fmt::Debug for ListedLightGrid {
@@ -133,138 +135,11 @@ impl std::fmt::Display for ImpossibleLightCells {
 
 impl std::error::Error for ImpossibleLightCells {}
 
-/// What the last [`ListedLightGrid::shadow`] did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ListedLightCounts {
-    /// Points that were tested, once for each face that they are on or beside.
-    pub points: u64,
-    /// Points that no face of the light could hold, tested against every triangle.
-    pub outliers: u64,
-    /// Faces of the light that see points.
-    pub faces: u64,
-    /// Cells with points.
-    pub cells: u64,
-    /// Pairs of a triangle and a cell.
-    pub pairs: u64,
-    /// Triangles that cover many cells or reach around the light.
-    pub large_triangles: u64,
-    /// Blocks of work.
-    pub blocks: u64,
-    /// Tests of a triangle against up to 16 points.
-    pub tests: u64,
-    /// Pairs of a triangle and a point that the fast test couldn't decide.
-    pub undecided: u64,
-    /// Pairs that the fast test decided in vain, because the triangle isn't opaque.
-    pub masked: u64,
-    /// Pairs that the predicate was asked about.
-    pub asked: u64,
-}
-
-impl ListedLightCounts {
-    /// Each count with its name.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, u64); 11] {
-        let Self { points, outliers, faces, cells, pairs, large_triangles, .. } = *self;
-        let Self { blocks, tests, undecided, masked, asked, .. } = *self;
-        [
-            ("points", points),
-            ("outliers", outliers),
-            ("faces", faces),
-            ("cells", cells),
-            ("pairs", pairs),
-            ("large_triangles", large_triangles),
-            ("blocks", blocks),
-            ("tests", tests),
-            ("undecided", undecided),
-            ("masked", masked),
-            ("asked", asked),
-        ]
-    }
-}
-
-/// Seconds that each stage of the last [`ListedLightGrid::survey`] and [`ListedLightGrid::shadow`] took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ListedLightSeconds {
-    /// How far away the image's tiles are; once for all lights.
-    pub survey: f64,
-    /// The points to the light's faces.
-    pub map: f64,
-    /// Points sorted by cell, and gathered there.
-    pub points: f64,
-    /// The vertices to the light's faces.
-    pub project: f64,
-    /// Triangles listed.
-    pub list: f64,
-    /// Pairs sorted by cell, and split into blocks.
-    pub sort: f64,
-    /// Points against triangles.
-    pub trace: f64,
-    /// What the fast test left open, and the bits of all threads.
-    pub decide: f64,
-}
-
-impl ListedLightSeconds {
-    /// Each stage with its name.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, f64); 8] {
-        let Self { survey, map, points, project, list, sort, trace, decide } = *self;
-        [
-            ("survey", survey),
-            ("map", map),
-            ("points", points),
-            ("project", project),
-            ("list", list),
-            ("sort", sort),
-            ("trace", trace),
-            ("decide", decide),
-        ]
-    }
-}
-
 impl ListedLightGrid {
     /// An empty grid that uses the instructions of `level`.
     #[must_use]
-    pub fn with_level(level: SimdLevel) -> Self {
-        Self { grid: LightGrid::with_level(level), ..Self::default() }
-    }
-
-    /// How the light's faces are cut into cells, and cells into blocks, from now on.
-    pub fn set_options(&mut self, options: ListedLightOptions) {
-        self.options = options;
-    }
-
-    /// Finds out how far away each tile's points are; call it before [`shadow`](Self::shadow), once for all lights.
-    ///
-    /// # Panics
-    /// If `image.seen` isn't of the size of `image.view`.
-    pub fn survey(&mut self, image: &SeenImage<'_>) {
-        self.grid.survey(image);
-        self.seconds.survey = self.grid.seconds.survey;
-    }
-
-    /// What the last [`shadow`](Self::shadow) did.
-    #[must_use]
-    pub fn counts(&self) -> ListedLightCounts {
-        self.counts
-    }
-
-    /// How long the stages of the last [`survey`](Self::survey) and [`shadow`](Self::shadow) took.
-    #[must_use]
-    pub fn seconds(&self) -> ListedLightSeconds {
-        self.seconds
-    }
-
-    /// Bytes held.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.grid.bytes()
-            + self.cells.bytes()
-            + self.point_bins.iter().map(Bins::bytes).sum::<usize>()
-            + self.point_rows.iter().map(PointRow::bytes).sum::<usize>()
-            + self.ranges.iter().map(Range::bytes).sum::<usize>()
-            + self.triangle_rows.iter().map(SortedRow::bytes).sum::<usize>()
-            + self.large.capacity() * size_of::<(u32, Plane)>()
-            + self.blocks.capacity() * size_of::<Block>()
+    pub fn new(level: SimdLevel, options: ListedLightOptions) -> Self {
+        Self { grid: LightGrid::with_level(level), options, ..Self::default() }
     }
 
     /// Divides a face on which points are wrong by at most `error` evenly into cells.
@@ -280,5 +155,38 @@ impl ListedLightGrid {
             let [low, high] = self.cells.down.range(row);
             self.cells.all_rows[row].range = [low - self.margin, high + self.margin];
         }
+    }
+}
+
+impl LightsGrid for ListedLightGrid {
+    fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
+        self.grid.survey(shot, seen);
+    }
+
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
+        Self::shadow(self, shot, seen, light, mask);
+        Work { counts: self.counts, seconds: self.seconds }
+    }
+
+    fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
+        Self::locate(self, shot, seen, light, cells);
+    }
+
+    /// Points and triangles share lists, and so all are counted as the triangles'.
+    fn bytes(&self) -> Bytes {
+        let Bytes { triangles, points } = self.grid.bytes();
+        let own = self.cells.bytes()
+            + self.point_bins.iter().map(Bins::bytes).sum::<usize>()
+            + self.point_rows.iter().map(PointRow::bytes).sum::<usize>()
+            + self.ranges.iter().map(Range::bytes).sum::<usize>()
+            + self.triangle_rows.iter().map(SortedRow::bytes).sum::<usize>()
+            + self.large.capacity() * size_of::<(u32, Plane)>()
+            + self.blocks.capacity() * size_of::<Block>();
+        Bytes { triangles: triangles + points + own, points: 0 }
+    }
+
+    fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
+        Self::shadow(self, shot, seen, light, &mut LightMask::default());
+        Self::validate(self, shot, seen, light)
     }
 }

@@ -6,9 +6,9 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
+use super::ListedLightGrid;
 use super::points::{Group, PointRow};
 use super::sort::SortedRow;
-use super::{ListedLightCounts, ListedLightGrid, ListedLightSeconds, SeenImage};
 use crate::LightSource;
 use crate::light_grid::choose;
 use crate::light_grid::face::{Face, VertexErrors};
@@ -16,9 +16,7 @@ use crate::light_grid::large::Plane;
 use crate::light_grid::settle::Judge;
 use crate::light_grid::small::Mapped;
 use crate::light_grid::trace::{MOST_UNDECIDED, Worker};
-use crate::light_grid::{LightGridCounts, LightGridSeconds};
-use crate::shot::ShadowMask;
-use crate::shot::TileOrder;
+use crate::shot::{Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder};
 use crate::simd::vectors::LANES;
 
 /// Marks items of cells that count large triangles rather than being a triangle's id.
@@ -35,42 +33,36 @@ pub(super) struct Block {
 }
 
 impl ListedLightGrid {
-    /// Finds which points that `image` shows are lit by `light`: what [`LightGrid::shadow`](super::LightGrid::shadow)
-    /// finds, bit for bit.
+    /// Finds which points are lit by `light`: what [`LightGrid::shadow`](crate::LightGrid::shadow) finds, bit for bit.
     ///
     /// # Panics
-    /// If [`survey`](Self::survey) wasn't called for `image`, or `lit` hasn't a word for each block.
-    pub fn shadow(
-        &mut self,
-        image: &SeenImage<'_>,
-        light: &LightSource,
-        is_opaque: impl Fn(u32) -> bool + Sync,
-        mask: &impl ShadowMask,
-        lit: &mut [u16],
-    ) {
-        let places = image.seen.triangle.len();
-        assert!(self.grid.survey.places == places, "another image was surveyed");
-        let words = places / TileOrder::BLOCK_PLACES;
-        assert!(lit.len() == words, "{} words for {words} blocks of pixels", lit.len());
-        self.counts = ListedLightCounts::default();
-        self.seconds = ListedLightSeconds { survey: self.grid.seconds.survey, ..ListedLightSeconds::default() };
-        self.grid.counts = LightGridCounts::default();
-        self.grid.seconds = LightGridSeconds { survey: self.seconds.survey, ..LightGridSeconds::default() };
+    /// If `survey` wasn't called for `seen`.
+    pub(crate) fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) {
+        let image = SeenImage { shot, seen };
+        let pixels = seen.triangle.len();
+        assert!(self.grid.survey.places == pixels, "another image was surveyed");
+        mask.resize(seen.order());
+        let words = pixels / TileOrder::BLOCK_PIXELS;
+        self.counts = Counts::default();
+        self.seconds = Seconds { survey: self.grid.seconds.survey, ..Seconds::default() };
+        self.grid.counts = Counts::default();
+        self.grid.seconds = self.seconds;
         self.grid.shadowed.clear();
         self.grid.shadowed.resize(words, 0);
         self.grid.outliers.clear();
         let mut faces = std::mem::take(&mut self.grid.faces);
         let (rays, level) = (self.grid.survey.rays, self.grid.level);
         if choose::choose(light, &rays, &self.grid.survey.tiles, &mut faces).is_some() {
-            let judge = Judge { image, rays, light, is_opaque: &is_opaque, mask, level };
+            let judge = Judge { image, rays, light, level };
             for face in &faces {
                 self.shadow_face(*face, &judge);
             }
-            self.grid.decide_outliers(&judge);
+            self.grid.settle_outliers(&judge);
             self.counts.outliers = self.grid.counts.outliers;
+            self.counts.settled += self.grid.counts.settled;
         }
         self.grid.faces = faces;
-        self.grid.light_the_rest(image.seen, lit);
+        self.grid.light_the_rest(seen, mask.blocks_mut());
     }
 
     /// Shadows the points of a face.
@@ -85,8 +77,8 @@ impl ListedLightGrid {
         grid.face = face;
         grid.face.choose_point_error(&grid.survey.rays, &grid.survey.tiles);
         // The direct form's cells, which mapping needs.
-        grid.spread(judge.image);
-        grid.map(judge.image);
+        grid.spread(&judge.image);
+        grid.map(&judge.image);
         grid.slabs.iter().for_each(|slab| grid.outliers.extend_from_slice(&slab.outliers));
         let points: u64 = grid.slabs.iter().map(|slab| u64::from(slab.points)).sum();
         lap(&mut self.seconds.map);
@@ -97,24 +89,21 @@ impl ListedLightGrid {
         }
         self.counts.points += points;
         self.counts.faces += 1;
-        self.grid.project(judge.image.triangles.positions);
+        self.grid.project(judge.image.shot.triangles.positions);
         lap(&mut self.seconds.project);
-        self.list(judge.image.triangles);
+        self.list(judge.image.shot.triangles);
         lap(&mut self.seconds.list);
         self.sort_pairs();
         self.split();
         lap(&mut self.seconds.sort);
         self.test_blocks(judge);
         lap(&mut self.seconds.trace);
-        self.grid.decide(judge);
+        self.grid.settle(judge);
         self.grid.merge_shadows();
         for worker in &self.grid.workers {
-            self.counts.tests += worker.counts.block_tests;
-            self.counts.undecided += worker.counts.undecided;
-            self.counts.masked += worker.counts.masked;
-            self.counts.asked += worker.counts.asked;
+            self.counts += worker.counts;
         }
-        lap(&mut self.seconds.decide);
+        lap(&mut self.seconds.settle);
     }
 
     /// Splits cells into blocks of at most as many points and triangles as the options say: boundaries between cells
@@ -153,7 +142,7 @@ impl ListedLightGrid {
             worker.shadowed.extend(members.iter().map(|members| !members));
             worker.undecided.clear();
             worker.undecided.reserve_exact(MOST_UNDECIDED + LANES);
-            worker.counts = LightGridCounts::default();
+            worker.counts = Counts::default();
             loop {
                 let first = next.fetch_add(TAKEN_AT_ONCE, Ordering::Relaxed);
                 if first >= blocks.len() {
@@ -191,7 +180,7 @@ impl Tester<'_> {
         let groups = &self.point_rows[block.row as usize].groups[first..end];
         let [first, end] = block.triangles.map(|triangle| triangle as usize);
         let triangles = &self.triangle_rows[block.row as usize].items()[first..end];
-        let indices = self.judge.image.triangles.indices;
+        let indices = self.judge.image.shot.triangles.indices;
         for items in triangles.chunks(LANES) {
             let mut corners = [[u32::MAX; 3]; LANES];
             let mut any_small = false;
@@ -207,7 +196,7 @@ impl Tester<'_> {
                 if item & LARGE != 0 {
                     let (id, plane) = &self.large[(item & !LARGE) as usize];
                     for group in groups {
-                        worker.counts.block_tests += 1;
+                        worker.counts.tests += 1;
                         let (certain, possible) = plane.test(simd, &group.points, group.errors);
                         if possible.any_true() {
                             self.note(worker, group, *id, certain.to_bitmask(), possible.to_bitmask());
@@ -215,7 +204,7 @@ impl Tester<'_> {
                     }
                 } else if small >> lane & 1 == 1 {
                     for group in groups {
-                        worker.counts.block_tests += 1;
+                        worker.counts.tests += 1;
                         let (certain, possible) = worker.batch.test(simd, lane, &group.points, group.errors);
                         if possible.any_true() {
                             self.note(worker, group, item, certain.to_bitmask(), possible.to_bitmask());
@@ -224,7 +213,7 @@ impl Tester<'_> {
                 }
             }
             if worker.undecided.len() >= MOST_UNDECIDED {
-                worker.counts.asked += self.judge.decide(&worker.undecided, &mut worker.shadowed);
+                worker.counts.settled += self.judge.settle(&worker.undecided, &mut worker.shadowed);
                 worker.undecided.clear();
             }
         }
@@ -244,7 +233,7 @@ impl Tester<'_> {
                 continue;
             }
             let is_certain = certain >> lane & 1 == 1;
-            if is_certain && (self.judge.is_opaque)(id) {
+            if is_certain && self.judge.image.shot.shadow_opacity.is_opaque(id) {
                 shadowed[word] |= 1 << bit;
             } else {
                 counts.undecided += u64::from(!is_certain);

@@ -1,17 +1,17 @@
+use super::ListedLightGrid;
 use super::trace::LARGE;
-use super::{ListedLightGrid, SeenImage};
 use crate::LightSource;
-use crate::predicate::{HitPoint, ShadowRay, crossing};
+use crate::shot::{SeenPixels, Shot};
 
 impl ListedLightGrid {
-    /// Checks the cells of the last face that was built for `image` and `light`: each of its points is in one cell, and
+    /// Checks the cells of the last face that was built for what the pixels of `shot` have `seen` and `light`: each of its points is in one cell, and
     /// each triangle that shadows a point is listed in the point's cell.
     ///
     /// It asks the predicate about every triangle and point, so it takes long for large images.
     ///
     /// # Errors
     /// With what is wrong first.
-    pub fn validate(&self, image: &SeenImage<'_>, light: &LightSource) -> Result<(), String> {
+    pub(crate) fn validate(&self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
         let mut members = self.grid.members.clone();
         for (row, (points, triangles)) in self.point_rows.iter().zip(&self.triangle_rows).enumerate() {
             for column in 0..self.cells.across.count {
@@ -19,15 +19,15 @@ impl ListedLightGrid {
                     triangles.items()[triangles.range(column)].iter().map(|&item| self.id(item)).collect();
                 listed.sort_unstable();
                 for group in &points.groups[points.of_cell(column)] {
-                    for &place in &group.places[..group.count as usize] {
-                        let (block, bit) = (place as usize / 16, place as usize % 16);
+                    for &index in &group.places[..group.count as usize] {
+                        let (block, bit) = (index as usize / 16, index as usize % 16);
                         if members[block] >> bit & 1 == 0 {
-                            return Err(format!("place {place} is in a second cell, or shows no point of the face"));
+                            return Err(format!("pixel {index} is in a second cell, or shows no point of the face"));
                         }
                         members[block] &= !(1 << bit);
-                        if let Some(id) = missing(image, light, place, &listed) {
+                        if let Some(id) = missing(shot, seen, light, index, &listed) {
                             return Err(format!(
-                                "triangle {id} shadows place {place}, but isn't in column {column} of row {row}"
+                                "triangle {id} shadows pixel {index}, but isn't in column {column} of row {row}"
                             ));
                         }
                     }
@@ -46,12 +46,10 @@ impl ListedLightGrid {
     }
 }
 
-/// A triangle that shadows what a place shows and isn't `listed`.
-fn missing(image: &SeenImage<'_>, light: &LightSource, place: u32, listed: &[u32]) -> Option<u32> {
-    let own = image.seen.triangle[place as usize];
-    let ray = image.camera_ray(place as usize);
-    let crossing = crossing(&ray, image.triangles.usable_corners(own).ok()?)?;
-    let ray = ShadowRay::new(light, HitPoint::new(&ray, crossing.t));
-    let shadows = |id: u32| image.triangles.usable_corners(id).is_ok_and(|corners| ray.blocked_by(corners).is_some());
-    (0..image.triangles.len() as u32).find(|&id| id != own && listed.binary_search(&id).is_err() && shadows(id))
+/// A triangle that shadows what the pixel at `index` shows and isn't `listed`.
+fn missing(shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, index: u32, listed: &[u32]) -> Option<u32> {
+    let own = seen.triangle[index as usize];
+    let ray = shot.shadow_ray(seen, index as usize, light)?;
+    let shadows = |id: u32| shot.triangles.usable_corners(id).is_ok_and(|corners| ray.blocked_by(corners).is_some());
+    (0..shot.triangles.len() as u32).find(|&id| id != own && listed.binary_search(&id).is_err() && shadows(id))
 }

@@ -3,9 +3,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use umbrage_rays::predicate::{ShadowRay, crossing, hit};
-use umbrage_rays::{
-    Camera, Hit, PerspectiveGrid, Projection, Ray, SeenPixels, Triangles, UniformOptions, Unmasked, View,
-};
+use umbrage_rays::{Camera, Hit, Projection, Ray, SeenPixels, Triangles, UniformOptions, View};
 
 /// A mesh of its own.
 #[derive(Clone, Debug, Default)]
@@ -183,7 +181,7 @@ pub(crate) fn assert_exact(
     assert_eq!(seen.order().size(), (view.width, view.height));
     for y in 0..view.height {
         for x in 0..view.width {
-            let place = seen.order().place(x, y);
+            let place = seen.order().index(x, y);
             let expected = nearest(triangles, view, offset, (x, y), &counts);
             let id = expected.map_or(SeenPixels::NONE, |hit| hit.triangle);
             assert_eq!(seen.triangle[place], id, "pixel ({x}, {y}) of {view:?}, expected {expected:?}");
@@ -202,17 +200,6 @@ pub(crate) fn assert_exact(
 pub(crate) fn is_same(a: &SeenPixels, b: &SeenPixels) -> bool {
     let bits = |seen: &SeenPixels| seen.inverse_depth.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
     a.order() == b.order() && a.triangle == b.triangle && bits(a) == bits(b)
-}
-
-/// Builds, validates and traces `mesh`, and compares with the predicate.
-pub(crate) fn check(mesh: &Mesh, view: &View, offset: DVec2) -> (SeenPixels, umbrage_rays::GridCounts) {
-    let mut grid = PerspectiveGrid::default();
-    let mut seen = SeenPixels::default();
-    grid.build(mesh.triangles(), view, offset, |_| false).expect("a small image");
-    grid.validate(mesh.triangles()).expect("a valid grid");
-    let counts = grid.trace(mesh.triangles(), Unmasked, &mut seen);
-    assert_exact(mesh.triangles(), view, offset, &seen, |_| true);
-    (seen, counts)
 }
 
 /// Triangles with a corner exactly, or to 2⁻²¹, where cells of a uniform grid meet that has [`CORNER_CELLS`] of them for each

@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 
 use umbrage_rays::internals::Extent;
-use umbrage_rays::{KdTree, KdTreeOptions, Triangles};
+use umbrage_rays::{KdTree, KdTreeOptions, Structure as _, Triangles};
 
 use super::{BackgroundKdTree, Built, KdAge};
 

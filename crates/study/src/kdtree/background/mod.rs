@@ -22,7 +22,7 @@ use std::sync::mpsc::Receiver;
 use glam::Vec3;
 
 use umbrage_rays::internals::Extent;
-use umbrage_rays::{ImpossibleKdTreeOptions, KdTree, KdTreeOptions, Omitted};
+use umbrage_rays::{ImpossibleKdTreeOptions, KdTree, KdTreeOptions, Omitted, Structure as _};
 
 /// When a [`BackgroundKdTree`] is built again: by what rays through it are expected to cost, in parts of what they did when it
 /// was built.
@@ -191,7 +191,7 @@ impl BackgroundKdTree {
 
 impl Built {
     fn bytes(&self) -> usize {
-        self.tree.bytes()
+        self.tree.bytes().triangles
             + self.positions.capacity() * size_of::<Vec3>()
             + self.indices.capacity() * size_of::<[u32; 3]>()
             + self.unusable.capacity() * size_of::<u32>()

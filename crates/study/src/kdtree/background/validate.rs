@@ -13,7 +13,7 @@ impl BackgroundKdTree {
     pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let Self { current, drift, extent, .. } = self;
         let rest = Triangles { positions: &current.positions, indices: &current.indices };
-        current.tree.validate(rest)?;
+        current.tree.check(rest)?;
         if rest.indices != triangles.indices || rest.positions.len() != triangles.positions.len() {
             return Err("the tree isn't of these triangles".to_owned());
         }

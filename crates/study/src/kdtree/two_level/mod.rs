@@ -15,7 +15,7 @@ use std::ops::Range;
 use glam::DAffine3;
 
 use umbrage_rays::internals::Extent;
-use umbrage_rays::{ImpossibleKdTreeOptions, KdTree, KdTreeCounts, KdTreeOptions, Omitted, SahCosts};
+use umbrage_rays::{ImpossibleKdTreeOptions, KdTree, KdTreeCounts, KdTreeOptions, Omitted, SahCosts, Structure as _};
 
 use moved::Rest;
 
@@ -159,10 +159,10 @@ impl TwoLevelKdTree {
     /// Bytes held, counting what is only used while building.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let object = |object: &Object| object.tree.bytes() + object.rest.as_ref().map_or(0, Rest::bytes);
+        let object = |object: &Object| object.tree.bytes().triangles + object.rest.as_ref().map_or(0, Rest::bytes);
         self.objects.iter().map(object).sum::<usize>()
             + self.objects.capacity() * size_of::<Object>()
-            + self.top.bytes()
+            + self.top.bytes().triangles
     }
 
     /// What the trees are like; all zeros before the first update.

@@ -3,7 +3,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use umbrage_rays::internals::{Extent, Reference};
-use umbrage_rays::{KdTree, KdTreeOptions, Omitted, OmittedKind, Triangles};
+use umbrage_rays::{KdTree, KdTreeOptions, Omitted, OmittedKind, Structure as _, Triangles};
 
 use super::moved::Rest;
 use super::{ImpossibleObjects, KdMotion, KdObject, Object, TwoLevelKdTree};

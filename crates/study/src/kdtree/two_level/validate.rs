@@ -21,9 +21,9 @@ impl TwoLevelKdTree {
                 Some(rest) => {
                     let positions = rest.all_positions();
                     let at_rest = Triangles { positions: &positions, indices: triangles.indices };
-                    object.tree.validate(at_rest).map_err(broken)?;
+                    object.tree.check(at_rest).map_err(broken)?;
                 }
-                None => object.tree.validate(triangles).map_err(broken)?,
+                None => object.tree.check(triangles).map_err(broken)?,
             }
             if object.rest.is_some() != matches!(object.motion, KdMotion::Rigid { .. }) {
                 return Err(broken("it isn't known where it was".to_owned()));

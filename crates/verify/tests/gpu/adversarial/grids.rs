@@ -4,10 +4,7 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::Vec3;
 use umbrage_gpu::{CameraGrid, CameraOptions, Geometry, Gpu, GpuError, LightGrid, Recorder, Sight};
-use umbrage_rays::{
-    LightGrid as CpuLightGrid, LightSource, PerspectiveGrid, SeenImage, SeenPixels, TileOrder, Triangles, Unmasked,
-    View,
-};
+use umbrage_rays::{DirectGrids, LightMask, LightSource, SeenPixels, Structure as _, TileOrder, Triangles, View};
 use umbrage_verify::lights::point;
 use umbrage_verify::views::{OFFSET_PIXELS, camera, view};
 use umbrage_verify::{Shot, TestMesh, Truth};
@@ -88,11 +85,11 @@ impl Grids {
 
 fn read(gpu: &Gpu, camera: &CameraGrid, lights: &LightGrid, view: View, count: usize) -> Result<Truth, GpuError> {
     let order = TileOrder::new(view.width, view.height);
-    let seen: Vec<u32> = camera.seen().read(gpu, order.places())?;
+    let seen: Vec<u32> = camera.seen().read(gpu, order.slots())?;
     let words = lights.mask_words() as usize;
     let lit: Vec<u32> = lights.lit().read(gpu, words * count)?;
     let is_lit = |light: usize, place: usize| lit[light * words + place / 32] >> (place % 32) & 1 == 1;
-    let places: Vec<_> = pixels(view).map(|(x, y)| order.place(x, y)).collect();
+    let places: Vec<_> = pixels(view).map(|(x, y)| order.index(x, y)).collect();
     Ok(Truth {
         triangle: places.iter().map(|&place| seen[place]).collect(),
         lit: (0..count).map(|light| places.iter().map(|&place| is_lit(light, place)).collect()).collect(),
@@ -130,21 +127,12 @@ fn pixels(view: View) -> impl Iterator<Item = (u32, u32)> {
 /// What the CPU's grids show.
 pub(crate) fn truth_of_cpu(shot: &Shot<'_>) -> Truth {
     let Shot { triangles, view, offset_pixels, lights } = *shot;
-    let mut seen = SeenPixels::default();
-    let mut grid = PerspectiveGrid::default();
-    grid.build(triangles, &view, offset_pixels, |_| false).expect("a small image");
-    grid.trace(triangles, Unmasked, &mut seen);
-    let image = SeenImage { triangles, view, offset_pixels, seen: &seen };
-    let mut grid = CpuLightGrid::default();
-    grid.survey(&image);
-    let mut lit = vec![0_u16; seen.order().places() / TileOrder::BLOCK_PLACES];
-    let places: Vec<_> = pixels(view).map(|(x, y)| seen.order().place(x, y)).collect();
-    let lit = lights.iter().map(|light| {
-        grid.shadow(&image, light, |_| true, &Unmasked, &mut lit);
-        let is_lit = |place: usize| lit[place / TileOrder::BLOCK_PLACES] >> (place % TileOrder::BLOCK_PLACES) & 1 == 1;
-        places.iter().map(|&place| is_lit(place)).collect()
-    });
-    let lit = lit.collect();
+    let question = umbrage_rays::Shot { offset_pixels, ..umbrage_rays::Shot::new(triangles, view) };
+    let (mut grids, mut seen) = (DirectGrids::default(), SeenPixels::default());
+    grids.see(&question, &mut seen).expect("a small image");
+    let mut masks = vec![LightMask::default(); lights.len()];
+    grids.shadow(&question, &seen, lights, &mut masks.iter_mut().collect::<Vec<_>>());
+    let lit = masks.iter().map(|mask| pixels(view).map(|(x, y)| mask.is_lit(x, y)).collect()).collect();
     Truth { triangle: pixels(view).map(|(x, y)| seen.triangle_at(x, y)).collect(), lit }
 }
 

@@ -1,0 +1,83 @@
+//! What a filter leaves undecided is settled here by the predicate, for every structure.
+
+use super::{ShadowRay, crossing};
+use crate::shot::{SeenImage, SeenPixels, Shot, Sides};
+use crate::{Hit, LightSource, Ray};
+use glam::Vec3;
+
+/// Settles which of two triangles the ray of a pixel hits nearest: `best`, which it is known to hit unless that is
+/// [`SeenPixels::NONE`], or `candidate`, which the filter could neither rule out nor accept.
+///
+/// `None` where `best` stays for certain without asking, or `candidate` isn't hit. Counts in `settled` what the predicate is
+/// asked.
+#[cold]
+#[inline(never)]
+pub(crate) fn nearest(
+    shot: &Shot<'_>,
+    (x, y): (u32, u32),
+    best: u32,
+    candidate: u32,
+    settled: &mut u64,
+) -> Option<Hit> {
+    if best == candidate {
+        return None;
+    }
+    // Two triangles with the same corners, such as those between two pieces that have come apart, are hit alike.
+    let corners = |id: u32| shot.triangles.corners(id);
+    let is_copy = best != SeenPixels::NONE && are_the_same(corners(best), corners(candidate));
+    if is_copy && best < candidate {
+        return None;
+    }
+    *settled += 1;
+    let ray = shot.ray(x, y);
+    let new = hit(shot, &ray, candidate)?;
+    if !shot.opacity.is_stopped_at(candidate, new.barycentric) {
+        return None;
+    }
+    let old = if best == SeenPixels::NONE || is_copy { None } else { hit(shot, &ray, best) };
+    Some(old.filter(|old| (old.t, old.triangle) < (new.t, new.triangle)).unwrap_or(new))
+}
+
+/// Where a camera's ray meets a side of a triangle that stops it, whatever the triangle's opacity there.
+fn hit(shot: &Shot<'_>, ray: &Ray, triangle: u32) -> Option<Hit> {
+    let crossing = crossing(ray, shot.triangles.corners(triangle))?;
+    let is_there = crossing.front || shot.sides == Sides::Both;
+    let hit = Hit { t: crossing.t, triangle, barycentric: crossing.barycentric };
+    (is_there && ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
+}
+
+/// Whether two triangles have the same corners, in whatever order.
+fn are_the_same(first: [Vec3; 3], [a, b, c]: [Vec3; 3]) -> bool {
+    [[a, b, c], [b, c, a], [c, a, b], [c, b, a], [b, a, c], [a, c, b]].contains(&first)
+}
+
+/// Settles which points that a camera sees are in shadow.
+pub(crate) struct Shadows<'a> {
+    image: SeenImage<'a>,
+    light: &'a LightSource,
+    /// The point that was asked about last, and the segment between it and the light.
+    last: Option<(usize, Option<ShadowRay>)>,
+}
+
+impl<'a> Shadows<'a> {
+    pub(crate) fn new(image: SeenImage<'a>, light: &'a LightSource) -> Self {
+        Self { image, light, last: None }
+    }
+
+    /// Whether `triangle`, which isn't the point's own, shadows the point of the pixel at `index`. Points that come one after
+    /// the other have their segment found once.
+    pub(crate) fn is_shadowed_by(&mut self, index: usize, triangle: u32) -> bool {
+        let ray = match self.last {
+            Some((known, ray)) if known == index => ray,
+            _ => self.image.shot.shadow_ray(self.image.seen, index, self.light),
+        };
+        self.last = Some((index, ray));
+        ray.is_some_and(|ray| is_blocked(self.image.shot, &ray, triangle))
+    }
+}
+
+/// Whether a triangle, which isn't the point's own, shadows the point of `ray`.
+pub(crate) fn is_blocked(shot: &Shot<'_>, ray: &ShadowRay, triangle: u32) -> bool {
+    let Ok(corners) = shot.triangles.usable_corners(triangle) else { return false };
+    ray.blocked_by(corners).is_some_and(|barycentric| shot.shadow_opacity.is_stopped_at(triangle, barycentric))
+}

@@ -1,0 +1,49 @@
+//! A shot answered by single rays, one for each pixel and for each point and light: what makes a structure of anything that
+//! answers [`SingleRays`].
+
+use rayon::prelude::*;
+
+use crate::shot::{LightMask, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
+use crate::{Hit, LightSource, SingleRays};
+
+/// Finds what each pixel sees, as [`Structure::see`](crate::Structure::see) does.
+pub fn see(rays: &dyn SingleRays, shot: &Shot<'_>, seen: &mut SeenPixels) {
+    seen.resize(shot.view.width, shot.view.height);
+    let order = seen.order();
+    let opacity: &dyn Opacity = &OpacityOfSides(shot);
+    let stops = |hit: &Hit| opacity.is_stopped_at(hit.triangle, hit.barycentric);
+    let pixels = seen.triangle.par_iter_mut().zip(&mut seen.inverse_depth).enumerate();
+    pixels.for_each(|(index, (triangle, inverse_depth))| {
+        let pixel = order.pixel(index);
+        let nearest = pixel.and_then(|(x, y)| rays.nearest(shot.triangles, &shot.ray(x, y), &stops));
+        *triangle = nearest.map_or(SeenPixels::NONE, |hit| hit.triangle);
+        *inverse_depth = nearest.map_or(f32::NAN, |hit| SeenPixels::inverse_of(hit.t));
+    });
+}
+
+/// Finds which points each light reaches, as [`Structure::shadow`](crate::Structure::shadow) does.
+///
+/// # Panics
+/// If there are more or fewer masks than lights, or `seen` isn't of the size of the shot's view.
+pub fn shadow(
+    rays: &dyn SingleRays,
+    shot: &Shot<'_>,
+    seen: &SeenPixels,
+    lights: &[LightSource],
+    masks: &mut [&mut LightMask],
+) {
+    shot.expect_masks(seen, lights, masks);
+    let stops = |id: u32, barycentric: [f32; 2]| shot.shadow_opacity.is_stopped_at(id, barycentric);
+    for (light, mask) in lights.iter().zip(masks) {
+        mask.resize(seen.order());
+        mask.blocks_mut().par_iter_mut().enumerate().for_each(|(block, lit)| {
+            *lit = 0;
+            for lane in 0..TileOrder::BLOCK_PIXELS {
+                let index = block * TileOrder::BLOCK_PIXELS + lane;
+                let Some(ray) = shot.shadow_ray(seen, index, light) else { continue };
+                let is_lit = !rays.blocked(shot.triangles, &ray, seen.triangle[index], &stops);
+                *lit |= u16::from(is_lit) << lane;
+            }
+        });
+    }
+}

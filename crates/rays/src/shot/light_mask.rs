@@ -1,0 +1,76 @@
+use super::{SeenPixels, TileOrder};
+
+/// Which pixels a light reaches: one bit each, in [`TileOrder`].
+///
+/// A bit is set where a triangle is seen and nothing stands between it and the light. Cones and ranges of lights don't
+/// count here.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LightMask {
+    order: TileOrder,
+    /// One for each block of pixels, the first pixel in the lowest bit.
+    blocks: Vec<u16>,
+}
+
+impl LightMask {
+    /// Makes room for an image and keeps the memory; which pixels are lit then is left over from before.
+    pub fn resize(&mut self, order: TileOrder) {
+        self.order = order;
+        self.blocks.resize(order.slots() / TileOrder::BLOCK_PIXELS, 0);
+    }
+
+    /// Where each pixel is stored.
+    #[must_use]
+    pub fn order(&self) -> TileOrder {
+        self.order
+    }
+
+    /// Whether nothing stands between the light and what the pixel in column `x` and row `y` shows; false where it
+    /// shows no triangle.
+    ///
+    /// # Panics
+    /// If the pixel is outside of the image's tiles.
+    #[must_use]
+    pub fn is_lit(&self, x: u32, y: u32) -> bool {
+        self.is_lit_at(self.order.index(x, y))
+    }
+
+    /// As [`is_lit`](Self::is_lit), for the pixel that is stored at `index`.
+    ///
+    /// # Panics
+    /// If there is no such index.
+    #[must_use]
+    pub fn is_lit_at(&self, index: usize) -> bool {
+        self.blocks[index / TileOrder::BLOCK_PIXELS] >> (index % TileOrder::BLOCK_PIXELS) & 1 == 1
+    }
+
+    /// Which pixels of each block of 4×4 it reaches, the first one in the lowest bit.
+    #[must_use]
+    pub fn blocks(&self) -> &[u16] {
+        &self.blocks
+    }
+
+    /// The same, for a structure to write.
+    pub fn blocks_mut(&mut self) -> &mut [u16] {
+        &mut self.blocks
+    }
+
+    /// How many pixels are lit.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.blocks.iter().map(|block| block.count_ones() as usize).sum()
+    }
+
+    /// Lights every pixel that shows a triangle.
+    pub fn light_all(&mut self, seen: &SeenPixels) {
+        self.resize(seen.order());
+        for (block, shown) in self.blocks.iter_mut().zip(seen.shown()) {
+            *block = shown;
+        }
+    }
+
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.blocks.as_slice())
+    }
+}
