@@ -15,10 +15,14 @@ pub struct Seen<'a> {
     frame: &'a Frame,
     view: View,
     pixels: SeenPixels,
-    triangles: Vec<u32>,
-    depths: Vec<f64>,
-    barycentrics: Vec<[f32; 2]>,
-    positions: Vec<DVec3>,
+    /// Id of the nearest triangle; of several at equal distance the lowest. [`Seen::NO_TRIANGLE`] for a miss.
+    pub triangle: Vec<u32>,
+    /// Depth along [`Camera::forward`](umbrage_rays::Camera::forward), in world units; infinite for a miss.
+    pub depth: Vec<f64>,
+    /// Weights of the triangle's second and third corner where it is hit, from 0 to 1; NaN for a miss.
+    pub barycentric: Vec<[f32; 2]>,
+    /// Where the triangle is hit, in world space; NaN for a miss.
+    pub position: Vec<DVec3>,
 }
 
 /// What it took to find what each pixel shows.
@@ -31,7 +35,7 @@ pub struct WorkCounts {
 }
 
 impl<'a> Seen<'a> {
-    /// What [`Seen::triangles`] holds for a miss.
+    /// What [`Seen::triangle`] holds for a miss.
     pub const NO_TRIANGLE: u32 = SeenPixels::NONE;
 
     fn new(frame: &'a Frame, view: View, pixels: SeenPixels) -> Self {
@@ -45,39 +49,8 @@ impl<'a> Seen<'a> {
                 None => ((triangle, f64::INFINITY), ([f32::NAN; 2], DVec3::NAN)),
             }
         });
-        let ((triangles, depths), (barycentrics, positions)) = hits.unzip();
-        Self { frame, view, pixels, triangles, depths, barycentrics, positions }
-    }
-
-    /// From where that was seen, and how many pixels there are.
-    #[must_use]
-    pub fn view(&self) -> &View {
-        &self.view
-    }
-
-    /// Ids of the nearest triangles, places in the frame's list; of several at equal distance the lowest.
-    /// [`Seen::NO_TRIANGLE`] for a miss.
-    #[must_use]
-    pub fn triangles(&self) -> &[u32] {
-        &self.triangles
-    }
-
-    /// Depths along [`Camera::forward`](umbrage_rays::Camera::forward), in world units; infinite for a miss.
-    #[must_use]
-    pub fn depths(&self) -> &[f64] {
-        &self.depths
-    }
-
-    /// The weights of the triangles' second and third corners where they are hit, from 0 to 1; NaN for a miss.
-    #[must_use]
-    pub fn barycentrics(&self) -> &[[f32; 2]] {
-        &self.barycentrics
-    }
-
-    /// Where the triangles are hit, in world space; NaN for a miss.
-    #[must_use]
-    pub fn positions(&self) -> &[DVec3] {
-        &self.positions
+        let ((triangle, depth), (barycentric, position)) = hits.unzip();
+        Self { frame, view, pixels, triangle, depth, barycentric, position }
     }
 }
 
@@ -96,7 +69,7 @@ impl Renderer {
     /// let masks = renderer.shadow(&seen, &frame.lights)?;
     /// let pixels = (0..36).flat_map(|y| (0..64).map(move |x| (x, y)));
     /// let lit = pixels.filter(|&(x, y)| masks[0].is_lit(x, y)).count();
-    /// let hit = seen.triangles().iter().filter(|&&triangle| triangle != Seen::NO_TRIANGLE).count();
+    /// let hit = seen.triangle.iter().filter(|&&triangle| triangle != Seen::NO_TRIANGLE).count();
     /// assert!(0 < lit && lit < hit);
     /// # Ok::<(), umbrage::Error>(())
     /// ```

@@ -87,25 +87,16 @@ impl Error {
     /// Whether other [`Settings`] would do, for the same scene on the same engine.
     #[must_use]
     pub fn is_of_settings(&self) -> bool {
-        match self {
+        matches!(
+            self,
             Self::NoSuchCamera { .. }
-            | Self::ImageSize { .. }
-            | Self::Samples(_)
-            | Self::Bounces(_)
-            | Self::UniformOptions(_)
-            | Self::KdTreeOptions(_)
-            | Self::BouncesOnGpu
-            | Self::CountsOfStructure => true,
-            Self::Scene(_)
-            | Self::Frame(_)
-            | Self::ImageTooLarge(_)
-            | Self::NoSuchLight { .. }
-            | Self::TextureOnCpu
-            | Self::AnswersOnGpu
-            | Self::CountsOnGpu
-            | Self::Background { .. } => false,
-            #[cfg(feature = "gpu")]
-            Self::Gpu(_) => false,
-        }
+                | Self::ImageSize { .. }
+                | Self::Samples(_)
+                | Self::Bounces(_)
+                | Self::UniformOptions(_)
+                | Self::KdTreeOptions(_)
+                | Self::BouncesOnGpu
+                | Self::CountsOfStructure
+        )
     }
 }

@@ -20,13 +20,16 @@
 //! All that is public, and what it is for:
 //!
 //! - [`Renderer`] renders scenes and frames, and answers what is seen and lit; [`Error`] says why it doesn't.
-//! - [`Settings`] say how: [`CameraChoice`] from where, [`Structure`] through what, [`Background`] (with [`Panorama`] for
-//!   images) before what, [`ToneMap`] how bright.
+//! - [`Settings`] say how: [`CameraChoice`] from where, [`Structure`] through what, [`Sides`] which of triangles,
+//!   [`Background`] (with [`Panorama`] for images) before what, [`ToneMap`] how bright.
+//! - [`StructureOption`] lists what can be chosen of a structure by name, within [`OptionValues`], or else
+//!   [`ImpossibleOption`] or [`UnknownStructure`] says why not; [`EngineKind`], [`HeatKind`] and [`spec`] are the other words
+//!   of command lines.
 //! - [`Film`] is what each pixel saw, [`Image`] that for a screen; [`output`] writes files of either.
 //! - [`Seen`] and [`LightMask`] are answers of [`Renderer::see`] and [`Renderer::shadow`] without a picture; [`Probe`], with a
 //!   [`Blocker`] for each light, is all about one pixel.
-//! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], is what a frame cost; [`LightWork`] what a light did,
-//!   and [`WorkCounts`] what each pixel did, which [`HeatScale`] colours.
+//! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], is what a frame cost; [`Work`] what the camera
+//!   or a light was to do, and [`WorkCounts`] what each pixel was, which [`HeatScale`] colours.
 //! - [`Sample`] is which ray of a pixel is traced, for those who trace the same ones themselves.
 //! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has what they
 //!   are made of, and frames of one's own.

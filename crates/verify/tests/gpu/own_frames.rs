@@ -271,9 +271,9 @@ fn answers_are_those_of_the_picture() {
         let (of_picture, frame) = (shown(&renderer), renderer.frame().clone());
         let view = settings().view(&frame).expect("a view");
         let seen = renderer.see(&frame, &view).expect("an answer");
-        assert!(seen.triangles() == of_picture.seen, "{demo}");
-        for (pixel, (&triangle, depth)) in seen.triangles().iter().zip(seen.depths()).enumerate() {
-            let ([v, w], position) = (seen.barycentrics()[pixel], seen.positions()[pixel]);
+        assert!(seen.triangle == of_picture.seen, "{demo}");
+        for (pixel, (&triangle, depth)) in seen.triangle.iter().zip(&seen.depth).enumerate() {
+            let ([v, w], position) = (seen.barycentric[pixel], seen.position[pixel]);
             if triangle == Seen::NO_TRIANGLE {
                 assert!(depth.is_infinite() && v.is_nan() && w.is_nan() && position.is_nan());
                 misses += 1;
@@ -297,7 +297,7 @@ fn answers_are_those_of_the_picture() {
 
 /// Whether that is so of a pixel that shows a triangle.
 fn seen_and(seen: &Seen<'_>, is_so: impl Fn(u32, u32) -> bool) -> bool {
-    let mut pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))).zip(seen.triangles());
+    let mut pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))).zip(&seen.triangle);
     pixels.any(|((x, y), &triangle)| triangle != Seen::NO_TRIANGLE && is_so(x, y))
 }
 
