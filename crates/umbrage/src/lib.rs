@@ -34,7 +34,7 @@
 //! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has what they
 //!   are made of, and frames of one's own.
 //! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit.
-//! - [`gpu`](crate::gpu) opens devices, with the feature of that name.
+//! - [`gpu`] opens devices, with the feature of that name.
 //! - [`glam`] is the library whose vectors all of these take.
 #![forbid(unsafe_code)]
 

@@ -16,7 +16,7 @@ const MOST_RAYS: usize = 256;
 /// Most blocks of 16 rays.
 const MOST_BLOCKS: usize = MOST_RAYS / LANES;
 
-/// Does what [`UniformGrid::nearest`] does for each of `rays`, which may start anywhere and go anywhere: the hit of
+/// Does what [`nearest`](umbrage_rays::SingleRays::nearest) does for each of `rays`, which may start anywhere and go anywhere: the hit of
 /// each is written to the same place in `hits`, `None` for a miss.
 ///
 /// Up to 256 rays in a row are traced together, those that agree about the sign of a major axis (Wald et al. 2006,
@@ -47,7 +47,7 @@ pub fn nearest_of_packet(
     }
 }
 
-/// Does what [`UniformGrid::blocked`] does for each of `rays`, the points of which are on the triangles `own`.
+/// Does what [`blocked`](umbrage_rays::SingleRays::blocked) does for each of `rays`, the points of which are on the triangles `own`.
 ///
 /// Rays are traced together as by [`nearest_of_packet`].
 ///

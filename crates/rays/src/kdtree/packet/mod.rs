@@ -45,7 +45,7 @@ impl KdTree {
         self.packet_options
     }
 
-    /// Does what [`nearest`](Self::nearest) does for each of `rays`, which may start anywhere and go anywhere: the hit of
+    /// Does what [`nearest`](crate::SingleRays::nearest) does for each of `rays`, which may start anywhere and go anywhere: the hit of
     /// each is written to the same place in `hits`, `None` for a miss.
     ///
     /// Rays in a row are led to leaves together as the [packet options](Self::set_packet_options) and the tree's
@@ -93,7 +93,7 @@ impl KdTree {
         });
     }
 
-    /// Does what [`blocked`](Self::blocked) does for each of `rays`, the points of which are on the triangles `own`.
+    /// Does what [`blocked`](crate::SingleRays::blocked) does for each of `rays`, the points of which are on the triangles `own`.
     ///
     /// Rays are led to leaves together as by [`nearest_of_packet`](Self::nearest_of_packet).
     ///
