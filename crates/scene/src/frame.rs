@@ -17,8 +17,8 @@ pub struct Frame {
     pub positions: Vec<Vec3>,
     /// Unit normal of each vertex, or zero where the surface is flat. Empty when all of it is.
     pub normals: Vec<Vec3>,
-    /// Unit tangent of each vertex and, in w, the sign of its bitangent; zero where the file gives none.
-    /// Empty when it gives none at all.
+    /// Unit tangent of each vertex and, in w, the sign of its bitangent; zero where the surface has no normal map. Empty
+    /// when all are zero: a normal map then follows the texture coordinates of each triangle.
     pub tangents: Vec<Vec4>,
     /// What vertices are joined to and painted with.
     pub mesh: Arc<Mesh>,

@@ -108,8 +108,8 @@ impl Scene {
         if let Some(sequence) = Sequence::find(address, options.sequence_fps)? {
             return Self::new(Box::new(sequence));
         }
-        match extension(address).as_deref() {
-            Some("gltf" | "glb") => Self::new(Box::new(GltfScene::open(address, &options.clip)?)),
+        match Format::of(address) {
+            Some(Format::Gltf) => Self::new(Box::new(GltfScene::open(address, &options.clip)?)),
             _ => Self::new(Box::new(read_still(address)?)),
         }
     }
@@ -228,19 +228,40 @@ fn animation_bounds(source: &dyn Animated) -> Result<Bounds, Error> {
     Ok(bounds)
 }
 
-/// What the file's name says that it holds, in lower case.
-fn extension(path: &Path) -> Option<String> {
-    path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase())
+/// What a file holds, by the end of its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    /// Opened alone, but not in a sequence.
+    Gltf,
+    Obj,
+    Ply,
+    Stl,
+}
+
+impl Format {
+    /// `None` for a file that is no scene.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "gltf" | "glb" => Some(Self::Gltf),
+            "obj" => Some(Self::Obj),
+            "ply" => Some(Self::Ply),
+            "stl" => Some(Self::Stl),
+            _ => None,
+        }
+    }
 }
 
 /// Reads a file whose triangles don't move.
 pub(crate) fn read_still(path: &Path) -> Result<Still, Error> {
-    match extension(path).as_deref() {
-        Some("obj") => obj::read(path),
-        Some("ply") => ply::read(path),
-        Some("stl") => stl::read(path),
-        other => {
-            let what = other.map_or_else(|| "a file without an extension".to_owned(), |name| format!("`.{name}`"));
+    match Format::of(path) {
+        Some(Format::Obj) => obj::read(path),
+        Some(Format::Ply) => ply::read(path),
+        Some(Format::Stl) => stl::read(path),
+        Some(Format::Gltf) | None => {
+            let what = path.extension().map_or_else(
+                || "a file without an extension".to_owned(),
+                |extension| format!("`.{}`", extension.to_string_lossy().to_ascii_lowercase()),
+            );
             Err(Error::unsupported(path, what, "use .gltf, .glb, .obj, .ply, .stl or demo:NAME"))
         }
     }

@@ -58,10 +58,27 @@ struct Reader<'a> {
 }
 
 /// A texture as the JSON has it in three different types.
-struct JsonTexture<'a> {
+struct JsonTexture {
     index: usize,
     set: u32,
-    transform: Option<&'a TextureTransform>,
+    transform: Option<TextureTransform>,
+}
+
+impl JsonTexture {
+    fn of_normals(json: &json::material::NormalTexture) -> Self {
+        let transform = json.extensions.as_ref().and_then(|extensions| transform(&extensions.others));
+        Self { index: json.index.value(), set: json.tex_coord, transform }
+    }
+
+    /// The set of texture coordinates at which the texture is read.
+    fn tex_coord_set(&self) -> u32 {
+        self.transform.as_ref().and_then(|transform| transform.tex_coord).unwrap_or(self.set)
+    }
+}
+
+/// The set of texture coordinates at which a material's normal map is read; `None` where it has none.
+pub(super) fn normal_map_coords(json: &json::Material) -> Option<u32> {
+    json.normal_texture.as_ref().map(|texture| JsonTexture::of_normals(texture).tex_coord_set())
 }
 
 impl Reader<'_> {
@@ -95,17 +112,14 @@ impl Reader<'_> {
         material.emissive_texture =
             self.plain(json.emissive_texture.as_ref(), Srgb, &format!("{place}.emissiveTexture"))?;
         if let Some(texture) = &json.normal_texture {
-            let transform = texture.extensions.as_ref().and_then(|extensions| transform(&extensions.others));
-            let texture_use =
-                JsonTexture { index: texture.index.value(), set: texture.tex_coord, transform: transform.as_ref() };
-            material.normal_texture = self.texture(&texture_use, Linear, &format!("{place}.normalTexture"))?;
+            let place = format!("{place}.normalTexture");
+            material.normal_texture = self.texture(&JsonTexture::of_normals(texture), Linear, &place)?;
             material.normal_scale = texture.scale;
         }
         if let Some(texture) = &json.occlusion_texture {
             let transform = texture.extensions.as_ref().and_then(|extensions| transform(&extensions.others));
-            let texture_use =
-                JsonTexture { index: texture.index.value(), set: texture.tex_coord, transform: transform.as_ref() };
-            material.occlusion_texture = self.texture(&texture_use, Linear, &format!("{place}.occlusionTexture"))?;
+            let json = JsonTexture { index: texture.index.value(), set: texture.tex_coord, transform };
+            material.occlusion_texture = self.texture(&json, Linear, &format!("{place}.occlusionTexture"))?;
             material.occlusion_strength = texture.strength.0;
         }
         if let Some(extensions) = &json.extensions {
@@ -174,19 +188,19 @@ impl Reader<'_> {
         place: &str,
     ) -> Result<Option<TextureUse>, Error> {
         let Some(json) = json else { return Ok(None) };
-        let transform = json.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref());
+        let transform = json.extensions.as_ref().and_then(|extensions| extensions.texture_transform.clone());
         self.texture(&JsonTexture { index: json.index.value(), set: json.tex_coord, transform }, space, place)
     }
 
-    fn texture(&mut self, json: &JsonTexture<'_>, space: ColorSpace, place: &str) -> Result<Option<TextureUse>, Error> {
+    fn texture(&mut self, json: &JsonTexture, space: ColorSpace, place: &str) -> Result<Option<TextureUse>, Error> {
         let number = self.textures.number(self.document, json.index, space, place, self.warnings)?;
-        let set = json.transform.and_then(|transform| transform.tex_coord).unwrap_or(json.set);
+        let set = json.tex_coord_set();
         if set > 1 {
             self.warnings
                 .push(format!("{place} was left out, as only texture coordinates 0 and 1 are read, not {set}"));
             return Ok(None);
         }
-        let image_from_mesh = json.transform.map_or(Affine2::IDENTITY, image_from_mesh);
+        let image_from_mesh = json.transform.as_ref().map_or(Affine2::IDENTITY, image_from_mesh);
         Ok(number.map(|texture| TextureUse { texture, tex_coord_set: set as u8, image_from_mesh }))
     }
 }

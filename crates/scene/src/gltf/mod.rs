@@ -19,6 +19,7 @@ mod pose;
 mod primitive;
 mod rest;
 mod skin;
+mod tangents;
 mod texture;
 mod uri;
 

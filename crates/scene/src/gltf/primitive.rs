@@ -9,6 +9,7 @@ use gltf::json::validation::Checked;
 
 use super::accessor::Accessor;
 use super::document::Document;
+use super::material::normal_map_coords;
 use crate::Error;
 use crate::rig::{Deltas, Influences, MorphTarget, Shape};
 
@@ -58,20 +59,20 @@ impl Primitive {
             colors: attributes.colors(count, kept)?,
             material: json.material.map(|material| material.value() as u32),
         };
-        if let Some(material) = json.material {
-            document.element(
-                &document.json.materials,
-                "materials",
-                material.value(),
-                format_args!("{place}.material"),
-            )?;
-        }
+        let material = json.material.map(|material| {
+            let place = format_args!("{place}.material");
+            document.element(&document.json.materials, "materials", material.value(), place)
+        });
+        let normal_map_coords = material.transpose()?.and_then(normal_map_coords);
         primitive.shape.positions = positions.floats(kept, Vec3::from_array)?;
         let unusable = primitive.shape.positions.iter().filter(|position| !position.is_finite()).count();
         if unusable > 0 {
             primitive.warnings.push(format!("{place}: {unusable} vertices have a position that is not finite"));
         }
         attributes.read_shape(count, kept, &mut primitive)?;
+        if let Some(set) = normal_map_coords {
+            primitive.add_tangents(set as usize);
+        }
         Ok(primitive)
     }
 }

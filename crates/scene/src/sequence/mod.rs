@@ -6,7 +6,7 @@ mod search;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::{Animated, Error, Frame, obj, scene::read_still, still::Still};
+use crate::{Animated, Error, Frame, obj, scene::Format, scene::read_still, still::Still};
 
 /// Numbered files, one for each frame of an animation; each may have its own topology.
 ///
@@ -71,8 +71,8 @@ impl Sequence {
             return Ok(Arc::clone(still));
         }
         let path = &self.paths[place];
-        let still = match search::Extension::of(path) {
-            Some(search::Extension::Obj) => obj::read_sharing(path, &mut recent.materials)?,
+        let still = match Format::of(path) {
+            Some(Format::Obj) => obj::read_sharing(path, &mut recent.materials)?,
             _ => read_still(path)?,
         };
         let still = Arc::new(still);

@@ -2,36 +2,13 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::names::{Pattern, natural_order, numbers};
-use crate::Error;
+use crate::{Error, scene::Format};
 
 /// The files of a sequence, in the order in which they show; at least one.
 #[derive(Debug)]
 pub(super) struct Found {
     pub(super) paths: Vec<PathBuf>,
     pub(super) warnings: Vec<String>,
-}
-
-/// What a file is, by the end of its name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Extension {
-    Obj,
-    Ply,
-    Stl,
-    /// Opened alone, but not in a sequence.
-    Gltf,
-}
-
-impl Extension {
-    /// `None` for a file that is no scene.
-    pub(super) fn of(path: &Path) -> Option<Self> {
-        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-            "obj" => Some(Self::Obj),
-            "ply" => Some(Self::Ply),
-            "stl" => Some(Self::Stl),
-            "gltf" | "glb" => Some(Self::Gltf),
-            _ => None,
-        }
-    }
 }
 
 const LOOKED_FOR: &str = "numbered .obj, .ply or .stl files, such as name_0001.ply";
@@ -82,8 +59,8 @@ fn scene_names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<Strin
     for entry in std::fs::read_dir(folder).map_err(read)? {
         let path = entry.map_err(read)?.path();
         let Some(name) = path.file_name().and_then(|name| name.to_str()).filter(|name| wanted(name)) else { continue };
-        match Extension::of(&path) {
-            Some(Extension::Gltf) => gltf = Some(path),
+        match Format::of(&path) {
+            Some(Format::Gltf) => gltf = Some(path),
             Some(_) if path.is_file() => names.push(name.to_owned()),
             _ => {}
         }

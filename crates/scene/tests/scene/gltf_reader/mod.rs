@@ -6,3 +6,4 @@ mod look;
 mod mesh;
 mod pose;
 mod rig;
+mod tangents;
