@@ -140,26 +140,30 @@ fn read_channels(
 ) -> Result<Vec<Channel>, Error> {
     let mut channels = Vec::new();
     for (at, channel) in json.channels.iter().enumerate() {
-        let place = format!("animations[{number}].channels[{at}]");
+        let location = format!("animations[{number}].channels[{at}]");
         let node = channel.target.node.value();
-        nodes.check(document, node, format_args!("{place}.target.node"))?;
+        nodes.check(document, node, format_args!("{location}.target.node"))?;
         let Checked::Valid(property) = channel.target.path else {
-            warnings.push(format!("{place} was left out, as it moves nothing that glTF 2.0 knows"));
+            warnings.push(format!("{location} was left out, as it moves nothing that glTF 2.0 knows"));
             continue;
         };
-        let sampler_place = format!("animations[{number}].samplers[{}]", channel.sampler.value());
-        let sampler =
-            document.element(&json.samplers, "samplers", channel.sampler.value(), format_args!("{place}.sampler"))?;
+        let sampler_location = format!("animations[{number}].samplers[{}]", channel.sampler.value());
+        let sampler = document.element(
+            &json.samplers,
+            "samplers",
+            channel.sampler.value(),
+            format_args!("{location}.sampler"),
+        )?;
         let width = match property {
             Property::Translation | Property::Scale => 3,
             Property::Rotation => 4,
             Property::MorphTargetWeights => weights(node),
         };
         if width == 0 {
-            warnings.push(format!("{place} was left out, as node {node} has no morph targets"));
+            warnings.push(format!("{location} was left out, as node {node} has no morph targets"));
             continue;
         }
-        let curve = read_curve(document, sampler, property, width, &sampler_place)?;
+        let curve = read_curve(document, sampler, property, width, &sampler_location)?;
         channels.push(Channel { node: node as u32, property, curve });
     }
     Ok(channels)
@@ -170,7 +174,7 @@ fn read_curve(
     json: &json::animation::Sampler,
     property: Property,
     width: usize,
-    place: &str,
+    location: &str,
 ) -> Result<Curve, Error> {
     let interpolation = match json.interpolation {
         Checked::Valid(json::animation::Interpolation::Step) => Interpolation::Step,
@@ -180,16 +184,16 @@ fn read_curve(
         }
         Checked::Valid(json::animation::Interpolation::Linear) => Interpolation::Linear,
         Checked::Invalid => {
-            let place = format_args!("{place}.interpolation");
-            return Err(document.malformed(place, "it is none of LINEAR, STEP and CUBICSPLINE"));
+            let location = format_args!("{location}.interpolation");
+            return Err(document.malformed(location, "it is none of LINEAR, STEP and CUBICSPLINE"));
         }
     };
-    let input = document.accessor(json.input, format_args!("{place}.input"))?;
+    let input = document.accessor(json.input, format_args!("{location}.input"))?;
     let times: Vec<f32> = input.floats(None, |[time]| time)?;
     if times.is_empty() || !times.iter().all(|time| time.is_finite()) || !times.is_sorted() {
         return Err(input.malformed("keyframe times must be finite and never fall, and there must be at least one"));
     }
-    let output = document.accessor(json.output, format_args!("{place}.output"))?;
+    let output = document.accessor(json.output, format_args!("{location}.output"))?;
     let mut values = flat_values(&output, property)?;
     let sets = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
     let needed = times.len().checked_mul(sets).and_then(|sets| sets.checked_mul(width));

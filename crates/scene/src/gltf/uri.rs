@@ -75,12 +75,12 @@ fn base64(text: &str) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3 + 2);
     for (group, letters) in text.chunks(4).enumerate() {
         let mut bits = 0_u32;
-        for (place, &letter) in letters.iter().enumerate() {
+        for (index, &letter) in letters.iter().enumerate() {
             let value = sextet(letter).ok_or_else(|| {
-                let at = group * 4 + place;
+                let at = group * 4 + index;
                 format!("byte {at} of the base64 is `{}`", letter.escape_ascii())
             })?;
-            bits |= u32::from(value) << (18 - 6 * place);
+            bits |= u32::from(value) << (18 - 6 * index);
         }
         bytes.extend_from_slice(&bits.to_be_bytes()[1..letters.len()]);
     }
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn other_places_are_refused() {
+    fn other_resources_are_refused() {
         for (uri, part) in [
             ("http://host/a.bin", "`http:`"),
             ("C:\\a.bin", "`C:`"),

@@ -54,7 +54,7 @@ impl TextureLoader {
         path.map(|path| (map, path))
     }
 
-    /// The place of the texture that `recipe` makes; `None`, with a warning, where an image can't be read.
+    /// The index of the texture that `recipe` makes; `None`, with a warning, where an image can't be read.
     pub(super) fn texture(&mut self, recipe: Recipe, wrap: Wrap) -> Option<u32> {
         let key = (recipe, wrap);
         if let Some(&made) = self.made.get(&key) {

@@ -82,9 +82,9 @@ fn check_count(path: &Path, element: &Element, header: &Header, body: &Body<'_>)
     let left = body.bytes_left() as u128 + 1;
     if claimed > left {
         let (name, count) = (&element.name, element.count);
-        let place = format!("byte {}", header.bytes);
+        let location = format!("byte {}", header.bytes);
         let cause = format!("the header claims {count} of `{name}`, too many for the {} bytes left", body.bytes_left());
-        return Err(Error::malformed(path, place, cause));
+        return Err(Error::malformed(path, location, cause));
     }
     Ok(())
 }

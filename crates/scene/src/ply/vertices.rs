@@ -25,7 +25,7 @@ pub(super) struct Plan {
 
 #[derive(Clone, Copy, Debug)]
 enum Step {
-    /// A number that goes to this place of a row.
+    /// A number that goes to this index of a row.
     Keep(Scalar, usize),
     Skip(Kind),
 }
