@@ -10,7 +10,7 @@ use gltf::json::validation::Checked;
 use super::accessor::Accessor;
 use super::curve::{Curve, Interpolation};
 use super::document::Document;
-use super::nodes::{Nodes, rotation};
+use super::nodes::rotation;
 use crate::{Animation, Clip, Error};
 
 /// One property of one node, over time.
@@ -39,7 +39,6 @@ impl Animations {
     pub(super) fn read(
         document: &Document,
         path: &Path,
-        nodes: &Nodes,
         weights: impl Fn(usize) -> usize,
         clip: &Clip,
         warnings: &mut Vec<String>,
@@ -48,7 +47,7 @@ impl Animations {
         let mut all = Vec::new();
         check_size(document)?;
         for (number, json) in document.json.animations.iter().enumerate() {
-            let channels = read_channels(document, json, number, nodes, &weights, warnings)?;
+            let channels = read_channels(document, json, number, &weights, warnings)?;
             let seconds = channels.iter().map(|channel| channel.curve.end_seconds()).fold(0.0, f32::max);
             let name = json.name.clone().unwrap_or_default();
             read.animations.push(Animation { name, seconds: f64::from(seconds), plays: false });
@@ -134,7 +133,6 @@ fn read_channels(
     document: &Document,
     json: &json::Animation,
     number: usize,
-    nodes: &Nodes,
     weights: impl Fn(usize) -> usize,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Channel>, Error> {
@@ -142,7 +140,7 @@ fn read_channels(
     for (at, channel) in json.channels.iter().enumerate() {
         let location = format!("animations[{number}].channels[{at}]");
         let node = channel.target.node.value();
-        nodes.check(document, node, format_args!("{location}.target.node"))?;
+        document.element(&document.json.nodes, "nodes", node, format_args!("{location}.target.node"))?;
         let Checked::Valid(property) = channel.target.path else {
             warnings.push(format!("{location} was left out, as it moves nothing that glTF 2.0 knows"));
             continue;

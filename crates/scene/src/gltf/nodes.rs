@@ -1,7 +1,5 @@
 //! The node hierarchy: which node is where, and which of them are shown.
 
-use std::fmt::Display;
-
 use glam::{Affine3A, Mat4, Quat, Vec3};
 use gltf::json::Node;
 
@@ -71,14 +69,6 @@ impl Nodes {
         let visible = visible(document, &order, &parents)?;
         let parent_from_node = json.iter().map(parent_from_node).collect();
         Ok(Self { parents, order, parent_from_node, visible })
-    }
-
-    /// Checks that there is a node `index`, for which `location` in the JSON asks.
-    ///
-    /// # Errors
-    /// Where there is none.
-    pub(super) fn check(&self, document: &Document, index: usize, location: impl Display) -> Result<(), Error> {
-        document.element(&self.parents, "nodes", index, location).map(|_| ())
     }
 
     /// Each node's transform to the world.

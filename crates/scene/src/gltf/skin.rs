@@ -3,7 +3,6 @@
 use glam::{Affine3A, Mat4};
 
 use super::document::Document;
-use super::nodes::Nodes;
 use crate::Error;
 
 /// A joint of a skin.
@@ -26,7 +25,7 @@ impl Skins {
     ///
     /// # Errors
     /// Where a joint or a matrix is broken or missing.
-    pub(super) fn read(document: &Document, nodes: &Nodes) -> Result<Self, Error> {
+    pub(super) fn read(document: &Document) -> Result<Self, Error> {
         let mut skins = Self::default();
         for (number, json) in document.json.skins.iter().enumerate() {
             let location = format!("skins[{number}]");
@@ -48,7 +47,8 @@ impl Skins {
             };
             skins.ranges.push((skins.joints.len() as u32, json.joints.len() as u32));
             for (at, node) in json.joints.iter().enumerate() {
-                nodes.check(document, node.value(), format_args!("{location}.joints[{at}]"))?;
+                let location = format_args!("{location}.joints[{at}]");
+                document.element(&document.json.nodes, "nodes", node.value(), location)?;
                 let joint_from_mesh = matrices.get(at).copied().unwrap_or(Affine3A::IDENTITY);
                 skins.joints.push(Joint { node: node.value() as u32, joint_from_mesh });
             }

@@ -2,10 +2,12 @@ use std::collections::HashMap;
 use std::num::NonZeroU32;
 use std::path::Path;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::polygon::Fan;
+use crate::still::Vertices;
 use crate::text::{Lines, number, quoted, words};
+use crate::texture::linear_from_srgb;
 use crate::{Error, text};
 
 /// What an OBJ file says about shapes, in the file's own indices.
@@ -52,16 +54,6 @@ struct LeftOut {
     small_faces: usize,
     statements: usize,
     first_statement: Option<(usize, String)>,
-}
-
-/// The vertices of a frame; lists that nothing fills are empty.
-#[derive(Debug, Default)]
-pub(super) struct Vertices {
-    pub(super) positions: Vec<Vec3>,
-    pub(super) normals: Vec<Vec3>,
-    pub(super) tex_coords: Vec<Vec2>,
-    /// sRGB.
-    pub(super) colors: Vec<Vec3>,
 }
 
 impl Geometry {
@@ -221,6 +213,8 @@ impl Geometry {
             0 => Vec::new(),
             _ => self.gather(path, "vertex", &self.colors, |corner| Some(corner.position), Vec3::ONE)?,
         };
+        let linear = |encoded: f32| linear_from_srgb(f64::from(encoded)) as f32;
+        let colors: Vec<Vec4> = colors.into_iter().map(|color| color.map(linear).extend(1.0)).collect();
         Ok(Vertices { positions, normals, tex_coords, colors })
     }
 
