@@ -98,11 +98,7 @@ impl Settings {
         if !sides.contains(&width) || !sides.contains(&height) {
             return Err(Error::ImageSize { width, height });
         }
-        match self.structure {
-            Structure::Grid(options) => options.check()?,
-            Structure::KdTree(options) => options.check()?,
-            Structure::Perspective | Structure::Listed { .. } | Structure::Bvh => {}
-        }
+        self.structure.check()?;
         if !(1..=Self::MAX_SAMPLES).contains(&samples) {
             return Err(Error::Samples(samples));
         }

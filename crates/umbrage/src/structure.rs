@@ -50,6 +50,15 @@ impl Structure {
         matches!(self, Self::Perspective | Self::Listed { .. })
     }
 
+    /// Whether there is such a structure.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        match *self {
+            Self::Grid(options) => Ok(options.check()?),
+            Self::KdTree(options) => Ok(options.check()?),
+            _ => Ok(()),
+        }
+    }
+
     /// An empty structure of this kind that uses the instructions of `level`; `sends_rays_onward` where single rays go through
     /// it as well as the camera's and the lights'.
     pub(crate) fn make(
@@ -188,7 +197,6 @@ impl Structure {
     #[must_use]
     pub fn option(&self, name: &str) -> Option<String> {
         let value = match self {
-            Self::Perspective | Self::Bvh => return None,
             Self::Listed { camera, light } => match name {
                 "sorting-tile" => camera.cells.sorting_tile().to_string(),
                 "tracing-tiles" => camera.cells.tracing_tiles().to_string(),
@@ -212,6 +220,7 @@ impl Structure {
                 "kd-lazy" => lazy_below.to_string(),
                 _ => return None,
             },
+            _ => return None,
         };
         Some(value)
     }
@@ -232,7 +241,6 @@ impl Structure {
     fn set_checked(&mut self, name: &str, value: &str) -> Option<()> {
         let whole = || value.parse::<u32>().ok();
         match self {
-            Self::Perspective | Self::Bvh => return None,
             Self::Listed { camera, light } => {
                 let cells = camera.cells;
                 let (tile, tiles, slices) = (cells.sorting_tile(), cells.tracing_tiles(), cells.slices());
@@ -261,6 +269,7 @@ impl Structure {
                 "kd-traversal" => options.traversal = value.parse().ok()?,
                 _ => options.lazy_below = whole()?,
             },
+            _ => return None,
         }
         Some(())
     }
