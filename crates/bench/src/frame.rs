@@ -10,6 +10,7 @@ use umbrage::{Renderer, Settings, Structure};
 use crate::flags::{size, use_threads};
 use crate::gpu;
 use crate::median::median;
+use crate::shot::moments;
 use crate::table::Form;
 use crate::work::Work;
 
@@ -119,12 +120,10 @@ fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<Row>> {
     let settings = |structure| Settings { width, height, samples: flags.samples, structure, ..Settings::default() };
     let mut renderers = STRUCTURES.map(|_| Renderer::with_simd_level(flags.simd.unwrap_or_default()));
     let mut times = STRUCTURES.map(|_| Vec::new());
-    // The first frame takes memory that later ones use again: it doesn't count.
-    for frame in 0..=flags.frames {
-        let seconds = scene.duration_seconds() * f64::from(frame) / f64::from(flags.frames + 1);
+    for (seconds, is_counted) in moments(&scene, flags.frames) {
         for ((renderer, times), (_, structure)) in renderers.iter_mut().zip(&mut times).zip(STRUCTURES) {
             renderer.render(&scene, seconds, &settings(structure))?;
-            if frame > 0 {
+            if is_counted {
                 times.push(STAGES.map(|name| stage_milliseconds(renderer, name)));
             }
         }
