@@ -158,10 +158,10 @@ impl Opacity for FrameOpacity<'_> {
 #[derive(Debug)]
 struct OpacityPlane<'a> {
     texture: Option<&'a Texture>,
-    /// Place in the texture, in texels, of the first vertex, and from there to the others.
-    place: [Vec2; 3],
-    /// How wrong a place may be along each axis.
-    place_error: Vec2,
+    /// Texture coordinates, in texels, of the first vertex, and from there to the others.
+    coords: [Vec2; 3],
+    /// How wrong they may be along each axis.
+    coords_error: Vec2,
     /// Vertex opacity of the first vertex, and how much more it is at the others.
     vertex: [f32; 3],
     /// How wrong a vertex opacity may be.
@@ -189,8 +189,8 @@ impl<'a> OpacityPlane<'a> {
         let vertices = frame.mesh.triangles[triangle as usize].map(|vertex| vertex as usize);
         let mut plane = Self {
             texture: None,
-            place: [Vec2::ZERO; 3],
-            place_error: Vec2::ZERO,
+            coords: [Vec2::ZERO; 3],
+            coords_error: Vec2::ZERO,
             vertex: [1.0, 0.0, 0.0],
             vertex_error: 0.0,
             base: material.base_color.w,
@@ -202,10 +202,10 @@ impl<'a> OpacityPlane<'a> {
             let [width, height] = texture.size();
             let (size, transform) = (Vec2::new(width as f32, height as f32), &used.image_from_mesh);
             let matrix = &transform.matrix2;
-            plane.place = [transform.transform_point2(a), *matrix * (b - a), *matrix * (c - a)].map(|at| at * size);
+            plane.coords = [transform.transform_point2(a), *matrix * (b - a), *matrix * (c - a)].map(|at| at * size);
             let largest = a.abs().max(b.abs()).max(c.abs());
             let reach = matrix.x_axis.abs() * largest.x + matrix.y_axis.abs() * largest.y + transform.translation.abs();
-            plane.place_error = (reach * size + 0.5) * Self::ROUNDING;
+            plane.coords_error = (reach * size + 0.5) * Self::ROUNDING;
             plane.texture = Some(texture);
         }
         if !frame.mesh.colors.is_empty() {
@@ -240,8 +240,8 @@ impl<'a> OpacityPlane<'a> {
         let texture = match self.texture {
             None => [1.0; 2],
             Some(texture) => {
-                let [origin, to_second, to_third] = self.place;
-                let reach = (to_second.abs() + to_third.abs()) * error + self.place_error;
+                let [origin, to_second, to_third] = self.coords;
+                let reach = (to_second.abs() + to_third.abs()) * error + self.coords_error;
                 texture.opacity_around(origin + (to_second * v + to_third * w), reach)?
             }
         };
