@@ -116,9 +116,12 @@ impl Cpu {
         counts: &mut WorkCounts,
     ) -> Result<(), Error> {
         self.choose(settings, false)?;
-        self.see_counting(frame, view, &Sample::MIDDLE, &mut counts.pixels)?;
+        let opacities = opacities(frame);
+        let shot = shot(frame, &opacities, view, &Sample::MIDDLE, self.sides);
+        let specialised = self.structure.specialised().ok_or(Error::CountsOfStructure)?;
+        self.camera_work = specialised.see_counting(&shot, &mut self.seen, &mut counts.pixels)?;
         if let Some(light) = light {
-            self.locate(frame, view, &Sample::MIDDLE, light, &mut counts.cells);
+            specialised.locate(&shot, &self.seen, light, &mut counts.cells);
         }
         Ok(())
     }
