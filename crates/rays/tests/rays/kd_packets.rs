@@ -344,6 +344,23 @@ fn points_are_shadowed_as_the_predicate_says() {
     assert!(lit > 50 && shadowed > 50, "{lit} {shadowed}");
 }
 
+#[test]
+fn packets_take_nothing_from_the_heap() {
+    let mut random = Random(15);
+    let mesh = scene(&mut random);
+    let rays = fan(&mut random, 26, 1.0);
+    let mut tree = tree(SimdLevel::default(), mesh.triangles(), KdTreeOptions::DEFAULT);
+    for (traversal, options) in forms() {
+        tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).expect("possible options");
+        tree.set_packet_options(options);
+        let mut hits = vec![None; rays.len()];
+        let before = allocations::on_this_thread();
+        tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut hits);
+        assert_eq!(allocations::on_this_thread() - before, 0, "{traversal:?}, {options:?}");
+        assert!(hits.iter().flatten().count() > 50);
+    }
+}
+
 #[cfg(feature = "statistics")]
 #[test]
 fn packets_share_what_single_rays_do_alone() {
