@@ -86,7 +86,7 @@ impl Sheet {
         let is_rising: Vec<bool> = (0..count * count).map(|_| random.below(2) == 0).collect();
         let at = |vertex: u32, behind: f32| {
             let (column, row) = (vertex % count, vertex / count);
-            let across = |step_number: u32| 2.0 * (step_number as f32 - 1.0) * step as f32 / side as f32 - 1.0;
+            let across = |index: u32| 2.0 * (index as f32 - 1.0) * step as f32 / side as f32 - 1.0;
             let depth = depths[vertex as usize] * behind;
             let spread = if is_orthographic { 1.0 } else { depth };
             position + (right * (across(column) * spread) - up * (across(row) * spread) + forward * depth) * scale

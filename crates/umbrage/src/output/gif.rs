@@ -1,7 +1,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use ::gif::{DisposalMethod, Encoder, Frame, Repeat};
+use ::gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
 
 use super::palette::Palette;
 use super::writer::{Animation, Sink};
@@ -19,8 +19,8 @@ pub(crate) struct GifWriter {
 impl GifWriter {
     /// Starts an animation of frames `size` pixels wide and high.
     pub(crate) fn new(sink: Sink, size: [u16; 2], rate: FrameRate) -> io::Result<Self> {
-        let mut encoder = Encoder::new(sink, size[0], size[1], &[])?;
-        encoder.set_repeat(Repeat::Infinite)?;
+        let mut encoder = Encoder::new(sink, size[0], size[1], &[]).map_err(failure)?;
+        encoder.set_repeat(Repeat::Infinite).map_err(failure)?;
         Ok(Self { encoder, size, rate, frames_written: 0 })
     }
 }
@@ -31,7 +31,7 @@ impl Animation for GifWriter {
         let rows = image.pixels.chunks(image.width.max(1) as usize).enumerate();
         let pixels = rows.flat_map(|(y, row)| row.iter().enumerate().map(move |(x, &pixel)| (x, y, pixel)));
         let indices: Vec<u8> = pixels.map(|(x, y, pixel)| palette.pick(pixel, x, y)).collect();
-        self.encoder.write_frame(&Frame {
+        let frame = Frame {
             width: self.size[0],
             height: self.size[1],
             delay: delay_hundredths(self.rate, self.frames_written),
@@ -39,13 +39,14 @@ impl Animation for GifWriter {
             palette: Some(palette.bytes()),
             buffer: indices.into(),
             ..Frame::default()
-        })?;
+        };
+        self.encoder.write_frame(&frame).map_err(failure)?;
         self.frames_written += 1;
         Ok(())
     }
 
     fn finish(self: Box<Self>) -> io::Result<()> {
-        self.encoder.into_inner()?.flush()
+        self.encoder.into_inner().map_err(failure)?.flush()
     }
 }
 
@@ -61,6 +62,14 @@ pub(crate) fn size(path: &Path, size: [u32; 2], rate: FrameRate) -> Result<[u16;
     match size.map(u16::try_from) {
         [Ok(width), Ok(height)] => Ok([width, height]),
         _ => Err(Error::unsuitable(path, format!("a GIF has at most {} pixels a side", u16::MAX))),
+    }
+}
+
+/// What the system said, where it refused to write.
+fn failure(error: EncodingError) -> io::Error {
+    match error {
+        EncodingError::Io(source) => source,
+        other => io::Error::other(other),
     }
 }
 

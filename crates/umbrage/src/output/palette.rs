@@ -233,7 +233,7 @@ mod tests {
         let bytes = palette.bytes();
         for number in 0..100_u32 {
             let pixel = [level(7 + number % 10 * 5), level(7 + number / 10 * 5), 30_000];
-            let picks: Vec<u8> = (0..64).map(|pixel| palette.pick(pixel, step % 8, step / 8)).collect();
+            let picks: Vec<u8> = (0..64).map(|index| palette.pick(pixel, index % 8, index / 8)).collect();
             for (axis, wanted) in color_of(pixel).into_iter().enumerate() {
                 let sum: f32 = picks.iter().map(|&color| f32::from(bytes[3 * usize::from(color) + axis])).sum();
                 // A mixture lies on the line between two colours, so a little error across it stays.
