@@ -11,6 +11,7 @@ use umbrage::{Renderer, Settings, Structure};
 use crate::flags::{size, use_threads};
 use crate::gpu;
 use crate::median::median;
+use crate::shot::moments;
 use crate::table::Form;
 use crate::work::Work;
 
@@ -121,12 +122,10 @@ fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<Row>> {
     let renderer = || Renderer::with_simd_level(flags.simd.unwrap_or_default());
     let mut renderers: Vec<Renderer> = structures.iter().map(|_| renderer()).collect();
     let mut times: Vec<Vec<_>> = structures.iter().map(|_| Vec::new()).collect();
-    // The first frame takes memory that later ones use again: it doesn't count.
-    for frame in 0..=flags.frames {
-        let seconds = scene.duration_seconds() * f64::from(frame) / f64::from(flags.frames + 1);
+    for (seconds, is_counted) in moments(&scene, flags.frames) {
         for ((renderer, times), &structure) in renderers.iter_mut().zip(&mut times).zip(&structures) {
             renderer.render(&scene, seconds, &settings(structure))?;
-            if frame > 0 {
+            if is_counted {
                 times.push(STAGES.map(|name| stage_milliseconds(renderer, name)));
             }
         }

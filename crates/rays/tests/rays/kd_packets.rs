@@ -383,14 +383,14 @@ fn packets_share_what_single_rays_do_alone() {
         let mut hits = vec![None; rays.len()];
         tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut hits);
         assert!(hits.iter().flatten().count() > 1000);
-        tree.take_packet_visits()
+        tree.take_visits()
     };
     let default = KdPacketOptions::default();
     let [four, eight, sixteen] =
         KdPacketWidth::ALL.map(|width| visits(KdTraversal::Stack, KdPacketOptions { width, ..default }));
     let fall = |visits: [u64; 4]| assert!(visits.is_sorted_by(|a, b| a > b), "{visits:?}");
-    fall([four, eight, sixteen, umbrage_rays::KdPacketVisits::default()].map(|visits| visits.nodes));
-    fall([four, eight, sixteen, umbrage_rays::KdPacketVisits::default()].map(|visits| visits.packets));
+    fall([four, eight, sixteen, umbrage_rays::Counts::default()].map(|visits| visits.nodes));
+    fall([four, eight, sixteen, umbrage_rays::Counts::default()].map(|visits| visits.packets));
     // As with single rays, and nothing comes from above again with a whole stack.
     let [restart, push_down, three, whole] = [
         KdTraversal::Restart,
