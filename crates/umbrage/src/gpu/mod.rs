@@ -63,7 +63,7 @@ pub(crate) struct GpuEngine {
     bands: Vec<Band>,
     sides: Sides,
     is_see_through: bool,
-    /// The same, and which lights reach it, fetched.
+    /// What pixels show first, and which lights reach it, fetched.
     seen: SeenPixels,
     lit: Vec<LightMask>,
     shadow_rays: u64,
