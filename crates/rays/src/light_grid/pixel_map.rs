@@ -63,8 +63,8 @@ impl PixelMap {
 mod tests {
     use glam::{DVec2, DVec3, Vec3};
 
-    use super::super::face::Face;
     use super::super::choose::choose;
+    use super::super::face::Face;
     use super::super::survey::Tile;
     use super::*;
     use crate::shot::CameraRays;

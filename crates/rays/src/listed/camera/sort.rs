@@ -12,7 +12,7 @@ pub(super) struct TileCells {
 }
 
 impl TileCells {
-    /// The triangles of cells that follow each other, given their places in the tile.
+    /// The triangles of cells that follow each other, given their indices in the tile.
     #[inline(always)]
     pub(super) fn cells(&self, cells: std::ops::Range<usize>) -> &[u32] {
         &self.triangles[self.starts[cells.start] as usize..self.starts[cells.end] as usize]
