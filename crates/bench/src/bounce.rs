@@ -6,24 +6,21 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::rays::{Bvh, Hit, KdTree, KdTreeOptions, Ray, SingleRays as _, UniformGrid, UniformOptions};
+use umbrage::rays::{Bvh, Hit, KdTree, KdTreeOptions, Ray, Structure, UniformGrid, UniformOptions};
 use umbrage::scene::Frame;
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
 
-use crate::flags::size;
+use crate::flags::{SceneFlags, size};
 use crate::grids::time;
 use crate::median::median;
 use crate::rays::{self, PACKET};
-use crate::shot::{self, Lights, Shot, name};
+use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, Form, Table};
 
 #[derive(Debug, Args)]
 pub(crate) struct BounceFlags {
-    /// Files, sequences or demo:NAME [default: the gallery, and the real scenes of --files]
-    scenes: Vec<String>,
-    /// Folder of the real scenes
-    #[arg(long, value_name = "DIR")]
-    files: Option<std::path::PathBuf>,
+    #[command(flatten)]
+    scenes: SceneFlags,
     /// Width and height in pixels; each pixel that shows something gives one ray
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
     size: [u32; 2],
@@ -62,7 +59,7 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
         flags.rounds
     );
     let mut table = Table::start(flags.form, &conditions, COLUMNS)?;
-    for address in shot::addresses(&flags.scenes, flags.files.as_ref()) {
+    for address in flags.scenes.addresses() {
         let scene = umbrage::open(&address).with_context(|| format!("scene {address}"))?;
         let mut frame = Frame::default();
         scene.pose(0.4 * scene.duration_seconds(), &mut frame)?;
@@ -78,12 +75,15 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
             table.push(&runner.row(name(&address), &race))?;
         }
     }
-    table.notes(&[
-            "rays_us: rays a microsecond; ratio: that over single rays of Embree with medium build quality; differ:",
-            "rays whose hit is another triangle than the predicate's, or none. All triangles opaque, single precision rays.",
-        ])?;
-    Ok(table.finish()?)
+    table.finish(&[
+        "rays_us: rays a microsecond; ratio: that over single rays of Embree with medium build quality; differ:",
+        "rays whose hit is another triangle than the predicate's, or none. All triangles opaque, single precision rays.",
+    ])?;
+    Ok(())
 }
+
+/// Whose hits the others' are compared with.
+const EXACT: &str = "bvh";
 
 /// What the rays hit: an id, or `u32::MAX`.
 type Hits = Vec<u32>;
@@ -96,18 +96,19 @@ struct Race<'a> {
 }
 
 struct Runner {
-    structure: Structure,
+    name: &'static str,
+    tracer: Tracer,
     hits: Hits,
     /// Milliseconds to build, and to trace.
     times: Vec<[f64; 2]>,
 }
 
-enum Structure {
-    Embree(umbrage_peers::Scene, &'static str),
-    Bvh(Box<Bvh>),
-    Kd(Box<KdTree>),
-    KdPackets(Box<KdTree>, &'static str),
-    Grid(Box<UniformGrid>, &'static str),
+/// What traces rays.
+enum Tracer {
+    Embree(umbrage_peers::Scene),
+    /// One ray at a time.
+    Single(Box<dyn Structure>),
+    KdPackets(Box<KdTree>),
     GridPackets(Box<UniformGrid>),
 }
 
@@ -116,26 +117,27 @@ impl<'a> Race<'a> {
         let mut nested = Box::<UniformGrid>::default();
         nested.set_options(UniformOptions::NESTED)?;
         let scene = |quality| umbrage_peers::Scene::new(embree, BuildMethod { quality, kept: true });
-        let structures = [
-            Structure::Embree(scene(Quality::Medium), "embree medium"),
-            Structure::Embree(scene(Quality::Low), "embree low"),
-            Structure::Bvh(Box::default()),
-            Structure::Kd(Box::default()),
-            Structure::KdPackets(Box::default(), "kd-tree by 16"),
-            Structure::Grid(Box::default(), "grid"),
-            Structure::Grid(nested, "nested grids"),
+        let tracers = [
+            ("embree medium", Tracer::Embree(scene(Quality::Medium))),
+            ("embree low", Tracer::Embree(scene(Quality::Low))),
+            (EXACT, Tracer::Single(Box::<Bvh>::default())),
+            ("kd-tree", Tracer::Single(Box::<KdTree>::default())),
+            ("kd-tree by 16", Tracer::KdPackets(Box::default())),
+            ("grid", Tracer::Single(Box::<UniformGrid>::default())),
+            ("nested grids", Tracer::Single(nested)),
         ];
-        let structures = structures.into_iter().chain(packets.then(|| Structure::GridPackets(Box::default())));
-        let runners = structures.map(|structure| Runner { structure, hits: Hits::new(), times: Vec::new() }).collect();
+        let tracers = tracers.into_iter().chain(packets.then(|| ("grid packets", Tracer::GridPackets(Box::default()))));
+        let runner = |(name, tracer)| Runner { name, tracer, hits: Hits::new(), times: Vec::new() };
+        let runners = tracers.map(runner).collect();
         Ok(Self { frame, posed: Arc::new(Posed::new(frame, false)?), rays, runners })
     }
 
     fn run(&mut self, is_counted: bool) -> Result<()> {
         let Self { frame, posed, rays, runners } = self;
-        for Runner { structure, hits, times } in runners {
+        for Runner { tracer, hits, times, .. } in runners {
             let mut spent = [0.0; 2];
-            time(&mut spent[0], || structure.build(frame, posed))?;
-            time(&mut spent[1], || structure.trace(frame, posed, rays, hits));
+            time(&mut spent[0], || tracer.build(frame, posed))?;
+            time(&mut spent[1], || tracer.trace(frame, posed, rays, hits));
             black_box(&hits);
             if is_counted {
                 times.push(spent);
@@ -145,89 +147,69 @@ impl<'a> Race<'a> {
     }
 }
 
-impl Structure {
-    fn name(&self) -> &'static str {
-        match self {
-            Self::Bvh(_) => "bvh",
-            Self::Kd(_) => "kd-tree",
-            Self::Embree(_, name) | Self::KdPackets(_, name) | Self::Grid(_, name) => name,
-            Self::GridPackets(_) => "grid packets",
-        }
-    }
-
+impl Tracer {
     fn build(&mut self, frame: &Frame, posed: &Arc<Posed>) -> Result<()> {
         let triangles = frame.triangles();
         match self {
-            Self::Embree(scene, _) => scene.build(posed)?,
-            Self::Bvh(bvh) => bvh.build(triangles),
-            Self::Kd(tree) | Self::KdPackets(tree, _) => tree.build(triangles),
-            Self::Grid(grid, _) | Self::GridPackets(grid) => grid.build(triangles),
+            Self::Embree(scene) => scene.build(posed)?,
+            Self::Single(structure) => structure.build(triangles),
+            Self::KdPackets(tree) => tree.build(triangles),
+            Self::GridPackets(grid) => grid.build(triangles),
         }
         Ok(())
     }
 
     fn trace(&self, frame: &Frame, posed: &Posed, rays: &[Ray], hits: &mut Hits) {
         let triangles = frame.triangles();
-        let id = |hit: Option<Hit>| hit.map_or(u32::MAX, |hit| hit.triangle);
         match self {
-            Self::Embree(scene, _) => {
-                let trace = |ray: &Ray| {
-                    let [origin, direction] = [ray.origin, ray.direction].map(|vector| vector.as_vec3().to_array());
-                    let mut ray = SingleRay::new(origin, direction);
-                    scene.nearest_of_one(&mut ray);
-                    ray.name().map_or(u32::MAX, |name| posed.triangle(name))
-                };
-                rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
+            Self::Embree(scene) => one_by_one(rays, hits, |ray| {
+                let [origin, direction] = [ray.origin, ray.direction].map(|vector| vector.as_vec3().to_array());
+                let mut ray = SingleRay::new(origin, direction);
+                scene.nearest_of_one(&mut ray);
+                ray.name().map_or(u32::MAX, |name| posed.triangle(name))
+            }),
+            Self::Single(structure) => {
+                let structure = structure.single_rays().expect("a structure for any rays");
+                one_by_one(rays, hits, |ray| id(structure.nearest(triangles, ray, &|_| true)));
             }
-            Self::Bvh(bvh) => {
-                let trace = |ray| id(bvh.nearest(triangles, ray, &|_| true));
-                rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
-            }
-            Self::Kd(tree) => {
-                let trace = |ray| id(tree.nearest(triangles, ray, &|_| true));
-                rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
-            }
-            Self::KdPackets(tree, _) => {
-                hits.resize(rays.len(), u32::MAX);
-                rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET)).for_each(|(rays, hits)| {
-                    let mut found = [None; PACKET];
-                    tree.nearest_of_packet(triangles, rays, |_| true, &mut found[..rays.len()]);
-                    hits.iter_mut().zip(found).for_each(|(hit, found)| *hit = id(found));
-                });
-            }
-            Self::Grid(grid, _) => {
-                let trace = |ray| id(grid.nearest(triangles, ray, &|_| true));
-                rays.par_iter().with_min_len(PACKET).map(trace).collect_into_vec(hits);
-            }
-            Self::GridPackets(grid) => {
-                hits.resize(rays.len(), u32::MAX);
-                rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET)).for_each(|(rays, hits)| {
-                    let mut found = [None; PACKET];
-                    umbrage_study::uniform::nearest_of_packet(
-                        grid,
-                        triangles,
-                        rays,
-                        |_| true,
-                        &mut found[..rays.len()],
-                    );
-                    hits.iter_mut().zip(found).for_each(|(hit, found)| *hit = id(found));
-                });
-            }
+            Self::KdPackets(tree) => by_packets(rays, hits, |rays, found| {
+                tree.nearest_of_packet(triangles, rays, |_| true, found);
+            }),
+            Self::GridPackets(grid) => by_packets(rays, hits, |rays, found| {
+                umbrage_study::uniform::nearest_of_packet(grid, triangles, rays, |_| true, found);
+            }),
         }
     }
+}
+
+fn id(hit: Option<Hit>) -> u32 {
+    hit.map_or(u32::MAX, |hit| hit.triangle)
+}
+
+fn one_by_one(rays: &[Ray], hits: &mut Hits, nearest: impl Fn(&Ray) -> u32 + Sync + Send) {
+    rays.par_iter().with_min_len(PACKET).map(nearest).collect_into_vec(hits);
+}
+
+fn by_packets(rays: &[Ray], hits: &mut Hits, nearest: impl Fn(&[Ray], &mut [Option<Hit>]) + Sync) {
+    hits.resize(rays.len(), u32::MAX);
+    rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET)).for_each(|(rays, hits)| {
+        let mut found = [None; PACKET];
+        nearest(rays, &mut found[..rays.len()]);
+        hits.iter_mut().zip(found).for_each(|(hit, found)| *hit = id(found));
+    });
 }
 
 impl Runner {
     fn row(&self, scene: &str, race: &Race<'_>) -> Vec<Cell> {
         let of = |stage: usize| median(self.times.iter().map(|times| times[stage]));
         let rate = |runner: &Self| race.rays.len() as f64 / (1e3 * median(runner.times.iter().map(|times| times[1])));
-        let exact = race.runners.iter().find(|runner| matches!(runner.structure, Structure::Bvh(_)));
+        let exact = race.runners.iter().find(|runner| runner.name == EXACT);
         let differ = exact.map(|exact| exact.hits.iter().zip(&self.hits).filter(|(exact, hit)| exact != hit).count());
         vec![
             scene.into(),
             race.frame.triangles().len().into(),
             race.rays.len().into(),
-            self.structure.name().into(),
+            self.name.into(),
             Cell::Number(of(0), 2),
             Cell::Number(of(1), 2),
             Cell::Number(rate(self), 2),

@@ -2,15 +2,65 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use umbrage::rays::SimdLevel;
 
+use crate::plot::Chart;
+use crate::shot;
 use crate::table::{Columns, Form, Table};
 
-/// Flags of every experiment.
+/// Flags of commands that trace the gallery, or real scenes.
 #[derive(Args, Debug)]
-pub(crate) struct ExperimentFlags {
+pub(crate) struct SceneFlags {
+    /// Files, sequences or demo:NAME [default: the gallery's dynamic scenes, and the real ones of --files]
+    scenes: Vec<String>,
+    /// Folder of the real scenes
+    #[arg(long, value_name = "DIR")]
+    files: Option<PathBuf>,
+}
+
+impl SceneFlags {
+    /// Addresses of the scenes that take part.
+    pub(crate) fn addresses(&self) -> Vec<String> {
+        shot::addresses(&self.scenes, self.files.as_ref())
+    }
+}
+
+/// Flags of commands that make a table, and most of them a chart.
+#[derive(Args, Debug)]
+pub(crate) struct OutputFlags {
+    /// How the results are written
+    #[arg(long, value_enum, default_value = "table")]
+    form: Form,
+    /// Draw them as well
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+}
+
+impl OutputFlags {
+    /// Begins the table of a command that draws as well.
+    pub(crate) fn start(&self, conditions: &str, columns: Columns) -> Result<Table> {
+        Ok(Table::start(self.form, conditions, columns)?)
+    }
+
+    /// Begins the table of a command that draws nothing.
+    pub(crate) fn start_without_chart(&self, conditions: &str, columns: Columns) -> Result<Table> {
+        ensure!(self.plot.is_none(), "these results come without a chart: leave --plot away");
+        self.start(conditions, columns)
+    }
+
+    /// Writes notes below the table, what is left of it, and the chart, if one is wanted.
+    pub(crate) fn finish(&self, table: Table, notes: &[&str], chart: &dyn Chart) -> Result<()> {
+        table.finish(notes)?;
+        let Some(path) = &self.plot else { return Ok(()) };
+        std::fs::write(path, chart.svg()).with_context(|| format!("could not write {}", path.display()))
+    }
+}
+
+/// Flags of experiments that trace frames of animations.
+#[derive(Args, Debug)]
+pub(crate) struct AnimationFlags {
     /// Frames over each scene's animation; one more comes first and doesn't count
     #[arg(long, value_name = "N", default_value = "9", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frames: u32,
@@ -19,44 +69,51 @@ pub(crate) struct ExperimentFlags {
     pub(crate) masks: bool,
     /// Threads to work with [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) threads: Option<u16>,
+    threads: Option<u16>,
     /// SIMD instructions for the grids: sse2, sse4.2, avx2 or avx512 [default: the widest]
     #[arg(long, value_name = "LEVEL")]
     pub(crate) simd: Option<SimdLevel>,
-    /// How the results are written
-    #[arg(long, value_enum, default_value = "table")]
-    pub(crate) form: Form,
-    /// Draw them as well
-    #[arg(long, value_name = "FILE.svg")]
-    pub(crate) plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) output: OutputFlags,
 }
 
-impl ExperimentFlags {
-    /// Has everything use as many threads as are asked for, and begins the table.
-    pub(crate) fn start(&self, size: Option<[u32; 2]>, columns: Columns) -> Result<Table> {
+impl AnimationFlags {
+    /// Has everything use as many threads as are asked for, and says in one line how everything is measured.
+    pub(crate) fn prepare(&self, size: Option<[u32; 2]>) -> Result<String> {
         use_threads(self.threads)?;
-        Ok(Table::start(self.form, &self.conditions(size), columns)?)
-    }
-
-    /// How everything is measured, in one line.
-    fn conditions(&self, size: Option<[u32; 2]>) -> String {
         let size = size.map_or_else(String::new, |[width, height]| format!("{width}x{height}, "));
         let (threads, simd) = (rayon::current_num_threads(), self.simd.unwrap_or_default());
         let masks = if self.masks { "asked" } else { "not asked" };
         let frames = self.frames;
-        format!("{size}threads {threads}, {simd}, alpha masks {masks}, medians of {frames} frames in milliseconds")
-    }
-
-    /// Writes the chart, if one is wanted.
-    pub(crate) fn draw(&self, svg: impl FnOnce() -> String) -> Result<()> {
-        draw(self.plot.as_ref(), svg)
+        Ok(format!("{size}threads {threads}, {simd}, alpha masks {masks}, medians of {frames} frames in milliseconds"))
     }
 }
 
-/// Writes a chart to `path`, if there is one.
-pub(crate) fn draw(path: Option<&PathBuf>, svg: impl FnOnce() -> String) -> Result<()> {
-    let Some(path) = path else { return Ok(()) };
-    std::fs::write(path, svg()).with_context(|| format!("could not write {}", path.display()))
+/// The same, with images of one size.
+#[derive(Args, Debug)]
+pub(crate) struct ImageFlags {
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
+    pub(crate) size: [u32; 2],
+    #[command(flatten)]
+    pub(crate) animation: AnimationFlags,
+}
+
+impl ImageFlags {
+    /// Has everything use as many threads as are asked for, and begins the table.
+    pub(crate) fn start(&self, columns: Columns) -> Result<Table> {
+        self.animation.output.start(&self.animation.prepare(Some(self.size))?, columns)
+    }
+
+    /// The same for a command that draws nothing.
+    pub(crate) fn start_without_chart(&self, columns: Columns) -> Result<Table> {
+        self.animation.output.start_without_chart(&self.animation.prepare(Some(self.size))?, columns)
+    }
+
+    /// Writes notes below the table, what is left of it, and the chart, if one is wanted.
+    pub(crate) fn finish(&self, table: Table, notes: &[&str], chart: &dyn Chart) -> Result<()> {
+        self.animation.output.finish(table, notes, chart)
+    }
 }
 
 /// Makes everything work on as many threads; `None` for one for each core.

@@ -4,12 +4,14 @@ use std::io::{self, Write};
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
+use umbrage::rays::Choice as _;
 use umbrage::rays::SimdLevel;
 use umbrage::{Renderer, Settings, Structure};
 
 use crate::flags::{size, use_threads};
 use crate::gpu;
 use crate::median::median;
+use crate::shot::moments;
 use crate::table::Form;
 use crate::work::Work;
 
@@ -76,12 +78,11 @@ struct Row {
 /// The stages that find what pixels see and what lights reach: the frame of the papers.
 const TRACING: [&str; 3] = ["build", "see", "shadow"];
 const STAGES: [&str; 5] = ["animate", "build", "see", "shadow", "shade"];
-const STRUCTURES: [(&str, Structure); 4] = [
-    ("perspective", Structure::Perspective),
-    ("grid", Structure::GRID),
-    ("kdtree", Structure::KD_TREE),
-    ("bvh", Structure::Bvh),
-];
+
+/// All but the paper's form, which `table1` measures.
+fn structures() -> Vec<Structure> {
+    Structure::all().filter(|structure| *structure != Structure::LISTED).collect()
+}
 
 pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
     use_threads(flags.threads)?;
@@ -117,26 +118,26 @@ fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<Row>> {
     let scene = umbrage::open(address)?;
     let [width, height] = flags.size;
     let settings = |structure| Settings { width, height, samples: flags.samples, structure, ..Settings::default() };
-    let mut renderers = STRUCTURES.map(|_| Renderer::with_simd_level(flags.simd.unwrap_or_default()));
-    let mut times = STRUCTURES.map(|_| Vec::new());
-    // The first frame takes memory that later ones use again: it doesn't count.
-    for frame in 0..=flags.frames {
-        let seconds = scene.duration_seconds() * f64::from(frame) / f64::from(flags.frames + 1);
-        for ((renderer, times), (_, structure)) in renderers.iter_mut().zip(&mut times).zip(STRUCTURES) {
+    let structures = structures();
+    let renderer = || Renderer::with_simd_level(flags.simd.unwrap_or_default());
+    let mut renderers: Vec<Renderer> = structures.iter().map(|_| renderer()).collect();
+    let mut times: Vec<Vec<_>> = structures.iter().map(|_| Vec::new()).collect();
+    for (seconds, is_counted) in moments(&scene, flags.frames) {
+        for ((renderer, times), &structure) in renderers.iter_mut().zip(&mut times).zip(&structures) {
             renderer.render(&scene, seconds, &settings(structure))?;
-            if frame > 0 {
+            if is_counted {
                 times.push(STAGES.map(|name| stage_milliseconds(renderer, name)));
             }
         }
     }
-    let rows = renderers.iter().zip(&times).zip(STRUCTURES).map(|((renderer, times), (structure, _))| {
+    let rows = renderers.iter().zip(&times).zip(&structures).map(|((renderer, times), structure)| {
         let stats = renderer.stats();
         let traced = |times: &[f64; 5]| -> f64 {
             STAGES.iter().zip(times).filter(|(name, _)| TRACING.contains(name)).map(|(_, time)| time).sum()
         };
         Row {
             scene: address.to_owned(),
-            structure,
+            structure: structure.name(),
             triangles: stats.triangles,
             lights: stats.lights,
             stages: STAGES.iter().enumerate().map(|(at, &name)| (name, median(times.iter().map(|t| t[at])))).collect(),

@@ -10,6 +10,7 @@ use umbrage::{Renderer, Settings, Stage};
 
 use crate::frame::FrameFlags;
 use crate::median::median;
+use crate::shot::moments;
 use crate::table::Form;
 
 /// A scene's frames on a GPU.
@@ -89,12 +90,11 @@ fn measure(address: &str, flags: &FrameFlags) -> Result<Row> {
     let settings = Settings { width, height, samples: flags.samples, ..Settings::default() };
     let mut frames = Vec::new();
     let mut walls = Vec::new();
-    // The first frame compiles kernels and takes memory that later ones use again: it doesn't count.
-    for frame in 0..=flags.frames {
-        let seconds = scene.duration_seconds() * f64::from(frame) / f64::from(flags.frames + 1);
+    // The first frame compiles kernels as well.
+    for (seconds, is_counted) in moments(&scene, flags.frames) {
         let start = Instant::now();
         renderer.render(&scene, seconds, &settings)?;
-        if frame > 0 {
+        if is_counted {
             walls.push(1e3 * start.elapsed().as_secs_f64());
             frames.push(renderer.stats().stages.clone());
         }

@@ -4,10 +4,10 @@ use anyhow::{Context, Result};
 use umbrage::rays::{Bytes, Counts};
 use umbrage::scene::Frame;
 
-use crate::flags::ExperimentFlags;
+use crate::flags::AnimationFlags;
 use crate::grids::{Forms, Ours, Times};
 use crate::median::median;
-use crate::shot::{Lights, Shot};
+use crate::shot::{Lights, Shot, moments};
 
 /// What frames cost: medians, in milliseconds.
 #[derive(Clone, Debug)]
@@ -33,33 +33,21 @@ pub(crate) fn measure(
     address: &str,
     size: [u32; 2],
     forms: &[Forms],
-    flags: &ExperimentFlags,
+    flags: &AnimationFlags,
     arrange: impl Fn(&mut Shot<'_>),
 ) -> Result<Vec<Costs>> {
-    measure_scene(address, size, forms, flags, arrange).with_context(|| format!("scene {address}"))
-}
-
-fn measure_scene(
-    address: &str,
-    size: [u32; 2],
-    forms: &[Forms],
-    flags: &ExperimentFlags,
-    arrange: impl Fn(&mut Shot<'_>),
-) -> Result<Vec<Costs>> {
-    let scene = umbrage::open(address)?;
+    let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
     let mut frame = Frame::default();
     let level = flags.simd.unwrap_or_default();
     let mut grids: Vec<Ours> = forms.iter().map(|forms| Ours::new(forms.make(level))).collect();
     let mut logs: Vec<Log> = forms.iter().map(|_| Log::default()).collect();
-    // The first frame takes memory that later ones use again: it doesn't count.
-    for number in 0..=flags.frames {
-        let seconds = scene.duration_seconds() * f64::from(number) / f64::from(flags.frames + 1);
+    for (seconds, is_counted) in moments(&scene, flags.frames) {
         scene.pose(seconds, &mut frame)?;
         let mut shot = Shot { masks: flags.masks, ..Shot::new(&frame, address, size, 1, Lights::First) };
         arrange(&mut shot);
         for (grids, log) in grids.iter_mut().zip(&mut logs) {
             let times = grids.trace(&shot)?;
-            if number > 0 {
+            if is_counted {
                 log.push((times, light_stages(grids)));
             }
         }

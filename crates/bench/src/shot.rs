@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use glam::{DVec2, Vec3};
-use umbrage::Sample;
 use umbrage::rays::{Bounds, Camera, LightSource, Opacity, Opaque, View};
 use umbrage::scene::Frame;
+use umbrage::{Sample, Scene};
 
 /// Scenes of the gallery whose triangles all move or change.
 pub(crate) const GALLERY: [&str; 6] =
@@ -165,6 +165,13 @@ pub(crate) fn addresses(named: &[String], folder: Option<&PathBuf>) -> Vec<Strin
     let path = |folder: &Path, name: &str| folder.join(name).to_string_lossy().into_owned();
     let files = folder.into_iter().flat_map(|folder| FILES.map(|name| path(folder, name)));
     GALLERY.map(str::to_owned).into_iter().chain(files.filter(|path| Path::new(path).exists())).collect()
+}
+
+/// Moments in seconds of `scene` at which as many `frames` are traced, and whether each counts: the first takes memory that
+/// later ones use again.
+pub(crate) fn moments(scene: &Scene, frames: u32) -> impl Iterator<Item = (f64, bool)> + use<> {
+    let duration = scene.duration_seconds();
+    (0..=frames).map(move |number| (duration * f64::from(number) / f64::from(frames + 1), number > 0))
 }
 
 /// Which interiors of `addresses` are seen from where, in words; empty for none.

@@ -78,24 +78,20 @@ impl Table {
         }
     }
 
-    /// Says something, a line each.
-    pub(crate) fn notes(&self, notes: &[&str]) -> io::Result<()> {
-        notes.iter().try_for_each(|note| self.note(note))
-    }
-
     /// Writes a line between rows or below them, for people only.
     pub(crate) fn note(&self, text: &str) -> io::Result<()> {
         if self.form == Form::Table { write_line(text) } else { Ok(()) }
     }
 
-    /// Writes what is left.
-    pub(crate) fn finish(self) -> io::Result<()> {
+    /// Writes notes below, a line each, and what is left.
+    pub(crate) fn finish(self, notes: &[&str]) -> io::Result<()> {
+        notes.iter().try_for_each(|note| self.note(note))?;
         if self.form == Form::Json { write_line(&format!("{:#}", Value::Array(self.rows))) } else { Ok(()) }
     }
 
     fn aligned(&self, row: &[Cell]) -> String {
         let cells = self.columns.iter().zip(row).enumerate();
-        let cells = cells.map(|(place, (&(_, width), cell))| match (place, cell.text()) {
+        let cells = cells.map(|(column, (&(_, width), cell))| match (column, cell.text()) {
             (0, text) => format!("{text:<width$}"),
             (_, text) => format!(" {text:>width$}"),
         });

@@ -33,8 +33,8 @@ pub use camera_grid::{ImageTooLarge, PerspectiveGrid};
 pub use choice::{Choice, UnknownChoice};
 pub use grids::{CameraGrid, DirectGrids, Grids, LightsGrid, ListedGrids};
 pub use kdtree::{
-    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth,
-    KdTraversal, KdTree, KdTreeCounts, KdTreeOptions, KdTreeVisits, SahCosts,
+    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal,
+    KdTree, KdTreeCounts, KdTreeOptions, SahCosts,
 };
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace, LightGrid};
@@ -60,6 +60,7 @@ pub mod internals {
         Reference, Scale, Sides, Wide, load,
     };
     pub use crate::packet::{Group, Planes};
+    pub use crate::shot::Statistics;
     pub use crate::triangles::Unusable;
-    pub use crate::uniform::{Beam, Lattice, Scratch, Statistics, Visitor};
+    pub use crate::uniform::{Beam, Lattice, Scratch, Visitor};
 }

@@ -1,9 +1,9 @@
-use umbrage_rays::{Camera, KdTreeOptions, ListedLightOptions, ListedOptions, Sides, UniformOptions, View};
+use umbrage_rays::{Camera, Sides, View};
 use umbrage_scene::{Frame, Light};
 
 use crate::background::Surroundings;
 use crate::engine::Staged;
-use crate::{Background, Error};
+use crate::{Background, Error, Structure};
 
 /// How a frame is rendered.
 #[derive(Clone, Debug)]
@@ -98,11 +98,7 @@ impl Settings {
         if !sides.contains(&width) || !sides.contains(&height) {
             return Err(Error::ImageSize { width, height });
         }
-        match self.structure {
-            Structure::Grid(options) => options.check()?,
-            Structure::KdTree(options) => options.check()?,
-            Structure::Perspective | Structure::Listed { .. } | Structure::Bvh => {}
-        }
+        self.structure.check()?;
         if !(1..=Self::MAX_SAMPLES).contains(&samples) {
             return Err(Error::Samples(samples));
         }
@@ -128,44 +124,6 @@ pub enum CameraChoice {
 impl From<Camera> for CameraChoice {
     fn from(camera: Camera) -> Self {
         Self::Own(camera)
-    }
-}
-
-/// What finds the triangles that camera rays and shadow rays hit.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Structure {
-    /// Grids made for the rays: a perspective grid for the camera.
-    #[default]
-    Perspective,
-    /// Grids as their paper describes them, with triangles listed by cell, for the camera and for each light.
-    Listed {
-        /// How the camera's grid is cut into cells.
-        camera: ListedOptions,
-        /// How each light's grid is, and its cells into blocks of work.
-        light: ListedLightOptions,
-    },
-    /// One uniform grid for all rays, traced in packets. Where the frame has surfaces that let one see what is behind them,
-    /// crowded cells hold grids of their own even if the options don't say so.
-    Grid(UniformOptions),
-    /// One kd-tree for all rays.
-    KdTree(KdTreeOptions),
-    /// One bounding volume hierarchy for all rays.
-    Bvh,
-}
-
-impl Structure {
-    /// The grids of the paper with their default options.
-    pub const LISTED: Self = Self::Listed { camera: ListedOptions::DEFAULT, light: ListedLightOptions::DEFAULT };
-    /// The uniform grid with its default options.
-    pub const GRID: Self = Self::Grid(UniformOptions::DEFAULT);
-
-    /// The kd-tree that is built fastest.
-    pub const KD_TREE: Self = Self::KdTree(KdTreeOptions::FAST);
-
-    /// Whether it is made for the rays of one camera and each light, whose cells and work can be shown.
-    #[must_use]
-    pub fn is_specialised(&self) -> bool {
-        matches!(self, Self::Perspective | Self::Listed { .. })
     }
 }
 

@@ -1,4 +1,5 @@
-//! What people call the structures and their options: one table for command lines, windows and files.
+//! The structures to choose from: what makes them, and what people call them and their options, in one table for command
+//! lines, windows and files.
 
 use std::fmt;
 use std::mem::discriminant;
@@ -6,11 +7,86 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use umbrage_rays::{
-    Cells, Choice, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, ListedLightOptions, PacketSide, UniformOptions,
-    UnknownChoice,
+    Bvh, Cells, Choice, DirectGrids, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, ListedGrids,
+    ListedLightOptions, ListedOptions, PacketSide, SimdLevel, UniformGrid, UniformOptions, UnknownChoice,
 };
 
-use crate::Structure;
+use crate::Error;
+
+/// What finds the triangles that camera rays and shadow rays hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Structure {
+    /// Grids made for the rays: a perspective grid for the camera.
+    #[default]
+    Perspective,
+    /// Grids as their paper describes them, with triangles listed by cell, for the camera and for each light.
+    Listed {
+        /// How the camera's grid is cut into cells.
+        camera: ListedOptions,
+        /// How each light's grid is, and its cells into blocks of work.
+        light: ListedLightOptions,
+    },
+    /// One uniform grid for all rays, traced in packets. Where the frame has surfaces that let one see what is behind them,
+    /// crowded cells hold grids of their own even if the options don't say so.
+    Grid(UniformOptions),
+    /// One kd-tree for all rays.
+    KdTree(KdTreeOptions),
+    /// One bounding volume hierarchy for all rays.
+    Bvh,
+}
+
+impl Structure {
+    /// The grids of the paper with their default options.
+    pub const LISTED: Self = Self::Listed { camera: ListedOptions::DEFAULT, light: ListedLightOptions::DEFAULT };
+    /// The uniform grid with its default options.
+    pub const GRID: Self = Self::Grid(UniformOptions::DEFAULT);
+
+    /// The kd-tree that is built fastest.
+    pub const KD_TREE: Self = Self::KdTree(KdTreeOptions::FAST);
+
+    /// Whether it is made for the rays of one camera and each light, whose cells and work can be shown.
+    #[must_use]
+    pub fn is_specialised(&self) -> bool {
+        matches!(self, Self::Perspective | Self::Listed { .. })
+    }
+
+    /// Whether there is such a structure.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        match *self {
+            Self::Grid(options) => Ok(options.check()?),
+            Self::KdTree(options) => Ok(options.check()?),
+            _ => Ok(()),
+        }
+    }
+
+    /// An empty structure of this kind that uses the instructions of `level`; `sends_rays_onward` where single rays go through
+    /// it as well as the camera's and the lights'.
+    pub(crate) fn make(
+        &self,
+        level: SimdLevel,
+        sends_rays_onward: bool,
+    ) -> Result<Box<dyn umbrage_rays::Structure>, Error> {
+        Ok(match *self {
+            Self::Perspective => Box::new(DirectGrids::with_level(level)),
+            Self::Listed { camera, light } => Box::new(ListedGrids::with_options(level, camera, light)),
+            Self::Grid(mut options) => {
+                if sends_rays_onward {
+                    // Rays that come one at a time need them where triangles crowd: a twelfth of the time for `demo:glass`.
+                    options.nested_above = options.nested_above.or(UniformOptions::NESTED.nested_above);
+                }
+                let mut grid = UniformGrid::with_level(level);
+                grid.set_options(options)?;
+                Box::new(grid)
+            }
+            Self::KdTree(options) => {
+                let mut tree = KdTree::with_level(level);
+                tree.set_options(options)?;
+                Box::new(tree)
+            }
+            Self::Bvh => Box::new(Bvh::default()),
+        })
+    }
+}
 
 /// An option of a structure, which [`Structure::option`] and [`Structure::set_option`] know by its name.
 #[derive(Debug)]
@@ -121,7 +197,6 @@ impl Structure {
     #[must_use]
     pub fn option(&self, name: &str) -> Option<String> {
         let value = match self {
-            Self::Perspective | Self::Bvh => return None,
             Self::Listed { camera, light } => match name {
                 "sorting-tile" => camera.cells.sorting_tile().to_string(),
                 "tracing-tiles" => camera.cells.tracing_tiles().to_string(),
@@ -145,6 +220,7 @@ impl Structure {
                 "kd-lazy" => lazy_below.to_string(),
                 _ => return None,
             },
+            _ => return None,
         };
         Some(value)
     }
@@ -165,7 +241,6 @@ impl Structure {
     fn set_checked(&mut self, name: &str, value: &str) -> Option<()> {
         let whole = || value.parse::<u32>().ok();
         match self {
-            Self::Perspective | Self::Bvh => return None,
             Self::Listed { camera, light } => {
                 let cells = camera.cells;
                 let (tile, tiles, slices) = (cells.sorting_tile(), cells.tracing_tiles(), cells.slices());
@@ -194,6 +269,7 @@ impl Structure {
                 "kd-traversal" => options.traversal = value.parse().ok()?,
                 _ => options.lazy_below = whole()?,
             },
+            _ => return None,
         }
         Some(())
     }

@@ -1,7 +1,7 @@
 //! What the tests measure the other crates by: the oracle, test meshes with cameras and lights, and real scenes.
 #![forbid(unsafe_code)]
 
-mod forms;
+mod case;
 pub mod lights;
 mod meshes;
 mod oracle;
@@ -11,7 +11,7 @@ mod scenes;
 mod sheet;
 pub mod views;
 
-pub use forms::{Shot, Truth};
+pub use case::{Case, Truth};
 pub use meshes::TestMesh;
 pub use oracle::Oracle;
 pub use plates::Plates;

@@ -47,3 +47,27 @@ pub fn among_bad_shapes(scale: f32, offset: Vec3) -> [LightSource; 5] {
     let at = |x: f32, y: f32, z: f32| point(Vec3::new(x, y, z) * scale + offset);
     [at(2.0, 3.0, 1.0), at(0.1, 0.5, 0.2), at(-0.5, -0.9, 0.75), at(1.0, 1.5, 4.0), sun(0.3, -1.0, 0.2)]
 }
+
+/// Lights in front of, above, inside, on and behind everything of a world that was scaled and then moved, near and far.
+#[must_use]
+pub fn around(scale: f32, offset: Vec3) -> [LightSource; 10] {
+    let at = |x: f32, y: f32, z: f32| point(Vec3::new(x, y, z) * scale + offset);
+    let spot = LightSource::Spot {
+        position: Vec3::new(2.0, 3.0, 1.0) * scale + offset,
+        direction: Vec3::new(-2.0, -3.0, -1.0).normalize(),
+        inner_radians: 0.2,
+        outer_radians: 0.4,
+    };
+    [
+        at(3.0, 5.0, 2.0),
+        at(0.3, 0.2, 0.1),
+        at(0.0, -1.0, 0.0),
+        at(-0.6, -0.999, 0.7),
+        at(500.0, 900.0, 300.0),
+        at(0.0, 1.7, -6.0),
+        spot,
+        sun(0.3, -1.0, 0.2),
+        sun(0.0, -1.0, 0.0),
+        sun(1.0, -0.01, 0.0),
+    ]
+}

@@ -148,4 +148,67 @@ impl TestMesh {
         self.positions.extend(corners);
         self.indices.push([first, first + 1, first + 2]);
     }
+
+    /// Adds two triangles between four corners.
+    pub fn quad(&mut self, [a, b, c, d]: [Vec3; 4]) {
+        let first = self.positions.len() as u32;
+        self.positions.extend([a, b, c, d]);
+        self.indices.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+
+    /// Adds all of another mesh, behind this one's triangles.
+    pub fn append(&mut self, other: &Self) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(&other.positions);
+        // Those that are out of range stay so.
+        self.indices.extend(other.indices.iter().map(|triangle| triangle.map(|vertex| vertex.saturating_add(first))));
+    }
+
+    /// A ball with bumps around the origin, of `rings` by twice as many parts with shared vertices. Its poles are triangles
+    /// without an area.
+    #[must_use]
+    pub fn bumpy_ball(radius: f32, rings: u32) -> Self {
+        let parts = 2 * rings;
+        let at = |ring: u32, part: u32| {
+            let polar = std::f32::consts::PI * ring as f32 / rings as f32;
+            let around = std::f32::consts::TAU * part as f32 / parts as f32;
+            let radius = radius * (1.0 + 0.1 * (9.0 * polar).sin() * (7.0 * around).cos());
+            Vec3::new(polar.sin() * around.cos(), polar.cos(), polar.sin() * around.sin()) * radius
+        };
+        let positions = (0..=rings).flat_map(|ring| (0..parts).map(move |part| at(ring, part)));
+        let indices = (0..rings).flat_map(|ring| (0..parts).map(move |part| (ring, part))).flat_map(|(ring, part)| {
+            let index = |ring: u32, part: u32| ring * parts + part % parts;
+            let [a, b] = [index(ring, part), index(ring, part + 1)];
+            let [c, d] = [index(ring + 1, part + 1), index(ring + 1, part)];
+            [[a, b, c], [a, c, d]]
+        });
+        Self { positions: positions.collect(), indices: indices.collect() }
+    }
+
+    /// `count` triangles with corners around the origin, of sizes from `smallest` to one.
+    #[must_use]
+    pub fn soup(random: &mut Random, count: usize, smallest: f32) -> Self {
+        let mut mesh = Self::default();
+        for _ in 0..count {
+            let center = random.point() * 2.0;
+            let size = smallest.powf(random.unit());
+            mesh.push([(); 3].map(|()| center + random.point() * size));
+        }
+        mesh
+    }
+
+    /// A square of 2 × `side`² triangles in the plane y = 0, from −`half` to `half`.
+    #[must_use]
+    pub fn plane(side: u32, half: f32) -> Self {
+        let coordinate = |step: u32| half * (2.0 * step as f32 / side as f32 - 1.0);
+        let corners = (0..=side).flat_map(|z| (0..=side).map(move |x| (x, z)));
+        let positions = corners.map(|(x, z)| Vec3::new(coordinate(x), 0.0, coordinate(z))).collect();
+        let squares = (0..side).flat_map(|z| (0..side).map(move |x| (x, z)));
+        let halves = squares.flat_map(|(x, z)| {
+            let a = z * (side + 1) + x;
+            let [b, c, d] = [a + 1, a + side + 1, a + side + 2];
+            [[a, b, d], [a, d, c]]
+        });
+        Self { positions, indices: halves.collect() }
+    }
 }

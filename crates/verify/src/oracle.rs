@@ -2,23 +2,30 @@ use umbrage_rays::predicate::{ShadowRay, hit};
 use umbrage_rays::{Hit, Ray, Triangles};
 
 /// The truth: every triangle is asked, in order, by the reference predicate.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Oracle<'a> {
     triangles: Triangles<'a>,
+    /// Ids of those that have all of their corners, and finite ones.
+    usable: Vec<u32>,
 }
 
 impl<'a> Oracle<'a> {
     /// The truth about `triangles`.
     #[must_use]
     pub fn new(triangles: Triangles<'a>) -> Self {
-        Self { triangles }
+        let is_usable = |&id: &u32| {
+            let mut corners =
+                triangles.indices[id as usize].iter().map(|&vertex| triangles.positions.get(vertex as usize));
+            corners.all(|corner| corner.is_some_and(|corner| corner.is_finite()))
+        };
+        Self { triangles, usable: (0..triangles.len() as u32).filter(is_usable).collect() }
     }
 
     /// The nearest hit that `counts`; of several at the same t the one with the lowest id.
     #[must_use]
     pub fn nearest(&self, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
-        for triangle in 0..self.triangles.len() as u32 {
+        for &triangle in &self.usable {
             let Some(hit) = hit(ray, self.triangles, triangle) else { continue };
             if nearest.is_none_or(|best| hit.t < best.t) && counts(&hit) {
                 nearest = Some(hit);
@@ -30,7 +37,7 @@ impl<'a> Oracle<'a> {
     /// Whether a triangle other than `own` that `counts` shadows the point of `shadow_ray`.
     #[must_use]
     pub fn blocked(&self, shadow_ray: &ShadowRay, own: u32, counts: impl Fn(u32, [f32; 2]) -> bool) -> bool {
-        (0..self.triangles.len() as u32).filter(|&id| id != own).any(|id| {
+        self.usable.iter().filter(|&&id| id != own).any(|&id| {
             shadow_ray.blocked_by(self.triangles.corners(id)).is_some_and(|barycentric| counts(id, barycentric))
         })
     }

@@ -3,7 +3,7 @@ use umbrage_rays::{Camera, LightSource, View};
 
 use crate::lights::{point, sun};
 use crate::views::{OFFSET_PIXELS, view};
-use crate::{Oracle, Shot, TestMesh, Truth};
+use crate::{Case, Oracle, TestMesh, Truth};
 
 /// A pile of plates above what one pixel shows of a floor, and above the camera: each is within one of 192² cells of what
 /// lights see of the floor.
@@ -46,8 +46,8 @@ impl Plates {
 
     /// The floor as the camera sees it.
     #[must_use]
-    pub fn shot(&self) -> Shot<'_> {
-        Shot { triangles: self.mesh.triangles(), view: self.view, offset_pixels: OFFSET_PIXELS, lights: &self.lights }
+    pub fn case(&self) -> Case {
+        Case::new("plates", self.mesh.clone(), self.view, &self.lights)
     }
 
     /// The truth, however many plates there are, by asking about those that there are.
@@ -56,7 +56,7 @@ impl Plates {
     /// If the plates don't shadow the pixel, or shadow much else.
     #[must_use]
     pub fn truth(&self) -> Truth {
-        let truth = self.shot().truth();
+        let truth = self.case().truth();
         let [x, y] = Self::PIXEL;
         for lit in &truth.lit {
             assert!(!lit[(y * self.view.width + x) as usize] && lit.iter().filter(|&&lit| lit).count() > 1000);

@@ -1,29 +1,21 @@
 //! Figure 10 of the paper: which stages a frame's time goes to.
 
-use std::path::PathBuf;
-
 use anyhow::Result;
 use clap::Args;
 
-use crate::flags::{ExperimentFlags, size};
+use crate::flags::{ImageFlags, SceneFlags};
 use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{Bar, BarChart};
-use crate::shot::{addresses, name, short_name, viewpoints};
+use crate::shot::{name, short_name, viewpoints};
 use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct BreakdownFlags {
-    /// Files, sequences or demo:NAME [default: the gallery's dynamic scenes, and the real ones of --files]
-    scenes: Vec<String>,
-    /// Folder of the real scenes
-    #[arg(long, value_name = "DIR")]
-    files: Option<PathBuf>,
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
-    size: [u32; 2],
     #[command(flatten)]
-    common: ExperimentFlags,
+    scenes: SceneFlags,
+    #[command(flatten)]
+    common: ImageFlags,
 }
 
 const COLUMNS: &[(&str, usize)] = &[
@@ -43,13 +35,12 @@ const COLUMNS: &[(&str, usize)] = &[
 ];
 
 impl BreakdownFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        let addresses = addresses(&self.scenes, self.files.as_ref());
+        let addresses = self.scenes.addresses();
         let mut bars = Vec::new();
-        let mut table = self.common.start(Some(self.size), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         for address in &addresses {
-            for costs in measure(address, self.size, &[Forms::default()], &self.common, |_| {})? {
+            for costs in measure(address, self.common.size, &[Forms::default()], &self.common.animation, |_| {})? {
                 let stages = stages(&costs);
                 let sum: f64 = stages.iter().map(|(_, time)| time).sum();
                 let percent = |of: &[&str]| {
@@ -67,16 +58,14 @@ impl BreakdownFlags {
                 });
             }
         }
-        table.notes(&[
+        viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
+        let notes = [
             "build and see are the camera's; the others are the light's. Rearranging is what the paper calls so:",
             "points brought to the light's view and sorted (survey, map, sort).",
-        ])?;
-        viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
-        table.finish()?;
-        self.common.draw(|| {
-            let parts = COLUMNS[3..11].iter().map(|&(title, _)| title.to_owned()).collect();
-            BarChart { title: "Where a frame's time goes", y_title: "percent of the frame", parts, bars }.svg()
-        })
+        ];
+        let parts = COLUMNS[3..11].iter().map(|&(title, _)| title.to_owned()).collect();
+        let chart = BarChart { title: "Where a frame's time goes", y_title: "percent of the frame", parts, bars };
+        self.common.finish(table, &notes, &chart)
     }
 }
 

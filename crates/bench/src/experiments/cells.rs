@@ -22,7 +22,6 @@ pub(crate) struct CellsFlags {
 const LARGEST_TILE: u32 = 64;
 
 impl CellsFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
         let sizes = self.tiles.iter().flat_map(|&tile| self.slices.iter().map(move |&slices| (tile, slices)));
         let cells: Vec<Cells> = sizes

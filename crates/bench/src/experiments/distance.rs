@@ -5,7 +5,7 @@ use clap::Args;
 use glam::Vec3;
 use umbrage::rays::{LightSource, ListedLightOptions};
 
-use crate::flags::{ExperimentFlags, size};
+use crate::flags::ImageFlags;
 use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
@@ -26,11 +26,8 @@ pub(crate) struct DistanceFlags {
     /// Cells a side of the listed light grid
     #[arg(long, value_name = "N", default_value_t = ListedLightOptions::DEFAULT.cells())]
     cells: u32,
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
-    size: [u32; 2],
     #[command(flatten)]
-    common: ExperimentFlags,
+    common: ImageFlags,
 }
 
 const COLUMNS: &[(&str, usize)] = &[
@@ -53,16 +50,15 @@ const RAYS: [u32; 4] = [16, 64, 256, 1024];
 const TOWARDS_LIGHT: Vec3 = Vec3::new(0.4, 0.8, 0.45);
 
 impl DistanceFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        let mut table = self.common.start(Some(self.size), COLUMNS)?;
-        let mut lines = Vec::new();
+        let mut table = self.common.start(COLUMNS)?;
+        let mut series = Vec::new();
         // Nothing stands for the direct form, which has no blocks.
         let blocks: Vec<_> = std::iter::once(None).chain(self.rays.iter().copied().map(Some)).collect();
         let forms: Vec<Forms> = blocks.iter().map(|&rays| self.forms(rays)).collect::<Result<_>>()?;
         for address in &self.scenes {
             for &distance in &self.distances {
-                let all = measure(address, self.size, &forms, &self.common, |shot| {
+                let all = measure(address, self.common.size, &forms, &self.common.animation, |shot| {
                     let reach = 0.5 * shot.bounds.size().length();
                     let position = shot.bounds.center() + TOWARDS_LIGHT.normalize() * (reach * distance);
                     shot.lights = vec![LightSource::Point { position }];
@@ -75,21 +71,22 @@ impl DistanceFlags {
                     table.push(&row)?;
                     let form = rays.map_or("direct".to_owned(), |rays| format!("r = {rays}"));
                     let title = format!("{}, {form}", short_name(address));
-                    Series::add(&mut lines, &title, [f64::from(distance), costs.survey + costs.shadow]);
+                    Series::add(&mut series, &title, [f64::from(distance), costs.survey + costs.shadow]);
                 }
             }
         }
-        table.notes(&[
+        let notes = [
             "Rearranging is survey, map and the sorting of points; list is the sorting of triangles by cell.",
             "Without rays a block: the direct form. Distances are in units of half the diagonal of the scene's box.",
-        ])?;
-        table.finish()?;
-        self.common.draw(|| {
-            let (x_title, y_title) =
-                ("distance of the light, in half diagonals of the scene's box", "milliseconds for shadows");
-            let title = "Shadows of a light that moves away";
-            LineChart { title, x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series: lines }.svg()
-        })
+        ];
+        let chart = LineChart {
+            title: "Shadows of a light that moves away",
+            x_title: "distance of the light, in half diagonals of the scene's box",
+            y_title: "milliseconds for shadows",
+            scales: [Scale::Doubling, Scale::Linear],
+            series,
+        };
+        self.common.finish(table, &notes, &chart)
     }
 
     /// The direct form of the lights' grid, or the listed one with blocks of at most so many rays.

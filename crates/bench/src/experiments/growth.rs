@@ -5,7 +5,7 @@ use clap::Args;
 
 use umbrage::rays::Bytes;
 
-use crate::flags::ExperimentFlags;
+use crate::flags::AnimationFlags;
 use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
@@ -24,7 +24,7 @@ pub(crate) struct GrowthFlags {
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [256, 512, 1024, 2048, 4096])]
     sides: Vec<u32>,
     #[command(flatten)]
-    common: ExperimentFlags,
+    common: AnimationFlags,
 }
 
 const COLUMNS: &[(&str, usize)] = &[
@@ -49,9 +49,8 @@ const TRIANGLES: [u32; 7] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_
 const SIDE: u32 = 1024;
 
 impl GrowthFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        let mut table = self.common.start(None, COLUMNS)?;
+        let mut table = self.common.output.start(&self.common.prepare(None)?, COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let triangles = self.triangles.iter().map(|count| (format!("{address}?triangles={count}"), SIDE));
@@ -76,12 +75,10 @@ impl GrowthFlags {
                 series.push(Series { name: format!("{}, {grows}", short_name(address)), points });
             }
         }
-        table.note("slope: the power with which time grows from the step before; 1 is linear.")?;
-        table.finish()?;
-        self.common.draw(|| {
-            let (x_title, y_title) = ("triangles (at 1024x1024 pixels), or pixels", "milliseconds a frame");
-            LineChart { title: "Growth", x_title, y_title, scales: [Scale::Logarithmic; 2], series }.svg()
-        })
+        let notes = ["slope: the power with which time grows from the step before; 1 is linear."];
+        let (x_title, y_title) = ("triangles (at 1024x1024 pixels), or pixels", "milliseconds a frame");
+        let chart = LineChart { title: "Growth", x_title, y_title, scales: [Scale::Logarithmic; 2], series };
+        self.common.output.finish(table, &notes, &chart)
     }
 }
 

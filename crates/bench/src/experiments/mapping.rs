@@ -16,7 +16,6 @@ pub(crate) struct MappingFlags {
 }
 
 impl MappingFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
         // Some tiles can't be that large, but all can have the slices or none.
         Cells::new(8, 1, self.slices)?;

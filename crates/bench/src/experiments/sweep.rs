@@ -4,7 +4,7 @@ use anyhow::Result;
 use clap::Args;
 use umbrage::rays::{Cells, ListedOptions};
 
-use crate::flags::{ExperimentFlags, size};
+use crate::flags::ImageFlags;
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
@@ -19,11 +19,8 @@ pub(super) struct SweepFlags {
     /// Test every triangle of a cell in all pixels of its sorting tile, as the paper does
     #[arg(long)]
     all_blocks: bool,
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
-    size: [u32; 2],
     #[command(flatten)]
-    common: ExperimentFlags,
+    common: ImageFlags,
 }
 
 /// The chart of a sweep.
@@ -50,14 +47,13 @@ const COLUMNS: &[(&str, usize)] = &[
 ];
 
 impl SweepFlags {
-    /// Measures each of `cells`, prints and draws.
     pub(super) fn run(&self, cells: &[Cells], note: &str, chart: &Chart) -> Result<()> {
         let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks };
         let forms: Vec<_> = cells.iter().map(|&cells| options(cells).into()).collect();
-        let mut table = self.common.start(Some(self.size), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         let mut series: Vec<Series> = Vec::new();
         for address in &self.scenes {
-            let all = measure(address, self.size, &forms, &self.common, |shot| shot.lights.clear())?;
+            let all = measure(address, self.common.size, &forms, &self.common.animation, |shot| shot.lights.clear())?;
             for (cells, costs) in cells.iter().zip(&all) {
                 table.push(&row(name(address), cells, costs))?;
                 let tile = cells.sorting_tile();
@@ -65,13 +61,10 @@ impl SweepFlags {
                 Series::add(&mut series, &title, [f64::from((chart.along)(cells)), costs.frame]);
             }
         }
-        table.note(note)?;
-        table.finish()?;
-        self.common.draw(|| {
-            let &Chart { title, x_title, .. } = chart;
-            let y_title = "milliseconds to build and see";
-            LineChart { title, x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series }.svg()
-        })
+        let &Chart { title, x_title, .. } = chart;
+        let y_title = "milliseconds to build and see";
+        let chart = LineChart { title, x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series };
+        self.common.finish(table, &[note], &chart)
     }
 }
 

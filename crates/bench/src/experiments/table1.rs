@@ -1,30 +1,22 @@
 //! Table 1 of the paper: what building and tracing take, with its own numbers beside.
 
-use std::path::PathBuf;
-
 use anyhow::Result;
 use clap::Args;
 use umbrage::rays::ListedOptions;
 
-use crate::flags::{ExperimentFlags, size};
+use crate::flags::{ImageFlags, SceneFlags};
 use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{Bar, BarChart};
-use crate::shot::{addresses, name, short_name, viewpoints};
+use crate::shot::{name, short_name, viewpoints};
 use crate::table::Cell;
 
 #[derive(Args, Debug)]
 pub(crate) struct Table1Flags {
-    /// Files, sequences or demo:NAME [default: the gallery's dynamic scenes, and the real ones of --files]
-    scenes: Vec<String>,
-    /// Folder of the real scenes
-    #[arg(long, value_name = "DIR")]
-    files: Option<PathBuf>,
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
-    size: [u32; 2],
     #[command(flatten)]
-    common: ExperimentFlags,
+    scenes: SceneFlags,
+    #[command(flatten)]
+    common: ImageFlags,
 }
 
 /// A row of the paper's table, in milliseconds.
@@ -75,14 +67,13 @@ const COLUMNS: &[(&str, usize)] = &[
 ];
 
 impl Table1Flags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
-        let addresses = addresses(&self.scenes, self.files.as_ref());
+        let addresses = self.scenes.addresses();
         let mut bars = Vec::new();
-        let mut table = self.common.start(Some(self.size), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         for address in &addresses {
             let forms = [Forms::default(), ListedOptions::DEFAULT.into()];
-            let costs = measure(address, self.size, &forms, &self.common, |_| {})?;
+            let costs = measure(address, self.common.size, &forms, &self.common.animation, |_| {})?;
             let [direct, listed] = &costs[..] else { continue };
             let paper = PAPER.iter().find(|row| row.like == name(address));
             table.push(&cells(name(address), direct, listed, paper))?;
@@ -94,18 +85,16 @@ impl Table1Flags {
                 bars.push(Bar { name: format!("{scene}, 2010"), heights });
             }
         }
-        table.notes(&[
+        viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
+        let notes = [
             "A frame is build + see + shadow for one light; each form's shadows go through the direct light grid.",
             "The direct form tests tiny triangles while it builds: its build is part of what others call tracing.",
             "The paper's numbers are of an NVIDIA GTX 280, at 1024x1024, for its own scenes, and without sorting out",
             "what its f32 tests can't decide; ours named beside them are of the same kind and about the same size.",
-        ])?;
-        viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
-        table.finish()?;
-        self.common.draw(|| {
-            let parts = ["build", "see", "shadow"].map(str::to_owned).to_vec();
-            BarChart { title: "A frame, rebuilt and traced", y_title: "milliseconds", parts, bars }.svg()
-        })
+        ];
+        let parts = ["build", "see", "shadow"].map(str::to_owned).to_vec();
+        let chart = BarChart { title: "A frame, rebuilt and traced", y_title: "milliseconds", parts, bars };
+        self.common.finish(table, &notes, &chart)
     }
 }
 

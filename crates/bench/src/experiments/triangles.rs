@@ -3,8 +3,6 @@
 mod contest;
 mod pairs;
 
-use std::path::PathBuf;
-
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use umbrage::rays::{Projection, SimdLevel};
@@ -14,10 +12,10 @@ use umbrage_study::triangle::{
     Shevtsov,
 };
 
-use crate::flags::{draw, size};
+use crate::flags::{OutputFlags, size};
 use crate::plot::{Bar, BarChart};
 use crate::shot::{Lights, Shot, name, short_name};
-use crate::table::{Cell, Form, Table};
+use crate::table::{Cell, Table};
 use contest::{Contest, Costs};
 use pairs::Pairs;
 
@@ -35,12 +33,8 @@ pub(crate) struct TrianglesFlags {
     /// SIMD instructions for sixteen rays: sse2, sse4.2, avx2 or avx512 [default: the widest]
     #[arg(long, value_name = "LEVEL")]
     simd: Option<SimdLevel>,
-    /// How the results are written
-    #[arg(long, value_enum, default_value = "table")]
-    form: Form,
-    /// Draw them as well
-    #[arg(long, value_name = "FILE.svg")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 const COLUMNS: &[(&str, usize)] = &[
@@ -76,13 +70,12 @@ const REPORTED: [(&str, &str); 6] = [
 ];
 
 impl TrianglesFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
         let (simd, rounds) = (self.simd.unwrap_or_default(), self.rounds);
         let conditions = format!(
             "{simd} for sixteen rays, one thread, medians of {rounds} rounds, in million tests of one ray a second"
         );
-        let mut table = Table::start(self.form, &conditions, COLUMNS)?;
+        let mut table = self.output.start(&conditions, COLUMNS)?;
         let mut bars = Vec::new();
         for address in &self.scenes {
             let costs = self.measure(address, &table).with_context(|| format!("scene {address}"))?;
@@ -92,12 +85,9 @@ impl TrianglesFlags {
                 bars.push(Bar { name: title, heights: vec![test.speedup] });
             }
         }
-        NOTES.iter().try_for_each(|note| table.note(note))?;
-        table.finish()?;
-        draw(self.plot.as_ref(), || {
-            let parts = vec!["all pairs".to_owned()];
-            BarChart { title: "Triangle tests", y_title: "speedup over Möller–Trumbore", parts, bars }.svg()
-        })
+        let parts = vec!["all pairs".to_owned()];
+        let chart = BarChart { title: "Triangle tests", y_title: "speedup over Möller–Trumbore", parts, bars };
+        self.output.finish(table, &NOTES, &chart)
     }
 
     fn measure(&self, address: &str, table: &Table) -> Result<Vec<Costs>> {

@@ -13,18 +13,15 @@ use clap::{Args, ValueEnum};
 use umbrage::rays::{DirectGrids, PacketSide, UniformGrid, UniformOptions};
 use umbrage_peers::Embree;
 
-use crate::flags::size;
+use crate::flags::{SceneFlags, size};
 use crate::grids::Ours;
-use crate::shot::{self, Lights};
+use crate::shot::Lights;
 use crate::table::Form;
 
 #[derive(Debug, Args)]
 pub(crate) struct PeersFlags {
-    /// Files, sequences or demo:NAME [default: the gallery's dynamic scenes, and the real ones of --files]
-    scenes: Vec<String>,
-    /// Folder of the real scenes
-    #[arg(long, value_name = "DIR")]
-    files: Option<PathBuf>,
+    #[command(flatten)]
+    scenes: SceneFlags,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
     size: [u32; 2],
@@ -89,7 +86,7 @@ impl PeersFlags {
 
 pub(crate) fn run(flags: &PeersFlags) -> Result<()> {
     let embree = Embree::load(flags.embree.as_deref(), rayon::current_num_threads())?;
-    let addresses = shot::addresses(&flags.scenes, flags.files.as_ref());
+    let addresses = flags.scenes.addresses();
     let mut out = io::stdout();
     match flags.form {
         Form::Table => print::head(&mut out, flags, &addresses, embree.version())?,

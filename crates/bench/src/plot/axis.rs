@@ -67,17 +67,17 @@ impl Axis {
     }
 
     /// Where a value is: 0 for the axis' first, 1 for its last; `None` if it can't be shown.
-    pub(super) fn place(&self, value: f64) -> Option<f64> {
-        let place = match self.scale {
+    pub(super) fn position(&self, value: f64) -> Option<f64> {
+        let position = match self.scale {
             Scale::Linear => (value - self.first) / (self.last - self.first),
             Scale::Logarithmic | Scale::Doubling => (value / self.first).ln() / (self.last / self.first).ln(),
         };
-        place.is_finite().then_some(place)
+        position.is_finite().then_some(position)
     }
 
-    /// Places and labels.
+    /// Positions and labels.
     pub(super) fn ticks(&self) -> impl Iterator<Item = (f64, String)> {
-        self.ticks.iter().filter_map(|&tick| Some((self.place(tick)?, label(tick))))
+        self.ticks.iter().filter_map(|&tick| Some((self.position(tick)?, label(tick))))
     }
 }
 
@@ -105,12 +105,12 @@ mod tests {
     fn ticks_are_round_and_hold_all_values() {
         let axis = Axis::new(Scale::Linear, [3.0, 17.0].into_iter());
         assert_eq!(labels(&axis), ["0", "5", "10", "15", "20"]);
-        assert_eq!(axis.place(5.0), Some(0.25));
+        assert_eq!(axis.position(5.0), Some(0.25));
         let axis = Axis::new(Scale::Linear, [-0.13, 0.3].into_iter());
         assert_eq!(labels(&axis)[..2], ["-0.2", "-0.1"]);
         let axis = Axis::new(Scale::Logarithmic, [1e4, 1e7].into_iter());
         assert_eq!(labels(&axis), ["10K", "100K", "1M", "10M"]);
-        assert!((axis.place(1e6).unwrap() - 2.0 / 3.0).abs() < 1e-12);
+        assert!((axis.position(1e6).unwrap() - 2.0 / 3.0).abs() < 1e-12);
         let axis = Axis::new(Scale::Logarithmic, [3.0, 45.0].into_iter());
         assert_eq!(labels(&axis), ["2", "5", "10", "20", "50"]);
         let axis = Axis::new(Scale::Doubling, [0.25, 3.0].into_iter());
@@ -125,9 +125,12 @@ mod tests {
             for scale in [Scale::Linear, Scale::Logarithmic, Scale::Doubling] {
                 let axis = Axis::new(scale, values.iter().copied());
                 assert!(axis.ticks().count() >= 2, "{values:?} {axis:?}");
-                assert!(axis.ticks().all(|(place, _)| (-1e-9..=1.0 + 1e-9).contains(&place)), "{values:?} {axis:?}");
+                assert!(
+                    axis.ticks().all(|(position, _)| (-1e-9..=1.0 + 1e-9).contains(&position)),
+                    "{values:?} {axis:?}"
+                );
             }
         }
-        assert_eq!(Axis::new(Scale::Logarithmic, [1.0, 10.0].into_iter()).place(0.0), None);
+        assert_eq!(Axis::new(Scale::Logarithmic, [1.0, 10.0].into_iter()).position(0.0), None);
     }
 }

@@ -1,6 +1,6 @@
 use super::axis::{Axis, Scale};
-use super::color;
 use super::svg::Sheet;
+use super::{Chart, color};
 
 /// Bars side by side, each of parts one above the other.
 #[derive(Clone, Debug)]
@@ -21,9 +21,8 @@ pub(crate) struct Bar {
     pub(crate) heights: Vec<f64>,
 }
 
-impl BarChart<'_> {
-    /// The chart as an SVG file.
-    pub(crate) fn svg(&self) -> String {
+impl Chart for BarChart<'_> {
+    fn svg(&self) -> String {
         /// How much of its share of the width a bar takes.
         const FILLED: f64 = 0.7;
         /// How far below a character of a slanted name reaches, in pixels.
@@ -33,13 +32,13 @@ impl BarChart<'_> {
         let mut sheet = Sheet::new(self.title, width(self.bars.len()), SLANT * longest);
         sheet.upward_axis(&axis, self.y_title);
         let share = 1.0 / self.bars.len().max(1) as f64;
-        for (place, bar) in self.bars.iter().enumerate() {
-            let middle = (place as f64 + 0.5) * share;
+        for (index, bar) in self.bars.iter().enumerate() {
+            let middle = (index as f64 + 0.5) * share;
             let (left, right) = (middle - 0.5 * FILLED * share, middle + 0.5 * FILLED * share);
             let mut below = 0.0;
             for (part, &height) in bar.heights.iter().enumerate() {
                 let above = below + height;
-                if let (Some(low), Some(high)) = (axis.place(below), axis.place(above)) {
+                if let (Some(low), Some(high)) = (axis.position(below), axis.position(above)) {
                     let (corner, opposite) = (sheet.at([left, high]), sheet.at([right, low]));
                     sheet.rectangle(corner, opposite, color(part));
                     below = above;

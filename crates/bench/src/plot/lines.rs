@@ -1,6 +1,6 @@
 use super::axis::{Axis, Scale};
 use super::svg::Sheet;
-use super::{COLORS, color};
+use super::{COLORS, Chart, color};
 
 /// Lines through points.
 #[derive(Clone, Debug)]
@@ -32,9 +32,8 @@ impl Series {
     }
 }
 
-impl LineChart<'_> {
-    /// The chart as an SVG file.
-    pub(crate) fn svg(&self) -> String {
+impl Chart for LineChart<'_> {
+    fn svg(&self) -> String {
         /// Of the axes' rectangle, in pixels.
         const WIDTH: f64 = 560.0;
         let values = |axis: usize| self.series.iter().flat_map(|series| &series.points).map(move |point| point[axis]);
@@ -42,20 +41,20 @@ impl LineChart<'_> {
         let mut sheet = Sheet::new(self.title, WIDTH, 0.0);
         sheet.rightward_axis(&x_axis, self.x_title);
         sheet.upward_axis(&y_axis, self.y_title);
-        for (place, series) in self.series.iter().enumerate() {
-            let at = |&[x, y]: &[f64; 2]| Some(sheet.at([x_axis.place(x)?, y_axis.place(y)?]));
+        for (index, series) in self.series.iter().enumerate() {
+            let at = |&[x, y]: &[f64; 2]| Some(sheet.at([x_axis.position(x)?, y_axis.position(y)?]));
             let points: Vec<[f64; 2]> = series.points.iter().filter_map(at).collect();
-            sheet.dotted_line(&points, color(place), is_dashed(place));
+            sheet.dotted_line(&points, color(index), is_dashed(index));
         }
         let names = self.series.iter().enumerate();
-        sheet.frame_and_legend(names.map(|(place, series)| (series.name.as_str(), color(place), is_dashed(place))));
+        sheet.frame_and_legend(names.map(|(index, series)| (series.name.as_str(), color(index), is_dashed(index))));
         sheet.finish()
     }
 }
 
 /// Whether a line has the colour of an earlier one.
-fn is_dashed(place: usize) -> bool {
-    place >= COLORS.len()
+fn is_dashed(index: usize) -> bool {
+    index >= COLORS.len()
 }
 
 #[cfg(test)]
@@ -70,7 +69,7 @@ mod tests {
         let svg = chart.svg();
         assert_eq!(svg.matches("<circle").count(), 2);
         let sheet = Sheet::new("t", 560.0, 0.0);
-        let [[x1, y1], [x2, y2]] = [[0.0, 0.0], [1.0, 1.0]].map(|place| sheet.at(place));
+        let [[x1, y1], [x2, y2]] = [[0.0, 0.0], [1.0, 1.0]].map(|point| sheet.at(point));
         assert!(svg.contains(&format!("<polyline points=\"{x1:.1},{y1:.1} {x2:.1},{y2:.1}\"")), "{svg}");
         assert!(svg.contains("a &lt; b") && svg.ends_with("</svg>\n"));
     }

@@ -9,9 +9,15 @@ pub(crate) use axis::Scale;
 pub(crate) use bars::{Bar, BarChart};
 pub(crate) use lines::{LineChart, Series};
 
+/// What is written as an SVG file.
+pub(crate) trait Chart {
+    /// The whole file.
+    fn svg(&self) -> String;
+}
+
 /// Colours that people with any colour vision tell apart (Okabe and Ito 2008), with greys in place of yellow, which is too light.
 const COLORS: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444", "#a0a0a0"];
 
-fn color(place: usize) -> &'static str {
-    COLORS[place % COLORS.len()]
+fn color(series: usize) -> &'static str {
+    COLORS[series % COLORS.len()]
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::axis::Axis;
 
-/// Places in pixels of the axes' rectangle, and what is right of it and below.
+/// Pixel coordinates of the axes' rectangle, and what is right of it and below.
 const LEFT: f64 = 76.0;
 const TOP: f64 = 48.0;
 const BOTTOM: f64 = 408.0;
@@ -33,15 +33,15 @@ impl Sheet {
         sheet
     }
 
-    /// Where a place in the axes' rectangle is on the sheet, from (0, 0) at its lower left to (1, 1).
+    /// Where a point of the axes' rectangle is on the sheet, from (0, 0) at its lower left to (1, 1).
     pub(super) fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [LEFT + x * (self.right - LEFT), BOTTOM + y * (TOP - BOTTOM)]
     }
 
     /// Values upwards, with lines across.
     pub(super) fn upward_axis(&mut self, axis: &Axis, title: &str) {
-        for (place, label) in axis.ticks() {
-            let [_, y] = self.at([0.0, place]);
+        for (position, label) in axis.ticks() {
+            let [_, y] = self.at([0.0, position]);
             self.line([LEFT, y], [self.right, y]);
             self.write(13, [LEFT - 8.0, y + 4.5], "end", &label);
         }
@@ -55,17 +55,17 @@ impl Sheet {
 
     /// Values to the right, with lines upwards.
     pub(super) fn rightward_axis(&mut self, axis: &Axis, title: &str) {
-        for (place, label) in axis.ticks() {
-            let [x, _] = self.at([place, 0.0]);
+        for (position, label) in axis.ticks() {
+            let [x, _] = self.at([position, 0.0]);
             self.line([x, TOP], [x, BOTTOM]);
             self.write(13, [x, BOTTOM + 20.0], "middle", &label);
         }
         self.write(13, [0.5 * (LEFT + self.right), BOTTOM + 46.0], "middle", title);
     }
 
-    /// The name of something that stands at `place` on the lower border, slanted so that names don't overlap.
-    pub(super) fn name_below(&mut self, place: f64, name: &str) {
-        let [x, y] = self.at([place, 0.0]);
+    /// The name of something that stands at `x`, from 0 to 1, on the lower border, slanted so that names don't overlap.
+    pub(super) fn name_below(&mut self, x: f64, name: &str) {
+        let [x, y] = self.at([x, 0.0]);
         let y = y + 16.0;
         let _ = writeln!(
             self.text,
@@ -100,12 +100,12 @@ impl Sheet {
 
     /// A line through points, and a dot at each.
     pub(super) fn dotted_line(&mut self, points: &[[f64; 2]], color: &str, is_dashed: bool) {
-        let places: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+        let points_text: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
         let dashes = if is_dashed { " stroke-dasharray=\"7 4\"" } else { "" };
         let _ = writeln!(
             self.text,
             "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"2\"{dashes}/>",
-            places.join(" ")
+            points_text.join(" ")
         );
         for [x, y] in points {
             let _ = writeln!(self.text, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" fill=\"{color}\"/>");
@@ -120,7 +120,7 @@ impl Sheet {
         );
     }
 
-    /// Text whose `anchor` (start, middle or end) is at a place.
+    /// Text whose `anchor` (start, middle or end) is at a point of the sheet, in pixels.
     pub(super) fn write(&mut self, size: u32, [x, y]: [f64; 2], anchor: &str, text: &str) {
         let _ = writeln!(
             self.text,

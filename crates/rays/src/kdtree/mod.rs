@@ -24,7 +24,7 @@ mod statistics;
 mod traverse;
 mod validate;
 
-use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
+use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Tally, Work};
 use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles, ray_by_ray};
 pub use build::{Candidate, Cell, Job};
 use build::{Deferred, Pool};
@@ -33,10 +33,9 @@ pub use layout::Branch;
 pub use node::{Node, Nodes};
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
 pub use packet::{
-    Ask, Filter, HALF_ULP, KdMailbox, KdPacketOptions, KdPacketVisits, KdPacketWidth, LANES, MOST_RAYS, Rays, Scale,
-    Wide, load,
+    Ask, Filter, HALF_ULP, KdMailbox, KdPacketOptions, KdPacketWidth, LANES, MOST_RAYS, Rays, Scale, Wide, load,
 };
-pub use statistics::{KdTreeCounts, KdTreeVisits};
+pub use statistics::KdTreeCounts;
 
 /// The triangles of a frame, listed in the cells of a kd-tree.
 ///
@@ -60,8 +59,7 @@ pub struct KdTree {
     branch: Branch,
     deferred: Deferred,
     pool: Pool,
-    visits: statistics::Tally,
-    packet_visits: packet::Tally,
+    visits: Tally,
 }
 
 impl std::fmt::Debug for KdTree {

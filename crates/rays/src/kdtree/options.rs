@@ -144,15 +144,10 @@ impl Default for KdTreeOptions {
 }
 
 /// Options that no kd-tree can have.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "a kd-tree can't have costs of {} a step and {} a test, {} of them for empty space, traversal {:?} and lazy nodes of \
+     fewer than {} triangles",
+    .0.costs.step, .0.costs.test, .0.costs.empty, .0.traversal, .0.lazy_below
+)]
 pub struct ImpossibleKdTreeOptions(pub KdTreeOptions);
-
-impl std::fmt::Display for ImpossibleKdTreeOptions {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let KdTreeOptions { costs: SahCosts { step, test, empty, .. }, traversal, lazy_below, .. } = self.0;
-        write!(f, "a kd-tree can't have costs of {step} a step and {test} a test, {empty} of them for empty space, ")?;
-        write!(f, "traversal {traversal:?} and lazy nodes of fewer than {lazy_below} triangles")
-    }
-}
-
-impl std::error::Error for ImpossibleKdTreeOptions {}

@@ -1,8 +1,6 @@
-#[cfg(feature = "statistics")]
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-
 use super::KdTree;
 use super::extent::Extent;
+use crate::Counts;
 
 /// What a [`KdTree`] is like.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,21 +25,6 @@ pub struct KdTreeCounts {
     pub reached: u64,
 }
 
-/// What single rays took. All zeros without the feature `statistics`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct KdTreeVisits {
-    /// Rays that met the tree's bounds.
-    pub rays: u64,
-    /// Inner nodes that were visited, again where a ray came from above again.
-    pub nodes: u64,
-    /// Leaves that were visited.
-    pub leaves: u64,
-    /// Triangles that were tested.
-    pub tests: u64,
-    /// Times that a ray came from above again.
-    pub restarts: u64,
-}
-
 impl KdTree {
     /// What the tree is like; all zeros before the first build.
     #[must_use]
@@ -55,8 +38,8 @@ impl KdTree {
         counts
     }
 
-    fn count_below(&self, place: u32, cell: Extent, depth: u32, counts: &mut KdTreeCounts) {
-        let node = self.nodes.get(place);
+    fn count_below(&self, index: u32, cell: Extent, depth: u32, counts: &mut KdTreeCounts) {
+        let node = self.nodes.get(index);
         let costs = self.options.costs;
         if node.is_leaf() && node.is_deferred() {
             counts.deferred += 1;
@@ -74,84 +57,20 @@ impl KdTree {
             counts.sah_cost += costs.test * node.count() as f64 * cell.half_area();
         } else {
             counts.sah_cost += costs.step * cell.half_area();
-            for (child, cell) in self.nodes.children(place, node).into_iter().zip(cell.cut(node.plane())) {
+            for (child, cell) in self.nodes.children(index, node).into_iter().zip(cell.cut(node.plane())) {
                 self.count_below(child, cell, depth + 1, counts);
             }
         }
     }
 
-    /// What single rays took since the last time, and forgets it. All zeros without the feature `statistics`.
+    /// What single rays and packets took since the last time, and forgets it. All zeros without the feature `statistics`.
     #[must_use]
-    pub fn take_visits(&self) -> KdTreeVisits {
+    pub fn take_visits(&self) -> Counts {
         let mut visits = self.visits.take();
-        for KdTreeVisits { nodes, leaves, tests, restarts, .. } in
-            self.deferred.reached().map(|tree| tree.visits.take())
-        {
-            visits.nodes += nodes;
-            visits.leaves += leaves;
-            visits.tests += tests;
-            visits.restarts += restarts;
+        for subtree in self.deferred.reached() {
+            // Its rays are the tree's.
+            visits += Counts { rays: 0, ..subtree.visits.take() };
         }
         visits
-    }
-}
-
-/// Sums of what rays took.
-#[derive(Debug, Default)]
-pub(super) struct Tally {
-    #[cfg(feature = "statistics")]
-    sums: [AtomicU64; 5],
-}
-
-impl Tally {
-    fn take(&self) -> KdTreeVisits {
-        #[cfg(feature = "statistics")]
-        {
-            let [rays, nodes, leaves, tests, restarts] = [0, 1, 2, 3, 4].map(|place| self.sums[place].swap(0, Relaxed));
-            KdTreeVisits { rays, nodes, leaves, tests, restarts }
-        }
-        #[cfg(not(feature = "statistics"))]
-        KdTreeVisits::default()
-    }
-}
-
-/// Counts for one ray, and adds that up when it ends, where the feature `statistics` is on; else it is empty.
-pub(super) struct Steps<'a> {
-    #[cfg(feature = "statistics")]
-    tally: &'a Tally,
-    #[cfg(feature = "statistics")]
-    counts: KdTreeVisits,
-    #[cfg(not(feature = "statistics"))]
-    tally: std::marker::PhantomData<&'a Tally>,
-}
-
-impl<'a> Steps<'a> {
-    #[inline(always)]
-    #[cfg_attr(not(feature = "statistics"), expect(unused_variables, reason = "there is nothing to count in"))]
-    pub(super) fn of_ray(tally: &'a Tally) -> Self {
-        #[cfg(feature = "statistics")]
-        return Self { tally, counts: KdTreeVisits { rays: 1, ..KdTreeVisits::default() } };
-        #[cfg(not(feature = "statistics"))]
-        Self { tally: std::marker::PhantomData }
-    }
-
-    /// Counts in what `count` picks.
-    #[inline(always)]
-    #[cfg_attr(not(feature = "statistics"), expect(clippy::unused_self, reason = "there is nothing to count in"))]
-    pub(super) fn note(&mut self, count: impl FnOnce(&mut KdTreeVisits)) {
-        #[cfg(feature = "statistics")]
-        count(&mut self.counts);
-        #[cfg(not(feature = "statistics"))]
-        let _ = count;
-    }
-}
-
-#[cfg(feature = "statistics")]
-impl Drop for Steps<'_> {
-    fn drop(&mut self) {
-        let KdTreeVisits { rays, nodes, leaves, tests, restarts } = self.counts;
-        for (sum, count) in self.tally.sums.iter().zip([rays, nodes, leaves, tests, restarts]) {
-            sum.fetch_add(count, Relaxed);
-        }
     }
 }

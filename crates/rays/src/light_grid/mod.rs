@@ -88,7 +88,7 @@ impl LightsGrid for LightGrid {
     }
 
     fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
-        self.pass.locate(shot, seen, light, cells, |pass, cells| pass.add_located(cells));
+        self.pass.locate(shot, seen, light, cells, LightPass::add_located);
     }
 
     fn bytes(&self) -> Bytes {

@@ -10,6 +10,7 @@ mod opacity;
 mod pixel_work;
 mod seen;
 mod sides;
+mod statistics;
 mod tile_order;
 mod work;
 
@@ -26,6 +27,8 @@ pub use pixel_work::{PixelCounts, PixelWork};
 pub use seen::SeenPixels;
 pub(crate) use sides::OpacityOfSides;
 pub use sides::Sides;
+pub use statistics::Statistics;
+pub(crate) use statistics::{Steps, Tally};
 pub use tile_order::TileOrder;
 pub use work::{Bytes, Counts, Seconds, Work};
 

@@ -55,10 +55,19 @@ impl AddAssign for Work {
 named_numbers! {
     /// How much work an answer was. A structure counts what it has; the rest is zero.
     Counts of u64 {
-        /// Rays that were traced in packets. Counted with the feature `statistics`, as are the next four.
+        /// Rays that were traced: those in packets of a grid, single ones of a tree. Counted with the feature `statistics`, as
+        /// are the next nine.
         rays,
         /// Groups of rays that were traced together.
         packets,
+        /// Inner nodes that rays or packets visited, again where one came from above again.
+        nodes,
+        /// Leaves that they visited.
+        leaves,
+        /// Times that one came from above again.
+        restarts,
+        /// Nodes that were visited to find where packets begin.
+        searched,
         /// Triangles that a packet remembered to have tested.
         mailbox_hits,
         /// Triangles outside of a packet's frustum.

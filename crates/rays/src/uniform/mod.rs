@@ -3,8 +3,8 @@
 //!
 //! `lattice` says where the cells are and why nothing is missed, `build` lists triangles in them, `macrocells` marks
 //! what is empty, `trace` follows single rays. `slices` leads packets of rays through the cells, where `frustum` leaves out
-//! what is beside them; `see` those of a camera and `shadow` those of a light, in the groups that `bundle` keeps;
-//! `statistics` counts. Cells may hold grids of their own, which are `nested`; `cells` are those of one grid, to both kinds of traversal.
+//! what is beside them; `see` those of a camera and `shadow` those of a light, in the groups that `bundle` keeps.
+//! Cells may hold grids of their own, which are `nested`; `cells` are those of one grid, to both kinds of traversal.
 
 mod build;
 mod bundle;
@@ -17,7 +17,6 @@ mod overlap;
 mod see;
 mod shadow;
 mod slices;
-mod statistics;
 mod trace;
 mod validate;
 
@@ -37,7 +36,6 @@ use lattice::{CellBox, VertexCells};
 use macrocells::Macrocells;
 use nested::Nested;
 pub use slices::{Beam, Scratch, Visitor};
-pub use statistics::Statistics;
 
 /// How triangles come into cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

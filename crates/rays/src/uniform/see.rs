@@ -143,7 +143,7 @@ impl CameraTrace<'_> {
         let (space, ways) = if is_perspective { self.fan(simd, bundle) } else { self.column(simd, bundle) };
         bundle.place_rays(simd, &space, rays);
         let count = bundle.count;
-        scratch.statistics.rays(bundle.len());
+        scratch.statistics.note(|counts| counts.rays += u64::from(bundle.len()));
         let (starts, within) = if is_perspective {
             ([f32::INFINITY; 2], [0.0, f64::INFINITY])
         } else {
@@ -200,7 +200,7 @@ impl CameraTrace<'_> {
                 let (low, high) = self.nearness(space, &self.shot.ray(pixel.0, pixel.1), hit.t);
                 (found.low[lane], found.high[lane], found.triangle[lane]) = (low, high, hit.triangle);
             }
-            scratch.statistics.settled(settled);
+            scratch.statistics.note(|counts| counts.settled += settled);
         }
         doubts.clear();
     }

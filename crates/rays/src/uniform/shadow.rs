@@ -184,7 +184,7 @@ impl LightTrace<'_> {
             limit.store_slice(&mut found.limit);
         }
         let count = bundle.count;
-        scratch.statistics.rays(bundle.len());
+        scratch.statistics.note(|counts| counts.rays += u64::from(bundle.len()));
         let shot = self.image.shot;
         let mut query =
             AnyHit::new(simd, rays, &mut any_hit[..count], shadow_doubts, *limit_error, shot.shadow_opacity);
@@ -245,7 +245,7 @@ impl LightTrace<'_> {
             if found.shadowed >> lane & 1 == 1 {
                 continue;
             }
-            scratch.statistics.settled(1);
+            scratch.statistics.note(|counts| counts.settled += 1);
             let index = first + usize::from(bundle.blocks[usize::from(block)]) * LANES + usize::from(lane);
             found.shadowed |= u16::from(shadows.is_shadowed_by(index, id)) << lane;
         }

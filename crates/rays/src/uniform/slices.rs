@@ -8,9 +8,9 @@ use super::UniformGrid;
 use super::cells::Cells;
 use super::frustum::Frustum;
 use super::lattice::Lattice;
-use super::statistics::Statistics;
 use crate::Triangles;
 use crate::packet::{Common, LANES, Mailbox, Planes, Query, Space};
+use crate::shot::Statistics;
 
 /// What tests the triangles that a packet comes across.
 pub trait Visitor {
@@ -47,8 +47,11 @@ impl<Q: Query> Visitor for Coherent<'_, Q> {
         let all = (1_u64 << ids.len()) - 1;
         let inside = all & !planes.missed;
         let mut lanes = planes.reaching(simd, inside, self.query.least_nearness());
-        statistics.frustum_culls(all & !inside);
-        statistics.tested(inside, lanes);
+        statistics.note(|counts| {
+            counts.frustum_culls += u64::from((all & !inside).count_ones());
+            counts.depth_culls += u64::from((inside & !lanes).count_ones());
+            counts.tests += u64::from(lanes.count_ones());
+        });
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % LANES;
             lanes &= lanes - 1;
@@ -255,7 +258,7 @@ impl UniformGrid {
         let walk = Walk::new(cells, triangles, &frustum, beam, within, 1.0);
         scratch.mailbox.clear();
         (scratch.listed.count, scratch.inside.count) = (0, 0);
-        scratch.statistics.packet();
+        scratch.statistics.note(|counts| counts.packets += 1);
         let _ = walk.run(simd, scratch, visitor);
         walk.cull(simd, scratch, visitor);
         walk.test(simd, scratch, visitor);
@@ -371,7 +374,7 @@ impl<'a> Walk<'a> {
             cell[v] = row;
             cell[u] = columns[0];
             let first = self.cells.lattice.place(cell[0], cell[1], cell[2]);
-            scratch.statistics.cells(columns[1] - columns[0] + 1);
+            scratch.statistics.note(|counts| counts.cells += u64::from(columns[1] - columns[0] + 1));
             if u == 0 {
                 // Next to each other in memory.
                 self.list(simd, first, first + (columns[1] - columns[0]) as usize, scratch, visitor);
@@ -456,7 +459,7 @@ impl<'a> Walk<'a> {
         for id in ids {
             let id = id.load(Relaxed);
             if !scratch.mailbox.is_new(id) {
-                scratch.statistics.mailbox_hit();
+                scratch.statistics.note(|counts| counts.mailbox_hits += 1);
                 continue;
             }
             scratch.listed.push(id);
@@ -477,7 +480,7 @@ impl<'a> Walk<'a> {
             #[inline(always)]
             || self.frustum.missed(simd, self.triangles, ids),
         );
-        statistics.frustum_culls(all & missed);
+        statistics.note(|counts| counts.frustum_culls += u64::from((all & missed).count_ones()));
         let mut lanes = all & !missed;
         while lanes != 0 {
             inside.push(ids[lanes.trailing_zeros() as usize % LANES]);

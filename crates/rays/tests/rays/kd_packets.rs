@@ -344,6 +344,23 @@ fn points_are_shadowed_as_the_predicate_says() {
     assert!(lit > 50 && shadowed > 50, "{lit} {shadowed}");
 }
 
+#[test]
+fn packets_take_nothing_from_the_heap() {
+    let mut random = Random(15);
+    let mesh = scene(&mut random);
+    let rays = fan(&mut random, 26, 1.0);
+    let mut tree = tree(SimdLevel::default(), mesh.triangles(), KdTreeOptions::DEFAULT);
+    for (traversal, options) in forms() {
+        tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).expect("possible options");
+        tree.set_packet_options(options);
+        let mut hits = vec![None; rays.len()];
+        let before = allocations::on_this_thread();
+        tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut hits);
+        assert_eq!(allocations::on_this_thread() - before, 0, "{traversal:?}, {options:?}");
+        assert!(hits.iter().flatten().count() > 50);
+    }
+}
+
 #[cfg(feature = "statistics")]
 #[test]
 fn packets_share_what_single_rays_do_alone() {
@@ -366,14 +383,14 @@ fn packets_share_what_single_rays_do_alone() {
         let mut hits = vec![None; rays.len()];
         tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut hits);
         assert!(hits.iter().flatten().count() > 1000);
-        tree.take_packet_visits()
+        tree.take_visits()
     };
     let default = KdPacketOptions::default();
     let [four, eight, sixteen] =
         KdPacketWidth::ALL.map(|width| visits(KdTraversal::Stack, KdPacketOptions { width, ..default }));
     let fall = |visits: [u64; 4]| assert!(visits.is_sorted_by(|a, b| a > b), "{visits:?}");
-    fall([four, eight, sixteen, umbrage_rays::KdPacketVisits::default()].map(|visits| visits.nodes));
-    fall([four, eight, sixteen, umbrage_rays::KdPacketVisits::default()].map(|visits| visits.packets));
+    fall([four, eight, sixteen, umbrage_rays::Counts::default()].map(|visits| visits.nodes));
+    fall([four, eight, sixteen, umbrage_rays::Counts::default()].map(|visits| visits.packets));
     // As with single rays, and nothing comes from above again with a whole stack.
     let [restart, push_down, three, whole] = [
         KdTraversal::Restart,

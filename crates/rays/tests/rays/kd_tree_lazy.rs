@@ -147,5 +147,5 @@ fn visits_of_subtrees_count() {
         found.nodes * 10 >= expected.nodes * 9 && found.nodes * 10 <= expected.nodes * 11,
         "{found:?} {expected:?}"
     );
-    assert_eq!(lazy.take_visits(), umbrage_rays::KdTreeVisits::default());
+    assert_eq!(lazy.take_visits(), umbrage_rays::Counts::default());
 }

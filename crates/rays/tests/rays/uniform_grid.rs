@@ -1,12 +1,9 @@
 //! The uniform grid, ray by ray, against the hierarchy and the predicate asked about every triangle.
 
 use glam::{DVec3, Vec3};
-use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{
-    Bvh, Hit, Insertion, LightSource, Ray, SingleRays as _, Structure as _, Triangles, UniformGrid, UniformOptions,
-};
+use umbrage_rays::{Bvh, Hit, Insertion, Ray, SingleRays as _, Structure as _, Triangles, UniformGrid, UniformOptions};
 
-use crate::support::{self, Mesh, Random, blocked_by_any, nearest_of_all as nearest, random_ray};
+use crate::support::{self, Mesh, Random, nearest_of_all as nearest, random_ray};
 
 /// Grids of every kind.
 fn options() -> [UniformOptions; 7] {
@@ -60,41 +57,6 @@ fn scene(random: &mut Random) -> Mesh {
     mesh.indices.push([0, 1, u32::MAX]);
     mesh.indices.push([7, 7, 8]);
     mesh
-}
-
-#[test]
-fn random_rays_hit_what_the_predicate_says() {
-    let mut random = Random(1);
-    let mesh = scene(&mut random);
-    for options in options() {
-        let nested = grid(mesh.triangles(), options).nested_grids();
-        assert_eq!(nested > 0, options.nested_above.is_some(), "{options:?}: {nested}");
-    }
-    for reach in [0.5, 3.0, 40.0, 3e6, 1e15] {
-        let rays: Vec<_> = (0..200).map(|_| random_ray(&mut random, reach)).collect();
-        let hits = check(&mesh, &rays);
-        assert!(hits > 50, "{hits} hits from {reach}");
-    }
-}
-
-#[test]
-fn intervals_are_kept() {
-    let mut random = Random(2);
-    let mesh = scene(&mut random);
-    let mut rays = Vec::new();
-    for _ in 0..150 {
-        let mut ray = random_ray(&mut random, 3.0);
-        (ray.t_min, ray.t_max) = (f64::from(random.unit()) * 0.5, f64::from(random.unit()) * 2.0);
-        rays.push(ray);
-        // Behind the origin, and from a hit to itself and to another.
-        rays.push(Ray { t_min: -3.0, t_max: -0.01, ..ray });
-        if let Some(hit) = nearest(mesh.triangles(), &ray, |_| true) {
-            rays.push(Ray { t_min: hit.t, ..ray });
-            rays.push(Ray { t_max: hit.t, ..ray });
-            rays.push(Ray { t_max: hit.t.next_up(), ..ray });
-        }
-    }
-    assert!(check(&mesh, &rays) > 100);
 }
 
 #[test]
@@ -216,30 +178,6 @@ fn triangles_that_end_where_nested_cells_meet_are_hit() {
 }
 
 #[test]
-fn balls_in_stadiums_are_hit_through_grids_in_grids() {
-    let mut random = Random(12);
-    for smallness in [1e-2, 1e-3, 1e-5, 1e-6] {
-        let mesh = support::stadium(8, smallness);
-        let nested = grid(mesh.triangles(), UniformOptions { nested_above: Some(8), ..UniformOptions::DEFAULT });
-        assert!(nested.nested_grids() > usize::from(smallness < 1e-4), "{smallness}: {nested:?}");
-        let target = |random: &mut Random| (random.point() * smallness + support::BALL_PLACE).as_dvec3();
-        let rays: Vec<_> = (0..150)
-            .map(|step| {
-                // From the room, from near the ball, from inside of it, and from where numbers don't tell its cells apart.
-                let origin = match step % 4 {
-                    0 => random.point().as_dvec3() * 0.9,
-                    1 => target(&mut random) + random.point().as_dvec3() * f64::from(smallness) * 5.0,
-                    2 => random.point().as_dvec3() * 1e6,
-                    _ => target(&mut random),
-                };
-                Ray::new(origin, target(&mut random) - origin)
-            })
-            .collect();
-        assert!(check(&mesh, &rays) > 100);
-    }
-}
-
-#[test]
 fn crowds_in_one_cell_take_bounded_memory() {
     let mut random = Random(13);
     let options = UniformOptions { nested_above: Some(8), ..UniformOptions::DEFAULT };
@@ -263,14 +201,6 @@ fn crowds_in_one_cell_take_bounded_memory() {
         let ray = Ray::new(support::BALL_PLACE.as_dvec3() + 1e-3, -DVec3::ONE);
         assert_eq!(nested.nearest(mesh.triangles(), &ray, &|_| true), nearest(mesh.triangles(), &ray, |_| true));
     }
-}
-
-#[test]
-fn grazing_rays_and_shared_edges_hit_what_the_predicate_says() {
-    let mut random = Random(4);
-    let mesh = scene(&mut random);
-    let rays = support::grazing_rays(mesh.triangles(), &mut random, 300);
-    assert!(check(&mesh, &rays) > 300);
 }
 
 #[test]
@@ -302,82 +232,6 @@ fn any_number_of_triangles_is_hit_and_rebuilt() {
     let mesh = Mesh::soup(&mut random, 300, 0.1);
     grids.iter_mut().for_each(|grid| grid.build(mesh.triangles()));
     assert!(grids[1].is_same_as(&grids[0]) && grids[1].nested_grids() == 0);
-}
-
-#[test]
-fn flat_huge_tiny_and_far_scenes_hit_what_the_predicate_says() {
-    let mut random = Random(6);
-    let mut flat = Mesh::floor(9, 2.0);
-    let wall = |place: Vec3| Vec3::new(place.x, 0.0, place.z);
-    let mut line = Mesh::default();
-    line.push([Vec3::ZERO, Vec3::X, Vec3::X * 2.0]);
-    let soup = Mesh::soup(&mut random, 60, 0.05);
-    flat.positions.iter_mut().for_each(|position| *position = wall(*position));
-    let mut two_sizes = Mesh::soup(&mut random, 200, 0.1).moved(1e-4, Vec3::ZERO);
-    two_sizes.append(&Mesh::floor(2, 1000.0));
-    for (mesh, must_hit) in [(&flat, true), (&line, false), (&soup, true), (&two_sizes, true)] {
-        for (scale, offset) in [
-            (1.0, Vec3::ZERO),
-            (1e-30, Vec3::ZERO),
-            (1e30, Vec3::ZERO),
-            (1.0, Vec3::new(148_376.0, 1234.0, -223_423.0)),
-            (1.0, Vec3::new(3e8, 0.0, 0.0)),
-        ] {
-            let mesh = mesh.moved(scale, offset);
-            let rays: Vec<_> = (0..80)
-                .map(|_| {
-                    let Ray { origin, direction, .. } = random_ray(&mut random, 3.0);
-                    let scale = f64::from(scale);
-                    Ray::new(origin * scale + offset.as_dvec3(), direction * scale)
-                })
-                .collect();
-            let hits = check(&mesh, &rays);
-            assert!(hits > 0 || !must_hit || offset.x > 1e8, "{scale} {offset}");
-        }
-    }
-}
-
-#[test]
-fn hits_that_do_not_count_are_passed_through() {
-    let mut random = Random(7);
-    let mesh = scene(&mut random);
-    let grid = grid(mesh.triangles(), UniformOptions::DEFAULT);
-    let counts = |hit: &Hit| hit.triangle.is_multiple_of(3) && hit.barycentric[0] < 0.7;
-    let mut hits = 0;
-    for _ in 0..300 {
-        let ray = random_ray(&mut random, 3.0);
-        let expected = nearest(mesh.triangles(), &ray, counts);
-        assert_eq!(grid.nearest(mesh.triangles(), &ray, &counts), expected, "{ray:?}");
-        hits += usize::from(expected.is_some());
-    }
-    assert!(hits > 30, "{hits}");
-}
-
-#[test]
-fn points_are_shadowed_as_the_predicate_says() {
-    let mut random = Random(8);
-    let mesh = scene(&mut random);
-    let triangles = mesh.triangles();
-    let lights = [
-        LightSource::Point { position: Vec3::new(3.0, 5.0, 2.0) },
-        LightSource::Point { position: Vec3::new(0.1, 0.3, 0.2) },
-        LightSource::Directional { direction: Vec3::new(0.3, -0.9, 0.1).normalize() },
-        LightSource::Directional { direction: Vec3::NEG_Y },
-    ];
-    let (mut lit, mut shadowed) = (0, 0);
-    for options in options() {
-        let grid = grid(triangles, options);
-        for step in 0..300 {
-            let ray = random_ray(&mut random, 4.0);
-            let Some(seen) = nearest(triangles, &ray, |_| true) else { continue };
-            let shadow_ray = ShadowRay::new(&lights[step % 4], HitPoint::new(&ray, seen.t));
-            let counts = |id: u32, barycentric: [f32; 2]| !id.is_multiple_of(5) || barycentric[1] < 0.5;
-            let expected = blocked_by_any(triangles, &shadow_ray, seen.triangle, counts);
-            assert_eq!(grid.blocked(triangles, &shadow_ray, seen.triangle, &counts), expected, "{ray:?}");
-            if expected { shadowed += 1 } else { lit += 1 }
-        }
-    }
-    assert!(lit > 50 && shadowed > 50, "{lit} {shadowed}");
 }
 
 #[test]

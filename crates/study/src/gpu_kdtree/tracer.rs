@@ -1,4 +1,4 @@
-use umbrage_rays::{Hit, KdTraversal, KdTreeVisits};
+use umbrage_rays::{Counts, Hit, KdTraversal};
 
 use super::kernel;
 use super::records::{KdRecords, number};
@@ -67,7 +67,7 @@ pub struct KdTracer {
 }
 
 /// What one question about all rays took.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KdTracerWork {
     /// Whether it was about shadows.
     pub is_shadow: bool,
@@ -75,7 +75,7 @@ pub struct KdTracerWork {
     pub open_hits: u32,
     /// All zeros unless [counted](KdTracerOptions::counts). A packet counts a node once for each of its rays that may still
     /// find something in the node's cell, and a restart for one of its rays.
-    pub visits: KdTreeVisits,
+    pub visits: Counts,
 }
 
 impl KdTracer {
@@ -238,12 +238,13 @@ impl KdTracer {
             self.work.push(KdTracerWork {
                 is_shadow: *question == Question::Blocked,
                 open_hits: needs[0] - needs[4],
-                visits: KdTreeVisits {
+                visits: Counts {
                     rays: needs[5].into(),
                     nodes: count(0),
                     leaves: count(1),
                     tests: count(2),
                     restarts: count(3),
+                    ..Counts::default()
                 },
             });
         }

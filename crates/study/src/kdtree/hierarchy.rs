@@ -26,21 +26,14 @@ struct Group {
 }
 
 /// A hierarchy that isn't of a frame's triangles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the hierarchy has {hierarchy} triangles, and the frame has {frame}")]
 pub struct ImpossibleHierarchy {
     /// Triangles of the hierarchy.
     pub hierarchy: usize,
     /// Triangles of the frame.
     pub frame: usize,
 }
-
-impl std::fmt::Display for ImpossibleHierarchy {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the hierarchy has {} triangles, and the frame has {}", self.hierarchy, self.frame)
-    }
-}
-
-impl std::error::Error for ImpossibleHierarchy {}
 
 impl SceneHierarchy {
     /// Larger groups that aren't parted are halved in the order of ids.

@@ -1,11 +1,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 use umbrage_rays::internals::{Ask, Filter, HALF_ULP, LANES, Nodes, Rays, Scale};
-use umbrage_rays::{KdMailbox, KdTree, Triangles};
+use umbrage_rays::{Counts, KdMailbox, KdTree, Triangles};
 
 use super::search::Met;
 use super::shaft::{Bundle, Lines, Shaft, alive};
-use super::{KdCulling, ShaftVisits, bits_of};
+use super::{KdCulling, bits_of};
 
 /// Most pairs that are asked about at once.
 const MOST_PAIRS: usize = 32;
@@ -20,7 +20,7 @@ pub(super) struct Beam<'a> {
     mailbox: Mailbox,
     /// Rays and triangles to be asked about.
     pairs: Vec<(u32, u32)>,
-    visits: &'a mut ShaftVisits,
+    visits: &'a mut Counts,
 }
 
 impl<'a> Beam<'a> {
@@ -30,7 +30,7 @@ impl<'a> Beam<'a> {
         scale: Scale,
         culling: KdCulling,
         mailbox: KdMailbox,
-        visits: &'a mut ShaftVisits,
+        visits: &'a mut Counts,
     ) -> Self {
         let (mailbox, pairs) = (Mailbox::new(mailbox), Vec::with_capacity(MOST_PAIRS));
         Self { tree, triangles, scale, culling, mailbox, pairs, visits }
@@ -47,7 +47,7 @@ impl<'a> Beam<'a> {
         ask: &mut Ask<'_>,
     ) {
         let (tree, scale, culling) = (self.tree, self.scale, self.culling);
-        self.visits.shafts += 1;
+        self.visits.packets += 1;
         let lines = (culling == KdCulling::CornerRays).then(|| bundle.whole.corner_lines());
         let intervals = if culling == KdCulling::Intervals { intervals(simd, rays) } else { [[0.0; 2]; 6] };
         let mut stack = [*start; Nodes::MAX_DEPTH];
@@ -126,7 +126,7 @@ impl<'a> Beam<'a> {
             let low = [0, 1, 2].map(|axis| a[axis].min(b[axis]).min(c[axis]));
             let high = [0, 1, 2].map(|axis| a[axis].max(b[axis]).max(c[axis]));
             if culls.leave_out(simd, rays, &bundle.whole, &turned, [low, high], &filter) {
-                self.visits.culled += 1;
+                self.visits.frustum_culls += 1;
                 continue;
             }
             // All groups that it meets anywhere are asked, so that it needn't be tested again in other leaves.

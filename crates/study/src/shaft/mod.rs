@@ -14,31 +14,15 @@ mod shaft;
 use fearless_simd::{Simd, dispatch};
 use umbrage_rays::internals::{Ask, LANES, Rays, Scale};
 use umbrage_rays::predicate::ShadowRay;
-use umbrage_rays::{Hit, KdTree, Ray, Triangles};
+use umbrage_rays::{Counts, Hit, KdTree, Ray, Triangles};
 
 use beam::Beam;
 pub use options::{KdCulling, KdEntry, ShaftLead, ShaftOptions};
 use search::{Met, Search};
 use shaft::{Axes, Bundle};
 
-/// What shafts took; those of packets are the tree's.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ShaftVisits {
-    /// Shafts that were led to leaves.
-    pub shafts: u64,
-    /// Inner nodes that they visited.
-    pub nodes: u64,
-    /// Leaves that they visited.
-    pub leaves: u64,
-    /// Triangles that were tested, for up to 16 rays at once.
-    pub tests: u64,
-    /// Triangles that were left out for all rays.
-    pub culled: u64,
-    /// Nodes that were visited to find where rays begin.
-    pub searched: u64,
-}
-
-/// Does what [`KdTree::nearest_of_packet`] does, by shafts.
+/// Does what [`KdTree::nearest_of_packet`] does, by shafts, and says what these took: shafts as `packets`, triangles that they
+/// left out as `frustum_culls`. What packets took is the tree's.
 ///
 /// # Panics
 /// If there are more or fewer `hits` than `rays`.
@@ -49,15 +33,15 @@ pub fn nearest_of_shafts(
     options: ShaftOptions,
     counts: impl Fn(&Hit) -> bool,
     hits: &mut [Option<Hit>],
-) -> ShaftVisits {
-    let mut visits = ShaftVisits::default();
+) -> Counts {
+    let mut visits = Counts::default();
     tree.nearest_by(triangles, rays, counts, hits, |ask| {
         visits = visit(tree, triangles, options, &|index| rays[index], rays.len(), ask);
     });
     visits
 }
 
-/// Does what [`KdTree::blocked_of_packet`] does, by shafts.
+/// Does what [`KdTree::blocked_of_packet`] does, by shafts, and says what these took as [`nearest_of_shafts`] does.
 ///
 /// # Panics
 /// If there are more or fewer `own` or `blocked` than `rays`.
@@ -68,8 +52,8 @@ pub fn blocked_of_shafts(
     options: ShaftOptions,
     counts: impl Fn(u32, [f32; 2]) -> bool,
     blocked: &mut [bool],
-) -> ShaftVisits {
-    let mut visits = ShaftVisits::default();
+) -> Counts {
+    let mut visits = Counts::default();
     tree.blocked_by(triangles, rays, own, counts, blocked, |ask| {
         visits = visit(tree, triangles, options, &|index| rays[index].ray, rays.len(), ask);
     });
@@ -83,8 +67,8 @@ fn visit(
     ray: &dyn Fn(usize) -> Ray,
     count: usize,
     ask: &mut Ask<'_>,
-) -> ShaftVisits {
-    let mut visits = ShaftVisits::default();
+) -> Counts {
+    let mut visits = Counts::default();
     tree.prepare(ray, count, ask, &mut |rays, ask| {
         let mut shafts = Shafts { tree, triangles, scale: Scale::of(&tree.extent()), options, visits: &mut visits };
         let met = dispatch!(tree.level().into(), simd => shafts.visit(simd, rays, ask));
@@ -101,7 +85,7 @@ struct Shafts<'a> {
     triangles: Triangles<'a>,
     scale: Scale,
     options: ShaftOptions,
-    visits: &'a mut ShaftVisits,
+    visits: &'a mut Counts,
 }
 
 impl Shafts<'_> {

@@ -1,8 +1,8 @@
 use umbrage_rays::internals::{Extent, Nodes, Scale};
-use umbrage_rays::{KdTree, Triangles};
+use umbrage_rays::{Counts, KdTree, Triangles};
 
+use super::KdEntry;
 use super::shaft::Shaft;
-use super::{KdEntry, ShaftVisits};
 
 /// A node that a shaft meets: where it is, its cell, and the ways along the shaft's axis that are in there.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +46,7 @@ pub(super) struct Search<'a> {
     pub(super) scale: &'a Scale,
     pub(super) shaft: &'a Shaft,
     pub(super) kind: KdEntry,
-    pub(super) visits: &'a mut ShaftVisits,
+    pub(super) visits: &'a mut Counts,
 }
 
 impl Search<'_> {

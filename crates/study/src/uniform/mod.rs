@@ -245,7 +245,7 @@ impl Visitor for Lines<'_> {
                 }
                 let missed = triangle.missed(simd, &self.blocks[block]);
                 for lane in lanes_of(self.members[block] & !missed) {
-                    statistics.settled(1);
+                    statistics.note(|counts| counts.settled += 1);
                     let place = block * LANES + lane;
                     self.lines[place].t_max = self.lines[place].t_max.min((self.ask)(place, id));
                     is_asked = true;

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use umbrage_gpu::Gpu;
-use umbrage_rays::{Camera, KdBuilder, KdTraversal, KdTreeOptions, KdTreeVisits, LightSource, View};
+use umbrage_rays::{Camera, Counts, KdBuilder, KdTraversal, KdTreeOptions, LightSource, View};
 use umbrage_study::gpu_kdtree::{KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
 
 use crate::frames::{SCENERY, render, triangle};
@@ -101,7 +101,7 @@ fn made(gpu: &Gpu, address: &str, opened: &umbrage_scene::Scene) -> (Scene, View
     (scene, View { camera, width: SIZE, height: SIZE }, light)
 }
 
-fn per(visits: KdTreeVisits) -> String {
+fn per(visits: Counts) -> String {
     let [nodes, leaves, tests, restarts] = [visits.nodes, visits.leaves, visits.tests, visits.restarts]
         .map(|count| count as f64 / visits.rays.max(1) as f64);
     format!("{nodes:.1} nodes, {leaves:.1} leaves, {tests:.1} tests, {restarts:.2} restarts")

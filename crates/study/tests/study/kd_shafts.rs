@@ -6,9 +6,7 @@ use umbrage_rays::{
     Hit, KdBuilder, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray,
     SahCosts, SimdLevel, Triangles,
 };
-use umbrage_study::shaft::{
-    KdCulling, KdEntry, ShaftLead, ShaftOptions, ShaftVisits, blocked_of_shafts, nearest_of_shafts,
-};
+use umbrage_study::shaft::{KdCulling, KdEntry, ShaftLead, ShaftOptions, blocked_of_shafts, nearest_of_shafts};
 
 use crate::support::{self, Mesh, Random, blocked_by_any, blocks, nearest_of_all, random_ray, scene};
 
@@ -214,7 +212,7 @@ fn shafts_begin_lower_and_leave_triangles_out() {
         })
         .collect();
     let [tree, _] = trees(mesh.triangles(), SimdLevel::default());
-    let visits = |options| -> ShaftVisits {
+    let visits = |options| -> umbrage_rays::Counts {
         let mut hits = vec![None; rays.len()];
         let visits = nearest_of_shafts(&tree, mesh.triangles(), &rays, options, |_| true, &mut hits);
         assert!(hits.iter().flatten().count() > 1000);
@@ -222,7 +220,7 @@ fn shafts_begin_lower_and_leave_triangles_out() {
     };
     let [root, multi_level, accelerated] =
         KdEntry::ALL.map(|entry| visits(ShaftOptions { entry, ..ShaftOptions::default() }));
-    assert!(root.shafts <= 16 && root.searched == 0, "{root:?}");
+    assert!(root.packets <= 16 && root.searched == 0, "{root:?}");
     assert!(
         multi_level.nodes < root.nodes && accelerated.nodes <= multi_level.nodes,
         "{multi_level:?} {accelerated:?}"
@@ -230,7 +228,7 @@ fn shafts_begin_lower_and_leave_triangles_out() {
     assert!(accelerated.searched > 0 && accelerated.searched <= multi_level.searched, "{accelerated:?}");
     let [none, intervals, corner_rays, vertices, transient] = KdCulling::ALL
         .map(|culling| visits(ShaftOptions { lead: ShaftLead::Shaft(culling), ..ShaftOptions::default() }));
-    let culled = [intervals, corner_rays, vertices, transient].map(|visits| visits.culled);
-    assert!(none.culled == 0 && !culled.contains(&0), "{culled:?}");
+    let culled = [intervals, corner_rays, vertices, transient].map(|visits| visits.frustum_culls);
+    assert!(none.frustum_culls == 0 && !culled.contains(&0), "{culled:?}");
     assert!(vertices.tests <= none.tests && transient.tests < vertices.tests, "{vertices:?} {transient:?}");
 }

@@ -1,6 +1,5 @@
 //! The CPU engine: a frame's stages on the threads of the current rayon pool.
 
-mod make;
 mod see;
 mod shade;
 mod shadow;
@@ -16,7 +15,6 @@ use umbrage_scene::{Frame, FrameOpacity, Light, Scene};
 use crate::engine::{Engine, Output, Staged};
 use crate::sampling::Sample;
 use crate::{Error, Film, Settings, Settled, Stats, Structure, WorkCounts};
-use make::make;
 
 /// Finds what each pixel sees and which lights reach it, through structures rebuilt for every frame.
 #[derive(Debug)]
@@ -70,7 +68,7 @@ impl Cpu {
     fn choose(&mut self, settings: &Settings, sends_rays_onward: bool) -> Result<(), Error> {
         let made_of = (settings.structure, sends_rays_onward);
         if self.made_of != made_of {
-            self.structure = make(settings.structure, self.level, sends_rays_onward)?;
+            self.structure = settings.structure.make(self.level, sends_rays_onward)?;
             self.made_of = made_of;
         }
         self.sides = settings.sides;

@@ -1,8 +1,5 @@
 //! Tests of what the CPU does, as one program; those of the GPU engine are in `gpu`.
 
-mod adversarial;
-mod bad_input;
-mod bvh;
 mod files_scenes;
 mod gltf_scenes;
 mod matrix;

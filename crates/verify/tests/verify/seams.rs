@@ -1,8 +1,7 @@
-//! Sheets with vertices exactly on rays, through every form of both grids, against the oracle in every pixel.
+//! How many rays go exactly through what a sheet's triangles share; the conformance suite asks structures about them.
 
 use glam::Vec3;
-use umbrage_rays::LightSource;
-use umbrage_verify::{Random, Seams, Sheet, SheetShape, Shot};
+use umbrage_verify::{Random, Seams, Sheet, SheetShape};
 
 fn shapes() -> impl Iterator<Item = SheetShape> {
     let sizes = [(16, 1), (16, 2), (32, 4)].into_iter().flat_map(|size| [false, true].map(|shell| (size, shell)));
@@ -13,23 +12,6 @@ fn shapes() -> impl Iterator<Item = SheetShape> {
             SheetShape { side, step, position, scale, is_orthographic, has_shell }
         })
     })
-}
-
-#[test]
-fn every_form_of_the_grids_is_the_oracles_at_seams() {
-    let mut random = Random::new(21);
-    for shape in shapes() {
-        let sheet = Sheet::new(shape, &mut random);
-        let camera = sheet.view.camera;
-        let beside = camera.right * (3.0 * shape.scale) + camera.forward * (2.0 * shape.scale);
-        let lights = [sheet.light, LightSource::Point { position: shape.position + beside }];
-        let (view, offset_pixels) = (sheet.view, sheet.offset_pixels);
-        let shot = Shot { triangles: sheet.mesh.triangles(), view, offset_pixels, lights: &lights };
-        let truth = shot.truth();
-        assert!(truth.triangle.iter().all(|&id| id < sheet.front), "{shape:?}");
-        assert!(truth.lit[0].iter().all(|&lit| lit), "{shape:?}");
-        shot.check_against(&truth, &format!("{shape:?}"));
-    }
 }
 
 #[test]

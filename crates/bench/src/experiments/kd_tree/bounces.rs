@@ -27,7 +27,6 @@ const TRAVERSALS: [KdTraversal; 4] =
     [KdTraversal::Stack, KdTraversal::Restart, KdTraversal::PushDown, KdTraversal::ShortStack(4)];
 
 impl KdBouncesFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
         let mut table = self.common.start(COLUMNS)?;
         let mut series = Vec::new();
@@ -64,15 +63,12 @@ impl KdBouncesFlags {
                 rays = mirrored(triangles, &rays, &hits_of(&tree, triangles, &rays));
             }
         }
-        table.notes(&[
+        let notes = [
             "Every triangle a flat mirror; only rays that hit bounce. single, packets: rays a microsecond, one at a time",
             "and by 16. Horn et al. 2007, Figure 2: single rays pass packets of four after the first bounce.",
-        ])?;
-        table.finish()?;
-        self.common.draw(|| {
-            let scales = [Scale::Linear; 2];
-            LineChart { title: "Mirror bounces", x_title: "bounce", y_title: "rays a microsecond", scales, series }
-                .svg()
-        })
+        ];
+        let (x_title, y_title, scales) = ("bounce", "rays a microsecond", [Scale::Linear; 2]);
+        let chart = LineChart { title: "Mirror bounces", x_title, y_title, scales, series };
+        self.common.output.finish(table, &notes, &chart)
     }
 }

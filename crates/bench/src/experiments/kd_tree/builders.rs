@@ -42,7 +42,6 @@ const COLUMNS: &[(&str, usize)] = &[
 const MOST_FOR: [(KdBuilder, usize); 2] = [(KdBuilder::Naive, 3_000), (KdBuilder::Resorting, 200_000)];
 
 impl KdBuildersFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
         let mut table = self.common.start(COLUMNS)?;
         let mut bars = Vec::new();
@@ -57,17 +56,15 @@ impl KdBuildersFlags {
                 bars.push(Bar { name: bar, heights: vec![trial.build] });
             }
         }
-        table.notes(&[
+        let notes = [
             "build_1, build: milliseconds with one thread and with all; mtri_s: millions of triangles a second with all.",
             "sah_cost: what a ray is expected to cost; references and bytes for each triangle; camera_us, diffuse_us: rays",
             "a microsecond, one at a time; time_ratio: what both kinds of rays take, over the exact builder's tree.",
             "The thesis (Rahikainen 2013, chapter 4): an exact O(N log N) build of the Bunny's 70 K triangles took 3.2 s.",
-        ])?;
-        table.finish()?;
-        self.common.draw(|| {
-            let title = "Builders of kd-trees";
-            BarChart { title, y_title: "milliseconds to build", parts: vec!["all threads".to_owned()], bars }.svg()
-        })
+        ];
+        let (title, parts) = ("Builders of kd-trees", vec!["all threads".to_owned()]);
+        let chart = BarChart { title, y_title: "milliseconds to build", parts, bars };
+        self.common.output.finish(table, &notes, &chart)
     }
 
     fn trials(&self, frame: &Frame, address: &str) -> Result<Vec<Trial>> {

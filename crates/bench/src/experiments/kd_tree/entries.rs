@@ -34,9 +34,8 @@ const COLUMNS: &[(&str, usize)] = &[
 ];
 
 impl KdEntriesFlags {
-    /// Measures and prints.
     pub(crate) fn run(&self) -> Result<()> {
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start_without_chart(COLUMNS)?;
         let all = forms();
         let packets = Some(KdPacketOptions::default());
         let of = |&options| Way { traversal: KdTraversal::Stack, packets, shafts: Some(options) };
@@ -53,12 +52,12 @@ impl KdEntriesFlags {
                 }
             }
         }
-        table.notes(&[
+        table.finish(&[
             "rays_us: rays a microsecond; ratio: over packets of 16 from the root. Thousands of nodes, of nodes on which",
             "packets looked for where to begin, of leaves, of triangles tested for up to 16 rays, and of triangles left",
             "out for all rays of a shaft (with the feature `statistics`).",
         ])?;
-        Ok(table.finish()?)
+        Ok(())
     }
 }
 
@@ -89,7 +88,8 @@ fn row(scene: &str, kind: &str, options: &ShaftOptions, cost: &Cost, first: &Cos
         Cell::Number(cost.rate, 3),
         Cell::Number(cost.rate / first.rate, 2),
     ];
-    let counts = cost.visits.map(|visits| [visits.nodes, visits.searched, visits.leaves, visits.tests, visits.culled]);
+    let counts =
+        cost.visits.map(|visits| [visits.nodes, visits.searched, visits.leaves, visits.tests, visits.frustum_culls]);
     match counts {
         Some(counts) => row.extend(counts.map(|count| Cell::Number(count as f64 / 1e3, 1))),
         None => row.extend([const { Cell::Nothing }; 5]),

@@ -38,9 +38,8 @@ const COLUMNS: &[(&str, usize)] = &[
 ];
 
 impl KdFramesFlags {
-    /// Measures and prints.
     pub(crate) fn run(&self) -> Result<()> {
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start_without_chart(COLUMNS)?;
         for address in &self.scenes {
             let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
             let mut frame = Frame::default();
@@ -61,12 +60,12 @@ impl KdFramesFlags {
                 table.push(&trial.row(name(address), frame.triangles().len(), &first))?;
             }
         }
-        table.notes(&[
+        table.finish(&[
             "Camera rays one at a time, frame after frame; medians in milliseconds. ratio: of the first one's frame. built:",
             "parts of the frames for which a tree was built, or of lazy trees' subtrees that rays reached; age: frames since",
             "the traced tree's own. differ: rays that hit something else than through the first tree.",
         ])?;
-        Ok(table.finish()?)
+        Ok(())
     }
 }
 

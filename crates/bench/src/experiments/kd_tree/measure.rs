@@ -1,18 +1,17 @@
 use std::hint::black_box;
-use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::rays::{KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles};
+use umbrage::rays::{Counts, KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles};
 use umbrage::scene::Frame;
-use umbrage_study::shaft::{ShaftOptions, ShaftVisits, nearest_of_shafts};
+use umbrage_study::shaft::{ShaftOptions, nearest_of_shafts};
 
-use crate::flags::{draw, size, use_threads};
+use crate::flags::{OutputFlags, size, use_threads};
 use crate::grids::time;
 use crate::median::median;
 use crate::rays::{Hits, PACKET};
-use crate::table::{Columns, Form, Table};
+use crate::table::{Columns, Table};
 
 /// Flags of every experiment with kd-trees.
 #[derive(Args, Debug)]
@@ -26,38 +25,32 @@ pub(crate) struct KdFlags {
     /// Threads to work with [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// How the results are written
-    #[arg(long, value_enum, default_value = "table")]
-    form: Form,
-    /// Draw them as well
-    #[arg(long, value_name = "FILE.svg")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) output: OutputFlags,
 }
 
 impl KdFlags {
-    /// Has everything use as many threads as are asked for, and begins the table.
+    /// Begins the table of a command that draws as well, on as many threads as are asked for.
     pub(super) fn start(&self, columns: Columns) -> Result<Table> {
-        use_threads(self.threads)?;
-        Ok(Table::start(self.form, &self.conditions(), columns)?)
+        self.output.start(&self.prepare()?, columns)
+    }
+
+    /// Begins the table of a command that draws nothing.
+    pub(super) fn start_without_chart(&self, columns: Columns) -> Result<Table> {
+        self.output.start_without_chart(&self.prepare()?, columns)
     }
 
     /// The same for what a device does, in milliseconds.
     pub(super) fn start_on(&self, device: &str, columns: Columns) -> Result<Table> {
-        use_threads(self.threads)?;
-        let conditions = format!("{device}, {}, milliseconds", self.conditions());
-        Ok(Table::start(self.form, &conditions, columns)?)
+        self.output.start_without_chart(&format!("{device}, {}, milliseconds", self.prepare()?), columns)
     }
 
-    /// How everything is measured, in one line.
-    fn conditions(&self) -> String {
+    /// Has everything use as many threads as are asked for, and says in one line how everything is measured.
+    fn prepare(&self) -> Result<String> {
+        use_threads(self.threads)?;
         let [width, height] = self.size;
         let (threads, rounds) = (rayon::current_num_threads(), self.rounds);
-        format!("rays of {width}x{height} pixels, threads {threads}, medians of {rounds} rounds")
-    }
-
-    /// Writes the chart, if one is wanted.
-    pub(super) fn draw(&self, svg: impl FnOnce() -> String) -> Result<()> {
-        draw(self.plot.as_ref(), svg)
+        Ok(format!("rays of {width}x{height} pixels, threads {threads}, medians of {rounds} rounds"))
     }
 }
 
@@ -89,24 +82,12 @@ pub(super) struct Way {
 pub(super) struct Cost {
     /// Rays a microsecond.
     pub(super) rate: f64,
-    /// Nodes visited for each ray or packet, leaves, and triangles tested: of one round; `None` where nothing is counted.
-    pub(super) visits: Option<Visits>,
-}
-
-/// All of one round.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Visits {
-    pub(super) nodes: u64,
-    pub(super) leaves: u64,
-    pub(super) tests: u64,
-    /// Triangles that were left out for all rays of a packet.
-    pub(super) culled: u64,
-    /// Nodes on which packets looked for where to begin.
-    pub(super) searched: u64,
+    /// What one round took; `None` where nothing is counted.
+    pub(super) visits: Option<Counts>,
 }
 
 impl Way {
-    fn trace(self, tree: &mut KdTree, triangles: Triangles<'_>, rays: &[Ray], hits: &mut Hits) -> Result<Visits> {
+    fn trace(self, tree: &mut KdTree, triangles: Triangles<'_>, rays: &[Ray], hits: &mut Hits) -> Result<Counts> {
         tree.set_options(KdTreeOptions { traversal: self.traversal, ..tree.options() })?;
         if let Some(options) = self.packets {
             tree.set_packet_options(options);
@@ -115,47 +96,24 @@ impl Way {
         let tree = &*tree;
         let chunks = rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET));
         let visits = chunks.map(|(rays, hits)| match (self.packets, self.shafts) {
-            (_, Some(options)) => nearest_of_shafts(tree, triangles, rays, options, |_| true, hits).into(),
+            (_, Some(options)) => nearest_of_shafts(tree, triangles, rays, options, |_| true, hits),
             (Some(_), None) => {
                 tree.nearest_of_packet(triangles, rays, |_| true, hits);
-                Visits::default()
+                Counts::default()
             }
             (None, None) => {
                 let all = rays.iter().zip(hits);
                 all.for_each(|(ray, hit)| *hit = tree.nearest(triangles, ray, &|_| true));
-                Visits::default()
+                Counts::default()
             }
         });
-        Ok(visits.reduce(Visits::default, Visits::plus))
-    }
-
-    /// What the tree has counted besides those of shafts.
-    fn visits(self, tree: &KdTree, of_shafts: Visits) -> Option<Visits> {
-        let (alone, packets) = (tree.take_visits(), tree.take_packet_visits());
-        let [nodes, leaves, tests] = match self.packets {
-            None => [alone.nodes, alone.leaves, alone.tests],
-            Some(_) => [packets.nodes, packets.leaves, packets.tests],
-        };
-        cfg!(feature = "statistics").then_some(of_shafts.plus(Visits { nodes, leaves, tests, ..Visits::default() }))
+        Ok(visits.reduce(Counts::default, sum))
     }
 }
 
-impl Visits {
-    fn plus(self, other: Self) -> Self {
-        Self {
-            nodes: self.nodes + other.nodes,
-            leaves: self.leaves + other.leaves,
-            tests: self.tests + other.tests,
-            culled: self.culled + other.culled,
-            searched: self.searched + other.searched,
-        }
-    }
-}
-
-impl From<ShaftVisits> for Visits {
-    fn from(ShaftVisits { nodes, leaves, tests, culled, searched, .. }: ShaftVisits) -> Self {
-        Self { nodes, leaves, tests, culled, searched }
-    }
+fn sum(mut counts: Counts, others: Counts) -> Counts {
+    counts += others;
+    counts
 }
 
 /// Traces the same rays each way, in turn.
@@ -170,13 +128,13 @@ pub(super) fn race(
     let mut times = vec![Vec::new(); ways.len()];
     let mut visits = vec![None; ways.len()];
     for round in 0..=rounds {
-        for (place, way) in ways.iter().enumerate() {
+        for (index, way) in ways.iter().enumerate() {
             let mut spent = 0.0;
             let of_shafts = time(&mut spent, || way.trace(tree, triangles, rays, &mut hits))?;
             black_box(&hits);
-            visits[place] = way.visits(tree, of_shafts);
+            visits[index] = cfg!(feature = "statistics").then(|| sum(of_shafts, tree.take_visits()));
             if round > 0 {
-                times[place].push(spent);
+                times[index].push(spent);
             }
         }
     }

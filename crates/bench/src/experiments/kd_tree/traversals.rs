@@ -1,6 +1,6 @@
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::{KdPacketOptions, KdPacketWidth, KdTraversal};
+use umbrage::rays::{Counts, KdPacketOptions, KdPacketWidth, KdTraversal};
 
 use super::measure::{Cost, KdFlags, Way, frame, race, tree};
 use crate::plot::{LineChart, Scale, Series};
@@ -40,7 +40,6 @@ const TRAVERSALS: [KdTraversal; 6] = [
 ];
 
 impl KdTraversalsFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
         let mut table = self.common.start(COLUMNS)?;
         let mut series = Vec::new();
@@ -64,18 +63,15 @@ impl KdTraversalsFlags {
                 }
             }
         }
-        table.notes(&[
+        let notes = [
             "rays_us: rays a microsecond; of_stack: that over the full stack's. nodes, leaves, tests: for each ray, of",
             "packets for each of their rays' packet (with the feature `statistics`); node_ratio: over the full stack's.",
             "Horn et al. 2007, §3.3: a short stack of 8 entries visits less than 3 % more nodes than a full one.",
-        ])?;
-        table.finish()?;
-        self.common.draw(|| {
-            let (x_title, y_title) =
-                ("full stack, restart, push-down, short stacks of 2, 4 and 8", "rays a microsecond");
-            let scales = [Scale::Linear, Scale::Logarithmic];
-            LineChart { title: "Traversals, one ray at a time", x_title, y_title, scales, series }.svg()
-        })
+        ];
+        let x_title = "full stack, restart, push-down, short stacks of 2, 4 and 8";
+        let (y_title, scales) = ("rays a microsecond", [Scale::Linear, Scale::Logarithmic]);
+        let chart = LineChart { title: "Traversals, one ray at a time", x_title, y_title, scales, series };
+        self.common.output.finish(table, &notes, &chart)
     }
 }
 
@@ -88,8 +84,7 @@ fn widths() -> [(&'static str, Option<KdPacketOptions>); 4] {
 fn row([scene, kind, width]: [&str; 3], traversal: KdTraversal, cost: &Cost, stack: &Cost, rays: usize) -> Vec<Cell> {
     let packets = rays as f64 / width.parse::<f64>().unwrap_or(1.0);
     let each = |number: u64| Cell::Number(number as f64 / packets, 1);
-    let of_ray =
-        |pick: fn(&super::measure::Visits) -> u64| cost.visits.map_or(Cell::Nothing, |visits| each(pick(&visits)));
+    let of_ray = |pick: fn(&Counts) -> u64| cost.visits.map_or(Cell::Nothing, |visits| each(pick(&visits)));
     let ratio = cost.visits.zip(stack.visits).map(|(own, full)| own.nodes as f64 / full.nodes.max(1) as f64);
     vec![
         scene.into(),

@@ -3,7 +3,7 @@ use clap::Args;
 use umbrage::rays::{Counts, PacketSide, UniformOptions};
 
 use super::measure::{Way, measure};
-use crate::flags::{ExperimentFlags, size};
+use crate::flags::ImageFlags;
 use crate::shot::name;
 use crate::table::Cell;
 
@@ -12,11 +12,8 @@ pub(crate) struct CullingFlags {
     /// Files, sequences or demo:NAME
     #[arg(default_values = ["demo:cloth", "demo:marbles", "demo:forest", "demo:hall", "demo:shatter", "demo:statue"])]
     scenes: Vec<String>,
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
-    size: [u32; 2],
     #[command(flatten)]
-    common: ExperimentFlags,
+    common: ImageFlags,
 }
 
 const COLUMNS: &[(&str, usize)] = &[
@@ -32,26 +29,27 @@ const COLUMNS: &[(&str, usize)] = &[
 ];
 
 impl CullingFlags {
-    /// Counts and prints.
     pub(crate) fn run(&self) -> Result<()> {
         if !cfg!(feature = "statistics") {
             bail!("this `umbrage-bench` counts nothing: build it with `--features statistics`");
         }
         let packets = [PacketSide::Four, PacketSide::Eight, PacketSide::ThirtyTwo];
         let forms = packets.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
-        let mut table = self.common.start(Some(self.size), COLUMNS)?;
+        let mut table = self.common.start_without_chart(COLUMNS)?;
         for address in &self.scenes {
-            for (packet, costs) in packets.iter().zip(measure(address, self.size, &forms, &self.common)?) {
+            for (packet, costs) in
+                packets.iter().zip(measure(address, self.common.size, &forms, &self.common.animation)?)
+            {
                 table.push(&row(name(address), packet.pixels(), &costs.counts))?;
             }
         }
-        table.notes(&[
+        table.finish(&[
             "Millions: pairs of a packet and a cell, and of a ray and a triangle that would be tested with neither",
             "mailbox nor culling, with the mailbox, with frustum culling too, and without what is behind all hits.",
             "ratio: neither by frustum. Wald et al. 2006, Table 1: 8.5 (ben), 13.4 (hand), 14.0 (toys), 13.9 (conf).",
             "settled: pairs of a ray and a triangle that went to the exact predicate, not in millions.",
         ])?;
-        Ok(table.finish()?)
+        Ok(())
     }
 }
 

@@ -3,7 +3,7 @@ use clap::Args;
 use umbrage::rays::UniformOptions;
 
 use super::measure::{Costs, Way, measure};
-use crate::flags::{ExperimentFlags, size};
+use crate::flags::ImageFlags;
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
 use crate::table::Cell;
@@ -16,11 +16,8 @@ pub(crate) struct DensityFlags {
     /// Cells for each triangle: λ of the paper
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [0.5, 1.0, 2.0, 4.0, 6.0, 8.0, 12.0, 16.0, 32.0])]
     densities: Vec<f64>,
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
-    size: [u32; 2],
     #[command(flatten)]
-    common: ExperimentFlags,
+    common: ImageFlags,
 }
 
 const COLUMNS: &[(&str, usize)] = &[
@@ -35,14 +32,13 @@ const COLUMNS: &[(&str, usize)] = &[
 ];
 
 impl DensityFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
         let options = |cells_per_triangle| UniformOptions { cells_per_triangle, ..UniformOptions::DEFAULT };
         let forms: Vec<_> = self.densities.iter().map(|&density| (options(density), Way::Packets)).collect();
-        let mut table = self.common.start(Some(self.size), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
-            let costs = measure(address, self.size, &forms, &self.common)?;
+            let costs = measure(address, self.common.size, &forms, &self.common.animation)?;
             let both = |costs: &Costs| costs.build + costs.see;
             let best = costs.iter().map(both).fold(f64::INFINITY, f64::min);
             for (&density, costs) in self.densities.iter().zip(&costs) {
@@ -51,16 +47,13 @@ impl DensityFlags {
                 Series::add(&mut series, short_name(address), [density, rate]);
             }
         }
-        table.notes(&[
+        let notes = [
             "Built and seen through, in packets of 32x32 pixels. rate_to_best: frames a second by those of the best.",
             "Wald et al. 2006, Figure 6: nearly all scenes are the fastest at about 6.",
-        ])?;
-        table.finish()?;
-        self.common.draw(|| {
-            let (title, x_title, y_title) =
-                ("Cells for each triangle", "cells for each triangle", "rate by the best rate");
-            LineChart { title, x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series }.svg()
-        })
+        ];
+        let (title, x_title, y_title) = ("Cells for each triangle", "cells for each triangle", "rate by the best rate");
+        let chart = LineChart { title, x_title, y_title, scales: [Scale::Doubling, Scale::Linear], series };
+        self.common.finish(table, &notes, &chart)
     }
 }
 

@@ -2,10 +2,10 @@ use anyhow::{Context, Result};
 use umbrage::rays::{Counts, SeenPixels, Structure as _, UniformGrid, UniformOptions, ray_by_ray};
 use umbrage::scene::Frame;
 
-use crate::flags::ExperimentFlags;
+use crate::flags::AnimationFlags;
 use crate::grids::time;
 use crate::median::median;
-use crate::shot::{Lights, Shot};
+use crate::shot::{Lights, Shot, moments};
 
 /// How the camera's rays are traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,18 +36,16 @@ pub(super) fn measure(
     address: &str,
     size: [u32; 2],
     forms: &[(UniformOptions, Way)],
-    flags: &ExperimentFlags,
+    flags: &AnimationFlags,
 ) -> Result<Vec<Costs>> {
     let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
     let mut trials = forms.iter().map(|&form| Trial::new(form, flags)).collect::<Result<Vec<_>>>()?;
     let mut frame = Frame::default();
-    // The first frame takes memory that later ones use again: it doesn't count.
-    for number in 0..=flags.frames {
-        let seconds = scene.duration_seconds() * f64::from(number) / f64::from(flags.frames + 1);
+    for (seconds, is_counted) in moments(&scene, flags.frames) {
         scene.pose(seconds, &mut frame)?;
         let shot = Shot { masks: flags.masks, ..Shot::new(&frame, address, size, 1, Lights::First) };
         for trial in &mut trials {
-            trial.run(&shot, number > 0);
+            trial.run(&shot, is_counted);
         }
     }
     Ok(trials.iter().map(|trial| trial.costs(frame.triangles().len())).collect())
@@ -63,7 +61,7 @@ struct Trial {
 }
 
 impl Trial {
-    fn new((options, way): (UniformOptions, Way), flags: &ExperimentFlags) -> Result<Self> {
+    fn new((options, way): (UniformOptions, Way), flags: &AnimationFlags) -> Result<Self> {
         let mut grid = UniformGrid::with_level(flags.simd.unwrap_or_default());
         grid.set_options(options)?;
         Ok(Self { grid, way, seen: SeenPixels::default(), counts: Counts::default(), times: Vec::new() })

@@ -3,7 +3,7 @@ use clap::Args;
 use umbrage::rays::UniformOptions;
 
 use super::measure::{Costs, Way, measure};
-use crate::flags::{ExperimentFlags, size};
+use crate::flags::ImageFlags;
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
 use crate::table::Cell;
@@ -19,11 +19,8 @@ pub(crate) struct NestedFlags {
     /// Trace the camera's rays one at a time as well: where no cell holds a grid, it takes minutes
     #[arg(long)]
     single: bool,
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
-    size: [u32; 2],
     #[command(flatten)]
-    common: ExperimentFlags,
+    common: ImageFlags,
 }
 
 const COLUMNS: &[(&str, usize)] = &[
@@ -38,16 +35,15 @@ const COLUMNS: &[(&str, usize)] = &[
 ];
 
 impl NestedFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
         let thresholds = || [None].into_iter().chain(self.above.iter().copied().map(Some));
         let options = |nested_above| UniformOptions { nested_above, ..UniformOptions::DEFAULT };
         let ways: &[Way] = if self.single { &[Way::Packets, Way::Single] } else { &[Way::Packets] };
         let forms: Vec<_> = thresholds().flat_map(|above| ways.iter().map(move |&way| (options(above), way))).collect();
-        let mut table = self.common.start(Some(self.size), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
-            let costs = measure(address, self.size, &forms, &self.common)?;
+            let costs = measure(address, self.common.size, &forms, &self.common.animation)?;
             for (above, costs) in thresholds().zip(costs.chunks_exact(ways.len())) {
                 table.push(&row(name(address), above, costs))?;
                 // Without a limit no cell holds a grid.
@@ -55,16 +51,14 @@ impl NestedFlags {
                 Series::add(&mut series, short_name(address), [x, costs[0].build + costs[0].see]);
             }
         }
-        table.notes(&[
+        let notes = [
             "Cells that list more triangles than `above` may hold grids of their own, `grids` in number.",
             "see, single: the camera's rays in packets, and one at a time.",
-        ])?;
-        table.finish()?;
-        self.common.draw(|| {
-            let (title, x_title) = ("Grids inside of cells", "triangles of a cell that may hold one (1024: none)");
-            let y_title = "milliseconds to build and see";
-            LineChart { title, x_title, y_title, scales: [Scale::Doubling, Scale::Logarithmic], series }.svg()
-        })
+        ];
+        let (title, x_title) = ("Grids inside of cells", "triangles of a cell that may hold one (1024: none)");
+        let y_title = "milliseconds to build and see";
+        let chart = LineChart { title, x_title, y_title, scales: [Scale::Doubling, Scale::Logarithmic], series };
+        self.common.finish(table, &notes, &chart)
     }
 }
 

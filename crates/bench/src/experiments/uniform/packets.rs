@@ -3,7 +3,7 @@ use clap::Args;
 use umbrage::rays::{PacketSide, UniformOptions};
 
 use super::measure::{Costs, Way, measure};
-use crate::flags::{ExperimentFlags, size};
+use crate::flags::ImageFlags;
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::name;
 use crate::table::Cell;
@@ -13,11 +13,8 @@ pub(crate) struct PacketsFlags {
     /// Files, sequences or demo:NAME
     #[arg(default_values = SCENES)]
     scenes: Vec<String>,
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
-    size: [u32; 2],
     #[command(flatten)]
-    common: ExperimentFlags,
+    common: ImageFlags,
 }
 
 /// The gallery's, and one of growing detail in place of the paper's Armadillo.
@@ -52,33 +49,30 @@ const COLUMNS: &[(&str, usize)] = &[
 ];
 
 impl PacketsFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
         let packets =
             PacketSide::ALL.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
         let forms: Vec<_> = [(UniformOptions::DEFAULT, Way::Single)].into_iter().chain(packets).collect();
-        let mut table = self.common.start(Some(self.size), COLUMNS)?;
+        let mut table = self.common.start(COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
-            let costs = measure(address, self.size, &forms, &self.common)?;
+            let costs = measure(address, self.common.size, &forms, &self.common.animation)?;
             table.push(&row(name(address), &costs))?;
             for (side, costs) in PacketSide::ALL.iter().zip(&costs[1..]) {
                 let pixels = side.pixels();
                 Series::add(&mut series, &format!("{pixels}x{pixels}"), [costs.triangles as f64, costs.see]);
             }
         }
-        table.notes(&[
+        let notes = [
             "The camera's rays, one at a time from cell to cell, and in packets of so many pixels.",
             "references_us: references listed in cells a microsecond, in the build.",
             "Wald et al. 2006, Table 3: 8x8 packets are 6.75 (ben), 10.1 (hand), 13.1 (toys), 20.9 (erw6) and 10.6",
             "(conf) times as fast as single rays. Figure 7: 4x4 packets pass 8x8 ones at 250 K triangles.",
-        ])?;
-        table.finish()?;
+        ];
         series.iter_mut().for_each(|line: &mut Series| line.points.sort_by(|a, b| a[0].total_cmp(&b[0])));
-        self.common.draw(|| {
-            let (x_title, y_title) = ("triangles", "milliseconds to see");
-            LineChart { title: "Sizes of packets", x_title, y_title, scales: [Scale::Logarithmic; 2], series }.svg()
-        })
+        let (x_title, y_title) = ("triangles", "milliseconds to see");
+        let chart = LineChart { title: "Sizes of packets", x_title, y_title, scales: [Scale::Logarithmic; 2], series };
+        self.common.finish(table, &notes, &chart)
     }
 }
 

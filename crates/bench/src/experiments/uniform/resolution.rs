@@ -3,7 +3,7 @@ use clap::Args;
 use umbrage::rays::{PacketSide, UniformOptions};
 
 use super::measure::{Way, measure};
-use crate::flags::ExperimentFlags;
+use crate::flags::AnimationFlags;
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
 use crate::table::Cell;
@@ -17,7 +17,7 @@ pub(crate) struct ResolutionFlags {
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [256, 512, 1024, 2048, 4096])]
     sides: Vec<u32>,
     #[command(flatten)]
-    common: ExperimentFlags,
+    common: AnimationFlags,
 }
 
 const COLUMNS: &[(&str, usize)] =
@@ -27,10 +27,9 @@ const COLUMNS: &[(&str, usize)] =
 const PACKETS: [PacketSide; 3] = [PacketSide::Eight, PacketSide::Sixteen, PacketSide::ThirtyTwo];
 
 impl ResolutionFlags {
-    /// Measures, prints and draws.
     pub(crate) fn run(&self) -> Result<()> {
         let forms = PACKETS.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
-        let mut table = self.common.start(None, COLUMNS)?;
+        let mut table = self.common.output.start(&self.common.prepare(None)?, COLUMNS)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let mut before = None;
@@ -48,14 +47,12 @@ impl ResolutionFlags {
                 Series::add(&mut series, short_name(address), [pixels, best]);
             }
         }
-        table.notes(&[
+        let notes = [
             "growth: the best time by that of the row above; 4 is linear in pixels where sides double.",
             "Wald et al. 2006, §4.2: from 1024x1024 to 2048x2048 the rate drops by a factor of 1.75 to 2.25.",
-        ])?;
-        table.finish()?;
-        self.common.draw(|| {
-            let (x_title, y_title) = ("pixels", "milliseconds to see");
-            LineChart { title: "Resolution", x_title, y_title, scales: [Scale::Logarithmic; 2], series }.svg()
-        })
+        ];
+        let (x_title, y_title) = ("pixels", "milliseconds to see");
+        let chart = LineChart { title: "Resolution", x_title, y_title, scales: [Scale::Logarithmic; 2], series };
+        self.common.output.finish(table, &notes, &chart)
     }
 }

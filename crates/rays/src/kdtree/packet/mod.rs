@@ -3,7 +3,7 @@
 //! `rays` holds up to 256 rays in f32, and says why nothing is missed; `scale` is the coordinates of that. `filter` leaves
 //! out what rays certainly miss, `tester` asks the predicate about the rest. `step` is what 4, 8 or 16 rays do at a node, in
 //! their lanes; `stack` and `trail` lead them to leaves. `see` traces the rays of a camera's pixels and of a light. `options`
-//! says what there is to choose, `statistics` counts.
+//! says what there is to choose.
 
 mod filter;
 mod options;
@@ -11,7 +11,6 @@ mod rays;
 mod scale;
 mod see;
 mod stack;
-mod statistics;
 mod step;
 mod tester;
 mod trail;
@@ -20,15 +19,13 @@ use fearless_simd::{Simd, dispatch, f32x4, f32x8, f32x16};
 
 use super::{KdTraversal, KdTree};
 use crate::predicate::{self, ShadowRay};
+use crate::shot::Steps;
 use crate::{Hit, Ray, Triangles};
 pub use filter::{Filter, Wide, load};
 pub use options::{KdMailbox, KdPacketOptions, KdPacketWidth};
 pub use rays::{HALF_ULP, LANES, MOST_RAYS, Rays};
 pub use scale::Scale;
 use stack::{Stack, Waiting};
-pub use statistics::KdPacketVisits;
-use statistics::Steps;
-pub(super) use statistics::Tally;
 pub use tester::Ask;
 use tester::{MOST_PAIRS, Mailbox, Pairs, Tester, bits_of};
 use trail::Trail;
@@ -190,7 +187,7 @@ impl KdTree {
             ask,
             pairs: Pairs::default(),
             mailbox: Mailbox::new(self.packet_options.mailbox),
-            steps: Steps::new(&self.packet_visits),
+            steps: Steps::new(&self.visits),
         };
         let mut packets = Packets { rays, stack: &mut stack, root, tester };
         let level = self.level.into();

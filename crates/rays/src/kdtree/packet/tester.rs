@@ -4,7 +4,7 @@ use super::KdMailbox;
 use super::filter::{Filter, Wide};
 use super::rays::Rays;
 use super::scale::Scale;
-use super::statistics::Steps;
+use crate::shot::Steps;
 use crate::{KdTree, Triangles};
 
 /// Asks whether rays hit triangles, given pairs of a ray's place and a triangle, and is told from which t on nothing matters to
@@ -98,7 +98,7 @@ impl Tester<'_, '_> {
         self.steps.note(|visits| visits.tests += 1);
         let possible = filter.possible::<S, V>(simd, rays, first) & members;
         for lane in bits_of(possible) {
-            self.steps.note(|visits| visits.asked += 1);
+            self.steps.note(|visits| visits.settled += 1);
             self.pairs.push(first + lane, id, rays, self.ask);
         }
     }

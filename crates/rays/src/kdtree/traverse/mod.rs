@@ -19,8 +19,8 @@ use std::ops::ControlFlow;
 
 use super::extent::Plane;
 use super::node::Node;
-use super::statistics::Steps;
 use super::{KdTraversal, KdTree};
+use crate::shot::Steps;
 use crate::{Ray, Triangles, Visit};
 use stack::Stacked;
 use trail::Trailing;
@@ -188,7 +188,8 @@ const MAILBOX: usize = 16;
 
 impl<'a, Test: FnMut(u32, &mut f64) -> ControlFlow<()>> Tester<'a, Test> {
     fn new(within: Reachable<'a>, ray: &'a Ray, test: Test) -> Self {
-        let steps = Steps::of_ray(&within.tree.visits);
+        let mut steps = Steps::new(&within.tree.visits);
+        steps.note(|visits| visits.rays += 1);
         Self { within, ray, test, t_max: ray.t_max, mailbox: [u32::MAX; MAILBOX], steps }
     }
 

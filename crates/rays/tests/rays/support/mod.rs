@@ -1,9 +1,9 @@
 //! Small meshes, and the nearest hit by asking the predicate about every triangle.
 #![allow(dead_code, reason = "not every test file uses all of it")]
 
-use glam::{DVec2, DVec3, Vec3};
-use umbrage_rays::predicate::{ShadowRay, crossing, hit};
-use umbrage_rays::{Camera, Hit, Projection, Ray, SeenPixels, Triangles, UniformOptions, View};
+use glam::{DVec3, Vec3};
+use umbrage_rays::predicate::{ShadowRay, hit};
+use umbrage_rays::{Hit, Ray, Triangles, UniformOptions};
 
 /// A mesh of its own.
 #[derive(Clone, Debug, Default)]
@@ -125,81 +125,6 @@ impl Random {
     pub(crate) fn point(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
-}
-
-pub(crate) fn view(width: u32, height: u32) -> View {
-    let camera = Camera::look_at(Vec3::new(2.5, 1.5, 3.5), Vec3::ZERO, Vec3::Y, 0.9);
-    View { camera, width, height }
-}
-
-/// Triangles that show their front, their back or, to roundings, neither; and views of them, one of them mirrored and one
-/// with parallel rays.
-pub(crate) fn seen_from_both_sides() -> (Mesh, [View; 3]) {
-    let mut random = Random(13);
-    let mut mesh = Mesh::soup(&mut random, 150, 0.05);
-    mesh.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 12));
-    mesh.append(&Mesh::floor(3, 500.0));
-    // Edge-on for the camera of `view`, but for roundings.
-    let eye = view(1, 1).camera.position;
-    for _ in 0..50 {
-        let (a, b) = (random.point(), random.point());
-        mesh.push([a, b, a + (a - eye) * random.unit()]);
-    }
-    let mut views = [view(40, 40); 3];
-    views[1].camera.right = -views[1].camera.right;
-    views[2].camera.projection = Projection::Orthographic { half_height: 1.5 };
-    (mesh, views)
-}
-
-/// The nearest hit of the ray through `offset` of the pixel in column `x` and row `y`.
-pub(crate) fn nearest(
-    triangles: Triangles<'_>,
-    view: &View,
-    offset: DVec2,
-    (x, y): (u32, u32),
-    counts: impl Fn(&Hit) -> bool,
-) -> Option<Hit> {
-    let ray = view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y);
-    let vertices = triangles.positions.len() as u32;
-    let usable = |id: &u32| triangles.indices[*id as usize].iter().all(|&vertex| vertex < vertices);
-    let hits = (0..triangles.len() as u32).filter(usable).filter_map(|id| {
-        let crossing = crossing(&ray, triangles.corners(id))?;
-        let hit = Hit { t: crossing.t, triangle: id, barycentric: crossing.barycentric };
-        (hit.t > 0.0 && hit.t.is_finite() && counts(&hit)).then_some(hit)
-    });
-    hits.min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).expect("no t is NaN"))
-}
-
-/// Asserts that `seen` is what the predicate says, in every pixel and within the stated error.
-pub(crate) fn assert_exact(
-    triangles: Triangles<'_>,
-    view: &View,
-    offset: DVec2,
-    seen: &SeenPixels,
-    counts: impl Fn(&Hit) -> bool,
-) {
-    assert_eq!(seen.order().size(), (view.width, view.height));
-    for y in 0..view.height {
-        for x in 0..view.width {
-            let place = seen.order().index(x, y);
-            let expected = nearest(triangles, view, offset, (x, y), &counts);
-            let id = expected.map_or(SeenPixels::NONE, |hit| hit.triangle);
-            assert_eq!(seen.triangle[place], id, "pixel ({x}, {y}) of {view:?}, expected {expected:?}");
-            if let Some(hit) = expected {
-                let inverse = 1.0 / hit.t;
-                let off = (f64::from(seen.inverse_depth[place]) - inverse).abs() / inverse;
-                let bad =
-                    off > f64::from(SeenPixels::RELATIVE_ERROR) || (off.is_nan() && (1e-30..1e30).contains(&hit.t));
-                assert!(!bad, "pixel ({x}, {y}): {off}");
-            }
-        }
-    }
-}
-
-/// Equal to the last bit, where NaN equals itself.
-pub(crate) fn is_same(a: &SeenPixels, b: &SeenPixels) -> bool {
-    let bits = |seen: &SeenPixels| seen.inverse_depth.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
-    a.order() == b.order() && a.triangle == b.triangle && bits(a) == bits(b)
 }
 
 /// Triangles with a corner exactly, or to 2⁻²¹, where cells of a uniform grid meet that has [`CORNER_CELLS`] of them for each

@@ -59,26 +59,15 @@ pub struct KdAge {
 }
 
 /// Why there is no [`BackgroundKdTree`], or no such policy.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ImpossibleBackground {
     /// Its threads can't be started, in the words of the system.
+    #[error("threads can't be started: {0}")]
     Threads(String),
     /// Ratios aren't in order, or not from 1.
+    #[error("a tree can't be rebuilt above {} and waited for above {}", .0.rebuild_above, .0.wait_above)]
     Policy(RebuildPolicy),
 }
-
-impl std::fmt::Display for ImpossibleBackground {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Threads(why) => write!(f, "threads can't be started: {why}"),
-            Self::Policy(RebuildPolicy { rebuild_above, wait_above }) => {
-                write!(f, "a tree can't be rebuilt above {rebuild_above} and waited for above {wait_above}")
-            }
-        }
-    }
-}
-
-impl std::error::Error for ImpossibleBackground {}
 
 /// A kd-tree that is built on threads of its own while rays are traced through an earlier one. What rays hit are the
 /// triangles of the current frame, exactly, whichever tree leads them there; so answers don't depend on when a tree is ready.

@@ -88,26 +88,15 @@ pub struct TwoLevelCounts {
 }
 
 /// Objects that aren't those of the triangles.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ImpossibleObjects {
-    /// The triangles of an object, given by its place, don't follow those of the object before it.
+    /// The triangles of an object, given by its index, don't follow those of the object before it.
+    #[error("the triangles of object {0} don't follow those of the object before it")]
     Order(usize),
     /// All objects together have so many triangles, and the frame has as many as the second number says.
+    #[error("objects have {0} triangles, and the frame has {1}")]
     Count(usize, usize),
 }
-
-impl std::fmt::Display for ImpossibleObjects {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Order(place) => {
-                write!(f, "the triangles of object {place} don't follow those of the object before it")
-            }
-            Self::Count(objects, frame) => write!(f, "objects have {objects} triangles, and the frame has {frame}"),
-        }
-    }
-}
-
-impl std::error::Error for ImpossibleObjects {}
 
 impl Default for TwoLevelKdTree {
     fn default() -> Self {

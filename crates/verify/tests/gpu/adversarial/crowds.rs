@@ -6,7 +6,7 @@ use umbrage_verify::lights::{point, sun};
 use umbrage_verify::views::{camera, parallel_camera, view};
 use umbrage_verify::{Plates, Random, TestMesh};
 
-use super::grids::{grids, shot, truth_of_cpu};
+use super::grids::{case, grids, truth_of_cpu};
 
 #[test]
 fn ten_thousand_identical_triangles() {
@@ -14,10 +14,10 @@ fn ten_thousand_identical_triangles() {
     let mesh = TestMesh::copies(10_000);
     let [a, b, _] = TestMesh::COPY;
     let lights = [point(Vec3::new(3.0, 5.0, 2.0)), sun(0.3, -1.0, 0.2)];
-    grids.check("copies", &shot(&mesh, view(camera(), 21, 16), &lights));
-    grids.check("copies", &shot(&mesh, view(parallel_camera(), 9, 7), &lights));
+    grids.check("copies", &case(&mesh, view(camera(), 21, 16), &lights));
+    grids.check("copies", &case(&mesh, view(parallel_camera(), 9, 7), &lights));
     // A light in their edge leaves all of them to exact arithmetic.
-    grids.check("copies", &shot(&mesh, view(camera(), 6, 4), &[point(a.midpoint(b))]));
+    grids.check("copies", &case(&mesh, view(camera(), 6, 4), &[point(a.midpoint(b))]));
 }
 
 #[test]
@@ -32,7 +32,7 @@ fn a_crowd_in_one_plane() {
     }
     let camera = Camera::look_at(Vec3::new(-1.0, 3.0, 0.2), Vec3::ZERO, Vec3::Z, 0.8);
     let lights = [point(Vec3::new(-1.0, 2.0, 0.0)), point(Vec3::new(0.5, 0.25, 0.0))];
-    grids.check("one plane", &shot(&mesh, view(camera, 40, 30), &lights));
+    grids.check("one plane", &case(&mesh, view(camera, 40, 30), &lights));
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn hundreds_of_thousands_of_triangles_in_one_tile() {
         mesh.push([(); 3].map(|()| middle + random.point() * size));
     }
     let lights = [point(Vec3::new(0.5, 2.0, 1.0)), sun(0.0, -1.0, 0.0)];
-    grids.check("one tile", &shot(&mesh, view(camera, 100, 80), &lights));
+    grids.check("one tile", &case(&mesh, view(camera, 100, 80), &lights));
 }
 
 #[test]
@@ -57,7 +57,7 @@ fn hundreds_of_thousands_of_triangles_in_one_light_cell() {
     let mut plates = Plates::one();
     let truth = plates.truth();
     plates.pile(400_000, 2e-6);
-    grids.check_against("plates", &plates.shot(), &truth);
+    grids.check_against("plates", &plates.case(), &truth);
 }
 
 #[test]
@@ -67,12 +67,12 @@ fn a_million_points_in_one_light_cell() {
     let mesh = TestMesh::card();
     let camera = Camera::look_at(Vec3::new(0.0, 0.0, 2e-3), Vec3::ZERO, Vec3::Y, 0.9);
     let lights = [point(Vec3::new(0.3, 2.0, 3.0)), point(Vec3::new(4.0, 1.0, 8.0)), sun(0.0, -0.3, -1.0)];
-    grids.check("small card", &shot(&mesh, view(camera, 100, 100), &lights));
-    let shot = shot(&mesh, view(camera, 1024, 1024), &lights[..1]);
-    let truth = truth_of_cpu(&shot);
+    grids.check("small card", &case(&mesh, view(camera, 100, 100), &lights));
+    let case = case(&mesh, view(camera, 1024, 1024), &lights[..1]);
+    let truth = truth_of_cpu(&case);
     for lit in &truth.lit {
         let lit = lit.iter().filter(|&&lit| lit).count();
         assert!((100_000..1_040_000).contains(&lit), "{lit}");
     }
-    grids.check_against("card", &shot, &truth);
+    grids.check_against("card", &case, &truth);
 }

@@ -4,10 +4,10 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::Vec3;
 use umbrage_gpu::{CameraGrid, CameraOptions, Geometry, Gpu, GpuError, LightGrid, Recorder, Sight};
-use umbrage_rays::{DirectGrids, LightMask, LightSource, SeenPixels, Structure as _, TileOrder, Triangles, View};
+use umbrage_rays::{DirectGrids, LightMask, LightSource, SeenPixels, Structure as _, TileOrder, View};
 use umbrage_verify::lights::point;
-use umbrage_verify::views::{OFFSET_PIXELS, camera, view};
-use umbrage_verify::{Shot, TestMesh, Truth};
+use umbrage_verify::views::{camera, view};
+use umbrage_verify::{Case, TestMesh, Truth};
 
 use crate::common::gpu;
 
@@ -44,39 +44,39 @@ pub(crate) fn grids() -> Option<MutexGuard<'static, Grids>> {
 
 impl Grids {
     /// Compares every form with the truth, by the oracle where that isn't too much to ask.
-    pub(crate) fn check(&mut self, name: &str, shot: &Shot<'_>) {
-        let View { width, height, .. } = shot.view;
-        let questions = (width * height) as usize * shot.triangles.len() * (1 + shot.lights.len());
-        let truth = if questions <= MOST_QUESTIONS { shot.truth() } else { truth_of_cpu(shot) };
-        self.check_against(name, shot, &truth);
+    pub(crate) fn check(&mut self, name: &str, case: &Case) {
+        let View { width, height, .. } = case.view;
+        let questions = (width * height) as usize * case.mesh.indices.len() * (1 + case.lights.len());
+        let truth = if questions <= MOST_QUESTIONS { case.truth() } else { truth_of_cpu(case) };
+        self.check_against(name, case, &truth);
     }
 
     /// Compares every form with a truth that is known.
-    pub(crate) fn check_against(&mut self, name: &str, shot: &Shot<'_>, truth: &Truth) {
-        self.geometry.write(&self.gpu, shot.triangles, |_| 0).expect("a small scene");
+    pub(crate) fn check_against(&mut self, name: &str, case: &Case, truth: &Truth) {
+        self.geometry.write(&self.gpu, case.mesh.triangles(), |_| 0).expect("a small scene");
         for (number, form) in FORMS.iter().enumerate() {
-            let found = self.shown(shot, number).unwrap_or_else(|error| panic!("{name}, {form:?}: {error}"));
-            let complaint = complaint(shot, &found, truth);
+            let found = self.shown(case, number).unwrap_or_else(|error| panic!("{name}, {form:?}: {error}"));
+            let complaint = complaint(case, &found, truth);
             assert!(complaint.is_none(), "{name}, {form:?}: {}", complaint.unwrap_or_default());
         }
     }
 
     /// What a form shows; with lights for the first one alone, as they see nothing of the camera's grid.
-    fn shown(&mut self, shot: &Shot<'_>, form: usize) -> Result<Truth, GpuError> {
+    fn shown(&mut self, case: &Case, form: usize) -> Result<Truth, GpuError> {
         let Self { gpu, geometry, cameras, lights } = self;
         let camera = &mut cameras[form];
-        let sources = if form == 0 { shot.lights } else { &[] };
+        let sources = if form == 0 { &*case.lights } else { &[] };
         let sources: Vec<_> = sources.iter().copied().map(Some).collect();
         // Frames grow what was too small; none needs more than a few.
         for _ in 0..8 {
-            camera.prepare(gpu, geometry, &shot.view, shot.offset_pixels, Sight::default())?;
-            lights.prepare(gpu, geometry, &shot.view, shot.offset_pixels, &sources)?;
+            camera.prepare(gpu, geometry, &case.view, case.offset_pixels, Sight::default())?;
+            lights.prepare(gpu, geometry, &case.view, case.offset_pixels, &sources)?;
             let mut recorder = Recorder::new(gpu);
             camera.record(gpu, &mut recorder, geometry);
             lights.record(gpu, &mut recorder, geometry, camera.seen());
             recorder.submit()()?;
             if camera.finish(gpu)? && lights.finish(gpu)? {
-                return read(gpu, camera, lights, shot.view, sources.len());
+                return read(gpu, camera, lights, case.view, sources.len());
             }
         }
         panic!("grown eight times: {:?} {:?}", camera.work(), lights.work());
@@ -97,8 +97,8 @@ fn read(gpu: &Gpu, camera: &CameraGrid, lights: &LightGrid, view: View, count: u
 }
 
 /// The first difference between what a GPU shows and the truth, and how many there are; `None` where there is none.
-fn complaint(shot: &Shot<'_>, found: &Truth, truth: &Truth) -> Option<String> {
-    let at = |place: usize| (place as u32 % shot.view.width, place as u32 / shot.view.width);
+fn complaint(case: &Case, found: &Truth, truth: &Truth) -> Option<String> {
+    let at = |place: usize| (place as u32 % case.view.width, place as u32 / case.view.width);
     let others = |found: &[u32], truth: &[u32]| -> Vec<usize> {
         assert_eq!(found.len(), truth.len());
         (0..truth.len()).filter(|&place| found[place] != truth[place]).collect()
@@ -108,7 +108,7 @@ fn complaint(shot: &Shot<'_>, found: &Truth, truth: &Truth) -> Option<String> {
         let (found, truth) = (found.triangle[place], truth.triangle[place]);
         return Some(format!("{} triangles, at {:?} {found} for {truth}", triangles.len(), at(place)));
     }
-    for ((light, found), truth) in shot.lights.iter().zip(&found.lit).zip(&truth.lit) {
+    for ((light, found), truth) in case.lights.iter().zip(&found.lit).zip(&truth.lit) {
         let [found, truth] = [found, truth].map(|lit| lit.iter().map(|&lit| u32::from(lit)).collect::<Vec<_>>());
         let shadows = others(&found, &truth);
         if let Some(&place) = shadows.first() {
@@ -125,20 +125,18 @@ fn pixels(view: View) -> impl Iterator<Item = (u32, u32)> {
 }
 
 /// What the CPU's grids show.
-pub(crate) fn truth_of_cpu(shot: &Shot<'_>) -> Truth {
-    let Shot { triangles, view, offset_pixels, lights } = *shot;
-    let question = umbrage_rays::Shot { offset_pixels, ..umbrage_rays::Shot::new(triangles, view) };
-    let (mut grids, mut seen) = (DirectGrids::default(), SeenPixels::default());
-    grids.see(&question, &mut seen).expect("a small image");
-    let mut masks = vec![LightMask::default(); lights.len()];
-    grids.shadow(&question, &seen, lights, &mut masks.iter_mut().collect::<Vec<_>>());
-    let lit = masks.iter().map(|mask| pixels(view).map(|(x, y)| mask.is_lit(x, y)).collect()).collect();
-    Truth { triangle: pixels(view).map(|(x, y)| seen.triangle_at(x, y)).collect(), lit }
+pub(crate) fn truth_of_cpu(case: &Case) -> Truth {
+    let (shot, mut grids, mut seen) = (case.shot(), DirectGrids::default(), SeenPixels::default());
+    grids.see(&shot, &mut seen).expect("a small image");
+    let mut masks = vec![LightMask::default(); case.lights.len()];
+    grids.shadow(&shot, &seen, &case.lights, &mut masks.iter_mut().collect::<Vec<_>>());
+    let lit = masks.iter().map(|mask| case.pixels().map(|(x, y)| mask.is_lit(x, y)).collect()).collect();
+    Truth { triangle: case.pixels().map(|(x, y)| seen.triangle_at(x, y)).collect(), lit }
 }
 
-/// A shot of a mesh.
-pub(crate) fn shot<'a>(mesh: &'a TestMesh, view: View, lights: &'a [LightSource]) -> Shot<'a> {
-    Shot { triangles: mesh.triangles(), view, offset_pixels: OFFSET_PIXELS, lights }
+/// What is seen of a mesh.
+pub(crate) fn case(mesh: &TestMesh, view: View, lights: &[LightSource]) -> Case {
+    Case::new("", mesh.clone(), view, lights)
 }
 
 /// Worlds of every size, near the origin and far from it.
@@ -154,17 +152,17 @@ pub(crate) const WORLDS: [(f32, Vec3); 5] = [
 fn comparisons_fail_where_they_should() {
     let mesh = TestMesh::room();
     let lights = [point(Vec3::new(0.5, 3.0, 1.0))];
-    let shot = shot(&mesh, view(camera(), 20, 10), &lights);
-    let truth = shot.truth();
-    assert_eq!(complaint(&shot, &truth, &truth), None);
-    assert_eq!(truth_of_cpu(&shot), truth);
+    let case = case(&mesh, view(camera(), 20, 10), &lights);
+    let truth = case.truth();
+    assert_eq!(complaint(&case, &truth, &truth), None);
+    assert_eq!(truth_of_cpu(&case), truth);
     let mut other = truth.clone();
     other.lit[0][47] ^= true;
     assert!(
-        complaint(&shot, &other, &truth).is_some_and(|text| text.starts_with("1 shadows") && text.contains("(7, 2)"))
+        complaint(&case, &other, &truth).is_some_and(|text| text.starts_with("1 shadows") && text.contains("(7, 2)"))
     );
     other.triangle[31] ^= 1;
-    assert!(complaint(&shot, &other, &truth).is_some_and(|text| text.starts_with("1 triangles, at (11, 1)")));
-    let nothing = Shot { triangles: Triangles::default(), ..shot };
+    assert!(complaint(&case, &other, &truth).is_some_and(|text| text.starts_with("1 triangles, at (11, 1)")));
+    let nothing = Case { mesh: TestMesh::default(), ..case };
     assert!(nothing.truth().triangle.iter().all(|&id| id == SeenPixels::NONE));
 }

@@ -5,7 +5,7 @@ use umbrage_verify::TestMesh;
 use umbrage_verify::lights::{in_bad_places, point, sun};
 use umbrage_verify::views::{camera, parallel_camera, placed, telescope, view};
 
-use super::grids::{WORLDS, grids, shot};
+use super::grids::{WORLDS, case, grids};
 
 #[test]
 fn lights_on_behind_and_grazing_surfaces() {
@@ -18,7 +18,7 @@ fn lights_on_behind_and_grazing_surfaces() {
         for (number, camera) in [camera(), parallel_camera()].into_iter().enumerate() {
             let half: Vec<_> = lights.iter().copied().skip((world + number) % 2).step_by(2).collect();
             let view = view(placed(camera, scale, offset), 17, 13);
-            grids.check(&format!("scale {scale} at {offset}, {:?}", camera.projection), &shot(&mesh, view, &half));
+            grids.check(&format!("scale {scale} at {offset}, {:?}", camera.projection), &case(&mesh, view, &half));
         }
     }
 }
@@ -29,7 +29,7 @@ fn a_telescope_far_away() {
     for far in [2e6_f32, 2e9, 2e12] {
         let lights = [point(Vec3::new(0.5, -0.9999, 0.5)), point(Vec3::new(0.3, 0.4, 0.2)), sun(0.3, -1.0, 0.1)];
         let mesh = TestMesh::room();
-        grids.check(&format!("from {far}"), &shot(&mesh, view(telescope(far), 23, 17), &lights));
+        grids.check(&format!("from {far}"), &case(&mesh, view(telescope(far), 23, 17), &lights));
     }
 }
 
@@ -40,6 +40,6 @@ fn many_lights_and_none() {
     let all: Vec<_> = (0..40).map(|number| (number as f32 * 0.7).sin_cos()).collect();
     let lights: Vec<_> = all.iter().map(|(x, z)| point(Vec3::new(2.0 * x, 1.5, 2.0 * z))).collect();
     for count in [0, 1, 40] {
-        grids.check(&format!("{count} lights"), &shot(&mesh, view(camera(), 30, 20), &lights[..count]));
+        grids.check(&format!("{count} lights"), &case(&mesh, view(camera(), 30, 20), &lights[..count]));
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use umbrage_verify::lights::point;
-use umbrage_verify::{Random, Sheet, SheetShape, Shot};
+use umbrage_verify::{Case, Random, Sheet, SheetShape};
 
 use super::grids::grids;
 
@@ -19,16 +19,12 @@ fn sheets_hold_every_ray() {
                 let sheet = Sheet::new(shape, &mut random);
                 // One light that sees what the camera sees, and one in a vertex.
                 let lights = [sheet.light, point(sheet.mesh.positions[sheet.mesh.positions.len() / 3])];
-                let shot = Shot {
-                    triangles: sheet.mesh.triangles(),
-                    view: sheet.view,
-                    offset_pixels: sheet.offset_pixels,
-                    lights: &lights,
-                };
-                let truth = shot.truth();
+                let case = Case::new("", sheet.mesh, sheet.view, &lights);
+                let case = Case { offset_pixels: sheet.offset_pixels, ..case };
+                let truth = case.truth();
                 assert!(truth.triangle.iter().all(|&id| id < sheet.front), "{shape:?}: the oracle sees through");
                 assert!(truth.lit[0].iter().all(|&lit| lit), "{shape:?}: the oracle has shadows");
-                grids.check_against(&format!("{shape:?}"), &shot, &truth);
+                grids.check_against(&format!("{shape:?}"), &case, &truth);
             }
         }
     }

@@ -1,12 +1,12 @@
 //! Triangles of every bad shape and in every bad place.
 
 use glam::Vec3;
-use umbrage_rays::{Camera, Triangles};
+use umbrage_rays::Camera;
 use umbrage_verify::lights::{among_bad_shapes, point, sun};
-use umbrage_verify::views::{OFFSET_PIXELS, camera, parallel_camera, placed, view};
-use umbrage_verify::{Random, Shot, TestMesh};
+use umbrage_verify::views::{camera, parallel_camera, placed, view};
+use umbrage_verify::{Random, TestMesh};
 
-use super::grids::{WORLDS, grids, shot};
+use super::grids::{WORLDS, case, grids};
 
 /// A camera at the origin that looks along −z.
 fn eye() -> Camera {
@@ -51,7 +51,7 @@ fn few_triangles() {
         for (width, height) in [(1, 1), (1, 23), (23, 1), (17, 16), (65, 33)] {
             for camera in [eye(), Camera { projection: parallel_camera().projection, ..eye() }] {
                 let name = format!("{name} in {width}×{height}, {:?}", camera.projection);
-                grids.check(&name, &shot(&mesh, view(camera, width, height), &lights));
+                grids.check(&name, &case(&mesh, view(camera, width, height), &lights));
             }
         }
     }
@@ -77,25 +77,20 @@ fn what_is_no_triangle_is_never_there() {
     let lights = [point(Vec3::new(2.0, 3.0, 1.0)), sun(0.3, -1.0, 0.2), point(mesh.positions[3])];
     for camera in [camera(), parallel_camera()] {
         let view = view(camera, 41, 29);
-        let truth = shot(&room, view, &lights).truth();
-        grids.check_against("bad vertices", &shot(&mesh, view, &lights), &truth);
+        let truth = case(&room, view, &lights).truth();
+        grids.check_against("bad vertices", &case(&mesh, view, &lights), &truth);
         // Depths that no inverse depth has: each point is compared with all triangles.
         let (scale, offset) = (1e32, Vec3::ZERO);
         let view = umbrage_rays::View { camera: placed(camera, scale, offset), width: 11, height: 9 };
         let [huge, room] = [mesh.clone(), room.clone()].map(|mesh| mesh.placed(scale, offset));
         let lights = [point(Vec3::new(1.0, 3.0, 1.0) * scale), sun(0.2, -1.0, 0.1)];
-        let truth = shot(&room, view, &lights).truth();
-        grids.check_against("bad vertices of a huge world", &shot(&huge, view, &lights), &truth);
+        let truth = case(&room, view, &lights).truth();
+        grids.check_against("bad vertices of a huge world", &case(&huge, view, &lights), &truth);
     }
     // Nor where there is no vertex at all.
     let indices = [[0, 1, 2], [5, 5, 5]];
-    let none = Shot {
-        triangles: Triangles { positions: &[], indices: &indices },
-        view: view(camera(), 5, 5),
-        offset_pixels: OFFSET_PIXELS,
-        lights: &lights,
-    };
-    let truth = Shot { triangles: Triangles::default(), ..none }.truth();
+    let none = case(&TestMesh { positions: Vec::new(), indices: indices.to_vec() }, view(camera(), 5, 5), &lights);
+    let truth = case(&TestMesh::default(), view(camera(), 5, 5), &lights).truth();
     grids.check_against("no vertices", &none, &truth);
 }
 
@@ -108,7 +103,7 @@ fn slivers_points_and_giants() {
         let lights = among_bad_shapes(scale, offset);
         for camera in [camera(), parallel_camera()] {
             let view = view(placed(camera, scale, offset), 33, 25);
-            grids.check(&format!("scale {scale} at {offset}, {:?}", camera.projection), &shot(&mesh, view, &lights));
+            grids.check(&format!("scale {scale} at {offset}, {:?}", camera.projection), &case(&mesh, view, &lights));
         }
     }
 }
@@ -127,7 +122,7 @@ fn coordinates_of_any_size() {
         let lights = [point(any()), point(any()), sun(0.1, -0.7, 0.3)];
         for camera in [camera(), parallel_camera(), eye()] {
             let name = format!("up to 2^{range}, {:?}", camera.projection);
-            grids.check(&name, &shot(&mesh, view(camera, 21, 17), &lights));
+            grids.check(&name, &case(&mesh, view(camera, 21, 17), &lights));
         }
     }
 }

@@ -1,0 +1,112 @@
+use glam::DVec2;
+use rayon::prelude::*;
+use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
+use umbrage_rays::{Hit, LightSource, Opacity, Opaque, SeenPixels, Shot, Sides, View};
+
+use crate::views::OFFSET_PIXELS;
+use crate::{Oracle, TestMesh};
+
+/// What a camera and lights see of a mesh: a question whose answer the oracle knows.
+pub struct Case {
+    /// What is special about it.
+    pub name: String,
+    /// What there is.
+    pub mesh: TestMesh,
+    /// The camera.
+    pub view: View,
+    /// Where in each pixel its ray goes through.
+    pub offset_pixels: DVec2,
+    /// Each with shadows.
+    pub lights: Vec<LightSource>,
+    /// What stops camera rays.
+    pub opacity: Box<dyn Opacity + Send>,
+    /// What stops shadow rays.
+    pub shadow_opacity: Box<dyn Opacity + Send>,
+    /// Which sides of triangles stop camera rays.
+    pub sides: Sides,
+}
+
+/// What is true of each pixel of a [`Case`], or of one in so many, row by row.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Truth {
+    /// What it shows; [`SeenPixels::NONE`] for nothing.
+    pub triangle: Vec<u32>,
+    /// For each light, whether it reaches that; false for nothing.
+    pub lit: Vec<Vec<bool>>,
+}
+
+impl std::fmt::Debug for Case {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Case").field("name", &self.name).field("shot", &self.shot()).finish_non_exhaustive()
+    }
+}
+
+impl Case {
+    /// Opaque triangles of two sides, seen through about the middle of each pixel.
+    #[must_use]
+    pub fn new(name: impl Into<String>, mesh: TestMesh, view: View, lights: &[LightSource]) -> Self {
+        Self {
+            name: name.into(),
+            mesh,
+            view,
+            offset_pixels: OFFSET_PIXELS,
+            lights: lights.into(),
+            opacity: Box::new(Opaque),
+            shadow_opacity: Box::new(Opaque),
+            sides: Sides::Both,
+        }
+    }
+
+    /// The question to a structure.
+    #[must_use]
+    pub fn shot(&self) -> Shot<'_> {
+        Shot {
+            triangles: self.mesh.triangles(),
+            view: self.view,
+            offset_pixels: self.offset_pixels,
+            opacity: &*self.opacity,
+            shadow_opacity: &*self.shadow_opacity,
+            sides: self.sides,
+        }
+    }
+
+    /// Columns and rows, row by row.
+    pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let View { width, height, .. } = self.view;
+        (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)))
+    }
+
+    /// The truth, by asking the oracle about each pixel.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        self.truth_of_some(1)
+    }
+
+    /// The truth about the first of each `every` pixels.
+    #[must_use]
+    pub fn truth_of_some(&self, every: u32) -> Truth {
+        let (shot, oracle) = (self.shot(), Oracle::new(self.mesh.triangles()));
+        let stops = |opacity: &dyn Opacity, id: u32, at: [f32; 2]| opacity.is_opaque(id) || opacity.stops(id, at);
+        let of_pixel = |pixel: u32| {
+            let ray = shot.ray(pixel % self.view.width, pixel / self.view.width);
+            let is_stopped = |hit: &Hit| {
+                let corners = shot.triangles.corners(hit.triangle);
+                let is_there =
+                    self.sides == Sides::Both || crossing(&ray, corners).is_some_and(|crossing| crossing.front);
+                is_there && stops(shot.opacity, hit.triangle, hit.barycentric)
+            };
+            let hit = oracle.nearest(&ray, is_stopped);
+            let lit = self.lights.iter().map(|light| {
+                hit.is_some_and(|hit| {
+                    let shadow_ray = ShadowRay::new(light, HitPoint::new(&ray, hit.t));
+                    !oracle.blocked(&shadow_ray, hit.triangle, |id, at| stops(shot.shadow_opacity, id, at))
+                })
+            });
+            (hit.map_or(SeenPixels::NONE, |hit| hit.triangle), lit.collect::<Vec<bool>>())
+        };
+        let pixels = (0..self.view.width * self.view.height).into_par_iter().step_by(every as usize);
+        let (triangle, lit): (Vec<u32>, Vec<Vec<bool>>) = pixels.map(of_pixel).unzip();
+        let of_light = |light: usize| lit.iter().map(|lit| lit[light]).collect();
+        Truth { triangle, lit: (0..self.lights.len()).map(of_light).collect() }
+    }
+}
