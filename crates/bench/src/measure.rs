@@ -68,8 +68,8 @@ impl Costs {
     fn new(triangles: usize, grids: &Ours, log: &Log) -> Self {
         let of = |stage: fn(&Times) -> f64| median(log.iter().map(|(times, _)| stage(times)));
         let mut light_stages = light_stages(grids);
-        for (place, stage) in light_stages.iter_mut().enumerate() {
-            stage.1 = median(log.iter().map(|(_, stages)| stages[place].1));
+        for (index, stage) in light_stages.iter_mut().enumerate() {
+            stage.1 = median(log.iter().map(|(_, stages)| stages[index].1));
         }
         Self {
             triangles,

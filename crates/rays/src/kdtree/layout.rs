@@ -47,16 +47,16 @@ impl Branch {
         self.deferred.push(cell);
     }
 
-    /// Adds an inner node, whose left child is what is added next; its place.
+    /// Adds an inner node, whose left child is what is added next; its index.
     pub fn open(&mut self, plane: Plane) -> usize {
         self.nodes.push(Node::inner(plane, 0));
         self.nodes.len() - 1
     }
 
-    /// Says that what is added next is the right child of the inner node at `place`.
-    pub fn turn_right(&mut self, place: usize) {
-        let distance = (self.nodes.len() - place) as u32;
-        self.nodes[place] = Node::inner(self.nodes[place].plane(), distance);
+    /// Says that what is added next is the right child of the inner node at `index`.
+    pub fn turn_right(&mut self, index: usize) {
+        let distance = (self.nodes.len() - index) as u32;
+        self.nodes[index] = Node::inner(self.nodes[index].plane(), distance);
     }
 
     /// Adds a whole subtree.
@@ -91,9 +91,9 @@ impl KdTree {
         match options.layout {
             KdLayout::DepthFirst => {
                 nodes.grow_to(branch.nodes.len());
-                for (place, &node) in branch.nodes.iter().enumerate() {
-                    let moved = Node::inner(node.plane(), place as u32 + node.child());
-                    nodes.set(place, if node.is_leaf() { node } else { moved });
+                for (index, &node) in branch.nodes.iter().enumerate() {
+                    let moved = Node::inner(node.plane(), index as u32 + node.child());
+                    nodes.set(index, if node.is_leaf() { node } else { moved });
                 }
             }
             KdLayout::Subtrees => lay_out_subtrees(&branch.nodes, nodes),
@@ -107,7 +107,7 @@ impl KdTree {
 /// which follow depth first. Small ones share a line, but none is spread over two.
 fn lay_out_subtrees(branch: &[Node], nodes: &mut Nodes) {
     const PAIRS: usize = Nodes::LINE / 2;
-    // The root has a pair of its own, whose second place is never read.
+    // The root has a pair of its own, whose second slot is never read.
     nodes.grow_to(2);
     nodes.set(0, branch[0]);
     // Parents whose children aren't placed yet: where they are in the branch and in the layout.
@@ -128,23 +128,23 @@ fn lay_out_subtrees(branch: &[Node], nodes: &mut Nodes) {
             next += 1;
         }
         let room = Nodes::LINE - nodes.len() % Nodes::LINE;
-        let mut place = if 2 * subtree.len() <= room { nodes.len() } else { nodes.len() + room };
-        nodes.grow_to(place + 2 * subtree.len());
+        let mut index = if 2 * subtree.len() <= room { nodes.len() } else { nodes.len() + room };
+        nodes.grow_to(index + 2 * subtree.len());
         let below = waiting.len();
         for at in 0..subtree.len() {
-            let (parent, parent_place) = subtree[at];
-            nodes.set(parent_place, Node::inner(branch[parent].plane(), place as u32));
-            for (child, child_place) in children(branch, parent).into_iter().zip(place..) {
-                nodes.set(child_place, branch[child]);
+            let (parent, parent_index) = subtree[at];
+            nodes.set(parent_index, Node::inner(branch[parent].plane(), index as u32));
+            for (child, child_index) in children(branch, parent).into_iter().zip(index..) {
+                nodes.set(child_index, branch[child]);
                 if branch[child].is_leaf() {
                     continue;
                 }
                 match subtree.iter_mut().find(|(node, _)| *node == child) {
-                    Some((_, place)) => *place = child_place,
-                    None => waiting.push((child, child_place)),
+                    Some((_, index)) => *index = child_index,
+                    None => waiting.push((child, child_index)),
                 }
             }
-            place += 2;
+            index += 2;
         }
         waiting[below..].reverse();
     }

@@ -136,7 +136,7 @@ impl KdTree {
         self.extent
     }
 
-    /// Whether two trees have the same nodes, in the same places, and list the same triangles in them; whatever rays have
+    /// Whether two trees have the same nodes, in the same order, and list the same triangles in them; whatever rays have
     /// [reached](KdTreeCounts::reached) of them.
     #[must_use]
     pub fn is_same_as(&self, other: &Self) -> bool {

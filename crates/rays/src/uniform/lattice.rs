@@ -120,9 +120,9 @@ impl Lattice {
         self.cells.x as usize * self.cells.y as usize * self.cells.z as usize
     }
 
-    /// The place of a cell in the order of cells.
+    /// The index of a cell in the order of cells.
     #[inline(always)]
-    pub(super) fn place(&self, x: u32, y: u32, z: u32) -> usize {
+    pub(super) fn index(&self, x: u32, y: u32, z: u32) -> usize {
         (z as usize * self.cells.y as usize + y as usize) * self.cells.x as usize + x as usize
     }
 

@@ -128,7 +128,7 @@ impl Line {
 const MAILBOX: usize = 16;
 
 /// Calls `test` with every triangle of a leaf that a ray visits before its end, which is `t_max` at first, nearer leaves first.
-/// `test` may lower that or break off. `drift` is of the node at a place.
+/// `test` may lower that or break off. `drift` is of the node at an index.
 pub(super) fn visit(
     tree: &KdTree,
     start: Start,
@@ -161,9 +161,9 @@ pub(super) fn visit(
     }
     let mut stack = [(0, 0.0, 0.0); Nodes::MAX_DEPTH];
     let mut waiting = 0;
-    let (mut place, mut enter, mut leave) = (0, line.enter, line.leave);
+    let (mut index, mut enter, mut leave) = (0, line.enter, line.leave);
     loop {
-        let node = nodes.get(place);
+        let node = nodes.get(index);
         if node.is_leaf() {
             leaf(node.ids(), &mut t_max)?;
             loop {
@@ -175,22 +175,22 @@ pub(super) fn visit(
                     break;
                 }
             }
-            (place, enter, leave) = stack[waiting];
+            (index, enter, leave) = stack[waiting];
             continue;
         }
         let plane = node.plane();
-        let [left, right] = nodes.children(place, node);
+        let [left, right] = nodes.children(index, node);
         let [near, far] = if line.is_backward[plane.axis] { [right, left] } else { [left, right] };
         let [first, last] = line.reaches(plane, [drift(near), drift(far)]);
         if first > leave {
-            (place, leave) = (near, if last < leave { last } else { leave });
+            (index, leave) = (near, if last < leave { last } else { leave });
         } else if last < enter {
-            (place, enter) = (far, if first > enter { first } else { enter });
+            (index, enter) = (far, if first > enter { first } else { enter });
         } else {
             // What isn't a number gives way.
             stack[waiting] = (far, if first > enter { first } else { enter }, leave);
             waiting += 1;
-            (place, leave) = (near, if last < leave { last } else { leave });
+            (index, leave) = (near, if last < leave { last } else { leave });
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! `hierarchy` says which triangles lie together, and `hierarchical` builds of that without looking at all of them. `two_level`
 //! has a tree for each object and `background` one that is built while another is traced; in both triangles may have left the
-//! places where a tree was built, and `grown` leads rays through that. All will serve scenes that move.
+//! positions where a tree was built, and `grown` leads rays through that. All will serve scenes that move.
 
 mod background;
 mod grown;

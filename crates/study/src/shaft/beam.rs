@@ -55,7 +55,7 @@ impl<'a> Beam<'a> {
         let mut met = *start;
         let mut last = f64::from(bundle.last(simd));
         loop {
-            let node = tree.nodes().get(met.place);
+            let node = tree.nodes().get(met.node);
             if node.is_leaf() {
                 let ids = &tree.ids()[node.ids()];
                 if !ids.is_empty() {
@@ -239,7 +239,7 @@ impl Culls<'_> {
 /// Whether all lines between a shaft's corner lines certainly miss on the same edge: edge functions and the determinant are
 /// linear in where a line meets each of two planes, so they are what they are on the corner lines at most.
 ///
-/// The lines' places are nine at most, and s ten instead of two.
+/// The lines' coordinates are nine at most, and s ten instead of two.
 #[inline(always)]
 fn is_beside_all<S: Simd>(simd: S, filter: &Filter, lines: &Lines) -> bool {
     const LARGER: f32 = 5.0;
@@ -296,14 +296,14 @@ fn misses_box(rays: &Rays, intervals: &[[f64; 2]; 6], shaft: &Shaft, low: [f32; 
     const STEEPEST: f64 = (1_u64 << 39) as f64;
     let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
     let moved = f64::from(rays.moved) + ROUNDING;
-    for (place, axis) in shaft.axes.order.into_iter().enumerate() {
+    for (slot, axis) in shaft.axes.order.into_iter().enumerate() {
         let [slowest, fastest] = intervals[axis];
         let [first, last] = intervals[axis + 3];
         if (slowest < 0.0 && fastest > 0.0) || slowest.abs().max(fastest.abs()) > STEEPEST {
             continue;
         }
-        let (mut low, mut high) = (f64::from(low[place]), f64::from(high[place]));
-        if place == 2 && shaft.axes.sign < 0.0 {
+        let (mut low, mut high) = (f64::from(low[slot]), f64::from(high[slot]));
+        if slot == 2 && shaft.axes.sign < 0.0 {
             (low, high) = (-high, -low);
         }
         let (low, high) = (low - last - moved, high - first + moved);

@@ -72,8 +72,8 @@ fn visit(
     tree.prepare(ray, count, ask, &mut |rays, ask| {
         let mut shafts = Shafts { tree, triangles, scale: Scale::of(&tree.extent()), options, visits: &mut visits };
         let met = dispatch!(tree.level().into(), simd => shafts.visit(simd, rays, ask));
-        if let Some(place) = met {
-            tree.visit_from(triangles, rays, place, ask);
+        if let Some(root) = met {
+            tree.visit_from(triangles, rays, root, ask);
         }
     });
     visits
@@ -108,7 +108,7 @@ impl Shafts<'_> {
             }
             ShaftLead::Packets => {
                 clip(tree, scale, rays, &start);
-                Some(start.place)
+                Some(start.node)
             }
         }
     }

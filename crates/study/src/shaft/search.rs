@@ -7,7 +7,7 @@ use super::shaft::Shaft;
 /// A node that a shaft meets: where it is, its cell, and the ways along the shaft's axis that are in there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
-    pub(super) place: u32,
+    pub(super) node: u32,
     pub(super) cell: Extent,
     pub(super) within: [f64; 2],
 }
@@ -15,18 +15,18 @@ pub(super) struct Met {
 impl Met {
     /// The root, along a whole shaft.
     pub(super) fn root(tree: &KdTree, shaft: &Shaft) -> Self {
-        Self { place: 0, cell: tree.extent(), within: [shaft.from, shaft.to].map(f64::from) }
+        Self { node: 0, cell: tree.extent(), within: [shaft.from, shaft.to].map(f64::from) }
     }
 
     /// The left and the right child of an inner node; `None` where the shaft doesn't meet it.
     #[inline(always)]
     pub(super) fn children(&self, tree: &KdTree, scale: &Scale, shaft: &Shaft) -> [Option<Self>; 2] {
-        let node = tree.nodes().get(self.place);
+        let node = tree.nodes().get(self.node);
         let plane = node.plane();
-        let [left, right] = tree.nodes().children(self.place, node);
+        let [left, right] = tree.nodes().children(self.node, node);
         let [below, above] = self.cell.cut(plane);
         let [in_left, in_right] = shaft.parts(scale, plane, self.within);
-        let child = |place, cell, within: [f64; 2]| (within[0] <= within[1]).then_some(Self { place, cell, within });
+        let child = |node, cell, within: [f64; 2]| (within[0] <= within[1]).then_some(Self { node, cell, within });
         [child(left, below, in_left), child(right, above, in_right)]
     }
 }
@@ -88,7 +88,7 @@ impl Search<'_> {
         let mut waiting = 0;
         let mut met = from;
         loop {
-            let node = self.tree.nodes().get(met.place);
+            let node = self.tree.nodes().get(met.node);
             if !node.is_leaf() {
                 self.visits.searched += 1;
                 let axis = node.plane().axis;

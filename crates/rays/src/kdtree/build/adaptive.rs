@@ -25,7 +25,7 @@ pub(super) fn best(mut measure: Measure<'_>, references: &[Reference]) -> Option
     let along = [0, 1, 2].map(|axis| measure.axis(axis));
     let uniform = along.map(|along| {
         let (low, high) = (f64::from(along.low), f64::from(along.high));
-        std::array::from_fn(|place| (low + (high - low) * ((place + 1) as f64 / (SAMPLES + 1) as f64)) as f32)
+        std::array::from_fn(|index| (low + (high - low) * ((index + 1) as f64 / (SAMPLES + 1) as f64)) as f32)
     });
     let first = count(references, uniform);
     let adaptive = [0, 1, 2].map(|axis| adapt(&along[axis], &first[axis], references.len()));
@@ -57,7 +57,7 @@ fn count(references: &[Reference], planes: [[f32; SAMPLES]; 3]) -> [[Sample; SAM
         }
     }
     let sample = |at: f32, [left, right]: [u32; 2]| Sample { at, left: f64::from(left), right: f64::from(right) };
-    [0, 1, 2].map(|axis| std::array::from_fn(|place| sample(planes[axis][place], counts[axis][place])))
+    [0, 1, 2].map(|axis| std::array::from_fn(|index| sample(planes[axis][index], counts[axis][index])))
 }
 
 /// Where further samples are: each segment between uniform ones gets one for each time that left less right counts, from −N
@@ -72,8 +72,8 @@ fn adapt(along: &AxisMeasure, uniform: &[Sample; SAMPLES], count: usize) -> [f32
         let end = uniform.get(segment).copied().unwrap_or(Sample { at: along.high, left: all, right: 0.0 });
         let crosses = (((end.left - end.right + all) / step) as usize).clamp(crossed, SAMPLES);
         let here = crosses - crossed;
-        for place in 1..=here {
-            let weight = place as f64 / (here + 1) as f64;
+        for index in 1..=here {
+            let weight = index as f64 / (here + 1) as f64;
             planes[placed] = (f64::from(from) + (f64::from(end.at) - f64::from(from)) * weight) as f32;
             placed += 1;
         }

@@ -74,23 +74,23 @@ impl Deferred {
         self.subtrees.iter().filter_map(|subtree| subtree.built.get().map(|tree| &**tree))
     }
 
-    fn place(&self, first_id: usize) -> usize {
+    fn index(&self, first_id: usize) -> usize {
         self.subtrees.partition_point(|subtree| subtree.first_id < first_id)
     }
 
     /// The subtree of the leaf whose ids start at `first_id`, if a ray has reached it.
     pub(in crate::kdtree) fn get(&self, first_id: usize) -> Option<&KdTree> {
-        self.subtrees[self.place(first_id)].built.get().map(|tree| &**tree)
+        self.subtrees[self.index(first_id)].built.get().map(|tree| &**tree)
     }
 
     /// The references that the subtree of the leaf whose ids start at `first_id` is built of.
     pub(in crate::kdtree) fn references(&self, first_id: usize) -> &[Reference] {
-        self.references_at(self.place(first_id))
+        self.references_at(self.index(first_id))
     }
 
-    fn references_at(&self, place: usize) -> &[Reference] {
-        let end = self.subtrees.get(place + 1).map_or(self.references.len(), |next| next.first_reference);
-        &self.references[self.subtrees[place].first_reference..end]
+    fn references_at(&self, index: usize) -> &[Reference] {
+        let end = self.subtrees.get(index + 1).map_or(self.references.len(), |next| next.first_reference);
+        &self.references[self.subtrees[index].first_reference..end]
     }
 }
 
@@ -105,10 +105,10 @@ impl KdTree {
     /// The subtree of the leaf whose ids start at `first_id`; it is built if it wasn't yet.
     #[cold]
     pub(in crate::kdtree) fn reach(&self, triangles: Triangles<'_>, first_id: usize) -> &Self {
-        let place = self.deferred.place(first_id);
-        let Subtree { cell, built, .. } = &self.deferred.subtrees[place];
+        let index = self.deferred.index(first_id);
+        let Subtree { cell, built, .. } = &self.deferred.subtrees[index];
         built.get_or_init(|| {
-            let references = self.deferred.references_at(place);
+            let references = self.deferred.references_at(index);
             Box::new(build_subtree(triangles, &self.deferred, &self.pool, references, *cell, self.extent.reach()))
         })
     }

@@ -57,14 +57,14 @@ impl Job<'_> {
             }
         }
         let cells = Cell::share(cells, [0, 1].map(|side| children[side].references.len()));
-        let place = out.open(best.plane);
+        let index = out.open(best.plane);
         let mut right_branch = self.pool.branch();
         let ([mut left, mut right], [left_samples, right_samples]) = (children, samples);
         rayon::join(
             || self.stream_samples(&mut left, left_samples, cells[0], out),
             || self.stream_samples(&mut right, right_samples, cells[1], &mut right_branch),
         );
-        out.turn_right(place);
+        out.turn_right(index);
         out.append(&right_branch);
         self.pool.keep_branch(right_branch);
         self.pool.keep_space(left);

@@ -43,7 +43,7 @@ impl KdTree {
     }
 
     /// Does what [`nearest`](crate::SingleRays::nearest) does for each of `rays`, which may start anywhere and go anywhere: the hit of
-    /// each is written to the same place in `hits`, `None` for a miss.
+    /// each is written to the same index of `hits`, `None` for a miss.
     ///
     /// Rays in a row are led to leaves together as the [packet options](Self::set_packet_options) and the tree's
     /// [traversal](super::KdTreeOptions::traversal) say: it pays where neighbours run side by side.
@@ -77,8 +77,8 @@ impl KdTree {
         let mut found = [None; MOST_PAIRS];
         visit(&mut |pairs, ends| {
             predicate::hits(self.level.into(), triangles, rays, pairs, &mut found);
-            for ((&(place, id), end), hit) in pairs.iter().zip(ends).zip(found) {
-                let best = &mut hits[place as usize];
+            for ((&(index, id), end), hit) in pairs.iter().zip(ends).zip(found) {
+                let best = &mut hits[index as usize];
                 if let Some(hit) = hit
                     && best.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
                     && counts(&hit)
@@ -124,12 +124,12 @@ impl KdTree {
         assert!(lens == (rays.len(), rays.len()), "{lens:?} triangles and answers for {} rays", rays.len());
         blocked.fill(false);
         visit(&mut |pairs, ends| {
-            for (&(place, id), end) in pairs.iter().zip(ends) {
-                let place = place as usize;
-                let asked = !blocked[place] && id != own[place];
-                blocked[place] |= asked
-                    && rays[place].blocked_by(triangles.corners(id)).is_some_and(|barycentric| counts(id, barycentric));
-                *end = if blocked[place] { f64::NEG_INFINITY } else { f64::INFINITY };
+            for (&(index, id), end) in pairs.iter().zip(ends) {
+                let index = index as usize;
+                let asked = !blocked[index] && id != own[index];
+                blocked[index] |= asked
+                    && rays[index].blocked_by(triangles.corners(id)).is_some_and(|barycentric| counts(id, barycentric));
+                *end = if blocked[index] { f64::NEG_INFINITY } else { f64::INFINITY };
             }
         });
     }

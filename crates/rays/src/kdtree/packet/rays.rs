@@ -154,12 +154,12 @@ impl Rays {
         let shrink = splat(simd, 1.0) / longest;
         trusted &= shrink.is_finite();
         let mut moved = splat(simd, 0.0);
-        let mut places = [splat(simd, 0.0); 3];
-        for (axis, place) in places.iter_mut().enumerate() {
+        let mut coordinates = [splat(simd, 0.0); 3];
+        for (axis, coordinate) in coordinates.iter_mut().enumerate() {
             let origin = f64x8::from_slice(simd, &eight.origin[axis]);
             let step = f64x8::from_slice(simd, &eight.direction[axis]) * enter;
             moved = moved.max(origin.abs() + step.abs());
-            *place = (origin + step - splat(simd, f64::from(scale.middle[axis]))) * unit;
+            *coordinate = (origin + step - splat(simd, f64::from(scale.middle[axis]))) * unit;
         }
         // Four roundings, relative to what is added up there or twice as much.
         const MOVED: f64 = 1.0 / (1_u64 << 50) as f64;
@@ -169,11 +169,11 @@ impl Rays {
         let alive = trusted & enter.simd_le(leave) & !missed & mask64x8::from_bitmask(simd, (1 << members) - 1);
         let margin = moved + splat(simd, 32.0 * f64::from(HALF_ULP));
         let (group, half) = (first / LANES, first % LANES / 8);
-        for (axis, place) in places.into_iter().enumerate() {
+        for (axis, coordinate) in coordinates.into_iter().enumerate() {
             let direction = alive.select(f64x8::from_slice(simd, &eight.direction[axis]) * shrink, one);
             let steep = direction.abs().max(splat(simd, LEAST_COMPONENT)).copysign(direction);
             let inverse = one / steep;
-            store(alive.select(place, zero), &mut self.origin[axis], first);
+            store(alive.select(coordinate, zero), &mut self.origin[axis], first);
             store(direction, &mut self.direction[axis], first);
             store(inverse, &mut self.inverse[axis], first);
             store(alive.select(inverse.abs() * margin, zero), &mut self.doubt[axis], first);
@@ -192,11 +192,11 @@ impl Rays {
 
     /// Says that nothing at this t or later matters to a ray.
     #[inline(always)]
-    pub fn end(&mut self, place: usize, t: f64) {
+    pub fn end(&mut self, index: usize, t: f64) {
         if t < f64::INFINITY {
-            let end = ((t - self.start[place]) * self.rate[place]) as f32 + self.slack[place];
+            let end = ((t - self.start[index]) * self.rate[index]) as f32 + self.slack[index];
             // Never more than before, for what matters no more isn't visited again.
-            self.leave[place] = self.leave[place].min(end);
+            self.leave[index] = self.leave[index].min(end);
         }
     }
 }

@@ -14,15 +14,15 @@ pub(super) struct Waiting {
     enter: [f32; LANES],
     leave: [f32; LANES],
     pub(super) members: u16,
-    pub(super) place: u32,
+    pub(super) index: u32,
     /// Inner nodes above, where that is counted.
     pub(super) level: u32,
 }
 
 impl Waiting {
     #[inline(always)]
-    pub(super) fn put<S: Simd, V: Wide<S>>(&mut self, place: u32, level: u32, within: &Within<V>) {
-        (self.place, self.level, self.members) = (place, level, within.members as u16);
+    pub(super) fn put<S: Simd, V: Wide<S>>(&mut self, index: u32, level: u32, within: &Within<V>) {
+        (self.index, self.level, self.members) = (index, level, within.members as u16);
         within.enter.store_slice(&mut self.enter[..V::LEN]);
         within.leave.store_slice(&mut self.leave[..V::LEN]);
     }
@@ -59,10 +59,10 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     }
     tester.steps.note(|visits| visits.packets += 1);
     tester.mailbox.clear();
-    let mut place = root;
+    let mut index = root;
     let mut waiting = 0;
     loop {
-        let node = tree.nodes.get(place);
+        let node = tree.nodes.get(index);
         if node.is_leaf() {
             tester.leaf::<S, V>(simd, rays, first, &tree.ids[node.ids()], within.members);
             let end = load::<S, V>(simd, &rays.leave, first);
@@ -78,23 +78,23 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
                 }
             }
             within.leave = within.leave.min(end);
-            place = stack[waiting].place;
+            index = stack[waiting].index;
             continue;
         }
         tester.steps.note(|visits| visits.nodes += 1);
         let plane = node.plane();
-        let [left, right] = tree.nodes.children(place, node);
+        let [left, right] = tree.nodes.children(index, node);
         match way(simd, &scale, rays, first, plane, &within) {
-            Way::Left => place = left,
-            Way::Right => place = right,
+            Way::Left => index = left,
+            Way::Right => index = right,
             Way::Both([of_left, of_right]) => {
                 let turned = (backward::<S, V>(rays, plane.axis % 3, first) & within.members).count_ones();
                 if 2 * turned > within.members.count_ones() {
                     stack[waiting].put(left, 0, &of_left);
-                    (place, within) = (right, of_right);
+                    (index, within) = (right, of_right);
                 } else {
                     stack[waiting].put(right, 0, &of_right);
-                    (place, within) = (left, of_left);
+                    (index, within) = (left, of_left);
                 }
                 waiting += 1;
             }

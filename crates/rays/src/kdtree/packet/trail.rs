@@ -40,14 +40,14 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     tester.mailbox.clear();
     let order = Order::new::<S, V>(rays, first, within.members);
     let mut stack = ShortStack { positions: stack, entries: options.entries, top: 0, held: 0 };
-    let (mut place, mut level) = (root, 0_u32);
+    let (mut index, mut level) = (root, 0_u32);
     let mut root = Waiting::default();
-    root.put(place, level, &within);
+    root.put(index, level, &within);
     let (mut trail, mut open) = (0_u64, 0_u64);
     // Rays that nothing is left of.
     let mut ended = 0_u64;
     loop {
-        let node = tree.nodes.get(place);
+        let node = tree.nodes.get(index);
         let mut is_done = node.is_leaf();
         if is_done {
             let end = load::<S, V>(simd, &rays.leave, first);
@@ -58,12 +58,12 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
         } else {
             tester.steps.note(|visits| visits.nodes += 1);
             let plane = node.plane();
-            let [left, right] = tree.nodes.children(place, node);
+            let [left, right] = tree.nodes.children(index, node);
             let bit = 1 << level;
             level += 1;
             match way(simd, &scale, rays, first, plane, &within) {
-                Way::Left => place = left,
-                Way::Right => place = right,
+                Way::Left => index = left,
+                Way::Right => index = right,
                 Way::Both([of_left, of_right]) => {
                     let [(near, of_near), (far, of_far)] = if order.turned[plane.axis % 3] {
                         [(right, of_right), (left, of_left)]
@@ -71,12 +71,12 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
                         [(left, of_left), (right, of_right)]
                     };
                     if trail & bit != 0 {
-                        (place, within) = (far, of_far);
+                        (index, within) = (far, of_far);
                         is_done = is_over(simd, rays, first, &within);
                     } else {
                         stack.push(far, level, &of_far);
                         open |= bit;
-                        (place, within) = (near, of_near);
+                        (index, within) = (near, of_near);
                     }
                 }
             }
@@ -90,17 +90,17 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
             open &= !(1 << deepest);
             trail = trail & ((1 << deepest) - 1) | 1 << deepest;
             if let Some(position) = stack.pop() {
-                (place, level, within) = (position.place, position.level, position.within(simd));
+                (index, level, within) = (position.index, position.level, position.within(simd));
                 is_done = is_over(simd, rays, first, &within);
             } else {
                 tester.steps.note(|visits| visits.restarts += 1);
-                (place, level, within) = (root.place, root.level, root.within(simd));
+                (index, level, within) = (root.index, root.level, root.within(simd));
                 open = 0;
                 is_done = false;
             }
         }
         if options.pushes_down && open == 0 {
-            root.put(place, level, &within);
+            root.put(index, level, &within);
         }
     }
 }
@@ -163,9 +163,9 @@ struct ShortStack<'a> {
 
 impl ShortStack<'_> {
     #[inline(always)]
-    fn push<S: Simd, V: Wide<S>>(&mut self, place: u32, level: u32, within: &Within<V>) {
+    fn push<S: Simd, V: Wide<S>>(&mut self, index: u32, level: u32, within: &Within<V>) {
         if self.entries > 0 {
-            self.positions[self.top].put(place, level, within);
+            self.positions[self.top].put(index, level, within);
             self.top = if self.top + 1 == self.entries { 0 } else { self.top + 1 };
             self.held = (self.held + 1).min(self.entries);
         }

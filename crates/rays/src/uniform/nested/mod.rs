@@ -35,7 +35,7 @@ pub(super) struct Nested {
     /// starts in each. Those of the scene's references come first.
     held: Vec<Option<u32>>,
     scene_intervals: usize,
-    /// References in a row for which there is one place in `held`; zero where no cell holds a grid.
+    /// References in a row for which there is one slot in `held`; zero where no cell holds a grid.
     interval: u32,
     cell_count: usize,
     references: usize,

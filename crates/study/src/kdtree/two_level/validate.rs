@@ -44,13 +44,13 @@ impl TwoLevelKdTree {
 }
 
 /// Whether the leaves below a node that list a box cover a part of it.
-fn covers_box(tree: &KdTree, place: u32, id: u32, part: Extent) -> bool {
-    let node = tree.nodes().get(place);
+fn covers_box(tree: &KdTree, index: u32, id: u32, part: Extent) -> bool {
+    let node = tree.nodes().get(index);
     if node.is_leaf() {
         return tree.ids()[node.ids()].binary_search(&id).is_ok();
     }
     let plane = node.plane();
-    let [left, right] = tree.nodes().children(place, node);
+    let [left, right] = tree.nodes().children(index, node);
     let (low, high) = (part.min[plane.axis], part.max[plane.axis]);
     if low == plane.at && high == plane.at {
         return covers_box(tree, left, id, part) || covers_box(tree, right, id, part);
