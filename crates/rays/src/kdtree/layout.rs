@@ -3,13 +3,13 @@ use super::extent::{Plane, Reference};
 use super::node::{Node, Nodes};
 use super::{KdLayout, KdTree};
 
-/// A subtree as builders make it: nodes depth first, each inner one with the distance to its right child; each leaf with
-/// how many ids it has, which follow those of the leaves before.
+/// A subtree as builders make it: nodes depth first. An inner node holds the distance to its right child, a leaf how many ids
+/// it has; these follow the ids of the leaves before.
 #[derive(Debug, Default)]
 pub struct Branch {
     nodes: Vec<Node>,
     ids: Vec<u32>,
-    /// Of the leaves in whose place subtrees are built later, in order.
+    /// Of the leaves that subtrees replace later, in order.
     deferred: Vec<Cell>,
     /// Of those, one after the other.
     references: Vec<Reference>,
@@ -37,7 +37,7 @@ impl Branch {
         self.nodes.push(Node::leaf(0, (self.ids.len() - start) as u32));
     }
 
-    /// Adds a leaf in whose place a subtree of these references is built later.
+    /// Adds a leaf that a subtree of these references replaces later.
     pub(super) fn push_deferred(&mut self, references: impl Iterator<Item = Reference>, cell: Cell) {
         let start = self.references.len();
         self.references.extend(references);
@@ -110,7 +110,7 @@ fn lay_out_subtrees(branch: &[Node], nodes: &mut Nodes) {
     // The root has a pair of its own, whose second slot is never read.
     nodes.grow_to(2);
     nodes.set(0, branch[0]);
-    // Parents whose children aren't placed yet: where they are in the branch and in the layout.
+    // Parents whose children have no slots yet: their indices in the branch and in the layout.
     let mut waiting = Vec::new();
     if !branch[0].is_leaf() {
         waiting.push((0, 0));

@@ -1,8 +1,11 @@
 use super::extent::Plane;
 
-/// A node. 8 bytes: for an inner node the plane and above two bits for its axis a child's index; for a leaf where its ids
-/// start, and above two bits that are set how many there are; the highest bit says that there is a subtree (Wald, *Realtime Ray Tracing and Interactive Global
-/// Illumination*, 2004, §7.2).
+/// A node. 8 bytes (Wald, *Realtime Ray Tracing and Interactive Global Illumination*, 2004, §7.2).
+///
+/// | | first word | second word, from its lowest bit |
+/// |---|---|---|
+/// | inner node | the plane's coordinate | its axis in two bits, a child's index |
+/// | leaf | where its ids start | two bits that are set, how many ids there are, a bit for a subtree |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct Node {
@@ -26,12 +29,12 @@ impl Node {
         Self { first: start, second: count << 2 | Self::LEAF }
     }
 
-    /// A leaf in whose place a subtree is built later.
+    /// A leaf that a subtree replaces later.
     pub(super) fn deferred(start: u32, count: u32) -> Self {
         Self { first: start, second: Self::DEFERRED | count << 2 | Self::LEAF }
     }
 
-    /// Whether it has ids in place of children.
+    /// Whether it has ids instead of children.
     #[inline(always)]
     pub fn is_leaf(self) -> bool {
         self.second & 3 == Self::LEAF

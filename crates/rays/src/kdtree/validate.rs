@@ -36,7 +36,7 @@ impl KdTree {
         Ok(())
     }
 
-    /// Of a tree or subtree with so many nodes above its root.
+    /// Checks the nodes of a tree, or of a subtree with `depth` nodes above its root.
     fn validate_nodes(&self, triangles: Triangles<'_>, depth: usize) -> Result<(), String> {
         let mut visited = Visited { nodes: vec![false; self.nodes.len()], ids: 0 };
         self.validate_below(triangles, 0, self.extent, depth, &mut visited)?;
@@ -99,7 +99,7 @@ impl KdTree {
         Ok(())
     }
 
-    /// Whether the leaves below a node that list a triangle cover a part of it, but for slivers that rounding may have made.
+    /// Whether those leaves below a node that list a triangle cover this part of it, but for slivers that rounding may have made.
     fn covers(&self, index: u32, id: u32, polygon: &[DVec3]) -> bool {
         let node = self.nodes.get(index);
         if node.is_leaf() {

@@ -14,7 +14,7 @@ pub(super) const CHUNK: usize = 1 << 12;
 /// Cells that a thread takes at once.
 pub(super) const CHUNK_CELLS: usize = 1 << 14;
 
-/// What is known about some triangles in a row.
+/// What is known about a chunk of triangles.
 #[derive(Default)]
 pub(super) struct Chunk {
     bounds: Bounds,
@@ -74,8 +74,8 @@ impl UniformGrid {
         }
     }
 
-    /// The lattice for the options, or one with larger cells where triangles would be in too many; and the cells of each
-    /// triangle.
+    /// The lattice for the options, or one with larger cells where triangles would be in too many of them. Finds the cells of
+    /// each triangle as well.
     fn choose_lattice(&mut self, triangles: Triangles<'_>) -> Lattice {
         let usable = self.triangle_count - self.omitted.total() as usize;
         let mut lattice = Lattice::around(self.bounds, self.options.cells_per_triangle * usable as f64);
@@ -155,8 +155,7 @@ impl UniformGrid {
     }
 }
 
-/// Makes `items` as many as are needed. Where there was no room, there is a little more for later frames' sake, but not for
-/// twice as many.
+/// Resizes `items`. Where that needs more memory, it takes a little more for later frames, but never twice as much.
 pub(super) fn resize<T>(items: &mut Vec<T>, count: usize, item: fn() -> T) {
     if count > items.capacity() {
         items.reserve_exact(count + count / 64 - items.len());
@@ -164,9 +163,9 @@ pub(super) fn resize<T>(items: &mut Vec<T>, count: usize, item: fn() -> T) {
     items.resize_with(count, item);
 }
 
-/// Makes of counts sums of all up to each, and returns the last one.
+/// Replaces counts by their running sums, and returns the last one.
 pub(super) fn scan(starts: &mut [AtomicU32], sums: &mut Vec<u32>) -> u32 {
-    // One part a thread: the last one, and so all of a single thread's, needn't be read before.
+    // One part a thread. The last part's sum isn't needed beforehand, so a single thread reads nothing twice.
     let part = starts.len().div_ceil(rayon::current_num_threads()).max(CHUNK_CELLS);
     let all_but_last = &starts[..(starts.len() - 1) / part * part];
     let parts = all_but_last.par_chunks(part).map(|counts| counts.iter().map(|count| count.load(Relaxed)).sum());

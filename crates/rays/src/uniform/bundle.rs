@@ -117,7 +117,7 @@ pub(super) struct Bundle {
     pub(super) errors: [[f64; LANES]; MOST_BLOCKS],
     /// How wrong the predicate takes a shadow ray's point to be.
     pub(super) predicate_errors: [[f64; LANES]; MOST_BLOCKS],
-    /// What is common in a group of rays besides their direction: hits are about as far away.
+    /// What the rays of a group have in common besides their direction: hits are about as far away.
     pub(super) inverse_depths: [[f32; LANES]; MOST_BLOCKS],
 }
 
@@ -149,7 +149,7 @@ pub(super) fn members_of<S: Simd>(simd: S, members: u16, half: usize) -> mask64x
     mask64x8::from_bitmask(simd, u64::from(members >> (8 * half) & 0xff))
 }
 
-/// What is common in a group of rays, and so what differs.
+/// What the rays of a group have in common, and so what differs.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Shape {
     /// An origin: rays have slopes u / w and v / w.
@@ -182,14 +182,14 @@ impl Bundle {
         DVec3::new(x[lane], y[lane], z[lane])
     }
 
-    /// The first block and lane that weren't traced yet.
+    /// The first block and lane that haven't been traced yet.
     pub(super) fn first_remaining(&self) -> Option<(usize, usize)> {
         let block = self.remaining[..self.count].iter().position(|&remaining| remaining != 0)?;
         Some((block, self.remaining[block].trailing_zeros() as usize))
     }
 
-    /// Starts a group of rays: besides the first one those that are left, if `by_direction` agree with the group's about
-    /// the major axis, and have inverse depths that differ from the first one's by no more than `spread` of it.
+    /// Starts a group of rays: the first one, and those of the others that agree with it. With `by_direction` they have its
+    /// major axis; with `spread` their inverse depths differ from its by no more than this part of it.
     #[inline(always)]
     pub(super) fn start_group<S: Simd>(
         &mut self,

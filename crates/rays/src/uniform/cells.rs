@@ -21,7 +21,7 @@ pub(super) struct Cells<'a> {
 }
 
 impl<'a> Cells<'a> {
-    /// The references of the cells at two indices in the order of cells and of all between them, the last included.
+    /// The references of the cells from one index to another, the last included.
     #[inline(always)]
     pub(super) fn listed(&self, first: usize, last: usize) -> &'a [AtomicU32] {
         &self.ids[self.starts[first].load(Relaxed) as usize..self.starts[last + 1].load(Relaxed) as usize]

@@ -31,11 +31,11 @@ pub fn nearest_of_shafts(
     triangles: Triangles<'_>,
     rays: &[Ray],
     options: ShaftOptions,
-    counts: impl Fn(&Hit) -> bool,
+    stops: impl Fn(&Hit) -> bool,
     hits: &mut [Option<Hit>],
 ) -> Counts {
     let mut visits = Counts::default();
-    tree.nearest_by(triangles, rays, counts, hits, |ask| {
+    tree.nearest_by(triangles, rays, stops, hits, |ask| {
         visits = visit(tree, triangles, options, &|index| rays[index], rays.len(), ask);
     });
     visits
@@ -50,11 +50,11 @@ pub fn blocked_of_shafts(
     triangles: Triangles<'_>,
     (rays, own): (&[ShadowRay], &[u32]),
     options: ShaftOptions,
-    counts: impl Fn(u32, [f32; 2]) -> bool,
+    stops: impl Fn(u32, [f32; 2]) -> bool,
     blocked: &mut [bool],
 ) -> Counts {
     let mut visits = Counts::default();
-    tree.blocked_by(triangles, rays, own, counts, blocked, |ask| {
+    tree.blocked_by(triangles, rays, own, stops, blocked, |ask| {
         visits = visit(tree, triangles, options, &|index| rays[index].ray, rays.len(), ask);
     });
     visits

@@ -28,7 +28,7 @@ pub fn nearest_of_packet(
     grid: &UniformGrid,
     triangles: Triangles<'_>,
     rays: &[Ray],
-    counts: impl Fn(&Hit) -> bool,
+    stops: impl Fn(&Hit) -> bool,
     hits: &mut [Option<Hit>],
 ) {
     assert!(rays.len() == hits.len(), "{} hits for {} rays", hits.len(), rays.len());
@@ -38,7 +38,7 @@ pub fn nearest_of_packet(
             let best = &mut hits[index];
             if let Some(hit) = hit(&rays[index], triangles, id)
                 && best.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
-                && counts(&hit)
+                && stops(&hit)
             {
                 *best = Some(hit);
             }
@@ -58,7 +58,7 @@ pub fn blocked_of_packet(
     triangles: Triangles<'_>,
     rays: &[ShadowRay],
     own: &[u32],
-    counts: impl Fn(u32, [f32; 2]) -> bool,
+    stops: impl Fn(u32, [f32; 2]) -> bool,
     blocked: &mut [bool],
 ) {
     let lens = (own.len(), blocked.len());
@@ -70,7 +70,7 @@ pub fn blocked_of_packet(
             let corners = triangles.corners(id);
             let asked = !blocked[index] && id != own[index];
             blocked[index] |=
-                asked && rays[index].blocked_by(corners).is_some_and(|barycentric| counts(id, barycentric));
+                asked && rays[index].blocked_by(corners).is_some_and(|barycentric| stops(id, barycentric));
             if blocked[index] { f64::NEG_INFINITY } else { f64::INFINITY }
         });
     }

@@ -3,16 +3,16 @@
 use super::sah::{AxisMeasure, Candidate, Measure};
 use crate::kdtree::extent::Reference;
 
-/// From so few references on planes are found exactly.
+/// Nodes of fewer references are split exactly.
 pub(super) const EXACT_FROM: usize = 36;
 
-/// q: uniform samples along each axis, and as many that are placed where counts change.
+/// q: uniform samples along each axis, and as many more where counts change.
 const SAMPLES: usize = 8;
 
 /// Samples inside of a cell along an axis, in order, with its two faces.
 const ALL: usize = 2 * SAMPLES + 2;
 
-/// Where a cost was sampled, and how many triangles were left and right of that.
+/// A coordinate at which the cost was sampled, and how many triangles are left and right of it.
 #[derive(Clone, Copy, Default)]
 struct Sample {
     at: f32,
@@ -45,7 +45,7 @@ pub(super) fn best(mut measure: Measure<'_>, references: &[Reference]) -> Option
     measure.best
 }
 
-/// Counts triangles left and right of planes, which are in order along each axis.
+/// Counts the triangles left and right of planes, which are sorted along each axis.
 fn count(references: &[Reference], planes: [[f32; SAMPLES]; 3]) -> [[Sample; SAMPLES]; 3] {
     let mut counts = [[[0_u32; 2]; SAMPLES]; 3];
     for Reference { extent, .. } in references {

@@ -1,10 +1,10 @@
 //! Subtrees that are built when a ray first reaches them, so that nothing is built that no ray looks at (Hunt, Mark and
 //! Fussell, *Fast and lazy build of acceleration structures from scene hierarchies*, 2007, §3).
 //!
-//! A deferred leaf lists the ids of all its triangles, as any other: what knows nothing of subtrees may test those.
+//! A deferred leaf lists the ids of all its triangles, as any leaf does: code that knows nothing of subtrees may test those.
 //!
-//! Subtrees are built by the thread that comes first, alone: others that come meanwhile wait for it, and one that waited for
-//! its own pool's threads might be handed a ray that waits for the same subtree.
+//! The thread that comes first builds the subtree, alone, and threads that come meanwhile wait for it. It may not share the
+//! work with its pool: while it waited for that, it might be handed a ray that waits for the same subtree.
 
 use std::sync::OnceLock;
 
@@ -18,13 +18,13 @@ use crate::{Structure, Triangles};
 /// Nodes of fewer references are built at once: the rest of a subtree would take more memory than their nodes.
 const LEAST: usize = 32;
 
-/// The subtrees of a tree that are built later, and what they are built of.
+/// The subtrees of a tree that are built later, and the references that they are built of.
 #[derive(Default)]
 pub(in crate::kdtree) struct Deferred {
     subtrees: Vec<Subtree>,
     /// Of all subtrees, one after the other. 28 bytes each.
     references: Vec<Reference>,
-    /// With which the tree was built: those of the tree may have changed since.
+    /// Those that the tree was built with; the tree's may have changed since.
     options: KdTreeOptions,
     /// Triangles of the tree that can be hit.
     usable: usize,
@@ -62,7 +62,7 @@ impl Deferred {
             + built.map(|tree| size_of::<KdTree>() + tree.bytes().triangles).sum::<usize>()
     }
 
-    /// Whether the same is deferred, built or not.
+    /// Whether both defer the same subtrees, built or not.
     pub(in crate::kdtree) fn is_same_as(&self, other: &Self) -> bool {
         let key = |subtree: &Subtree| (subtree.first_id, subtree.cell.extent, subtree.cell.depth);
         self.subtrees.iter().map(key).eq(other.subtrees.iter().map(key))
@@ -95,7 +95,7 @@ impl Deferred {
 }
 
 impl Job<'_> {
-    /// Whether the subtree of so many references in a cell is built later.
+    /// Whether the subtree of `count` references in a cell is built later.
     pub(super) fn is_deferred(&self, count: usize, cell: &Cell) -> bool {
         (LEAST..self.lazy_below).contains(&count) && cell.depth < self.heuristic.max_depth
     }

@@ -32,7 +32,7 @@ impl From<KdBuilder> for Method {
 }
 
 impl Method {
-    /// What small nodes are split with: counting exactly takes no longer there.
+    /// How small nodes are split: there, counting exactly takes no longer.
     fn for_count(self, count: usize) -> Self {
         match self {
             Self::Adaptive if count <= adaptive::EXACT_FROM => Self::Unsorted,

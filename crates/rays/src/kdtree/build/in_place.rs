@@ -1,10 +1,10 @@
 //! The exact builder with threads that share whole levels near the root: the in-place algorithm of Choi et al. 2010, §4.2
 //! (thesis, Algorithm 4.2.2).
 //!
-//! References say which node they belong to, and stay where they are, and events stay in the order of the whole scene: a pass over
-//! them finds the planes of all nodes of a level. Once there are enough nodes, each gets its references and events, and threads
-//! build them next to each other. Choi et al. keep a list of nodes for each triangle and don't clip it; here the part on the left
-//! of a plane takes the place of what is cut, the part on the right comes last, and the events of both are merged in.
+//! References stay where they are and say which node they belong to. Events stay in the order of the whole scene, so that one pass
+//! over them finds the planes of all nodes of a level. Once there are enough nodes, each gets its references and events, and threads
+//! build the nodes in parallel. Choi et al. keep a list of nodes for each triangle and don't clip it. Here the part on the left of a
+//! plane replaces the reference that is cut, the part on the right comes last, and the events of both are merged in.
 
 use rayon::prelude::*;
 
@@ -24,7 +24,7 @@ const REFERENCES: usize = 1 << 14;
 /// Events, or references, that a thread takes at once.
 const CHUNK: usize = 1 << 13;
 
-/// A reference that is in no cell any more.
+/// The node of a reference that is in no cell any more.
 const NOWHERE: u32 = u32::MAX;
 
 /// The upper part of a tree.
@@ -76,7 +76,7 @@ impl Upper<'_> {
             }
         }
         self.classify();
-        // What each may hold depends on what both have.
+        // How many references each may have depends on how many both have.
         for node in self.live.clone() {
             if let Some((_, left)) = self.nodes[node].cut {
                 let children = [left, left + 1];
@@ -148,7 +148,7 @@ impl Upper<'_> {
     fn classify(&mut self) {
         let Self { job, references, node, nodes, .. } = self;
         let chunks = references.par_chunks(CHUNK).zip(node.par_chunks_mut(CHUNK)).enumerate();
-        // The references that were cut, and what is left of them.
+        // The references that were cut, and their parts.
         let cut: Vec<_> = chunks
             .map(|(chunk, (references, node))| {
                 let mut cut = Vec::new();

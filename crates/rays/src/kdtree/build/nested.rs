@@ -3,8 +3,8 @@
 //!
 //! Events and references of a node are cut in chunks. Each chunk's planes are judged once it is known how many triangles begin
 //! and end in the chunks before; each chunk's references are parted alone, and get their indices once it is known how many the
-//! chunks before have. Choi et al. leave the second to one thread, which clipping makes too much work here. Numbers are
-//! whole, so the tree is that of one thread.
+//! chunks before have. Choi et al. leave the second to one thread; with clipping that is too much work. All counts are
+//! integers, so the tree is the one that a single thread builds.
 
 use std::ops::Range;
 

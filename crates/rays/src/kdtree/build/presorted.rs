@@ -1,4 +1,4 @@
-//! Finding planes among faces of boxes that are in order: Wald and Havran 2006, §4.3.
+//! Finding planes among faces of boxes that are sorted once: Wald and Havran 2006, §4.3.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use super::space::{Frame, Space};
 use crate::kdtree::extent::Extent;
 
 // An event is a face of a reference's box: a u64 with the coordinate in the upper half, in the order of coordinates, then two
-// bits for what it is, and the reference's index. So sorting them as numbers brings them in the order of the paper.
+// bits for its kind, and the reference's index. So sorting events as numbers brings them in the order of the paper.
 const END: u64 = 0;
 const PLANAR: u64 = 1;
 const START: u64 = 2;
@@ -79,15 +79,15 @@ impl Space {
     }
 }
 
-/// Looks at all planes of events that are in order across an axis. What is at an index counts as so many triangles as `weight`
-/// says.
+/// Looks at all planes of events that are in order across an axis. The reference at an index counts as as many
+/// triangles as `weight` says.
 #[inline]
 pub(super) fn sweep(measure: &mut Measure<'_>, axis: usize, events: &[u64], weight: impl Fn(usize) -> u32) {
     let count = measure.count as f64;
     sweep_on(measure, axis, events, [0.0, count], weight);
 }
 
-/// As [`sweep`], from where so many triangles have begun, and so many haven't ended.
+/// As [`sweep`], from where so many triangles have begun and so many haven't ended yet.
 #[inline]
 pub(super) fn sweep_on(
     measure: &mut Measure<'_>,
@@ -168,13 +168,13 @@ pub(super) fn index(event: u64) -> usize {
     (event & INDEX_MASK) as usize
 }
 
-/// An event of a reference that is somewhere else.
+/// The event, of a reference that has moved to `index`.
 #[inline(always)]
 pub(super) fn with_index(event: u64, index: u32) -> u64 {
     event & !INDEX_MASK | u64::from(index)
 }
 
-/// Parts of about so many events; events of one coordinate are in one of them.
+/// Splits events into parts of about so many; those of one coordinate stay together.
 pub(super) fn chunks(events: &[u64], size: usize) -> impl Iterator<Item = Range<usize>> {
     let mut start = 0;
     std::iter::from_fn(move || {
@@ -195,7 +195,7 @@ pub(super) fn count(events: &[u64]) -> [usize; 2] {
     [starts + planar, ends + planar]
 }
 
-/// Events of what isn't cut, for both children.
+/// The events of references that aren't cut, for both children.
 pub(super) fn part_kept(events: &[u64], indices: &[u32]) -> [Vec<u64>; 2] {
     let mut parts = [Vec::with_capacity(events.len()), Vec::with_capacity(events.len())];
     for &event in events {

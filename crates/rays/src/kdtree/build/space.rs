@@ -3,7 +3,7 @@ use super::presorted;
 use super::sah::Candidate;
 use crate::kdtree::extent::{Reference, Sides};
 
-/// What one thread works on: the references of the node at hand, above those of the right children that wait.
+/// What one thread works on: the references of the current node, above those of the right children that wait.
 #[derive(Default)]
 pub(super) struct Space {
     pub(super) references: Vec<Reference>,
@@ -20,7 +20,7 @@ pub(super) struct Space {
     indices: Vec<u32>,
 }
 
-/// Where a node's references and events start; they reach to the ends.
+/// Where a node's references and events start; they reach to the ends of the lists.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Frame {
     pub(super) references: usize,
@@ -53,7 +53,8 @@ impl Space {
         }
     }
 
-    /// Parts the node at `at`, which becomes its right child; the left child is put aside. How many references both have.
+    /// Splits the node at `at`, which becomes its right child; the left child is put aside. Returns how many references both
+    /// have.
     pub(super) fn part(&mut self, job: &Job<'_>, at: Frame, best: &Candidate, has_events: bool) -> [usize; 2] {
         self.left.clear();
         self.indices.clear();
@@ -110,7 +111,7 @@ impl Space {
         for axis in 0..3 {
             for fresh in fresh.iter_mut() {
                 fresh[axis].sort_unstable();
-                // Comes after all others, so that merging needn't look whether any are left.
+                // Comes after all others, so that merging needn't check for the end.
                 fresh[axis].push(u64::MAX);
             }
             let fresh = [&fresh[0][axis][..], &fresh[1][axis][..]];
@@ -122,7 +123,7 @@ impl Space {
         }
     }
 
-    /// Puts the left child that was put aside above everything else; where it starts.
+    /// Puts the left child, which was put aside, above everything else, and returns where it starts.
     pub(super) fn push_left(&mut self) -> Frame {
         let start = self.end();
         self.references.extend_from_slice(&self.left);
@@ -132,7 +133,7 @@ impl Space {
         start
     }
 
-    /// Gives the left child that was put aside to an empty space.
+    /// Moves the left child, which was put aside, to an empty space.
     pub(super) fn give_left(&mut self, to: &mut Self) {
         std::mem::swap(&mut self.left, &mut to.references);
         std::mem::swap(&mut self.left_events, &mut to.events);

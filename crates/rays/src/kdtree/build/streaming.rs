@@ -18,7 +18,7 @@ const EXACT_FROM: usize = 1 << 12;
 type Samples = Box<Bins<PARTS>>;
 
 impl Job<'_> {
-    /// Adds the tree of all references of a space, which gets empty.
+    /// Adds the tree of all references of a space, and empties that.
     pub(super) fn stream(&self, space: &mut Space, cell: Cell, out: &mut Branch) {
         let mut samples = Box::new(Bins::over(cell.extent));
         samples.add(&space.references);

@@ -9,10 +9,10 @@ use crate::{Hit, KdTree, LightSource, Ray};
 const TILE_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 const SQUARE_BLOCKS: usize = 4;
 
-/// Places of a square.
+/// Pixels of a square.
 const SQUARE_PIXELS: usize = SQUARE_BLOCKS * SQUARE_BLOCKS * TileOrder::BLOCK_PIXELS;
 
-/// Instead of a ray where there is none.
+/// Fills the packet where there are fewer rays.
 const NO_RAY: Ray = Ray { origin: DVec3::ZERO, direction: DVec3::X, t_min: 0.0, t_max: 0.0 };
 
 impl KdTree {

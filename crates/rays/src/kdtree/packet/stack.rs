@@ -7,7 +7,7 @@ use super::step::{Way, Within, backward, begin, way};
 use super::tester::Tester;
 use crate::kdtree::node::Nodes;
 
-/// A child that waits, and what of a packet is in its cell. 192 bytes.
+/// A child that waits, and the members of a packet in its cell. 192 bytes.
 #[derive(Clone, Copy, Default)]
 #[repr(align(64))]
 pub(super) struct Waiting {
@@ -15,7 +15,7 @@ pub(super) struct Waiting {
     leave: [f32; LANES],
     pub(super) members: u16,
     pub(super) index: u32,
-    /// Inner nodes above, where that is counted.
+    /// Inner nodes above, where the traversal counts them.
     pub(super) level: u32,
 }
 
@@ -40,9 +40,9 @@ impl Waiting {
 /// All children that wait.
 pub(super) type Stack = [Waiting; Nodes::MAX_DEPTH];
 
-/// Leads the rays from `first` on to leaves below the node at `root` with a stack (Wald et al., *Interactive Rendering with Coherent Ray Tracing*, 2001),
-/// whatever their directions (Reshetov, *Omnidirectional ray tracing traversal algorithm for kd-trees*, 2006): the child comes
-/// first that is the nearer one for most.
+/// Leads the rays from `first` on to leaves below the node at `root`, with a stack (Wald et al., *Interactive Rendering with
+/// Coherent Ray Tracing*, 2001). Rays may have any directions (Reshetov, *Omnidirectional ray tracing traversal algorithm for
+/// kd-trees*, 2006): the child that is nearer for most of them comes first.
 #[inline(always)]
 pub(super) fn visit<S: Simd, V: Wide<S>>(
     simd: S,

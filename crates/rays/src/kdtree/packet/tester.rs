@@ -7,14 +7,13 @@ use super::scale::Scale;
 use crate::shot::Steps;
 use crate::{KdTree, Triangles};
 
-/// Asks whether rays hit triangles, given pairs of a ray's index and a triangle, and is told from which t on nothing matters to
-/// each pair's ray.
+/// Settles pairs of a ray's index and a triangle, and writes for each pair from which t on nothing matters to its ray.
 pub type Ask<'a> = dyn FnMut(&[(u32, u32)], &mut [f64]) + 'a;
 
-/// Most pairs that are asked about at once.
+/// Most pairs that are settled at once.
 pub(super) const MOST_PAIRS: usize = 32;
 
-/// Rays and triangles to be asked about.
+/// Undecided rays and triangles.
 #[derive(Default)]
 pub(super) struct Pairs {
     pairs: [(u32, u32); MOST_PAIRS],
@@ -76,7 +75,7 @@ impl Tester<'_, '_> {
         self.ask(rays);
     }
 
-    /// Asks about what tests have left undecided.
+    /// Settles what tests have left undecided.
     #[inline(always)]
     fn ask(&mut self, rays: &mut Rays) {
         if self.pairs.count > 0 {
@@ -126,9 +125,9 @@ pub(super) struct Mailbox {
 }
 
 impl Mailbox {
-    /// Of the largest kind.
+    /// Slots of the largest kind.
     const SLOTS: usize = 64;
-    /// Of a ring.
+    /// Slots of a ring.
     const RING: usize = 8;
 
     pub(super) fn new(kind: KdMailbox) -> Self {
@@ -146,7 +145,7 @@ impl Mailbox {
         self.ids[..self.slots].fill(u32::MAX);
     }
 
-    /// Those `members` that weren't tested yet; now they are.
+    /// Those `members` that weren't tested against `id` yet; notes that they are.
     #[inline(always)]
     pub(super) fn untested(&mut self, id: u32, members: u64) -> u64 {
         let slot = match self.kind {

@@ -15,12 +15,12 @@ pub(super) struct Trail {
     pub(super) pushes_down: bool,
 }
 
-/// Leads the rays from `first` on to leaves below the node at `root` with a stack of some entries or none, coming from above again where it has lost the
-/// child that is next (Horn et al. 2007, appendix A.5, for packets).
+/// Leads the rays from `first` on to leaves below the node at `root`, with a stack of some entries or none. Where that has lost
+/// the next child, the packet comes from above again (Horn et al. 2007, appendix A.5, for packets).
 ///
-/// The papers start a packet again with all its rays behind the leaf that they left, and so must take rays of different signs
-/// apart. Here a bit for each level says whether the packet is in the second one of two children: what leads there is the
-/// same each time, since it doesn't depend on what was hit. `order` of the axes says which child is the second one.
+/// The papers start a packet again with all its rays behind the leaf that they left, and so must separate rays of different
+/// signs. Here a bit for each level says whether the packet is in the second of two children. The way there is the same each
+/// time, since it doesn't depend on what was hit. `order` says for each axis which child is the second one.
 #[inline(always)]
 pub(super) fn visit<S: Simd, V: Wide<S>>(
     simd: S,
@@ -44,7 +44,7 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     let mut root = Waiting::default();
     root.put(index, level, &within);
     let (mut trail, mut open) = (0_u64, 0_u64);
-    // Rays that nothing is left of.
+    // Rays that have ended.
     let mut ended = 0_u64;
     loop {
         let node = tree.nodes.get(index);
@@ -135,7 +135,7 @@ impl Order {
         Self { members, turned, sorted }
     }
 
-    /// Those members of a cell that is done that need no other one: what waits begins where a nearer cell that holds this one
+    /// Those members of a finished cell that need no other cell: what waits begins where a nearer cell that holds this one
     /// ends, or up to twice the doubt before.
     #[inline(always)]
     fn ended<S: Simd, V: Wide<S>>(&self, simd: S, rays: &Rays, first: usize, within: &Within<V>) -> u64 {
@@ -145,7 +145,7 @@ impl Order {
         );
         let doubt = x.max(y).max(z);
         let end = load::<S, V>(simd, &rays.leave, first);
-        // Four instead of two, so that roundings are nothing beside them.
+        // Four times the doubt instead of two, so that roundings don't matter.
         let four = splat::<S, V>(simd, 4.0);
         (within.leave - four * doubt).simd_gt(end).to_bitmask() & within.members & self.sorted
             | end.simd_lt(splat::<S, V>(simd, f32::MIN)).to_bitmask() & self.members

@@ -79,7 +79,7 @@ impl Trailing<'_> {
         let mut open = 0_u64;
         loop {
             let node = tree.nodes.get(at.index);
-            // Whether nothing of the node is left to visit.
+            // Whether the node is finished.
             let mut is_done = node.is_leaf();
             if is_done {
                 tester.leaf(node)?;
