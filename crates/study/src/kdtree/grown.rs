@@ -1,7 +1,7 @@
 //! Leading a ray through a tree whose triangles are no longer where they were when it was built: *at rest*.
 //!
 //! A ray hits a triangle now at P = o + t d, in real numbers. Let Q be the point of the triangle at rest with the same weights of
-//! the corners. Whoever calls knows for each node how far P, or what the ray handed over here has in its place, may be from Q
+//! the corners. The caller knows for each node how far P, or the point that the ray handed over here has instead, may be from Q
 //! along an axis, if the triangle is listed below that node: `away` and the node's own `drift`. A leaf that lists the triangle
 //! holds Q in its cell, with its faces. So a ray finds the hit if it visits each child of which the cell, grown by as much as
 //! the child says, holds the ray's point at t: at a plane s that is where the ray is before s + `away` + drift, and after
@@ -187,7 +187,7 @@ pub(super) fn visit(
         } else if last < enter {
             (index, enter) = (far, if first > enter { first } else { enter });
         } else {
-            // What isn't a number gives way.
+            // A value that isn't a number leaves nothing out.
             stack[waiting] = (far, if first > enter { first } else { enter }, leave);
             waiting += 1;
             (index, leave) = (near, if last < leave { last } else { leave });

@@ -1,9 +1,9 @@
-//! Building from groups of triangles that are taken as one until cells are so small that they matter (Hunt, Mark and Fussell,
+//! Building from groups of triangles, each of which is taken as one box until cells are small (Hunt, Mark and Fussell,
 //! *Fast and lazy build of acceleration structures from scene hierarchies*, 2007).
 //!
 //! Boxes of all groups are made anew, from the triangles up. Each node then looks at the groups in its cell that are no larger
 //! than a certain part of it: their number doesn't depend on how many triangles they hold. So nodes above those of a few hundred
-//! triangles take O(N / few hundred) in all, in place of O(N log N), where groups are compact.
+//! triangles take O(N / few hundred) in all instead of O(N log N), where groups are compact.
 //!
 //! **Why nothing is missed.** A group goes to the sides of a plane where its box is, and to both if it is cut. So the group of
 //! a triangle is on a side where that must be listed (`kdtree`), and where groups are opened, the triangle is kept
@@ -19,8 +19,8 @@ use super::hierarchy::{ImpossibleHierarchy, SceneHierarchy};
 /// Nodes of fewer triangles are built as the options say.
 const OPEN_BELOW: u64 = 512;
 
-/// Groups are opened that have more than one in so many of their cell's area. With 16 a tree of the Bunny that is built from a
-/// bounding volume hierarchy costs 9 % more by the heuristic, and building takes hardly less time.
+/// A group is opened if its part in the cell has more than 1 / `PARTS` of the cell's area. With 16 a tree of the Bunny that is
+/// built from a bounding volume hierarchy costs 9 % more by the heuristic, and building takes hardly less time.
 const PARTS: f64 = 64.0;
 
 /// Nodes of so many triangles have their children built on two threads.
@@ -131,7 +131,7 @@ impl Hierarchical<'_> {
         }
     }
 
-    /// Where to cut a cell, unless it is for its triangles to say. Opens groups until there is a plane that is worth it.
+    /// Where to cut a cell; `None` where that depends on its triangles. Opens groups until a plane is worth it.
     fn plane(&self, units: &mut Vec<Unit>, cell: &Cell, count: u64) -> Option<(Candidate, [Cell; 2])> {
         if count < OPEN_BELOW {
             return None;
@@ -142,7 +142,7 @@ impl Hierarchical<'_> {
             if units.iter().all(|unit| unit.count == 0) {
                 return None;
             }
-            // What was opened has lost what is outside of the cell.
+            // Opened groups have lost their parts outside of the cell.
             let count = units.iter().map(|unit| unit.weight() as usize).sum();
             let boxes: Vec<_> = units.iter().map(|unit| (unit.reference.extent, unit.weight())).collect();
             let best = self.job.best_of_boxes(cell, &boxes);

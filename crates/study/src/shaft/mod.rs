@@ -1,7 +1,7 @@
-//! Shafts: convex parts of space around up to 256 rays, which find where the rays' way through the kd-tree begins, and are led
-//! to leaves in their place (Rahikainen 2013, §5). They will serve batches of secondary rays.
+//! Shafts: convex parts of space around up to 256 rays. They find the node from which the rays go through the kd-tree, and are led
+//! to leaves instead of the rays (Rahikainen 2013, §5). They will serve batches of secondary rays.
 //!
-//! `shaft` is that part of space, for rays that agree about the sign of an axis and of which none runs almost across it; others
+//! `shaft` is that part of space. Its rays have the same sign along one axis, and none of them runs almost across it; other rays
 //! go in packets from the root. `search` finds where they begin, `beam` leads a shaft to leaves. `options` says what there is to
 //! choose.
 
@@ -89,7 +89,8 @@ struct Shafts<'a> {
 }
 
 impl Shafts<'_> {
-    /// Looks for where rays begin, and traces them if shafts are to; else the node from which packets go on.
+    /// Finds the node from which the rays go on. If a shaft is to lead them it traces them and returns `None`, else it returns
+    /// the node for packets.
     #[inline(always)]
     fn visit<S: Simd>(&mut self, simd: S, rays: &mut Rays, ask: &mut Ask<'_>) -> Option<u32> {
         if self.options.entry == KdEntry::Root && self.options.lead == ShaftLead::Packets {
@@ -114,7 +115,7 @@ impl Shafts<'_> {
     }
 }
 
-/// Leaves the parts of rays that may be in the cell of a node, below which are all leaves that matter: as on the way to a child.
+/// Clips rays to the cell of a node, as on the way to a child. All leaves that matter are below that node.
 fn clip(tree: &KdTree, scale: &Scale, rays: &mut Rays, start: &Met) {
     let (cell, whole) = (start.cell, tree.extent());
     for axis in 0..3 {
@@ -136,7 +137,7 @@ fn clip(tree: &KdTree, scale: &Scale, rays: &mut Rays, start: &Met) {
     }
 }
 
-/// The indices of a word's bits.
+/// The positions of a word's bits.
 fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let bit = bits.trailing_zeros() as usize;

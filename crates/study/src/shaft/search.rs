@@ -53,8 +53,8 @@ impl Search<'_> {
     /// The lowest node below which are all leaves that matter; `None` where there are none.
     ///
     /// First the first such leaf is looked for, and nodes are kept on the way there whose other child the shaft meets too. If
-    /// there is a leaf that matters below that child, rays can't begin below the node. MLRTA asks about each such node from
-    /// below, AEPSA from above until it has found one, which is the one that MLRTA would find last.
+    /// there is a leaf that matters below that child, rays can't begin below the node. MLRTA looks at these nodes from below,
+    /// one after the other; AEPSA from above, and stops at the first, which is the one that MLRTA finds last.
     pub(super) fn start(&mut self) -> Option<Met> {
         let root = Met::root(self.tree, self.shaft);
         if self.kind == KdEntry::Root {
@@ -110,7 +110,7 @@ impl Search<'_> {
                 *count = waiting;
                 return Some(met);
             }
-            // What has nothing in its first child is no fork.
+            // A node with nothing in its first child is no fork.
             waiting = waiting.checked_sub(1)?;
             met = own[waiting];
         }

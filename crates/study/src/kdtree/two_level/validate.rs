@@ -7,8 +7,8 @@ impl TwoLevelKdTree {
     /// Checks the trees against the triangles that the last update was for.
     ///
     /// # Errors
-    /// Names the first object that breaks a rule: each object's tree [is valid](umbrage_rays::Structure::validate), over the triangles as they
-    /// are, or for a rigid object as they were when it was built; an object's box holds its triangles; and leaves of the tree
+    /// Names the first object that breaks a rule: each object's tree
+    /// [is valid](umbrage_rays::Structure::validate), over the triangles as they are, or for a rigid object as they were when it was built; an object's box holds its triangles; and leaves of the tree
     /// over boxes that list an object cover its box.
     pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
         if triangles.len() != self.triangle_count {
