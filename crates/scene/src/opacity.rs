@@ -77,55 +77,63 @@ pub struct FrameOpacity<'a> {
 
 /// The part of a triangle that stops rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Part {
+pub enum OpaquePart {
+    /// All of it.
     All,
+    /// Nothing of it.
     None,
-    /// Where the opacity is at least this.
+    /// Where its opacity is at least this.
     AtLeast(f32),
 }
 
-fn camera_part(material: &Material) -> Part {
-    match material.alpha {
-        Alpha::Opaque | Alpha::Blend => Part::All,
-        Alpha::Mask { cutoff } => Part::AtLeast(cutoff),
+impl Material {
+    /// What of its triangles stops camera rays.
+    #[must_use]
+    pub fn camera_part(&self) -> OpaquePart {
+        match self.alpha {
+            Alpha::Opaque | Alpha::Blend => OpaquePart::All,
+            Alpha::Mask { cutoff } => OpaquePart::AtLeast(cutoff),
+        }
     }
-}
 
-fn shadow_part(material: &Material) -> Part {
-    match material.alpha {
-        _ if material.transmission >= 0.5 => Part::None,
-        Alpha::Opaque => Part::All,
-        Alpha::Blend => Part::AtLeast(0.5),
-        Alpha::Mask { cutoff } => Part::AtLeast(cutoff),
+    /// What of its triangles stops shadow rays.
+    #[must_use]
+    pub fn shadow_part(&self) -> OpaquePart {
+        match self.alpha {
+            _ if self.transmission >= 0.5 => OpaquePart::None,
+            Alpha::Opaque => OpaquePart::All,
+            Alpha::Blend => OpaquePart::AtLeast(0.5),
+            Alpha::Mask { cutoff } => OpaquePart::AtLeast(cutoff),
+        }
     }
 }
 
 impl FrameOpacity<'_> {
-    fn part(&self, triangle: u32) -> Part {
+    fn part(&self, triangle: u32) -> OpaquePart {
         let material = self.frame.material(triangle);
-        if self.of_shadows { shadow_part(material) } else { camera_part(material) }
+        if self.of_shadows { material.shadow_part() } else { material.camera_part() }
     }
 }
 
 impl Opacity for FrameOpacity<'_> {
     fn is_opaque(&self, triangle: u32) -> bool {
-        self.part(triangle) == Part::All
+        self.part(triangle) == OpaquePart::All
     }
 
     fn stops(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
         match self.part(triangle) {
-            Part::All => true,
-            Part::None => false,
-            Part::AtLeast(cutoff) => self.frame.opacity(triangle, barycentric) >= cutoff,
+            OpaquePart::All => true,
+            OpaquePart::None => false,
+            OpaquePart::AtLeast(cutoff) => self.frame.opacity(triangle, barycentric) >= cutoff,
         }
     }
 
     fn which_stop(&self, triangle: u32, points: &MaskPoints) -> MaskAnswers {
         let &MaskPoints { barycentric: [v, w], error, lanes } = points;
         let cutoff = match self.part(triangle) {
-            Part::All => return MaskAnswers { opaque: lanes, cut: 0 },
-            Part::None => return MaskAnswers { opaque: 0, cut: lanes },
-            Part::AtLeast(cutoff) => cutoff,
+            OpaquePart::All => return MaskAnswers { opaque: lanes, cut: 0 },
+            OpaquePart::None => return MaskAnswers { opaque: 0, cut: lanes },
+            OpaquePart::AtLeast(cutoff) => cutoff,
         };
         let plane = OpacityPlane::new(self.frame, triangle);
         let (mut answers, mut left) = (MaskAnswers::default(), lanes);

@@ -40,7 +40,7 @@ pub struct Stats {
     pub omitted: Vec<OmittedTriangles>,
 }
 
-/// What the grids' filters left open, so that it was for the exact predicate to decide, over all samples.
+/// What the grids' filters left undecided and the exact predicate settled, over all samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Settled {
     /// Tests of a ray against a triangle; a ray may need several. How many shadow rays do may depend on the threads.
