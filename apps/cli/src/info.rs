@@ -6,9 +6,9 @@ use std::time::Instant;
 use serde::Serialize;
 use umbrage::gallery::{DEMOS, DemoScene};
 use umbrage::gpu::Adapter;
-use umbrage::rays::{KdTree, KdTreeCounts, KdTreeOptions, LightSource, Omitted, OmittedKind, Structure as _};
+use umbrage::rays::{KdTree, KdTreeCounts, KdTreeOptions, LightSource, Structure as _};
 use umbrage::scene::Frame;
-use umbrage::{Scene, Structure};
+use umbrage::{OmittedTriangles, Scene, Structure};
 
 use crate::failure::Failure;
 use crate::flags::InfoFlags;
@@ -29,7 +29,7 @@ struct Contents {
     lights: Vec<LightContents>,
     cameras: Vec<CameraContents>,
     animations: Vec<AnimationContents>,
-    omitted: Vec<OmittedContents>,
+    omitted: Vec<OmittedTriangles>,
     warnings: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     structure: Option<KdTreeContents>,
@@ -79,13 +79,6 @@ struct AnimationContents {
     name: String,
     seconds: f64,
     plays: bool,
-}
-
-#[derive(Debug, Serialize)]
-struct OmittedContents {
-    reason: &'static str,
-    count: u32,
-    first_ids: Vec<u32>,
 }
 
 pub(crate) fn run(flags: InfoFlags) -> Result<(), Failure> {
@@ -211,7 +204,7 @@ impl Contents {
             lights: lights.collect(),
             cameras: cameras.collect(),
             animations: animations.collect(),
-            omitted: omitted(triangles.omitted()),
+            omitted: OmittedTriangles::of(&triangles.omitted()).collect(),
             warnings: scene.warnings().to_vec(),
             structure: None,
         }
@@ -226,7 +219,7 @@ impl Contents {
         line("triangles", &thousands(self.triangles as u64));
         line("vertices", &thousands(self.vertices as u64));
         match self.bounds {
-            Some([min, max]) => line("bounds", &format!("{} to {}", place(min), place(max))),
+            Some([min, max]) => line("bounds", &format!("{} to {}", point(min), point(max))),
             None => line("bounds", "none: no triangle can be hit"),
         }
         line("duration", &format!("{} s", self.duration_seconds));
@@ -247,7 +240,7 @@ impl Contents {
         let cameras = self.cameras.iter();
         line(
             "cameras",
-            &listed(cameras.map(|camera| format!("{} at {}", quoted(&camera.name), place(camera.position)))),
+            &listed(cameras.map(|camera| format!("{} at {}", quoted(&camera.name), point(camera.position)))),
         );
         let animations = self.animations.iter();
         line(
@@ -337,26 +330,13 @@ fn kind(address: &Path) -> String {
     }
 }
 
-fn omitted(omitted: Omitted) -> Vec<OmittedContents> {
-    let Omitted { not_finite, zero_area, index_out_of_range } = omitted;
-    [
-        ("a coordinate is NaN or infinite", not_finite),
-        ("two corners are in the same place", zero_area),
-        ("a vertex index is out of range", index_out_of_range),
-    ]
-    .into_iter()
-    .filter(|(_, OmittedKind { count, .. })| *count > 0)
-    .map(|(reason, OmittedKind { count, first_ids })| OmittedContents { reason, count, first_ids })
-    .collect()
-}
-
 /// How many there are, and the first of them.
 fn listed(items: impl ExactSizeIterator<Item = String>) -> String {
     const SHOWN: usize = 12;
     let number = items.len();
     let mut text = thousands(number as u64);
-    for (place, item) in items.take(SHOWN).enumerate() {
-        text.push_str(if place == 0 { ": " } else { ", " });
+    for (index, item) in items.take(SHOWN).enumerate() {
+        text.push_str(if index == 0 { ": " } else { ", " });
         text.push_str(&item);
     }
     if number > SHOWN {
@@ -369,6 +349,6 @@ fn quoted(name: &str) -> String {
     if name.is_empty() { "(unnamed)".to_owned() } else { format!("`{name}`") }
 }
 
-fn place([x, y, z]: [f32; 3]) -> String {
+fn point([x, y, z]: [f32; 3]) -> String {
     format!("({x}, {y}, {z})")
 }

@@ -7,7 +7,7 @@ use umbrage::{CameraChoice, Scene, Settings};
 use crate::failure::Failure;
 use crate::job::Job;
 
-/// Puts the cameras and lights of the command line in place, moment by moment.
+/// The cameras and lights of the command line, moment by moment.
 pub(crate) struct Staging {
     settings: Settings,
     orbit_light: bool,

@@ -4,7 +4,7 @@ use glam::Vec3;
 use umbrage::Film;
 use umbrage::rays::{Bounds, Camera, Projection, View};
 
-/// A place, and how much of the world around it is in view.
+/// A point, and how much of the world around it is in view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Focus {
     pub(crate) center: Vec3,

@@ -6,7 +6,7 @@ use glam::{Quat, Vec2, Vec3};
 use umbrage::rays::{Camera, Projection};
 use umbrage::spec::LookAt;
 
-/// A perspective camera that looks at a place, the world's Y axis upwards: what `umbrage render --camera` can say.
+/// A perspective camera that looks at a point, the world's Y axis upwards: what `umbrage render --camera` can say.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FreeCamera {
     pub(crate) position: Vec3,
@@ -86,7 +86,7 @@ impl FreeCamera {
         self.shift(camera.right * way.x + camera.up * way.y + camera.forward * way.z);
     }
 
-    /// Turns around another place, which comes to the image's centre.
+    /// Turns around another point, which comes to the image's centre.
     pub(crate) fn turn_around(&mut self, target: Vec3) {
         if target.distance_squared(self.position) > 0.0 {
             self.target = target;
@@ -95,7 +95,7 @@ impl FreeCamera {
 
     fn shift(&mut self, way: Vec3) {
         let (position, target) = (self.position + way, self.target + way);
-        // Far from the origin of a tiny scene both may round to the same place.
+        // Far from the origin of a tiny scene both may round to the same point.
         if position.is_finite() && position != target {
             (self.position, self.target) = (position, target);
         }

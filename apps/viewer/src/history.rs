@@ -20,12 +20,12 @@ impl History {
     pub(crate) fn add(&mut self, picture: &Picture) {
         let mut times = vec![0.0; self.names.len()];
         for stage in &picture.stats.stages {
-            let place = self.names.iter().position(|name| *name == stage.name).unwrap_or_else(|| {
+            let index = self.names.iter().position(|name| *name == stage.name).unwrap_or_else(|| {
                 self.names.push(stage.name);
                 times.push(0.0);
                 self.names.len() - 1
             });
-            times[place] += stage.milliseconds;
+            times[index] += stage.milliseconds;
         }
         if self.pictures.len() == Self::LENGTH {
             self.pictures.pop_front();

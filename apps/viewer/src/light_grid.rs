@@ -6,7 +6,7 @@ use umbrage::rays::{LightCell, LightCells, LightFace, LightSource};
 
 /// What is drawn of a light's grid over a picture.
 pub(crate) struct LightGridPicture {
-    /// The light's place in the list.
+    /// The light's index in the list.
     pub(crate) light: usize,
     /// Where the light is; `None` for a sun.
     pub(crate) origin: Option<Vec3>,

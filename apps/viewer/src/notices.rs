@@ -49,15 +49,15 @@ impl Notices {
         }
         ui.ctx().request_repaint_after(Duration::from_secs(1));
         let corner = area.left_bottom() + egui::vec2(8.0, -8.0);
-        let place = egui::Area::new(egui::Id::unique("notices")).fixed_pos(corner).pivot(egui::Align2::LEFT_BOTTOM);
-        place.show(ui.ctx(), |ui| {
+        let shown = egui::Area::new(egui::Id::unique("notices")).fixed_pos(corner).pivot(egui::Align2::LEFT_BOTTOM);
+        shown.show(ui.ctx(), |ui| {
             ui.set_max_width((area.width() - 16.0).clamp(50.0, 560.0));
             let mut dismissed = None;
-            for (place, notice) in self.all.iter().enumerate() {
+            for (index, notice) in self.all.iter().enumerate() {
                 egui::Frame::popup(ui.style()).show(ui, |ui| {
                     ui.horizontal_top(|ui| {
                         if ui.small_button("x").on_hover_text("Dismiss").clicked() {
-                            dismissed = Some(place);
+                            dismissed = Some(index);
                         }
                         let color =
                             if notice.is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
@@ -65,8 +65,8 @@ impl Notices {
                     });
                 });
             }
-            if let Some(place) = dismissed {
-                self.all.remove(place);
+            if let Some(index) = dismissed {
+                self.all.remove(index);
             }
         });
     }

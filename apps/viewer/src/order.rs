@@ -25,7 +25,7 @@ pub(crate) struct Order {
     pub(crate) heat: Option<HeatKind>,
     /// Whether the light's grid is shown.
     pub(crate) shows_light_grid: bool,
-    /// The light that these are about, by its place in the list.
+    /// The light that these are about, by its index in the list.
     pub(crate) light: usize,
     /// Whether it isn't known yet what the scene's pictures are about.
     pub(crate) needs_focus: bool,

@@ -1,9 +1,8 @@
 //! What a pixel shows, in words.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use umbrage::Sides;
-use umbrage::rays::LightSource;
-use umbrage::rays::View;
+use umbrage::rays::{LightSource, View};
 use umbrage::scene::{Frame, Light};
 
 /// What is at a pixel of a picture.
@@ -17,12 +16,8 @@ pub(crate) struct Probe {
 /// A point of a triangle.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Surface {
-    pub(crate) triangle: u32,
-    pub(crate) is_front: bool,
+    pub(crate) found: umbrage::Probe,
     pub(crate) material: String,
-    pub(crate) position: DVec3,
-    pub(crate) distance: f64,
-    pub(crate) normal: Vec3,
     /// For each light its name and what it does there.
     pub(crate) lights: Vec<(String, Lighting)>,
 }
@@ -55,13 +50,9 @@ impl Probe {
             let material = frame.material(found.triangle);
             let number = frame.mesh.material_of_triangle[found.triangle as usize];
             Surface {
-                triangle: found.triangle,
-                is_front: found.is_front,
                 material: if material.name.is_empty() { format!("number {number}") } else { material.name.clone() },
-                position: found.position,
-                distance: found.distance,
-                normal: found.normal,
                 lights: lights.collect(),
+                found,
             }
         });
         Self { pixel, surface }
@@ -70,27 +61,21 @@ impl Probe {
 
 /// What a light that nothing is in the way of does to a point.
 fn unshadowed(light: &Light, position: Vec3, normal: Vec3) -> Lighting {
-    let (from, is_in_cone) = match light.source {
-        LightSource::Directional { direction } => (None, direction.dot(normal) < 0.0),
-        LightSource::Point { position } => (Some(position), true),
+    let (to_light, is_in_cone) = match light.source {
+        LightSource::Directional { direction } => (-direction, true),
+        LightSource::Point { position: from } => (from - position, true),
         LightSource::Spot { position: from, direction, outer_radians, .. } => {
             let way = (position - from).normalize_or_zero();
-            (Some(from), way.dot(direction) > outer_radians.cos())
+            (from - position, way.dot(direction) > outer_radians.cos())
         }
     };
-    match (light.source, from) {
-        (LightSource::Directional { .. }, _) => {
-            if is_in_cone {
-                Lighting::Lit
-            } else {
-                Lighting::Behind
-            }
-        }
-        (_, Some(from)) if !is_in_cone || light.range.is_some_and(|range| from.distance(position) > range) => {
-            Lighting::OutOfReach
-        }
-        (_, Some(from)) if (from - position).dot(normal) <= 0.0 => Lighting::Behind,
-        _ => Lighting::Lit,
+    let is_sun = matches!(light.source, LightSource::Directional { .. });
+    if !is_in_cone || !is_sun && light.range.is_some_and(|range| to_light.length() > range) {
+        Lighting::OutOfReach
+    } else if to_light.dot(normal) <= 0.0 {
+        Lighting::Behind
+    } else {
+        Lighting::Lit
     }
 }
 

@@ -1,4 +1,4 @@
-//! Between the world and places in the picture.
+//! Between the world and the screen.
 
 use eframe::egui::{Pos2, Rect, pos2};
 use glam::Vec3;
@@ -18,15 +18,15 @@ impl Projected {
     }
 
     /// Where a world point is on the screen; `None` behind the camera.
-    pub(crate) fn place(&self, point: Vec3) -> Option<Pos2> {
+    pub(crate) fn on_screen(&self, point: Vec3) -> Option<Pos2> {
         let Camera { position, right, up, forward, .. } = self.camera;
         let offset = point - position;
         let depth = offset.dot(forward);
         let height = self.height_at(depth)?;
         let scale = self.rect.height() / height;
         let center = self.rect.center();
-        let place = pos2(center.x + offset.dot(right) * scale, center.y - offset.dot(up) * scale);
-        (place.x.is_finite() && place.y.is_finite()).then_some(place)
+        let position = pos2(center.x + offset.dot(right) * scale, center.y - offset.dot(up) * scale);
+        (position.x.is_finite() && position.y.is_finite()).then_some(position)
     }
 
     /// How many world units fit into the picture's height at a depth; `None` behind the camera.
@@ -37,10 +37,10 @@ impl Projected {
         }
     }
 
-    /// Origin and direction of the ray through a place on the screen. Its length is one along the camera's axis.
-    pub(crate) fn ray(&self, place: Pos2) -> (Vec3, Vec3) {
+    /// Origin and direction of the ray through a position on the screen. Its length is one along the camera's axis.
+    pub(crate) fn ray(&self, pointer: Pos2) -> (Vec3, Vec3) {
         let Camera { position, right, up, forward, projection } = self.camera;
-        let offset = (place - self.rect.center()) * (2.0 / self.rect.height());
+        let offset = (pointer - self.rect.center()) * (2.0 / self.rect.height());
         let across = |half_height: f32| (right * offset.x - up * offset.y) * half_height;
         match projection {
             Projection::Perspective { tan_half_height } => (position, forward + across(tan_half_height)),
@@ -56,24 +56,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_and_rays_agree() {
+    fn positions_and_rays_agree() {
         let camera = Camera::look_at(Vec3::new(3.0, 1.0, 2.0), Vec3::ZERO, Vec3::Y, 0.8);
         let parallel = Camera { projection: Projection::Orthographic { half_height: 2.0 }, ..camera };
         for camera in [camera, parallel] {
             let picture = Projected { camera, rect: Rect::from_min_size(pos2(10.0, 20.0), vec2(300.0, 200.0)) };
             let point = Vec3::new(0.4, -0.2, 0.3);
-            let place = picture.place(point).expect("in front");
-            let (origin, direction) = picture.ray(place);
+            let position = picture.on_screen(point).expect("in front");
+            let (origin, direction) = picture.ray(position);
             let depth = (point - camera.position).dot(camera.forward);
             assert!((origin + direction * depth).distance(point) < 1e-4);
         }
     }
 
     #[test]
-    fn what_is_behind_has_no_place() {
+    fn what_is_behind_is_not_on_the_screen() {
         let camera = Camera::look_at(Vec3::Z, Vec3::ZERO, Vec3::Y, 0.8);
         let picture = Projected { camera, rect: Rect::from_min_size(pos2(0.0, 0.0), vec2(300.0, 200.0)) };
-        assert_eq!(picture.place(Vec3::new(0.0, 0.0, 2.0)), None);
-        assert_eq!(picture.place(Vec3::ZERO), Some(pos2(150.0, 100.0)));
+        assert_eq!(picture.on_screen(Vec3::new(0.0, 0.0, 2.0)), None);
+        assert_eq!(picture.on_screen(Vec3::ZERO), Some(pos2(150.0, 100.0)));
     }
 }

@@ -8,7 +8,7 @@ use crate::timeline::Timeline;
 /// How far a recording has come.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Recording {
-    /// A .gif, or .png files with a place for a number.
+    /// A .gif, or .png files, with `%04d` for the number.
     pub(crate) path: PathBuf,
     /// The next frame.
     pub(crate) frame: u32,

@@ -218,7 +218,7 @@ impl Vault {
         self.spring + self.rise * ((RADIUS * RADIUS - out * out).max(0.0).sqrt() / point)
     }
 
-    /// The point of the rib or web whose place is (x, z), each −1 … 1 from side to side.
+    /// The point of the rib or web at (x, z), each −1 … 1 from side to side.
     fn at(&self, x: f32, z: f32) -> Vec3 {
         let height = self.height(x.abs().min(z.abs()));
         Vec3::new(x * self.half_size.x, height, z * self.half_size.y)
@@ -248,8 +248,8 @@ pub(super) fn vault(builder: &mut MeshBuilder, vault: Vault, rib_radius: f32, ma
     let mut rib = |from: Vec2, to: Vec2, radius: f32| {
         let path: Vec<Vec3> = (0..=rows)
             .map(|row| {
-                let place = from.lerp(to, row as f32 / rows as f32);
-                vault.at(place.x, place.y)
+                let point = from.lerp(to, row as f32 / rows as f32);
+                vault.at(point.x, point.y)
             })
             .collect();
         builder.material(masonry.stone).tube(&path, |_| radius, columns);

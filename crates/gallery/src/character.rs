@@ -43,7 +43,7 @@ pub(super) enum Prop {
     Toadstool,
 }
 
-/// A place on the ground, and the level unit vector of the way ahead.
+/// A point on the ground, and the level unit vector of the way ahead.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Footing {
     pub(super) ground: Vec3,
@@ -90,7 +90,7 @@ const ANKLE_HEIGHT: f32 = 0.045;
 const HIP: Vec3 = Vec3::new(0.062, 0.2, 0.0);
 const SHOULDER: Vec3 = Vec3::new(0.108, 0.365, 0.0);
 
-/// The gnome that has walked `steps` steps of the way `footing`, which maps steps to places.
+/// The gnome that has walked `steps` steps of the way `footing`, which maps steps to footprints.
 pub(super) fn gnome(steps: f32, footing: impl Fn(f32) -> Footing, prop: Prop) -> Gnome {
     let here = footing(steps);
     let feet = [0.0, 1.0].map(|side| foot(steps, side, here, &footing));
@@ -130,9 +130,9 @@ fn foot(steps: f32, side: f32, here: Footing, footing: impl Fn(f32) -> Footing) 
     } else {
         (plant, 0.0)
     };
-    let place = footing(from + 2.0 * smoothstep(0.0, 1.0, part));
+    let footprint = footing(from + 2.0 * smoothstep(0.0, 1.0, part));
     let lateral = if side == 0.0 { 0.06 } else { -0.06 };
-    let planted = here.own_from_world(place.ground + place.left() * lateral);
+    let planted = here.own_from_world(footprint.ground + footprint.left() * lateral);
     let pitch = if part > 0.0 {
         mix(0.75, -0.45, smoothstep(0.0, 0.9, part))
     } else {
@@ -300,7 +300,7 @@ impl Posture {
         parts.push(Part::new(Stuff::Skin, [6, 8], Sweep::new(&thumb, Vec3::X, [0.4, 0.4])));
     }
 
-    /// A lantern on a stick; gives the flame's place.
+    /// A lantern on a stick; gives where the flame is.
     fn lantern(&self, hand: Vec3, parts: &mut Vec<Part>) -> Vec3 {
         let grip = hand + Vec3::new(0.0, -0.005, 0.02);
         let tip = self.torso(Vec3::new(-0.2, 0.66, 0.5));

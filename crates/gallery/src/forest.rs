@@ -204,10 +204,10 @@ fn toadstools(builder: &mut MeshBuilder, random: &mut Random, stuff: &glade::Stu
             let (sin, cos) = sin_cos(random.range(0.0, TAU));
             let away = random.range(0.02, 0.24);
             let height = random.range(0.06, 0.2);
-            let place = plant::planted(random, on_ground(x + cos * away, z + sin * away), 0.25);
+            let stand = plant::planted(random, on_ground(x + cos * away, z + sin * away), 0.25);
             let radius = height * random.range(0.45, 0.7);
             let openness = random.unit();
-            builder.place(place, |builder| {
+            builder.place(stand, |builder| {
                 plant::toadstool(builder, [stuff.stem, stuff.spotted], height, radius, openness, detail);
             });
         }
@@ -325,8 +325,8 @@ mod tests {
         let [mut start, mut end] = [Frame::default(), Frame::default()];
         forest.pose(0.0, &mut start).expect("demos can always be posed");
         forest.pose(forest.duration_seconds(), &mut end).expect("demos can always be posed");
-        for (place, (from, to)) in start.positions.iter().zip(&end.positions).enumerate() {
-            assert!(from.abs_diff_eq(*to, 1e-3), "vertex {place}: {from}, then {to}");
+        for (vertex, (from, to)) in start.positions.iter().zip(&end.positions).enumerate() {
+            assert!(from.abs_diff_eq(*to, 1e-3), "vertex {vertex}: {from}, then {to}");
         }
     }
 }

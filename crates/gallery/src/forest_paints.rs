@@ -10,7 +10,7 @@ use super::character::Stuff;
 use super::glade;
 use umbrage_scene::{Alpha, Material, Texture};
 
-/// The forest's materials, as places in its palette.
+/// The forest's materials, as indices into its palette.
 pub(super) struct Paints {
     pub(super) glade: glade::Stuff,
     pub(super) leaves: u32,
@@ -130,9 +130,9 @@ fn leaf_spray() -> Texture {
         [0.5, 0.9, 0.82, 0.95],
     ];
     color_texture("leaf spray", [256, 256], |at| {
-        for (place, [x, y, tip_x, tip_y]) in LEAVES.into_iter().enumerate() {
+        for (leaf, [x, y, tip_x, tip_y]) in LEAVES.into_iter().enumerate() {
             if let Some(across) = in_leaf(at, Vec2::new(x, y), Vec2::new(tip_x, tip_y), 0.085) {
-                let tone = 0.85 + 0.3 * wave(place as f32 * 0.37);
+                let tone = 0.85 + 0.3 * wave(leaf as f32 * 0.37);
                 let vein = smoothstep(0.0, 0.12, across);
                 let green = srgb(0x9c_c0_54).lerp(srgb(0x5c_94_30), vein) * tone;
                 return green.extend(1.0);
@@ -162,8 +162,8 @@ fn bark() -> Texture {
     color_texture("bark", [128, 128], |at| {
         let (sin, cos) = sin_cos(TAU * at.x);
         let (sin_v, cos_v) = sin_cos(TAU * at.y);
-        let place = Vec3::new(cos * 2.6 + 0.5 * cos_v, sin * 2.6 + 0.5 * sin_v, 0.6 * cos_v - 0.4 * sin_v);
-        let ridge = (fractal_noise(place * 1.4, 4) * 2.4).abs().min(1.0);
+        let point = Vec3::new(cos * 2.6 + 0.5 * cos_v, sin * 2.6 + 0.5 * sin_v, 0.6 * cos_v - 0.4 * sin_v);
+        let ridge = (fractal_noise(point * 1.4, 4) * 2.4).abs().min(1.0);
         srgb(0x4a_38_2a).lerp(srgb(0x94_7c_60), ridge).extend(1.0)
     })
 }
@@ -200,13 +200,13 @@ fn spots() -> Texture {
     })
 }
 
-/// Distance of two places of a cap's texture on a disc whose radius is half a unit.
+/// Distance of two points of a cap's texture on a disc whose radius is half a unit.
 fn cap_distance(a: Vec2, b: Vec2) -> f32 {
-    let place = |at: Vec2| {
+    let on_disc = |at: Vec2| {
         let (sin, cos) = sin_cos(TAU * at.x);
         Vec2::new(cos, sin) * (0.5 * at.y)
     };
-    place(a).distance(place(b))
+    on_disc(a).distance(on_disc(b))
 }
 
 fn planks() -> Texture {

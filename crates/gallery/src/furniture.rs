@@ -382,8 +382,8 @@ pub(super) fn globe(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail)
 
 /// A map of a world that never was: the colour at (u, v) of the globe.
 pub(super) fn world_map(at: Vec2) -> Vec3 {
-    let place = super::build::on_sphere(at.x, 1.0 - at.y);
-    let land = fractal_noise(place * 1.7 + Vec3::new(3.1, 9.7, 1.3), 5) + 0.06;
+    let point = super::build::on_sphere(at.x, 1.0 - at.y);
+    let land = fractal_noise(point * 1.7 + Vec3::new(3.1, 9.7, 1.3), 5) + 0.06;
     let lines = [at.x * 24.0, at.y * 12.0].map(|line| (line - line.round()).abs() < 0.02);
     let sea = srgb(0x8f_a8_9c).lerp(srgb(0x6a_8c_8c), smoothstep(0.0, -0.3, land));
     let shore = srgb(0xc8_a8_68).lerp(srgb(0x9a_86_4a), smoothstep(0.02, 0.2, land));

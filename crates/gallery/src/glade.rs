@@ -50,7 +50,7 @@ pub(super) fn ground(builder: &mut MeshBuilder, stuff: &Stuff, detail: Detail) {
     let first = builder.positions.len() as u32;
     let positions: Vec<Vec3> = (0..sheet.vertices())
         .map(|index| {
-            let at = sheet.place(index);
+            let at = sheet.coords(index);
             let (sin, cos) = sin_cos(TAU * at.x);
             // Inwards, so that the upper side is the outer one.
             let inwards = 1.0 - at.y;
@@ -136,14 +136,14 @@ pub(super) fn stump(builder: &mut MeshBuilder, random: &mut Random, stuff: &Stuf
         (-0.5, 0.0, 0.28, 0.17, 0.1),
         (-0.58, 0.0, 0.12, 0.09, 0.05),
     ] {
-        let place = plant::planted(random, Vec3::new(x, y, z), 0.16);
-        builder.place(place, |builder| {
+        let stand = plant::planted(random, Vec3::new(x, y, z), 0.16);
+        builder.place(stand, |builder| {
             plant::toadstool(builder, [stuff.stem, stuff.spotted], height, radius, 0.55, detail);
         });
     }
 }
 
-/// Adds a fallen trunk between two places on the ground.
+/// Adds a fallen trunk between two points on the ground.
 pub(super) fn log(builder: &mut MeshBuilder, ends: [Vec3; 2], radius: f32, stuff: &Stuff, detail: Detail) {
     let axis = (ends[1] - ends[0]).normalize_or(Vec3::X);
     let side = axis.any_orthonormal_vector();
@@ -171,10 +171,10 @@ pub(super) fn house(builder: &mut MeshBuilder, stuff: &Stuff, detail: Detail) {
     let around = detail.quads(56, 8);
     let wall = [(0.84, -0.3), (0.8, 0.0), (0.7, 0.25), (0.62, 0.6), (0.58, 1.0), (0.56, 1.35), (0.52, 1.6)];
     builder.material(stuff.stem).sheet(Sheet::tube(around, detail.quads(24, 4)), |u, v| {
-        let place = v * (wall.len() - 1) as f32;
-        let low = (place as usize).min(wall.len() - 2);
+        let position = v * (wall.len() - 1) as f32;
+        let low = (position as usize).min(wall.len() - 2);
         let [from, to] = [Vec2::from(wall[low]), Vec2::from(wall[low + 1])];
-        let point = from.lerp(to, place - low as f32);
+        let point = from.lerp(to, position - low as f32);
         let (sin, cos) = sin_cos(TAU * u);
         let bulge = 1.0 + 0.05 * fractal_noise(Vec3::new(cos * 1.5, point.y * 1.5, sin * 1.5), 3);
         Vec3::new(point.x * cos * bulge, point.y, -point.x * sin * bulge)

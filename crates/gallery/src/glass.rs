@@ -16,7 +16,7 @@ pub(crate) struct Glass {
     balls: Vec<(std::ops::Range<usize>, Motion, Vec3)>,
 }
 
-/// How a ball moves from its place at the start.
+/// How a ball moves from where it starts.
 #[derive(Clone, Copy, Debug)]
 enum Motion {
     Rests,
@@ -62,7 +62,7 @@ const BALLS: [(Vec3, f32, Motion, Finish); 14] = {
     ]
 };
 
-/// A ball on the ring around the middle one; `turns` is its place on the ring, kept in `x` until the start.
+/// A ball on the ring around the middle one; `turns` says where on the ring, and is kept in `x` until the start.
 const fn circling(turns: f32, radius: f32, finish: Finish) -> (Vec3, f32, Motion, Finish) {
     (Vec3::new(turns, radius, 0.0), radius, Motion::Circles, finish)
 }
@@ -92,14 +92,14 @@ impl Glass {
         let fineness = fineness_of_balls(&radii, triangles.saturating_sub(2));
         let mut inner_fineness = fineness[BALLS.len()..].iter();
         let mut balls = Vec::new();
-        for ((place, radius, motion, finish), &fineness) in BALLS.into_iter().zip(&fineness) {
+        for ((center, radius, motion, finish), &fineness) in BALLS.into_iter().zip(&fineness) {
             let start = builder.positions.len();
             let center = match motion {
                 Motion::Circles => {
-                    let away = mix(0.94, 1.1, 0.5 + 0.5 * wave(place.x * 3.0));
-                    Vec3::new(Self::RING * away * wave(place.x), place.y, Self::RING * away * wave(place.x + 0.25))
+                    let away = mix(0.94, 1.1, 0.5 + 0.5 * wave(center.x * 3.0));
+                    Vec3::new(Self::RING * away * wave(center.x), center.y, Self::RING * away * wave(center.x + 0.25))
                 }
-                Motion::Rests | Motion::Floats => place,
+                Motion::Rests | Motion::Floats => center,
             };
             let material = finish.material(radius);
             builder.material(palette.add(material)).ball(center, radius, fineness);

@@ -75,8 +75,8 @@ impl Animated for Hall {
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
         frame.copy_surfaces(&self.still);
         let part = (seconds / self.duration_seconds()) as f32;
-        for (place, vertices) in self.chandeliers.iter().enumerate() {
-            turn(frame, vertices.clone(), hook(place), swing(place, part));
+        for (index, vertices) in self.chandeliers.iter().enumerate() {
+            turn(frame, vertices.clone(), hook(index), swing(index, part));
         }
         let axis = Vec3::new(0.39, 0.92, 0.0).normalize();
         turn(frame, self.globe.clone(), GLOBE, rotation_between(Vec3::Y, axis) * turned(TAU * part));
@@ -86,24 +86,24 @@ impl Animated for Hall {
     }
 }
 
-/// Moves vertices that are around the origin to `place`, turned.
-fn turn(frame: &mut Frame, vertices: Range<usize>, place: Vec3, turn: Quat) {
+/// Moves vertices that are around the origin to `hook`, turned.
+fn turn(frame: &mut Frame, vertices: Range<usize>, hook: Vec3, turn: Quat) {
     for position in &mut frame.positions[vertices.clone()] {
-        *position = place + turn * *position;
+        *position = hook + turn * *position;
     }
     for normal in &mut frame.normals[vertices] {
         *normal = turn * *normal;
     }
 }
 
-/// Where chandelier `place` hangs.
-fn hook(place: usize) -> Vec3 {
-    Vec3::new(0.0, NAVE_SPRING + NAVE_RISE - 0.2, -BAY * (1.5 + 1.5 * place as f32))
+/// Where chandelier `index` hangs.
+fn hook(index: usize) -> Vec3 {
+    Vec3::new(0.0, NAVE_SPRING + NAVE_RISE - 0.2, -BAY * (1.5 + 1.5 * index as f32))
 }
 
-/// How chandelier `place` is turned at `part` of the cycle.
-fn swing(place: usize, part: f32) -> Quat {
-    let phase = 0.31 * place as f32;
+/// How chandelier `index` is turned at `part` of the cycle.
+fn swing(index: usize, part: f32) -> Quat {
+    let phase = 0.31 * index as f32;
     rotation(Vec3::Z, 0.085 * wave(4.0 * part + phase)) * rotation(Vec3::X, 0.05 * wave(4.0 * part + phase + 0.19))
 }
 
@@ -114,13 +114,13 @@ fn view(part: f32) -> umbrage_rays::Camera {
 
 fn lights(part: f32) -> [Light; 3] {
     let sun = Vec3::new(-0.5, -0.82 + 0.03 * wave(part), 0.2 + 0.1 * wave(part + 0.25)).normalize();
-    let candles = |place: usize| {
-        let flicker = 1.0 + 0.03 * wave(23.0 * part + 0.4 * place as f32);
+    let candles = |index: usize| {
+        let flicker = 1.0 + 0.03 * wave(23.0 * part + 0.4 * index as f32);
         // Under the ring, whose shadow falls on the vault.
         let below = Vec3::NEG_Y * (CHANDELIER_DROP + 0.5);
         Light {
             name: "candles".into(),
-            source: LightSource::Point { position: hook(place) + swing(place, part) * below },
+            source: LightSource::Point { position: hook(index) + swing(index, part) * below },
             color: srgb(0xff_c8_80),
             intensity: 20.0 * flicker,
             range: None,
@@ -145,14 +145,14 @@ fn still_parts(detail: Detail, masonry: Masonry, joinery: Joinery, floors: &Floo
     shell(&mut builder, masonry, detail);
     let mut bay = MeshBuilder::new();
     one_bay(&mut bay, masonry, detail);
-    for place in 0..BAYS {
-        builder.instance(&bay, Affine3A::from_translation(Vec3::NEG_Z * (BAY * (place as f32 + 0.5))));
+    for index in 0..BAYS {
+        builder.instance(&bay, Affine3A::from_translation(Vec3::NEG_Z * (BAY * (index as f32 + 0.5))));
     }
     let mut column = MeshBuilder::new();
     architecture::column(&mut column, 0.42, ARCADE_SPRING, masonry, detail);
-    for place in 0..=BAYS {
+    for index in 0..=BAYS {
         for x in [-NAVE, NAVE] {
-            builder.instance(&column, Affine3A::from_translation(Vec3::new(x, 0.0, -BAY * place as f32)));
+            builder.instance(&column, Affine3A::from_translation(Vec3::new(x, 0.0, -BAY * index as f32)));
         }
     }
     floors.lay(&mut builder);
@@ -297,8 +297,8 @@ fn dais(builder: &mut MeshBuilder, masonry: Masonry, joinery: Joinery, floors: &
     for side in [-1.0, 1.0] {
         let [inner, outer] = [1.25, NAVE - 0.6].map(|x| side * x);
         let balusters = detail.things(14).max(1);
-        for place in 0..balusters {
-            let x = mix(inner, outer, (place as f32 + 0.5) / balusters as f32);
+        for index in 0..balusters {
+            let x = mix(inner, outer, (index as f32 + 0.5) / balusters as f32);
             furniture::baluster(builder, Vec3::new(x, height, front), 0.72, masonry.stone, detail);
         }
         let rail = Vec3::new(0.5 * (inner + outer), height + 0.78, front);
@@ -325,8 +325,8 @@ fn furnish(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
     furniture::lamp(&mut lamp, joinery, detail);
     furniture::open_book(&mut book, joinery, detail);
     furniture::bookcase(&mut case, joinery, detail);
-    for place in case_places() {
-        builder.instance(&case, place);
+    for stand in case_transforms() {
+        builder.instance(&case, stand);
     }
     for bay in 0..detail.things(4) {
         for side in [-1.0, 1.0] {
@@ -360,10 +360,10 @@ fn furnish(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
 }
 
 /// Where the bookcases stand: across the aisles at the piers between the windows.
-fn case_places() -> impl Iterator<Item = Affine3A> {
-    (0..BAYS).flat_map(|place| {
+fn case_transforms() -> impl Iterator<Item = Affine3A> {
+    (0..BAYS).flat_map(|pier| {
         [-1.0, 1.0].map(|side| {
-            let middle = Vec3::new(side * (AISLE - 0.35 - 0.5 * CASE_LENGTH), 0.0, -BAY * (place as f32 + 1.0));
+            let middle = Vec3::new(side * (AISLE - 0.35 - 0.5 * CASE_LENGTH), 0.0, -BAY * (pier as f32 + 1.0));
             Affine3A::from_translation(middle)
         })
     })
@@ -373,16 +373,16 @@ fn case_places() -> impl Iterator<Item = Affine3A> {
 fn books(builder: &mut MeshBuilder, joinery: Joinery, triangles: usize) {
     const USUAL_ON_SHELF: usize = 46;
     let mut random = Random::new(17);
-    let places: Vec<Affine3A> = case_places().collect();
-    let shelves = places.len() * SHELVES_IN_CASE as usize;
+    let transforms: Vec<Affine3A> = case_transforms().collect();
+    let shelves = transforms.len() * SHELVES_IN_CASE as usize;
     let bends = (triangles / (USUAL_ON_SHELF * shelves)).saturating_sub(5) / 3;
     let bends = bends.clamp(1, 1 << 12) as u32;
     let mut left = triangles / furniture::book_triangles(bends);
-    for (shelf, place) in (0..shelves).map(|shelf| (shelf, places[shelf / SHELVES_IN_CASE as usize])) {
+    for (shelf, transform) in (0..shelves).map(|shelf| (shelf, transforms[shelf / SHELVES_IN_CASE as usize])) {
         // What is left is spread evenly over the shelves that are left.
         let count = left.div_ceil(shelves - shelf);
         left -= count;
-        builder.place(place, |builder| {
+        builder.place(transform, |builder| {
             let shelf = (shelf % SHELVES_IN_CASE as usize) as u32;
             furniture::books(builder, &mut random, joinery, shelf, count as u32, bends);
         });

@@ -98,9 +98,9 @@ fn marble_floor() -> Texture {
         let odd = (at.x < 0.5) != (at.y < 0.5);
         let slab = (at * 2.0).fract();
         let joint = slab.min_element() < 0.008 || slab.max_element() > 0.992;
-        let place = Vec3::new(at.x * 5.0, at.y * 5.0, if odd { 3.0 } else { 11.0 });
-        let bent = fractal_noise(place, 4);
-        let line = (fractal_noise(place * 0.8 + Vec3::splat(1.6 * bent), 4) * 2.0).abs();
+        let point = Vec3::new(at.x * 5.0, at.y * 5.0, if odd { 3.0 } else { 11.0 });
+        let bent = fractal_noise(point, 4);
+        let line = (fractal_noise(point * 0.8 + Vec3::splat(1.6 * bent), 4) * 2.0).abs();
         let vein = smoothstep(0.12, 0.0, line);
         let (ground, veins) = if odd { (0x4a_2e_26, 0x9a_7a_68) } else { (0xe4_da_c6, 0xb0_a0_88) };
         let color = srgb(ground).lerp(srgb(veins), 0.6 * vein + 0.1 * (bent + 0.5).clamp(0.0, 1.0));

@@ -76,7 +76,7 @@ impl Animated for Marbles {
             rest = (other_positions, other_normals);
         }
         parts.into_par_iter().enumerate().for_each(|(marble, (positions, normals))| {
-            let (middle, turn) = FALL.place(marble, seconds);
+            let (middle, turn) = FALL.pose(marble, seconds);
             let turn = turn.normalize();
             let world_from_marble = Affine3A::from_rotation_translation(turn, middle);
             for (position, normal) in positions.iter_mut().zip(normals) {
@@ -128,8 +128,8 @@ fn swirl_texture(name: &str, seed: f32, ground: Vec3, swirl: Vec3) -> Texture {
 fn wood() -> Texture {
     let (dark, light) = (srgb(0x4a2c1a), srgb(0x8a5a36));
     mottled_texture("walnut", [256, 128], move |at| {
-        let place = Vec2::new(at.x * 2.0, at.y * 9.0);
-        let rings = wave(place.y * 0.8 + 1.5 * fractal_noise(place.extend(0.0), 3));
+        let point = Vec2::new(at.x * 2.0, at.y * 9.0);
+        let rings = wave(point.y * 0.8 + 1.5 * fractal_noise(point.extend(0.0), 3));
         let pores = fractal_noise(Vec3::new(at.x * 8.0, at.y * 80.0, 1.0), 2);
         (dark.lerp(light, (0.5 + 0.35 * rings + 0.25 * pores).clamp(0.0, 1.0))).extend(1.0)
     })

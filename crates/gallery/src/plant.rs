@@ -9,7 +9,7 @@ use super::build::{MeshBuilder, Random, Sheet, fractal_noise};
 use super::detail::Detail;
 use super::wind::Wind;
 
-/// A place where leaves grow: the end of a branch, or the middle of a bush.
+/// Where leaves grow: the end of a branch, or the middle of a bush.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Twig {
     pub(super) position: Vec3,
@@ -122,8 +122,8 @@ pub(super) fn leaves(
     }
     for _ in 0..sprays {
         let chosen = random.range(0.0, sum);
-        let place = sums.partition_point(|&sum| sum < chosen).min(last);
-        let twig = twigs[place];
+        let index = sums.partition_point(|&sum| sum < chosen).min(last);
+        let twig = twigs[index];
         let out = random.direction();
         let position = twig.position + out * (twig.radius * random.unit().sqrt()) * Vec3::new(1.0, 0.75, 1.0);
         // Sprays lie rather flat and hang a little outwards.
@@ -132,7 +132,7 @@ pub(super) fn leaves(
         let half = size * twig.coarseness * random.range(0.65, 1.25);
         let [x, z] = [turn * Vec3::X * half, turn * Vec3::Z * half];
         let shade = random.range(0.8, 1.15);
-        builder.tint(tints[place % tints.len()] * shade);
+        builder.tint(tints[index % tints.len()] * shade);
         let phase = random.unit();
         let flutter = 0.12 * half;
         for sway in [0.02, 0.02 + flutter, 0.02 + flutter, 0.02] {
@@ -164,7 +164,7 @@ pub(super) fn blade(builder: &mut MeshBuilder, wind: &mut Wind, random: &mut Ran
     builder.triangle([c, d, e]);
 }
 
-/// Gusts travel over the grass: neighbouring places have neighbouring phases.
+/// Gusts travel over the grass: neighbours have neighbouring phases.
 fn random_phase(position: Vec3) -> f32 {
     let phase = 0.31 * position.x + 0.17 * position.z;
     phase - phase.floor()

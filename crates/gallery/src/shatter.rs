@@ -145,9 +145,9 @@ fn middle(corners: &[Vec3]) -> Vec3 {
 fn break_up(corners: &[Vec3]) -> (Vec<Chunk>, Vec<Shard>) {
     const CHUNKS_PER_UNIT: f32 = 4.0;
     // Cracks run along the walls of a lattice's cells, bent so that no wall is flat.
-    let cell_of = |place: Vec3| {
-        let bend = Vec3::new(noise(place * 2.7), noise(place * 2.7 + 40.0), noise(place * 2.7 + 80.0));
-        (place * CHUNKS_PER_UNIT + 0.9 * bend).floor().as_ivec3().to_array()
+    let cell_of = |position: Vec3| {
+        let bend = Vec3::new(noise(position * 2.7), noise(position * 2.7 + 40.0), noise(position * 2.7 + 80.0));
+        (position * CHUNKS_PER_UNIT + 0.9 * bend).floor().as_ivec3().to_array()
     };
     let cells: Vec<[i32; 3]> = corners.par_chunks_exact(3).map(|corners| cell_of(middle(corners))).collect();
     let mut found = cells.clone();
@@ -208,23 +208,23 @@ impl Shard {
     /// How high the middles of lying shards are: enough that they don't share a plane with the floor.
     const LYING: f32 = 0.004;
 
-    /// The flight of piece number `shard`, whose middle is at `place`.
-    fn new(shard: usize, chunk: u32, whole: &Chunk, place: Vec3) -> Self {
+    /// The flight of piece number `shard`, whose middle is at `position`.
+    fn new(shard: usize, chunk: u32, whole: &Chunk, position: Vec3) -> Self {
         let mut random = Random::new(shard as u64);
         // Few leave their chunk fast, like splinters; most slowly, like crumbs.
         let hurry = random.unit();
         let velocity = random.direction() * mix(0.03, 1.1, hurry * hurry * hurry);
         let spin = random.direction() * random.range(0.3, 6.0) * (0.1 + hurry * hurry);
         let hop = random.range(0.08, 0.3);
-        let mut piece = Self { chunk, velocity, spin, landing: f32::INFINITY, landed: (place, Quat::IDENTITY), hop };
-        let height = |now: f32| piece.fly(&whole.flight(now), place).0.y - Self::LYING;
+        let mut piece = Self { chunk, velocity, spin, landing: f32::INFINITY, landed: (position, Quat::IDENTITY), hop };
+        let height = |now: f32| piece.fly(&whole.flight(now), position).0.y - Self::LYING;
         let (mut above, mut below) = (0.0, Shatter::LONGEST);
         if height(below) <= 0.0 {
             for _ in 0..20 {
                 let half = 0.5 * (above + below);
                 if height(half) > 0.0 { above = half } else { below = half }
             }
-            piece.landed = piece.fly(&whole.flight(below), place);
+            piece.landed = piece.fly(&whole.flight(below), position);
             piece.landing = below;
         }
         piece
@@ -248,19 +248,19 @@ impl Shard {
             return;
         }
         let home = middle(rest.0);
-        let (mut place, mut turn) = if now > self.landing { self.landed } else { self.fly(chunk, home) };
+        let (mut position, mut turn) = if now > self.landing { self.landed } else { self.fly(chunk, home) };
         if now > self.landing {
             let lying = now - self.landing;
             let part = (lying / self.hop).min(1.0);
-            place += self.velocity.with_y(0.0) * (0.3 * lying / (1.0 + 5.0 * lying));
-            place.y += 1.2 * self.hop * self.hop * part * (1.0 - part);
+            position += self.velocity.with_y(0.0) * (0.3 * lying / (1.0 + 5.0 * lying));
+            position.y += 1.2 * self.hop * self.hop * part * (1.0 - part);
             turn = turn.lerp(flat(turn, rest.0), part);
         }
         // Six vectors to turn: a matrix takes half the multiplications of a quaternion.
         let turn = Mat3::from_quat(turn);
         let mut lowest = f32::INFINITY;
         for corner in 0..3 {
-            let position = place + turn * (rest.0[corner] - home);
+            let position = position + turn * (rest.0[corner] - home);
             lowest = lowest.min(position.y);
             moved.0[corner] = position;
             moved.1[corner] = turn * rest.1[corner];

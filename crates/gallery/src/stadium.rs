@@ -22,7 +22,7 @@ pub(crate) struct Stadium {
 const GROUND: Vec2 = Vec2::new(70.0, 50.0);
 /// Height of the plinth's top above the grass.
 const PLINTH_TOP: f32 = 1.62;
-/// Highest and lowest places of the profile of the stands, (distance beyond the ground's edge, height), and steps.
+/// Highest and lowest points of the profile of the stands, (distance beyond the ground's edge, height), and steps.
 const TIERS: [([f32; 2], [f32; 2], u32); 2] = [([1.0, 1.2], [18.0, 8.2], 18), ([20.0, 12.5], [38.0, 25.0], 22)];
 
 struct Paints {
@@ -127,7 +127,7 @@ fn oval(angle: f32, out: f32, height: f32) -> Vec3 {
     Vec3::new((GROUND.x + out) * cos, height, -(GROUND.y + out) * sin)
 }
 
-/// Adds a strip around the oval between two places of its profile (distance beyond the edge, height); its outer side
+/// Adds a strip around the oval between two points of its profile (distance beyond the edge, height); its outer side
 /// is on the left of the way from the first to the second, seen along the strip.
 fn strip(builder: &mut MeshBuilder, from: [f32; 2], to: [f32; 2], around: u32) {
     builder.sheet(Sheet::tube(around, 1), |u, v| oval(TAU * u, mix(from[0], to[0], v), mix(from[1], to[1], v)));
@@ -338,9 +338,9 @@ fn marble(ground: u32, vein: u32) -> Texture {
     color_texture("marble", [256, 256], |at| {
         // Noise on two circles repeats where the image does.
         let ([sin_x, cos_x], [sin_y, cos_y]) = ([wave(at.x), cos(TAU * at.x)], [wave(at.y), cos(TAU * at.y)]);
-        let place = Vec3::new(cos_x + 0.7 * cos_y, sin_x - 0.7 * sin_y, 0.8 * sin_y + 0.5 * cos_x) * 1.3;
-        let bent = fractal_noise(place * 1.5, 4);
-        let line = (fractal_noise(place + Vec3::splat(1.4 * bent), 4) * 2.2).abs();
+        let point = Vec3::new(cos_x + 0.7 * cos_y, sin_x - 0.7 * sin_y, 0.8 * sin_y + 0.5 * cos_x) * 1.3;
+        let bent = fractal_noise(point * 1.5, 4);
+        let line = (fractal_noise(point + Vec3::splat(1.4 * bent), 4) * 2.2).abs();
         let strength = 0.75 * smoothstep(0.14, 0.0, line) + 0.12 * (bent + 0.5).clamp(0.0, 1.0);
         srgb(ground).lerp(srgb(vein), strength).extend(1.0)
     })

@@ -22,7 +22,7 @@ pub(super) struct Section {
     pub(super) half_depth: f32,
 }
 
-/// A sweep cut across at one place, ready to give the points around it.
+/// A sweep cut across at one point, ready to give the points around it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
     center: Vec3,
@@ -63,7 +63,7 @@ impl Sweep {
     /// A sweep through the first [`Sweep::MAX_SECTIONS`] of `sections`, of which there are at least two.
     pub(super) fn new(sections: &[Section], side: Vec3, rounded: [f32; 2]) -> Self {
         let last = sections.last().copied().unwrap_or(Section::round(Vec3::ZERO, 0.0));
-        let kept = std::array::from_fn(|place| sections.get(place).copied().unwrap_or(last));
+        let kept = std::array::from_fn(|index| sections.get(index).copied().unwrap_or(last));
         Self { sections: kept, count: sections.len().clamp(2, Self::MAX_SECTIONS), side, rounded }
     }
 
@@ -73,10 +73,10 @@ impl Sweep {
         Self::new(&ends, side, [0.5, 0.5])
     }
 
-    /// The same sweep with every point moved by `place` and every direction by `turn`.
-    pub(super) fn moved(mut self, place: impl Fn(Vec3) -> Vec3, turn: impl Fn(Vec3) -> Vec3) -> Self {
+    /// The same sweep with every point moved by `move_point` and every direction by `turn`.
+    pub(super) fn moved(mut self, move_point: impl Fn(Vec3) -> Vec3, turn: impl Fn(Vec3) -> Vec3) -> Self {
         for section in &mut self.sections {
-            section.center = place(section.center);
+            section.center = move_point(section.center);
         }
         self.side = turn(self.side);
         self
@@ -132,8 +132,8 @@ impl Sweep {
     /// The square of what the rounding of the ends leaves of the size, and its slope.
     fn squared_cap(&self, along: f32) -> (f32, f32) {
         let [start, end] = self.rounded;
-        let one_end = |place: f32, length: f32| {
-            let missing = 1.0 - place / length;
+        let one_end = |distance: f32, length: f32| {
+            let missing = 1.0 - distance / length;
             (1.0 - missing * missing, 2.0 * missing / length)
         };
         if along < start {
@@ -187,7 +187,7 @@ mod tests {
 
     use super::*;
 
-    fn places() -> impl Iterator<Item = (f32, f32)> {
+    fn samples() -> impl Iterator<Item = (f32, f32)> {
         (0..=20).flat_map(|row| (0..16).map(move |column| (row as f32 / 20.0, column as f32 / 16.0)))
     }
 
@@ -200,7 +200,7 @@ mod tests {
     fn an_ellipsoid_has_its_closed_form() {
         let (center, half) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 2.0, 0.8));
         let sweep = Sweep::ellipsoid(center, Vec3::Y * half.y, Vec3::X, half.x, half.z);
-        for (along, turns) in places() {
+        for (along, turns) in samples() {
             let (position, normal) = point(&sweep, along, turns);
             let unit = (position - center) / half;
             assert!((unit.length() - 1.0).abs() < 1e-4, "{along} {turns}: {unit}");
@@ -214,7 +214,7 @@ mod tests {
         let sections = [(0.0, 0.3), (1.0, 0.25), (2.0, 0.4), (3.0, 0.2)]
             .map(|(x, size)| Section::new(Vec3::new(x, 0.1 * x * x, 0.0), size, 0.7 * size));
         let sweep = Sweep::new(&sections, Vec3::Z, [0.1, 0.1]);
-        for (along, turns) in places().filter(|(along, _)| (0.12..0.88).contains(along)) {
+        for (along, turns) in samples().filter(|(along, _)| (0.12..0.88).contains(along)) {
             let (_, normal) = point(&sweep, along, turns);
             let around = point(&sweep, along, turns + 1e-3).0 - point(&sweep, along, turns - 1e-3).0;
             let ahead = point(&sweep, along + 1e-3, turns).0 - point(&sweep, along - 1e-3, turns).0;

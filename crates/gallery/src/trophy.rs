@@ -1,4 +1,4 @@
-//! A golden cup with a knot on its lid: many small triangles in a small place.
+//! A golden cup with a knot on its lid: many triangles in a small volume.
 
 use std::f32::consts::TAU;
 
@@ -86,7 +86,7 @@ fn body_point(u: f32, v: f32) -> Vec3 {
 fn outline(along: f32) -> Vec2 {
     let spans = (OUTLINE.len() - 1) as f32;
     let span = ((along * spans) as usize).min(OUTLINE.len() - 2);
-    let point = |place: usize| Vec2::from(OUTLINE[place.min(OUTLINE.len() - 1)]);
+    let point = |index: usize| Vec2::from(OUTLINE[index.min(OUTLINE.len() - 1)]);
     let (weights, _) = super::sweep::catmull_rom(along * spans - span as f32);
     let four = [point(span.saturating_sub(1)), point(span), point(span + 1), point(span + 2)];
     let at: Vec2 = four.iter().zip(weights).map(|(point, weight)| *point * weight).sum();

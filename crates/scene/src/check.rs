@@ -46,7 +46,7 @@ pub enum BadFrame {
     /// The first material with a texture past the last one.
     #[error("material {material} has texture {texture} of {textures}")]
     Texture {
-        /// Its place.
+        /// Its index.
         material: usize,
         /// The texture.
         texture: u32,
@@ -56,7 +56,7 @@ pub enum BadFrame {
     /// The first light that is none.
     #[error("light {light}: {cause}")]
     Light {
-        /// Its place.
+        /// Its index.
         light: usize,
         /// What is wrong with it.
         cause: &'static str,
@@ -64,7 +64,7 @@ pub enum BadFrame {
     /// The first camera that is none.
     #[error("camera {camera}: {cause}")]
     Camera {
-        /// Its place.
+        /// Its index.
         camera: usize,
         /// What is wrong with it.
         cause: &'static str,
@@ -84,7 +84,7 @@ impl Frame {
         self.check_lit_by(&self.lights)
     }
 
-    /// As [`Frame::check`], with other lights in place of the frame's own.
+    /// As [`Frame::check`], but lit by `lights` rather than the frame's own.
     ///
     /// # Errors
     /// What is wrong first.
@@ -136,10 +136,10 @@ impl Frame {
 }
 
 fn check_textures(Materials { materials, textures }: &Materials) -> Result<(), BadFrame> {
-    for (place, material) in materials.iter().enumerate() {
+    for (index, material) in materials.iter().enumerate() {
         for TextureUse { texture, .. } in textures_of(material).into_iter().flatten() {
             if texture as usize >= textures.len() {
-                return Err(BadFrame::Texture { material: place, texture, textures: textures.len() });
+                return Err(BadFrame::Texture { material: index, texture, textures: textures.len() });
             }
         }
     }

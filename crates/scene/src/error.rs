@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-/// Why a scene could not be opened or posed. Every message names the file, the place in it and the cause.
+/// Why a scene could not be opened or posed. Every message names the file, the location in it and the cause.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -13,12 +13,12 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file's content breaks its format.
-    #[error("{}: {place}: {cause}", path.display())]
+    #[error("{}: {location}: {cause}", path.display())]
     Malformed {
         /// The file.
         path: PathBuf,
         /// Where in the file: a line, a byte or an element.
-        place: String,
+        location: String,
         /// What is wrong there.
         cause: String,
     },
@@ -47,8 +47,8 @@ impl Error {
         Self::Read { path: path.to_owned(), source }
     }
 
-    pub(crate) fn malformed(path: &Path, place: impl Into<String>, cause: impl Into<String>) -> Self {
-        Self::Malformed { path: path.to_owned(), place: place.into(), cause: cause.into() }
+    pub(crate) fn malformed(path: &Path, location: impl Into<String>, cause: impl Into<String>) -> Self {
+        Self::Malformed { path: path.to_owned(), location: location.into(), cause: cause.into() }
     }
 
     pub(crate) fn unsupported(path: &Path, what: impl Into<String>, hint: impl Into<String>) -> Self {

@@ -38,7 +38,7 @@ pub struct Frame {
 pub struct Mesh {
     /// Three vertices for each triangle, all in range.
     pub triangles: Vec<[u32; 3]>,
-    /// Place of each triangle's material in [`Materials::materials`], in range.
+    /// Index of each triangle's material in [`Materials::materials`], in range.
     pub material_of_triangle: Vec<u32>,
     /// Two sets of texture coordinates for each vertex, (0, 0) being the image's upper left corner. A set that
     /// nothing has is empty.
@@ -57,7 +57,7 @@ pub struct NamedCamera {
 }
 
 impl Frame {
-    /// Triangles in world space, each of three places in `positions`: flat, in [clay](Material::clay), without lights and
+    /// Triangles in world space, each of three indices into `positions`: flat, in [clay](Material::clay), without lights and
     /// cameras.
     ///
     /// All fields are yours to change; [`Frame::check`] says whether they still belong together.

@@ -25,6 +25,6 @@ pub use error::Error;
 pub use frame::{Frame, Mesh, NamedCamera};
 pub use light::Light;
 pub use material::{Alpha, Material, Materials, TextureUse, Volume};
-pub use opacity::FrameOpacity;
+pub use opacity::{FrameOpacity, OpaquePart};
 pub use scene::{Animated, Animation, Clip, OpenOptions, Scene};
 pub use texture::{ColorSpace, Filter, Texture, Wrap};

@@ -130,7 +130,7 @@ impl Default for Volume {
 /// A texture as a material uses it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureUse {
-    /// Place in [`Materials::textures`].
+    /// Index in [`Materials::textures`].
     pub texture: u32,
     /// Which set of texture coordinates: 0 or 1.
     pub tex_coord_set: u8,

@@ -77,33 +77,41 @@ pub struct FrameOpacity<'a> {
 
 /// The part of a triangle that stops rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Part {
+pub enum OpaquePart {
+    /// All of it.
     All,
+    /// Nothing of it.
     None,
-    /// Where the opacity is at least this.
+    /// Where its opacity is at least this.
     AtLeast(f32),
 }
 
-fn camera_part(material: &Material) -> Part {
-    match material.alpha {
-        Alpha::Opaque | Alpha::Blend => Part::All,
-        Alpha::Mask { cutoff } => Part::AtLeast(cutoff),
+impl Material {
+    /// What of its triangles stops camera rays.
+    #[must_use]
+    pub fn camera_part(&self) -> OpaquePart {
+        match self.alpha {
+            Alpha::Opaque | Alpha::Blend => OpaquePart::All,
+            Alpha::Mask { cutoff } => OpaquePart::AtLeast(cutoff),
+        }
     }
-}
 
-fn shadow_part(material: &Material) -> Part {
-    match material.alpha {
-        _ if material.transmission >= 0.5 => Part::None,
-        Alpha::Opaque => Part::All,
-        Alpha::Blend => Part::AtLeast(0.5),
-        Alpha::Mask { cutoff } => Part::AtLeast(cutoff),
+    /// What of its triangles stops shadow rays.
+    #[must_use]
+    pub fn shadow_part(&self) -> OpaquePart {
+        match self.alpha {
+            _ if self.transmission >= 0.5 => OpaquePart::None,
+            Alpha::Opaque => OpaquePart::All,
+            Alpha::Blend => OpaquePart::AtLeast(0.5),
+            Alpha::Mask { cutoff } => OpaquePart::AtLeast(cutoff),
+        }
     }
 }
 
 impl FrameOpacity<'_> {
-    fn part(&self, triangle: u32) -> Part {
+    fn part(&self, triangle: u32) -> OpaquePart {
         let material = self.frame.material(triangle);
-        if self.of_shadows { shadow_part(material) } else { camera_part(material) }
+        if self.of_shadows { material.shadow_part() } else { material.camera_part() }
     }
 
     /// What [`stops`](Opacity::stops) says for every barycentric that is within `error` of the given one in each coordinate;
@@ -111,33 +119,33 @@ impl FrameOpacity<'_> {
     #[must_use]
     pub fn stops_within(&self, triangle: u32, barycentric: [f32; 2], error: f32) -> Option<bool> {
         match self.part(triangle) {
-            Part::All => Some(true),
-            Part::None => Some(false),
-            Part::AtLeast(_) if error == 0.0 => Some(self.stops(triangle, barycentric)),
-            Part::AtLeast(cutoff) => OpacityPlane::new(self.frame, triangle).is_above(cutoff, barycentric, error),
+            OpaquePart::All => Some(true),
+            OpaquePart::None => Some(false),
+            OpaquePart::AtLeast(_) if error == 0.0 => Some(self.stops(triangle, barycentric)),
+            OpaquePart::AtLeast(cutoff) => OpacityPlane::new(self.frame, triangle).is_above(cutoff, barycentric, error),
         }
     }
 }
 
 impl Opacity for FrameOpacity<'_> {
     fn is_opaque(&self, triangle: u32) -> bool {
-        self.part(triangle) == Part::All
+        self.part(triangle) == OpaquePart::All
     }
 
     fn stops(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
         match self.part(triangle) {
-            Part::All => true,
-            Part::None => false,
-            Part::AtLeast(cutoff) => self.frame.opacity(triangle, barycentric) >= cutoff,
+            OpaquePart::All => true,
+            OpaquePart::None => false,
+            OpaquePart::AtLeast(cutoff) => self.frame.opacity(triangle, barycentric) >= cutoff,
         }
     }
 
     fn which_stop(&self, triangle: u32, points: &MaskPoints) -> MaskAnswers {
         let &MaskPoints { barycentric: [v, w], error, lanes } = points;
         let cutoff = match self.part(triangle) {
-            Part::All => return MaskAnswers { opaque: lanes, cut: 0 },
-            Part::None => return MaskAnswers { opaque: 0, cut: lanes },
-            Part::AtLeast(cutoff) => cutoff,
+            OpaquePart::All => return MaskAnswers { opaque: lanes, cut: 0 },
+            OpaquePart::None => return MaskAnswers { opaque: 0, cut: lanes },
+            OpaquePart::AtLeast(cutoff) => cutoff,
         };
         let plane = OpacityPlane::new(self.frame, triangle);
         let (mut answers, mut left) = (MaskAnswers::default(), lanes);
@@ -158,10 +166,10 @@ impl Opacity for FrameOpacity<'_> {
 #[derive(Debug)]
 struct OpacityPlane<'a> {
     texture: Option<&'a Texture>,
-    /// Place in the texture, in texels, of the first vertex, and from there to the others.
-    place: [Vec2; 3],
-    /// How wrong a place may be along each axis.
-    place_error: Vec2,
+    /// Texture coordinates, in texels, of the first vertex, and from there to the others.
+    coords: [Vec2; 3],
+    /// How wrong they may be along each axis.
+    coords_error: Vec2,
     /// Vertex opacity of the first vertex, and how much more it is at the others.
     vertex: [f32; 3],
     /// How wrong a vertex opacity may be.
@@ -189,8 +197,8 @@ impl<'a> OpacityPlane<'a> {
         let vertices = frame.mesh.triangles[triangle as usize].map(|vertex| vertex as usize);
         let mut plane = Self {
             texture: None,
-            place: [Vec2::ZERO; 3],
-            place_error: Vec2::ZERO,
+            coords: [Vec2::ZERO; 3],
+            coords_error: Vec2::ZERO,
             vertex: [1.0, 0.0, 0.0],
             vertex_error: 0.0,
             base: material.base_color.w,
@@ -202,10 +210,10 @@ impl<'a> OpacityPlane<'a> {
             let [width, height] = texture.size();
             let (size, transform) = (Vec2::new(width as f32, height as f32), &used.image_from_mesh);
             let matrix = &transform.matrix2;
-            plane.place = [transform.transform_point2(a), *matrix * (b - a), *matrix * (c - a)].map(|at| at * size);
+            plane.coords = [transform.transform_point2(a), *matrix * (b - a), *matrix * (c - a)].map(|at| at * size);
             let largest = a.abs().max(b.abs()).max(c.abs());
             let reach = matrix.x_axis.abs() * largest.x + matrix.y_axis.abs() * largest.y + transform.translation.abs();
-            plane.place_error = (reach * size + 0.5) * Self::ROUNDING;
+            plane.coords_error = (reach * size + 0.5) * Self::ROUNDING;
             plane.texture = Some(texture);
         }
         if !frame.mesh.colors.is_empty() {
@@ -240,8 +248,8 @@ impl<'a> OpacityPlane<'a> {
         let texture = match self.texture {
             None => [1.0; 2],
             Some(texture) => {
-                let [origin, to_second, to_third] = self.place;
-                let reach = (to_second.abs() + to_third.abs()) * error + self.place_error;
+                let [origin, to_second, to_third] = self.coords;
+                let reach = (to_second.abs() + to_third.abs()) * error + self.coords_error;
                 texture.opacity_around(origin + (to_second * v + to_third * w), reach)?
             }
         };

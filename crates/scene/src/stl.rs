@@ -57,15 +57,15 @@ fn binary_bytes(count: u32) -> u64 {
 }
 
 fn read_binary(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Welded, Error> {
-    let place = || format!("byte {}", bytes.len());
+    let location = || format!("byte {}", bytes.len());
     let count = binary_count(bytes).ok_or_else(|| {
-        Error::malformed(path, place(), "the file ends here, before the count of triangles of a binary STL file")
+        Error::malformed(path, location(), "the file ends here, before the count of triangles of a binary STL file")
     })?;
     let wanted = binary_bytes(count);
     if wanted > bytes.len() as u64 {
         let there = (bytes.len() - HEADER_BYTES) / TRIANGLE_BYTES;
         let cause = format!("the file ends here, after {there} of the {count} triangles that it claims");
-        return Err(Error::malformed(path, place(), cause));
+        return Err(Error::malformed(path, location(), cause));
     }
     let end = wanted as usize;
     if end < bytes.len() {
@@ -74,8 +74,8 @@ fn read_binary(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<
     let mut soup = Welded::with_room_for(count as usize);
     for triangle in bytes[HEADER_BYTES..end].chunks_exact(TRIANGLE_BYTES) {
         // The 12 bytes of the normal come first.
-        let float = |place: usize| {
-            let start = 12 + 4 * place;
+        let float = |index: usize| {
+            let start = 12 + 4 * index;
             f32::from_le_bytes([triangle[start], triangle[start + 1], triangle[start + 2], triangle[start + 3]])
         };
         soup.add([0, 3, 6].map(|first| Vec3::new(float(first), float(first + 1), float(first + 2))))

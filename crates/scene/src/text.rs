@@ -71,29 +71,3 @@ pub(crate) fn quoted(text: &[u8]) -> String {
     let more = if text_start.chars().count() > MAX_CHARS { "…" } else { "" };
     format!("`{shown}{more}`")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_end_in_lf_or_crlf_and_count_from_one() {
-        let lines: Vec<_> = Lines::new(b"a\r\n\nb \r\nlast").collect();
-        assert_eq!(lines, [(1, &b"a"[..]), (2, b""), (3, b"b "), (4, b"last")]);
-        assert_eq!(Lines::new(b"").count(), 0);
-    }
-
-    #[test]
-    fn a_keyword_is_split_from_a_rest_that_keeps_its_inner_spaces() {
-        assert_eq!(keyword(b"  usemtl\t red  paint "), (&b"usemtl"[..], &b"red  paint"[..]));
-        assert_eq!(keyword(b"end"), (&b"end"[..], &b""[..]));
-        assert_eq!(keyword(b" "), (&b""[..], &b""[..]));
-    }
-
-    #[test]
-    fn quotes_are_short_and_printable() {
-        assert_eq!(quoted(b"a\tb"), "`a\u{fffd}b`");
-        assert_eq!(quoted(&[b'x'; 1 << 20]).chars().count(), 43);
-        assert_eq!(quoted(&[0xff, b'a']), "`\u{fffd}a`");
-    }
-}

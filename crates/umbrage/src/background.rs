@@ -118,8 +118,8 @@ impl<'a> Surroundings<'a> {
     #[inline(always)]
     pub(crate) fn irradiance<S: Simd>(&self, simd: S, normal: Vectors<S>) -> Vectors<S> {
         let mut sum = Vectors::splat(simd, Vec3::ZERO);
-        for (place, basis) in harmonics(simd, normal).into_iter().enumerate() {
-            sum += Vectors::splat(simd, self.irradiance[place]).scaled(basis);
+        for (index, basis) in harmonics(simd, normal).into_iter().enumerate() {
+            sum += Vectors::splat(simd, self.irradiance[index]).scaled(basis);
         }
         sum.at_least_zero()
     }
@@ -150,8 +150,8 @@ fn project<S: Simd>(simd: S, background: &Background, rows: u32, sums: &mut [Vec
             let direction = Vector { x: cosines * radius, y: f32x16::splat(simd, height), z: sines * radius };
             let (softness, width) = (f32x16::splat(simd, SHARPEST), f32x16::splat(simd, 1.5 / rows as f32));
             let radiance = background.around(simd, direction, softness, width);
-            for (place, basis) in harmonics(simd, direction).into_iter().enumerate() {
-                in_lanes[place] += radiance.scaled(basis);
+            for (index, basis) in harmonics(simd, direction).into_iter().enumerate() {
+                in_lanes[index] += radiance.scaled(basis);
             }
         }
     }

@@ -52,8 +52,8 @@ impl HeatScale {
 /// The lowest count that at most one in a thousand exceeds.
 fn exceeded_by_few(counts: &[u32]) -> u32 {
     let mut sorted = counts.to_vec();
-    let place = (sorted.len() - sorted.len() / 1000).saturating_sub(1);
-    if sorted.is_empty() { 0 } else { *sorted.select_nth_unstable(place).1 }
+    let rank = (sorted.len() - sorted.len() / 1000).saturating_sub(1);
+    if sorted.is_empty() { 0 } else { *sorted.select_nth_unstable(rank).1 }
 }
 
 /// 1, 2 or 5 times a power of ten that is at least `least`.

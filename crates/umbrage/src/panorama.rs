@@ -101,16 +101,16 @@ impl Level {
         let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
         let texel = |x: usize, y: usize| self.texels[y.min(self.height - 1) * self.width + x.min(self.width - 1)];
         let texels = (0..width * height)
-            .map(|place| (2 * (place % width), 2 * (place / width)))
+            .map(|texel| (2 * (texel % width), 2 * (texel / width)))
             .map(|(x, y)| (texel(x, y) + texel(x + 1, y) + texel(x, y + 1) + texel(x + 1, y + 1)) * 0.25)
             .collect();
         Some(Self { width, height, texels })
     }
 
     fn read(&self, coords: Vec2) -> Vec3 {
-        let place = coords * Vec2::new(self.width as f32, self.height as f32) - 0.5;
-        let corner = place.floor();
-        let part = place - corner;
+        let texels = coords * Vec2::new(self.width as f32, self.height as f32) - 0.5;
+        let corner = texels.floor();
+        let part = texels - corner;
         let texel = |x: f32, y: f32| {
             let x = x.rem_euclid(self.width as f32) as usize % self.width;
             self.texels[(y.max(0.0) as usize).min(self.height - 1) * self.width + x]
@@ -121,7 +121,8 @@ impl Level {
     }
 }
 
-fn linear_from_srgb(encoded: f32) -> f32 {
+/// The inverse of the sRGB transfer function (IEC 61966-2-1).
+pub(crate) fn linear_from_srgb(encoded: f32) -> f32 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
@@ -132,7 +133,7 @@ mod tests {
     /// Red above, green below, and a blue texel straight ahead.
     fn texels(width: usize, height: usize) -> Vec<Vec3> {
         let mut texels: Vec<Vec3> =
-            (0..width * height).map(|place| if place < width * height / 2 { Vec3::X } else { Vec3::Y }).collect();
+            (0..width * height).map(|index| if index < width * height / 2 { Vec3::X } else { Vec3::Y }).collect();
         texels[width * (height / 2) + width / 2] = Vec3::Z * 40.0;
         texels
     }

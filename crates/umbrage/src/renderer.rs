@@ -39,7 +39,7 @@ impl Renderer {
     /// Where the device has no memory for fixed tables.
     #[cfg(feature = "gpu")]
     pub fn with_gpu(gpu: umbrage_gpu::Gpu) -> Result<Self, Error> {
-        Ok(Self::with_engine(crate::gpu::GpuEngine::new(gpu, umbrage_gpu::CameraOptions::default())?))
+        Ok(Self::with_engine(crate::gpu::GpuEngine::new(gpu)?))
     }
 
     fn with_engine(engine: impl Engine + 'static) -> Self {

@@ -34,7 +34,7 @@ impl Sample {
     }
 }
 
-/// Place of `sample` when 0 … `samples` − 1 are sorted by their bits read backwards (van der Corput's order).
+/// Rank of `sample` when 0 … `samples` − 1 are sorted by their bits read backwards (van der Corput's order).
 fn rank_of_mirrored_bits(sample: u32, samples: u32) -> u32 {
     (0..samples).filter(|other| other.reverse_bits() < sample.reverse_bits()).count() as u32
 }

@@ -26,7 +26,7 @@ impl Film {
 pub(crate) struct Levels {
     /// The least value of each level.
     least: [f32; 256],
-    /// The level of the least value whose bits begin with the place's.
+    /// The level of the least value whose bits begin with the index's.
     first: Vec<u8>,
 }
 
@@ -61,8 +61,8 @@ impl Levels {
             }
             *least = f32::from_bits(reached);
         }
-        let places = 0..=Self::ONE >> Self::SHIFT;
-        let first = places.map(|place| eight_bits(f32::from_bits(place << Self::SHIFT))).collect();
+        let indices = 0..=Self::ONE >> Self::SHIFT;
+        let first = indices.map(|index| eight_bits(f32::from_bits(index << Self::SHIFT))).collect();
         Self { least, first }
     }
 

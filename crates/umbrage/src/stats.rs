@@ -40,7 +40,7 @@ pub struct Stats {
     pub omitted: Vec<OmittedTriangles>,
 }
 
-/// What the grids' filters left open, so that it was for the exact predicate to decide, over all samples.
+/// What the grids' filters left undecided and the exact predicate settled, over all samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Settled {
     /// Tests of a ray against a triangle; a ray may need several. How many shadow rays do may depend on the threads.
@@ -116,18 +116,23 @@ impl Stats {
     }
 
     pub(crate) fn count_omitted(&mut self, omitted: &Omitted) {
+        self.omitted.clear();
+        self.omitted.extend(OmittedTriangles::of(omitted));
+    }
+}
+
+impl OmittedTriangles {
+    /// Those for each reason for which there are any.
+    pub fn of(omitted: &Omitted) -> impl Iterator<Item = Self> {
         let kinds = [
             ("a coordinate is not finite", &omitted.not_finite),
             ("two corners are in the same place", &omitted.zero_area),
             ("a vertex index is out of range", &omitted.index_out_of_range),
         ];
-        self.omitted.clear();
-        self.omitted.extend(
-            kinds.into_iter().filter(|(_, kind)| kind.count > 0).map(|(reason, kind)| OmittedTriangles {
-                reason,
-                count: kind.count,
-                first_ids: kind.first_ids.clone(),
-            }),
-        );
+        kinds.into_iter().filter(|(_, kind)| kind.count > 0).map(|(reason, kind)| Self {
+            reason,
+            count: kind.count,
+            first_ids: kind.first_ids.clone(),
+        })
     }
 }

@@ -343,8 +343,8 @@ impl Choice for Structure {
 impl fmt::Display for Structure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())?;
-        for (place, (option, value)) in self.changed_options().enumerate() {
-            let separator = if place == 0 { ':' } else { ',' };
+        for (index, (option, value)) in self.changed_options().enumerate() {
+            let separator = if index == 0 { ':' } else { ',' };
             write!(f, "{separator}{}={value}", option.name)?;
         }
         Ok(())

@@ -1,7 +1,7 @@
 use umbrage_rays::predicate::{ShadowRay, hit};
 use umbrage_rays::{Hit, Ray, Triangles};
 
-/// The truth: every triangle is asked, in order, by the reference predicate.
+/// The truth: the reference predicate tests every triangle, in order.
 #[derive(Clone, Debug)]
 pub struct Oracle<'a> {
     triangles: Triangles<'a>,
@@ -21,24 +21,24 @@ impl<'a> Oracle<'a> {
         Self { triangles, usable: (0..triangles.len() as u32).filter(is_usable).collect() }
     }
 
-    /// The nearest hit that `counts`; of several at the same t the one with the lowest id.
+    /// The nearest hit that `stops` the ray; of several at the same t the one with the lowest id.
     #[must_use]
-    pub fn nearest(&self, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
+    pub fn nearest(&self, ray: &Ray, stops: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
         for &triangle in &self.usable {
             let Some(hit) = hit(ray, self.triangles, triangle) else { continue };
-            if nearest.is_none_or(|best| hit.t < best.t) && counts(&hit) {
+            if nearest.is_none_or(|best| hit.t < best.t) && stops(&hit) {
                 nearest = Some(hit);
             }
         }
         nearest
     }
 
-    /// Whether a triangle other than `own` that `counts` shadows the point of `shadow_ray`.
+    /// Whether a triangle other than `own`, where it `stops` rays, shadows the point of `shadow_ray`.
     #[must_use]
-    pub fn blocked(&self, shadow_ray: &ShadowRay, own: u32, counts: impl Fn(u32, [f32; 2]) -> bool) -> bool {
+    pub fn blocked(&self, shadow_ray: &ShadowRay, own: u32, stops: impl Fn(u32, [f32; 2]) -> bool) -> bool {
         self.usable.iter().filter(|&&id| id != own).any(|&id| {
-            shadow_ray.blocked_by(self.triangles.corners(id)).is_some_and(|barycentric| counts(id, barycentric))
+            shadow_ray.blocked_by(self.triangles.corners(id)).is_some_and(|barycentric| stops(id, barycentric))
         })
     }
 }

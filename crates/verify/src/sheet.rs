@@ -7,7 +7,7 @@ use crate::{Random, TestMesh};
 ///
 /// Every `step`-th pixel of every `step`-th row has a vertex on its ray, at a depth of its own; the rays in between go
 /// through edges or, where `step` is above two, also through faces. Diagonals and windings are random. Seen from the
-/// camera, and so from a light at the same place, no part of the sheet hides another: every ray has to hit it, and every
+/// camera, and so from a light at the same point, no part of the sheet hides another: every ray has to hit it, and every
 /// point has to be lit.
 #[derive(Clone, Debug)]
 pub struct Sheet {
@@ -86,7 +86,7 @@ impl Sheet {
         let is_rising: Vec<bool> = (0..count * count).map(|_| random.below(2) == 0).collect();
         let at = |vertex: u32, behind: f32| {
             let (column, row) = (vertex % count, vertex / count);
-            let across = |place: u32| 2.0 * (place as f32 - 1.0) * step as f32 / side as f32 - 1.0;
+            let across = |index: u32| 2.0 * (index as f32 - 1.0) * step as f32 / side as f32 - 1.0;
             let depth = depths[vertex as usize] * behind;
             let spread = if is_orthographic { 1.0 } else { depth };
             position + (right * (across(column) * spread) - up * (across(row) * spread) + forward * depth) * scale

@@ -1,26 +1,14 @@
+use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::outcome::Outcome;
 
-/// Programs that checks use where they are installed.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Program {
-    Deny,
-    Nextest,
-}
-
-impl Program {
-    /// Whether cargo finds it.
-    pub(crate) fn is_here(self) -> bool {
-        let name = match self {
-            Self::Deny => "deny",
-            Self::Nextest => "nextest",
-        };
-        let asked =
-            Command::new(cargo_path()).args([name, "--version"]).stdout(Stdio::null()).stderr(Stdio::null()).status();
-        asked.is_ok_and(|status| status.success())
-    }
+/// Whether cargo has a subcommand of this name, which may come from a program that was installed beside it.
+pub(crate) fn has_subcommand(name: &str) -> bool {
+    let mut asked = Command::new(cargo_path());
+    asked.args([name, "--version"]).stdout(Stdio::null()).stderr(Stdio::null());
+    asked.status().is_ok_and(|status| status.success())
 }
 
 /// The cargo that runs this program, in the repository's root.
@@ -38,7 +26,7 @@ pub(crate) fn cargo_workspace(root: &Path, subcommand: &[&str]) -> Command {
     command
 }
 
-fn cargo_path() -> std::ffi::OsString {
+fn cargo_path() -> OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
@@ -46,9 +34,9 @@ fn cargo_path() -> std::ffi::OsString {
 pub(crate) fn run(command: &mut Command) -> Outcome {
     println!("$ {}", shown(command));
     match command.status() {
-        Ok(status) if status.success() => Outcome::Passed,
-        Ok(status) => Outcome::Failed(format!("{}: {status}", shown(command))),
-        Err(error) => Outcome::Failed(format!("{}: {error}", shown(command))),
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{}: {status}", shown(command)).into()),
+        Err(error) => Err(format!("{}: {error}", shown(command)).into()),
     }
 }
 
@@ -77,10 +65,11 @@ mod tests {
     #[test]
     fn commands_pass_and_fail() {
         let root = Path::new(".");
-        assert_eq!(run(cargo(root).arg("--version")), Outcome::Passed);
-        assert!(run(cargo(root).arg("no-such-command")).is_failure());
-        assert!(run(&mut Command::new("no-such-program")).is_failure());
+        assert_eq!(run(cargo(root).arg("--version")), Ok(()));
+        assert!(run(cargo(root).arg("no-such-command")).is_err());
+        assert!(run(&mut Command::new("no-such-program")).is_err());
         assert!(output(cargo(root).arg("--version")).unwrap().starts_with("cargo "));
         assert!(output(cargo(root).arg("no-such-command")).is_err());
+        assert!(has_subcommand("clippy") && !has_subcommand("no-such-command"));
     }
 }

@@ -2,7 +2,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::command::{output, run};
-use crate::outcome::Outcome;
+use crate::outcome::{NotPassed, Outcome};
 
 /// Mesa's Vulkan adapter in software, lavapipe, which stands in for a GPU.
 pub(crate) const SOFTWARE_ADAPTER: &str = "mesa-vulkan-drivers";
@@ -16,10 +16,7 @@ const PACKAGES: &[&str] = &[SOFTWARE_ADAPTER, X_SERVER, "libxkbcommon-x11-0"];
 /// Installs what is missing, where that is possible.
 pub(crate) fn install(_root: &Path) -> Outcome {
     install_missing(PACKAGES, is_installed, may_install(), |packages| {
-        let update = run(Command::new("apt-get").arg("update"));
-        if update.is_failure() {
-            return update;
-        }
+        run(Command::new("apt-get").arg("update"))?;
         let mut install = Command::new("apt-get");
         run(install
             .args(["install", "--yes", "--no-install-recommends"])
@@ -36,9 +33,9 @@ fn install_missing(
 ) -> Outcome {
     let missing: Vec<&str> = packages.iter().copied().filter(|package| !is_installed(package)).collect();
     match may_install {
-        _ if missing.is_empty() => Outcome::Passed,
+        _ if missing.is_empty() => Ok(()),
         Ok(()) => install(&missing),
-        Err(why) => Outcome::Skipped(format!("{} missing, and {why}", missing.join(", "))),
+        Err(why) => Err(NotPassed::Skipped(format!("{} missing, and {why}", missing.join(", ")))),
     }
 }
 
@@ -69,16 +66,12 @@ mod tests {
     #[test]
     fn only_missing_packages_are_installed() {
         let is_installed = |package: &str| package == "here";
-        let failed = || Outcome::Failed("asked to install".to_owned());
-        assert_eq!(install_missing(&[], is_installed, Ok(()), |_| failed()), Outcome::Passed);
-        assert_eq!(install_missing(&["here"], is_installed, Ok(()), |_| failed()), Outcome::Passed);
-        let outcome = install_missing(&["here", "gone"], is_installed, Ok(()), |packages| {
-            assert_eq!(packages, ["gone"]);
-            Outcome::Passed
-        });
-        assert_eq!(outcome, Outcome::Passed);
-        let refused = install_missing(&["gone"], is_installed, Err("no".to_owned()), |_| failed());
-        assert_eq!(refused, Outcome::Skipped("gone missing, and no".to_owned()));
+        let asked = |packages: &[&str]| Err(packages.join(", ").into());
+        assert_eq!(install_missing(&[], is_installed, Ok(()), asked), Ok(()));
+        assert_eq!(install_missing(&["here"], is_installed, Ok(()), asked), Ok(()));
+        assert_eq!(install_missing(&["here", "gone"], is_installed, Ok(()), asked), asked(&["gone"]));
+        let refused = install_missing(&["gone"], is_installed, Err("no".to_owned()), asked);
+        assert_eq!(refused, Err(NotPassed::Skipped("gone missing, and no".to_owned())));
     }
 
     #[test]

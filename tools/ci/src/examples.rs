@@ -10,16 +10,12 @@ const FOLDER: &str = "crates/umbrage/examples";
 
 /// Every example runs to its end. They are built as the tests are, and share what these have compiled.
 pub(crate) fn check(root: &Path) -> Outcome {
-    let built = run(&mut cargo_workspace(root, &["build", "--examples"]));
-    if built.is_failure() {
-        return built;
+    run(&mut cargo_workspace(root, &["build", "--examples"]))?;
+    let sources = repository::files(&root.join(FOLDER), "rs")?;
+    if sources.is_empty() {
+        return Err(format!("{FOLDER}: there are no examples").into());
     }
-    let sources = match repository::files(&root.join(FOLDER), "rs") {
-        Ok(sources) if sources.is_empty() => return Outcome::Failed(format!("{FOLDER}: there are no examples")),
-        Ok(sources) => sources,
-        Err(why) => return Outcome::Failed(why),
-    };
     let names = sources.iter().filter_map(|source| source.file_stem()?.to_str());
     let outcomes = names.map(|name| run(&mut Command::new(Build::Example.program(root, name))));
-    outcomes.fold(Outcome::Passed, |all, one| if all.is_failure() { all } else { one })
+    outcomes.fold(Ok(()), Outcome::and)
 }

@@ -1,34 +1,26 @@
-use std::fs;
 use std::path::Path;
 
-use crate::outcome::Outcome;
-use crate::repository::files;
+use crate::outcome::{Outcome, of_complaints};
+use crate::repository::{files, read, within};
 
 const MAX_LINES: usize = 600;
 
 /// No Rust file has more than [`MAX_LINES`] lines.
 pub(crate) fn check(root: &Path) -> Outcome {
-    match too_long(root) {
-        Ok(complaints) => Outcome::of_complaints(&complaints),
-        Err(why) => Outcome::Failed(why),
-    }
-}
-
-fn too_long(root: &Path) -> Result<Vec<String>, String> {
     let mut complaints = Vec::new();
     for path in files(root, "rs")? {
-        let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let lines = text.lines().count();
+        let lines = read(&path)?.lines().count();
         if lines > MAX_LINES {
-            let path = path.strip_prefix(root).unwrap_or(&path);
-            complaints.push(format!("{}: {lines} lines, more than {MAX_LINES}", path.display()));
+            complaints.push(format!("{}: {lines} lines, more than {MAX_LINES}", within(root, &path)));
         }
     }
-    Ok(complaints)
+    of_complaints(&complaints)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]
@@ -41,8 +33,8 @@ mod tests {
         };
         write("a/fits.rs", MAX_LINES);
         write("target/made.rs", MAX_LINES + 1);
-        assert_eq!(check(folder.path()), Outcome::Passed);
+        assert_eq!(check(folder.path()), Ok(()));
         write("a/long.rs", MAX_LINES + 1);
-        assert_eq!(check(folder.path()), Outcome::Failed("a/long.rs: 601 lines, more than 600".to_owned()));
+        assert_eq!(check(folder.path()), Err("a/long.rs: 601 lines, more than 600".to_owned().into()));
     }
 }

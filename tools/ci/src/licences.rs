@@ -1,29 +1,24 @@
-use std::fs;
 use std::path::Path;
 
+use spdx::{Expression, ParseMode};
+
 use crate::command::{cargo, output};
-use crate::outcome::Outcome;
-use crate::spdx;
+use crate::outcome::{Outcome, of_complaints};
+use crate::repository::read;
 
 /// Every package that the workspace can be built from has a licence that `deny.toml` allows.
 pub(crate) fn check(root: &Path) -> Outcome {
-    let allowed = match fs::read_to_string(root.join("deny.toml")).map(|text| allowed(&text)) {
-        Ok(allowed) if !allowed.is_empty() => allowed,
-        Ok(_) => return Outcome::Failed("deny.toml: no `allow` list under [licenses]".to_owned()),
-        Err(error) => return Outcome::Failed(format!("deny.toml: {error}")),
-    };
+    let allowed = allowed(&read(&root.join("deny.toml"))?);
+    if allowed.is_empty() {
+        return Err("deny.toml: no `allow` list under [licenses]".to_owned().into());
+    }
     // Other systems' packages may not be here; then this one's are checked.
-    let listed = packages(root, &["--target", "all"]).or_else(|why| {
+    let packages = packages(root, &["--target", "all"]).or_else(|why| {
         println!("only the packages for this system are checked: {why}");
         packages(root, &[])
-    });
-    match listed {
-        Ok(packages) => {
-            println!("{} packages", packages.len());
-            Outcome::of_complaints(&complaints(&packages, &allowed))
-        }
-        Err(why) => Outcome::Failed(why),
-    }
+    })?;
+    println!("{} packages", packages.len());
+    of_complaints(&complaints(&packages, &allowed))
 }
 
 /// Name with version, and licence expression.
@@ -47,11 +42,16 @@ fn package(line: &str) -> Option<Package> {
 }
 
 fn complaints(packages: &[Package], allowed: &[String]) -> Vec<String> {
-    let complaint = |(name, licence): &Package| match spdx::is_allowed(licence, allowed) {
-        Ok(true) => None,
-        Ok(false) => Some(format!("{name}: {licence} is not allowed")),
-        Err(_) if licence.is_empty() => Some(format!("{name}: no licence is given")),
-        Err(why) => Some(format!("{name}: {why}")),
+    let complaint = |(name, licence): &Package| {
+        if licence.is_empty() {
+            return Some(format!("{name}: no licence is given"));
+        }
+        // Older manifests write `/` for `OR`.
+        match Expression::parse_mode(licence, ParseMode::LAX) {
+            Ok(expression) if expression.evaluate(|one| allowed.contains(&one.to_string())) => None,
+            Ok(_) => Some(format!("{name}: {licence} is not allowed")),
+            Err(why) => Some(format!("{name}: {licence}: {}", why.reason)),
+        }
     };
     packages.iter().filter_map(complaint).collect()
 }
@@ -78,11 +78,15 @@ mod tests {
 
     #[test]
     fn licences_are_complained_about() {
-        let tree = ["a v1.0.0|MIT OR Apache-2.0", "b v2.0.0 (proc-macro)|GPL-3.0", "c v0.1.0 (/path)|", ""];
-        let packages: Vec<Package> = tree.into_iter().filter_map(package).collect();
-        assert_eq!(
-            complaints(&packages, &["MIT".to_owned()]),
-            ["b v2.0.0: GPL-3.0 is not allowed", "c v0.1.0: no licence is given"]
-        );
+        let allowed = ["MIT", "Apache-2.0 WITH LLVM-exception"].map(str::to_owned);
+        let complaints = |line: &str| complaints(&[package(line).unwrap()], &allowed);
+        for licence in ["MIT OR ISC", "ISC/MIT", "MIT OR ISC AND Zlib", "Apache-2.0 WITH LLVM-exception"] {
+            assert!(complaints(&format!("a v1.0.0|{licence}")).is_empty(), "{licence}");
+        }
+        for licence in ["ISC", "MIT AND ISC", "(MIT OR ISC) AND Zlib", "Apache-2.0", "MIT OR"] {
+            assert_eq!(complaints(&format!("a v1.0.0|{licence}")).len(), 1, "{licence}");
+        }
+        assert_eq!(complaints("b v2.0.0 (proc-macro)|ISC"), ["b v2.0.0: ISC is not allowed"]);
+        assert_eq!(complaints("c v0.1.0 (/path)|"), ["c v0.1.0: no licence is given"]);
     }
 }

@@ -1,33 +1,23 @@
-use std::fs;
 use std::path::Path;
 
-use crate::outcome::Outcome;
-use crate::repository::files;
+use crate::outcome::{Outcome, of_complaints};
+use crate::repository::{files, read, within};
 
 /// Every link of a Markdown file that points into the repository points to something.
 pub(crate) fn check(root: &Path) -> Outcome {
-    match broken(root) {
-        Ok(complaints) => Outcome::of_complaints(&complaints),
-        Err(why) => Outcome::Failed(why),
-    }
-}
-
-fn broken(root: &Path) -> Result<Vec<String>, String> {
     let mut complaints = Vec::new();
     for path in files(root, "md")? {
-        let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
         let folder = path.parent().unwrap_or(root);
-        for (line, target) in targets(&text) {
+        for (line, target) in targets(&read(&path)?) {
             let Some(file) = local_file(&target) else { continue };
             // A link from the root is what GitHub and other hosts make of a leading slash.
             let linked = file.strip_prefix('/').map_or_else(|| folder.join(file), |file| root.join(file));
             if !linked.exists() {
-                let path = path.strip_prefix(root).unwrap_or(&path);
-                complaints.push(format!("{}:{line}: there is no {target}", path.display()));
+                complaints.push(format!("{}:{line}: there is no {target}", within(root, &path)));
             }
         }
     }
-    Ok(complaints)
+    of_complaints(&complaints)
 }
 
 /// The file that a link means; `None` for one to elsewhere or into the same file.
@@ -52,8 +42,8 @@ fn targets(markdown: &str) -> Vec<(usize, String)> {
         let text = without_code(text);
         for (start, end) in [("](", ')'), ("src=\"", '"'), ("href=\"", '"')] {
             let mut rest = text.as_str();
-            while let Some(place) = rest.find(start) {
-                rest = &rest[place + start.len()..];
+            while let Some((_, behind)) = rest.split_once(start) {
+                rest = behind;
                 let target = rest.split(end).next().unwrap_or(rest);
                 // A title may stand behind the target.
                 let target = target.split_whitespace().next().unwrap_or_default();
@@ -96,11 +86,11 @@ mod tests {
     #[test]
     fn missing_files_are_complained_about() {
         let folder = tempfile::tempdir().unwrap();
-        let write = |path: &str, text: &str| fs::write(folder.path().join(path), text).unwrap();
+        let write = |path: &str, text: &str| std::fs::write(folder.path().join(path), text).unwrap();
         write("READ.md", "[a](a.md) [root](/a.md#x) [web](https://example.org/none)");
         write("a.md", "");
-        assert_eq!(check(folder.path()), Outcome::Passed);
+        assert_eq!(check(folder.path()), Ok(()));
         write("READ.md", "\n[a](none.md)");
-        assert_eq!(check(folder.path()), Outcome::Failed("READ.md:2: there is no none.md".to_owned()));
+        assert_eq!(check(folder.path()), Err("READ.md:2: there is no none.md".to_owned().into()));
     }
 }

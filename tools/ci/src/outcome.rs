@@ -1,24 +1,26 @@
 use std::fmt::Write as _;
 
 /// How a check ended.
+pub(crate) type Outcome = Result<(), NotPassed>;
+
+/// Why a check didn't pass.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Outcome {
-    Passed,
-    /// With the reason, of one line or more.
+pub(crate) enum NotPassed {
+    /// In one line or more.
     Failed(String),
-    /// With the reason.
     Skipped(String),
 }
 
-impl Outcome {
-    pub(crate) fn is_failure(&self) -> bool {
-        matches!(self, Self::Failed(_))
+/// A failure.
+impl From<String> for NotPassed {
+    fn from(why: String) -> Self {
+        Self::Failed(why)
     }
+}
 
-    /// Passed where there is no complaint, else failed with all of them.
-    pub(crate) fn of_complaints(complaints: &[String]) -> Self {
-        if complaints.is_empty() { Self::Passed } else { Self::Failed(complaints.join("\n")) }
-    }
+/// Passed where there is no complaint, else failed with all of them.
+pub(crate) fn of_complaints(complaints: &[String]) -> Outcome {
+    if complaints.is_empty() { Ok(()) } else { Err(complaints.join("\n").into()) }
 }
 
 /// A check that has run.
@@ -32,27 +34,28 @@ pub(crate) struct Ran {
     pub(crate) outcome: Outcome,
 }
 
+impl Ran {
+    pub(crate) fn has_failed(&self) -> bool {
+        matches!(self.outcome, Err(NotPassed::Failed(_)))
+    }
+}
+
 /// Each check in a line: name, seconds, how it ended and why.
 pub(crate) fn summary(results: &[Ran]) -> String {
     let mut text = format!("\n=== summary\n{:<14} {:>9} {:>9}\n", "", "seconds", "CPU");
     for Ran { name, seconds, cpu_seconds, outcome } in results {
-        let (word, why) = match outcome {
-            Outcome::Passed => ("passed", ""),
-            Outcome::Failed(why) => ("FAILED", why.as_str()),
-            Outcome::Skipped(why) => ("skipped", why.as_str()),
+        let ended = match outcome {
+            Ok(()) => "passed".to_owned(),
+            Err(NotPassed::Failed(why)) => format!("FAILED: {why}"),
+            Err(NotPassed::Skipped(why)) => format!("skipped: {why}"),
         };
-        let colon = if why.is_empty() { "" } else { ": " };
         // Further lines of a reason stand below its first one. Writing to a string can't fail.
-        let _ = writeln!(
-            text,
-            "{name:<14} {seconds:>9.1} {}  {word}{colon}{}",
-            cpu(*cpu_seconds),
-            why.replace('\n', "\n                                    ")
-        );
+        let ended = ended.replace('\n', "\n                                    ");
+        let _ = writeln!(text, "{name:<14} {seconds:>9.1} {}  {ended}", cpu(*cpu_seconds));
     }
     let total: f64 = results.iter().map(|ran| ran.seconds).sum();
     let total_cpu: Option<f64> = results.iter().map(|ran| ran.cpu_seconds).sum();
-    let failed = results.iter().filter(|ran| ran.outcome.is_failure()).count();
+    let failed = results.iter().filter(|ran| ran.has_failed()).count();
     let verdict = if failed == 0 { "all is well".to_owned() } else { format!("{failed} failed") };
     let _ = writeln!(text, "{:<14} {total:>9.1} {}  {verdict}", "in all", cpu(total_cpu));
     text
@@ -70,9 +73,9 @@ mod tests {
     fn summaries_say_what_failed_and_why() {
         let ran = |name, seconds, outcome| Ran { name, seconds, cpu_seconds: Some(2.0 * seconds), outcome };
         let mut results = [
-            ran("a", 1.0, Outcome::Passed),
-            ran("b", 2.0, Outcome::Failed("first\nsecond".to_owned())),
-            ran("c", 0.0, Outcome::Skipped("not here".to_owned())),
+            ran("a", 1.0, Ok(())),
+            ran("b", 2.0, Err("first\nsecond".to_owned().into())),
+            ran("c", 0.0, Err(NotPassed::Skipped("not here".to_owned()))),
         ];
         let text = summary(&results);
         for part in ["a ", "passed\n", "FAILED: first\n", "  second", "skipped: not here", "3.0       6.0  1 failed"] {

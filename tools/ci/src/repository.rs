@@ -10,6 +10,19 @@ pub(crate) fn root() -> Result<PathBuf, String> {
     root.canonicalize().map_err(|error| format!("{}: {error}", root.display()))
 }
 
+/// The text of a file.
+///
+/// # Errors
+/// Where it can't be read.
+pub(crate) fn read(path: &Path) -> Result<String, String> {
+    fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// A path as it is named from the root on.
+pub(crate) fn within<'a>(root: &Path, path: &'a Path) -> std::path::Display<'a> {
+    path.strip_prefix(root).unwrap_or(path).display()
+}
+
 /// How programs are compiled.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Build {

@@ -38,7 +38,7 @@ impl TestTimes {
             times.tests.extend(time_of(line));
         });
         times.name_slowest();
-        ended.map(|()| times)
+        ended.map(|()| times).map_err(|error| error.to_string())
     }
 
     fn name_slowest(&mut self) {

@@ -7,19 +7,18 @@ use std::thread;
 ///
 /// # Errors
 /// Where the command fails, or can't be run.
-pub(crate) fn watch(command: &mut Command, see: impl FnMut(&str) + Send) -> Result<(), String> {
-    let failed = |why: &dyn std::fmt::Display| why.to_string();
-    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(|error| failed(&error))?;
+pub(crate) fn watch(command: &mut Command, see: impl FnMut(&str) + Send) -> io::Result<()> {
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
     let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
     let see = Mutex::new(see);
-    let ended = thread::scope(|scope| {
+    let copied = thread::scope(|scope| {
         let of_errors = scope.spawn(|| stderr.map_or(Ok(()), |lines| copy(lines, io::stderr(), &see)));
         let of_output = stdout.map_or(Ok(()), |lines| copy(lines, io::stdout(), &see));
         of_output.and(of_errors.join().unwrap_or_else(|_| Err(io::Error::other("a line was refused"))))
     });
-    let status = child.wait().map_err(|error| failed(&error))?;
-    ended.map_err(|error| failed(&error))?;
-    if status.success() { Ok(()) } else { Err(failed(&status)) }
+    let status = child.wait()?;
+    copied?;
+    if status.success() { Ok(()) } else { Err(io::Error::other(status.to_string())) }
 }
 
 fn copy(from: impl Read, mut to: impl Write, see: &Mutex<impl FnMut(&str)>) -> io::Result<()> {
@@ -42,13 +41,11 @@ mod tests {
             let mut seen = Vec::new();
             let ended = watch(Command::new("sh").args(["-c", script]), |line| seen.push(line.to_owned()));
             seen.sort();
-            (ended, seen)
+            (ended.is_ok(), seen)
         };
-        let both = ["error".to_owned(), "output".to_owned()];
-        assert_eq!(shell("echo output; echo error >&2"), (Ok(()), both.to_vec()));
-        let (ended, seen) = shell("echo error >&2; echo output; exit 1");
-        assert!(ended.is_err());
-        assert_eq!(seen, both);
+        let both = vec!["error".to_owned(), "output".to_owned()];
+        assert_eq!(shell("echo output; echo error >&2"), (true, both.clone()));
+        assert_eq!(shell("echo error >&2; echo output; exit 1"), (false, both));
         assert!(watch(&mut Command::new("no-such-program"), |_| {}).is_err());
     }
 }

@@ -133,8 +133,8 @@ fn sheet(tiles: &[Tile], flags: &Flags) -> Result<Image, String> {
         ));
     }
     let mut canvas = Canvas::new(sheet_width, sheet_height);
-    for (place, tile) in (0..).zip(tiles) {
-        let (x, y) = (GAP + place % columns * cell_width, GAP + place / columns * cell_height);
+    for (index, tile) in (0..).zip(tiles) {
+        let (x, y) = (GAP + index % columns * cell_width, GAP + index / columns * cell_height);
         canvas.text(x, y, width, 1, &tile.label);
         let y = y + LINE_PIXELS;
         match &tile.picture {

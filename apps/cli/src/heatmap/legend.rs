@@ -33,7 +33,7 @@ impl Legend<'_> {
         let right = canvas.image.width.saturating_sub(2 * margin + gap + over_width);
         let length = right.saturating_sub(margin).max(1);
         let (bar_top, bar_end) = (top + 14 * dot, top + 22 * dot);
-        let place = |count: u32| margin + (u64::from(count) * u64::from(length) / u64::from(self.scale.top())) as u32;
+        let x_of = |count: u32| margin + (u64::from(count) * u64::from(length) / u64::from(self.scale.top())) as u32;
         for x in 0..length {
             let count = u64::from(x) * u64::from(self.scale.top() + 1) / u64::from(length);
             canvas.fill(margin + x, bar_top, 1, bar_end - bar_top, self.scale.color(count as u32));
@@ -41,7 +41,7 @@ impl Legend<'_> {
         let room = (dot_font::width(&self.scale.top().to_string()) + 12) * dot;
         for count in self.scale.ticks(length, room) {
             let label = count.to_string();
-            let x = place(count);
+            let x = x_of(count);
             canvas.fill(x, bar_end, dot, 3 * dot, WHITE);
             canvas.text(x.saturating_sub(dot_font::width(&label) * dot / 2).max(1), top + 27 * dot, &label);
         }

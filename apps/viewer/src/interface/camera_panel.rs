@@ -35,11 +35,10 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
         ui.add(egui::Slider::new(&mut camera.fov_degrees, 1.0..=170.0).suffix("°").text("Field of view"));
     }
     ui.horizontal_wrapped(|ui| {
-        if ui.button("See all").on_hover_text(Key::FrameAll.label()).clicked() {
-            Key::FrameAll.press(app, ui);
-        }
-        if ui.button("From light").on_hover_text(Key::LookFromLight.label()).clicked() {
-            Key::LookFromLight.press(app, ui);
+        for (text, key) in [("See all", Key::FrameAll), ("From light", Key::LookFromLight)] {
+            if ui.button(text).on_hover_text(key.label()).clicked() {
+                key.press(app, ui);
+            }
         }
     });
 }

@@ -4,7 +4,7 @@ use eframe::egui::{self, Color32, Rect, Sense, pos2, vec2};
 
 use crate::history::History;
 
-/// A stage's colour, by its place.
+/// A stage's colour, by its index.
 pub(super) fn color(stage: usize) -> Color32 {
     // Neighbours are far apart: the golden angle, with two lightnesses.
     let hue = (0.58 + 0.381_966 * stage as f32).fract();
@@ -21,8 +21,8 @@ pub(super) fn show(history: &History, ui: &mut egui::Ui) {
     let column = rect.width() / History::LENGTH as f32;
     let height = |milliseconds: f64| (milliseconds / top) as f32 * rect.height();
     let first = rect.right() - column * history.pictures().len() as f32;
-    for (place, times) in history.pictures().enumerate() {
-        let left = first + column * place as f32;
+    for (index, times) in history.pictures().enumerate() {
+        let left = first + column * index as f32;
         let mut y = rect.bottom();
         for (stage, &milliseconds) in times.iter().enumerate() {
             let above = y - height(milliseconds);
@@ -43,8 +43,8 @@ pub(super) fn show(history: &History, ui: &mut egui::Ui) {
             Color32::from_white_alpha(160),
         );
     }
-    if let Some(place) = response.hover_pos() {
-        let number = ((place.x - first) / column).floor();
+    if let Some(pointer) = response.hover_pos() {
+        let number = ((pointer.x - first) / column).floor();
         if let Some(times) = history.pictures().nth(number.max(0.0) as usize).filter(|_| number >= 0.0) {
             let text = format!("{:.2} ms", times.iter().sum::<f64>());
             response.on_hover_text_at_pointer(text);

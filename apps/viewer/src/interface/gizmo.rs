@@ -45,14 +45,14 @@ pub(super) fn show(app: &mut App, ui: &egui::Ui, response: &Response, picture: &
     let handles = handles(app, picture);
     if response.drag_started_by(PointerButton::Primary) {
         let pressed = ui.input(|input| input.pointer.press_origin());
-        grab = pressed.and_then(|place| nearest(&handles, place)).map(|handle| handle.grab);
+        grab = pressed.and_then(|pointer| nearest(&handles, pointer)).map(|handle| handle.grab);
         if let Some(Grab { light, .. }) = grab {
             app.lights.selected = Some(light);
         }
     }
     if !response.dragged() {
-        if let Some(place) = response.interact_pointer_pos().filter(|_| response.clicked_by(PointerButton::Primary))
-            && let Some(handle) = nearest(&handles, place)
+        if let Some(pointer) = response.interact_pointer_pos().filter(|_| response.clicked_by(PointerButton::Primary))
+            && let Some(handle) = nearest(&handles, pointer)
         {
             app.lights.selected = Some(handle.grab.light);
         }
@@ -67,7 +67,7 @@ pub(super) fn show(app: &mut App, ui: &egui::Ui, response: &Response, picture: &
     draw(
         &handles,
         app.lights.selected,
-        grab.or_else(|| response.hover_pos().and_then(|place| nearest(&handles, place)).map(|handle| handle.grab)),
+        grab.or_else(|| response.hover_pos().and_then(|pointer| nearest(&handles, pointer)).map(|handle| handle.grab)),
         painter,
     );
     name_handles(app, ui, &handles);
@@ -80,25 +80,25 @@ fn name_handles(app: &App, ui: &egui::Ui, handles: &[Handle]) {
     for handle in handles.iter().filter(|handle| handle.grab.part == Part::Center) {
         let number = handle.grab.light;
         let Some(light) = app.lights.lights().get(number) else { continue };
-        let rect = egui::Rect::from_center_size(handle.place, egui::Vec2::splat(2.0 * REACH));
+        let rect = egui::Rect::from_center_size(handle.center, egui::Vec2::splat(2.0 * REACH));
         let response = ui.interact(rect, ui.scope_id().with(("handle", number)), egui::Sense::hover());
         let label = format!("Handle of {}", light_name(number, light));
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &label));
     }
 }
 
-/// A place to grab.
+/// Where a light can be grabbed.
 struct Handle {
     grab: Grab,
-    place: Pos2,
+    center: Pos2,
     /// From where a line leads to it.
     from: Pos2,
     color: Color32,
 }
 
-fn nearest(handles: &[Handle], place: Pos2) -> Option<&Handle> {
+fn nearest(handles: &[Handle], pointer: Pos2) -> Option<&Handle> {
     // Of those at the same distance the last drawn.
-    let distances = handles.iter().rev().map(|handle| (handle, handle.place.distance(place)));
+    let distances = handles.iter().rev().map(|handle| (handle, handle.center.distance(pointer)));
     distances
         .filter(|(_, distance)| *distance <= REACH)
         .min_by(|one, other| one.1.total_cmp(&other.1))
@@ -110,32 +110,32 @@ fn handles(app: &App, picture: &Projected) -> Vec<Handle> {
     let mut handles = Vec::new();
     for (number, light) in app.lights.lights().iter().enumerate() {
         let position = position(&light.source, focus);
-        let Some(place) = picture.place(position) else { continue };
-        let handle = |part, place, color| Handle { grab: Grab { light: number, part }, place, from: place, color };
+        let Some(on_screen) = picture.on_screen(position) else { continue };
+        let handle = |part, center, color| Handle { grab: Grab { light: number, part }, center, from: center, color };
         let is_selected = app.lights.selected == Some(number);
-        let center = handle(Part::Center, place, tint(light.color));
+        let center = handle(Part::Center, on_screen, tint(light.color));
         if is_selected && !matches!(light.source, LightSource::Directional { .. }) {
             let depth = (position - picture.camera.position).dot(picture.camera.forward);
             // Long enough to be grabbed wherever the light is.
             let length = picture.height_at(depth).unwrap_or(0.0) * AXIS / picture.rect.height();
             for (axis, (way, color)) in AXES.into_iter().enumerate() {
-                if let Some(end) = picture.place(position + way * length) {
-                    handles.push(Handle { from: place, ..handle(Part::Axis(axis), end, color) });
+                if let Some(end) = picture.on_screen(position + way * length) {
+                    handles.push(Handle { from: on_screen, ..handle(Part::Axis(axis), end, color) });
                 }
             }
         }
         let aim = match light.source {
             LightSource::Spot { direction, .. } if is_selected => {
-                picture.place(position + direction * (0.25 * focus.size))
+                picture.on_screen(position + direction * (0.25 * focus.size))
             }
             _ => None,
         };
         if let Some(aim) = aim {
-            handles.push(Handle { from: place, ..handle(Part::Target, aim, Color32::from_rgb(250, 220, 120)) });
+            handles.push(Handle { from: on_screen, ..handle(Part::Target, aim, Color32::from_rgb(250, 220, 120)) });
         }
         let toward = match light.source {
-            LightSource::Directional { .. } => picture.place(focus.center).unwrap_or(place),
-            _ => place,
+            LightSource::Directional { .. } => picture.on_screen(focus.center).unwrap_or(on_screen),
+            _ => on_screen,
         };
         handles.push(Handle { from: toward, ..center });
     }
@@ -169,7 +169,7 @@ fn drag(source: &mut LightSource, part: Part, picture: &Projected, pointer: Pos2
         (LightSource::Point { position } | LightSource::Spot { position, .. }, Part::Axis(axis)) => {
             let direction = AXES[axis].0;
             let (Some(from), Some(to)) =
-                (picture.place(*position), picture.place(*position + direction * (scale * AXIS)))
+                (picture.on_screen(*position), picture.on_screen(*position + direction * (scale * AXIS)))
             else {
                 return;
             };
@@ -196,7 +196,7 @@ fn drag(source: &mut LightSource, part: Part, picture: &Projected, pointer: Pos2
     }
 }
 
-/// The place under the pointer on the sphere on which suns' handles are, on the side where the sun was.
+/// The point under the pointer on the sphere on which suns' handles are, on the side where the sun was.
 fn on_sphere(picture: &Projected, pointer: Pos2, Focus { center, size }: Focus, direction: Vec3) -> Option<Vec3> {
     let (origin, way) = picture.ray(pointer);
     let radius = 0.5 * size;
@@ -208,35 +208,35 @@ fn on_sphere(picture: &Projected, pointer: Pos2, Focus { center, size }: Focus, 
     let root = below_root.max(0.0).sqrt();
     let was_near = -direction.dot(way) < 0.0;
     let t = if was_near { -half - root } else { -half + root };
-    let place = origin + way * t;
-    center.is_finite().then(|| center + (place - center).normalize_or(-direction) * radius)
+    let point = origin + way * t;
+    center.is_finite().then(|| center + (point - center).normalize_or(-direction) * radius)
 }
 
 fn draw(handles: &[Handle], selected: Option<usize>, hot: Option<Grab>, painter: &Painter) {
     for handle in handles {
         let is_hot = hot == Some(handle.grab);
         let is_selected = selected == Some(handle.grab.light);
-        if handle.from != handle.place {
+        if handle.from != handle.center {
             painter
-                .line_segment([handle.from, handle.place], Stroke::new(if is_hot { 3.0 } else { 1.5 }, handle.color));
+                .line_segment([handle.from, handle.center], Stroke::new(if is_hot { 3.0 } else { 1.5 }, handle.color));
         }
         let radius = match handle.grab.part {
             Part::Center => 7.0,
             Part::Axis(_) | Part::Target => 5.0,
         } + if is_hot { 2.0 } else { 0.0 };
         painter.circle(
-            handle.place,
+            handle.center,
             radius,
             handle.color,
             Stroke::new(if is_selected { 2.0 } else { 1.0 }, Color32::BLACK),
         );
         if handle.grab.part == Part::Center {
             if is_selected {
-                painter.circle_stroke(handle.place, radius + 2.0, Stroke::new(1.5, Color32::WHITE));
+                painter.circle_stroke(handle.center, radius + 2.0, Stroke::new(1.5, Color32::WHITE));
             }
             let label = handle.grab.light + 1;
             painter.text(
-                handle.place + vec2(0.0, -16.0),
+                handle.center + vec2(0.0, -16.0),
                 Align2::CENTER_CENTER,
                 label,
                 FontId::proportional(11.0),

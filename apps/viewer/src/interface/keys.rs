@@ -72,6 +72,13 @@ impl Key {
         format!("{meaning}  ({name})")
     }
 
+    /// A button that does what the key is for, with its meaning as text.
+    pub(super) fn button(self, app: &mut App, ui: &mut egui::Ui) {
+        if ui.button(self.label()).clicked() {
+            self.press(app, ui);
+        }
+    }
+
     pub(super) fn press(self, app: &mut App, ui: &egui::Ui) {
         match self {
             Self::Open => {

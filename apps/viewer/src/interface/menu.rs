@@ -38,9 +38,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
 }
 
 fn file(app: &mut App, ui: &mut egui::Ui) {
-    if ui.button(Key::Open.label()).clicked() {
-        Key::Open.press(app, ui);
-    }
+    Key::Open.button(app, ui);
     ui.menu_button("Recent", |ui| {
         for path in app.kept.recent.clone() {
             if ui.button(name(&path)).on_hover_text(path.display().to_string()).clicked() {
@@ -48,20 +46,14 @@ fn file(app: &mut App, ui: &mut egui::Ui) {
             }
         }
     });
-    if ui.button(Key::Reload.label()).clicked() {
-        Key::Reload.press(app, ui);
-    }
+    Key::Reload.button(app, ui);
     let mut watches = app.watch.is_some();
     if ui.checkbox(&mut watches, "Reload when the file changes").changed() {
         app.watch = watches.then(Default::default);
     }
     ui.separator();
-    if ui.button(Key::Screenshot.label()).clicked() {
-        Key::Screenshot.press(app, ui);
-    }
-    if ui.button(Key::Record.label()).clicked() {
-        Key::Record.press(app, ui);
-    }
+    Key::Screenshot.button(app, ui);
+    Key::Record.button(app, ui);
     let can_record = app.recording.is_none() && app.shown.is_some();
     if ui.add_enabled(can_record, egui::Button::new("Record the animation as numbered PNGs")).clicked() {
         record(app, "png");
@@ -85,11 +77,8 @@ fn gallery(app: &mut App, ui: &mut egui::Ui) {
 }
 
 fn view(app: &mut App, ui: &mut egui::Ui) {
-    for key in [Key::FrameAll, Key::LookFromLight] {
-        if ui.button(key.label()).clicked() {
-            key.press(app, ui);
-        }
-    }
+    Key::FrameAll.button(app, ui);
+    Key::LookFromLight.button(app, ui);
     if ui.button("Back to the scene's camera").clicked() {
         app.camera = CameraChoice::Default;
     }

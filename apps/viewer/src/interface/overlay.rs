@@ -14,7 +14,7 @@ pub(super) fn show(app: &App, ui: &egui::Ui, response: &Response, rect: Rect) {
     let Some(shown @ Shown { picture, .. }) = &app.shown else { return };
     let Some(map) = &picture.heat else { return };
     legend(ui, map, rect);
-    let Some(pixel) = response.hover_pos().and_then(|place| pixel_at(shown, rect, place)) else { return };
+    let Some(pixel) = response.hover_pos().and_then(|pointer| pixel_at(shown, rect, pointer)) else { return };
     let count = map.counts[pixel[1] as usize * picture.size()[0] + pixel[0] as usize];
     response.clone().on_hover_text_at_pointer(format!("{}: {count}", title(map.heat)));
 }
@@ -76,7 +76,7 @@ fn visible(picture: &Projected, from: Vec3, to: Vec3) -> Option<[Pos2; 2]> {
     let end = |end: Vec3, other: Vec3| {
         let (here, there) = (depth(end), depth(other));
         let cut = if here < nearest { end.lerp(other, (nearest - here) / (there - here)) } else { end };
-        picture.place(cut)
+        picture.on_screen(cut)
     };
     let is_seen = depth(from).max(depth(to)) > nearest;
     is_seen.then(|| Some([end(from, to)?, end(to, from)?])).flatten()
@@ -94,7 +94,7 @@ mod tests {
         let picture = Projected { camera, rect: Rect::from_min_size(Pos2::ZERO, vec2(300.0, 200.0)) };
         let [front, behind] = [Vec3::new(0.1, 0.2, 0.0), Vec3::new(0.1, 0.2, 2.0)];
         let whole = visible(&picture, front, Vec3::ZERO).expect("in front");
-        assert_eq!(whole, [picture.place(front).expect("in front"), pos2(150.0, 100.0)]);
+        assert_eq!(whole, [picture.on_screen(front).expect("in front"), pos2(150.0, 100.0)]);
         let [from, to] = visible(&picture, behind, front).expect("partly in front");
         assert_eq!(to, whole[0]);
         // Along the line, away from the middle, and far outside.

@@ -26,15 +26,16 @@ fn rows(ui: &mut egui::Ui, surface: &Surface) {
         ui.add(egui::Label::new(value).wrap());
         ui.end_row();
     };
-    let side = if surface.is_front { "front" } else { "back" };
-    row("Triangle", format!("{} ({side})", surface.triangle));
-    row("Material", surface.material.clone());
-    row("Distance", format!("{:.6}", surface.distance));
-    let [x, y, z] = surface.position.to_array();
+    let Surface { found, material, lights } = surface;
+    let side = if found.is_front { "front" } else { "back" };
+    row("Triangle", format!("{} ({side})", found.triangle));
+    row("Material", material.clone());
+    row("Distance", format!("{:.6}", found.distance));
+    let [x, y, z] = found.position.to_array();
     row("Position", format!("{x:.5}, {y:.5}, {z:.5}"));
-    let [x, y, z] = surface.normal.to_array();
+    let [x, y, z] = found.normal.to_array();
     row("Normal", format!("{x:.4}, {y:.4}, {z:.4}"));
-    for (name, lighting) in &surface.lights {
+    for (name, lighting) in lights {
         row(
             name,
             match lighting {

@@ -25,7 +25,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
         app.notices.show(ui, area);
         return;
     };
-    let rect = place(shown, app.kept.choices.resolution, area, ui.pixels_per_point());
+    let rect = picture_rect(shown, app.kept.choices.resolution, area, ui.pixels_per_point());
     let texture = shown.heat.as_ref().map_or(shown.texture, egui::TextureHandle::id);
     let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
     let painter = ui.painter_at(area);
@@ -46,7 +46,7 @@ fn pixels(area: Rect, pixels_per_point: f32) -> [u32; 2] {
 }
 
 /// Where the picture is: pixel for pixel where it is as large as the window, else as large as fits.
-fn place(shown: &Shown, resolution: Resolution, area: Rect, pixels_per_point: f32) -> Rect {
+fn picture_rect(shown: &Shown, resolution: Resolution, area: Rect, pixels_per_point: f32) -> Rect {
     let size = shown.picture.size().map(|side| side as f32 / pixels_per_point);
     let size = vec2(size[0], size[1]);
     let fit = (area.width() / size.x).min(area.height() / size.y);
@@ -64,11 +64,11 @@ fn place(shown: &Shown, resolution: Resolution, area: Rect, pixels_per_point: f3
     Rect::from_min_size(corner, size * scale)
 }
 
-/// The picture's pixel under a place.
-pub(super) fn pixel_at(shown: &Shown, rect: Rect, place: Pos2) -> Option<[u32; 2]> {
+/// The picture's pixel under a screen position.
+pub(super) fn pixel_at(shown: &Shown, rect: Rect, pointer: Pos2) -> Option<[u32; 2]> {
     let [width, height] = shown.picture.size();
-    let x = ((place.x - rect.left()) / rect.width() * width as f32).floor();
-    let y = ((place.y - rect.top()) / rect.height() * height as f32).floor();
+    let x = ((pointer.x - rect.left()) / rect.width() * width as f32).floor();
+    let y = ((pointer.y - rect.top()) / rect.height() * height as f32).floor();
     let is_inside = (0.0..width as f32).contains(&x) && (0.0..height as f32).contains(&y);
     is_inside.then_some([x as u32, y as u32])
 }
@@ -97,14 +97,14 @@ fn navigate(app: &mut App, ui: &egui::Ui, response: &Response, rect: Rect) {
     {
         camera.zoom((-0.004 * scroll).exp());
     }
-    let Some(place) = response.interact_pointer_pos() else { return };
-    let Some(pixel) = app.shown.as_ref().and_then(|shown| pixel_at(shown, rect, place)) else { return };
+    let Some(pointer) = response.interact_pointer_pos() else { return };
+    let Some(pixel) = app.shown.as_ref().and_then(|shown| pixel_at(shown, rect, pointer)) else { return };
     if response.clicked_by(PointerButton::Primary) {
         app.worker.probe(pixel);
     }
     if response.double_clicked_by(PointerButton::Primary) {
         let surface = app.probe.as_ref().and_then(|probe| probe.surface.as_ref());
-        if let Some(position) = surface.map(|surface| surface.position.as_vec3())
+        if let Some(position) = surface.map(|surface| surface.found.position.as_vec3())
             && let Some(camera) = app.free_camera()
         {
             camera.turn_around(position);

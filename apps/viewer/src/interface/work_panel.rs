@@ -19,9 +19,9 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     let total = stats.total_milliseconds();
     egui::Grid::new("stages").num_columns(3).striped(true).show(ui, |ui| {
         for stage in &stats.stages {
-            let place = app.history.names().iter().position(|name| *name == stage.name).unwrap_or(0);
+            let index = app.history.names().iter().position(|name| *name == stage.name).unwrap_or(0);
             let (square, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
-            ui.painter().rect_filled(square, 1.0, chart::color(place));
+            ui.painter().rect_filled(square, 1.0, chart::color(index));
             ui.label(stage.name);
             ui.monospace(format!("{:9.3} ms", stage.milliseconds));
             ui.end_row();
@@ -84,8 +84,8 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);

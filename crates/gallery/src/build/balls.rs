@@ -73,7 +73,9 @@ mod tests {
             let mut builder = MeshBuilder::new();
             builder.hollow(Vec3::ZERO, 2.0, fineness);
             assert_eq!(builder.triangles.len(), ball_triangles(fineness));
-            assert!(builder.positions.iter().zip(&builder.normals).all(|(place, normal)| place.dot(*normal) < 0.0));
+            assert!(
+                builder.positions.iter().zip(&builder.normals).all(|(position, normal)| position.dot(*normal) < 0.0)
+            );
             let inwards = |triangle: &[u32; 3]| {
                 let [a, b, c] = triangle.map(|vertex| builder.positions[vertex as usize]);
                 (b - a).cross(c - a).dot(a) < 0.0

@@ -57,7 +57,7 @@ impl MeshBuilder {
         }
     }
 
-    /// What follows has material `material`, a place in the scene's materials, and no tint.
+    /// What follows has material `material`, an index into the scene's materials, and no tint.
     pub(crate) fn material(&mut self, material: u32) -> &mut Self {
         self.material = material;
         self.tint = Vec3::ONE;

@@ -35,7 +35,7 @@ pub(crate) fn fractal_noise(at: Vec3, octaves: u32) -> f32 {
     for _ in 0..octaves {
         sum += strength * noise(at);
         strength *= 0.5;
-        // The offset keeps the octaves' lattices apart, which would show as a grid of still places.
+        // The offset keeps the octaves' lattices apart: shared points would show as a grid.
         at = at * 2.0 + Vec3::new(17.3, 5.1, 31.7);
     }
     sum
@@ -47,9 +47,9 @@ mod tests {
 
     #[test]
     fn noise_is_smooth_bounded_and_alive() {
-        let places = (0..2000).map(|i| Vec3::new(i as f32 * 0.37, i as f32 * -0.11, 3.3));
+        let points = (0..2000).map(|i| Vec3::new(i as f32 * 0.37, i as f32 * -0.11, 3.3));
         let (mut low, mut high) = (0.0_f32, 0.0_f32);
-        for at in places {
+        for at in points {
             let value = noise(at);
             assert!((value - noise(at + Vec3::splat(1e-3))).abs() < 0.02, "a jump at {at}");
             (low, high) = (low.min(value), high.max(value));

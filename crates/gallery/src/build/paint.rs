@@ -14,7 +14,7 @@ pub(crate) fn srgb(hex: u32) -> Vec3 {
     Vec3::new(linear(hex >> 16), linear(hex >> 8), linear(hex))
 }
 
-/// The materials of a scene as they are thought up; each `add…` returns the new one's place.
+/// The materials of a scene as they are thought up; each `add…` returns the new one's index.
 #[derive(Debug, Default)]
 pub(crate) struct Palette {
     materials: Materials,
@@ -52,12 +52,12 @@ impl Palette {
         self.materials.textures.len() as u32 - 1
     }
 
-    /// The material at `place`, to change it further.
+    /// The material at `index`, to change it further.
     ///
     /// # Panics
-    /// If no `add…` returned `place`.
-    pub(crate) fn material(&mut self, place: u32) -> &mut Material {
-        &mut self.materials.materials[place as usize]
+    /// If no `add…` returned `index`.
+    pub(crate) fn material(&mut self, index: u32) -> &mut Material {
+        &mut self.materials.materials[index as usize]
     }
 
     /// All of them.

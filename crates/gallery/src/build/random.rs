@@ -1,4 +1,4 @@
-//! Random numbers that are the same everywhere: PCG (O'Neill 2014), and hashes of places.
+//! Random numbers that are the same everywhere: PCG (O'Neill 2014), and hashes of lattice points.
 
 use std::f32::consts::TAU;
 
@@ -58,7 +58,7 @@ impl Random {
     }
 }
 
-/// 32 bits that depend on a place and on nothing else.
+/// 32 bits that depend on a lattice point and on nothing else.
 pub(crate) fn hash(x: i32, y: i32, z: i32) -> u32 {
     let mixed = (x as u32).wrapping_mul(0x8da6_b343)
         ^ (y as u32).wrapping_mul(0xd816_3841)

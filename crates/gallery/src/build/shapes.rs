@@ -11,9 +11,9 @@ impl MeshBuilder {
     /// Adds a flat quad with corners counterclockwise; texture coordinates span (0, 0) … `repeats`, the first
     /// corner being the lower left one.
     pub(crate) fn quad(&mut self, corners: [Vec3; 4], repeats: Vec2) -> &mut Self {
-        let places = [Vec2::new(0.0, 1.0), Vec2::ONE, Vec2::new(1.0, 0.0), Vec2::ZERO];
+        let coords = [Vec2::new(0.0, 1.0), Vec2::ONE, Vec2::new(1.0, 0.0), Vec2::ZERO];
         let [a, b, c, d] =
-            std::array::from_fn(|corner| self.vertex(corners[corner], Vec3::ZERO, places[corner] * repeats));
+            std::array::from_fn(|corner| self.vertex(corners[corner], Vec3::ZERO, coords[corner] * repeats));
         self.triangle([a, b, c]);
         self.triangle([a, c, d]);
         self
@@ -25,7 +25,7 @@ impl MeshBuilder {
         let first = self.positions.len() as u32;
         let sheet = Sheet::open(columns, rows);
         for index in 0..sheet.vertices() {
-            let at = sheet.place(index) - 0.5;
+            let at = sheet.coords(index) - 0.5;
             let position = center + Vec3::new(at.x * size.x, 0.0, -at.y * size.y);
             self.vertex(position, Vec3::ZERO, position.xz());
         }
@@ -75,8 +75,8 @@ impl MeshBuilder {
                     let normal = (out * side + across * u.1 + along * v.1).normalize();
                     let corner = out * side + across * u.0 + along * v.0;
                     let position = corner * core + normal * radius;
-                    let place = Vec2::new(position.dot(across), -position.dot(along));
-                    self.vertex(position, normal, place);
+                    let coords = Vec2::new(position.dot(across), -position.dot(along));
+                    self.vertex(position, normal, coords);
                 }
                 for triangle in sheet.triangles() {
                     self.triangle(triangle.map(|vertex| vertex + first));
@@ -199,14 +199,14 @@ pub(crate) fn icosphere(frequency: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let mut edges: Vec<[u32; 2]> = Vec::new();
     let between = |from: Vec3, to: Vec3, step: u32| from + (to - from) * (step as f32 / frequency as f32);
     let mut edge_start = |directions: &mut Vec<Vec3>, low: u32, high: u32| {
-        let place = edges.iter().position(|edge| *edge == [low, high]).unwrap_or_else(|| {
+        let edge = edges.iter().position(|known| *known == [low, high]).unwrap_or_else(|| {
             edges.push([low, high]);
             let ends = [low, high].map(|corner| corners[corner as usize]);
             directions.extend((1..frequency).map(|step| between(ends[0], ends[1], step)));
             edges.len() - 1
         });
         // Twelve corners come first; the edges are all made before the first inner point.
-        12 + place as u32 * (frequency - 1)
+        12 + edge as u32 * (frequency - 1)
     };
     for [a, b, c] in ICOSAHEDRON {
         for (from, to) in [(a, b), (b, c), (c, a)] {

@@ -56,7 +56,7 @@ impl Sheet {
     }
 
     /// Where vertex `index` is on the sheet: u and v from 0 to 1, and the exact ends where edges are joined.
-    pub(crate) fn place(&self, index: usize) -> Vec2 {
+    pub(crate) fn coords(&self, index: usize) -> Vec2 {
         let stride = self.columns as usize + 1;
         let part = |at: usize, count: u32, join: Join| {
             if join == Join::Joined && at == count as usize { 0.0 } else { at as f32 / count as f32 }
@@ -114,13 +114,13 @@ impl Sheet {
 impl MeshBuilder {
     /// Adds a smooth sheet whose point at (u, v), each 0 … 1, is `position`; ∂u × ∂v is its outer side.
     ///
-    /// Texture coordinates are (u, 1 − v). Triangles with two corners in one place are left out.
+    /// Texture coordinates are (u, 1 − v). Triangles with two equal corners are left out.
     pub(crate) fn sheet(&mut self, sheet: Sheet, position: impl Fn(f32, f32) -> Vec3 + Sync) -> &mut Self {
         let first = self.positions.len();
         let positions: Vec<Vec3> = (0..sheet.vertices())
             .into_par_iter()
             .map(|index| {
-                let at = sheet.place(index);
+                let at = sheet.coords(index);
                 position(at.x, at.y)
             })
             .collect();

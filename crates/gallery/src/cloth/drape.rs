@@ -30,10 +30,10 @@ pub(super) fn ball_turn_radians(seconds: f32) -> f32 {
     2.6 * smoothstep(2.4, 5.2, seconds)
 }
 
-/// A cloth's motion: the places of a grid of particles in every sixtieth of a second.
+/// A cloth's motion: the positions of a grid of particles in every sixtieth of a second.
 #[derive(Debug)]
 pub(super) struct Drape {
-    /// SIDE · SIDE places for each moment, row after row.
+    /// SIDE · SIDE positions for each moment, row after row.
     moments: Vec<Vec<Vec3>>,
 }
 
@@ -43,13 +43,13 @@ impl Drape {
         let mut cloth = Particles::hanging();
         let frames = (SECONDS * FRAMES_PER_SECOND) as u32;
         let seconds = 1.0 / (FRAMES_PER_SECOND * STEPS_PER_FRAME as f32);
-        let mut moments = vec![cloth.places.clone()];
+        let mut moments = vec![cloth.positions.clone()];
         for frame in 0..frames {
             for step in 0..STEPS_PER_FRAME {
                 let now = (frame * STEPS_PER_FRAME + step) as f32 * seconds;
                 cloth.step(now, seconds);
             }
-            moments.push(cloth.places.clone());
+            moments.push(cloth.positions.clone());
         }
         Self { moments }
     }
@@ -68,11 +68,11 @@ impl Drape {
             for column in 0..SIDE {
                 let along = (0..4).map(|tap| {
                     let weight = row_weights[tap];
-                    let place = |row: usize| {
+                    let position = |row: usize| {
                         let vertex = row * SIDE + column;
                         from[vertex] + (to[vertex] - from[vertex]) * part
                     };
-                    beyond(first_row + tap, place) * weight
+                    beyond(first_row + tap, position) * weight
                 });
                 mixed[column + 1] = along.sum();
             }
@@ -88,11 +88,11 @@ impl Drape {
 }
 
 /// Row `at` of a grid of SIDE rows with a row before it: the first and the last are as if the cloth went straight on.
-fn beyond(at: usize, place: impl Fn(usize) -> Vec3) -> Vec3 {
+fn beyond(at: usize, position: impl Fn(usize) -> Vec3) -> Vec3 {
     match at {
-        0 => 2.0 * place(0) - place(1),
-        at if at == SIDE + 1 => 2.0 * place(SIDE - 1) - place(SIDE - 2),
-        at => place(at - 1),
+        0 => 2.0 * position(0) - position(1),
+        at if at == SIDE + 1 => 2.0 * position(SIDE - 1) - position(SIDE - 2),
+        at => position(at - 1),
     }
 }
 
@@ -107,18 +107,18 @@ fn spline(part: f32) -> (usize, [f32; 4]) {
     (first, weights.map(|weight| weight / 6.0))
 }
 
-/// The nearest place to `place` that is `gap` away from the ball and the floor.
-fn outside(place: Vec3, gap: f32) -> Vec3 {
-    let offset = place - BALL_CENTER;
+/// The nearest point to `position` that is `gap` away from the ball and the floor.
+fn outside(position: Vec3, gap: f32) -> Vec3 {
+    let offset = position - BALL_CENTER;
     let squared = offset.length_squared();
     let radius = BALL_RADIUS + gap;
-    let place =
-        if squared < radius * radius { BALL_CENTER + offset * (radius / squared.sqrt().max(1e-6)) } else { place };
-    place.with_y(place.y.max(gap))
+    let position =
+        if squared < radius * radius { BALL_CENTER + offset * (radius / squared.sqrt().max(1e-6)) } else { position };
+    position.with_y(position.y.max(gap))
 }
 
 struct Particles {
-    places: Vec<Vec3>,
+    positions: Vec<Vec3>,
     before: Vec<Vec3>,
 }
 
@@ -127,7 +127,7 @@ impl Particles {
     fn hanging() -> Self {
         let tilt = turned(0.35) * rotation(Vec3::Z, 0.05);
         let half = 0.5 * (SIDE - 1) as f32;
-        let places: Vec<Vec3> = (0..SIDE * SIDE)
+        let positions: Vec<Vec3> = (0..SIDE * SIDE)
             .map(|index| {
                 let (column, row) = ((index % SIDE) as f32, (index / SIDE) as f32);
                 let flat = Vec3::new(column - half, 0.0, half - row) * SPACING;
@@ -135,7 +135,7 @@ impl Particles {
                 Vec3::Y * START_HEIGHT + tilt * flat.with_y(bump)
             })
             .collect();
-        Self { before: places.clone(), places }
+        Self { before: positions.clone(), positions }
     }
 
     fn step(&mut self, now: f32, seconds: f32) {
@@ -144,9 +144,9 @@ impl Particles {
         /// Part of the speed that air takes away each second.
         const DRAG: f32 = 0.9;
         let keep = 1.0 - DRAG * seconds;
-        for (place, before) in self.places.iter_mut().zip(&mut self.before) {
-            let next = *place + (*place - *before) * keep + GRAVITY * (seconds * seconds);
-            *before = std::mem::replace(place, next);
+        for (position, before) in self.positions.iter_mut().zip(&mut self.before) {
+            let next = *position + (*position - *before) * keep + GRAVITY * (seconds * seconds);
+            *before = std::mem::replace(position, next);
         }
         self.hold_together();
         self.touch(ball_turn_radians(now + seconds) - ball_turn_radians(now));
@@ -179,11 +179,11 @@ impl Particles {
         for start in (0..count).step_by(2 * step).chain((step..count).step_by(2 * step)) {
             for low in first + start..first + count.min(start + step) {
                 let high = low + step;
-                let offset = self.places[high] - self.places[low];
+                let offset = self.positions[high] - self.positions[low];
                 let distance = offset.length().max(1e-6);
                 let move_by = offset * (0.5 * stiffness * (distance - length) / distance);
-                self.places[low] += move_by;
-                self.places[high] -= move_by;
+                self.positions[low] += move_by;
+                self.positions[high] -= move_by;
             }
         }
     }
@@ -192,9 +192,9 @@ impl Particles {
     fn touch(&mut self, turn_radians: f32) {
         const BALL_FRICTION: f32 = 0.5;
         const FLOOR_FRICTION: f32 = 0.3;
-        for (place, before) in self.places.iter_mut().zip(&mut self.before) {
-            let resting = outside(*place, THICKNESS);
-            if resting == *place {
+        for (position, before) in self.positions.iter_mut().zip(&mut self.before) {
+            let resting = outside(*position, THICKNESS);
+            if resting == *position {
                 continue;
             }
             let offset = resting - BALL_CENTER;
@@ -207,7 +207,7 @@ impl Particles {
             };
             let moved = resting - *before - surface;
             let along = moved - normal * moved.dot(normal);
-            *place = resting;
+            *position = resting;
             // Speed is the last move: no bounce off the surface, and less along it.
             *before = resting - surface - along * (1.0 - friction);
         }

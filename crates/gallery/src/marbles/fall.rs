@@ -54,7 +54,7 @@ impl Fall {
     }
 
     /// Middle and rotation of `marble` at a moment of 0 … [`SECONDS`].
-    pub(super) fn place(&self, marble: usize, seconds: f32) -> (Vec3, Quat) {
+    pub(super) fn pose(&self, marble: usize, seconds: f32) -> (Vec3, Quat) {
         let at = (seconds * FRAMES_PER_SECOND).clamp(0.0, (self.moments.len() - 1) as f32);
         let before = (at as usize).min(self.moments.len() - 2);
         let part = at - before as f32;

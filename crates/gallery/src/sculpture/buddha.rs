@@ -171,48 +171,48 @@ fn curls(buddha: &mut Sculpture) {
             let y = 1.0 - (curl as f32 + 0.5) * 2.0 / count as f32;
             let across = (1.0 - y * y).sqrt();
             let (sin, cos) = sin_cos(GOLDEN_TURN * curl as f32);
-            let place = center + Vec3::new(across * cos, y, across * sin) * radii;
-            if keep(place) {
-                buddha.add([Lump::ellipsoid(place.to_array(), [0.027; 3]).blend(0.008)]);
+            let point = center + Vec3::new(across * cos, y, across * sin) * radii;
+            if keep(point) {
+                buddha.add([Lump::ellipsoid(point.to_array(), [0.027; 3]).blend(0.008)]);
             }
         }
     };
-    cover(420, Vec3::new(0.0, 2.17, -0.015), Vec3::new(0.262, 0.245, 0.275), |place| {
-        let hairline = place.y > 2.0 + 1.05 * (place.z - 0.02).max(0.0) + 0.25 * place.z.max(0.0);
-        let crown = place.distance(Vec3::new(0.0, 2.40, -0.03)) > 0.135;
+    cover(420, Vec3::new(0.0, 2.17, -0.015), Vec3::new(0.262, 0.245, 0.275), |point| {
+        let hairline = point.y > 2.0 + 1.05 * (point.z - 0.02).max(0.0) + 0.25 * point.z.max(0.0);
+        let crown = point.distance(Vec3::new(0.0, 2.40, -0.03)) > 0.135;
         hairline && crown
     });
-    cover(110, Vec3::new(0.0, 2.40, -0.03), Vec3::new(0.145, 0.125, 0.145), |place| place.y > 2.385);
+    cover(110, Vec3::new(0.0, 2.40, -0.03), Vec3::new(0.145, 0.125, 0.145), |point| point.y > 2.385);
 }
 
 const RELIEF: Relief = Relief { height: folds, greatest: 0.02, tooth, greatest_tooth: 0.003 };
 
 /// The tooth of carved stone.
-fn tooth(place: Vec3) -> f32 {
-    0.0012 * noise(place * 60.0) + 0.0016 * noise(place * 17.0)
+fn tooth(point: Vec3) -> f32 {
+    0.0012 * noise(point * 60.0) + 0.0016 * noise(point * 17.0)
 }
 
 /// The robe's folds: slanting over the body but for the bare shoulder, and around the knees.
-fn folds(place: Vec3) -> f32 {
-    if place.y > 1.62 || place.y < 0.34 {
+fn folds(point: Vec3) -> f32 {
+    if point.y > 1.62 || point.y < 0.34 {
         return 0.0;
     }
-    let covered = smoothstep(-0.04, 0.06, place.x + 0.75 * (place.y - 1.33)).max(smoothstep(-0.02, -0.10, place.z));
-    let torso = covered * smoothstep(1.62, 1.55, place.y) * smoothstep(0.95, 1.02, place.y);
-    let legs = smoothstep(0.34, 0.42, place.y) * smoothstep(0.66, 0.58, place.y);
+    let covered = smoothstep(-0.04, 0.06, point.x + 0.75 * (point.y - 1.33)).max(smoothstep(-0.02, -0.10, point.z));
+    let torso = covered * smoothstep(1.62, 1.55, point.y) * smoothstep(0.95, 1.02, point.y);
+    let legs = smoothstep(0.34, 0.42, point.y) * smoothstep(0.66, 0.58, point.y);
     if torso <= 0.0 && legs <= 0.0 {
         return 0.0;
     }
-    let sway = 0.35 * noise(place * 2.3);
+    let sway = 0.35 * noise(point * 2.3);
     // Sharp ridges and wide valleys, like hanging cloth.
     let ridge = |turns: f32| {
         let height = wave(turns + sway);
         0.5 * height + 0.5 * height * height.abs()
     };
-    let outwards = place.x.abs();
+    let outwards = point.x.abs();
     if torso > 0.0 {
-        0.019 * torso * ridge(5.2 * (0.55 * outwards + 0.8 * place.y + 0.25 * place.z))
+        0.019 * torso * ridge(5.2 * (0.55 * outwards + 0.8 * point.y + 0.25 * point.z))
     } else {
-        0.012 * legs * ridge(7.0 * (0.5 * outwards + 0.9 * place.z))
+        0.012 * legs * ridge(7.0 * (0.5 * outwards + 0.9 * point.z))
     }
 }

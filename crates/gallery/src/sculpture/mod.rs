@@ -26,7 +26,7 @@ pub(crate) struct Sculpture {
 /// How far a surface stands out from a smooth solid.
 #[derive(Clone, Copy, Debug)]
 struct Relief {
-    /// At a place; of the order of `greatest` at most, and cheap.
+    /// At a point; of the order of `greatest` at most, and cheap.
     height: fn(Vec3) -> f32,
     greatest: f32,
     /// The finest part, which is asked for only very near the surface.
@@ -61,10 +61,10 @@ enum Form {
 
 impl Form {
     /// About the distance to the form, negative inside; never much above it in size.
-    fn distance(&self, place: Vec3) -> f32 {
+    fn distance(&self, point: Vec3) -> f32 {
         match *self {
             Self::Ellipsoid { center, inverse_radii, least_radius, sphere_from_world } => {
-                let scaled = sphere_from_world * (place - center);
+                let scaled = sphere_from_world * (point - center);
                 let reach = scaled.length();
                 if reach <= 1.0 {
                     return (reach - 1.0) * least_radius;
@@ -72,7 +72,7 @@ impl Form {
                 reach * (reach - 1.0) / (scaled * inverse_radii).length()
             }
             Self::Rod { ends: [from, to], radii } => {
-                let (along, offset) = (to - from, place - from);
+                let (along, offset) = (to - from, point - from);
                 let part = (offset.dot(along) / along.length_squared()).clamp(0.0, 1.0);
                 (offset - along * part).length() - (radii[0] + (radii[1] - radii[0]) * part)
             }
@@ -120,13 +120,13 @@ impl Lump {
         self
     }
 
-    fn distance(&self, place: Vec3) -> f32 {
-        self.form.distance(if self.mirrored { place.with_x(place.x.abs()) } else { place })
+    fn distance(&self, point: Vec3) -> f32 {
+        self.form.distance(if self.mirrored { point.with_x(point.x.abs()) } else { point })
     }
 
     /// The solid whose distance is `before` with this lump added or carved (polynomial smooth minimum).
-    fn apply(&self, before: f32, place: Vec3) -> f32 {
-        let own = self.distance(place);
+    fn apply(&self, before: f32, point: Vec3) -> f32 {
+        let own = self.distance(point);
         let melt = |a: f32, b: f32| {
             let near = (self.blend - (a - b).abs()).max(0.0);
             a.min(b) - near * near * 0.25 / self.blend
@@ -145,26 +145,26 @@ impl Sculpture {
     }
 
     /// About the distance from the smooth solid, without relief, made of `lumps` alone.
-    fn smooth_distance(&self, lumps: &[u16], place: Vec3) -> f32 {
-        lumps.iter().fold(1e3, |distance, &lump| self.lumps[usize::from(lump)].apply(distance, place))
+    fn smooth_distance(&self, lumps: &[u16], point: Vec3) -> f32 {
+        lumps.iter().fold(1e3, |distance, &lump| self.lumps[usize::from(lump)].apply(distance, point))
     }
 
-    /// About the distance from the solid, given that only `lumps` matter near `place`; nearer to the surface than
+    /// About the distance from the solid, given that only `lumps` matter near `point`; nearer to the surface than
     /// `exact_within` with all its relief, elsewhere perhaps without.
-    fn distance(&self, lumps: &[u16], place: Vec3, exact_within: f32) -> f32 {
+    fn distance(&self, lumps: &[u16], point: Vec3, exact_within: f32) -> f32 {
         let Relief { height, greatest, tooth, greatest_tooth } = self.relief;
-        let smooth = self.smooth_distance(lumps, place);
+        let smooth = self.smooth_distance(lumps, point);
         if smooth.abs() > greatest + greatest_tooth + exact_within {
             return smooth;
         }
-        let folded = smooth - height(place);
-        if folded.abs() > greatest_tooth + exact_within { folded } else { folded - tooth(place) }
+        let folded = smooth - height(point);
+        if folded.abs() > greatest_tooth + exact_within { folded } else { folded - tooth(point) }
     }
 
-    /// Those of `lumps` that can matter within `radius` of `place`: leaving out the others changes no bit there.
-    fn near(&self, lumps: &[u16], place: Vec3, radius: f32) -> Vec<u16> {
+    /// Those of `lumps` that can matter within `radius` of `point`: leaving out the others changes no bit there.
+    fn near(&self, lumps: &[u16], point: Vec3, radius: f32) -> Vec<u16> {
         let lump = |at: usize| &self.lumps[usize::from(lumps[at])];
-        let distances: Vec<f32> = (0..lumps.len()).map(|at| lump(at).distance(place)).collect();
+        let distances: Vec<f32> = (0..lumps.len()).map(|at| lump(at).distance(point)).collect();
         let solid = (0..lumps.len()).filter(|&at| !lump(at).carved);
         let nearest = solid.map(|at| distances[at]).fold(f32::INFINITY, f32::min).max(0.0);
         let mut near = Vec::new();

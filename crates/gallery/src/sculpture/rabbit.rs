@@ -52,15 +52,15 @@ pub(crate) fn rabbit() -> Sculpture {
 const RELIEF: Relief = Relief { height: |_| 0.0, greatest: 0.0, tooth: fur, greatest_tooth: 0.016 };
 
 /// Strokes of a chisel that follow the coat downwards, coarse on the body and fine on the head, none on the eyes.
-fn fur(place: Vec3) -> f32 {
-    let eye = place.with_x(place.x.abs()).distance(Vec3::new(0.197, 1.505, 0.39));
-    let bare = smoothstep(0.055, 0.10, eye) * smoothstep(0.64, 0.58, place.z);
+fn fur(point: Vec3) -> f32 {
+    let eye = point.with_x(point.x.abs()).distance(Vec3::new(0.197, 1.505, 0.39));
+    let bare = smoothstep(0.055, 0.10, eye) * smoothstep(0.64, 0.58, point.z);
     if bare <= 0.0 {
         return 0.0;
     }
-    let head = smoothstep(1.15, 1.45, place.y);
-    let sway = 0.08 * noise(place * 2.0);
-    let stretched = Vec3::new(place.x + sway, place.y * 0.32, place.z + sway);
+    let head = smoothstep(1.15, 1.45, point.y);
+    let sway = 0.08 * noise(point * 2.0);
+    let stretched = Vec3::new(point.x + sway, point.y * 0.32, point.z + sway);
     let strokes = noise(stretched * (16.0 + 6.0 * head));
     let hairs = noise(stretched * 45.0 + 9.0);
     (0.0085 - 0.0045 * head) * bare * (1.2 * strokes + 0.6 * hairs)

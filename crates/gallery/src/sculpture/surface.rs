@@ -64,8 +64,8 @@ fn mesh_with_cells(sculpture: &Sculpture, cell: f32) -> Surface {
     let lattice = Lattice { sculpture, cell };
     let blocks = lattice.blocks();
     let patches: Vec<Patch> = blocks.par_iter().map(|block| lattice.patch(block)).collect();
-    let places: BTreeMap<[i32; 3], usize> =
-        blocks.iter().enumerate().map(|(place, block)| (block.corner.to_array(), place)).collect();
+    let block_at: BTreeMap<[i32; 3], usize> =
+        blocks.iter().enumerate().map(|(index, block)| (block.corner.to_array(), index)).collect();
     let mut first_vertices = Vec::with_capacity(patches.len());
     let mut surface = Surface::default();
     for patch in &patches {
@@ -76,11 +76,11 @@ fn mesh_with_cells(sculpture: &Sculpture, cell: f32) -> Surface {
     let vertex = |cell: IVec3, home: usize| {
         let side = SIDE as i32;
         let corner = cell.div_euclid(IVec3::splat(side)) * side;
-        let place = if corner == blocks[home].corner { Some(&home) } else { places.get(&corner.to_array()) };
-        let place = *place?;
+        let block = if corner == blocks[home].corner { Some(&home) } else { block_at.get(&corner.to_array()) };
+        let block = *block?;
         let local = (cell - corner).as_usizevec3();
-        let vertex = patches[place].vertex_of_cell[local.x + SIDE * (local.y + SIDE * local.z)];
-        (vertex != NO_VERTEX).then(|| first_vertices[place] + u32::from(vertex))
+        let vertex = patches[block].vertex_of_cell[local.x + SIDE * (local.y + SIDE * local.z)];
+        (vertex != NO_VERTEX).then(|| first_vertices[block] + u32::from(vertex))
     };
     let quads: Vec<Vec<[u32; 3]>> = patches
         .par_iter()
@@ -116,13 +116,13 @@ struct Lattice<'a> {
 }
 
 impl Lattice<'_> {
-    fn place(&self, point: Vec3) -> Vec3 {
+    fn position(&self, point: Vec3) -> Vec3 {
         self.sculpture.center + point * self.cell
     }
 
     /// The distance, exact for the ends of every lattice edge that the surface crosses.
-    fn distance(&self, lumps: &[u16], place: Vec3) -> f32 {
-        self.sculpture.distance(lumps, place, 1.5 * self.cell)
+    fn distance(&self, lumps: &[u16], position: Vec3) -> f32 {
+        self.sculpture.distance(lumps, position, 1.5 * self.cell)
     }
 
     /// The blocks that the surface may pass through, found by halving a cube around it.
@@ -140,7 +140,7 @@ impl Lattice<'_> {
 
     /// Adds the blocks of the cube of `size` cells at `corner`, near which only `lumps` matter.
     fn split(&self, corner: IVec3, size: i32, lumps: &[u16], blocks: &mut Vec<Block>) {
-        let middle = self.place(corner.as_vec3() + 0.5 * size as f32);
+        let middle = self.position(corner.as_vec3() + 0.5 * size as f32);
         // Half a cell more than the cube, because normals are measured a little outside of it.
         let radius = 0.866_03 * self.cell * (size + 1) as f32;
         let lumps = self.sculpture.near(lumps, middle, radius);
@@ -170,7 +170,7 @@ impl Lattice<'_> {
             before = if at % POINTS > 0 && before.abs() > 2.0 * step {
                 before - step.copysign(before)
             } else {
-                self.distance(&block.lumps, self.place(block.corner.as_vec3() + local))
+                self.distance(&block.lumps, self.position(block.corner.as_vec3() + local))
             };
             *distance = before;
         }
@@ -193,7 +193,7 @@ impl Lattice<'_> {
             }
             if let Some(inside) = middle_of_crossings(&corners) {
                 patch.vertex_of_cell[at] = patch.positions.len() as u16;
-                let (position, normal) = self.settle(&block.lumps, self.place(point.as_vec3() + inside));
+                let (position, normal) = self.settle(&block.lumps, self.position(point.as_vec3() + inside));
                 patch.positions.push(position);
                 patch.normals.push(normal);
             }
@@ -201,22 +201,22 @@ impl Lattice<'_> {
         patch
     }
 
-    /// Moves a place onto the surface, by at most a cell, and gives the normal there.
-    fn settle(&self, lumps: &[u16], place: Vec3) -> (Vec3, Vec3) {
+    /// Moves a position onto the surface, by at most a cell, and gives the normal there.
+    fn settle(&self, lumps: &[u16], position: Vec3) -> (Vec3, Vec3) {
         let step = 0.3 * self.cell;
         // Differences along a tetrahedron's four corners.
         const CORNERS: [Vec3; 4] =
             [Vec3::ONE, Vec3::new(1.0, -1.0, -1.0), Vec3::new(-1.0, 1.0, -1.0), Vec3::new(-1.0, -1.0, 1.0)];
-        let samples = CORNERS.map(|corner| self.distance(lumps, place + corner * step));
+        let samples = CORNERS.map(|corner| self.distance(lumps, position + corner * step));
         let gradient: Vec3 = (0..4).map(|at| CORNERS[at] * samples[at]).sum::<Vec3>() / (4.0 * step);
         let distance = samples.iter().sum::<f32>() * 0.25;
         let normal = gradient.normalize_or(Vec3::Y);
         let move_by = (distance / gradient.length().max(0.2)).clamp(-0.5 * self.cell, 0.5 * self.cell);
-        (place - normal * move_by, normal)
+        (position - normal * move_by, normal)
     }
 }
 
-/// The mean of the places, in a cell of side 1, where its edges cross the surface; `None` when none does.
+/// The mean of the points, in a cell of side 1, where its edges cross the surface; `None` when none does.
 fn middle_of_crossings(corners: &[f32; 8]) -> Option<Vec3> {
     let inside = corners.iter().filter(|&&distance| distance < 0.0).count();
     if inside == 0 || inside == 8 {

@@ -37,34 +37,34 @@ struct Strided<'a> {
 #[derive(Clone, Debug)]
 struct Sparse<'a> {
     /// Rising, and in range.
-    places: Vec<u32>,
+    indices: Vec<u32>,
     values: Strided<'a>,
 }
 
 impl Document {
-    /// Accessor `index`, as `place` in the JSON asks for it.
+    /// Accessor `index`, as `location` in the JSON asks for it.
     ///
     /// # Errors
     /// Where it doesn't exist, or its description or bytes are broken.
     pub(super) fn accessor(
         &self,
         index: Index<accessor::Accessor>,
-        place: impl Display,
+        location: impl Display,
     ) -> Result<Accessor<'_>, Error> {
         let index = index.value();
-        let json = self.element(&self.json.accessors, "accessors", index, place)?;
-        let own_place = format!("accessors[{index}]");
+        let json = self.element(&self.json.accessors, "accessors", index, location)?;
+        let own_location = format!("accessors[{index}]");
         let (Checked::Valid(component), Checked::Valid(kind)) = (json.component_type, json.type_) else {
-            return Err(self.malformed(own_place, "componentType or type is none of glTF's"));
+            return Err(self.malformed(own_location, "componentType or type is none of glTF's"));
         };
         let component = component.0;
         let size = component.size() * kind.multiplicity();
         let offset = json.byte_offset.map_or(0, |offset| offset.0);
         let base = match json.buffer_view {
-            Some(view) => Some(self.strided(view.value(), offset, json.count.0, size, &own_place)?),
+            Some(view) => Some(self.strided(view.value(), offset, json.count.0, size, &own_location)?),
             None if json.count.0 > MAX_ELEMENTS_WITHOUT_BYTES => {
                 let cause = format!("there are no bytes for its {} elements", json.count.0);
-                return Err(self.malformed(own_place, cause));
+                return Err(self.malformed(own_location, cause));
             }
             None => None,
         };
@@ -72,7 +72,7 @@ impl Document {
         Ok(Accessor {
             document: self,
             index,
-            count: self.size(json.count.0, &own_place)?,
+            count: self.size(json.count.0, &own_location)?,
             kind,
             component,
             normalized: json.normalized,
@@ -89,10 +89,10 @@ impl Document {
         count: u64,
         size: usize,
     ) -> Result<Sparse<'_>, Error> {
-        let place = format!("accessors[{index}].sparse");
-        let indices_place = format!("{place}.indices");
+        let location = format!("accessors[{index}].sparse");
+        let indices_location = format!("{location}.indices");
         let Checked::Valid(component) = json.indices.component_type else {
-            return Err(self.malformed(indices_place, "componentType is none of glTF's"));
+            return Err(self.malformed(indices_location, "componentType is none of glTF's"));
         };
         let component = component.0;
         let indices = self.strided(
@@ -100,38 +100,38 @@ impl Document {
             json.indices.byte_offset.0,
             json.count.0,
             component.size(),
-            &indices_place,
+            &indices_location,
         )?;
         let values = self.strided(
             json.values.buffer_view.value(),
             json.values.byte_offset.0,
             json.count.0,
             size,
-            &format!("{place}.values"),
+            &format!("{location}.values"),
         )?;
         let indices = Accessor {
             document: self,
             index,
-            count: self.size(json.count.0, &place)?,
+            count: self.size(json.count.0, &location)?,
             kind: Type::Scalar,
             component,
             normalized: false,
             base: Some(indices),
             sparse: None,
         };
-        let places = indices.whole_numbers(None, |[place]| place)?;
-        if !places.is_sorted_by(|a, b| a < b) || places.last().is_some_and(|&last| u64::from(last) >= count) {
-            return Err(self.malformed(indices_place, format!("places don't rise, or go beyond {count} elements")));
+        let indices = indices.whole_numbers(None, |[index]| index)?;
+        if !indices.is_sorted_by(|a, b| a < b) || indices.last().is_some_and(|&last| u64::from(last) >= count) {
+            return Err(self.malformed(indices_location, format!("indices don't rise, or go beyond {count} elements")));
         }
-        Ok(Sparse { places, values })
+        Ok(Sparse { indices, values })
     }
 
     /// `count` elements of `size` bytes in a buffer view, from byte `offset` of it on.
-    fn strided(&self, view: usize, offset: u64, count: u64, size: usize, place: &str) -> Result<Strided<'_>, Error> {
-        let (bytes, json) = self.view(view, format_args!("{place}.bufferView"))?;
+    fn strided(&self, view: usize, offset: u64, count: u64, size: usize, location: &str) -> Result<Strided<'_>, Error> {
+        let (bytes, json) = self.view(view, format_args!("{location}.bufferView"))?;
         let stride = json.byte_stride.map_or(size, |stride| stride.0);
         if stride < size {
-            let cause = format!("byteStride is {stride}, but an element of {place} takes {size} bytes");
+            let cause = format!("byteStride is {stride}, but an element of {location} takes {size} bytes");
             return Err(self.malformed(format_args!("bufferViews[{view}]"), cause));
         }
         let length = match count {
@@ -144,14 +144,14 @@ impl Document {
                 "{count} elements of {stride} bytes from byte {offset} on reach beyond the {} bytes of bufferViews[{view}]",
                 bytes.len()
             );
-            return Err(self.malformed(place, cause));
+            return Err(self.malformed(location, cause));
         }
         // With no elements the offset may lie anywhere.
         Ok(Strided { bytes: bytes.get(offset as usize..).unwrap_or_default(), stride })
     }
 
-    fn size(&self, count: u64, place: &str) -> Result<usize, Error> {
-        usize::try_from(count).map_err(|_| self.malformed(place, format!("{count} elements are too many")))
+    fn size(&self, count: u64, location: &str) -> Result<usize, Error> {
+        usize::try_from(count).map_err(|_| self.malformed(location, format!("{count} elements are too many")))
     }
 }
 
@@ -161,19 +161,19 @@ impl Accessor<'_> {
         self.count
     }
 
-    /// Checks that it has `count` elements, as the vertices at `place` do.
+    /// Checks that it has `count` elements, as the vertices at `location` do.
     ///
     /// # Errors
     /// Where it has another number of elements.
-    pub(super) fn expect_count(&self, count: usize, place: impl Display) -> Result<(), Error> {
+    pub(super) fn expect_count(&self, count: usize, location: impl Display) -> Result<(), Error> {
         if self.count == count {
             return Ok(());
         }
         let cause = format!("accessors[{}] has {} elements where {count} are needed", self.index, self.count);
-        Err(self.document.malformed(place, cause))
+        Err(self.document.malformed(location, cause))
     }
 
-    /// Its elements as floats made by `make`, or only those at the rising places `kept`; integers that are marked as
+    /// Its elements as floats made by `make`, or only those at the rising indices `kept`; integers that are marked as
     /// normalized become 0 … 1 or −1 … 1.
     ///
     /// # Errors
@@ -198,7 +198,7 @@ impl Accessor<'_> {
         self.floats_normalized(kept, true, make)
     }
 
-    /// Its elements as unsigned integers given to `make`, or only those at the rising places `kept`.
+    /// Its elements as unsigned integers given to `make`, or only those at the rising indices `kept`.
     ///
     /// # Errors
     /// Where its elements don't have N components, or are floats or signed.
@@ -223,7 +223,7 @@ impl Accessor<'_> {
         self.base.is_none()
     }
 
-    /// The places, rising, at which its elements are replaced by others, and these.
+    /// The indices, rising, at which its elements are replaced by others, and these.
     ///
     /// # Errors
     /// Where its elements don't have N components.
@@ -232,8 +232,8 @@ impl Accessor<'_> {
         make: impl Fn([f32; N]) -> T,
     ) -> Result<(Vec<u32>, Vec<T>), Error> {
         let Some(sparse) = &self.sparse else { return Ok((Vec::new(), Vec::new())) };
-        let only_values = Self { count: sparse.places.len(), base: Some(sparse.values), sparse: None, ..self.clone() };
-        Ok((sparse.places.clone(), only_values.floats(None, make)?))
+        let only_values = Self { count: sparse.indices.len(), base: Some(sparse.values), sparse: None, ..self.clone() };
+        Ok((sparse.indices.clone(), only_values.floats(None, make)?))
     }
 
     /// The number of components of an element: 1 … 16.
@@ -294,18 +294,18 @@ impl Accessor<'_> {
         component: impl Fn([u8; B]) -> C,
         make: impl Fn([C; N]) -> T,
     ) -> Vec<T> {
-        let read = |strided: &Strided<'_>, place: usize| {
-            let first = place * strided.stride;
+        let read = |strided: &Strided<'_>, index: usize| {
+            let first = index * strided.stride;
             let (components, _) = strided.bytes[first..first + N * B].as_chunks::<B>();
             make(std::array::from_fn(|at| component(components[at])))
         };
         let mut elements: Vec<T> = match (&self.base, kept) {
             (None, _) => vec![make([C::default(); N]); kept.map_or(self.count, <[u32]>::len)],
-            (Some(base), None) => (0..self.count).map(|place| read(base, place)).collect(),
-            (Some(base), Some(kept)) => kept.iter().map(|&place| read(base, place as usize)).collect(),
+            (Some(base), None) => (0..self.count).map(|index| read(base, index)).collect(),
+            (Some(base), Some(kept)) => kept.iter().map(|&index| read(base, index as usize)).collect(),
         };
-        for (at, &place) in self.sparse.iter().flat_map(|sparse| sparse.places.iter().enumerate()) {
-            let element = kept.map_or(Some(place as usize), |kept| kept.binary_search(&place).ok());
+        for (at, &index) in self.sparse.iter().flat_map(|sparse| sparse.indices.iter().enumerate()) {
+            let element = kept.map_or(Some(index as usize), |kept| kept.binary_search(&index).ok());
             if let (Some(element), Some(sparse)) = (element, &self.sparse) {
                 elements[element] = read(&sparse.values, at);
             }

@@ -10,7 +10,7 @@ use gltf::json::validation::Checked;
 use super::accessor::Accessor;
 use super::curve::{Curve, Interpolation};
 use super::document::Document;
-use super::nodes::{Nodes, rotation};
+use super::nodes::rotation;
 use crate::{Animation, Clip, Error};
 
 /// One property of one node, over time.
@@ -39,7 +39,6 @@ impl Animations {
     pub(super) fn read(
         document: &Document,
         path: &Path,
-        nodes: &Nodes,
         weights: impl Fn(usize) -> usize,
         clip: &Clip,
         warnings: &mut Vec<String>,
@@ -48,7 +47,7 @@ impl Animations {
         let mut all = Vec::new();
         check_size(document)?;
         for (number, json) in document.json.animations.iter().enumerate() {
-            let channels = read_channels(document, json, number, nodes, &weights, warnings)?;
+            let channels = read_channels(document, json, number, &weights, warnings)?;
             let seconds = channels.iter().map(|channel| channel.curve.end_seconds()).fold(0.0, f32::max);
             let name = json.name.clone().unwrap_or_default();
             read.animations.push(Animation { name, seconds: f64::from(seconds), plays: false });
@@ -134,32 +133,35 @@ fn read_channels(
     document: &Document,
     json: &json::Animation,
     number: usize,
-    nodes: &Nodes,
     weights: impl Fn(usize) -> usize,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Channel>, Error> {
     let mut channels = Vec::new();
     for (at, channel) in json.channels.iter().enumerate() {
-        let place = format!("animations[{number}].channels[{at}]");
+        let location = format!("animations[{number}].channels[{at}]");
         let node = channel.target.node.value();
-        nodes.check(document, node, format_args!("{place}.target.node"))?;
+        document.element(&document.json.nodes, "nodes", node, format_args!("{location}.target.node"))?;
         let Checked::Valid(property) = channel.target.path else {
-            warnings.push(format!("{place} was left out, as it moves nothing that glTF 2.0 knows"));
+            warnings.push(format!("{location} was left out, as it moves nothing that glTF 2.0 knows"));
             continue;
         };
-        let sampler_place = format!("animations[{number}].samplers[{}]", channel.sampler.value());
-        let sampler =
-            document.element(&json.samplers, "samplers", channel.sampler.value(), format_args!("{place}.sampler"))?;
+        let sampler_location = format!("animations[{number}].samplers[{}]", channel.sampler.value());
+        let sampler = document.element(
+            &json.samplers,
+            "samplers",
+            channel.sampler.value(),
+            format_args!("{location}.sampler"),
+        )?;
         let width = match property {
             Property::Translation | Property::Scale => 3,
             Property::Rotation => 4,
             Property::MorphTargetWeights => weights(node),
         };
         if width == 0 {
-            warnings.push(format!("{place} was left out, as node {node} has no morph targets"));
+            warnings.push(format!("{location} was left out, as node {node} has no morph targets"));
             continue;
         }
-        let curve = read_curve(document, sampler, property, width, &sampler_place)?;
+        let curve = read_curve(document, sampler, property, width, &sampler_location)?;
         channels.push(Channel { node: node as u32, property, curve });
     }
     Ok(channels)
@@ -170,7 +172,7 @@ fn read_curve(
     json: &json::animation::Sampler,
     property: Property,
     width: usize,
-    place: &str,
+    location: &str,
 ) -> Result<Curve, Error> {
     let interpolation = match json.interpolation {
         Checked::Valid(json::animation::Interpolation::Step) => Interpolation::Step,
@@ -180,16 +182,16 @@ fn read_curve(
         }
         Checked::Valid(json::animation::Interpolation::Linear) => Interpolation::Linear,
         Checked::Invalid => {
-            let place = format_args!("{place}.interpolation");
-            return Err(document.malformed(place, "it is none of LINEAR, STEP and CUBICSPLINE"));
+            let location = format_args!("{location}.interpolation");
+            return Err(document.malformed(location, "it is none of LINEAR, STEP and CUBICSPLINE"));
         }
     };
-    let input = document.accessor(json.input, format_args!("{place}.input"))?;
+    let input = document.accessor(json.input, format_args!("{location}.input"))?;
     let times: Vec<f32> = input.floats(None, |[time]| time)?;
     if times.is_empty() || !times.iter().all(|time| time.is_finite()) || !times.is_sorted() {
         return Err(input.malformed("keyframe times must be finite and never fall, and there must be at least one"));
     }
-    let output = document.accessor(json.output, format_args!("{place}.output"))?;
+    let output = document.accessor(json.output, format_args!("{location}.output"))?;
     let mut values = flat_values(&output, property)?;
     let sets = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
     let needed = times.len().checked_mul(sets).and_then(|sets| sets.checked_mul(width));

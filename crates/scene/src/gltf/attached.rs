@@ -42,8 +42,8 @@ pub(super) fn cameras(
     let mut cameras = Vec::new();
     for (number, node) in visible(document, nodes) {
         let Some(camera) = node.camera else { continue };
-        let place = format_args!("nodes[{number}].camera");
-        let json = document.element(&document.json.cameras, "cameras", camera.value(), place)?;
+        let location = format_args!("nodes[{number}].camera");
+        let json = document.element(&document.json.cameras, "cameras", camera.value(), location)?;
         match projection(json) {
             Some(projection) => {
                 let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);
@@ -69,8 +69,8 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
             continue;
         };
         let light = light.light.value();
-        let place = format_args!("nodes[{number}].extensions.KHR_lights_punctual.light");
-        let json = document.element(all, "extensions.KHR_lights_punctual.lights", light, place)?;
+        let location = format_args!("nodes[{number}].extensions.KHR_lights_punctual.light");
+        let json = document.element(all, "extensions.KHR_lights_punctual.lights", light, location)?;
         match source(json, light, warnings) {
             Some(source) => {
                 let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);

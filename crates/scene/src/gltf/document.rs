@@ -57,12 +57,12 @@ impl Document {
         Ok(document)
     }
 
-    /// The error that `place`, a path in the JSON, is wrong for `cause`.
-    pub(super) fn malformed(&self, place: impl Display, cause: impl Into<String>) -> Error {
-        Error::malformed(&self.path, place.to_string(), cause)
+    /// The error that `location`, a path in the JSON, is wrong for `cause`.
+    pub(super) fn malformed(&self, location: impl Display, cause: impl Into<String>) -> Error {
+        Error::malformed(&self.path, location.to_string(), cause)
     }
 
-    /// Element `index` of `list`, the JSON's array `name`, as `place` in the JSON asks for it.
+    /// Element `index` of `list`, the JSON's array `name`, as `location` in the JSON asks for it.
     ///
     /// # Errors
     /// Where the list is shorter.
@@ -71,21 +71,22 @@ impl Document {
         list: &'a [T],
         name: &str,
         index: usize,
-        place: impl Display,
+        location: impl Display,
     ) -> Result<&'a T, Error> {
         list.get(index).ok_or_else(|| {
-            self.malformed(place, format!("index {index} is out of range: `{name}` has {} elements", list.len()))
+            self.malformed(location, format!("index {index} is out of range: `{name}` has {} elements", list.len()))
         })
     }
 
-    /// The bytes of buffer view `index` and the view itself, as `place` in the JSON asks for it.
+    /// The bytes of buffer view `index` and the view itself, as `location` in the JSON asks for it.
     ///
     /// # Errors
     /// Where the view doesn't exist or reaches beyond its buffer.
-    pub(super) fn view(&self, index: usize, place: impl Display) -> Result<(&[u8], &buffer::View), Error> {
-        let view = self.element(&self.json.buffer_views, "bufferViews", index, place)?;
-        let own_place = format_args!("bufferViews[{index}]");
-        let buffer = self.element(&self.buffers, "buffers", view.buffer.value(), format_args!("{own_place}.buffer"))?;
+    pub(super) fn view(&self, index: usize, location: impl Display) -> Result<(&[u8], &buffer::View), Error> {
+        let view = self.element(&self.json.buffer_views, "bufferViews", index, location)?;
+        let own_location = format_args!("bufferViews[{index}]");
+        let buffer =
+            self.element(&self.buffers, "buffers", view.buffer.value(), format_args!("{own_location}.buffer"))?;
         let bytes = match buffer {
             BufferBytes::InFile(range) => &self.file[range.clone()],
             BufferBytes::Own(bytes) => bytes,
@@ -100,7 +101,7 @@ impl Document {
                 view.byte_length.0,
                 bytes.len()
             );
-            return Err(self.malformed(own_place, cause));
+            return Err(self.malformed(own_location, cause));
         };
         Ok((bytes, view))
     }
@@ -130,11 +131,11 @@ impl Document {
     fn read_buffers(&mut self, mut binary: Option<Range<usize>>) -> Result<Vec<BufferBytes>, Error> {
         let mut buffers = Vec::new();
         for (index, buffer) in self.json.buffers.iter().enumerate() {
-            let place = format_args!("buffers[{index}]");
+            let location = format_args!("buffers[{index}]");
             let bytes = match &buffer.uri {
                 Some(uri) => {
                     let bytes = self.fetch(uri, buffer.byte_length.0);
-                    BufferBytes::Own(bytes.map_err(|cause| self.malformed(format_args!("{place}.uri"), cause))?)
+                    BufferBytes::Own(bytes.map_err(|cause| self.malformed(format_args!("{location}.uri"), cause))?)
                 }
                 None if index == 0 && binary.is_some() => BufferBytes::InFile(binary.take().unwrap_or_default()),
                 // Such buffers are legal where nothing uses them; using one fails with its length of zero.
@@ -146,7 +147,7 @@ impl Document {
             };
             if buffer.byte_length.0 > length as u64 && (buffer.uri.is_some() || length > 0) {
                 let cause = format!("byteLength is {}, but there are only {length} bytes", buffer.byte_length.0);
-                return Err(self.malformed(place, cause));
+                return Err(self.malformed(location, cause));
             }
             buffers.push(bytes);
         }

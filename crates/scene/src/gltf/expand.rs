@@ -10,7 +10,7 @@ use crate::rig::{GRAIN, overlap, overlapping};
 
 impl Parts {
     /// Copies each primitive's surface for each of its parts, in parallel, and frees the primitives' own.
-    /// `default_material` is the place of the material for primitives without one.
+    /// `default_material` is the index of the material for primitives without one.
     pub(super) fn take_mesh(&mut self, default_material: u32) -> Mesh {
         let (vertices, triangles) = (self.vertices, self.triangles);
         let mut mesh = Mesh {

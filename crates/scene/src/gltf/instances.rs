@@ -1,4 +1,4 @@
-//! `EXT_mesh_gpu_instancing`: one node that shows its mesh at many places.
+//! `EXT_mesh_gpu_instancing`: one node that shows many copies of its mesh.
 
 use glam::{Affine3A, Vec3};
 use gltf::json::{Index, Node};
@@ -8,7 +8,7 @@ use super::document::Document;
 use super::nodes::{Trs, rotation};
 use crate::Error;
 
-/// Where the places of the copies of a node's mesh are to be found.
+/// The accessors of the transforms of a mesh's copies.
 #[derive(Debug)]
 pub(super) struct Instances<'a> {
     translations: Option<Accessor<'a>>,
@@ -32,23 +32,23 @@ impl<'a> Instances<'a> {
             let Some(index) = json.pointer("/attributes").and_then(|attributes| attributes.get(name)) else {
                 return Ok(None);
             };
-            let place = format!("nodes[{number}].extensions.{EXTENSION}.attributes.{name}");
+            let location = format!("nodes[{number}].extensions.{EXTENSION}.attributes.{name}");
             let index = index.as_u64().and_then(|index| u32::try_from(index).ok());
-            let index = index.ok_or_else(|| document.malformed(&place, "it is not the number of an accessor"))?;
-            document.accessor(Index::new(index), &place).map(|accessor| Some((accessor, place)))
+            let index = index.ok_or_else(|| document.malformed(&location, "it is not the number of an accessor"))?;
+            document.accessor(Index::new(index), &location).map(|accessor| Some((accessor, location)))
         };
         let attributes = [attribute("TRANSLATION")?, attribute("ROTATION")?, attribute("SCALE")?];
         let Some(count) = attributes.iter().flatten().map(|(accessor, _)| accessor.count()).next() else {
             return Ok(None);
         };
-        for (accessor, place) in attributes.iter().flatten() {
-            accessor.expect_count(count, place)?;
+        for (accessor, location) in attributes.iter().flatten() {
+            accessor.expect_count(count, location)?;
         }
         let [translations, rotations, scales] = attributes.map(|attribute| attribute.map(|(accessor, _)| accessor));
         Ok(Some(Self { translations, rotations, scales, count }))
     }
 
-    /// The place of each copy in its node.
+    /// The transform of each copy to its node.
     ///
     /// # Errors
     /// Where an attribute has the wrong number of components.

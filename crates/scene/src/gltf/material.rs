@@ -82,10 +82,10 @@ pub(super) fn normal_map_coords(json: &json::Material) -> Option<u32> {
 }
 
 impl Reader<'_> {
-    fn material(&mut self, json: &json::Material, place: &str) -> Result<Material, Error> {
+    fn material(&mut self, json: &json::Material, location: &str) -> Result<Material, Error> {
         use ColorSpace::{Linear, Srgb};
         let pbr = &json.pbr_metallic_roughness;
-        let pbr_place = format!("{place}.pbrMetallicRoughness");
+        let pbr_location = format!("{location}.pbrMetallicRoughness");
         let mut material = Material {
             name: json.name.clone().unwrap_or_default(),
             base_color: Vec4::from_array(pbr.base_color_factor.0),
@@ -103,27 +103,27 @@ impl Reader<'_> {
             ..Material::default()
         };
         material.base_color_texture =
-            self.plain(pbr.base_color_texture.as_ref(), Srgb, &format!("{pbr_place}.baseColorTexture"))?;
+            self.plain(pbr.base_color_texture.as_ref(), Srgb, &format!("{pbr_location}.baseColorTexture"))?;
         material.metallic_roughness_texture = self.plain(
             pbr.metallic_roughness_texture.as_ref(),
             Linear,
-            &format!("{pbr_place}.metallicRoughnessTexture"),
+            &format!("{pbr_location}.metallicRoughnessTexture"),
         )?;
         material.emissive_texture =
-            self.plain(json.emissive_texture.as_ref(), Srgb, &format!("{place}.emissiveTexture"))?;
+            self.plain(json.emissive_texture.as_ref(), Srgb, &format!("{location}.emissiveTexture"))?;
         if let Some(texture) = &json.normal_texture {
-            let place = format!("{place}.normalTexture");
-            material.normal_texture = self.texture(&JsonTexture::of_normals(texture), Linear, &place)?;
+            let location = format!("{location}.normalTexture");
+            material.normal_texture = self.texture(&JsonTexture::of_normals(texture), Linear, &location)?;
             material.normal_scale = texture.scale;
         }
         if let Some(texture) = &json.occlusion_texture {
             let transform = texture.extensions.as_ref().and_then(|extensions| transform(&extensions.others));
             let json = JsonTexture { index: texture.index.value(), set: texture.tex_coord, transform };
-            material.occlusion_texture = self.texture(&json, Linear, &format!("{place}.occlusionTexture"))?;
+            material.occlusion_texture = self.texture(&json, Linear, &format!("{location}.occlusionTexture"))?;
             material.occlusion_strength = texture.strength.0;
         }
         if let Some(extensions) = &json.extensions {
-            self.extensions(extensions, &mut material, &format!("{place}.extensions"))?;
+            self.extensions(extensions, &mut material, &format!("{location}.extensions"))?;
         }
         Ok(material)
     }
@@ -132,7 +132,7 @@ impl Reader<'_> {
         &mut self,
         json: &json::extensions::material::Material,
         material: &mut Material,
-        place: &str,
+        location: &str,
     ) -> Result<(), Error> {
         material.unlit = json.unlit.is_some();
         if let Some(strength) = &json.emissive_strength {
@@ -142,16 +142,16 @@ impl Reader<'_> {
             material.ior = ior.ior.0;
         }
         if let Some(transmission) = &json.transmission {
-            let place = format!("{place}.KHR_materials_transmission.transmissionTexture");
+            let location = format!("{location}.KHR_materials_transmission.transmissionTexture");
             material.transmission = transmission.transmission_factor.0;
             material.transmission_texture =
-                self.plain(transmission.transmission_texture.as_ref(), ColorSpace::Linear, &place)?;
+                self.plain(transmission.transmission_texture.as_ref(), ColorSpace::Linear, &location)?;
         }
         if let Some(volume) = &json.volume {
-            let place = format!("{place}.KHR_materials_volume.thicknessTexture");
+            let location = format!("{location}.KHR_materials_volume.thicknessTexture");
             material.volume = Volume {
                 thickness: volume.thickness_factor.0,
-                thickness_texture: self.plain(volume.thickness_texture.as_ref(), ColorSpace::Linear, &place)?,
+                thickness_texture: self.plain(volume.thickness_texture.as_ref(), ColorSpace::Linear, &location)?,
                 // Zero is outside the extension's range, and would take all light away.
                 attenuation_distance: Some(volume.attenuation_distance.0)
                     .filter(|&distance| distance > 0.0)
@@ -160,7 +160,7 @@ impl Reader<'_> {
             };
         }
         if let Some(glossy) = &json.pbr_specular_glossiness {
-            self.specular_glossiness(glossy, material, &format!("{place}.KHR_materials_pbrSpecularGlossiness"))?;
+            self.specular_glossiness(glossy, material, &format!("{location}.KHR_materials_pbrSpecularGlossiness"))?;
         }
         Ok(())
     }
@@ -169,12 +169,12 @@ impl Reader<'_> {
         &mut self,
         json: &PbrSpecularGlossiness,
         material: &mut Material,
-        place: &str,
+        location: &str,
     ) -> Result<(), Error> {
         self.glossy += 1;
         material.base_color = Vec4::from_array(json.diffuse_factor.0);
         material.base_color_texture =
-            self.plain(json.diffuse_texture.as_ref(), ColorSpace::Srgb, &format!("{place}.diffuseTexture"))?;
+            self.plain(json.diffuse_texture.as_ref(), ColorSpace::Srgb, &format!("{location}.diffuseTexture"))?;
         material.metallic = 0.0;
         material.roughness = 1.0 - json.glossiness_factor.0;
         material.metallic_roughness_texture = None;
@@ -185,19 +185,19 @@ impl Reader<'_> {
         &mut self,
         json: Option<&json::texture::Info>,
         space: ColorSpace,
-        place: &str,
+        location: &str,
     ) -> Result<Option<TextureUse>, Error> {
         let Some(json) = json else { return Ok(None) };
         let transform = json.extensions.as_ref().and_then(|extensions| extensions.texture_transform.clone());
-        self.texture(&JsonTexture { index: json.index.value(), set: json.tex_coord, transform }, space, place)
+        self.texture(&JsonTexture { index: json.index.value(), set: json.tex_coord, transform }, space, location)
     }
 
-    fn texture(&mut self, json: &JsonTexture, space: ColorSpace, place: &str) -> Result<Option<TextureUse>, Error> {
-        let number = self.textures.number(self.document, json.index, space, place, self.warnings)?;
+    fn texture(&mut self, json: &JsonTexture, space: ColorSpace, location: &str) -> Result<Option<TextureUse>, Error> {
+        let number = self.textures.number(self.document, json.index, space, location, self.warnings)?;
         let set = json.tex_coord_set();
         if set > 1 {
             self.warnings
-                .push(format!("{place} was left out, as only texture coordinates 0 and 1 are read, not {set}"));
+                .push(format!("{location} was left out, as only texture coordinates 0 and 1 are read, not {set}"));
             return Ok(None);
         }
         let image_from_mesh = json.transform.as_ref().map_or(Affine2::IDENTITY, image_from_mesh);

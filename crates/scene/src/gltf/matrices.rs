@@ -15,7 +15,7 @@ use crate::rig::{Part, Placement, Rig, Shape};
 #[derive(Debug)]
 pub(super) struct MatrixSource {
     node: u32,
-    /// What stands between the mesh and the node: an instance's place or a joint's inverse bind matrix.
+    /// What stands between the mesh and the node: an instance's transform or a joint's inverse bind matrix.
     node_from_mesh: Option<Affine3A>,
 }
 
@@ -36,7 +36,7 @@ pub(super) fn rig(parts: Parts, skins: &Skins, rest: &Rest, animations: &Animati
     let parts_of_rig = parts.parts.into_iter().map(|part| {
         let matrix = matrices.first(part.placement);
         let is_skinned = matches!(part.placement, parts::Placement::Skin { .. });
-        // Nodes without weights share the place of the next node's.
+        // Nodes without weights share the index of the next node's.
         let is_morphed = !shapes[part.primitive as usize].morph_targets.is_empty();
         Part {
             shape: part.primitive,
@@ -67,8 +67,8 @@ struct Matrices {
     sources: Vec<MatrixSource>,
     /// How many of them, from the first on, move.
     moving: usize,
-    /// The first one's place for each placement.
-    places: HashMap<parts::Placement, u32>,
+    /// The first one's index for each placement.
+    first: HashMap<parts::Placement, u32>,
 }
 
 impl Matrices {
@@ -80,8 +80,8 @@ impl Matrices {
                 let sources = sources(placement, parts, skins);
                 // Of a skin all matrices move where one does, so that they stay together.
                 let is_now = sources.iter().any(|source| moving_nodes.contains(&source.node)) == moves;
-                if is_now && !matrices.places.contains_key(&placement) {
-                    matrices.places.insert(placement, matrices.sources.len() as u32);
+                if is_now && !matrices.first.contains_key(&placement) {
+                    matrices.first.insert(placement, matrices.sources.len() as u32);
                     matrices.sources.extend(sources);
                 }
             }
@@ -93,7 +93,7 @@ impl Matrices {
     }
 
     fn first(&self, placement: parts::Placement) -> u32 {
-        self.places[&placement]
+        self.first[&placement]
     }
 
     fn moves(&self, matrix: u32) -> bool {

@@ -64,9 +64,9 @@ impl GltfScene {
         let mut warnings = Vec::new();
         let document = Document::read(path, &mut warnings)?;
         let nodes = Nodes::read(&document)?;
-        let skins = Skins::read(&document, &nodes)?;
+        let skins = Skins::read(&document)?;
         let weights = MorphWeights::read(&document)?;
-        let animations = Animations::read(&document, path, &nodes, |node| weights.count(node), clip, &mut warnings)?;
+        let animations = Animations::read(&document, path, |node| weights.count(node), clip, &mut warnings)?;
         let cameras = attached::cameras(&document, &nodes, &mut warnings)?;
         let lights = attached::lights(&document, &nodes, &mut warnings)?;
         let mut parts = Parts::read(&document, &nodes, &skins, &weights.first_of_node, &mut warnings)?;

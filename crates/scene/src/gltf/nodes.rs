@@ -1,14 +1,12 @@
 //! The node hierarchy: which node is where, and which of them are shown.
 
-use std::fmt::Display;
-
 use glam::{Affine3A, Mat4, Quat, Vec3};
 use gltf::json::Node;
 
 use super::document::Document;
 use crate::Error;
 
-/// A node's place in its parent, taken apart: applied as scale, rotation, translation.
+/// A node's transform to its parent, taken apart: applied as scale, rotation, translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Trs {
     pub(super) translation: Vec3,
@@ -53,8 +51,8 @@ impl Nodes {
         let mut parents = vec![None; json.len()];
         for (parent, node) in json.iter().enumerate() {
             for (at, child) in node.children.iter().flatten().enumerate() {
-                let place = format_args!("nodes[{parent}].children[{at}]");
-                document.element(json, "nodes", child.value(), place)?;
+                let location = format_args!("nodes[{parent}].children[{at}]");
+                document.element(json, "nodes", child.value(), location)?;
                 if let Some(other) = parents[child.value()].replace(parent as u32) {
                     let cause = format!("node {} is a child of node {other} already", child.value());
                     return Err(document.malformed(format_args!("nodes[{parent}].children[{at}]"), cause));
@@ -73,15 +71,7 @@ impl Nodes {
         Ok(Self { parents, order, parent_from_node, visible })
     }
 
-    /// Checks that there is a node `index`, for which `place` in the JSON asks.
-    ///
-    /// # Errors
-    /// Where there is none.
-    pub(super) fn check(&self, document: &Document, index: usize, place: impl Display) -> Result<(), Error> {
-        document.element(&self.parents, "nodes", index, place).map(|_| ())
-    }
-
-    /// The place in the world of each node, given its place in its parent.
+    /// Each node's transform to the world.
     pub(super) fn world_from_node(&self) -> Vec<Affine3A> {
         let mut worlds = self.parent_from_node.clone();
         for &node in &self.order {
@@ -93,7 +83,7 @@ impl Nodes {
     }
 }
 
-/// The node's place in its parent, taken apart. Shear, which a matrix may have, is lost.
+/// The node's transform to its parent, taken apart. Shear, which a matrix may have, is lost.
 pub(super) fn trs(node: &Node) -> Trs {
     if let Some(matrix) = &node.matrix {
         let (scale, rotation, translation) = Mat4::from_cols_array(matrix).to_scale_rotation_translation();

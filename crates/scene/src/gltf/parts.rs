@@ -20,14 +20,14 @@ const MAX_ELEMENTS: u64 = 1 << 28;
 /// A copy of a primitive.
 #[derive(Debug)]
 pub(super) struct Part {
-    /// Place in [`Parts::primitives`].
+    /// Index in [`Parts::primitives`].
     pub(super) primitive: u32,
-    /// Place of its first vertex in the frame.
+    /// Index of its first vertex in the frame.
     pub(super) first_vertex: u32,
-    /// Place of its first triangle in the frame.
+    /// Index of its first triangle in the frame.
     pub(super) first_triangle: u32,
     pub(super) placement: Placement,
-    /// Place of the node's first morph weight among those of all nodes.
+    /// Index of the node's first morph weight among those of all nodes.
     pub(super) first_weight: u32,
 }
 
@@ -38,7 +38,7 @@ pub(super) enum Placement {
     Node(u32),
     /// A node, and one of [`Parts::instances`] in it.
     Instance { node: u32, instance: u32 },
-    /// The joints of a skin, of which the first has this place among those of all skins.
+    /// The joints of a skin, of which the first has this index among those of all skins.
     Skin { first_joint: u32 },
 }
 
@@ -48,7 +48,7 @@ pub(super) struct Parts {
     pub(super) primitives: Vec<Primitive>,
     /// In the order of their vertices and triangles, which have no gaps.
     pub(super) parts: Vec<Part>,
-    /// Places of instances in their nodes.
+    /// From the space of each instance to that of its node.
     pub(super) instances: Vec<Affine3A>,
     pub(super) vertices: usize,
     pub(super) triangles: usize,
@@ -105,16 +105,16 @@ impl Parts {
             let is_new = !primitives_of_mesh.contains_key(&shown.mesh);
             let of_mesh: &mut Vec<u32> = primitives_of_mesh.entry(shown.mesh).or_default();
             for (number, json) in shown.json.primitives.iter().enumerate().filter(|_| is_new) {
-                let place = format!("meshes[{}].primitives[{number}]", shown.mesh);
+                let location = format!("meshes[{}].primitives[{number}]", shown.mesh);
                 let Checked::Valid(mode) = json.mode else {
-                    return Err(document.malformed(format_args!("{place}.mode"), "it is none of 0 … 6"));
+                    return Err(document.malformed(format_args!("{location}.mode"), "it is none of 0 … 6"));
                 };
                 if triangle_count(mode, 0).is_some() {
                     of_mesh.push(to_read.len() as u32);
-                    to_read.push((place, json));
+                    to_read.push((location, json));
                 } else {
                     without_triangles += 1;
-                    first_without = if without_triangles == 1 { place } else { first_without };
+                    first_without = if without_triangles == 1 { location } else { first_without };
                 }
             }
         }
@@ -125,7 +125,7 @@ impl Parts {
         }
         // Collected one by one, so that of several errors always the same one is told.
         let read: Vec<Result<_, Error>> =
-            to_read.par_iter().map(|(place, json)| Primitive::read(document, json, place)).collect();
+            to_read.par_iter().map(|(location, json)| Primitive::read(document, json, location)).collect();
         for primitive in read {
             let mut primitive = primitive?;
             warnings.append(&mut primitive.warnings);
@@ -149,11 +149,11 @@ impl Parts {
             return Ok(());
         }
         let node = shown.node as u32;
-        let place = format!("nodes[{node}]");
+        let location = format!("nodes[{node}]");
         let skin = document.json.nodes[shown.node].skin;
         let first_joint = match (skin, shape.highest_joint) {
             (Some(skin), Some(highest)) => {
-                let (first, count) = skins.range(document, skin.value(), &place)?;
+                let (first, count) = skins.range(document, skin.value(), &location)?;
                 if highest >= count {
                     let cause =
                         format!("a vertex of mesh {} follows joint {highest}, but there are {count}", shown.mesh);
@@ -162,7 +162,7 @@ impl Parts {
                 Some(first)
             }
             (Some(_), None) => {
-                warnings.push(format!("{place} has a skin, but mesh {} has no joints", shown.mesh));
+                warnings.push(format!("{location} has a skin, but mesh {} has no joints", shown.mesh));
                 None
             }
             (None, _) => None,
@@ -170,7 +170,7 @@ impl Parts {
         let copies = match (&shown.instances, first_joint) {
             (Some(instances), None) => instances.count,
             (Some(_), Some(_)) => {
-                warnings.push(format!("the instances of {place} were left out, as its mesh follows a skin"));
+                warnings.push(format!("the instances of {location} were left out, as its mesh follows a skin"));
                 1
             }
             (None, _) => 1,
@@ -253,7 +253,7 @@ fn count_triangles(document: &Document, shown: &Shown<'_>) -> Result<(u64, u64),
     let (mut triangles, mut with_targets) = (0_u64, 0_u64);
     for (number, primitive) in shown.json.primitives.iter().enumerate() {
         let Checked::Valid(mode) = primitive.mode else { continue };
-        let place = format!("meshes[{}].primitives[{number}]", shown.mesh);
+        let location = format!("meshes[{}].primitives[{number}]", shown.mesh);
         let positions = || {
             let name = Checked::Valid(json::mesh::Semantic::Positions);
             Some((*primitive.attributes.get(&name)?, "attributes.POSITION"))
@@ -261,7 +261,7 @@ fn count_triangles(document: &Document, shown: &Shown<'_>) -> Result<(u64, u64),
         let Some((counted, name)) = primitive.indices.map(|indices| (indices, "indices")).or_else(positions) else {
             continue;
         };
-        let elements = document.accessor(counted, format_args!("{place}.{name}"))?.count() as u64;
+        let elements = document.accessor(counted, format_args!("{location}.{name}"))?.count() as u64;
         let own = triangle_count(mode, elements).unwrap_or(0);
         let targets = primitive.targets.as_ref().map_or(0, Vec::len) as u64;
         triangles = triangles.saturating_add(own);

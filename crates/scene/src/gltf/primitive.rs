@@ -20,7 +20,7 @@ pub(super) struct Surface {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) tex_coords: [Vec<Vec2>; 2],
     pub(super) colors: Vec<Vec4>,
-    /// Place among the file's materials; `None` for glTF's default.
+    /// Index of the file's material; `None` for glTF's default.
     pub(super) material: Option<u32>,
 }
 
@@ -33,23 +33,23 @@ pub(super) struct Primitive {
 }
 
 impl Primitive {
-    /// Reads a primitive of triangles; `place` is its path in the JSON. It is empty where it has no positions.
+    /// Reads a primitive of triangles; `location` is its path in the JSON. It is empty where it has no positions.
     ///
     /// Vertices that no triangle uses are left out: some writers have many primitives share one large vertex buffer.
     ///
     /// # Errors
     /// Where an attribute or an index is broken.
-    pub(super) fn read(document: &Document, json: &mesh::Primitive, place: &str) -> Result<Self, Error> {
+    pub(super) fn read(document: &Document, json: &mesh::Primitive, location: &str) -> Result<Self, Error> {
         let mut primitive = Self::default();
-        let attributes = Attributes { document, json, place };
+        let attributes = Attributes { document, json, location };
         let Some(positions) = attributes.accessor(Semantic::Positions)? else {
-            primitive.warnings.push(format!("{place} was left out, as it has no positions"));
+            primitive.warnings.push(format!("{location} was left out, as it has no positions"));
             return Ok(primitive);
         };
         let count = positions.count();
-        let (triangles, odd) = read_triangles(document, json, count, place)?;
+        let (triangles, odd) = read_triangles(document, json, count, location)?;
         if odd > 0 {
-            primitive.warnings.push(format!("{place}: {odd} vertices at the end make no whole triangle"));
+            primitive.warnings.push(format!("{location}: {odd} vertices at the end make no whole triangle"));
         }
         let (triangles, kept) = without_unused_vertices(triangles, count);
         let kept = kept.as_deref();
@@ -60,14 +60,14 @@ impl Primitive {
             material: json.material.map(|material| material.value() as u32),
         };
         let material = json.material.map(|material| {
-            let place = format_args!("{place}.material");
-            document.element(&document.json.materials, "materials", material.value(), place)
+            let location = format_args!("{location}.material");
+            document.element(&document.json.materials, "materials", material.value(), location)
         });
         let normal_map_coords = material.transpose()?.and_then(normal_map_coords);
         primitive.shape.positions = positions.floats(kept, Vec3::from_array)?;
         let unusable = primitive.shape.positions.iter().filter(|position| !position.is_finite()).count();
         if unusable > 0 {
-            primitive.warnings.push(format!("{place}: {unusable} vertices have a position that is not finite"));
+            primitive.warnings.push(format!("{location}: {unusable} vertices have a position that is not finite"));
         }
         attributes.read_shape(count, kept, &mut primitive)?;
         if let Some(set) = normal_map_coords {
@@ -81,22 +81,22 @@ impl Primitive {
 struct Attributes<'a> {
     document: &'a Document,
     json: &'a mesh::Primitive,
-    place: &'a str,
+    location: &'a str,
 }
 
 impl<'a> Attributes<'a> {
     fn accessor(&self, semantic: Semantic) -> Result<Option<Accessor<'a>>, Error> {
         let name = semantic.to_string();
         let Some(&index) = self.json.attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
-        self.document.accessor(index, format_args!("{}.attributes.{name}", self.place)).map(Some)
+        self.document.accessor(index, format_args!("{}.attributes.{name}", self.location)).map(Some)
     }
 
     /// An attribute that has `count` elements.
     fn counted(&self, semantic: Semantic, count: usize) -> Result<Option<Accessor<'a>>, Error> {
-        let place = format!("{}.attributes.{}", self.place, semantic.to_string());
+        let location = format!("{}.attributes.{}", self.location, semantic.to_string());
         let accessor = self.accessor(semantic)?;
         if let Some(accessor) = &accessor {
-            accessor.expect_count(count, place)?;
+            accessor.expect_count(count, location)?;
         }
         Ok(accessor)
     }
@@ -133,7 +133,7 @@ impl<'a> Attributes<'a> {
         while let Some(joints) = self.counted(Semantic::Joints(set), count)? {
             let Some(weights) = self.counted(Semantic::Weights(set), count)? else {
                 let cause = format!("there is JOINTS_{set} but no WEIGHTS_{set}");
-                return Err(self.document.malformed(format_args!("{}.attributes", self.place), cause));
+                return Err(self.document.malformed(format_args!("{}.attributes", self.location), cause));
             };
             let joints = joints
                 .whole_numbers(kept, |joints: [u32; 4]| joints.map(|joint| u16::try_from(joint).unwrap_or(u16::MAX)))?;
@@ -144,13 +144,13 @@ impl<'a> Attributes<'a> {
         }
         let stray = Influences::normalize(&mut shape.influences, vertices);
         if stray > 0 {
-            let place = self.place;
-            primitive.warnings.push(format!("{place}: {stray} vertices without usable weights follow joint 0"));
+            let location = self.location;
+            primitive.warnings.push(format!("{location}: {stray} vertices without usable weights follow joint 0"));
         }
         shape.highest_joint = Influences::highest_joint(&shape.influences);
         for (number, target) in self.json.targets.iter().flatten().enumerate() {
-            let place = format!("{}.targets[{number}]", self.place);
-            shape.morph_targets.push(self.morph_target(target, count, kept, &place)?);
+            let location = format!("{}.targets[{number}]", self.location);
+            shape.morph_targets.push(self.morph_target(target, count, kept, &location)?);
         }
         Ok(())
     }
@@ -161,13 +161,13 @@ impl<'a> Attributes<'a> {
         json: &mesh::MorphTarget,
         count: usize,
         kept: Option<&[u32]>,
-        place: &str,
+        location: &str,
     ) -> Result<MorphTarget, Error> {
         let deltas = |accessor: Option<Index<_>>, name: &str| {
             let Some(accessor) = accessor else { return Ok(Deltas::default()) };
-            let place = format!("{place}.{name}");
-            let accessor = self.document.accessor(accessor, &place)?;
-            accessor.expect_count(count, &place)?;
+            let location = format!("{location}.{name}");
+            let accessor = self.document.accessor(accessor, &location)?;
+            accessor.expect_count(count, &location)?;
             if !accessor.is_mostly_zero() {
                 return Ok(Deltas::Dense(accessor.floats(kept, Vec3::from_array)?));
             }
@@ -211,19 +211,19 @@ fn read_triangles(
     document: &Document,
     json: &mesh::Primitive,
     vertices: usize,
-    place: &str,
+    location: &str,
 ) -> Result<(Vec<[u32; 3]>, usize), Error> {
     let elements = match json.indices {
         Some(indices) => {
-            let accessor = document.accessor(indices, format_args!("{place}.indices"))?;
+            let accessor = document.accessor(indices, format_args!("{location}.indices"))?;
             let indices: Vec<u32> = accessor.whole_numbers(None, |[index]| index)?;
             if let Some(at) = indices.iter().position(|&index| index as usize >= vertices) {
                 let cause = format!("element {at} is vertex {}, but there are {vertices} vertices", indices[at]);
-                return Err(document.malformed(format_args!("{place}.indices"), cause));
+                return Err(document.malformed(format_args!("{location}.indices"), cause));
             }
             indices
         }
-        None => (0..count_u32(document, vertices, place)?).collect(),
+        None => (0..count_u32(document, vertices, location)?).collect(),
     };
     let strip = |(at, three): (usize, &[u32])| {
         // Every second triangle of a strip turns the other way; the specification swaps its last two vertices.
@@ -242,8 +242,8 @@ fn read_triangles(
     })
 }
 
-fn count_u32(document: &Document, count: usize, place: impl Display) -> Result<u32, Error> {
-    u32::try_from(count).map_err(|_| document.malformed(place, format!("{count} vertices are too many")))
+fn count_u32(document: &Document, count: usize, location: impl Display) -> Result<u32, Error> {
+    u32::try_from(count).map_err(|_| document.malformed(location, format!("{count} vertices are too many")))
 }
 
 /// Renumbers the vertices so that only used ones remain, and says which ones these were, rising; `None` where all are.

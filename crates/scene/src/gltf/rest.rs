@@ -14,9 +14,9 @@ pub(super) struct Rest {
     pub(super) world_from_node: Vec<Affine3A>,
     /// The morph weights of all nodes, one node after the other.
     pub(super) weights: Vec<f32>,
-    /// The places in their parents of the nodes that have channels.
+    /// The transforms to their parents of the nodes that have channels.
     pub(super) animated: Vec<Trs>,
-    /// For each channel its node's place in `animated`, or its node's first place in `weights`.
+    /// For each channel its node's index in `animated`, or its node's first index in `weights`.
     pub(super) slot_of_channel: Vec<u32>,
     /// The nodes that have channels and all nodes below them, parents before their children.
     pub(super) moving: Vec<Moving>,
@@ -27,9 +27,9 @@ pub(super) struct Rest {
 pub(super) struct Moving {
     pub(super) node: u32,
     pub(super) parent: Option<u32>,
-    /// Place in [`Rest::animated`], for a node with channels.
+    /// Index in [`Rest::animated`], for a node with channels.
     pub(super) slot: Option<u32>,
-    /// The node's place in its parent at rest.
+    /// The node's transform at rest.
     pub(super) parent_from_node: Affine3A,
 }
 
@@ -69,7 +69,7 @@ impl Rest {
 #[derive(Debug)]
 pub(super) struct MorphWeights {
     weights: Vec<f32>,
-    /// Each node's first place in `weights`, and the end.
+    /// Each node's first index in `weights`, and the end.
     pub(super) first_of_node: Vec<u32>,
 }
 
@@ -83,8 +83,8 @@ impl MorphWeights {
         let mut read = Self { weights: Vec::new(), first_of_node: vec![0] };
         for (number, node) in document.json.nodes.iter().enumerate() {
             if let Some(mesh) = node.mesh {
-                let place = format_args!("nodes[{number}].mesh");
-                let mesh = document.element(&document.json.meshes, "meshes", mesh.value(), place)?;
+                let location = format_args!("nodes[{number}].mesh");
+                let mesh = document.element(&document.json.meshes, "meshes", mesh.value(), location)?;
                 let targets = mesh.primitives.iter().map(|primitive| primitive.targets.as_ref().map_or(0, Vec::len));
                 let end = read.weights.len() + targets.max().unwrap_or(0);
                 if end > MAX_WEIGHTS {

@@ -3,7 +3,6 @@
 use glam::{Affine3A, Mat4};
 
 use super::document::Document;
-use super::nodes::Nodes;
 use crate::Error;
 
 /// A joint of a skin.
@@ -26,14 +25,14 @@ impl Skins {
     ///
     /// # Errors
     /// Where a joint or a matrix is broken or missing.
-    pub(super) fn read(document: &Document, nodes: &Nodes) -> Result<Self, Error> {
+    pub(super) fn read(document: &Document) -> Result<Self, Error> {
         let mut skins = Self::default();
         for (number, json) in document.json.skins.iter().enumerate() {
-            let place = format!("skins[{number}]");
+            let location = format!("skins[{number}]");
             let matrices = match json.inverse_bind_matrices {
                 None => Vec::new(),
                 Some(accessor) => {
-                    let accessor = document.accessor(accessor, format_args!("{place}.inverseBindMatrices"))?;
+                    let accessor = document.accessor(accessor, format_args!("{location}.inverseBindMatrices"))?;
                     let matrices: Vec<_> = accessor
                         .floats(None, |columns: [f32; 16]| Affine3A::from_mat4(Mat4::from_cols_array(&columns)))?;
                     if matrices.len() < json.joints.len() {
@@ -48,7 +47,8 @@ impl Skins {
             };
             skins.ranges.push((skins.joints.len() as u32, json.joints.len() as u32));
             for (at, node) in json.joints.iter().enumerate() {
-                nodes.check(document, node.value(), format_args!("{place}.joints[{at}]"))?;
+                let location = format_args!("{location}.joints[{at}]");
+                document.element(&document.json.nodes, "nodes", node.value(), location)?;
                 let joint_from_mesh = matrices.get(at).copied().unwrap_or(Affine3A::IDENTITY);
                 skins.joints.push(Joint { node: node.value() as u32, joint_from_mesh });
             }
@@ -66,7 +66,7 @@ impl Skins {
     ///
     /// # Errors
     /// Where there is no such skin.
-    pub(super) fn range(&self, document: &Document, index: usize, place: &str) -> Result<(u32, u32), Error> {
-        document.element(&self.ranges, "skins", index, format_args!("{place}.skin")).copied()
+    pub(super) fn range(&self, document: &Document, index: usize, location: &str) -> Result<(u32, u32), Error> {
+        document.element(&self.ranges, "skins", index, format_args!("{location}.skin")).copied()
     }
 }

@@ -35,15 +35,15 @@ impl Textures {
         document: &Document,
         index: usize,
         space: ColorSpace,
-        place: &str,
+        location: &str,
         warnings: &mut Vec<String>,
     ) -> Result<Option<u32>, Error> {
-        let json = document.element(&document.json.textures, "textures", index, format_args!("{place}.index"))?;
-        let own_place = format_args!("textures[{index}]");
+        let json = document.element(&document.json.textures, "textures", index, format_args!("{location}.index"))?;
+        let own_location = format_args!("textures[{index}]");
         let sampler = match json.sampler {
             Some(sampler) => {
-                let place = format_args!("{own_place}.sampler");
-                document.element(&document.json.samplers, "samplers", sampler.value(), place)?
+                let location = format_args!("{own_location}.sampler");
+                document.element(&document.json.samplers, "samplers", sampler.value(), location)?
             }
             None => &Sampler::default(),
         };
@@ -51,10 +51,10 @@ impl Textures {
         const NO_SOURCE: usize = u32::MAX as usize;
         let image = json.source.value();
         if image == NO_SOURCE {
-            warnings.push(format!("{own_place} was left out, as its image is in a format that is not read"));
+            warnings.push(format!("{own_location} was left out, as its image is in a format that is not read"));
             return Ok(None);
         }
-        document.element(&document.json.images, "images", image, format_args!("{own_place}.source"))?;
+        document.element(&document.json.images, "images", image, format_args!("{own_location}.source"))?;
         let reading =
             Reading { image, space, filter: filter(sampler), wrap: [wrap(sampler.wrap_s), wrap(sampler.wrap_t)] };
         let number = *self.numbers.entry(reading).or_insert_with(|| {
@@ -75,27 +75,27 @@ fn decode(document: &Document, reading: &Reading) -> Result<Texture, String> {
     const MAX_BYTES: u64 = 1 << 30;
     let number = reading.image;
     let json = &document.json.images[number];
-    let place = format!("images[{number}]");
+    let location = format!("images[{number}]");
     let embedded = |uri: &str| uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"));
     let name = match (&json.name, &json.uri) {
         (Some(name), _) => name.clone(),
         (None, Some(uri)) if !embedded(uri) => uri.clone(),
-        _ => place.clone(),
+        _ => location.clone(),
     };
     let fetched;
     let bytes = match (json.buffer_view, &json.uri) {
         (Some(view), _) => {
-            let view = document.view(view.value(), format_args!("{place}.bufferView"));
+            let view = document.view(view.value(), format_args!("{location}.bufferView"));
             view.map_err(|error| error.to_string())?.0
         }
         (None, Some(uri)) => {
-            fetched = document.fetch(uri, MAX_BYTES).map_err(|cause| format!("{place}: {cause}"))?;
+            fetched = document.fetch(uri, MAX_BYTES).map_err(|cause| format!("{location}: {cause}"))?;
             &fetched
         }
-        (None, None) => return Err(format!("{place}: it has neither a bufferView nor a uri")),
+        (None, None) => return Err(format!("{location}: it has neither a bufferView nor a uri")),
     };
     Texture::decode(name, bytes, reading.space, reading.filter, reading.wrap)
-        .map_err(|cause| format!("{place}: {cause}"))
+        .map_err(|cause| format!("{location}: {cause}"))
 }
 
 fn filter(sampler: &Sampler) -> Filter {

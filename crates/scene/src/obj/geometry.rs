@@ -2,10 +2,12 @@ use std::collections::HashMap;
 use std::num::NonZeroU32;
 use std::path::Path;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::polygon::Fan;
+use crate::still::Vertices;
 use crate::text::{Lines, number, quoted, words};
+use crate::texture::linear_from_srgb;
 use crate::{Error, text};
 
 /// What an OBJ file says about shapes, in the file's own indices.
@@ -30,14 +32,14 @@ pub(super) struct Geometry {
     pub(super) libraries: Vec<String>,
     /// Names of the materials that triangles use, in order of first use; `None` before any `usemtl`.
     pub(super) material_names: Vec<Option<String>>,
-    place_of_material: HashMap<Option<String>, u32>,
+    index_of_material: HashMap<Option<String>, u32>,
     material: Option<String>,
-    /// The place of `material` in `material_names` once a triangle used it.
-    material_place: Option<u32>,
+    /// The index of `material` in `material_names` once a triangle used it.
+    material_index: Option<u32>,
     left_out: LeftOut,
 }
 
-/// One corner of a face: places in the file's lists, counted from 1.
+/// One corner of a face: indices into the file's lists, counted from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Corner {
     position: NonZeroU32,
@@ -45,23 +47,13 @@ struct Corner {
     normal: Option<NonZeroU32>,
 }
 
-/// What was understood but has no place in a frame, and what wasn't understood.
+/// What was understood but no frame can hold, and what wasn't understood.
 #[derive(Debug, Default)]
 struct LeftOut {
     lines_and_points: usize,
     small_faces: usize,
     statements: usize,
     first_statement: Option<(usize, String)>,
-}
-
-/// The vertices of a frame; lists that nothing fills are empty.
-#[derive(Debug, Default)]
-pub(super) struct Vertices {
-    pub(super) positions: Vec<Vec3>,
-    pub(super) normals: Vec<Vec3>,
-    pub(super) tex_coords: Vec<Vec2>,
-    /// sRGB.
-    pub(super) colors: Vec<Vec3>,
 }
 
 impl Geometry {
@@ -105,7 +97,7 @@ impl Geometry {
             b"f" | b"fo" => self.face(rest, line_number),
             b"usemtl" => {
                 self.material = Some(String::from_utf8_lossy(rest).into_owned());
-                self.material_place = None;
+                self.material_index = None;
                 Ok(())
             }
             b"mtllib" => {
@@ -159,10 +151,10 @@ impl Geometry {
     fn corner(&self, word: &[u8]) -> Result<Corner, String> {
         let mut parts = word.split(|&byte| byte == b'/');
         let position = parts.next().unwrap_or_default();
-        let position = place(position, "vertex", self.positions.len())?;
+        let position = index(position, "vertex", self.positions.len())?;
         let mut optional = |kind, count| match parts.next() {
             None | Some(b"") => Ok(None),
-            Some(part) => place(part, kind, count).map(Some),
+            Some(part) => index(part, kind, count).map(Some),
         };
         let tex_coord = optional("texture coordinate", self.tex_coords.len())?;
         let normal = optional("normal", self.normals.len())?;
@@ -172,21 +164,21 @@ impl Geometry {
         Ok(Corner { position, tex_coord, normal })
     }
 
-    /// The place of `corner` in `corners`, where it is put if it isn't there yet.
+    /// The index of `corner` in `corners`, to which it is added if it isn't there yet.
     fn vertex(&mut self, corner: Corner, line_number: usize) -> Result<u32, String> {
         let next = u32::try_from(self.corners.len()).ok().filter(|&next| next < u32::MAX);
         let next = next.ok_or("more different corners than a 32-bit index counts")?;
-        // Indices may point ahead in the file: only positions that are there already get a place in the list.
+        // Indices may point ahead in the file: only positions that are there already have an entry.
         if self.corner_at_position.len() < self.positions.len() {
             self.corner_at_position.resize(self.positions.len(), None);
         }
         match self.corner_at_position.get_mut(corner.position.get() as usize - 1) {
-            Some(Some(place)) if self.corners[place.get() as usize - 1] == corner => return Ok(place.get() - 1),
+            Some(Some(index)) if self.corners[index.get() as usize - 1] == corner => return Ok(index.get() - 1),
             Some(none @ None) if !self.further_corners.contains_key(&corner) => *none = NonZeroU32::new(next + 1),
             _ => {
-                let place = *self.further_corners.entry(corner).or_insert(next);
-                if place < next {
-                    return Ok(place);
+                let index = *self.further_corners.entry(corner).or_insert(next);
+                if index < next {
+                    return Ok(index);
                 }
             }
         }
@@ -196,16 +188,16 @@ impl Geometry {
     }
 
     fn used_material(&mut self) -> Result<u32, String> {
-        if let Some(place) = self.material_place {
-            return Ok(place);
+        if let Some(index) = self.material_index {
+            return Ok(index);
         }
         let next = u32::try_from(self.material_names.len()).map_err(|_| "more materials than a 32-bit index counts")?;
-        let place = *self.place_of_material.entry(self.material.clone()).or_insert(next);
-        if place == next {
+        let index = *self.index_of_material.entry(self.material.clone()).or_insert(next);
+        if index == next {
             self.material_names.push(self.material.clone());
         }
-        self.material_place = Some(place);
-        Ok(place)
+        self.material_index = Some(index);
+        Ok(index)
     }
 
     /// The vertices that the triangles point to.
@@ -221,6 +213,8 @@ impl Geometry {
             0 => Vec::new(),
             _ => self.gather(path, "vertex", &self.colors, |corner| Some(corner.position), Vec3::ONE)?,
         };
+        let linear = |encoded: f32| linear_from_srgb(f64::from(encoded)) as f32;
+        let colors: Vec<Vec4> = colors.into_iter().map(|color| color.map(linear).extend(1.0)).collect();
         Ok(Vertices { positions, normals, tex_coords, colors })
     }
 
@@ -238,8 +232,8 @@ impl Geometry {
         }
         let value = |(corner, line): (&Corner, &usize)| match index(corner) {
             None => Ok(missing),
-            Some(place) => values.get(place.get() as usize - 1).copied().ok_or_else(|| {
-                let cause = format!("{kind} {place} is not there: the file has {}", values.len());
+            Some(index) => values.get(index.get() as usize - 1).copied().ok_or_else(|| {
+                let cause = format!("{kind} {index} is not there: the file has {}", values.len());
                 Error::malformed(path, format!("line {line}"), cause)
             }),
         };
@@ -294,16 +288,16 @@ fn floats<const N: usize>(rest: &[u8], required: usize) -> Result<([f32; N], usi
     if count < required { Err(format!("{count} numbers where {required} are needed")) } else { Ok((values, count)) }
 }
 
-/// The place, counted from 1, that an index means when the file's list has `count` items so far.
-fn place(word: &[u8], kind: &str, count: usize) -> Result<NonZeroU32, String> {
-    let index: i64 = number(word)?;
+/// The index from 1 that a word means when the file's list has `count` items so far.
+fn index(word: &[u8], kind: &str, count: usize) -> Result<NonZeroU32, String> {
+    let signed: i64 = number(word)?;
     // Negative indices count back from the last item so far.
-    let place = if index < 0 { index.saturating_add_unsigned(count as u64 + 1) } else { index };
-    u32::try_from(place).ok().and_then(NonZeroU32::new).ok_or_else(|| {
-        if index == 0 {
+    let index = if signed < 0 { signed.saturating_add_unsigned(count as u64 + 1) } else { signed };
+    u32::try_from(index).ok().and_then(NonZeroU32::new).ok_or_else(|| {
+        if signed == 0 {
             format!("{kind} 0: indices count from 1")
         } else {
-            format!("{kind} {index} is not there: the file has {count} so far")
+            format!("{kind} {signed} is not there: the file has {count} so far")
         }
     })
 }

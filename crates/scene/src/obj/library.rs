@@ -32,7 +32,7 @@ pub(super) struct Definition {
     pub(super) normal_map: Option<Map>,
     pub(super) roughness_map: Option<Map>,
     pub(super) metallic_map: Option<Map>,
-    /// Statements that change what is seen but have no place in a material.
+    /// Statements that change what is seen but that no material has a field for.
     pub(super) left_out: Vec<String>,
 }
 

@@ -116,36 +116,22 @@ fn material(definition: &Definition, folder: &Path, textures: &mut TextureLoader
 
 /// Sets the texture of colour and opacity.
 fn paint(material: &mut Material, definition: &Definition, textures: &mut TextureLoader) {
-    let color = definition.diffuse_map.as_ref().and_then(|map| textures.find(map));
-    let opacity = definition.opacity_map.as_ref().and_then(|map| textures.find(map));
-    if let (Some((color, _)), Some((opacity, _))) = (&color, &opacity)
-        && placed_differently(color, opacity)
-    {
-        textures.warn("`map_d` is placed as `map_Kd`, not by its own options");
-    }
-    let [color_path, opacity_path] = [&color, &opacity].map(|found| found.as_ref().map(|(_, path)| path.clone()));
-    let Some(map) = color.or(opacity).map(|(map, _)| map) else { return };
-    let masked = opacity_path.is_some();
-    let recipe = Recipe::Color { color: color_path.clone(), opacity: opacity_path };
-    material.base_color_texture = textures.make(map, recipe);
+    let maps = [&definition.diffuse_map, &definition.opacity_map];
+    let Some((map, [color, opacity])) = textures.find_two(maps, ["map_Kd", "map_d"]) else { return };
+    let masked = opacity.is_some();
+    material.base_color_texture = textures.make(map, Recipe::Color { color: color.clone(), opacity });
     if masked && material.base_color_texture.is_some() {
         material.alpha = Alpha::Mask { cutoff: 0.5 };
-    } else if masked && color_path.is_some() {
+    } else if masked && color.is_some() {
         // One of the two can't be read: perhaps the colours can.
-        material.base_color_texture = textures.make(map, Recipe::Color { color: color_path, opacity: None });
+        material.base_color_texture = textures.make(map, Recipe::Color { color, opacity: None });
     }
 }
 
 /// Sets the texture of roughness and metalness. A factor of zero, which exporters write beside a texture, would hide it.
 fn roughen(material: &mut Material, definition: &Definition, textures: &mut TextureLoader) {
-    let roughness = definition.roughness_map.as_ref().and_then(|map| textures.find(map));
-    let metallic = definition.metallic_map.as_ref().and_then(|map| textures.find(map));
-    if let (Some((roughness, _)), Some((metallic, _))) = (&roughness, &metallic)
-        && placed_differently(roughness, metallic)
-    {
-        textures.warn("`map_Pm` is placed as `map_Pr`, not by its own options");
-    }
-    let Some(map) = roughness.as_ref().or(metallic.as_ref()).map(|(map, _)| *map) else { return };
+    let maps = [&definition.roughness_map, &definition.metallic_map];
+    let Some((map, [roughness, metallic])) = textures.find_two(maps, ["map_Pr", "map_Pm"]) else { return };
     let unless_zero = |factor: Option<f32>| factor.filter(|&factor| factor > 0.0).unwrap_or(1.0);
     if roughness.is_some() {
         material.roughness = unless_zero(definition.roughness);
@@ -153,18 +139,27 @@ fn roughen(material: &mut Material, definition: &Definition, textures: &mut Text
     if metallic.is_some() {
         material.metallic = unless_zero(definition.metallic);
     }
-    let recipe = Recipe::RoughnessMetallic {
-        roughness: roughness.map(|(_, path)| path),
-        metallic: metallic.map(|(_, path)| path),
-    };
-    material.metallic_roughness_texture = textures.make(map, recipe);
-}
-
-fn placed_differently(a: &Map, b: &Map) -> bool {
-    a.scale != b.scale || a.offset != b.offset || a.clamp != b.clamp
+    material.metallic_roughness_texture = textures.make(map, Recipe::RoughnessMetallic { roughness, metallic });
 }
 
 impl TextureLoader {
+    /// The files of two maps that make one texture, and the map whose options hold for both: the first that is there.
+    /// Warns where the second one's differ.
+    fn find_two<'a>(
+        &mut self,
+        maps: [&'a Option<Map>; 2],
+        [first, second]: [&str; 2],
+    ) -> Option<(&'a Map, [Option<PathBuf>; 2])> {
+        let found = maps.map(|map| map.as_ref().and_then(|map| self.find(map)));
+        if let [Some((a, _)), Some((b, _))] = &found
+            && (a.scale, a.offset, a.clamp) != (b.scale, b.offset, b.clamp)
+        {
+            self.warn(&format!("`{second}` is placed as `{first}`, not by its own options"));
+        }
+        let map = found.iter().flatten().map(|(map, _)| *map).next()?;
+        Some((map, found.map(|found| found.map(|(_, path)| path))))
+    }
+
     /// The texture that `recipe` makes of `map`'s file.
     fn get(&mut self, map: &Map, recipe: impl FnOnce(PathBuf) -> Recipe) -> Option<TextureUse> {
         let (_, path) = self.find(map)?;

@@ -11,10 +11,7 @@ mod textures;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::Vec4;
-
-use crate::texture::linear_from_srgb;
-use crate::{Error, Frame, Materials, Mesh, still::Still};
+use crate::{Error, Materials, still::Still};
 use geometry::Geometry;
 
 /// Reads an OBJ file and the libraries that it names.
@@ -64,35 +61,10 @@ pub(crate) fn read_sharing(path: &Path, shared: &mut SharedMaterials) -> Result<
             materials
         }
     };
-    still(path, geometry, materials, warnings)
-}
-
-fn still(
-    path: &Path,
-    geometry: Geometry,
-    materials: Arc<Materials>,
-    mut warnings: Vec<String>,
-) -> Result<Still, Error> {
     let vertices = geometry.vertices(path)?;
     if geometry.triangles.is_empty() {
         warnings.push("the file has no faces".to_owned());
     }
-    let mesh = Mesh {
-        triangles: geometry.triangles,
-        material_of_triangle: geometry.material_of_triangle,
-        tex_coords: [vertices.tex_coords, Vec::new()],
-        colors: vertices.colors.into_iter().map(|color| color.map(linear).extend(1.0)).collect::<Vec<Vec4>>(),
-    };
-    let frame = Frame {
-        positions: vertices.positions,
-        normals: vertices.normals,
-        mesh: Arc::new(mesh),
-        materials,
-        ..Frame::default()
-    };
+    let frame = vertices.into_frame(geometry.triangles, geometry.material_of_triangle, materials);
     Ok(Still { frame, warnings })
-}
-
-fn linear(encoded: f32) -> f32 {
-    linear_from_srgb(f64::from(encoded)) as f32
 }

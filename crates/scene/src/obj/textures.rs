@@ -54,7 +54,7 @@ impl TextureLoader {
         path.map(|path| (map, path))
     }
 
-    /// The place of the texture that `recipe` makes; `None`, with a warning, where an image can't be read.
+    /// The index of the texture that `recipe` makes; `None`, with a warning, where an image can't be read.
     pub(super) fn texture(&mut self, recipe: Recipe, wrap: Wrap) -> Option<u32> {
         let key = (recipe, wrap);
         if let Some(&made) = self.made.get(&key) {
@@ -83,20 +83,15 @@ impl TextureLoader {
 
 impl Texture {
     fn from_recipe(recipe: &Recipe, wrap: Wrap) -> Result<Self, String> {
-        let (image, space, name) = match recipe {
-            Recipe::Color { color, opacity } => {
-                let color = color.as_deref().map(Image::read).transpose()?;
-                let opacity = opacity.as_deref().map(Image::read).transpose()?;
-                (colored(color, opacity), ColorSpace::Srgb, recipe.first_path())
-            }
-            Recipe::Quantity(path) => (Image::read(path)?, ColorSpace::Linear, recipe.first_path()),
+        let read = |path: &Option<PathBuf>| path.as_deref().map(Image::read).transpose();
+        let (image, space) = match recipe {
+            Recipe::Color { color, opacity } => (colored(read(color)?, read(opacity)?), ColorSpace::Srgb),
+            Recipe::Quantity(path) => (Image::read(path)?, ColorSpace::Linear),
             Recipe::RoughnessMetallic { roughness, metallic } => {
-                let roughness = roughness.as_deref().map(Image::read).transpose()?;
-                let metallic = metallic.as_deref().map(Image::read).transpose()?;
-                (roughness_metallic(roughness, metallic), ColorSpace::Linear, recipe.first_path())
+                (roughness_metallic(read(roughness)?, read(metallic)?), ColorSpace::Linear)
             }
         };
-        let name = name.map(|path| path.display().to_string()).unwrap_or_default();
+        let name = recipe.first_path().map(|path| path.display().to_string()).unwrap_or_default();
         Ok(Self::new(name, image.size, image.texels, space, Filter::Linear, [wrap, wrap]))
     }
 }

@@ -119,15 +119,8 @@ impl<'a> Body<'a> {
 
 /// The number that `word` spells, rounded to its type as a binary file would hold it.
 fn parse(word: &[u8], scalar: Scalar) -> Result<f64, String> {
-    let (lowest, highest) = match scalar {
-        Scalar::F32 => return number::<f32>(word).map(f64::from),
-        Scalar::F64 => return number(word),
-        Scalar::I8 => (f64::from(i8::MIN), f64::from(i8::MAX)),
-        Scalar::U8 => (0.0, f64::from(u8::MAX)),
-        Scalar::I16 => (f64::from(i16::MIN), f64::from(i16::MAX)),
-        Scalar::U16 => (0.0, f64::from(u16::MAX)),
-        Scalar::I32 => (f64::from(i32::MIN), f64::from(i32::MAX)),
-        Scalar::U32 => (0.0, f64::from(u32::MAX)),
+    let Some((lowest, highest)) = scalar.whole_range() else {
+        return if scalar == Scalar::F32 { number::<f32>(word).map(f64::from) } else { number(word) };
     };
     // Some writers spell whole numbers as `3.0`.
     let value: f64 = number(word)?;

@@ -40,8 +40,8 @@ impl Faces {
         }
         let mut read_row = |body: &mut Body<'_>| {
             body.begin_row()?;
-            for (place, property) in element.properties.iter().enumerate() {
-                if place == list {
+            for (index, property) in element.properties.iter().enumerate() {
+                if index == list {
                     match form {
                         Form::Polygon => self.face(body, count_type, index_type)?,
                         Form::Strips => self.strips(body, count_type, index_type)?,
@@ -111,11 +111,11 @@ impl Faces {
     }
 }
 
-/// The place of the list of vertices among the properties, and the types of its length and items.
+/// The index of the list of vertices among the properties, and the types of its length and items.
 fn index_list(properties: &[Property]) -> Option<(usize, Scalar, Scalar)> {
-    properties.iter().enumerate().find_map(|(place, property)| match property.kind {
+    properties.iter().enumerate().find_map(|(index, property)| match property.kind {
         Kind::List { count, item } if matches!(property.name.as_str(), "vertex_indices" | "vertex_index") => {
-            Some((place, count, item))
+            Some((index, count, item))
         }
         _ => None,
     })

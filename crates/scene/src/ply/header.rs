@@ -69,6 +69,19 @@ impl Scalar {
         })
     }
 
+    /// The lowest and the highest value of a whole type; `None` for a floating-point one.
+    pub(super) fn whole_range(self) -> Option<(f64, f64)> {
+        Some(match self {
+            Self::I8 => (f64::from(i8::MIN), f64::from(i8::MAX)),
+            Self::U8 => (0.0, f64::from(u8::MAX)),
+            Self::I16 => (f64::from(i16::MIN), f64::from(i16::MAX)),
+            Self::U16 => (0.0, f64::from(u16::MAX)),
+            Self::I32 => (f64::from(i32::MIN), f64::from(i32::MAX)),
+            Self::U32 => (0.0, f64::from(u32::MAX)),
+            Self::F32 | Self::F64 => return None,
+        })
+    }
+
     /// How many bytes a value takes in a binary file.
     pub(super) fn bytes(self) -> usize {
         match self {
@@ -160,60 +173,4 @@ fn statement(line: &[u8], encoding: &mut Option<Encoding>, elements: &mut Vec<El
 
 fn lossy(name: &[u8]) -> String {
     String::from_utf8_lossy(name).into_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn parse(text: &str) -> Result<Header, String> {
-        Header::parse(Path::new("a.ply"), text.as_bytes()).map_err(|error| error.to_string())
-    }
-
-    #[test]
-    fn a_header_lists_elements_and_their_properties_in_order() {
-        let text = "ply\r\nformat binary_big_endian 1.0\r\ncomment by hand\r\nelement vertex 3\r\n\
-                    property double x\r\nobj_info none\r\nelement face 1\r\nproperty list uint8 int32 vertex_index\r\n\
-                    end_header\r\nrest";
-        let header = parse(text).unwrap();
-        assert_eq!(header.encoding, Encoding::BigEndian);
-        assert_eq!(&text[header.bytes..], "rest");
-        let property = |name: &str, kind| Property { name: name.to_owned(), kind };
-        let [vertex, face] = header.elements.as_slice() else { panic!("{header:?}") };
-        assert_eq!((vertex.name.as_str(), vertex.count), ("vertex", 3));
-        assert_eq!(vertex.properties, [property("x", Kind::Scalar(Scalar::F64))]);
-        let list = Kind::List { count: Scalar::U8, item: Scalar::I32 };
-        assert_eq!(face.properties, [property("vertex_index", list)]);
-        assert_eq!((vertex.least_bytes(header.encoding), face.least_bytes(header.encoding)), (8, 1));
-    }
-
-    #[test]
-    fn broken_headers_name_their_line() {
-        for (text, expected) in [
-            ("", "line 1"),
-            ("plyx\n", "line 1"),
-            ("ply\nformat ascii 1.0\n", "line 2: the file ends before `end_header`"),
-            ("ply\nformat utf7 1.0\n", "line 2: unknown format `utf7`"),
-            ("ply\nelement vertex -3\n", "line 2: `-3` is not a number"),
-            ("ply\nelement vertex\n", "line 2: an element without a count"),
-            ("ply\nproperty float x\n", "line 2: a property before the first element"),
-            ("ply\nelement vertex 1\nproperty half x\n", "line 3: unknown type `half`"),
-            ("ply\nelement vertex 1\nproperty list uchar x\n", "line 3: unknown type `x`"),
-            ("ply\nelement vertex 1\nproperty float\n", "line 3: a property without a name"),
-            ("ply\nend_header\n", "header: no `format` line"),
-            ("ply\nsurprise\n", "line 2: `surprise` is no header line"),
-        ] {
-            let error = parse(text).unwrap_err();
-            assert!(error.contains(expected), "{text:?}: {error}");
-        }
-    }
-
-    #[test]
-    fn an_endless_header_is_given_up() {
-        let comments = format!("ply\n{}", "comment\n".repeat(200_000));
-        assert!(parse(&comments).unwrap_err().contains("no `end_header` in the first 1048576 bytes"));
-        let one_line = format!("ply\ncomment {}", "x".repeat(2_000_000));
-        let error = parse(&one_line).unwrap_err();
-        assert!(error.contains("no `end_header`") && error.len() < 200, "{error}");
-    }
 }

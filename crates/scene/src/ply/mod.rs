@@ -8,11 +8,10 @@ mod vertices;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::{Error, Frame, Material, Materials, Mesh, still::Still};
+use crate::{Error, Material, Materials, still::Still};
 use body::Body;
 use faces::{Faces, Form};
 use header::{Element, Header};
-use vertices::Vertices;
 
 /// Reads a PLY file.
 ///
@@ -38,7 +37,7 @@ pub(crate) fn read(path: &Path) -> Result<Still, Error> {
         match element.name.as_str() {
             "vertex" if vertices.is_none() => {
                 let plan = vertices::plan(element).map_err(|cause| Error::malformed(path, "header", cause))?;
-                vertices = Some(Vertices::read(&plan, element, &mut body).map_err(at_row)?);
+                vertices = Some(vertices::read(&plan, element, &mut body).map_err(at_row)?);
             }
             "face" => faces.read(Form::Polygon, element, &mut body).map_err(at_row)?,
             "tristrips" => faces.read(Form::Strips, element, &mut body).map_err(at_row)?,
@@ -59,19 +58,9 @@ pub(crate) fn read(path: &Path) -> Result<Still, Error> {
         // The vertices' own colours are all that there is.
         Material { double_sided: true, ..Material::default() }
     };
-    let mesh = Mesh {
-        material_of_triangle: vec![0; faces.triangles.len()],
-        triangles: faces.triangles,
-        tex_coords: [vertices.tex_coords, Vec::new()],
-        colors: vertices.colors,
-    };
-    let frame = Frame {
-        positions: vertices.positions,
-        normals: vertices.normals,
-        mesh: Arc::new(mesh),
-        materials: Arc::new(Materials { materials: vec![material], textures: Vec::new() }),
-        ..Frame::default()
-    };
+    let materials = Arc::new(Materials { materials: vec![material], textures: Vec::new() });
+    let material_of_triangle = vec![0; faces.triangles.len()];
+    let frame = vertices.into_frame(faces.triangles, material_of_triangle, materials);
     Ok(Still { frame, warnings })
 }
 
@@ -82,9 +71,9 @@ fn check_count(path: &Path, element: &Element, header: &Header, body: &Body<'_>)
     let left = body.bytes_left() as u128 + 1;
     if claimed > left {
         let (name, count) = (&element.name, element.count);
-        let place = format!("byte {}", header.bytes);
+        let location = format!("byte {}", header.bytes);
         let cause = format!("the header claims {count} of `{name}`, too many for the {} bytes left", body.bytes_left());
-        return Err(Error::malformed(path, place, cause));
+        return Err(Error::malformed(path, location, cause));
     }
     Ok(())
 }

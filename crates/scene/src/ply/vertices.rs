@@ -3,16 +3,8 @@ use glam::{Vec2, Vec3, Vec4};
 use super::body::Body;
 use super::header::{Element, Kind, Scalar};
 use crate::ColorSpace;
+use crate::still::Vertices;
 use crate::texture::linear_from_srgb;
-
-/// The vertices of a frame; lists that the file doesn't fill are empty.
-#[derive(Debug, Default)]
-pub(super) struct Vertices {
-    pub(super) positions: Vec<Vec3>,
-    pub(super) normals: Vec<Vec3>,
-    pub(super) tex_coords: Vec<Vec2>,
-    pub(super) colors: Vec<Vec4>,
-}
 
 /// What the properties of a vertex mean, in their order.
 #[derive(Debug)]
@@ -25,7 +17,7 @@ pub(super) struct Plan {
 
 #[derive(Clone, Copy, Debug)]
 enum Step {
-    /// A number that goes to this place of a row.
+    /// A number that goes to this index of a row.
     Keep(Scalar, usize),
     Skip(Kind),
 }
@@ -78,38 +70,36 @@ pub(super) fn plan(element: &Element) -> Result<Plan, String> {
     Ok(Plan { steps, has_normals: has(NORMAL, 3), has_tex_coords: has(TEX_COORD, 2), has_colors: has(COLOR, 3) })
 }
 
-impl Vertices {
-    /// Reads all rows of the element `vertex`, whose count was compared with the bytes that are there.
-    ///
-    /// # Errors
-    /// Says in which row, and what is wrong there.
-    pub(super) fn read(plan: &Plan, element: &Element, body: &mut Body<'_>) -> Result<Self, (u64, String)> {
-        if element.count > u64::from(u32::MAX) {
-            return Err((u64::from(u32::MAX), "more vertices than a 32-bit index counts".to_owned()));
-        }
-        let reserve = |wanted: bool| if wanted { element.count as usize } else { 0 };
-        let mut vertices = Self {
-            positions: Vec::with_capacity(reserve(true)),
-            normals: Vec::with_capacity(reserve(plan.has_normals)),
-            tex_coords: Vec::with_capacity(reserve(plan.has_tex_coords)),
-            colors: Vec::with_capacity(reserve(plan.has_colors)),
-        };
-        let color_type = plan.color_type();
-        for number in 0..element.count {
-            let row = plan.row(body).map_err(|cause| (number, cause))?;
-            vertices.positions.push(vec3(&row, POSITION));
-            if plan.has_normals {
-                vertices.normals.push(vec3(&row, NORMAL).normalize_or_zero());
-            }
-            if plan.has_tex_coords {
-                vertices.tex_coords.push(Vec2::new(row[TEX_COORD] as f32, 1.0 - row[TEX_COORD + 1] as f32));
-            }
-            if plan.has_colors {
-                vertices.colors.push(color(&row, color_type));
-            }
-        }
-        Ok(vertices)
+/// Reads all rows of the element `vertex`, whose count was compared with the bytes that are there.
+///
+/// # Errors
+/// Says in which row, and what is wrong there.
+pub(super) fn read(plan: &Plan, element: &Element, body: &mut Body<'_>) -> Result<Vertices, (u64, String)> {
+    if element.count > u64::from(u32::MAX) {
+        return Err((u64::from(u32::MAX), "more vertices than a 32-bit index counts".to_owned()));
     }
+    let reserve = |wanted: bool| if wanted { element.count as usize } else { 0 };
+    let mut vertices = Vertices {
+        positions: Vec::with_capacity(reserve(true)),
+        normals: Vec::with_capacity(reserve(plan.has_normals)),
+        tex_coords: Vec::with_capacity(reserve(plan.has_tex_coords)),
+        colors: Vec::with_capacity(reserve(plan.has_colors)),
+    };
+    let color_type = plan.color_type();
+    for number in 0..element.count {
+        let row = plan.row(body).map_err(|cause| (number, cause))?;
+        vertices.positions.push(vec3(&row, POSITION));
+        if plan.has_normals {
+            vertices.normals.push(vec3(&row, NORMAL).normalize_or_zero());
+        }
+        if plan.has_tex_coords {
+            vertices.tex_coords.push(Vec2::new(row[TEX_COORD] as f32, 1.0 - row[TEX_COORD + 1] as f32));
+        }
+        if plan.has_colors {
+            vertices.colors.push(color(&row, color_type));
+        }
+    }
+    Ok(vertices)
 }
 
 /// The types of a colour's parts and of its opacity.
@@ -145,6 +135,7 @@ impl Plan {
 fn color(row: &Row, [r, g, b, opacity]: ColorType) -> Vec4 {
     let [red, green, blue, alpha] = [COLOR, COLOR + 1, COLOR + 2, OPACITY].map(|role| row[role]);
     let whole = [r, g, b].map(|part| part == Some(Scalar::U8)) == [true; 3];
+    let highest = |scalar: Scalar| scalar.whole_range().map(|(_, highest)| highest);
     let color = if whole {
         ColorSpace::Srgb.decode([red as u8, green as u8, blue as u8, 0]).truncate()
     } else {
@@ -155,19 +146,6 @@ fn color(row: &Row, [r, g, b, opacity]: ColorType) -> Vec4 {
         Vec3::new(part(red, r), part(green, g), part(blue, b))
     };
     color.extend(opacity.map_or(1.0, |scalar| highest(scalar).map_or(alpha, |highest| alpha / highest)) as f32)
-}
-
-/// The highest value of a whole type.
-fn highest(scalar: Scalar) -> Option<f64> {
-    match scalar {
-        Scalar::I8 => Some(f64::from(i8::MAX)),
-        Scalar::U8 => Some(f64::from(u8::MAX)),
-        Scalar::I16 => Some(f64::from(i16::MAX)),
-        Scalar::U16 => Some(f64::from(u16::MAX)),
-        Scalar::I32 => Some(f64::from(i32::MAX)),
-        Scalar::U32 => Some(f64::from(u32::MAX)),
-        Scalar::F32 | Scalar::F64 => None,
-    }
 }
 
 fn vec3(row: &Row, first: usize) -> Vec3 {

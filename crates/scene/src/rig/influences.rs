@@ -5,7 +5,7 @@ use glam::{Affine3A, Vec3A};
 /// Four joints that a vertex follows, and how much: 24 bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Influences {
-    /// Places among the skin's joints.
+    /// Indices of the skin's joints.
     pub joints: [u16; 4],
     /// Zero or more; those of all sets of a vertex add up to one. A joint without weight is joint 0.
     pub weights: [f32; 4],

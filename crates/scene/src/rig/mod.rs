@@ -31,11 +31,11 @@ pub struct Rig {
 /// A copy of a shape.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
-    /// Place in [`Rig::shapes`].
+    /// Index in [`Rig::shapes`].
     pub shape: u32,
-    /// Place of its first vertex among those of all parts.
+    /// Index of its first vertex among those of all parts.
     pub first_vertex: u32,
-    /// Place in [`Pose::weights`] of its first morph target's.
+    /// Index in [`Pose::weights`] of its first morph target's.
     pub first_weight: u32,
     /// What moves it, once its targets are added.
     pub placement: Placement,
@@ -43,17 +43,17 @@ pub struct Part {
     pub moves: bool,
 }
 
-/// What moves a part. Places are those in [`Pose::matrices`].
+/// What moves a part. Indices are into [`Pose::matrices`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Placement {
     /// One matrix moves all vertices.
     Rigid {
-        /// Its place.
+        /// Its index.
         matrix: u32,
     },
     /// Each vertex follows the joints of its [`Influences`] (linear blend skinning).
     Skinned {
-        /// The place of joint 0.
+        /// The index of joint 0's.
         first_matrix: u32,
     },
 }

@@ -79,7 +79,7 @@ impl Vertices<'_> {
             }
         }
         match part.placement {
-            Placement::Rigid { matrix } => self.place(&pose.matrices[matrix as usize]),
+            Placement::Rigid { matrix } => self.transform(&pose.matrices[matrix as usize]),
             Placement::Skinned { first_matrix } => {
                 self.bend(&pose.matrices[first_matrix as usize..], &shape.influences, source.start);
             }
@@ -100,7 +100,7 @@ impl Vertices<'_> {
     }
 
     /// Moves all vertices by one transform.
-    fn place(&mut self, world_from_mesh: &Affine3A) {
+    fn transform(&mut self, world_from_mesh: &Affine3A) {
         for position in &mut *self.positions {
             *position = world_from_mesh.transform_point3(*position);
         }
@@ -113,7 +113,7 @@ impl Vertices<'_> {
         }
     }
 
-    /// Moves each vertex by the joints that it follows (linear blend skinning); `first` is the first one's place in
+    /// Moves each vertex by the joints that it follows (linear blend skinning); `first` is the first one's index in
     /// `influences`.
     fn bend(&mut self, joints: &[Affine3A], influences: &[Vec<Influences>], first: usize) {
         for (at, position) in self.positions.iter_mut().enumerate() {

@@ -12,8 +12,8 @@ pub(crate) fn overlapping<'a, T>(parts: &'a [T], elements: &Range<usize>, first:
     &parts[from.min(to)..to]
 }
 
-/// What `range` of the frame's elements has in common with a part's `count` ones from `first` on: as places in the
-/// range, and as places in the part.
+/// What `range` of the frame's elements has in common with a part's `count` ones from `first` on: as indices into the
+/// range, and as indices into the part.
 pub(crate) fn overlap(range: &Range<usize>, first: usize, count: usize) -> (Range<usize>, Range<usize>) {
     let start = range.start.max(first);
     let end = range.end.min(first + count).max(start);

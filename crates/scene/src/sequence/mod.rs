@@ -23,7 +23,7 @@ pub(crate) struct Sequence {
 /// The files read last, so that posing a moment twice, or two neighbours in turn, reads nothing again.
 #[derive(Debug, Default)]
 struct Recent {
-    /// With their places in `paths`; the latest last.
+    /// With their indices in `paths`; the latest last.
     stills: Vec<(usize, Arc<Still>)>,
     materials: obj::SharedMaterials,
 }
@@ -56,21 +56,21 @@ impl Sequence {
         Ok(Some(sequence))
     }
 
-    /// The place of the file that shows at `seconds`.
-    fn place(&self, seconds: f64) -> usize {
+    /// The index of the file that shows at `seconds`.
+    fn index_at(&self, seconds: f64) -> usize {
         /// How much of a frame early its file shows, so that k / fps is always frame k, however it was rounded.
         const EARLY: f64 = 1e-6;
         // The cast keeps numbers in range and makes NaN 0.
         ((seconds * self.fps + EARLY).floor() as usize).min(self.paths.len() - 1)
     }
 
-    fn still(&self, place: usize) -> Result<Arc<Still>, Error> {
+    fn still(&self, index: usize) -> Result<Arc<Still>, Error> {
         // A panic elsewhere can't leave the list half written.
         let mut recent = self.recent.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, still)) = recent.stills.iter().find(|(read, _)| *read == place) {
+        if let Some((_, still)) = recent.stills.iter().find(|(read, _)| *read == index) {
             return Ok(Arc::clone(still));
         }
-        let path = &self.paths[place];
+        let path = &self.paths[index];
         let still = match Format::of(path) {
             Some(Format::Obj) => obj::read_sharing(path, &mut recent.materials)?,
             _ => read_still(path)?,
@@ -79,7 +79,7 @@ impl Sequence {
         if recent.stills.len() == Recent::CAPACITY {
             recent.stills.remove(0);
         }
-        recent.stills.push((place, Arc::clone(&still)));
+        recent.stills.push((index, Arc::clone(&still)));
         Ok(still)
     }
 }
@@ -91,7 +91,7 @@ impl Animated for Sequence {
 
     /// Sets `frame` to the file of the moment `seconds`; before the first and after the last, to that one.
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        frame.copy_surfaces(&self.still(self.place(seconds))?.frame);
+        frame.copy_surfaces(&self.still(self.index_at(seconds))?.frame);
         Ok(())
     }
 

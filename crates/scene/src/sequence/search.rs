@@ -80,9 +80,9 @@ fn scene_names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<Strin
 fn largest_family(mut names: Vec<String>) -> Result<(Vec<String>, Vec<String>), String> {
     names.sort_by(|a, b| natural_order(a, b));
     let mut families: HashMap<(&str, &str), Vec<usize>> = HashMap::new();
-    for (place, name) in names.iter().enumerate() {
+    for (index, name) in names.iter().enumerate() {
         for (prefix, _, suffix) in numbers(name) {
-            families.entry((prefix, suffix)).or_default().push(place);
+            families.entry((prefix, suffix)).or_default().push(index);
         }
     }
     // Of families as large, the one whose first file comes first, and of those through one file, the one that counts
@@ -92,8 +92,8 @@ fn largest_family(mut names: Vec<String>) -> Result<(Vec<String>, Vec<String>), 
         .max_by(|((prefix_a, _), a), ((prefix_b, _), b)| {
             a.len().cmp(&b.len()).then_with(|| b[0].cmp(&a[0])).then_with(|| prefix_a.len().cmp(&prefix_b.len()))
         })
-        .map(|(_, places)| places);
-    let Some(places) = largest else {
+        .map(|(_, indices)| indices);
+    let Some(indices) = largest else {
         return Err(match names.first() {
             None => format!("the folder has no file that can be shown; looked for {LOOKED_FOR}"),
             Some(name) => {
@@ -101,16 +101,16 @@ fn largest_family(mut names: Vec<String>) -> Result<(Vec<String>, Vec<String>), 
             }
         });
     };
-    let left_out = names.len() - places.len();
+    let left_out = names.len() - indices.len();
     let mut warnings = Vec::new();
     if left_out > 0 {
         let example = (0..names.len())
-            .find(|place| places.binary_search(place).is_err())
-            .map_or("", |place| names[place].as_str());
-        let first = &names[places[0]];
+            .find(|index| indices.binary_search(index).is_err())
+            .map_or("", |index| names[index].as_str());
+        let first = &names[indices[0]];
         warnings.push(format!("left out {left_out} files that don't belong to {first}, for instance {example}"));
     }
-    let mut family: Vec<String> = places.into_iter().map(|place| names[place].clone()).collect();
+    let mut family: Vec<String> = indices.into_iter().map(|index| names[index].clone()).collect();
     family.sort_by(|a, b| natural_order(a, b));
     Ok((family, warnings))
 }

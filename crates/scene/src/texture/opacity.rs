@@ -15,17 +15,17 @@ impl Texture {
         self.opacity_at(coords * Vec2::new(width as f32, height as f32))
     }
 
-    /// The opacity at a place counted in texels.
-    fn opacity_at(&self, place: Vec2) -> f32 {
+    /// The opacity at coordinates counted in texels.
+    fn opacity_at(&self, coords: Vec2) -> f32 {
         let level = &self.levels[0];
         let texel = |x: usize, y: usize| f32::from(level.texels[y * level.width as usize + x][3]) / 255.0;
         match self.filter {
             Filter::Nearest => {
-                texel(self.wrap[0].nearest(place.x, level.width), self.wrap[1].nearest(place.y, level.height))
+                texel(self.wrap[0].nearest(coords.x, level.width), self.wrap[1].nearest(coords.y, level.height))
             }
             Filter::Linear => {
-                let ([west, east], right) = self.wrap[0].mixed(place.x, level.width);
-                let ([north, south], down) = self.wrap[1].mixed(place.y, level.height);
+                let ([west, east], right) = self.wrap[0].mixed(coords.x, level.width);
+                let ([north, south], down) = self.wrap[1].mixed(coords.y, level.height);
                 let mix = |from: f32, to: f32, part: f32| from * (1.0 - part) + to * part;
                 let upper = mix(texel(west, north), texel(east, north), right);
                 let lower = mix(texel(west, south), texel(east, south), right);
@@ -35,14 +35,14 @@ impl Texture {
     }
 
     /// Bounds of what [`opacity`](Self::opacity) gives for coordinates that, counted in texels, are within `reach` of
-    /// `place` along each axis; `None` where that is too far to look at.
+    /// `coords` along each axis; `None` where that is too far to look at.
     #[inline]
-    pub(crate) fn opacity_around(&self, place: Vec2, reach: Vec2) -> Option<[f32; 2]> {
+    pub(crate) fn opacity_around(&self, coords: Vec2, reach: Vec2) -> Option<[f32; 2]> {
         // Beyond, texels could no longer be told apart.
         const FARTHEST: f32 = (1 << 22) as f32;
         const MOST_CELLS: i32 = 16;
         let middle = if self.filter == Filter::Linear { 0.5 } else { 0.0 };
-        let (first, last) = ((place - reach - middle).floor(), (place + reach - middle).floor());
+        let (first, last) = ((coords - reach - middle).floor(), (coords + reach - middle).floor());
         if !(first.x > -FARTHEST && first.y > -FARTHEST && last.x < FARTHEST && last.y < FARTHEST) {
             return None;
         }
@@ -66,7 +66,7 @@ impl Texture {
         if spread > 0.0 && self.filter == Filter::Linear {
             // Along an axis it changes no faster than from one texel to the next.
             let change = spread * (reach.x + reach.y);
-            let here = self.opacity_at(place);
+            let here = self.opacity_at(coords);
             (low, high) = (low.max(here - change), high.min(here + change));
         }
         // Each mix of two numbers up to one is wrong by at most four half ulps, so two results differ by 16 of them; the
@@ -77,7 +77,7 @@ impl Texture {
 }
 
 impl Level {
-    /// For each place of the upper left one of the texels that are mixed, the least and the greatest opacity of them.
+    /// For each upper left one of four texels that are mixed, the least and the greatest opacity of them.
     fn opacities(&self, filter: Filter, wrap: [Wrap; 2]) -> Vec<[u8; 2]> {
         let opacity = |x: u32, y: u32| self.texels[y as usize * self.width as usize + x as usize][3];
         let cells = (0..self.height).flat_map(|y| (0..self.width).map(move |x| (x, y)));

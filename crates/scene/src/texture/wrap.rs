@@ -1,4 +1,4 @@
-//! Which texels are read at a place along an axis.
+//! Which texels are read at a coordinate along an axis.
 
 use super::{Filter, Wrap};
 
@@ -6,19 +6,19 @@ use super::{Filter, Wrap};
 const WHOLE: f32 = (1 << 23) as f32;
 
 impl Wrap {
-    /// The texel that is nearest to place `at`, counted in texels, on a side of `side` texels, at most
+    /// The texel that is nearest to coordinate `at`, counted in texels, on a side of `side` texels, at most
     /// [`Texture::MAX_SIDE`](super::Texture::MAX_SIDE); the first for NaN.
     #[inline]
     pub(super) fn nearest(self, at: f32, side: u32) -> usize {
-        self.place(self.floor(at, side).0, side)
+        self.texel(self.floor(at, side).0, side)
     }
 
-    /// The two texels to mix at place `at`, and how far it is from the first one's centre to the second's, 0 … 1; NaN
+    /// The two texels to mix at coordinate `at`, and how far it is from the first one's centre to the second's, 0 … 1; NaN
     /// where `at` is no finite number.
     #[inline]
     pub(super) fn mixed(self, at: f32, side: u32) -> ([usize; 2], f32) {
         let (whole, part) = self.floor(at - 0.5, side);
-        (self.places(whole, side), part)
+        (self.texels(whole, side), part)
     }
 
     /// The largest whole number that is no larger, or another for which the same texel stands, and what is left.
@@ -44,11 +44,11 @@ impl Wrap {
         }
     }
 
-    /// The texel that stands for place `at` on a side of `side` texels.
+    /// The texel that stands for index `at` on a side of `side` texels.
     #[inline]
-    fn place(self, at: i32, side: u32) -> usize {
+    fn texel(self, at: i32, side: u32) -> usize {
         let side = side as i32;
-        let place = match self {
+        let texel = match self {
             Self::Repeat => at.rem_euclid(side),
             Self::MirroredRepeat => {
                 let twice = at.rem_euclid(2 * side);
@@ -56,16 +56,16 @@ impl Wrap {
             }
             Self::ClampToEdge => at.clamp(0, side - 1),
         };
-        place as usize
+        texel as usize
     }
 
-    /// The texels that stand for place `at` and the next one.
+    /// The texels that stand for index `at` and the next one.
     #[inline]
-    fn places(self, at: i32, side: u32) -> [usize; 2] {
+    fn texels(self, at: i32, side: u32) -> [usize; 2] {
         if (0..side as i32 - 1).contains(&at) {
             return [at as usize, at as usize + 1];
         }
-        [self.place(at, side), self.place(at + 1, side)]
+        [self.texel(at, side), self.texel(at + 1, side)]
     }
 
     /// The texel after texel `at` of `side` texels.
@@ -76,7 +76,7 @@ impl Wrap {
         }
     }
 
-    /// The texel that is read at place `at` on a side of `side` texels or, where it is mixed with that at `at + 1`, the
+    /// The texel that is read at index `at` on a side of `side` texels or, where it is mixed with that at `at + 1`, the
     /// one from which on both are.
     #[inline]
     pub(super) fn cell(self, at: i32, side: u32, filter: Filter) -> usize {
@@ -93,7 +93,7 @@ impl Wrap {
                 match filter {
                     _ if twice < length => twice,
                     Filter::Nearest => mirrored,
-                    // Place `at + 1` is the lower one there, and the same one at the image's edge.
+                    // Index `at + 1` is the lower one there, and the same one at the image's edge.
                     Filter::Linear => (mirrored - 1).max(0),
                 }
             }
@@ -117,19 +117,19 @@ mod tests {
 
     #[test]
     fn each_wrap_has_its_texels_beyond_the_edges() {
-        let of_wrap = |wrap: Wrap| (-5..8).map(|at| wrap.place(at, 3)).collect::<Vec<_>>();
+        let of_wrap = |wrap: Wrap| (-5..8).map(|at| wrap.texel(at, 3)).collect::<Vec<_>>();
         assert_eq!(of_wrap(Wrap::Repeat), [1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1]);
         assert_eq!(of_wrap(Wrap::MirroredRepeat), [1, 2, 2, 1, 0, 0, 1, 2, 2, 1, 0, 0, 1]);
         assert_eq!(of_wrap(Wrap::ClampToEdge), [0, 0, 0, 0, 0, 0, 1, 2, 2, 2, 2, 2, 2]);
         for wrap in WRAPS {
             for (at, side) in (-9..9).flat_map(|at| (1..5).map(move |side| (at, side))) {
-                assert_eq!(wrap.places(at, side), [wrap.place(at, side), wrap.place(at + 1, side)]);
+                assert_eq!(wrap.texels(at, side), [wrap.texel(at, side), wrap.texel(at + 1, side)]);
             }
         }
     }
 
     #[test]
-    fn far_places_have_the_texel_that_whole_numbers_give() {
+    fn far_coordinates_have_the_texel_that_whole_numbers_give() {
         for exponent in 0..80 {
             let at = f32::from_bits((127 + 23 + exponent) << 23 | 0x12_3457);
             for (at, side) in [at, -at].into_iter().flat_map(|at| [1, 6, 7, 16_384].map(|side| (at, side))) {
@@ -152,8 +152,8 @@ mod tests {
             WRAPS.into_iter().flat_map(|wrap| [f32::NAN, f32::INFINITY, -f32::INFINITY].map(|at| (wrap, at)))
         {
             assert!(wrap.nearest(at, 7) < 7);
-            let (places, part) = wrap.mixed(at, 7);
-            assert!(places.into_iter().all(|place| place < 7) && part.is_nan(), "{wrap:?} {at}");
+            let (texels, part) = wrap.mixed(at, 7);
+            assert!(texels.into_iter().all(|texel| texel < 7) && part.is_nan(), "{wrap:?} {at}");
         }
     }
 }

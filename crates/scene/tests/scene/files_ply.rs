@@ -177,6 +177,37 @@ fn faults_name_the_file_the_element_and_the_cause() {
 }
 
 #[test]
+fn broken_headers_name_their_line() {
+    for (text, expected) in [
+        ("", "line 1"),
+        ("plyx\n", "line 1"),
+        ("ply\nformat ascii 1.0\n", "line 2: the file ends before `end_header`"),
+        ("ply\nformat utf7 1.0\n", "line 2: unknown format `utf7`"),
+        ("ply\nelement vertex -3\n", "line 2: `-3` is not a number"),
+        ("ply\nelement vertex\n", "line 2: an element without a count"),
+        ("ply\nproperty float x\n", "line 2: a property before the first element"),
+        ("ply\nelement vertex 1\nproperty half x\n", "line 3: unknown type `half`"),
+        ("ply\nelement vertex 1\nproperty list uchar x\n", "line 3: unknown type `x`"),
+        ("ply\nelement vertex 1\nproperty float\n", "line 3: a property without a name"),
+        ("ply\nend_header\n", "header: no `format` line"),
+        ("ply\nsur\u{1}prise\n", "line 2: `sur\u{fffd}prise` is no header line"),
+    ] {
+        let error = open("broken.ply", text.as_bytes()).unwrap_err();
+        assert!(error.contains(expected), "{text:?}: {error}");
+    }
+}
+
+#[test]
+fn an_endless_header_is_given_up() {
+    let comments = format!("ply\n{}", "comment\n".repeat(200_000));
+    let error = open("a.ply", comments.as_bytes()).unwrap_err();
+    assert!(error.contains("no `end_header` in the first 1048576 bytes"), "{error}");
+    let one_line = format!("ply\ncomment {}", "x".repeat(2_000_000));
+    let error = open("a.ply", one_line.as_bytes()).unwrap_err();
+    assert!(error.contains("no `end_header`") && error.len() < 300, "{error}");
+}
+
+#[test]
 fn indices_of_floating_point_type_have_to_be_whole() {
     let header = "element vertex 3\nproperty uchar x\nproperty uchar y\nproperty uchar z\nelement face 1\n\
                   property list uchar float vertex_indices\n";

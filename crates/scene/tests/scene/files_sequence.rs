@@ -67,6 +67,42 @@ fn wildcards_find_files_in_natural_order() {
 }
 
 #[test]
+fn patterns_match_what_printf_writes_and_what_wildcards_mean() {
+    let stars = format!("{}b", "*a".repeat(50));
+    let long = format!("{}.obj", "a".repeat(200));
+    for (pattern, name, matches) in [
+        ("a_%04d.obj", "a_12345.obj", true),
+        ("a_%04d.obj", "a_007.obj", false),
+        ("a_%04d.obj", "a_00007.obj", false),
+        ("%d.obj", "0.obj", true),
+        ("%d.obj", "042.obj", false),
+        ("%d.obj", "+4.obj", false),
+        // Prefix and suffix may not share characters.
+        ("ab%db.obj", "ab.obj", false),
+        ("a*.obj", "a.obj", true),
+        ("a*.obj", "b_12.obj", false),
+        ("a?.obj", "a1.obj", true),
+        ("a?.obj", "a12.obj", false),
+        ("*a*b*", "xxaxxbxx.obj", true),
+        ("*a*b", "xxaxxbxx.obj", false),
+        ("é?.obj", "éü.obj", true),
+        // Takes no time that grows with the stars' combinations.
+        (stars.as_str(), long.as_str(), false),
+    ] {
+        let folder = folder(&[name]);
+        assert_eq!(open(folder.path().join(pattern), 24.0).is_ok(), matches, "{pattern} {name}");
+    }
+}
+
+#[test]
+fn names_are_ordered_as_a_person_counts() {
+    let folder =
+        folder(&["a10.obj", "a9.obj", "b1.obj", "a010.obj", "a9b.obj", "a99999999999999999999999.obj", "é1.obj"]);
+    let scene = open(folder.path().join("*.obj"), 1.0).unwrap();
+    assert_eq!(order(&scene, 1.0), [1, 4, 3, 0, 5, 2, 6]);
+}
+
+#[test]
 fn a_folder_shows_its_largest_family_and_says_what_it_left_out() {
     let folder =
         folder(&["run_3_v2.obj", "run_1_v2.obj", "walk_1.obj", "walk_2.obj", "run_2_v2.obj", "hat.obj", "notes.txt"]);
@@ -170,6 +206,7 @@ fn addresses_without_a_sequence_say_what_was_looked_for() {
     let empty = TempDir::new().unwrap();
     let unnumbered = folder(&["hat.obj", "notes.txt"]);
     let numbered = folder(&["1.obj"]);
+    let uncountable = folder(&["99999999999999999999999.obj"]);
     let gltf = folder(&["a1.glb", "a2.glb"]);
     let broken = TempDir::new().unwrap();
     std::fs::write(broken.path().join("1.ply"), "no").unwrap();
@@ -179,6 +216,12 @@ fn addresses_without_a_sequence_say_what_was_looked_for() {
         (numbered.path().join("b%d.obj"), 24.0, "matches no .obj, .ply or .stl file"),
         (numbered.path().join("*.txt"), 24.0, "matches no .obj, .ply or .stl file"),
         (numbered.path().join("%x.obj"), 24.0, "after `%`, write `d`"),
+        (numbered.path().join("a%4d.obj"), 24.0, "with a zero before it"),
+        (numbered.path().join("%099999999999999999999d.obj"), 24.0, "a width of up to 20 digits"),
+        (numbered.path().join("%d%d.obj"), 24.0, "a pattern has one `%d`"),
+        (numbered.path().join("*%d.obj"), 24.0, "a pattern has one `%d`"),
+        (numbered.path().join("%d?.obj"), 24.0, "a pattern has one `%d`"),
+        (uncountable.path().to_owned(), 24.0, "no file of the folder has a number"),
         (numbered.path().join("no/%d.obj"), 24.0, "there is no folder"),
         (numbered.path().join("*/1*.obj"), 24.0, "wildcards may only be in the file's name"),
         (numbered.path().to_owned(), 0.0, "give a number above 0"),

@@ -34,7 +34,7 @@ pub(crate) struct Cpu {
     /// For each light, which pixels it lights at the current sample.
     masks: Vec<LightMask>,
     shadow_rays: u64,
-    /// Tests of camera rays, and of shadow rays, that the filters left to the predicate, over all samples.
+    /// Tests of camera rays, and of shadow rays, that the predicate settled, over all samples.
     settled_tests: [u64; 2],
     camera_work: Work,
 }
@@ -114,9 +114,12 @@ impl Cpu {
         counts: &mut WorkCounts,
     ) -> Result<(), Error> {
         self.choose(settings, false)?;
-        self.see_counting(frame, view, &Sample::MIDDLE, &mut counts.pixels)?;
+        let opacities = opacities(frame);
+        let shot = shot(frame, &opacities, view, &Sample::MIDDLE, self.sides);
+        let specialised = self.structure.specialised().ok_or(Error::CountsOfStructure)?;
+        self.camera_work = specialised.see_counting(&shot, &mut self.seen, &mut counts.pixels)?;
         if let Some(light) = light {
-            self.locate(frame, view, &Sample::MIDDLE, light, &mut counts.cells);
+            specialised.locate(&shot, &self.seen, light, &mut counts.cells);
         }
         Ok(())
     }
@@ -126,7 +129,7 @@ impl Cpu {
         self.structure.single_rays().unwrap_or(&self.bvh)
     }
 
-    /// What of the last frame's camera rays and shadow rays was left to the predicate, where the structure counts that.
+    /// What the predicate settled of the last frame's camera rays and shadow rays, where the structure counts that.
     fn settled(&self) -> [Option<Settled>; 2] {
         let is_counted = self.made_of.0.is_specialised();
         self.settled_tests.map(|tests| is_counted.then(|| Settled { tests, ..Settled::default() }))

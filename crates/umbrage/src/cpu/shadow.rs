@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, LightCells, LightMask, LightSource, Opacity as _, Ray, SeenPixels, SingleRays, View};
+use umbrage_rays::{Hit, LightMask, Opacity as _, Ray, SeenPixels, SingleRays, View};
 use umbrage_scene::{Frame, Light};
 
 use super::{Cpu, opacities, shot};
@@ -27,23 +27,6 @@ impl Cpu {
         settled_tests[1] += work.counts.settled;
         let points = seen.triangle.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();
         *shadow_rays += (points * sources.len()) as u64;
-    }
-
-    /// Finds in which cell of a light's grid each point is that was seen last; structures for all rays have no cells.
-    pub(super) fn locate(
-        &mut self,
-        frame: &Frame,
-        view: &View,
-        sample: &Sample,
-        light: &LightSource,
-        cells: &mut LightCells,
-    ) {
-        let opacities = opacities(frame);
-        let shot = shot(frame, &opacities, view, sample, self.sides);
-        match self.structure.specialised() {
-            Some(specialised) => specialised.locate(&shot, &self.seen, light, cells),
-            None => *cells = LightCells::default(),
-        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use umbrage_gpu::{Geometry, Gpu, GpuError, MaskMaterial, MaskTexture, MaskVertex, TriangleFlags};
 use umbrage_scene::rig::Rig;
-use umbrage_scene::{Alpha, Filter, Frame, Material, Materials, Mesh, Texture, TextureUse};
+use umbrage_scene::{Filter, Frame, Material, Materials, Mesh, OpaquePart, Texture, TextureUse};
 
 use super::tables::wrap;
 
@@ -69,11 +69,16 @@ impl FrameGeometry {
             .iter()
             .map(|material| {
                 // Images that no mask asks for stay away.
-                let asked = flags(material).is_masked || flags(material).is_shadow_masked;
+                let flags = flags(material);
+                let asked = flags.is_masked || flags.is_shadow_masked;
                 let texture = material.base_color_texture.filter(|_| asked);
                 let texture = texture.map(|used| mask_texture(&used, textures, image(used.texture)));
-                let (cutoff, shadow_cutoff) = cutoffs(material.alpha);
-                MaskMaterial { opacity: material.base_color.w, cutoff, shadow_cutoff, texture }
+                MaskMaterial {
+                    opacity: material.base_color.w,
+                    cutoff: cutoff(material.camera_part()).unwrap_or(0.0),
+                    shadow_cutoff: cutoff(material.shadow_part()).unwrap_or(0.0),
+                    texture,
+                }
             })
             .collect();
         let vertices = (0..self.geometry.vertex_count() as usize).map(|vertex| mask_vertex(&frame.mesh, vertex));
@@ -86,22 +91,19 @@ impl FrameGeometry {
     }
 }
 
-/// As [`Frame::is_masked`] and [`Frame::casts_shadow`] decide.
 fn flags(material: &Material) -> TriangleFlags {
-    let is_shadowless = material.transmission >= 0.5;
     TriangleFlags {
-        is_masked: matches!(material.alpha, Alpha::Mask { .. }),
-        is_shadow_masked: material.alpha != Alpha::Opaque && !is_shadowless,
-        is_shadowless,
+        is_masked: cutoff(material.camera_part()).is_some(),
+        is_shadow_masked: cutoff(material.shadow_part()).is_some(),
+        is_shadowless: material.shadow_part() == OpaquePart::None,
     }
 }
 
-/// Of camera rays and of shadow rays.
-fn cutoffs(alpha: Alpha) -> (f32, f32) {
-    match alpha {
-        Alpha::Opaque => (0.0, 0.0),
-        Alpha::Blend => (0.0, 0.5),
-        Alpha::Mask { cutoff } => (cutoff, cutoff),
+/// The least opacity that stops rays, where that depends on it.
+fn cutoff(part: OpaquePart) -> Option<f32> {
+    match part {
+        OpaquePart::AtLeast(cutoff) => Some(cutoff),
+        OpaquePart::All | OpaquePart::None => None,
     }
 }
 

@@ -63,7 +63,7 @@ pub(crate) struct GpuEngine {
     bands: Vec<Band>,
     sides: Sides,
     is_see_through: bool,
-    /// The same, and which lights reach it, fetched.
+    /// What pixels show first, and which lights reach it, fetched.
     seen: SeenPixels,
     lit: Vec<LightMask>,
     shadow_rays: u64,
@@ -87,11 +87,11 @@ impl GpuEngine {
     ///
     /// # Errors
     /// Where the device has no memory for fixed tables.
-    pub(crate) fn new(gpu: Gpu, options: CameraOptions) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             rig: FrameRig::new(&gpu)?,
             geometry: FrameGeometry::new(&gpu),
-            camera: CameraGrid::new(&gpu, options),
+            camera: CameraGrid::new(&gpu, CameraOptions::default()),
             lights: LightGrid::new(&gpu),
             tables: Tables::default(),
             fit: Fit::new(&gpu),

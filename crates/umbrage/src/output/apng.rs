@@ -1,51 +1,38 @@
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::Path;
-use std::sync::Arc;
+use std::io;
 
-use super::partial_file::PartialFile;
-use super::{BitDepth, Error, FrameRate, png};
+use super::writer::{Animation, Sink};
+use super::{BitDepth, FrameRate, png};
 use crate::Image;
 
 /// Writes an animated PNG that repeats forever.
 pub(crate) struct ApngWriter {
-    // Dropped before `partial`, since it holds the file open.
-    encoder: ::png::Writer<BufWriter<Arc<File>>>,
-    partial: PartialFile,
+    encoder: ::png::Writer<Sink>,
     depth: BitDepth,
 }
 
 impl ApngWriter {
     /// Starts an animation of exactly `frames` frames (at least one), each `size` pixels wide and high.
-    pub(crate) fn create(
-        path: &Path,
-        size: [u32; 2],
-        frames: u32,
-        rate: FrameRate,
-        depth: BitDepth,
-    ) -> Result<Self, Error> {
-        let partial = PartialFile::create(path)?;
+    pub(crate) fn new(sink: Sink, size: [u32; 2], frames: u32, rate: FrameRate, depth: BitDepth) -> io::Result<Self> {
         let [delay_numerator, delay_denominator] = delay(rate);
-        let mut encoder = png::encoder(BufWriter::new(partial.file()), size, depth);
+        let mut encoder = png::encoder(sink, size, depth);
         // A file that promises more frames than it holds is an error rather than a file.
         encoder.validate_sequence(true);
         let encoder = encoder
             .set_animated(frames, 0)
             .and_then(|()| encoder.set_frame_delay(delay_numerator, delay_denominator))
             .and_then(|()| encoder.write_header())
-            .map_err(|error| png::failure(path, error))?;
-        Ok(Self { encoder, partial, depth })
+            .map_err(png::failure)?;
+        Ok(Self { encoder, depth })
+    }
+}
+
+impl Animation for ApngWriter {
+    fn write(&mut self, image: &Image) -> io::Result<()> {
+        self.encoder.write_image_data(&png::rows(image, self.depth)).map_err(png::failure)
     }
 
-    pub(crate) fn write(&mut self, image: &Image) -> Result<(), Error> {
-        let written = self.encoder.write_image_data(&png::rows(image, self.depth));
-        written.map_err(|error| png::failure(self.partial.path(), error))
-    }
-
-    pub(crate) fn finish(self) -> Result<(), Error> {
-        let Self { encoder, partial, .. } = self;
-        encoder.finish().map_err(|error| png::failure(partial.path(), error))?;
-        partial.keep()
+    fn finish(self: Box<Self>) -> io::Result<()> {
+        self.encoder.finish().map_err(png::failure)
     }
 }
 
@@ -64,12 +51,13 @@ fn delay(rate: FrameRate) -> [u16; 2] {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
+    use std::fs::File;
+    use std::io::{BufReader, BufWriter};
 
     use super::*;
 
     fn picture(shade: u16) -> Image {
-        Image { width: 3, height: 2, pixels: (0..6).map(|place| [shade, place * 10_000, 65_535 - shade]).collect() }
+        Image { width: 3, height: 2, pixels: (0..6).map(|pixel| [shade, pixel * 10_000, 65_535 - shade]).collect() }
     }
 
     #[test]
@@ -77,14 +65,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.apng");
         let rate = FrameRate::new(30_000, 1001).unwrap();
-        let mut writer = ApngWriter::create(&path, [3, 2], 3, rate, BitDepth::Sixteen).unwrap();
+        let sink = BufWriter::new(Box::new(File::create(&path).unwrap()) as _);
+        let mut writer = ApngWriter::new(sink, [3, 2], 3, rate, BitDepth::Sixteen).unwrap();
         let pictures = [picture(0), picture(300), picture(65_535)];
         for picture in &pictures {
             writer.write(picture).unwrap();
         }
-        writer.finish().unwrap();
+        Box::new(writer).finish().unwrap();
 
-        let mut reader = ::png::Decoder::new(std::io::BufReader::new(File::open(&path).unwrap())).read_info().unwrap();
+        let mut reader = ::png::Decoder::new(BufReader::new(File::open(&path).unwrap())).read_info().unwrap();
         let control = reader.info().animation_control.unwrap();
         assert_eq!((control.num_frames, control.num_plays), (3, 0));
         for picture in &pictures {
@@ -97,17 +86,11 @@ mod tests {
     }
 
     #[test]
-    fn an_unfinished_or_short_animation_leaves_nothing() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.apng");
-        let started = || {
-            let mut writer = ApngWriter::create(&path, [3, 2], 2, FrameRate::default(), BitDepth::Eight).unwrap();
-            writer.write(&picture(9)).unwrap();
-            writer
-        };
-        drop(started());
-        assert!(started().finish().is_err());
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    fn too_few_frames_are_an_error() {
+        let sink = BufWriter::new(Box::new(io::sink()) as _);
+        let mut writer = ApngWriter::new(sink, [3, 2], 2, FrameRate::default(), BitDepth::Eight).unwrap();
+        writer.write(&picture(9)).unwrap();
+        assert!(Box::new(writer).finish().is_err());
     }
 
     #[test]

@@ -7,8 +7,7 @@ use ::exr::prelude::{
 };
 use glam::{Vec3, Vec4};
 
-use super::Error;
-use super::partial_file::PartialFile;
+use super::{Error, partial_file};
 use crate::Film;
 
 /// How an EXR file holds colours; depths and normals are always 32 bits.
@@ -24,17 +23,16 @@ pub enum FloatDepth {
 /// Writes a film as one layer: `R`, `G`, `B`, `A` (linear radiance and coverage), `depth.Z`, `normal.X`, `normal.Y`,
 /// `normal.Z` and `id` (unsigned integers).
 pub(crate) fn write(film: &Film, path: &Path, depth: FloatDepth) -> Result<(), Error> {
-    let partial = PartialFile::create(path)?;
     let size = (film.width as usize, film.height as usize);
     // ZIP over 16 rows: lossless, and every reader knows it.
     let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::SMALL_LOSSLESS };
     let layer = Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(channels(film, depth)));
-    let written = Image::from_layer(layer).write().to_buffered(partial.file());
-    written.map_err(|error| match error {
-        ::exr::error::Error::Io(source) => Error::write(path, source),
-        other => Error::write(path, io::Error::other(other)),
-    })?;
-    partial.keep()
+    partial_file::write(path, |file| {
+        Image::from_layer(layer).write().to_buffered(file).map_err(|error| match error {
+            ::exr::error::Error::Io(source) => source,
+            other => io::Error::other(other),
+        })
+    })
 }
 
 fn channels(film: &Film, depth: FloatDepth) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
@@ -71,14 +69,14 @@ mod tests {
     use super::*;
 
     fn film() -> Film {
-        let places = 0..5 * 3_u16;
+        let pixels = 0..5 * 3_u16;
         Film {
             width: 5,
             height: 3,
-            color: places.clone().map(|place| Vec4::new(f32::from(place) * 0.37, 1e-3, 1e6, 0.5)).collect(),
-            depth: places.clone().map(|place| 1.0 / f32::from(place)).collect(),
-            normal: places.clone().map(|place| Vec3::new(0.1, f32::from(place), -0.3)).collect(),
-            triangle: places.map(|place| if place == 3 { Film::NO_TRIANGLE } else { 1 << place }).collect(),
+            color: pixels.clone().map(|pixel| Vec4::new(f32::from(pixel) * 0.37, 1e-3, 1e6, 0.5)).collect(),
+            depth: pixels.clone().map(|pixel| 1.0 / f32::from(pixel)).collect(),
+            normal: pixels.clone().map(|pixel| Vec3::new(0.1, f32::from(pixel), -0.3)).collect(),
+            triangle: pixels.map(|pixel| if pixel == 3 { Film::NO_TRIANGLE } else { 1 << pixel }).collect(),
         }
     }
 

@@ -1,20 +1,16 @@
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::Path;
-use std::sync::Arc;
 
 use ::gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
 
 use super::palette::Palette;
-use super::partial_file::PartialFile;
+use super::writer::{Animation, Sink};
 use super::{Error, FrameRate};
 use crate::Image;
 
 /// Writes an animated GIF that repeats forever; each frame has a palette of its own.
 pub(crate) struct GifWriter {
-    // Dropped before `partial`, since it holds the file open.
-    encoder: Encoder<BufWriter<Arc<File>>>,
-    partial: PartialFile,
+    encoder: Encoder<Sink>,
     size: [u16; 2],
     rate: FrameRate,
     frames_written: u32,
@@ -22,24 +18,15 @@ pub(crate) struct GifWriter {
 
 impl GifWriter {
     /// Starts an animation of frames `size` pixels wide and high.
-    pub(crate) fn create(path: &Path, size: [u32; 2], rate: FrameRate) -> Result<Self, Error> {
-        // Viewers slow frames of less than two hundredths of a second down to ten.
-        if rate.seconds(1) < 0.02 {
-            return Err(Error::unsuitable(path, "a GIF shows at most 50 frames a second; use fewer, or an APNG"));
-        }
-        let [Ok(width), Ok(height)] = size.map(u16::try_from) else {
-            return Err(Error::unsuitable(path, format!("a GIF has at most {} pixels a side", u16::MAX)));
-        };
-        let partial = PartialFile::create(path)?;
-        let started = Encoder::new(BufWriter::new(partial.file()), width, height, &[]).and_then(|mut encoder| {
-            encoder.set_repeat(Repeat::Infinite)?;
-            Ok(encoder)
-        });
-        let encoder = started.map_err(|error| failure(path, error))?;
-        Ok(Self { encoder, partial, size: [width, height], rate, frames_written: 0 })
+    pub(crate) fn new(sink: Sink, size: [u16; 2], rate: FrameRate) -> io::Result<Self> {
+        let mut encoder = Encoder::new(sink, size[0], size[1], &[]).map_err(failure)?;
+        encoder.set_repeat(Repeat::Infinite).map_err(failure)?;
+        Ok(Self { encoder, size, rate, frames_written: 0 })
     }
+}
 
-    pub(crate) fn write(&mut self, image: &Image) -> Result<(), Error> {
+impl Animation for GifWriter {
+    fn write(&mut self, image: &Image) -> io::Result<()> {
         let mut palette = Palette::of(image);
         let rows = image.pixels.chunks(image.width.max(1) as usize).enumerate();
         let pixels = rows.flat_map(|(y, row)| row.iter().enumerate().map(move |(x, &pixel)| (x, y, pixel)));
@@ -53,17 +40,36 @@ impl GifWriter {
             buffer: indices.into(),
             ..Frame::default()
         };
-        self.encoder.write_frame(&frame).map_err(|error| failure(self.partial.path(), error))?;
+        self.encoder.write_frame(&frame).map_err(failure)?;
         self.frames_written += 1;
         Ok(())
     }
 
-    pub(crate) fn finish(self) -> Result<(), Error> {
-        let Self { encoder, partial, .. } = self;
-        let mut file = encoder.into_inner().map_err(|error| failure(partial.path(), error))?;
-        file.flush().map_err(|source| Error::write(partial.path(), source))?;
-        drop(file);
-        partial.keep()
+    fn finish(self: Box<Self>) -> io::Result<()> {
+        self.encoder.into_inner().map_err(failure)?.flush()
+    }
+}
+
+/// A picture's size as a GIF holds it.
+///
+/// # Errors
+/// Where a GIF can't be that large, or show its frames at that rate.
+pub(crate) fn size(path: &Path, size: [u32; 2], rate: FrameRate) -> Result<[u16; 2], Error> {
+    // Viewers slow frames of less than two hundredths of a second down to ten.
+    if rate.seconds(1) < 0.02 {
+        return Err(Error::unsuitable(path, "a GIF shows at most 50 frames a second; use fewer, or an APNG"));
+    }
+    match size.map(u16::try_from) {
+        [Ok(width), Ok(height)] => Ok([width, height]),
+        _ => Err(Error::unsuitable(path, format!("a GIF has at most {} pixels a side", u16::MAX))),
+    }
+}
+
+/// What the system said, where it refused to write.
+fn failure(error: EncodingError) -> io::Error {
+    match error {
+        EncodingError::Io(source) => source,
+        other => io::Error::other(other),
     }
 }
 
@@ -73,16 +79,10 @@ fn delay_hundredths(rate: FrameRate, frame: u32) -> u16 {
     (start(frame.saturating_add(1)) - start(frame)) as u16
 }
 
-fn failure(path: &Path, error: EncodingError) -> Error {
-    match error {
-        EncodingError::Io(source) => Error::write(path, source),
-        other => Error::write(path, io::Error::other(other)),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use std::fs;
+    use std::fs::File;
+    use std::io::BufWriter;
 
     use ::gif::{ColorOutput, DecodeOptions};
 
@@ -90,8 +90,8 @@ mod tests {
 
     /// A smooth picture of far more colours than a palette has.
     fn gradient(side: u32) -> Image {
-        let pixel = |place: u32| {
-            let (x, y) = (place % side, place / side);
+        let pixel = |index: u32| {
+            let (x, y) = (index % side, index / side);
             [x * 65_535 / (side - 1), y * 65_535 / (side - 1), (x + y) * 65_535 / (2 * side - 2)]
                 .map(|level| level as u16)
         };
@@ -117,10 +117,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.gif");
         let image = gradient(SIDE);
-        let mut writer = GifWriter::create(&path, [SIDE; 2], FrameRate::default()).unwrap();
+        let sink = BufWriter::new(Box::new(File::create(&path).unwrap()) as _);
+        let mut writer = GifWriter::new(sink, [SIDE as u16; 2], FrameRate::default()).unwrap();
         writer.write(&image).unwrap();
         writer.write(&Image { pixels: vec![[257 * 200, 0, 257]; (SIDE * SIDE) as usize], ..image.clone() }).unwrap();
-        writer.finish().unwrap();
+        Box::new(writer).finish().unwrap();
 
         let frames = decode(&path);
         assert_eq!(frames.len(), 2);
@@ -134,9 +135,9 @@ mod tests {
         assert!(worst < 40.0, "{worst}");
         // Over 8 by 8 pixels, dithering mixes to the picture's own colours.
         for block in 0..64 {
-            let inside = (0..64).map(|place| (block / 8 * 8 + place / 8) * 64 + block % 8 * 8 + place % 8);
-            let sum = inside.fold([0.0; 3], |sum, place: usize| -> [f64; 3] {
-                std::array::from_fn(|channel| sum[channel] + errors[place][channel])
+            let inside = (0..64).map(|index| (block / 8 * 8 + index / 8) * 64 + block % 8 * 8 + index % 8);
+            let sum = inside.fold([0.0; 3], |sum, pixel: usize| -> [f64; 3] {
+                std::array::from_fn(|channel| sum[channel] + errors[pixel][channel])
             });
             assert!(sum.iter().all(|sum| sum.abs() < 64.0 * 5.0), "block {block}: {sum:?} over 64 pixels");
         }
@@ -153,17 +154,8 @@ mod tests {
     #[test]
     fn what_a_gif_cannot_hold_is_refused() {
         let path = Path::new("a.gif");
-        let refused = |size, rate| GifWriter::create(path, size, rate).err().unwrap().to_string();
+        let refused = |sides, rate| size(path, sides, rate).unwrap_err().to_string();
         assert!(refused([8, 8], FrameRate::new(60, 1).unwrap()).contains("at most 50 frames"));
         assert!(refused([70_000, 8], FrameRate::default()).contains("65535 pixels"));
-    }
-
-    #[test]
-    fn dropping_an_unfinished_animation_leaves_nothing() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut writer = GifWriter::create(&folder.path().join("a.gif"), [8; 2], FrameRate::default()).unwrap();
-        writer.write(&gradient(8)).unwrap();
-        drop(writer);
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

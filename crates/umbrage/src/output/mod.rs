@@ -24,6 +24,7 @@ pub(crate) use format::eight_bits;
 pub use format::{BitDepth, Format};
 pub use frame_rate::FrameRate;
 pub use numbered_path::NumberedPath;
+pub use png::write_png;
 pub use writer::{Options, Target, Writer};
 pub use y4m::Chroma;
 
@@ -47,14 +48,6 @@ pub enum Error {
         /// What doesn't fit, and what would.
         cause: String,
     },
-}
-
-/// Writes one picture as a PNG file.
-///
-/// # Errors
-/// Where the system refuses to write, or the path is a folder.
-pub fn write_png(image: &crate::Image, path: &Path, depth: BitDepth) -> Result<(), Error> {
-    png::write(image, path, depth)
 }
 
 impl Error {

@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use super::Error;
 
-/// A path whose file name has a place for a frame's number: `out_%04d.png`, `%d.exr`.
+/// A path whose file name holds a frame's number: `out_%04d.png`, `%d.exr`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NumberedPath {
     folder: PathBuf,
@@ -15,7 +15,7 @@ impl NumberedPath {
     /// The pattern in `path`'s file name; `None` where it has no `%d` or `%0Nd`.
     ///
     /// # Errors
-    /// Where there are several places for a number, or one is wider than nine digits.
+    /// Where it holds several numbers, or one is wider than nine digits.
     pub fn parse(path: &Path) -> Result<Option<Self>, Error> {
         let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return Ok(None) };
         let mut found: Option<Self> = None;

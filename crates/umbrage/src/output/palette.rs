@@ -49,10 +49,10 @@ impl Palette {
     pub(crate) fn pick(&mut self, pixel: [u16; 3], x: usize, y: usize) -> u8 {
         let color = color_of(pixel);
         let coarse = pixel.map(|level| u32::from(level) >> (16 - MIXTURE_BITS));
-        let place = coarse.into_iter().fold(0, |place, level| place << MIXTURE_BITS | level) as usize;
-        let [near, far] = match self.mixtures[place] {
+        let index = coarse.into_iter().fold(0, |index, level| index << MIXTURE_BITS | level) as usize;
+        let [near, far] = match self.mixtures[index] {
             Some(mixture) => mixture,
-            None => *self.mixtures[place].insert(mixture(&self.colors, color)),
+            None => *self.mixtures[index].insert(mixture(&self.colors, color)),
         };
         let share = share_of_far(self.colors[usize::from(near)], self.colors[usize::from(far)], color);
         if share > threshold(x, y) { far } else { near }
@@ -81,8 +81,8 @@ fn bins(image: &Image) -> Vec<Bin> {
     const BITS: u32 = 5;
     let mut sums = vec![([0_u64; 3], 0_u32); 1 << (3 * BITS)];
     for pixel in &image.pixels {
-        let place = pixel.iter().fold(0, |place, &level| place << BITS | u32::from(level) >> (16 - BITS));
-        let (sum, count) = &mut sums[place as usize];
+        let bin = pixel.iter().fold(0, |bin, &level| bin << BITS | u32::from(level) >> (16 - BITS));
+        let (sum, count) = &mut sums[bin as usize];
         *sum = std::array::from_fn(|channel| sum[channel] + u64::from(pixel[channel]));
         *count += 1;
     }
@@ -156,10 +156,10 @@ fn refine(colors: &mut [Color], bins: &[Bin]) {
 
 fn nearest(colors: &[Color], wanted: Color) -> usize {
     let mut best = (0, f32::INFINITY);
-    for (place, &color) in colors.iter().enumerate() {
+    for (index, &color) in colors.iter().enumerate() {
         let distance = squared_distance(color, wanted);
         if distance < best.1 {
-            best = (place, distance);
+            best = (index, distance);
         }
     }
     best.0
@@ -172,12 +172,12 @@ fn mixture(colors: &[Color], wanted: Color) -> [u8; 2] {
     const GRAIN: f32 = 0.05;
     let near = nearest(colors, wanted);
     let mut best = (near, f32::INFINITY);
-    for (place, &far) in colors.iter().enumerate().filter(|(place, _)| *place != near) {
+    for (index, &far) in colors.iter().enumerate().filter(|(index, _)| *index != near) {
         let share = share_of_far(colors[near], far, wanted);
         let mixed: Color = std::array::from_fn(|axis| colors[near][axis] + share * (far[axis] - colors[near][axis]));
         let error = squared_distance(mixed, wanted) + GRAIN * squared_distance(far, colors[near]);
         if error < best.1 {
-            best = (place, error);
+            best = (index, error);
         }
     }
     [near as u8, best.0 as u8]
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn thresholds_are_each_there_once() {
-        let mut ranks: Vec<u32> = (0..64).map(|place| (threshold(place % 8, place / 8) * 64.0) as u32).collect();
+        let mut ranks: Vec<u32> = (0..64).map(|pixel| (threshold(pixel % 8, pixel / 8) * 64.0) as u32).collect();
         assert_eq!(ranks[..4], [0, 32, 8, 40], "the first row begins as Bayer's");
         ranks.sort_unstable();
         assert_eq!(ranks, (0..64).collect::<Vec<u32>>());
@@ -214,28 +214,28 @@ mod tests {
 
     #[test]
     fn few_colours_are_kept_exactly() {
-        let pixels = (0..256_u16).map(|place| [place % 16 * 17, place / 16 * 17, 128].map(|level| level * 257));
+        let pixels = (0..256_u16).map(|pixel| [pixel % 16 * 17, pixel / 16 * 17, 128].map(|level| level * 257));
         let image = Image { width: 16, height: 16, pixels: pixels.collect() };
         let mut palette = Palette::of(&image);
         let bytes = palette.bytes();
-        for (place, &pixel) in image.pixels.iter().enumerate() {
-            let index = usize::from(palette.pick(pixel, place % 16, place / 16));
-            let shown: [u8; 3] = bytes[3 * index..3 * index + 3].try_into().unwrap();
+        for (index, &pixel) in image.pixels.iter().enumerate() {
+            let color = usize::from(palette.pick(pixel, index % 16, index / 16));
+            let shown: [u8; 3] = bytes[3 * color..3 * color + 3].try_into().unwrap();
             assert_eq!(shown.map(|level| u16::from(level) * 257), pixel);
         }
     }
 
     #[test]
     fn flat_colours_between_the_palettes_are_mixed() {
-        let level = |place: u32| (place * 65_535 / 63) as u16;
-        let plane = (0..64 * 64).map(|place| [level(place % 64), level(place / 64), 30_000]);
+        let level = |step: u32| (step * 65_535 / 63) as u16;
+        let plane = (0..64 * 64).map(|pixel| [level(pixel % 64), level(pixel / 64), 30_000]);
         let mut palette = Palette::of(&Image { width: 64, height: 64, pixels: plane.collect() });
         let bytes = palette.bytes();
-        for place in 0..100_u32 {
-            let pixel = [level(7 + place % 10 * 5), level(7 + place / 10 * 5), 30_000];
-            let picks: Vec<u8> = (0..64).map(|place| palette.pick(pixel, place % 8, place / 8)).collect();
+        for number in 0..100_u32 {
+            let pixel = [level(7 + number % 10 * 5), level(7 + number / 10 * 5), 30_000];
+            let picks: Vec<u8> = (0..64).map(|index| palette.pick(pixel, index % 8, index / 8)).collect();
             for (axis, wanted) in color_of(pixel).into_iter().enumerate() {
-                let sum: f32 = picks.iter().map(|&index| f32::from(bytes[3 * usize::from(index) + axis])).sum();
+                let sum: f32 = picks.iter().map(|&color| f32::from(bytes[3 * usize::from(color) + axis])).sum();
                 // A mixture lies on the line between two colours, so a little error across it stays.
                 assert!((sum / 64.0 - wanted).abs() < 3.0, "{pixel:?} axis {axis}: {} for {wanted}", sum / 64.0);
             }

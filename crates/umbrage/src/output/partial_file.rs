@@ -1,4 +1,5 @@
 use std::fs::{self, File, OpenOptions};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -48,11 +49,6 @@ impl PartialFile {
         Arc::clone(&self.file)
     }
 
-    /// The name that was asked for.
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// Gives the file its name, in place of what had it before.
     pub(crate) fn keep(self) -> Result<(), Error> {
         let Some((from, to)) = self.renaming else { return Ok(()) };
@@ -60,52 +56,18 @@ impl PartialFile {
     }
 }
 
+/// Writes a whole file.
+pub(crate) fn write(path: &Path, encode: impl FnOnce(Arc<File>) -> io::Result<()>) -> Result<(), Error> {
+    let partial = PartialFile::create(path)?;
+    encode(partial.file()).map_err(|source| Error::write(path, source))?;
+    partial.keep()
+}
+
 #[cfg(test)]
 mod tests {
-    use std::ffi::OsString;
     use std::io::Write;
 
     use super::*;
-
-    fn names(folder: &Path) -> Vec<OsString> {
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name()).collect()
-    }
-
-    #[test]
-    fn a_file_appears_when_it_is_kept() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.png");
-        let partial = PartialFile::create(&path).unwrap();
-        partial.file().write_all(b"whole").unwrap();
-        assert!(!path.exists());
-        partial.keep().unwrap();
-        assert_eq!(fs::read(&path).unwrap(), b"whole");
-        assert_eq!(names(folder.path()), ["a.png"]);
-    }
-
-    #[test]
-    fn dropping_leaves_what_was_there() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.png");
-        fs::write(&path, b"before").unwrap();
-        let partial = PartialFile::create(&path).unwrap();
-        partial.file().write_all(b"half").unwrap();
-        drop(partial);
-        assert_eq!(fs::read(&path).unwrap(), b"before");
-        assert_eq!(names(folder.path()), ["a.png"]);
-    }
-
-    #[test]
-    fn two_at_a_time_stay_apart() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.png");
-        let (first, second) = (PartialFile::create(&path).unwrap(), PartialFile::create(&path).unwrap());
-        first.file().write_all(b"first").unwrap();
-        second.file().write_all(b"second").unwrap();
-        second.keep().unwrap();
-        drop(first);
-        assert_eq!(fs::read(&path).unwrap(), b"second");
-    }
 
     #[test]
     fn folders_and_missing_folders_are_refused() {

@@ -4,15 +4,15 @@ use std::path::Path;
 use ::png::{ColorType, Encoder, EncodingError, SrgbRenderingIntent};
 
 use super::format::eight_bits;
-use super::partial_file::PartialFile;
-use super::{BitDepth, Error};
+use super::{BitDepth, Error, partial_file};
 use crate::Image;
 
 /// Writes one picture as a PNG file.
-pub(crate) fn write(image: &Image, path: &Path, depth: BitDepth) -> Result<(), Error> {
-    let partial = PartialFile::create(path)?;
-    encode(image, BufWriter::new(partial.file()), depth).map_err(|error| failure(path, error))?;
-    partial.keep()
+///
+/// # Errors
+/// Where the system refuses to write, or the path is a folder.
+pub fn write_png(image: &Image, path: &Path, depth: BitDepth) -> Result<(), Error> {
+    partial_file::write(path, |file| encode(image, BufWriter::new(file), depth).map_err(failure))
 }
 
 fn encode(image: &Image, target: impl Write, depth: BitDepth) -> Result<(), EncodingError> {
@@ -42,10 +42,11 @@ pub(crate) fn rows(image: &Image, depth: BitDepth) -> Vec<u8> {
     }
 }
 
-pub(crate) fn failure(path: &Path, error: EncodingError) -> Error {
+/// What the system said, where it refused to write.
+pub(crate) fn failure(error: EncodingError) -> io::Error {
     match error {
-        EncodingError::IoError(source) => Error::write(path, source),
-        other => Error::write(path, io::Error::other(other)),
+        EncodingError::IoError(source) => source,
+        other => io::Error::other(other),
     }
 }
 
@@ -57,7 +58,7 @@ mod tests {
 
     /// Every channel takes many values, and no row or column is like another.
     fn picture() -> Image {
-        let pixels = (0..6 * 5).map(|place: u16| [place * 2184, 65_535 - place * 1999, place.wrapping_mul(7919)]);
+        let pixels = (0..6 * 5).map(|pixel: u16| [pixel * 2184, 65_535 - pixel * 1999, pixel.wrapping_mul(7919)]);
         Image { width: 6, height: 5, pixels: pixels.collect() }
     }
 

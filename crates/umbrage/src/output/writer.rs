@@ -1,13 +1,15 @@
+use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::apng::ApngWriter;
-use super::gif::GifWriter;
-use super::y4m::Y4mWriter;
-use super::{BitDepth, Chroma, Error, FloatDepth, Format, FrameRate, NumberedPath, exr, png};
 use umbrage_rays::Choice;
 
-use crate::{Film, Settings};
+use super::apng::ApngWriter;
+use super::gif::{self, GifWriter};
+use super::partial_file::PartialFile;
+use super::y4m::Y4mWriter;
+use super::{BitDepth, Chroma, Error, FloatDepth, Format, FrameRate, NumberedPath, exr, write_png};
+use crate::{Film, Image, Settings};
 
 /// Where pictures go.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,13 +37,26 @@ pub struct Options {
 /// of numbered frames.
 pub struct Writer {
     kind: Kind,
+    /// The file, or `-` for standard output, for errors.
+    path: PathBuf,
 }
 
 enum Kind {
     Stills(Stills),
-    Gif(Box<GifWriter>),
-    Apng(Box<ApngWriter>),
-    Y4m(Y4mWriter),
+    /// The first is dropped first, since it holds the file open.
+    Animation(Box<dyn Animation + Send>, Option<PartialFile>),
+}
+
+/// Where an animation is written to.
+pub(super) type Sink = BufWriter<Box<dyn Write + Send>>;
+
+/// All frames in one file.
+pub(super) trait Animation {
+    /// Writes the next frame.
+    fn write(&mut self, image: &Image) -> io::Result<()>;
+
+    /// Writes what comes behind the last frame.
+    fn finish(self: Box<Self>) -> io::Result<()>;
 }
 
 impl Writer {
@@ -56,27 +71,28 @@ impl Writer {
         settings: &Settings,
         options: &Options,
     ) -> Result<Self, Error> {
+        let Options { rate, bit_depth, chroma, .. } = *options;
         let size = [settings.width, settings.height];
-        let path = match target {
-            Target::Path(path) => path,
-            Target::Stdout if format == Format::Y4m => {
-                return Ok(Self { kind: Kind::Y4m(Y4mWriter::create(None, size, options.rate, options.chroma)?) });
-            }
-            Target::Stdout => return Err(Error::unsuitable(Path::new("-"), "only y4m goes to standard output")),
-        };
+        let path = target.path();
+        if *target == Target::Stdout && format != Format::Y4m {
+            return Err(Error::unsuitable(path, "only y4m goes to standard output"));
+        }
         if frames.is_empty() || settings.width == 0 || settings.height == 0 {
             return Err(Error::unsuitable(path, "there is nothing to write: no frame, or frames without pixels"));
         }
         let kind = match format {
             Format::Png | Format::Exr => Kind::Stills(Stills::new(path, format, frames, *options)?),
-            Format::Gif => Kind::Gif(Box::new(GifWriter::create(path, size, options.rate)?)),
+            Format::Gif => {
+                let size = gif::size(path, size, rate)?;
+                Kind::animation(target, |sink| GifWriter::new(sink, size, rate))?
+            }
             Format::Apng => {
                 let count = frames.end - frames.start;
-                Kind::Apng(Box::new(ApngWriter::create(path, size, count, options.rate, options.bit_depth)?))
+                Kind::animation(target, |sink| ApngWriter::new(sink, size, count, rate, bit_depth))?
             }
-            Format::Y4m => Kind::Y4m(Y4mWriter::create(Some(path), size, options.rate, options.chroma)?),
+            Format::Y4m => Kind::animation(target, |sink| Y4mWriter::new(sink, size, rate, chroma))?,
         };
-        Ok(Self { kind })
+        Ok(Self { kind, path: path.to_owned() })
     }
 
     /// Writes frame `number`; all formats but EXR develop the film first.
@@ -86,9 +102,10 @@ impl Writer {
     pub fn write(&mut self, number: u32, film: &Film, settings: &Settings) -> Result<(), Error> {
         match &mut self.kind {
             Kind::Stills(stills) => stills.write(number, film, settings),
-            Kind::Gif(gif) => gif.write(&film.develop(settings)),
-            Kind::Apng(apng) => apng.write(&film.develop(settings)),
-            Kind::Y4m(y4m) => y4m.write(&film.develop(settings)),
+            Kind::Animation(animation, _) => {
+                let written = animation.write(&film.develop(settings));
+                written.map_err(|source| Error::write(&self.path, source))
+            }
         }
     }
 
@@ -97,12 +114,36 @@ impl Writer {
     /// # Errors
     /// Where the system refuses to write, or fewer frames were written than [`Writer::create`] was told.
     pub fn finish(self) -> Result<(), Error> {
-        match self.kind {
-            Kind::Stills(_) => Ok(()),
-            Kind::Gif(gif) => gif.finish(),
-            Kind::Apng(apng) => apng.finish(),
-            Kind::Y4m(y4m) => y4m.finish(),
+        let Kind::Animation(animation, partial) = self.kind else { return Ok(()) };
+        animation.finish().map_err(|source| Error::write(&self.path, source))?;
+        partial.map_or(Ok(()), PartialFile::keep)
+    }
+}
+
+impl Target {
+    /// The file, or `-` for standard output.
+    fn path(&self) -> &Path {
+        match self {
+            Self::Path(path) => path,
+            Self::Stdout => Path::new("-"),
         }
+    }
+}
+
+impl Kind {
+    fn animation<A: Animation + Send + 'static>(
+        target: &Target,
+        start: impl FnOnce(Sink) -> io::Result<A>,
+    ) -> Result<Self, Error> {
+        let (sink, partial): (Box<dyn Write + Send>, _) = match target {
+            Target::Path(path) => {
+                let partial = PartialFile::create(path)?;
+                (Box::new(partial.file()), Some(partial))
+            }
+            Target::Stdout => (Box::new(io::stdout()), None),
+        };
+        let animation = start(BufWriter::new(sink)).map_err(|source| Error::write(target.path(), source))?;
+        Ok(Self::Animation(Box::new(animation), partial))
     }
 }
 
@@ -151,7 +192,7 @@ impl Stills {
         };
         match self.format {
             Format::Exr => exr::write(film, &path, self.options.float_depth),
-            _ => png::write(&film.develop(settings), &path, self.options.bit_depth),
+            _ => write_png(&film.develop(settings), &path, self.options.bit_depth),
         }
     }
 }

@@ -1,8 +1,7 @@
-use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::io::{self, Write};
 
-use super::partial_file::PartialFile;
-use super::{Error, FrameRate};
+use super::FrameRate;
+use super::writer::{Animation, Sink};
 use crate::Image;
 
 /// How much colour raw video keeps.
@@ -19,57 +18,29 @@ pub enum Chroma {
 ///
 /// The format has no field for the matrix: tell the encoder (`-colorspace bt709` for ffmpeg).
 pub(crate) struct Y4mWriter {
-    target: Sink,
+    sink: Sink,
     chroma: Chroma,
     frame: Vec<u8>,
 }
 
-enum Sink {
-    File(BufWriter<std::sync::Arc<std::fs::File>>, PartialFile),
-    Stdout(BufWriter<io::Stdout>),
+impl Y4mWriter {
+    /// Starts a video of frames `size` pixels wide and high.
+    pub(crate) fn new(mut sink: Sink, size: [u32; 2], rate: FrameRate, chroma: Chroma) -> io::Result<Self> {
+        sink.write_all(header(size, rate, chroma).as_bytes())?;
+        Ok(Self { sink, chroma, frame: Vec::new() })
+    }
 }
 
-impl Y4mWriter {
-    /// Starts a video of frames `size` pixels wide and high, in a file or, without a `path`, on standard output.
-    pub(crate) fn create(path: Option<&Path>, size: [u32; 2], rate: FrameRate, chroma: Chroma) -> Result<Self, Error> {
-        let target = match path {
-            Some(path) => {
-                let partial = PartialFile::create(path)?;
-                Sink::File(BufWriter::new(partial.file()), partial)
-            }
-            None => Sink::Stdout(BufWriter::new(io::stdout())),
-        };
-        let mut writer = Self { target, chroma, frame: Vec::new() };
-        writer.put(header(size, rate, chroma).as_bytes())?;
-        Ok(writer)
+impl Animation for Y4mWriter {
+    fn write(&mut self, image: &Image) -> io::Result<()> {
+        self.frame.clear();
+        self.frame.extend_from_slice(b"FRAME\n");
+        append_planes(image, self.chroma, &mut self.frame);
+        self.sink.write_all(&self.frame)
     }
 
-    pub(crate) fn write(&mut self, image: &Image) -> Result<(), Error> {
-        let mut frame = std::mem::take(&mut self.frame);
-        frame.clear();
-        frame.extend_from_slice(b"FRAME\n");
-        append_planes(image, self.chroma, &mut frame);
-        let written = self.put(&frame);
-        self.frame = frame;
-        written
-    }
-
-    pub(crate) fn finish(self) -> Result<(), Error> {
-        match self.target {
-            Sink::File(mut file, partial) => {
-                file.flush().map_err(|source| Error::write(partial.path(), source))?;
-                drop(file);
-                partial.keep()
-            }
-            Sink::Stdout(mut stdout) => stdout.flush().map_err(|source| Error::write(Path::new("-"), source)),
-        }
-    }
-
-    fn put(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        match &mut self.target {
-            Sink::File(file, partial) => file.write_all(bytes).map_err(|source| Error::write(partial.path(), source)),
-            Sink::Stdout(stdout) => stdout.write_all(bytes).map_err(|source| Error::write(Path::new("-"), source)),
-        }
+    fn finish(mut self: Box<Self>) -> io::Result<()> {
+        self.sink.flush()
     }
 }
 
@@ -209,11 +180,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.y4m");
         let image = Image { width: 5, height: 3, pixels: vec![[FULL; 3]; 15] };
-        let mut writer = Y4mWriter::create(Some(&path), [5, 3], FrameRate::default(), Chroma::Quarter).unwrap();
+        let sink = io::BufWriter::new(Box::new(std::fs::File::create(&path).unwrap()) as _);
+        let mut writer = Y4mWriter::new(sink, [5, 3], FrameRate::default(), Chroma::Quarter).unwrap();
         writer.write(&image).unwrap();
         writer.write(&image).unwrap();
-        assert!(!path.exists());
-        writer.finish().unwrap();
+        Box::new(writer).finish().unwrap();
         let bytes = std::fs::read(&path).unwrap();
         let header_end = bytes.iter().position(|&byte| byte == b'\n').unwrap() + 1;
         assert_eq!(bytes.len(), header_end + 2 * (6 + 15 + 2 * 6));

@@ -35,7 +35,7 @@ pub(crate) fn arriving<S: Simd>(simd: S, light: &Light, points: [Wide<S>; 2]) ->
     }
 }
 
-/// What a light at a place sends in all directions.
+/// What a light at a point sends in all directions.
 #[inline(always)]
 fn from_position<S: Simd>(
     simd: S,

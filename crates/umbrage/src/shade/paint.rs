@@ -17,7 +17,7 @@ pub(super) struct Paint {
     pub(super) ambient_occlusion: Each<f32>,
     pub(super) emitted: [Each<f32>; 3],
     pub(super) bumps: Bumps,
-    /// The lanes whose opacity counts, the first in the lowest bit.
+    /// The lanes of blended materials, the first in the lowest bit.
     pub(super) blended: u16,
     pub(super) unlit: u16,
 }

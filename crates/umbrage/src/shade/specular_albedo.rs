@@ -7,13 +7,13 @@ use glam::Vec2;
 
 use super::lanes::{Each, LANES, Vector};
 
-/// Places along each side of the table.
+/// Entries along each side of the table.
 const SIDE: usize = 24;
 
 /// Scale and bias of f0 by perceptual roughness and cosine, both from 0 to 1: 4.6 KB.
 static TABLE: LazyLock<[[Vec2; SIDE]; SIDE]> = LazyLock::new(|| {
     // At zero itself the integrand has no value.
-    let value = |place: usize| (place as f32 / (SIDE - 1) as f32).max(1e-3);
+    let value = |index: usize| (index as f32 / (SIDE - 1) as f32).max(1e-3);
     let integrated = |row, column| dispatch!(Level::new(), simd => integrated(simd, value(row), value(column)));
     std::array::from_fn(|row| std::array::from_fn(|column| integrated(row, column)))
 });

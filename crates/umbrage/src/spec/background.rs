@@ -5,6 +5,7 @@ use std::str::FromStr;
 use glam::Vec3;
 
 use super::{Words, vector};
+use crate::panorama::linear_from_srgb;
 use crate::{Background, Error};
 
 /// What is behind and around a scene: `sky`, `#rrggbb`, linear `R,G,B`, or the path of a latitude–longitude image.
@@ -63,17 +64,13 @@ impl FromStr for BackgroundSpec {
     }
 }
 
-/// The linear colour of six hexadecimal digits of sRGB (IEC 61966-2-1).
+/// The linear colour of six hexadecimal digits of sRGB.
 fn hexadecimal_color(digits: &str) -> Option<Vec3> {
     if digits.len() != 6 || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
         return None;
     }
     let bytes = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
-    let linear = |byte: u8| {
-        let encoded = f32::from(byte) / 255.0;
-        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-    };
-    Some(Vec3::new(linear(bytes[1]), linear(bytes[2]), linear(bytes[3])))
+    Some(Vec3::from_slice(&bytes.map(|byte| linear_from_srgb(f32::from(byte) / 255.0))[1..]))
 }
 
 #[cfg(test)]

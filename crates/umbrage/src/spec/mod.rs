@@ -38,16 +38,3 @@ fn vector(text: &str) -> Result<Vec3, String> {
         _ => Err(format!("`{text}` is not three numbers with commas between them")),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_finite() {
-        assert_eq!(vector("1, 2,-3"), Ok(Vec3::new(1.0, 2.0, -3.0)));
-        for text in ["1,2", "1,2,3,4", "1,2,inf", "1,2,NaN", "1,,2"] {
-            assert!(vector(text).is_err(), "{text}");
-        }
-    }
-}

@@ -242,15 +242,47 @@ fn buffers_come_from_files() {
         opened.map(|_| ()).map_err(|error| error.to_string())
     };
     std::fs::write(folder.path().join("a b.bin"), &file.bytes).unwrap();
+    std::fs::write(folder.path().join("100%.bin"), &file.bytes).unwrap();
     std::fs::create_dir(folder.path().join("folder")).unwrap();
     assert_eq!(open("a%20b.bin", file.bytes.len()), Ok(()));
+    assert_eq!(open("100%.bin", file.bytes.len()), Ok(()), "a per cent sign without digits");
     let error = |uri: &str| open(uri, file.bytes.len()).unwrap_err();
     assert!(open("a%20b.bin", file.bytes.len() + 1).unwrap_err().contains("buffers[0]: byteLength is"));
     assert!(error("missing.bin").contains("buffers[0].uri: ") && error("missing.bin").contains("missing.bin"));
     assert!(error("folder").contains("not a regular file"));
-    assert!(error("https://host/a.bin").contains("`https:`"));
-    assert!(error("/a.bin").contains("absolute"));
-    assert!(error("data:;base64,!").contains("base64"));
+    for (uri, cause) in [
+        ("https://host/a.bin", "`https:`"),
+        ("C:\\a.bin", "`C:`"),
+        ("/a.bin", "absolute"),
+        ("%2fetc/a.bin", "absolute"),
+        ("\\\\host\\a.bin", "absolute"),
+        ("data:nothing", "comma"),
+        ("data:;base64,Zm9?", "base64"),
+        ("data:;base64,Z", "base64"),
+        ("a%FF", "UTF-8"),
+        ("", "empty"),
+    ] {
+        assert!(error(uri).contains(cause), "{uri}: {}", error(uri));
+    }
+}
+
+#[test]
+fn data_uris_have_as_many_bytes_as_they_spell() {
+    let mut file = everything();
+    // The base64 is that of RFC 4648 §10; padding may be missing.
+    for (uri, bytes) in [
+        ("data:;base64,", 0),
+        ("data:;base64,Zg==", 1),
+        ("data:;base64,Zm8=", 2),
+        ("data:;base64,Zm8", 2),
+        ("data:;base64,Zm9v", 3),
+        ("data:application/octet-stream;base64,Zm9vYg", 4),
+        ("data:text/plain,a%00b", 3),
+    ] {
+        file.json["buffers"] = json!([{ "byteLength": 99, "uri": uri }]);
+        let error = open_bytes("a.gltf", file.json.to_string().as_bytes(), Clip::Auto).unwrap_err().to_string();
+        assert!(error.contains(&format!("there are only {bytes} bytes")), "{uri}: {error}");
+    }
 }
 
 #[test]
