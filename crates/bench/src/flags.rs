@@ -116,7 +116,7 @@ impl ImageFlags {
     }
 }
 
-/// Makes everything work on as many threads; `None` for one for each core.
+/// Makes everything work on `threads` threads; `None` stands for one for each core.
 pub(crate) fn use_threads(threads: Option<u16>) -> Result<()> {
     threads.map_or(Ok(()), |threads| {
         Ok(rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?)

@@ -28,7 +28,8 @@ pub(crate) struct Costs {
     pub(crate) counts: Counts,
 }
 
-/// Traces frames of the scene at `address`, with its first light, through grids of each of `forms` in turn. `arrange` may change what each frame shows.
+/// Traces frames of the scene at `address`, with its first light, through grids of each of `forms` in turn. `arrange` may
+/// change what each frame shows.
 pub(crate) fn measure(
     address: &str,
     size: [u32; 2],
@@ -59,7 +60,7 @@ pub(crate) fn measure(
 /// Each frame's stages, and those of the light grid.
 type Log = Vec<(Times, Vec<(&'static str, f64)>)>;
 
-/// Milliseconds of the light grid's own stages; other ones for each form, those that it doesn't have being zero.
+/// Milliseconds of the light grid's own stages; zero for those that its form doesn't have.
 fn light_stages(grids: &Ours) -> Vec<(&'static str, f64)> {
     grids.work[1].seconds.named().map(|(name, seconds)| (name, 1e3 * seconds)).collect()
 }
@@ -68,8 +69,8 @@ impl Costs {
     fn new(triangles: usize, grids: &Ours, log: &Log) -> Self {
         let of = |stage: fn(&Times) -> f64| median(log.iter().map(|(times, _)| stage(times)));
         let mut light_stages = light_stages(grids);
-        for (place, stage) in light_stages.iter_mut().enumerate() {
-            stage.1 = median(log.iter().map(|(_, stages)| stages[place].1));
+        for (index, stage) in light_stages.iter_mut().enumerate() {
+            stage.1 = median(log.iter().map(|(_, stages)| stages[index].1));
         }
         Self {
             triangles,

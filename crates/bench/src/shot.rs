@@ -12,7 +12,7 @@ use umbrage::{Sample, Scene};
 pub(crate) const GALLERY: [&str; 6] =
     ["demo:cloth", "demo:forest", "demo:hall", "demo:shatter", "demo:statue", "demo:marbles"];
 
-/// Files that are looked for in a folder of real scenes; those that aren't there are left away.
+/// Files that are looked for in a folder of real scenes; those that aren't there are left out.
 const FILES: [&str; 9] = [
     "cesium_man.glb",
     "robot_expressive.glb",
@@ -80,13 +80,13 @@ pub(crate) struct Shot<'a> {
     pub(crate) lights: Vec<LightSource>,
     /// Of all triangles.
     pub(crate) bounds: Bounds,
-    /// Whether alpha masks and opacity are asked about hits.
+    /// Whether alpha masks and opacity decide what stops rays; else all triangles do.
     pub(crate) masks: bool,
 }
 
 impl<'a> Shot<'a> {
-    /// `frame` of the scene at `address`, which is asked where it is seen and lit from if it is an interior; every triangle
-    /// counts as opaque.
+    /// `frame` of the scene at `address`, with opaque triangles. Interiors have an eye and a light of ours; other scenes show
+    /// what they say themselves.
     pub(crate) fn new(
         frame: &'a Frame,
         address: &str,

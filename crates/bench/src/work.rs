@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 use umbrage::Renderer;
 use umbrage::rays::Counts;
 
-/// What the camera's grid did, and the light grid for all lights together.
+/// What the camera's grid did, and what the light grid did for all lights together.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Work {
     #[serde(serialize_with = "as_map")]

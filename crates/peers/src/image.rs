@@ -56,7 +56,7 @@ struct Linear {
 /// Where shadow rays start and how they go to the points.
 #[derive(Clone, Copy, Debug)]
 enum Shadows {
-    /// From a place.
+    /// From a point.
     From(Vec3),
     /// Along a vector that is longer than the scene.
     Along(Vec3),
@@ -71,7 +71,7 @@ const ROWS: [f32; WIDTH] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.
 const BEFORE_POINT: f32 = 1.0 - 1e-4;
 
 impl PixelRays {
-    /// The rays of `view` through a place in each pixel, from (0, 0) at its upper left to (1, 1).
+    /// The rays of `view` through a point of each pixel, from (0, 0) at its upper left to (1, 1).
     #[must_use]
     pub fn new(view: &View, offset_pixels: DVec2) -> Self {
         let [first, right, down] =
@@ -192,7 +192,7 @@ impl Image {
     /// camera ray's direction; `None` for none.
     #[must_use]
     pub fn seen(&self, x: u32, y: u32) -> Option<(u32, f32)> {
-        let (packet, lane) = self.place(x, y);
+        let (packet, lane) = self.packet_and_lane(x, y);
         let Seen { t, triangle } = &self.seen[packet];
         (triangle[lane] != Self::NOTHING).then_some((triangle[lane], t[lane]))
     }
@@ -200,12 +200,12 @@ impl Image {
     /// Whether the light of the last [`Image::shadow`] reaches what a pixel shows; false where it shows nothing.
     #[must_use]
     pub fn is_lit(&self, x: u32, y: u32) -> bool {
-        let (packet, lane) = self.place(x, y);
+        let (packet, lane) = self.packet_and_lane(x, y);
         self.lit[packet] >> lane & 1 == 1
     }
 
-    /// A pixel's packet, and its place there.
-    fn place(&self, x: u32, y: u32) -> (usize, usize) {
+    /// A pixel's packet, and its lane there.
+    fn packet_and_lane(&self, x: u32, y: u32) -> (usize, usize) {
         let tile_side = PACKET_SIDE * TILE_PACKETS;
         let tile = y / tile_side * self.width.div_ceil(tile_side) + x / tile_side;
         let (column, row) = (x / PACKET_SIDE % TILE_PACKETS, y / PACKET_SIDE % TILE_PACKETS);

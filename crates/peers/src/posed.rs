@@ -23,7 +23,7 @@ pub struct Posed {
 pub(crate) struct Asked {
     /// Whom to ask.
     pub(crate) frame: Frame,
-    /// Three places in the positions for each triangle, all in range.
+    /// Three vertex indices for each triangle, all in range.
     pub(crate) indices: Vec<[u32; 3]>,
     /// Their ids in the frame.
     pub(crate) ids: Vec<u32>,
@@ -87,7 +87,7 @@ impl Posed {
         &self.positions[..self.positions.len() - 1]
     }
 
-    /// Three places in the positions for each triangle that is not asked about, all in range.
+    /// Three vertex indices for each opaque triangle, all in range.
     pub(crate) fn opaque(&self) -> &[[u32; 3]] {
         &self.opaque
     }

@@ -39,7 +39,7 @@ const COLUMNS: &[(&str, usize)] = &[
     ("project", 8),
     ("list", 8),
     ("trace", 8),
-    ("decide", 8),
+    ("settle", 8),
     ("shadow", 8),
 ];
 
@@ -97,7 +97,7 @@ impl DistanceFlags {
     }
 }
 
-/// Rearranging, projecting, listing, tracing and deciding, and all of it. The direct form doesn't list triangles, and its
+/// Rearranging, projecting, listing, tracing and settling, and all of it. The direct form doesn't list triangles, and its
 /// `sort` is that of points.
 fn times(costs: &Costs) -> [Option<f64>; 6] {
     let of = |name: &str| costs.light_stages.iter().find(|stage| stage.0 == name).map(|stage| stage.1);
@@ -105,5 +105,5 @@ fn times(costs: &Costs) -> [Option<f64>; 6] {
     let of_points = if list.is_some() { of("points") } else { of("sort") };
     let rearranging = [of("survey"), of("map"), of_points].into_iter().flatten().sum();
     let shadow = costs.survey + costs.shadow;
-    [Some(rearranging), of("project"), list, of("trace"), of("decide"), Some(shadow)]
+    [Some(rearranging), of("project"), list, of("trace"), of("settle"), Some(shadow)]
 }

@@ -15,7 +15,8 @@ pub(crate) trait Chart {
     fn svg(&self) -> String;
 }
 
-/// Colours that people with any colour vision tell apart (Okabe and Ito 2008), with greys in place of yellow, which is too light.
+/// Colours that people with any colour vision tell apart (Okabe and Ito 2008), with greys
+/// instead of yellow, which is too light.
 const COLORS: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444", "#a0a0a0"];
 
 fn color(series: usize) -> &'static str {

@@ -45,8 +45,8 @@ impl Bvh {
     #[doc(hidden)]
     pub fn triangles_of(&self, leaf: &Bvh2Node) -> impl Iterator<Item = u32> {
         let first = leaf.first_index as usize;
-        let places = &self.tree.primitive_indices[first..first + leaf.prim_count as usize];
-        places.iter().map(|&place| self.ids[place as usize])
+        let indices = &self.tree.primitive_indices[first..first + leaf.prim_count as usize];
+        indices.iter().map(|&index| self.ids[index as usize])
     }
 }
 

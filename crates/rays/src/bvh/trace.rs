@@ -42,12 +42,12 @@ impl Bvh {
         let mut stack = [(0_u32, 0.0_f32); STACK];
         let mut waiting = 0;
         let mut next = Some(subtree);
-        while let Some(place) = next.take() {
-            let node = &self.tree.nodes[place as usize];
+        while let Some(index) = next.take() {
+            let node = &self.tree.nodes[index as usize];
             if node.is_leaf() {
                 let first = node.first_index as usize;
-                for &place in &self.tree.primitive_indices[first..first + node.prim_count as usize] {
-                    test(self.ids[place as usize], t_max)?;
+                for &index in &self.tree.primitive_indices[first..first + node.prim_count as usize] {
+                    test(self.ids[index as usize], t_max)?;
                 }
             } else {
                 let children = [node.first_index, node.first_index + 1];
@@ -72,8 +72,8 @@ impl Bvh {
             }
             while next.is_none() && waiting > 0 {
                 waiting -= 1;
-                let (place, enters) = stack[waiting];
-                next = slabs.is_before(enters, *t_max).then_some(place);
+                let (index, enters) = stack[waiting];
+                next = slabs.is_before(enters, *t_max).then_some(index);
             }
         }
         ControlFlow::Continue(())

@@ -13,25 +13,25 @@ impl Bvh {
         let nodes = &self.tree.nodes;
         let mut seen = vec![0_u32; triangles.len()];
         let mut parents = vec![0_u32; nodes.len()];
-        for (place, node) in nodes.iter().enumerate() {
+        for (index, node) in nodes.iter().enumerate() {
             if node.is_leaf() {
                 let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
                 let listed =
-                    self.tree.primitive_indices.get(range).ok_or_else(|| format!("leaf {place} is out of range"))?;
-                for &box_place in listed {
-                    let id = *self.ids.get(box_place as usize).ok_or_else(|| format!("leaf {place} has no id"))?;
+                    self.tree.primitive_indices.get(range).ok_or_else(|| format!("leaf {index} is out of range"))?;
+                for &box_index in listed {
+                    let id = *self.ids.get(box_index as usize).ok_or_else(|| format!("leaf {index} has no id"))?;
                     seen[id as usize] += 1;
                     let inside = |corner: Vec3A| node.aabb.min.cmple(corner).all() && corner.cmple(node.aabb.max).all();
                     if !triangles.corners(id).map(Vec3A::from).into_iter().all(inside) {
-                        return Err(format!("triangle {id} sticks out of leaf {place}"));
+                        return Err(format!("triangle {id} sticks out of leaf {index}"));
                     }
                 }
             } else {
                 for child in [node.first_index as usize, node.first_index as usize + 1] {
-                    let below = nodes.get(child).ok_or_else(|| format!("child {child} of {place} is out of range"))?;
+                    let below = nodes.get(child).ok_or_else(|| format!("child {child} of {index} is out of range"))?;
                     parents[child] += 1;
                     if !(node.aabb.min.cmple(below.aabb.min).all() && below.aabb.max.cmple(node.aabb.max).all()) {
-                        return Err(format!("node {child} sticks out of its parent {place}"));
+                        return Err(format!("node {child} sticks out of its parent {index}"));
                     }
                 }
             }

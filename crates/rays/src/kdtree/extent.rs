@@ -146,8 +146,8 @@ impl Reference {
 fn clip(corners: [Vec3; 3], plane: Plane) -> [Extent; 2] {
     let [mut below, mut above] = [Extent::EMPTY; 2];
     let corners = corners.map(|corner| (corner + 0.0).to_array());
-    for place in 0..3 {
-        let (from, to) = (corners[place], corners[(place + 1) % 3]);
+    for index in 0..3 {
+        let (from, to) = (corners[index], corners[(index + 1) % 3]);
         let (start, end) = (from[plane.axis], to[plane.axis]);
         if start <= plane.at {
             below.include(from);

@@ -3,13 +3,13 @@ use super::extent::{Plane, Reference};
 use super::node::{Node, Nodes};
 use super::{KdLayout, KdTree};
 
-/// A subtree as builders make it: nodes depth first, each inner one with the distance to its right child; each leaf with
-/// how many ids it has, which follow those of the leaves before.
+/// A subtree as builders make it: nodes depth first. An inner node holds the distance to its right child, a leaf how many ids
+/// it has; these follow the ids of the leaves before.
 #[derive(Debug, Default)]
 pub struct Branch {
     nodes: Vec<Node>,
     ids: Vec<u32>,
-    /// Of the leaves in whose place subtrees are built later, in order.
+    /// Of the leaves that subtrees replace later, in order.
     deferred: Vec<Cell>,
     /// Of those, one after the other.
     references: Vec<Reference>,
@@ -37,7 +37,7 @@ impl Branch {
         self.nodes.push(Node::leaf(0, (self.ids.len() - start) as u32));
     }
 
-    /// Adds a leaf in whose place a subtree of these references is built later.
+    /// Adds a leaf that a subtree of these references replaces later.
     pub(super) fn push_deferred(&mut self, references: impl Iterator<Item = Reference>, cell: Cell) {
         let start = self.references.len();
         self.references.extend(references);
@@ -47,16 +47,16 @@ impl Branch {
         self.deferred.push(cell);
     }
 
-    /// Adds an inner node, whose left child is what is added next; its place.
+    /// Adds an inner node, whose left child is what is added next; its index.
     pub fn open(&mut self, plane: Plane) -> usize {
         self.nodes.push(Node::inner(plane, 0));
         self.nodes.len() - 1
     }
 
-    /// Says that what is added next is the right child of the inner node at `place`.
-    pub fn turn_right(&mut self, place: usize) {
-        let distance = (self.nodes.len() - place) as u32;
-        self.nodes[place] = Node::inner(self.nodes[place].plane(), distance);
+    /// Says that what is added next is the right child of the inner node at `index`.
+    pub fn turn_right(&mut self, index: usize) {
+        let distance = (self.nodes.len() - index) as u32;
+        self.nodes[index] = Node::inner(self.nodes[index].plane(), distance);
     }
 
     /// Adds a whole subtree.
@@ -91,9 +91,9 @@ impl KdTree {
         match options.layout {
             KdLayout::DepthFirst => {
                 nodes.grow_to(branch.nodes.len());
-                for (place, &node) in branch.nodes.iter().enumerate() {
-                    let moved = Node::inner(node.plane(), place as u32 + node.child());
-                    nodes.set(place, if node.is_leaf() { node } else { moved });
+                for (index, &node) in branch.nodes.iter().enumerate() {
+                    let moved = Node::inner(node.plane(), index as u32 + node.child());
+                    nodes.set(index, if node.is_leaf() { node } else { moved });
                 }
             }
             KdLayout::Subtrees => lay_out_subtrees(&branch.nodes, nodes),
@@ -107,10 +107,10 @@ impl KdTree {
 /// which follow depth first. Small ones share a line, but none is spread over two.
 fn lay_out_subtrees(branch: &[Node], nodes: &mut Nodes) {
     const PAIRS: usize = Nodes::LINE / 2;
-    // The root has a pair of its own, whose second place is never read.
+    // The root has a pair of its own, whose second slot is never read.
     nodes.grow_to(2);
     nodes.set(0, branch[0]);
-    // Parents whose children aren't placed yet: where they are in the branch and in the layout.
+    // Parents whose children have no slots yet: their indices in the branch and in the layout.
     let mut waiting = Vec::new();
     if !branch[0].is_leaf() {
         waiting.push((0, 0));
@@ -128,23 +128,23 @@ fn lay_out_subtrees(branch: &[Node], nodes: &mut Nodes) {
             next += 1;
         }
         let room = Nodes::LINE - nodes.len() % Nodes::LINE;
-        let mut place = if 2 * subtree.len() <= room { nodes.len() } else { nodes.len() + room };
-        nodes.grow_to(place + 2 * subtree.len());
+        let mut index = if 2 * subtree.len() <= room { nodes.len() } else { nodes.len() + room };
+        nodes.grow_to(index + 2 * subtree.len());
         let below = waiting.len();
         for at in 0..subtree.len() {
-            let (parent, parent_place) = subtree[at];
-            nodes.set(parent_place, Node::inner(branch[parent].plane(), place as u32));
-            for (child, child_place) in children(branch, parent).into_iter().zip(place..) {
-                nodes.set(child_place, branch[child]);
+            let (parent, parent_index) = subtree[at];
+            nodes.set(parent_index, Node::inner(branch[parent].plane(), index as u32));
+            for (child, child_index) in children(branch, parent).into_iter().zip(index..) {
+                nodes.set(child_index, branch[child]);
                 if branch[child].is_leaf() {
                     continue;
                 }
                 match subtree.iter_mut().find(|(node, _)| *node == child) {
-                    Some((_, place)) => *place = child_place,
-                    None => waiting.push((child, child_place)),
+                    Some((_, index)) => *index = child_index,
+                    None => waiting.push((child, child_index)),
                 }
             }
-            place += 2;
+            index += 2;
         }
         waiting[below..].reverse();
     }

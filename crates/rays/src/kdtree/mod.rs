@@ -88,9 +88,7 @@ impl KdTree {
     /// Says what the tree is like: how it is built and laid out from the next build on, and how it is traversed from now on.
     ///
     /// # Errors
-    /// If a cost isn't finite or below zero, the test's cost is zero, the factor for empty space isn't between zero and one,
-    /// a short stack has no entry or more than [`KdTraversal::MOST_ENTRIES`], or nodes of more than
-    /// [`KdTreeOptions::MOST_LAZY`] triangles are to be built lazily.
+    /// As [`KdTreeOptions::check`].
     pub fn set_options(&mut self, options: KdTreeOptions) -> Result<(), ImpossibleKdTreeOptions> {
         options.check()?;
         self.options = options;
@@ -136,7 +134,7 @@ impl KdTree {
         self.extent
     }
 
-    /// Whether two trees have the same nodes, in the same places, and list the same triangles in them; whatever rays have
+    /// Whether two trees have the same nodes, in the same order, and list the same triangles in them; whatever rays have
     /// [reached](KdTreeCounts::reached) of them.
     #[must_use]
     pub fn is_same_as(&self, other: &Self) -> bool {

@@ -1,12 +1,15 @@
 use super::extent::Plane;
 
-/// A node. 8 bytes: for an inner node the plane and above two bits for its axis a child's place; for a leaf where its ids
-/// start, and above two bits that are set how many there are; the highest bit says that there is a subtree (Wald, *Realtime Ray Tracing and Interactive Global
-/// Illumination*, 2004, §7.2).
+/// A node. 8 bytes (Wald, *Realtime Ray Tracing and Interactive Global Illumination*, 2004, §7.2).
+///
+/// | | first word | second word, from its lowest bit |
+/// |---|---|---|
+/// | inner node | the plane's coordinate | its axis in two bits, a child's index |
+/// | leaf | where its ids start | two bits that are set, how many ids there are, a bit for a subtree |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct Node {
-    /// Bits of the plane's coordinate, or the place of the first id.
+    /// Bits of the plane's coordinate, or the index of the first id.
     first: u32,
     second: u32,
 }
@@ -26,12 +29,12 @@ impl Node {
         Self { first: start, second: count << 2 | Self::LEAF }
     }
 
-    /// A leaf in whose place a subtree is built later.
+    /// A leaf that a subtree replaces later.
     pub(super) fn deferred(start: u32, count: u32) -> Self {
         Self { first: start, second: Self::DEFERRED | count << 2 | Self::LEAF }
     }
 
-    /// Whether it has ids in place of children.
+    /// Whether it has ids instead of children.
     #[inline(always)]
     pub fn is_leaf(self) -> bool {
         self.second & 3 == Self::LEAF
@@ -49,7 +52,7 @@ impl Node {
         Plane { axis: (self.second & 3) as usize, at: f32::from_bits(self.first) }
     }
 
-    /// Of an inner node: the place of a child.
+    /// Of an inner node: the index of a child.
     #[inline(always)]
     pub fn child(self) -> u32 {
         self.second >> 2
@@ -77,7 +80,7 @@ struct Line([Node; Nodes::LINE]);
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Nodes {
     lines: Vec<Line>,
-    /// How many places are taken, counting those that padding takes.
+    /// How many slots are taken, padding among them.
     len: usize,
     /// All ones where the left child follows its parent and `child` is the right one; zero where `child` is the left one,
     /// which the right one follows.
@@ -96,7 +99,7 @@ impl Nodes {
         self.left_follows = if left_follows { u32::MAX } else { 0 };
     }
 
-    /// How many places for nodes there are, padding among them.
+    /// How many slots for nodes there are, padding among them.
     #[expect(clippy::len_without_is_empty, reason = "a built tree has a root")]
     pub fn len(&self) -> usize {
         self.len
@@ -106,27 +109,27 @@ impl Nodes {
         self.lines.capacity() * size_of::<Line>()
     }
 
-    /// Makes room for nodes up to place `len`.
+    /// Makes room for nodes up to index `len`.
     pub(super) fn grow_to(&mut self, len: usize) {
         self.len = self.len.max(len);
         self.lines.resize(self.len.div_ceil(Self::LINE), Line::default());
     }
 
-    pub(super) fn set(&mut self, place: usize, node: Node) {
-        self.lines[place / Self::LINE].0[place % Self::LINE] = node;
+    pub(super) fn set(&mut self, index: usize, node: Node) {
+        self.lines[index / Self::LINE].0[index % Self::LINE] = node;
     }
 
-    /// The node at a place.
+    /// The node at an index.
     #[inline(always)]
-    pub fn get(&self, place: u32) -> Node {
-        self.lines[place as usize / Self::LINE].0[place as usize % Self::LINE]
+    pub fn get(&self, index: u32) -> Node {
+        self.lines[index as usize / Self::LINE].0[index as usize % Self::LINE]
     }
 
-    /// The places of the left and the right child of the inner node at `place`.
+    /// The indices of the left and the right child of the inner node at `index`.
     #[inline(always)]
-    pub fn children(&self, place: u32, node: Node) -> [u32; 2] {
+    pub fn children(&self, index: u32, node: Node) -> [u32; 2] {
         let child = node.child();
         let follows = self.left_follows;
-        [((place + 1) & follows) | (child & !follows), child + (!follows & 1)]
+        [((index + 1) & follows) | (child & !follows), child + (!follows & 1)]
     }
 }

@@ -122,7 +122,9 @@ impl KdTreeOptions {
     /// Whether a tree can be like this.
     ///
     /// # Errors
-    /// As [`KdTree::set_options`](super::KdTree::set_options).
+    /// If a cost isn't finite or below zero, the test's cost is zero, the factor for empty space isn't between zero and one,
+    /// a short stack has no entry or more than [`KdTraversal::MOST_ENTRIES`], or nodes of more than
+    /// [`MOST_LAZY`](Self::MOST_LAZY) triangles are to be built lazily.
     pub fn check(self) -> Result<(), ImpossibleKdTreeOptions> {
         let SahCosts { step, test, empty, .. } = self.costs;
         let is_cost = |cost: f64| cost.is_finite() && cost >= 0.0;

@@ -36,7 +36,7 @@ impl KdTree {
         Ok(())
     }
 
-    /// Of a tree or subtree with so many nodes above its root.
+    /// Checks the nodes of a tree, or of a subtree with `depth` nodes above its root.
     fn validate_nodes(&self, triangles: Triangles<'_>, depth: usize) -> Result<(), String> {
         let mut visited = Visited { nodes: vec![false; self.nodes.len()], ids: 0 };
         self.validate_below(triangles, 0, self.extent, depth, &mut visited)?;
@@ -47,61 +47,61 @@ impl KdTree {
     fn validate_below(
         &self,
         triangles: Triangles<'_>,
-        place: u32,
+        index: u32,
         cell: Extent,
         depth: usize,
         visited: &mut Visited,
     ) -> Result<(), String> {
         if depth > Nodes::MAX_DEPTH {
-            return Err(format!("node {place} is too deep"));
+            return Err(format!("node {index} is too deep"));
         }
-        match visited.nodes.get_mut(place as usize) {
+        match visited.nodes.get_mut(index as usize) {
             Some(visited) if !*visited => *visited = true,
-            Some(_) => return Err(format!("node {place} has two parents")),
-            None => return Err(format!("node {place} is out of range")),
+            Some(_) => return Err(format!("node {index} has two parents")),
+            None => return Err(format!("node {index} is out of range")),
         }
-        let node = self.nodes.get(place);
+        let node = self.nodes.get(index);
         if !node.is_leaf() {
             let plane = node.plane();
             if !(cell.min[plane.axis] <= plane.at && plane.at <= cell.max[plane.axis]) {
-                return Err(format!("the plane of node {place} is outside of its cell"));
+                return Err(format!("the plane of node {index} is outside of its cell"));
             }
-            for (child, cell) in self.nodes.children(place, node).into_iter().zip(cell.cut(plane)) {
+            for (child, cell) in self.nodes.children(index, node).into_iter().zip(cell.cut(plane)) {
                 self.validate_below(triangles, child, cell, depth + 1, visited)?;
             }
             return Ok(());
         }
-        let ids = self.ids.get(node.ids()).ok_or_else(|| format!("ids of leaf {place} are out of range"))?;
+        let ids = self.ids.get(node.ids()).ok_or_else(|| format!("ids of leaf {index} are out of range"))?;
         visited.ids += ids.len();
         if node.is_deferred() {
             let start = node.ids().start;
             if !self.deferred.references(start).iter().map(|reference| reference.id).eq(ids.iter().copied()) {
-                return Err(format!("what is deferred in leaf {place} isn't what it lists"));
+                return Err(format!("what is deferred in leaf {index} isn't what it lists"));
             }
             if let Some(subtree) = self.deferred.get(start) {
                 if subtree.extent != cell {
-                    return Err(format!("the subtree of leaf {place} is another cell's"));
+                    return Err(format!("the subtree of leaf {index} is another cell's"));
                 }
-                subtree.validate_nodes(triangles, depth).map_err(|broken| format!("below leaf {place}: {broken}"))?;
+                subtree.validate_nodes(triangles, depth).map_err(|broken| format!("below leaf {index}: {broken}"))?;
             }
         }
         if !ids.is_sorted_by(|a, b| a < b) {
-            return Err(format!("ids of leaf {place} don't ascend"));
+            return Err(format!("ids of leaf {index} don't ascend"));
         }
         for &id in ids {
             let usable = triangles.indices.get(id as usize).and_then(|_| triangles.usable_corners(id).ok());
-            let corners = usable.ok_or_else(|| format!("leaf {place} lists {id}, which can't be hit"))?;
+            let corners = usable.ok_or_else(|| format!("leaf {index} lists {id}, which can't be hit"))?;
             let extent = Extent::around(corners);
             if !(0..3).all(|axis| extent.min[axis] <= cell.max[axis] && cell.min[axis] <= extent.max[axis]) {
-                return Err(format!("triangle {id} is in leaf {place}, away from its box"));
+                return Err(format!("triangle {id} is in leaf {index}, away from its box"));
             }
         }
         Ok(())
     }
 
-    /// Whether the leaves below a node that list a triangle cover a part of it, but for slivers that rounding may have made.
-    fn covers(&self, place: u32, id: u32, polygon: &[DVec3]) -> bool {
-        let node = self.nodes.get(place);
+    /// Whether those leaves below a node that list a triangle cover this part of it, but for slivers that rounding may have made.
+    fn covers(&self, index: u32, id: u32, polygon: &[DVec3]) -> bool {
+        let node = self.nodes.get(index);
         if node.is_leaf() {
             if node.is_deferred()
                 && let Some(subtree) = self.deferred.get(node.ids().start)
@@ -111,7 +111,7 @@ impl KdTree {
             return self.ids[node.ids()].binary_search(&id).is_ok();
         }
         let plane = node.plane();
-        let [left, right] = self.nodes.children(place, node);
+        let [left, right] = self.nodes.children(index, node);
         let at = f64::from(plane.at);
         let along = |point: &DVec3| point[plane.axis];
         let (low, high) = polygon.iter().map(along).fold((f64::MAX, f64::MIN), |(a, b), c| (a.min(c), b.max(c)));
@@ -137,8 +137,8 @@ fn part(polygon: &[DVec3], plane: Plane, side: f64) -> Vec<DVec3> {
     let at = f64::from(plane.at);
     let above = |point: DVec3| (point[plane.axis] - at) * side;
     let mut part = Vec::with_capacity(polygon.len() + 1);
-    for (place, &from) in polygon.iter().enumerate() {
-        let to = polygon[(place + 1) % polygon.len()];
+    for (index, &from) in polygon.iter().enumerate() {
+        let to = polygon[(index + 1) % polygon.len()];
         let (start, end) = (above(from), above(to));
         if start <= 0.0 {
             part.push(from);

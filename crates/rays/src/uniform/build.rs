@@ -14,7 +14,7 @@ pub(super) const CHUNK: usize = 1 << 12;
 /// Cells that a thread takes at once.
 pub(super) const CHUNK_CELLS: usize = 1 << 14;
 
-/// What is known about some triangles in a row.
+/// What is known about a chunk of triangles.
 #[derive(Default)]
 pub(super) struct Chunk {
     bounds: Bounds,
@@ -52,10 +52,10 @@ impl UniformGrid {
     fn survey(&mut self, triangles: Triangles<'_>) {
         let Self { chunks, bounds, omitted, .. } = self;
         chunks.resize_with(triangles.len().div_ceil(CHUNK), Chunk::default);
-        chunks.par_iter_mut().enumerate().for_each(|(place, chunk)| {
+        chunks.par_iter_mut().enumerate().for_each(|(index, chunk)| {
             chunk.bounds = Bounds::EMPTY;
             chunk.omitted.clear();
-            let first = place * CHUNK;
+            let first = index * CHUNK;
             for id in first as u32..triangles.len().min(first + CHUNK) as u32 {
                 match triangles.usable_corners(id) {
                     Ok([a, b, c]) => {
@@ -74,8 +74,8 @@ impl UniformGrid {
         }
     }
 
-    /// The lattice for the options, or one with larger cells where triangles would be in too many; and the cells of each
-    /// triangle.
+    /// The lattice for the options, or one with larger cells where triangles would be in too many of them. Finds the cells of
+    /// each triangle as well.
     fn choose_lattice(&mut self, triangles: Triangles<'_>) -> Lattice {
         let usable = self.triangle_count - self.omitted.total() as usize;
         let mut lattice = Lattice::around(self.bounds, self.options.cells_per_triangle * usable as f64);
@@ -105,10 +105,10 @@ impl UniformGrid {
         });
         let vertices = &*vertices;
         resize(boxes, triangles.len(), || CellBox::EMPTY);
-        let chunks = boxes.par_chunks_mut(CHUNK).zip(&*chunks).enumerate().map(|(place, (boxes, chunk))| {
+        let chunks = boxes.par_chunks_mut(CHUNK).zip(&*chunks).enumerate().map(|(index, (boxes, chunk))| {
             let is_sound = chunk.omitted.total() == 0;
             let mut references = 0;
-            let ids = (place * CHUNK) as u32..;
+            let ids = (index * CHUNK) as u32..;
             for (cells, id) in boxes.iter_mut().zip(ids) {
                 let of_vertices = || triangles.indices[id as usize].map(|vertex| vertices[vertex as usize]);
                 *cells = if is_shared && (is_sound || triangles.usable_corners(id).is_ok()) {
@@ -125,7 +125,7 @@ impl UniformGrid {
         chunks.sum()
     }
 
-    /// Counts each cell's triangles, two places on, so that [`scatter`](Self::scatter) moves starts to where they
+    /// Counts each cell's triangles, two cells on, so that [`scatter`](Self::scatter) moves starts to where they
     /// belong.
     fn count(&mut self, triangles: Triangles<'_>, lattice: &Lattice) {
         let Self { starts, boxes, options, .. } = self;
@@ -149,14 +149,13 @@ impl UniformGrid {
     /// Writes each triangle's id into its cells.
     fn scatter(&self, triangles: Triangles<'_>, lattice: &Lattice) {
         for_each_reference(triangles, lattice, &self.boxes, self.options.insertion, |cell, id| {
-            let place = self.starts[cell + 1].fetch_add(1, Relaxed);
-            self.ids[place as usize].store(id, Relaxed);
+            let index = self.starts[cell + 1].fetch_add(1, Relaxed);
+            self.ids[index as usize].store(id, Relaxed);
         });
     }
 }
 
-/// Makes `items` as many as are needed. Where there was no room, there is a little more for later frames' sake, but not for
-/// twice as many.
+/// Resizes `items`. Where that needs more memory, it takes a little more for later frames, but never twice as much.
 pub(super) fn resize<T>(items: &mut Vec<T>, count: usize, item: fn() -> T) {
     if count > items.capacity() {
         items.reserve_exact(count + count / 64 - items.len());
@@ -164,16 +163,16 @@ pub(super) fn resize<T>(items: &mut Vec<T>, count: usize, item: fn() -> T) {
     items.resize_with(count, item);
 }
 
-/// Makes of counts sums of all up to each, and returns the last one.
+/// Replaces counts by their running sums, and returns the last one.
 pub(super) fn scan(starts: &mut [AtomicU32], sums: &mut Vec<u32>) -> u32 {
-    // One part a thread: the last one, and so all of a single thread's, needn't be read before.
+    // One part a thread. The last part's sum isn't needed beforehand, so a single thread reads nothing twice.
     let part = starts.len().div_ceil(rayon::current_num_threads()).max(CHUNK_CELLS);
     let all_but_last = &starts[..(starts.len() - 1) / part * part];
     let parts = all_but_last.par_chunks(part).map(|counts| counts.iter().map(|count| count.load(Relaxed)).sum());
     parts.collect_into_vec(sums);
     sums.insert(0, 0);
-    for place in 1..sums.len() {
-        sums[place] += sums[place - 1];
+    for index in 1..sums.len() {
+        sums[index] += sums[index - 1];
     }
     starts.par_chunks_mut(part).zip(&*sums).for_each(|(starts, &before)| {
         let mut sum = before;
@@ -186,7 +185,7 @@ pub(super) fn scan(starts: &mut [AtomicU32], sums: &mut Vec<u32>) -> u32 {
     starts.last_mut().map_or(0, |last| *last.get_mut())
 }
 
-/// Calls `visit` with each cell's place and the id of each triangle in it, on all threads.
+/// Calls `visit` with each cell's index and the id of each triangle in it, on all threads.
 fn for_each_reference(
     triangles: Triangles<'_>,
     lattice: &Lattice,
@@ -195,14 +194,14 @@ fn for_each_reference(
     visit: impl Fn(usize, u32) + Sync,
 ) {
     boxes.par_chunks(CHUNK).enumerate().for_each(|(chunk, boxes)| {
-        for (place, cells) in boxes.iter().enumerate() {
-            let id = (chunk * CHUNK + place) as u32;
+        for (index, cells) in boxes.iter().enumerate() {
+            let id = (chunk * CHUNK + index) as u32;
             for_each_cell(triangles, lattice, (id, cells), insertion, |cell| visit(cell, id));
         }
     });
 }
 
-/// Calls `visit` with the place of each cell that lists the triangle `id`, whose box overlaps `cells`.
+/// Calls `visit` with the index of each cell that lists the triangle `id`, whose box overlaps `cells`.
 #[inline(always)]
 pub(super) fn for_each_cell(
     triangles: Triangles<'_>,
@@ -216,7 +215,7 @@ pub(super) fn for_each_cell(
     let exact = is_exact.then(|| ExactTriangle::new(lattice, triangles.corners(id)));
     for z in cells.range(2) {
         for y in cells.range(1) {
-            let row = lattice.place(0, y, z);
+            let row = lattice.index(0, y, z);
             for x in cells.range(0) {
                 if exact.as_ref().is_none_or(|triangle| triangle.overlaps([x, y, z])) {
                     visit(row + x as usize);

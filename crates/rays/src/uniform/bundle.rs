@@ -54,7 +54,7 @@ impl PacketSide {
         (self.pixels() / TileOrder::BLOCK).max(1) as usize
     }
 
-    /// The packets of a tile: the first block in the tile's order, and which of each block's places belong to it.
+    /// The packets of a tile: the first block in the tile's order, and which of each block's pixels belong to it.
     fn packets(self) -> impl Iterator<Item = (usize, u16)> {
         const QUARTERS: [u16; 4] = [0x0033, 0x00cc, 0x3300, 0xcc00];
         let blocks = self.blocks();
@@ -119,7 +119,7 @@ pub(super) struct Bundle {
     pub(super) errors: [[f64; LANES]; MOST_BLOCKS],
     /// How wrong the predicate takes a shadow ray's point to be.
     pub(super) predicate_errors: [[f64; LANES]; MOST_BLOCKS],
-    /// What is common in a group of rays besides their direction: hits are about as far away.
+    /// What the rays of a group have in common besides their direction: hits are about as far away.
     pub(super) inverse_depths: [[f32; LANES]; MOST_BLOCKS],
 }
 
@@ -151,12 +151,12 @@ pub(super) fn members_of<S: Simd>(simd: S, members: u16, half: usize) -> mask64x
     mask64x8::from_bitmask(simd, u64::from(members >> (8 * half) & 0xff))
 }
 
-/// What is common in a group of rays, and so what differs.
+/// What the rays of a group have in common, and so what differs.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Shape {
     /// An origin: rays have slopes u / w and v / w.
     Fan,
-    /// A direction of this slope: rays have places, in units, where they cross w = 0.
+    /// A direction of this slope: rays have coordinates, in units, where they cross w = 0.
     Column { slope: [f64; 2], unit: f64 },
 }
 
@@ -169,7 +169,7 @@ impl Shape {
     }
 }
 
-/// The places of a word's bits.
+/// The positions of a word's bits.
 pub(super) fn lanes_of(mut bits: u16) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lane = bits.trailing_zeros() as usize;
@@ -184,14 +184,14 @@ impl Bundle {
         DVec3::new(x[lane], y[lane], z[lane])
     }
 
-    /// The first block and lane that weren't traced yet.
+    /// The first block and lane that haven't been traced yet.
     pub(super) fn first_remaining(&self) -> Option<(usize, usize)> {
         let block = self.remaining[..self.count].iter().position(|&remaining| remaining != 0)?;
         Some((block, self.remaining[block].trailing_zeros() as usize))
     }
 
-    /// Starts a group of rays: besides the first one those that are left, if `by_direction` agree with the group's about
-    /// the major axis, and have inverse depths that differ from the first one's by no more than `spread` of it.
+    /// Starts a group of rays: the first one, and those of the others that agree with it. With `by_direction` they have its
+    /// major axis; with `spread` their inverse depths differ from its by no more than this part of it.
     #[inline(always)]
     pub(super) fn start_group<S: Simd>(
         &mut self,
@@ -245,7 +245,7 @@ impl Bundle {
         [u, v, w * self.group.sign]
     }
 
-    /// Slopes or places of eight of a block's rays along u and v, and how far their vectors go along w.
+    /// Slopes or coordinates of eight of a block's rays along u and v, and how far their vectors go along w.
     #[inline(always)]
     fn shaped<S: Simd>(&self, simd: S, block: usize, half: usize, shape: Shape) -> [f64x8<S>; 3] {
         let [u, v, w] = self.turned(simd, block, half);
@@ -269,7 +269,7 @@ impl Bundle {
         self.members[..self.count].iter().map(|members| members.count_ones()).sum()
     }
 
-    /// The ranges of slopes or places of the group's rays along u and v, and of how far their vectors go along w.
+    /// The ranges of slopes or coordinates of the group's rays along u and v, and of how far their vectors go along w.
     #[inline(always)]
     pub(super) fn ranges<S: Simd>(&self, simd: S, shape: Shape) -> [Range; 3] {
         let mut lows = [f64x8::splat(simd, f64::INFINITY); 3];
@@ -306,7 +306,7 @@ impl Bundle {
         }
     }
 
-    /// Calls `visit` with the blocks of each packet of a tile, and the places of each block that are the packet's.
+    /// Calls `visit` with the blocks of each packet of a tile, and the pixels of each block that are the packet's.
     #[inline(always)]
     pub(super) fn packets_of_tile(side: PacketSide, mut visit: impl FnMut(&[u16], u16)) {
         let along = side.blocks();

@@ -21,18 +21,18 @@ pub(super) struct Cells<'a> {
 }
 
 impl<'a> Cells<'a> {
-    /// The references of the cells at two places in the order of cells and of all between them, the last included.
+    /// The references of the cells from one index to another, the last included.
     #[inline(always)]
     pub(super) fn listed(&self, first: usize, last: usize) -> &'a [AtomicU32] {
         &self.ids[self.starts[first].load(Relaxed) as usize..self.starts[last + 1].load(Relaxed) as usize]
     }
 
-    /// The cells inside of the cell at a place; `None` where it only lists triangles.
-    pub(super) fn inside(&self, place: usize) -> Option<Self> {
-        if self.listed(place, place).len() <= self.most {
+    /// The cells inside of the cell at an index; `None` where it only lists triangles.
+    pub(super) fn inside(&self, index: usize) -> Option<Self> {
+        if self.listed(index, index).len() <= self.most {
             return None;
         }
-        self.inside.at(self.starts[place].load(Relaxed))
+        self.inside.at(self.starts[index].load(Relaxed))
     }
 }
 

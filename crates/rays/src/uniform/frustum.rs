@@ -9,7 +9,7 @@ use crate::{Bounds, Triangles};
 /// The four planes of a [`Beam`] in f32, which need no more of a triangle than its corners (Wald et al. 2006, §2.3).
 ///
 /// Most triangles in a packet's cells are beside it (`umbrage-bench culling` counts them: 19 of 20 with 8×8 rays in
-/// `demo:cloth`), and needn't be prepared for its rays to find that out.
+/// `demo:cloth`). This finds them without preparing them for the packet's rays.
 pub(super) struct Frustum {
     axes: [usize; 3],
     low: [Plane; 2],
@@ -39,7 +39,7 @@ impl Frustum {
             let terms = (1.0 + slope.abs()) * reach + from.abs() + shift.abs() + slope.abs() * from_z.abs();
             // Rays leave the beam, and the part of it that counts, by no more than its slack, and slopes are four at most.
             let margin = 5.0 * HALF_ULP * terms + 8.0 * beam.slack * lattice.side;
-            // Numbers that f32 doesn't hold, or hardly, say nothing.
+            // Numbers that overflow or underflow f32 leave nothing out.
             let margin = if terms < 1e37 { (margin as f32).next_up() + f32::MIN_POSITIVE } else { f32::INFINITY };
             Plane { slope: slope as f32, offset: offset as f32, margin }
         };

@@ -6,8 +6,8 @@ use crate::Bounds;
 
 /// Where a grid's cells are: cubes side by side, along x first, then y, then z.
 ///
-/// A world position p is at g = (p − `corner`) / `side` in *cell coordinates*, which those of this comment are: cell i
-/// of an axis holds the coordinates from i to i + 1.
+/// A world position p is at g = (p − `corner`) / `side` in *cell coordinates*, which this comment uses: cell i of an axis
+/// holds the coordinates from i to i + 1.
 ///
 /// **What makes the grid conservative.** The predicate accepts a hit only where the ray's line meets the triangle in
 /// real numbers, at a point h inside the triangle's box. Three roundings make a computed coordinate wrong by 3 · 2⁻⁵³ of
@@ -120,9 +120,9 @@ impl Lattice {
         self.cells.x as usize * self.cells.y as usize * self.cells.z as usize
     }
 
-    /// The place of a cell in the order of cells.
+    /// The index of a cell in the order of cells.
     #[inline(always)]
-    pub(super) fn place(&self, x: u32, y: u32, z: u32) -> usize {
+    pub(super) fn index(&self, x: u32, y: u32, z: u32) -> usize {
         (z as usize * self.cells.y as usize + y as usize) * self.cells.x as usize + x as usize
     }
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::lattice::Lattice;
 
-/// Which blocks of M × M × M cells hold a triangle (Wald et al. 2006, §2.4). One byte a block.
+/// Which macrocells, of M × M × M cells, hold a triangle (Wald et al. 2006, §2.4). One byte each.
 #[derive(Default)]
 pub(super) struct Macrocells {
     /// M.
@@ -21,7 +21,7 @@ impl Macrocells {
         self.occupied.capacity()
     }
 
-    /// Marks the blocks of which some cell's ids don't end where they start.
+    /// Marks the macrocells some cell of which lists a triangle.
     pub(super) fn mark(&mut self, lattice: &Lattice, side: u32, starts: &[AtomicU32]) {
         self.side = side;
         self.count = count(lattice, side);
@@ -58,15 +58,16 @@ pub(super) fn count(lattice: &Lattice, side: u32) -> UVec3 {
     lattice.cells.map(|cells| cells.div_ceil(side))
 }
 
-/// Marks in `occupied`, a place for each macrocell, those of which some cell's ids don't end where they start.
+/// Marks in `occupied`, a byte for each macrocell, those some cell of which lists a triangle: its ids don't end where they
+/// start.
 pub(super) fn mark(lattice: &Lattice, side: u32, starts: &[AtomicU32], occupied: &mut [bool]) {
     let UVec3 { x: columns, y: rows, .. } = count(lattice, side);
-    occupied.par_chunks_mut(columns as usize).enumerate().with_min_len(16).for_each(|(place, occupied)| {
-        let (row, layer) = (place as u32 % rows, place as u32 / rows);
+    occupied.par_chunks_mut(columns as usize).enumerate().with_min_len(16).for_each(|(index, occupied)| {
+        let (row, layer) = (index as u32 % rows, index as u32 / rows);
         occupied.fill(false);
         for z in layer * side..lattice.cells.z.min((layer + 1) * side) {
             for y in row * side..lattice.cells.y.min((row + 1) * side) {
-                mark_row(occupied, lattice, side, &starts[lattice.place(0, y, z)..]);
+                mark_row(occupied, lattice, side, &starts[lattice.index(0, y, z)..]);
             }
         }
     });

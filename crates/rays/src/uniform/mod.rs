@@ -185,8 +185,7 @@ impl UniformGrid {
     /// Says what the grid is like from the next build on.
     ///
     /// # Errors
-    /// If λ isn't above zero and finite, macrocells aren't of 1 to 64 cells along an edge, or cells that list a single
-    /// triangle should hold grids.
+    /// As [`UniformOptions::check`].
     pub fn set_options(&mut self, options: UniformOptions) -> Result<(), ImpossibleUniformOptions> {
         options.check()?;
         self.options = options;
@@ -205,7 +204,7 @@ impl UniformGrid {
         self.ids.len()
     }
 
-    /// How many grids are inside of cells, those inside of each other counted one by one.
+    /// How many grids are inside of cells, whether of the scene's grid or of one another.
     #[must_use]
     pub fn nested_grids(&self) -> usize {
         self.nested.len()

@@ -25,8 +25,8 @@ impl ExactTriangle {
         let [a, b, c] = corners;
         let edges = [b - a, c - b, a - c];
         let mut axes = [edges[0].cross(edges[2]); 10];
-        for (place, axis) in axes[..9].iter_mut().enumerate() {
-            *axis = edges[place / 3].cross(DVec3::AXES[place % 3]);
+        for (index, axis) in axes[..9].iter_mut().enumerate() {
+            *axis = edges[index / 3].cross(DVec3::AXES[index % 3]);
         }
         Self { corners, axes, half: 0.5 + Lattice::MARGIN + roundings }
     }

@@ -102,13 +102,13 @@ impl CameraTrace<'_> {
     fn load<S: Simd>(&self, simd: S, bundle: &mut Bundle, first: usize, blocks: &[u16], part: u16) {
         bundle.count = blocks.len();
         bundle.blocks[..blocks.len()].copy_from_slice(blocks);
-        for (place, &block) in blocks.iter().enumerate() {
+        for (index, &block) in blocks.iter().enumerate() {
             let (column, row) = self.order.column_and_row(first + usize::from(block) * LANES);
             for half in 0..2 {
                 let columns = f64x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0]) + f64::from(column);
                 let rows = f64x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]) + f64::from(row + 2 * half);
                 let lanes = half as usize * 8..half as usize * 8 + 8;
-                for (axis, vectors) in bundle.vectors[place].iter_mut().enumerate() {
+                for (axis, vectors) in bundle.vectors[index].iter_mut().enumerate() {
                     // As `CameraRays::ray` has it, to the last bit.
                     let CameraRays { step_x, step_y, corner, position, .. } = &self.rays;
                     let varying = columns * step_x[axis] + (rows * step_y[axis] + corner[axis]);
@@ -116,7 +116,7 @@ impl CameraTrace<'_> {
                     vector.store_slice(&mut vectors[lanes.clone()]);
                 }
             }
-            bundle.remaining[place] = self.pixels_of_block(column, row) & part;
+            bundle.remaining[index] = self.pixels_of_block(column, row) & part;
         }
     }
 

@@ -54,7 +54,7 @@ struct LightTrace<'a> {
     grid: &'a UniformGrid,
     image: SeenImage<'a>,
     light: &'a LightSource,
-    /// The light, or some place from which points are counted where it is infinitely far away.
+    /// The light, or some point from which points are counted where it is infinitely far away.
     origin: DVec3,
     rays: CameraRays,
     unit: f64,
@@ -85,34 +85,34 @@ impl LightTrace<'_> {
                 while let Some((block, lane)) = worker.bundle.first_remaining() {
                     self.trace_group(simd, worker, first, (block, lane));
                 }
-                for (place, &block) in blocks.iter().enumerate() {
-                    lit[usize::from(block)] |= points[place] & !worker.any_hit[place].shadowed;
+                for (index, &block) in blocks.iter().enumerate() {
+                    lit[usize::from(block)] |= points[index] & !worker.any_hit[index].shadowed;
                 }
             },
         );
     }
 
     /// Brings the points of a packet's blocks to the worker's bundle, where they are both what is left and its members.
-    /// Those whose place isn't certain are decided alone.
+    /// Those whose position isn't certain are decided alone.
     #[inline(always)]
     fn load<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, blocks: &[u16], part: u16) {
         let Worker { bundle, any_hit, .. } = worker;
         bundle.count = blocks.len();
         bundle.blocks[..blocks.len()].copy_from_slice(blocks);
         let seen = self.image.seen;
-        for (place, &block) in blocks.iter().enumerate() {
+        for (index, &block) in blocks.iter().enumerate() {
             let start = first + usize::from(block) * LANES;
-            let found = &mut any_hit[place];
+            let found = &mut any_hit[index];
             *found = AnyHitBlock::EMPTY;
             found.own.copy_from_slice(&seen.triangle[start..start + LANES]);
-            bundle.inverse_depths[place].copy_from_slice(&seen.inverse_depth[start..start + LANES]);
+            bundle.inverse_depths[index].copy_from_slice(&seen.inverse_depth[start..start + LANES]);
             let shown = SeenPixels::shown_of(&found.own) & part;
-            let certain = if shown == 0 { 0 } else { self.locate(simd, bundle, place, start) };
+            let certain = if shown == 0 { 0 } else { self.locate(simd, bundle, index, start) };
             for lane in lanes_of(shown & !certain) {
                 found.shadowed |= u16::from(self.is_shadowed(start + lane)) << lane;
             }
-            bundle.members[place] = shown;
-            bundle.remaining[place] = shown & certain;
+            bundle.members[index] = shown;
+            bundle.remaining[index] = shown & certain;
         }
     }
 
@@ -121,8 +121,8 @@ impl LightTrace<'_> {
     fn locate<S: Simd>(&self, simd: S, bundle: &mut Bundle, block: usize, start: usize) -> u16 {
         let mut certain = 0;
         for half in 0..2 {
-            let places = std::array::from_fn(|lane| (start + half * 8 + lane) as u32);
-            let points = EightPoints::find(simd, &self.image, &self.rays, places, self.origin);
+            let indices = std::array::from_fn(|lane| (start + half * 8 + lane) as u32);
+            let points = EightPoints::find(simd, &self.image, &self.rays, indices, self.origin);
             let lanes = half * 8..half * 8 + 8;
             for axis in 0..3 {
                 points.offset[axis].store_slice(&mut bundle.vectors[block][axis][lanes.clone()]);
@@ -164,8 +164,8 @@ impl LightTrace<'_> {
             Some(packet) => self.trace_packet(simd, worker, first, &packet),
             None => {
                 for (block, lane) in bundle.members() {
-                    let place = first + usize::from(bundle.blocks[block]) * LANES + lane;
-                    worker.any_hit[block].shadowed |= u16::from(self.is_shadowed(place)) << lane;
+                    let index = first + usize::from(bundle.blocks[block]) * LANES + lane;
+                    worker.any_hit[block].shadowed |= u16::from(self.is_shadowed(index)) << lane;
                 }
             }
         }
@@ -212,10 +212,10 @@ impl LightTrace<'_> {
         let slope = Space::slope_of(bundle.group, direction);
         let unit = self.unit;
         let [u, v, ways] = bundle.ranges(simd, Shape::Column { slope, unit });
-        let (places, errors) = ([u, v], Errors::of(simd, bundle));
+        let (middle, errors) = ([u, v], Errors::of(simd, bundle));
         // Slopes are one at most.
         let error = (2.0 * errors.of_points + 8.0 * ROUNDING * errors.reach) * self.unit;
-        let space = Space::of_direction(bundle.group, direction, self.origin, unit, places, error);
+        let space = Space::of_direction(bundle.group, direction, self.origin, unit, middle, error);
         let farthest = ways.low.abs().max(ways.high.abs());
         let limit_error = (1.1 * errors.of_points + 4.0 * f64::from(f32::EPSILON) * farthest) * self.unit;
         self.packet(space, &errors, ways, [f64::NEG_INFINITY, ways.high], limit_error)

@@ -116,7 +116,7 @@ pub struct Beam {
     /// What the box is grown by, and slices' w may be off by.
     ///
     /// Cell coordinates of the origin, products with slopes and up to 2¹² additions are wrong by 2⁻⁴⁰ of the largest
-    /// number that they are made of; to this comes the doubt that the lattice allows for. Slopes and places of all rays
+    /// number that they are made of; to this comes the doubt that the lattice allows for. Slopes and coordinates of all rays
     /// are inside the packet's extent, which counts their own errors.
     pub slack: f64,
 }
@@ -373,7 +373,7 @@ impl<'a> Walk<'a> {
         for row in rows[0]..=rows[1] {
             cell[v] = row;
             cell[u] = columns[0];
-            let first = self.cells.lattice.place(cell[0], cell[1], cell[2]);
+            let first = self.cells.lattice.index(cell[0], cell[1], cell[2]);
             scratch.statistics.note(|counts| counts.cells += u64::from(columns[1] - columns[0] + 1));
             if u == 0 {
                 // Next to each other in memory.
@@ -418,9 +418,9 @@ impl<'a> Walk<'a> {
         simd.vectorize(
             #[inline(always)]
             || {
-                for place in first..=last {
-                    let ids = self.cells.listed(place, place);
-                    match self.cells.inside(place).map(|inside| self.inside(inside)) {
+                for index in first..=last {
+                    let ids = self.cells.listed(index, index);
+                    match self.cells.inside(index).map(|inside| self.inside(inside)) {
                         Some(walk) if walk.is_shorter_than(ids.len()) => {
                             let _ = walk.run(simd, scratch, visitor);
                         }

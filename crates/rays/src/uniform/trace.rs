@@ -56,12 +56,12 @@ impl<F: FnMut(u32, &mut f64) -> ControlFlow<()>> Search<'_, F> {
                 return ControlFlow::Continue(());
             }
             let [x, y, z] = walk.cell.to_array().map(|at| at as u32);
-            let place = cells.lattice.place(x, y, z);
-            let listed = cells.listed(place, place);
+            let index = cells.lattice.index(x, y, z);
+            let listed = cells.listed(index, index);
             if listed.len() <= cells.most {
                 self.test(listed)?;
             } else {
-                self.visit_crowd(cells, place, listed)?;
+                self.visit_crowd(cells, index, listed)?;
             }
             if walk.step(&line, t_leave.min(self.t_max)).is_break() {
                 return ControlFlow::Continue(());
@@ -72,8 +72,8 @@ impl<F: FnMut(u32, &mut f64) -> ControlFlow<()>> Search<'_, F> {
     /// Visits the grid inside of a cell, if there is one. Not inlined, since it is one of those that it visits.
     #[cold]
     #[inline(never)]
-    fn visit_crowd(&mut self, cells: &Cells<'_>, place: usize, listed: &[AtomicU32]) -> ControlFlow<()> {
-        match cells.inside(place) {
+    fn visit_crowd(&mut self, cells: &Cells<'_>, index: usize, listed: &[AtomicU32]) -> ControlFlow<()> {
+        match cells.inside(index) {
             Some(inside) => self.visit(&inside, listed),
             None => self.test(listed),
         }
@@ -111,7 +111,7 @@ const MAILBOX: usize = 16;
 
 /// A ray in cell coordinates; t is the ray's own.
 ///
-/// Computed crossings with the cells' faces, and places along the ray inside the lattice, have a few roundings of the
+/// Computed crossings with the cells' faces, and distances along the ray inside the lattice, have a few roundings of the
 /// origin's coordinates and the number of cells; so they are wrong by less than [`CellRay::ROUNDINGS`] of their sum in
 /// cells, and rays for which that is at most [`Lattice::DOUBT`] find what they hit (see [`Lattice`]). Between two
 /// computed crossings the ray is in the cell that it is said to be in, to within that doubt, on every axis; and so are

@@ -56,7 +56,7 @@ impl UniformGrid {
         for (z, y) in (0..layers).flat_map(|z| (0..rows).map(move |y| (z, y))) {
             for x in 0..columns {
                 let own = validate_cell(triangles, cells, [x, y, z], listed, &mut found)?;
-                if let Some(inside) = cells.inside(lattice.place(x, y, z)) {
+                if let Some(inside) = cells.inside(lattice.index(x, y, z)) {
                     *nested += 1;
                     validate_room(triangles, lattice, [x, y, z], &inside.lattice, &own)?;
                     self.validate_cells(triangles, &inside, &own, nested)
@@ -90,8 +90,8 @@ fn validate_cell(
     found: &mut [u64],
 ) -> Result<Vec<u32>, String> {
     let [x, y, z] = cell;
-    let place = cells.lattice.place(x, y, z);
-    let own: Vec<u32> = cells.listed(place, place).iter().map(|id| id.load(Relaxed)).collect();
+    let index = cells.lattice.index(x, y, z);
+    let own: Vec<u32> = cells.listed(index, index).iter().map(|id| id.load(Relaxed)).collect();
     if let Some(pair) = own.windows(2).find(|pair| pair[0] >= pair[1]) {
         return Err(format!("triangle {} follows {} in cell {cell:?}", pair[1], pair[0]));
     }

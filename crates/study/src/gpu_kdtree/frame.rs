@@ -146,7 +146,7 @@ impl KdFrame {
     }
 
     /// Makes ready for a frame: parameters and room. A triangle's material is the one of `materials` at its number (see
-    /// [`TriangleFlags`](umbrage_gpu::TriangleFlags), whose flags aren't heeded: all triangles are solid).
+    /// [`TriangleFlags`](umbrage_gpu::TriangleFlags), whose flags aren't heeded: all triangles are opaque).
     ///
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.

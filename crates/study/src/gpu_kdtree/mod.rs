@@ -3,7 +3,7 @@
 //!
 //! The tree is built on the CPU and uploaded (`tree`, as `words`); rays, or questions about shadows, lie in buffers (`records`). `line`
 //! prepares each for f32; `stack`, `trail` (restart, push-down, short stack) or `packet` leads it through the tree and tests
-//! triangles with `tester`; `settle` decides by the predicate what that has left open, and finds where hits are. `tracer`
+//! triangles with `tester`; `settle` decides by the predicate what that has left undecided, and finds where hits are. `tracer`
 //! runs these stages. So answers are those of [`umbrage_rays::KdTree`], bit for bit.
 //!
 //! `frame` makes its rays on the GPU: `eye` the camera's, `bounce` what mirrors send on and the questions about shadows, whose
@@ -18,7 +18,7 @@
 //! **What is wrong with a line.** A component of the point is rounded to f32, by u/2, after f64 roundings of what may be far
 //! away: `blur` = 2⁻⁴⁹ (the largest coordinate of the origin + twice the largest t at the bounds) is more than those, more than
 //! the rounding of a hit's t in f64, by which hits are compared, and more than what is lost where numbers underflow. Where blur
-//! is above 2⁻⁵, or something isn't finite, the line takes everything: it visits all leaves, and all triangles are left open.
+//! is above 2⁻⁵, or something isn't finite, the line takes everything: it visits all leaves, and all triangles are left undecided.
 //!
 //! **How a cell is left out.** A ray reaches a plane s at (s − o) · i. Written out, that is the sum of s·i and −o·i: however a
 //! compiler contracts or distributes it, no term meets more than three roundings, the one of i = 1/d among them, and what they
@@ -34,7 +34,7 @@
 //! predicate's. Division may be off by 2.5 units: it is only in t, whose error is that of the corners' t, plus 7 bounds over the
 //! least the edge functions' sum can be, plus 32u of the corners' range of t. A triangle is a hit for certain if all edge
 //! functions have a certain sign and t is inside the interval by more than that; a miss if two have different certain signs, or t
-//! is certainly outside; else it is open, and listed.
+//! is certainly outside; else it is undecided, and listed.
 //!
 //! **Which hit is the nearest.** A ray holds one hit, in a register. A hit that is certainly behind a certain one is dropped,
 //! one that is certainly nearer replaces it, and whatever overlaps is listed, to be compared by the predicate's t. A cell that

@@ -1,4 +1,4 @@
-// Stage `settle`: what traversals have left open, by the predicate, and where the nearest hits are. First an invocation has a
+// Stage `settle`: what traversals have left undecided, by the predicate, and where the nearest hits are. First an invocation has a
 // listed hit, then a ray: a ray may have so many that one alone would take too long, and lavapipe ends an invocation's loops
 // after 65,535 turns.
 
@@ -18,15 +18,15 @@ import package::kdtree::records::{
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> positions: array<u32>;
 @group(0) @binding(3) var<storage, read_write> traced: array<atomic<u32>>;
-@group(0) @binding(4) var<storage, read_write> open_hits: array<u32>;
+@group(0) @binding(4) var<storage, read_write> undecided_hits: array<u32>;
 @group(0) @binding(5) var<storage, read_write> hits: array<u32>;
 
 // As in `tester.wgsl`.
-const OPEN_COUNT: u32 = 0u;
-const OPEN_GROUPS: u32 = 1u;
-const OPEN_RAYS: u32 = 5u;
-const OPEN_FIRST: u32 = 16u;
-const OPEN_WORDS: u32 = 8u;
+const UNDECIDED_COUNT: u32 = 0u;
+const UNDECIDED_GROUPS: u32 = 1u;
+const UNDECIDED_RAYS: u32 = 5u;
+const UNDECIDED_FIRST: u32 = 16u;
+const UNDECIDED_WORDS: u32 = 8u;
 const NOTHING: u32 = 0xffffffffu;
 
 // Of a hit: its triangle, a word that isn't used, t in F64, and the weights of its second and third corner.
@@ -43,46 +43,46 @@ fn settle_vector(word: u32) -> F64Vector {
 }
 
 // How many hits there was room for.
-fn open_count() -> u32 {
-    return min(open_hits[OPEN_COUNT], (arrayLength(&open_hits) - OPEN_FIRST) / OPEN_WORDS);
+fn undecided_count() -> u32 {
+    return min(undecided_hits[UNDECIDED_COUNT], (arrayLength(&undecided_hits) - UNDECIDED_FIRST) / UNDECIDED_WORDS);
 }
 
 @compute @workgroup_size(1)
-fn size_open() {
-    let groups = groups_of((open_count() + RECORD_LANES - 1u) / RECORD_LANES);
-    open_hits[OPEN_GROUPS] = groups.x;
-    open_hits[OPEN_GROUPS + 1u] = groups.y;
-    open_hits[OPEN_GROUPS + 2u] = groups.z;
-    open_hits[OPEN_RAYS] = records[RECORDS_COUNT];
+fn size_undecided() {
+    let groups = groups_of((undecided_count() + RECORD_LANES - 1u) / RECORD_LANES);
+    undecided_hits[UNDECIDED_GROUPS] = groups.x;
+    undecided_hits[UNDECIDED_GROUPS + 1u] = groups.y;
+    undecided_hits[UNDECIDED_GROUPS + 2u] = groups.z;
+    undecided_hits[UNDECIDED_RAYS] = records[RECORDS_COUNT];
 }
 
 // Where a ray meets the triangle of a listed hit; infinite where it doesn't, or certainly meets another before.
 @compute @workgroup_size(64)
 fn settle_hits(at: Invocation) {
     let index = flat_index(at, RECORD_LANES);
-    if index >= open_count() {
+    if index >= undecided_count() {
         return;
     }
-    let base = OPEN_FIRST + index * OPEN_WORDS;
-    let number = open_hits[base + 1u];
+    let base = UNDECIDED_FIRST + index * UNDECIDED_WORDS;
+    let number = undecided_hits[base + 1u];
     var t = SETTLE_INFINITE;
-    if bitcast<f32>(open_hits[base + 3u]) <= bitcast<f32>(atomicLoad(&traced[4u * number + 2u])) {
+    if bitcast<f32>(undecided_hits[base + 3u]) <= bitcast<f32>(atomicLoad(&traced[4u * number + 2u])) {
         let word = record_start(number);
         let ray = ExactRay(settle_vector(word), settle_vector(word + RAY_DIRECTION));
         var terms: ExpansionTerms;
-        let edges = exact_edges(&terms, ray, corner_bits(open_hits[base]));
+        let edges = exact_edges(&terms, ray, corner_bits(undecided_hits[base]));
         if edges.side != 0 {
             let found = exact_t(&terms, ray, edges);
             if f64_less(settle_number(word + RAY_T_MIN), found) && f64_less(found, settle_number(word + RAY_T_MAX)) {
                 t = found;
             }
             let weights = exact_barycentric(edges);
-            open_hits[base + 6u] = weights.x;
-            open_hits[base + 7u] = weights.y;
+            undecided_hits[base + 6u] = weights.x;
+            undecided_hits[base + 7u] = weights.y;
         }
     }
-    open_hits[base + 4u] = t.x;
-    open_hits[base + 5u] = t.y;
+    undecided_hits[base + 4u] = t.x;
+    undecided_hits[base + 5u] = t.y;
 }
 
 // Each ray's nearest hit.
@@ -95,17 +95,17 @@ fn settle_nearest(at: Invocation) {
     var nearest = NOTHING;
     var t = SETTLE_INFINITE;
     var weights = vec2(0u);
-    var open = atomicLoad(&traced[4u * number + 1u]);
-    while open < open_count() {
-        let base = OPEN_FIRST + open * OPEN_WORDS;
-        let id = open_hits[base];
-        let other = F64(open_hits[base + 4u], open_hits[base + 5u]);
+    var next = atomicLoad(&traced[4u * number + 1u]);
+    while next < undecided_count() {
+        let base = UNDECIDED_FIRST + next * UNDECIDED_WORDS;
+        let id = undecided_hits[base];
+        let other = F64(undecided_hits[base + 4u], undecided_hits[base + 5u]);
         if f64_less(other, t) || (nearest != NOTHING && f64_equal(other, t) && id < nearest) {
             t = other;
             nearest = id;
-            weights = vec2(open_hits[base + 6u], open_hits[base + 7u]);
+            weights = vec2(undecided_hits[base + 6u], undecided_hits[base + 7u]);
         }
-        open = open_hits[base + 2u];
+        next = undecided_hits[base + 2u];
     }
     let base = number * HIT_WORDS;
     hits[base] = nearest;
@@ -119,11 +119,11 @@ fn settle_nearest(at: Invocation) {
 @compute @workgroup_size(64)
 fn settle_blocked(at: Invocation) {
     let index = flat_index(at, RECORD_LANES);
-    if index >= open_count() {
+    if index >= undecided_count() {
         return;
     }
-    let base = OPEN_FIRST + index * OPEN_WORDS;
-    let number = open_hits[base + 1u];
+    let base = UNDECIDED_FIRST + index * UNDECIDED_WORDS;
+    let number = undecided_hits[base + 1u];
     if atomicLoad(&traced[4u * number]) != 0u {
         return;
     }
@@ -135,7 +135,7 @@ fn settle_blocked(at: Invocation) {
     let shadow = exact_shadow(records[word + SHADOW_IS_DIRECTIONAL] != 0u, light, point);
     var terms: ExpansionTerms;
     var edges: ExactEdges;
-    if exact_blocked_by(&terms, shadow, corner_bits(open_hits[base]), &edges) {
+    if exact_blocked_by(&terms, shadow, corner_bits(undecided_hits[base]), &edges) {
         atomicOr(&traced[4u * number], 1u);
     }
 }

@@ -21,19 +21,19 @@ struct KdShape {
 @group(0) @binding(5) var<storage, read> lines: array<vec4<u32>>;
 // For each ray: whether it is shadowed for certain, the first of its listed hits, and beyond which t there is nothing to ask.
 @group(0) @binding(6) var<storage, read_write> traced: array<vec4<u32>>;
-@group(0) @binding(7) var<storage, read_write> open_hits: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> undecided_hits: array<atomic<u32>>;
 
 // Whether nodes, leaves, tests and restarts are counted.
 override KD_COUNTS: bool = false;
 
-const OPEN_COUNT: u32 = 0u;
+const UNDECIDED_COUNT: u32 = 0u;
 // How many of them are certain: the predicate only has to say where.
-const OPEN_CERTAIN: u32 = 4u;
+const UNDECIDED_CERTAIN: u32 = 4u;
 // Pairs of words: low, high.
-const OPEN_VISITS: u32 = 8u;
-const OPEN_FIRST: u32 = 16u;
+const UNDECIDED_VISITS: u32 = 8u;
+const UNDECIDED_FIRST: u32 = 16u;
 // Of a hit: its triangle, its ray, the next of the ray's, from which t on it may be, and four words for the stage `settle`.
-const OPEN_WORDS: u32 = 8u;
+const UNDECIDED_WORDS: u32 = 8u;
 const NOTHING: u32 = 0xffffffffu;
 const KD_LEAF: u32 = 3u;
 // 2⁻²⁴: half the distance from one to the next f32.
@@ -245,14 +245,14 @@ fn kd_meet(ray: ptr<function, KdRay>, id: u32) -> KdMeeting {
 
 // Adds to the list of a ray's hits.
 fn kd_list(ray: ptr<function, KdRay>, id: u32, lower: f32) {
-    let index = atomicAdd(&open_hits[OPEN_COUNT], 1u);
-    let base = OPEN_FIRST + index * OPEN_WORDS;
+    let index = atomicAdd(&undecided_hits[UNDECIDED_COUNT], 1u);
+    let base = UNDECIDED_FIRST + index * UNDECIDED_WORDS;
     // What there is no room for is noticed by the count, and the whole is done again.
-    if index < arrayLength(&open_hits) / OPEN_WORDS && base + OPEN_WORDS <= arrayLength(&open_hits) {
-        atomicStore(&open_hits[base], id);
-        atomicStore(&open_hits[base + 1u], (*ray).number);
-        atomicStore(&open_hits[base + 2u], (*ray).list);
-        atomicStore(&open_hits[base + 3u], bitcast<u32>(lower));
+    if index < arrayLength(&undecided_hits) / UNDECIDED_WORDS && base + UNDECIDED_WORDS <= arrayLength(&undecided_hits) {
+        atomicStore(&undecided_hits[base], id);
+        atomicStore(&undecided_hits[base + 1u], (*ray).number);
+        atomicStore(&undecided_hits[base + 2u], (*ray).list);
+        atomicStore(&undecided_hits[base + 3u], bitcast<u32>(lower));
         (*ray).list = index;
     }
     (*ray).listed = id;
@@ -322,10 +322,10 @@ fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>, is_shadow: bool) {
 
 fn kd_add_visits(index: u32, count: u32) {
     if count > 0u {
-        let word = OPEN_VISITS + 2u * index;
-        let before = atomicAdd(&open_hits[word], count);
+        let word = UNDECIDED_VISITS + 2u * index;
+        let before = atomicAdd(&undecided_hits[word], count);
         if before + count < before {
-            atomicAdd(&open_hits[word + 1u], 1u);
+            atomicAdd(&undecided_hits[word + 1u], 1u);
         }
     }
 }
@@ -337,7 +337,7 @@ fn kd_finish(ray: ptr<function, KdRay>, is_shadow: bool) {
     } else {
         if (*ray).held != NOTHING {
             if (*ray).is_held_certain && (*ray).listed == NOTHING {
-                atomicAdd(&open_hits[OPEN_CERTAIN], 1u);
+                atomicAdd(&undecided_hits[UNDECIDED_CERTAIN], 1u);
             }
             kd_list(ray, (*ray).held, (*ray).held_lower);
         }

@@ -50,14 +50,14 @@ pub struct KdTracer {
     options: KdTracerOptions,
     lines: [Kernel; 2],
     walks: [Kernel; 2],
-    size_open: Kernel,
-    settle_open: [Kernel; 2],
+    size_undecided: Kernel,
+    settle_undecided: [Kernel; 2],
     settle_nearest: Kernel,
     line_words: Buffer,
     /// Four words for each ray.
     traced: Buffer,
-    open: Buffer,
-    open_sizes: Buffer,
+    undecided: Buffer,
+    undecided_sizes: Buffer,
     hits: Buffer,
     /// What each use since [`KdTracer::prepare`] has needed.
     needs: Buffer,
@@ -72,7 +72,7 @@ pub struct KdTracerWork {
     /// Whether it was about shadows.
     pub is_shadow: bool,
     /// Hits that the predicate had to decide about.
-    pub open_hits: u32,
+    pub undecided_hits: u32,
     /// All zeros unless [counted](KdTracerOptions::counts). A packet counts a node once for each of its rays that may still
     /// find something in the node's cell, and a restart for one of its rays.
     pub visits: Counts,
@@ -80,9 +80,9 @@ pub struct KdTracerWork {
 
 impl KdTracer {
     /// As in `tester.wgsl`.
-    const OPEN_HEADER: u64 = 16;
-    const OPEN_WORDS: u64 = 8;
-    const OPEN_GROUPS: u32 = 1;
+    const UNDECIDED_HEADER: u64 = 16;
+    const UNDECIDED_WORDS: u64 = 8;
+    const UNDECIDED_GROUPS: u32 = 1;
     const HIT_WORDS: usize = 8;
 
     /// Ready to answer.
@@ -94,13 +94,13 @@ impl KdTracer {
             options,
             lines: [line("line_of_rays"), line("line_of_shadows")],
             walks: walks(gpu, options),
-            size_open: settle("size_open"),
-            settle_open: [settle("settle_hits"), settle("settle_blocked")],
+            size_undecided: settle("size_undecided"),
+            settle_undecided: [settle("settle_hits"), settle("settle_blocked")],
             settle_nearest: settle("settle_nearest"),
             line_words: Buffer::storage(gpu, "kd-tree lines"),
             traced: Buffer::storage(gpu, "kd-tree answers"),
-            open: Buffer::storage(gpu, "kd-tree open hits"),
-            open_sizes: Buffer::sizes(gpu, "kd-tree open hits' dispatch sizes"),
+            undecided: Buffer::storage(gpu, "kd-tree undecided hits"),
+            undecided_sizes: Buffer::sizes(gpu, "kd-tree undecided hits' dispatch sizes"),
             hits: Buffer::storage(gpu, "kd-tree hits"),
             needs: Buffer::storage(gpu, "kd-tree needs"),
             asked: Vec::new(),
@@ -134,13 +134,13 @@ impl KdTracer {
         self.line_words.reserve(gpu, 16 * (1 + 4 * rays))?;
         self.traced.reserve(gpu, 16 * rays.max(1))?;
         self.hits.reserve(gpu, 4 * Self::HIT_WORDS as u64 * rays)?;
-        self.open.reserve(gpu, Self::open_bytes(rays + rays / 8 + (1 << 10)))?;
-        self.open_sizes.reserve(gpu, 4 * Self::OPEN_HEADER)?;
-        self.needs.reserve(gpu, 4 * Self::OPEN_HEADER * u64::from(uses))
+        self.undecided.reserve(gpu, Self::undecided_bytes(rays + rays / 8 + (1 << 10)))?;
+        self.undecided_sizes.reserve(gpu, 4 * Self::UNDECIDED_HEADER)?;
+        self.needs.reserve(gpu, 4 * Self::UNDECIDED_HEADER * u64::from(uses))
     }
 
-    fn open_bytes(hits: u64) -> u64 {
-        4 * (Self::OPEN_HEADER + Self::OPEN_WORDS * hits)
+    fn undecided_bytes(hits: u64) -> u64 {
+        4 * (Self::UNDECIDED_HEADER + Self::UNDECIDED_WORDS * hits)
     }
 
     /// Records the question what each of `rays` hits first; [`KdTracer::hits`] has the answers.
@@ -192,7 +192,7 @@ impl KdTracer {
         rays.record_sizes(recorder);
         let groups = Groups::Indirect(rays.sizes(), KdRecords::GROUPS);
         let packets = Groups::Indirect(rays.sizes(), KdRecords::PACKETS);
-        recorder.clear_words(&self.open, Self::OPEN_HEADER);
+        recorder.clear_words(&self.undecided, Self::UNDECIDED_HEADER);
         // Where there are no rays no invocation says so.
         recorder.clear_words(&self.line_words, 4);
         let buffers = [tree.shape(), rays.buffer(), &self.line_words];
@@ -205,22 +205,23 @@ impl KdTracer {
             geometry.positions(),
             &self.line_words,
             &self.traced,
-            &self.open,
+            &self.undecided,
         ];
         let walk_groups = if self.options.packet.is_some() { packets } else { groups };
         recorder.stage(walk, |pass| self.walks[which].dispatch(gpu, pass, &buffers, walk_groups));
-        let buffers = [rays.buffer(), geometry.triangles(), geometry.positions(), &self.traced, &self.open, &self.hits];
-        recorder.stage("settle", |pass| self.size_open.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
-        recorder.copy_words(&self.open, &self.open_sizes, Self::OPEN_HEADER);
+        let buffers =
+            [rays.buffer(), geometry.triangles(), geometry.positions(), &self.traced, &self.undecided, &self.hits];
+        recorder.stage("settle", |pass| self.size_undecided.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
+        recorder.copy_words(&self.undecided, &self.undecided_sizes, Self::UNDECIDED_HEADER);
         recorder.stage("settle", |pass| {
-            let open = Groups::Indirect(&self.open_sizes, Self::OPEN_GROUPS);
-            self.settle_open[which].dispatch(gpu, pass, &buffers, open);
+            let undecided = Groups::Indirect(&self.undecided_sizes, Self::UNDECIDED_GROUPS);
+            self.settle_undecided[which].dispatch(gpu, pass, &buffers, undecided);
             if question == Question::Nearest {
                 self.settle_nearest.dispatch(gpu, pass, &buffers, groups);
             }
         });
-        let slot = Self::OPEN_HEADER * u64::from(use_index);
-        recorder.copy_range((&self.open, 0), (&self.needs, slot), Self::OPEN_HEADER);
+        let slot = Self::UNDECIDED_HEADER * u64::from(use_index);
+        recorder.copy_range((&self.undecided, 0), (&self.needs, slot), Self::UNDECIDED_HEADER);
     }
 
     /// Waits for all uses and looks at what they needed. Where that was more than there was room for, makes room and answers
@@ -229,15 +230,15 @@ impl KdTracer {
     /// # Errors
     /// Where the device is lost, or more is needed than one of its buffers has room for.
     pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        let needs: Vec<u32> = self.needs.read(gpu, Self::OPEN_HEADER as usize * self.asked.len())?;
+        let needs: Vec<u32> = self.needs.read(gpu, Self::UNDECIDED_HEADER as usize * self.asked.len())?;
         self.work.clear();
         let mut most = 0;
-        for (needs, question) in needs.chunks_exact(Self::OPEN_HEADER as usize).zip(&self.asked) {
+        for (needs, question) in needs.chunks_exact(Self::UNDECIDED_HEADER as usize).zip(&self.asked) {
             most = most.max(needs[0]);
             let count = |index: usize| u64::from(needs[8 + 2 * index]) | u64::from(needs[9 + 2 * index]) << 32;
             self.work.push(KdTracerWork {
                 is_shadow: *question == Question::Blocked,
-                open_hits: needs[0] - needs[4],
+                undecided_hits: needs[0] - needs[4],
                 visits: Counts {
                     rays: needs[5].into(),
                     nodes: count(0),
@@ -248,10 +249,10 @@ impl KdTracer {
                 },
             });
         }
-        let needed = Self::open_bytes(most.into());
-        let fits = needed <= self.open.bytes();
+        let needed = Self::undecided_bytes(most.into());
+        let fits = needed <= self.undecided.bytes();
         if !fits {
-            self.open.reserve(gpu, (needed + needed / 2).min(gpu.max_binding_bytes()).max(needed))?;
+            self.undecided.reserve(gpu, (needed + needed / 2).min(gpu.max_binding_bytes()).max(needed))?;
         }
         Ok(fits)
     }
@@ -301,7 +302,7 @@ impl KdTracer {
     /// Bytes on the GPU for rays under way: 112 a ray, and 32 for each hit that is listed.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        [&self.line_words, &self.traced, &self.open, &self.hits].into_iter().map(Buffer::bytes).sum()
+        [&self.line_words, &self.traced, &self.undecided, &self.hits].into_iter().map(Buffer::bytes).sum()
     }
 }
 

@@ -6,8 +6,8 @@ use umbrage_rays::internals::Plane;
 /// What [`write_words`] doesn't write: how nodes find their children, and the bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct KdTreeForm {
-    /// Whether an inner node's left child is the node that follows it and its own word tells the place of the right one;
-    /// else the word tells the place of the left child, which the right one follows.
+    /// Whether an inner node's left child is the node that follows it and its own word tells the index of the right one;
+    /// else the word tells the index of the left child, which the right one follows.
     pub(super) left_follows: bool,
     /// Lower corner of the box around all triangles that can be hit; above `max` where there are none.
     pub(super) min: [f32; 3],
@@ -18,7 +18,7 @@ pub(super) struct KdTreeForm {
 /// Replaces `nodes` by the tree's nodes, two words each, the root first; none before the first build.
 ///
 /// The lowest two bits of a node's second word are the axis of an inner node's plane, whose coordinate has the bits of
-/// the first word, and the bits above are a child's place. For a leaf both bits are set: the first word is where its
+/// the first word, and the bits above are a child's index. For a leaf both bits are set: the first word is where its
 /// ids start in [`KdTree::ids`], and the bits above are how many it has.
 pub(super) fn write_words(tree: &KdTree, words: &mut Vec<[u32; 2]>) -> KdTreeForm {
     words.clear();
@@ -33,7 +33,7 @@ pub(super) fn write_words(tree: &KdTree, words: &mut Vec<[u32; 2]>) -> KdTreeFor
         }
     }));
     let root = (nodes.len() > 0).then(|| nodes.get(0)).filter(|root| !root.is_leaf());
-    // Else the second place stays empty.
+    // Else the second slot stays empty.
     let left_follows = root.is_some_and(|root| nodes.children(0, root)[0] == 1);
     KdTreeForm { left_follows, min: extent.min, max: extent.max }
 }
@@ -47,21 +47,21 @@ mod tests {
     use super::write_words;
 
     /// The ids below a node of the words, and how many nodes there are.
-    fn ids_below(nodes: &[[u32; 2]], ids: &[u32], left_follows: bool, place: u32, found: &mut Vec<u32>) -> usize {
-        let [first, second] = nodes[place as usize];
+    fn ids_below(nodes: &[[u32; 2]], ids: &[u32], left_follows: bool, index: u32, found: &mut Vec<u32>) -> usize {
+        let [first, second] = nodes[index as usize];
         if second & 3 == 3 {
             found.extend(&ids[first as usize..(first + (second >> 2)) as usize]);
             return 1;
         }
         let child = second >> 2;
-        let children = if left_follows { [place + 1, child] } else { [child, child + 1] };
+        let children = if left_follows { [index + 1, child] } else { [child, child + 1] };
         1 + children.map(|child| ids_below(nodes, ids, left_follows, child, found)).into_iter().sum::<usize>()
     }
 
     #[test]
     fn words_lead_to_every_leaf() {
-        let at = |place: usize, corner: usize| {
-            Vec3::new((place * 7 % 31) as f32, (place * 11 % 29) as f32, (place * 5 % 23) as f32)
+        let at = |index: usize, corner: usize| {
+            Vec3::new((index * 7 % 31) as f32, (index * 11 % 29) as f32, (index * 5 % 23) as f32)
                 + [Vec3::X, Vec3::Y, Vec3::Z][corner]
         };
         let positions: Vec<Vec3> = (0..300).map(|vertex| at(vertex / 3, vertex % 3)).collect();

@@ -1,7 +1,7 @@
 //! Leading a ray through a tree whose triangles are no longer where they were when it was built: *at rest*.
 //!
 //! A ray hits a triangle now at P = o + t d, in real numbers. Let Q be the point of the triangle at rest with the same weights of
-//! the corners. Whoever calls knows for each node how far P, or what the ray handed over here has in its place, may be from Q
+//! the corners. The caller knows for each node how far P, or the point that the ray handed over here has instead, may be from Q
 //! along an axis, if the triangle is listed below that node: `away` and the node's own `drift`. A leaf that lists the triangle
 //! holds Q in its cell, with its faces. So a ray finds the hit if it visits each child of which the cell, grown by as much as
 //! the child says, holds the ray's point at t: at a plane s that is where the ray is before s + `away` + drift, and after
@@ -128,7 +128,7 @@ impl Line {
 const MAILBOX: usize = 16;
 
 /// Calls `test` with every triangle of a leaf that a ray visits before its end, which is `t_max` at first, nearer leaves first.
-/// `test` may lower that or break off. `drift` is of the node at a place.
+/// `test` may lower that or break off. `drift` is of the node at an index.
 pub(super) fn visit(
     tree: &KdTree,
     start: Start,
@@ -161,9 +161,9 @@ pub(super) fn visit(
     }
     let mut stack = [(0, 0.0, 0.0); Nodes::MAX_DEPTH];
     let mut waiting = 0;
-    let (mut place, mut enter, mut leave) = (0, line.enter, line.leave);
+    let (mut index, mut enter, mut leave) = (0, line.enter, line.leave);
     loop {
-        let node = nodes.get(place);
+        let node = nodes.get(index);
         if node.is_leaf() {
             leaf(node.ids(), &mut t_max)?;
             loop {
@@ -175,22 +175,22 @@ pub(super) fn visit(
                     break;
                 }
             }
-            (place, enter, leave) = stack[waiting];
+            (index, enter, leave) = stack[waiting];
             continue;
         }
         let plane = node.plane();
-        let [left, right] = nodes.children(place, node);
+        let [left, right] = nodes.children(index, node);
         let [near, far] = if line.is_backward[plane.axis] { [right, left] } else { [left, right] };
         let [first, last] = line.reaches(plane, [drift(near), drift(far)]);
         if first > leave {
-            (place, leave) = (near, if last < leave { last } else { leave });
+            (index, leave) = (near, if last < leave { last } else { leave });
         } else if last < enter {
-            (place, enter) = (far, if first > enter { first } else { enter });
+            (index, enter) = (far, if first > enter { first } else { enter });
         } else {
-            // What isn't a number gives way.
+            // A value that isn't a number leaves nothing out.
             stack[waiting] = (far, if first > enter { first } else { enter }, leave);
             waiting += 1;
-            (place, leave) = (near, if last < leave { last } else { leave });
+            (index, leave) = (near, if last < leave { last } else { leave });
         }
     }
 }

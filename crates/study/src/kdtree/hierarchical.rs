@@ -1,9 +1,9 @@
-//! Building from groups of triangles that are taken as one until cells are so small that they matter (Hunt, Mark and Fussell,
+//! Building from groups of triangles, each of which is taken as one box until cells are small (Hunt, Mark and Fussell,
 //! *Fast and lazy build of acceleration structures from scene hierarchies*, 2007).
 //!
 //! Boxes of all groups are made anew, from the triangles up. Each node then looks at the groups in its cell that are no larger
 //! than a certain part of it: their number doesn't depend on how many triangles they hold. So nodes above those of a few hundred
-//! triangles take O(N / few hundred) in all, in place of O(N log N), where groups are compact.
+//! triangles take O(N / few hundred) in all instead of O(N log N), where groups are compact.
 //!
 //! **Why nothing is missed.** A group goes to the sides of a plane where its box is, and to both if it is cut. So the group of
 //! a triangle is on a side where that must be listed (`kdtree`), and where groups are opened, the triangle is kept
@@ -19,8 +19,8 @@ use super::hierarchy::{ImpossibleHierarchy, SceneHierarchy};
 /// Nodes of fewer triangles are built as the options say.
 const OPEN_BELOW: u64 = 512;
 
-/// Groups are opened that have more than one in so many of their cell's area. With 16 a tree of the Bunny that is built from a
-/// bounding volume hierarchy costs 9 % more by the heuristic, and building takes hardly less time.
+/// A group is opened if its part in the cell has more than 1 / `PARTS` of the cell's area. With 16 a tree of the Bunny that is
+/// built from a bounding volume hierarchy costs 9 % more by the heuristic, and building takes hardly less time.
 const PARTS: f64 = 64.0;
 
 /// Nodes of so many triangles have their children built on two threads.
@@ -29,7 +29,7 @@ const PARALLEL: u64 = 1 << 12;
 /// A group or a triangle in a cell.
 #[derive(Clone, Copy)]
 struct Unit {
-    /// Around the part in the cell, and the group's place or the triangle's id.
+    /// Around the part in the cell, and the group's index or the triangle's id.
     reference: Reference,
     /// Triangles in a group; zero for a triangle.
     count: u32,
@@ -92,16 +92,16 @@ pub fn build_from(
 fn boxes(triangles: Triangles<'_>, hierarchy: &SceneHierarchy) -> Vec<(Extent, u32)> {
     let nothing = (Extent::EMPTY, 0);
     let both = |a: (Extent, u32), b: (Extent, u32)| (a.0.union(b.0), a.1 + b.1);
-    let places = (0..hierarchy.group_count()).into_par_iter().with_min_len(1 << 8);
-    let of_leaf = |place: usize| {
-        let usable = hierarchy.ids_in(place)?.iter().filter_map(|&id| triangles.usable_corners(id).ok());
+    let indices = (0..hierarchy.group_count()).into_par_iter().with_min_len(1 << 8);
+    let of_leaf = |index: usize| {
+        let usable = hierarchy.ids_in(index)?.iter().filter_map(|&id| triangles.usable_corners(id).ok());
         Some(usable.map(|corners| (Extent::around(corners), 1)).fold(nothing, both))
     };
-    let mut groups: Vec<_> = places.map(|place| of_leaf(place).unwrap_or(nothing)).collect();
+    let mut groups: Vec<_> = indices.map(|index| of_leaf(index).unwrap_or(nothing)).collect();
     // Groups come before what is inside.
-    for place in (0..groups.len()).rev() {
-        if hierarchy.ids_in(place).is_none() {
-            groups[place] = hierarchy.groups_in(place).map(|inside| groups[inside]).fold(nothing, both);
+    for index in (0..groups.len()).rev() {
+        if hierarchy.ids_in(index).is_none() {
+            groups[index] = hierarchy.groups_in(index).map(|inside| groups[inside]).fold(nothing, both);
         }
     }
     groups
@@ -117,21 +117,21 @@ impl Hierarchical<'_> {
         drop(units);
         let cells =
             Cell::share(cells, children.each_ref().map(|units| units.iter().map(|u| u.weight() as usize).sum()));
-        let place = out.open(best.plane);
+        let index = out.open(best.plane);
         let [left, right] = children;
         if count >= PARALLEL {
             let mut right_branch = Branch::default();
             rayon::join(|| self.grow(left, cells[0], out), || self.grow(right, cells[1], &mut right_branch));
-            out.turn_right(place);
+            out.turn_right(index);
             out.append(&right_branch);
         } else {
             self.grow(left, cells[0], out);
-            out.turn_right(place);
+            out.turn_right(index);
             self.grow(right, cells[1], out);
         }
     }
 
-    /// Where to cut a cell, unless it is for its triangles to say. Opens groups until there is a plane that is worth it.
+    /// Where to cut a cell; `None` where that depends on its triangles. Opens groups until a plane is worth it.
     fn plane(&self, units: &mut Vec<Unit>, cell: &Cell, count: u64) -> Option<(Candidate, [Cell; 2])> {
         if count < OPEN_BELOW {
             return None;
@@ -142,7 +142,7 @@ impl Hierarchical<'_> {
             if units.iter().all(|unit| unit.count == 0) {
                 return None;
             }
-            // What was opened has lost what is outside of the cell.
+            // Opened groups have lost their parts outside of the cell.
             let count = units.iter().map(|unit| unit.weight() as usize).sum();
             let boxes: Vec<_> = units.iter().map(|unit| (unit.reference.extent, unit.weight())).collect();
             let best = self.job.best_of_boxes(cell, &boxes);
@@ -155,14 +155,14 @@ impl Hierarchical<'_> {
 
     /// Opens groups whose part in the cell has more than an area.
     fn open(&self, units: &mut Vec<Unit>, cell: &Extent, area: f64) {
-        let mut place = 0;
-        while let Some(&unit) = units.get(place) {
+        let mut index = 0;
+        while let Some(&unit) = units.get(index) {
             // Where cells are lines or points, any group may matter.
             if unit.count > 0 && (unit.reference.extent.half_area() > area || area == 0.0) {
-                units.swap_remove(place);
+                units.swap_remove(index);
                 self.open_one(unit.reference.id as usize, cell, units);
             } else {
-                place += 1;
+                index += 1;
             }
         }
     }

@@ -21,7 +21,7 @@ pub struct SceneHierarchy {
 struct Group {
     first: u32,
     end: u32,
-    /// The place after the last group inside.
+    /// The index after the last group inside.
     next: u32,
 }
 
@@ -48,9 +48,9 @@ impl SceneHierarchy {
         let mut hierarchy = Self::default();
         let root = hierarchy.open();
         let mut end = 0;
-        for (place, object) in objects.into_iter().enumerate() {
+        for (index, object) in objects.into_iter().enumerate() {
             if object.start != end || object.end < object.start {
-                return Err(ImpossibleObjects::Order(place));
+                return Err(ImpossibleObjects::Order(index));
             }
             end = object.end;
             hierarchy.halve(object);
@@ -76,9 +76,9 @@ impl SceneHierarchy {
         while let Some(step) = steps.pop() {
             match step {
                 Step::Leave(group) => hierarchy.all.close(group),
-                Step::Enter(place) if nodes[place].is_leaf() => hierarchy.leaf(bvh.triangles_of(&nodes[place])),
-                Step::Enter(place) => {
-                    let child = nodes[place].first_index as usize;
+                Step::Enter(index) if nodes[index].is_leaf() => hierarchy.leaf(bvh.triangles_of(&nodes[index])),
+                Step::Enter(index) => {
+                    let child = nodes[index].first_index as usize;
                     steps.extend([Step::Leave(hierarchy.all.open()), Step::Enter(child + 1), Step::Enter(child)]);
                 }
             }
@@ -122,9 +122,9 @@ impl SceneHierarchy {
         let end = self.groups[group].next as usize;
         let mut next = group + 1;
         std::iter::from_fn(move || {
-            let place = next;
-            next = if place < end { self.groups[place].next as usize } else { place };
-            (place < end).then_some(place)
+            let index = next;
+            next = if index < end { self.groups[index].next as usize } else { index };
+            (index < end).then_some(index)
         })
     }
 
@@ -182,8 +182,8 @@ impl Rest {
         self.all.close(group);
     }
 
-    fn below(&mut self, tree: &KdTree, place: u32) {
-        let node = tree.nodes().get(place);
+    fn below(&mut self, tree: &KdTree, index: u32) {
+        let node = tree.nodes().get(index);
         if node.is_leaf() {
             let ids = &tree.ids()[node.ids()];
             for ids in ids.chunks(SceneHierarchy::LARGEST) {
@@ -192,7 +192,7 @@ impl Rest {
             return;
         }
         let group = self.all.open();
-        for child in tree.nodes().children(place, node) {
+        for child in tree.nodes().children(index, node) {
             self.below(tree, child);
         }
         self.all.close(group);

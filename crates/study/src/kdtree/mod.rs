@@ -1,8 +1,8 @@
 //! Trees for moving scenes: with one for each object, built beside tracing, or from a hierarchy that is known already.
 //!
-//! `hierarchy` says which triangles lie together, and `hierarchical` builds of that without looking at all of them. `two_level`
-//! has a tree for each object and `background` one that is built while another is traced; in both triangles may have left the
-//! places where a tree was built, and `grown` leads rays through that. All will serve scenes that move.
+//! `hierarchy` says which triangles lie together, and `hierarchical` builds from it without looking at all of them. `two_level`
+//! has a tree for each object and `background` one that is built while another is traced; in both, triangles may have moved since
+//! the tree was built, and `grown` leads rays through that. All will serve scenes that move.
 
 mod background;
 mod grown;

@@ -7,18 +7,18 @@ use super::search::Met;
 use super::shaft::{Bundle, Lines, Shaft, alive};
 use super::{KdCulling, bits_of};
 
-/// Most pairs that are asked about at once.
+/// Most pairs that are settled at once.
 const MOST_PAIRS: usize = 32;
 
-/// Leads shafts to leaves in place of the rays inside, and tests triangles there that aren't left out for the groups whose
-/// own shafts they meet.
+/// Leads shafts to leaves instead of the rays inside. There it tests each triangle that isn't left out, for the groups of rays
+/// whose own shafts it meets.
 pub(super) struct Beam<'a> {
     tree: &'a KdTree,
     triangles: Triangles<'a>,
     scale: Scale,
     culling: KdCulling,
     mailbox: Mailbox,
-    /// Rays and triangles to be asked about.
+    /// Undecided rays and triangles.
     pairs: Vec<(u32, u32)>,
     visits: &'a mut Counts,
 }
@@ -55,7 +55,7 @@ impl<'a> Beam<'a> {
         let mut met = *start;
         let mut last = f64::from(bundle.last(simd));
         loop {
-            let node = tree.nodes().get(met.place);
+            let node = tree.nodes().get(met.node);
             if node.is_leaf() {
                 let ids = &tree.ids()[node.ids()];
                 if !ids.is_empty() {
@@ -92,7 +92,7 @@ impl<'a> Beam<'a> {
                 }
                 waiting -= 1;
                 met = stack[waiting];
-                // Those of its rays that get there may have ended, though others haven't.
+                // Those rays that get there may have ended, though others haven't.
                 if met.within[0] <= last && bundle.groups_in(simd, &scale, &met) != 0 {
                     break;
                 }
@@ -129,7 +129,7 @@ impl<'a> Beam<'a> {
                 self.visits.frustum_culls += 1;
                 continue;
             }
-            // All groups that it meets anywhere are asked, so that it needn't be tested again in other leaves.
+            // Tested for all groups that it meets anywhere, so that it needn't be tested again in other leaves.
             self.mailbox.note(id);
             for group in bits_of(bundle.groups(simd, low, high)) {
                 let first = group * LANES;
@@ -214,8 +214,7 @@ struct Culls<'a> {
 }
 
 impl Culls<'_> {
-    /// Whether no ray hits a triangle, given by its corners along the shaft's axes: nowhere, or with a transient shaft not in
-    /// this leaf.
+    /// Whether no ray hits a triangle, given by its corners along the shaft's axes; with a transient shaft, none in this leaf.
     #[inline(always)]
     fn leave_out<S: Simd>(
         &self,
@@ -237,9 +236,9 @@ impl Culls<'_> {
 }
 
 /// Whether all lines between a shaft's corner lines certainly miss on the same edge: edge functions and the determinant are
-/// linear in where a line meets each of two planes, so they are what they are on the corner lines at most.
+/// linear in where a line meets each of two planes, so their extremes are on the corner lines.
 ///
-/// The lines' places are nine at most, and s ten instead of two.
+/// The lines' coordinates are nine at most, and s ten instead of two.
 #[inline(always)]
 fn is_beside_all<S: Simd>(simd: S, filter: &Filter, lines: &Lines) -> bool {
     const LARGER: f32 = 5.0;
@@ -288,22 +287,22 @@ fn intervals<S: Simd>(simd: S, rays: &Rays) -> [[f64; 2]; 6] {
 
 /// Whether rays miss a box by interval arithmetic: along each axis t is in (box − origin) · 1 / direction, and in all of them.
 fn misses_box(rays: &Rays, intervals: &[[f64; 2]; 6], shaft: &Shaft, low: [f32; 3], high: [f32; 3]) -> bool {
-    // Of a box's coordinates, and of t, which is far from both.
+    // Rounding of a box's coordinates and of t.
     const ROUNDING: f64 = 4.0 * HALF_ULP as f64;
     /// Of 1 / d, and of products.
     const INVERSE: f64 = 2.0 * HALF_ULP as f64;
-    /// Directions that were taken for steeper ones are left alone.
+    /// Axes that some ray runs almost across say nothing: their directions were replaced by steeper ones.
     const STEEPEST: f64 = (1_u64 << 39) as f64;
     let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
     let moved = f64::from(rays.moved) + ROUNDING;
-    for (place, axis) in shaft.axes.order.into_iter().enumerate() {
+    for (slot, axis) in shaft.axes.order.into_iter().enumerate() {
         let [slowest, fastest] = intervals[axis];
         let [first, last] = intervals[axis + 3];
         if (slowest < 0.0 && fastest > 0.0) || slowest.abs().max(fastest.abs()) > STEEPEST {
             continue;
         }
-        let (mut low, mut high) = (f64::from(low[place]), f64::from(high[place]));
-        if place == 2 && shaft.axes.sign < 0.0 {
+        let (mut low, mut high) = (f64::from(low[slot]), f64::from(high[slot]));
+        if slot == 2 && shaft.axes.sign < 0.0 {
             (low, high) = (-high, -low);
         }
         let (low, high) = (low - last - moved, high - first + moved);

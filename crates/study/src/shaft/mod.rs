@@ -1,7 +1,7 @@
-//! Shafts: convex parts of space around up to 256 rays, which find where the rays' way through the kd-tree begins, and are led
-//! to leaves in their place (Rahikainen 2013, §5). They will serve batches of secondary rays.
+//! Shafts: convex parts of space around up to 256 rays. They find the node from which the rays go through the kd-tree, and are led
+//! to leaves instead of the rays (Rahikainen 2013, §5). They will serve batches of secondary rays.
 //!
-//! `shaft` is that part of space, for rays that agree about the sign of an axis and of which none runs almost across it; others
+//! `shaft` is that part of space. Its rays have the same sign along one axis, and none of them runs almost across it; other rays
 //! go in packets from the root. `search` finds where they begin, `beam` leads a shaft to leaves. `options` says what there is to
 //! choose.
 
@@ -31,11 +31,11 @@ pub fn nearest_of_shafts(
     triangles: Triangles<'_>,
     rays: &[Ray],
     options: ShaftOptions,
-    counts: impl Fn(&Hit) -> bool,
+    stops: impl Fn(&Hit) -> bool,
     hits: &mut [Option<Hit>],
 ) -> Counts {
     let mut visits = Counts::default();
-    tree.nearest_by(triangles, rays, counts, hits, |ask| {
+    tree.nearest_by(triangles, rays, stops, hits, |ask| {
         visits = visit(tree, triangles, options, &|index| rays[index], rays.len(), ask);
     });
     visits
@@ -50,11 +50,11 @@ pub fn blocked_of_shafts(
     triangles: Triangles<'_>,
     (rays, own): (&[ShadowRay], &[u32]),
     options: ShaftOptions,
-    counts: impl Fn(u32, [f32; 2]) -> bool,
+    stops: impl Fn(u32, [f32; 2]) -> bool,
     blocked: &mut [bool],
 ) -> Counts {
     let mut visits = Counts::default();
-    tree.blocked_by(triangles, rays, own, counts, blocked, |ask| {
+    tree.blocked_by(triangles, rays, own, stops, blocked, |ask| {
         visits = visit(tree, triangles, options, &|index| rays[index].ray, rays.len(), ask);
     });
     visits
@@ -72,8 +72,8 @@ fn visit(
     tree.prepare(ray, count, ask, &mut |rays, ask| {
         let mut shafts = Shafts { tree, triangles, scale: Scale::of(&tree.extent()), options, visits: &mut visits };
         let met = dispatch!(tree.level().into(), simd => shafts.visit(simd, rays, ask));
-        if let Some(place) = met {
-            tree.visit_from(triangles, rays, place, ask);
+        if let Some(root) = met {
+            tree.visit_from(triangles, rays, root, ask);
         }
     });
     visits
@@ -89,7 +89,8 @@ struct Shafts<'a> {
 }
 
 impl Shafts<'_> {
-    /// Looks for where rays begin, and traces them if shafts are to; else the node from which packets go on.
+    /// Finds the node from which the rays go on. If a shaft is to lead them it traces them and returns `None`, else it returns
+    /// the node for packets.
     #[inline(always)]
     fn visit<S: Simd>(&mut self, simd: S, rays: &mut Rays, ask: &mut Ask<'_>) -> Option<u32> {
         if self.options.entry == KdEntry::Root && self.options.lead == ShaftLead::Packets {
@@ -108,13 +109,13 @@ impl Shafts<'_> {
             }
             ShaftLead::Packets => {
                 clip(tree, scale, rays, &start);
-                Some(start.place)
+                Some(start.node)
             }
         }
     }
 }
 
-/// Leaves the parts of rays that may be in the cell of a node, below which are all leaves that matter: as on the way to a child.
+/// Clips rays to the cell of a node, as on the way to a child. All leaves that matter are below that node.
 fn clip(tree: &KdTree, scale: &Scale, rays: &mut Rays, start: &Met) {
     let (cell, whole) = (start.cell, tree.extent());
     for axis in 0..3 {
@@ -136,7 +137,7 @@ fn clip(tree: &KdTree, scale: &Scale, rays: &mut Rays, start: &Met) {
     }
 }
 
-/// The indices of a word's bits.
+/// The positions of a word's bits.
 fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let bit = bits.trailing_zeros() as usize;

@@ -11,8 +11,8 @@ use umbrage_rays::KdMailbox;
 /// | 16, MLRTA | 289 | 1195 | 240 | 198 | 870 | 129 |
 /// | 16, AEPSA | 230 | 947 | 213 | 198 | 894 | 108 |
 ///
-/// Shafts go on until all of their rays have ended, for which shadow rays pay. Nor do entry points pay: MLRTA spares 0.4 of
-/// 2.5 node visits a ray on the Bunny and 0.8 of 2.2 in Sibenik, but looks at 0.29 and 0.21 nodes, AEPSA at 0.18 and 0.16.
+/// A shaft goes on until all of its rays have ended, which costs shadow rays most. Entry points don't pay either: MLRTA saves 0.4
+/// of 2.5 node visits a ray on the Bunny and 0.8 of 2.2 in Sibenik, but looks at 0.29 and 0.21 nodes, AEPSA at 0.18 and 0.16.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShaftOptions {
     /// Where the way through the tree begins.
@@ -28,7 +28,7 @@ pub struct ShaftOptions {
 pub enum ShaftLead {
     /// Packets, as the tree's packet options say.
     Packets,
-    /// The shaft in place of its rays, with a stack; leaves leave triangles out so.
+    /// The shaft instead of its rays, with a stack. Leaves leave out triangles as this says.
     Shaft(KdCulling),
 }
 

@@ -7,7 +7,7 @@ use super::shaft::Shaft;
 /// A node that a shaft meets: where it is, its cell, and the ways along the shaft's axis that are in there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
-    pub(super) place: u32,
+    pub(super) node: u32,
     pub(super) cell: Extent,
     pub(super) within: [f64; 2],
 }
@@ -15,18 +15,18 @@ pub(super) struct Met {
 impl Met {
     /// The root, along a whole shaft.
     pub(super) fn root(tree: &KdTree, shaft: &Shaft) -> Self {
-        Self { place: 0, cell: tree.extent(), within: [shaft.from, shaft.to].map(f64::from) }
+        Self { node: 0, cell: tree.extent(), within: [shaft.from, shaft.to].map(f64::from) }
     }
 
     /// The left and the right child of an inner node; `None` where the shaft doesn't meet it.
     #[inline(always)]
     pub(super) fn children(&self, tree: &KdTree, scale: &Scale, shaft: &Shaft) -> [Option<Self>; 2] {
-        let node = tree.nodes().get(self.place);
+        let node = tree.nodes().get(self.node);
         let plane = node.plane();
-        let [left, right] = tree.nodes().children(self.place, node);
+        let [left, right] = tree.nodes().children(self.node, node);
         let [below, above] = self.cell.cut(plane);
         let [in_left, in_right] = shaft.parts(scale, plane, self.within);
-        let child = |place, cell, within: [f64; 2]| (within[0] <= within[1]).then_some(Self { place, cell, within });
+        let child = |node, cell, within: [f64; 2]| (within[0] <= within[1]).then_some(Self { node, cell, within });
         [child(left, below, in_left), child(right, above, in_right)]
     }
 }
@@ -53,8 +53,8 @@ impl Search<'_> {
     /// The lowest node below which are all leaves that matter; `None` where there are none.
     ///
     /// First the first such leaf is looked for, and nodes are kept on the way there whose other child the shaft meets too. If
-    /// there is a leaf that matters below that child, rays can't begin below the node. MLRTA asks about each such node from
-    /// below, AEPSA from above until it has found one, which is the one that MLRTA would find last.
+    /// there is a leaf that matters below that child, rays can't begin below the node. MLRTA looks at these nodes from below,
+    /// one after the other; AEPSA from above, and stops at the first, which is the one that MLRTA finds last.
     pub(super) fn start(&mut self) -> Option<Met> {
         let root = Met::root(self.tree, self.shaft);
         if self.kind == KdEntry::Root {
@@ -88,7 +88,7 @@ impl Search<'_> {
         let mut waiting = 0;
         let mut met = from;
         loop {
-            let node = self.tree.nodes().get(met.place);
+            let node = self.tree.nodes().get(met.node);
             if !node.is_leaf() {
                 self.visits.searched += 1;
                 let axis = node.plane().axis;
@@ -110,7 +110,7 @@ impl Search<'_> {
                 *count = waiting;
                 return Some(met);
             }
-            // What has nothing in its first child is no fork.
+            // A node with nothing in its first child is no fork.
             waiting = waiting.checked_sub(1)?;
             met = own[waiting];
         }

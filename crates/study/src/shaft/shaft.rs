@@ -78,7 +78,7 @@ impl Axes {
 
     /// Low and high along u and v of a group's rays at some way along the axis, less and more `margin`.
     ///
-    /// With slopes of four at most, each with three roundings, ways of two and places of nine, 54 ε and five times what f64 may
+    /// With slopes of four at most, each with three roundings, ways of two and coordinates of nine, 54 ε and five times what f64 may
     /// have moved origins by; `margin` is more than four times as much, which is for what is computed from it.
     #[inline(always)]
     fn rectangle<S: Simd>(&self, simd: S, rays: &Rays, first: usize, members: mask32x16<S>, way: f32) -> [f32; 4] {
@@ -87,13 +87,13 @@ impl Axes {
         let distance = f32x16::splat(simd, way) - load::<S, f32x16<S>>(simd, &rays.origin[w], first) * sign;
         let inverse = load::<S, f32x16<S>>(simd, &rays.inverse[w], first) * sign;
         let mut rectangle = [0.0; 4];
-        for place in 0..2 {
-            let axis = self.order[place];
+        for index in 0..2 {
+            let axis = self.order[index];
             let slope = load::<S, f32x16<S>>(simd, &rays.direction[axis], first) * inverse;
             let at = load::<S, f32x16<S>>(simd, &rays.origin[axis], first) + distance * slope;
             let (least, most) = (f32x16::splat(simd, f32::INFINITY), f32x16::splat(simd, f32::NEG_INFINITY));
-            rectangle[2 * place] = members.select(at, least).reduce_min() - margin(rays);
-            rectangle[2 * place + 1] = members.select(at, most).reduce_max() + margin(rays);
+            rectangle[2 * index] = members.select(at, least).reduce_min() - margin(rays);
+            rectangle[2 * index + 1] = members.select(at, most).reduce_max() + margin(rays);
         }
         rectangle
     }
@@ -173,7 +173,7 @@ impl Shaft {
     #[inline(always)]
     pub(super) fn is_left_first(&self, axis: usize) -> bool {
         match self.axes.order.iter().position(|&other| other == axis) {
-            Some(place @ 0..=1) => self.rate[2 * place] + self.rate[2 * place + 1] >= 0.0,
+            Some(index @ 0..=1) => self.rate[2 * index] + self.rate[2 * index + 1] >= 0.0,
             _ => self.axes.sign > 0.0,
         }
     }
@@ -329,9 +329,9 @@ impl Bundle {
             return 0;
         }
         for axis in 0..2 {
-            let face = |place: usize| {
-                let at = f32x16::from_slice(simd, &self.at[2 * axis + place]);
-                let rate = f32x16::from_slice(simd, &self.rate[2 * axis + place]);
+            let face = |index: usize| {
+                let at = f32x16::from_slice(simd, &self.at[2 * axis + index]);
+                let rate = f32x16::from_slice(simd, &self.rate[2 * axis + index]);
                 (at + rate * near, at + rate * far)
             };
             let ((low_near, low_far), (high_near, high_far)) = (face(0), face(1));

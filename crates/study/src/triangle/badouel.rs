@@ -27,7 +27,7 @@ impl Badouel {
         let (first, second) = (b - a, c - a);
         let normal = first.cross(second);
         let axis = Axis::largest(normal);
-        let [p, q, r] = axis.places();
+        let [p, q, r] = axis.order();
         let plane = [normal[p] / normal[r], normal[q] / normal[r]];
         let distance = a[r] + plane[0] * a[p] + plane[1] * a[q];
         // The weight of one end of an edge pair: zero along the other edge through the first corner.
@@ -63,7 +63,7 @@ impl TriangleTest for Badouel {
 
     #[inline(always)]
     fn hit<L: Lanes>(&self, rays: &Rays<L>) -> Option<Hits<L>> {
-        let [p, q, r] = self.axis.places();
+        let [p, q, r] = self.axis.order();
         let (origin, direction) = (&rays.origin, &rays.direction);
         let slope = direction[p] * self.plane[0] + direction[q] * self.plane[1] + direction[r];
         let height = -(origin[p] * self.plane[0] + origin[q] * self.plane[1] + origin[r] - self.plane[2]);
@@ -95,7 +95,7 @@ impl BundleTest for BadouelBundle {
     #[inline(always)]
     fn hit<L: Lanes>(&self, rays: &Bundle<L>) -> Option<Hits<L>> {
         let Self(triangle) = self;
-        let ([p, q, r], direction) = (triangle.axis.places(), &rays.direction);
+        let ([p, q, r], direction) = (triangle.axis.order(), &rays.direction);
         let slope = direction[p] * triangle.plane[0] + direction[q] * triangle.plane[1] + direction[r];
         let t = slope.splat(triangle.plane[2]) / slope;
         let mask = rays.t_min.is_below(t) & t.is_below(rays.t_max);

@@ -183,9 +183,9 @@ impl Axis {
         }
     }
 
-    /// The places of the two axes after it, in a cycle, and its own.
+    /// The two axes after it, in a cycle, and itself.
     #[inline(always)]
-    pub(super) fn places(self) -> [usize; 3] {
+    pub(super) fn order(self) -> [usize; 3] {
         match self {
             Self::X => [1, 2, 0],
             Self::Y => [2, 0, 1],

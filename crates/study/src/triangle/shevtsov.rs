@@ -30,7 +30,7 @@ impl TriangleTest for Shevtsov {
         let (first, second) = (b - a, c - a);
         let normal = first.cross(second);
         let axis = Axis::largest(normal);
-        let [p, q, r] = axis.places();
+        let [p, q, r] = axis.order();
         let plane = [normal[p] / normal[r], normal[q] / normal[r]];
         let distance = a[r] + plane[0] * a[p] + plane[1] * a[q];
         let edges = [first, second].map(|edge| [edge[p] / normal[r], edge[q] / normal[r]]);
@@ -39,7 +39,7 @@ impl TriangleTest for Shevtsov {
 
     #[inline(always)]
     fn hit<L: Lanes>(&self, rays: &Rays<L>) -> Option<Hits<L>> {
-        let [p, q, r] = self.axis.places();
+        let [p, q, r] = self.axis.order();
         let (origin, direction) = (&rays.origin, &rays.direction);
         let determinant = direction[p] * self.plane[0] + direction[q] * self.plane[1] + direction[r];
         let t = -(origin[p] * self.plane[0] + origin[q] * self.plane[1] + origin[r] - self.plane[2]);

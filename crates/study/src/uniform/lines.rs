@@ -11,11 +11,11 @@ pub(super) const LANES: usize = 16;
 /// Half the distance from one to the next f32.
 const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 
-/// Sixteen lines as linear functions of the way w along the major axis: (u, v) = place + slope · w. 256 bytes.
+/// Sixteen lines as linear functions of the way w along the major axis: (u, v) = position + slope · w. 256 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub(super) struct LineBlock {
-    place: [[f32; LANES]; 2],
+    position: [[f32; LANES]; 2],
     slope: [[f32; LANES]; 2],
 }
 
@@ -24,7 +24,7 @@ pub(super) struct LineFilter {
     group: Group,
     origin: DVec3,
     unit: f64,
-    /// The largest place, counting what it is made of, and the largest slope.
+    /// The largest position, counting what it is made of, and the largest slope.
     farthest: f64,
     steepest: f64,
 }
@@ -42,7 +42,7 @@ impl LineFilter {
         let slopes = [along_u / along_w, along_v / along_w];
         for (axis, at) in [u, v].into_iter().enumerate() {
             block.slope[axis][lane] = slopes[axis] as f32;
-            block.place[axis][lane] = (at - slopes[axis] * w) as f32;
+            block.position[axis][lane] = (at - slopes[axis] * w) as f32;
             self.farthest = self.farthest.max(at.abs() + (slopes[axis] * w).abs());
             self.steepest = self.steepest.max(slopes[axis].abs());
         }
@@ -51,7 +51,7 @@ impl LineFilter {
     /// Prepares a triangle.
     ///
     /// With (f, g) a corner's distance from a line along u and v, at the corner's w, the edge function of two corners is
-    /// f g' − g f'. Each of the terms of f has five roundings at most, relative to r = |u| + |place| + |slope · w|, and so
+    /// f g' − g f'. Each of the terms of f has five roundings at most, relative to r = |u| + |position| + |slope · w|, and so
     /// has g; their products and the difference add two: 12 ε r r' for each of two products, taken as 32 in all. Distances
     /// in f64 lose far less. The sum guards against products that are too small for an f32.
     pub(super) fn triangle(&self, corners: [Vec3; 3]) -> LineTriangle {
@@ -89,13 +89,13 @@ impl LineTriangle {
     /// How far each corner is from each line along u or v.
     #[inline(always)]
     fn offsets<S: Simd>(&self, simd: S, lines: &LineBlock, axis: usize) -> [f32x16<S>; 3] {
-        let place = f32x16::from_slice(simd, &lines.place[axis]);
+        let position = f32x16::from_slice(simd, &lines.position[axis]);
         let slope = f32x16::from_slice(simd, &lines.slope[axis]);
         let [a, b, c] = &self.corners;
         [
-            f32x16::splat(simd, a[axis]) - (place + slope * f32x16::splat(simd, a[2])),
-            f32x16::splat(simd, b[axis]) - (place + slope * f32x16::splat(simd, b[2])),
-            f32x16::splat(simd, c[axis]) - (place + slope * f32x16::splat(simd, c[2])),
+            f32x16::splat(simd, a[axis]) - (position + slope * f32x16::splat(simd, a[2])),
+            f32x16::splat(simd, b[axis]) - (position + slope * f32x16::splat(simd, b[2])),
+            f32x16::splat(simd, c[axis]) - (position + slope * f32x16::splat(simd, c[2])),
         ]
     }
 }

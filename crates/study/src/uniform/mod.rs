@@ -17,7 +17,7 @@ const MOST_RAYS: usize = 256;
 const MOST_BLOCKS: usize = MOST_RAYS / LANES;
 
 /// Does what [`nearest`](umbrage_rays::SingleRays::nearest) does for each of `rays`, which may start anywhere and go anywhere: the hit of
-/// each is written to the same place in `hits`, `None` for a miss.
+/// each is written to the same index of `hits`, `None` for a miss.
 ///
 /// Up to 256 rays in a row are traced together, those that agree about the sign of a major axis (Wald et al. 2006,
 /// §2.2): it pays where neighbours run side by side.
@@ -28,17 +28,17 @@ pub fn nearest_of_packet(
     grid: &UniformGrid,
     triangles: Triangles<'_>,
     rays: &[Ray],
-    counts: impl Fn(&Hit) -> bool,
+    stops: impl Fn(&Hit) -> bool,
     hits: &mut [Option<Hit>],
 ) {
     assert!(rays.len() == hits.len(), "{} hits for {} rays", hits.len(), rays.len());
     hits.fill(None);
     for (rays, hits) in rays.chunks(MOST_RAYS).zip(hits.chunks_mut(MOST_RAYS)) {
-        visit_packet(grid, triangles, &|place| rays[place], rays.len(), &mut |place, id| {
-            let best = &mut hits[place];
-            if let Some(hit) = hit(&rays[place], triangles, id)
+        visit_packet(grid, triangles, &|index| rays[index], rays.len(), &mut |index, id| {
+            let best = &mut hits[index];
+            if let Some(hit) = hit(&rays[index], triangles, id)
                 && best.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
-                && counts(&hit)
+                && stops(&hit)
             {
                 *best = Some(hit);
             }
@@ -58,7 +58,7 @@ pub fn blocked_of_packet(
     triangles: Triangles<'_>,
     rays: &[ShadowRay],
     own: &[u32],
-    counts: impl Fn(u32, [f32; 2]) -> bool,
+    stops: impl Fn(u32, [f32; 2]) -> bool,
     blocked: &mut [bool],
 ) {
     let lens = (own.len(), blocked.len());
@@ -66,17 +66,17 @@ pub fn blocked_of_packet(
     blocked.fill(false);
     let packets = rays.chunks(MOST_RAYS).zip(own.chunks(MOST_RAYS)).zip(blocked.chunks_mut(MOST_RAYS));
     for ((rays, own), blocked) in packets {
-        visit_packet(grid, triangles, &|place| rays[place].ray, rays.len(), &mut |place, id| {
+        visit_packet(grid, triangles, &|index| rays[index].ray, rays.len(), &mut |index, id| {
             let corners = triangles.corners(id);
-            let asked = !blocked[place] && id != own[place];
-            blocked[place] |=
-                asked && rays[place].blocked_by(corners).is_some_and(|barycentric| counts(id, barycentric));
-            if blocked[place] { f64::NEG_INFINITY } else { f64::INFINITY }
+            let asked = !blocked[index] && id != own[index];
+            blocked[index] |=
+                asked && rays[index].blocked_by(corners).is_some_and(|barycentric| stops(id, barycentric));
+            if blocked[index] { f64::NEG_INFINITY } else { f64::INFINITY }
         });
     }
 }
 
-/// Calls `ask` with the place of each ray and each triangle that it may hit, until it says by its result that nothing
+/// Calls `ask` with the index of each ray and each triangle that it may hit, until it says by its result that nothing
 /// at that t or later matters to the ray. Knows both by reference, so that this is compiled once.
 fn visit_packet(
     grid: &UniformGrid,
@@ -89,16 +89,16 @@ fn visit_packet(
     let mut scratch = Scratch::default();
     let unit = grid.unit();
     let mut remaining = [0_u16; MOST_BLOCKS];
-    (0..count).for_each(|place| remaining[place / LANES] |= 1 << (place % LANES));
+    (0..count).for_each(|index| remaining[index / LANES] |= 1 << (index % LANES));
     while let Some(block) = remaining.iter().position(|&remaining| remaining != 0) {
         let first = block * LANES + remaining[block].trailing_zeros() as usize;
         let group = Group::of(ray(first).direction);
         let mut packet = Lines::new(&lattice, triangles, group, ray(first).origin, unit, ask);
         for (block, remaining) in remaining.iter_mut().enumerate() {
             for lane in lanes_of(*remaining) {
-                let place = block * LANES + lane;
-                if place == first || group.has(ray(place).direction) {
-                    packet.add(&lattice, place, &ray(place));
+                let index = block * LANES + lane;
+                if index == first || group.has(ray(index).direction) {
+                    packet.add(&lattice, index, &ray(index));
                     *remaining &= !(1 << lane);
                 }
             }
@@ -157,11 +157,11 @@ impl<'a> Lines<'a> {
         }
     }
 
-    fn add(&mut self, lattice: &Lattice, place: usize, ray: &Ray) {
-        let (block, lane) = (place / LANES, place % LANES);
+    fn add(&mut self, lattice: &Lattice, index: usize, ray: &Ray) {
+        let (block, lane) = (index / LANES, index % LANES);
         self.members[block] |= 1 << lane;
         self.filter.add(&mut self.blocks[block], lane, ray);
-        self.lines[place] = Line {
+        self.lines[index] = Line {
             origin: lattice.coordinates(ray.origin),
             direction: ray.direction * (1.0 / lattice.side),
             t_min: ray.t_min,
@@ -190,7 +190,7 @@ impl<'a> Lines<'a> {
         let mut beam = Beam { base: [0.0; 4], rate: [0.0; 4], axes, sign, start: 0.0, slack: 0.0 };
         let first = beam.first(lattice.cells[axes[2]]);
         let (mut enter, mut leave, mut reach) = (f64::INFINITY, f64::NEG_INFINITY, cells);
-        for line in self.members().map(|place| &self.lines[place]) {
+        for line in self.members().map(|index| &self.lines[index]) {
             enter = enter.min(self.way(line, line.t_min));
             leave = leave.max(self.way(line, line.t_max));
             reach = reach.max(line.origin.abs().max_element());
@@ -217,7 +217,7 @@ impl<'a> Lines<'a> {
     fn bounds(&self, way: f64) -> [f64; 4] {
         let [u, v, w] = self.group.axes;
         let mut bounds = [f64::INFINITY; 4];
-        for line in self.members().map(|place| &self.lines[place]) {
+        for line in self.members().map(|index| &self.lines[index]) {
             let t = (way * self.group.sign - line.origin[w]) / line.direction[w];
             let at = |axis: usize| line.origin[axis] + line.direction[axis] * t;
             let [at_u, at_v] = [at(u), at(v)];
@@ -246,14 +246,14 @@ impl Visitor for Lines<'_> {
                 let missed = triangle.missed(simd, &self.blocks[block]);
                 for lane in lanes_of(self.members[block] & !missed) {
                     statistics.note(|counts| counts.settled += 1);
-                    let place = block * LANES + lane;
-                    self.lines[place].t_max = self.lines[place].t_max.min((self.ask)(place, id));
+                    let index = block * LANES + lane;
+                    self.lines[index].t_max = self.lines[index].t_max.min((self.ask)(index, id));
                     is_asked = true;
                 }
             }
             if is_asked {
-                self.last = self.members().fold(f64::NEG_INFINITY, |last, place| {
-                    let line = &self.lines[place];
+                self.last = self.members().fold(f64::NEG_INFINITY, |last, index| {
+                    let line = &self.lines[index];
                     last.max(self.way(line, line.t_max))
                 });
             }

@@ -38,7 +38,7 @@ fn nearest_hits_are_those_of_the_cpu_each_way() {
         assert!(hits > 400, "{hits} hits");
         assert!(work.visits.nodes > 5000 && work.visits.leaves > 1000 && work.visits.tests > 1000, "{work:?}");
         let (hits, work) = check(gpu, tracer, &flat, &of_flat);
-        assert!(hits > 300 && work.open_hits > 300, "{hits} hits, {work:?}");
+        assert!(hits > 300 && work.undecided_hits > 300, "{hits} hits, {work:?}");
     }
 }
 
@@ -88,7 +88,7 @@ fn shadows_are_those_of_the_cpu_each_way() {
             }
             let work = tracer.work()[0];
             assert!(
-                work.open_hits < 4 * questions.len() as u32 && work.is_shadow && work.visits.tests > 1000,
+                work.undecided_hits < 4 * questions.len() as u32 && work.is_shadow && work.visits.tests > 1000,
                 "{work:?}"
             );
         }
@@ -154,7 +154,7 @@ fn lists_that_overflow_are_done_again() {
     let Some(mut device) = device() else { return };
     let Device { gpu, frame } = &mut *device;
     let tracer = frame.tracer_mut();
-    // So many triangles in one place that each ray leaves hundreds open.
+    // So many triangles in one place that each ray leaves hundreds undecided.
     let mut mesh = Mesh::default();
     mesh.push([Vec3::ZERO, Vec3::new(1.0, 2.0, 0.5), Vec3::new(-1.0, 0.5, 3.0)]);
     mesh.indices = vec![mesh.indices[0]; 300];
@@ -162,7 +162,7 @@ fn lists_that_overflow_are_done_again() {
     let rays =
         (0..100).map(|step| Ray::new(DVec3::new(0.1, 0.9, -5.0), DVec3::new(-0.0001 * f64::from(step), 0.0, 1.0)));
     let (hits, work) = check(gpu, tracer, &scene, &free(rays));
-    assert!(hits > 20 && work.open_hits > 20 * 300, "{hits} {work:?}");
+    assert!(hits > 20 && work.undecided_hits > 20 * 300, "{hits} {work:?}");
 }
 
 #[test]

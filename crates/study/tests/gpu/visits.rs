@@ -47,13 +47,13 @@ fn visits() {
         let [traced, drawn] = [KdPrimary::Traced, KdPrimary::Rasterised].map(|primary| {
             let view = View { width: 512, height: 512, ..view };
             render(gpu, frame, &scene, &view, &KdScenery { primary, ..scenery }, &MATERIALS);
-            let open = frame.tracer().work()[0].open_hits;
+            let undecided = frame.tracer().work()[0].undecided_hits;
             let rays = frame.last_rays().read_rays(gpu).expect("read").len();
-            (frame.tracer().read_hits(gpu, rays).expect("read"), open)
+            (frame.tracer().read_hits(gpu, rays).expect("read"), undecided)
         });
         let differ = traced.0.iter().zip(&drawn.0).filter(|(traced, drawn)| triangle(traced) != triangle(drawn));
         println!(
-            "  of 512² pixels {} show another triangle where rasterised; {} hits were open where traced",
+            "  of 512² pixels {} show another triangle where rasterised; {} hits were undecided where traced",
             differ.count(),
             traced.1
         );

@@ -111,8 +111,8 @@ impl<'a> Contest<'a> {
         let Self { triangles, pairs, level, .. } = *self;
         let fans = Fans::new(triangles);
         let mut fan_of = vec![u32::MAX; triangles.len()];
-        for place in 0..fans.len() {
-            fans.fan(place).ids().iter().for_each(|&id| fan_of[id as usize] = place as u32);
+        for index in 0..fans.len() {
+            fans.fan(index).ids().iter().for_each(|&id| fan_of[id as usize] = index as u32);
         }
         // Triangles that can't be hit are in no fan.
         let mut fan_pairs: Vec<Pair> = Vec::new();

@@ -14,7 +14,7 @@ const SIDE: u32 = 4;
 /// The ray of a group that stands for it.
 pub(super) const SINGLE: usize = 5;
 
-/// A group of rays and a triangle, or a fan, by their places.
+/// A group of rays and a triangle, or a fan, by their indices.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
     pub(super) block: u32,
@@ -51,8 +51,8 @@ impl Pairs {
         let (columns, rows) = (view.width / SIDE, view.height / SIDE);
         ensure!(columns > 0 && rows > 0, "the image is smaller than {SIDE}x{SIDE} pixels");
         let stride = (columns * rows).div_ceil(BLOCKS);
-        let block = |place: u32| {
-            let (x, y) = (place % columns * SIDE, place / columns * SIDE);
+        let block = |index: u32| {
+            let (x, y) = (index % columns * SIDE, index / columns * SIDE);
             let ray = |lane: u32| view.ray(f64::from(x + lane % SIDE) + 0.5, f64::from(y + lane / SIDE) + 0.5);
             std::array::from_fn(|lane| ray(lane as u32))
         };

@@ -25,7 +25,7 @@ const COLUMNS: &[(&str, usize)] = &[
     ("frustum", 9),
     ("depth", 9),
     ("ratio", 7),
-    ("asked", 6),
+    ("settled", 7),
 ];
 
 impl CullingFlags {

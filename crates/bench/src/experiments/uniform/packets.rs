@@ -17,7 +17,7 @@ pub(crate) struct PacketsFlags {
     common: ImageFlags,
 }
 
-/// The gallery's, and one of growing detail in place of the paper's Armadillo.
+/// The gallery's, and one of growing detail instead of the paper's Armadillo.
 const SCENES: [&str; 10] = [
     "demo:cloth",
     "demo:marbles",

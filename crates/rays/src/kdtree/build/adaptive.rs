@@ -3,16 +3,16 @@
 use super::sah::{AxisMeasure, Candidate, Measure};
 use crate::kdtree::extent::Reference;
 
-/// From so few references on planes are found exactly.
+/// Nodes of fewer references are split exactly.
 pub(super) const EXACT_FROM: usize = 36;
 
-/// q: uniform samples along each axis, and as many that are placed where counts change.
+/// q: uniform samples along each axis, and as many more where counts change.
 const SAMPLES: usize = 8;
 
 /// Samples inside of a cell along an axis, in order, with its two faces.
 const ALL: usize = 2 * SAMPLES + 2;
 
-/// Where a cost was sampled, and how many triangles were left and right of that.
+/// A coordinate at which the cost was sampled, and how many triangles are left and right of it.
 #[derive(Clone, Copy, Default)]
 struct Sample {
     at: f32,
@@ -25,7 +25,7 @@ pub(super) fn best(mut measure: Measure<'_>, references: &[Reference]) -> Option
     let along = [0, 1, 2].map(|axis| measure.axis(axis));
     let uniform = along.map(|along| {
         let (low, high) = (f64::from(along.low), f64::from(along.high));
-        std::array::from_fn(|place| (low + (high - low) * ((place + 1) as f64 / (SAMPLES + 1) as f64)) as f32)
+        std::array::from_fn(|index| (low + (high - low) * ((index + 1) as f64 / (SAMPLES + 1) as f64)) as f32)
     });
     let first = count(references, uniform);
     let adaptive = [0, 1, 2].map(|axis| adapt(&along[axis], &first[axis], references.len()));
@@ -45,7 +45,7 @@ pub(super) fn best(mut measure: Measure<'_>, references: &[Reference]) -> Option
     measure.best
 }
 
-/// Counts triangles left and right of planes, which are in order along each axis.
+/// Counts the triangles left and right of planes, which are sorted along each axis.
 fn count(references: &[Reference], planes: [[f32; SAMPLES]; 3]) -> [[Sample; SAMPLES]; 3] {
     let mut counts = [[[0_u32; 2]; SAMPLES]; 3];
     for Reference { extent, .. } in references {
@@ -57,7 +57,7 @@ fn count(references: &[Reference], planes: [[f32; SAMPLES]; 3]) -> [[Sample; SAM
         }
     }
     let sample = |at: f32, [left, right]: [u32; 2]| Sample { at, left: f64::from(left), right: f64::from(right) };
-    [0, 1, 2].map(|axis| std::array::from_fn(|place| sample(planes[axis][place], counts[axis][place])))
+    [0, 1, 2].map(|axis| std::array::from_fn(|index| sample(planes[axis][index], counts[axis][index])))
 }
 
 /// Where further samples are: each segment between uniform ones gets one for each time that left less right counts, from −N
@@ -72,8 +72,8 @@ fn adapt(along: &AxisMeasure, uniform: &[Sample; SAMPLES], count: usize) -> [f32
         let end = uniform.get(segment).copied().unwrap_or(Sample { at: along.high, left: all, right: 0.0 });
         let crosses = (((end.left - end.right + all) / step) as usize).clamp(crossed, SAMPLES);
         let here = crosses - crossed;
-        for place in 1..=here {
-            let weight = place as f64 / (here + 1) as f64;
+        for index in 1..=here {
+            let weight = index as f64 / (here + 1) as f64;
             planes[placed] = (f64::from(from) + (f64::from(end.at) - f64::from(from)) * weight) as f32;
             placed += 1;
         }

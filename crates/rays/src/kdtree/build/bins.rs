@@ -21,7 +21,8 @@ impl<const N: usize> Bins<N> {
         Self { begins: [[0; N]; 3], ends: [[0; N]; 3], around: Extent::EMPTY, low: cell.min, scale }
     }
 
-    /// Flat and huge cells may have all coordinates in any bin: counts only say which plane may be good.
+    /// In flat and in huge cells all coordinates may fall into one bin. That costs quality only: counts just say which plane
+    /// may be good.
     #[inline(always)]
     fn bin(&self, axis: usize, coordinate: f32) -> usize {
         (((coordinate - self.low[axis]) * self.scale[axis]) as usize).min(N - 1)

@@ -1,10 +1,10 @@
 //! Subtrees that are built when a ray first reaches them, so that nothing is built that no ray looks at (Hunt, Mark and
 //! Fussell, *Fast and lazy build of acceleration structures from scene hierarchies*, 2007, §3).
 //!
-//! A deferred leaf lists the ids of all its triangles, as any other: what knows nothing of subtrees may test those.
+//! A deferred leaf lists the ids of all its triangles, as any leaf does: code that knows nothing of subtrees may test those.
 //!
-//! Subtrees are built by the thread that comes first, alone: others that come meanwhile wait for it, and one that waited for
-//! its own pool's threads might be handed a ray that waits for the same subtree.
+//! The thread that comes first builds the subtree, alone, and threads that come meanwhile wait for it. It may not share the
+//! work with its pool: while it waited for that, it might be handed a ray that waits for the same subtree.
 
 use std::sync::OnceLock;
 
@@ -18,13 +18,13 @@ use crate::{Structure, Triangles};
 /// Nodes of fewer references are built at once: the rest of a subtree would take more memory than their nodes.
 const LEAST: usize = 32;
 
-/// The subtrees of a tree that are built later, and what they are built of.
+/// The subtrees of a tree that are built later, and the references that they are built of.
 #[derive(Default)]
 pub(in crate::kdtree) struct Deferred {
     subtrees: Vec<Subtree>,
     /// Of all subtrees, one after the other. 28 bytes each.
     references: Vec<Reference>,
-    /// With which the tree was built: those of the tree may have changed since.
+    /// Those that the tree was built with; the tree's may have changed since.
     options: KdTreeOptions,
     /// Triangles of the tree that can be hit.
     usable: usize,
@@ -62,7 +62,7 @@ impl Deferred {
             + built.map(|tree| size_of::<KdTree>() + tree.bytes().triangles).sum::<usize>()
     }
 
-    /// Whether the same is deferred, built or not.
+    /// Whether both defer the same subtrees, built or not.
     pub(in crate::kdtree) fn is_same_as(&self, other: &Self) -> bool {
         let key = |subtree: &Subtree| (subtree.first_id, subtree.cell.extent, subtree.cell.depth);
         self.subtrees.iter().map(key).eq(other.subtrees.iter().map(key))
@@ -74,28 +74,28 @@ impl Deferred {
         self.subtrees.iter().filter_map(|subtree| subtree.built.get().map(|tree| &**tree))
     }
 
-    fn place(&self, first_id: usize) -> usize {
+    fn index(&self, first_id: usize) -> usize {
         self.subtrees.partition_point(|subtree| subtree.first_id < first_id)
     }
 
     /// The subtree of the leaf whose ids start at `first_id`, if a ray has reached it.
     pub(in crate::kdtree) fn get(&self, first_id: usize) -> Option<&KdTree> {
-        self.subtrees[self.place(first_id)].built.get().map(|tree| &**tree)
+        self.subtrees[self.index(first_id)].built.get().map(|tree| &**tree)
     }
 
     /// The references that the subtree of the leaf whose ids start at `first_id` is built of.
     pub(in crate::kdtree) fn references(&self, first_id: usize) -> &[Reference] {
-        self.references_at(self.place(first_id))
+        self.references_at(self.index(first_id))
     }
 
-    fn references_at(&self, place: usize) -> &[Reference] {
-        let end = self.subtrees.get(place + 1).map_or(self.references.len(), |next| next.first_reference);
-        &self.references[self.subtrees[place].first_reference..end]
+    fn references_at(&self, index: usize) -> &[Reference] {
+        let end = self.subtrees.get(index + 1).map_or(self.references.len(), |next| next.first_reference);
+        &self.references[self.subtrees[index].first_reference..end]
     }
 }
 
 impl Job<'_> {
-    /// Whether the subtree of so many references in a cell is built later.
+    /// Whether the subtree of `count` references in a cell is built later.
     pub(super) fn is_deferred(&self, count: usize, cell: &Cell) -> bool {
         (LEAST..self.lazy_below).contains(&count) && cell.depth < self.heuristic.max_depth
     }
@@ -105,10 +105,10 @@ impl KdTree {
     /// The subtree of the leaf whose ids start at `first_id`; it is built if it wasn't yet.
     #[cold]
     pub(in crate::kdtree) fn reach(&self, triangles: Triangles<'_>, first_id: usize) -> &Self {
-        let place = self.deferred.place(first_id);
-        let Subtree { cell, built, .. } = &self.deferred.subtrees[place];
+        let index = self.deferred.index(first_id);
+        let Subtree { cell, built, .. } = &self.deferred.subtrees[index];
         built.get_or_init(|| {
-            let references = self.deferred.references_at(place);
+            let references = self.deferred.references_at(index);
             Box::new(build_subtree(triangles, &self.deferred, &self.pool, references, *cell, self.extent.reach()))
         })
     }

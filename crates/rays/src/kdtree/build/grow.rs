@@ -32,7 +32,7 @@ impl From<KdBuilder> for Method {
 }
 
 impl Method {
-    /// What small nodes are split with: counting exactly takes no longer there.
+    /// How small nodes are split: there, counting exactly takes no longer.
     fn for_count(self, count: usize) -> Self {
         match self {
             Self::Adaptive if count <= adaptive::EXACT_FROM => Self::Unsorted,
@@ -66,7 +66,7 @@ impl Job<'_> {
         };
         let counts = space.part(self, at, &best, method == Method::Presorted);
         let cells = Cell::share(cells, counts);
-        let place = out.open(best.plane);
+        let index = out.open(best.plane);
         if count >= PARALLEL {
             let mut left = self.pool.space();
             space.give_left(&mut left);
@@ -78,13 +78,13 @@ impl Job<'_> {
                 },
                 || self.grow(space, at, method, cells[1], &mut right),
             );
-            out.turn_right(place);
+            out.turn_right(index);
             out.append(&right);
             self.pool.keep_branch(right);
         } else {
             let left = space.push_left();
             self.grow(space, left, method, cells[0], out);
-            out.turn_right(place);
+            out.turn_right(index);
             self.grow(space, at, method, cells[1], out);
         }
     }

@@ -1,10 +1,10 @@
 //! The exact builder with threads that share whole levels near the root: the in-place algorithm of Choi et al. 2010, §4.2
 //! (thesis, Algorithm 4.2.2).
 //!
-//! References say which node they belong to, and stay where they are, and events stay in the order of the whole scene: a pass over
-//! them finds the planes of all nodes of a level. Once there are enough nodes, each gets its references and events, and threads
-//! build them next to each other. Choi et al. keep a list of nodes for each triangle and don't clip it; here the part on the left
-//! of a plane takes the place of what is cut, the part on the right comes last, and the events of both are merged in.
+//! References stay where they are and say which node they belong to. Events stay in the order of the whole scene, so that one pass
+//! over them finds the planes of all nodes of a level. Once there are enough nodes, each gets its references and events, and threads
+//! build the nodes in parallel. Choi et al. keep a list of nodes for each triangle and don't clip it. Here the part on the left of a
+//! plane replaces the reference that is cut, the part on the right comes last, and the events of both are merged in.
 
 use rayon::prelude::*;
 
@@ -24,7 +24,7 @@ const REFERENCES: usize = 1 << 14;
 /// Events, or references, that a thread takes at once.
 const CHUNK: usize = 1 << 13;
 
-/// A reference that is in no cell any more.
+/// The node of a reference that is in no cell any more.
 const NOWHERE: u32 = u32::MAX;
 
 /// The upper part of a tree.
@@ -76,7 +76,7 @@ impl Upper<'_> {
             }
         }
         self.classify();
-        // What each may hold depends on what both have.
+        // How many references each may have depends on how many both have.
         for node in self.live.clone() {
             if let Some((_, left)) = self.nodes[node].cut {
                 let children = [left, left + 1];
@@ -100,12 +100,12 @@ impl Upper<'_> {
         let events = &self.events[axis];
         let first = self.live.start;
         let live_node =
-            |place: usize| (self.node[place] as usize).checked_sub(first).filter(|&node| node < self.live.len());
+            |index: usize| (self.node[index] as usize).checked_sub(first).filter(|&node| node < self.live.len());
         let chunks: Vec<_> = presorted::chunks(events, CHUNK).collect();
         let counts = chunks.par_iter().map(|chunk| {
             let mut counts = vec![[0; 2]; self.live.len()];
             for &event in &events[chunk.clone()] {
-                if let Some(node) = live_node(presorted::place(event)) {
+                if let Some(node) = live_node(presorted::index(event)) {
                     let [begun, ended] = presorted::count(&[event]);
                     counts[node] = [counts[node][0] + begun, counts[node][1] + ended];
                 }
@@ -131,7 +131,7 @@ impl Upper<'_> {
                 })
                 .collect();
             for &event in &events[chunk] {
-                if let Some(node) = live_node(presorted::place(event)) {
+                if let Some(node) = live_node(presorted::index(event)) {
                     sweeps[node].pass(event);
                 }
             }
@@ -148,11 +148,11 @@ impl Upper<'_> {
     fn classify(&mut self) {
         let Self { job, references, node, nodes, .. } = self;
         let chunks = references.par_chunks(CHUNK).zip(node.par_chunks_mut(CHUNK)).enumerate();
-        // The references that were cut, and what is left of them.
+        // The references that were cut, and their parts.
         let cut: Vec<_> = chunks
             .map(|(chunk, (references, node))| {
                 let mut cut = Vec::new();
-                for (place, (reference, node)) in references.iter().zip(node).enumerate() {
+                for (index, (reference, node)) in references.iter().zip(node).enumerate() {
                     let Some((best, left)) = nodes.get(*node as usize).and_then(|node| node.cut) else { continue };
                     match reference.sides(best.plane, best.planar_left) {
                         Sides::Left => *node = left as u32,
@@ -160,7 +160,7 @@ impl Upper<'_> {
                         Sides::Both => {
                             let corners = || job.triangles.corners(reference.id);
                             *node = left as u32;
-                            cut.push((chunk * CHUNK + place, reference.cut(best.plane, job.clipping, corners)));
+                            cut.push((chunk * CHUNK + index, reference.cut(best.plane, job.clipping, corners)));
                         }
                     }
                 }
@@ -169,19 +169,19 @@ impl Upper<'_> {
             .collect();
         let mut is_cut = vec![false; references.len()];
         let mut fresh: [Vec<u64>; 3] = Default::default();
-        for (place, [below, above]) in cut.into_iter().flatten() {
-            is_cut[place] = true;
-            let left = node[place];
+        for (index, [below, above]) in cut.into_iter().flatten() {
+            is_cut[index] = true;
+            let left = node[index];
             if let Some(above) = above {
                 presorted::push_events(&mut fresh, &above.extent, references.len() as u32);
                 references.push(above);
                 node.push(left + 1);
             }
             if let Some(below) = below {
-                presorted::push_events(&mut fresh, &below.extent, place as u32);
-                references[place] = below;
+                presorted::push_events(&mut fresh, &below.extent, index as u32);
+                references[index] = below;
             } else {
-                node[place] = NOWHERE;
+                node[index] = NOWHERE;
             }
         }
         for &node in node.iter().filter(|&&node| node != NOWHERE && node as usize >= self.live.end) {
@@ -189,7 +189,7 @@ impl Upper<'_> {
         }
         self.events.par_iter_mut().zip(&mut fresh).for_each(|(events, fresh)| {
             fresh.par_sort_unstable();
-            events.retain(|&event| !is_cut[presorted::place(event)]);
+            events.retain(|&event| !is_cut[presorted::index(event)]);
             let old = std::mem::take(events);
             presorted::merge([&old[..]].into_iter(), fresh, events);
         });
@@ -200,19 +200,19 @@ impl Upper<'_> {
         let Self { job, references, node, events, nodes, .. } = self;
         let mut spaces: Vec<_> = nodes.iter().map(|node| node.cut.is_none().then(|| job.pool.space())).collect();
         // In each in the order of ids.
-        let mut order: Vec<_> = (0..references.len() as u32).filter(|&place| node[place as usize] != NOWHERE).collect();
-        order.par_sort_unstable_by_key(|&place| references[place as usize].id);
-        let mut places = vec![0; references.len()];
-        for place in order.into_iter().map(|place| place as usize) {
-            let space = spaces[node[place] as usize].as_mut().expect("a node that wasn't cut");
-            places[place] = space.references.len() as u32;
-            space.references.push(references[place]);
+        let mut order: Vec<_> = (0..references.len() as u32).filter(|&index| node[index as usize] != NOWHERE).collect();
+        order.par_sort_unstable_by_key(|&index| references[index as usize].id);
+        let mut indices = vec![0; references.len()];
+        for index in order.into_iter().map(|index| index as usize) {
+            let space = spaces[node[index] as usize].as_mut().expect("a node that wasn't cut");
+            indices[index] = space.references.len() as u32;
+            space.references.push(references[index]);
         }
         for (axis, events) in events.iter().enumerate() {
             for &event in events {
-                let place = presorted::place(event);
-                if let Some(Some(space)) = spaces.get_mut(node[place] as usize) {
-                    space.events[axis].push(presorted::with_place(event, places[place]));
+                let index = presorted::index(event);
+                if let Some(Some(space)) = spaces.get_mut(node[index] as usize) {
+                    space.events[axis].push(presorted::with_index(event, indices[index]));
                 }
             }
         }
@@ -235,9 +235,9 @@ fn better(mut a: Vec<Option<Candidate>>, b: Vec<Option<Candidate>>) -> Vec<Optio
 /// Adds the subtree of a node, whose parts are built.
 fn emit(nodes: &[Node], node: usize, branches: &mut [Option<Branch>], out: &mut Branch) {
     if let Some((best, left)) = nodes[node].cut {
-        let place = out.open(best.plane);
+        let index = out.open(best.plane);
         emit(nodes, left, branches, out);
-        out.turn_right(place);
+        out.turn_right(index);
         emit(nodes, left + 1, branches, out);
     } else if let Some(branch) = &branches[node] {
         out.append(branch);

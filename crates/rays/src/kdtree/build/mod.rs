@@ -30,7 +30,7 @@ use space::{Frame, Space};
 
 /// What all parts of a build share.
 pub struct Job<'a> {
-    /// What is built over.
+    /// What the tree is built over.
     pub triangles: Triangles<'a>,
     /// How boxes are cut.
     pub clipping: Clipping,
@@ -124,7 +124,8 @@ impl KdTree {
         });
     }
 
-    /// Replaces the tree by what `build` adds to a branch, given how many triangles can be hit; it returns the box around them.
+    /// Replaces the tree by what `build` adds to a branch. `build` is given how many triangles can be hit, and returns the box
+    /// around them.
     #[doc(hidden)]
     pub fn build_by(&mut self, triangles: Triangles<'_>, build: impl FnOnce(&Job<'_>, usize, &mut Branch) -> Extent) {
         let count = self.start(triangles);
@@ -141,7 +142,7 @@ impl KdTree {
         assert!(2 * limit < super::node::Node::MOST, "{} triangles are too many for a kd-tree", triangles.len());
     }
 
-    /// Forgets the tree, and looks at the triangles of the next; how many can be hit.
+    /// Forgets the tree, checks the triangles of the next one, and returns how many of them can be hit.
     fn start(&mut self, triangles: Triangles<'_>) -> usize {
         Self::assert_few(triangles);
         self.triangle_count = triangles.len();
@@ -152,7 +153,7 @@ impl KdTree {
         count
     }
 
-    /// Replaces the tree by one over boxes: what it lists, in place of triangles, are their ids.
+    /// Replaces the tree by one over boxes: its leaves list the boxes' ids instead of triangles'.
     #[doc(hidden)]
     pub fn build_over_boxes(&mut self, boxes: &[Reference]) {
         let heuristic = Heuristic::new(self.options.costs, boxes.len());
@@ -169,7 +170,7 @@ impl KdTree {
 }
 
 impl Job<'_> {
-    /// Adds the tree of all references of a space; the extent of its root.
+    /// Adds the tree of all references of a space, and returns the extent of its root.
     fn root(&self, space: &mut Space, builder: KdBuilder, out: &mut Branch) -> Extent {
         let extent = space.references.par_iter().map(|r| r.extent).reduce(|| Extent::EMPTY, Extent::union);
         let count = space.references.len();

@@ -10,7 +10,7 @@ pub(super) fn best(mut measure: Measure<'_>, references: &[Reference]) -> Option
         for reference in references {
             let (low, high) = (reference.extent.min[axis], reference.extent.max[axis]);
             for at in [low, high] {
-                // Most boxes reach to a face of the cell, which only parts flat ones from the others.
+                // Most boxes reach to a face of the cell, and a plane there parts only flat ones from the others.
                 if low < high && (at <= along.low || at >= along.high) {
                     continue;
                 }

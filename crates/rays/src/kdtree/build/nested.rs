@@ -2,9 +2,9 @@
 //! Construction*, 2010, §4.1 (thesis, §4.2.2).
 //!
 //! Events and references of a node are cut in chunks. Each chunk's planes are judged once it is known how many triangles begin
-//! and end in the chunks before; each chunk's references are parted alone, and get their places once it is known how many the
-//! chunks before have. Choi et al. leave the second to one thread, which clipping makes too much work here. Numbers are
-//! whole, so the tree is that of one thread.
+//! and end in the chunks before; each chunk's references are parted alone, and get their indices once it is known how many the
+//! chunks before have. Choi et al. leave the second to one thread; with clipping that is too much work. All counts are
+//! integers, so the tree is the one that a single thread builds.
 
 use std::ops::Range;
 
@@ -24,10 +24,10 @@ const SHARED_FROM: usize = 1 << 14;
 /// Events, or references, that a thread takes at once.
 const CHUNK: usize = 1 << 13;
 
-/// What a plane makes of a chunk of references, with places counted in the chunk.
+/// What a plane makes of a chunk of references, with indices counted in the chunk.
 struct Parted {
     children: [Vec<Reference>; 2],
-    places: Vec<u32>,
+    indices: Vec<u32>,
     /// Events of what was cut, by child and axis.
     fresh: [[Vec<u64>; 3]; 2],
 }
@@ -52,10 +52,10 @@ impl Job<'_> {
         };
         let [left, right] = self.part_chunks(space, &best);
         let cells = Cell::share(cells, [&left, &right].map(|space| space.references.len()));
-        let place = out.open(best.plane);
+        let index = out.open(best.plane);
         let mut right_branch = self.pool.branch();
         rayon::join(|| self.nest_listed(left, cells[0], out), || self.nest_listed(right, cells[1], &mut right_branch));
-        out.turn_right(place);
+        out.turn_right(index);
         out.append(&right_branch);
         self.pool.keep_branch(right_branch);
     }
@@ -87,14 +87,14 @@ impl Job<'_> {
     fn part_chunks(&self, mut space: Space, best: &Candidate) -> [Space; 2] {
         let parted: Vec<_> = space.references.par_chunks(CHUNK).map(|chunk| self.part_chunk(chunk, best)).collect();
         let mut children = [self.pool.space(), self.pool.space()];
-        let mut places = Vec::with_capacity(space.references.len());
+        let mut indices = Vec::with_capacity(space.references.len());
         let mut fresh: [[Vec<u64>; 3]; 2] = Default::default();
         for chunk in &parted {
             let starts = children.each_ref().map(|child| child.references.len() as u32);
-            places.extend(chunk.places.iter().map(|&place| match place {
-                CUT.. => place,
-                RIGHT.. => place + starts[1],
-                _ => place + starts[0],
+            indices.extend(chunk.indices.iter().map(|&index| match index {
+                CUT.. => index,
+                RIGHT.. => index + starts[1],
+                _ => index + starts[0],
             }));
             for side in 0..2 {
                 children[side].references.extend_from_slice(&chunk.children[side]);
@@ -107,7 +107,7 @@ impl Job<'_> {
             .into_par_iter()
             .map(|axis| {
                 let chunks = space.events[axis].par_chunks(CHUNK);
-                chunks.map(|chunk| presorted::part_kept(chunk, &places)).collect::<Vec<_>>()
+                chunks.map(|chunk| presorted::part_kept(chunk, &indices)).collect::<Vec<_>>()
             })
             .collect();
         for (side, (child, fresh)) in children.iter_mut().zip(&mut fresh).enumerate() {
@@ -124,7 +124,7 @@ impl Job<'_> {
     fn part_chunk(&self, references: &[Reference], best: &Candidate) -> Parted {
         let mut children = [Vec::with_capacity(references.len()), Vec::with_capacity(references.len())];
         let mut fresh: [[Vec<u64>; 3]; 2] = Default::default();
-        let places = references.iter().map(|&reference| match reference.sides(best.plane, best.planar_left) {
+        let indices = references.iter().map(|&reference| match reference.sides(best.plane, best.planar_left) {
             Sides::Left => {
                 children[0].push(reference);
                 children[0].len() as u32 - 1
@@ -144,7 +144,7 @@ impl Job<'_> {
                 CUT
             }
         });
-        let places = places.collect();
-        Parted { children, places, fresh }
+        let indices = indices.collect();
+        Parted { children, indices, fresh }
     }
 }

@@ -1,4 +1,4 @@
-//! Finding planes among faces of boxes that are in order: Wald and Havran 2006, §4.3.
+//! Finding planes among faces of boxes that are sorted once: Wald and Havran 2006, §4.3.
 
 use std::ops::Range;
 
@@ -7,12 +7,12 @@ use super::space::{Frame, Space};
 use crate::kdtree::extent::Extent;
 
 // An event is a face of a reference's box: a u64 with the coordinate in the upper half, in the order of coordinates, then two
-// bits for what it is, and the reference's place. So sorting them as numbers brings them in the order of the paper.
+// bits for its kind, and the reference's index. So sorting events as numbers brings them in the order of the paper.
 const END: u64 = 0;
 const PLANAR: u64 = 1;
 const START: u64 = 2;
 const KIND_SHIFT: u32 = 30;
-const PLACE_MASK: u64 = (1 << KIND_SHIFT) - 1;
+const INDEX_MASK: u64 = (1 << KIND_SHIFT) - 1;
 
 /// Where a reference goes: to the right child, …
 pub(super) const RIGHT: u32 = 1 << 30;
@@ -20,10 +20,10 @@ pub(super) const RIGHT: u32 = 1 << 30;
 pub(super) const CUT: u32 = 1 << 31;
 
 #[inline(always)]
-fn event(coordinate: f32, kind: u64, place: u32) -> u64 {
+fn event(coordinate: f32, kind: u64, index: u32) -> u64 {
     let bits = coordinate.to_bits();
     let ordered = if bits >> 31 == 0 { bits | 1 << 31 } else { !bits };
-    u64::from(ordered) << 32 | kind << KIND_SHIFT | u64::from(place)
+    u64::from(ordered) << 32 | kind << KIND_SHIFT | u64::from(index)
 }
 
 /// The coordinate whose event has this upper half.
@@ -34,19 +34,19 @@ fn coordinate(ordered: u32) -> f32 {
 
 /// Adds the events of a box across one axis.
 #[inline(always)]
-pub(super) fn push_axis(events: &mut Vec<u64>, low: f32, high: f32, place: u32) {
+pub(super) fn push_axis(events: &mut Vec<u64>, low: f32, high: f32, index: u32) {
     if low == high {
-        events.push(event(low, PLANAR, place));
+        events.push(event(low, PLANAR, index));
     } else {
-        events.extend([event(low, START, place), event(high, END, place)]);
+        events.extend([event(low, START, index), event(high, END, index)]);
     }
 }
 
 /// Adds the events of a box across all axes.
 #[inline(always)]
-pub(super) fn push_events(events: &mut [Vec<u64>; 3], extent: &Extent, place: u32) {
+pub(super) fn push_events(events: &mut [Vec<u64>; 3], extent: &Extent, index: u32) {
     for (axis, events) in events.iter_mut().enumerate() {
-        push_axis(events, extent.min[axis], extent.max[axis], place);
+        push_axis(events, extent.min[axis], extent.max[axis], index);
     }
 }
 
@@ -56,8 +56,8 @@ impl Space {
         let Self { references, events, .. } = self;
         let references = &references[at.references..];
         let list = |axis: usize, events: &mut Vec<u64>| {
-            for (reference, place) in references.iter().zip(0..) {
-                push_axis(events, reference.extent.min[axis], reference.extent.max[axis], place);
+            for (reference, index) in references.iter().zip(0..) {
+                push_axis(events, reference.extent.min[axis], reference.extent.max[axis], index);
             }
             events[at.events[axis]..].sort_unstable();
         };
@@ -79,15 +79,15 @@ impl Space {
     }
 }
 
-/// Looks at all planes of events that are in order across an axis. What is at a place counts as so many triangles as `weight`
-/// says.
+/// Looks at all planes of events that are in order across an axis. The reference at an index counts as as many
+/// triangles as `weight` says.
 #[inline]
 pub(super) fn sweep(measure: &mut Measure<'_>, axis: usize, events: &[u64], weight: impl Fn(usize) -> u32) {
     let count = measure.count as f64;
     sweep_on(measure, axis, events, [0.0, count], weight);
 }
 
-/// As [`sweep`], from where so many triangles have begun, and so many haven't ended.
+/// As [`sweep`], from where so many triangles have begun and so many haven't ended yet.
 #[inline]
 pub(super) fn sweep_on(
     measure: &mut Measure<'_>,
@@ -104,7 +104,7 @@ pub(super) fn sweep_on(
         while let Some(&event) = events.get(next)
             && event >> 32 == ordered
         {
-            counts[kind(event)] += weight(place(event));
+            counts[kind(event)] += weight(index(event));
             next += 1;
         }
         let [ends, planar, starts] = [END, PLANAR, START].map(|kind| f64::from(counts[kind as usize]));
@@ -162,19 +162,19 @@ fn kind(event: u64) -> usize {
     (event >> KIND_SHIFT & 3) as usize
 }
 
-/// The place of an event's reference.
+/// The index of an event's reference.
 #[inline(always)]
-pub(super) fn place(event: u64) -> usize {
-    (event & PLACE_MASK) as usize
+pub(super) fn index(event: u64) -> usize {
+    (event & INDEX_MASK) as usize
 }
 
-/// An event of a reference that is somewhere else.
+/// The event, of a reference that has moved to `index`.
 #[inline(always)]
-pub(super) fn with_place(event: u64, place: u32) -> u64 {
-    event & !PLACE_MASK | u64::from(place)
+pub(super) fn with_index(event: u64, index: u32) -> u64 {
+    event & !INDEX_MASK | u64::from(index)
 }
 
-/// Parts of about so many events; events of one coordinate are in one of them.
+/// Splits events into parts of about so many; those of one coordinate stay together.
 pub(super) fn chunks(events: &[u64], size: usize) -> impl Iterator<Item = Range<usize>> {
     let mut start = 0;
     std::iter::from_fn(move || {
@@ -195,14 +195,14 @@ pub(super) fn count(events: &[u64]) -> [usize; 2] {
     [starts + planar, ends + planar]
 }
 
-/// Events of what isn't cut, for both children.
-pub(super) fn part_kept(events: &[u64], places: &[u32]) -> [Vec<u64>; 2] {
+/// The events of references that aren't cut, for both children.
+pub(super) fn part_kept(events: &[u64], indices: &[u32]) -> [Vec<u64>; 2] {
     let mut parts = [Vec::with_capacity(events.len()), Vec::with_capacity(events.len())];
     for &event in events {
-        match places[place(event)] {
+        match indices[index(event)] {
             CUT.. => {}
-            right @ RIGHT.. => parts[1].push(with_place(event, right - RIGHT)),
-            left => parts[0].push(with_place(event, left)),
+            right @ RIGHT.. => parts[1].push(with_index(event, right - RIGHT)),
+            left => parts[0].push(with_index(event, left)),
         }
     }
     parts
@@ -230,24 +230,24 @@ pub(super) fn merge<'a>(parts: impl Iterator<Item = &'a [u64]>, fresh: &[u64], a
 /// each with a last one that is above all others.
 pub(super) fn part(
     events: &[u64],
-    places: &[u32],
+    indices: &[u32],
     [fresh_left, fresh_right]: [&[u64]; 2],
     left: &mut Vec<u64>,
     right: &mut Vec<u64>,
 ) {
     let (mut next_left, mut next_right) = (0, 0);
     for &event in events {
-        let place = places[(event & PLACE_MASK) as usize];
-        let kept = event & !PLACE_MASK;
-        if place < RIGHT {
-            let event = kept | u64::from(place);
+        let index = indices[(event & INDEX_MASK) as usize];
+        let kept = event & !INDEX_MASK;
+        if index < RIGHT {
+            let event = kept | u64::from(index);
             while fresh_left[next_left] < event {
                 left.push(fresh_left[next_left]);
                 next_left += 1;
             }
             left.push(event);
-        } else if place < CUT {
-            let event = kept | u64::from(place - RIGHT);
+        } else if index < CUT {
+            let event = kept | u64::from(index - RIGHT);
             while fresh_right[next_right] < event {
                 right.push(fresh_right[next_right]);
                 next_right += 1;
@@ -268,7 +268,7 @@ mod tests {
         let coordinates = [f32::NEG_INFINITY, -2.5, -1e-40, 0.0, 1e-40, 3.0, f32::MAX];
         let events: Vec<_> = coordinates
             .iter()
-            .flat_map(|&at| [END, PLANAR, START].map(|kind| event(at, kind, (PLACE_MASK - kind) as u32)))
+            .flat_map(|&at| [END, PLANAR, START].map(|kind| event(at, kind, (INDEX_MASK - kind) as u32)))
             .collect();
         assert!(events.is_sorted() && events.windows(2).all(|pair| pair[0] != pair[1]));
         let back: Vec<_> = events.iter().step_by(3).map(|&event| coordinate((event >> 32) as u32)).collect();

@@ -8,8 +8,8 @@ use crate::kdtree::extent::Reference;
 pub(super) fn best(mut measure: Measure<'_>, references: &[Reference], events: &mut Vec<u64>) -> Option<Candidate> {
     for axis in 0..3 {
         events.clear();
-        for (reference, place) in references.iter().zip(0..) {
-            presorted::push_axis(events, reference.extent.min[axis], reference.extent.max[axis], place);
+        for (reference, index) in references.iter().zip(0..) {
+            presorted::push_axis(events, reference.extent.min[axis], reference.extent.max[axis], index);
         }
         events.sort_unstable();
         presorted::sweep(&mut measure, axis, events, |_| 1);

@@ -3,7 +3,7 @@ use super::super::extent::{Extent, Plane};
 use super::super::node::Nodes;
 use crate::kdtree::KdTree;
 
-/// What the surface area heuristic says of planes, and when it stops (Wald and Havran 2006, §3 and §4.1.3).
+/// How the surface area heuristic rates planes, and when it stops (Wald and Havran 2006, §3 and §4.1.3).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Heuristic {
     pub(super) costs: SahCosts,
@@ -17,7 +17,7 @@ pub struct Cell {
     /// Its box.
     pub extent: Extent,
     pub(super) depth: u32,
-    /// How many of the planes above cost more than they brought.
+    /// How many of the planes above cost more than they saved.
     failures: u32,
     /// How many references and leaves there may be in the cell.
     budget: f64,
@@ -35,7 +35,7 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// The better of two.
+    /// The cheaper of two.
     pub(super) fn better(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         match (a, b) {
             (Some(a), Some(b)) => Some(if b.is_better(&a) { b } else { a }),
@@ -50,7 +50,7 @@ impl Candidate {
     }
 }
 
-/// A cell with what costs of planes need to know of it.
+/// A cell, with what the costs of its planes depend on.
 pub(super) struct Measure<'a> {
     heuristic: &'a Heuristic,
     pub(super) extent: Extent,
@@ -78,7 +78,7 @@ impl<'a> Measure<'a> {
         }
     }
 
-    /// Notes the plane at `at`, which has so many triangles on the left, inside and on the right, if it is the best so far.
+    /// Keeps the plane at `at` if it is the best so far, given how many triangles are left of it, inside it and right of it.
     ///
     /// A plane through one of the cell's own faces counts where triangles lie inside: it cuts them off in a flat cell.
     #[inline(always)]
@@ -186,10 +186,10 @@ impl Heuristic {
 }
 
 impl Cell {
-    /// Parts what a cell may hold between its children, by the references that they have.
+    /// Shares what a cell may hold between its children, by the references that they have.
     ///
-    /// Only cells that may hold twice what they do are split. So children may hold what they do, whatever the triangles are
-    /// like, and all leaves together no more than the root.
+    /// A cell is split only if it may hold twice what it does. So each child may hold what it does, whatever the triangles are
+    /// like, and all leaves together hold no more than the root may.
     pub fn share(mut cells: [Self; 2], counts: [usize; 2]) -> [Self; 2] {
         let weights = counts.map(|count| count.max(1) as f64);
         for (cell, weight) in cells.iter_mut().zip(weights) {

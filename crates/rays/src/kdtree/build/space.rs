@@ -3,7 +3,7 @@ use super::presorted;
 use super::sah::Candidate;
 use crate::kdtree::extent::{Reference, Sides};
 
-/// What one thread works on: the references of the node at hand, above those of the right children that wait.
+/// What one thread works on: the references of the current node, above those of the right children that wait.
 #[derive(Default)]
 pub(super) struct Space {
     pub(super) references: Vec<Reference>,
@@ -17,10 +17,10 @@ pub(super) struct Space {
     /// Events of boxes that the plane cuts, by side and axis.
     fresh: [[Vec<u64>; 3]; 2],
     /// Where each reference goes.
-    places: Vec<u32>,
+    indices: Vec<u32>,
 }
 
-/// Where a node's references and events start; they reach to the ends.
+/// Where a node's references and events start; they reach to the ends of the lists.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Frame {
     pub(super) references: usize,
@@ -38,7 +38,7 @@ impl Space {
         let events = self.events.iter().chain(&self.left_events).chain(fresh).map(Vec::capacity).sum::<usize>();
         references * size_of::<Reference>()
             + (events + self.right_events.capacity()) * size_of::<u64>()
-            + self.places.capacity() * size_of::<u32>()
+            + self.indices.capacity() * size_of::<u32>()
     }
 
     /// Where everything ends.
@@ -53,25 +53,26 @@ impl Space {
         }
     }
 
-    /// Parts the node at `at`, which becomes its right child; the left child is put aside. How many references both have.
+    /// Splits the node at `at`, which becomes its right child; the left child is put aside. Returns how many references both
+    /// have.
     pub(super) fn part(&mut self, job: &Job<'_>, at: Frame, best: &Candidate, has_events: bool) -> [usize; 2] {
         self.left.clear();
-        self.places.clear();
+        self.indices.clear();
         self.fresh.iter_mut().flatten().for_each(Vec::clear);
         let start = at.references;
         let mut right = start;
-        for place in start..self.references.len() {
-            let reference = self.references[place];
+        for index in start..self.references.len() {
+            let reference = self.references[index];
             match reference.sides(best.plane, best.planar_left) {
                 Sides::Left => {
                     if has_events {
-                        self.places.push(self.left.len() as u32);
+                        self.indices.push(self.left.len() as u32);
                     }
                     self.left.push(reference);
                 }
                 Sides::Right => {
                     if has_events {
-                        self.places.push(presorted::RIGHT | (right - start) as u32);
+                        self.indices.push(presorted::RIGHT | (right - start) as u32);
                     }
                     self.references[right] = reference;
                     right += 1;
@@ -80,11 +81,11 @@ impl Space {
                     let corners = || job.triangles.corners(reference.id);
                     let parts = reference.cut(best.plane, job.clipping, corners);
                     if has_events {
-                        self.places.push(presorted::CUT);
-                        let places = [self.left.len() as u32, (right - start) as u32];
+                        self.indices.push(presorted::CUT);
+                        let indices = [self.left.len() as u32, (right - start) as u32];
                         for (side, part) in parts.iter().enumerate() {
                             if let Some(part) = part {
-                                presorted::push_events(&mut self.fresh[side], &part.extent, places[side]);
+                                presorted::push_events(&mut self.fresh[side], &part.extent, indices[side]);
                             }
                         }
                     }
@@ -106,23 +107,23 @@ impl Space {
     }
 
     fn part_events(&mut self, at: Frame) {
-        let Self { events, left_events, right_events, fresh, places, .. } = self;
+        let Self { events, left_events, right_events, fresh, indices, .. } = self;
         for axis in 0..3 {
             for fresh in fresh.iter_mut() {
                 fresh[axis].sort_unstable();
-                // Comes after all others, so that merging needn't look whether any are left.
+                // Comes after all others, so that merging needn't check for the end.
                 fresh[axis].push(u64::MAX);
             }
             let fresh = [&fresh[0][axis][..], &fresh[1][axis][..]];
             left_events[axis].clear();
             right_events.clear();
-            presorted::part(&events[axis][at.events[axis]..], places, fresh, &mut left_events[axis], right_events);
+            presorted::part(&events[axis][at.events[axis]..], indices, fresh, &mut left_events[axis], right_events);
             events[axis].truncate(at.events[axis]);
             events[axis].extend_from_slice(right_events);
         }
     }
 
-    /// Puts the left child that was put aside above everything else; where it starts.
+    /// Puts the left child, which was put aside, above everything else, and returns where it starts.
     pub(super) fn push_left(&mut self) -> Frame {
         let start = self.end();
         self.references.extend_from_slice(&self.left);
@@ -132,7 +133,7 @@ impl Space {
         start
     }
 
-    /// Gives the left child that was put aside to an empty space.
+    /// Moves the left child, which was put aside, to an empty space.
     pub(super) fn give_left(&mut self, to: &mut Self) {
         std::mem::swap(&mut self.left, &mut to.references);
         std::mem::swap(&mut self.left_events, &mut to.events);

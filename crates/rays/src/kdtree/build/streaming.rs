@@ -18,7 +18,7 @@ const EXACT_FROM: usize = 1 << 12;
 type Samples = Box<Bins<PARTS>>;
 
 impl Job<'_> {
-    /// Adds the tree of all references of a space, which gets empty.
+    /// Adds the tree of all references of a space, and empties that.
     pub(super) fn stream(&self, space: &mut Space, cell: Cell, out: &mut Branch) {
         let mut samples = Box::new(Bins::over(cell.extent));
         samples.add(&space.references);
@@ -57,14 +57,14 @@ impl Job<'_> {
             }
         }
         let cells = Cell::share(cells, [0, 1].map(|side| children[side].references.len()));
-        let place = out.open(best.plane);
+        let index = out.open(best.plane);
         let mut right_branch = self.pool.branch();
         let ([mut left, mut right], [left_samples, right_samples]) = (children, samples);
         rayon::join(
             || self.stream_samples(&mut left, left_samples, cells[0], out),
             || self.stream_samples(&mut right, right_samples, cells[1], &mut right_branch),
         );
-        out.turn_right(place);
+        out.turn_right(index);
         out.append(&right_branch);
         self.pool.keep_branch(right_branch);
         self.pool.keep_space(left);

@@ -32,7 +32,7 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// Of a triangle with these corners, for rays whose origins may have `moved` as far.
+    /// The filter of a triangle with these corners, for rays whose origins f64 may have `moved` that far.
     #[inline(always)]
     pub fn new(scale: &Scale, corners: [Vec3; 3], moved: f32) -> Self {
         let [a, b, c] = corners;
@@ -53,7 +53,7 @@ impl Filter {
         }
     }
 
-    /// Which of the rays from `first` on may hit the triangle before they end, a bit for each. What isn't a number gives way.
+    /// Which of the rays from `first` on may hit the triangle before they end, a bit for each. A value that isn't a number leaves nothing out.
     #[inline(always)]
     pub fn possible<S: Simd, V: Wide<S>>(&self, simd: S, rays: &Rays, first: usize) -> u64 {
         let Values { weights: [u, v, w], determinant, t } =
@@ -75,7 +75,7 @@ impl Filter {
         !(missed | outside).to_bitmask()
     }
 
-    /// What lines say of the triangle, whatever their intervals.
+    /// The edge functions and the determinant of lines, whatever their intervals.
     #[inline(always)]
     pub fn values<S: Simd, V: Wide<S>>(&self, simd: S, origin: [V; 3], direction: [V; 3]) -> Values<V> {
         let [ax, ay, az] = self.a;
@@ -102,7 +102,7 @@ impl Filter {
     }
 }
 
-/// What rays say of a triangle; all times the determinant.
+/// What rays and a triangle give; all of it times the determinant.
 pub struct Values<V> {
     /// Of a, b and c.
     pub weights: [V; 3],

@@ -43,7 +43,7 @@ impl KdTree {
     }
 
     /// Does what [`nearest`](crate::SingleRays::nearest) does for each of `rays`, which may start anywhere and go anywhere: the hit of
-    /// each is written to the same place in `hits`, `None` for a miss.
+    /// each is written to the same index of `hits`, `None` for a miss.
     ///
     /// Rays in a row are led to leaves together as the [packet options](Self::set_packet_options) and the tree's
     /// [traversal](super::KdTreeOptions::traversal) say: it pays where neighbours run side by side.
@@ -54,21 +54,21 @@ impl KdTree {
         &self,
         triangles: Triangles<'_>,
         rays: &[Ray],
-        counts: impl Fn(&Hit) -> bool,
+        stops: impl Fn(&Hit) -> bool,
         hits: &mut [Option<Hit>],
     ) {
-        self.nearest_by(triangles, rays, counts, hits, |ask| {
+        self.nearest_by(triangles, rays, stops, hits, |ask| {
             self.visit_packets(triangles, &|index| rays[index], rays.len(), ask);
         });
     }
 
-    /// As [`nearest_of_packet`](Self::nearest_of_packet), of the triangles that `visit` asks about.
+    /// As [`nearest_of_packet`](Self::nearest_of_packet), of the triangles that `visit` names.
     #[doc(hidden)]
     pub fn nearest_by(
         &self,
         triangles: Triangles<'_>,
         rays: &[Ray],
-        counts: impl Fn(&Hit) -> bool,
+        stops: impl Fn(&Hit) -> bool,
         hits: &mut [Option<Hit>],
         visit: impl FnOnce(&mut Ask<'_>),
     ) {
@@ -77,11 +77,11 @@ impl KdTree {
         let mut found = [None; MOST_PAIRS];
         visit(&mut |pairs, ends| {
             predicate::hits(self.level.into(), triangles, rays, pairs, &mut found);
-            for ((&(place, id), end), hit) in pairs.iter().zip(ends).zip(found) {
-                let best = &mut hits[place as usize];
+            for ((&(index, id), end), hit) in pairs.iter().zip(ends).zip(found) {
+                let best = &mut hits[index as usize];
                 if let Some(hit) = hit
                     && best.is_none_or(|best| (hit.t, id) < (best.t, best.triangle))
-                    && counts(&hit)
+                    && stops(&hit)
                 {
                     *best = Some(hit);
                 }
@@ -101,22 +101,22 @@ impl KdTree {
         triangles: Triangles<'_>,
         rays: &[ShadowRay],
         own: &[u32],
-        counts: impl Fn(u32, [f32; 2]) -> bool,
+        stops: impl Fn(u32, [f32; 2]) -> bool,
         blocked: &mut [bool],
     ) {
-        self.blocked_by(triangles, rays, own, counts, blocked, |ask| {
+        self.blocked_by(triangles, rays, own, stops, blocked, |ask| {
             self.visit_packets(triangles, &|index| rays[index].ray, rays.len(), ask);
         });
     }
 
-    /// As [`blocked_of_packet`](Self::blocked_of_packet), by the triangles that `visit` asks about.
+    /// As [`blocked_of_packet`](Self::blocked_of_packet), by the triangles that `visit` names.
     #[doc(hidden)]
     pub fn blocked_by(
         &self,
         triangles: Triangles<'_>,
         rays: &[ShadowRay],
         own: &[u32],
-        counts: impl Fn(u32, [f32; 2]) -> bool,
+        stops: impl Fn(u32, [f32; 2]) -> bool,
         blocked: &mut [bool],
         visit: impl FnOnce(&mut Ask<'_>),
     ) {
@@ -124,18 +124,18 @@ impl KdTree {
         assert!(lens == (rays.len(), rays.len()), "{lens:?} triangles and answers for {} rays", rays.len());
         blocked.fill(false);
         visit(&mut |pairs, ends| {
-            for (&(place, id), end) in pairs.iter().zip(ends) {
-                let place = place as usize;
-                let asked = !blocked[place] && id != own[place];
-                blocked[place] |= asked
-                    && rays[place].blocked_by(triangles.corners(id)).is_some_and(|barycentric| counts(id, barycentric));
-                *end = if blocked[place] { f64::NEG_INFINITY } else { f64::INFINITY };
+            for (&(index, id), end) in pairs.iter().zip(ends) {
+                let index = index as usize;
+                let asked = !blocked[index] && id != own[index];
+                blocked[index] |= asked
+                    && rays[index].blocked_by(triangles.corners(id)).is_some_and(|barycentric| stops(id, barycentric));
+                *end = if blocked[index] { f64::NEG_INFINITY } else { f64::INFINITY };
             }
         });
     }
 
-    /// Calls `ask` with the index of each of `count` rays and each triangle that it may hit, until that says that nothing at some
-    /// t or later matters to the ray. Knows both by reference, so that this is compiled once.
+    /// Calls `ask` with pairs of a ray's index, of `count` rays, and a triangle that it may hit. `ask` says from which t on
+    /// nothing matters to the ray. Both are references, so that this is compiled once.
     fn visit_packets(&self, triangles: Triangles<'_>, ray: &dyn Fn(usize) -> Ray, count: usize, ask: &mut Ask<'_>) {
         self.prepare(ray, count, ask, &mut |rays, ask| self.visit_from(triangles, rays, 0, ask));
     }
@@ -191,7 +191,7 @@ impl KdTree {
         };
         let mut packets = Packets { rays, stack: &mut stack, root, tester };
         let level = self.level.into();
-        // What is compiled for several widths is dispatched for each, lest it become one huge function.
+        // Each width is dispatched by itself, since all of them together would become one huge function.
         match self.packet_options.width {
             KdPacketWidth::Four => dispatch!(level, simd => packets.visit::<_, f32x4<_>>(simd)),
             KdPacketWidth::Eight => dispatch!(level, simd => packets.visit::<_, f32x8<_>>(simd)),

@@ -20,7 +20,7 @@ pub(super) type Numbers = [f32; MOST_RAYS];
 /// Rays in a tree's [coordinates](Scale), in f32: o + τ d, where τ is zero where a ray enters the tree's bounds or its
 /// interval, and the largest component of d is one. 13 KiB.
 ///
-/// **What f32 leaves out.** With ε half an ulp of an f32, planes and origins have one rounding each, and are one at most; their
+/// **What f32 leaves out.** Let ε be half an ulp of an f32. Planes and origins are one at most and have one rounding each; their
 /// difference has a third, relative to two. Its product with 1 / d has two more of its own, so that a τ of no more than 4
 /// is wrong by less than (4 + 8) ε / |d|. `doubt` is 32 ε / |d|, and what f64 may have lost on the way to the origin: an interval
 /// that is grown by it holds all hits of its cell, and larger τ are certainly outside. Where a ray runs almost along a
@@ -37,9 +37,9 @@ pub struct Rays {
     pub inverse: [Numbers; 3],
     /// How wrong τ may be at planes across each axis.
     pub doubt: [Numbers; 3],
-    /// Where each ray enters what matters, less the error of that; above `leave` where nothing does.
+    /// Where the part of each ray begins that matters, less its error; above `leave` where no part does.
     pub enter: Numbers,
-    /// Nothing behind this matters any more to each ray, counting errors.
+    /// Where that part ends, counting errors.
     pub leave: Numbers,
     /// Whether rays run towards lower coordinates of each axis, a bit for each.
     pub(super) backward: [[u16; MOST_RAYS / LANES]; 3],
@@ -49,7 +49,7 @@ pub struct Rays {
     slack: Numbers,
     /// How far f64 may have moved an origin, at most.
     pub moved: f32,
-    /// Numbers of these are too large or small to be trusted: all triangles are tested.
+    /// Rays whose numbers are too large or small to be trusted, a bit for each: they are tested against all triangles.
     pub(super) exhaustive: [u16; MOST_RAYS / LANES],
 }
 
@@ -92,7 +92,7 @@ impl Rays {
         for first in (0..count).step_by(8) {
             let mut eight = Eight::default();
             for lane in 0..8 {
-                // The last ones again where there are none left, but not alive.
+                // The last group is filled up with its last ray again, which isn't alive.
                 let Ray { origin, direction, t_min, t_max } = ray((first + lane).min(count - 1));
                 for axis in 0..3 {
                     eight.origin[axis][lane] = origin[axis];
@@ -102,7 +102,7 @@ impl Rays {
             }
             self.set_up_eight(simd, extent, scale, &eight, first, (count - first).min(8));
         }
-        // The rest of the last group, which may have been somebody's.
+        // The rest of the last group may hold earlier rays.
         let whole = count.next_multiple_of(8);
         for dead in whole..count.next_multiple_of(LANES) {
             (self.enter[dead], self.leave[dead]) = (1.0, -1.0);
@@ -154,12 +154,12 @@ impl Rays {
         let shrink = splat(simd, 1.0) / longest;
         trusted &= shrink.is_finite();
         let mut moved = splat(simd, 0.0);
-        let mut places = [splat(simd, 0.0); 3];
-        for (axis, place) in places.iter_mut().enumerate() {
+        let mut coordinates = [splat(simd, 0.0); 3];
+        for (axis, coordinate) in coordinates.iter_mut().enumerate() {
             let origin = f64x8::from_slice(simd, &eight.origin[axis]);
             let step = f64x8::from_slice(simd, &eight.direction[axis]) * enter;
             moved = moved.max(origin.abs() + step.abs());
-            *place = (origin + step - splat(simd, f64::from(scale.middle[axis]))) * unit;
+            *coordinate = (origin + step - splat(simd, f64::from(scale.middle[axis]))) * unit;
         }
         // Four roundings, relative to what is added up there or twice as much.
         const MOVED: f64 = 1.0 / (1_u64 << 50) as f64;
@@ -169,11 +169,11 @@ impl Rays {
         let alive = trusted & enter.simd_le(leave) & !missed & mask64x8::from_bitmask(simd, (1 << members) - 1);
         let margin = moved + splat(simd, 32.0 * f64::from(HALF_ULP));
         let (group, half) = (first / LANES, first % LANES / 8);
-        for (axis, place) in places.into_iter().enumerate() {
+        for (axis, coordinate) in coordinates.into_iter().enumerate() {
             let direction = alive.select(f64x8::from_slice(simd, &eight.direction[axis]) * shrink, one);
             let steep = direction.abs().max(splat(simd, LEAST_COMPONENT)).copysign(direction);
             let inverse = one / steep;
-            store(alive.select(place, zero), &mut self.origin[axis], first);
+            store(alive.select(coordinate, zero), &mut self.origin[axis], first);
             store(direction, &mut self.direction[axis], first);
             store(inverse, &mut self.inverse[axis], first);
             store(alive.select(inverse.abs() * margin, zero), &mut self.doubt[axis], first);
@@ -192,11 +192,11 @@ impl Rays {
 
     /// Says that nothing at this t or later matters to a ray.
     #[inline(always)]
-    pub fn end(&mut self, place: usize, t: f64) {
+    pub fn end(&mut self, index: usize, t: f64) {
         if t < f64::INFINITY {
-            let end = ((t - self.start[place]) * self.rate[place]) as f32 + self.slack[place];
-            // Never more than before, for what matters no more isn't visited again.
-            self.leave[place] = self.leave[place].min(end);
+            let end = ((t - self.start[index]) * self.rate[index]) as f32 + self.slack[index];
+            // Never more than before: what has stopped to matter isn't visited again.
+            self.leave[index] = self.leave[index].min(end);
         }
     }
 }

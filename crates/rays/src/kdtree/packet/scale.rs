@@ -2,18 +2,18 @@ use glam::Vec3;
 
 use crate::kdtree::extent::{Extent, Plane};
 
-/// Coordinates of packets: from the middle of the tree's bounds, and times a power of two, so that everything in the tree is
-/// from −1 to 1.
+/// The coordinates of packets: their origin is the middle of the tree's bounds, and their unit a power of two, so that the tree
+/// reaches from −1 to 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
-    /// What becomes zero.
+    /// The point that becomes zero.
     pub middle: [f32; 3],
-    /// The power of two.
+    /// The power of two that differences are multiplied with.
     pub unit: f32,
 }
 
 impl Scale {
-    /// Of the bounds of a tree that isn't empty.
+    /// The coordinates for a tree's bounds, which aren't empty.
     pub fn of(extent: &Extent) -> Self {
         let middle: [f32; 3] =
             std::array::from_fn(|axis| (0.5 * (f64::from(extent.min[axis]) + f64::from(extent.max[axis]))) as f32);
@@ -21,7 +21,7 @@ impl Scale {
             let middle = f64::from(middle[axis]);
             half.max(f64::from(extent.max[axis]) - middle).max(middle - f64::from(extent.min[axis]))
         });
-        // The power of two below one over it. Its last one, 2⁻¹²⁸, has no leading bit in an f32, but is exact.
+        // The power of two below its inverse. The smallest, 2⁻¹²⁸, is a subnormal f32, but exact.
         let exponent = -(((half.to_bits() >> 52) as i32) - 1023) - 1;
         Self { middle, unit: power_of_two(exponent.clamp(-128, 127)) }
     }

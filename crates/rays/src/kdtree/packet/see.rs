@@ -9,10 +9,10 @@ use crate::{Hit, KdTree, LightSource, Ray};
 const TILE_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 const SQUARE_BLOCKS: usize = 4;
 
-/// Places of a square.
-const SQUARE_PLACES: usize = SQUARE_BLOCKS * SQUARE_BLOCKS * TileOrder::BLOCK_PIXELS;
+/// Pixels of a square.
+const SQUARE_PIXELS: usize = SQUARE_BLOCKS * SQUARE_BLOCKS * TileOrder::BLOCK_PIXELS;
 
-/// Instead of a ray where there is none.
+/// Fills the packet where there are fewer rays.
 const NO_RAY: Ray = Ray { origin: DVec3::ZERO, direction: DVec3::X, t_min: 0.0, t_max: 0.0 };
 
 impl KdTree {
@@ -28,21 +28,21 @@ impl KdTree {
             inverse_depth.fill(f32::NAN);
             for square in squares() {
                 let mut pixels = Places::default();
-                let mut rays = [NO_RAY; SQUARE_PLACES];
-                for place in places_of(square) {
-                    if let Some((x, y)) = order.pixel(tile * TileOrder::TILE_PIXELS + place) {
+                let mut rays = [NO_RAY; SQUARE_PIXELS];
+                for index in pixels_of(square) {
+                    if let Some((x, y)) = order.pixel(tile * TileOrder::TILE_PIXELS + index) {
                         rays[pixels.count] = shot.ray(x, y);
-                        pixels.push(place);
+                        pixels.push(index);
                     }
                 }
-                let mut hits = [None; SQUARE_PLACES];
+                let mut hits = [None; SQUARE_PIXELS];
                 let hits = &mut hits[..pixels.count];
                 let stops = |hit: &Hit| opacity.is_stopped_at(hit.triangle, hit.barycentric);
                 self.nearest_of_packet(shot.triangles, &rays[..pixels.count], stops, hits);
-                for (&place, hit) in pixels.places.iter().zip(hits) {
+                for (&index, hit) in pixels.indices.iter().zip(hits) {
                     if let Some(hit) = hit {
-                        triangle[usize::from(place)] = hit.triangle;
-                        inverse_depth[usize::from(place)] = SeenPixels::inverse_of(hit.t);
+                        triangle[usize::from(index)] = hit.triangle;
+                        inverse_depth[usize::from(index)] = SeenPixels::inverse_of(hit.t);
                     }
                 }
             }
@@ -60,35 +60,35 @@ impl KdTree {
                 lit.fill(0);
                 for square in squares() {
                     let mut points = Places::default();
-                    let mut rays = [NO_RAY; SQUARE_PLACES];
-                    let mut pairs = [(0, 0); SQUARE_PLACES];
-                    for place in places_of(square) {
-                        let in_image = tile * TileOrder::TILE_PIXELS + place;
+                    let mut rays = [NO_RAY; SQUARE_PIXELS];
+                    let mut pairs = [(0, 0); SQUARE_PIXELS];
+                    for index in pixels_of(square) {
+                        let in_image = tile * TileOrder::TILE_PIXELS + index;
                         let own = seen.triangle[in_image];
                         if let Some((x, y)) = order.pixel(in_image).filter(|_| own != SeenPixels::NONE) {
                             rays[points.count] = shot.ray(x, y);
                             pairs[points.count] = (points.count as u32, own);
-                            points.push(place);
+                            points.push(index);
                         }
                     }
                     if points.count == 0 {
                         continue;
                     }
-                    let (pairs, mut hits) = (&pairs[..points.count], [None; SQUARE_PLACES]);
+                    let (pairs, mut hits) = (&pairs[..points.count], [None; SQUARE_PIXELS]);
                     predicate::hits(self.level.into(), triangles, &rays, pairs, &mut hits);
-                    let mut own = [u32::MAX; SQUARE_PLACES];
-                    let mut shadow_rays = [ShadowRay::new(light, HitPoint::new(&rays[0], 0.0)); SQUARE_PLACES];
+                    let mut own = [u32::MAX; SQUARE_PIXELS];
+                    let mut shadow_rays = [ShadowRay::new(light, HitPoint::new(&rays[0], 0.0)); SQUARE_PIXELS];
                     // A camera's ray meets what it has seen.
-                    for (place, hit) in hits[..points.count].iter().enumerate() {
+                    for (index, hit) in hits[..points.count].iter().enumerate() {
                         let t = hit.map_or(f64::NAN, |hit| hit.t);
-                        shadow_rays[place] = ShadowRay::new(light, HitPoint::new(&rays[place], t));
-                        own[place] = pairs[place].1;
+                        shadow_rays[index] = ShadowRay::new(light, HitPoint::new(&rays[index], t));
+                        own[index] = pairs[index].1;
                     }
-                    let mut blocked = [false; SQUARE_PLACES];
+                    let mut blocked = [false; SQUARE_PIXELS];
                     let (count, blocked) = (points.count, &mut blocked[..points.count]);
                     self.blocked_of_packet(triangles, &shadow_rays[..count], &own[..count], stops, blocked);
-                    for (&place, &blocked) in points.places.iter().zip(&*blocked) {
-                        let (block, bit) = (usize::from(place) / 16, place % 16);
+                    for (&index, &blocked) in points.indices.iter().zip(&*blocked) {
+                        let (block, bit) = (usize::from(index) / 16, index % 16);
                         lit[block] |= u16::from(!blocked) << bit;
                     }
                 }
@@ -97,21 +97,21 @@ impl KdTree {
     }
 }
 
-/// Some places of a square, in order.
+/// Some pixels of a square, in order.
 struct Places {
-    places: [u16; SQUARE_PLACES],
+    indices: [u16; SQUARE_PIXELS],
     count: usize,
 }
 
 impl Default for Places {
     fn default() -> Self {
-        Self { places: [0; SQUARE_PLACES], count: 0 }
+        Self { indices: [0; SQUARE_PIXELS], count: 0 }
     }
 }
 
 impl Places {
-    fn push(&mut self, place: usize) {
-        self.places[self.count] = place as u16;
+    fn push(&mut self, index: usize) {
+        self.indices[self.count] = index as u16;
         self.count += 1;
     }
 }
@@ -122,10 +122,10 @@ fn squares() -> impl Iterator<Item = usize> {
     rows.flat_map(|row| (0..TILE_BLOCKS).step_by(SQUARE_BLOCKS).map(move |column| row * TILE_BLOCKS + column))
 }
 
-/// The places in its tile of a square that begins with a block.
-fn places_of(first: usize) -> impl Iterator<Item = usize> {
-    (0..SQUARE_PLACES).map(move |place| {
-        let (block, in_block) = (place / TileOrder::BLOCK_PIXELS, place % TileOrder::BLOCK_PIXELS);
+/// The indices in its tile of the pixels of a square that begins with a block.
+fn pixels_of(first: usize) -> impl Iterator<Item = usize> {
+    (0..SQUARE_PIXELS).map(move |index| {
+        let (block, in_block) = (index / TileOrder::BLOCK_PIXELS, index % TileOrder::BLOCK_PIXELS);
         let block = first + block / SQUARE_BLOCKS * TILE_BLOCKS + block % SQUARE_BLOCKS;
         block * TileOrder::BLOCK_PIXELS + in_block
     })

@@ -7,22 +7,22 @@ use super::step::{Way, Within, backward, begin, way};
 use super::tester::Tester;
 use crate::kdtree::node::Nodes;
 
-/// A child that waits, and what of a packet is in its cell. 192 bytes.
+/// A child that waits, and the members of a packet in its cell. 192 bytes.
 #[derive(Clone, Copy, Default)]
 #[repr(align(64))]
 pub(super) struct Waiting {
     enter: [f32; LANES],
     leave: [f32; LANES],
     pub(super) members: u16,
-    pub(super) place: u32,
-    /// Inner nodes above, where that is counted.
+    pub(super) index: u32,
+    /// Inner nodes above, where the traversal counts them.
     pub(super) level: u32,
 }
 
 impl Waiting {
     #[inline(always)]
-    pub(super) fn put<S: Simd, V: Wide<S>>(&mut self, place: u32, level: u32, within: &Within<V>) {
-        (self.place, self.level, self.members) = (place, level, within.members as u16);
+    pub(super) fn put<S: Simd, V: Wide<S>>(&mut self, index: u32, level: u32, within: &Within<V>) {
+        (self.index, self.level, self.members) = (index, level, within.members as u16);
         within.enter.store_slice(&mut self.enter[..V::LEN]);
         within.leave.store_slice(&mut self.leave[..V::LEN]);
     }
@@ -40,9 +40,9 @@ impl Waiting {
 /// All children that wait.
 pub(super) type Stack = [Waiting; Nodes::MAX_DEPTH];
 
-/// Leads the rays from `first` on to leaves below the node at `root` with a stack (Wald et al., *Interactive Rendering with Coherent Ray Tracing*, 2001),
-/// whatever their directions (Reshetov, *Omnidirectional ray tracing traversal algorithm for kd-trees*, 2006): the child comes
-/// first that is the nearer one for most.
+/// Leads the rays from `first` on to leaves below the node at `root`, with a stack (Wald et al., *Interactive Rendering with
+/// Coherent Ray Tracing*, 2001). Rays may have any directions (Reshetov, *Omnidirectional ray tracing traversal algorithm for
+/// kd-trees*, 2006): the child that is nearer for most of them comes first.
 #[inline(always)]
 pub(super) fn visit<S: Simd, V: Wide<S>>(
     simd: S,
@@ -59,10 +59,10 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     }
     tester.steps.note(|visits| visits.packets += 1);
     tester.mailbox.clear();
-    let mut place = root;
+    let mut index = root;
     let mut waiting = 0;
     loop {
-        let node = tree.nodes.get(place);
+        let node = tree.nodes.get(index);
         if node.is_leaf() {
             tester.leaf::<S, V>(simd, rays, first, &tree.ids[node.ids()], within.members);
             let end = load::<S, V>(simd, &rays.leave, first);
@@ -78,23 +78,23 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
                 }
             }
             within.leave = within.leave.min(end);
-            place = stack[waiting].place;
+            index = stack[waiting].index;
             continue;
         }
         tester.steps.note(|visits| visits.nodes += 1);
         let plane = node.plane();
-        let [left, right] = tree.nodes.children(place, node);
+        let [left, right] = tree.nodes.children(index, node);
         match way(simd, &scale, rays, first, plane, &within) {
-            Way::Left => place = left,
-            Way::Right => place = right,
+            Way::Left => index = left,
+            Way::Right => index = right,
             Way::Both([of_left, of_right]) => {
                 let turned = (backward::<S, V>(rays, plane.axis % 3, first) & within.members).count_ones();
                 if 2 * turned > within.members.count_ones() {
                     stack[waiting].put(left, 0, &of_left);
-                    (place, within) = (right, of_right);
+                    (index, within) = (right, of_right);
                 } else {
                     stack[waiting].put(right, 0, &of_right);
-                    (place, within) = (left, of_left);
+                    (index, within) = (left, of_left);
                 }
                 waiting += 1;
             }

@@ -23,14 +23,14 @@ pub(super) enum Way<V> {
     Both([Within<V>; 2]),
 }
 
-/// The rays from `first` on where they begin.
+/// The rays from `first` on at the root.
 #[inline(always)]
 pub(super) fn begin<S: Simd, V: Wide<S>>(simd: S, rays: &Rays, first: usize) -> Within<V> {
     let (enter, leave) = (load::<S, V>(simd, &rays.enter, first), load::<S, V>(simd, &rays.leave, first));
     Within { members: enter.simd_le(leave).to_bitmask(), enter, leave }
 }
 
-/// Which children the members of a group may meet, at least one of which there is. A ray is in one of them up to its τ at the
+/// Which children the members of a group may meet; there is at least one member. A ray is in one of them up to its τ at the
 /// plane, in the other one from there on, each grown by doubt.
 #[inline(always)]
 pub(super) fn way<S: Simd, V: Wide<S>>(

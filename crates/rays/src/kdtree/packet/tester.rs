@@ -7,14 +7,13 @@ use super::scale::Scale;
 use crate::shot::Steps;
 use crate::{KdTree, Triangles};
 
-/// Asks whether rays hit triangles, given pairs of a ray's place and a triangle, and is told from which t on nothing matters to
-/// each pair's ray.
+/// Settles pairs of a ray's index and a triangle, and writes for each pair from which t on nothing matters to its ray.
 pub type Ask<'a> = dyn FnMut(&[(u32, u32)], &mut [f64]) + 'a;
 
-/// Most pairs that are asked about at once.
+/// Most pairs that are settled at once.
 pub(super) const MOST_PAIRS: usize = 32;
 
-/// Rays and triangles to be asked about.
+/// Undecided rays and triangles.
 #[derive(Default)]
 pub(super) struct Pairs {
     pairs: [(u32, u32); MOST_PAIRS],
@@ -23,8 +22,8 @@ pub(super) struct Pairs {
 
 impl Pairs {
     #[inline(always)]
-    fn push(&mut self, place: usize, id: u32, rays: &mut Rays, ask: &mut Ask<'_>) {
-        self.pairs[self.count] = (place as u32, id);
+    fn push(&mut self, index: usize, id: u32, rays: &mut Rays, ask: &mut Ask<'_>) {
+        self.pairs[self.count] = (index as u32, id);
         self.count += 1;
         if self.count == MOST_PAIRS {
             self.ask(rays, ask);
@@ -36,8 +35,8 @@ impl Pairs {
         let mut ends = [0.0; MOST_PAIRS];
         let pairs = &self.pairs[..self.count];
         ask(pairs, &mut ends[..self.count]);
-        for (&(place, _), end) in pairs.iter().zip(ends) {
-            rays.end(place as usize, end);
+        for (&(index, _), end) in pairs.iter().zip(ends) {
+            rays.end(index as usize, end);
         }
         self.count = 0;
     }
@@ -76,7 +75,7 @@ impl Tester<'_, '_> {
         self.ask(rays);
     }
 
-    /// Asks about what tests have left open.
+    /// Settles what tests have left undecided.
     #[inline(always)]
     fn ask(&mut self, rays: &mut Rays) {
         if self.pairs.count > 0 {
@@ -84,7 +83,7 @@ impl Tester<'_, '_> {
         }
     }
 
-    /// Tests the `members` of the rays from `first` on against a triangle, and leaves open what f32 can't decide.
+    /// Tests the `members` of the rays from `first` on against a triangle, and lists what f32 can't decide.
     #[inline(always)]
     fn test<S: Simd, V: Wide<S>>(
         &mut self,
@@ -104,7 +103,7 @@ impl Tester<'_, '_> {
     }
 }
 
-/// The places of a word's bits.
+/// The positions of a word's bits.
 #[inline(always)]
 pub(super) fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
@@ -126,9 +125,9 @@ pub(super) struct Mailbox {
 }
 
 impl Mailbox {
-    /// Of the largest kind.
+    /// Slots of the largest kind.
     const SLOTS: usize = 64;
-    /// Of a ring.
+    /// Slots of a ring.
     const RING: usize = 8;
 
     pub(super) fn new(kind: KdMailbox) -> Self {
@@ -146,7 +145,7 @@ impl Mailbox {
         self.ids[..self.slots].fill(u32::MAX);
     }
 
-    /// Those `members` that weren't tested yet; now they are.
+    /// Those `members` that weren't tested against `id` yet; notes that they are.
     #[inline(always)]
     pub(super) fn untested(&mut self, id: u32, members: u64) -> u64 {
         let slot = match self.kind {

@@ -15,12 +15,12 @@ pub(super) struct Trail {
     pub(super) pushes_down: bool,
 }
 
-/// Leads the rays from `first` on to leaves below the node at `root` with a stack of some entries or none, coming from above again where it has lost the
-/// child that is next (Horn et al. 2007, appendix A.5, for packets).
+/// Leads the rays from `first` on to leaves below the node at `root`, with a stack of some entries or none. Where that has lost
+/// the next child, the packet comes from above again (Horn et al. 2007, appendix A.5, for packets).
 ///
-/// The papers start a packet again with all its rays behind the leaf that they left, and so must take rays of different signs
-/// apart. Here a bit for each level says whether the packet is in the second one of two children: what leads there is the
-/// same each time, since it doesn't depend on what was hit. `order` of the axes says which child is the second one.
+/// The papers start a packet again with all its rays behind the leaf that they left, and so must separate rays of different
+/// signs. Here a bit for each level says whether the packet is in the second of two children. The way there is the same each
+/// time, since it doesn't depend on what was hit. `order` says for each axis which child is the second one.
 #[inline(always)]
 pub(super) fn visit<S: Simd, V: Wide<S>>(
     simd: S,
@@ -40,14 +40,14 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     tester.mailbox.clear();
     let order = Order::new::<S, V>(rays, first, within.members);
     let mut stack = ShortStack { positions: stack, entries: options.entries, top: 0, held: 0 };
-    let (mut place, mut level) = (root, 0_u32);
+    let (mut index, mut level) = (root, 0_u32);
     let mut root = Waiting::default();
-    root.put(place, level, &within);
+    root.put(index, level, &within);
     let (mut trail, mut open) = (0_u64, 0_u64);
-    // Rays that nothing is left of.
+    // Rays that have ended.
     let mut ended = 0_u64;
     loop {
-        let node = tree.nodes.get(place);
+        let node = tree.nodes.get(index);
         let mut is_done = node.is_leaf();
         if is_done {
             let end = load::<S, V>(simd, &rays.leave, first);
@@ -58,12 +58,12 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
         } else {
             tester.steps.note(|visits| visits.nodes += 1);
             let plane = node.plane();
-            let [left, right] = tree.nodes.children(place, node);
+            let [left, right] = tree.nodes.children(index, node);
             let bit = 1 << level;
             level += 1;
             match way(simd, &scale, rays, first, plane, &within) {
-                Way::Left => place = left,
-                Way::Right => place = right,
+                Way::Left => index = left,
+                Way::Right => index = right,
                 Way::Both([of_left, of_right]) => {
                     let [(near, of_near), (far, of_far)] = if order.turned[plane.axis % 3] {
                         [(right, of_right), (left, of_left)]
@@ -71,12 +71,12 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
                         [(left, of_left), (right, of_right)]
                     };
                     if trail & bit != 0 {
-                        (place, within) = (far, of_far);
+                        (index, within) = (far, of_far);
                         is_done = is_over(simd, rays, first, &within);
                     } else {
                         stack.push(far, level, &of_far);
                         open |= bit;
-                        (place, within) = (near, of_near);
+                        (index, within) = (near, of_near);
                     }
                 }
             }
@@ -90,17 +90,17 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
             open &= !(1 << deepest);
             trail = trail & ((1 << deepest) - 1) | 1 << deepest;
             if let Some(position) = stack.pop() {
-                (place, level, within) = (position.place, position.level, position.within(simd));
+                (index, level, within) = (position.index, position.level, position.within(simd));
                 is_done = is_over(simd, rays, first, &within);
             } else {
                 tester.steps.note(|visits| visits.restarts += 1);
-                (place, level, within) = (root.place, root.level, root.within(simd));
+                (index, level, within) = (root.index, root.level, root.within(simd));
                 open = 0;
                 is_done = false;
             }
         }
         if options.pushes_down && open == 0 {
-            root.put(place, level, &within);
+            root.put(index, level, &within);
         }
     }
 }
@@ -135,7 +135,7 @@ impl Order {
         Self { members, turned, sorted }
     }
 
-    /// Those members of a cell that is done that need no other one: what waits begins where a nearer cell that holds this one
+    /// Those members of a finished cell that need no other cell: what waits begins where a nearer cell that holds this one
     /// ends, or up to twice the doubt before.
     #[inline(always)]
     fn ended<S: Simd, V: Wide<S>>(&self, simd: S, rays: &Rays, first: usize, within: &Within<V>) -> u64 {
@@ -145,7 +145,7 @@ impl Order {
         );
         let doubt = x.max(y).max(z);
         let end = load::<S, V>(simd, &rays.leave, first);
-        // Four instead of two, so that roundings are nothing beside them.
+        // Four times the doubt instead of two, so that roundings don't matter.
         let four = splat::<S, V>(simd, 4.0);
         (within.leave - four * doubt).simd_gt(end).to_bitmask() & within.members & self.sorted
             | end.simd_lt(splat::<S, V>(simd, f32::MIN)).to_bitmask() & self.members
@@ -163,9 +163,9 @@ struct ShortStack<'a> {
 
 impl ShortStack<'_> {
     #[inline(always)]
-    fn push<S: Simd, V: Wide<S>>(&mut self, place: u32, level: u32, within: &Within<V>) {
+    fn push<S: Simd, V: Wide<S>>(&mut self, index: u32, level: u32, within: &Within<V>) {
         if self.entries > 0 {
-            self.positions[self.top].put(place, level, within);
+            self.positions[self.top].put(index, level, within);
             self.top = if self.top + 1 == self.entries { 0 } else { self.top + 1 };
             self.held = (self.held + 1).min(self.entries);
         }

@@ -1,16 +1,15 @@
 //! Leading single rays to leaves: `stack` with a stack for all that waits, `trail` without one or with a short one.
 //!
-//! **How a cell is left out.** Along an axis the ray reaches a plane at t = (s − o) / d. The plane s and the origin o are
-//! what they are, so three roundings are all that is between the computed t and that of real numbers: the first is relative
-//! too. With M the largest magnitude of t inside the tree's bounds, a computed t of no more than 2M is wrong by less than
+//! **How a cell is left out.** Along an axis the ray reaches a plane at t = (s − o) / d. The plane s and the origin o are exact,
+//! so only three roundings, each of them relative, are between the computed t and that of real numbers. With M the largest magnitude of t inside the tree's bounds, a computed t of no more than 2M is wrong by less than
 //! 7 · 2⁻⁵³ M, and larger ones are certainly outside. A child gets the interval of t in which the ray may be in its cell, grown
 //! by `doubt` = 2⁻⁴⁸ M at the plane, and is left out only where that is empty. So every hit's t in real numbers is inside
 //! the interval of each cell whose box, with its faces, holds it, and by more than 2⁻⁴⁹ M so. A hit's computed t is within two
 //! units in its last place of the real one: so a cell whose interval starts behind the nearest computed t so far holds no
 //! hit with a computed t as low, and none that ties with it.
 //!
-//! A ray that runs along a plane never reaches it: its t is infinite, with the sign that leads to the side where it is, or 0 · ∞
-//! inside the plane. That is no number, compares with nothing and so leads to both sides.
+//! A ray that runs along a plane never reaches it: t is infinite, with the sign that leads to the ray's side of the plane. Inside
+//! the plane it is 0 · ∞, which is no number; no comparison with it holds, and so the ray goes to both sides.
 
 mod stack;
 mod trail;
@@ -141,7 +140,7 @@ impl Line {
         Start::Line(Self { origin, inverse, is_backward, enter, leave, doubt, is_along_plane })
     }
 
-    /// Which children of a node a ray meets that is in the node's cell from `enter` to `leave`.
+    /// Which children of a node a ray meets, given that it is in the node's cell from `enter` to `leave`.
     #[inline(always)]
     fn way(&self, plane: Plane, enter: f64, leave: f64) -> Way {
         let t = (f64::from(plane.at) - self.origin[plane.axis]) * self.inverse[plane.axis];
@@ -156,7 +155,7 @@ impl Line {
         }
     }
 
-    /// Whether a hit that may win ends the ray once a cell is done that the ray leaves at `leave`.
+    /// Whether the nearest hit ends the ray, once it is done with a cell that it leaves at `leave`.
     ///
     /// What waits begins where a nearer cell that holds this one ends, or up to twice the doubt before. Only where the ray
     /// may run inside planes, neither child is the nearer one.
@@ -172,7 +171,7 @@ impl Line {
     }
 }
 
-/// Tests the triangles of leaves, most of them once.
+/// Tests the triangles of leaves; most are tested only once.
 struct Tester<'a, Test> {
     within: Reachable<'a>,
     ray: &'a Ray,

@@ -10,7 +10,7 @@ pub(super) struct Stacked<'a>(pub(super) Reachable<'a>);
 /// A child that waits, and the ray's interval in its cell.
 #[derive(Clone, Copy, Default)]
 struct Waiting {
-    place: u32,
+    index: u32,
     enter: f64,
     leave: f64,
 }
@@ -26,9 +26,9 @@ impl Stacked<'_> {
         };
         let mut stack = [Waiting::default(); Nodes::MAX_DEPTH];
         let mut waiting = 0;
-        let (mut place, mut enter, mut leave) = (0, line.enter, line.leave);
+        let (mut index, mut enter, mut leave) = (0, line.enter, line.leave);
         loop {
-            let node = tree.nodes.get(place);
+            let node = tree.nodes.get(index);
             if node.is_leaf() {
                 tester.leaf(node)?;
                 loop {
@@ -40,20 +40,20 @@ impl Stacked<'_> {
                         break;
                     }
                 }
-                Waiting { place, enter, leave } = stack[waiting];
+                Waiting { index, enter, leave } = stack[waiting];
                 leave = if tester.t_max < leave { tester.t_max } else { leave };
                 continue;
             }
             tester.steps.note(|visits| visits.nodes += 1);
             let plane = node.plane();
-            let [near, far] = line.sort(plane, tree.nodes.children(place, node));
+            let [near, far] = line.sort(plane, tree.nodes.children(index, node));
             match line.way(plane, enter, leave) {
-                Way::Near => place = near,
-                Way::Far => place = far,
+                Way::Near => index = near,
+                Way::Far => index = far,
                 Way::Both(near_leave, far_enter) => {
-                    stack[waiting] = Waiting { place: far, enter: far_enter, leave };
+                    stack[waiting] = Waiting { index: far, enter: far_enter, leave };
                     waiting += 1;
-                    (place, leave) = (near, near_leave);
+                    (index, leave) = (near, near_leave);
                 }
             }
         }

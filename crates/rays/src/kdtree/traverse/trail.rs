@@ -22,7 +22,7 @@ pub(super) struct Trailing<'a> {
 /// A node to visit, and the ray's interval in its cell.
 #[derive(Clone, Copy, Default)]
 struct Position {
-    place: u32,
+    index: u32,
     /// Inner nodes above.
     level: u32,
     enter: f64,
@@ -71,35 +71,35 @@ impl Trailing<'_> {
         let positions = [Position::default(); KdTraversal::MOST_ENTRIES as usize];
         let mut stack = ShortStack { positions, entries: self.entries, top: 0, held: 0 };
         // Where the ray comes from again: nothing waits above.
-        let mut root = Position { place: 0, level: 0, enter: line.enter, leave: line.leave };
+        let mut root = Position { index: 0, level: 0, enter: line.enter, leave: line.leave };
         let mut at = root;
         // By level, whether the ray is in the farther child of a node both of whose children it meets, …
         let mut trail = 0_u64;
         // … and whether that child still waits.
         let mut open = 0_u64;
         loop {
-            let node = tree.nodes.get(at.place);
-            // Whether nothing of the node is left to visit.
+            let node = tree.nodes.get(at.index);
+            // Whether the node is finished.
             let mut is_done = node.is_leaf();
             if is_done {
                 tester.leaf(node)?;
             } else {
                 tester.steps.note(|visits| visits.nodes += 1);
                 let plane = node.plane();
-                let [near, far] = line.sort(plane, tree.nodes.children(at.place, node));
+                let [near, far] = line.sort(plane, tree.nodes.children(at.index, node));
                 let bit = 1 << at.level;
                 at.level += 1;
                 match line.way(plane, at.enter, at.leave) {
-                    Way::Near => at.place = near,
-                    Way::Far => at.place = far,
+                    Way::Near => at.index = near,
+                    Way::Far => at.index = far,
                     Way::Both(_, far_enter) if trail & bit != 0 => {
-                        (at.place, at.enter) = (far, far_enter);
+                        (at.index, at.enter) = (far, far_enter);
                         is_done = far_enter > tester.t_max;
                     }
                     Way::Both(near_leave, far_enter) => {
-                        stack.push(Position { place: far, enter: far_enter, ..at });
+                        stack.push(Position { index: far, enter: far_enter, ..at });
                         open |= bit;
-                        (at.place, at.leave) = (near, near_leave);
+                        (at.index, at.leave) = (near, near_leave);
                     }
                 }
             }

@@ -48,7 +48,7 @@ struct Crowd {
     high: usize,
     /// Where the cells of its first triangle are among those of all.
     first_box: usize,
-    /// Which place in [`Nested::held`] is the cell's.
+    /// Which index in [`Nested::held`] is the cell's.
     interval: usize,
     /// The cell, grown by twice the margin.
     room: Bounds,
@@ -119,7 +119,7 @@ impl Nested {
         parents: Range<usize>,
     ) -> Range<usize> {
         let cells = self.grids[parents.start].first as usize..self.cell_count;
-        // Taken out, since places are read while others are written.
+        // Taken out, since starts are read while others are written.
         let (starts, ids) = (std::mem::take(&mut self.starts), std::mem::take(&mut self.ids));
         let grids = std::mem::take(&mut self.grids);
         self.find(&starts, cells);
@@ -145,12 +145,12 @@ impl Nested {
             if first < end {
                 let starts = starts[first..=end].windows(2).zip(first as u32..);
                 let many = |pair: &[AtomicU32]| pair[1].load(Relaxed) - pair[0].load(Relaxed) > above;
-                found.extend(starts.filter(|(pair, _)| many(pair)).map(|(_, place)| place));
+                found.extend(starts.filter(|(pair, _)| many(pair)).map(|(_, index)| index));
             }
         });
     }
 
-    /// Lists what was found, given the lattices that the cells are of, each with its first cell's place, and the place in
+    /// Lists what was found, given the lattices that the cells are of, each with its first cell's index, and the index in
     /// [`held`](Self::held) of their first reference.
     fn list_crowds(
         &mut self,
@@ -162,14 +162,14 @@ impl Nested {
         crowds.clear();
         let mut first_box = 0;
         let Some(mut parent) = parents.next() else { return };
-        for place in found.iter().flatten().map(|&place| place as usize) {
-            while place - parent.1 >= parent.0.len() {
+        for index in found.iter().flatten().map(|&index| index as usize) {
+            while index - parent.1 >= parent.0.len() {
                 let Some(next) = parents.next() else { return };
                 parent = next;
             }
-            let [low, high] = [place, place + 1].map(|place| starts[place].load(Relaxed) as usize);
+            let [low, high] = [index, index + 1].map(|index| starts[index].load(Relaxed) as usize);
             let interval = first_interval + low / self.interval as usize;
-            let room = room(&parent.0, place - parent.1);
+            let room = room(&parent.0, index - parent.1);
             let side = parent.0.side;
             crowds.push(Crowd { low, high, first_box, interval, room, side, lattice: None });
             first_box += high - low;
@@ -213,7 +213,7 @@ impl Nested {
             return level;
         }
         let cells = first_cell..self.cell_count;
-        // Counted two places on, so that scattering moves starts to where they belong. A level starts where the one
+        // Counted two cells on, so that scattering moves starts to where they belong. A level starts where the one
         // before it ends: at the last two sums of that one.
         if starts.len() < cells.end + 2 {
             resize(starts, cells.end + 2, AtomicU32::default);
@@ -246,8 +246,8 @@ impl Nested {
         }
         let (placed, listed) = (&*starts, &*ids);
         visit_all(scene_ids.unwrap_or(ids), &|cell, id| {
-            let place = placed[cell + 1].fetch_add(1, Relaxed);
-            listed[place as usize].store(id, Relaxed);
+            let index = placed[cell + 1].fetch_add(1, Relaxed);
+            listed[index as usize].store(id, Relaxed);
         });
         let end = self.references as u32;
         sort(&starts[cells.clone()], end, &mut ids[first_id..self.references]);
@@ -260,7 +260,7 @@ impl Nested {
         level
     }
 
-    /// Adds the chosen grids without their triangles, and returns the place of the first one's macrocells.
+    /// Adds the chosen grids without their triangles, and returns the index of the first one's macrocells.
     fn add_grids(&mut self, options: &UniformOptions) -> usize {
         let last = self.grids.last();
         let end = |grid: &NestedGrid| grid.first_macrocell + grid.macrocells.element_product();
@@ -280,10 +280,10 @@ impl Nested {
     }
 }
 
-/// A cell, given its place, grown by twice the margin, so that rounding leaves more than the margin.
-fn room(lattice: &Lattice, place: usize) -> Bounds {
+/// A cell, given its index, grown by twice the margin, so that rounding leaves more than the margin.
+fn room(lattice: &Lattice, index: usize) -> Bounds {
     let [columns, rows] = [lattice.cells.x as usize, lattice.cells.y as usize];
-    let cell = [place % columns, place / columns % rows, place / (columns * rows)].map(|at| at as f64);
+    let cell = [index % columns, index / columns % rows, index / (columns * rows)].map(|at| at as f64);
     let low = lattice.corner + (DVec3::from(cell) - 2.0 * Lattice::MARGIN) * lattice.side;
     let high = lattice.corner + (DVec3::from(cell) + 1.0 + 2.0 * Lattice::MARGIN) * lattice.side;
     Bounds { min: low.as_vec3().map(f32::next_down), max: high.as_vec3().map(f32::next_up) }

@@ -1,12 +1,12 @@
 //! Grids inside of cells, for scenes of very uneven density, such as a teapot in a stadium: a cell that lists many
-//! triangles holds a grid over what of them is inside of it, and so may that grid's cells.
+//! triangles holds a grid over their parts inside of it, and so may that grid's cells.
 //!
 //! **Why nothing is missed.** Such a grid is one like the scene's: a lattice of its own, with the same margins in cells of
 //! its own, around the triangles' box, cut where the cell, grown by twice the margin, ends. A traversal visits a cell
 //! that is no farther than [`Lattice::DOUBT`] from the hit that it has to find there (see [`Lattice`]), so that the hit is
 //! inside of the box. There the lattice's own argument holds, for traversals that know where the ray is to within
-//! [`Lattice::DOUBT`] in *its* cells. A single ray from too far away to be known that well asks about all triangles that
-//! the outer cell lists instead; packets grow by what they may be wrong by.
+//! [`Lattice::DOUBT`] in *its* cells. A single ray from too far away to be known that well is tested against all
+//! triangles that the outer cell lists instead; packets grow by what they may be wrong by.
 //!
 //! `build` chooses the cells and makes their grids.
 
@@ -35,7 +35,7 @@ pub(super) struct Nested {
     /// starts in each. Those of the scene's references come first.
     held: Vec<Option<u32>>,
     scene_intervals: usize,
-    /// References in a row for which there is one place in `held`; zero where no cell holds a grid.
+    /// References in a row for which there is one slot in `held`; zero where no cell holds a grid.
     interval: u32,
     cell_count: usize,
     references: usize,
@@ -49,7 +49,7 @@ struct NestedGrid {
     lattice: Lattice,
     /// Macrocells along each axis.
     macrocells: UVec3,
-    /// Places of the first cell and the first macrocell.
+    /// Indices of the first cell and the first macrocell.
     first: u32,
     first_macrocell: u32,
 }

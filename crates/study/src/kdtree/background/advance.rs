@@ -139,21 +139,21 @@ impl Built {
     }
 }
 
-/// By place, the largest drift of a triangle below a node.
+/// By node, the largest drift of a triangle below a node.
 fn drift_of_nodes(tree: &KdTree, of_triangles: &[f32], drift: &mut Vec<f32>) {
-    let of_leaf = |place: u32| {
-        let node = tree.nodes().get(place);
+    let of_leaf = |index: u32| {
+        let node = tree.nodes().get(index);
         let ids = if node.is_leaf() { node.ids() } else { 0..0 };
         tree.ids()[ids].iter().map(|&id| of_triangles[id as usize]).fold(0.0, f32::max)
     };
-    let places = (0..tree.nodes().len() as u32).into_par_iter().with_min_len(1 << 10);
-    places.map(of_leaf).collect_into_vec(drift);
+    let indices = (0..tree.nodes().len() as u32).into_par_iter().with_min_len(1 << 10);
+    indices.map(of_leaf).collect_into_vec(drift);
     // Children come after their parents.
-    for place in (0..tree.nodes().len() as u32).rev() {
-        let node = tree.nodes().get(place);
+    for index in (0..tree.nodes().len() as u32).rev() {
+        let node = tree.nodes().get(index);
         if !node.is_leaf() {
-            let [left, right] = tree.nodes().children(place, node);
-            drift[place as usize] = drift[left as usize].max(drift[right as usize]);
+            let [left, right] = tree.nodes().children(index, node);
+            drift[index as usize] = drift[left as usize].max(drift[right as usize]);
         }
     }
 }
@@ -164,18 +164,18 @@ fn grown_cost(tree: &KdTree, drift: &[f32]) -> f64 {
     if tree.extent().is_empty() { 0.0 } else { grown_cost_below(tree, drift, 0, tree.extent(), 0) }
 }
 
-fn grown_cost_below(tree: &KdTree, drift: &[f32], place: u32, cell: Extent, depth: u32) -> f64 {
+fn grown_cost_below(tree: &KdTree, drift: &[f32], index: u32, cell: Extent, depth: u32) -> f64 {
     /// Nodes below are for one thread.
     const PARALLEL: u32 = 8;
-    let node = tree.nodes().get(place);
-    let by = drift[place as usize];
+    let node = tree.nodes().get(index);
+    let by = drift[index as usize];
     let larger = Extent { min: cell.min.map(|face| face - by), max: cell.max.map(|face| face + by) };
     let area = larger.half_area();
     if node.is_leaf() {
         return tree.options().costs.test * node.count() as f64 * area;
     }
-    let ([left, right], [below, above]) = (tree.nodes().children(place, node), cell.cut(node.plane()));
-    let cost = |place: u32, cell: Extent| grown_cost_below(tree, drift, place, cell, depth + 1);
+    let ([left, right], [below, above]) = (tree.nodes().children(index, node), cell.cut(node.plane()));
+    let cost = |index: u32, cell: Extent| grown_cost_below(tree, drift, index, cell, depth + 1);
     let (left, right) = if depth < PARALLEL {
         rayon::join(|| cost(left, below), || cost(right, above))
     } else {

@@ -2,7 +2,7 @@
 //! Tracing Dynamic Scenes using fast KD-tree Base on Multi-Core Architecture*, 2008; thesis §4.3).
 //!
 //! A new tree is ready some frames after the one that it was built for, and triangles have moved since. Yang et al. deform their
-//! tree, and leave open what rays may miss. Here the older tree stays as it is: for each of its nodes it is measured how far
+//! tree, and don't say what rays may miss. Here the older tree stays as it is: for each of its nodes it is measured how far
 //! at most a vertex of a triangle below it has moved, along any axis, and cells count as larger by that much. So answers are
 //! those for the triangles where they are, however old the tree is; age only costs time. As Yang et al. do, the
 //! surface area heuristic judges that: the cost of the tree with its grown cells, in parts of what it was when it was built,

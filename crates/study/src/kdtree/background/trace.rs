@@ -30,6 +30,6 @@ impl Visit for BackgroundKdTree {
             }
             other => other,
         };
-        grown::visit(tree, start, ray.t_max, |place| f64::from(self.drift[place as usize]), test)
+        grown::visit(tree, start, ray.t_max, |index| f64::from(self.drift[index as usize]), test)
     }
 }

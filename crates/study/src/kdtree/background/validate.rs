@@ -22,12 +22,12 @@ impl BackgroundKdTree {
             return Err(format!("it is known of {} nodes of {} how they move", drift.len(), nodes.len()));
         }
         let mut waiting = vec![0];
-        while let Some(place) = waiting.pop() {
-            let (node, most) = (nodes.get(place), drift[place as usize]);
+        while let Some(index) = waiting.pop() {
+            let (node, most) = (nodes.get(index), drift[index as usize]);
             if !node.is_leaf() {
-                let children = nodes.children(place, node);
+                let children = nodes.children(index, node);
                 if children.iter().any(|&child| drift[child as usize] > most) {
-                    return Err(format!("a child of node {place} has moved more than that"));
+                    return Err(format!("a child of node {index} has moved more than that"));
                 }
                 waiting.extend(children);
                 continue;
@@ -39,7 +39,7 @@ impl BackgroundKdTree {
                     .into_iter()
                     .any(|(now, then)| (now.as_dvec3() - then.as_dvec3()).abs().max_element() > f64::from(most))
                 {
-                    return Err(format!("triangle {id} has moved more than leaf {place}"));
+                    return Err(format!("triangle {id} has moved more than leaf {index}"));
                 }
             }
         }

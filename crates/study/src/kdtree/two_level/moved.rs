@@ -82,7 +82,7 @@ impl Rest {
             + self.positions.capacity() * size_of::<Vec3>()
     }
 
-    /// Where all vertices were, in places that the frame has for them; those of other objects are nowhere.
+    /// Where all vertices were, by the frame's vertex index; those of other objects are nowhere.
     pub(super) fn all_positions(&self) -> Vec<Vec3> {
         let mut positions = vec![Vec3::NAN; self.vertices.last().map_or(0, |&last| last as usize + 1)];
         self.vertices.iter().zip(&self.positions).for_each(|(&vertex, &at)| positions[vertex as usize] = at);

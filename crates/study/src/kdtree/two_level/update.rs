@@ -9,7 +9,7 @@ use super::moved::Rest;
 use super::{ImpossibleObjects, KdMotion, KdObject, Object, TwoLevelKdTree};
 
 impl TwoLevelKdTree {
-    /// Makes trees those of a frame, on all threads of the current pool. Objects are known by their places: one that has
+    /// Makes trees those of a frame, on all threads of the current pool. Objects are known by their indices: one that has
     /// other ids or moves in another way than in the last frame is taken for a new one. The result is the same for every
     /// number of threads.
     ///
@@ -22,9 +22,9 @@ impl TwoLevelKdTree {
     /// As [`KdTree::build`].
     pub fn update(&mut self, triangles: Triangles<'_>, objects: &[KdObject]) -> Result<(), ImpossibleObjects> {
         let mut end = 0;
-        for (place, KdObject { triangles: Range { start, end: next }, .. }) in objects.iter().enumerate() {
+        for (index, KdObject { triangles: Range { start, end: next }, .. }) in objects.iter().enumerate() {
             if *start != end || next < start {
-                return Err(ImpossibleObjects::Order(place));
+                return Err(ImpossibleObjects::Order(index));
             }
             end = *next;
         }
@@ -37,7 +37,7 @@ impl TwoLevelKdTree {
         self.objects.extend(objects[known..].iter().map(|object| Object::new(object.clone())));
         let options = self.options;
         let all = self.objects.par_iter_mut().zip(objects).enumerate();
-        all.for_each(|(place, (object, now))| object.update(triangles, now, options, place >= known));
+        all.for_each(|(index, (object, now))| object.update(triangles, now, options, index >= known));
         self.rebuilt = self.objects.iter().filter(|object| object.is_rebuilt).count() as u64;
         self.omitted = Omitted::default();
         for object in &self.objects {

@@ -7,8 +7,8 @@ impl TwoLevelKdTree {
     /// Checks the trees against the triangles that the last update was for.
     ///
     /// # Errors
-    /// Names the first object that breaks a rule: each object's tree [is valid](umbrage_rays::Structure::validate), over the triangles as they
-    /// are, or for a rigid object as they were when it was built; an object's box holds its triangles; and leaves of the tree
+    /// Names the first object that breaks a rule: each object's tree
+    /// [is valid](umbrage_rays::Structure::validate), over the triangles as they are, or for a rigid object as they were when it was built; an object's box holds its triangles; and leaves of the tree
     /// over boxes that list an object cover its box.
     pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
         if triangles.len() != self.triangle_count {
@@ -44,13 +44,13 @@ impl TwoLevelKdTree {
 }
 
 /// Whether the leaves below a node that list a box cover a part of it.
-fn covers_box(tree: &KdTree, place: u32, id: u32, part: Extent) -> bool {
-    let node = tree.nodes().get(place);
+fn covers_box(tree: &KdTree, index: u32, id: u32, part: Extent) -> bool {
+    let node = tree.nodes().get(index);
     if node.is_leaf() {
         return tree.ids()[node.ids()].binary_search(&id).is_ok();
     }
     let plane = node.plane();
-    let [left, right] = tree.nodes().children(place, node);
+    let [left, right] = tree.nodes().children(index, node);
     let (low, high) = (part.min[plane.axis], part.max[plane.axis]);
     if low == plane.at && high == plane.at {
         return covers_box(tree, left, id, part) || covers_box(tree, right, id, part);

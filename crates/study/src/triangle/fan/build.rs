@@ -72,16 +72,16 @@ impl Fans {
                 }
                 chain.clear();
                 let mut next = Some(start);
-                while let Some(place) = next {
-                    spokes[place].is_used = true;
-                    chain.push(place);
-                    next = unused_from(spokes, spokes[place].to);
+                while let Some(index) = next {
+                    spokes[index].is_used = true;
+                    chain.push(index);
+                    next = unused_from(spokes, spokes[index].to);
                 }
                 if chain.len() >= shortest {
                     self.push(triangles, center, spokes, chain);
                 } else {
                     // Back to the others, for another centre.
-                    chain.iter().for_each(|&place| spokes[place].is_used = false);
+                    chain.iter().for_each(|&index| spokes[index].is_used = false);
                 }
             }
         }
@@ -97,8 +97,8 @@ impl Fans {
             first_edge: self.edges.len() as u32,
             triangles: chain.len() as u32,
         });
-        self.edges.extend(chain.iter().take(1).map(|&place| position(spokes[place].from) - center_position));
-        for spoke in chain.iter().map(|&place| &spokes[place]) {
+        self.edges.extend(chain.iter().take(1).map(|&index| position(spokes[index].from) - center_position));
+        for spoke in chain.iter().map(|&index| &spokes[index]) {
             self.edges.push(position(spoke.to) - center_position);
             self.ids.push(spoke.id);
             self.center_corners.push(spoke.center_corner);
@@ -120,7 +120,7 @@ struct Spoke {
 fn unused_from(spokes: &[Spoke], vertex: u32) -> Option<usize> {
     let first = spokes.partition_point(|spoke| spoke.from < vertex);
     let same = spokes[first..].iter().take_while(|spoke| spoke.from == vertex);
-    same.enumerate().find(|(_, spoke)| !spoke.is_used).map(|(place, _)| first + place)
+    same.enumerate().find(|(_, spoke)| !spoke.is_used).map(|(index, _)| first + index)
 }
 
 /// What is left of a mesh, with neighbours.

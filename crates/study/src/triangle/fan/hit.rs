@@ -17,7 +17,7 @@ impl TriangleFan<'_> {
         let across = cross(offset, rays.direction);
         let [first, rest @ ..] = self.edges else { return };
         let (mut edge, mut side) = (*first, dot_all(across, *first));
-        for (place, &next) in rest.iter().enumerate() {
+        for (index, &next) in rest.iter().enumerate() {
             let next_side = dot_all(across, next);
             let counterclockwise = side.is_at_least_zero() & next_side.is_at_most_zero();
             let clockwise = side.is_at_most_zero() & next_side.is_at_least_zero();
@@ -27,12 +27,12 @@ impl TriangleFan<'_> {
             {
                 let [v, w] = hits.barycentric;
                 let center = v.splat(1.0) - v - w;
-                let barycentric = match self.center_corners[place] {
+                let barycentric = match self.center_corners[index] {
                     0 => [v, w],
                     1 => [center, v],
                     _ => [w, center],
                 };
-                found(self.ids[place], Hits { barycentric, ..hits });
+                found(self.ids[index], Hits { barycentric, ..hits });
             }
             (edge, side) = (next, next_side);
         }

@@ -60,14 +60,14 @@ impl Fans {
         self.fans.is_empty()
     }
 
-    /// A fan by its place.
+    /// A fan by its index.
     ///
     /// # Panics
     /// If there are not as many.
     #[must_use]
     #[inline]
-    pub fn fan(&self, place: usize) -> TriangleFan<'_> {
-        let Fan { center, first_triangle, first_edge, triangles } = self.fans[place];
+    pub fn fan(&self, index: usize) -> TriangleFan<'_> {
+        let Fan { center, first_triangle, first_edge, triangles } = self.fans[index];
         let (first_triangle, first_edge, triangles) =
             (first_triangle as usize, first_edge as usize, triangles as usize);
         TriangleFan {

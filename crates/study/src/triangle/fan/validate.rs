@@ -9,19 +9,19 @@ impl Fans {
     /// in none, and a triangle in a fan has the centre and the two ends of its edges for corners, turned as it was.
     pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let mut seen = vec![0_u32; triangles.len()];
-        for place in 0..self.len() {
-            let fan = self.fan(place);
+        for index in 0..self.len() {
+            let fan = self.fan(index);
             for (triangle, &id) in fan.ids.iter().enumerate() {
                 let corners = match triangles.indices.get(id as usize) {
                     Some(_) => triangles.usable_corners(id),
-                    None => return Err(format!("fan {place} has triangle {id}, which isn't there")),
+                    None => return Err(format!("fan {index} has triangle {id}, which isn't there")),
                 };
-                let mut corners = corners.map_err(|why| format!("fan {place} has triangle {id}: {why:?}"))?;
+                let mut corners = corners.map_err(|why| format!("fan {index} has triangle {id}: {why:?}"))?;
                 corners.rotate_left(usize::from(fan.center_corners[triangle]));
                 let [center, first, second] = corners;
                 let edges = [first - center, second - center];
                 if center != fan.center || edges != fan.edges[triangle..triangle + 2] {
-                    return Err(format!("fan {place} has other corners than triangle {id}"));
+                    return Err(format!("fan {index} has other corners than triangle {id}"));
                 }
                 seen[id as usize] += 1;
             }

@@ -101,7 +101,7 @@ impl Around {
     }
 
     fn both(self, other: Self) -> Self {
-        Self(std::array::from_fn(|place| self.0[place].min(other.0[place])))
+        Self(std::array::from_fn(|index| self.0[index].min(other.0[index])))
     }
 
     pub(super) fn corners(&self) -> [[f32; 3]; 2] {
@@ -118,7 +118,7 @@ impl Around {
 /// Parts boxes: those of the left child go to `left`, which has room for all; those of the right child stay, in front. How
 /// many both have, and how many of them the plane cuts: where those are is noted in `cut`.
 ///
-/// All are written to both places, and count where they belong: looking first would be guessed wrong half of the time.
+/// All are written to both lists, and count where they belong: looking first would be guessed wrong half of the time.
 #[inline(always)]
 pub(super) fn part(
     boxes: &mut [Boxed],
@@ -129,16 +129,16 @@ pub(super) fn part(
     let (axis, at, planar_left) = (best.plane.axis & 3, best.plane.at, best.planar_left);
     let left = &mut left[..boxes.len()];
     let (mut left_count, mut right_count, mut cut_count) = (0, 0, 0);
-    for place in 0..boxes.len() {
-        let (low, high) = (boxes[place].low(axis), boxes[place].high(axis));
+    for index in 0..boxes.len() {
+        let (low, high) = (boxes[index].low(axis), boxes[index].high(axis));
         let is_left = (low < at) | (planar_left & (high <= at));
         let is_right = (high > at) | (!planar_left & (low >= at));
         cut[cut_count] = [left_count as u32, right_count as u32];
         cut_count += usize::from(is_left & is_right);
-        left[left_count] = boxes[place];
+        left[left_count] = boxes[index];
         left[left_count].0[4 + axis] = -(if high < at { high } else { at });
         left_count += usize::from(is_left);
-        boxes[right_count] = boxes[place];
+        boxes[right_count] = boxes[index];
         boxes[right_count].0[axis] = if low > at { low } else { at };
         right_count += usize::from(is_right);
     }
@@ -171,8 +171,8 @@ pub(super) fn clip_cut<S: Simd>(
 
 fn remove_empty(boxes: &mut [Boxed]) -> usize {
     let mut kept = 0;
-    for place in 0..boxes.len() {
-        boxes[kept] = boxes[place];
+    for index in 0..boxes.len() {
+        boxes[kept] = boxes[index];
         kept += usize::from(!boxes[kept].is_empty());
     }
     kept

@@ -21,16 +21,16 @@ pub(super) fn clip<S: Simd>(simd: S, corners: [Vec3; 3], plane: Plane, below: &m
     let nothing = f32x8::splat(simd, f32::INFINITY);
     let mut corner = [nothing; 3];
     let mut along = [0.0; 3];
-    for place in 0..3 {
-        let Vec3 { x, y, z } = corners[place];
-        corner[place] = f32x8::from_slice(simd, &[x, y, z, 0.0, -x, -y, -z, 0.0]);
-        along[place] = corners[place][axis];
+    for index in 0..3 {
+        let Vec3 { x, y, z } = corners[index];
+        corner[index] = f32x8::from_slice(simd, &[x, y, z, 0.0, -x, -y, -z, 0.0]);
+        along[index] = corners[index][axis];
     }
     let (mut low, mut high) = (nothing, nothing);
-    for place in 0..3 {
-        let next = if place == 2 { 0 } else { place + 1 };
-        let (from, to) = (corner[place], corner[next]);
-        let (start, end) = (along[place], along[next]);
+    for index in 0..3 {
+        let next = if index == 2 { 0 } else { index + 1 };
+        let (from, to) = (corner[index], corner[next]);
+        let (start, end) = (along[index], along[next]);
         if start <= at {
             low = low.min(from);
         }

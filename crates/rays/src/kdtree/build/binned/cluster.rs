@@ -64,10 +64,10 @@ impl<S: Simd> Binning<'_, S> {
         parted.collect_into_vec(&mut left);
         let counts = [&left, &chunks].map(|chunks| chunks.iter().map(|chunk| chunk.boxes.len()).sum());
         let [left_cell, right_cell] = Cell::share(cells, counts);
-        let place = out.open(best.plane);
+        let index = out.open(best.plane);
         let mut right_branch = job.pool.branch();
         rayon::join(|| self.cluster(left, left_cell, out), || self.cluster(chunks, right_cell, &mut right_branch));
-        out.turn_right(place);
+        out.turn_right(index);
         out.append(&right_branch);
         job.pool.keep_branch(right_branch);
     }

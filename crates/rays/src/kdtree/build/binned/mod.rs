@@ -118,9 +118,9 @@ impl<S: Simd> Binning<'_, S> {
         let (kept, free) = boxes.split_at_mut(range.end);
         let counts = self.part(&mut kept[range.start..], &best, free, cut);
         let [left_cell, right_cell] = Cell::share(cells, counts);
-        let place = out.open(best.plane);
+        let index = out.open(best.plane);
         self.grow(arena, range.end..range.end + counts[0], left_cell, out);
-        out.turn_right(place);
+        out.turn_right(index);
         self.grow(arena, range.start..range.start + counts[1], right_cell, out);
     }
 

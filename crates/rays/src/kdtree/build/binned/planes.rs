@@ -20,10 +20,10 @@ pub(super) type Counts = [[[u32; PLANES]; 2]; 3];
 /// Where planes are that lie in equal distances.
 const WEIGHTS: [f32; PLANES] = {
     let mut weights = [0.0; PLANES];
-    let mut place = 0;
-    while place < PLANES {
-        weights[place] = place as f32 / (PLANES - 1) as f32;
-        place += 1;
+    let mut index = 0;
+    while index < PLANES {
+        weights[index] = index as f32 / (PLANES - 1) as f32;
+        index += 1;
     }
     weights
 };
@@ -41,10 +41,10 @@ fn spread<S: Simd>(simd: S, around: &Around) -> [f32x16<S>; 3] {
 #[inline(always)]
 fn faces<S: Simd>(simd: S, boxes: &[Boxed]) -> [f32x16<S>; 3] {
     let mut planes = [[f32::INFINITY; PLANES]; 3];
-    for (place, boxed) in boxes.iter().enumerate().take(EXACT_FROM) {
+    for (index, boxed) in boxes.iter().enumerate().take(EXACT_FROM) {
         for (axis, planes) in planes.iter_mut().enumerate() {
-            planes[place] = boxed.low(axis);
-            planes[EXACT_FROM + place] = boxed.high(axis);
+            planes[index] = boxed.low(axis);
+            planes[EXACT_FROM + index] = boxed.high(axis);
         }
     }
     let [x, y, z] = &planes;
@@ -75,8 +75,8 @@ pub(super) fn count_part<S: Simd>(simd: S, boxes: &[Boxed], around: &Around) -> 
     let mut counts = Counts::default();
     for axis in 0..3 {
         for side in 0..2 {
-            for place in 0..PLANES {
-                counts[axis][side][place] = counted[axis][side][place] as u32;
+            for index in 0..PLANES {
+                counts[axis][side][index] = counted[axis][side][index] as u32;
             }
         }
     }
@@ -89,8 +89,8 @@ pub(super) fn best_of<S: Simd>(simd: S, node: &Node<'_>, around: &Around, counts
     let mut all = [[f32x16::splat(simd, 0.0); 2]; 3];
     for axis in 0..3 {
         for side in 0..2 {
-            for place in 0..PLANES {
-                all[axis][side][place] = counts[axis][side][place] as f32;
+            for index in 0..PLANES {
+                all[axis][side][index] = counts[axis][side][index] as f32;
             }
         }
     }
