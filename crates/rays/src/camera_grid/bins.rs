@@ -27,9 +27,9 @@ pub(crate) struct Listed {
 /// A sample that a tiny triangle hits or may hit. 16 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fragment {
-    /// Place in the tile: 16 × the 4×4 block in its row of blocks, plus the place in the block. The highest bit,
-    /// [`Fragment::DOUBTFUL`], is set where the predicate has to decide.
-    pub(crate) place: u32,
+    /// The sample's index in the tile: see [`TileOrder`]. The highest bit, [`Fragment::UNDECIDED`], is set where the
+    /// predicate has to settle.
+    pub(crate) index: u32,
     /// The triangle.
     pub(crate) triangle: u32,
     /// Lower bound of one over the depth.
@@ -39,7 +39,7 @@ pub(crate) struct Fragment {
 }
 
 impl Fragment {
-    pub(crate) const DOUBTFUL: u32 = 1 << 31;
+    pub(crate) const UNDECIDED: u32 = 1 << 31;
 }
 
 /// Bytes that a vector's contents take.

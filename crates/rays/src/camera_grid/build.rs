@@ -1,13 +1,13 @@
 use std::ops::Range;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
+use fearless_simd::{Simd, dispatch, mask32x16};
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::bins::{Bins, Fragment, Listed, Path};
 use super::general::General;
-use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
+use super::lanes::{Corners, DepthPlane, LANES, PixelBounds, Setup, each, largest, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::tile::Batch;
 use super::{ImageTooLarge, PerspectiveGrid};
@@ -78,14 +78,6 @@ struct SetUp<'a> {
     bins: &'a mut Bins,
 }
 
-/// Pixels that 16 triangles may hit.
-struct PixelBounds<S: Simd> {
-    x: [f32x16<S>; 2],
-    y: [f32x16<S>; 2],
-    /// How wrong a corner may be.
-    error: f32x16<S>,
-}
-
 impl SetUp<'_> {
     #[inline(always)]
     fn range<S: Simd>(mut self, simd: S, ids: Range<usize>) {
@@ -93,26 +85,19 @@ impl SetUp<'_> {
         for first in ids.step_by(LANES) {
             let batch = &self.triangles.indices[first..end.min(first + LANES)];
             let lanes = (1_u64 << batch.len()) - 1;
-            let corners = match batch.try_into() {
-                Ok(batch) => Corners::load(simd, self.vertices, batch),
-                Err(_) => {
-                    let mut padded = [[u32::MAX; 3]; LANES];
-                    padded[..batch.len()].copy_from_slice(batch);
-                    Corners::load(simd, self.vertices, &padded)
-                }
-            };
+            let corners = Corners::load(simd, self.vertices, batch);
             let ordinary = min3(corners.inverse_depth).simd_gt(splat(simd, 0.0)).to_bitmask();
             let behind = max3(corners.inverse_depth).simd_le(splat(simd, Vertex::BEHIND)).to_bitmask();
             for lane in lanes_of(lanes & !(ordinary | behind)) {
                 self.set_aside(simd, first as u32 + lane);
             }
             let mut ordinary = ordinary & lanes;
-            for lane in lanes_of(self.coincide(&corners).to_bitmask() & lanes & (ordinary | behind)) {
+            for lane in lanes_of(corners.coincide().to_bitmask() & lanes & (ordinary | behind)) {
                 if self.is_without_area(first as u32 + lane) {
                     ordinary &= !(1 << lane);
                 }
             }
-            let bounds = self.pixel_bounds(simd, &corners);
+            let bounds = PixelBounds::new(simd, self.space, &corners);
             let seen = bounds.x[0].simd_le(bounds.x[1]) & bounds.y[0].simd_le(bounds.y[1]);
             let mut seen = seen.to_bitmask() & ordinary;
             if seen == 0 {
@@ -151,15 +136,6 @@ impl SetUp<'_> {
         fronts
     }
 
-    /// Whether two corners are in the same place in the image.
-    #[inline(always)]
-    fn coincide<S: Simd>(&self, corners: &Corners<S>) -> mask32x16<S> {
-        let Corners { x, y, .. } = corners;
-        (x[0].simd_eq(x[1]) & y[0].simd_eq(y[1]))
-            | (x[1].simd_eq(x[2]) & y[1].simd_eq(y[2]))
-            | (x[2].simd_eq(x[0]) & y[2].simd_eq(y[0]))
-    }
-
     /// Lists a triangle on the general path, or counts it where no ray can hit it.
     #[cold]
     #[inline(never)]
@@ -192,18 +168,6 @@ impl SetUp<'_> {
     fn is_without_area(&mut self, id: u32) -> bool {
         let unusable = self.triangles.usable_corners(id).err();
         unusable.inspect(|&why| self.bins.omitted.note(id, why)).is_some()
-    }
-
-    #[inline(always)]
-    fn pixel_bounds<S: Simd>(&self, simd: S, corners: &Corners<S>) -> PixelBounds<S> {
-        let largest = largest(corners.x, corners.y);
-        // The second half ulp is for the rounding of a sum of a coordinate and its error.
-        let error = largest * splat(simd, 2.1 * HALF_ULP) + splat(simd, 1.1 * Vertex::ERROR_PIXELS);
-        let (width, height) = self.space.size();
-        let middle = self.space.middle;
-        let x = clamp(simd, sample_range(corners.x, error), middle.x, width);
-        let y = clamp(simd, sample_range(corners.y, error), middle.y, height);
-        PixelBounds { x, y, error }
     }
 
     /// Tests tiny triangles at once, in coordinates with an origin at the first of their two by two samples.
@@ -239,7 +203,7 @@ impl SetUp<'_> {
             let valid = (bounds.x[0] + right).simd_le(bounds.x[1]) & (bounds.y[0] + down).simd_le(bounds.y[1]) & tiny;
             let edges = setup.edges(right, down);
             let (lowest, highest) = (min3(edges), max3(edges));
-            // Where the area's sign is in doubt, a miss takes two edge functions with opposite certain signs.
+            // Where the area's sign isn't certain, a miss takes two edge functions with opposite certain signs.
             let missed = lowest.simd_lt(-setup.bound) & (certain | highest.simd_gt(setup.bound));
             let kept = (valid & !missed).to_bitmask();
             if kept == 0 {
@@ -251,16 +215,13 @@ impl SetUp<'_> {
             let low: [f32; LANES] = (depth - setup.depth_error).into();
             let high: [f32; LANES] = certain.select(depth + setup.depth_error, nearest).into();
             for lane in lanes_of(kept) {
-                let place = lane as usize;
-                let doubtful = if inside >> lane & 1 == 0 { Fragment::DOUBTFUL } else { 0 };
-                let x = columns[place] as i32 + dx + self.space.middle.x;
-                let y = rows[place] as i32 + dy + self.space.middle.y;
-                let fragment = Fragment {
-                    place: TileOrder::index_in_tile(x as u32, y as u32) | doubtful,
-                    triangle: first + lane,
-                    low: low[place],
-                    high: high[place],
-                };
+                let triangle = first + lane;
+                let undecided = if inside >> lane & 1 == 0 { Fragment::UNDECIDED } else { 0 };
+                let lane = lane as usize;
+                let x = columns[lane] as i32 + dx + self.space.middle.x;
+                let y = rows[lane] as i32 + dy + self.space.middle.y;
+                let index = TileOrder::index_in_tile(x as u32, y as u32) | undecided;
+                let fragment = Fragment { index, triangle, low: low[lane], high: high[lane] };
                 self.bins.bin_mut(x, y).fragments.push(fragment);
             }
         }
@@ -312,14 +273,14 @@ impl SetUp<'_> {
         bounds: &PixelBounds<S>,
         lanes: u64,
     ) {
-        // Nothing is asked but of samples inside of triangles, which are no farther outside of the bounds.
+        // Only samples inside of triangles matter, which are no farther outside of the bounds.
         const OVERHANG_PIXELS: f32 = 1.0;
         let samples = Bins::reach(self.space);
         let (x, y) = (corners.x, corners.y);
         let setup = Setup::new(simd, x, y, corners.inverse_depth, bounds.error, samples, OVERHANG_PIXELS);
         let plane = DepthPlane::new(simd, corners, bounds.error, [0.0; 2], samples);
         // Where corners are far from the image, their own rounding would take so many digits of the depth that most
-        // samples had to be refined. In f64 they have enough of them.
+        // samples' would have to be found again. In f64 they have enough of them.
         const FAR_IN_SIDES: f32 = 4.0;
         let (width, height) = self.space.size();
         let far = splat(simd, FAR_IN_SIDES * width.max(height) as f32);
@@ -348,13 +309,6 @@ impl SetUp<'_> {
         let middle = self.space.middle;
         [tile(x0, middle.x), tile(x1, middle.x), tile(y0, middle.y), tile(y1, middle.y)]
     }
-}
-
-/// The part of a range of samples that is in an image with `side` pixels.
-#[inline(always)]
-fn clamp<S: Simd>(simd: S, [low, high]: [f32x16<S>; 2], middle: i32, side: u32) -> [f32x16<S>; 2] {
-    let (first, last) = (-middle as f32, (side as i32 - 1 - middle) as f32);
-    [low.max(splat(simd, first)), high.min(splat(simd, last))]
 }
 
 /// The set bits of a mask, lowest first.

@@ -63,9 +63,9 @@ impl Bins {
                     |edge: usize| splat(simd, a[edge]) * x + splat(simd, b[edge] * y + c[edge]) + reach[edge],
                 );
                 let here = nearest.min(along_row + splat(simd, y * gradient[1]));
-                let open = min3(edges).simd_ge(zero) & here.simd_ge(zero);
+                let reached = min3(edges).simd_ge(zero) & here.simd_ge(zero);
                 let here: [f32; LANES] = here.into();
-                for lane in lanes_of(open.to_bitmask() & ((1 << count) - 1)) {
+                for lane in lanes_of(reached.to_bitmask() & ((1 << count) - 1)) {
                     let listed = Listed { triangle: id, nearest: here[lane as usize % LANES] };
                     self.push(path, listed, first + lane as i32, row);
                 }
@@ -87,11 +87,8 @@ impl Bins {
         match triangle.linear([0.0; 2], f64::from(Self::reach(space))) {
             Some(linear) => self.list_linear(simd, space, path, id, &linear, tiles),
             None => {
-                let side = self.columns.max(self.rows).max(1) as u32;
-                let side = (side.next_power_of_two() * Self::TILE) as i32;
-                let whole = Square { x: -space.middle.x, y: -space.middle.y, side };
                 let listed = Listed { triangle: id, nearest: f32::INFINITY };
-                self.list_square(space, path, listed, triangle, whole);
+                self.list_square(space, path, listed, triangle, Square::around_image(space));
             }
         }
     }

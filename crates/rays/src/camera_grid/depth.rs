@@ -46,11 +46,11 @@ pub(crate) fn depth_error<S: Simd>(
     };
     let steepness = along(&setup.a) + along(&setup.b);
     let slopes = second.abs() + third.abs();
-    let doubt = splat(simd, 1.0) + setup.bound / setup.area * splat(simd, 24.0);
+    let of_denominators = splat(simd, 1.0) + setup.bound / setup.area * splat(simd, 24.0);
     let nearest = setup.nearest * splat(simd, 2.0 * HALF_ULP);
     let of_terms = (nearest + nearest) + slopes * setup.area * splat(simd, 8.0 * HALF_ULP);
     // The last factor covers the bound's own rounding.
-    (of_terms + (slopes * of_edges + steepness * error + nearest) * doubt) * splat(simd, 1.001)
+    (of_terms + (slopes * of_edges + steepness * error + nearest) * of_denominators) * splat(simd, 1.001)
 }
 
 /// One over the depth at which a ray meets the plane of a triangle, in f64; `None` where that isn't sure to be within

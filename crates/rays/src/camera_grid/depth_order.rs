@@ -45,8 +45,8 @@ impl DepthOrder {
         let slice = |listed: &Listed| (most.saturating_sub(bits(listed)) as f32 * scale) as usize % Self::SLICES;
         let mut ends = [0_u32; Self::SLICES + 1];
         unsorted.iter().for_each(|listed| ends[slice(listed) + 1] += 1);
-        for place in 0..Self::SLICES {
-            ends[place + 1] += ends[place];
+        for slice in 0..Self::SLICES {
+            ends[slice + 1] += ends[slice];
         }
         sorted.resize(unsorted.len(), Listed::default());
         for listed in unsorted.iter() {

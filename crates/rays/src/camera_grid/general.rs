@@ -1,6 +1,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::pixel_space::PixelSpace;
+use crate::shot::TileOrder;
 
 /// A triangle with its edge functions in f64: for triangles that reach behind the eye, slivers and alpha masks.
 ///
@@ -68,7 +69,7 @@ impl General {
         let bounds = [reach[1] * reach[2], reach[2] * reach[0], reach[0] * reach[1]].map(|reach| edge_error * reach);
 
         // The determinant, which is what all E_i z_i add up to, is wrong by as much as an edge function with a third
-        // vertex in place of the sample: 2 T r for T, doubled.
+        // vertex instead of the sample: 2 T r for T, doubled.
         let (constant, constant_error) = if is_perspective {
             (a.dot(edges[0]), 4.0 * edge_error * reach[0] * reach[1] * reach[2])
         } else {
@@ -124,6 +125,27 @@ impl General {
     }
 }
 
+/// Calls `check` with the columns and rows of pixels until it fails, for all that a triangle isn't certain to miss.
+///
+/// # Errors
+/// With what `check` finds wrong.
+pub(crate) fn check_pixels(
+    space: &PixelSpace,
+    triangle: &General,
+    square: Square,
+    check: &dyn Fn(u32, u32) -> Result<(), String>,
+) -> Result<(), String> {
+    let (x, y) = ((square.x + space.middle.x) as u32, (square.y + space.middle.y) as u32);
+    let (width, height) = space.size();
+    if x >= width || y >= height || triangle.misses(square) {
+        Ok(())
+    } else if square.side > 1 {
+        square.quarters().into_iter().try_for_each(|quarter| check_pixels(space, triangle, quarter, check))
+    } else {
+        check(x, y)
+    }
+}
+
 const NO_LIMITS: [[f64; 2]; 2] = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
 
 /// The bounds of three homogeneous vertices, given the largest coordinate r of each. Where one isn't well in front of
@@ -172,6 +194,20 @@ fn are_outside(space: &PixelSpace, vertices: [DVec3; 3], reach: [f64; 3]) -> boo
 }
 
 impl Depth {
+    /// Bounds of one over the depth, given the value of its plane at a sample; `None` where the depth is certainly
+    /// below zero.
+    #[inline(always)]
+    pub(crate) fn inverse_bounds(&self, value: f64) -> Option<(f32, f32)> {
+        let (low, high) = match *self {
+            Self::Inverse { error, .. } if value.is_finite() => (value - error, value + error),
+            Self::Direct { error, .. } if value > error => (1.0 / (value + error), 1.0 / (value - error)),
+            Self::Direct { error, .. } if value < -error => return None,
+            Self::Unknown | Self::Inverse { .. } | Self::Direct { .. } => (0.0, f64::INFINITY),
+        };
+        // The next f32 is farther than the f64 roundings above and the one to f32.
+        Some(((low as f32).next_down(), (high as f32).next_up()))
+    }
+
     /// `make` of a plane and its error bound, given the error bound of the numerator and the relative error of the
     /// denominator.
     fn linear(
@@ -184,12 +220,20 @@ impl Depth {
         let (width, height) = space.size();
         let largest = plane.x.abs() * f64::from(width) + plane.y.abs() * f64::from(height) + plane.z.abs();
         // Eight roundings between the edge functions and the result; doubled for the bound's own and for the
-        // denominator's being in doubt by a quarter at most.
+        // denominator's being wrong by a quarter at most.
         make(plane, 2.0 * (error + largest * (relative_error + 8.0 * f64::EPSILON)))
     }
 }
 
 impl Square {
+    /// The smallest square that has the image's first pixel in its corner and holds the image, with a power of two, at
+    /// least a tile's, as side.
+    pub(crate) fn around_image(space: &PixelSpace) -> Self {
+        let (width, height) = space.size();
+        let side = width.max(height).max(TileOrder::TILE).next_power_of_two() as i32;
+        Self { x: -space.middle.x, y: -space.middle.y, side }
+    }
+
     /// The four quarters of a square with an even side.
     pub(crate) fn quarters(self) -> [Self; 4] {
         let side = self.side / 2;

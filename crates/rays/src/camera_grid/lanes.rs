@@ -1,7 +1,8 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, f64x8};
+use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
 
-use super::pixel_space::{HALF_ULP, Vertex};
+use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
+use crate::Triangles;
 pub(crate) use crate::simd::lanes::{LANES, splat};
 use crate::simd::lanes::{load_corner, max3, min3};
 
@@ -13,18 +14,40 @@ pub(crate) struct Corners<S: Simd> {
 }
 
 impl<S: Simd> Corners<S> {
-    /// The corners of 16 triangles, given as places in `vertices`, the last of which stands for all that are out of
-    /// range.
+    /// The corners of at most 16 triangles, given as indices of `vertices`, the last of which stands for all that are out
+    /// of range, and for the triangles that there aren't.
     #[inline(always)]
-    pub(crate) fn load(simd: S, vertices: &[Vertex], triangles: &[[u32; 3]; LANES]) -> Self {
+    pub(crate) fn load(simd: S, vertices: &[Vertex], triangles: &[[u32; 3]]) -> Self {
+        let mut padded = [[u32::MAX; 3]; LANES];
+        let triangles = triangles.try_into().unwrap_or_else(|_| {
+            padded[..triangles.len()].copy_from_slice(triangles);
+            &padded
+        });
         let [ax, ay, az, _] = load_corner(simd, vertices, triangles, 0);
         let [bx, by, bz, _] = load_corner(simd, vertices, triangles, 1);
         let [cx, cy, cz, _] = load_corner(simd, vertices, triangles, 2);
         Self { x: [ax, bx, cx], y: [ay, by, cy], inverse_depth: [az, bz, cz] }
     }
-}
 
-impl<S: Simd> Corners<S> {
+    /// The corners of at most 16 triangles, given by their ids.
+    #[inline(always)]
+    pub(crate) fn of_ids(simd: S, vertices: &[Vertex], triangles: Triangles<'_>, ids: &[u32]) -> Self {
+        let mut indices = [[u32::MAX; 3]; LANES];
+        for (corners, &id) in indices.iter_mut().zip(ids) {
+            *corners = triangles.indices[id as usize];
+        }
+        Self::load(simd, vertices, &indices)
+    }
+
+    /// Whether two corners are at the same point of the image.
+    #[inline(always)]
+    pub(crate) fn coincide(&self) -> mask32x16<S> {
+        let Self { x, y, .. } = self;
+        (x[0].simd_eq(x[1]) & y[0].simd_eq(y[1]))
+            | (x[1].simd_eq(x[2]) & y[1].simd_eq(y[2]))
+            | (x[2].simd_eq(x[0]) & y[2].simd_eq(y[0]))
+    }
+
     /// Twice the area of each triangle in pixel space, with its sign, and how wrong it may be where corners are wrong by
     /// at most `error`.
     ///
@@ -56,6 +79,34 @@ pub(crate) fn largest<S: Simd>(x: [f32x16<S>; 3], y: [f32x16<S>; 3]) -> f32x16<S
 #[inline(always)]
 pub(crate) fn sample_range<S: Simd>(corners: [f32x16<S>; 3], error: f32x16<S>) -> [f32x16<S>; 2] {
     [(min3(corners) - error).ceil(), (max3(corners) + error).floor()]
+}
+
+/// Samples of the image that 16 triangles may hit.
+pub(crate) struct PixelBounds<S: Simd> {
+    pub(crate) x: [f32x16<S>; 2],
+    pub(crate) y: [f32x16<S>; 2],
+    /// How wrong a corner may be.
+    pub(crate) error: f32x16<S>,
+}
+
+impl<S: Simd> PixelBounds<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S, space: &PixelSpace, corners: &Corners<S>) -> Self {
+        let largest = largest(corners.x, corners.y);
+        // The second half ulp is for the rounding of a sum of a coordinate and its error.
+        let error = largest * splat(simd, 2.1 * HALF_ULP) + splat(simd, 1.1 * Vertex::ERROR_PIXELS);
+        let (width, height) = space.size();
+        let x = clamp(simd, sample_range(corners.x, error), space.middle.x, width);
+        let y = clamp(simd, sample_range(corners.y, error), space.middle.y, height);
+        Self { x, y, error }
+    }
+}
+
+/// The part of a range of samples that is in an image with `side` pixels.
+#[inline(always)]
+fn clamp<S: Simd>(simd: S, [low, high]: [f32x16<S>; 2], middle: i32, side: u32) -> [f32x16<S>; 2] {
+    let (first, last) = (-middle as f32, (side as i32 - 1 - middle) as f32);
+    [low.max(splat(simd, first)), high.min(splat(simd, last))]
 }
 
 /// Edge functions, depth and their error bounds of 16 triangles in coordinates with an origin near the samples.
@@ -130,7 +181,7 @@ impl<S: Simd> Setup<S> {
 
         // Where the area is at least 8 × the bound, the depth at a sample inside the triangle is wrong
         // - by δ |∇z|₁ for the corners: in the plane through displaced corners, the sample's barycentric coordinates
-        //   belong to a place displaced by no more than they are;
+        //   belong to a point displaced by no more than they are;
         // - by the edge functions' rounding and the area's over the area, times the rise of the depth;
         // - by five more roundings relative to the rise: the difference, reciprocal, two products and a sum;
         // - by one rounding of the result and 1.01 ε for the corners' own inverse depths.
@@ -151,11 +202,11 @@ impl<S: Simd> Setup<S> {
 
     /// Whether the area is certain enough for the edge functions' signs and for the depth.
     #[inline(always)]
-    pub(crate) fn is_certain(&self, simd: S) -> fearless_simd::mask32x16<S> {
+    pub(crate) fn is_certain(&self, simd: S) -> mask32x16<S> {
         self.area.simd_ge(self.bound * splat(simd, 8.0))
     }
 
-    /// The edge functions at a place.
+    /// The edge functions at a point.
     #[inline(always)]
     pub(crate) fn edges(&self, x: f32x16<S>, y: f32x16<S>) -> [f32x16<S>; 3] {
         each(
@@ -166,7 +217,7 @@ impl<S: Simd> Setup<S> {
     }
 }
 
-/// One over the depth of 16 triangles as a linear function of the place in a tile, whose middle is the origin.
+/// One over the depth of 16 triangles as a linear function of x and y in a tile, whose middle is the origin.
 pub(crate) struct DepthPlane<S: Simd> {
     /// What it changes by to the right and downwards, a pixel.
     pub(crate) gradient: [f32x16<S>; 2],
@@ -184,7 +235,7 @@ impl<S: Simd> DepthPlane<S> {
     /// The plane is found in f64: in f32 a corner far from the tile would take most of the digits. With ε half an ulp
     /// of an f32, δ the error of the corners and M the largest value in the tile, it is wrong
     /// - by δ |∇z|₁ for the corners: in the plane through displaced corners, the sample's barycentric coordinates
-    ///   belong to a place displaced by no more than they are; 1.2 covers an area that is wrong by 1/8;
+    ///   belong to a point displaced by no more than they are; 1.2 covers an area that is wrong by 1/8;
     /// - by 1.01 ε M for the corners' own inverse depths, whose weights at a sample inside are not below zero;
     /// - by 4 ε M for rounding the plane to f32 and three roundings when it is evaluated;
     /// - by 20 · 2⁻⁵³ w h / area < 2⁻³⁰ relative to the rise for roundings in f64, since certain areas are at least

@@ -1,9 +1,10 @@
 use super::general::{Depth, General};
 use super::lanes::LANES;
 use super::pixel_space::HALF_ULP;
+use super::samples::BLOCKS;
 use super::tile::Batch;
 
-/// One triangle's edge functions and inverse depth in f32, as linear functions of the place in relation to an origin.
+/// One triangle's edge functions and inverse depth in f32, as linear functions of x and y in relation to an origin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Linear {
     /// Factor of x of each edge function; positive edge functions are inside.
@@ -24,7 +25,7 @@ pub(crate) struct Linear {
 }
 
 impl General {
-    /// The triangle in relation to (`x`, `y`) in pixel space, for places at most `reach` from there along each axis;
+    /// The triangle in relation to (`x`, `y`) in pixel space, for samples at most `reach` from there along each axis;
     /// `None` where its orientation isn't certain or f32 can't hold it.
     ///
     /// Each edge function is divided by its error, which so becomes one. Coefficients are rounded once, and evaluation
@@ -97,8 +98,8 @@ impl Batch {
         self.depth_error[lane] = linear.depth_error;
         self.nearest[lane] = linear.nearest;
         self.ids[lane] = id;
-        for (blocks, place) in self.blocks.iter_mut().zip([0, super::tile::BLOCKS - 1, 0, super::tile::BLOCKS - 1]) {
-            blocks[lane] = place as i32;
+        for (bounds, block) in self.blocks.iter_mut().zip([0, BLOCKS - 1, 0, BLOCKS - 1]) {
+            bounds[lane] = block as i32;
         }
     }
 }

@@ -1,9 +1,9 @@
 //! The perspective grid: camera rays (Guntury and Narayanan 2010, §3).
 //!
-//! The direct form: vertices go to pixel space once; triangles of at most 2×2 samples are tested where they are set up
-//! and leave fragments in tiles of 64×64 samples; larger ones are listed in the tiles, by a coarse rasterization where
-//! they may overlap many, and tested there against blocks of 4×4 samples. A filter in f32 with a certified error bound decides nearly all samples. The
-//! [predicate](crate::predicate) decides the rest, so that the answer is its own.
+//! The direct form: vertices go to pixel space once. Triangles of at most 2×2 samples are tested as soon as they are set
+//! up, and leave fragments in tiles of 64×64 samples. Larger ones are listed in the tiles, by a coarse rasterization where
+//! they may overlap many, and tested there against blocks of 4×4 samples. A filter in f32 with a certified error bound
+//! decides nearly all samples, and the [predicate](crate::predicate) settles the rest, so that the answer is its own.
 
 pub(crate) mod bins;
 pub(crate) mod build;
@@ -14,6 +14,7 @@ pub(crate) mod general;
 pub(crate) mod lanes;
 mod linear;
 pub(crate) mod pixel_space;
+pub(crate) mod samples;
 mod tile;
 mod trace;
 mod validate;
@@ -21,12 +22,10 @@ mod validate;
 use std::sync::Mutex;
 use std::time::Instant;
 
-use crate::predicate::crossing;
-use crate::{Hit, Omitted, Triangles, View};
-
 use crate::grids::CameraGrid;
 use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot, TileOrder};
 use crate::simd::SimdLevel;
+use crate::{Omitted, View};
 use bins::{Bin, Bins, bytes_of};
 use pixel_space::{PixelSpace, Vertex};
 use tile::Tile;
@@ -56,7 +55,8 @@ impl std::fmt::Debug for PerspectiveGrid {
 }
 
 /// An image with a side that is too long for the grid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("an image of {width} × {height} pixels has a side above {} pixels", Self::LARGEST_SIDE)]
 pub struct ImageTooLarge {
     /// Width of the image in pixels.
     pub width: u32,
@@ -74,32 +74,11 @@ impl ImageTooLarge {
     }
 }
 
-impl std::fmt::Display for ImageTooLarge {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { width, height } = self;
-        write!(f, "an image of {width} × {height} pixels has a side above {} pixels", Self::LARGEST_SIDE)
-    }
-}
-
-impl std::error::Error for ImageTooLarge {}
-
 impl PerspectiveGrid {
     /// An empty grid that uses the instructions of `level`.
     #[must_use]
     pub fn with_level(level: SimdLevel) -> Self {
         Self { level, ..Self::default() }
-    }
-
-    /// What the camera's ray through the pixel in column `x` and row `y` hits; `None` for a miss.
-    ///
-    /// `triangles` and `seen` are those of the last build and trace.
-    #[must_use]
-    pub fn hit(&self, triangles: Triangles<'_>, seen: &SeenPixels, (x, y): (u32, u32)) -> Option<Hit> {
-        let space = self.space.as_ref()?;
-        let triangle = Some(seen.triangle_at(x, y)).filter(|&triangle| triangle != SeenPixels::NONE)?;
-        let ray = space.ray(x, y);
-        let crossing = crossing(&ray, triangles.corners(triangle))?;
-        Some(Hit { t: crossing.t, triangle, barycentric: crossing.barycentric })
     }
 
     /// The image's order of tiles.

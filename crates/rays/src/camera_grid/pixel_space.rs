@@ -14,7 +14,7 @@ pub(crate) const HALF_ULP: f32 = f32::EPSILON / 2.0;
 ///
 /// The inverse depth has a relative error below 1.01 `HALF_ULP`. It is [`Vertex::BEHIND`] for a vertex that is certainly
 /// behind the eye, and otherwise negative for one that is near its plane, too far to the side or not finite. Then x and
-/// y mean nothing, but for vertices in the same place behind the eye they are the same.
+/// y mean nothing, but for vertices at the same point behind the eye they are the same.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
 pub(crate) struct Vertex(pub(crate) [f32; 4]);
@@ -120,8 +120,8 @@ impl PixelSpace {
         }
     }
 
-    /// Relative to T² (1 + x/z + y/z) rⱼ rₖ in a perspective view, where T is the extent of pixel space (scale, image and offset together)
-    /// and r the largest coordinate of a vertex in relation to the eye.
+    /// Relative to T² (1 + x/z + y/z) rⱼ rₖ in a perspective view, where T is the extent of pixel space (scale, image and
+    /// offset together) and r the largest coordinate of a vertex in relation to the eye.
     ///
     /// With q = (s·x + a·z, s·y + b·z, z) for a vertex, coordinates are at most 2 T r, 2 T r and 2 r and wrong by
     /// 2⁻⁴⁴·⁹ T r, 2⁻⁴⁴·⁹ T r and 2⁻⁴⁵ r. That makes 8.3 · 2⁻⁴⁵ T rⱼ rₖ in x and y of the cross product, 8.6 · 2⁻⁴⁵ T²

@@ -2,42 +2,34 @@ mod masked;
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x16, f64x8, i32x16, mask32x16, u32x16};
+use fearless_simd::{f32x16, i32x16, mask32x16, u32x16};
 
 use super::bins::{Bins, Fragment};
+use super::build::lanes_of;
 use super::depth_order::DepthOrder;
-use super::general::{Depth, General, Square};
+use super::general::{General, Square};
 use super::lanes::{DepthPlane, LANES, Setup, each, splat};
 use super::pixel_space::HALF_ULP;
+use super::samples::{BLOCKS, COLUMNS, ROWS, SAMPLES, Samples, Undecided};
 use crate::shot::SeenPixels;
 use crate::simd::lanes::{max3, min3};
 pub(crate) use masked::MaskWeights;
 
-/// Blocks of 4×4 samples a side of a tile.
-pub(crate) const BLOCKS: usize = Bins::TILE as usize / 4;
-/// Samples of a tile.
-pub(crate) const SAMPLES: usize = (Bins::TILE * Bins::TILE) as usize;
 /// Half a side: tile-local coordinates have their origin at the tile's middle.
 pub(crate) const HALF: i32 = Bins::TILE as i32 / 2;
 
-/// The nearest hits found so far in one tile, in blocks of 4×4 samples. 115 KB.
+/// The nearest hits found so far in one tile, and what finding them takes. 115 KB.
 #[repr(C, align(64))]
 pub(crate) struct Tile {
-    /// Lower bounds of one over the depth; zero for no hit.
-    pub(crate) low: [f32; SAMPLES],
-    /// Upper bounds.
-    pub(crate) high: [f32; SAMPLES],
-    pub(crate) triangle: [u32; SAMPLES],
+    pub(crate) samples: Samples,
     /// The lowest of `low` in each block.
     farthest: [f32; BLOCKS * BLOCKS],
     /// Blocks that the triangles of a batch may cover in part: 256 × the lane, plus the block.
     pub(crate) queue: [u32; LANES * BLOCKS * BLOCKS],
     /// Blocks that they cover wholly.
     pub(crate) covered: [u32; LANES * BLOCKS * BLOCKS],
-    /// What is left of the queue.
+    /// Where the triangles of the queue may be hit.
     hits: [PossibleHits; LANES * BLOCKS * BLOCKS],
-    /// What the predicate has to decide.
-    pub(crate) doubts: Vec<Doubt>,
     /// The order in which triangles are tested.
     pub(crate) order: DepthOrder,
 }
@@ -53,34 +45,21 @@ struct PossibleHits {
     inside: u16,
 }
 
-/// The lane and the block that a place in a queue stands for.
+/// The lane and the block that an entry of a queue stands for.
 #[inline(always)]
 fn lane_and_block(queued: u32) -> (usize, usize) {
     let queued = queued as usize;
     (queued / (BLOCKS * BLOCKS) % LANES, queued % (BLOCKS * BLOCKS))
 }
 
-/// A triangle that may be the nearest at a sample.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Doubt {
-    /// Place in the tile.
-    pub(crate) place: u32,
-    pub(crate) triangle: u32,
-    /// Upper bound of one over the depth.
-    pub(crate) high: f32,
-}
-
 impl Default for Tile {
     fn default() -> Self {
         Self {
-            low: [0.0; SAMPLES],
-            high: [0.0; SAMPLES],
-            triangle: [SeenPixels::NONE; SAMPLES],
+            samples: Samples::default(),
             farthest: [0.0; BLOCKS * BLOCKS],
             queue: [0; LANES * BLOCKS * BLOCKS],
             covered: [0; LANES * BLOCKS * BLOCKS],
             hits: [PossibleHits::default(); LANES * BLOCKS * BLOCKS],
-            doubts: Vec::new(),
             order: DepthOrder::default(),
         }
     }
@@ -126,7 +105,7 @@ impl Batch {
         certain.select(plane.error, nearest).store_slice(&mut self.depth_error);
     }
 
-    /// The edge functions of the triangle in `lane` at 16 places.
+    /// The edge functions of the triangle in `lane` at 16 points.
     #[inline(always)]
     fn edges<S: Simd>(&self, simd: S, lane: usize, x: f32x16<S>, y: f32x16<S>) -> [f32x16<S>; 3] {
         let at = |factors: &[f32; LANES]| splat(simd, factors[lane]);
@@ -138,15 +117,9 @@ impl Batch {
     }
 }
 
-/// The samples of a block in relation to its first.
-const COLUMNS: [f32; LANES] = [0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3.];
-const HALF_COLUMNS: [f64; 8] = [0., 1., 2., 3., 0., 1., 2., 3.];
-const HALF_ROWS: [f64; 8] = [0., 0., 0., 0., 1., 1., 1., 1.];
 /// Tile-local coordinates of each block's first column.
 const FIRST_COLUMNS: [f32; BLOCKS] =
     [-32., -28., -24., -20., -16., -12., -8., -4., 0., 4., 8., 12., 16., 20., 24., 28.];
-const ROWS: [f32; LANES] = [0., 0., 0., 0., 1., 1., 1., 1., 2., 2., 2., 2., 3., 3., 3., 3.];
-
 /// Tile-local coordinates of a block's samples.
 #[inline(always)]
 fn coordinates<S: Simd>(simd: S, block: usize) -> [f32x16<S>; 2] {
@@ -159,9 +132,7 @@ fn coordinates<S: Simd>(simd: S, block: usize) -> [f32x16<S>; 2] {
 
 impl Tile {
     pub(crate) fn clear(&mut self) {
-        self.low.fill(0.0);
-        self.high.fill(0.0);
-        self.triangle.fill(SeenPixels::NONE);
+        self.samples.clear();
         self.farthest.fill(0.0);
     }
 
@@ -196,7 +167,7 @@ impl Tile {
     #[inline(always)]
     fn test_batch_inlined<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, lanes: u64) -> [usize; 2] {
         let (mut waiting, mut covered) = (0, 0);
-        for lane in super::build::lanes_of(lanes) {
+        for lane in lanes_of(lanes) {
             let lane = lane as usize % LANES;
             let (x0, x1) = (batch.blocks[0][lane] as usize % BLOCKS, batch.blocks[1][lane] as usize % BLOCKS);
             let (y0, y1) = (batch.blocks[2][lane] as usize % BLOCKS, batch.blocks[3][lane] as usize % BLOCKS);
@@ -216,19 +187,19 @@ impl Tile {
                 (waiting, covered) = self.enqueue_blocks(simd, batch, lane, [x0, x1, y0, y1], (waiting, covered));
             }
         }
-        for place in 0..covered {
-            self.test_covered_block(simd, batch, self.covered[place]);
+        for entry in 0..covered {
+            self.test_covered_block(simd, batch, self.covered[entry]);
         }
         // First without a branch, since which blocks a small triangle hits is anybody's guess: of two passes cloth takes
         // 7 % less time than of one, at 1024² on Zen 4.
         let mut kept = 0;
-        for place in 0..waiting {
-            let hits = self.possible_hits::<S, CERTAIN>(simd, batch, self.queue[place]);
+        for entry in 0..waiting {
+            let hits = self.possible_hits::<S, CERTAIN>(simd, batch, self.queue[entry]);
             self.hits[kept] = hits;
             kept += usize::from(hits.possible != 0);
         }
-        for place in 0..kept {
-            let PossibleHits { queued, possible, inside } = self.hits[place];
+        for entry in 0..kept {
+            let PossibleHits { queued, possible, inside } = self.hits[entry];
             let (lane, block) = lane_and_block(queued);
             let masks = [u64::from(possible), u64::from(inside)];
             let masks = [mask32x16::from_bitmask(simd, masks[0]), mask32x16::from_bitmask(simd, masks[1])];
@@ -270,14 +241,14 @@ impl Tile {
             let here = nearest.min(along_row + splat(simd, row * gradient[1]));
             let farthest = f32x16::from_slice(simd, &self.farthest[y * BLOCKS..(y + 1) * BLOCKS]);
             let zero = splat(simd, 0.0);
-            let open = (highest.simd_ge(zero) & here.simd_ge(farthest)).to_bitmask() & within_bounds;
+            let reached = (highest.simd_ge(zero) & here.simd_ge(farthest)).to_bitmask() & within_bounds;
             let whole = lowest.simd_gt(zero).to_bitmask();
             let first = (lane * BLOCKS * BLOCKS + y * BLOCKS) as u32;
-            for x in super::build::lanes_of(open & whole) {
+            for x in lanes_of(reached & whole) {
                 self.covered[covered] = first + x;
                 covered += 1;
             }
-            for x in super::build::lanes_of(open & !whole) {
+            for x in lanes_of(reached & !whole) {
                 self.queue[waiting] = first + x;
                 waiting += 1;
             }
@@ -301,7 +272,7 @@ impl Tile {
         let at = |values: &[f32; LANES]| splat(simd, values[lane]);
         let depth = at(&batch.inverse_depth) + (x * at(&batch.gradient[0]) + y * at(&batch.gradient[1]));
         let high = depth + at(&batch.depth_error);
-        let old_low = f32x16::from_slice(simd, &self.low[block * LANES..(block + 1) * LANES]);
+        let old_low = f32x16::from_slice(simd, &self.samples.low[block * LANES..(block + 1) * LANES]);
         let possible = !missed & high.simd_ge(old_low);
         let inside = lowest.simd_gt(bound);
         PossibleHits { queued, possible: possible.to_bitmask() as u16, inside: inside.to_bitmask() as u16 }
@@ -331,28 +302,28 @@ impl Tile {
         let error = at(&batch.depth_error);
         let (low, high) = (depth - error, depth + error);
         let samples = block * LANES..(block + 1) * LANES;
-        let old_low = f32x16::from_slice(simd, &self.low[samples.clone()]);
-        let old_high = f32x16::from_slice(simd, &self.high[samples.clone()]);
+        let old_low = f32x16::from_slice(simd, &self.samples.low[samples.clone()]);
+        let old_high = f32x16::from_slice(simd, &self.samples.high[samples.clone()]);
         let possible = possible & high.simd_ge(old_low);
         if !possible.any_true() {
             return;
         }
         let certain = possible & inside & low.simd_gt(old_high);
-        let doubtful = possible & !certain;
-        if doubtful.any_true() {
+        let undecided = possible & !certain;
+        if undecided.any_true() {
             let high: [f32; LANES] = high.into();
-            self.doubt(block, batch.ids[lane], doubtful.to_bitmask(), &high);
+            self.samples.note_undecided(block, batch.ids[lane], undecided.to_bitmask(), &high);
         }
         let new_low = certain.select(low, old_low);
-        new_low.store_slice(&mut self.low[samples.clone()]);
-        certain.select(high, old_high).store_slice(&mut self.high[samples.clone()]);
-        let old_triangle = u32x16::from_slice(simd, &self.triangle[samples.clone()]);
+        new_low.store_slice(&mut self.samples.low[samples.clone()]);
+        certain.select(high, old_high).store_slice(&mut self.samples.high[samples.clone()]);
+        let old_triangle = u32x16::from_slice(simd, &self.samples.triangle[samples.clone()]);
         let triangle = u32x16::splat(simd, batch.ids[lane]);
-        certain.select(triangle, old_triangle).store_slice(&mut self.triangle[samples]);
+        certain.select(triangle, old_triangle).store_slice(&mut self.samples.triangle[samples]);
         self.farthest[block] = new_low.reduce_min();
     }
 
-    /// Tests a general triangle against the samples of one block, the first of which is at (`x`, `y`) in pixel space.
+    /// Tests a general triangle against the samples of one block, as [`Samples::test_general`] does.
     #[inline(always)]
     pub(crate) fn test_general<S: Simd>(
         &mut self,
@@ -363,46 +334,8 @@ impl Tile {
         block: usize,
         square: Square,
     ) {
-        let samples = block * LANES;
-        for half in [0, 8] {
-            let x = f64x8::splat(simd, f64::from(square.x)) + f64x8::simd_from(simd, HALF_COLUMNS);
-            let y = f64x8::splat(simd, f64::from(square.y) + (half / 4) as f64) + f64x8::simd_from(simd, HALF_ROWS);
-            let at = |plane: glam::DVec3| {
-                f64x8::splat(simd, plane.x) * x + (f64x8::splat(simd, plane.y) * y + f64x8::splat(simd, plane.z))
-            };
-            // Bit masks of the lanes with an edge function that is certainly above, or below, zero.
-            let all = 0xff;
-            let (mut every_above, mut every_below, mut some_above, mut some_below) = (all, all, 0, 0);
-            for (&edge, &bound) in triangle.edges.iter().zip(&triangle.bounds) {
-                let (value, bound) = (at(edge), f64x8::splat(simd, bound));
-                let (above, below) = (value.simd_gt(bound).to_bitmask(), value.simd_lt(-bound).to_bitmask());
-                (every_above, every_below) = (every_above & above, every_below & below);
-                (some_above, some_below) = (some_above | above, some_below | below);
-            }
-            let missed = some_below & (if triangle.oriented { all } else { some_above });
-            let possible = all & !missed;
-            if possible == 0 {
-                continue;
-            }
-            let inside = every_above | (if triangle.oriented { 0 } else { every_below });
-            let depth = match triangle.depth {
-                Depth::Unknown => [0.0; 8],
-                Depth::Inverse { plane, .. } | Depth::Direct { plane, .. } => at(plane).into(),
-            };
-            for lane in super::build::lanes_of(possible) {
-                let place = samples + half + lane as usize;
-                let Some((low, high)) = triangle.depth.inverse_bounds(depth[lane as usize]) else { continue };
-                if high < self.low[place] {
-                    continue;
-                }
-                if inside >> lane & 1 == 1 && !masked && low > self.high[place] {
-                    (self.low[place], self.high[place], self.triangle[place]) = (low, high, id);
-                } else {
-                    self.doubts.push(Doubt { place: place as u32, triangle: id, high });
-                }
-            }
-        }
-        let low = f32x16::from_slice(simd, &self.low[samples..samples + LANES]);
+        self.samples.test_general(simd, triangle, id, masked, block, square);
+        let low = f32x16::from_slice(simd, &self.samples.low[block * LANES..(block + 1) * LANES]);
         self.farthest[block] = low.reduce_min();
     }
 
@@ -411,8 +344,8 @@ impl Tile {
     #[inline(always)]
     pub(crate) fn write_middles<S: Simd>(&self, simd: S, block: usize, inverse_depth: &mut [f32]) -> u64 {
         let samples = block * LANES..(block + 1) * LANES;
-        let low = f32x16::from_slice(simd, &self.low[samples.clone()]);
-        let high = f32x16::from_slice(simd, &self.high[samples]);
+        let low = f32x16::from_slice(simd, &self.samples.low[samples.clone()]);
+        let high = f32x16::from_slice(simd, &self.samples.high[samples]);
         let sum = low + high;
         // The middle is wrong by half the difference and one half ulp. Relative to it, that is the difference over the
         // sum, with two roundings of each, and 1.01 half ulps; nothing is sure outside the range where that holds.
@@ -427,42 +360,16 @@ impl Tile {
     /// Takes in a sample of a tiny triangle.
     #[inline(always)]
     pub(crate) fn merge(&mut self, fragment: &Fragment) {
-        let place = fragment.place as usize % SAMPLES;
-        if fragment.high < self.low[place] {
+        let &Fragment { triangle, low, high, .. } = fragment;
+        let (index, samples) = (fragment.index as usize % SAMPLES, &mut self.samples);
+        if high < samples.low[index] {
             return;
         }
-        if fragment.place & Fragment::DOUBTFUL == 0 && fragment.low > self.high[place] {
-            self.low[place] = fragment.low;
-            self.high[place] = fragment.high;
-            self.triangle[place] = fragment.triangle;
+        if fragment.index & Fragment::UNDECIDED == 0 && low > samples.high[index] {
+            (samples.low[index], samples.high[index], samples.triangle[index]) = (low, high, triangle);
         } else {
-            self.doubts.push(Doubt { place: place as u32, triangle: fragment.triangle, high: fragment.high });
+            samples.undecided.push(Undecided { index: index as u32, triangle, high });
         }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn doubt(&mut self, block: usize, triangle: u32, lanes: u64, high: &[f32; LANES]) {
-        for lane in super::build::lanes_of(lanes) {
-            let place = (block * LANES) as u32 + lane;
-            self.doubts.push(Doubt { place, triangle, high: high[lane as usize] });
-        }
-    }
-}
-
-impl Depth {
-    /// Bounds of one over the depth, given the value of its plane at a sample; `None` where the depth is certainly
-    /// below zero.
-    #[inline(always)]
-    pub(crate) fn inverse_bounds(&self, value: f64) -> Option<(f32, f32)> {
-        let (low, high) = match *self {
-            Self::Inverse { error, .. } if value.is_finite() => (value - error, value + error),
-            Self::Direct { error, .. } if value > error => (1.0 / (value + error), 1.0 / (value - error)),
-            Self::Direct { error, .. } if value < -error => return None,
-            Self::Unknown | Self::Inverse { .. } | Self::Direct { .. } => (0.0, f64::INFINITY),
-        };
-        // The next f32 is farther than the f64 roundings above and the one to f32.
-        Some(((low as f32).next_down(), (high as f32).next_up()))
     }
 }
 

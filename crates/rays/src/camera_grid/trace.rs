@@ -8,12 +8,11 @@ use rayon::prelude::*;
 use super::PerspectiveGrid;
 use super::bins::Bin;
 use super::build::lanes_of;
-use super::depth;
 use super::general::{General, Square};
 use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
-use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
-use super::tile::{BLOCKS, Batch, HALF, MaskWeights, SAMPLES, Tile, block_range};
-use crate::predicate::{crossing, settle};
+use super::pixel_space::{HALF_ULP, Vertex};
+use super::samples::{BLOCKS, SAMPLES, TileOfShot};
+use super::tile::{Batch, HALF, MaskWeights, Tile, block_range};
 use crate::shot::{Counts, Kind, SeenPixels, Shot, TileWork};
 
 impl PerspectiveGrid {
@@ -41,9 +40,9 @@ impl PerspectiveGrid {
             let thread = rayon::current_thread_index().unwrap_or(grid.scratch.len() - 1);
             let mut tile = grid.scratch[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
-            let (space, vertices) = (&space, &grid.vertices);
+            let at = TileOfShot { shot, space: &space, corner };
             let (tile, work, tally) = (&mut *tile, TileWork(work), Counts::default());
-            let mut trace = TileTrace { shot, space, vertices, corner, tile, work, tally };
+            let mut trace = TileTrace { at, vertices: &grid.vertices, tile, work, tally };
             let bins = grid.ranges.iter().map(|range| &range.bins[index]);
             dispatch!(grid.level.0, simd => trace.run(simd, bins.clone(), triangle, inverse_depth));
             trace.tally
@@ -54,11 +53,8 @@ impl PerspectiveGrid {
 
 /// The search of one tile.
 struct TileTrace<'a, const N: usize> {
-    shot: &'a Shot<'a>,
-    space: &'a PixelSpace,
+    at: TileOfShot<'a>,
     vertices: &'a [Vertex],
-    /// The tile's first column and row in the image.
-    corner: IVec2,
     tile: &'a mut Tile,
     work: TileWork<'a, N>,
     tally: Counts,
@@ -89,8 +85,8 @@ impl<const N: usize> TileTrace<'_, N> {
             self.tally.fragments += bin.fragments.len() as u64;
             for fragments in bin.fragments.chunks(SAMPLES) {
                 for fragment in fragments {
-                    let place = fragment.place as usize % SAMPLES;
-                    self.work.add(Kind::Tested, place..place + 1, 1);
+                    let index = fragment.index as usize % SAMPLES;
+                    self.work.add(Kind::Tested, index..index + 1, 1);
                     self.tile.merge(fragment);
                 }
                 self.settle_if_many();
@@ -107,7 +103,8 @@ impl<const N: usize> TileTrace<'_, N> {
         self.write(simd, triangle, inverse_depth);
     }
 
-    /// Tests the triangles in the tile's order, all of them masked or none, but for those that are behind all that is seen by then.
+    /// Tests the triangles in the tile's order, all of them masked or none, but for those that are behind all that is seen
+    /// by then.
     #[inline(always)]
     fn test_nearest_first<S: Simd, const MASKED: bool>(&mut self, simd: S) {
         let order = std::mem::take(&mut self.tile.order);
@@ -149,13 +146,8 @@ impl<const N: usize> TileTrace<'_, N> {
 
     #[inline(always)]
     fn test_ordinary_inlined<S: Simd, const MASKED: bool>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
-        let indices = self.shot.triangles.indices;
-        let mut corners = [[u32::MAX; 3]; LANES];
-        for (corners, &id) in corners.iter_mut().zip(ids) {
-            *corners = indices[id as usize];
-        }
-        let corners = Corners::load(simd, self.vertices, &corners);
-        let origin = self.corner - self.space.middle + IVec2::splat(HALF);
+        let corners = Corners::of_ids(simd, self.vertices, self.at.shot.triangles, ids);
+        let origin = self.at.corner - self.at.space.middle + IVec2::splat(HALF);
         let x = each(
             corners.x,
             #[inline(always)]
@@ -172,8 +164,8 @@ impl<const N: usize> TileTrace<'_, N> {
         let error = corner_error + largest(x, y) * splat(simd, 1.01 * HALF_ULP);
         // The same again for the sums of coordinates and their errors.
         let (columns, rows) = (sample_range(x, error + error), sample_range(y, error + error));
-        let (width, height) = self.space.size();
-        let last = IVec2::new(width as i32, height as i32) - 1 - self.corner - HALF;
+        let (width, height) = self.at.space.size();
+        let last = IVec2::new(width as i32, height as i32) - 1 - self.at.corner - HALF;
         let seen = overlaps(simd, columns, last.x) & overlaps(simd, rows, last.y);
         let seen = seen.to_bitmask() & ((1 << ids.len()) - 1);
         if seen == 0 {
@@ -193,8 +185,8 @@ impl<const N: usize> TileTrace<'_, N> {
         let certain = certain.to_bitmask();
         self.settle_if_many();
         let queued = if MASKED {
-            let weights = MaskWeights::new(simd, self.space, &corners, &setup, [x, y], error);
-            self.tile.test_masked(simd, batch, &weights, self.shot.opacity, seen & certain)
+            let weights = MaskWeights::new(simd, self.at.space, &corners, &setup, [x, y], error);
+            self.tile.test_masked(simd, batch, &weights, self.at.shot.opacity, seen & certain)
         } else {
             self.tile.test_batch::<S, true>(simd, batch, seen & certain)
         };
@@ -227,12 +219,12 @@ impl<const N: usize> TileTrace<'_, N> {
 
     #[inline(always)]
     fn test_general_inlined<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool, batch: &mut Batch) {
-        let corner = self.corner - self.space.middle;
+        let corner = self.at.corner - self.at.space.middle;
         let whole = Square { x: corner.x, y: corner.y, side: 2 * HALF };
         let middle = (corner + HALF).as_dvec2().to_array();
         let mut waiting = 0;
         for &id in ids {
-            let triangle = General::new(self.space, self.shot.triangles.corners(id));
+            let triangle = General::new(self.at.space, self.at.shot.triangles.corners(id));
             let linear = if masked { None } else { triangle.linear(middle, f64::from(HALF)) };
             if let Some(linear) = linear {
                 batch.set(waiting, &linear, id);
@@ -248,15 +240,15 @@ impl<const N: usize> TileTrace<'_, N> {
     }
 
     fn test_square<S: Simd>(&mut self, simd: S, triangle: &General, id: u32, masked: bool, square: Square) {
-        let place = IVec2::new(square.x, square.y) + self.space.middle;
-        let (width, height) = self.space.size();
-        if place.x >= width as i32 || place.y >= height as i32 || triangle.misses(square) {
+        let first = IVec2::new(square.x, square.y) + self.at.space.middle;
+        let (width, height) = self.at.space.size();
+        if first.x >= width as i32 || first.y >= height as i32 || triangle.misses(square) {
             return;
         }
         if square.side > 4 {
             square.quarters().into_iter().for_each(|quarter| self.test_square(simd, triangle, id, masked, quarter));
         } else {
-            let in_tile = (place - self.corner) / 4;
+            let in_tile = (first - self.at.corner) / 4;
             let block = in_tile.y as usize * BLOCKS + in_tile.x as usize;
             self.work.add(Kind::Tested, block * LANES..(block + 1) * LANES, 1);
             let tile = &mut *self.tile;
@@ -268,80 +260,38 @@ impl<const N: usize> TileTrace<'_, N> {
     }
 
     fn settle_if_many(&mut self) {
-        const MANY: usize = 1 << 14;
-        if self.tile.doubts.len() >= MANY {
-            self.settle();
-        }
+        let at = self.at;
+        at.settle_if_many(&mut self.tile.samples, &mut self.work, &mut self.tally);
     }
 
-    /// Settles whatever is still undecided.
-    #[cold]
-    #[inline(never)]
     fn settle(&mut self) {
-        self.tally.undecided += self.tile.doubts.len() as u64;
-        let mut doubts = std::mem::take(&mut self.tile.doubts);
-        for doubt in doubts.drain(..) {
-            let index = doubt.place as usize;
-            self.work.add(Kind::Undecided, index..index + 1, 1);
-            let (x, y) = self.pixel(index);
-            let (width, height) = self.space.size();
-            if doubt.high < self.tile.low[index] || x >= width || y >= height {
-                continue;
-            }
-            let best = self.tile.triangle[index];
-            let settled = settle::nearest(self.shot, (x, y), best, doubt.triangle, &mut self.tally.settled);
-            if let Some(nearest) = settled {
-                let inverse = (1.0 / nearest.t) as f32;
-                (self.tile.low[index], self.tile.high[index]) = (inverse.next_down(), inverse.next_up());
-                self.tile.triangle[index] = nearest.triangle;
-            }
-        }
-        self.tile.doubts = doubts;
+        let at = self.at;
+        at.settle(&mut self.tile.samples, &mut self.work, &mut self.tally);
     }
 
     /// Copies the tile to the image.
     #[inline(always)]
     fn write<S: Simd>(&mut self, simd: S, triangle: &mut [u32], inverse_depth: &mut [f32]) {
-        triangle.copy_from_slice(&self.tile.triangle);
+        triangle.copy_from_slice(&self.tile.samples.triangle);
         for (block, inverse_depth) in inverse_depth.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
             let unsure = self.tile.write_middles(simd, block, inverse_depth);
             for lane in lanes_of(unsure) {
-                inverse_depth[lane as usize % LANES] = self.inverse_depth(block * LANES + lane as usize);
+                let index = block * LANES + lane as usize;
+                let refined = self.at.inverse_depth(index, self.tile.samples.triangle[index]);
+                inverse_depth[lane as usize % LANES] = refined;
                 self.tally.refined += 1;
             }
         }
-        let (width, height) = self.space.size();
-        let is_whole = self.corner.x + 2 * HALF <= width as i32 && self.corner.y + 2 * HALF <= height as i32;
+        let (width, height) = self.at.space.size();
+        let is_whole = self.at.corner.x + 2 * HALF <= width as i32 && self.at.corner.y + 2 * HALF <= height as i32;
         if !is_whole {
-            for place in 0..SAMPLES {
-                let (x, y) = self.pixel(place);
+            for index in 0..SAMPLES {
+                let (x, y) = self.at.pixel(index);
                 if x >= width || y >= height {
-                    (triangle[place], inverse_depth[place]) = (SeenPixels::NONE, f32::NAN);
+                    (triangle[index], inverse_depth[index]) = (SeenPixels::NONE, f32::NAN);
                 }
             }
         }
-    }
-
-    /// The inverse depth of what is seen at a place, in f64 or by the predicate.
-    #[cold]
-    #[inline(never)]
-    fn inverse_depth(&self, place: usize) -> f32 {
-        let (x, y) = self.pixel(place);
-        let id = self.tile.triangle[place];
-        if id == SeenPixels::NONE {
-            return f32::NAN;
-        }
-        let (ray, corners) = (self.space.ray(x, y), self.shot.triangles.corners(id));
-        let of_predicate = || crossing(&ray, corners).map(|crossing| SeenPixels::inverse_of(crossing.t));
-        depth::inverse_depth(&ray, corners).or_else(of_predicate).unwrap_or(f32::NAN)
-    }
-
-    /// Column and row in the image of a place in the tile.
-    fn pixel(&self, place: usize) -> (u32, u32) {
-        let (block, sample) = (place / LANES, place % LANES);
-        let x = self.corner.x as u32 + (block % BLOCKS * 4 + sample % 4) as u32;
-        let y = self.corner.y as u32 + (block / BLOCKS * 4 + sample / 4) as u32;
-        (x, y)
     }
 }
 

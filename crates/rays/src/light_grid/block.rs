@@ -1,8 +1,8 @@
 use crate::simd::vectors::LANES;
 
-/// The points of 4×4 pixels on a face, in pixel order: what the fast test takes at once. 192 bytes.
+/// The points of 4×4 pixels on a face, in pixel order: what the filter tests at once. 192 bytes.
 ///
-/// Places that show no point of the face hold anything.
+/// Lanes without a point of the face hold anything.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct Block {
@@ -20,7 +20,7 @@ impl Block {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BlockErrors {
     /// Of X and Y.
-    pub(crate) place: f32,
+    pub(crate) position: f32,
     /// Of W.
     pub(crate) nearness: f32,
 }

@@ -18,7 +18,7 @@ pub(crate) struct Cells {
     minima: Vec<f32>,
 }
 
-/// How X is divided into columns, or Y into rows: each place in one of [`Axis::STRIPS`] strips, each strip in a cell.
+/// How X is divided into columns, or Y into rows: each coordinate is in one of [`Axis::STRIPS`] strips, each strip in a cell.
 /// 16 KiB.
 #[derive(Debug, Default)]
 pub(crate) struct Axis {
@@ -72,12 +72,12 @@ impl Axis {
         }));
     }
 
-    /// The cell of a place: for clusters and triangles alike, which keeps their order.
+    /// The cell of a coordinate: for clusters and triangles alike, which keeps their order.
     pub(crate) fn cell(&self, at: f32) -> usize {
         usize::from(self.cells[strip(at)])
     }
 
-    /// The cells of 16 places.
+    /// The cells of 16 coordinates.
     #[inline(always)]
     pub(crate) fn cells_at<S: Simd>(&self, simd: S, at: f32x16<S>) -> [u16; LANES] {
         const LAST: usize = Axis::STRIPS - 1;
@@ -104,7 +104,7 @@ impl Axis {
 /// What X and Y in [−1, 1], plus one, are multiplied with to get the strip: exact in f32.
 const SCALE: f32 = (Axis::STRIPS / 2) as f32;
 
-/// The strip of a place.
+/// The strip of a coordinate.
 pub(crate) fn strip(at: f32) -> usize {
     ((at.clamp(-2.0, 2.0) * SCALE + SCALE) as usize).min(Axis::STRIPS - 1)
 }
@@ -136,8 +136,8 @@ impl Cells {
             return f32::NEG_INFINITY;
         }
         let at = |row: u16| {
-            let place = usize::from(row) * self.across.count + usize::from(columns[0]);
-            self.minima.get(place).copied().unwrap_or(f32::NEG_INFINITY)
+            let cell = usize::from(row) * self.across.count + usize::from(columns[0]);
+            self.minima.get(cell).copied().unwrap_or(f32::NEG_INFINITY)
         };
         at(rows[0]).min(at(rows[1]))
     }
@@ -202,14 +202,14 @@ impl Row {
         self.block.resize(count + LANES, u32::MAX);
         for cluster in clusters {
             let end = &mut self.ends[usize::from(cluster.columns[0]) + 1];
-            let place = *end as usize;
+            let slot = *end as usize;
             *end += 1;
-            self.x[0][place] = cluster.x[0];
-            self.x[1][place] = cluster.x[1];
-            self.y[0][place] = cluster.y[0];
-            self.y[1][place] = cluster.y[1];
-            self.farthest[place] = cluster.farthest;
-            self.block[place] = cluster.block;
+            self.x[0][slot] = cluster.x[0];
+            self.x[1][slot] = cluster.x[1];
+            self.y[0][slot] = cluster.y[0];
+            self.y[1][slot] = cluster.y[1];
+            self.farthest[slot] = cluster.farthest;
+            self.block[slot] = cluster.block;
         }
         for first in &mut self.firsts {
             *first = self.ends[*first as usize];
@@ -221,8 +221,8 @@ impl Row {
         self.block.len().saturating_sub(LANES)
     }
 
-    /// The clusters that may be in some columns: others are among them, but 16 from the last one on nothing is that isn't
-    /// there.
+    /// A range of clusters that has all those in some columns, and others. 16 can be loaded from its last one on: those
+    /// after the row's last overlap nothing.
     #[inline(always)]
     pub(crate) fn reaching(&self, first_column: usize, last_column: usize) -> std::ops::Range<usize> {
         self.firsts[first_column] as usize..self.ends[last_column + 1] as usize
@@ -255,7 +255,7 @@ impl Row {
     }
 }
 
-/// Where a triangle is, 16 times.
+/// A triangle's bounds, the same in all 16 lanes.
 pub(crate) struct Bounds<S: Simd> {
     pub(crate) x: [f32x16<S>; 2],
     pub(crate) y: [f32x16<S>; 2],

@@ -26,7 +26,7 @@ pub(crate) struct Face {
     /// Lowest and highest X, and Y, of the points that are tested on this face, if others are tested on others. Faces
     /// overlap by more than points may be wrong, so that each point is on some face, whatever rounding does.
     pub(crate) owned: Option<[[f64; 2]; 2]>,
-    /// The predicate takes a point for what may be this far from it, in relation to its depth in perspective.
+    /// The predicate takes a point's error to be this, in relation to its depth in perspective.
     pub(crate) point_error: f64,
 }
 
@@ -119,7 +119,7 @@ impl Face {
     }
 }
 
-/// What follows from rounding vertices, for the fast test of small triangles. With ε = [`HALF_ULP`].
+/// What follows from rounding vertices, for the filter of small triangles. With ε = [`HALF_ULP`].
 ///
 /// The coordinates of vertices are computed in f64 and rounded to f32. A vertex is only used where |X| and |Y| are at
 /// most 2: rounding then moves it by at most ε, and the f64 before it by less than ε / 8, since the face is never
@@ -141,13 +141,13 @@ impl VertexErrors {
     /// What the predicate asks of a point before it calls it shadowed.
     ///
     /// It wants n · (P − a), for the unnormalised normal n, above 6 |ab| |ac| (10 u |P − a| + e), with u = 2⁻⁵³, largest
-    /// components |·| and the point's error e. The fast test's area × (W of the triangle − W of the point) is
+    /// components |·| and the point's error e. The filter's area × (W of the triangle − W of the point) is
     /// n · (P − a) × s.x · s.y · near / (z₀ z₁ z₂ z), in parallel light × s.x · s.y · s.z. With corners whose depths
     /// differ by at most a factor of two, |X|, |Y| ≤ 2 and so |P| ≤ 18 z, the bound is at most
     /// 24 s.x s.y W (510 u + e / z) T², T = 2 (w / s.x + h / s.y) + 36 ΔW / W.
     ///
     /// Its weights d · ((p − o) × (q − o)) have 64 roundings of |d| r², with r the largest component of any corner from
-    /// o. An edge function of the fast test is that × s.x · s.y / (z₀ z₁ z), in parallel light × s.x · s.y / |d|; depths
+    /// o. An edge function of the filter is that × s.x · s.y / (z₀ z₁ z), in parallel light × s.x · s.y / |d|; depths
     /// of corners differ by at most a factor of two.
     pub(crate) fn new(face: &Face) -> Self {
         let scale = face.scale;

@@ -61,13 +61,13 @@ pub(crate) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
         bounds,
     };
     let sign = if is_certain { determinant.signum() } else { 1.0 };
-    for (place, (edge, error)) in edges.into_iter().zip(edge_errors).enumerate() {
+    for (index, (edge, error)) in edges.into_iter().zip(edge_errors).enumerate() {
         let size = edge.abs().element_sum();
         // Otherwise nothing is known about this edge.
         if size.is_finite() && size > 1e3 * error && size > 1e-250 {
-            plane.edges[place] = (edge * (sign / size)).as_vec3().to_array();
+            plane.edges[index] = (edge * (sign / size)).as_vec3().to_array();
             // Factors are rounded, and the two sums and products: eight ε of one.
-            plane.edge_errors[place] = (HALF_ULP * 8.5 + 3.0 * error / size) as f32;
+            plane.edge_errors[index] = (HALF_ULP * 8.5 + 3.0 * error / size) as f32;
         }
     }
     if !is_certain {
@@ -78,9 +78,9 @@ pub(crate) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
     let weighted = |values: [f64; 3]| values[0].abs() + values[1].abs() + values[2].abs();
     let slope = (edges[0] * nearnesses[0] + edges[1] * nearnesses[1] + edges[2] * nearnesses[2]) / determinant;
     let size = slope.abs().element_sum();
-    let of_edges = weighted([0, 1, 2].map(|place| edge_errors[place] * nearnesses[place]));
+    let of_edges = weighted([0, 1, 2].map(|corner| edge_errors[corner] * nearnesses[corner]));
     let of_nearness = if face.is_parallel {
-        4.0 * ROUNDING * norms.z * weighted([0, 1, 2].map(|place| edges[place].abs().max_element() * reach[place]))
+        4.0 * ROUNDING * norms.z * weighted([0, 1, 2].map(|corner| edges[corner].abs().max_element() * reach[corner]))
     } else {
         0.0
     };
@@ -99,8 +99,9 @@ pub(crate) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
 
 /// How far, in nearness, the predicate wants a point to be behind the triangle.
 ///
-/// See [`VertexErrors`](super::face::VertexErrors): it wants 6 |ab| |ac| (10 u |P − a| + e) of n · (P − a), which is the determinant, taken back to
-/// world lengths, times the difference in nearness times z / near; in parallel light it is n · d / s.z.
+/// See [`VertexErrors`](super::face::VertexErrors): it wants 6 |ab| |ac| (10 u |P − a| + e) of n · (P − a), which is the
+/// determinant, taken back to world lengths, times the difference in nearness times z / near; in parallel light it is
+/// n · d / s.z.
 fn predicate_error(face: &Face, [a, b, c]: [DVec3; 3], determinant: f64, nearness: f64) -> f64 {
     let (ab, ac) = ((b - a).abs().max_element(), (c - a).abs().max_element());
     let from_light = (a - face.origin).abs().max_element();
@@ -132,8 +133,8 @@ fn bounds(points: &[DVec3; 3], sizes: [f64; 3], margin: f64) -> Option<[[f32; 2]
         let height = |point: DVec3| limit * point.z - sign * point[axis] + slack;
         let mut clipped = [DVec3::ZERO; 8];
         let mut kept = 0;
-        for place in 0..count {
-            let (from, to) = (polygon[place], polygon[(place + 1) % count]);
+        for corner in 0..count {
+            let (from, to) = (polygon[corner], polygon[(corner + 1) % count]);
             let (start, end) = (height(from), height(to));
             if start >= 0.0 && kept < clipped.len() {
                 clipped[kept] = from;
@@ -180,8 +181,8 @@ impl Plane {
         self.rows(cells).count() * (cells.across.cell(high) - cells.across.cell(low) + 1)
     }
 
-    /// The columns in a row of cells that the triangle may overlap there, and where in X and Y it may,
-    /// with the most nearness that it has there.
+    /// The columns in a row of cells that the triangle may overlap, the bounds in X and Y of that part of it, and the most
+    /// nearness that it has there.
     pub(crate) fn span<S: Simd>(
         &self,
         simd: S,
@@ -228,14 +229,14 @@ impl Plane {
         let [first, second, third] = self.edges;
         let (e0, e1, e2) = (line(simd, first, x, y), line(simd, second, x, y), line(simd, third, x, y));
         let [error0, error1, error2] = self.edge_errors;
-        let of_point = error.place * 1.001;
+        let of_point = error.position * 1.001;
         let (error0, error1) = (splat(simd, error0 + of_point), splat(simd, error1 + of_point));
         let error2 = splat(simd, error2 + of_point);
         // With an infinite error the one is never below zero, the other always.
         let possible = min3([e0 + error0, e1 + error1, e2 + error2]).simd_ge(splat(simd, 0.0));
         let certain = min3([e0 - error0, e1 - error1, e2 - error2]).simd_gt(splat(simd, 0.0));
         let nearer = line(simd, self.nearness, x, y) - f32x16::simd_from(simd, block.nearness);
-        let depth_error = self.depth_error + (error.nearness + error.place * self.steepness) * 1.001;
+        let depth_error = self.depth_error + (error.nearness + error.position * self.steepness) * 1.001;
         let depth_error = splat(simd, depth_error);
         let possible = possible & !nearer.simd_lt(-depth_error);
         let certain = certain & nearer.simd_gt(depth_error);

@@ -3,18 +3,18 @@
 use glam::{DMat3, DVec3, Vec3};
 
 use super::face::Face;
-use super::{LightGrid, choose};
+use super::pass::LightPass;
 use crate::LightSource;
-use crate::shot::{SeenImage, SeenPixels, Shot, TileOrder};
+use crate::shot::{SeenPixels, Shot, TileOrder};
 use crate::simd::vectors::LANES;
 
 /// In which cell of a light's grid the point that each pixel shows is, in [`TileOrder`].
 ///
-/// A point that several faces hold is in a cell of the first. 8 bytes a place, 4 for each cell.
+/// A point that several faces hold is in a cell of the first. 8 bytes a pixel, 4 for each cell.
 #[derive(Clone, Debug, Default)]
 pub struct LightCells {
     order: TileOrder,
-    places: Vec<Option<LightCell>>,
+    of_pixels: Vec<Option<LightCell>>,
     faces: Vec<LightFace>,
     /// For each face its first cell among `points`.
     firsts: Vec<usize>,
@@ -25,11 +25,11 @@ pub struct LightCells {
 /// A cell of a light's grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LightCell {
-    /// Its place in [`LightCells::faces`].
+    /// Its index in [`LightCells::faces`].
     pub face: u16,
-    /// From the side of the face's lowest X.
+    /// Counted from the face's lowest X.
     pub column: u16,
-    /// From the side of its lowest Y.
+    /// Counted from its lowest Y.
     pub row: u16,
 }
 
@@ -57,7 +57,7 @@ impl LightCells {
     /// If the pixel is outside of the image's tiles.
     #[must_use]
     pub fn at(&self, x: u32, y: u32) -> Option<LightCell> {
-        self.places[self.order.index(x, y)]
+        self.of_pixels[self.order.index(x, y)]
     }
 
     /// How many points a cell has: as many as there are pixels for which [`at`](Self::at) names it.
@@ -66,7 +66,7 @@ impl LightCells {
     /// If the grid has no such cell.
     #[must_use]
     pub fn points_of(&self, cell: LightCell) -> u32 {
-        self.points[self.place_of(cell)]
+        self.points[self.index_of(cell)]
     }
 
     /// How many points share the cell of the point that a pixel shows, itself one of them; 0 where [`at`](Self::at) is
@@ -85,7 +85,7 @@ impl LightCells {
         &self.faces
     }
 
-    fn place_of(&self, LightCell { face, column, row }: LightCell) -> usize {
+    fn index_of(&self, LightCell { face, column, row }: LightCell) -> usize {
         let columns = self.faces[usize::from(face)].columns as usize;
         self.firsts[usize::from(face)] + usize::from(row) * columns + usize::from(column)
     }
@@ -93,15 +93,15 @@ impl LightCells {
     /// Starts anew for an image.
     pub(crate) fn start(&mut self, order: TileOrder) {
         self.order = order;
-        self.places.clear();
-        self.places.resize(order.slots(), None);
+        self.of_pixels.clear();
+        self.of_pixels.resize(order.slots(), None);
         self.faces.clear();
         self.firsts.clear();
         self.points.clear();
     }
 
-    /// Adds a face with columns and rows of cells. `located` has the places of its points, each with its column, its row
-    /// and its nearness.
+    /// Adds a face with columns and rows of cells. `located` has the pixel index of each of its points, its
+    /// column and row, and its nearness.
     pub(crate) fn add_face(
         &mut self,
         face: &Face,
@@ -112,11 +112,11 @@ impl LightCells {
         let first = self.points.len();
         self.points.resize(first + columns * rows, 0);
         let mut nearness = [f32::INFINITY, f32::NEG_INFINITY];
-        for (place, [column, row], at) in located {
+        for (index, [column, row], at) in located {
             nearness = [nearness[0].min(at), nearness[1].max(at)];
             // What lies beyond the image's border is nobody's pixel, and what another face has is counted there.
-            if self.order.pixel(place).is_some() && self.places[place].is_none() {
-                self.places[place] = Some(LightCell { face: number, column: column as u16, row: row as u16 });
+            if self.order.pixel(index).is_some() && self.of_pixels[index].is_none() {
+                self.of_pixels[index] = Some(LightCell { face: number, column: column as u16, row: row as u16 });
                 self.points[first + row * columns + column] += 1;
             }
         }
@@ -132,7 +132,7 @@ impl LightCells {
 }
 
 impl Face {
-    /// Where the face's corners are in the world at a nearness.
+    /// The world positions of the face's corners at a nearness.
     fn corners_at(&self, nearness: f64) -> [Vec3; 4] {
         let world_from_face = DMat3::from_cols(self.x, self.y, self.z).transpose().inverse();
         [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| {
@@ -143,41 +143,35 @@ impl Face {
     }
 }
 
-impl LightGrid {
-    /// Finds in which cell of the grid for `light` each point is that the pixels of `shot` have `seen`: where [`shadow`](Self::shadow) looks
-    /// for it.
+impl LightPass {
+    /// Finds in which cell each point is that the pixels of `shot` have `seen`. `add` adds those of a face to the cells.
     ///
     /// # Panics
     /// If `survey` wasn't called for `seen`.
-    pub(crate) fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, located: &mut LightCells) {
-        for face in self.start_locating(seen, light, located) {
-            self.map_face(face, &SeenImage { shot, seen });
-            let Self { face, cells, blocks, members, .. } = &*self;
-            let points = members.iter().enumerate().flat_map(|(block, members)| {
-                let points = &blocks[block];
-                (0..LANES).filter(move |lane| members >> lane & 1 == 1).map(move |lane| {
-                    let cell = [cells.across.cell(points.x[lane]), cells.down.cell(points.y[lane])];
-                    (block * LANES + lane, cell, points.nearness[lane])
-                })
-            });
-            located.add_face(face, [cells.across.count, cells.down.count], points);
-        }
-    }
-
-    /// Empties `located`, and returns the light's faces.
-    pub(crate) fn start_locating(
+    pub(crate) fn locate(
         &mut self,
+        shot: &Shot<'_>,
         seen: &SeenPixels,
         light: &LightSource,
         located: &mut LightCells,
-    ) -> Vec<Face> {
-        assert!(self.survey.places == seen.triangle.len(), "another image was surveyed");
+        mut add: impl FnMut(&Self, &mut LightCells),
+    ) {
         located.start(seen.order());
-        self.outliers.clear();
-        let mut faces = Vec::new();
         // A light that is none has no face.
-        choose::choose(light, &self.survey.rays, &self.survey.tiles, &mut faces).unwrap_or_default();
-        faces
+        self.visit_faces(shot, seen, light, |pass, _| add(pass, located));
+    }
+
+    /// Adds the points of the face that is mapped, each in the cell where [`LightGrid`](super::LightGrid) looks for it.
+    pub(crate) fn add_located(&self, located: &mut LightCells) {
+        let Self { face, cells, blocks, members, .. } = self;
+        let points = members.iter().enumerate().flat_map(|(block, members)| {
+            let points = &blocks[block];
+            (0..LANES).filter(move |lane| members >> lane & 1 == 1).map(move |lane| {
+                let cell = [cells.across.cell(points.x[lane]), cells.down.cell(points.y[lane])];
+                (block * LANES + lane, cell, points.nearness[lane])
+            })
+        });
+        located.add_face(face, [cells.across.count, cells.down.count], points);
     }
 }
 
@@ -186,13 +180,13 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::{Camera, CameraGrid as _, PerspectiveGrid, Triangles, View};
+    use crate::{Camera, CameraGrid as _, LightGrid, LightsGrid as _, PerspectiveGrid, Triangles, View};
 
     #[test]
     fn points_are_where_the_grid_looks_for_them() {
         // A sheet of waves.
         const SIDE: u32 = 40;
-        let at = |place: u32| place as f32 / SIDE as f32 * 2.0 - 1.0;
+        let at = |step: u32| step as f32 / SIDE as f32 * 2.0 - 1.0;
         let vertices = (0..=SIDE).flat_map(|z| (0..=SIDE).map(move |x| (at(x), at(z))));
         let positions: Vec<Vec3> = vertices.map(|(x, z)| Vec3::new(x, 0.2 * (5.0 * x).sin(), z)).collect();
         let squares = (0..SIDE).flat_map(|z| (0..SIDE).map(move |x| z * (SIDE + 1) + x));
@@ -211,14 +205,14 @@ mod tests {
         grid.locate(&shot, &seen, &LightSource::Point { position: Vec3::new(2.0, 3.0, 0.0) }, &mut located);
         assert_eq!(located.faces.len(), 1);
         // The face's clusters are those of a shadow.
-        grid.sort();
+        grid.pass.sort_clusters();
         let mut points = 0;
-        for (place, cell) in located.places.iter().enumerate() {
-            assert_eq!(cell.is_some(), seen.triangle[place] != SeenPixels::NONE);
+        for (index, cell) in located.of_pixels.iter().enumerate() {
+            assert_eq!(cell.is_some(), seen.triangle[index] != SeenPixels::NONE);
             let Some(LightCell { column, row, .. }) = *cell else { continue };
-            let row = &grid.cells.rows()[usize::from(row)];
+            let row = &grid.pass.cells.rows()[usize::from(row)];
             let clusters = row.reaching(usize::from(column), usize::from(column));
-            assert!(row.block[clusters].contains(&((place / LANES) as u32)), "place {place} is not in {cell:?}");
+            assert!(row.block[clusters].contains(&((index / LANES) as u32)), "pixel {index} is not in {cell:?}");
             points += 1;
         }
         assert!(points > 1000, "{points}");

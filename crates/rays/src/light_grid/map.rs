@@ -5,10 +5,10 @@ use rayon::prelude::*;
 use super::block::{Block, BlockErrors, Cluster};
 use super::cells::{Cells, REACH};
 use super::face::{Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT};
+use super::pass::LightPass;
 use super::pixel_map::{COLUMN, DEPTH, ONE, PixelMap, ROW};
 use super::survey::Survey;
-use super::{LightGrid, SeenImage};
-use crate::shot::{SeenPixels, TileOrder};
+use crate::shot::{SeenImage, SeenPixels, TileOrder};
 use crate::simd::vectors::{LANES, splat};
 
 /// Blocks in a tile.
@@ -22,7 +22,7 @@ const ROW_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 pub(crate) struct Slab {
     /// For each row of cells its clusters.
     pub(crate) rows: Vec<Vec<Cluster>>,
-    /// Places with points that belong to the face and can't be mapped.
+    /// Pixels whose points belong to the face and can't be mapped.
     pub(crate) outliers: Vec<u32>,
     pub(crate) points: u32,
     /// Points that were mapped in f64.
@@ -48,14 +48,14 @@ impl Slab {
     }
 }
 
-impl LightGrid {
+impl LightPass {
     /// Maps all points of `self.face`.
     ///
     /// Slabs are the same from frame to frame, so that their lists' memory can be kept.
     pub(crate) fn map(&mut self, image: &SeenImage<'_>) {
         const SLABS_PER_THREAD: usize = 4;
         let Self { slabs, survey, face, cells, blocks, errors, members, level, .. } = self;
-        blocks.resize(survey.places / LANES, Block::EMPTY);
+        blocks.resize(survey.slots / LANES, Block::EMPTY);
         errors.resize(blocks.len(), BlockErrors::default());
         members.resize(blocks.len(), 0);
         let mapper = Mapper::new(image, survey, face, cells);
@@ -67,13 +67,13 @@ impl LightGrid {
             .zip(errors.par_chunks_mut(per_slab * TILE_BLOCKS))
             .zip(members.par_chunks_mut(per_slab * TILE_BLOCKS));
         slabs.iter_mut().for_each(|slab| slab.clear(cells.rows().len()));
-        slabs.par_iter_mut().zip(outputs).enumerate().for_each(|(place, (slab, ((blocks, errors), members)))| {
+        slabs.par_iter_mut().zip(outputs).enumerate().for_each(|(index, (slab, ((blocks, errors), members)))| {
             let tiles = blocks
                 .chunks_exact_mut(TILE_BLOCKS)
                 .zip(errors.chunks_exact_mut(TILE_BLOCKS))
                 .zip(members.chunks_exact_mut(TILE_BLOCKS));
             for (tile, ((blocks, errors), members)) in tiles.enumerate() {
-                let tile = place * per_slab + tile;
+                let tile = index * per_slab + tile;
                 members.fill(0);
                 if face.may_own(&survey.tiles[tile]) {
                     let output = Output { blocks, errors, members, slab: &mut *slab };
@@ -110,11 +110,11 @@ pub(crate) struct Mapper<'a> {
     pub(crate) face: &'a Face,
     cells: &'a Cells,
     pixels: PixelMap,
-    /// For each R its constant at each place of a block, in relation to the first.
-    places: [[f32; LANES]; 4],
+    /// For each R its constant at each pixel of a block, in relation to the first.
+    offsets: [[f32; LANES]; 4],
     /// The factor of s in each R.
     slopes: [f32; 4],
-    /// The largest magnitudes of `places`.
+    /// The largest magnitudes of `offsets`.
     spreads: [f32; 4],
     /// What f64 loses of each R.
     wide_errors: [[f32; 2]; 4],
@@ -123,7 +123,7 @@ pub(crate) struct Mapper<'a> {
     owned: [[f32; 2]; 2],
 }
 
-/// The smallest and largest of what the places of 16 blocks hold, a block to a lane.
+/// The smallest and largest of what 16 blocks hold, a block to a lane.
 struct Extremes<S: Simd> {
     x: [f32x16<S>; 2],
     y: [f32x16<S>; 2],
@@ -146,8 +146,8 @@ struct Rows<S: Simd> {
 impl<'a> Mapper<'a> {
     fn new(image: &'a SeenImage<'a>, survey: &'a Survey, face: &'a Face, cells: &'a Cells) -> Self {
         let pixels = PixelMap::new(face, &survey.rays);
-        let places = pixels.rows.map(|row| {
-            std::array::from_fn(|place| (row[COLUMN] * (place % 4) as f64 + row[ROW] * (place / 4) as f64) as f32)
+        let offsets = pixels.rows.map(|row| {
+            std::array::from_fn(|pixel| (row[COLUMN] * (pixel % 4) as f64 + row[ROW] * (pixel / 4) as f64) as f32)
         });
         let everything = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
         Self {
@@ -156,9 +156,10 @@ impl<'a> Mapper<'a> {
             face,
             cells,
             pixels,
-            places,
+            offsets,
             slopes: pixels.rows.map(|row| row[DEPTH] as f32),
-            spreads: places.map(|places| places.into_iter().fold(0.0, |spread, place: f32| place.abs().max(spread))),
+            spreads: offsets
+                .map(|offsets| offsets.into_iter().fold(0.0, |spread, offset: f32| offset.abs().max(spread))),
             wide_errors: pixels.errors.map(|errors| errors.map(|error| error as f32 * 1.001)),
             point_errors: pixels.point_errors.map(|error| error as f32 * 1.001),
             point_error: face.point_error as f32,
@@ -198,20 +199,20 @@ impl<'a> Mapper<'a> {
         // Which points belong to the face, and which of those this couldn't map.
         let (mut all, mut lost) = ([0_u16; ROW_BLOCKS], [0_u16; ROW_BLOCKS]);
         let mut any_member = 0;
-        for (place, block) in blocks.iter_mut().enumerate() {
-            let depth = f32x16::from_slice(simd, &depths[place * LANES..(place + 1) * LANES]);
+        for (index, block) in blocks.iter_mut().enumerate() {
+            let depth = f32x16::from_slice(simd, &depths[index * LANES..(index + 1) * LANES]);
             let known = depth.simd_eq(depth);
             let s = if self.pixels.is_reciprocal { splat(simd, 1.0) / depth } else { depth };
-            let r0 = self.linear(simd, 0, base_lanes[0][place], s);
-            let r1 = self.linear(simd, 1, base_lanes[1][place], s);
-            let r2 = self.linear(simd, 2, base_lanes[2][place], s);
-            let r3 = self.linear(simd, 3, base_lanes[3][place], s);
+            let r0 = self.linear(simd, 0, base_lanes[0][index], s);
+            let r1 = self.linear(simd, 1, base_lanes[1][index], s);
+            let r2 = self.linear(simd, 2, base_lanes[2][index], s);
+            let r3 = self.linear(simd, 3, base_lanes[3][index], s);
             let inverse = splat(simd, 1.0) / r3;
             let (x, y, nearness) = (r0 * inverse, r1 * inverse, r2 * inverse);
             let limit = splat(simd, POINT_LIMIT as f32);
             let mut member = known;
             if self.face.owned.is_some() {
-                member &= !self.is_foreign(simd, [r0, r1, r3], s, std::array::from_fn(|row| base_lanes[row][place]));
+                member &= !self.is_foreign(simd, [r0, r1, r3], s, std::array::from_fn(|row| base_lanes[row][index]));
             }
             let mapped = member
                 & r3.simd_gt(zero)
@@ -222,59 +223,59 @@ impl<'a> Mapper<'a> {
             block.y = y.to_array();
             block.nearness = nearness.to_array();
             let (lowest, highest) = (splat(simd, f32::NEG_INFINITY), splat(simd, f32::INFINITY));
-            rows.x[0][place] = mapped.select(x, highest);
-            rows.x[1][place] = mapped.select(x, lowest);
-            rows.y[0][place] = mapped.select(y, highest);
-            rows.y[1][place] = mapped.select(y, lowest);
-            rows.nearness[0][place] = mapped.select(nearness, highest);
-            rows.nearness[1][place] = mapped.select(nearness, lowest);
-            rows.inverse[place] = mapped.select(inverse, zero);
-            rows.depth[place] = mapped.select(inverse * s, zero);
-            all[place] = member.to_bitmask() as u16;
-            lost[place] = (member & !mapped).to_bitmask() as u16;
-            any_member |= all[place];
+            rows.x[0][index] = mapped.select(x, highest);
+            rows.x[1][index] = mapped.select(x, lowest);
+            rows.y[0][index] = mapped.select(y, highest);
+            rows.y[1][index] = mapped.select(y, lowest);
+            rows.nearness[0][index] = mapped.select(nearness, highest);
+            rows.nearness[1][index] = mapped.select(nearness, lowest);
+            rows.inverse[index] = mapped.select(inverse, zero);
+            rows.depth[index] = mapped.select(inverse * s, zero);
+            all[index] = member.to_bitmask() as u16;
+            lost[index] = (member & !mapped).to_bitmask() as u16;
+            any_member |= all[index];
         }
         if any_member == 0 {
             return;
         }
         let extremes = rows.extremes();
-        let (place_error, nearness_error, is_exact) = self.errors(simd, &bases, &extremes);
-        let filed = Filed::new(simd, self.cells, &extremes, place_error, nearness_error);
+        let (position_error, nearness_error, is_exact) = self.errors(simd, &bases, &extremes);
+        let filed = Filed::new(simd, self.cells, &extremes, position_error, nearness_error);
         let is_exact = is_exact.to_bitmask();
-        let (place_errors, nearness_errors) = (place_error.to_array(), nearness_error.to_array());
-        for place in 0..ROW_BLOCKS {
-            let mut mask = all[place];
+        let (position_errors, nearness_errors) = (position_error.to_array(), nearness_error.to_array());
+        for index in 0..ROW_BLOCKS {
+            let mut mask = all[index];
             if mask == 0 {
                 continue;
             }
-            let block = (first + place) as u32;
-            if lost[place] == 0 && is_exact >> place & 1 == 1 {
-                errors[place] = BlockErrors { place: place_errors[place], nearness: nearness_errors[place] };
-                if filed.fits >> place & 1 == 1 {
-                    slab.push([filed.rows[0][place], filed.rows[1][place]], filed.cluster(place, block));
+            let block = (first + index) as u32;
+            if lost[index] == 0 && is_exact >> index & 1 == 1 {
+                errors[index] = BlockErrors { position: position_errors[index], nearness: nearness_errors[index] };
+                if filed.fits >> index & 1 == 1 {
+                    slab.push([filed.rows[0][index], filed.rows[1][index]], filed.cluster(index, block));
                 } else {
-                    self.divide(simd, slab, block, &blocks[place], errors[place], mask);
+                    self.divide(simd, slab, block, &blocks[index], errors[index], mask);
                 }
             } else {
-                let (mapped, error) = self.refine(simd, block, &mut blocks[place], slab);
-                errors[place] = error;
+                let (mapped, error) = self.refine(simd, block, &mut blocks[index], slab);
+                errors[index] = error;
                 mask = mapped;
-                self.divide(simd, slab, block, &blocks[place], error, mask);
+                self.divide(simd, slab, block, &blocks[index], error, mask);
             }
-            members[place] = mask;
+            members[index] = mask;
             slab.points += mask.count_ones();
         }
     }
 
-    /// The constants of the R of 16 blocks from `first`, at the first place of each.
+    /// The constants of the R of 16 blocks from `first`, at the first pixel of each.
     #[inline(always)]
     fn bases<S: Simd>(&self, simd: S, first: usize) -> [f32x16<S>; 4] {
         let (column, row) = self.survey.rays.order.column_and_row(first * LANES);
         let (column, row) = (f64::from(column), f64::from(row));
         let low = f64x8::simd_from(simd, [0.0, 4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 28.0]);
         let high = low + 32.0;
-        let of = |place: usize| {
-            let factors = &self.pixels.rows[place];
+        let of = |function: usize| {
+            let factors = &self.pixels.rows[function];
             (factors[COLUMN], factors[COLUMN] * column + (factors[ROW] * row + factors[ONE]))
         };
         let [(s0, c0), (s1, c1), (s2, c2), (s3, c3)] = [of(0), of(1), of(2), of(3)];
@@ -286,24 +287,24 @@ impl<'a> Mapper<'a> {
         ]
     }
 
-    /// R `place` of a block's places.
+    /// R number `function` at a block's pixels.
     #[inline(always)]
-    fn linear<S: Simd>(&self, simd: S, place: usize, base: f32, s: f32x16<S>) -> f32x16<S> {
-        let places = f32x16::simd_from(simd, self.places[place]);
-        s.mul_add(splat(simd, self.slopes[place]), places + splat(simd, base))
+    fn linear<S: Simd>(&self, simd: S, function: usize, base: f32, s: f32x16<S>) -> f32x16<S> {
+        let offsets = f32x16::simd_from(simd, self.offsets[function]);
+        s.mul_add(splat(simd, self.slopes[function]), offsets + splat(simd, base))
     }
 
-    /// How wrong R `place` may be: the first, plus s times the second.
+    /// How wrong R number `function` may be: the first, plus s times the second.
     ///
     /// Base, offset in the block and slope are rounded, and so are their sum, the product and the last sum: with all
     /// magnitudes added up that makes three ε of each of the three. An error of the depth is counted apart.
     #[inline(always)]
-    fn linear_error<S: Simd>(&self, simd: S, place: usize, base: f32x16<S>) -> (f32x16<S>, f32) {
+    fn linear_error<S: Simd>(&self, simd: S, function: usize, base: f32x16<S>) -> (f32x16<S>, f32) {
         const ROUNDED: f32 = 3.01 * HALF_ULP as f32;
-        let [constant, slope] = self.wide_errors[place];
+        let [constant, slope] = self.wide_errors[function];
         let of_base =
-            (base.abs() + splat(simd, self.spreads[place])).mul_add(splat(simd, ROUNDED), splat(simd, constant));
-        (of_base, self.slopes[place].abs() * ROUNDED + slope)
+            (base.abs() + splat(simd, self.spreads[function])).mul_add(splat(simd, ROUNDED), splat(simd, constant));
+        (of_base, self.slopes[function].abs() * ROUNDED + slope)
     }
 
     /// The error of X and Y, and of W, of 16 blocks, and which are small enough.
@@ -333,19 +334,19 @@ impl<'a> Mapper<'a> {
         let along_y = along(simd, m1, m3, y);
         let along_w = along(simd, m2, m3, nearness);
         // |X| is at most 1.001.
-        let of_place =
+        let of_position =
             (c0.max(c1) + c3 * 1.001) * inverse + depth * (along_x.max(along_y) * OF_DEPTH + (g0.max(g1) + g3 * 1.001));
-        let place = of_place * GROWN + 3.0 * HALF_ULP as f32;
+        let position = of_position * GROWN + 3.0 * HALF_ULP as f32;
         let of_nearness = (c2 + c3 * nearest) * inverse + depth * (along_w * OF_DEPTH + (nearest * g3 + g2));
         let nearness = of_nearness * GROWN + nearest * (3.0 * HALF_ULP as f32);
         let of_divisor = c3 * inverse + depth * (m3.abs() * OF_DEPTH + g3);
         let of_predicate = inverse * self.point_errors[0] + depth * self.point_errors[1];
         // Written so that NaN isn't exact.
-        let is_exact = place.simd_le(splat(simd, LARGEST_POINT_ERROR as f32))
+        let is_exact = position.simd_le(splat(simd, LARGEST_POINT_ERROR as f32))
             & nearness.simd_lt(splat(simd, 1e15))
             & of_divisor.simd_lt(splat(simd, 1.0 / 16.0))
             & of_predicate.simd_lt(splat(simd, self.point_error));
-        (place, nearness, is_exact)
+        (position, nearness, is_exact)
     }
 
     /// Which points certainly belong to other faces: R₀ − high R₃ > 0 and so on, or R₃ < 0, by more than they may be
@@ -396,21 +397,21 @@ impl<'a> Mapper<'a> {
         let Cells { across, down, .. } = self.cells;
         let (columns, rows) = (across.cells_at(simd, x), down.cells_at(simd, y));
         while mask != 0 {
-            // The upper border of the cluster is the upper border of what is left, so that it fills its rows.
-            let left = (0..LANES).filter(|lane| mask >> lane & 1 == 1);
-            let anchor = left.clone().min_by_key(|&lane| rows[lane]).unwrap_or_default();
+            // The upper border of the cluster is that of the points not yet in one, so that it fills its rows.
+            let rest = (0..LANES).filter(|lane| mask >> lane & 1 == 1);
+            let anchor = rest.clone().min_by_key(|&lane| rows[lane]).unwrap_or_default();
             let (column, row) = (columns[anchor], rows[anchor]);
             let is_near =
                 |&lane: &usize| columns[lane].abs_diff(column) <= REACH[0] / 2 && rows[lane].abs_diff(row) <= REACH[1];
-            let near = left.filter(is_near).fold(1 << anchor, |near, lane| near | 1_u16 << lane);
+            let near = rest.filter(is_near).fold(1 << anchor, |near, lane| near | 1_u16 << lane);
             mask &= !near;
             let near = fearless_simd::mask32x16::from_bitmask(simd, u64::from(near));
             let low = [near.select(x, infinity).reduce_min(), near.select(y, infinity).reduce_min()];
             let high = [near.select(x, -infinity).reduce_max(), near.select(y, -infinity).reduce_max()];
             let farthest = near.select(nearness, infinity).reduce_min();
             let cluster = Cluster {
-                x: grown([low[0], high[0]], error.place),
-                y: grown([low[1], high[1]], error.place),
+                x: grown([low[0], high[0]], error.position),
+                y: grown([low[1], high[1]], error.position),
                 farthest: grown([farthest; 2], error.nearness)[0],
                 block,
                 columns: [0; 2],
@@ -452,21 +453,21 @@ impl Filed {
         simd: S,
         cells: &Cells,
         extremes: &Extremes<S>,
-        place_error: f32x16<S>,
+        position_error: f32x16<S>,
         nearness_error: f32x16<S>,
     ) -> Self {
         let Extremes { x, y, nearness, .. } = extremes;
         // As `grown`, for |X| of about one.
-        let error = place_error * 1.001 + 3.0 * HALF_ULP as f32;
+        let error = position_error * 1.001 + 3.0 * HALF_ULP as f32;
         let (x, y) = ([x[0] - error, x[1] + error], [y[0] - error, y[1] + error]);
         let farthest = nearness[0] - (nearness_error * 1.001 + nearness[0].abs() * (2.0 * HALF_ULP as f32));
         let columns = [cells.across.cells_at(simd, x[0]), cells.across.cells_at(simd, x[1])];
         let rows = [cells.down.cells_at(simd, y[0]), cells.down.cells_at(simd, y[1])];
-        let fit = |place: usize| {
-            columns[1][place].wrapping_sub(columns[0][place]) <= REACH[0]
-                && rows[1][place].wrapping_sub(rows[0][place]) <= REACH[1]
+        let fit = |index: usize| {
+            columns[1][index].wrapping_sub(columns[0][index]) <= REACH[0]
+                && rows[1][index].wrapping_sub(rows[0][index]) <= REACH[1]
         };
-        let fits = (0..ROW_BLOCKS).fold(0, |fits, place| fits | u64::from(fit(place)) << place);
+        let fits = (0..ROW_BLOCKS).fold(0, |fits, index| fits | u64::from(fit(index)) << index);
         Self {
             x: [x[0].to_array(), x[1].to_array()],
             y: [y[0].to_array(), y[1].to_array()],
@@ -478,13 +479,13 @@ impl Filed {
     }
 
     #[inline(always)]
-    fn cluster(&self, place: usize, block: u32) -> Cluster {
+    fn cluster(&self, index: usize, block: u32) -> Cluster {
         Cluster {
-            x: [self.x[0][place], self.x[1][place]],
-            y: [self.y[0][place], self.y[1][place]],
-            farthest: self.farthest[place],
+            x: [self.x[0][index], self.x[1][index]],
+            y: [self.y[0][index], self.y[1][index]],
+            farthest: self.farthest[index],
             block,
-            columns: [self.columns[0][place], self.columns[1][place]],
+            columns: [self.columns[0][index], self.columns[1][index]],
         }
     }
 }
@@ -509,9 +510,9 @@ fn least<S: Simd>(rows: &[f32x16<S>; ROW_BLOCKS]) -> f32x16<S> {
     let mut count = ROW_BLOCKS;
     while count > 1 {
         count /= 2;
-        for place in 0..count {
-            let (a, b) = (rows[2 * place], rows[2 * place + 1]);
-            rows[place] = a.unzip_low(b).min(a.unzip_high(b));
+        for index in 0..count {
+            let (a, b) = (rows[2 * index], rows[2 * index + 1]);
+            rows[index] = a.unzip_low(b).min(a.unzip_high(b));
         }
     }
     rows[0]
@@ -524,9 +525,9 @@ fn most<S: Simd>(rows: &[f32x16<S>; ROW_BLOCKS]) -> f32x16<S> {
     let mut count = ROW_BLOCKS;
     while count > 1 {
         count /= 2;
-        for place in 0..count {
-            let (a, b) = (rows[2 * place], rows[2 * place + 1]);
-            rows[place] = a.unzip_low(b).max(a.unzip_high(b));
+        for index in 0..count {
+            let (a, b) = (rows[2 * index], rows[2 * index + 1]);
+            rows[index] = a.unzip_low(b).max(a.unzip_high(b));
         }
     }
     rows[0]

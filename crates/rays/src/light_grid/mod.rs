@@ -1,48 +1,48 @@
 //! The light grid: which of the points that a camera sees does a light reach?
 //!
 //! The light takes the camera's role (Guntury and Narayanan 2010, §4): what the camera sees is mapped to the light's
-//! perspective, clamped to the rectangle that it fills there. Other than in the paper neither triangles nor single
-//! points are listed in cells: the points of 4×4 pixels, which are mostly near each other for the light too, stay
-//! together, and only their bounds are sorted. Each triangle looks up the bounds that it overlaps and is tested where it
-//! is set up, 16 points at a time. The f32 test knows its error; what it can't decide is tested in f64, and what that
-//! can't goes to the [predicate](crate::predicate).
+//! perspective, clamped to the extent that it fills there. Unlike in the paper, neither triangles nor single points are
+//! listed in cells. The points of 4×4 pixels, which are mostly near each other for the light too, stay together as a block,
+//! and only the blocks' bounds are sorted. Each triangle looks up the bounds that it overlaps and is tested as soon as it
+//! is set up, 16 points at a time. The f32 filter knows its error; what it leaves undecided is settled in f64, and what
+//! f64 can't tell by the [predicate](crate::predicate).
 //!
-//! One verb a file: `survey` finds how far the image's tiles reach, `choose` the light's faces, `spread` cells over
-//! where the points are, `map` brings points to a face, `refine` those that need f64, `sort` brings their bounds into
-//! cells, `project` the vertices to the face, `small` and `large` test triangles against points, `settle` and `filter`
-//! what they leave open. `locate` says in which cells points are, for whoever wants to see it.
+//! One verb a file: `survey` finds how far away the image's tiles are, `choose` chooses the light's faces, `spread` spreads
+//! cells over where the points are, `map` brings points to a face, `refine` those that need f64, `sort` brings their bounds
+//! into cells, `project` the vertices to the face, `trace` tests triangles against points (`small` those that cover few
+//! cells, `large` the others), `settle` decides what these leave undecided. `pass` goes through these steps. `locate` says
+//! in which cells points are, for whoever wants to see it.
 
 pub(crate) mod block;
 pub(crate) mod cells;
-pub(crate) mod choose;
+mod choose;
 pub(crate) mod face;
-mod filter;
 pub(crate) mod large;
 mod locate;
 mod map;
+pub(crate) mod pass;
 mod pixel_map;
 mod project;
 mod queue;
 mod refine;
 pub(crate) mod settle;
+mod settle_eight;
 pub(crate) mod small;
 mod sort;
 mod spread;
 mod survey;
-pub(crate) mod trace;
+mod trace;
 mod validate;
+pub(crate) mod worker;
+
+use std::time::Instant;
 
 use crate::LightSource;
 use crate::grids::LightsGrid;
-use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, Work};
+use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
 use crate::simd::SimdLevel;
-use block::{Block, BlockErrors};
-use cells::Cells;
-use face::Face;
 pub use locate::{LightCell, LightCells, LightFace};
-use map::Slab;
-use survey::Survey;
-use trace::Worker;
+use pass::LightPass;
 
 /// Which points that the camera sees a light reaches, rebuilt for every frame and light.
 ///
@@ -50,33 +50,14 @@ use trace::Worker;
 /// 52, mostly once; for each vertex 16 bytes. Keep it and use it again: its memory is reused.
 #[derive(Default)]
 pub struct LightGrid {
-    pub(crate) level: SimdLevel,
-    pub(crate) survey: Survey,
-    pub(crate) faces: Vec<Face>,
-    /// The face that the rest is about.
-    pub(crate) face: Face,
-    pub(crate) slabs: Vec<Slab>,
-    pub(crate) cells: Cells,
-    /// How many of some points are in each strip of the axes.
-    pub(crate) samples: [Vec<u32>; 2],
-    pub(crate) blocks: Vec<Block>,
-    pub(crate) errors: Vec<BlockErrors>,
-    /// Which places of each block show a point of the face.
-    pub(crate) members: Vec<u16>,
-    pub(crate) vertices: Vec<[f32; 4]>,
-    pub(crate) workers: Vec<Worker>,
-    pub(crate) huge: Vec<u32>,
-    pub(crate) undecided: Vec<[u32; 2]>,
-    /// For each block which points are in shadow, as far as is known.
-    pub(crate) shadowed: Vec<u16>,
-    pub(crate) outliers: Vec<u32>,
-    pub(crate) counts: Counts,
-    pub(crate) seconds: Seconds,
+    pass: LightPass,
+    /// Triangles that cover much of the face.
+    huge: Vec<u32>,
 }
 
 impl std::fmt::Debug for LightGrid {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("LightGrid").field("blocks", &self.blocks.len()).field("counts", &self.counts).finish()
+        f.debug_struct("LightGrid").field("counts", &self.pass.counts).finish_non_exhaustive()
     }
 }
 
@@ -84,42 +65,38 @@ impl LightGrid {
     /// An empty grid that uses the instructions of `level`.
     #[must_use]
     pub fn with_level(level: SimdLevel) -> Self {
-        Self { level, ..Self::default() }
+        Self { pass: LightPass::new(level), huge: Vec::new() }
     }
 }
 
 impl LightsGrid for LightGrid {
     fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
-        Self::survey(self, shot, seen);
+        self.pass.survey(shot, seen);
     }
 
     fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
-        Self::shadow(self, shot, seen, light, mask);
-        Work { counts: self.counts, seconds: self.seconds }
+        let Self { pass, huge } = self;
+        pass.shadow(shot, seen, light, mask, |pass, settler| {
+            let start = Instant::now();
+            pass.sort_clusters();
+            pass.counts.clusters += pass.cells.rows().iter().map(|row| row.len() as u64).sum::<u64>();
+            let sorted = Instant::now();
+            trace::test_triangles(pass, huge, settler);
+            pass.seconds.sort += (sorted - start).as_secs_f64();
+            pass.seconds.trace += sorted.elapsed().as_secs_f64();
+        })
     }
 
     fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
-        Self::locate(self, shot, seen, light, cells);
+        self.pass.locate(shot, seen, light, cells, LightPass::add_located);
     }
 
     fn bytes(&self) -> Bytes {
-        let triangles = self.vertices.capacity() * size_of::<[f32; 4]>() + self.huge.capacity() * size_of::<u32>();
-        let slabs: usize = self.slabs.iter().map(Slab::bytes).sum();
-        let workers: usize = self.workers.iter().map(Worker::bytes).sum();
-        let points = self.survey.bytes()
-            + slabs
-            + workers
-            + self.cells.bytes()
-            + self.samples.iter().map(Vec::capacity).sum::<usize>() * size_of::<u32>()
-            + self.blocks.capacity() * size_of::<Block>()
-            + self.errors.capacity() * size_of::<BlockErrors>()
-            + (self.members.capacity() + self.shadowed.capacity()) * size_of::<u16>()
-            + self.undecided.capacity() * size_of::<[u32; 2]>()
-            + self.outliers.capacity() * size_of::<u32>();
-        Bytes { triangles, points }
+        let Bytes { triangles, points } = self.pass.bytes();
+        Bytes { triangles: triangles + self.huge.capacity() * size_of::<u32>(), points }
     }
 
     fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
-        Self::validate(self, shot, seen, light)
+        validate::validate(&mut self.pass, shot, seen, light)
     }
 }

@@ -21,7 +21,7 @@ pub(crate) struct PixelMap {
     pub(crate) is_reciprocal: bool,
 }
 
-/// Places in [`PixelMap::rows`].
+/// Indices in [`PixelMap::rows`].
 pub(crate) const COLUMN: usize = 0;
 pub(crate) const ROW: usize = 1;
 pub(crate) const ONE: usize = 2;
@@ -63,16 +63,16 @@ impl PixelMap {
 mod tests {
     use glam::{DVec2, DVec3, Vec3};
 
-    use super::super::Face;
     use super::super::choose::choose;
+    use super::super::face::Face;
     use super::super::survey::Tile;
     use super::*;
     use crate::shot::CameraRays;
     use crate::shot::{SeenPixels, Shot};
     use crate::{Camera, LightSource, Projection, Triangles, View};
 
-    /// Where the face has a world position.
-    fn place(face: &Face, position: DVec3) -> [f64; 3] {
+    /// X, Y and W of a world position.
+    fn mapped(face: &Face, position: DVec3) -> [f64; 3] {
         let p = face.homogeneous(position);
         if face.is_parallel { p.to_array() } else { [p.x / p.z, p.y / p.z, face.near / p.z] }
     }
@@ -97,7 +97,7 @@ mod tests {
                 let map = PixelMap::new(&faces[0], &rays);
                 for (column, row, t) in [(0.0, 0.0, 3.0), (17.0, 50.0, 4.0), (63.0, 2.0, 4.5)] {
                     let ray = view.ray(column + offset_pixels.x, row + offset_pixels.y);
-                    let expected = place(&faces[0], ray.origin + ray.direction * t);
+                    let expected = mapped(&faces[0], ray.origin + ray.direction * t);
                     let s = if map.is_reciprocal { t } else { 1.0 / t };
                     let [x, y, w, d] = map.rows.map(|r| r[COLUMN] * column + r[ROW] * row + r[ONE] + r[DEPTH] * s);
                     for (found, expected) in [x / d, y / d, w / d].into_iter().zip(expected) {

@@ -3,20 +3,20 @@ use fearless_simd::{Simd, dispatch, f32x16, f64x8};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::LightGrid;
 use super::face::{FACE_LIMIT, Face};
+use super::pass::LightPass;
 use crate::simd::vectors::{LANES, Vectors, dot, largest, minus, narrow, splat_vector, widen};
 
 const CHUNK_VERTICES: usize = 2048;
 
-/// A vertex of a face is (X, Y, W, outcode). One that the fast test can't use has NaN for X, Y and W.
+/// A vertex of a face is (X, Y, W, outcode). One that the filter can't use has NaN for X, Y and W.
 ///
-/// The outcode has a bit for each side of the face's frustum, as far as [`FACE_LIMIT`], that the vertex is certainly outside of: high X,
-/// low X, high Y, low Y, behind the light. A triangle whose vertices share a bit can't be
-/// between the light and the face's points.
+/// The outcode has a bit for each side of the face's frustum, grown to [`FACE_LIMIT`], that the vertex is certainly
+/// outside of: high X, low X, high Y, low Y, behind the light. A triangle whose vertices share a bit can't be between
+/// the light and the face's points.
 const UNUSABLE: [f32; 4] = [f32::NAN, f32::NAN, f32::NAN, 0.0];
 
-impl LightGrid {
+impl LightPass {
     /// Maps all vertices to the face, each once, and lists one after them that stands for all that don't exist.
     pub(crate) fn project(&mut self, positions: &[Vec3]) {
         let Self { vertices, face, level, .. } = self;
@@ -49,15 +49,15 @@ fn project<S: Simd>(simd: S, face: &Face, positions: &[Vec3], vertices: &mut [[f
         let codes = [low_codes, high_codes];
         for (lane, vertex) in vertices.iter_mut().enumerate() {
             let code = codes[lane / 8].map(|outside| (outside >> (lane % 8)) as u32 & 1);
-            let code = code.into_iter().enumerate().fold(0, |all, (place, bit)| all | bit << place);
+            let code = code.into_iter().enumerate().fold(0, |all, (side, bit)| all | bit << side);
             *vertex = [x[lane], y[lane], nearness[lane], f32::from_bits(code)];
         }
     }
 }
 
-/// X, Y and W of eight vertices, NaN where the fast test can't use them, and the lanes of each outcode.
+/// X, Y and W of eight vertices, NaN where the filter can't use them, and the lanes of each outcode.
 ///
-/// The fast test counts on coordinates that f64 got right to ε / 8 of their size or of one, ε = 2⁻²⁴. The homogeneous
+/// The filter counts on coordinates that f64 got right to ε / 8 of their size or of one, ε = 2⁻²⁴. The homogeneous
 /// ones are wrong by 4 u · |x|₁ |v|, so where |v| ≤ 16 p.z, and with |x|₁ below 2²⁰, X is wrong by 2⁻⁵³ · 2⁸ · 2²⁰
 /// at most; W in relation to itself by far less. In parallel light X and W are wrong by 4 u |x|₁ |v| ≤ ε / 8 where
 /// |v| |x|₁ is at most 2²⁴.

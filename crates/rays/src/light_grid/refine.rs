@@ -5,9 +5,8 @@ use glam::DVec3;
 use super::block::{Block, BlockErrors};
 use super::face::{HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT};
 use super::map::{Mapper, Slab};
-use crate::shot::EightPoints;
-use crate::shot::SeenPixels;
-use crate::simd::vectors::{LANES, splat_vector};
+use crate::shot::{EightPoints, SeenPixels};
+use crate::simd::vectors::{LANES, Vectors, dot, splat_vector};
 
 impl Mapper<'_> {
     /// Maps the points of a block from the planes of the triangles that they are on, in f64: for blocks whose depths
@@ -22,16 +21,16 @@ impl Mapper<'_> {
     ) -> (u16, BlockErrors) {
         let first = block * LANES as u32;
         let mut mapped = 0_u16;
-        let (mut place_error, mut nearness_error) = (0.0_f64, 0.0_f64);
+        let (mut position_error, mut nearness_error) = (0.0_f64, 0.0_f64);
         for half in [0, 8] {
-            let places = std::array::from_fn(|lane| first + half + lane as u32);
-            let eight = self.refine_eight(simd, places);
-            for (lane, place) in places.into_iter().enumerate() {
+            let indices = std::array::from_fn(|lane| first + half + lane as u32);
+            let eight = self.refine_eight(simd, indices);
+            for (lane, index) in indices.into_iter().enumerate() {
                 if eight.members >> lane & 1 == 0 {
                     continue;
                 }
                 if eight.exact >> lane & 1 == 0 {
-                    slab.outliers.push(place);
+                    slab.outliers.push(index);
                     continue;
                 }
                 let at = half as usize + lane;
@@ -39,33 +38,33 @@ impl Mapper<'_> {
                 points.y[at] = eight.at[1][lane] as f32;
                 points.nearness[at] = eight.at[2][lane] as f32;
                 mapped |= 1 << at;
-                place_error = place_error.max(eight.errors[0][lane]);
+                position_error = position_error.max(eight.errors[0][lane]);
                 nearness_error = nearness_error.max(eight.errors[1][lane]);
             }
         }
         slab.refined += mapped.count_ones();
         // Rounded up.
         let error = BlockErrors {
-            place: (place_error * 1.001) as f32 + 2.0 * HALF_ULP as f32,
+            position: (position_error * 1.001) as f32 + 2.0 * HALF_ULP as f32,
             nearness: (nearness_error * 1.001) as f32,
         };
         (mapped, error)
     }
 
     #[inline(always)]
-    fn refine_eight<S: Simd>(&self, simd: S, places: [u32; 8]) -> Refined {
+    fn refine_eight<S: Simd>(&self, simd: S, indices: [u32; 8]) -> Refined {
         let Self { face, survey, .. } = self;
-        let known = places.map(|place| {
-            let place = place as usize;
-            self.image.seen.triangle[place] != SeenPixels::NONE && !self.image.seen.inverse_depth[place].is_nan()
+        let known = indices.map(|index| {
+            let index = index as usize;
+            self.image.seen.triangle[index] != SeenPixels::NONE && !self.image.seen.inverse_depth[index].is_nan()
         });
         let known = known.into_iter().enumerate().fold(0, |mask, (lane, known)| mask | u64::from(known) << lane);
-        let points = EightPoints::find(simd, self.image, &survey.rays, places, face.origin);
+        let points = EightPoints::find(simd, self.image, &survey.rays, indices, face.origin);
         let v = points.offset;
         let (at, inverse) = face.project(simd, v);
         let one = f64x8::splat(simd, 1.0);
         let error = points.error;
-        let (place_error, nearness_error) = if face.is_parallel {
+        let (position_error, nearness_error) = if face.is_parallel {
             let norms = face.norms();
             (error * norms.x.max(norms.y), error * norms.z)
         } else {
@@ -76,7 +75,7 @@ impl Mapper<'_> {
             ((reach * norms.z + norms.x.max(norms.y)) * relative * 1.1, at[2] * relative * (norms.z * 1.1))
         };
         let rounded = HALF_ULP * 1.01;
-        let place_error = place_error + (at[0].abs().max(at[1].abs()) + one) * rounded;
+        let position_error = position_error + (at[0].abs().max(at[1].abs()) + one) * rounded;
         let nearness_error = nearness_error + at[2].abs() * rounded;
         let limit = f64x8::splat(simd, POINT_LIMIT);
         // How far from the light, over how far the light's face is.
@@ -88,12 +87,12 @@ impl Mapper<'_> {
             & inverse.simd_gt(f64x8::splat(simd, 0.0))
             & at[2].abs().simd_lt(f64x8::splat(simd, 1e15))
             & (points.predicate_error * inverse).simd_le(f64x8::splat(simd, face.point_error))
-            & place_error.simd_le(f64x8::splat(simd, LARGEST_POINT_ERROR));
+            & position_error.simd_le(f64x8::splat(simd, LARGEST_POINT_ERROR));
         let members = known & !self.is_elsewhere(simd, v, error, points.certain).to_bitmask();
         let exact = exact.to_bitmask();
         Refined {
             at: [at[0].to_array(), at[1].to_array(), at[2].to_array()],
-            errors: [place_error.to_array(), nearness_error.to_array()],
+            errors: [position_error.to_array(), nearness_error.to_array()],
             members,
             exact,
         }
@@ -101,18 +100,12 @@ impl Mapper<'_> {
 
     /// Which of eight vectors from the light certainly belong to other faces.
     #[inline(always)]
-    fn is_elsewhere<S: Simd>(
-        &self,
-        simd: S,
-        v: crate::simd::vectors::Vectors<S>,
-        error: f64x8<S>,
-        certain: mask64x8<S>,
-    ) -> mask64x8<S> {
+    fn is_elsewhere<S: Simd>(&self, simd: S, v: Vectors<S>, error: f64x8<S>, certain: mask64x8<S>) -> mask64x8<S> {
         let Some([x, y]) = self.face.owned else { return mask64x8::splat(simd, false) };
         let norms = self.face.norms();
         let most = x[0].abs().max(x[1].abs()).max(y[0].abs()).max(y[1].abs());
         let error = error * (2.0 * (norms.x.max(norms.y) + most * norms.z));
-        let of = |axis: DVec3| crate::simd::vectors::dot(v, splat_vector(simd, axis));
+        let of = |axis: DVec3| dot(v, splat_vector(simd, axis));
         let (px, py, pz) = (of(self.face.x), of(self.face.y), of(self.face.z));
         let beyond = (px - pz * x[1]).simd_gt(error)
             | (pz * x[0] - px).simd_gt(error)

@@ -49,7 +49,7 @@ pub(crate) struct Survivors {
     pub(crate) large: u64,
 }
 
-/// Triangles as the fast test wants them, by field. 112 bytes each.
+/// Triangles as the filter wants them, by field. 112 bytes each.
 ///
 /// With s the first corner and (x, y) a point in relation to it, the edge functions are E₁ = a₁ x + b₁ y and
 /// E₂ = a₂ x + b₂ y, the barycentric weights of the second and third corner times `area`, and E₀ = a₀ x + b₀ y + area.
@@ -100,19 +100,19 @@ impl Default for Batch {
 }
 
 #[inline(always)]
-fn store<S: Simd>(place: usize, field: &mut [f32; BATCH], value: f32x16<S>) {
-    value.store_slice(&mut field[place..place + LANES]);
+fn store<S: Simd>(slot: usize, field: &mut [f32; BATCH], value: f32x16<S>) {
+    value.store_slice(&mut field[slot..slot + LANES]);
 }
 
 impl Batch {
-    /// Sets up up to 16 triangles at `place`, a multiple of 16.
+    /// Sets up at most 16 triangles in the slots from `slot` on, a multiple of 16.
     #[inline(always)]
     pub(crate) fn set_up<S: Simd>(
         &mut self,
         simd: S,
         on: &Mapped<'_>,
         triangles: &[[u32; 3]],
-        place: usize,
+        slot: usize,
     ) -> Survivors {
         let &Mapped { face, vertex_errors, cells, vertices } = on;
         let mut padded = [[u32::MAX; 3]; LANES];
@@ -163,7 +163,7 @@ impl Batch {
                 is_small |= 1 << lane;
                 behind[lane] = cells.farthest(covered);
             }
-            self.cells[place + lane] = covered;
+            self.cells[slot + lane] = covered;
         }
         let grown = nearest + nearest.abs() * splat(simd, 8.0 * NEARNESS_ERROR);
         let grown = if face.is_parallel { grown + splat(simd, 8.0 * NEARNESS_ERROR) } else { grown };
@@ -202,37 +202,37 @@ impl Batch {
         let depth_per_error = slope * splat(simd, 1.001)
             + (girth * (depth * 64.0 + largest_nearness * 4.0) + depth * 20.0) * splat(simd, EPSILON);
         let infinite = splat(simd, f32::INFINITY);
-        store(place, &mut self.x, x0);
-        store(place, &mut self.y, y0);
-        store(place, &mut self.nearness, w0);
-        store(place, &mut self.a[0], (y1 - y2) * sign);
-        store(place, &mut self.b[0], (x2 - x1) * sign);
-        store(place, &mut self.a[1], ty * sign);
-        store(place, &mut self.b[1], -tx * sign);
-        store(place, &mut self.a[2], -uy * sign);
-        store(place, &mut self.b[2], ux * sign);
-        store(place, &mut self.area, area);
-        store(place, &mut self.rises[0], rise1);
-        store(place, &mut self.rises[1], rise2);
+        store(slot, &mut self.x, x0);
+        store(slot, &mut self.y, y0);
+        store(slot, &mut self.nearness, w0);
+        store(slot, &mut self.a[0], (y1 - y2) * sign);
+        store(slot, &mut self.b[0], (x2 - x1) * sign);
+        store(slot, &mut self.a[1], ty * sign);
+        store(slot, &mut self.b[1], -tx * sign);
+        store(slot, &mut self.a[2], -uy * sign);
+        store(slot, &mut self.b[2], ux * sign);
+        store(slot, &mut self.area, area);
+        store(slot, &mut self.rises[0], rise1);
+        store(slot, &mut self.rises[1], rise2);
         // With the wrong sign, a point inside has edge functions down to minus the area, which is below two errors.
-        store(place, &mut self.edge_error[0], is_certain.select(edge_error, edge_error * 4.0));
-        store(place, &mut self.edge_error[1], girth * splat(simd, 1.001) + splat(simd, 8.0 * EPSILON));
-        store(place, &mut self.depth_error[0], is_certain.select(depth_error, infinite));
-        store(place, &mut self.depth_error[1], depth_per_error);
+        store(slot, &mut self.edge_error[0], is_certain.select(edge_error, edge_error * 4.0));
+        store(slot, &mut self.edge_error[1], girth * splat(simd, 1.001) + splat(simd, 8.0 * EPSILON));
+        store(slot, &mut self.depth_error[0], is_certain.select(depth_error, infinite));
+        store(slot, &mut self.depth_error[1], depth_per_error);
         let [constant, per_nearness] = vertex_errors.of_weights;
         let weight_error = largest_nearness * per_nearness + constant;
-        store(place, &mut self.weight_error, weight_error * weight_error);
-        store(place, &mut self.x_range[0], x_range[0]);
-        store(place, &mut self.x_range[1], x_range[1]);
-        store(place, &mut self.y_range[0], y_range[0]);
-        store(place, &mut self.y_range[1], y_range[1]);
-        store(place, &mut self.nearest, grown);
+        store(slot, &mut self.weight_error, weight_error * weight_error);
+        store(slot, &mut self.x_range[0], x_range[0]);
+        store(slot, &mut self.x_range[1], x_range[1]);
+        store(slot, &mut self.y_range[0], y_range[0]);
+        store(slot, &mut self.y_range[1], y_range[1]);
+        store(slot, &mut self.nearest, grown);
         let fast = reaches & is_usable & near_the_face & is_even;
         let (fast, reaches) = (fast.to_bitmask() & is_small, reaches.to_bitmask());
         Survivors { small: reaches & fast, large: reaches & !fast }
     }
 
-    /// Where a triangle is.
+    /// A triangle's bounds.
     #[inline(always)]
     pub(crate) fn bounds<S: Simd>(&self, simd: S, triangle: usize) -> Bounds<S> {
         let triangle = triangle % BATCH;
@@ -259,7 +259,7 @@ impl Batch {
     /// In which of 16 boxes a triangle may have a part: those where no edge function is below zero everywhere. Boxes are
     /// in the triangle's bounds, and given as lowest and highest X and Y.
     ///
-    /// They hold their points' errors, so that what is left is the error of an edge function at a place in the bounds,
+    /// They hold their points' errors, so that what is left is the error of an edge function somewhere in the bounds,
     /// and once more for what rounding the ends in relation to the first corner makes of it.
     #[inline(always)]
     pub(crate) fn may_touch<S: Simd>(&self, simd: S, triangle: usize, [x, y]: [[f32x16<S>; 2]; 2]) -> mask32x16<S> {
@@ -284,7 +284,7 @@ impl Batch {
         splat(simd, a).mul_add(x, splat(simd, b) * y)
     }
 
-    /// Where on a triangle the points of a block in `lanes` have their shadow from, if they have.
+    /// Where on a triangle the rays of the points in `lanes` of a block cross it, if they do.
     ///
     /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there.
     /// If each E is wrong by at most δ, a weight from 0 to 1 is by at most 2 δ W / D, W being the largest, taken as 3.
@@ -310,7 +310,7 @@ impl Batch {
         };
         let (e1, e2) = (e1 * splat(simd, w1), e2 * splat(simd, w2));
         let inverse = splat(simd, 1.0) / (e0 * splat(simd, w0) + (e1 + e2));
-        let edge_error = error.place * self.edge_error[1][triangle] + self.edge_error[0][triangle];
+        let edge_error = error.position * self.edge_error[1][triangle] + self.edge_error[0][triangle];
         let error = (edge_error + self.weight_error[triangle]) * (3.01 * w0.max(w1).max(w2));
         let error = inverse.abs() * splat(simd, error) + splat(simd, 24.0 * EPSILON);
         MaskPoints { barycentric: [(e1 * inverse).into(), (e2 * inverse).into()], error: error.into(), lanes }
@@ -335,10 +335,10 @@ impl Batch {
             splat(simd, self.rises[0][triangle]),
             e2.mul_add(splat(simd, self.rises[1][triangle]), -(area * rise)),
         );
-        let edge_error = splat(simd, error.place * self.edge_error[1][triangle] + self.edge_error[0][triangle]);
+        let edge_error = splat(simd, error.position * self.edge_error[1][triangle] + self.edge_error[0][triangle]);
         let depth_error = splat(
             simd,
-            error.place * self.depth_error[1][triangle]
+            error.position * self.depth_error[1][triangle]
                 + error.nearness * self.area[triangle]
                 + self.depth_error[0][triangle],
         );

@@ -1,12 +1,13 @@
 use super::cells::{Axis, strip};
+use super::pass::LightPass;
 use super::pixel_map::{COLUMN, DEPTH, ONE, PixelMap, ROW};
-use super::{LightGrid, SeenImage};
+use crate::shot::SeenImage;
 use crate::simd::vectors::LANES;
 
 /// About how many pixels are looked at. Each is a cache miss: twice as many spare 3 % of the cluster tests, and cost more.
 const SAMPLES: usize = 1 << 12;
 
-impl LightGrid {
+impl LightPass {
     /// Divides `self.face` into cells such that each has about as many points, going by a sample of the pixels.
     pub(crate) fn spread(&mut self, image: &SeenImage<'_>) {
         let Self { survey, face, cells, samples, .. } = self;
@@ -17,7 +18,7 @@ impl LightGrid {
         }
         let blocks = image.seen.inverse_depth.chunks_exact(LANES).enumerate();
         // An odd step goes through all columns of blocks.
-        for (block, depths) in blocks.step_by((survey.places / (LANES * SAMPLES)) | 1) {
+        for (block, depths) in blocks.step_by((survey.slots / (LANES * SAMPLES)) | 1) {
             let lane = block % LANES;
             let depth = f64::from(depths[lane]);
             let (column, row) = survey.rays.order.column_and_row(block * LANES + lane);

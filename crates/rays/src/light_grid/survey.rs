@@ -5,7 +5,7 @@ use fearless_simd::{Simd, dispatch, f32x16};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::LightGrid;
+use super::pass::LightPass;
 use crate::shot::{CameraRays, SeenImage, SeenPixels, Shot, TileOrder};
 use crate::simd::vectors::{LANES, splat};
 
@@ -14,9 +14,9 @@ use crate::simd::vectors::{LANES, splat};
 pub(crate) struct Survey {
     pub(crate) tiles: Vec<Tile>,
     pub(crate) rays: CameraRays,
-    /// How many places of the image the grid was last asked about.
-    pub(crate) places: usize,
-    /// Places that show a triangle at a depth that isn't known: they are outliers of every light.
+    /// How many slots the surveyed image has in [`TileOrder`].
+    pub(crate) slots: usize,
+    /// The indices of pixels that show a triangle at an unknown depth: they are outliers of every light.
     pub(crate) unknown: Vec<u32>,
 }
 
@@ -29,15 +29,15 @@ impl Survey {
 /// What a tile of pixels shows.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tile {
-    /// How many of its places show a point at a known depth.
+    /// How many of its pixels show a point at a known depth.
     pub(crate) points: u32,
-    /// Whether some place shows a point at an unknown depth.
+    /// Whether some pixel shows a point at an unknown depth.
     pub(crate) has_unknown: bool,
     /// The corners of a frustum that all points of known depth are in.
     pub(crate) corners: [DVec3; 8],
 }
 
-impl LightGrid {
+impl LightPass {
     /// Finds out how far away each tile's points are; call it before `shadow`, once for all lights.
     ///
     /// # Panics
@@ -46,25 +46,25 @@ impl LightGrid {
         let start = Instant::now();
         shot.expect_size(seen);
         let image = &SeenImage { shot, seen };
-        let Survey { tiles, rays, places, unknown } = &mut self.survey;
+        let Survey { tiles, rays, slots, unknown } = &mut self.survey;
         *rays = CameraRays::new(shot);
-        *places = image.seen.triangle.len();
-        tiles.resize(*places / TileOrder::TILE_PIXELS, Tile::default());
+        *slots = image.seen.triangle.len();
+        tiles.resize(*slots / TileOrder::TILE_PIXELS, Tile::default());
         let (level, rays) = (self.level.0, &*rays);
-        tiles.par_iter_mut().enumerate().with_min_len(4).for_each(|(place, tile)| {
-            *tile = dispatch!(level, simd => survey(simd, image, rays, place));
+        tiles.par_iter_mut().enumerate().with_min_len(4).for_each(|(index, tile)| {
+            *tile = dispatch!(level, simd => survey(simd, image, rays, index));
         });
         unknown.clear();
-        for (place, _) in tiles.iter().enumerate().filter(|(_, tile)| tile.has_unknown) {
-            let places = place * TileOrder::TILE_PIXELS..(place + 1) * TileOrder::TILE_PIXELS;
-            unknown.extend(places.filter(|&place| is_unknown(image.seen, place)).map(|place| place as u32));
+        for (tile, _) in tiles.iter().enumerate().filter(|(_, tile)| tile.has_unknown) {
+            let indices = tile * TileOrder::TILE_PIXELS..(tile + 1) * TileOrder::TILE_PIXELS;
+            unknown.extend(indices.filter(|&index| is_unknown(image.seen, index)).map(|index| index as u32));
         }
         self.seconds.survey = start.elapsed().as_secs_f64();
     }
 }
 
-fn is_unknown(seen: &SeenPixels, place: usize) -> bool {
-    seen.triangle[place] != SeenPixels::NONE && seen.inverse_depth[place].is_nan()
+fn is_unknown(seen: &SeenPixels, index: usize) -> bool {
+    seen.triangle[index] != SeenPixels::NONE && seen.inverse_depth[index].is_nan()
 }
 
 #[inline(always)]
@@ -72,8 +72,8 @@ fn survey<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, tile: usiz
     let first = tile * TileOrder::TILE_PIXELS;
     let (mut lowest, mut highest) = (splat(simd, f32::INFINITY), splat(simd, 0.0));
     let (mut points, mut has_unknown) = (0, false);
-    let places = first..first + TileOrder::TILE_PIXELS;
-    for (block, depths) in image.seen.inverse_depth[places].chunks_exact(LANES).enumerate() {
+    let indices = first..first + TileOrder::TILE_PIXELS;
+    for (block, depths) in image.seen.inverse_depth[indices].chunks_exact(LANES).enumerate() {
         let depths = f32x16::from_slice(simd, depths);
         let known = depths.simd_eq(depths);
         lowest = known.select(lowest.min(depths), lowest);
@@ -82,7 +82,7 @@ fn survey<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, tile: usiz
         points += known.count_ones();
         if known != u64::from(u16::MAX) {
             let block = first + block * LANES;
-            has_unknown |= (block..block + LANES).any(|place| is_unknown(image.seen, place));
+            has_unknown |= (block..block + LANES).any(|index| is_unknown(image.seen, index));
         }
     }
     let depths = [lowest.reduce_min(), highest.reduce_max()];

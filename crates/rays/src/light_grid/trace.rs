@@ -1,19 +1,17 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, mask32x16, u32x16};
 use rayon::prelude::*;
 
 use super::block::{Block, BlockErrors};
-use super::face::{Face, VertexErrors};
+use super::face::VertexErrors;
 use super::large::{Plane, planes};
-use super::queue::Queue;
-use super::settle::Judge;
+use super::pass::LightPass;
+use super::settle::Settler;
 use super::small::{BATCH, Batch, Mapped};
-use super::{LightGrid, choose};
-use crate::LightSource;
-use crate::shot::{Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder};
+use super::worker::Worker;
+use crate::shot::Counts;
 use crate::simd::vectors::LANES;
 
 /// Triangles that a thread takes at once.
@@ -22,148 +20,42 @@ const CHUNK_TRIANGLES: usize = 512;
 /// Triangles that cover much of the face that a thread sets aside.
 const MOST_HUGE: usize = 1024;
 
-/// Undecided pairs that a thread collects before it has them settled.
-pub(crate) const MOST_UNDECIDED: usize = 1 << 15;
-
 /// Rows of cells that a thread takes at once for the triangles that cover much of the face.
 const CHUNK_ROWS: usize = 4;
 
-/// What one thread has found out.
-#[derive(Default)]
-pub(crate) struct Worker {
-    /// For each block which of its places needn't be tested any more: those in shadow, and those without a point of the
-    /// face.
-    pub(crate) shadowed: Vec<u16>,
-    /// Pairs of a place and a triangle that the fast test couldn't decide.
-    pub(crate) undecided: Vec<[u32; 2]>,
-    /// Triangles that cover much of the face.
-    huge: Vec<u32>,
-    queue: Queue,
-    pub(crate) batch: Batch,
-    pub(crate) counts: Counts,
-}
-
-impl Worker {
-    pub(crate) fn bytes(&self) -> usize {
-        self.shadowed.capacity() * size_of::<u16>()
-            + self.undecided.capacity() * size_of::<[u32; 2]>()
-            + self.queue.bytes()
-            + self.huge.capacity() * size_of::<u32>()
-    }
-}
-
-impl LightGrid {
-    /// Finds which of the points that the pixels of `shot` have `seen` are lit by `light`.
-    ///
-    /// A point is lit unless some triangle but its own shadows it as
-    /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says, where the shot's `shadow_opacity` says that
-    /// it stops rays.
-    ///
-    /// # Panics
-    /// If `survey` wasn't called for `seen`.
-    pub(crate) fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) {
-        let image = SeenImage { shot, seen };
-        let pixels = seen.triangle.len();
-        assert!(self.survey.places == pixels, "another image was surveyed");
-        mask.resize(seen.order());
-        let blocks = pixels / TileOrder::BLOCK_PIXELS;
-        self.counts = Counts::default();
-        self.seconds = Seconds { survey: self.seconds.survey, ..Seconds::default() };
-        self.shadowed.clear();
-        self.shadowed.resize(blocks, 0);
-        self.outliers.clear();
-        let mut faces = std::mem::take(&mut self.faces);
-        let (rays, level) = (self.survey.rays, self.level);
-        if choose::choose(light, &rays, &self.survey.tiles, &mut faces).is_some() {
-            let judge = Judge { image, rays, light, level };
-            for face in &faces {
-                self.shadow_face(*face, &judge);
+/// Tests every triangle against the blocks that it covers; `huge` is memory for those that cover much of the face.
+pub(crate) fn test_triangles(pass: &mut LightPass, huge: &mut Vec<u32>, settler: &Settler<'_>) {
+    let LightPass { face, cells, blocks, errors, members, vertices, workers, level, .. } = pass;
+    let level = level.0;
+    let mapped = Mapped { face, vertex_errors: VertexErrors::new(face), cells, vertices };
+    let tester = Tester { mapped, blocks, errors, settler };
+    workers.resize_with(rayon::current_num_threads(), Worker::default);
+    let next = AtomicUsize::new(0);
+    workers.par_iter_mut().for_each(|worker| {
+        worker.start(members);
+        worker.huge.reserve_exact(MOST_HUGE);
+        loop {
+            let first = next.fetch_add(CHUNK_TRIANGLES, Ordering::Relaxed);
+            if first >= settler.image.shot.triangles.len() {
+                break;
             }
-            self.settle_outliers(&judge);
+            dispatch!(level, simd => tester.test_chunk(simd, worker, first));
         }
-        self.faces = faces;
-        self.light_the_rest(seen, mask.blocks_mut());
-    }
-
-    /// Shadows the points of a face.
-    fn shadow_face(&mut self, face: Face, judge: &Judge<'_>) {
-        let mut clock = Instant::now();
-        let mut lap = |seconds: &mut f64| {
-            let now = Instant::now();
-            *seconds += (now - clock).as_secs_f64();
-            clock = now;
-        };
-        self.map_face(face, &judge.image);
-        let points: u64 = self.slabs.iter().map(|slab| u64::from(slab.points)).sum();
-        lap(&mut self.seconds.map);
-        self.sort();
-        lap(&mut self.seconds.sort);
-        if points == 0 {
-            return;
-        }
-        self.counts.points += points;
-        self.counts.refined += self.slabs.iter().map(|slab| u64::from(slab.refined)).sum::<u64>();
-        self.counts.clusters += self.cells.rows().iter().map(|row| row.len() as u64).sum::<u64>();
-        self.counts.faces += 1;
-        self.project(judge.image.shot.triangles.positions);
-        lap(&mut self.seconds.project);
-        self.test_triangles(judge);
-        lap(&mut self.seconds.trace);
-        self.settle(judge);
-        self.merge_shadows();
-        lap(&mut self.seconds.settle);
-    }
-
-    /// Makes `face` the one that the grid is about, and maps its points.
-    pub(crate) fn map_face(&mut self, face: Face, image: &SeenImage<'_>) {
-        self.face = face;
-        self.face.choose_point_error(&self.survey.rays, &self.survey.tiles);
-        self.spread(image);
-        self.map(image);
-        self.slabs.iter().for_each(|slab| self.outliers.extend_from_slice(&slab.outliers));
-    }
-
-    /// Tests every triangle against the blocks that it covers.
-    fn test_triangles(&mut self, judge: &Judge<'_>) {
-        let Self { face, cells, blocks, errors, members, vertices, workers, huge, level, .. } = self;
-        let level = level.0;
-        let vertex_errors = VertexErrors::new(face);
-        let mapped = Mapped { face, vertex_errors, cells, vertices };
-        let tester = Tester { mapped, blocks, errors, judge };
-        workers.resize_with(rayon::current_num_threads(), Worker::default);
+    });
+    huge.clear();
+    workers.iter().for_each(|worker| huge.extend_from_slice(&worker.huge));
+    if !huge.is_empty() {
         let next = AtomicUsize::new(0);
         workers.par_iter_mut().for_each(|worker| {
-            worker.shadowed.clear();
-            worker.shadowed.extend(members.iter().map(|members| !members));
-            worker.undecided.clear();
-            worker.huge.clear();
-            worker.undecided.reserve_exact(MOST_UNDECIDED + LANES);
-            worker.huge.reserve_exact(MOST_HUGE);
-            worker.counts = Counts::default();
             loop {
-                let first = next.fetch_add(CHUNK_TRIANGLES, Ordering::Relaxed);
-                if first >= judge.image.shot.triangles.len() {
+                let first = next.fetch_add(CHUNK_ROWS, Ordering::Relaxed);
+                if first >= cells.rows().len() {
                     break;
                 }
-                dispatch!(level, simd => tester.test_chunk(simd, worker, first));
+                let rows = first..(first + CHUNK_ROWS).min(cells.rows().len());
+                dispatch!(level, simd => tester.test_huge(simd, worker, huge, rows));
             }
         });
-        huge.clear();
-        workers.iter().for_each(|worker| huge.extend_from_slice(&worker.huge));
-        if !huge.is_empty() {
-            let next = AtomicUsize::new(0);
-            workers.par_iter_mut().for_each(|worker| {
-                loop {
-                    let first = next.fetch_add(CHUNK_ROWS, Ordering::Relaxed);
-                    if first >= cells.rows().len() {
-                        break;
-                    }
-                    let rows = first..(first + CHUNK_ROWS).min(cells.rows().len());
-                    dispatch!(level, simd => tester.test_huge(simd, worker, huge, rows));
-                }
-            });
-        }
-        workers.iter().for_each(|worker| self.counts += worker.counts);
     }
 }
 
@@ -172,22 +64,22 @@ pub(crate) struct Tester<'a> {
     pub(crate) mapped: Mapped<'a>,
     pub(crate) blocks: &'a [Block],
     pub(crate) errors: &'a [BlockErrors],
-    pub(crate) judge: &'a Judge<'a>,
+    pub(crate) settler: &'a Settler<'a>,
 }
 
 impl Tester<'_> {
     #[inline(always)]
     fn test_chunk<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
-        let all = self.judge.image.shot.triangles.indices;
+        let all = self.settler.image.shot.triangles.indices;
         let chunk = &all[first..(first + CHUNK_TRIANGLES).min(all.len())];
         for (batch, triangles) in chunk.chunks(BATCH).enumerate() {
             let first = first + batch * BATCH;
             let (mut small, mut large) = (0, 0);
             for (group, triangles) in triangles.chunks(LANES).enumerate() {
-                let place = group * LANES;
-                let survivors = worker.batch.set_up(simd, &self.mapped, triangles, place);
-                small |= survivors.small << place;
-                large |= survivors.large << place;
+                let slot = group * LANES;
+                let survivors = worker.batch.set_up(simd, &self.mapped, triangles, slot);
+                small |= survivors.small << slot;
+                large |= survivors.large << slot;
             }
             worker.counts.small_triangles += u64::from(small.count_ones());
             while small != 0 {
@@ -205,9 +97,9 @@ impl Tester<'_> {
     /// Lists the blocks that a small triangle may shadow points of, `first` being the id of the batch's first.
     #[inline(always)]
     fn enqueue<S: Simd>(&self, simd: S, worker: &mut Worker, first_id: usize, triangle: usize) {
-        let place = triangle % BATCH;
-        let bounds = worker.batch.bounds(simd, place);
-        let cells = worker.batch.cells[place];
+        let slot = triangle % BATCH;
+        let bounds = worker.batch.bounds(simd, slot);
+        let cells = worker.batch.cells[slot];
         // A triangle that is smaller than a cluster touches most that its bounds do, and tests for it take longer: 10 %
         // in the shards. For all triangles it spares 35 % of the tests of 16 points in the forest and the hall, 20 % in the
         // cloth, and 2 to 5 % of the time.
@@ -224,7 +116,7 @@ impl Tester<'_> {
                     overlapping &= row.begin_here(simd, first);
                 }
                 if covers_much {
-                    overlapping &= worker.batch.may_touch(simd, place, row.part_in(simd, first, &bounds));
+                    overlapping &= worker.batch.may_touch(simd, slot, row.part_in(simd, first, &bounds));
                 }
                 worker.counts.cluster_tests += 1;
                 if worker.queue.is_full() {
@@ -263,16 +155,13 @@ impl Tester<'_> {
             }
         }
         queue.clear();
-        if undecided.len() >= MOST_UNDECIDED {
-            counts.settled += self.judge.settle(undecided, shadowed);
-            undecided.clear();
-        }
+        worker.settle_if_many(self.settler);
     }
 
     /// Tests a triangle row by row.
     #[inline(always)]
     fn test_large<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32) {
-        let Ok(corners) = self.judge.image.shot.triangles.usable_corners(id) else { return };
+        let Ok(corners) = self.settler.image.shot.triangles.usable_corners(id) else { return };
         let planes = planes(self.mapped.face, corners);
         if planes.iter().flatten().any(|plane| self.is_huge(plane)) && worker.huge.len() < MOST_HUGE {
             worker.huge.push(id);
@@ -294,7 +183,7 @@ impl Tester<'_> {
     #[inline(always)]
     fn test_huge<S: Simd>(&self, simd: S, worker: &mut Worker, huge: &[u32], rows: std::ops::Range<usize>) {
         for &id in huge {
-            let Ok(corners) = self.judge.image.shot.triangles.usable_corners(id) else { continue };
+            let Ok(corners) = self.settler.image.shot.triangles.usable_corners(id) else { continue };
             for plane in planes(self.mapped.face, corners).iter().flatten() {
                 worker.counts.large_triangles += u64::from(rows.start == 0);
                 let covered = plane.rows(self.mapped.cells);
@@ -325,10 +214,7 @@ impl Tester<'_> {
                 }
             },
         );
-        if undecided.len() >= MOST_UNDECIDED {
-            counts.settled += self.judge.settle(undecided, shadowed);
-            undecided.clear();
-        }
+        worker.settle_if_many(self.settler);
     }
 
     /// Calls `visit` with the blocks in a row of cells that a large triangle may shadow points of; how often it tested 16
@@ -352,14 +238,14 @@ impl Tester<'_> {
     /// Calls `visit` with the blocks that a triangle is tested against, if they are few enough for the queue.
     #[inline(always)]
     pub(crate) fn visit_blocks<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32, mut visit: impl FnMut(usize)) {
-        let triangle = &self.judge.image.shot.triangles.indices[id as usize..=id as usize];
+        let triangle = &self.settler.image.shot.triangles.indices[id as usize..=id as usize];
         let survivors = worker.batch.set_up(simd, &self.mapped, triangle, 0);
         if survivors.small != 0 {
             self.enqueue(simd, worker, id as usize, 0);
             worker.queue.pairs().for_each(|(block, _)| visit(block));
             worker.queue.clear();
         }
-        let Ok(corners) = self.judge.image.shot.triangles.usable_corners(id) else { return };
+        let Ok(corners) = self.settler.image.shot.triangles.usable_corners(id) else { return };
         if survivors.large != 0 {
             for plane in planes(self.mapped.face, corners).iter().flatten() {
                 for row in plane.rows(self.mapped.cells) {
@@ -369,8 +255,8 @@ impl Tester<'_> {
         }
     }
 
-    /// Notes which points of a block a triangle shadows; the triangle's place in the batch, if it has one, tells where on
-    /// it their shadows are from.
+    /// Notes which points of a block a triangle shadows. `of_batch` is the triangle's slot in the batch, if it has one:
+    /// its mask can then be asked where the rays of these points cross it.
     #[inline(always)]
     fn note<S: Simd>(
         &self,
@@ -383,35 +269,35 @@ impl Tester<'_> {
     ) {
         let &Found { id, block, certain, possible } = found;
         // Only now, since they are in a cache line of their own.
-        let own = u32x16::from_slice(simd, &self.judge.image.seen.triangle[block * LANES..(block + 1) * LANES]);
+        let own = u32x16::from_slice(simd, &self.settler.image.seen.triangle[block * LANES..(block + 1) * LANES]);
         let others = own.simd_ne(u32x16::splat(simd, id)).to_bitmask() as u16 & !*shadowed;
         let mut certain = certain.to_bitmask() as u16 & others;
         let mut possible = possible.to_bitmask() as u16 & others;
-        if certain != 0 && !self.judge.image.shot.shadow_opacity.is_opaque(id) {
+        if certain != 0 && !self.settler.image.shot.shadow_opacity.is_opaque(id) {
             let answers = of_batch.map(
                 #[inline(always)]
                 |(batch, triangle)| {
                     counts.masked += u64::from(possible.count_ones());
                     let (points, error) = (&self.blocks[block], self.errors[block]);
                     let asked = batch.weights(simd, self.mapped.face, triangle, points, error, possible);
-                    self.judge.image.shot.shadow_opacity.which_stop(id, &asked)
+                    self.settler.image.shot.shadow_opacity.which_stop(id, &asked)
                 },
             );
             let answers = answers.unwrap_or_default();
             (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
         }
-        let mut left = possible & !certain;
-        counts.undecided += u64::from(left.count_ones());
+        let mut pending = possible & !certain;
+        counts.undecided += u64::from(pending.count_ones());
         *shadowed |= certain;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize;
-            left &= left - 1;
+        while pending != 0 {
+            let lane = pending.trailing_zeros() as usize;
+            pending &= pending - 1;
             undecided.push([(block * LANES + lane) as u32, id]);
         }
     }
 }
 
-/// What the fast test says about a triangle and a block's points.
+/// What the filter says about a triangle and a block's points.
 struct Found<S: Simd> {
     id: u32,
     block: usize,

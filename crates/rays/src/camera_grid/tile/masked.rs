@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
-use super::{BLOCKS, Batch, HALF, Tile, coordinates};
+use super::{BLOCKS, Batch, HALF, Tile, coordinates, lane_and_block, lanes_of};
 use crate::camera_grid::lanes::{Corners, LANES, Setup, each, largest, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace};
 use crate::shot::{MaskPoints, Opacity};
@@ -24,7 +24,7 @@ impl MaskWeights {
     ///
     /// The predicate's weight of a corner is Eᵢ zᵢ / D, where z is the inverse depth and D the sum of all Eⱼ zⱼ, whatever
     /// factor all E have in common. Let λ be a sample's true barycentric coordinates in the image, each from 0 to 1. The
-    /// place with the same λ in the displaced triangle is no farther than δ from the sample along each axis. So the
+    /// point with the same λ in the displaced triangle is no farther than δ from the sample along each axis. So the
     /// displaced triangle's edge function at the sample, without roundings, differs from its area times λᵢ by at most
     /// δ (|a| + |b|). To this come
     /// - 5 ε (samples + m) (w + h), as in [`Setup::new`], for the roundings of an edge function, with ε half an ulp;
@@ -109,16 +109,16 @@ impl Tile {
         lanes: u64,
     ) -> [usize; 2] {
         let (mut waiting, mut covered) = (0, 0);
-        for lane in super::super::build::lanes_of(lanes) {
+        for lane in lanes_of(lanes) {
             let lane = lane as usize % LANES;
             let blocks = [0, 1, 2, 3].map(|bound: usize| batch.blocks[bound][lane] as usize % BLOCKS);
             (waiting, covered) = self.enqueue_blocks(simd, batch, lane, blocks, (waiting, covered));
         }
-        for place in 0..covered {
-            self.test_masked_block(simd, batch, weights, opacity, self.covered[place] as usize);
+        for entry in 0..covered {
+            self.test_masked_block(simd, batch, weights, opacity, self.covered[entry]);
         }
-        for place in 0..waiting {
-            self.test_masked_block(simd, batch, weights, opacity, self.queue[place] as usize);
+        for entry in 0..waiting {
+            self.test_masked_block(simd, batch, weights, opacity, self.queue[entry]);
         }
         [waiting, covered]
     }
@@ -131,10 +131,9 @@ impl Tile {
         batch: &Batch,
         weights: &MaskWeights,
         opacity: &dyn Opacity,
-        queued: usize,
+        queued: u32,
     ) {
-        let lane = queued / (BLOCKS * BLOCKS) % LANES;
-        let block = queued % (BLOCKS * BLOCKS);
+        let (lane, block) = lane_and_block(queued);
         let at = |values: &[f32; LANES]| splat(simd, values[lane]);
         let [x, y] = coordinates(simd, block);
         let edges = batch.edges(simd, lane, x, y);
@@ -143,8 +142,8 @@ impl Tile {
         let error = at(&batch.depth_error);
         let (low, high) = (depth - error, depth + error);
         let samples = block * LANES..(block + 1) * LANES;
-        let old_low = f32x16::from_slice(simd, &self.low[samples.clone()]);
-        let old_high = f32x16::from_slice(simd, &self.high[samples.clone()]);
+        let old_low = f32x16::from_slice(simd, &self.samples.low[samples.clone()]);
+        let old_high = f32x16::from_slice(simd, &self.samples.high[samples.clone()]);
         let possible = (high.simd_ge(old_low) & lowest.simd_ge(-bound)).to_bitmask();
         if possible == 0 {
             return;
@@ -158,15 +157,15 @@ impl Tile {
         let certain = certain & possible & u64::from(answers.opaque);
         if possible != certain {
             let high: [f32; LANES] = high.into();
-            self.doubt(block, batch.ids[lane], possible & !certain, &high);
+            self.samples.note_undecided(block, batch.ids[lane], possible & !certain, &high);
         }
         let certain = mask32x16::from_bitmask(simd, certain);
         let new_low = certain.select(low, old_low);
-        new_low.store_slice(&mut self.low[samples.clone()]);
-        certain.select(high, old_high).store_slice(&mut self.high[samples.clone()]);
-        let old_triangle = u32x16::from_slice(simd, &self.triangle[samples.clone()]);
+        new_low.store_slice(&mut self.samples.low[samples.clone()]);
+        certain.select(high, old_high).store_slice(&mut self.samples.high[samples.clone()]);
+        let old_triangle = u32x16::from_slice(simd, &self.samples.triangle[samples.clone()]);
         let triangle = u32x16::splat(simd, batch.ids[lane]);
-        certain.select(triangle, old_triangle).store_slice(&mut self.triangle[samples]);
+        certain.select(triangle, old_triangle).store_slice(&mut self.samples.triangle[samples]);
         self.farthest[block] = new_low.reduce_min();
     }
 }

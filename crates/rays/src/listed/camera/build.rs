@@ -14,11 +14,11 @@ use crate::camera_grid::pixel_space::PixelSpace;
 use crate::shot::{Seconds, Shot};
 
 impl ListedGrid {
-    /// Replaces the grid by one of the triangles of `shot` for its pixels' rays. Runs on all threads of the current pool.
+    /// Replaces the grid by one of the triangles of `shot` for its pixels' rays; how long its stages
+    /// took. Runs on all threads of the current pool.
     ///
     /// # Errors
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
-    /// How long its stages took.
     pub(super) fn build(&mut self, shot: &Shot<'_>) -> Result<Seconds, ImageTooLarge> {
         ImageTooLarge::check(&shot.view)?;
         let space = PixelSpace::new(&shot.view, shot.offset_pixels);
@@ -55,8 +55,8 @@ impl ListedGrid {
         self.masked.resize(words * ranges, 0);
         let (vertices, facing) = (&self.vertices, self.facing);
         let ranges = self.ranges.par_iter_mut().zip(self.masked.par_chunks_mut(words)).enumerate().with_max_len(1);
-        ranges.for_each(|(place, (range, masked_bits))| {
-            let ids = (place * length).min(count)..((place + 1) * length).min(count);
+        ranges.for_each(|(index, (range, masked_bits))| {
+            let ids = (index * length).min(count)..((index + 1) * length).min(count);
             let drop = Drop { space, triangles, vertices, opacity, facing, range, masked_bits };
             dispatch!(level, simd => drop.run(simd, ids));
         });

@@ -81,7 +81,7 @@ impl Cells {
         (self.slices << (2 * self.bits_in_tile())) as usize
     }
 
-    /// The place in its [`TileOrder`] tile of the first cell of a sorting tile, given its column and row in the tile.
+    /// The index in its [`TileOrder`] tile of the first cell of a sorting tile, given its column and row in the tile.
     #[inline(always)]
     pub(super) fn first_in_tile(&self, column: u32, row: u32) -> u32 {
         ((row << self.bits_in_tile()) + column) * self.slices
@@ -89,7 +89,12 @@ impl Cells {
 }
 
 /// Numbers that no [`Cells`] can have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{tracing_tiles} × {tracing_tiles} sorting tiles of {sorting_tile} pixels and {slices} slices: tiles have 8, 16, 32 or \
+     64 pixels a side, a power of two of them makes at most 64 pixels, and there are 1 to {} slices",
+    Cells::MOST_SLICES
+)]
 pub struct ImpossibleCells {
     /// Pixels a side of a sorting tile.
     pub sorting_tile: u32,
@@ -98,21 +103,6 @@ pub struct ImpossibleCells {
     /// Depth slices.
     pub slices: u32,
 }
-
-impl std::fmt::Display for ImpossibleCells {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { sorting_tile, tracing_tiles, slices } = self;
-        write!(
-            f,
-            "{tracing_tiles} × {tracing_tiles} sorting tiles of {sorting_tile} pixels and {slices} slices: tiles have \
-             8, 16, 32 or 64 pixels a side, a power of two of them makes at most 64 pixels, and there are 1 to {} \
-             slices",
-            Cells::MOST_SLICES
-        )
-    }
-}
-
-impl std::error::Error for ImpossibleCells {}
 
 #[cfg(test)]
 mod tests {

@@ -7,9 +7,9 @@ use super::list::Pair;
 use crate::camera_grid::bins::bytes_of;
 use crate::camera_grid::build::lanes_of;
 use crate::camera_grid::general::{General, Square};
-use crate::camera_grid::lanes::{Corners, LANES, largest, sample_range, splat};
+use crate::camera_grid::lanes::{Corners, LANES, PixelBounds, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace, Vertex};
-use crate::shot::{Opacity, TileOrder};
+use crate::shot::Opacity;
 use crate::simd::lanes::{max3, min3};
 use crate::{Omitted, Triangles};
 
@@ -84,12 +84,10 @@ impl Drop<'_> {
         let start = ids.start;
         for first in ids.clone().step_by(LANES) {
             let batch = &self.triangles.indices[first..ids.end.min(first + LANES)];
-            let mut padded = [[u32::MAX; 3]; LANES];
-            padded[..batch.len()].copy_from_slice(batch);
-            let corners = Corners::load(simd, self.vertices, &padded);
+            let corners = Corners::load(simd, self.vertices, batch);
             let all = (1_u64 << batch.len()) - 1;
             let ordinary = min3(corners.inverse_depth).simd_gt(splat(simd, 0.0)).to_bitmask();
-            let odd = (!ordinary | coincide(&corners).to_bitmask()) & all;
+            let odd = (!ordinary | corners.coincide().to_bitmask()) & all;
             let mut ordinary = ordinary & all;
             for lane in lanes_of(odd) {
                 if !self.is_usable(first as u32 + lane) {
@@ -109,17 +107,9 @@ impl Drop<'_> {
     /// Keeps those of 16 triangles that may contain a sample, and returns which.
     #[inline(always)]
     fn keep_ordinary<S: Simd>(&mut self, simd: S, first: u32, corners: &Corners<S>, lanes: u64) -> u64 {
-        let Corners { x, y, inverse_depth } = *corners;
-        // The second half ulp is for the rounding of a sum of a coordinate and its error.
-        let error = largest(x, y) * splat(simd, 2.1 * HALF_ULP) + splat(simd, 1.1 * Vertex::ERROR_PIXELS);
-        let (width, height) = self.space.size();
+        let inverse_depth = corners.inverse_depth;
+        let PixelBounds { x: columns, y: rows, error } = PixelBounds::new(simd, self.space, corners);
         let middle = self.space.middle;
-        let in_image = |[low, high]: [f32x16<S>; 2], middle: i32, side: u32| {
-            let (first, last) = (-middle as f32, (side as i32 - 1 - middle) as f32);
-            [low.max(splat(simd, first)), high.min(splat(simd, last))]
-        };
-        let columns = in_image(sample_range(x, error), middle.x, width);
-        let rows = in_image(sample_range(y, error), middle.y, height);
         let mut kept = columns[0].simd_le(columns[1]) & rows[0].simd_le(rows[1]);
         if self.facing != 0.0 {
             kept &= !self.faces_away(simd, corners, error);
@@ -165,7 +155,7 @@ impl Drop<'_> {
     #[inline(never)]
     fn keep_general(&mut self, id: u32, start: usize) {
         let corners = self.triangles.corners(id);
-        if General::new(self.space, corners).misses(whole_image(self.space)) {
+        if General::new(self.space, corners).misses(Square::around_image(self.space)) {
             self.range.dropped += 1;
             return;
         }
@@ -185,24 +175,9 @@ impl Drop<'_> {
     #[inline(always)]
     fn note_mask(&mut self, id: u32, start: usize) {
         if !self.opacity.is_opaque(id) {
-            let place = id as usize - start;
-            self.masked_bits[place / 64] |= 1 << (place % 64);
+            let index = id as usize - start;
+            self.masked_bits[index / 64] |= 1 << (index % 64);
             self.range.any_masked = true;
         }
     }
-}
-
-/// The smallest square with a power of two as side that has the image's first pixel in its corner and holds the image.
-pub(super) fn whole_image(space: &PixelSpace) -> Square {
-    let (width, height) = space.size();
-    let side = width.max(height).max(TileOrder::TILE).next_power_of_two() as i32;
-    Square { x: -space.middle.x, y: -space.middle.y, side }
-}
-
-/// Whether two corners are in the same place in the image.
-#[inline(always)]
-fn coincide<S: Simd>(corners: &Corners<S>) -> mask32x16<S> {
-    let Corners { x, y, .. } = corners;
-    let same = |a: usize, b: usize| x[a].simd_eq(x[b]) & y[a].simd_eq(y[b]);
-    same(0, 1) | same(1, 2) | same(2, 0)
 }

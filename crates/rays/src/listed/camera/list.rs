@@ -1,7 +1,7 @@
 use glam::DVec3;
 
 use super::Cells;
-use super::drop::{Kept, whole_image};
+use super::drop::Kept;
 use super::slices::Slices;
 use crate::Triangles;
 use crate::camera_grid::ImageTooLarge;
@@ -12,7 +12,7 @@ use crate::shot::TileOrder;
 /// A triangle and a cell that it may be hit in. 8 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pair {
-    /// The tile of the [`TileOrder`] × 2¹², plus the cell's place in it.
+    /// The tile of the [`TileOrder`] × 2¹², plus the cell's index in it.
     cell: u32,
     pub(super) triangle: u32,
 }
@@ -76,7 +76,7 @@ impl List<'_> {
         for &id in general {
             let general = &General::new(self.space, self.triangles.corners(id));
             let listed = Listed { id, general, bounds: [width, height], nearest: f32::INFINITY };
-            self.list_square(&listed, whole_image(self.space));
+            self.list_square(&listed, Square::around_image(self.space));
         }
     }
 
@@ -144,5 +144,5 @@ impl Depth {
     }
 }
 
-/// How many pixels can be addressed: a tile's place and the cell's in it fill 32 bits.
+/// How many pixels can be addressed: a tile's index and the cell's in it fill 32 bits.
 const _: () = assert!((ImageTooLarge::LARGEST_SIDE / TileOrder::TILE).ilog2() * 2 + Pair::CELL_BITS == u32::BITS);

@@ -3,12 +3,11 @@
 //! Triangles that can't contain a sample are dropped, the others are listed in cells (sorting tiles × depth slices) by
 //! a counting sort, and each tile's cells are searched front to back until nothing can be nearer than what is found.
 
+mod blocks;
 mod build;
 mod cells;
 mod drop;
 mod list;
-mod samples;
-mod settle;
 mod slices;
 mod sort;
 mod trace;
@@ -18,13 +17,12 @@ use std::sync::Mutex;
 
 use crate::camera_grid::bins::bytes_of;
 use crate::camera_grid::pixel_space::{PixelSpace, Vertex};
+use crate::camera_grid::samples::Samples;
 use crate::grids::CameraGrid;
 use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot};
-use crate::{Hit, ImageTooLarge, Omitted, Triangles};
-use crate::{SimdLevel, TileOrder};
+use crate::{ImageTooLarge, Omitted, SimdLevel, TileOrder};
 pub use cells::{Cells, ImpossibleCells};
 use drop::Range;
-use samples::Samples;
 use slices::Slices;
 use sort::TileCells;
 
@@ -89,16 +87,6 @@ impl ListedGrid {
     #[must_use]
     pub fn new(level: SimdLevel, options: ListedOptions) -> Self {
         Self { level, options, ..Self::default() }
-    }
-
-    /// What the camera's ray through the pixel in column `x` and row `y` hits; `None` for a miss.
-    ///
-    /// `triangles` and `seen` are those of the last build and trace.
-    #[must_use]
-    pub fn hit(&self, triangles: Triangles<'_>, seen: &SeenPixels, (x, y): (u32, u32)) -> Option<Hit> {
-        let space = self.space.as_ref()?;
-        let triangle = Some(seen.triangle_at(x, y)).filter(|&triangle| triangle != SeenPixels::NONE)?;
-        crate::predicate::hit(&space.ray(x, y), triangles, triangle)
     }
 
     /// The image's order of tiles.

@@ -1,7 +1,7 @@
 use super::drop::Range;
 use super::list::Pair;
 use crate::camera_grid::bins::bytes_of;
-use crate::counting_sort::{count, next_place};
+use crate::counting_sort::{count, next_index};
 
 /// The cells of one tile of the [`TileOrder`](crate::TileOrder).
 #[derive(Clone, Debug, Default)]
@@ -12,7 +12,7 @@ pub(super) struct TileCells {
 }
 
 impl TileCells {
-    /// The triangles of cells that follow each other, given their places in the tile.
+    /// The triangles of cells that follow each other, given their indices in the tile.
     #[inline(always)]
     pub(super) fn cells(&self, cells: std::ops::Range<usize>) -> &[u32] {
         &self.triangles[self.starts[cells.start] as usize..self.starts[cells.end] as usize]
@@ -33,7 +33,7 @@ impl TileCells {
         let count = count(&mut self.starts, cells, pairs().map(Pair::cell_in_tile));
         self.triangles.resize(count, 0);
         for pair in pairs() {
-            self.triangles[next_place(&mut self.starts, pair.cell_in_tile())] = pair.triangle;
+            self.triangles[next_index(&mut self.starts, pair.cell_in_tile())] = pair.triangle;
         }
     }
 }
@@ -44,7 +44,7 @@ impl Range {
         let Self { unsorted, pairs, starts, .. } = self;
         pairs.resize(count(starts, tiles, unsorted.iter().map(Pair::tile)), Pair::default());
         for pair in unsorted {
-            pairs[next_place(starts, pair.tile())] = *pair;
+            pairs[next_index(starts, pair.tile())] = *pair;
         }
     }
 

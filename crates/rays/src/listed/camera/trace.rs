@@ -6,13 +6,14 @@ use glam::IVec2;
 use rayon::prelude::*;
 
 use super::ListedGrid;
-use super::samples::{BLOCKS, Batch, Block, SAMPLES, Samples};
+use super::blocks::{Batch, Block};
 use super::sort::TileCells;
 use crate::camera_grid::build::lanes_of;
 use crate::camera_grid::depth::depth_error;
 use crate::camera_grid::general::{General, Square};
 use crate::camera_grid::lanes::{Corners, LANES, Setup, each, largest, sample_range, splat};
-use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace, Vertex};
+use crate::camera_grid::pixel_space::{HALF_ULP, Vertex};
+use crate::camera_grid::samples::{BLOCKS, SAMPLES, Samples, TileOfShot};
 use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder, TileWork};
 use crate::simd::lanes::min3;
 
@@ -40,10 +41,8 @@ impl ListedGrid {
             let (x, y) = order.column_and_row(index * SAMPLES);
             let mut trace = TileTrace {
                 grid,
-                shot,
-                space,
+                at: TileOfShot { shot, space, corner: IVec2::new(x as i32, y as i32) },
                 cells,
-                corner: IVec2::new(x as i32, y as i32),
                 samples: &mut samples,
                 work: TileWork(work),
                 tally: Counts { pairs: cells.pairs() as u64, ..Counts::default() },
@@ -60,15 +59,12 @@ impl ListedGrid {
 
 /// The search of one tile of the [`TileOrder`].
 pub(super) struct TileTrace<'a, const N: usize> {
-    pub(super) grid: &'a ListedGrid,
-    pub(super) shot: &'a Shot<'a>,
-    pub(super) space: &'a PixelSpace,
+    grid: &'a ListedGrid,
+    at: TileOfShot<'a>,
     cells: &'a TileCells,
-    /// The tile's first column and row in the image.
-    pub(super) corner: IVec2,
-    pub(super) samples: &'a mut Samples,
-    pub(super) work: TileWork<'a, N>,
-    pub(super) tally: Counts,
+    samples: &'a mut Samples,
+    work: TileWork<'a, N>,
+    tally: Counts,
 }
 
 /// The tracing tile that is searched.
@@ -102,7 +98,7 @@ impl<const N: usize> TileTrace<'_, N> {
             for x in (0..sorting_tiles).step_by(k as usize) {
                 let first = IVec2::new(x, y);
                 let side = cells.sorting_tile() as i32;
-                let origin = self.corner - self.space.middle + first * side + IVec2::splat(k * side / 2);
+                let origin = self.at.corner - self.at.space.middle + first * side + IVec2::splat(k * side / 2);
                 let tile = TracingTile { first, origin, slice: 0 };
                 if N > 0 {
                     self.count_pairs(&tile);
@@ -113,18 +109,33 @@ impl<const N: usize> TileTrace<'_, N> {
         self.samples.write_depths(simd, inverse_depth);
     }
 
-    /// Samples outside of the image have all they need, so that nobody looks for it.
+    /// Gives samples outside of the image the nearest hit that there can be, so that nothing is searched for them.
     fn leave_out_what_is_outside(&mut self) {
-        let (width, height) = self.space.size();
+        let (width, height) = self.at.space.size();
         let side = TileOrder::TILE;
-        if self.corner.x as u32 + side > width || self.corner.y as u32 + side > height {
-            for place in 0..SAMPLES {
-                let (x, y) = self.pixel(place);
+        if self.at.corner.x as u32 + side > width || self.at.corner.y as u32 + side > height {
+            for index in 0..SAMPLES {
+                let (x, y) = self.at.pixel(index);
                 if x >= width || y >= height {
-                    (self.samples.low[place], self.samples.high[place]) = (f32::INFINITY, f32::INFINITY);
+                    (self.samples.low[index], self.samples.high[index]) = (f32::INFINITY, f32::INFINITY);
                 }
             }
         }
+    }
+
+    /// Fills in the inverse depths that the filter left out.
+    fn refine(&mut self, inverse_depth: &mut [f32]) {
+        for (index, inverse_depth) in inverse_depth.iter_mut().enumerate() {
+            let id = self.samples.triangle[index];
+            if inverse_depth.is_nan() && id != SeenPixels::NONE {
+                self.tally.refined += 1;
+                *inverse_depth = self.at.inverse_depth(index, id);
+            }
+        }
+    }
+
+    fn settle_if_many(&mut self) {
+        self.at.settle_if_many(self.samples, &mut self.work, &mut self.tally);
     }
 
     /// Searches a tracing tile slice by slice, each of its sorting tiles until nothing nearer can follow there.
@@ -133,18 +144,18 @@ impl<const N: usize> TileTrace<'_, N> {
         let cells = self.grid.options.cells;
         let k = cells.tracing_tiles();
         let last = self.grid.slices.count();
-        let place = |sorting_tile: u32, slice: u32| {
+        let cell_of = |sorting_tile: u32, slice: u32| {
             let (x, y) = (tile.first.x as u32 + sorting_tile % k, tile.first.y as u32 + sorting_tile / k);
             (cells.first_in_tile(x, y) + slice) as usize
         };
-        let mut open = if k == 8 { u64::MAX } else { (1 << (k * k)) - 1 };
+        let mut searching = if k == 8 { u64::MAX } else { (1 << (k * k)) - 1 };
         for slice in 0..last {
             tile.slice = slice;
             let mut searched = 0;
-            for sorting_tile in lanes_of(open) {
-                let cell = place(sorting_tile, slice);
-                if self.cells.cells(cell..place(sorting_tile, last)).is_empty() {
-                    open &= !(1 << sorting_tile);
+            for sorting_tile in lanes_of(searching) {
+                let cell = cell_of(sorting_tile, slice);
+                if self.cells.cells(cell..cell_of(sorting_tile, last)).is_empty() {
+                    searching &= !(1 << sorting_tile);
                     continue;
                 }
                 let listed = self.cells.cells(cell..cell + 1);
@@ -163,14 +174,14 @@ impl<const N: usize> TileTrace<'_, N> {
                     }
                 }
             }
-            if open == 0 {
+            if searching == 0 {
                 break;
             }
             self.test(simd, &tile, waiting);
-            self.settle();
+            self.at.settle(self.samples, &mut self.work, &mut self.tally);
             for sorting_tile in lanes_of(searched) {
                 if self.is_done(simd, &tile, sorting_tile) {
-                    open &= !(1 << sorting_tile);
+                    searching &= !(1 << sorting_tile);
                 }
             }
         }
@@ -180,13 +191,13 @@ impl<const N: usize> TileTrace<'_, N> {
     #[inline(always)]
     fn is_done<S: Simd>(&self, simd: S, tile: &TracingTile, sorting_tile: u32) -> bool {
         let end = self.grid.slices.end(tile.slice);
-        self.blocks(tile, sorting_tile).all(|block| self.samples.farthest(simd, block.place) >= end)
+        self.blocks(tile, sorting_tile).all(|block| self.samples.farthest(simd, block.index) >= end)
     }
 
     /// Counts a cell for all samples of its sorting tile.
     fn count_cell(&mut self, tile: &TracingTile, sorting_tile: u32) {
         for block in self.blocks(tile, sorting_tile) {
-            self.work.add(Kind::Cells, block.places(), 1);
+            self.work.add(Kind::Cells, block.samples(), 1);
         }
     }
 
@@ -199,7 +210,7 @@ impl<const N: usize> TileTrace<'_, N> {
             let first = cells.first_in_tile(x, y) as usize;
             let pairs = self.cells.cells(first..first + slices as usize).len() as u32;
             for block in self.blocks(tile, sorting_tile) {
-                self.work.add(Kind::Pairs, block.places(), pairs);
+                self.work.add(Kind::Pairs, block.samples(), pairs);
             }
         }
     }
@@ -211,12 +222,12 @@ impl<const N: usize> TileTrace<'_, N> {
         let k = cells.tracing_tiles();
         let (column, row) = (tile.first.x as u32 + sorting_tile % k, tile.first.y as u32 + sorting_tile / k);
         let bits = cells.sorting_bits() - TileOrder::BLOCK.ilog2();
-        let from_tile = (self.corner - self.space.middle - tile.origin).as_vec2();
+        let from_tile = (self.at.corner - self.at.space.middle - tile.origin).as_vec2();
         (0..1_usize << (2 * bits)).map(move |block| {
             let (x, y) =
                 (((column as usize) << bits) + block % (1 << bits), ((row as usize) << bits) + (block >> bits));
             let at = |blocks: usize| (blocks * TileOrder::BLOCK as usize) as f32;
-            Block { place: y * BLOCKS + x, x: from_tile.x + at(x), y: from_tile.y + at(y) }
+            Block { index: y * BLOCKS + x, x: from_tile.x + at(x), y: from_tile.y + at(y) }
         })
     }
 
@@ -261,18 +272,14 @@ impl<const N: usize> TileTrace<'_, N> {
         for block in self.blocks(tile, sorting_tile) {
             let tests = self.samples.test_block(simd, batch, lanes, &block, skips, end);
             self.tally.tests += u64::from(tests);
-            self.work.add(Kind::Tested, block.places(), tests);
+            self.work.add(Kind::Tested, block.samples(), tests);
         }
     }
 
     /// Sets up to 16 triangles up, and returns which of them can take the fast path.
     #[inline(always)]
     fn set_up<S: Simd>(&self, simd: S, tile: &TracingTile, ids: &[u32], batch: &mut Batch) -> u64 {
-        let mut indices = [[u32::MAX; 3]; LANES];
-        for (corners, &id) in indices.iter_mut().zip(ids) {
-            *corners = self.shot.triangles.indices[id as usize];
-        }
-        let corners = Corners::load(simd, &self.grid.vertices, &indices);
+        let corners = Corners::of_ids(simd, &self.grid.vertices, self.at.shot.triangles, ids);
         let from_middle = |corner: [f32x16<S>; 3], origin: i32| {
             each(
                 corner,
@@ -319,7 +326,7 @@ impl<const N: usize> TileTrace<'_, N> {
     #[inline(never)]
     fn test_general<S: Simd>(&mut self, simd: S, tile: &TracingTile, sorting_tile: u32, id: u32, questioned: bool) {
         self.settle_if_many();
-        let triangle = General::new(self.space, self.shot.triangles.corners(id));
+        let triangle = General::new(self.at.space, self.at.shot.triangles.corners(id));
         // Which side is seen isn't kept there.
         let questioned = questioned || self.grid.facing != 0.0;
         for block in self.blocks(tile, sorting_tile) {
@@ -327,11 +334,11 @@ impl<const N: usize> TileTrace<'_, N> {
             let square = Square { x: at.x, y: at.y, side: TileOrder::BLOCK as i32 };
             if !triangle.misses(square) {
                 self.tally.tests += 1;
-                self.work.add(Kind::Tested, block.places(), 1);
+                self.work.add(Kind::Tested, block.samples(), 1);
                 let samples = &mut *self.samples;
                 simd.vectorize(
                     #[inline(always)]
-                    || samples.test_general(simd, &triangle, id, questioned, block.place, square),
+                    || samples.test_general(simd, &triangle, id, questioned, block.index, square),
                 );
             }
         }

@@ -3,7 +3,7 @@ use std::ops::Range as Ids;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
-use super::ListedLightGrid;
+use super::Lists;
 use super::points::PointRow;
 use super::sort::{Bins, Entry, SortedRow};
 use super::trace::LARGE;
@@ -11,7 +11,9 @@ use crate::Triangles;
 use crate::light_grid::cells::Cells;
 use crate::light_grid::face::VertexErrors;
 use crate::light_grid::large::{Plane, planes};
+use crate::light_grid::pass::LightPass;
 use crate::light_grid::small::{BATCH, Batch, Mapped};
+use crate::shot::Counts;
 use crate::simd::vectors::LANES;
 
 /// What one range of triangles has in cells.
@@ -38,22 +40,22 @@ impl Range {
     }
 }
 
-impl ListedLightGrid {
+impl Lists {
     /// Lists each triangle in the cells that it may shadow points of.
-    pub(super) fn list(&mut self, triangles: Triangles<'_>) {
+    pub(super) fn list(&mut self, pass: &mut LightPass, triangles: Triangles<'_>) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
-        let Self { grid, cells, margin, point_rows, ranges, large, .. } = self;
-        let vertex_errors = VertexErrors::new(&grid.face);
-        let mapped = Mapped { face: &grid.face, vertex_errors, cells, vertices: &grid.vertices };
+        let Self { cells, margin, point_rows, ranges, large, .. } = self;
+        let vertex_errors = VertexErrors::new(&pass.face);
+        let mapped = Mapped { face: &pass.face, vertex_errors, cells, vertices: &pass.vertices };
         let listing = Listing { mapped, triangles, margin: *margin, point_rows };
         let count = triangles.len();
         // Ranges don't depend on the number of threads.
         ranges.resize_with(count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES), Range::default);
         let length = count.div_ceil(ranges.len());
-        let level = grid.level.0;
-        ranges.par_iter_mut().enumerate().with_max_len(1).for_each(|(place, range)| {
-            let ids = (place * length).min(count)..((place + 1) * length).min(count);
+        let level = pass.level.0;
+        ranges.par_iter_mut().enumerate().with_max_len(1).for_each(|(index, range)| {
+            let ids = (index * length).min(count)..((index + 1) * length).min(count);
             dispatch!(level, simd => listing.run(simd, range, ids));
             range.bins.sort(cells.rows().len());
         });
@@ -62,17 +64,17 @@ impl ListedLightGrid {
             range.large_before = large.len() as u32;
             large.extend_from_slice(&range.large);
         }
-        self.counts.large_triangles += large.len() as u64;
+        pass.counts.large_triangles += large.len() as u64;
     }
 
     /// Sorts pairs of triangles and cells by cell.
-    pub(super) fn sort_pairs(&mut self) {
+    pub(super) fn sort_pairs(&mut self, counts: &mut Counts) {
         let Self { cells, ranges, triangle_rows, .. } = self;
         triangle_rows.resize_with(cells.rows().len(), SortedRow::default);
         triangle_rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(row, triangles)| {
             triangles.sort(cells.across.count, ranges.iter().flat_map(|range| range.row(row)));
         });
-        self.counts.pairs += triangle_rows.iter().map(|row| row.items().len() as u64).sum::<u64>();
+        counts.pairs += triangle_rows.iter().map(|row| row.items().len() as u64).sum::<u64>();
     }
 }
 

@@ -3,36 +3,42 @@
 //! The light's faces and the points on them are found as in the direct form. Then points are sorted by cell, each
 //! triangle is listed in the cells that it covers between the light and the cell's farthest point, pairs of a triangle
 //! and a cell are sorted by cell, and each cell's points are tested against its triangles. A cell with R points makes
-//! ⌈R/r⌉ blocks of work (§4.3); one with many triangles makes as many times more, which the paper leaves for later. The
-//! same f32 test, f64 filter and predicate decide as in the direct form.
+//! ⌈R/r⌉ jobs, the paper's blocks (§4.3); one with many triangles makes as many times more, which the paper leaves for
+//! later. The same filter decides as in the direct form, and what it leaves undecided is settled in the same way.
 
 mod list;
-mod locate;
 mod points;
 mod sort;
 mod trace;
 mod validate;
 
-use crate::SimdLevel;
+use std::time::Instant;
+
 use crate::grids::LightsGrid;
 use crate::light_grid::cells::{Axis, Cells, Row};
 use crate::light_grid::large::Plane;
-use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenPixels, Shot, Work};
-use crate::{LightCells, LightGrid, LightSource};
+use crate::light_grid::pass::LightPass;
+use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
+use crate::{LightCells, LightSource, SimdLevel};
 use list::Range;
 use points::PointRow;
 use sort::{Bins, SortedRow};
-use trace::Block;
+use trace::Job;
 
 /// Which points that the camera sees a light reaches, with triangles listed by cell, rebuilt for every frame and light.
 ///
-/// Beside what a [`LightGrid`] takes to map points, 8 + 8 + 4 bytes for each point on its way to its cell, 20 or more
-/// for each there, and as much as for a point for each pair of a triangle and a cell. Keep it and use it again: its
-/// memory is reused.
+/// Beside what a [`LightGrid`](crate::LightGrid) takes to map points, 8 + 8 + 4 bytes for each point on its way to its
+/// cell, 20 or more for each there, and as much as for a point for each pair of a triangle and a cell. Keep it and use it
+/// again: its memory is reused.
 #[derive(Default)]
 pub struct ListedLightGrid {
-    /// For the light's faces and the points on them.
-    grid: LightGrid,
+    pass: LightPass,
+    lists: Lists,
+}
+
+/// The points and triangles of a face, listed by cell.
+#[derive(Default)]
+struct Lists {
     options: ListedLightOptions,
     cells: Cells,
     /// How far a point may be from its cell.
@@ -43,14 +49,12 @@ pub struct ListedLightGrid {
     triangle_rows: Vec<SortedRow>,
     /// Triangles that cover many cells or reach around the light, with their ids.
     large: Vec<(u32, Plane)>,
-    blocks: Vec<Block>,
-    counts: Counts,
-    seconds: Seconds,
+    jobs: Vec<Job>,
 }
 
 impl std::fmt::Debug for ListedLightGrid {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("ListedLightGrid").field("options", &self.options).field("counts", &self.counts).finish()
+        f.debug_struct("ListedLightGrid").field("options", &self.lists.options).finish_non_exhaustive()
     }
 }
 
@@ -111,7 +115,13 @@ impl ListedLightOptions {
 }
 
 /// Numbers that no [`ListedLightOptions`] can have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{cells} light cells a side, blocks of {points} points and {triangles} triangles: there are 1 to {} cells, and 1 to \
+     {} points and triangles",
+    ListedLightOptions::MOST_CELLS,
+    ListedLightOptions::LARGEST_BLOCK
+)]
 pub struct ImpossibleLightCells {
     /// Cells a side.
     pub cells: u32,
@@ -121,27 +131,15 @@ pub struct ImpossibleLightCells {
     pub triangles: u32,
 }
 
-impl std::fmt::Display for ImpossibleLightCells {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { cells, points, triangles } = self;
-        let (most, largest) = (ListedLightOptions::MOST_CELLS, ListedLightOptions::LARGEST_BLOCK);
-        write!(
-            f,
-            "{cells} light cells a side, blocks of {points} points and {triangles} triangles: there are 1 to {most} \
-             cells, and 1 to {largest} points and triangles"
-        )
-    }
-}
-
-impl std::error::Error for ImpossibleLightCells {}
-
 impl ListedLightGrid {
     /// An empty grid that uses the instructions of `level`.
     #[must_use]
     pub fn new(level: SimdLevel, options: ListedLightOptions) -> Self {
-        Self { grid: LightGrid::with_level(level), options, ..Self::default() }
+        Self { pass: LightPass::new(level), lists: Lists { options, ..Lists::default() } }
     }
+}
 
+impl Lists {
     /// Divides a face on which points are wrong by at most `error` evenly into cells.
     fn choose_cells(&mut self, error: f32) {
         const EVENLY: &[u32] = &[1; Axis::STRIPS];
@@ -156,37 +154,69 @@ impl ListedLightGrid {
             self.cells.all_rows[row].range = [low - self.margin, high + self.margin];
         }
     }
-}
 
-impl LightsGrid for ListedLightGrid {
-    fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
-        self.grid.survey(shot, seen);
-    }
-
-    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
-        Self::shadow(self, shot, seen, light, mask);
-        Work { counts: self.counts, seconds: self.seconds }
-    }
-
-    fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
-        Self::locate(self, shot, seen, light, cells);
-    }
-
-    /// Points and triangles share lists, and so all are counted as the triangles'.
-    fn bytes(&self) -> Bytes {
-        let Bytes { triangles, points } = self.grid.bytes();
-        let own = self.cells.bytes()
+    fn bytes(&self) -> usize {
+        self.cells.bytes()
             + self.point_bins.iter().map(Bins::bytes).sum::<usize>()
             + self.point_rows.iter().map(PointRow::bytes).sum::<usize>()
             + self.ranges.iter().map(Range::bytes).sum::<usize>()
             + self.triangle_rows.iter().map(SortedRow::bytes).sum::<usize>()
             + self.large.capacity() * size_of::<(u32, Plane)>()
-            + self.blocks.capacity() * size_of::<Block>();
-        Bytes { triangles: triangles + points + own, points: 0 }
+            + self.jobs.capacity() * size_of::<Job>()
+    }
+}
+
+impl LightsGrid for ListedLightGrid {
+    fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
+        self.pass.survey(shot, seen);
+    }
+
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
+        let Self { pass, lists } = self;
+        pass.shadow(shot, seen, light, mask, |pass, settler| {
+            let mut last = Instant::now();
+            let mut lap = |seconds: &mut f64| {
+                let now = Instant::now();
+                *seconds += (now - std::mem::replace(&mut last, now)).as_secs_f64();
+            };
+            lists.sort_points(pass);
+            lap(&mut pass.seconds.points);
+            lists.list(pass, shot.triangles);
+            lap(&mut pass.seconds.list);
+            lists.sort_pairs(&mut pass.counts);
+            lists.split(&mut pass.counts);
+            lap(&mut pass.seconds.sort);
+            lists.test(pass, settler);
+            lap(&mut pass.seconds.trace);
+        })
+    }
+
+    fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
+        let Self { pass, lists } = self;
+        pass.locate(shot, seen, light, cells, |pass, cells| {
+            lists.sort_points(pass);
+            lists.add_located(pass, cells);
+        });
+    }
+
+    /// Points and triangles share lists, and so all are counted as the triangles'.
+    fn bytes(&self) -> Bytes {
+        let Bytes { triangles, points } = self.pass.bytes();
+        Bytes { triangles: triangles + points + self.lists.bytes(), points: 0 }
     }
 
     fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
-        Self::shadow(self, shot, seen, light, &mut LightMask::default());
-        Self::validate(self, shot, seen, light)
+        let Self { pass, lists } = self;
+        let mut result = Ok(());
+        pass.visit_faces(shot, seen, light, |pass, _| {
+            if result.is_ok() {
+                lists.sort_points(pass);
+                pass.project(shot.triangles.positions);
+                lists.list(pass, shot.triangles);
+                lists.sort_pairs(&mut pass.counts);
+                result = lists.validate(&pass.members, shot, seen, light);
+            }
+        });
+        result
     }
 }

@@ -1,26 +1,29 @@
 use rayon::prelude::*;
 
-use super::ListedLightGrid;
+use super::Lists;
 use super::sort::{Bins, Entry, SortedRow};
+use crate::light_grid::LightCells;
 use crate::light_grid::block::{Block, BlockErrors};
 use crate::light_grid::face::HALF_ULP;
+use crate::light_grid::pass::LightPass;
 use crate::simd::vectors::LANES;
 
-/// Up to 16 points of a cell: what the fast test takes at once. 320 bytes.
+/// Up to 16 points of a cell: what the filter tests at once. 320 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group {
     pub(super) points: Block,
     /// Of all points.
     pub(super) errors: BlockErrors,
-    /// Where they are in the image.
-    pub(super) places: [u32; LANES],
+    /// The points' pixels.
+    pub(super) indices: [u32; LANES],
     pub(super) count: u32,
 }
 
 /// The points of a row of cells.
 #[derive(Debug, Default)]
 pub(super) struct PointRow {
-    places: SortedRow,
+    /// The points' pixels.
+    indices: SortedRow,
     pub(super) groups: Vec<Group>,
     /// For each cell its first group, and where the last cell's end.
     starts: Vec<u32>,
@@ -30,15 +33,15 @@ pub(super) struct PointRow {
 
 impl PointRow {
     pub(super) fn bytes(&self) -> usize {
-        self.places.bytes()
+        self.indices.bytes()
             + self.groups.capacity() * size_of::<Group>()
             + self.starts.capacity() * size_of::<u32>()
             + self.farthest.capacity() * size_of::<f32>()
     }
 
-    /// The places of a cell's points.
-    pub(super) fn places_of(&self, column: usize) -> &[u32] {
-        &self.places.items()[self.places.range(column)]
+    /// The pixels of a cell's points.
+    fn indices_of(&self, column: usize) -> &[u32] {
+        &self.indices.items()[self.indices.range(column)]
     }
 
     /// The groups of a cell.
@@ -48,28 +51,28 @@ impl PointRow {
 
     /// Gathers the points of each cell in groups.
     fn gather(&mut self, columns: usize, blocks: &[Block], errors: &[BlockErrors]) {
-        let Self { places, groups, starts, farthest } = self;
+        let Self { indices, groups, starts, farthest } = self;
         groups.clear();
         starts.clear();
         farthest.clear();
         starts.push(0);
         for column in 0..columns {
             let mut least = f32::INFINITY;
-            for places in places.items()[places.range(column)].chunks(LANES) {
+            for indices in indices.items()[indices.range(column)].chunks(LANES) {
                 let mut group = Group {
                     points: Block::EMPTY,
                     errors: BlockErrors::default(),
-                    places: [0; LANES],
-                    count: places.len() as u32,
+                    indices: [0; LANES],
+                    count: indices.len() as u32,
                 };
-                group.places[..places.len()].copy_from_slice(places);
-                for (lane, &place) in places.iter().enumerate() {
-                    let (block, at) = (place as usize / LANES, place as usize % LANES);
+                group.indices[..indices.len()].copy_from_slice(indices);
+                for (lane, &index) in indices.iter().enumerate() {
+                    let (block, at) = (index as usize / LANES, index as usize % LANES);
                     let (points, error) = (&blocks[block], errors[block]);
                     group.points.x[lane] = points.x[at];
                     group.points.y[lane] = points.y[at];
                     group.points.nearness[lane] = points.nearness[at];
-                    group.errors.place = group.errors.place.max(error.place);
+                    group.errors.position = group.errors.position.max(error.position);
                     group.errors.nearness = group.errors.nearness.max(error.nearness);
                     let nearness = points.nearness[at];
                     // Its own rounding as well.
@@ -84,16 +87,16 @@ impl PointRow {
     }
 }
 
-impl ListedLightGrid {
+impl Lists {
     /// Sorts the points of the face by cell (§4.2), and gathers them there.
-    pub(super) fn sort_points(&mut self) {
+    pub(super) fn sort_points(&mut self, pass: &LightPass) {
         const MOST_RANGES: usize = 64;
-        let largest = |errors: f32, block: &BlockErrors| errors.max(block.place);
-        let used = self.grid.errors.iter().zip(&self.grid.members).filter(|(_, members)| **members != 0);
+        let largest = |errors: f32, block: &BlockErrors| errors.max(block.position);
+        let used = pass.errors.iter().zip(&pass.members).filter(|(_, members)| **members != 0);
         let error = used.map(|(error, _)| error).fold(0.0, largest);
         self.choose_cells(error);
-        let Self { grid, cells, point_bins, point_rows, .. } = self;
-        let (blocks, errors, members) = (&grid.blocks, &grid.errors, &grid.members);
+        let Self { cells, point_bins, point_rows, .. } = self;
+        let (blocks, errors, members) = (&pass.blocks, &pass.errors, &pass.members);
         let (columns, rows) = (cells.across.count, cells.down.count);
         let length = blocks.len().div_ceil(MOST_RANGES).max(1);
         point_bins.resize_with(blocks.len().div_ceil(length), Bins::default);
@@ -113,8 +116,21 @@ impl ListedLightGrid {
         });
         point_rows.resize_with(rows, PointRow::default);
         point_rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(row, points)| {
-            points.places.sort(columns, point_bins.iter().flat_map(|bins| bins.row(row)).copied());
+            points.indices.sort(columns, point_bins.iter().flat_map(|bins| bins.row(row)).copied());
             points.gather(columns, blocks, errors);
         });
+    }
+    /// Adds the points of the face to `located`, each in the cell that it was sorted to.
+    pub(super) fn add_located(&self, pass: &LightPass, located: &mut LightCells) {
+        let [columns, rows] = [self.cells.across.count, self.cells.down.count];
+        let points = self.point_rows.iter().enumerate().flat_map(|(row, points)| {
+            (0..columns).flat_map(move |column| {
+                points.indices_of(column).iter().map(move |&index| {
+                    let index = index as usize;
+                    (index, [column, row], pass.blocks[index / LANES].nearness[index % LANES])
+                })
+            })
+        });
+        located.add_face(&pass.face, [columns, rows], points);
     }
 }

@@ -1,6 +1,6 @@
-use crate::counting_sort::{count, next_place};
+use crate::counting_sort::{count, next_index};
 
-/// Something in a cell: a point's place, or a triangle.
+/// Something in a cell: a point's pixel, or a triangle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Entry {
     pub(super) column: u16,
@@ -29,7 +29,7 @@ impl Bins {
         let Self { unsorted, sorted, starts } = self;
         sorted.resize(count(starts, rows, unsorted.iter().map(|entry| entry.row as usize)), Entry::default());
         for entry in unsorted {
-            sorted[next_place(starts, entry.row as usize)] = *entry;
+            sorted[next_index(starts, entry.row as usize)] = *entry;
         }
     }
 
@@ -56,7 +56,7 @@ impl SortedRow {
         let total = count(&mut self.starts, columns, entries.clone().map(|entry| entry.column as usize));
         self.items.resize(total, 0);
         for entry in entries {
-            self.items[next_place(&mut self.starts, entry.column as usize)] = entry.item;
+            self.items[next_index(&mut self.starts, entry.column as usize)] = entry.item;
         }
     }
 

@@ -1,29 +1,31 @@
-use super::ListedLightGrid;
+use super::Lists;
 use super::trace::LARGE;
 use crate::LightSource;
 use crate::shot::{SeenPixels, Shot};
 
-impl ListedLightGrid {
-    /// Checks the cells of the last face that was built for what the pixels of `shot` have `seen` and `light`: each of its points is in one cell, and
-    /// each triangle that shadows a point is listed in the point's cell.
+impl Lists {
+    /// Checks the cells of a face that was built for `light` and what the pixels of `shot` have `seen`. Each of its points,
+    /// which are `members` of the blocks, is in one cell, and each triangle that shadows a point is listed there.
     ///
     /// It asks the predicate about every triangle and point, so it takes long for large images.
     ///
     /// # Errors
     /// With what is wrong first.
-    pub(crate) fn validate(&self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
-        if self.grid.faces.is_empty() {
-            // What is left here is another light's.
-            return Ok(());
-        }
-        let mut members = self.grid.members.clone();
+    pub(super) fn validate(
+        &self,
+        members: &[u16],
+        shot: &Shot<'_>,
+        seen: &SeenPixels,
+        light: &LightSource,
+    ) -> Result<(), String> {
+        let mut members = members.to_vec();
         for (row, (points, triangles)) in self.point_rows.iter().zip(&self.triangle_rows).enumerate() {
             for column in 0..self.cells.across.count {
                 let mut listed: Vec<u32> =
                     triangles.items()[triangles.range(column)].iter().map(|&item| self.id(item)).collect();
                 listed.sort_unstable();
                 for group in &points.groups[points.of_cell(column)] {
-                    for &index in &group.places[..group.count as usize] {
+                    for &index in &group.indices[..group.count as usize] {
                         let (block, bit) = (index as usize / 16, index as usize % 16);
                         if members[block] >> bit & 1 == 0 {
                             return Err(format!("pixel {index} is in a second cell, or shows no point of the face"));

@@ -1,47 +1,14 @@
 use std::ops::Range;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, f64x8, mask32x16, u32x16};
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
 use crate::camera_grid::build::lanes_of;
-use crate::camera_grid::general::{Depth, General, Square};
 use crate::camera_grid::lanes::{LANES, Setup, each, splat};
 use crate::camera_grid::pixel_space::HALF_ULP;
+use crate::camera_grid::samples::{COLUMNS, ROWS, Samples};
 use crate::shot::{SeenPixels, TileOrder};
 use crate::simd::lanes::{max3, min3};
-
-/// Blocks of 4×4 samples a side of a tile.
-pub(super) const BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
-/// Samples of a tile.
-pub(super) const SAMPLES: usize = TileOrder::TILE_PIXELS;
-
-/// The nearest hits found so far in one tile of the [`TileOrder`]. 49 KB.
-#[repr(C, align(64))]
-pub(super) struct Samples {
-    /// Lower bounds of one over the depth; zero for no hit, infinite outside of the image.
-    pub(super) low: [f32; SAMPLES],
-    /// Upper bounds.
-    pub(super) high: [f32; SAMPLES],
-    pub(super) triangle: [u32; SAMPLES],
-    /// What the predicate has to decide.
-    pub(super) doubts: Vec<Doubt>,
-}
-
-/// A triangle that may be the nearest at a sample.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Doubt {
-    /// Place in the tile.
-    pub(super) place: u32,
-    pub(super) triangle: u32,
-    /// Upper bound of one over the depth.
-    pub(super) high: f32,
-}
-
-impl Default for Samples {
-    fn default() -> Self {
-        Self { low: [0.0; SAMPLES], high: [0.0; SAMPLES], triangle: [SeenPixels::NONE; SAMPLES], doubts: Vec::new() }
-    }
-}
 
 /// Triangles in coordinates with an origin near their samples, one number a lane.
 #[derive(Default)]
@@ -61,23 +28,23 @@ pub(super) struct Batch {
     pub(super) ids: [u32; LANES],
     /// A bit for each lane whose orientation is certain.
     pub(super) certain: u64,
-    /// A bit for each lane whose every hit the predicate has to decide.
+    /// A bit for each lane whose every hit the predicate has to settle.
     pub(super) questioned: u64,
 }
 
 /// A block of samples in its tile, and where its first sample is in a batch's coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
-    pub(super) place: usize,
+    pub(super) index: usize,
     pub(super) x: f32,
     pub(super) y: f32,
 }
 
 impl Block {
-    /// The places of its samples in the tile.
+    /// The indices of its samples in the tile.
     #[inline(always)]
-    pub(super) fn places(&self) -> Range<usize> {
-        self.place * LANES..(self.place + 1) * LANES
+    pub(super) fn samples(&self) -> Range<usize> {
+        self.index * LANES..(self.index + 1) * LANES
     }
 }
 
@@ -123,7 +90,7 @@ impl Batch {
         (across & down & at(&self.nearest).simd_ge(splat(simd, farthest))).to_bitmask()
     }
 
-    /// The edge functions of the triangle in `lane` at 16 places.
+    /// The edge functions of the triangle in `lane` at 16 points.
     #[inline(always)]
     fn edges<S: Simd>(&self, simd: S, lane: usize, x: f32x16<S>, y: f32x16<S>) -> [f32x16<S>; 3] {
         let at = |factors: &[f32; LANES]| splat(simd, factors[lane]);
@@ -135,12 +102,6 @@ impl Batch {
     }
 }
 
-/// The samples of a block in relation to its first.
-const COLUMNS: [f32; LANES] = [0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3.];
-const ROWS: [f32; LANES] = [0., 0., 0., 0., 1., 1., 1., 1., 2., 2., 2., 2., 3., 3., 3., 3.];
-const HALF_COLUMNS: [f64; 8] = [0., 1., 2., 3., 0., 1., 2., 3.];
-const HALF_ROWS: [f64; 8] = [0., 0., 0., 0., 1., 1., 1., 1.];
-
 /// The 16 samples of a block.
 struct Found<S: Simd> {
     low: f32x16<S>,
@@ -149,12 +110,6 @@ struct Found<S: Simd> {
 }
 
 impl Samples {
-    pub(super) fn clear(&mut self) {
-        self.low.fill(0.0);
-        self.high.fill(0.0);
-        self.triangle.fill(SeenPixels::NONE);
-    }
-
     /// The lower bound of the inverse depth of the farthest sample of a block.
     #[inline(always)]
     pub(super) fn farthest<S: Simd>(&self, simd: S, block: usize) -> f32 {
@@ -175,7 +130,7 @@ impl Samples {
         skips: bool,
         end: f32,
     ) -> u32 {
-        let farthest = self.farthest(simd, block.place);
+        let farthest = self.farthest(simd, block.index);
         if skips {
             lanes &= batch.reaching(simd, block, farthest);
         } else if farthest >= end {
@@ -184,7 +139,7 @@ impl Samples {
         if lanes == 0 {
             return 0;
         }
-        let samples = block.places();
+        let samples = block.samples();
         let mut found = Found {
             low: f32x16::from_slice(simd, &self.low[samples.clone()]),
             high: f32x16::from_slice(simd, &self.high[samples.clone()]),
@@ -193,7 +148,7 @@ impl Samples {
         let x = f32x16::simd_from(simd, COLUMNS) + splat(simd, block.x);
         let y = f32x16::simd_from(simd, ROWS) + splat(simd, block.y);
         for lane in lanes_of(lanes) {
-            self.test_lane(simd, batch, lane as usize % LANES, [x, y], block.place, &mut found);
+            self.test_lane(simd, batch, lane as usize % LANES, [x, y], block.index, &mut found);
         }
         found.low.store_slice(&mut self.low[samples.clone()]);
         found.high.store_slice(&mut self.high[samples.clone()]);
@@ -232,10 +187,10 @@ impl Samples {
         } else {
             mask32x16::splat(simd, false)
         };
-        let doubtful = possible & !certain;
-        if doubtful.any_true() {
+        let undecided = possible & !certain;
+        if undecided.any_true() {
             let high: [f32; LANES] = high.into();
-            self.doubt(block, batch.ids[lane], doubtful.to_bitmask(), &high);
+            self.note_undecided(block, batch.ids[lane], undecided.to_bitmask(), &high);
         }
         found.low = certain.select(low, found.low);
         found.high = certain.select(high, found.high);
@@ -255,62 +210,6 @@ impl Samples {
             let in_range = sum.simd_gt(splat(simd, 1e-30)) & sum.simd_lt(splat(simd, 1e30));
             let is_sure = (high - low).simd_le(allowed) & in_range;
             is_sure.select(sum * splat(simd, 0.5), splat(simd, f32::NAN)).store_slice(inverse_depth);
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn doubt(&mut self, block: usize, triangle: u32, lanes: u64, high: &[f32; LANES]) {
-        for lane in lanes_of(lanes) {
-            let place = (block * LANES) as u32 + lane;
-            self.doubts.push(Doubt { place, triangle, high: high[lane as usize] });
-        }
-    }
-
-    /// Tests a general triangle on the samples of a block, the first of which is in the corner of `square`.
-    #[inline(always)]
-    pub(super) fn test_general<S: Simd>(
-        &mut self,
-        simd: S,
-        triangle: &General,
-        id: u32,
-        questioned: bool,
-        block: usize,
-        square: Square,
-    ) {
-        for half in [0, 8] {
-            let x = f64x8::splat(simd, f64::from(square.x)) + f64x8::simd_from(simd, HALF_COLUMNS);
-            let y = f64x8::splat(simd, f64::from(square.y) + (half / 4) as f64) + f64x8::simd_from(simd, HALF_ROWS);
-            let at = |plane: glam::DVec3| {
-                f64x8::splat(simd, plane.x) * x + (f64x8::splat(simd, plane.y) * y + f64x8::splat(simd, plane.z))
-            };
-            // Bit masks of the lanes with an edge function that is certainly above, or below, zero.
-            let all = 0xff;
-            let (mut every_above, mut every_below, mut some_above, mut some_below) = (all, all, 0, 0);
-            for (&edge, &bound) in triangle.edges.iter().zip(&triangle.bounds) {
-                let (value, bound) = (at(edge), f64x8::splat(simd, bound));
-                let (above, below) = (value.simd_gt(bound).to_bitmask(), value.simd_lt(-bound).to_bitmask());
-                (every_above, every_below) = (every_above & above, every_below & below);
-                (some_above, some_below) = (some_above | above, some_below | below);
-            }
-            let missed = some_below & (if triangle.oriented { all } else { some_above });
-            let inside = every_above | (if triangle.oriented { 0 } else { every_below });
-            let depth = match triangle.depth {
-                Depth::Unknown => [0.0; 8],
-                Depth::Inverse { plane, .. } | Depth::Direct { plane, .. } => at(plane).into(),
-            };
-            for lane in lanes_of(all & !missed) {
-                let place = block * LANES + half + lane as usize;
-                let Some((low, high)) = triangle.depth.inverse_bounds(depth[lane as usize]) else { continue };
-                if high < self.low[place] {
-                    continue;
-                }
-                if inside >> lane & 1 == 1 && !questioned && low > self.high[place] {
-                    (self.low[place], self.high[place], self.triangle[place]) = (low, high, id);
-                } else {
-                    self.doubts.push(Doubt { place: place as u32, triangle: id, high });
-                }
-            }
         }
     }
 }

@@ -2,45 +2,43 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8, mask64x8};
 use glam::DVec3;
 
-use super::SeenImage;
 use super::face::ROUNDING;
 use crate::LightSource;
-use crate::shot::CameraRays;
-use crate::shot::{EightPoints, EightTriangles, cross};
+use crate::shot::{CameraRays, EightPoints, EightTriangles, SeenImage, cross};
 use crate::simd::vectors::{Vectors, dot, largest, minus, splat_vector};
 
-/// What is known about eight pairs of a place and a triangle.
-pub(crate) struct Verdicts {
-    /// In which the triangle shadows the point.
+/// What f64 says about eight pairs of a point and a triangle, a bit for each.
+pub(crate) struct Settled {
+    /// In these the triangle shadows the point.
     pub(crate) shadowed: u64,
-    /// About which the predicate must be asked.
-    pub(crate) unknown: u64,
+    /// These are left to the predicate.
+    pub(crate) undecided: u64,
     /// Weights of the second and third corner where a triangle shadows a point.
     pub(crate) barycentric: [[f64; 8]; 2],
     /// By how much each weight may differ from the predicate's.
     pub(crate) weight_error: [f64; 8],
 }
 
-/// Decides in f64 whether triangles shadow the points at `places`, as
+/// Settles in f64 whether triangles shadow the points of the pixels at `indices`, as
 /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) would.
 ///
-/// With d the direction of the segment's line, c the corners in relation to a place on it, r their largest components,
+/// With d the direction of the segment's line, c the corners in relation to a point on it, r their largest components,
 /// and the line moved by at most e on any axis, the edge functions d · (cⱼ × cₖ) are wrong by 6 rⱼ rₖ |Δd| for the
 /// direction, 6 |d| e (rⱼ + rₖ + e) for the corners, and 12 roundings of at most 6 |d| rⱼ rₖ.
 #[inline(always)]
-pub(crate) fn decide_eight<S: Simd>(
+pub(crate) fn settle_eight<S: Simd>(
     simd: S,
     image: &SeenImage<'_>,
     rays: &CameraRays,
     light: &LightSource,
-    places: [u32; 8],
+    indices: [u32; 8],
     ids: [u32; 8],
-) -> Verdicts {
+) -> Settled {
     let (origin, direction) = match *light {
         LightSource::Point { position } | LightSource::Spot { position, .. } => (position.as_dvec3(), None),
         LightSource::Directional { direction } => (DVec3::ZERO, Some(-direction.as_dvec3())),
     };
-    let points = EightPoints::find(simd, image, rays, places, origin);
+    let points = EightPoints::find(simd, image, rays, indices, origin);
     let [a, b, c] = EightTriangles::load(simd, image.shot.triangles, ids).corners;
     let zero = f64x8::splat(simd, 0.0);
     let error = points.error;
@@ -108,9 +106,9 @@ pub(crate) fn decide_eight<S: Simd>(
     let of_predicate = length * farthest * farthest * (64.0 * ROUNDING);
     let inverse = f64x8::splat(simd, 1.0) / (e0 + e1 + e2);
     let weight_error = (largest([error0, error1, error2]) + of_predicate) * inverse.abs() * 2.02;
-    Verdicts {
+    Settled {
         shadowed,
-        unknown: !(shadowed | lit) & 0xff,
+        undecided: !(shadowed | lit) & 0xff,
         barycentric: [(e1 * inverse).to_array(), (e2 * inverse).to_array()],
         weight_error: weight_error.to_array(),
     }

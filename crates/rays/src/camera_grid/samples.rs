@@ -1,0 +1,190 @@
+use fearless_simd::Simd;
+use fearless_simd::f64x8;
+use fearless_simd::prelude::*;
+use glam::IVec2;
+
+use super::build::lanes_of;
+use super::depth;
+use super::general::{Depth, General, Square};
+use super::lanes::LANES;
+use super::pixel_space::PixelSpace;
+use crate::predicate::{crossing, settle};
+use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder, TileWork};
+
+/// Blocks of 4×4 samples a side of a tile.
+pub(crate) const BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
+/// Samples of a tile.
+pub(crate) const SAMPLES: usize = TileOrder::TILE_PIXELS;
+
+/// The samples of a block in relation to its first.
+pub(crate) const COLUMNS: [f32; LANES] = [0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3.];
+pub(crate) const ROWS: [f32; LANES] = [0., 0., 0., 0., 1., 1., 1., 1., 2., 2., 2., 2., 3., 3., 3., 3.];
+const HALF_COLUMNS: [f64; 8] = [0., 1., 2., 3., 0., 1., 2., 3.];
+const HALF_ROWS: [f64; 8] = [0., 0., 0., 0., 1., 1., 1., 1.];
+
+/// The nearest hits found so far in one tile of the [`TileOrder`], in blocks of 4×4 samples. 49 KB.
+#[repr(C, align(64))]
+pub(crate) struct Samples {
+    /// Lower bounds of one over the depth; zero for no hit.
+    pub(crate) low: [f32; SAMPLES],
+    /// Upper bounds.
+    pub(crate) high: [f32; SAMPLES],
+    pub(crate) triangle: [u32; SAMPLES],
+    pub(crate) undecided: Vec<Undecided>,
+}
+
+/// A triangle that may be the nearest at a sample: one that the predicate has to settle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Undecided {
+    /// The sample's index in the tile.
+    pub(crate) index: u32,
+    pub(crate) triangle: u32,
+    /// Upper bound of one over the depth.
+    pub(crate) high: f32,
+}
+
+impl Default for Samples {
+    fn default() -> Self {
+        Self { low: [0.0; SAMPLES], high: [0.0; SAMPLES], triangle: [SeenPixels::NONE; SAMPLES], undecided: Vec::new() }
+    }
+}
+
+impl Samples {
+    pub(crate) fn clear(&mut self) {
+        self.low.fill(0.0);
+        self.high.fill(0.0);
+        self.triangle.fill(SeenPixels::NONE);
+    }
+
+    /// Notes at which samples of a block the filter couldn't decide about a triangle.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn note_undecided(&mut self, block: usize, triangle: u32, lanes: u64, high: &[f32; LANES]) {
+        for lane in lanes_of(lanes) {
+            let index = (block * LANES) as u32 + lane;
+            self.undecided.push(Undecided { index, triangle, high: high[lane as usize] });
+        }
+    }
+
+    /// Tests a general triangle against the samples of one block, the first of which is in the corner of `square`. With
+    /// `questioned`, the predicate has to settle every hit.
+    #[inline(always)]
+    pub(crate) fn test_general<S: Simd>(
+        &mut self,
+        simd: S,
+        triangle: &General,
+        id: u32,
+        questioned: bool,
+        block: usize,
+        square: Square,
+    ) {
+        for half in [0, 8] {
+            let x = f64x8::splat(simd, f64::from(square.x)) + f64x8::simd_from(simd, HALF_COLUMNS);
+            let y = f64x8::splat(simd, f64::from(square.y) + (half / 4) as f64) + f64x8::simd_from(simd, HALF_ROWS);
+            let at = |plane: glam::DVec3| {
+                f64x8::splat(simd, plane.x) * x + (f64x8::splat(simd, plane.y) * y + f64x8::splat(simd, plane.z))
+            };
+            // Bit masks of the lanes with an edge function that is certainly above, or below, zero.
+            let all = 0xff;
+            let (mut every_above, mut every_below, mut some_above, mut some_below) = (all, all, 0, 0);
+            for (&edge, &bound) in triangle.edges.iter().zip(&triangle.bounds) {
+                let (value, bound) = (at(edge), f64x8::splat(simd, bound));
+                let (above, below) = (value.simd_gt(bound).to_bitmask(), value.simd_lt(-bound).to_bitmask());
+                (every_above, every_below) = (every_above & above, every_below & below);
+                (some_above, some_below) = (some_above | above, some_below | below);
+            }
+            let missed = some_below & (if triangle.oriented { all } else { some_above });
+            let possible = all & !missed;
+            if possible == 0 {
+                continue;
+            }
+            let inside = every_above | (if triangle.oriented { 0 } else { every_below });
+            let depth = match triangle.depth {
+                Depth::Unknown => [0.0; 8],
+                Depth::Inverse { plane, .. } | Depth::Direct { plane, .. } => at(plane).into(),
+            };
+            for lane in lanes_of(possible) {
+                let index = block * LANES + half + lane as usize;
+                let Some((low, high)) = triangle.depth.inverse_bounds(depth[lane as usize]) else { continue };
+                if high < self.low[index] {
+                    continue;
+                }
+                if inside >> lane & 1 == 1 && !questioned && low > self.high[index] {
+                    (self.low[index], self.high[index], self.triangle[index]) = (low, high, id);
+                } else {
+                    self.undecided.push(Undecided { index: index as u32, triangle: id, high });
+                }
+            }
+        }
+    }
+}
+
+/// A tile of a shot whose samples are settled.
+#[derive(Clone, Copy)]
+pub(crate) struct TileOfShot<'a> {
+    pub(crate) shot: &'a Shot<'a>,
+    pub(crate) space: &'a PixelSpace,
+    /// The tile's first column and row in the image.
+    pub(crate) corner: IVec2,
+}
+
+impl TileOfShot<'_> {
+    /// Settles whatever is undecided.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn settle<const N: usize>(&self, samples: &mut Samples, work: &mut TileWork<'_, N>, tally: &mut Counts) {
+        tally.undecided += samples.undecided.len() as u64;
+        let mut undecided = std::mem::take(&mut samples.undecided);
+        for Undecided { index, triangle, high } in undecided.drain(..) {
+            let index = index as usize;
+            work.add(Kind::Undecided, index..index + 1, 1);
+            let (x, y) = self.pixel(index);
+            let (width, height) = self.space.size();
+            if high < samples.low[index] || x >= width || y >= height {
+                continue;
+            }
+            let best = samples.triangle[index];
+            if let Some(nearest) = settle::nearest(self.shot, (x, y), best, triangle, &mut tally.settled) {
+                let inverse = (1.0 / nearest.t) as f32;
+                (samples.low[index], samples.high[index]) = (inverse.next_down(), inverse.next_up());
+                samples.triangle[index] = nearest.triangle;
+            }
+        }
+        samples.undecided = undecided;
+    }
+
+    /// As [`settle`](Self::settle), when enough is undecided.
+    pub(crate) fn settle_if_many<const N: usize>(
+        &self,
+        samples: &mut Samples,
+        work: &mut TileWork<'_, N>,
+        tally: &mut Counts,
+    ) {
+        const MANY: usize = 1 << 14;
+        if samples.undecided.len() >= MANY {
+            self.settle(samples, work, tally);
+        }
+    }
+
+    /// The inverse depth at which triangle `id` is seen at a sample, in f64 or by the predicate.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn inverse_depth(&self, index: usize, id: u32) -> f32 {
+        if id == SeenPixels::NONE {
+            return f32::NAN;
+        }
+        let (x, y) = self.pixel(index);
+        let (ray, corners) = (self.space.ray(x, y), self.shot.triangles.corners(id));
+        let of_predicate = || crossing(&ray, corners).map(|crossing| SeenPixels::inverse_of(crossing.t));
+        depth::inverse_depth(&ray, corners).or_else(of_predicate).unwrap_or(f32::NAN)
+    }
+
+    /// Column and row in the image of a sample, given its index in the tile.
+    pub(crate) fn pixel(&self, index: usize) -> (u32, u32) {
+        let (block, sample) = (index / LANES, index % LANES);
+        let side = TileOrder::BLOCK as usize;
+        let x = self.corner.x as u32 + (block % BLOCKS * side + sample % side) as u32;
+        let y = self.corner.y as u32 + (block / BLOCKS * side + sample / side) as u32;
+        (x, y)
+    }
+}
