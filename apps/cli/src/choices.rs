@@ -47,15 +47,6 @@ pub(crate) fn choice<T: Choice + Send + Sync>() -> impl TypedValueParser<Value =
 pub(crate) trait Known: Clone + std::fmt::Debug + Send + Sync + 'static {
     /// Their names, the default first. With a single one there is no `--structure`.
     const STRUCTURES: &'static [&'static str];
-
-    /// What stands above the options of one of them.
-    fn heading(structure: &str) -> &'static str {
-        match structure {
-            "listed" => "Options of --structure listed",
-            "grid" => "Options of --structure grid",
-            _ => "Options of --structure kdtree",
-        }
-    }
 }
 
 /// All structures, as for rendering.
@@ -80,10 +71,6 @@ pub(crate) struct KdTreeOnly;
 
 impl Known for KdTreeOnly {
     const STRUCTURES: &'static [&'static str] = &["kdtree"];
-
-    fn heading(_: &str) -> &'static str {
-        "Options of the kd-tree, with --structure"
-    }
 }
 
 /// `--structure` and a flag for each option of each structure.
@@ -137,7 +124,15 @@ impl<K: Known> Args for StructureFlags<K> {
                     .value_parser(named_structure(names)),
             ),
         };
-        Self::options().fold(command, |command, option| command.arg(flag(option, K::heading(option.structure))))
+        Self::options().fold(command, |command, option| {
+            let heading = match option.structure {
+                _ if K::STRUCTURES.len() == 1 => "Options of the kd-tree, with --structure",
+                "listed" => "Options of --structure listed",
+                "grid" => "Options of --structure grid",
+                _ => "Options of --structure kdtree",
+            };
+            command.arg(flag(option, heading))
+        })
     }
 
     fn augment_args_for_update(command: Command) -> Command {

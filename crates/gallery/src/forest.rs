@@ -215,7 +215,7 @@ fn toadstools(builder: &mut MeshBuilder, random: &mut Random, stuff: &glade::Stu
 }
 
 fn trees(builder: &mut MeshBuilder, random: &mut Random, stuff: &glade::Stuff, detail: Detail, twigs: &mut Vec<Twig>) {
-    // Place on the ground, height and trunk radius.
+    // Position on the ground, height and trunk radius.
     const TREES: [[f32; 4]; 17] = [
         [-4.1, -1.6, 7.5, 0.36],
         [-0.4, -4.6, 8.5, 0.42],

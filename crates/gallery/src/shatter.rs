@@ -35,7 +35,7 @@ struct Chunk {
 /// How one triangle flies.
 #[derive(Clone, Copy, Debug)]
 struct Shard {
-    /// Place of the chunk that it starts with.
+    /// Index of the chunk that it starts with.
     chunk: u32,
     /// How it leaves its chunk: velocity, reached slowly.
     velocity: Vec3,

@@ -2,7 +2,7 @@ use glam::Vec3;
 
 /// A soft tube through a few elliptical sections: limbs, noses, hats, branches and handles.
 ///
-/// Place `along` runs from 0 at the first section to 1 at the last one; the sections are spaced evenly in it and
+/// The coordinate `along` runs from 0 at the first section to 1 at the last one; the sections are spaced evenly in it and
 /// joined by Catmull–Rom curves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sweep {

@@ -102,7 +102,7 @@ pub struct View {
 }
 
 impl View {
-    /// The ray through a place in the image: `x_pixels` from 0 at the left edge to the width at the right one,
+    /// The ray through a point of the image: `x_pixels` from 0 at the left edge to the width at the right one,
     /// `y_pixels` from 0 at the upper edge to the height at the lower one.
     ///
     /// For both projections t is the depth along [`Camera::forward`] in world units.

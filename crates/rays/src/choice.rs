@@ -1,7 +1,5 @@
 //! Options that are chosen by name: one table says what people may write, what that stands for and what it does.
 
-use std::fmt;
-
 /// An option's value that is one of a few, each with a name.
 ///
 /// Command lines, their help, drop-down lists and what is written to files all come from [`CHOICES`](Self::CHOICES).
@@ -75,7 +73,8 @@ macro_rules! choices {
 }
 
 /// A name that stands for nothing that can be chosen.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no {option} `{name}`: choose one of {known}")]
 pub struct UnknownChoice {
     /// What was to be chosen, such as "kd-tree builder".
     pub option: &'static str,
@@ -92,15 +91,6 @@ impl UnknownChoice {
         Self { option, name: name.to_owned(), known: known.join(", ") }
     }
 }
-
-impl fmt::Display for UnknownChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { option, name, known } = self;
-        write!(f, "there is no {option} `{name}`: choose one of {known}")
-    }
-}
-
-impl std::error::Error for UnknownChoice {}
 
 #[cfg(test)]
 mod tests {

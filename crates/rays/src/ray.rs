@@ -5,11 +5,11 @@ use glam::DVec3;
 pub struct Ray {
     /// Where t is zero.
     pub origin: DVec3,
-    /// Any direction with a length from 10⁻¹⁰⁰ to 10¹⁰⁰; t counts in its length.
+    /// Any direction with a length from 10⁻¹⁰⁰ to 10¹⁰⁰, which is the unit of t.
     pub direction: DVec3,
-    /// Hits at or before this t don't count.
+    /// Triangles at or before this t aren't hit.
     pub t_min: f64,
-    /// Hits at or after this t don't count.
+    /// Triangles at or after this t aren't hit.
     pub t_max: f64,
 }
 
@@ -26,7 +26,7 @@ impl Ray {
 pub struct Hit {
     /// Distance along the ray, in lengths of the ray's direction.
     pub t: f64,
-    /// The triangle's id: its place in [`Triangles::indices`](crate::Triangles).
+    /// The triangle's id: its index in [`Triangles::indices`](crate::Triangles).
     pub triangle: u32,
     /// Weights of the triangle's second and third vertex, each in [0, 1].
     pub barycentric: [f32; 2],

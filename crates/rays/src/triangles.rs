@@ -8,7 +8,7 @@ use crate::Bounds;
 pub struct Triangles<'a> {
     /// World positions.
     pub positions: &'a [Vec3],
-    /// Three places in `positions` for each triangle; a triangle's id is its place here.
+    /// Three indices of `positions` for each triangle; a triangle's id is its index here.
     pub indices: &'a [[u32; 3]],
 }
 
@@ -67,7 +67,10 @@ impl Triangles<'_> {
             omitted
         });
         // In order, so that the first ids are the lowest.
-        chunks.reduce(Omitted::default, Omitted::followed_by)
+        chunks.reduce(Omitted::default, |mut earlier, later| {
+            earlier.append(&later);
+            earlier
+        })
     }
 
     /// The bounds of all triangles that can be hit.
@@ -83,7 +86,7 @@ impl Triangles<'_> {
 pub enum Unusable {
     /// A coordinate is NaN or infinite.
     NotFinite,
-    /// Two corners are in the same place.
+    /// Two corners are the same point.
     ZeroArea,
     /// A vertex index points past the last vertex.
     IndexOutOfRange,
@@ -94,7 +97,7 @@ pub enum Unusable {
 pub struct Omitted {
     /// A coordinate is NaN or infinite.
     pub not_finite: OmittedKind,
-    /// Two corners are in the same place.
+    /// Two corners are the same point.
     pub zero_area: OmittedKind,
     /// A vertex index points past the last vertex.
     pub index_out_of_range: OmittedKind,
@@ -118,9 +121,7 @@ impl Omitted {
             kind.first_ids.push(id);
         }
     }
-}
 
-impl Omitted {
     /// Forgets all triangles and keeps the memory.
     pub(crate) fn clear(&mut self) {
         for kind in [&mut self.not_finite, &mut self.zero_area, &mut self.index_out_of_range] {
@@ -142,14 +143,6 @@ impl Omitted {
             kind.first_ids.extend(later.first_ids.iter().take(room));
         }
     }
-
-    fn followed_by(self, later: Self) -> Self {
-        Self {
-            not_finite: self.not_finite.followed_by(later.not_finite),
-            zero_area: self.zero_area.followed_by(later.zero_area),
-            index_out_of_range: self.index_out_of_range.followed_by(later.index_out_of_range),
-        }
-    }
 }
 
 /// How many triangles were left out for one reason, and which came first.
@@ -164,11 +157,4 @@ pub struct OmittedKind {
 impl OmittedKind {
     /// How many ids are kept.
     pub const IDS: usize = 8;
-
-    fn followed_by(mut self, later: Self) -> Self {
-        self.count += later.count;
-        self.first_ids.extend(later.first_ids);
-        self.first_ids.truncate(Self::IDS);
-        self
-    }
 }

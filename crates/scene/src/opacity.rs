@@ -113,18 +113,6 @@ impl FrameOpacity<'_> {
         let material = self.frame.material(triangle);
         if self.of_shadows { material.shadow_part() } else { material.camera_part() }
     }
-
-    /// What [`stops`](Opacity::stops) says for every barycentric that is within `error` of the given one in each coordinate;
-    /// `None` where that differs or takes too long to find out. With an error of zero it always knows.
-    #[must_use]
-    pub fn stops_within(&self, triangle: u32, barycentric: [f32; 2], error: f32) -> Option<bool> {
-        match self.part(triangle) {
-            OpaquePart::All => Some(true),
-            OpaquePart::None => Some(false),
-            OpaquePart::AtLeast(_) if error == 0.0 => Some(self.stops(triangle, barycentric)),
-            OpaquePart::AtLeast(cutoff) => OpacityPlane::new(self.frame, triangle).is_above(cutoff, barycentric, error),
-        }
-    }
 }
 
 impl Opacity for FrameOpacity<'_> {
@@ -224,7 +212,8 @@ impl<'a> OpacityPlane<'a> {
         plane
     }
 
-    /// Whether the opacity of all points around one is at least `cutoff`, or that of none is; `None` where that is open.
+    /// Whether the opacity of all points around one is at least `cutoff`, or that of none is; `None` where that is
+    /// undecided.
     #[inline]
     fn is_above(&self, cutoff: f32, barycentric: [f32; 2], error: f32) -> Option<bool> {
         let [low, high] = self.opacity_within(barycentric, error)?;

@@ -28,7 +28,7 @@ pub(crate) struct GrowthFlags {
 }
 
 const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 14),
+    ("scene", 26),
     ("grows", 9),
     ("triangles", 9),
     ("pixels", 9),

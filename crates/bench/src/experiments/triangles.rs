@@ -38,7 +38,7 @@ pub(crate) struct TrianglesFlags {
 }
 
 const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 14),
+    ("scene", 26),
     ("rays", 9),
     ("test", 26),
     ("bytes_triangle", 14),

@@ -34,7 +34,7 @@ struct Block {
 struct Patch {
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
-    /// Place in `positions` of each cell's vertex, or [`NO_VERTEX`].
+    /// Index in `positions` of each cell's vertex, or [`NO_VERTEX`].
     vertex_of_cell: Vec<u16>,
     /// Lattice edges that the surface crosses: their lower point, their axis, and whether they lead outwards.
     crossings: Vec<(IVec3, usize, bool)>,

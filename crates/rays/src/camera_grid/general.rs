@@ -220,7 +220,7 @@ impl Depth {
         let (width, height) = space.size();
         let largest = plane.x.abs() * f64::from(width) + plane.y.abs() * f64::from(height) + plane.z.abs();
         // Eight roundings between the edge functions and the result; doubled for the bound's own and for the
-        // denominator's being in doubt by a quarter at most.
+        // denominator's being wrong by a quarter at most.
         make(plane, 2.0 * (error + largest * (relative_error + 8.0 * f64::EPSILON)))
     }
 }

@@ -26,12 +26,12 @@ impl AnyHitBlock {
 pub(crate) struct AnyHit<'a> {
     rays: &'a PacketRays,
     found: &'a mut [AnyHitBlock],
-    /// Block, lane and triangle of rays about which the predicate must be asked.
-    doubts: &'a mut Vec<(u16, u16, u32)>,
+    /// Block, lane and triangle of pairs that the predicate has to settle.
+    undecided: &'a mut Vec<(u16, u16, u32)>,
     /// How wrong the limits may be.
     limit_error: f32,
     opacity: &'a dyn Opacity,
-    /// The least limit of each block's open rays, less its error; infinite where none is open.
+    /// The least limit of each block's unshadowed rays, less its error; infinite where there are none.
     farthest: [f32; MOST_BLOCKS],
     /// The least of those.
     least: f32,
@@ -44,12 +44,12 @@ impl<'a> AnyHit<'a> {
         simd: S,
         rays: &'a PacketRays,
         found: &'a mut [AnyHitBlock],
-        doubts: &'a mut Vec<(u16, u16, u32)>,
+        undecided: &'a mut Vec<(u16, u16, u32)>,
         limit_error: f32,
         opacity: &'a dyn Opacity,
     ) -> Self {
         let farthest = [f32::INFINITY; MOST_BLOCKS];
-        let mut query = Self { rays, found, doubts, limit_error, opacity, farthest, least: 0.0 };
+        let mut query = Self { rays, found, undecided, limit_error, opacity, farthest, least: 0.0 };
         (0..rays.blocks().len()).for_each(|block| query.update_block(simd, block));
         query.update_least(simd);
         query
@@ -71,8 +71,8 @@ impl<'a> AnyHit<'a> {
     #[inline(always)]
     fn test_block<S: Simd>(&mut self, simd: S, planes: &Planes, lane: usize, id: u32, block: usize) -> bool {
         let (rays, found) = (&self.rays.blocks()[block], &mut self.found[block]);
-        let open = rays.members & !found.shadowed;
-        if open == 0 {
+        let unshadowed = rays.members & !found.shadowed;
+        if unshadowed == 0 {
             return false;
         }
         let values = planes.at(simd, lane, f32x16::from_slice(simd, &rays.x), f32x16::from_slice(simd, &rays.y));
@@ -89,7 +89,7 @@ impl<'a> AnyHit<'a> {
             (below & highest.simd_gt(values.bound), mask32x16::splat(simd, false))
         };
         let own = u32x16::from_slice(simd, &found.own).simd_eq(u32x16::splat(simd, id)).to_bitmask() as u16;
-        let mut possible = !missed.to_bitmask() as u16 & open & !own;
+        let mut possible = !missed.to_bitmask() as u16 & unshadowed & !own;
         if possible == 0 {
             return false;
         }
@@ -104,7 +104,7 @@ impl<'a> AnyHit<'a> {
             certain &= answers.opaque;
         }
         for ray in bits_of(u64::from(possible & !certain)) {
-            self.doubts.push((block as u16, ray as u16, id));
+            self.undecided.push((block as u16, ray as u16, id));
         }
         found.shadowed |= certain;
         certain != 0

@@ -3,7 +3,8 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 
 use super::{LANES, MOST_BLOCKS, Planes};
 
-/// Sixteen rays of a packet: where they are in its [`Space`](super::Space). Lanes that aren't members are at its middle.
+/// Sixteen rays of a packet, by their coordinates in its [`Space`](super::Space). Lanes that aren't members are at its
+/// middle.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub(crate) struct RayBlock {
@@ -38,18 +39,18 @@ impl Default for PacketRays {
 }
 
 impl PacketRays {
-    /// Makes room for this many blocks, each of which must be [placed](Self::place).
+    /// Makes room for this many blocks, each of which must then be [set](Self::set).
     pub(crate) fn start(&mut self, count: usize) {
         self.count = count;
         self.occupied = 0;
     }
 
-    /// Says where the members of a block are.
+    /// Sets the coordinates of a block's rays, and which of them are members.
     #[inline(always)]
-    pub(crate) fn place<S: Simd>(&mut self, simd: S, block: usize, places: [f32x16<S>; 2], members: u16) {
+    pub(crate) fn set<S: Simd>(&mut self, simd: S, block: usize, coordinates: [f32x16<S>; 2], members: u16) {
         let is_member = mask32x16::from_bitmask(simd, u64::from(members));
         let [zero, one] = [f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0)];
-        for (axis, &at) in places.iter().enumerate() {
+        for (axis, &at) in coordinates.iter().enumerate() {
             let low = is_member.select(at, one).reduce_min();
             let high = is_member.select(at, -one).reduce_max();
             self.middle[axis][block] = 0.5 * (low + high);
@@ -57,8 +58,8 @@ impl PacketRays {
             self.half[axis][block] = 0.5 * (high - low) + f32::EPSILON;
         }
         let to = &mut self.blocks[block];
-        is_member.select(places[0], zero).store_slice(&mut to.x);
-        is_member.select(places[1], zero).store_slice(&mut to.y);
+        is_member.select(coordinates[0], zero).store_slice(&mut to.x);
+        is_member.select(coordinates[1], zero).store_slice(&mut to.y);
         to.members = members;
         self.occupied |= u64::from(members != 0) << block;
     }
@@ -88,7 +89,7 @@ impl PacketRays {
     }
 }
 
-/// Sixteen numbers from one on.
+/// Sixteen numbers from the one at `first` on.
 #[inline(always)]
 fn sixteen<S: Simd>(simd: S, numbers: &[f32; MOST_BLOCKS], first: usize) -> f32x16<S> {
     f32x16::from_slice(simd, &numbers[first..first + LANES])
@@ -114,7 +115,7 @@ pub(super) fn least_of_blocks<S: Simd>(simd: S, numbers: &[f32; MOST_BLOCKS], co
     least.reduce_min()
 }
 
-/// The places of a word's bits.
+/// The indices of a word's set bits.
 #[inline(always)]
 pub(super) fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {

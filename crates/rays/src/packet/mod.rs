@@ -17,7 +17,7 @@ mod space;
 pub(crate) use any_hit::{AnyHit, AnyHitBlock};
 pub(crate) use blocks::PacketRays;
 pub(crate) use mailbox::Mailbox;
-pub(crate) use nearest::{Doubt, Nearest, NearestBlock};
+pub(crate) use nearest::{Nearest, NearestBlock, Undecided};
 pub use planes::Planes;
 pub(crate) use query::Query;
 pub use space::Group;

@@ -21,9 +21,9 @@ impl NearestBlock {
         Self { low: [f32::NEG_INFINITY; LANES], high: [f32::NEG_INFINITY; LANES], triangle: [SeenPixels::NONE; LANES] };
 }
 
-/// A triangle that a ray may hit nearest.
+/// A triangle that a ray may hit nearest: the predicate has to settle it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Doubt {
+pub(crate) struct Undecided {
     /// The ray's block, and its lane in there.
     pub(crate) block: u16,
     pub(crate) lane: u16,
@@ -36,7 +36,7 @@ pub(crate) struct Doubt {
 pub(crate) struct Nearest<'a> {
     rays: &'a PacketRays,
     found: &'a mut [NearestBlock],
-    doubts: &'a mut Vec<Doubt>,
+    undecided: &'a mut Vec<Undecided>,
     /// Rays start where the nearness is at least the first and at most the second: what is nearer isn't hit.
     starts: [f32; 2],
     opacity: &'a dyn Opacity,
@@ -53,7 +53,7 @@ impl<'a> Nearest<'a> {
         simd: S,
         rays: &'a PacketRays,
         found: &'a mut [NearestBlock],
-        doubts: &'a mut Vec<Doubt>,
+        undecided: &'a mut Vec<Undecided>,
         starts: [f32; 2],
         opacity: &'a dyn Opacity,
     ) -> Self {
@@ -61,7 +61,7 @@ impl<'a> Nearest<'a> {
         for ((farthest, rays), found) in farthest.iter_mut().zip(rays.blocks()).zip(&*found) {
             *farthest = least_of(simd, f32x16::from_slice(simd, &found.low), rays.members);
         }
-        let mut query = Self { rays, found, doubts, starts, opacity, farthest, least: 0.0 };
+        let mut query = Self { rays, found, undecided, starts, opacity, farthest, least: 0.0 };
         query.update_least(simd);
         query
     }
@@ -111,7 +111,7 @@ impl<'a> Nearest<'a> {
             let high: [f32; LANES] = values.high.into();
             for ray in bits_of(possible & !certain) {
                 let high = if is_oriented && !high[ray].is_nan() { high[ray] } else { f32::INFINITY };
-                self.doubts.push(Doubt { block: block as u16, lane: ray as u16, triangle: id, high });
+                self.undecided.push(Undecided { block: block as u16, lane: ray as u16, triangle: id, high });
             }
         }
         if certain == 0 {

@@ -7,7 +7,7 @@ use super::{HALF_ULP, LANES, ROUNDING};
 use crate::Triangles;
 use crate::shot::MaskPoints;
 
-/// Sixteen triangles as linear functions of a ray's place (x, y) in a packet, in f32.
+/// Sixteen triangles as linear functions of a ray's coordinates (x, y) in a packet, in f32.
 ///
 /// A function is `a x + (b y + c)`. Edge functions are scaled so that |a| + |b| + |c| is one, and turned so that they
 /// are positive inside where the triangle is `oriented`. 1280 bytes.
@@ -21,8 +21,8 @@ pub struct Planes {
     bound: [f32; LANES],
     /// Nearness, larger in front.
     nearness: [[f32; LANES]; 3],
-    /// How wrong the nearness may be where a ray hits the triangle, counting for shadow rays what the predicate leaves to
-    /// the point that they end at.
+    /// How wrong the nearness may be where a ray hits the triangle, for shadow rays with what the predicate allows for
+    /// the error of the point that they end at.
     nearness_error: [f32; LANES],
     /// The largest nearness in the packet.
     nearest: [f32; LANES],

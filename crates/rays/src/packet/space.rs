@@ -132,14 +132,14 @@ impl Space {
         space.with_extent(slopes, slope, error)
     }
 
-    /// The space of rays along `direction` that are at `places` along u and v, where they cross w = 0 in relation to
+    /// The space of rays along `direction` that are in the ranges of `positions` along u and v where they cross w = 0 in relation to
     /// `origin` and in its unit, each wrong by at most `error`.
     pub(crate) fn of_direction(
         group: Group,
         direction: DVec3,
         origin: DVec3,
         unit: f64,
-        places: [Range; 2],
+        positions: [Range; 2],
         error: f64,
     ) -> Self {
         let Group { axes, sign } = group;
@@ -150,13 +150,13 @@ impl Space {
             axes,
             sign,
             slope: Self::slope_of(group, direction),
-            shift: places.map(Range::middle),
+            shift: positions.map(Range::middle),
             half: [1.0; 2],
             ray_error: 0.0,
             start_reach: 0.0,
             points: None,
         };
-        space.with_extent(places, space.shift, error)
+        space.with_extent(positions, space.shift, error)
     }
 
     /// Slopes along u and v of a direction, each with one rounding.
@@ -177,9 +177,9 @@ impl Space {
         self
     }
 
-    /// What takes slopes or places of rays to where they are in the packet: the middle, and what the distance from it is
+    /// What turns slopes or positions of rays into coordinates in the packet: the middle, and what the distance from it is
     /// multiplied by.
-    pub(crate) fn places(&self) -> ([f64; 2], [f64; 2]) {
+    pub(crate) fn middle_and_scale(&self) -> ([f64; 2], [f64; 2]) {
         let middle = if self.common == Common::Origin { self.slope } else { self.shift };
         (middle, self.half.map(f64::recip))
     }

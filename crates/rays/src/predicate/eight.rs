@@ -13,11 +13,11 @@ const LANES: usize = 8;
 /// Fewest pairs that are answered together: eight take as long as about four alone.
 const FEWEST: usize = 5;
 
-/// Answers [`hit`] for each pair of a place in `rays` and a triangle, bit for bit, eight at a time where there are enough: what
-/// f64 can't decide is asked one by one.
+/// Answers [`hit`] for each pair of a ray's index and a triangle, bit for bit, eight at a time where there are enough. What
+/// f64 leaves undecided is settled one by one.
 ///
 /// # Panics
-/// If a place, an id or one of a triangle's vertices is out of range, or if there are fewer `hits` than `pairs`.
+/// If an index, an id or one of a triangle's vertices is out of range, or if there are fewer `hits` than `pairs`.
 pub(crate) fn hits(
     level: Level,
     triangles: Triangles<'_>,
@@ -27,8 +27,8 @@ pub(crate) fn hits(
 ) {
     for (pairs, hits) in pairs.chunks(LANES).zip(hits.chunks_mut(LANES)) {
         if pairs.len() < FEWEST {
-            for (&(place, id), answer) in pairs.iter().zip(hits) {
-                *answer = hit(&rays[place as usize], triangles, id);
+            for (&(ray, id), answer) in pairs.iter().zip(hits) {
+                *answer = hit(&rays[ray as usize], triangles, id);
             }
         } else {
             dispatch!(level, simd => hits_of_eight(simd, triangles, rays, pairs, hits));
@@ -41,7 +41,8 @@ struct Eight {
     corners: [[[f64; LANES]; 3]; 3],
     origin: [[f64; LANES]; 3],
     direction: [[f64; LANES]; 3],
-    places: [[usize; 3]; LANES],
+    /// The index of each corner in the triangle.
+    orders: [[usize; 3]; LANES],
 }
 
 impl Eight {
@@ -51,20 +52,20 @@ impl Eight {
             corners: [[[0.0; LANES]; 3]; 3],
             origin: [[0.0; LANES]; 3],
             direction: [[0.0; LANES]; 3],
-            places: [[0; 3]; LANES],
+            orders: [[0; 3]; LANES],
         };
-        for (lane, &(place, id)) in pairs.iter().enumerate() {
-            let ray = &rays[place as usize];
+        for (lane, &(ray, id)) in pairs.iter().enumerate() {
+            let ray = &rays[ray as usize];
             let corners = triangles.corners(id);
-            let places = canonical_order(&corners);
+            let order = canonical_order(&corners);
             for axis in [0, 1, 2] {
                 eight.origin[axis][lane] = ray.origin[axis];
                 eight.direction[axis][lane] = ray.direction[axis];
-                for (corner, &place) in places.iter().enumerate() {
-                    eight.corners[corner][axis][lane] = f64::from(corners[place][axis]);
+                for (corner, &index) in order.iter().enumerate() {
+                    eight.corners[corner][axis][lane] = f64::from(corners[index][axis]);
                 }
             }
-            eight.places[lane] = places;
+            eight.orders[lane] = order;
         }
         eight
     }
@@ -80,13 +81,13 @@ fn hits_of_eight<S: Simd>(
 ) {
     let eight = Eight::new(triangles, rays, pairs);
     let Values { weights, t, met, undecided } = values(simd, &eight);
-    for (lane, (&(place, id), answer)) in pairs.iter().zip(hits).enumerate() {
-        let ray = &rays[place as usize];
+    for (lane, (&(ray, id), answer)) in pairs.iter().zip(hits).enumerate() {
+        let ray = &rays[ray as usize];
         *answer = if undecided >> lane & 1 == 1 {
             hit(ray, triangles, id)
         } else if met >> lane & 1 == 1 && ray.t_min < t[lane] && t[lane] < ray.t_max {
             let weights = [weights[0][lane], weights[1][lane], weights[2][lane]];
-            Some(Hit { t: t[lane], triangle: id, barycentric: barycentric(weights, eight.places[lane]) })
+            Some(Hit { t: t[lane], triangle: id, barycentric: barycentric(weights, eight.orders[lane]) })
         } else {
             None
         };
@@ -167,7 +168,7 @@ mod tests {
             (seed >> 40) as f32 / (1 << 23) as f32 - 1.0
         };
         let mut positions: Vec<Vec3> = (0..90).map(|_| Vec3::new(number(), number(), number())).collect();
-        // Corners in one place, on a line, far away and nowhere.
+        // Corners at one point, on a line, far away and nowhere.
         positions[10] = positions[9];
         positions[14] = positions[12] * 0.5 + positions[13] * 0.5;
         positions[17] *= 1e30;
@@ -193,7 +194,7 @@ mod tests {
             pairs.push((rays.len() as u32, id));
             rays.push(ray);
         }
-        let alone: Vec<_> = pairs.iter().map(|&(place, id)| hit(&rays[place as usize], triangles, id)).collect();
+        let alone: Vec<_> = pairs.iter().map(|&(ray, id)| hit(&rays[ray as usize], triangles, id)).collect();
         assert!((500..2500).contains(&alone.iter().flatten().count()));
         for level in crate::SimdLevel::available() {
             for together in [1, 5, 8, 21] {

@@ -58,8 +58,8 @@ impl<const CAPACITY: usize> Expansion<CAPACITY> {
     fn add(&mut self, value: f64) {
         let mut carry = value;
         let mut len = 0;
-        for place in 0..self.len {
-            let (sum, error) = two_sum(carry, self.terms[place]);
+        for index in 0..self.len {
+            let (sum, error) = two_sum(carry, self.terms[index]);
             carry = sum;
             if error != 0.0 {
                 self.terms[len] = error;

@@ -1,10 +1,9 @@
 //! The reference predicate: which triangles a ray meets, where, and what shadows a point.
 //!
-//! Every structure hands what its fast path can't decide to these functions, so every structure gives their answer.
+//! Every structure has what its filter leaves undecided settled by these functions, so every structure gives their answer.
 //!
 //! The edge functions E(p, q) = d · ((p − o) × (q − o)) of Plücker's test are evaluated in f64. Where the result is
-//! smaller than its error bound, the sign is taken from exact arithmetic. So signs are those of real
-//! numbers: neighbours agree about their shared edge and fans about their vertex, and no ray slips between them.
+//! smaller than its error bound, the sign is taken from exact arithmetic. So signs are those of real numbers: neighbours agree about their shared edge and fans about their vertex, and no ray slips between them.
 
 mod double;
 mod eight;
@@ -103,8 +102,8 @@ struct Edges {
     direction: DVec3,
     /// In canonical order.
     corners: [Vec3; 3],
-    /// Where each of `corners` stands in the caller's list.
-    places: [usize; 3],
+    /// The index of each of `corners` in the caller's list.
+    order: [usize; 3],
     /// Weights of `corners`, not yet divided by their sum.
     weights: [f64; 3],
     /// The common sign of the edge functions: 1 or −1.
@@ -121,8 +120,8 @@ impl Edges {
 
     #[inline(never)]
     fn of_near(origin: DVec3, direction: DVec3, corners: [Vec3; 3]) -> Option<Self> {
-        let places = canonical_order(&corners);
-        let corners = places.map(|place| corners[place]);
+        let order = canonical_order(&corners);
+        let corners = order.map(|index| corners[index]);
         let relative = corners.map(|corner| corner.as_dvec3() - origin);
 
         let bound = edge_bound(direction, &relative);
@@ -160,7 +159,7 @@ impl Edges {
             }
         }
         let side = signs.common()?;
-        Some(Self { origin, direction, corners, places, weights, side })
+        Some(Self { origin, direction, corners, order, weights, side })
     }
 
     /// n · d and n · (A − o) for the unnormalised normal n: t is the second over the first.
@@ -181,12 +180,12 @@ impl Edges {
     }
 
     fn barycentric(&self) -> [f32; 2] {
-        barycentric(self.weights, self.places)
+        barycentric(self.weights, self.order)
     }
 
     /// Each exchange of two corners turns the triangle around.
     fn is_front(&self) -> bool {
-        let is_even = matches!(self.places, [0, 1, 2] | [1, 2, 0] | [2, 0, 1]);
+        let is_even = matches!(self.order, [0, 1, 2] | [1, 2, 0] | [2, 0, 1]);
         // A counterclockwise triangle has its normal towards the ray's origin, so n · d is negative; the sum of the
         // edge functions is n · d.
         (self.side < 0.0) == is_even
@@ -195,11 +194,11 @@ impl Edges {
 
 /// Weights of a triangle's second and third corner, from weights of its corners in canonical order that aren't yet divided by
 /// their sum.
-fn barycentric(weights: [f64; 3], places: [usize; 3]) -> [f32; 2] {
+fn barycentric(weights: [f64; 3], order: [usize; 3]) -> [f32; 2] {
     let mut of_caller = [0.0; 3];
-    for (weight, place) in weights.iter().zip(places) {
+    for (weight, index) in weights.iter().zip(order) {
         // The signs are exact, so no weight is below zero; one that the filter decided is never zero.
-        of_caller[place] = weight.abs();
+        of_caller[index] = weight.abs();
     }
     let sum: f64 = of_caller.iter().sum();
     [(of_caller[1] / sum) as f32, (of_caller[2] / sum) as f32]
@@ -249,23 +248,23 @@ const EDGE_OPPOSITE: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];
 /// Below this an error bound may itself have lost bits to underflow.
 const SMALLEST_TRUSTED_BOUND: f64 = 1e-250;
 
-/// The places of the corners, sorted by x, then y, then z.
+/// The indices of the corners, sorted by x, then y, then z.
 fn canonical_order(corners: &[Vec3; 3]) -> [usize; 3] {
     let after = |first: usize, second: usize| {
         let (first, second) = (corners[first], corners[second]);
         (first.x, first.y, first.z) > (second.x, second.y, second.z)
     };
-    let mut places = [0, 1, 2];
-    if after(places[0], places[1]) {
-        places.swap(0, 1);
+    let mut order = [0, 1, 2];
+    if after(order[0], order[1]) {
+        order.swap(0, 1);
     }
-    if after(places[1], places[2]) {
-        places.swap(1, 2);
+    if after(order[1], order[2]) {
+        order.swap(1, 2);
     }
-    if after(places[0], places[1]) {
-        places.swap(0, 1);
+    if after(order[0], order[1]) {
+        order.swap(0, 1);
     }
-    places
+    order
 }
 
 /// Which signs the edge functions have shown so far; zero shows none.

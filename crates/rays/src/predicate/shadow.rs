@@ -27,7 +27,7 @@ impl HitPoint {
     /// at the point pass through such triangles: they begin there.
     #[must_use]
     pub fn is_on(&self, corners: [Vec3; 3]) -> bool {
-        height_above(canonical_order(&corners).map(|place| corners[place]), *self).is_none()
+        height_above(canonical_order(&corners).map(|index| corners[index]), *self).is_none()
     }
 }
 
@@ -70,7 +70,7 @@ impl ShadowRay {
             return None;
         }
         // Asked first of what is left, since the triangles around the point's own mostly end here.
-        let height = height_above(canonical_order(&corners).map(|place| corners[place]), self.point)?;
+        let height = height_above(canonical_order(&corners).map(|index| corners[index]), self.point)?;
         let edges = Edges::new(self.ray.origin, self.ray.direction, corners)?;
         let is_behind = height * edges.side > 0.0;
         // From the point, the crossing has to be ahead of it.

@@ -4,16 +4,16 @@ use glam::{DVec3, Vec3};
 
 use super::{CameraRays, SeenImage, SeenPixels};
 use crate::Triangles;
-use crate::light_grid::face::ROUNDING;
+use crate::predicate::ROUNDING;
 use crate::simd::vectors::{Vectors, absolute, dot, largest, minus, splat_vector};
 
-/// Where in the world eight pixels' points are, in f64 from the planes of the triangles that they are on.
+/// The points that eight pixels show, in f64 from the planes of the triangles that they are on.
 pub(crate) struct EightPoints<S: Simd> {
     /// From the light.
     pub(crate) offset: Vectors<S>,
-    /// How far, on each axis, the predicate's point may be from there, counting `predicate_error`.
+    /// How far, on each axis, the predicate's point may be from that, `predicate_error` included.
     pub(crate) error: f64x8<S>,
-    /// How far from the truth the predicate thinks its own point may be.
+    /// How wrong the predicate takes its own point to be.
     pub(crate) predicate_error: f64x8<S>,
     /// For which points this holds.
     pub(crate) certain: mask64x8<S>,
@@ -58,19 +58,19 @@ pub(crate) fn cross<S: Simd>(a: Vectors<S>, b: Vectors<S>) -> (Vectors<S>, Vecto
 }
 
 impl<S: Simd> EightPoints<S> {
-    /// Finds the points that `places` show, in relation to `light`.
+    /// Finds the points that the pixels at `indices` show, in relation to `light`.
     ///
     /// t = n · (a − o) / n · d with n = (b − a) × (c − a). A component of n has four roundings of its two products, the
     /// product with the other vector one more for each, the vector one, the sum two: eight, taken as sixteen. The ray
     /// itself is wrong by 4 roundings of its largest component, and differs by 10 from the predicate's.
     #[inline(always)]
-    pub(crate) fn find(simd: S, image: &SeenImage<'_>, rays: &CameraRays, places: [u32; 8], light: DVec3) -> Self {
+    pub(crate) fn find(simd: S, image: &SeenImage<'_>, rays: &CameraRays, indices: [u32; 8], light: DVec3) -> Self {
         let own = EightTriangles::load(
             simd,
             image.shot.triangles,
-            places.map(|place| image.seen.triangle.get(place as usize).copied().unwrap_or(SeenPixels::NONE)),
+            indices.map(|index| image.seen.triangle.get(index as usize).copied().unwrap_or(SeenPixels::NONE)),
         );
-        let (origin, direction) = eight_rays(simd, rays, places);
+        let (origin, direction) = eight_rays(simd, rays, indices);
         let [a, b, c] = own.corners;
         let (normal, magnitude) = cross(minus(b, a), minus(c, a));
         let towards = minus(a, origin);
@@ -108,8 +108,8 @@ impl<S: Simd> EightPoints<S> {
 ///
 /// Each component has four roundings: it is wrong by at most 4 × [`ROUNDING`] × the largest one.
 #[inline(always)]
-fn eight_rays<S: Simd>(simd: S, rays: &CameraRays, places: [u32; 8]) -> (Vectors<S>, Vectors<S>) {
-    let pixels = places.map(|place| rays.order.column_and_row(place as usize));
+fn eight_rays<S: Simd>(simd: S, rays: &CameraRays, indices: [u32; 8]) -> (Vectors<S>, Vectors<S>) {
+    let pixels = indices.map(|index| rays.order.column_and_row(index as usize));
     let columns = f64x8::simd_from(simd, pixels.map(|(column, _)| f64::from(column)));
     let rows = f64x8::simd_from(simd, pixels.map(|(_, row)| f64::from(row)));
     let (step_x, step_y) = (splat_vector(simd, rays.step_x), splat_vector(simd, rays.step_y));

@@ -1,31 +1,30 @@
 use super::{SeenPixels, TileOrder};
 
-/// Which pixels a light reaches: one bit each, in [`TileOrder`].
+/// Which pixels of an image a light reaches: the answer of [`Structure::shadow`](crate::Structure::shadow).
 ///
-/// A bit is set where a triangle is seen and nothing stands between it and the light. Cones and ranges of lights don't
-/// count here.
+/// One bit a pixel, in [`TileOrder`]. It is set where the pixel shows a triangle and no other one stands between that point
+/// and the light. The light's cone and range play no part.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LightMask {
     order: TileOrder,
-    /// One for each block of pixels, the first pixel in the lowest bit.
+    /// A word for each block of pixels, the first pixel in the lowest bit.
     blocks: Vec<u16>,
 }
 
 impl LightMask {
-    /// Makes room for an image and keeps the memory; which pixels are lit then is left over from before.
+    /// Makes room for an image and keeps the memory. Which pixels are lit is undefined until a structure writes it.
     pub fn resize(&mut self, order: TileOrder) {
         self.order = order;
         self.blocks.resize(order.slots() / TileOrder::BLOCK_PIXELS, 0);
     }
 
-    /// Where each pixel is stored.
+    /// The order in which pixels are stored.
     #[must_use]
     pub fn order(&self) -> TileOrder {
         self.order
     }
 
-    /// Whether nothing stands between the light and what the pixel in column `x` and row `y` shows; false where it
-    /// shows no triangle.
+    /// Whether the light reaches what the pixel in column `x` and row `y` shows; false where it shows no triangle.
     ///
     /// # Panics
     /// If the pixel is outside of the image's tiles.
@@ -43,7 +42,7 @@ impl LightMask {
         self.blocks[index / TileOrder::BLOCK_PIXELS] >> (index % TileOrder::BLOCK_PIXELS) & 1 == 1
     }
 
-    /// Which pixels of each block of 4×4 it reaches, the first one in the lowest bit.
+    /// A word for each block of 4×4 pixels, with a bit for each that is lit: the first pixel in the lowest bit.
     #[must_use]
     pub fn blocks(&self) -> &[u16] {
         &self.blocks

@@ -32,14 +32,14 @@ pub(crate) use statistics::{Steps, Tally};
 pub use tile_order::TileOrder;
 pub use work::{Bytes, Counts, Seconds, Work};
 
-/// What is asked of a structure: what the ray through each pixel of an image hits, and which lights reach it there.
+/// A question to a structure: what does the ray through each pixel of an image hit, and which lights reach that point?
 #[derive(Clone, Copy)]
 pub struct Shot<'a> {
     /// The scene.
     pub triangles: Triangles<'a>,
     /// The camera and its image.
     pub view: View,
-    /// Where in each pixel its ray goes through, from (0, 0) for the upper left corner to (1, 1).
+    /// The point of each pixel that its ray goes through: from (0, 0), the upper left corner, to (1, 1).
     pub offset_pixels: DVec2,
     /// What stops camera rays.
     pub opacity: &'a dyn Opacity,

@@ -1,7 +1,7 @@
 /// What triangles do to rays: which are opaque, and which points of the others stop a ray.
 ///
-/// Camera rays and shadow rays may ask different ones: see [`Shot`](super::Shot). A function of a triangle and the weights
-/// of its second and third vertex is an opacity of triangles none of which is opaque throughout.
+/// Camera rays and shadow rays may have different ones: see [`Shot`](super::Shot). A closure that answers
+/// [`stops`](Self::stops) is an opacity too, of triangles none of which is opaque throughout.
 pub trait Opacity: Sync {
     /// Whether every point of `triangle` stops rays, so that nothing else needs to be asked about it.
     fn is_opaque(&self, triangle: u32) -> bool;

@@ -1,8 +1,8 @@
 use super::TileOrder;
 
-/// What each pixel of an image sees, in [`TileOrder`].
+/// What each pixel of an image sees: the answer of [`Structure::see`](crate::Structure::see).
 ///
-/// 8 bytes a pixel.
+/// Both lists are in [`TileOrder`], which gives a pixel's index. 8 bytes a pixel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeenPixels {
     order: TileOrder,
@@ -20,14 +20,14 @@ impl SeenPixels {
     /// How wrong `inverse_depth` may be in relation to the true 1/t.
     pub const RELATIVE_ERROR: f32 = 1.0 / (1 << 19) as f32;
 
-    /// Makes room for an image and keeps the memory; what it holds then is left over from before.
+    /// Makes room for an image and keeps the memory. What pixels see is undefined until a structure writes it.
     pub fn resize(&mut self, width: u32, height: u32) {
         self.order = TileOrder::new(width, height);
         self.triangle.resize(self.order.slots(), Self::NONE);
         self.inverse_depth.resize(self.order.slots(), f32::NAN);
     }
 
-    /// Where each pixel is stored.
+    /// The order in which pixels are stored.
     #[must_use]
     pub fn order(&self) -> TileOrder {
         self.order
@@ -42,7 +42,7 @@ impl SeenPixels {
         self.triangle[self.order.index(x, y)]
     }
 
-    /// Which pixels of each block of 4×4 show a triangle, the first one in the lowest bit.
+    /// A word for each block of 4×4 pixels, with a bit for each that shows a triangle: the first pixel in the lowest bit.
     pub fn shown(&self) -> impl ExactSizeIterator<Item = u16> + '_ {
         self.triangle.chunks_exact(TileOrder::BLOCK_PIXELS).map(Self::shown_of)
     }

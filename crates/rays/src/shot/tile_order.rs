@@ -1,4 +1,4 @@
-/// The order in which what belongs to an image's pixels is stored: near each other in the image, near in memory.
+/// The order in which an image's pixels are stored: what is near in the image is near in memory.
 ///
 /// Tiles of 64×64 pixels follow each other in rows, in a tile blocks of 4×4 pixels, in a block pixels. Tiles at the
 /// right and lower border are whole: some of their slots stand for no pixel.
@@ -61,7 +61,7 @@ impl TileOrder {
         block * Self::BLOCK_PIXELS as u32 + y % Self::BLOCK * Self::BLOCK + x % Self::BLOCK
     }
 
-    /// Column and row of what is stored at `index`; beyond the image's border where that is no pixel.
+    /// Column and row of the slot at `index`; beyond the image's border where that stands for no pixel.
     #[inline(always)]
     #[must_use]
     pub fn column_and_row(&self, index: usize) -> (u32, u32) {
@@ -74,7 +74,7 @@ impl TileOrder {
         (x, y)
     }
 
-    /// Column and row of the pixel that is stored at `index`; `None` where that is none.
+    /// Column and row of the pixel that is stored at `index`; `None` for a slot beyond the border.
     #[inline(always)]
     #[must_use]
     pub fn pixel(&self, index: usize) -> Option<(u32, u32)> {

@@ -24,7 +24,7 @@ pub(crate) fn max3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
     a.max(b).max(c)
 }
 
-/// One corner of 16 triangles, given as places in `vertices`, the last of which stands for all that are out of range:
+/// One corner of 16 triangles, given as indices of `vertices`, the last of which stands for all that are out of range:
 /// the four numbers of each.
 #[inline(always)]
 pub(crate) fn load_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
@@ -66,6 +66,6 @@ fn load_quarter<S: Simd, V: Copy + Into<[f32; 4]>>(
 }
 
 #[inline(always)]
-fn load_vertex<S: Simd, V: Copy + Into<[f32; 4]>>(simd: S, vertices: &[V], place: u32) -> f32x4<S> {
-    f32x4::simd_from(simd, vertices[(place as usize).min(vertices.len() - 1)].into())
+fn load_vertex<S: Simd, V: Copy + Into<[f32; 4]>>(simd: S, vertices: &[V], index: u32) -> f32x4<S> {
+    f32x4::simd_from(simd, vertices[(index as usize).min(vertices.len() - 1)].into())
 }

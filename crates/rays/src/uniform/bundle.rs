@@ -4,7 +4,9 @@ use glam::DVec3;
 
 use super::slices::Scratch;
 use crate::choices;
-use crate::packet::{AnyHitBlock, Common, Doubt, Group, LANES, MOST_BLOCKS, NearestBlock, PacketRays, Range, Space};
+use crate::packet::{
+    AnyHitBlock, Common, Group, LANES, MOST_BLOCKS, NearestBlock, PacketRays, Range, Space, Undecided,
+};
 use crate::shot::TileOrder;
 
 /// Pixels along an edge of a packet (Wald et al. 2006, §4.1).
@@ -72,8 +74,8 @@ pub(super) struct Worker {
     pub(super) rays: PacketRays,
     pub(super) nearest: [NearestBlock; MOST_BLOCKS],
     pub(super) any_hit: [AnyHitBlock; MOST_BLOCKS],
-    pub(super) doubts: Vec<Doubt>,
-    pub(super) shadow_doubts: Vec<(u16, u16, u32)>,
+    pub(super) undecided: Vec<Undecided>,
+    pub(super) undecided_shadows: Vec<(u16, u16, u32)>,
     pub(super) scratch: Scratch,
 }
 
@@ -84,8 +86,8 @@ impl Default for Worker {
             rays: PacketRays::default(),
             nearest: [NearestBlock::EMPTY; MOST_BLOCKS],
             any_hit: [AnyHitBlock::EMPTY; MOST_BLOCKS],
-            doubts: Vec::new(),
-            shadow_doubts: Vec::new(),
+            undecided: Vec::new(),
+            undecided_shadows: Vec::new(),
             scratch: Scratch::default(),
         }
     }
@@ -94,8 +96,8 @@ impl Default for Worker {
 impl Worker {
     pub(super) fn bytes(&self) -> usize {
         size_of::<Self>()
-            + self.doubts.capacity() * size_of::<Doubt>()
-            + self.shadow_doubts.capacity() * size_of::<(u16, u16, u32)>()
+            + self.undecided.capacity() * size_of::<Undecided>()
+            + self.undecided_shadows.capacity() * size_of::<(u16, u16, u32)>()
     }
 }
 
@@ -293,14 +295,14 @@ impl Bundle {
     #[inline(always)]
     pub(super) fn place_rays<S: Simd>(&self, simd: S, space: &Space, rays: &mut PacketRays) {
         let shape = Shape::of(space);
-        let (middle, scale) = space.places();
+        let (middle, scale) = space.middle_and_scale();
         rays.start(self.count);
         for block in 0..self.count {
             let low = self.shaped(simd, block, 0, shape);
             let high = self.shaped(simd, block, 1, shape);
             let x = ((low[0] - middle[0]) * scale[0]).narrow((high[0] - middle[0]) * scale[0]);
             let y = ((low[1] - middle[1]) * scale[1]).narrow((high[1] - middle[1]) * scale[1]);
-            rays.place(simd, block, [x, y], self.members[block]);
+            rays.set(simd, block, [x, y], self.members[block]);
         }
     }
 

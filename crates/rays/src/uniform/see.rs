@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::UniformGrid;
 use super::bundle::{Bundle, Shape, Worker, lanes_of};
 use crate::Ray;
-use crate::packet::{Common, Doubt, Group, LANES, Nearest, NearestBlock, Range, Space};
+use crate::packet::{Common, Group, LANES, Nearest, NearestBlock, Range, Space, Undecided};
 use crate::predicate::{crossing, settle};
 use crate::shot::{CameraRays, Counts, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
 
@@ -136,7 +136,7 @@ impl CameraTrace<'_> {
     /// Traces the rays that can be traced with the first that is left.
     #[inline(always)]
     fn trace_group<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, ray: (usize, usize)) {
-        let Worker { bundle, rays, nearest, doubts, scratch, .. } = worker;
+        let Worker { bundle, rays, nearest, undecided, scratch, .. } = worker;
         let is_perspective = self.rays.is_perspective;
         let group = Group::of(if is_perspective { bundle.vector(ray.0, ray.1) } else { self.rays.forward });
         bundle.start_group(simd, group, ray, is_perspective, None);
@@ -151,7 +151,7 @@ impl CameraTrace<'_> {
             let starts = [-ways.high - error, error - ways.low].map(|nearness| nearness as f32);
             ([starts[0].next_down(), starts[1].next_up()], [ways.low - error, f64::INFINITY])
         };
-        let mut query = Nearest::new(simd, rays, &mut nearest[..count], doubts, starts, self.opacity);
+        let mut query = Nearest::new(simd, rays, &mut nearest[..count], undecided, starts, self.opacity);
         self.grid.visit_slices(simd, self.shot.triangles, &space, within, scratch, &mut query);
         self.settle(worker, &space, first);
     }
@@ -186,8 +186,8 @@ impl CameraTrace<'_> {
 
     /// Settles what is in doubt.
     fn settle(&self, worker: &mut Worker, space: &Space, first: usize) {
-        let Worker { bundle, nearest, doubts, scratch, .. } = worker;
-        for &Doubt { block, lane, triangle, high } in &*doubts {
+        let Worker { bundle, nearest, undecided, scratch, .. } = worker;
+        for &Undecided { block, lane, triangle, high } in &*undecided {
             let (block, lane) = (usize::from(block), usize::from(lane));
             let found = &mut nearest[block];
             if high < found.low[lane] {
@@ -202,7 +202,7 @@ impl CameraTrace<'_> {
             }
             scratch.statistics.note(|counts| counts.settled += settled);
         }
-        doubts.clear();
+        undecided.clear();
     }
 
     /// Bounds of the nearness of a hit, whose t is right to its last bit.

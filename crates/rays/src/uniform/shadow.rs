@@ -173,7 +173,7 @@ impl LightTrace<'_> {
 
     #[inline(always)]
     fn trace_packet<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, packet: &Packet) {
-        let Worker { bundle, rays, any_hit, shadow_doubts, scratch, .. } = worker;
+        let Worker { bundle, rays, any_hit, undecided_shadows, scratch, .. } = worker;
         let Packet { space, within, limit_error } = packet;
         bundle.place_rays(simd, space, rays);
         for (block, found) in any_hit[..bundle.count].iter_mut().enumerate() {
@@ -187,7 +187,7 @@ impl LightTrace<'_> {
         scratch.statistics.note(|counts| counts.rays += u64::from(bundle.len()));
         let shot = self.image.shot;
         let mut query =
-            AnyHit::new(simd, rays, &mut any_hit[..count], shadow_doubts, *limit_error, shot.shadow_opacity);
+            AnyHit::new(simd, rays, &mut any_hit[..count], undecided_shadows, *limit_error, shot.shadow_opacity);
         self.grid.visit_slices(simd, shot.triangles, space, *within, scratch, &mut query);
         self.settle(worker, first);
     }
@@ -236,11 +236,11 @@ impl LightTrace<'_> {
 
     /// Settles what is in doubt.
     fn settle(&self, worker: &mut Worker, first: usize) {
-        let Worker { bundle, any_hit, shadow_doubts, scratch, .. } = worker;
+        let Worker { bundle, any_hit, undecided_shadows, scratch, .. } = worker;
         // One pixel after the other, so that each shadow ray is found once.
-        shadow_doubts.sort_unstable();
+        undecided_shadows.sort_unstable();
         let mut shadows = settle::Shadows::new(self.image, self.light);
-        for &(block, lane, id) in &*shadow_doubts {
+        for &(block, lane, id) in &*undecided_shadows {
             let found = &mut any_hit[usize::from(block)];
             if found.shadowed >> lane & 1 == 1 {
                 continue;
@@ -249,7 +249,7 @@ impl LightTrace<'_> {
             let index = first + usize::from(bundle.blocks[usize::from(block)]) * LANES + usize::from(lane);
             found.shadowed |= u16::from(shadows.is_shadowed_by(index, id)) << lane;
         }
-        shadow_doubts.clear();
+        undecided_shadows.clear();
     }
 }
 

@@ -21,7 +21,7 @@ pub(crate) struct KdBouncesFlags {
 }
 
 const COLUMNS: &[(&str, usize)] =
-    &[("scene", 22), ("bounce", 6), ("rays", 9), ("traversal", 13), ("single", 8), ("packets", 8), ("ratio", 6)];
+    &[("scene", 26), ("bounce", 6), ("rays", 9), ("traversal", 13), ("single", 8), ("packets", 8), ("ratio", 6)];
 
 const TRAVERSALS: [KdTraversal; 4] =
     [KdTraversal::Stack, KdTraversal::Restart, KdTraversal::PushDown, KdTraversal::ShortStack(4)];

@@ -22,7 +22,7 @@ pub(crate) struct KdBuildersFlags {
 }
 
 const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 22),
+    ("scene", 26),
     ("triangles", 9),
     ("builder", 10),
     ("build_1", 9),

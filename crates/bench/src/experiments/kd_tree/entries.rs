@@ -18,7 +18,7 @@ pub(crate) struct KdEntriesFlags {
 }
 
 const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 22),
+    ("scene", 26),
     ("rays", 7),
     ("width", 8),
     ("entry", 12),

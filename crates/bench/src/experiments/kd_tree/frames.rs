@@ -25,7 +25,7 @@ pub(crate) struct KdFramesFlags {
 }
 
 const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 22),
+    ("scene", 26),
     ("triangles", 9),
     ("rebuild", 18),
     ("build", 9),

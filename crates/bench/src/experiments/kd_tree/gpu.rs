@@ -27,7 +27,7 @@ pub(crate) struct KdGpuFlags {
 }
 
 const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 22),
+    ("scene", 26),
     ("primary", 10),
     ("traversal", 13),
     ("packet", 6),

@@ -18,7 +18,7 @@ pub(crate) struct KdTraversalsFlags {
 }
 
 const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 22),
+    ("scene", 26),
     ("rays", 9),
     ("traversal", 13),
     ("width", 6),
