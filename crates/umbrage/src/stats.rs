@@ -21,8 +21,8 @@ pub struct Stats {
     pub camera_rays: u64,
     /// Shadow rays traced.
     pub shadow_rays: u64,
-    /// What the predicate settled of the camera rays, of surfaces that are seen first; `None` where that isn't counted:
-    /// by the paper's form on the CPU, and by the hierarchy.
+    /// What the predicate settled of the camera rays, of surfaces that are seen first; `None` where that isn't counted: by
+    /// structures for all rays.
     pub settled_camera_rays: Option<Settled>,
     /// The same of the shadow rays from these surfaces, of all lights together.
     pub settled_shadow_rays: Option<Settled>,

@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::command::{cargo_workspace, has_subcommand, run};
+use crate::command::{cargo_workspace, run};
 use crate::equipped_tests::{GPU, WINDOW};
 use crate::outcome::Outcome;
 use crate::repository::files;
@@ -10,21 +10,14 @@ use crate::test_times::{self, TestTimes};
 /// Test programs that have a check of their own.
 const APART: [&str; 2] = [GPU.program, WINDOW.program];
 
-/// All tests but those in documentation, which nextest can't run, and those that have a check of their own.
+/// All tests but those in documentation and those that have a check of their own. A program's tests run in one process,
+/// since those of the conformance suite share what the oracle says.
 pub(crate) fn check(root: &Path) -> Outcome {
-    let mut test = if has_subcommand("nextest") {
-        let others = format!("not ({})", APART.map(|name| format!("binary(={name})")).join(" or "));
-        let mut nextest = cargo_workspace(root, &["nextest", "run"]);
-        nextest.args(["--no-fail-fast", "-E", &others]);
-        nextest
-    } else {
-        let mut test = cargo_workspace(root, &["test", "--no-fail-fast", "--lib", "--bins", "--examples"]);
-        for program in test_programs(root)?.iter().filter(|program| !APART.contains(&program.as_str())) {
-            test.args(["--test", program]);
-        }
-        test_times::ask_for_times(&mut test);
-        test
-    };
+    let mut test = cargo_workspace(root, &["test", "--no-fail-fast", "--lib", "--bins", "--examples"]);
+    for program in test_programs(root)?.iter().filter(|program| !APART.contains(&program.as_str())) {
+        test.args(["--test", program]);
+    }
+    test_times::ask_for_times(&mut test);
     TestTimes::of(&mut test, None)?;
     Ok(())
 }

@@ -367,20 +367,21 @@ fn diagonal() -> (Frame, Settings) {
     (frame, Settings { width: 10, height: 10, camera: camera.into(), ..Settings::default() })
 }
 
-fn settled(renderer: &mut Renderer, samples: u32) -> [Settled; 2] {
+fn settled(renderer: &mut Renderer, structure: Structure, samples: u32) -> [Option<Settled>; 2] {
     let (frame, settings) = diagonal();
-    renderer.render_frame(&frame, &Settings { samples, ..settings }).expect("a frame");
+    renderer.render_frame(&frame, &Settings { samples, structure, ..settings }).expect("a frame");
     let Stats { settled_camera_rays, settled_shadow_rays, .. } = renderer.stats();
-    [settled_camera_rays, settled_shadow_rays].map(|settled| settled.expect("counted"))
+    [*settled_camera_rays, *settled_shadow_rays]
 }
 
 #[test]
 fn rays_through_edges_are_settled_by_the_predicate() {
-    let check = |renderer: &mut Renderer, knows_rays: bool| {
-        let [of_camera, of_light] = settled(renderer, 1);
+    let check = |renderer: &mut Renderer, structure: Structure, knows_rays: bool| {
+        let mut settled = |samples| settled(renderer, structure, samples).map(|settled| settled.expect("counted"));
+        let [of_camera, of_light] = settled(1);
         // On both triangles of the square; of the light, on the other one of them and on the one behind the camera.
         for settled in [of_camera, of_light] {
-            assert!((10..=20).contains(&settled.tests) && settled.of_rays == 100, "{settled:?}");
+            assert!((10..=20).contains(&settled.tests) && settled.of_rays == 100, "{structure:?}: {settled:?}");
         }
         assert_eq!((of_camera.rays, of_light.rays), (knows_rays.then_some(10), None));
         // The first and the last of four samples are on the diagonal.
@@ -389,18 +390,16 @@ fn rays_through_edges_are_settled_by_the_predicate() {
             rays: once.rays.map(|rays| 2 * rays),
             of_rays: 4 * once.of_rays,
         };
-        assert_eq!(settled(renderer, 4), [of_camera, of_light].map(twice));
-        assert_eq!(settled(renderer, 1), [of_camera, of_light]);
+        assert_eq!(settled(4), [of_camera, of_light].map(twice));
+        assert_eq!(settled(1), [of_camera, of_light]);
     };
-    check(&mut Renderer::default(), false);
-    if let Some(mut gpu) = common::renderer() {
-        check(&mut gpu, true);
+    for structure in [Structure::Perspective, Structure::LISTED] {
+        check(&mut Renderer::default(), structure, false);
     }
-    for structure in [Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh] {
-        let mut renderer = Renderer::default();
-        let (frame, settings) = diagonal();
-        renderer.render_frame(&frame, &Settings { structure, ..settings }).expect("a frame");
-        let Stats { settled_camera_rays, settled_shadow_rays, .. } = renderer.stats();
-        assert_eq!((settled_camera_rays, settled_shadow_rays), (&None, &None), "{structure:?}");
+    if let Some(mut gpu) = common::renderer() {
+        check(&mut gpu, Structure::Perspective, true);
+    }
+    for structure in [Structure::GRID, Structure::KD_TREE, Structure::Bvh] {
+        assert_eq!(settled(&mut Renderer::default(), structure, 1), [None, None], "{structure:?}");
     }
 }
