@@ -2,13 +2,13 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::command::{cargo_workspace, run};
-use crate::equipped_tests::{GPU, WINDOW};
+use crate::equipped_tests::{GPU, VIEWER, WINDOW};
 use crate::outcome::Outcome;
 use crate::repository::files;
 use crate::test_times::{self, TestTimes};
 
 /// Test programs that have a check of their own.
-const APART: [&str; 2] = [GPU.program, WINDOW.program];
+const APART: [&str; 3] = [GPU.program, VIEWER.program, WINDOW.program];
 
 /// All tests but those in documentation and those that have a check of their own. A program's tests run in one process,
 /// since those of the conformance suite share what the oracle says.

@@ -21,6 +21,9 @@ pub(crate) struct EquippedTests {
 pub(crate) const GPU: EquippedTests =
     EquippedTests { program: "gpu", marker: "skipped-gpu:", package: debian::SOFTWARE_ADAPTER };
 
+/// The viewer's interface and its engines, drawn by an adapter without a window.
+pub(crate) const VIEWER: EquippedTests = EquippedTests { program: "viewer", ..GPU };
+
 /// The command with its window, on an X server without a screen.
 pub(crate) const WINDOW: EquippedTests =
     EquippedTests { program: "view", marker: "skipped-window:", package: debian::X_SERVER };

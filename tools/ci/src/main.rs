@@ -1,7 +1,7 @@
 //! Every check of the repository, as one program: `cargo run -p ci`.
 //!
 //! All checks run, whatever fails; the summary names each with its time, and the exit code is 1 where any failed. With
-//! `--all` what takes longest runs as well: the release build, and ten million rays with it.
+//! `--all` what takes longest runs as well: the window, the release build, and ten million rays with it.
 #![forbid(unsafe_code)]
 
 mod command;
@@ -24,7 +24,7 @@ use std::process::{Command, ExitCode};
 use std::time::Instant;
 
 use command::{cargo, cargo_workspace, has_subcommand, run};
-use equipped_tests::{GPU, WINDOW};
+use equipped_tests::{GPU, VIEWER, WINDOW};
 use outcome::{NotPassed, Outcome, Ran};
 use repository::Build;
 
@@ -44,16 +44,18 @@ const CHECKS: &[Check] = &[
     ("tests", cpu_tests::check),
     ("examples", examples::check),
     ("GPU tests", |root| GPU.check(root)),
-    ("window", |root| WINDOW.check(root)),
     ("doc tests", |root| run(&mut cargo_workspace(root, &["test", "--doc"]))),
     ("benchmarks", cpu_tests::check_benchmarks),
-    ("programs", |root| run(&mut cargo_workspace(root, &["build", "--bins"]))),
+    // With the examples, so that dependencies have the features that tests gave them, and aren't compiled anew.
+    ("programs", |root| run(&mut cargo_workspace(root, &["build", "--bins", "--examples"]))),
     ("smoke render", |root| smoke::check(root, Build::Dev)),
     ("watertight", |root| watertight(root, Build::Dev, "1e6")),
 ];
 
-/// What `--all` adds: everything is compiled once more, as users compile it.
+/// What `--all` adds: the window, and everything compiled once more, as users compile it.
 const LONG_CHECKS: &[Check] = &[
+    ("viewer", |root| VIEWER.check(root)),
+    ("window", |root| WINDOW.check(root)),
     ("release build", |root| {
         run(cargo(root).args(["build", "--release", "--bins", "-p", "umbrage-cli", "-p", "umbrage-verify", "--locked"]))
     }),
