@@ -7,8 +7,10 @@ mod meshes;
 mod oracle;
 mod plates;
 mod random;
+pub mod referee;
 mod scenes;
 mod sheet;
+pub mod structures;
 pub mod views;
 
 pub use case::{Case, Truth};

@@ -2,8 +2,8 @@
 // and `predicate::expansion`.
 
 import package::exact::double::{
-    F64, F64Terms, F64_NEGATIVE_ZERO, F64_ZERO, f64_abs, f64_add, f64_divide, f64_is_zero, f64_multiply, f64_negate,
-    two_product, two_sum,
+    F64, F64Terms, F64_ZERO, f64_abs, f64_add, f64_divide, f64_is_below_zero, f64_is_zero, f64_multiply, f64_negate,
+    f64_subtract, two_product, two_sum,
 };
 import package::exact::vector::{F64Vector};
 
@@ -20,12 +20,14 @@ fn double_from_terms(terms: F64Terms) -> DoubleDouble {
     return DoubleDouble(terms.high, terms.low, f64_abs(terms.high));
 }
 
-// dividend ÷ divisor as an F64, to about one unit in the last place.
-fn double_quotient(dividend: DoubleDouble, divisor: DoubleDouble) -> F64 {
+// dividend ÷ divisor rounded to an F64: as it would be if it were a little less and a little more, by `error` of itself.
+fn double_quotient(dividend: DoubleDouble, divisor: DoubleDouble, error: F64) -> F64Terms {
     let first = f64_divide(dividend.high, divisor.high);
     let factor = DoubleDouble(f64_negate(first), F64_ZERO, f64_abs(first));
     let rest = double_plus(dividend, double_times(divisor, factor));
-    return f64_add(first, f64_divide(rest.high, divisor.high));
+    let second = f64_divide(rest.high, divisor.high);
+    let margin = f64_multiply(f64_abs(first), error);
+    return F64Terms(f64_add(first, f64_add(second, margin)), f64_add(first, f64_subtract(second, margin)));
 }
 
 fn double_negated(a: DoubleDouble) -> DoubleDouble {
@@ -142,17 +144,25 @@ fn expansion_add_product(terms: ptr<function, ExpansionTerms>, start: u32, len: 
     return grown;
 }
 
-// (a × b) · c to within one rounding, with the exact sign: three products of 2 · 16 · 2 terms at most.
+// (a × b) · c, rounded to two terms, with the exact sign: three products of 2 · 16 · 2 terms at most. Where a component of
+// a × b is above zero, it meets `c_above`, else `c_below`.
 //
 // A component of a × b is added to the sum as soon as it is known, so that one is held at a time.
-fn expansion_triple(terms: ptr<function, ExpansionTerms>, a: TermsVector, b: TermsVector, c: TermsVector) -> F64 {
+fn expansion_triple(
+    terms: ptr<function, ExpansionTerms>,
+    a: TermsVector,
+    b: TermsVector,
+    c_above: TermsVector,
+    c_below: TermsVector,
+) -> F64Terms {
     var left = a;
     var right = b;
-    var along = c;
+    var above = c_above;
+    var below = c_below;
     var len = 0u;
     for (var axis = 0u; axis < 3u; axis++) {
         var component_len = 0u;
-        // The products that make up the component, then those of its terms and `along`. One loop for both, since what
+        // The products that make up the component, then those of its terms and c. One loop for both, since what
         // it calls compiles slowly.
         for (var index = 0u; index < 8u + 2u * component_len; index++) {
             let is_component = index < 8u;
@@ -165,8 +175,10 @@ fn expansion_triple(terms: ptr<function, ExpansionTerms>, a: TermsVector, b: Ter
             var factor = select(unsigned_factor, f64_negate(unsigned_factor), is_subtracted);
             var other = terms_pick(right.z, right.y, is_subtracted, is_right_high);
             if !is_component {
+                // The last term has the component's sign.
+                let last = expansion_term(terms, EXPANSION_COMPONENT + component_len - 1u);
                 factor = expansion_term(terms, EXPANSION_COMPONENT + ((index - 8u) >> 1u));
-                other = select(along.x.low, along.x.high, is_right_high);
+                other = terms_pick(above.x, below.x, f64_is_below_zero(last), is_right_high);
             }
             let start = select(EXPANSION_SUM, EXPANSION_COMPONENT, is_component);
             let grown = expansion_add_product(terms, start, select(len, component_len, is_component), factor, other);
@@ -175,14 +187,15 @@ fn expansion_triple(terms: ptr<function, ExpansionTerms>, a: TermsVector, b: Ter
         }
         left = terms_turned(left);
         right = terms_turned(right);
-        along = terms_turned(along);
+        above = terms_turned(above);
+        below = terms_turned(below);
     }
-    // As Rust's sums, which start from −0.
-    var estimate = F64_NEGATIVE_ZERO;
+    var rounded = F64Terms(F64_ZERO, F64_ZERO);
     for (var index = 0u; index < len; index++) {
-        estimate = f64_add(estimate, expansion_term(terms, EXPANSION_SUM + index));
+        let sum = two_sum(rounded.high, expansion_term(terms, EXPANSION_SUM + index));
+        rounded = F64Terms(sum.high, f64_add(rounded.low, sum.low));
     }
-    return estimate;
+    return rounded;
 }
 
 fn terms_pick(first: F64Terms, second: F64Terms, is_second: bool, is_high: bool) -> F64 {

@@ -4,12 +4,12 @@
 // Corners come as the bits of their f32 coordinates: what holds an f32 may lose subnormal numbers.
 
 import package::exact::double::{
-    F64, f64_abs, f64_add, f64_divide, f64_exponent_field, f64_is_above_zero, f64_is_below_zero, f64_is_finite,
+    F64, F64Terms, f64_abs, f64_add, f64_divide, f64_equal, f64_exponent_field, f64_is_above_zero, f64_is_below_zero, f64_is_finite,
     f64_larger_magnitude, f64_magnitude_less, f64_multiply, f64_to_f32_bits,
 };
 import package::exact::expansion::{
-    DoubleDouble, ExpansionTerms, TermsVector, double_quotient, double_triples, expansion_triple, terms_difference,
-    terms_from_vector,
+    DoubleDouble, ExpansionTerms, TermsVector, double_from_terms, double_quotient, double_triples, expansion_triple,
+    terms_difference, terms_from_vector,
 };
 import package::exact::vector::{
     F64Vector, f64_cross, f64_dot, f64_largest_magnitude, f64_vector_from_f32_bits, f64_vector_scale,
@@ -59,8 +59,12 @@ struct ExactEdges {
 // 64 times half the distance from one to the next F64: 2⁻⁴⁷.
 const EXACT_ROUNDINGS_64 = F64(0u, 0x3d000000u);
 
-// 2⁻⁴⁰ of the terms left over from a double-double sum is precise enough.
-const EXACT_CANCELLATION = F64(0u, 0x3d700000u);
+// 2⁻²⁶ of the terms left over from a double-double sum is precise enough.
+const EXACT_CANCELLATION = F64(0u, 0x3e500000u);
+
+// The relative errors of quotients: 2⁻⁷⁰ of numbers that are precise, 2⁻¹⁰⁰ of those that were rounded to two terms.
+const EXACT_PRECISION = F64(0u, 0x3b900000u);
+const EXACT_ROUNDED = F64(0u, 0x39b00000u);
 
 // 1e-250: below this an error bound may itself have lost bits to underflow.
 const EXACT_SMALLEST_TRUSTED_BOUND = F64(0x5da2824cu, 0x0c06e93fu);
@@ -174,7 +178,7 @@ fn exact_edges(terms: ptr<function, ExpansionTerms>, ray: ExactRay, corners: Cor
             // d · ((p − o) × (q − o)) to within one rounding, with the exact sign.
             let p = terms_difference(exact_corner(edges.corners, (corner + 1u) % 3u), ray.origin);
             let q = terms_difference(exact_corner(edges.corners, (corner + 2u) % 3u), ray.origin);
-            let weight = expansion_triple(terms, p, q, direction);
+            let weight = expansion_triple(terms, p, q, direction, direction).high;
             positive |= f64_is_above_zero(weight);
             negative |= f64_is_below_zero(weight);
             edges.weights = F64Vector(
@@ -188,33 +192,38 @@ fn exact_edges(terms: ptr<function, ExpansionTerms>, ray: ExactRay, corners: Cor
     return edges;
 }
 
-// n · d and n · (A − o) for the unnormalised normal n: t is the second over the first.
+// t, rounded to the nearest F64: n · (A − o) over n · d for the unnormalised normal n.
 //
-// In double-double arithmetic where that is exact enough to give t its last bit, else exactly.
+// In double-double arithmetic where that can tell, else exactly. What is within 2⁻⁴⁵ units in the last place of the
+// middle between two F64 goes to the even one.
 fn exact_t(terms: ptr<function, ExpansionTerms>, ray: ExactRay, edges: ExactEdges) -> F64 {
     let a = edges.corners.a;
     let ab = terms_difference(edges.corners.b, a);
     let ac = terms_difference(edges.corners.c, a);
     var towards = terms_difference(a, ray.origin);
-    let direction = terms_from_vector(ray.direction);
-    let triples = double_triples(ab, ac, towards, direction);
+    let triples = double_triples(ab, ac, towards, terms_from_vector(ray.direction));
     let height = triples.with_c;
     let slope = triples.with_d;
-    if exact_is_precise(slope) && exact_is_precise(height) {
-        return double_quotient(height, slope);
+    let quotient = double_quotient(height, slope, EXACT_PRECISION);
+    if exact_is_precise(slope) && exact_is_precise(height) && f64_equal(quotient.low, quotient.high) {
+        return quotient.low;
     }
-    var exact_height: F64;
-    var exact_slope: F64;
+    let scale = exact_scale_to_one(ray.direction);
+    var exact_height: F64Terms;
+    var exact_slope: F64Terms;
     for (var vector = 0u; vector < 2u; vector++) {
         exact_height = exact_slope;
-        exact_slope = expansion_triple(terms, ab, ac, towards);
-        towards = direction;
+        exact_slope = expansion_triple(terms, ab, ac, towards, towards);
+        towards = terms_from_vector(f64_vector_scale(ray.direction, scale));
     }
-    return f64_divide(exact_height, exact_slope);
+    let exact = double_quotient(double_from_terms(exact_height), double_from_terms(exact_slope), EXACT_ROUNDED);
+    let is_even = (exact.low.x & 1u) == 0u;
+    return f64_multiply(select(exact.high, exact.low, is_even), scale);
 }
 
 fn exact_is_precise(a: DoubleDouble) -> bool {
-    return f64_magnitude_less(f64_multiply(EXACT_CANCELLATION, a.magnitude), a.high);
+    return f64_magnitude_less(f64_multiply(EXACT_CANCELLATION, a.magnitude), a.high)
+        && !f64_magnitude_less(a.magnitude, EXACT_SMALLEST_TRUSTED_BOUND);
 }
 
 // The bits of the f32 weights of the second and third of the corners as the caller listed them.
@@ -259,5 +268,5 @@ fn exact_is_against_normal(terms: ptr<function, ExpansionTerms>, corners: ExactC
     if exact_is_precise(product) {
         return f64_is_below_zero(product.high);
     }
-    return f64_is_below_zero(expansion_triple(terms, ab, ac, vector));
+    return f64_is_below_zero(expansion_triple(terms, ab, ac, vector, vector).high);
 }

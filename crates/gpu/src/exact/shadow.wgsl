@@ -1,7 +1,7 @@
 // What shadows a point: bit for bit the Rust crate's `predicate::shadow`.
 
 import package::exact::double::{
-    F64, F64_NEGATIVE_ZERO, F64_SIGN, F64_ZERO, f64_abs, f64_add, f64_is_above_zero, f64_is_below_zero, f64_is_zero,
+    F64, F64_ZERO, f64_abs, f64_add, f64_is_above_zero, f64_is_below_zero, f64_larger_magnitude, f64_less,
     f64_magnitude_less, f64_multiply, f64_subtract,
 };
 import package::exact::expansion::{ExpansionTerms, expansion_triple, terms_difference};
@@ -14,7 +14,8 @@ import package::exact::vector::{
     f64_vector_scale, f64_vector_subtract, f64_vector_turned,
 };
 
-// A point that a ray has hit, with a bound on how far rounding may have moved it on any axis.
+// A point that a ray has hit, with a bound on how far rounding may have moved it on any axis: where the ray really meets
+// the triangle is in the box from `position − error` to `position + error`, both as F64.
 struct ExactPoint {
     position: F64Vector,
     error: F64,
@@ -27,16 +28,19 @@ struct ExactShadow {
     from_point: bool,
 }
 
-// Half the distance from one to the next F64, 2⁻⁵³, five and ten times.
-const EXACT_ROUNDINGS_5 = F64(0u, 0x3cc40000u);
-const EXACT_ROUNDINGS_10 = F64(0u, 0x3cd40000u);
+// Half the distance from one to the next F64, 2⁻⁵³, four and twenty times.
+const EXACT_ROUNDINGS_4 = F64(0u, 0x3cc00000u);
+const EXACT_ROUNDINGS_20 = F64(0u, 0x3ce40000u);
 
-// The point at distance `t` along `ray`, `t` being correct to about its last bit.
+// 2³⁰⁰. Coordinates of points may have bits far below those of corners: products keep them all where they are large.
+const EXACT_SCALE = F64(0u, 0x52b00000u);
+
+// The point at distance `t` along `ray`, `t` being correct to its last bit.
 fn exact_point(ray: ExactRay, t: F64) -> ExactPoint {
     let step = f64_vector_scale(ray.direction, t);
     let position = f64_vector_add(ray.origin, step);
     let size = f64_add(f64_largest_magnitude(step), f64_largest_magnitude(position));
-    return ExactPoint(position, f64_multiply(EXACT_ROUNDINGS_5, size));
+    return ExactPoint(position, f64_multiply(EXACT_ROUNDINGS_4, size));
 }
 
 // The segment between a light and a point. `light` has the bits of an f32 vector: the light's position, or for a
@@ -49,8 +53,8 @@ fn exact_shadow(is_directional: bool, light: vec3<u32>, point: ExactPoint) -> Ex
     return ExactShadow(ExactRay(vector, f64_vector_subtract(point.position, vector)), point, false);
 }
 
-// Whether a triangle shadows the point: whether the segment crosses it strictly between the light and the point, by more
-// than the error bound of the point itself. Ask for other triangles than the one that the point is on.
+// Whether a triangle shadows the point: whether the segment's line meets it, the light is strictly on one side of its plane,
+// and the whole box that the point is in strictly on the other. Ask for other triangles than the one that the point is on.
 //
 // Where it does, `edges` is where the segment crosses it, for `exact_barycentric`.
 fn exact_blocked_by(
@@ -59,16 +63,16 @@ fn exact_blocked_by(
     corners: CornerBits,
     edges: ptr<function, ExactEdges>,
 ) -> bool {
-    let height = exact_height_above(exact_from_corners(exact_sorted(corners).corners), shadow.point);
+    let side = exact_side_of(terms, exact_from_corners(exact_sorted(corners).corners), shadow.point);
     // Asked first, since it is cheap and the triangles around the point's own mostly end here.
-    if f64_is_zero(height) {
+    if side == 0 {
         return false;
     }
     *edges = exact_edges(terms, shadow.ray, corners);
     if (*edges).side == 0 {
         return false;
     }
-    let is_behind = ((*edges).side > 0) == (height.y < F64_SIGN);
+    let is_behind = (*edges).side == side;
     // From the point, the crossing has to be ahead of it.
     if shadow.from_point {
         return !is_behind;
@@ -76,29 +80,67 @@ fn exact_blocked_by(
     return is_behind && exact_is_ahead(terms, shadow.ray, *edges);
 }
 
-// How far a point is from the plane of a triangle, in lengths of its unnormalised normal and towards it; zero where that
-// is within the error of the point and of this evaluation.
-fn exact_height_above(corners: ExactCorners, point: ExactPoint) -> F64 {
+// On which side of a triangle's plane the whole box of a point is: 1 where the normal points, else −1, and 0 where the plane
+// meets the box or the triangle has none.
+fn exact_side_of(terms: ptr<function, ExpansionTerms>, corners: ExactCorners, point: ExactPoint) -> i32 {
+    let error = F64Vector(point.error, point.error, point.error);
+    let low_corner = f64_vector_subtract(point.position, error);
+    let high_corner = f64_vector_add(point.position, error);
     let ab = f64_vector_subtract(corners.b, corners.a);
     let ac = f64_vector_subtract(corners.c, corners.a);
-    var offset = f64_vector_subtract(point.position, corners.a);
+    var low = f64_vector_subtract(low_corner, corners.a);
+    var high = f64_vector_subtract(high_corner, corners.a);
     var left = ab;
     var right = ac;
-    // Of one component of the normal after the other; sums that start from −0 start with their first term.
-    var height = F64_NEGATIVE_ZERO;
-    var bound = F64_NEGATIVE_ZERO;
+    // Of one component of the normal after the other. Eight roundings of what is added up, and as many for a component
+    // that has the wrong sign and so the other end of the box.
+    var lowest = F64_ZERO;
+    var highest = F64_ZERO;
+    var bound = F64_ZERO;
     for (var axis = 0u; axis < 3u; axis++) {
         let forward = f64_multiply(left.y, right.z);
         let backward = f64_multiply(right.y, left.z);
+        let component = f64_subtract(forward, backward);
         let magnitude = f64_add(f64_abs(forward), f64_abs(backward));
-        let error = f64_add(f64_multiply(f64_abs(offset.x), EXACT_ROUNDINGS_10), point.error);
-        height = f64_add(height, f64_multiply(f64_subtract(forward, backward), offset.x));
-        bound = f64_add(bound, f64_multiply(magnitude, error));
+        let of_low = f64_multiply(component, low.x);
+        let of_high = f64_multiply(component, high.x);
+        let is_along = f64_less(of_low, of_high);
+        lowest = f64_add(lowest, select(of_high, of_low, is_along));
+        highest = f64_add(highest, select(of_low, of_high, is_along));
+        bound = f64_add(bound, f64_multiply(magnitude, f64_larger_magnitude(low.x, high.x)));
         left = f64_vector_turned(left);
         right = f64_vector_turned(right);
-        offset = f64_vector_turned(offset);
+        low = f64_vector_turned(low);
+        high = f64_vector_turned(high);
     }
-    return select(F64_ZERO, height, f64_magnitude_less(bound, height));
+    bound = f64_multiply(bound, EXACT_ROUNDINGS_20);
+    let is_trusted = !f64_magnitude_less(bound, EXACT_SMALLEST_TRUSTED_BOUND);
+    let is_lowest_clear = is_trusted && f64_magnitude_less(bound, lowest);
+    let is_highest_clear = is_trusted && f64_magnitude_less(bound, highest);
+    if is_lowest_clear && f64_is_above_zero(lowest) {
+        return 1;
+    }
+    if is_highest_clear && f64_is_below_zero(highest) {
+        return -1;
+    }
+    if is_lowest_clear && is_highest_clear {
+        return 0;
+    }
+    let a = f64_vector_scale(corners.a, EXACT_SCALE);
+    var above = terms_difference(f64_vector_scale(low_corner, EXACT_SCALE), a);
+    var below = terms_difference(f64_vector_scale(high_corner, EXACT_SCALE), a);
+    var side = 0;
+    for (var end = 0u; end < 2u && side == 0; end++) {
+        let height = expansion_triple(
+            terms, terms_difference(corners.b, corners.a), terms_difference(corners.c, corners.a), above, below,
+        ).high;
+        // Of the lowest corner, then of the highest.
+        side = select(-i32(f64_is_below_zero(height)), i32(f64_is_above_zero(height)), end == 0u);
+        let turned = above;
+        above = below;
+        below = turned;
+    }
+    return side;
 }
 
 // Whether the line meets the plane at t > 0, exactly.
@@ -112,12 +154,14 @@ fn exact_is_ahead(terms: ptr<function, ExpansionTerms>, ray: ExactRay, edges: Ex
     let reach = f64_multiply(reach_of_edges, f64_largest_magnitude(towards));
     let bound = f64_multiply(EXACT_ROUNDINGS_64, reach);
     if !f64_magnitude_less(bound, height) || f64_magnitude_less(bound, EXACT_SMALLEST_TRUSTED_BOUND) {
+        let towards_light = terms_difference(a, ray.origin);
         height = expansion_triple(
             terms,
             terms_difference(edges.corners.b, a),
             terms_difference(edges.corners.c, a),
-            terms_difference(a, ray.origin),
-        );
+            towards_light,
+            towards_light,
+        ).high;
     }
     return select(f64_is_below_zero(height), f64_is_above_zero(height), edges.side > 0);
 }

@@ -1,4 +1,4 @@
-use glam::Vec3A;
+use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::ploc::{PlocSearchDistance, SortPrecision};
@@ -33,11 +33,25 @@ impl Bvh {
         } else {
             self.ids.extend(all.filter(|&id| triangles.usable_corners(id).is_ok()));
         }
+        self.scale = scale_of(triangles.positions);
+        let scale = self.scale;
         self.ids
             .par_iter()
-            .map(|&id| box_around(triangles.corners(id).map(Vec3A::from)))
+            .map(|&id| box_around(triangles.corners(id).map(|corner| Vec3A::from(corner * scale))))
             .collect_into_vec(&mut self.boxes);
     }
+}
+
+/// What a scene's coordinates are multiplied with so that boxes have areas and rays have reciprocals: one but for scenes whose
+/// coordinates are huge. What that loses of small ones is less than boxes are grown by.
+fn scale_of(positions: &[Vec3]) -> f32 {
+    const HUGE: f32 = (1_u64 << 40) as f32;
+    const SCALE: f32 = 1.0 / (1_u128 << 100) as f32;
+    let is_huge = positions.par_iter().with_min_len(1 << 14).any(|position| {
+        let reach = position.abs().max_element();
+        reach > HUGE && reach.is_finite()
+    });
+    if is_huge { SCALE } else { 1.0 }
 }
 
 fn box_around([a, b, c]: [Vec3A; 3]) -> Aabb {

@@ -22,6 +22,8 @@ pub struct Bvh {
     tree: Bvh2,
     builder: PlocBuilder,
     boxes: Vec<obvhs::aabb::Aabb>,
+    /// What coordinates are multiplied with in all boxes: a power of two.
+    scale: f32,
     /// Triangle id of each box.
     ids: Vec<u32>,
     omitted: Omitted,

@@ -9,7 +9,7 @@ use crate::{Ray, Triangles, Visit};
 impl Visit for Bvh {
     fn reach(&self) -> f32 {
         let root = self.tree.nodes.first();
-        root.map_or(0.0, |root| root.aabb.min.abs().max(root.aabb.max.abs()).max_element())
+        root.map_or(0.0, |root| root.aabb.min.abs().max(root.aabb.max.abs()).max_element() / self.scale)
     }
 
     /// Calls `test` with every triangle whose box `ray` may meet before `t_max`, nearer boxes first. `test` may lower
@@ -21,7 +21,7 @@ impl Visit for Bvh {
         mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let Some(root) = self.tree.nodes.first() else { return ControlFlow::Continue(()) };
-        let slabs = Slabs::new(ray);
+        let slabs = Slabs::new(ray, f64::from(self.scale));
         let mut t_max = ray.t_max;
         if slabs.enter(root, t_max).is_none() {
             return ControlFlow::Continue(());
@@ -98,9 +98,11 @@ struct Slabs {
 impl Slabs {
     const RELATIVE_MARGIN: f32 = 4.0 * f32::EPSILON;
 
-    fn new(ray: &Ray) -> Self {
-        let scale = ray.direction.abs().max_element();
-        let direction = ray.direction / scale;
+    /// For boxes whose coordinates are `unit` times those of the ray.
+    fn new(ray: &Ray, unit: f64) -> Self {
+        let length = ray.direction.abs().max_element();
+        let direction = ray.direction / length;
+        let scale = length * unit;
         // A ray along a slab has no crossing with it: a finite stand-in for 1/0 gives it one that is so far away, for
         // every box that holds the ray once grown by `SMALLEST`, that it doesn't matter.
         const STEEPEST: f64 = 1e38;
@@ -109,7 +111,7 @@ impl Slabs {
             let inverse = component.signum() * component.abs().recip().min(STEEPEST);
             inverse as f32
         });
-        let origin = Vec3A::from(ray.origin.as_vec3());
+        let origin = Vec3A::from((ray.origin * unit).as_vec3());
         let growth = origin.abs() * (2.0 * f32::EPSILON) + SMALLEST;
         let t_min = (ray.t_min * scale) as f32;
         Self {
@@ -128,10 +130,11 @@ impl Slabs {
         let (near, far) = (first.min(second), first.max(second));
         let enter = (near - near.abs() * Self::RELATIVE_MARGIN).max_element().max(self.t_min);
         let leave = (far + far.abs() * Self::RELATIVE_MARGIN).min_element();
-        (enter <= leave && self.is_before(enter, t_max)).then_some(enter)
+        // What overflows is no number, and certain of nothing.
+        (!(enter > leave) && self.is_before(enter, t_max)).then_some(enter)
     }
 
     fn is_before(&self, enter: f32, t_max: f64) -> bool {
-        f64::from(enter) <= t_max * self.scale
+        !(f64::from(enter) > t_max * self.scale)
     }
 }

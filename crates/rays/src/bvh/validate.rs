@@ -22,7 +22,7 @@ impl Bvh {
                     let id = *self.ids.get(box_index as usize).ok_or_else(|| format!("leaf {index} has no id"))?;
                     seen[id as usize] += 1;
                     let inside = |corner: Vec3A| node.aabb.min.cmple(corner).all() && corner.cmple(node.aabb.max).all();
-                    if !triangles.corners(id).map(Vec3A::from).into_iter().all(inside) {
+                    if !triangles.corners(id).map(|corner| Vec3A::from(corner * self.scale)).into_iter().all(inside) {
                         return Err(format!("triangle {id} sticks out of leaf {index}"));
                     }
                 }

@@ -7,6 +7,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
 
+use super::SMALLEST_TRUSTED_BOUND;
 use super::expansion::{two_product, two_sum};
 
 /// An f64, or eight. Every operation rounds once in each lane, so eight get bit for bit what each gets alone.
@@ -63,6 +64,27 @@ impl<N: Number> From<N> for Double<N> {
     }
 }
 
+impl Double {
+    /// What a sum of products of two or three numbers loses at most is about 2⁻⁹⁸ of the terms; 2⁻²⁶ of them left means 2⁻⁷²
+    /// of the result.
+    pub(super) const CANCELLATION: f64 = 1.0 / (1_u64 << 26) as f64;
+
+    /// The relative error of a quotient of two numbers that are [precise](Self::is_precise).
+    pub(super) const PRECISION: f64 = 1.0 / (1_u128 << 70) as f64;
+
+    /// The relative error of a quotient of two numbers that were [rounded](super::Expansion::rounded) to two terms.
+    pub(super) const ROUNDED: f64 = 1.0 / (1_u128 << 100) as f64;
+
+    pub(super) fn from_terms(high: f64, low: f64) -> Self {
+        Self { high, low, magnitude: high.abs() }
+    }
+
+    /// Whether so little cancelled, and underflowed, in the sums behind this number that its sign is certain.
+    pub(super) fn is_precise(self) -> bool {
+        self.high.abs() > Self::CANCELLATION * self.magnitude && self.magnitude >= SMALLEST_TRUSTED_BOUND
+    }
+}
+
 impl<N: Number> Double<N> {
     /// a − b on each axis, exactly.
     #[inline(always)]
@@ -97,12 +119,15 @@ impl<N: Number> Double<N> {
         self.magnitude
     }
 
-    /// self ÷ divisor as an f64, to about one unit in the last place.
+    /// self ÷ divisor, rounded to f64: as it would be if it were a little less and a little more, by `error` of itself.
+    /// Where both are the same, that is the nearest f64 (Ziv, *Fast evaluation of elementary mathematical functions with
+    /// correctly rounded last bit*, 1991).
     #[inline(always)]
-    pub(super) fn quotient(self, divisor: Self) -> N {
+    pub(super) fn quotient(self, divisor: Self, error: f64) -> [N; 2] {
         let first = self.high / divisor.high;
         let rest = self.plus(divisor.times(Self::from(-first)));
-        first + rest.high / divisor.high
+        let (second, error) = (rest.high / divisor.high, first.magnitude() * error);
+        [first + (second - error), first + (second + error)]
     }
 
     #[inline(always)]

@@ -2,9 +2,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f64x8};
 
 use super::double::{Double, Number};
-use super::{
-    CANCELLATION, EDGE_OPPOSITE, ROUNDING, SMALLEST_TRUSTED_BOUND, barycentric, canonical_order, hit, slope_and_height,
-};
+use super::{EDGE_OPPOSITE, ROUNDING, SMALLEST_TRUSTED_BOUND, barycentric, canonical_order, hit, slope_and_height};
 use crate::{Hit, Ray, Triangles};
 
 /// Pairs at once.
@@ -129,11 +127,16 @@ fn values<S: Simd>(simd: S, eight: &Eight) -> Values {
         & weights[2].is_finite();
     let met = lowest.simd_gt(zero) | highest.simd_lt(zero);
     let (slope, height) = slope_and_height(corners, origin, direction);
-    let is_exact = |value: Double<f64x8<S>>| value.value().abs().simd_gt(value.magnitude() * CANCELLATION);
-    let undecided = !decided | (met & !(is_exact(slope) & is_exact(height)));
+    let [t, other] = height.quotient(slope, Double::PRECISION);
+    let smallest_trusted = f64x8::splat(simd, SMALLEST_TRUSTED_BOUND);
+    let is_precise = |value: Double<f64x8<S>>| {
+        value.value().abs().simd_gt(value.magnitude() * Double::CANCELLATION)
+            & value.magnitude().simd_ge(smallest_trusted)
+    };
+    let undecided = !decided | (met & !(is_precise(slope) & is_precise(height) & t.simd_eq(other)));
     Values {
         weights: [weights[0].into(), weights[1].into(), weights[2].into()],
-        t: height.quotient(slope).into(),
+        t: t.into(),
         met: met.to_bitmask(),
         undecided: undecided.to_bitmask(),
     }

@@ -2,7 +2,7 @@
 //!
 //! Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, 1997, §2.
 
-use super::double::Number;
+use super::double::{Double, Number};
 
 /// A real number as an unevaluated sum of at most `CAPACITY` f64, exact as long as nothing overflows or underflows.
 ///
@@ -20,6 +20,16 @@ impl<const CAPACITY: usize> Expansion<CAPACITY> {
     /// The nearest f64, or a neighbour of it; the sign is exact.
     pub(super) fn estimate(&self) -> f64 {
         self.terms().iter().sum()
+    }
+
+    /// Rounded to two terms.
+    pub(super) fn rounded(&self) -> Double {
+        let (mut high, mut low) = (0.0, 0.0);
+        for &term in self.terms() {
+            let (sum, error) = two_sum(high, term);
+            (high, low) = (sum, low + error);
+        }
+        Double::from_terms(high, low)
     }
 
     /// Adds a · b.

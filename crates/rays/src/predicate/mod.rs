@@ -26,7 +26,7 @@ pub(crate) const ROUNDING: f64 = f64::EPSILON / 2.0;
 /// A ray and a triangle that meet.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
-    /// Distance along the ray's line, in lengths of its direction; correct to about one unit in the last place.
+    /// Distance along the ray's line, in lengths of its direction: the f64 that is nearest to the real number.
     pub t: f64,
     /// Weights of the triangle's second and third vertex, each in [0, 1].
     pub barycentric: [f32; 2],
@@ -83,15 +83,12 @@ fn is_against_normal<const N: usize>(
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let normal = normal([a, b, c].map(|corner| corner.to_array()));
     let product = Double::dot(normal, vector);
-    if product.value().abs() > CANCELLATION * product.magnitude() {
+    if product.is_precise() {
         product.value() < 0.0
     } else {
-        exact_dot(&exact_normal(a, b, c), &exact()) < 0.0
+        exact_dot(&exact_normal(a, b, c), &exact()).estimate() < 0.0
     }
 }
-
-/// Double-double arithmetic loses at most about 2⁻⁹⁸ of the terms; 2⁻⁴⁰ of them left means 2⁻⁵⁸ of the result.
-const CANCELLATION: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// A triangle that a line meets, with its corners in canonical order.
 ///
@@ -162,21 +159,24 @@ impl Edges {
         Some(Self { origin, direction, corners, order, weights, side })
     }
 
-    /// n · d and n · (A − o) for the unnormalised normal n: t is the second over the first.
+    /// t, rounded to the nearest f64: n · (A − o) over n · d for the unnormalised normal n.
     ///
-    /// In double-double arithmetic where that is exact enough to give t its last bit, else exactly.
+    /// In double-double arithmetic where that can tell, else exactly. What is within 2⁻⁴⁵ units in the last place of the
+    /// middle between two f64 goes to the even one.
     fn t(&self) -> f64 {
         let [a, b, c] = self.corners.map(Vec3::as_dvec3);
         let corners = [a, b, c].map(|corner| corner.to_array());
         let (slope, height) = slope_and_height(corners, self.origin.to_array(), self.direction.to_array());
-        if slope.value().abs() > CANCELLATION * slope.magnitude()
-            && height.value().abs() > CANCELLATION * height.magnitude()
-        {
-            height.quotient(slope)
-        } else {
-            let normal = exact_normal(a, b, c);
-            exact_dot(&normal, &exact_difference(a, self.origin)) / exact_dot(&normal, &exact_vector(self.direction))
+        let [low, high] = height.quotient(slope, Double::PRECISION);
+        if slope.is_precise() && height.is_precise() && low == high {
+            return low;
         }
+        let normal = exact_normal(a, b, c);
+        let scale = scale_to_one(self.direction);
+        let slope = exact_dot(&normal, &exact_vector(self.direction * scale)).rounded();
+        let height = exact_dot(&normal, &exact_difference(a, self.origin)).rounded();
+        let [low, high] = height.quotient(slope, Double::ROUNDED);
+        (if low.to_bits() & 1 == 0 { low } else { high }) * scale
     }
 
     fn barycentric(&self) -> [f32; 2] {
@@ -298,7 +298,7 @@ impl Signs {
 fn exact_edge(origin: DVec3, direction: DVec3, p: Vec3, q: Vec3) -> f64 {
     let p = exact_difference(p.as_dvec3(), origin);
     let q = exact_difference(q.as_dvec3(), origin);
-    exact_dot(&exact_cross(&p, &q), &exact_vector(direction))
+    exact_dot(&exact_cross(&p, &q), &exact_vector(direction)).estimate()
 }
 
 /// The power of two that brings the largest component of `direction` between one and two, so that products with it
@@ -345,12 +345,12 @@ fn exact_cross(a: &[Expansion<2>; 3], b: &[Expansion<2>; 3]) -> [Expansion<16>; 
     product
 }
 
-/// a · b to within one rounding, with the exact sign: three products of 2 · 16 · 2 terms at most.
-fn exact_dot<const B: usize>(a: &[Expansion<16>; 3], b: &[Expansion<B>; 3]) -> f64 {
+/// a · b: three products of 2 · 16 · 2 terms at most.
+fn exact_dot<const B: usize>(a: &[Expansion<16>; 3], b: &[Expansion<B>; 3]) -> Expansion<192> {
     const { assert!(B <= 2) };
-    let mut sum = Expansion::<192>::ZERO;
+    let mut sum = Expansion::ZERO;
     for (a, b) in a.iter().zip(b) {
         sum.add_product(a, b);
     }
-    sum.estimate()
+    sum
 }

@@ -1,33 +1,89 @@
 use glam::{DVec3, Vec3};
 
-use super::{Edges, ROUNDING, canonical_order, exact_difference, exact_dot, exact_normal, is_missed};
+use super::{
+    Edges, Expansion, ROUNDING, SMALLEST_TRUSTED_BOUND, canonical_order, exact_difference, exact_dot, exact_normal,
+    is_missed,
+};
 use crate::{LightSource, Ray};
 
 /// A point that a ray has hit, with a bound on how far rounding may have moved it on any axis.
+///
+/// Where the ray really meets the triangle is in the box from `position − error` to `position + error`, both as f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HitPoint {
-    /// World position.
+    /// World position, within the range of f32.
     pub position: DVec3,
-    /// Largest error of each coordinate.
+    /// Largest error of each coordinate; zero for a point that is where it is said to be.
     pub error: f64,
 }
 
 impl HitPoint {
-    /// The point at distance `t` along `ray`, `t` being correct to about its last bit.
+    /// The point at distance `t` along `ray`, `t` being correct to its last bit.
     #[must_use]
     pub fn new(ray: &Ray, t: f64) -> Self {
         let step = ray.direction * t;
         let position = ray.origin + step;
-        // Two roundings in t, one in the product, one in the sum; the fifth covers the bound's own.
-        let error = 5.0 * ROUNDING * (step.abs().max_element() + position.abs().max_element());
+        // One rounding of t, of the product and of the sum; the fourth is that of the box's corners.
+        let error = 4.0 * ROUNDING * (step.abs().max_element() + position.abs().max_element());
         Self { position, error }
     }
 
-    /// Whether the point may be in the plane of the triangle `corners`, as far as its error allows to tell. Rays that start
-    /// at the point pass through such triangles: they begin there.
+    /// Whether the plane of the triangle `corners` meets the box that the point is in. Rays that start at the point pass
+    /// through such triangles: they begin there.
     #[must_use]
     pub fn is_on(&self, corners: [Vec3; 3]) -> bool {
-        height_above(canonical_order(&corners).map(|index| corners[index]), *self).is_none()
+        self.side_of(canonical_order(&corners).map(|index| corners[index])).is_none()
+    }
+
+    /// On which side of a triangle's plane the whole box is: 1 where its normal points, else −1, and `None` where the
+    /// plane meets the box or the triangle has none.
+    fn side_of(&self, corners: [Vec3; 3]) -> Option<f64> {
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let (ab, ac) = (b - a, c - a);
+        let normal = ab.cross(ac);
+        let magnitude = DVec3::new(
+            (ab.y * ac.z).abs() + (ab.z * ac.y).abs(),
+            (ab.z * ac.x).abs() + (ab.x * ac.z).abs(),
+            (ab.x * ac.y).abs() + (ab.y * ac.x).abs(),
+        );
+        let [low, high] = self.box_corners().map(|corner| corner - a);
+        let (of_low, of_high) = (normal * low, normal * high);
+        let (lowest, highest) = (of_low.min(of_high).element_sum(), of_low.max(of_high).element_sum());
+        // A component of the normal has four roundings, of the offset one, the product one and the sums two: eight. One
+        // whose sign is wrong is within its own four of zero, and has the other end of the box: eight more.
+        let bound = magnitude.dot(low.abs().max(high.abs())) * (20.0 * ROUNDING);
+        let is_trusted = bound >= SMALLEST_TRUSTED_BOUND;
+        match () {
+            () if is_trusted && lowest > bound => Some(1.0),
+            () if is_trusted && highest < -bound => Some(-1.0),
+            () if is_trusted && lowest < -bound && highest > bound => None,
+            () => self.exact_side_of([a, b, c]),
+        }
+    }
+
+    /// As [`side_of`](Self::side_of), in exact arithmetic.
+    #[cold]
+    fn exact_side_of(&self, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+        // Coordinates of points may have bits far below those of corners: products keep them all where they are large.
+        const SCALE: f64 = POWER * POWER * POWER;
+        const POWER: f64 = (1_u128 << 100) as f64;
+        let normal = exact_normal(a, b, c);
+        let [low, high] = self.box_corners().map(|corner| corner * SCALE);
+        let a = a * SCALE;
+        let is_along = DVec3::from_array(normal.each_ref().map(Expansion::estimate)).cmpgt(DVec3::ZERO);
+        let height = |corner: DVec3| exact_dot(&normal, &exact_difference(corner, a)).estimate();
+        if height(DVec3::select(is_along, low, high)) > 0.0 {
+            Some(1.0)
+        } else if height(DVec3::select(is_along, high, low)) < 0.0 {
+            Some(-1.0)
+        } else {
+            None
+        }
+    }
+
+    /// The lowest and highest corner of the box that the point is in.
+    fn box_corners(&self) -> [DVec3; 2] {
+        [self.position - self.error, self.position + self.error]
     }
 }
 
@@ -61,41 +117,22 @@ impl ShadowRay {
     /// Whether the triangle `corners` shadows the point, and if so the weights of its second and third corner where
     /// the segment crosses it.
     ///
-    /// It does when the segment crosses it strictly between the light and the point, by more than the error bound of
-    /// the point itself: a surface that coincides with the point's own doesn't shadow it. Call it for other triangles
-    /// than the one that the point is on.
+    /// It does when the segment's line meets it, the light is strictly on one side of its plane, and the whole box that the
+    /// point is in strictly on the other: so a surface that coincides with the point's own doesn't shadow it. Call it
+    /// for other triangles than the one that the point is on.
     #[must_use]
     pub fn blocked_by(&self, corners: [Vec3; 3]) -> Option<[f32; 2]> {
         if is_missed(self.ray.origin, self.ray.direction, corners) {
             return None;
         }
         // Asked first of what is left, since the triangles around the point's own mostly end here.
-        let height = height_above(canonical_order(&corners).map(|index| corners[index]), self.point)?;
+        let side = self.point.side_of(canonical_order(&corners).map(|index| corners[index]))?;
         let edges = Edges::new(self.ray.origin, self.ray.direction, corners)?;
-        let is_behind = height * edges.side > 0.0;
+        let is_behind = side == edges.side;
         // From the point, the crossing has to be ahead of it.
         let blocked = if self.from_point { !is_behind } else { is_behind && edges.is_ahead() };
         blocked.then(|| edges.barycentric())
     }
-}
-
-/// How far a point is from the plane of a triangle, in lengths of its unnormalised normal and towards it; `None` where
-/// that is within the error of the point and of this evaluation.
-fn height_above(corners: [Vec3; 3], point: HitPoint) -> Option<f64> {
-    let [a, b, c] = corners.map(Vec3::as_dvec3);
-    let (ab, ac) = (b - a, c - a);
-    let normal = ab.cross(ac);
-    let magnitude = DVec3::new(
-        (ab.y * ac.z).abs() + (ab.z * ac.y).abs(),
-        (ab.z * ac.x).abs() + (ab.x * ac.z).abs(),
-        (ab.x * ac.y).abs() + (ab.y * ac.x).abs(),
-    );
-    let offset = point.position - a;
-    // A component of the normal has four roundings, of the offset one, the product one and the sums two: eight,
-    // and two more for the bound's own.
-    let bound = magnitude.dot(offset.abs() * (10.0 * ROUNDING) + DVec3::splat(point.error));
-    let height = normal.dot(offset);
-    (height.abs() > bound).then_some(height)
 }
 
 impl Edges {
@@ -107,9 +144,12 @@ impl Edges {
         let reach = ab.abs().max_element() * ac.abs().max_element() * towards.abs().max_element();
         // As for the edge functions: 42 roundings of the largest product, taken as 64.
         let bound = 64.0 * ROUNDING * reach;
-        let decided = height.abs() > bound && bound >= super::SMALLEST_TRUSTED_BOUND;
-        let height =
-            if decided { height } else { exact_dot(&exact_normal(a, b, c), &exact_difference(a, self.origin)) };
+        let decided = height.abs() > bound && bound >= SMALLEST_TRUSTED_BOUND;
+        let height = if decided {
+            height
+        } else {
+            exact_dot(&exact_normal(a, b, c), &exact_difference(a, self.origin)).estimate()
+        };
         height * self.side > 0.0
     }
 }

@@ -7,7 +7,7 @@ use umbrage_rays::{
 };
 use umbrage_verify::{Case, Truth};
 
-use crate::structures::Make;
+use umbrage_verify::structures::Make;
 
 /// A case with the oracle's answer, which all structures share.
 pub(crate) struct Known {

@@ -7,7 +7,7 @@ use umbrage_verify::views::{camera, view};
 use umbrage_verify::{Case, Random, TestMesh};
 
 use crate::check::is_same;
-use crate::structures::Make;
+use umbrage_verify::structures::Make;
 
 fn on_threads<T: Send>(count: usize, run: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("threads").install(run)

@@ -5,6 +5,7 @@ mod gltf_scenes;
 mod matrix;
 mod mirrors;
 mod predicate;
+mod referee;
 mod render;
 mod seams;
 mod watertight;

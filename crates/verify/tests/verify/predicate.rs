@@ -1,58 +1,17 @@
-//! The reference predicate against exact rational arithmetic.
+//! The reference predicate against the referee.
 
 use glam::{DVec3, Vec3};
-use num_rational::BigRational;
-use umbrage_rays::Ray;
-use umbrage_rays::predicate::{Crossing, crossing};
-use umbrage_verify::Random;
-
-type Exact = [BigRational; 3];
-
-fn number(value: f64) -> BigRational {
-    BigRational::from_float(value).expect("a finite number")
-}
-
-fn exact(vector: DVec3) -> Exact {
-    vector.to_array().map(number)
-}
-
-fn minus(a: &Exact, b: &Exact) -> Exact {
-    std::array::from_fn(|axis| &a[axis] - &b[axis])
-}
-
-fn cross(a: &Exact, b: &Exact) -> Exact {
-    std::array::from_fn(|axis| {
-        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        &a[next] * &b[last] - &a[last] * &b[next]
-    })
-}
-
-fn dot(a: &Exact, b: &Exact) -> BigRational {
-    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
-}
-
-/// t, if the line meets the triangle, by the definition in real numbers.
-fn exact_t(ray: &Ray, corners: [Vec3; 3]) -> Option<BigRational> {
-    let (origin, direction) = (exact(ray.origin), exact(ray.direction));
-    let corners = corners.map(|corner| exact(corner.as_dvec3()));
-    let [a, b, c] = corners.each_ref().map(|corner| minus(corner, &origin));
-    let edges = [(&b, &c), (&c, &a), (&a, &b)].map(|(p, q)| dot(&direction, &cross(p, q)));
-    let zero = number(0.0);
-    let (positive, negative) = (edges.iter().any(|e| *e > zero), edges.iter().any(|e| *e < zero));
-    let normal = cross(&minus(&b, &a), &minus(&c, &a));
-    (positive != negative).then(|| dot(&normal, &a) / dot(&normal, &direction))
-}
+use umbrage_rays::predicate::{Crossing, HitPoint, ShadowRay, crossing};
+use umbrage_rays::{LightSource, Ray, Sides};
+use umbrage_verify::{Random, referee};
 
 fn agree(ray: &Ray, corners: [Vec3; 3]) -> Option<Crossing> {
-    let (found, truth) = (crossing(ray, corners), exact_t(ray, corners));
-    assert_eq!(found.is_some(), truth.is_some(), "{ray:?} {corners:?}");
-    if let (Some(found), Some(truth)) = (found, truth) {
-        let error = number(found.t) - &truth;
-        let error = if error < number(0.0) { -error } else { error };
-        let size = if truth < number(0.0) { -truth } else { truth };
-        assert!(error <= size * number(2.0 * f64::EPSILON), "{ray:?} {corners:?}: t = {}", found.t);
-        let [v, w] = found.barycentric;
+    let line = Ray { t_min: f64::NEG_INFINITY, t_max: f64::INFINITY, ..*ray };
+    let found = crossing(ray, corners);
+    assert_eq!(found.map(|found| found.t), referee::hit(&line, corners, Sides::Both), "{ray:?} {corners:?}");
+    if let Some(Crossing { barycentric: [v, w], front, .. }) = found {
         assert!(v >= 0.0 && w >= 0.0 && v + w <= 1.0 + f32::EPSILON, "{v} {w}");
+        assert_eq!(front, referee::hit(&line, corners, Sides::Front).is_some(), "{ray:?} {corners:?}");
     }
     found
 }
@@ -114,6 +73,58 @@ fn lines_through_edges_and_corners_cross_where_they_should() {
             agree(&ray, corners);
         }
     }
+}
+
+/// A triangle, a ray to a point of it, and another triangle near that point or between it and a light: in its plane, at its
+/// edges, or reaching far.
+fn other(random: &mut Random, own: [Vec3; 3], light: Vec3) -> [Vec3; 3] {
+    let [a, b, c] = own;
+    let size = a.distance(b).max(a.distance(c));
+    let far = |random: &mut Random| random.point() * size * 10.0_f32.powf(9.0 * random.unit());
+    match random.below(6) {
+        // In the same plane, nearly in it, and at an edge.
+        0 => [b, a, c],
+        1 => [a, a.lerp(b, random.unit() * 2.0), c.lerp(b, random.unit() * 2.0)],
+        2 => [a, b, a + far(random)],
+        // Slender ones that reach far, through the own one and beside the light's way.
+        3 => [a, a + random.point() * size * 0.02, a + far(random)],
+        4 => {
+            let between = light.lerp(a, random.unit());
+            [between, between + random.point() * size * 0.02, between + far(random)]
+        }
+        _ => [light.lerp(a, random.unit()), light.lerp(b, random.unit()) + far(random), c + random.point() * size],
+    }
+}
+
+#[test]
+fn points_are_in_the_shadow_that_the_referee_sees() {
+    let mut random = Random::new(5);
+    let (mut shadowed, mut asked) = (0, 0);
+    for _ in 0..40_000 {
+        let own = triangle(&mut random);
+        let [a, b, c] = own.map(Vec3::as_dvec3);
+        let size = own[0].distance(own[1]).max(own[0].distance(own[2]));
+        let origin = (own[0] + random.point() * size * 3.0).as_dvec3();
+        let target = a.lerp(b, f64::from(random.unit())).lerp(c, [0.0, 0.3][random.below(2)]);
+        let ray = Ray::new(origin, target - origin);
+        let Some(t) = referee::hit(&ray, own, Sides::Both) else { continue };
+        let position = match random.below(4) {
+            0 => own[0] + (own[1] - own[0]) * 3.0,
+            1 => own[random.below(3)] + random.point() * size * 1e6,
+            _ => own[0] + random.point() * size * 3.0,
+        };
+        let light = match random.below(4) {
+            0 => LightSource::Directional { direction: random.point().normalize_or(Vec3::X) },
+            _ => LightSource::Point { position },
+        };
+        let other = other(&mut random, own, position);
+        let expected = referee::Point::new(&ray, t).is_shadowed(&light, other);
+        let found = ShadowRay::new(&light, HitPoint::new(&ray, t)).blocked_by(other).is_some();
+        assert_eq!(found, expected, "{ray:?} at {t}, {light:?}, {other:?}");
+        shadowed += u32::from(found);
+        asked += 1;
+    }
+    assert!(asked > 20_000 && shadowed > asked / 20, "the test aims badly: {shadowed} of {asked} shadowed");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use umbrage_verify::{Oracle, TestMesh};
 
 use rays::all;
 
-use crate::structures::Make;
+use umbrage_verify::structures::Make;
 
 /// Rays through a mesh, and what the oracle says of them.
 pub(crate) struct Rays {

@@ -1,0 +1,236 @@
+//! The referee: what rays hit and what shadows points, by definitions in real numbers.
+//!
+//! It shares no code with the predicate and has no tolerance of its own. u is 2⁻⁵³, and all that a definition doesn't say to
+//! round is exact.
+//!
+//! - **Hit.** A ray's line meets a triangle where the edge functions d · ((p − o) × (q − o)) of its three edges have no two
+//!   opposite signs and aren't all zero, at t = n · (a − o) / n · d, rounded to the nearest f64, with n = (b − a) × (c − a). The
+//!   ray hits it where t is in its open interval; the least t is the nearest hit, and of equal ones the lowest id.
+//! - **Point.** What is hit at t is at P = o + t d in f64, and in truth in the box between the f64 P − e and P + e on each axis,
+//!   e being 4 u times the sum of the largest components of t d and of P in f64.
+//! - **Shadow.** A light at L, with d = P − L in f64, leaves the point in the shadow of a triangle other than its own where the
+//!   line through L along d meets the triangle, L is strictly on the side of its plane that d comes from, and the whole box
+//!   strictly on the side that d goes to. Parallel light along v does where the line through P along −v meets it, and the
+//!   whole box is strictly on the side that −v comes from.
+
+mod real;
+mod scenes;
+mod trial;
+
+use std::cmp::Ordering;
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use umbrage_rays::{LightSource, Ray, SeenPixels, Sides, Triangles};
+
+use crate::{Case, Truth};
+use real::{Big, Interval, Real, nearest_quotient};
+pub use scenes::random_case;
+pub use trial::{Trial, compare};
+
+/// A vector of real numbers.
+type Vector<R> = [R; 3];
+
+fn vector<R: Real>(v: DVec3) -> Vector<R> {
+    v.to_array().map(R::of)
+}
+
+fn minus<R: Real>(a: &Vector<R>, b: &Vector<R>) -> Vector<R> {
+    [a[0].minus(&b[0]), a[1].minus(&b[1]), a[2].minus(&b[2])]
+}
+
+fn dot<R: Real>(a: &Vector<R>, b: &Vector<R>) -> R {
+    a[0].times(&b[0]).plus(&a[1].times(&b[1])).plus(&a[2].times(&b[2]))
+}
+
+fn cross<R: Real>(a: &Vector<R>, b: &Vector<R>) -> Vector<R> {
+    let component = |next: usize, last: usize| a[next].times(&b[last]).minus(&a[last].times(&b[next]));
+    [component(1, 2), component(2, 0), component(0, 1)]
+}
+
+/// A number whose sign is asked for.
+trait Formula {
+    fn value<R: Real>(&self) -> R;
+
+    /// By intervals where they can tell, else by big numbers.
+    fn sign(&self) -> Ordering {
+        self.value::<Interval>().sign().or_else(|| self.value::<Big>().sign()).expect("big numbers have signs")
+    }
+}
+
+/// d · ((p − o) × (q − o)).
+struct Edge {
+    origin: DVec3,
+    direction: DVec3,
+    p: DVec3,
+    q: DVec3,
+}
+
+impl Formula for Edge {
+    fn value<R: Real>(&self) -> R {
+        let origin = vector(self.origin);
+        dot(&vector(self.direction), &cross(&minus(&vector(self.p), &origin), &minus(&vector(self.q), &origin)))
+    }
+}
+
+fn normal<R: Real>(corners: [DVec3; 3]) -> Vector<R> {
+    let [a, b, c] = corners.map(vector::<R>);
+    cross(&minus(&b, &a), &minus(&c, &a))
+}
+
+/// n · (x − a): on which side of the triangle's plane a point is.
+struct Height {
+    corners: [DVec3; 3],
+    point: DVec3,
+}
+
+impl Formula for Height {
+    fn value<R: Real>(&self) -> R {
+        dot(&normal(self.corners), &minus(&vector(self.point), &vector(self.corners[0])))
+    }
+}
+
+/// n · d: to which side of the triangle's plane a direction goes.
+struct Slope {
+    corners: [DVec3; 3],
+    direction: DVec3,
+}
+
+impl Formula for Slope {
+    fn value<R: Real>(&self) -> R {
+        dot(&normal(self.corners), &vector(self.direction))
+    }
+}
+
+fn is_met(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
+    let signs = [(b, c), (c, a), (a, b)].map(|(p, q)| Edge { origin, direction, p, q }.sign());
+    signs.contains(&Ordering::Less) != signs.contains(&Ordering::Greater)
+}
+
+/// Where a ray hits a triangle, from both sides or from that from which its corners are seen counterclockwise.
+#[must_use]
+pub fn hit(ray: &Ray, corners: [Vec3; 3], sides: Sides) -> Option<f64> {
+    let corners = corners.map(Vec3::as_dvec3);
+    let is_finite = corners.iter().all(|corner| corner.is_finite());
+    if !is_finite || !is_met(ray.origin, ray.direction, corners) {
+        return None;
+    }
+    let slope = Slope { corners, direction: ray.direction };
+    if sides == Sides::Front && slope.sign() != Ordering::Less {
+        return None;
+    }
+    // The ray's origin is as high over the plane as t n · d is below.
+    let t = -nearest_quotient(&Height { corners, point: ray.origin }.value(), &slope.value());
+    (ray.t_min < t && t < ray.t_max).then_some(t)
+}
+
+/// What a light doesn't reach past other triangles.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// P.
+    position: DVec3,
+    /// Two opposite corners of the box.
+    ends: [DVec3; 2],
+}
+
+impl Point {
+    /// What a ray hits at t.
+    #[must_use]
+    pub fn new(ray: &Ray, t: f64) -> Self {
+        const FOUR_ROUNDINGS: f64 = 1.0 / (1_u64 << 51) as f64;
+        let largest = |v: DVec3| v.x.abs().max(v.y.abs()).max(v.z.abs());
+        let step = ray.direction * t;
+        let position = ray.origin + step;
+        let error = FOUR_ROUNDINGS * (largest(step) + largest(position));
+        Self { position, ends: [position - error, position + error] }
+    }
+
+    /// On which side of a plane the whole box strictly is; `Equal` where the plane meets it.
+    fn side(&self, corners: [DVec3; 3]) -> Ordering {
+        let [low, high] = self.ends;
+        let end = |corner: usize, axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+        let mut sides = (0..8)
+            .map(|corner| Height { corners, point: DVec3::new(end(corner, 0), end(corner, 1), end(corner, 2)) }.sign());
+        let first = sides.next().expect("a corner");
+        if sides.all(|side| side == first) { first } else { Ordering::Equal }
+    }
+
+    /// Whether a triangle other than the point's own leaves it in shadow.
+    #[must_use]
+    pub fn is_shadowed(&self, light: &LightSource, corners: [Vec3; 3]) -> bool {
+        let corners = corners.map(Vec3::as_dvec3);
+        if !corners.iter().all(|corner| corner.is_finite()) {
+            return false;
+        }
+        let (origin, direction) = match *light {
+            LightSource::Point { position } | LightSource::Spot { position, .. } => {
+                (position.as_dvec3(), self.position - position.as_dvec3())
+            }
+            LightSource::Directional { direction } => (self.position, -direction.as_dvec3()),
+        };
+        if !is_met(origin, direction, corners) {
+            return false;
+        }
+        let ahead = Slope { corners, direction }.sign();
+        match light {
+            LightSource::Directional { .. } => self.side(corners) == ahead.reverse(),
+            LightSource::Point { .. } | LightSource::Spot { .. } => {
+                self.side(corners) == ahead && Height { corners, point: origin }.sign() == ahead.reverse()
+            }
+        }
+    }
+}
+
+/// What is true of each pixel of a case, whose triangles are taken for opaque.
+#[must_use]
+pub fn truth(case: &Case) -> Truth {
+    let (shot, triangles) = (case.shot(), case.mesh.triangles());
+    let usable: Vec<(u32, [Vec3; 3])> =
+        (0..triangles.len() as u32).filter_map(|id| Some((id, corners(triangles, id)?))).collect();
+    let pixels: Vec<_> = case.pixels().collect();
+    let of_pixel = |&(x, y): &(u32, u32)| {
+        let ray = shot.ray(x, y);
+        let hits = usable.iter().filter_map(|&(id, corners)| Some((hit(&ray, corners, case.sides)?, id)));
+        let Some((t, own)) = hits.min_by(|a, b| a.partial_cmp(b).expect("numbers")) else {
+            return (SeenPixels::NONE, vec![false; case.lights.len()]);
+        };
+        let point = Point::new(&ray, t);
+        let is_lit =
+            |light: &LightSource| !usable.iter().any(|&(id, corners)| id != own && point.is_shadowed(light, corners));
+        (own, case.lights.iter().map(is_lit).collect())
+    };
+    let (triangle, lit): (Vec<u32>, Vec<Vec<bool>>) = pixels.par_iter().map(of_pixel).unzip();
+    let of_light = |light: usize| lit.iter().map(|lit| lit[light]).collect();
+    Truth { triangle, lit: (0..case.lights.len()).map(of_light).collect() }
+}
+
+/// A triangle's corners, where it has all of them.
+fn corners(triangles: Triangles<'_>, id: u32) -> Option<[Vec3; 3]> {
+    let [a, b, c] = triangles.indices[id as usize].map(|vertex| triangles.positions.get(vertex as usize));
+    Some([*a?, *b?, *c?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seams_belong_to_both_sides_and_planes_hide_nothing_in_them() {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let down = |x: f64, y: f64| Ray::new(DVec3::new(x, y, 1.0), DVec3::NEG_Z);
+        assert_eq!(hit(&down(0.0, 0.5), corners, Sides::Front), Some(1.0));
+        assert_eq!(hit(&down(0.5, 0.5), corners, Sides::Both), Some(1.0));
+        assert_eq!(hit(&down(0.5, 0.5_f64.next_up()), corners, Sides::Both), None);
+        assert_eq!(hit(&Ray::new(DVec3::NEG_Z, DVec3::Z), corners, Sides::Front), None);
+        assert_eq!(hit(&Ray::new(DVec3::NEG_X, DVec3::X), corners, Sides::Both), None, "edge-on");
+        // A point in the triangle's plane, and one as far below as its own error.
+        let light = LightSource::Point { position: Vec3::new(0.2, 0.2, 3.0) };
+        let at = |z: f64| Point::new(&Ray::new(DVec3::new(0.2, 0.2, z + 1.0), DVec3::NEG_Z), 1.0);
+        assert!(!at(0.0).is_shadowed(&light, corners));
+        assert!(!at(-4e-16).is_shadowed(&light, corners));
+        assert!(at(-2e-15).is_shadowed(&light, corners));
+        assert!(!at(2e-15).is_shadowed(&light, corners));
+        assert!(at(-1.0).is_shadowed(&LightSource::Directional { direction: Vec3::NEG_Z }, corners));
+        assert!(!at(-1.0).is_shadowed(&LightSource::Directional { direction: Vec3::Z }, corners));
+    }
+}

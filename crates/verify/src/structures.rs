@@ -1,0 +1,82 @@
+//! The structures that are tested, with their options: adding one is one line of the table.
+
+pub use umbrage_rays::{
+    Bvh, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal, KdTreeOptions,
+    PacketSide, SimdLevel, Structure, UniformOptions,
+};
+use umbrage_rays::{
+    Cells, KdPacketOptions, KdTree, ListedGrids, ListedLightOptions, ListedOptions, SahCosts, UniformGrid,
+};
+
+/// Makes an empty structure.
+pub type Make = fn(SimdLevel) -> Box<dyn Structure>;
+
+/// Calls a macro with the table; who calls it uses what is in [this module](self).
+#[macro_export]
+macro_rules! structures {
+    ($($call:tt)+) => {
+        $($call)+! {
+            direct: |level| Box::new(DirectGrids::with_level(level));
+            listed: |level| listed(level, [16, 4, 8], true, [192, 256, 512]);
+            listed_small_tiles: |level| listed(level, [8, 1, 1], true, [7, 16, 16]);
+            listed_many_slices: |level| listed(level, [16, 2, 64], false, [1, 4096, 33]);
+            listed_whole_blocks: |level| listed(level, [8, 8, 7], false, [64, 48, 5]);
+            listed_large_tiles: |level| listed(level, [64, 1, 3], true, [5, 16, 7]);
+            uniform: |level| uniform(level, UniformOptions::DEFAULT);
+            uniform_two: |level| uniform(level, UniformOptions { packet: PacketSide::Two, cells_per_triangle: 0.3, macrocell: 1, ..UniformOptions::DEFAULT });
+            uniform_four_exact: |level| uniform(level, UniformOptions { packet: PacketSide::Four, insertion: Insertion::Exact, ..UniformOptions::DEFAULT });
+            uniform_eight_dense: |level| uniform(level, UniformOptions { packet: PacketSide::Eight, cells_per_triangle: 60.0, macrocell: 4, insertion: Insertion::Exact, ..UniformOptions::DEFAULT });
+            uniform_nested: |level| uniform(level, UniformOptions { packet: PacketSide::Sixteen, cells_per_triangle: 0.3, nested_above: Some(8), ..UniformOptions::DEFAULT });
+            uniform_nested_exact: |level| uniform(level, UniformOptions { packet: PacketSide::Eight, cells_per_triangle: 0.5, macrocell: 2, insertion: Insertion::Exact, nested_above: Some(1) });
+            kd_presorted: |level| kd(level, KdTreeOptions::DEFAULT, KdPacketWidth::Sixteen, KdMailbox::None);
+            kd_resorting: |level| kd(level, KdTreeOptions { builder: KdBuilder::Resorting, layout: KdLayout::Subtrees, traversal: KdTraversal::Restart, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Four, KdMailbox::None);
+            kd_nested: |level| kd(level, KdTreeOptions { builder: KdBuilder::Nested, clipping: Clipping::Boxes, traversal: KdTraversal::PushDown, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Eight, KdMailbox::Ring);
+            kd_in_place: |level| kd(level, KdTreeOptions { builder: KdBuilder::InPlace, traversal: KdTraversal::ShortStack(1), ..KdTreeOptions::DEFAULT }, KdPacketWidth::Sixteen, KdMailbox::Hashed);
+            kd_binned: |level| kd(level, KdTreeOptions { costs: LARGE_LEAVES, ..KdTreeOptions::FAST }, KdPacketWidth::Sixteen, KdMailbox::Ring);
+            kd_streaming: |level| kd(level, KdTreeOptions { builder: KdBuilder::Streaming, traversal: KdTraversal::ShortStack(3), ..KdTreeOptions::DEFAULT }, KdPacketWidth::Four, KdMailbox::Hashed);
+            kd_adaptive: |level| kd(level, KdTreeOptions { builder: KdBuilder::Adaptive, clipping: Clipping::Boxes, layout: KdLayout::Subtrees, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Eight, KdMailbox::None);
+            kd_lazy: |level| kd(level, KdTreeOptions { layout: KdLayout::Subtrees, lazy_below: 40, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Sixteen, KdMailbox::None);
+            kd_lazy_binned: |level| kd(level, KdTreeOptions { traversal: KdTraversal::ShortStack(2), lazy_below: 1000, ..KdTreeOptions::FAST }, KdPacketWidth::Sixteen, KdMailbox::None);
+            hierarchy: |_| Box::new(Bvh::default());
+        }
+    };
+}
+
+macro_rules! list {
+    ($($name:ident: $make:expr;)+) => {
+        /// The table, by name.
+        pub const STRUCTURES: &[(&str, Make)] = &[$((stringify!($name), $make)),+];
+    };
+}
+
+structures!(list);
+
+/// Costs that make leaves of many triangles.
+pub const LARGE_LEAVES: SahCosts = SahCosts { step: 10.0, test: 1.0, ..KdTreeOptions::DEFAULT.costs };
+
+/// Pixels a side of a sorting tile, those a side of a tracing tile, and slices; cells, points and triangles of a light's blocks.
+#[must_use]
+pub fn listed(level: SimdLevel, camera: [u32; 3], skips_blocks: bool, light: [u32; 3]) -> Box<dyn Structure> {
+    let [tile, tiles, slices] = camera;
+    let cells = Cells::new(tile, tiles, slices).expect("possible cells");
+    let [side, points, triangles] = light;
+    let light = ListedLightOptions::new(side, points, triangles).expect("possible cells");
+    Box::new(ListedGrids::with_options(level, ListedOptions { cells, skips_blocks }, light))
+}
+
+/// A uniform grid.
+#[must_use]
+pub fn uniform(level: SimdLevel, options: UniformOptions) -> Box<dyn Structure> {
+    let mut grid = UniformGrid::with_level(level);
+    grid.set_options(options).expect("possible options");
+    Box::new(grid)
+}
+
+/// A kd-tree.
+#[must_use]
+pub fn kd(level: SimdLevel, options: KdTreeOptions, width: KdPacketWidth, mailbox: KdMailbox) -> Box<dyn Structure> {
+    let mut tree = KdTree::with_level(level);
+    tree.set_options(options).expect("possible options");
+    tree.set_packet_options(KdPacketOptions { width, mailbox });
+    Box::new(tree)
+}
