@@ -87,25 +87,30 @@ impl Case {
     pub fn truth_of_some(&self, every: u32) -> Truth {
         let (shot, oracle) = (self.shot(), Oracle::new(self.mesh.triangles()));
         let stops = |opacity: &dyn Opacity, id: u32, at: [f32; 2]| opacity.is_opaque(id) || opacity.stops(id, at);
-        let of_pixel = |pixel: u32| {
-            let ray = shot.ray(pixel % self.view.width, pixel / self.view.width);
+        self.truth_by(every, |x, y| {
+            let ray = shot.ray(x, y);
             let is_stopped = |hit: &Hit| {
                 let corners = shot.triangles.corners(hit.triangle);
                 let is_there =
                     self.sides == Sides::Both || crossing(&ray, corners).is_some_and(|crossing| crossing.front);
                 is_there && stops(shot.opacity, hit.triangle, hit.barycentric)
             };
-            let hit = oracle.nearest(&ray, is_stopped);
+            let hit = oracle.nearest(&ray, is_stopped)?;
             let lit = self.lights.iter().map(|light| {
-                hit.is_some_and(|hit| {
-                    let shadow_ray = ShadowRay::new(light, HitPoint::new(&ray, hit.t));
-                    !oracle.blocked(&shadow_ray, hit.triangle, |id, at| stops(shot.shadow_opacity, id, at))
-                })
+                let shadow_ray = ShadowRay::new(light, HitPoint::new(&ray, hit.t));
+                !oracle.blocked(&shadow_ray, hit.triangle, |id, at| stops(shot.shadow_opacity, id, at))
             });
-            (hit.map_or(SeenPixels::NONE, |hit| hit.triangle), lit.collect::<Vec<bool>>())
-        };
+            Some((hit.triangle, lit.collect()))
+        })
+    }
+
+    /// The truth about the first of each `every` pixels, from the triangle that each shows, if any, and whether each light
+    /// reaches that.
+    pub(crate) fn truth_by(&self, every: u32, of_pixel: impl Fn(u32, u32) -> Option<(u32, Vec<bool>)> + Sync) -> Truth {
         let pixels = (0..self.view.width * self.view.height).into_par_iter().step_by(every as usize);
-        let (triangle, lit): (Vec<u32>, Vec<Vec<bool>>) = pixels.map(of_pixel).unzip();
+        let answers = pixels.map(|pixel| of_pixel(pixel % self.view.width, pixel / self.view.width));
+        let nothing = || (SeenPixels::NONE, vec![false; self.lights.len()]);
+        let (triangle, lit): (Vec<u32>, Vec<Vec<bool>>) = answers.map(|answer| answer.unwrap_or_else(nothing)).unzip();
         let of_light = |light: usize| lit.iter().map(|lit| lit[light]).collect();
         Truth { triangle, lit: (0..self.lights.len()).map(of_light).collect() }
     }

@@ -1,7 +1,7 @@
 //! The referee: what rays hit and what shadows points, by definitions in real numbers.
 //!
 //! It shares no code with the predicate and has no tolerance of its own. u is 2⁻⁵³, and all that a definition doesn't say to
-//! round is exact.
+//! round is exact. What isn't finite meets nothing.
 //!
 //! - **Hit.** A ray's line meets a triangle where the edge functions d · ((p − o) × (q − o)) of its three edges have no two
 //!   opposite signs and aren't all zero, at t = n · (a − o) / n · d, rounded to the nearest f64, with n = (b − a) × (c − a). The
@@ -20,8 +20,7 @@ mod trial;
 use std::cmp::Ordering;
 
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
-use umbrage_rays::{LightSource, Ray, SeenPixels, Sides, Triangles};
+use umbrage_rays::{LightSource, Ray, Sides, Triangles};
 
 use crate::{Case, Truth};
 use real::{Big, Interval, Real, nearest_quotient};
@@ -103,6 +102,9 @@ impl Formula for Slope {
 }
 
 fn is_met(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
+    if ![origin, direction, a, b, c].iter().all(|v| v.is_finite()) {
+        return false;
+    }
     let signs = [(b, c), (c, a), (a, b)].map(|(p, q)| Edge { origin, direction, p, q }.sign());
     signs.contains(&Ordering::Less) != signs.contains(&Ordering::Greater)
 }
@@ -111,8 +113,7 @@ fn is_met(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
 #[must_use]
 pub fn hit(ray: &Ray, corners: [Vec3; 3], sides: Sides) -> Option<f64> {
     let corners = corners.map(Vec3::as_dvec3);
-    let is_finite = corners.iter().all(|corner| corner.is_finite());
-    if !is_finite || !is_met(ray.origin, ray.direction, corners) {
+    if !is_met(ray.origin, ray.direction, corners) {
         return None;
     }
     let slope = Slope { corners, direction: ray.direction };
@@ -159,9 +160,6 @@ impl Point {
     #[must_use]
     pub fn is_shadowed(&self, light: &LightSource, corners: [Vec3; 3]) -> bool {
         let corners = corners.map(Vec3::as_dvec3);
-        if !corners.iter().all(|corner| corner.is_finite()) {
-            return false;
-        }
         let (origin, direction) = match *light {
             LightSource::Point { position } | LightSource::Spot { position, .. } => {
                 (position.as_dvec3(), self.position - position.as_dvec3())
@@ -184,24 +182,24 @@ impl Point {
 /// What is true of each pixel of a case, whose triangles are taken for opaque.
 #[must_use]
 pub fn truth(case: &Case) -> Truth {
+    truth_of_some(case, 1)
+}
+
+/// The same of the first of each `every` pixels.
+#[must_use]
+pub fn truth_of_some(case: &Case, every: u32) -> Truth {
     let (shot, triangles) = (case.shot(), case.mesh.triangles());
     let usable: Vec<(u32, [Vec3; 3])> =
         (0..triangles.len() as u32).filter_map(|id| Some((id, corners(triangles, id)?))).collect();
-    let pixels: Vec<_> = case.pixels().collect();
-    let of_pixel = |&(x, y): &(u32, u32)| {
+    case.truth_by(every, |x, y| {
         let ray = shot.ray(x, y);
         let hits = usable.iter().filter_map(|&(id, corners)| Some((hit(&ray, corners, case.sides)?, id)));
-        let Some((t, own)) = hits.min_by(|a, b| a.partial_cmp(b).expect("numbers")) else {
-            return (SeenPixels::NONE, vec![false; case.lights.len()]);
-        };
+        let (t, own) = hits.min_by(|a, b| a.partial_cmp(b).expect("numbers"))?;
         let point = Point::new(&ray, t);
         let is_lit =
             |light: &LightSource| !usable.iter().any(|&(id, corners)| id != own && point.is_shadowed(light, corners));
-        (own, case.lights.iter().map(is_lit).collect())
-    };
-    let (triangle, lit): (Vec<u32>, Vec<Vec<bool>>) = pixels.par_iter().map(of_pixel).unzip();
-    let of_light = |light: usize| lit.iter().map(|lit| lit[light]).collect();
-    Truth { triangle, lit: (0..case.lights.len()).map(of_light).collect() }
+        Some((own, case.lights.iter().map(is_lit).collect()))
+    })
 }
 
 /// A triangle's corners, where it has all of them.
