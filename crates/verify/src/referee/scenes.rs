@@ -15,7 +15,7 @@ pub fn random_case(seed: u64) -> Case {
     let mut lights: Vec<LightSource> = (0..1 + random.below(3)).map(|_| light(random, &mesh, &camera)).collect();
     // Powers of ten keep no bits, powers of two all of them.
     let scale = match random.below(4) {
-        0 => 10.0_f32.powi(random.below(61) as i32 - 30),
+        0 => 10.0_f32.powi(random.below(75) as i32 - 37),
         1 => 2.0_f32.powi(random.below(201) as i32 - 100),
         _ => 1.0,
     };
