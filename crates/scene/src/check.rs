@@ -2,6 +2,7 @@
 
 use std::f32::consts::FRAC_PI_2;
 
+use glam::Vec3;
 use rayon::prelude::*;
 use umbrage_rays::{Camera, LightSource, Projection};
 
@@ -54,6 +55,14 @@ pub enum BadFrame {
         /// What is wrong with it.
         cause: &'static str,
     },
+    /// The first material with a number that is none.
+    #[error("material {material}: {cause}")]
+    Material {
+        /// Its index.
+        material: usize,
+        /// What is wrong with it.
+        cause: &'static str,
+    },
 }
 
 impl Frame {
@@ -81,9 +90,10 @@ impl Frame {
         check_indices(["triangle", "material"], of_triangle, |&material| [material], materials.len())?;
         let used = |material: &Material| material.textures().into_iter().flatten().map(|used| used.texture);
         check_indices(["material", "texture"], materials, used, textures.len())?;
-        for (light, of) in lights.iter().enumerate() {
-            check_light(of).map_err(|cause| BadFrame::Light { light, cause })?;
+        for (material, of) in materials.iter().enumerate() {
+            check_material(of).map_err(|cause| BadFrame::Material { material, cause })?;
         }
+        check_lights(lights)?;
         for (camera, named) in self.cameras.iter().enumerate() {
             check_camera(&named.camera).map_err(|cause| BadFrame::Camera { camera, cause })?;
         }
@@ -127,6 +137,15 @@ fn check_indices<T: Sync, I: IntoIterator<Item = u32>>(
     }
 }
 
+/// Whether lights are where and what their numbers say, as [`Frame::check`] asks.
+///
+/// # Errors
+/// What is wrong first.
+pub fn check_lights(lights: &[Light]) -> Result<(), BadFrame> {
+    let check = |(light, of)| check_light(of).map_err(|cause| BadFrame::Light { light, cause });
+    lights.iter().enumerate().try_for_each(check)
+}
+
 fn check_light(light: &Light) -> Result<(), &'static str> {
     let (position, direction, cone) = match light.source {
         LightSource::Point { position } => (Some(position), None, None),
@@ -153,10 +172,31 @@ fn check_light(light: &Light) -> Result<(), &'static str> {
     Ok(())
 }
 
-fn check_camera(camera: &Camera) -> Result<(), &'static str> {
+fn check_material(material: &Material) -> Result<(), &'static str> {
+    let Material {
+        base_color, metallic, roughness, emissive, normal_scale, occlusion_strength, transmission, ior, ..
+    } = *material;
+    let numbers = [metallic, roughness, normal_scale, occlusion_strength, transmission, ior];
+    let is_finite = base_color.is_finite() && emissive.is_finite() && numbers.iter().all(|number| number.is_finite());
+    if is_finite { Ok(()) } else { Err("one of its numbers is not finite") }
+}
+
+/// Whether a camera is one, as [`Frame::check`] asks.
+///
+/// # Errors
+/// What is wrong, in words.
+pub fn check_camera(camera: &Camera) -> Result<(), &'static str> {
     let Camera { position, right, up, forward, projection } = *camera;
     if ![position, right, up, forward].iter().all(|vector| vector.is_finite()) {
         return Err("its position or an axis is not finite");
+    }
+    // Axes that went through matrices in f32 are as good as this.
+    const OFF: f32 = 1e-2;
+    let is_unit = |axis: Vec3| (axis.length_squared() - 1.0).abs() < OFF;
+    let is_upright = |a: Vec3, b: Vec3| a.dot(b).abs() < OFF;
+    let are_axes = is_unit(right) && is_unit(up) && is_unit(forward);
+    if !(are_axes && is_upright(right, up) && is_upright(up, forward) && is_upright(forward, right)) {
+        return Err("its axes are not of unit length and at right angles");
     }
     let (Projection::Perspective { tan_half_height: size } | Projection::Orthographic { half_height: size }) =
         projection;

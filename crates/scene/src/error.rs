@@ -32,6 +32,9 @@ pub enum Error {
         /// What its owner can do.
         hint: String,
     },
+    /// A scene was asked for at a moment that is none.
+    #[error("a moment of {0} seconds: it must be a finite number")]
+    Moment(f64),
     /// The scene's address or an option to it is wrong.
     #[error("{address}: {cause}")]
     Address {

@@ -20,7 +20,7 @@ pub mod rig;
 mod sequence;
 mod stl;
 
-pub use check::BadFrame;
+pub use check::{BadFrame, check_camera, check_lights};
 pub use error::Error;
 pub use frame::{Frame, Mesh, NamedCamera};
 pub use light::Light;

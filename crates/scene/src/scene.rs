@@ -126,7 +126,7 @@ impl Scene {
     /// The scene at a moment. Moments after the end play the animation again from its start.
     ///
     /// # Errors
-    /// Where the moment's file of a numbered sequence can't be read; never for other scenes.
+    /// Where `seconds` is no number, or the moment's file of a numbered sequence can't be read.
     pub fn at(&self, seconds: f64) -> Result<Frame, Error> {
         let mut frame = Frame::default();
         self.pose(seconds, &mut frame)?;
@@ -138,6 +138,9 @@ impl Scene {
     /// # Errors
     /// As [`Scene::at`]; `frame` then holds no useful scene.
     pub fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        if !seconds.is_finite() {
+            return Err(Error::Moment(seconds));
+        }
         begin(frame);
         self.source.pose(self.looped(seconds), frame)?;
         self.finish(seconds, frame);
@@ -147,9 +150,9 @@ impl Scene {
     /// As [`Scene::pose`], but for vertices: `pose` is what moves those of the scene's rig, which stays the same, and the
     /// frame has no positions, normals and tangents. [`Rig::pose`] would fill these in.
     ///
-    /// `None`, and nothing is done, for scenes that aren't moved by a rig.
+    /// `None`, and nothing is done, for scenes that aren't moved by a rig, and where `seconds` is no number.
     pub fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) -> Option<&Arc<Rig>> {
-        let rig = self.source.rig()?;
+        let rig = self.source.rig().filter(|_| seconds.is_finite())?;
         begin(frame);
         self.source.pose_rig(self.looped(seconds), frame, pose);
         self.finish(seconds, frame);

@@ -78,7 +78,8 @@ impl Renderer {
     /// Where the frame is not what [`Frame::check`] asks for, the image has no pixels or too many, or a GPU renders.
     pub fn see<'a>(&mut self, frame: &'a Frame, view: &View) -> Result<Seen<'a>, Error> {
         let cpu = self.engine.cpu().ok_or(Error::AnswersOnGpu)?;
-        Settings { width: view.width, height: view.height, ..Settings::default() }.check()?;
+        Settings { width: view.width, height: view.height, camera: view.camera.into(), ..Settings::default() }
+            .check()?;
         frame.check()?;
         Ok(Seen::new(frame, *view, cpu.seen_alone(frame, view)?))
     }

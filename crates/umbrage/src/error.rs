@@ -38,6 +38,12 @@ pub enum Error {
         /// How many there are.
         cameras: usize,
     },
+    /// [`Settings::camera`] is a camera of your own that is none.
+    #[error("the camera: {0}")]
+    Camera(&'static str),
+    /// A number of the settings is NaN or infinite.
+    #[error("{0} is not a finite number")]
+    NotFinite(&'static str),
     /// A side of the image is 0 or longer than [`Settings::MAX_SIDE`].
     #[error("an image of {width}x{height}: each side must be 1 to {limit} pixels", limit = Settings::MAX_SIDE)]
     ImageSize {
@@ -90,6 +96,8 @@ impl Error {
         matches!(
             self,
             Self::NoSuchCamera { .. }
+                | Self::Camera(_)
+                | Self::NotFinite(_)
                 | Self::ImageSize { .. }
                 | Self::Samples(_)
                 | Self::Bounces(_)

@@ -1,5 +1,5 @@
 use umbrage_rays::{Camera, Sides, View};
-use umbrage_scene::{Frame, Light};
+use umbrage_scene::{Frame, Light, check_camera, check_lights};
 
 use crate::background::Surroundings;
 use crate::engine::Staged;
@@ -105,7 +105,17 @@ impl Settings {
         if bounces > Self::MAX_BOUNCES {
             return Err(Error::Bounces(bounces));
         }
-        Ok(())
+        if let CameraChoice::Own(camera) = &self.camera {
+            check_camera(camera).map_err(Error::Camera)?;
+        }
+        check_lights(self.lights.as_deref().unwrap_or_default())?;
+        if !self.exposure_stops.is_finite() {
+            return Err(Error::NotFinite("the exposure"));
+        }
+        match self.background {
+            Background::Color(color) if !color.is_finite() => Err(Error::NotFinite("the background's colour")),
+            Background::Color(_) | Background::Sky | Background::Image(_) => Ok(()),
+        }
     }
 }
 

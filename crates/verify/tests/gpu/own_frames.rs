@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3, Vec4};
 use umbrage::rays::{Camera, LightSource, Projection, View};
 use umbrage::scene::{BadFrame, Frame, Light, Material, NamedCamera, Scene, TextureUse};
-use umbrage::{CameraChoice, Error, Film, LightMask, Renderer, Seen, Settings, Settled, Stats, Structure};
+use umbrage::{Background, CameraChoice, Error, Film, LightMask, Renderer, Seen, Settings, Settled, Stats, Structure};
 use umbrage_verify::real_scene;
 
 use crate::common;
@@ -133,7 +133,7 @@ fn camera() -> Camera {
 fn broken_frames() -> Vec<(Frame, &'static str)> {
     type Change = fn(&mut Frame);
     let with_texture = |material: &mut Material| material.base_color_texture = Some(TextureUse::new(3));
-    let changes: [(Change, &str); 22] = [
+    let changes: [(Change, &str); 24] = [
         (|frame| Arc::make_mut(&mut frame.mesh).triangles[1][2] = 7, "triangle 1 has vertex 7 of 7"),
         (|frame| Arc::make_mut(&mut frame.mesh).triangles[2][0] = u32::MAX, "triangle 2 has vertex 4294967295 of 7"),
         (|frame| frame.positions.clear(), "triangle 0 has vertex 0 of 0"),
@@ -175,6 +175,14 @@ fn broken_frames() -> Vec<(Frame, &'static str)> {
         (
             |frame| see(frame, Camera::look_at(Vec3::Z, Vec3::ZERO, Vec3::Y, 0.0)),
             "camera 0: its view's height is not above zero",
+        ),
+        (
+            |frame| see(frame, Camera { up: camera().right, ..camera() }),
+            "camera 0: its axes are not of unit length and at right angles",
+        ),
+        (
+            |frame| Arc::make_mut(&mut frame.materials).materials[0].roughness = f32::NAN,
+            "material 0: one of its numbers is not finite",
         ),
         (
             |frame| see(frame, Camera { position: Vec3::INFINITY, ..camera() }),
@@ -225,9 +233,46 @@ fn check_refusals(renderer: &mut Renderer) {
     let lit = Settings { lights: Some(frame().lights), ..settings() };
     renderer.render_frame(&dark, &lit).expect("a frame with other lights");
     assert!(shown(renderer) == last);
+    for (bad, words) in broken_settings() {
+        let error = renderer.render_frame(&frame(), &bad).expect_err(words);
+        assert_eq!(error.to_string(), words);
+        assert!(shown(renderer) == last, "{words}");
+    }
     let other = Settings { lights: Some(vec![spot(Vec3::ZERO, 0.3)]), ..settings() };
     let error = renderer.render_frame(&frame(), &other).expect_err("a light without a direction");
     assert!(matches!(error, Error::Frame(BadFrame::Light { light: 0, .. })), "{error}");
+}
+
+/// Settings of NaN and of nothing, and the words for them.
+fn broken_settings() -> [(Settings, &'static str); 6] {
+    let seen_by = |camera: Camera| Settings { camera: camera.into(), ..settings() };
+    let Camera { right, .. } = camera();
+    [
+        (seen_by(Camera { position: Vec3::NAN, ..camera() }), "the camera: its position or an axis is not finite"),
+        (
+            seen_by(Camera { forward: Vec3::ZERO, ..camera() }),
+            "the camera: its axes are not of unit length and at right angles",
+        ),
+        (seen_by(Camera { up: right, ..camera() }), "the camera: its axes are not of unit length and at right angles"),
+        (
+            seen_by(Camera { projection: Projection::Perspective { tan_half_height: 0.0 }, ..camera() }),
+            "the camera: its view's height is not above zero",
+        ),
+        (Settings { exposure_stops: f32::NAN, ..settings() }, "the exposure is not a finite number"),
+        (
+            Settings { background: Background::Color(Vec3::new(0.0, f32::INFINITY, 0.0)), ..settings() },
+            "the background's colour is not a finite number",
+        ),
+    ]
+}
+
+#[test]
+fn moments_that_are_none_are_refused() {
+    let scene = umbrage::open("demo:cloth?triangles=500").expect("a scene of the gallery");
+    for seconds in [f64::NAN, f64::INFINITY] {
+        let error = Renderer::default().render(&scene, seconds, &settings()).expect_err("no moment");
+        assert!(error.to_string().ends_with("seconds: it must be a finite number"), "{error}");
+    }
 }
 
 #[test]
