@@ -152,6 +152,9 @@ pub(crate) struct OpeningFlags {
     /// How many files of a numbered sequence make a second
     #[arg(long, value_name = "FPS", default_value = "24", value_parser = values::sequence_fps)]
     pub(crate) sequence_fps: f64,
+    /// Let the file name others outside of its own folder; for files that you trust
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
 }
 
 /// The scene that a command is about, and who works on it.

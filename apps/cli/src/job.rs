@@ -130,7 +130,7 @@ impl From<OpeningFlags> for OpenOptions {
             Some("none") => Clip::Rest,
             Some(name) => Clip::Named(name.to_owned()),
         };
-        Self { clip, sequence_fps: flags.sequence_fps }
+        Self { clip, sequence_fps: flags.sequence_fps, allow_outside: flags.allow_outside }
     }
 }
 

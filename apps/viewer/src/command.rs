@@ -121,6 +121,9 @@ fn opening(line: &mut String, options: &OpenOptions) {
     if options.sequence_fps != OpenOptions::default().sequence_fps {
         flag(line, "sequence-fps", &options.sequence_fps.to_string());
     }
+    if options.allow_outside {
+        line.push_str(" --allow-outside");
+    }
 }
 
 fn structure(line: &mut String, structure: Structure) {

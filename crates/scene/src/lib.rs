@@ -3,6 +3,7 @@
 
 mod check;
 mod error;
+mod folder;
 mod frame;
 mod light;
 mod material;

@@ -7,7 +7,7 @@ use umbrage_rays::{Bounds, LightSource};
 
 use crate::rig::{Pose, Rig};
 use crate::{Error, Frame, Light};
-use crate::{gltf::GltfScene, obj, ply, sequence::Sequence, still::Still, stl};
+use crate::{gltf::GltfScene, obj, obj::SharedMaterials, ply, sequence::Sequence, still::Still, stl};
 
 /// What has a look at every moment, and becomes a scene by [`Scene::new`]: the content of a file, or your own.
 pub trait Animated: Debug + Send + Sync {
@@ -57,11 +57,13 @@ pub struct OpenOptions {
     pub clip: Clip,
     /// How many files of a numbered sequence make a second.
     pub sequence_fps: f64,
+    /// Whether a file may name others outside of its own folder: for files that you trust.
+    pub allow_outside: bool,
 }
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { clip: Clip::Auto, sequence_fps: 24.0 }
+        Self { clip: Clip::Auto, sequence_fps: 24.0, allow_outside: false }
     }
 }
 
@@ -105,12 +107,12 @@ impl Scene {
     /// As [`Scene::open`], and where `options` name a clip that the file doesn't have.
     pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
         let address = address.as_ref();
-        if let Some(sequence) = Sequence::find(address, options.sequence_fps)? {
+        if let Some(sequence) = Sequence::find(address, options)? {
             return Self::new(Box::new(sequence));
         }
         match Format::of(address) {
-            Some(Format::Gltf) => Self::new(Box::new(GltfScene::open(address, &options.clip)?)),
-            _ => Self::new(Box::new(read_still(address)?)),
+            Some(Format::Gltf) => Self::new(Box::new(GltfScene::open(address, options)?)),
+            _ => Self::new(Box::new(read_still(address, &mut SharedMaterials::new(options.allow_outside))?)),
         }
     }
 
@@ -254,10 +256,10 @@ impl Format {
     }
 }
 
-/// Reads a file whose triangles don't move.
-pub(crate) fn read_still(path: &Path) -> Result<Still, Error> {
+/// Reads a file whose triangles don't move; its materials may be shared with the last one's.
+pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
     match Format::of(path) {
-        Some(Format::Obj) => obj::read(path),
+        Some(Format::Obj) => obj::read(path, shared),
         Some(Format::Ply) => ply::read(path),
         Some(Format::Stl) => stl::read(path),
         Some(Format::Gltf) | None => {

@@ -22,7 +22,7 @@ const TRIANGLE_BYTES: usize = 50;
 /// # Errors
 /// Where the file can't be read or breaks its format.
 pub(crate) fn read(path: &Path) -> Result<Still, Error> {
-    let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+    let bytes = crate::folder::read(path).map_err(|source| Error::read(path, source))?;
     let mut warnings = Vec::new();
     let soup = if is_text(&bytes) {
         read_text(path, &bytes, &mut warnings)?

@@ -73,7 +73,7 @@ impl Bvh {
             while next.is_none() && waiting > 0 {
                 waiting -= 1;
                 let (index, enters) = stack[waiting];
-                next = slabs.is_before(enters, *t_max).then_some(index);
+                next = (!slabs.is_beyond(enters, *t_max)).then_some(index);
             }
         }
         ControlFlow::Continue(())
@@ -130,11 +130,12 @@ impl Slabs {
         let (near, far) = (first.min(second), first.max(second));
         let enter = (near - near.abs() * Self::RELATIVE_MARGIN).max_element().max(self.t_min);
         let leave = (far + far.abs() * Self::RELATIVE_MARGIN).min_element();
-        // What overflows is no number, and certain of nothing.
-        (!(enter > leave) && self.is_before(enter, t_max)).then_some(enter)
+        // What overflows is no number, and above nothing.
+        let is_missed = enter > leave || self.is_beyond(enter, t_max);
+        (!is_missed).then_some(enter)
     }
 
-    fn is_before(&self, enter: f32, t_max: f64) -> bool {
-        !(f64::from(enter) > t_max * self.scale)
+    fn is_beyond(&self, enter: f32, t_max: f64) -> bool {
+        f64::from(enter) > t_max * self.scale
     }
 }

@@ -1,7 +1,6 @@
 //! A glTF file's JSON and buffers.
 
 use std::fmt::Display;
-use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -11,6 +10,7 @@ use serde_json::Value;
 
 use super::uri::{self, Resource};
 use crate::Error;
+use crate::folder::{self, Folder};
 
 /// The extensions that this reader understands, at least approximately.
 const SUPPORTED_EXTENSIONS: [&str; 10] = [
@@ -31,6 +31,7 @@ const SUPPORTED_EXTENSIONS: [&str; 10] = [
 pub(super) struct Document {
     pub(super) json: Root,
     path: PathBuf,
+    folder: Folder,
     /// The whole file, and behind it those of its buffers that are elsewhere.
     bytes: Vec<u8>,
     /// Where each buffer is in `bytes`.
@@ -42,12 +43,13 @@ impl Document {
     ///
     /// # Errors
     /// Where a file can't be read or is cut off, the JSON is broken, or a required extension is unsupported.
-    pub(super) fn read(path: &Path, warnings: &mut Vec<String>) -> Result<Self, Error> {
-        let file = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+    pub(super) fn read(path: &Path, allow_outside: bool, warnings: &mut Vec<String>) -> Result<Self, Error> {
+        let file = folder::read(path).map_err(|source| Error::read(path, source))?;
         let (json, binary) = if file.starts_with(b"glTF") { glb_chunks(path, &file)? } else { (0..file.len(), None) };
         let json = parse(path, &file[json], warnings)?;
         check_extensions(path, &json, warnings)?;
-        let mut document = Self { json, path: path.to_owned(), bytes: file, buffers: Vec::new() };
+        let folder = Folder::of(path, allow_outside);
+        let mut document = Self { json, path: path.to_owned(), folder, bytes: file, buffers: Vec::new() };
         document.read_buffers(binary.as_ref())?;
         Ok(document)
     }
@@ -103,21 +105,14 @@ impl Document {
     /// # Errors
     /// Says in words why there are none.
     pub(super) fn fetch(&self, uri: &str, limit: u64, bytes: &mut Vec<u8>) -> Result<(), String> {
-        let path = match uri::resolve(self.path.parent().unwrap_or(Path::new("")), uri)? {
+        let path = match uri::resolve(&self.folder, uri)? {
             Resource::Embedded(mut embedded) => {
                 bytes.append(&mut embedded);
                 return Ok(());
             }
             Resource::File(path) => path,
         };
-        let mut read = || {
-            let file = File::open(&path)?;
-            // Devices and pipes may never end.
-            if !file.metadata()?.is_file() {
-                return Err(std::io::Error::other("not a regular file"));
-            }
-            file.take(limit).read_to_end(bytes)
-        };
+        let mut read = || folder::open(&path)?.take(limit).read_to_end(bytes);
         read().map(drop).map_err(|error| format!("{}: {error}", path.display()))
     }
 

@@ -35,7 +35,7 @@ use self::parts::Parts;
 use self::pose::Scratch;
 use self::rest::{MorphWeights, Rest};
 use crate::rig::Rig;
-use crate::{Clip, Error, Materials, Mesh};
+use crate::{Error, Materials, Mesh, OpenOptions};
 
 /// A glTF 2.0 scene, ready to be posed.
 #[derive(Debug)]
@@ -55,17 +55,17 @@ pub(crate) struct GltfScene {
 }
 
 impl GltfScene {
-    /// Opens a `.gltf` or `.glb` file of which `clip` plays.
+    /// Opens a `.gltf` or `.glb` file.
     ///
     /// # Errors
     /// Where a file is missing or broken, needs an unsupported extension, or doesn't have the clip.
-    pub(crate) fn open(path: &Path, clip: &Clip) -> Result<Self, Error> {
+    pub(crate) fn open(path: &Path, options: &OpenOptions) -> Result<Self, Error> {
         let mut warnings = Vec::new();
-        let document = Document::read(path, &mut warnings)?;
+        let document = Document::read(path, options.allow_outside, &mut warnings)?;
         let nodes = Nodes::read(&document)?;
         let skins = skin::read(&document)?;
         let weights = MorphWeights::read(&document)?;
-        let animations = Animations::read(&document, path, |node| weights.count(node), clip, &mut warnings)?;
+        let animations = Animations::read(&document, path, |node| weights.count(node), &options.clip, &mut warnings)?;
         let cameras = attached::cameras(&document, &nodes, &mut warnings)?;
         let lights = attached::lights(&document, &nodes, &mut warnings)?;
         let rest = Rest::new(&document, &nodes, &weights, &animations);

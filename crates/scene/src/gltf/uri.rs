@@ -1,9 +1,11 @@
 //! Where a glTF file's buffers and images are.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use data_url::DataUrl;
 use percent_encoding::percent_decode_str;
+
+use crate::folder::Folder;
 
 /// What a URI of a glTF file points to.
 #[derive(Debug)]
@@ -17,8 +19,8 @@ pub(super) enum Resource {
 /// Resolves `uri` against the scene's folder.
 ///
 /// # Errors
-/// Says in words why the URI is refused: an absolute path, another scheme than `data:`, or broken base64.
-pub(super) fn resolve(folder: &Path, uri: &str) -> Result<Resource, String> {
+/// Says in words why the URI is refused: a path out of the folder, another scheme than `data:`, or broken base64.
+pub(super) fn resolve(folder: &Folder, uri: &str) -> Result<Resource, String> {
     if let Some(scheme) = scheme(uri) {
         if !scheme.eq_ignore_ascii_case("data") {
             return Err(format!("`{scheme}:` URIs are not read; put the file beside the scene or embed it"));
@@ -28,14 +30,16 @@ pub(super) fn resolve(folder: &Path, uri: &str) -> Result<Resource, String> {
         return Ok(Resource::Embedded(bytes));
     }
     let relative = percent_decode_str(uri).decode_utf8().map_err(|_| "a path that is not UTF-8")?;
-    // Checked after decoding, so that `%2F` hides nothing.
-    if relative.starts_with(['/', '\\']) || Path::new(&*relative).has_root() {
-        return Err(format!("`{relative}` is an absolute path; only paths beside the scene are read"));
-    }
     if relative.is_empty() {
         return Err("an empty URI".to_owned());
     }
-    Ok(Resource::File(folder.join(&*relative)))
+    // Checked after decoding, so that `%2F` and `%2E` hide nothing.
+    match folder.file(&relative) {
+        Some((path, _)) => Ok(Resource::File(path)),
+        None => Err(format!(
+            "`{relative}` is outside of the scene's folder; if you trust the file, allow that (--allow-outside)"
+        )),
+    }
 }
 
 /// What stands before the colon of an absolute URI (RFC 3986 §3.1).

@@ -1,10 +1,11 @@
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glam::{Affine2, Vec2, Vec3};
 
 use super::library::{self, Definition, Map};
 use super::textures::{Recipe, TextureLoader};
+use crate::folder::{self, Folder};
 use crate::{Alpha, Error, Material, Materials, TextureUse, Wrap};
 
 /// The materials called `names`, in that order, from `libraries` in `folder`, with their textures.
@@ -12,15 +13,14 @@ use crate::{Alpha, Error, Material, Materials, TextureUse, Wrap};
 /// # Errors
 /// Where a library that is there can't be read or breaks its format.
 pub(super) fn load(
-    folder: &Path,
+    folder: &Folder,
     libraries: &[String],
     names: &[Option<String>],
     warnings: &mut Vec<String>,
 ) -> Result<Materials, Error> {
     let mut definitions = HashMap::new();
-    for path in library_paths(folder, libraries, warnings) {
-        let bytes = std::fs::read(&path).map_err(|source| Error::read(&path, source))?;
-        let texture_folder = path.parent().unwrap_or(folder).to_owned();
+    for (path, texture_folder) in library_paths(folder, libraries, warnings) {
+        let bytes = folder::read(&path).map_err(|source| Error::read(&path, source))?;
         for definition in library::parse(&path, &bytes)? {
             definitions.insert(definition.name.clone(), (definition, texture_folder.clone()));
         }
@@ -49,8 +49,8 @@ pub(super) fn load(
     Ok(Materials { materials, textures })
 }
 
-/// The libraries that are there. A statement names one file, with spaces or without, or several without.
-fn library_paths(folder: &Path, libraries: &[String], warnings: &mut Vec<String>) -> Vec<PathBuf> {
+/// The libraries that are there, with the folders of their textures. A statement names one file, with spaces or without, or several without.
+fn library_paths(folder: &Folder, libraries: &[String], warnings: &mut Vec<String>) -> Vec<(PathBuf, Folder)> {
     let mut paths = Vec::new();
     for library in libraries {
         if let Some(path) = find(folder, library) {
@@ -60,18 +60,26 @@ fn library_paths(folder: &Path, libraries: &[String], warnings: &mut Vec<String>
         for word in library.split_ascii_whitespace() {
             match find(folder, word) {
                 Some(path) => paths.push(path),
-                None => warnings.push(format!("the material library `{word}` is not there")),
+                None => warnings.push(format!("the material library `{word}` {}", missing(folder, word))),
             }
         }
     }
     paths
 }
 
-/// The file that `name` means in `folder`: its path, whatever system wrote it, else its last part.
-pub(super) fn find(folder: &Path, name: &str) -> Option<PathBuf> {
+/// The file that `name` means in `folder`, and its own folder: by its path, whatever system wrote it, else by its last part.
+pub(super) fn find(folder: &Folder, name: &str) -> Option<(PathBuf, Folder)> {
     let name = name.replace('\\', "/");
     let last = name.rsplit('/').next().filter(|last| !last.is_empty())?;
-    [folder.join(&name), folder.join(last)].into_iter().find(|path| path.is_file())
+    [folder.file(&name), folder.file(last)].into_iter().flatten().find(|(path, _)| path.is_file())
+}
+
+/// Why [`find`] found nothing.
+pub(super) fn missing(folder: &Folder, name: &str) -> &'static str {
+    match folder.file(&name.replace('\\', "/")) {
+        Some(_) => "is not there",
+        None => "is outside of the scene's folder; if you trust the file, allow that (--allow-outside)",
+    }
 }
 
 /// The metallic-roughness material that looks like `definition`.
@@ -79,7 +87,7 @@ pub(super) fn find(folder: &Path, name: &str) -> Option<PathBuf> {
 /// `Pr` and `Pm` are taken as they are. Without `Pr`, a material with highlights (`Ks` above zero) gets the roughness
 /// whose GGX lobe is about as wide as the Blinn–Phong one: α = √(2 / (`Ns` + 2)), perceptual roughness = √α (Walter et
 /// al. 2007, Microfacet Models for Refraction, §5.2; Burley 2012, §5.4). `Ni` below 1 means nothing and is left out.
-fn material(definition: &Definition, folder: &Path, textures: &mut TextureLoader) -> Material {
+fn material(definition: &Definition, folder: &Folder, textures: &mut TextureLoader) -> Material {
     let name = &definition.name;
     textures.begin_material(name, folder);
     for what in &definition.left_out {

@@ -8,9 +8,10 @@ mod library;
 mod materials;
 mod textures;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
+use crate::folder::{self, Folder};
 use crate::{Error, Materials, still::Still};
 use geometry::Geometry;
 
@@ -21,43 +22,23 @@ use geometry::Geometry;
 /// colours are taken as sRGB, as the common exporters write them. Smoothing groups have no effect: a corner without a
 /// normal is flat.
 ///
+/// Libraries and textures are not read again when the last file wanted the same.
+///
 /// # Errors
 /// Where the OBJ file can't be read, or it or a library breaks its format. Libraries and textures that are missing are
 /// warnings.
-pub(crate) fn read(path: &Path) -> Result<Still, Error> {
-    read_sharing(path, &mut SharedMaterials::default())
-}
-
-/// The materials of the last file read, for a next one that asks for the same.
-#[derive(Debug, Default)]
-pub(crate) struct SharedMaterials(Option<(Wanted, Arc<Materials>)>);
-
-/// What decides which materials a file gets.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Wanted {
-    folder: PathBuf,
-    /// The text after each `mtllib`.
-    libraries: Vec<String>,
-    /// Names of the materials that triangles use, in order of first use; `None` before any `usemtl`.
-    names: Vec<Option<String>>,
-}
-
-/// As [`read`], without reading libraries and textures again when the last file wanted the same.
-///
-/// # Errors
-/// As [`read`].
-pub(crate) fn read_sharing(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
-    let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+pub(crate) fn read(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
+    let bytes = folder::read(path).map_err(|source| Error::read(path, source))?;
     let geometry = Geometry::parse(path, &bytes)?;
     drop(bytes);
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let folder = Folder::of(path, shared.allow_outside);
     let wanted = Wanted { folder, libraries: geometry.libraries.clone(), names: geometry.material_names.clone() };
     let mut warnings = geometry.warnings();
-    let materials = match &shared.0 {
+    let materials = match &shared.last {
         Some((had, materials)) if *had == wanted => Arc::clone(materials),
         _ => {
             let materials = Arc::new(materials::load(&wanted.folder, &wanted.libraries, &wanted.names, &mut warnings)?);
-            shared.0 = Some((wanted, Arc::clone(&materials)));
+            shared.last = Some((wanted, Arc::clone(&materials)));
             materials
         }
     };
@@ -67,4 +48,28 @@ pub(crate) fn read_sharing(path: &Path, shared: &mut SharedMaterials) -> Result<
     }
     let frame = vertices.into_frame(geometry.triangles, geometry.material_of_triangle, materials);
     Ok(Still { frame, warnings })
+}
+
+/// The materials of the last file read, for a next one that asks for the same.
+#[derive(Debug, Default)]
+pub(crate) struct SharedMaterials {
+    last: Option<(Wanted, Arc<Materials>)>,
+    allow_outside: bool,
+}
+
+impl SharedMaterials {
+    /// None yet, of files that may lead out of their folder or not.
+    pub(crate) fn new(allow_outside: bool) -> Self {
+        Self { last: None, allow_outside }
+    }
+}
+
+/// What decides which materials a file gets.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Wanted {
+    folder: Folder,
+    /// The text after each `mtllib`.
+    libraries: Vec<String>,
+    /// Names of the materials that triangles use, in order of first use; `None` before any `usemtl`.
+    names: Vec<Option<String>>,
 }

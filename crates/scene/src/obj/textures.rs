@@ -2,7 +2,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::library::Map;
-use super::materials::find;
+use super::materials::{find, missing};
+use crate::folder::{self, Folder};
 use crate::{ColorSpace, Filter, Texture, Wrap};
 
 /// Makes the textures of a file's materials, each once, from images that may have to be put together.
@@ -13,7 +14,7 @@ pub(super) struct TextureLoader {
     /// The material that asks, for warnings.
     material: String,
     /// Where its library is.
-    folder: PathBuf,
+    folder: Folder,
     pub(super) warnings: Vec<String>,
 }
 
@@ -36,9 +37,9 @@ struct Image {
 
 impl TextureLoader {
     /// Says whose textures come next.
-    pub(super) fn begin_material(&mut self, name: &str, folder: &Path) {
+    pub(super) fn begin_material(&mut self, name: &str, folder: &Folder) {
         name.clone_into(&mut self.material);
-        folder.clone_into(&mut self.folder);
+        self.folder.clone_from(folder);
     }
 
     pub(super) fn warn(&mut self, what: &str) {
@@ -49,9 +50,9 @@ impl TextureLoader {
     pub(super) fn find<'a>(&mut self, map: &'a Map) -> Option<(&'a Map, PathBuf)> {
         let path = find(&self.folder, &map.file);
         if path.is_none() {
-            self.warn(&format!("the texture `{}` is not there", map.file));
+            self.warn(&format!("the texture `{}` {}", map.file, missing(&self.folder, &map.file)));
         }
-        path.map(|path| (map, path))
+        path.map(|(path, _)| (map, path))
     }
 
     /// The index of the texture that `recipe` makes; `None`, with a warning, where an image can't be read.
@@ -143,7 +144,7 @@ fn luminance([r, g, b, _]: [u8; 4]) -> u8 {
 impl Image {
     fn read(path: &Path) -> Result<Self, String> {
         let named = |why: String| format!("the texture {}: {why}", path.display());
-        let bytes = std::fs::read(path).map_err(|error| named(error.to_string()))?;
+        let bytes = folder::read(path).map_err(|error| named(error.to_string()))?;
         let (size, texels) = Texture::decode_texels(&bytes).map_err(named)?;
         Ok(Self { size, texels })
     }

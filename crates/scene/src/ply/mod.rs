@@ -23,7 +23,7 @@ use header::{Element, Header};
 /// # Errors
 /// Where the file can't be read or breaks its format.
 pub(crate) fn read(path: &Path) -> Result<Still, Error> {
-    let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+    let bytes = crate::folder::read(path).map_err(|source| Error::read(path, source))?;
     let header = Header::parse(path, &bytes)?;
     let mut body = Body::new(header.encoding, &bytes[header.bytes..]);
     // Known before any vertex is read, because faces may come first; it is checked when they are read.

@@ -6,7 +6,7 @@ mod search;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::{Animated, Error, Frame, obj, scene::Format, scene::read_still, still::Still};
+use crate::{Animated, Error, Frame, OpenOptions, obj, scene::read_still, still::Still};
 
 /// Numbered files, one for each frame of an animation; each may have its own topology.
 ///
@@ -39,15 +39,17 @@ impl Sequence {
     /// folder, the sequence is the largest set of files whose names differ in one number only.
     ///
     /// # Errors
-    /// Where `address` is a pattern or folder that has no such files, `fps` is no frequency or the first file can't be
+    /// Where `address` is a pattern or folder that has no such files, their number a second is none, or the first file can't be
     /// read.
-    pub(crate) fn find(address: &Path, fps: f64) -> Result<Option<Self>, Error> {
+    pub(crate) fn find(address: &Path, options: &OpenOptions) -> Result<Option<Self>, Error> {
         let Some((paths, warnings)) = search::find(address)? else { return Ok(None) };
+        let fps = options.sequence_fps;
         if !(fps.is_finite() && fps > 0.0) {
             let cause = format!("{fps} files a second: give a number above 0");
             return Err(Error::address(address.display().to_string(), cause));
         }
-        let mut sequence = Self { paths, fps, warnings, recent: Mutex::new(Recent::default()) };
+        let recent = Recent { stills: Vec::new(), materials: obj::SharedMaterials::new(options.allow_outside) };
+        let mut sequence = Self { paths, fps, warnings, recent: Mutex::new(recent) };
         // What the first file lacks, the others usually lack too.
         let first = sequence.still(0)?;
         let name = sequence.paths[0].display().to_string();
@@ -69,12 +71,7 @@ impl Sequence {
         if let Some((_, still)) = recent.stills.iter().find(|(read, _)| *read == index) {
             return Ok(Arc::clone(still));
         }
-        let path = &self.paths[index];
-        let still = match Format::of(path) {
-            Some(Format::Obj) => obj::read_sharing(path, &mut recent.materials)?,
-            _ => read_still(path)?,
-        };
-        let still = Arc::new(still);
+        let still = Arc::new(read_still(&self.paths[index], &mut recent.materials)?);
         if recent.stills.len() == Recent::CAPACITY {
             recent.stills.remove(0);
         }

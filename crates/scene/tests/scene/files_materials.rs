@@ -1,7 +1,7 @@
 //! What an MTL library and its textures become.
 
 use glam::{Vec2, Vec3, Vec4};
-use umbrage_scene::{Alpha, Frame, Material, Texture, TextureUse};
+use umbrage_scene::{Alpha, Frame, Material, OpenOptions, Scene, Texture, TextureUse};
 
 use crate::files::{self, folder, open_path};
 
@@ -200,4 +200,21 @@ fn faults_in_a_library_name_its_line() {
         let error = load(library, &[], &["it"]).unwrap_err();
         assert!(error.contains("my library.mtl: ") && error.contains(expected), "{library:?}: {error}");
     }
+}
+
+#[test]
+fn libraries_and_textures_outside_of_the_folder_are_read_where_that_is_allowed() {
+    let text = "mtllib ../a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl it\nf 1/1 2/1 3/1\n";
+    let texels = bmp(&[[255, 0, 0]]);
+    let files = folder(&[("a.mtl", b"newmtl it\nKd 1 1 1\nmap_Kd a.bmp\n"), ("a.bmp", &texels)]);
+    std::fs::create_dir(files.path().join("scene")).unwrap();
+    let path = files.path().join("scene/a.obj");
+    std::fs::write(&path, text).unwrap();
+    let (frame, warnings) = open_path(&path).unwrap();
+    assert!(warnings[0].contains("`../a.mtl` is outside of the scene's folder"), "{warnings:?}");
+    assert_eq!(frame.materials.textures.len(), 0);
+    let trusting = OpenOptions { allow_outside: true, ..OpenOptions::default() };
+    let scene = Scene::open_with(&path, &trusting).unwrap();
+    assert_eq!(scene.warnings(), [""; 0]);
+    assert_eq!(scene.at(0.0).unwrap().materials.textures.len(), 1);
 }

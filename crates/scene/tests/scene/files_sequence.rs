@@ -128,9 +128,7 @@ fn frame_k_shows_from_its_start_to_the_next_one_for_any_frequency() {
         let scene = open(folder.path(), fps).unwrap();
         assert!((scene.duration_seconds() - 50.0 / fps).abs() < 1e-9);
         assert_eq!(order(&scene, fps), (0..50).collect::<Vec<_>>(), "{fps}");
-        for (seconds, expected) in
-            [(-1.0, 0), (0.999 / fps, 0), (1.5 / fps, 1), (49.999 / fps, 49), (50.5 / fps, 0), (f64::NAN, 0)]
-        {
+        for (seconds, expected) in [(-1.0, 0), (0.999 / fps, 0), (1.5 / fps, 1), (49.999 / fps, 49), (50.5 / fps, 0)] {
             assert_eq!(number(&scene, seconds), expected, "{seconds} s at {fps}");
         }
         // The very end is still the last frame, and one turn later everything is the same.

@@ -1,6 +1,6 @@
 use proptest::prelude::*;
 use serde_json::{Value, json};
-use umbrage_scene::{Clip, Scene};
+use umbrage_scene::{Clip, OpenOptions, Scene};
 
 use crate::builder::{Builder, U8, open_bytes, open_in};
 
@@ -253,9 +253,11 @@ fn buffers_come_from_files() {
     for (uri, cause) in [
         ("https://host/a.bin", "`https:`"),
         ("C:\\a.bin", "`C:`"),
-        ("/a.bin", "absolute"),
-        ("%2fetc/a.bin", "absolute"),
-        ("\\\\host\\a.bin", "absolute"),
+        ("/a.bin", "outside of the scene's folder"),
+        ("%2fetc/a.bin", "outside"),
+        ("\\\\host\\a.bin", "outside"),
+        ("../a.bin", "outside"),
+        ("folder/%2e%2e%2f../a.bin", "outside"),
         ("data:nothing", "comma"),
         ("data:;base64,Zm9?", "base64"),
         ("data:;base64,Z", "base64"),
@@ -264,6 +266,35 @@ fn buffers_come_from_files() {
     ] {
         assert!(error(uri).contains(cause), "{uri}: {}", error(uri));
     }
+}
+
+#[test]
+fn files_outside_of_the_folder_are_read_where_that_is_allowed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = everything();
+    std::fs::write(folder.path().join("a.bin"), &file.bytes).unwrap();
+    file.json["buffers"] = json!([{ "byteLength": file.bytes.len(), "uri": "../a.bin" }]);
+    std::fs::create_dir(folder.path().join("scene")).unwrap();
+    let path = folder.path().join("scene/a.gltf");
+    std::fs::write(&path, file.json.to_string()).unwrap();
+    let error = Scene::open(&path).unwrap_err().to_string();
+    assert!(error.contains("--allow-outside"), "{error}");
+    let options = OpenOptions { allow_outside: true, ..OpenOptions::default() };
+    Scene::open_with(&path, &options).expect("a trusted scene");
+}
+
+#[test]
+#[cfg(unix)]
+fn pipes_are_refused_before_they_wait() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = everything();
+    file.json["buffers"] = json!([{ "byteLength": file.bytes.len(), "uri": "pipe.ply" }]);
+    let made = std::process::Command::new("mkfifo").arg(folder.path().join("pipe.ply")).status();
+    assert!(made.expect("mkfifo").success());
+    let error = open_in(folder.path(), "a.gltf", file.json.to_string().as_bytes(), Clip::Auto).unwrap_err();
+    assert!(error.to_string().ends_with("pipe.ply: not a regular file"), "{error}");
+    let error = Scene::open(folder.path().join("pipe.ply")).unwrap_err();
+    assert!(error.to_string().ends_with("pipe.ply: not a regular file"), "{error}");
 }
 
 #[test]
