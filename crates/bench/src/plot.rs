@@ -90,7 +90,7 @@ impl Chart for LineChart<'_> {
     fn svg(&self) -> Result<String> {
         let values = |axis: usize| self.series.iter().flat_map(|series| &series.points).map(move |point| point[axis]);
         let [x_axis, y_axis] = [0, 1].map(|axis| Axis::new(self.scales[axis], values(axis)));
-        let names: Vec<&str> = self.series.iter().map(|series| series.name.as_str()).collect();
+        let names: Vec<_> = self.series.iter().map(|series| series.name.as_str()).enumerate().collect();
         sheet(self.title, [WIDTH, HEIGHT], LABELS, &names, |builder, _| {
             let mut chart = builder.build_cartesian_2d(x_axis.clone(), y_axis.clone())?;
             let mut mesh = chart.configure_mesh();
@@ -120,7 +120,8 @@ impl Chart for BarChart<'_> {
         let axis = Axis::new(Scale::Linear, self.bars.iter().map(|bar| bar.heights.iter().sum()));
         let count = self.bars.len().max(1);
         let longest = self.bars.iter().map(|bar| bar.name.chars().count()).max().unwrap_or(0) as u32;
-        let parts: Vec<&str> = self.parts.iter().map(String::as_str).collect();
+        // From above, as the parts are stacked.
+        let parts: Vec<_> = self.parts.iter().map(String::as_str).enumerate().rev().collect();
         let size = [WIDTH.max(30 * count as u32), HEIGHT];
         sheet(self.title, size, LABELS.max(CHARACTER * longest), &parts, |builder, area| {
             let mut chart = builder.build_cartesian_2d(0.0..count as f64, axis)?;
@@ -144,33 +145,38 @@ impl Chart for BarChart<'_> {
     }
 }
 
-/// An SVG file with a title and a legend. `draw` is given the axes' rectangle of `width` and `height` pixels with room for
+/// An SVG file with a title and a legend of series and their names. `draw` is given the axes' rectangle of `width` and `height` pixels with room for
 /// labels left of it and, `labels` pixels high, below, and the area that all this is in.
 fn sheet(
     title: &str,
     [width, height]: [u32; 2],
     labels: u32,
-    legend: &[&str],
+    legend: &[(usize, &str)],
     draw: impl FnOnce(&mut ChartBuilder<'_, '_, SVGBackend<'_>>, &Area<'_>) -> Result<()>,
 ) -> Result<String> {
     const TITLE: u32 = 48;
-    const LINE: i32 = 20;
+    const MARGIN: u32 = 14;
+    const LINE: u32 = 20;
     let mut text = String::new();
-    let width = width + LABELS;
-    let sheet = (width + LEGEND_WIDTH, (TITLE + height + labels).max(TITLE + LINE as u32 * legend.len() as u32));
+    let width = MARGIN + LABELS + width;
+    let sheet = (width + LEGEND_WIDTH, (TITLE + height + labels).max(TITLE + LINE * legend.len() as u32));
     {
         let root = SVGBackend::with_string(&mut text, sheet).into_drawing_area();
         root.fill(&WHITE)?;
         let (left, right) = root.split_horizontally(width);
         let (left, _) = left.split_vertically(TITLE + height + labels);
         let mut builder = ChartBuilder::on(&left);
-        builder.caption(title, ("sans-serif", 20)).margin_top(14).y_label_area_size(LABELS).x_label_area_size(labels);
+        builder
+            .caption(title, ("sans-serif", 20))
+            .margin_top(MARGIN)
+            .margin_left(MARGIN)
+            .y_label_area_size(LABELS)
+            .x_label_area_size(labels);
         draw(&mut builder, &left)?;
-        for (index, name) in legend.iter().enumerate() {
-            let top = TITLE as i32 + LINE * index as i32;
+        for (top, &(index, name)) in (TITLE as i32..).step_by(LINE as usize).zip(legend) {
             let style = ShapeStyle { filled: !is_repeated(index), ..color(index).stroke_width(2) };
             right.draw(&Rectangle::new([(16, top), (28, top + 12)], style))?;
-            right.draw(&Text::new(*name, (36, top), FONT))?;
+            right.draw(&Text::new(name, (36, top), FONT))?;
         }
         root.present()?;
     }
