@@ -1,10 +1,8 @@
 //! Columns, walls with pointed openings, rib vaults and tracery.
 
-use std::f32::consts::TAU;
-
 use glam::{Affine3A, Vec2, Vec3, Vec3Swizzles};
 
-use super::build::math::{mix, sin_cos, smoothstep, wave};
+use super::build::math::{around, mix, sin_cos, smoothstep, wave};
 use super::build::{MeshBuilder, Sheet};
 use super::detail::Detail;
 
@@ -97,9 +95,7 @@ pub(super) fn wall(builder: &mut MeshBuilder, wall: Wall, masonry: Masonry, deta
     if detail.is_ornate() {
         reveal(builder, wall, &inner, masonry, detail);
     }
-    for index in first..builder.positions.len() {
-        builder.tex_coords[index] = builder.positions[index].xy() * Vec2::new(1.0, -1.0);
-    }
+    builder.wrap(first, |position| position.xy() * Vec2::new(1.0, -1.0));
 }
 
 /// Adds the inside of an opening with the outline `inner`, and a moulding around its front.
@@ -139,12 +135,7 @@ pub(super) fn tracery(builder: &mut MeshBuilder, opening: Opening, masonry: Maso
     }
     let ring = Vec3::new(0.0, spring + 0.62 * half_width, 0.0);
     for (radius, thickness) in [(0.3 * half_width, 0.045), (0.16 * half_width, 0.02)] {
-        builder.sheet(Sheet::ring(columns, detail.quads(24, 5)), |u, v| {
-            let (sin_u, cos_u) = sin_cos(TAU * u);
-            let (sin_v, cos_v) = sin_cos(TAU * v);
-            let out = radius + thickness * cos_u;
-            ring + Vec3::new(out * cos_v, out * sin_v, -thickness * sin_u)
-        });
+        builder.ring(ring, radius, [thickness; 2], [columns, detail.quads(24, 5)]);
     }
     builder.material(masonry.lead);
     let bars = detail.things(((spring - sill) / 0.3) as u32);
@@ -160,11 +151,11 @@ pub(super) fn tracery(builder: &mut MeshBuilder, opening: Opening, masonry: Maso
 
 /// Adds a clustered column that stands on the origin, up to the top of its capital at `height`.
 pub(super) fn column(builder: &mut MeshBuilder, radius: f32, height: f32, masonry: Masonry, detail: Detail) {
-    let around = detail.quads(40, 6);
+    let columns = detail.quads(40, 6);
     let capital = 1.5 * radius;
     builder.material(masonry.stone);
     if !detail.is_ornate() {
-        builder.lathe(&[Vec2::new(radius, 0.0), Vec2::new(radius, height)], around);
+        builder.lathe(&[Vec2::new(radius, 0.0), Vec2::new(radius, height)], columns);
         return;
     }
     let base = [
@@ -181,23 +172,19 @@ pub(super) fn column(builder: &mut MeshBuilder, radius: f32, height: f32, masonr
         (1.1, 0.96),
     ]
     .map(|(out, up)| Vec2::new(out, up) * radius);
-    builder.lathe(&base, around);
-    builder.sheet(Sheet::tube(around, detail.quads(6, 1)), |u, v| {
-        let (sin, cos) = sin_cos(TAU * u);
-        let out = radius * (0.84 + 0.2 * wave(4.0 * u).abs());
-        Vec3::new(out * cos, mix(0.9 * radius, height - 0.9 * capital, v), -out * sin)
+    builder.lathe(&base, columns);
+    builder.sheet(Sheet::tube(columns, detail.quads(6, 1)), |u, v| {
+        around(u, radius * (0.84 + 0.2 * wave(4.0 * u).abs()), mix(0.9 * radius, height - 0.9 * capital, v))
     });
     // The capital: a bell of leaves that curl out under a slab.
-    builder.sheet(Sheet::tube(around, detail.quads(14, 2)), |u, v| {
-        let (sin, cos) = sin_cos(TAU * u);
+    builder.sheet(Sheet::tube(columns, detail.quads(14, 2)), |u, v| {
         let leaves = wave(8.0 * u).abs() * smoothstep(0.1, 0.5, v) * smoothstep(1.0, 0.75, v);
         let collar = 0.14 * smoothstep(0.12, 0.06, (v - 0.06).abs());
-        let out = radius * (0.98 + collar + 0.5 * v * v + 0.16 * leaves);
-        Vec3::new(out * cos, height - capital * (0.95 - 0.8 * v), -out * sin)
+        around(u, radius * (0.98 + collar + 0.5 * v * v + 0.16 * leaves), height - capital * (0.95 - 0.8 * v))
     });
     let slab = [(1.5, -0.16), (1.62, -0.13), (1.62, -0.05), (1.62, -0.05), (1.56, 0.0), (1.56, 0.0), (0.0, 0.0)]
         .map(|(out, up)| Vec2::new(out * radius, height + up * capital));
-    builder.lathe(&slab, around);
+    builder.lathe(&slab, columns);
 }
 
 /// A vault over a rectangle: its half-sizes along x and z, where it begins, and how much higher its middle is.

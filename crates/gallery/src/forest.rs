@@ -1,12 +1,9 @@
 use std::f32::consts::{PI, TAU};
-use std::ops::Range;
 
 use glam::{Affine3A, Vec3};
 use rayon::prelude::*;
-use umbrage_rays::LightSource;
 
-use super::DemoScene;
-use super::build::math::{camera, mix, sin_cos, smoothstep, turned, wave};
+use super::build::math::{mix, sin_cos, smoothstep, turned, wave};
 use super::build::{MeshBuilder, Palette, Random, Sheet, fractal_noise, srgb};
 use super::character::{self, Footing, Gnome, Part, Prop};
 use super::detail::Detail;
@@ -14,111 +11,68 @@ use super::forest_paints::Paints;
 use super::glade::{self, PATH_RADIUS, on_ground};
 use super::plant::{self, Habit, Twig};
 use super::wind::Wind;
-use umbrage_scene::{Animated, Error, Frame, Light, NamedCamera};
+use super::{DemoScene, Moment, Pose, studio};
 
-/// Two gnomes marching around a stump in a clearing, with the wind in the leaves.
-#[derive(Debug)]
-pub(crate) struct Forest {
-    still: Frame,
-    wind: Wind,
-    /// The vertices that the wind moves.
-    windy: Range<usize>,
-    /// Each gnome's parts, one after the other from where the wind's vertices end.
-    sheets: Vec<Sheet>,
-}
+pub(crate) const SCENE: DemoScene = DemoScene {
+    name: "forest",
+    about: "two gnomes marching through a clearing, leaves and grass in the wind",
+    triangles: 174_000,
+    seconds: 20.0,
+    open,
+};
 
 /// Who walks, in which colours, and how far behind the first, in steps.
 const GNOMES: [(Prop, f32); 2] = [(Prop::Lantern, 0.0), (Prop::Toadstool, -6.35)];
 /// Steps of one round; a whole even number, so that a round ends on the foot that it began with.
 const STEPS: f32 = 48.0;
 
-impl Forest {
-    pub(crate) const SCENE: DemoScene = DemoScene {
-        name: "forest",
-        about: "two gnomes marching through a clearing, leaves and grass in the wind",
-        triangles: 174_000,
-        open: |triangles| Box::new(Self::open(triangles)),
-    };
+fn open(triangles: usize) -> Pose {
+    let mut palette = Palette::default();
+    let paints = Paints::new(&mut palette);
+    let cast = gnomes(0.0);
+    let detail = Detail::for_triangles(triangles, SCENE.triangles);
+    let (mut builder, twigs, detail, people) = detail.within(
+        triangles * 3 / 5,
+        |detail| {
+            let (still_life, twigs) = still_life(detail, &paints);
+            let mut people = MeshBuilder::new();
+            add_gnomes(&mut people, &cast, detail, &paints);
+            (still_life, twigs, detail, people)
+        },
+        |(still_life, _, _, people)| still_life.triangles.len() + people.triangles.len(),
+    );
+    let first_windy = builder.positions.len();
+    let mut wind = Wind::default();
+    let left = triangles.saturating_sub(builder.triangles.len() + people.triangles.len());
+    undergrowth(&mut builder, &mut wind, &paints, detail, left / 3);
+    let left = triangles.saturating_sub(builder.triangles.len() + people.triangles.len());
+    foliage(&mut builder, &mut wind, &paints, &twigs, left);
+    let windy = first_windy..builder.positions.len();
+    debug_assert_eq!(windy.len(), wind.len(), "each vertex bends");
+    builder.instance(&people, Affine3A::IDENTITY);
+    let sheets: Vec<Sheet> = cast.iter().flat_map(|gnome| &gnome.parts).map(|part| sheet_of(part, detail)).collect();
+    let still = builder.finish(palette.finish());
 
-    fn open(triangles: usize) -> Self {
-        let mut palette = Palette::default();
-        let paints = Paints::new(&mut palette);
-        let cast = gnomes(0.0);
-        let detail = Detail::for_triangles(triangles, Self::SCENE.triangles);
-        let (mut builder, twigs, detail, people) = detail.within(
-            triangles * 3 / 5,
-            |detail| {
-                let (still_life, twigs) = still_life(detail, &paints);
-                let mut people = MeshBuilder::new();
-                add_gnomes(&mut people, &cast, detail, &paints);
-                (still_life, twigs, detail, people)
-            },
-            |(still_life, _, _, people)| still_life.triangles.len() + people.triangles.len(),
-        );
-        let first_windy = builder.positions.len();
-        let mut wind = Wind::default();
-        let left = triangles.saturating_sub(builder.triangles.len() + people.triangles.len());
-        undergrowth(&mut builder, &mut wind, &paints, detail, left / 3);
-        let left = triangles.saturating_sub(builder.triangles.len() + people.triangles.len());
-        foliage(&mut builder, &mut wind, &paints, &twigs, left);
-        let windy = first_windy..builder.positions.len();
-        debug_assert_eq!(windy.len(), wind.len(), "each vertex bends");
-        builder.instance(&people, Affine3A::IDENTITY);
-        let sheets = cast.iter().flat_map(|gnome| &gnome.parts).map(|part| sheet_of(part, detail)).collect();
-        Self { still: builder.finish(palette.finish()), wind, windy, sheets }
-    }
-}
-
-impl Animated for Forest {
-    fn duration_seconds(&self) -> f64 {
-        20.0
-    }
-
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        frame.copy_surfaces(&self.still);
-        let part = (seconds / self.duration_seconds()) as f32;
-        self.wind.blow(part, &mut frame.positions[self.windy.clone()]);
+    Box::new(move |Moment { part, .. }, frame| {
+        frame.copy_surfaces(&still);
+        wind.blow(part, &mut frame.positions[windy.clone()]);
         let cast = gnomes(part);
-        let mut positions = &mut frame.positions[self.windy.end..];
-        let mut normals = &mut frame.normals[self.windy.end..];
-        for (part, &sheet) in cast.iter().flat_map(|gnome| &gnome.parts).zip(&self.sheets) {
+        let mut positions = &mut frame.positions[windy.end..];
+        let mut normals = &mut frame.normals[windy.end..];
+        for (part, &sheet) in cast.iter().flat_map(|gnome| &gnome.parts).zip(&sheets) {
             let (own_positions, other_positions) = positions.split_at_mut(sheet.vertices());
             let (own_normals, other_normals) = normals.split_at_mut(sheet.vertices());
             write_part(part, sheet, own_positions, own_normals);
             (positions, normals) = (other_positions, other_normals);
         }
-        frame.cameras.push(NamedCamera { name: "clearing".into(), camera: view(part) });
-        frame.lights.extend(lights(cast[0].prop, part));
-        Ok(())
-    }
-}
 
-fn view(part: f32) -> umbrage_rays::Camera {
-    let swing = wave(part);
-    let eye = Vec3::new(0.5 + 0.6 * swing, 0.8 + 0.1 * wave(part + 0.3), 3.75 - 0.2 * swing);
-    camera(eye, Vec3::new(-0.32 + 0.06 * swing, 0.6, 0.0), 0.34)
-}
-
-fn lights(flame: Vec3, part: f32) -> [Light; 2] {
-    let flicker = 1.0 + 0.06 * wave(37.0 * part) + 0.04 * wave(61.0 * part);
-    [
-        Light {
-            name: "sun".into(),
-            source: LightSource::Directional { direction: Vec3::new(-0.68, -0.56, -0.42).normalize() },
-            color: srgb(0xff_ea_c8),
-            intensity: 1.3 * PI,
-            range: None,
-            casts_shadow: true,
-        },
-        Light {
-            name: "lantern".into(),
-            source: LightSource::Point { position: flame },
-            color: srgb(0xff_b0_58),
-            intensity: 0.35 * flicker,
-            range: Some(4.0),
-            casts_shadow: true,
-        },
-    ]
+        let swing = wave(part);
+        let eye = Vec3::new(0.5 + 0.6 * swing, 0.8 + 0.1 * wave(part + 0.3), 3.75 - 0.2 * swing);
+        studio::look(frame, "clearing", eye, Vec3::new(-0.32 + 0.06 * swing, 0.6, 0.0), 0.34);
+        studio::sun(frame, Vec3::new(-0.68, -0.56, -0.42), srgb(0xff_ea_c8), 1.3);
+        let flicker = 1.0 + 0.06 * wave(37.0 * part) + 0.04 * wave(61.0 * part);
+        studio::lamp(frame, "lantern", cast[0].prop, srgb(0xff_b0_58), 0.35 * flicker, Some(4.0));
+    })
 }
 
 /// The gnomes at `part`, 0 … 1, of their round.
@@ -317,14 +271,16 @@ fn foliage(builder: &mut MeshBuilder, wind: &mut Wind, paints: &Paints, twigs: &
 
 #[cfg(test)]
 mod tests {
+    use umbrage_scene::Frame;
+
     use super::*;
 
     #[test]
     fn the_round_ends_where_it_begins() {
-        let forest = Forest::open(6_000);
+        let pose = open(6_000);
         let [mut start, mut end] = [Frame::default(), Frame::default()];
-        forest.pose(0.0, &mut start).expect("demos can always be posed");
-        forest.pose(forest.duration_seconds(), &mut end).expect("demos can always be posed");
+        pose(Moment { seconds: 0.0, part: 0.0 }, &mut start);
+        pose(Moment { seconds: SCENE.seconds, part: 1.0 }, &mut end);
         for (vertex, (from, to)) in start.positions.iter().zip(&end.positions).enumerate() {
             assert!(from.abs_diff_eq(*to, 1e-3), "vertex {vertex}: {from}, then {to}");
         }

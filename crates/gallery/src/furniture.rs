@@ -363,12 +363,8 @@ pub(super) fn globe_stand(builder: &mut MeshBuilder, joinery: Joinery, detail: D
     let horizon = [(0.44, -0.03), (0.55, -0.03), (0.56, 0.0), (0.55, 0.02), (0.55, 0.02), (0.44, 0.02), (0.44, 0.02)]
         .map(|(out, up)| Vec2::new(out, GLOBE_HEIGHT + up));
     builder.lathe(&horizon, around).lathe(&[horizon[5], horizon[0]], around);
-    builder.material(joinery.brass).sheet(Sheet::ring(detail.quads(6, 3), around), |u, v| {
-        let (sin_u, cos_u) = sin_cos(TAU * u);
-        let (sin_v, cos_v) = sin_cos(TAU * v);
-        let out = 0.425 + 0.012 * cos_u;
-        Vec3::new(out * cos_v, GLOBE_HEIGHT + out * sin_v, -0.014 * sin_u)
-    });
+    builder.material(joinery.brass);
+    builder.ring(Vec3::Y * GLOBE_HEIGHT, 0.425, [0.012, 0.014], [detail.quads(6, 3), around]);
 }
 
 /// The globe itself around the origin; it turns about y.

@@ -2,7 +2,7 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3, Vec3Swizzles};
 
 use super::build::math::{mix, rotation, sin_cos, smoothstep, turned, wave};
 use super::build::{MeshBuilder, Random, Sheet, fractal_noise, srgb};
@@ -47,28 +47,17 @@ pub(super) struct Stuff {
 /// Adds the ground: rings that widen outwards, tinted by what grows there.
 pub(super) fn ground(builder: &mut MeshBuilder, stuff: &Stuff, detail: Detail) {
     let sheet = Sheet::tube(detail.quads(112, 8), detail.quads(64, 4));
-    let first = builder.positions.len() as u32;
-    let positions: Vec<Vec3> = (0..sheet.vertices())
-        .map(|index| {
-            let at = sheet.coords(index);
-            let (sin, cos) = sin_cos(TAU * at.x);
-            // Inwards, so that the upper side is the outer one.
-            let inwards = 1.0 - at.y;
-            let distance = REACH * inwards * (0.1 + 0.9 * inwards * inwards * inwards);
-            on_ground(distance * cos, -distance * sin)
-        })
-        .collect();
-    let mut normals = vec![Vec3::ZERO; positions.len()];
-    sheet.write_normals(&positions, &mut normals);
-    builder.material(stuff.soil);
-    for (&position, &normal) in positions.iter().zip(&normals) {
-        builder.tint(soil_color(position)).vertex(position, normal, Vec2::new(position.x, position.z));
-    }
-    for triangle in sheet.triangles() {
-        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
-        if a != b && b != c && c != a {
-            builder.triangle(triangle.map(|vertex| vertex + first));
-        }
+    let first = builder.positions.len();
+    builder.material(stuff.soil).sheet(sheet, |u, v| {
+        let (sin, cos) = sin_cos(TAU * u);
+        // Inwards, so that the upper side is the outer one.
+        let inwards = 1.0 - v;
+        let distance = REACH * inwards * (0.1 + 0.9 * inwards * inwards * inwards);
+        on_ground(distance * cos, -distance * sin)
+    });
+    builder.wrap(first, Vec3::xz);
+    for index in first..builder.positions.len() {
+        builder.tint_vertex(index, soil_color(builder.positions[index]));
     }
 }
 
@@ -121,13 +110,9 @@ pub(super) fn stump(builder: &mut MeshBuilder, random: &mut Random, stuff: &Stuf
     builder.material(stuff.bark).sheet(Sheet::tube(around, detail.quads(14, 2)), outline);
     let first = builder.positions.len();
     builder.material(stuff.cut_wood).sheet(Sheet::tube(around, detail.quads(6, 1)), |u, v| {
-        let edge = outline(u, 1.0);
-        Vec3::new(0.0, HEIGHT, 0.0).lerp(edge, 1.0 - v)
+        Vec3::new(0.0, HEIGHT, 0.0).lerp(outline(u, 1.0), 1.0 - v)
     });
-    for index in first..builder.positions.len() {
-        let position = builder.positions[index];
-        builder.tex_coords[index] = Vec2::new(position.x, position.z) / (2.2 * RADIUS) + 0.5;
-    }
+    builder.wrap(first, |position| position.xz() / (2.2 * RADIUS) + 0.5);
     for (x, y, z, height, radius) in [
         (-0.12, HEIGHT - 0.01, 0.06, 0.26, 0.17),
         (0.13, HEIGHT - 0.01, 0.1, 0.14, 0.085),
@@ -159,10 +144,10 @@ pub(super) fn log(builder: &mut MeshBuilder, ends: [Vec3; 2], radius: f32, stuff
     for end in [0.0, 1.0] {
         let first = builder.positions.len();
         builder.sheet(Sheet::tube(around, 2), |u, v| point(u, end, if end > 0.0 { 1.0 - v } else { v }));
-        for index in first..builder.positions.len() {
-            let offset = builder.positions[index] - ends[end as usize];
-            builder.tex_coords[index] = Vec2::new(offset.dot(side), offset.dot(other)) / (2.2 * radius) + 0.5;
-        }
+        builder.wrap(first, |position| {
+            let offset = position - ends[end as usize];
+            Vec2::new(offset.dot(side), offset.dot(other)) / (2.2 * radius) + 0.5
+        });
     }
 }
 
@@ -244,12 +229,7 @@ fn round_window(builder: &mut MeshBuilder, stuff: &Stuff, middle: Vec3, radians:
             let (sin, cos) = sin_cos(TAU * u);
             Vec3::new(cos, sin, 0.0) * (RADIUS * (1.0 - v)) + Vec3::Z * 0.03
         });
-        builder.material(stuff.frame).sheet(Sheet::ring(detail.quads(8, 3), around), |u, v| {
-            let (sin_u, cos_u) = sin_cos(TAU * u);
-            let (sin_v, cos_v) = sin_cos(TAU * v);
-            let out = RADIUS + 0.028 * cos_u;
-            Vec3::new(out * cos_v, out * sin_v, 0.03 - 0.028 * sin_u)
-        });
+        builder.material(stuff.frame).ring(Vec3::Z * 0.03, RADIUS, [0.028; 2], [detail.quads(8, 3), around]);
         for [from, to] in [[Vec3::X, Vec3::NEG_X], [Vec3::Y, Vec3::NEG_Y]] {
             let bar = [from, to].map(|end| end * RADIUS + Vec3::Z * 0.035);
             builder.tube(&bar, |_| 0.011, detail.quads(6, 3));

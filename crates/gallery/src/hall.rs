@@ -1,27 +1,22 @@
-use std::f32::consts::{PI, TAU};
-use std::ops::Range;
+use std::f32::consts::TAU;
 
 use glam::{Affine3A, Quat, Vec2, Vec3};
-use umbrage_rays::LightSource;
 
-use super::DemoScene;
 use super::architecture::{self, Masonry, Opening, Vault, Wall};
-use super::build::math::{camera, mix, rotation, rotation_between, sin_cos, turned, wave};
-use super::build::{MeshBuilder, Palette, Random, Sheet, srgb};
+use super::build::math::{mix, rotation, rotation_between, sin_cos, turned, wave};
+use super::build::{MeshBuilder, Palette, Random, srgb};
 use super::detail::Detail;
 use super::furniture::{self, CASE_LENGTH, Joinery, SHELVES_IN_CASE};
 use super::hall_paints::{Floors, joinery, masonry};
-use umbrage_scene::{Animated, Error, Frame, Light, NamedCamera};
+use super::{DemoScene, Moment, Pose, studio};
 
-/// The reading room of an old library: vaults and walls of few triangles beside furniture and books of many.
-#[derive(Debug)]
-pub(crate) struct Hall {
-    still: Frame,
-    /// The vertices of each chandelier, which swing about where it hangs.
-    chandeliers: [Range<usize>; 3],
-    /// The vertices of the globe, which turn about its middle.
-    globe: Range<usize>,
-}
+pub(crate) const SCENE: DemoScene = DemoScene {
+    name: "hall",
+    about: "the reading room of an old library, with vaults, books and swinging chandeliers",
+    triangles: 284_000,
+    seconds: 16.0,
+    open,
+};
 
 /// Length of a bay and number of bays; the hall goes from z = 0 towards −Z.
 pub(super) const BAY: f32 = 5.0;
@@ -37,63 +32,45 @@ const AISLE_ROOF: f32 = 6.1;
 const CHANDELIER_DROP: f32 = 6.4;
 const GLOBE: Vec3 = Vec3::new(-1.85, furniture::GLOBE_HEIGHT, -3.5);
 
-impl Hall {
-    pub(crate) const SCENE: DemoScene = DemoScene {
-        name: "hall",
-        about: "the reading room of an old library, with vaults, books and swinging chandeliers",
-        triangles: 284_000,
-        open: |triangles| Box::new(Self::open(triangles)),
-    };
+fn open(triangles: usize) -> Pose {
+    let mut palette = Palette::default();
+    let masonry = masonry(&mut palette);
+    let joinery = joinery(&mut palette);
+    let floors = Floors::new(&mut palette);
+    let detail = Detail::for_triangles(triangles, SCENE.triangles);
+    let (mut builder, moving) = detail.within(
+        triangles * 13 / 20,
+        |detail| (still_parts(detail, masonry, joinery, &floors), moving_parts(detail, joinery)),
+        |(still, moving)| still.triangles.len() + moving.iter().map(|part| part.triangles.len()).sum::<usize>(),
+    );
+    let taken = builder.triangles.len() + moving.iter().map(|part| part.triangles.len()).sum::<usize>();
+    books(&mut builder, joinery, triangles.saturating_sub(taken));
+    let [chandeliers @ .., globe] = moving.map(|part| {
+        let first = builder.positions.len();
+        builder.instance(&part, Affine3A::IDENTITY);
+        first..builder.positions.len()
+    });
+    let still = builder.finish(palette.finish());
 
-    fn open(triangles: usize) -> Self {
-        let mut palette = Palette::default();
-        let masonry = masonry(&mut palette);
-        let joinery = joinery(&mut palette);
-        let floors = Floors::new(&mut palette);
-        let detail = Detail::for_triangles(triangles, Self::SCENE.triangles);
-        let (mut builder, moving) = detail.within(
-            triangles * 13 / 20,
-            |detail| (still_parts(detail, masonry, joinery, &floors), moving_parts(detail, joinery)),
-            |(still, moving)| still.triangles.len() + moving.iter().map(|part| part.triangles.len()).sum::<usize>(),
-        );
-        let taken = builder.triangles.len() + moving.iter().map(|part| part.triangles.len()).sum::<usize>();
-        books(&mut builder, joinery, triangles.saturating_sub(taken));
-        let [a, b, c, globe] = moving.map(|part| {
-            let first = builder.positions.len();
-            builder.instance(&part, Affine3A::IDENTITY);
-            first..builder.positions.len()
-        });
-        Self { still: builder.finish(palette.finish()), chandeliers: [a, b, c], globe }
-    }
-}
-
-impl Animated for Hall {
-    fn duration_seconds(&self) -> f64 {
-        16.0
-    }
-
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        frame.copy_surfaces(&self.still);
-        let part = (seconds / self.duration_seconds()) as f32;
-        for (index, vertices) in self.chandeliers.iter().enumerate() {
-            turn(frame, vertices.clone(), hook(index), swing(index, part));
+    Box::new(move |Moment { part, .. }, frame| {
+        frame.copy_surfaces(&still);
+        for (index, vertices) in chandeliers.iter().enumerate() {
+            studio::turn(frame, vertices.clone(), hook(index), swing(index, part));
         }
         let axis = Vec3::new(0.39, 0.92, 0.0).normalize();
-        turn(frame, self.globe.clone(), GLOBE, rotation_between(Vec3::Y, axis) * turned(TAU * part));
-        frame.cameras.push(NamedCamera { name: "reader".into(), camera: view(part) });
-        frame.lights.extend(lights(part));
-        Ok(())
-    }
-}
-
-/// Moves vertices that are around the origin to `hook`, turned.
-fn turn(frame: &mut Frame, vertices: Range<usize>, hook: Vec3, turn: Quat) {
-    for position in &mut frame.positions[vertices.clone()] {
-        *position = hook + turn * *position;
-    }
-    for normal in &mut frame.normals[vertices] {
-        *normal = turn * *normal;
-    }
+        studio::turn(frame, globe.clone(), GLOBE, rotation_between(Vec3::Y, axis) * turned(TAU * part));
+        let eye = Vec3::new(1.35 + 0.35 * wave(part), 1.72 + 0.1 * wave(part + 0.25), -0.35);
+        studio::look(frame, "reader", eye, Vec3::new(-0.35 + 0.25 * wave(part + 0.1), 3.0, -12.0), 0.56);
+        let sun = Vec3::new(-0.5, -0.82 + 0.03 * wave(part), 0.2 + 0.1 * wave(part + 0.25));
+        studio::sun(frame, sun, srgb(0xff_ee_d2), 4.0);
+        for index in 0..2 {
+            let flicker = 1.0 + 0.03 * wave(23.0 * part + 0.4 * index as f32);
+            // Under the ring, whose shadow falls on the vault.
+            let below = Vec3::NEG_Y * (CHANDELIER_DROP + 0.5);
+            let position = hook(index) + swing(index, part) * below;
+            studio::lamp(frame, "candles", position, srgb(0xff_c8_80), 20.0 * flicker, None);
+        }
+    })
 }
 
 /// Where chandelier `index` hangs.
@@ -105,38 +82,6 @@ fn hook(index: usize) -> Vec3 {
 fn swing(index: usize, part: f32) -> Quat {
     let phase = 0.31 * index as f32;
     rotation(Vec3::Z, 0.085 * wave(4.0 * part + phase)) * rotation(Vec3::X, 0.05 * wave(4.0 * part + phase + 0.19))
-}
-
-fn view(part: f32) -> umbrage_rays::Camera {
-    let eye = Vec3::new(1.35 + 0.35 * wave(part), 1.72 + 0.1 * wave(part + 0.25), -0.35);
-    camera(eye, Vec3::new(-0.35 + 0.25 * wave(part + 0.1), 3.0, -12.0), 0.56)
-}
-
-fn lights(part: f32) -> [Light; 3] {
-    let sun = Vec3::new(-0.5, -0.82 + 0.03 * wave(part), 0.2 + 0.1 * wave(part + 0.25)).normalize();
-    let candles = |index: usize| {
-        let flicker = 1.0 + 0.03 * wave(23.0 * part + 0.4 * index as f32);
-        // Under the ring, whose shadow falls on the vault.
-        let below = Vec3::NEG_Y * (CHANDELIER_DROP + 0.5);
-        Light {
-            name: "candles".into(),
-            source: LightSource::Point { position: hook(index) + swing(index, part) * below },
-            color: srgb(0xff_c8_80),
-            intensity: 20.0 * flicker,
-            range: None,
-            casts_shadow: true,
-        }
-    };
-    let source = LightSource::Directional { direction: sun };
-    let sun = Light {
-        name: "sun".into(),
-        source,
-        color: srgb(0xff_ee_d2),
-        intensity: 4.0 * PI,
-        range: None,
-        casts_shadow: true,
-    };
-    [sun, candles(0), candles(1)]
 }
 
 /// Everything that stands still, but the books.
@@ -208,12 +153,8 @@ fn shell(builder: &mut MeshBuilder, masonry: Masonry, detail: Detail) {
 /// A wheel of tracery, around `middle`, facing +Z.
 fn rose(builder: &mut MeshBuilder, middle: Vec3, radius: f32, masonry: Masonry, detail: Detail) {
     let mut circle = |center: Vec3, radius: f32, thickness: f32, around: u32| {
-        builder.material(masonry.stone).sheet(Sheet::ring(detail.quads(8, 3), detail.quads(around, 5)), |u, v| {
-            let (sin_u, cos_u) = sin_cos(TAU * u);
-            let (sin_v, cos_v) = sin_cos(TAU * v);
-            let out = radius + thickness * cos_u;
-            center + Vec3::new(out * cos_v, out * sin_v, -thickness * sin_u)
-        });
+        let sheet = [detail.quads(8, 3), detail.quads(around, 5)];
+        builder.material(masonry.stone).ring(center, radius, [thickness; 2], sheet);
     };
     circle(middle, radius, 0.08, 48);
     circle(middle, 0.26 * radius, 0.045, 24);

@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::build::math::{mix, rotation, rotation_between, sin_cos, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Random, Sheet, fractal_noise};
+use super::build::{MeshBuilder, Random, Sheet, fractal_noise, math};
 use super::detail::Detail;
 use super::wind::Wind;
 
@@ -278,9 +278,8 @@ pub(super) fn toadstool(
     let rows = detail.quads(12, 3);
     builder.material(cap).sheet(Sheet::tube(around, rows), |u, v| {
         let (sin_v, cos_v) = sin_cos(mix(-0.06, 0.25, v) * TAU);
-        let (sin, cos) = sin_cos(TAU * u);
         let across = if v >= 1.0 { 0.0 } else { cos_v * rim.x / 0.93 };
-        Vec3::new(across * cos, rim.y + (sin_v + 0.368) * 0.8 * dome, -across * sin)
+        math::around(u, across, rim.y + (sin_v + 0.368) * 0.8 * dome)
     });
 }
 

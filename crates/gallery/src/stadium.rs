@@ -1,22 +1,20 @@
 use std::f32::consts::{PI, TAU};
 
-use glam::{Affine3A, Vec2, Vec3, Vec4};
-use umbrage_rays::LightSource;
+use glam::{Affine3A, Vec2, Vec3, Vec3Swizzles, Vec4};
 
-use super::DemoScene;
-use super::build::math::{camera, cos, mix, pow, rotation, sin_cos, smoothstep, turned, wave};
+use super::build::math::{cos, mix, pow, rotation, sin_cos, smoothstep, turned, wave};
 use super::build::{MeshBuilder, Palette, Sheet, color_texture, fractal_noise, srgb};
 use super::detail::Detail;
-use super::trophy;
-use umbrage_scene::{Animated, Error, Frame, Light, Material, NamedCamera, Texture};
+use super::{DemoScene, Moment, Pose, studio, trophy};
+use umbrage_scene::{Frame, Material, Texture};
 
-/// A cup of many small triangles in the middle of a vast arena of few: the teapot in a stadium.
-#[derive(Debug)]
-pub(crate) struct Stadium {
-    still: Frame,
-    /// Where the cup's vertices start; they turn about the y axis.
-    first_of_cup: usize,
-}
+pub(crate) const SCENE: DemoScene = DemoScene {
+    name: "stadium",
+    about: "a finely wrought cup in the middle of a vast arena, seen from near and far",
+    triangles: 200_000,
+    seconds: 24.0,
+    open,
+};
 
 /// Half the length and the width of the ground inside the stands, in metres.
 const GROUND: Vec2 = Vec2::new(70.0, 50.0);
@@ -39,65 +37,35 @@ struct Paints {
     banner: u32,
 }
 
-impl Stadium {
-    pub(crate) const SCENE: DemoScene = DemoScene {
-        name: "stadium",
-        about: "a finely wrought cup in the middle of a vast arena, seen from near and far",
-        triangles: 200_000,
-        open: |triangles| Box::new(Self::open(triangles)),
-    };
+fn open(triangles: usize) -> Pose {
+    let mut palette = Palette::default();
+    let paints = Paints::new(&mut palette);
+    let detail = Detail::for_triangles(triangles, SCENE.triangles);
+    let make = |detail: Detail| arena(detail, &paints);
+    let mut builder = detail.within(triangles * 2 / 5, make, |arena| arena.triangles.len());
+    let first_of_cup = builder.positions.len();
+    let left = triangles.saturating_sub(builder.triangles.len());
+    builder.material(paints.gold);
+    builder.place(Affine3A::from_translation(Vec3::Y * PLINTH_TOP), |builder| trophy::cup(builder, left));
+    let still = builder.finish(palette.finish());
 
-    fn open(triangles: usize) -> Self {
-        let mut palette = Palette::default();
-        let paints = Paints::new(&mut palette);
-        let detail = Detail::for_triangles(triangles, Self::SCENE.triangles);
-        let make = |detail: Detail| arena(detail, &paints);
-        let mut builder = detail.within(triangles * 2 / 5, make, |arena| arena.triangles.len());
-        let first_of_cup = builder.positions.len();
-        let left = triangles.saturating_sub(builder.triangles.len());
-        builder.material(paints.gold);
-        builder.place(Affine3A::from_translation(Vec3::Y * PLINTH_TOP), |builder| trophy::cup(builder, left));
-        Self { still: builder.finish(palette.finish()), first_of_cup }
-    }
-}
-
-impl Animated for Stadium {
-    fn duration_seconds(&self) -> f64 {
-        24.0
-    }
-
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        frame.copy_surfaces(&self.still);
-        let part = (seconds / self.duration_seconds()) as f32;
-        let turn = turned(TAU * part);
-        for position in &mut frame.positions[self.first_of_cup..] {
-            *position = turn * *position;
-        }
-        for normal in &mut frame.normals[self.first_of_cup..] {
-            *normal = turn * *normal;
-        }
-        frame.cameras.push(NamedCamera { name: "flight".into(), camera: flight(part) });
-        frame.lights.push(Light {
-            name: "sun".into(),
-            source: LightSource::Directional { direction: Vec3::new(0.62, -0.66, -0.42).normalize() },
-            color: srgb(0xff_f0_dc),
-            intensity: 1.15 * PI,
-            range: None,
-            casts_shadow: true,
-        });
-        Ok(())
-    }
+    Box::new(move |Moment { part, .. }, frame| {
+        frame.copy_surfaces(&still);
+        studio::turn(frame, first_of_cup..still.positions.len(), Vec3::ZERO, turned(TAU * part));
+        flight(part, frame);
+        studio::sun(frame, Vec3::new(0.62, -0.66, -0.42), srgb(0xff_f0_dc), 1.15);
+    })
 }
 
 /// From beside the cup up to the stands and back: the distance changes a hundredfold, evenly in its logarithm.
-fn flight(part: f32) -> umbrage_rays::Camera {
+fn flight(part: f32, frame: &mut Frame) {
     let away = smoothstep(0.1, 0.5, part) * smoothstep(0.96, 0.56, part);
     let distance = pow(2.0, mix(0.55, 6.12, away));
     let (sin, cos) = sin_cos(TAU * (0.15 + part));
     let rise = mix(-0.06, 0.3, smoothstep(0.0, 0.8, away)) + 0.35 * away * (1.0 - away);
     let target = Vec3::Y * mix(PLINTH_TOP + 0.36, PLINTH_TOP, away);
     let eye = target + Vec3::new(cos * 1.0, rise, sin * 0.85) * distance;
-    camera(eye, target + Vec3::Y * (0.02 * distance), mix(0.36, 0.5, away))
+    studio::look(frame, "flight", eye, target + Vec3::Y * (0.02 * distance), mix(0.36, 0.5, away));
 }
 
 /// Everything but the cup.
@@ -145,10 +113,7 @@ fn ground(builder: &mut MeshBuilder, detail: Detail, paints: &Paints) {
         let edge = oval(TAU * u, -11.0, 0.0);
         if v >= 1.0 { Vec3::ZERO } else { edge * (1.0 - v) }
     });
-    for index in first..builder.positions.len() {
-        let position = builder.positions[index];
-        builder.tex_coords[index] = Vec2::new(position.x, position.z);
-    }
+    builder.wrap(first, Vec3::xz);
 }
 
 /// Adds a tier of steps, from its foot to its back, with a parapet at its foot.

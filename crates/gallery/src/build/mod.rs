@@ -95,6 +95,13 @@ impl MeshBuilder {
         self.material_of_triangle.push(self.material);
     }
 
+    /// Adds triangles between the vertices from `first` on.
+    pub(crate) fn triangles_from(&mut self, first: usize, triangles: impl IntoIterator<Item = [u32; 3]>) {
+        for triangle in triangles {
+            self.triangle(triangle.map(|vertex| vertex + first as u32));
+        }
+    }
+
     /// Adds what `make` makes, moved from its own space into this one.
     pub(crate) fn place(&mut self, world_from_part: Affine3A, make: impl FnOnce(&mut Self)) -> &mut Self {
         let first = self.positions.len();
@@ -107,6 +114,13 @@ impl MeshBuilder {
             *normal = (normals * *normal).normalize_or_zero();
         }
         self
+    }
+
+    /// Gives the vertices from `first` on texture coordinates that follow from where they are.
+    pub(crate) fn wrap(&mut self, first: usize, coords: impl Fn(Vec3) -> Vec2) {
+        for (position, own) in self.positions[first..].iter().zip(&mut self.tex_coords[first..]) {
+            *own = coords(*position);
+        }
     }
 
     /// Adds a copy of `part`, in its own materials and tints, moved from its space into this one.
