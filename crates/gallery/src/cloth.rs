@@ -4,12 +4,12 @@ mod drape;
 
 use std::sync::LazyLock;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use self::drape::Drape;
 use super::build::math::{mix, smoothstep, turned};
-use super::build::{MeshBuilder, Palette, Sheet, color_texture, fractal_noise, mottled_texture, noise, srgb};
+use super::build::{MeshBuilder, Paint, Sheet, color_texture, fractal_noise, mottled_texture, noise, srgb};
 use super::{DemoScene, Moment, Pose, studio};
 use umbrage_scene::Texture;
 
@@ -24,16 +24,14 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     open,
 };
 
+const SILK: Paint = Paint::textured("silk", weave, [1.0; 2], 0.55).two_sided();
+const BRASS: Paint = Paint::metal("ball", || srgb(0xe0b878), 0.18);
+const PLASTER: Paint = Paint::textured("floor", plaster, [9.0; 2], 0.75);
+
 /// Share of the triangles that make the ball.
 const BALL_SHARE: f32 = 0.06;
 
 fn open(triangles: usize) -> Pose {
-    let mut palette = Palette::default();
-    let silk = palette.textured("silk", weave(), Vec2::ONE, 0.55);
-    palette.material(silk).double_sided = true;
-    let brass = palette.metal("ball", srgb(0xe0b878), 0.18);
-    let plaster = palette.textured("floor", plaster(), Vec2::splat(9.0), 0.75);
-
     let ball_rows = ((triangles as f32 * BALL_SHARE / 4.0).sqrt() as u32).max(3);
     let ball_triangles = 4 * ball_rows * (ball_rows - 1);
     let columns = studio::backdrop_columns(triangles);
@@ -45,11 +43,11 @@ fn open(triangles: usize) -> Pose {
     // The cloth's vertices come first.
     let cloth = 0..sheet.vertices();
     let mut builder = MeshBuilder::new();
-    builder.material(silk).sheet(sheet, |u, v| Vec3::new(u, 0.0, -v));
-    builder.material(brass).sphere(drape::BALL_CENTER, drape::BALL_RADIUS, 2 * ball_rows, ball_rows);
+    builder.paint(SILK).sheet(sheet, |u, v| Vec3::new(u, 0.0, -v));
+    builder.paint(BRASS).sphere(drape::BALL_CENTER, drape::BALL_RADIUS, 2 * ball_rows, ball_rows);
     let ball = cloth.end..builder.positions.len();
-    studio::backdrop(builder.material(plaster), 11.0, 9.0, columns);
-    let still = builder.finish(palette.finish());
+    studio::backdrop(builder.paint(PLASTER), 11.0, 9.0, columns);
+    let still = builder.finish();
 
     Box::new(move |Moment { seconds, .. }, frame| {
         frame.copy_surfaces(&still);

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::build::math::{mix, turned, wave};
-use super::build::{MeshBuilder, Palette, checker, fineness_of_balls, srgb};
+use super::build::{MeshBuilder, Paint, checker, fineness_of_balls, srgb};
 use super::{DemoScene, Moment, Pose, studio};
 use umbrage_scene::{Material, Volume};
 
@@ -66,15 +66,14 @@ const fn circling(turns: f32, radius: f32, finish: Finish) -> (Vec3, f32, Motion
     (Vec3::new(turns, radius, 0.0), radius, Motion::Circles, finish)
 }
 
+const TILES: Paint = Paint::textured("floor", || checker("tiles", 256, srgb(0x31474c), srgb(0xe9e2d3)), [1.8; 2], 0.35);
+
 /// Radius of the ring on which balls circle.
 const RING: f32 = 1.95;
 
 fn open(triangles: usize) -> Pose {
-    let mut palette = Palette::default();
-    let tiles = checker("tiles", 256, srgb(0x31474c), srgb(0xe9e2d3));
-    let floor = palette.textured("floor", tiles, Vec2::splat(1.8), 0.35);
     let mut builder = MeshBuilder::new();
-    builder.material(floor).floor(Vec3::ZERO, Vec2::splat(400.0), [1, 1]);
+    builder.paint(TILES).floor(Vec3::ZERO, Vec2::splat(400.0), [1, 1]);
 
     // A bubble has two surfaces.
     let mut radii: Vec<f32> = BALLS.iter().map(|ball| ball.1).collect();
@@ -91,15 +90,14 @@ fn open(triangles: usize) -> Pose {
             }
             Motion::Rests | Motion::Floats => center,
         };
-        let material = finish.material(radius);
-        builder.material(palette.add(material)).ball(center, radius, fineness);
+        builder.material(finish.material(radius)).ball(center, radius, fineness);
         if matches!(finish, Finish::Bubble) {
             let inner = inner_fineness.next().copied().unwrap_or(fineness);
             builder.hollow(center, 0.96 * radius, inner);
         }
         balls.push((start..builder.positions.len(), motion, center));
     }
-    let still = builder.finish(palette.finish());
+    let still = builder.finish();
 
     Box::new(move |Moment { part, .. }, frame| {
         frame.copy_surfaces(&still);

@@ -6,7 +6,7 @@ use glam::{Mat3, Quat, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::build::math::{mix, rotation, rotation_between, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Palette, Random, hash, noise, srgb};
+use super::build::{MeshBuilder, Paint, Random, hash, noise, srgb};
 use super::{DemoScene, Moment, Pose, sculpture, studio};
 
 pub(crate) const SCENE: DemoScene = DemoScene {
@@ -16,6 +16,9 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     seconds: 8.0,
     open,
 };
+
+const PORCELAIN: Paint = Paint::dull("porcelain", 0xf3e3d0, 0.42).two_sided();
+const FLOOR: Paint = Paint::dull("floor", 0x77706a, 0.6);
 
 /// A piece of the rabbit that flies as one at first, while it crumbles. Times are in seconds since the blast.
 #[derive(Clone, Copy, Debug)]
@@ -51,17 +54,12 @@ const LONGEST: f32 = 1.6;
 const BLAST: Vec3 = Vec3::new(0.0, 0.85, 0.0);
 
 fn open(triangles: usize) -> Pose {
-    let mut palette = Palette::default();
-    let porcelain = palette.dull("porcelain", srgb(0xf3e3d0), 0.42);
-    palette.material(porcelain).double_sided = true;
-    let floor = palette.dull("floor", srgb(0x77706a), 0.6);
-
     let columns = studio::backdrop_columns(triangles);
     let wanted = triangles.saturating_sub(studio::backdrop_triangles(columns));
     let surface = sculpture::mesh(&sculpture::rabbit(), wanted);
     let mut builder = MeshBuilder::new();
     // Three vertices to each triangle.
-    builder.material(porcelain);
+    builder.paint(PORCELAIN);
     for triangle in &surface.triangles {
         let corners = triangle.map(|vertex| {
             let vertex = vertex as usize;
@@ -70,8 +68,8 @@ fn open(triangles: usize) -> Pose {
         builder.triangle(corners);
     }
     let (chunks, shards) = break_up(&builder.positions);
-    studio::backdrop(builder.material(floor), 13.0, 9.0, columns);
-    let still = builder.finish(palette.finish());
+    studio::backdrop(builder.paint(FLOOR), 13.0, 9.0, columns);
+    let still = builder.finish();
 
     Box::new(move |Moment { seconds, part }, frame| {
         let (positions, normals) = (&still.positions, &still.normals);

@@ -3,7 +3,7 @@
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::build::math::{mix, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Palette, fractal_noise, mottled_texture, srgb};
+use super::build::{MeshBuilder, Paint, fractal_noise, mottled_texture, srgb};
 use super::{DemoScene, Moment, Pose, sculpture, studio};
 use umbrage_scene::Texture;
 
@@ -15,19 +15,18 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     open,
 };
 
+const LIMESTONE: Paint = Paint::textured("limestone", limestone, [1.0; 2], 0.7);
+const GRANITE: Paint = Paint::textured("granite", granite, [1.0; 2], 0.25);
+const WALL: Paint = Paint::dull("wall", 0x7d7872, 0.85);
+
 /// Share of the triangles in the sculpture; the plinth has what is left.
 const SCULPTURE_SHARE: f32 = 0.95;
 const PLINTH_HEIGHT: f32 = 0.55;
 
 fn open(triangles: usize) -> Pose {
-    let mut palette = Palette::default();
-    let stone = palette.textured("limestone", limestone(), Vec2::ONE, 0.7);
-    let granite = palette.textured("granite", granite(), Vec2::splat(1.0), 0.25);
-    let wall = palette.dull("wall", srgb(0x7d7872), 0.85);
-
     let mut builder = MeshBuilder::new();
     let surface = sculpture::mesh(&sculpture::buddha(), (triangles as f32 * SCULPTURE_SHARE) as usize);
-    builder.material(stone);
+    builder.paint(LIMESTONE);
     let raised = Vec3::Y * (PLINTH_HEIGHT - 0.02);
     for (&position, &normal) in surface.positions.iter().zip(&surface.normals) {
         // Dust and rain darken what is low and what is hidden in folds; the texture varies it from place to place.
@@ -37,10 +36,10 @@ fn open(triangles: usize) -> Pose {
     }
     builder.triangles_from(0, surface.triangles);
     let columns = studio::backdrop_columns(triangles);
-    studio::backdrop(builder.material(wall), 12.0, 9.0, columns);
+    studio::backdrop(builder.paint(WALL), 12.0, 9.0, columns);
     let left = triangles.saturating_sub(builder.triangles.len());
-    builder.material(granite).place(Affine3A::from_translation(Vec3::Z * 0.12), |builder| plinth(builder, left));
-    let still = builder.finish(palette.finish());
+    builder.paint(GRANITE).place(Affine3A::from_translation(Vec3::Z * 0.12), |builder| plinth(builder, left));
+    let still = builder.finish();
 
     Box::new(move |Moment { part, .. }, frame| {
         frame.copy_surfaces(&still);

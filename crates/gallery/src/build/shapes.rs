@@ -314,6 +314,7 @@ fn transported_sides(path: &[Vec3]) -> Vec<[Vec3; 2]> {
 mod tests {
     use glam::{Affine3A, Quat};
 
+    use super::super::Paint;
     use super::*;
 
     /// The volume inside a closed mesh whose triangles face outwards.
@@ -391,12 +392,14 @@ mod tests {
     #[test]
     fn instances_keep_their_materials_and_tints() {
         let mut part = MeshBuilder::new();
-        part.material(3).tint(Vec3::X).cuboid(Vec3::ZERO, Vec3::ONE);
+        let [one, two, three] = ["one", "two", "three"].map(|name| Paint::dull(name, 0, 0.5));
+        part.paint(three).tint(Vec3::X).cuboid(Vec3::ZERO, Vec3::ONE);
         let mut whole = MeshBuilder::new();
-        whole.material(1).cuboid(Vec3::ZERO, Vec3::ONE).instance(&part, Affine3A::from_translation(Vec3::Y * 2.0));
-        whole.material(2).cuboid(Vec3::ZERO, Vec3::ONE);
-        let still = whole.finish(umbrage_scene::Materials::default());
-        assert_eq!(still.mesh.material_of_triangle[12..24], [3; 12]);
+        whole.paint(one).cuboid(Vec3::ZERO, Vec3::ONE).instance(&part, Affine3A::from_translation(Vec3::Y * 2.0));
+        whole.paint(two).cuboid(Vec3::ZERO, Vec3::ONE);
+        let still = whole.finish();
+        assert_eq!(*still.materials.materials[still.mesh.material_of_triangle[12] as usize].name, *"three");
+        assert_eq!(still.mesh.material_of_triangle, [[0; 12], [1; 12], [2; 12]].concat());
         assert_eq!(still.mesh.colors.len(), still.positions.len());
         assert_eq!(still.mesh.colors[23..25], [glam::Vec4::ONE, Vec3::X.extend(1.0)]);
         assert_eq!(still.positions[24..48].iter().map(|position| position.y).fold(9.0, f32::min), 2.0);
