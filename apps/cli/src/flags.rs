@@ -4,10 +4,11 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use umbrage::output::{Chroma, Format, FrameRate};
 use umbrage::rays::SimdLevel;
+use umbrage::scene::{Clip, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
 use umbrage::{EngineKind, HeatKind, Settings, ToneMap};
 
-use crate::choices::{All, KdTreeOnly, Specialised, StructureFlags, choice};
+use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice};
 use crate::values::{self, FrameRange, Size};
 
 // Lines of examples have at most 80 characters, since longer ones are broken.
@@ -137,7 +138,7 @@ pub(crate) struct InfoFlags {
     #[arg(long, conflicts_with = "devices", requires = "scene")]
     pub(crate) structure: bool,
     #[command(flatten)]
-    pub(crate) kd_tree: StructureFlags<KdTreeOnly>,
+    pub(crate) kd_tree: StructureFlags<KD_TREE>,
     #[command(flatten)]
     pub(crate) opening: OpeningFlags,
 }
@@ -155,6 +156,18 @@ pub(crate) struct OpeningFlags {
     /// Let the file name others outside of its own folder; for files that you trust
     #[arg(long)]
     pub(crate) allow_outside: bool,
+}
+
+impl OpeningFlags {
+    pub(crate) fn options(&self) -> OpenOptions {
+        let clip = match self.animation.as_deref() {
+            None => Clip::Auto,
+            Some("all") => Clip::All,
+            Some("none") => Clip::Rest,
+            Some(name) => Clip::Named(name.to_owned()),
+        };
+        OpenOptions { clip, sequence_fps: self.sequence_fps, allow_outside: self.allow_outside }
+    }
 }
 
 /// The scene that a command is about, and who works on it.
@@ -236,7 +249,7 @@ pub(crate) struct RenderFlags {
     #[arg(long, value_name = "NAME")]
     pub(crate) device: Option<String>,
     #[command(flatten)]
-    pub(crate) structure: StructureFlags<All>,
+    pub(crate) structure: StructureFlags<ALL>,
     /// See through triangles whose corners are seen clockwise; they cast shadows all the same
     #[arg(long)]
     pub(crate) cull_back_faces: bool,
@@ -279,7 +292,7 @@ pub(crate) struct HeatmapFlags {
     #[arg(long, value_name = "N")]
     pub(crate) light: Option<usize>,
     #[command(flatten)]
-    pub(crate) structure: StructureFlags<Specialised>,
+    pub(crate) structure: StructureFlags<SPECIALISED>,
     /// The count that has the last colour [default: one that few pixels exceed]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub(crate) max: Option<u32>,
