@@ -8,15 +8,15 @@
 pub(crate) mod bins;
 pub(crate) mod build;
 mod coarse;
-pub(crate) mod depth;
+mod depth;
 mod depth_order;
 pub(crate) mod general;
 pub(crate) mod lanes;
 mod linear;
 pub(crate) mod pixel_space;
 pub(crate) mod samples;
-mod tile;
-mod trace;
+pub(crate) mod tile;
+pub(crate) mod trace;
 mod validate;
 
 use std::sync::Mutex;

@@ -27,7 +27,7 @@ mod validate;
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Tally, Work};
 use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles, ray_by_ray};
 pub use build::{Candidate, Cell, Job};
-use build::{Deferred, Pool};
+use build::{Deferred, Pool, Reused};
 pub use extent::{Extent, Plane, Reference, Sides};
 pub use layout::Branch;
 pub use node::{Node, Nodes};

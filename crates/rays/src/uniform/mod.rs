@@ -102,21 +102,13 @@ impl Default for UniformOptions {
 }
 
 /// Options that no uniform grid can have.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "a uniform grid can't have {} cells a triangle and macrocells of {}³ cells{}",
+    .0.cells_per_triangle, .0.macrocell,
+    .0.nested_above.map_or(String::new(), |above| format!(", and grids inside of cells of more than {above} triangles"))
+)]
 pub struct ImpossibleUniformOptions(pub UniformOptions);
-
-impl std::fmt::Display for ImpossibleUniformOptions {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let UniformOptions { cells_per_triangle, macrocell, nested_above, .. } = self.0;
-        write!(
-            f,
-            "a uniform grid can't have {cells_per_triangle} cells a triangle and macrocells of {macrocell}³ cells"
-        )?;
-        nested_above.map_or(Ok(()), |above| write!(f, ", and grids inside of cells of more than {above} triangles"))
-    }
-}
-
-impl std::error::Error for ImpossibleUniformOptions {}
 
 /// The triangles of a frame, listed in cubic cells.
 ///

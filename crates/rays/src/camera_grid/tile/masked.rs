@@ -3,11 +3,12 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
-use super::{BLOCKS, Batch, HALF, Tile, coordinates, lane_and_block, lanes_of};
-use crate::camera_grid::lanes::{Corners, LANES, Setup, each, largest, splat};
+use super::{BLOCKS, Batch, HALF, Tile, coordinates, lane_and_block};
+use crate::camera_grid::lanes::{Corners, LANES, Setup, largest, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace};
 use crate::shot::{MaskPoints, Opacity};
-use crate::simd::lanes::{max3, min3};
+use crate::simd::lanes::{bits_of, max3, min3};
+use crate::simd::{each, vectorized};
 
 /// What turns the edge functions of a batch into the barycentric coordinates that the predicate gives.
 #[repr(C, align(64))]
@@ -66,11 +67,7 @@ impl MaskWeights {
     /// Barycentric coordinates and their errors where the triangle in `lane` has the edge functions `edges`.
     #[inline(always)]
     fn points<S: Simd>(&self, simd: S, lane: usize, edges: [f32x16<S>; 3], lanes: u64) -> MaskPoints {
-        let weighted = each(
-            [0, 1, 2],
-            #[inline(always)]
-            |corner: usize| edges[corner] * splat(simd, self.inverse_depth[corner][lane]),
-        );
+        let weighted = each!(corner in [0, 1, 2] => edges[corner] * splat(simd, self.inverse_depth[corner][lane]));
         let inverse_sum = splat(simd, 1.0) / (weighted[0] + weighted[1] + weighted[2]);
         let error = inverse_sum * splat(simd, self.error[lane]) + splat(simd, 12.0 * HALF_ULP);
         MaskPoints {
@@ -93,10 +90,7 @@ impl Tile {
         opacity: &dyn Opacity,
         lanes: u64,
     ) -> [usize; 2] {
-        simd.vectorize(
-            #[inline(always)]
-            || self.test_masked_inlined(simd, batch, weights, opacity, lanes),
-        )
+        vectorized!(simd => self.test_masked_inlined(simd, batch, weights, opacity, lanes))
     }
 
     #[inline(always)]
@@ -109,8 +103,8 @@ impl Tile {
         lanes: u64,
     ) -> [usize; 2] {
         let (mut waiting, mut covered) = (0, 0);
-        for lane in lanes_of(lanes) {
-            let lane = lane as usize % LANES;
+        for lane in bits_of(lanes) {
+            let lane = lane % LANES;
             let blocks = [0, 1, 2, 3].map(|bound: usize| batch.blocks[bound][lane] as usize % BLOCKS);
             (waiting, covered) = self.enqueue_blocks(simd, batch, lane, blocks, (waiting, covered));
         }

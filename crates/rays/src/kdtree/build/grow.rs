@@ -66,22 +66,16 @@ impl Job<'_> {
         };
         let counts = space.part(self, at, &best, method == Method::Presorted);
         let cells = Cell::share(cells, counts);
-        let index = out.open(best.plane);
         if count >= PARALLEL {
-            let mut left = self.pool.space();
+            let mut left = self.pool.spaces.take();
             space.give_left(&mut left);
-            let mut right = self.pool.branch();
-            rayon::join(
-                || {
-                    self.grow(&mut left, Frame::default(), method, cells[0], out);
-                    self.pool.keep_space(left);
-                },
-                || self.grow(space, at, method, cells[1], &mut right),
-            );
-            out.turn_right(index);
-            out.append(&right);
-            self.pool.keep_branch(right);
+            let grow_left = |out: &mut Branch| {
+                self.grow(&mut left, Frame::default(), method, cells[0], out);
+                self.pool.spaces.keep(left);
+            };
+            self.join(best.plane, out, grow_left, |out| self.grow(space, at, method, cells[1], out));
         } else {
+            let index = out.open(best.plane);
             let left = space.push_left();
             self.grow(space, left, method, cells[0], out);
             out.turn_right(index);
@@ -97,7 +91,7 @@ impl Job<'_> {
         let measure = Measure::new(&self.heuristic, cell.extent, references.len());
         match method {
             Method::Naive => naive::best(measure, references),
-            Method::Resorting => resorting::best(measure, references, &mut space.events[0]),
+            Method::Resorting => resorting::best(measure, references, |one| (one.extent, 1), &mut space.events[0]),
             Method::Unsorted | Method::Presorted => space.sweep(measure, at),
             Method::Adaptive => adaptive::best(measure, references),
         }

@@ -6,7 +6,7 @@ use super::bins::Bins;
 use super::grow::Method;
 use super::sah::{Cell, Measure};
 use super::space::{Frame, Space};
-use crate::kdtree::extent::{Reference, Sides};
+use crate::kdtree::extent::Reference;
 use crate::kdtree::layout::Branch;
 
 /// Parts between samples along each axis.
@@ -34,40 +34,28 @@ impl Job<'_> {
         drop(samples);
         let Some((best, cells)) = self.heuristic.split(&cell, count, best) else {
             out.push_leaf(space.references.iter().map(|reference| reference.id));
-            space.clear();
+            space.truncate(Frame::default());
             return;
         };
-        let mut children = [self.pool.space(), self.pool.space()];
+        let mut children = [self.pool.spaces.take(), self.pool.spaces.take()];
         let mut samples = cells.map(|cell| Box::new(Bins::over(cell.extent)));
         let mut push = |side: usize, reference: Reference| {
             samples[side].add_one(&reference.extent);
             children[side].references.push(reference);
         };
         for reference in space.references.drain(..) {
-            match reference.sides(best.plane, best.planar_left) {
-                Sides::Left => push(0, reference),
-                Sides::Right => push(1, reference),
-                Sides::Both => {
-                    let corners = || self.triangles.corners(reference.id);
-                    let parts = reference.cut(best.plane, self.clipping, corners);
-                    parts.into_iter().enumerate().for_each(|(side, part)| {
-                        part.into_iter().for_each(|part| push(side, part));
-                    });
-                }
-            }
+            let (_, parts) = self.part(&reference, &best);
+            parts.into_iter().enumerate().for_each(|(side, part)| part.into_iter().for_each(|part| push(side, part)));
         }
         let cells = Cell::share(cells, [0, 1].map(|side| children[side].references.len()));
-        let index = out.open(best.plane);
-        let mut right_branch = self.pool.branch();
         let ([mut left, mut right], [left_samples, right_samples]) = (children, samples);
-        rayon::join(
-            || self.stream_samples(&mut left, left_samples, cells[0], out),
-            || self.stream_samples(&mut right, right_samples, cells[1], &mut right_branch),
+        self.join(
+            best.plane,
+            out,
+            |out| self.stream_samples(&mut left, left_samples, cells[0], out),
+            |out| self.stream_samples(&mut right, right_samples, cells[1], out),
         );
-        out.turn_right(index);
-        out.append(&right_branch);
-        self.pool.keep_branch(right_branch);
-        self.pool.keep_space(left);
-        self.pool.keep_space(right);
+        self.pool.spaces.keep(left);
+        self.pool.spaces.keep(right);
     }
 }

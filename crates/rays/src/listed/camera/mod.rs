@@ -3,7 +3,6 @@
 //! Triangles that can't contain a sample are dropped, the others are listed in cells (sorting tiles × depth slices) by
 //! a counting sort, and each tile's cells are searched front to back until nothing can be nearer than what is found.
 
-mod blocks;
 mod build;
 mod cells;
 mod drop;
@@ -17,7 +16,7 @@ use std::sync::Mutex;
 
 use crate::camera_grid::bins::bytes_of;
 use crate::camera_grid::pixel_space::{PixelSpace, Vertex};
-use crate::camera_grid::samples::Samples;
+use crate::camera_grid::tile::Tile;
 use crate::grids::CameraGrid;
 use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot};
 use crate::{ImageTooLarge, Omitted, SimdLevel, TileOrder};
@@ -51,7 +50,7 @@ pub struct ListedGrid {
     omitted: Omitted,
     dropped: u64,
     /// One for each thread.
-    scratch: Vec<Mutex<Box<Samples>>>,
+    scratch: Vec<Mutex<Box<Tile>>>,
 }
 
 impl std::fmt::Debug for ListedGrid {
@@ -119,7 +118,7 @@ impl CameraGrid for ListedGrid {
             + bytes_of(&self.masked)
             + self.ranges.iter().map(Range::bytes).sum::<usize>()
             + self.tiles.iter().map(TileCells::bytes).sum::<usize>()
-            + self.scratch.len() * size_of::<Samples>()
+            + self.scratch.len() * size_of::<Tile>()
     }
 
     fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {

@@ -14,6 +14,7 @@ use crate::light_grid::large::{Plane, planes};
 use crate::light_grid::pass::LightPass;
 use crate::light_grid::small::{BATCH, Batch, Mapped};
 use crate::shot::Counts;
+use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 
 /// What one range of triangles has in cells.
@@ -96,16 +97,10 @@ impl Listing<'_> {
         for first in ids.step_by(LANES) {
             let triangles = &self.triangles.indices[first..end.min(first + LANES)];
             let survivors = range.batch.set_up(simd, &self.mapped, triangles, 0);
-            let mut small = survivors.small;
-            while small != 0 {
-                let lane = small.trailing_zeros() as usize % LANES;
-                small &= small - 1;
+            for lane in bits_of(survivors.small) {
                 self.list_small(range, lane, (first + lane) as u32);
             }
-            let mut large = survivors.large;
-            while large != 0 {
-                let lane = large.trailing_zeros() as usize;
-                large &= large - 1;
+            for lane in bits_of(survivors.large) {
                 self.list_large(simd, range, (first + lane) as u32);
             }
         }

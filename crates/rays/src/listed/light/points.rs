@@ -6,6 +6,7 @@ use crate::light_grid::LightCells;
 use crate::light_grid::block::{Block, BlockErrors};
 use crate::light_grid::face::HALF_ULP;
 use crate::light_grid::pass::LightPass;
+use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 
 /// Up to 16 points of a cell: what the filter tests at once. 320 bytes.
@@ -103,10 +104,7 @@ impl Lists {
         point_bins.par_iter_mut().enumerate().with_max_len(1).for_each(|(range, bins)| {
             bins.unsorted.clear();
             for block in range * length..((range + 1) * length).min(blocks.len()) {
-                let mut members = members[block];
-                while members != 0 {
-                    let lane = members.trailing_zeros() as usize;
-                    members &= members - 1;
+                for lane in bits_of(members[block]) {
                     let column = cells.across.cell(blocks[block].x[lane]) as u16;
                     let row = cells.down.cell(blocks[block].y[lane]) as u16;
                     bins.unsorted.push(Entry { column, row, item: (block * LANES + lane) as u32 });

@@ -15,6 +15,7 @@ use crate::light_grid::settle::Settler;
 use crate::light_grid::small::Mapped;
 use crate::light_grid::worker::Worker;
 use crate::shot::Counts;
+use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 
 /// Marks items of cells that count large triangles rather than being a triangle's id.
@@ -140,10 +141,7 @@ impl Tester<'_> {
     #[inline(always)]
     fn note(&self, worker: &mut Worker, group: &Group, id: u32, certain: u64, possible: u64) {
         let Worker { shadowed, undecided, counts, .. } = worker;
-        let mut possible = possible & ((1 << group.count) - 1);
-        while possible != 0 {
-            let lane = possible.trailing_zeros() as usize % LANES;
-            possible &= possible - 1;
+        for lane in bits_of(possible & ((1 << group.count) - 1)) {
             let index = group.indices[lane];
             let (word, bit) = (index as usize / LANES, index as usize % LANES);
             if shadowed[word] >> bit & 1 == 1 || self.settler.image.seen.triangle[index as usize] == id {
