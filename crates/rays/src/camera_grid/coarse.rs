@@ -53,7 +53,9 @@ impl Bins {
             let along_row = x * splat(simd, gradient[0]) + splat(simd, triangle.inverse_depth + rise);
             for row in y0..=y1 {
                 let y = ((row << Self::TILE_BITS) - space.middle.y) as f32 + REACH;
-                let edges = each!(edge in [0, 1, 2] => splat(simd, a[edge]) * x + splat(simd, b[edge] * y + c[edge]) + reach[edge]);
+                let edges = each!(edge in [0, 1, 2] => {
+                    splat(simd, a[edge]) * x + splat(simd, b[edge] * y + c[edge]) + reach[edge]
+                });
                 let here = nearest.min(along_row + splat(simd, y * gradient[1]));
                 let reached = min3(edges).simd_ge(zero) & here.simd_ge(zero);
                 let here: [f32; LANES] = here.into();

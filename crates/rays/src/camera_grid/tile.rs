@@ -194,8 +194,10 @@ impl Tile {
                 (waiting, covered) = self.enqueue_blocks(simd, batch, lane, [x0, x1, y0, y1], (waiting, covered));
             }
         }
+        let all = mask32x16::splat(simd, true);
         for entry in 0..covered {
-            self.test_covered_block(simd, batch, self.covered[entry]);
+            let (lane, block) = lane_and_block(self.covered[entry]);
+            self.take_nearer(simd, batch, lane, block, coordinates(simd, block), [all, all]);
         }
         self.test_queue::<S, CERTAIN>(simd, batch, waiting, u64::MAX);
         [waiting, covered]
@@ -243,7 +245,9 @@ impl Tile {
         let columns = f32x16::simd_from(simd, FIRST_COLUMNS) + splat(simd, MIDDLE);
         // From a block's middle to a corner. Four bounds cover the roundings here and in the test itself.
         let (a, b) = (&batch.a, &batch.b);
-        let reach = each!(edge in [0, 1, 2] => splat(simd, MIDDLE * (a[edge][lane].abs() + b[edge][lane].abs()) + 4.0 * batch.bound[lane]));
+        let reach = each!(edge in [0, 1, 2] => {
+            splat(simd, MIDDLE * (a[edge][lane].abs() + b[edge][lane].abs()) + 4.0 * batch.bound[lane])
+        });
         // The same for the depth, whose error counts the roundings of one sum like this.
         let gradient = [batch.gradient[0][lane], batch.gradient[1][lane]];
         let rise = MIDDLE * (gradient[0].abs() + gradient[1].abs()) + 2.0 * batch.depth_error[lane];
@@ -293,14 +297,6 @@ impl Tile {
         let possible = !missed & high.simd_ge(old_low);
         let inside = lowest.simd_gt(bound);
         PossibleHits { queued, possible: possible.to_bitmask() as u16, inside: inside.to_bitmask() as u16 }
-    }
-
-    /// Tests the 16 samples of one block all of which the triangle covers.
-    #[inline(always)]
-    fn test_covered_block<S: Simd>(&mut self, simd: S, batch: &Batch, queued: u32) {
-        let (lane, block) = lane_and_block(queued);
-        let all = mask32x16::splat(simd, true);
-        self.take_nearer(simd, batch, lane, block, coordinates(simd, block), [all, all]);
     }
 
     /// Takes in a triangle where it is nearer than what is known, given where it may be hit and where it certainly is.

@@ -9,10 +9,10 @@
 use rayon::prelude::*;
 
 use super::Job;
-use super::grow::Method;
 use super::presorted;
 use super::sah::{Candidate, Cell, Measure};
 use super::space::{Frame, Space};
+use crate::kdtree::KdBuilder;
 use crate::kdtree::extent::{Reference, Sides};
 use crate::kdtree::layout::Branch;
 
@@ -219,7 +219,7 @@ impl Upper<'_> {
         let branches = spaces.into_par_iter().zip(nodes.par_iter()).with_max_len(1).map(|(space, node)| {
             let mut space = space?;
             let mut branch = job.pool.branches.take();
-            job.grow(&mut space, Frame::default(), Method::Presorted, node.cell, &mut branch);
+            job.grow(&mut space, Frame::default(), KdBuilder::Presorted, true, node.cell, &mut branch);
             job.pool.spaces.keep(space);
             Some(branch)
         });

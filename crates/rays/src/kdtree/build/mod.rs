@@ -2,7 +2,6 @@
 
 mod adaptive;
 mod binned;
-mod bins;
 mod deferred;
 mod grow;
 mod in_place;
@@ -167,7 +166,7 @@ impl Job<'_> {
             KdBuilder::Streaming => self.stream(space, root, out),
             KdBuilder::Nested => self.nest(std::mem::take(space), root, out),
             KdBuilder::InPlace => self.build_in_place(space, root, out),
-            builder => self.grow(space, Frame::default(), builder.into(), root, out),
+            builder => self.grow(space, Frame::default(), builder, false, root, out),
         }
         extent
     }
@@ -240,7 +239,7 @@ impl Job<'_> {
         }
         let mut space = self.pool.spaces.take();
         space.references.extend_from_slice(references);
-        self.grow(&mut space, Frame::default(), builder.into(), cell, out);
+        self.grow(&mut space, Frame::default(), builder, false, cell, out);
         self.pool.spaces.keep(space);
     }
 }

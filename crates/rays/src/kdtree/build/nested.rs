@@ -11,10 +11,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::Job;
-use super::grow::Method;
 use super::presorted::{self, CUT, RIGHT};
 use super::sah::{Candidate, Cell, Measure};
 use super::space::{Frame, Space};
+use crate::kdtree::KdBuilder;
 use crate::kdtree::extent::Reference;
 use crate::kdtree::layout::Branch;
 
@@ -42,7 +42,7 @@ impl Job<'_> {
     fn nest_listed(&self, mut space: Space, cell: Cell, out: &mut Branch) {
         let count = space.references.len();
         if count < SHARED_FROM {
-            self.grow(&mut space, Frame::default(), Method::Presorted, cell, out);
+            self.grow(&mut space, Frame::default(), KdBuilder::Presorted, true, cell, out);
             return self.pool.spaces.keep(space);
         }
         let best = if cell.depth < self.heuristic.max_depth { self.best_of_chunks(&space, &cell) } else { None };

@@ -8,6 +8,7 @@ use crate::camera_grid::bins::bytes_of;
 use crate::camera_grid::general::{General, Square};
 use crate::camera_grid::lanes::{Corners, LANES, PixelBounds, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace, Vertex};
+use crate::listed::sorted::Sorted;
 use crate::shot::Opacity;
 use crate::simd::lanes::{bits_of, max3, min3};
 use crate::{Omitted, Triangles};
@@ -27,9 +28,7 @@ pub(super) struct Range {
     /// In the order in which they were found.
     pub(super) unsorted: Vec<Pair>,
     /// Sorted by tile.
-    pub(super) pairs: Vec<Pair>,
-    /// Where each tile's pairs start, and where the last one's end.
-    pub(super) starts: Vec<u32>,
+    pub(super) pairs: Sorted<Pair>,
 }
 
 /// A triangle that may contain samples, with sides of its bounds in pixels of the image. 16 bytes.
@@ -46,11 +45,7 @@ pub(super) struct Kept {
 
 impl Range {
     pub(super) fn bytes(&self) -> usize {
-        bytes_of(&self.kept)
-            + bytes_of(&self.general)
-            + bytes_of(&self.unsorted)
-            + bytes_of(&self.pairs)
-            + bytes_of(&self.starts)
+        bytes_of(&self.kept) + bytes_of(&self.general) + bytes_of(&self.unsorted) + self.pairs.bytes()
     }
 
     /// Empties everything but the pairs.

@@ -3,12 +3,12 @@ use fearless_simd::{Simd, dispatch};
 use glam::IVec2;
 
 use super::ListedGrid;
-use super::sort::TileCells;
 use crate::camera_grid::general::{General, Square};
 use crate::camera_grid::lanes::{LANES, splat};
 use crate::camera_grid::samples::{BLOCKS, SAMPLES};
 use crate::camera_grid::tile::{Batch, Tile, queued};
 use crate::camera_grid::trace::{Placed, TileTrace, Tiles};
+use crate::listed::sorted::Sorted;
 use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder};
 use crate::simd::lanes::{bits_of, min3};
 use crate::simd::vectorized;
@@ -30,7 +30,7 @@ impl ListedGrid {
         let tiles = Tiles { shot, space: &space, vertices: &self.vertices };
         let counted = tiles.trace(&mut scratch, seen, work, |tile, index, triangle, inverse_depth| {
             let cells = &self.tiles[index];
-            tile.tally.pairs = cells.pairs() as u64;
+            tile.tally.pairs = cells.items().len() as u64;
             let mut trace = ListedTrace { grid: self, cells, tile };
             dispatch!(self.level.0, simd => {
                 trace.run(simd);
@@ -45,7 +45,7 @@ impl ListedGrid {
 /// The search of one tile of the [`TileOrder`].
 struct ListedTrace<'a, 'b, const N: usize> {
     grid: &'a ListedGrid,
-    cells: &'a TileCells,
+    cells: &'a Sorted<u32>,
     tile: &'a mut TileTrace<'b, N>,
 }
 
@@ -117,11 +117,11 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
             for sorting_tile in bits_of(searching) {
                 let sorting_tile = sorting_tile as u32;
                 let cell = cell_of(sorting_tile, slice);
-                if self.cells.cells(cell..cell_of(sorting_tile, last)).is_empty() {
+                if self.cells.of(cell..cell_of(sorting_tile, last)).is_empty() {
                     searching &= !(1 << sorting_tile);
                     continue;
                 }
-                let listed = self.cells.cells(cell..cell + 1);
+                let listed = self.cells.of(cell..cell + 1);
                 if !listed.is_empty() {
                     searched |= 1 << sorting_tile;
                     self.tile.tally.cells += 1;
@@ -171,7 +171,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         for sorting_tile in 0..k * k {
             let first =
                 cells.first_in_tile(tile.first[0] + sorting_tile % k, tile.first[1] + sorting_tile / k) as usize;
-            let pairs = self.cells.cells(first..first + slices as usize).len() as u32;
+            let pairs = self.cells.of(first..first + slices as usize).len() as u32;
             self.count(Kind::Pairs, tile, sorting_tile, pairs);
         }
     }

@@ -7,13 +7,13 @@ use rayon::prelude::*;
 
 use super::Lists;
 use super::points::{Group, PointRow};
-use super::sort::SortedRow;
 use crate::light_grid::face::VertexErrors;
 use crate::light_grid::large::Plane;
 use crate::light_grid::pass::LightPass;
 use crate::light_grid::settle::Settler;
 use crate::light_grid::small::Mapped;
 use crate::light_grid::worker::Worker;
+use crate::listed::sorted::Sorted;
 use crate::shot::Counts;
 use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
@@ -43,7 +43,7 @@ impl Lists {
                 let groups = in_points.of_cell(column);
                 counts.cells += u64::from(!groups.is_empty());
                 for groups in parts(groups, points) {
-                    for triangles in parts(in_triangles.range(column), triangles) {
+                    for triangles in parts(in_triangles.range(column..column + 1), triangles) {
                         jobs.push(Job { row: row as u32, groups, triangles });
                     }
                 }
@@ -89,7 +89,7 @@ fn parts(range: Range<usize>, most: usize) -> impl Iterator<Item = [u32; 2]> {
 struct Tester<'a> {
     mapped: Mapped<'a>,
     point_rows: &'a [PointRow],
-    triangle_rows: &'a [SortedRow],
+    triangle_rows: &'a [Sorted<u32>],
     large: &'a [(u32, Plane)],
     settler: &'a Settler<'a>,
 }
