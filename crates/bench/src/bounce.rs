@@ -15,7 +15,7 @@ use crate::grids::time;
 use crate::median::median;
 use crate::rays::{self, PACKET};
 use crate::shot::{Lights, Shot, name};
-use crate::table::{Cell, Form, Table};
+use crate::table::{Form, Row, Table, row};
 
 #[derive(Debug, Args)]
 pub(crate) struct BounceFlags {
@@ -38,18 +38,6 @@ pub(crate) struct BounceFlags {
     form: Form,
 }
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("triangles", 9),
-    ("rays", 8),
-    ("structure", 13),
-    ("build", 8),
-    ("trace", 9),
-    ("rays_us", 8),
-    ("ratio", 6),
-    ("differ", 6),
-];
-
 pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
     let embree = Embree::load(flags.embree.as_deref(), rayon::current_num_threads())?;
     let [width, height] = flags.size;
@@ -58,7 +46,7 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
         rayon::current_num_threads(),
         flags.rounds
     );
-    let mut table = Table::start(flags.form, &conditions, COLUMNS)?;
+    let mut table = Table::start(flags.form, &conditions)?;
     for address in flags.scenes.addresses() {
         let scene = umbrage::open(&address).with_context(|| format!("scene {address}"))?;
         let mut frame = Frame::default();
@@ -72,7 +60,7 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
         let mut race = Race::new(&frame, &rays, &embree, flags.packets)?;
         (0..=flags.rounds).try_for_each(|round| race.run(round > 0))?;
         for runner in &race.runners {
-            table.push(&runner.row(name(&address), &race))?;
+            table.push(runner.row(name(&address), &race))?;
         }
     }
     table.finish(&[
@@ -200,21 +188,21 @@ fn by_packets(rays: &[Ray], hits: &mut Hits, nearest: impl Fn(&[Ray], &mut [Opti
 }
 
 impl Runner {
-    fn row(&self, scene: &str, race: &Race<'_>) -> Vec<Cell> {
+    fn row(&self, scene: &str, race: &Race<'_>) -> Row {
         let of = |stage: usize| median(self.times.iter().map(|times| times[stage]));
         let rate = |runner: &Self| race.rays.len() as f64 / (1e3 * median(runner.times.iter().map(|times| times[1])));
         let exact = race.runners.iter().find(|runner| runner.name == EXACT);
         let differ = exact.map(|exact| exact.hits.iter().zip(&self.hits).filter(|(exact, hit)| exact != hit).count());
-        vec![
-            scene.into(),
-            race.frame.triangles().len().into(),
-            race.rays.len().into(),
-            self.name.into(),
-            Cell::Number(of(0), 2),
-            Cell::Number(of(1), 2),
-            Cell::Number(rate(self), 2),
-            Cell::Number(rate(self) / rate(&race.runners[0]), 2),
-            differ.map_or(Cell::Nothing, Cell::from),
+        row![
+            ("scene", scene),
+            ("triangles", race.frame.triangles().len()),
+            ("rays", race.rays.len()),
+            ("structure", self.name),
+            ("build", of(0)),
+            ("trace", of(1)),
+            ("rays_us", rate(self)),
+            ("ratio", rate(self) / rate(&race.runners[0])),
+            ("differ", differ),
         ]
     }
 }

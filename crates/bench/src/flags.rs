@@ -8,7 +8,7 @@ use umbrage::rays::SimdLevel;
 
 use crate::plot::Chart;
 use crate::shot;
-use crate::table::{Columns, Form, Table};
+use crate::table::{Form, Table};
 
 /// Flags of commands that trace the gallery, or real scenes.
 #[derive(Args, Debug)]
@@ -40,21 +40,21 @@ pub(crate) struct OutputFlags {
 
 impl OutputFlags {
     /// Begins the table of a command that draws as well.
-    pub(crate) fn start(&self, conditions: &str, columns: Columns) -> Result<Table> {
-        Ok(Table::start(self.form, conditions, columns)?)
+    pub(crate) fn start(&self, conditions: &str) -> Result<Table> {
+        Ok(Table::start(self.form, conditions)?)
     }
 
     /// Begins the table of a command that draws nothing.
-    pub(crate) fn start_without_chart(&self, conditions: &str, columns: Columns) -> Result<Table> {
+    pub(crate) fn start_without_chart(&self, conditions: &str) -> Result<Table> {
         ensure!(self.plot.is_none(), "these results come without a chart: leave --plot away");
-        self.start(conditions, columns)
+        self.start(conditions)
     }
 
     /// Writes notes below the table, what is left of it, and the chart, if one is wanted.
     pub(crate) fn finish(&self, table: Table, notes: &[&str], chart: &dyn Chart) -> Result<()> {
         table.finish(notes)?;
         let Some(path) = &self.plot else { return Ok(()) };
-        std::fs::write(path, chart.svg()).with_context(|| format!("could not write {}", path.display()))
+        std::fs::write(path, chart.svg()?).with_context(|| format!("could not write {}", path.display()))
     }
 }
 
@@ -101,13 +101,13 @@ pub(crate) struct ImageFlags {
 
 impl ImageFlags {
     /// Has everything use as many threads as are asked for, and begins the table.
-    pub(crate) fn start(&self, columns: Columns) -> Result<Table> {
-        self.animation.output.start(&self.animation.prepare(Some(self.size))?, columns)
+    pub(crate) fn start(&self) -> Result<Table> {
+        self.animation.output.start(&self.animation.prepare(Some(self.size))?)
     }
 
     /// The same for a command that draws nothing.
-    pub(crate) fn start_without_chart(&self, columns: Columns) -> Result<Table> {
-        self.animation.output.start_without_chart(&self.animation.prepare(Some(self.size))?, columns)
+    pub(crate) fn start_without_chart(&self) -> Result<Table> {
+        self.animation.output.start_without_chart(&self.animation.prepare(Some(self.size))?)
     }
 
     /// Writes notes below the table, what is left of it, and the chart, if one is wanted.

@@ -1,34 +1,15 @@
 //! Frames on a GPU, stage by stage, by its own clock.
 
-use std::io::{self, Write};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use serde::Serialize;
 use umbrage::gpu::{Adapter, DeviceLimits, Gpu};
 use umbrage::{Renderer, Settings, Stage};
 
 use crate::frame::FrameFlags;
 use crate::median::median;
 use crate::shot::moments;
-use crate::table::Form;
-
-/// A scene's frames on a GPU.
-#[derive(Debug, Serialize)]
-struct Row {
-    scene: String,
-    triangles: usize,
-    lights: usize,
-    /// Medians over the frames by the GPU's clock, in milliseconds.
-    stages: Vec<Stage>,
-    /// Median of all stages that find what pixels see and what lights reach.
-    traced_milliseconds: f64,
-    /// Median of the whole frame by the CPU's clock, with posing, uploading and fetching.
-    wall_milliseconds: f64,
-    structure_bytes_per_triangle: f64,
-    point_bytes_per_pixel: f64,
-    bytes_per_pixel: f64,
-}
+use crate::table::{Cell, Form, Row, Table, row};
 
 /// Columns of the table, and the stages that each sums up.
 const GROUPS: [(&str, &[&str]); 9] = [
@@ -53,36 +34,26 @@ pub(crate) fn run(flags: &FrameFlags, scenes: &[String]) -> Result<()> {
     }
     let Adapter { name, driver, backend, .. } = gpu.adapter().clone();
     drop(gpu);
-    let mut out = io::stdout();
-    if matches!(flags.form, Form::Table) {
-        let FrameFlags { size: [width, height], samples, frames, .. } = flags;
-        writeln!(out, "{name}, {backend}, {driver}")?;
-        writeln!(out, "{width}x{height}, samples {samples}, medians of {frames} frames in milliseconds")?;
-        write!(out, "{:<28}{:>10}{:>7}", "scene", "triangles", "lights")?;
-        GROUPS.iter().try_for_each(|(group, _)| write!(out, "{group:>10}"))?;
-        writeln!(out, "{:>9}{:>9}{:>7}{:>8}{:>8}", "traced", "wall", "B/tri", "B/point", "B/pixel")?;
-    }
-    let mut rows = Vec::new();
+    let FrameFlags { size: [width, height], samples, frames, .. } = flags;
+    let conditions = format!(
+        "{name}, {backend}, {driver}\n{width}x{height}, samples {samples}, medians of {frames} frames in milliseconds"
+    );
+    let mut table = Table::start(flags.form, &conditions)?;
     for address in scenes {
-        let row = measure(address, flags).with_context(|| format!("scene {address}"))?;
-        if matches!(flags.form, Form::Table) {
-            write_columns(&mut out, &row)?;
-        }
-        rows.push(row);
+        let rows = measure(address, flags).with_context(|| format!("scene {address}"))?;
+        rows.into_iter().try_for_each(|row| table.push(row))?;
     }
-    match flags.form {
-        Form::Table => {}
-        Form::Csv => write_values(&mut out, &rows)?,
-        Form::Json => writeln!(out, "{}", serde_json::to_string_pretty(&rows)?)?,
-    }
-    Ok(())
+    Ok(table.finish(&[
+        "traced: all that finds what pixels see and what lights reach; wall: the whole frame by the CPU's clock.",
+    ])?)
 }
 
 fn open(flags: &FrameFlags) -> Result<Gpu> {
     Ok(Gpu::open(flags.device.as_deref().unwrap_or_default(), DeviceLimits::Adapter)?)
 }
 
-fn measure(address: &str, flags: &FrameFlags) -> Result<Row> {
+/// For people a row of groups of stages, else a row for each stage: medians over the frames by the GPU's clock.
+fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<Row>> {
     // Each scene has a device of its own: buffers stay as large as the largest scene needed them.
     let mut renderer = Renderer::with_gpu(open(flags)?)?;
     let scene = umbrage::open(address)?;
@@ -106,49 +77,28 @@ fn measure(address: &str, flags: &FrameFlags) -> Result<Row> {
     let traced = |stages: &Vec<Stage>| -> f64 {
         stages.iter().filter(|stage| !BESIDE.contains(&stage.name)).map(|stage| stage.milliseconds).sum()
     };
-    let stages = stats
-        .stages
-        .iter()
-        .map(|&Stage { name, .. }| Stage { name, milliseconds: median(frames.iter().map(|stages| of(stages, name))) });
+    let head = row![("scene", address), ("triangles", stats.triangles), ("lights", stats.lights)];
     let pixels = f64::from(width) * f64::from(height);
-    Ok(Row {
-        scene: address.to_owned(),
-        triangles: stats.triangles,
-        lights: stats.lights,
-        stages: stages.collect(),
-        traced_milliseconds: median(frames.iter().map(traced)),
-        wall_milliseconds: median(walls.iter().copied()),
-        structure_bytes_per_triangle: stats.structure_bytes as f64 / stats.triangles.max(1) as f64,
-        point_bytes_per_pixel: stats.point_bytes as f64 / pixels,
-        bytes_per_pixel: stats.pixel_bytes as f64 / pixels,
-    })
-}
-
-fn write_columns(out: &mut impl Write, row: &Row) -> io::Result<()> {
-    write!(out, "{:<28}{:>10}{:>7}", row.scene, row.triangles, row.lights)?;
-    for (_, names) in GROUPS {
-        let in_group = row.stages.iter().filter(|stage| names.contains(&stage.name));
-        write!(out, "{:>10.3}", in_group.map(|stage| stage.milliseconds).sum::<f64>())?;
+    let bytes = |bytes: usize, each: f64| Cell::Number(bytes as f64 / each, 1);
+    let tail = row![
+        ("traced", Cell::Number(median(frames.iter().map(traced)), 3)),
+        ("wall", median(walls.iter().copied())),
+        ("bytes_triangle", bytes(stats.structure_bytes, stats.triangles.max(1) as f64)),
+        ("light_bytes_pixel", bytes(stats.point_bytes, pixels)),
+        ("bytes_pixel", bytes(stats.pixel_bytes, pixels)),
+    ];
+    let stages =
+        stats.stages.iter().map(|stage| (stage.name, median(frames.iter().map(|stages| of(stages, stage.name)))));
+    let stages: Vec<(&str, f64)> = stages.collect();
+    let row = |middle: Row| head.iter().cloned().chain(middle).chain(tail.iter().cloned()).collect();
+    if flags.form != Form::Table {
+        let of_stage =
+            |(name, time): &(&str, f64)| row(row![("stage", *name), ("milliseconds", Cell::Number(*time, 4))]);
+        return Ok(stages.iter().map(of_stage).collect());
     }
-    writeln!(
-        out,
-        "{:>9.3}{:>9.2}{:>7.0}{:>8.0}{:>8.0}",
-        row.traced_milliseconds,
-        row.wall_milliseconds,
-        row.structure_bytes_per_triangle,
-        row.point_bytes_per_pixel,
-        row.bytes_per_pixel
-    )
-}
-
-/// One line for each stage of each scene.
-fn write_values(out: &mut impl Write, rows: &[Row]) -> io::Result<()> {
-    writeln!(out, "scene,triangles,lights,stage,milliseconds")?;
-    for row in rows {
-        for stage in &row.stages {
-            let (scene, triangles, lights) = (&row.scene, row.triangles, row.lights);
-            writeln!(out, "{scene},{triangles},{lights},{},{:.4}", stage.name, stage.milliseconds)?;
-        }
-    }
-    Ok(())
+    let groups = GROUPS.iter().map(|(group, names)| {
+        let time = stages.iter().filter(|(name, _)| names.contains(name)).map(|(_, time)| time).sum();
+        ((*group).to_owned(), Cell::Number(time, 3))
+    });
+    Ok(vec![row(groups.collect())])
 }

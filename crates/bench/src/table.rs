@@ -33,49 +33,88 @@ impl From<&str> for Cell {
     }
 }
 
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
 impl From<usize> for Cell {
     fn from(count: usize) -> Self {
         Self::Count(count as u64)
     }
 }
 
-/// Titles, and widths in characters.
-pub(crate) type Columns = &'static [(&'static str, usize)];
+impl From<u64> for Cell {
+    fn from(count: u64) -> Self {
+        Self::Count(count)
+    }
+}
+
+impl From<u32> for Cell {
+    fn from(count: u32) -> Self {
+        Self::Count(count.into())
+    }
+}
+
+impl From<f64> for Cell {
+    /// With two decimals.
+    fn from(number: f64) -> Self {
+        Self::Number(number, 2)
+    }
+}
+
+impl<T: Into<Self>> From<Option<T>> for Cell {
+    fn from(value: Option<T>) -> Self {
+        value.map_or(Self::Nothing, T::into)
+    }
+}
+
+/// The values of a row, each with its column's title.
+pub(crate) type Row = Vec<(String, Cell)>;
+
+/// A [`Row`] of pairs of a title and what becomes a [`Cell`].
+macro_rules! row {
+    ($(($title:expr, $value:expr)),* $(,)?) => {
+        vec![$((($title).to_string(), $crate::table::Cell::from($value))),*]
+    };
+}
+pub(crate) use row;
 
 /// Rows under titles, written as they come; JSON at the end.
 #[derive(Debug)]
 pub(crate) struct Table {
     form: Form,
-    columns: Columns,
+    /// How wide each column is, in characters; empty before the first row.
+    widths: Vec<usize>,
     rows: Vec<Value>,
 }
 
 impl Table {
-    /// Writes the head: for people, under which `conditions` was measured. Columns have titles, and widths in characters;
-    /// the first is aligned to the left.
-    pub(crate) fn start(form: Form, conditions: &str, columns: Columns) -> io::Result<Self> {
-        let table = Self { form, columns, rows: Vec::new() };
-        let titles: Vec<Cell> = columns.iter().map(|&(title, _)| title.into()).collect();
+    /// Writes under which `conditions` was measured, for people.
+    pub(crate) fn start(form: Form, conditions: &str) -> io::Result<Self> {
+        let table = Self { form, widths: Vec::new(), rows: Vec::new() };
         table.note(conditions)?;
-        match form {
-            Form::Table => write_line(&table.aligned(&titles))?,
-            Form::Csv => write_line(&separated(&titles))?,
-            Form::Json => {}
-        }
         Ok(table)
     }
 
-    /// Adds a row, which has a value for each column.
-    pub(crate) fn push(&mut self, row: &[Cell]) -> io::Result<()> {
-        match self.form {
-            Form::Table => write_line(&self.aligned(row)),
-            Form::Csv => write_line(&separated(row)),
-            Form::Json => {
-                let pairs = self.columns.iter().zip(row).map(|(&(title, _), cell)| (title.to_owned(), cell.json()));
-                self.rows.push(Value::Object(pairs.collect::<Map<_, _>>()));
-                Ok(())
-            }
+    /// Adds a row. All have the same titles, which stand above the first one.
+    pub(crate) fn push(&mut self, row: Row) -> io::Result<()> {
+        let is_first = self.widths.is_empty();
+        if is_first {
+            self.widths = row.iter().enumerate().map(|(column, (title, cell))| width(column, title, cell)).collect();
         }
+        let (titles, cells): (Vec<String>, Vec<Cell>) = row.into_iter().unzip();
+        if self.form == Form::Json {
+            let pairs = titles.into_iter().zip(cells.iter().map(Cell::json));
+            self.rows.push(Value::Object(pairs.collect::<Map<_, _>>()));
+            return Ok(());
+        }
+        let titles: Vec<Cell> = titles.into_iter().map(Cell::Text).collect();
+        let lines = is_first.then_some(&titles).into_iter().chain([&cells]);
+        lines
+            .map(|line| if self.form == Form::Csv { separated(line) } else { self.aligned(line) })
+            .try_for_each(write_line)
     }
 
     /// Writes a line between rows or below them, for people only.
@@ -86,12 +125,13 @@ impl Table {
     /// Writes notes below, a line each, and what is left.
     pub(crate) fn finish(self, notes: &[&str]) -> io::Result<()> {
         notes.iter().try_for_each(|note| self.note(note))?;
-        if self.form == Form::Json { write_line(&format!("{:#}", Value::Array(self.rows))) } else { Ok(()) }
+        if self.form == Form::Json { write_line(format!("{:#}", Value::Array(self.rows))) } else { Ok(()) }
     }
 
+    /// The first column is aligned to the left.
     fn aligned(&self, row: &[Cell]) -> String {
-        let cells = self.columns.iter().zip(row).enumerate();
-        let cells = cells.map(|(column, (&(_, width), cell))| match (column, cell.text()) {
+        let cells = self.widths.iter().zip(row).enumerate();
+        let cells = cells.map(|(column, (&width, cell))| match (column, cell.text()) {
             (0, text) => format!("{text:<width$}"),
             (_, text) => format!(" {text:>width$}"),
         });
@@ -99,9 +139,20 @@ impl Table {
     }
 }
 
+/// Room for a title and for values such as that of the first row.
+fn width(column: usize, title: &str, cell: &Cell) -> usize {
+    let values = match cell {
+        _ if column == 0 => 28,
+        Cell::Text(_) => 16,
+        Cell::Count(_) | Cell::Nothing => 7,
+        Cell::Number(..) => 8,
+    };
+    values.max(title.chars().count())
+}
+
 /// Writes a line to standard output, which may be closed.
-fn write_line(text: &str) -> io::Result<()> {
-    writeln!(io::stdout(), "{text}")
+fn write_line(text: impl AsRef<str>) -> io::Result<()> {
+    writeln!(io::stdout(), "{}", text.as_ref())
 }
 
 fn separated(row: &[Cell]) -> String {
@@ -139,10 +190,11 @@ mod tests {
 
     #[test]
     fn rows_are_aligned_and_separated() {
-        let table = Table { form: Form::Json, columns: &[("scene", 6), ("ms", 7)], rows: Vec::new() };
+        let table = Table { form: Form::Table, widths: vec![6, 7], rows: Vec::new() };
         let row = ["a,\"b".into(), Cell::Number(1.25, 1)];
         assert_eq!(table.aligned(&row), "a,\"b       1.2");
         assert_eq!(separated(&row), "\"a,\"\"b\",1.2");
         assert_eq!(separated(&[Cell::Nothing, Cell::Count(7)]), ",7");
+        assert_eq!(row![("ms", 1.25), ("none", None::<usize>)][1], ("none".to_owned(), Cell::Nothing));
     }
 }

@@ -5,7 +5,7 @@ use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::{Bounds, LightSource, View};
 
-use crate::packet::{RayHitPacket, RayPacket, Valid, WIDTH};
+use crate::packet::{RayHitPacket, Valid, WIDTH};
 use crate::posed::Posed;
 
 /// Pixels on a side of a packet.
@@ -170,7 +170,7 @@ impl Image {
         &mut self,
         rays: &PixelRays,
         (light, bounds): (&LightSource, Bounds),
-        occluded: impl Fn(&Valid, &mut RayPacket) + Sync,
+        occluded: impl Fn(&Valid, &mut RayHitPacket) + Sync,
     ) {
         assert!((self.width, self.height) == (rays.width, rays.height), "the rays of another image");
         self.lit.resize(self.seen.len(), 0);
@@ -250,13 +250,13 @@ fn shadow_tile<S: Simd>(
     shadows: &Shadows,
     seen: &[Seen],
     lit: &mut [u16],
-    occluded: &impl Fn(&Valid, &mut RayPacket),
+    occluded: &impl Fn(&Valid, &mut RayHitPacket),
 ) {
-    let mut packet = RayPacket::default();
+    let mut packet = RayHitPacket::default();
     for axis in 0..3 {
         match shadows {
-            Shadows::From(light) => packet.origin[axis] = [light[axis]; WIDTH],
-            Shadows::Along(along) => packet.direction[axis] = [along[axis]; WIDTH],
+            Shadows::From(light) => packet.ray.origin[axis] = [light[axis]; WIDTH],
+            Shadows::Along(along) => packet.ray.direction[axis] = [along[axis]; WIDTH],
         }
     }
     let mut point = [0.0; WIDTH];
@@ -275,13 +275,13 @@ fn shadow_tile<S: Simd>(
             }
             let point = from_fn(|lane| start[axis][lane] + point[lane] * seen.t[lane]);
             match shadows {
-                Shadows::From(light) => packet.direction[axis] = point.map(|point| point - light[axis]),
-                Shadows::Along(along) => packet.origin[axis] = point.map(|point| point - along[axis]),
+                Shadows::From(light) => packet.ray.direction[axis] = point.map(|point| point - light[axis]),
+                Shadows::Along(along) => packet.ray.origin[axis] = point.map(|point| point - along[axis]),
             }
         }
-        packet.t_far = [BEFORE_POINT; WIDTH];
+        packet.ray.t_far = [BEFORE_POINT; WIDTH];
         occluded(&valid, &mut packet);
-        let is_lit = |lane: usize| valid.0[lane] != 0 && packet.t_far[lane] >= 0.0;
+        let is_lit = |lane: usize| valid.0[lane] != 0 && packet.ray.t_far[lane] >= 0.0;
         *lit = (0..WIDTH).fold(0, |lit, lane| lit | u16::from(is_lit(lane)) << lane);
     }
 }

@@ -11,5 +11,5 @@ mod posed;
 
 pub use embree::{BuildMethod, Embree, Error, Quality, Scene};
 pub use image::{Image, PixelRays};
-pub use packet::{HitPacket, RayHitPacket, RayPacket, SingleRay, Valid, WIDTH};
+pub use packet::{Hits, RayHitPacket, Rays, SingleRay, Valid, WIDTH};
 pub use posed::Posed;

@@ -13,110 +13,95 @@ const NONE: u32 = u32::MAX;
 #[repr(C, align(64))]
 pub struct Valid(pub [i32; WIDTH]);
 
-/// `RTCRay16`: 768 bytes.
+/// Rays as Embree reads them: `RTCRay` of numbers, or `RTCRay16`, 768 bytes, of sixteen of each.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub struct RayPacket {
+#[repr(C)]
+pub struct Rays<F, U> {
     /// Origins in world space.
-    pub origin: [[f32; WIDTH]; 3],
+    pub origin: [F; 3],
     /// Where the rays start, in lengths of their directions.
-    pub t_near: [f32; WIDTH],
+    pub t_near: F,
     /// Directions of any length.
-    pub direction: [[f32; WIDTH]; 3],
+    pub direction: [F; 3],
     /// For motion blur; zero.
-    pub time: [f32; WIDTH],
+    pub time: F,
     /// Where the rays end, and where they hit; −∞ for a shadow ray that is blocked.
-    pub t_far: [f32; WIDTH],
+    pub t_far: F,
     /// Which geometry they see; all.
-    pub mask: [u32; WIDTH],
+    pub mask: U,
     /// Not used.
-    pub id: [u32; WIDTH],
+    pub id: U,
     /// Not used.
-    pub flags: [u32; WIDTH],
+    pub flags: U,
 }
 
-/// `RTCHit16`: 512 bytes for Embree 3, and 64 more for the last field, which Embree 4 may have and Embree 3 ignores.
+/// What rays hit, in the same way: `RTCHit16` has 512 bytes for Embree 3, and 64 more for the last field, which Embree 4 may
+/// have and Embree 3 ignores.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub struct HitPacket {
+#[repr(C)]
+pub struct Hits<F, U> {
     /// Unnormalised normals.
-    pub normal: [[f32; WIDTH]; 3],
+    pub normal: [F; 3],
     /// Weights of the second corners.
-    pub u: [f32; WIDTH],
+    pub u: F,
     /// Weights of the third corners.
-    pub v: [f32; WIDTH],
+    pub v: F,
     /// Ids of triangles.
-    pub primitive: [u32; WIDTH],
+    pub primitive: U,
     /// Zero for a hit, all ones for none.
-    pub geometry: [u32; WIDTH],
+    pub geometry: U,
     /// Not used: nothing is instanced.
-    pub instance: [u32; WIDTH],
+    pub instance: U,
     /// Not used: nothing is instanced.
-    pub instance_primitive: [u32; WIDTH],
+    pub instance_primitive: U,
+}
+
+impl<F: Copy, U: Copy> Rays<F, U> {
+    /// Endless rays, given what stands for zero, infinity, zero, and all ones.
+    fn endless(zero: F, infinity: F, none: U, all: U) -> Self {
+        let (origin, direction) = ([zero; 3], [zero; 3]);
+        Self { origin, t_near: zero, direction, time: zero, t_far: infinity, mask: all, id: none, flags: none }
+    }
+}
+
+impl<F: Copy, U: Copy> Hits<F, U> {
+    /// No hits, given what stands for zero, and for nothing.
+    fn none(zero: F, none: U) -> Self {
+        let normal = [zero; 3];
+        Self { normal, u: zero, v: zero, primitive: none, geometry: none, instance: none, instance_primitive: none }
+    }
 }
 
 /// `RTCRayHit16`.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct RayHitPacket {
     /// The rays.
-    pub ray: RayPacket,
+    pub ray: Rays<[f32; WIDTH], [u32; WIDTH]>,
     /// What they hit.
-    pub hit: HitPacket,
+    pub hit: Hits<[f32; WIDTH], [u32; WIDTH]>,
 }
 
 /// `RTCRayHit`: 80 bytes for Embree 3, and 16 more for the last fields, which Embree 4 may have and Embree 3 ignores.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
 pub struct SingleRay {
-    /// Origin in world space.
-    pub origin: [f32; 3],
-    /// Where the ray starts, in lengths of its direction.
-    pub t_near: f32,
-    /// A direction of any length.
-    pub direction: [f32; 3],
-    time: f32,
-    /// Where the ray ends, and where it hits.
-    pub t_far: f32,
-    mask: u32,
-    id: u32,
-    flags: u32,
-    normal: [f32; 3],
-    u: f32,
-    v: f32,
-    primitive: u32,
-    geometry: u32,
-    instance: u32,
-    instance_primitive: u32,
+    ray: Rays<f32, u32>,
+    hit: Hits<f32, u32>,
 }
 
 impl SingleRay {
     /// An endless ray that hasn't hit anything.
     #[must_use]
     pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
-        Self {
-            origin,
-            t_near: 0.0,
-            direction,
-            time: 0.0,
-            t_far: f32::INFINITY,
-            mask: u32::MAX,
-            id: 0,
-            flags: 0,
-            normal: [0.0; 3],
-            u: 0.0,
-            v: 0.0,
-            primitive: NONE,
-            geometry: NONE,
-            instance: NONE,
-            instance_primitive: NONE,
-        }
+        let ray = Rays { origin, direction, ..Rays::endless(0.0, f32::INFINITY, 0, u32::MAX) };
+        Self { ray, hit: Hits::none(0.0, NONE) }
     }
 
     /// The name of the triangle that was hit, which [`Posed::triangle`](crate::Posed::triangle) knows; `None` for none.
     #[must_use]
     pub fn name(&self) -> Option<u32> {
-        (self.geometry != NONE).then(|| Posed::name(self.primitive, self.geometry))
+        (self.hit.geometry != NONE).then(|| Posed::name(self.hit.primitive, self.hit.geometry))
     }
 }
 
@@ -127,34 +112,11 @@ impl Valid {
     pub const NONE: Self = Self([0; WIDTH]);
 }
 
-impl Default for RayPacket {
+impl Default for RayHitPacket {
     fn default() -> Self {
         let zero = [0.0; WIDTH];
-        Self {
-            origin: [zero; 3],
-            t_near: zero,
-            direction: [zero; 3],
-            time: zero,
-            t_far: [f32::INFINITY; WIDTH],
-            mask: [u32::MAX; WIDTH],
-            id: [0; WIDTH],
-            flags: [0; WIDTH],
-        }
-    }
-}
-
-impl Default for HitPacket {
-    fn default() -> Self {
-        let zero = [0.0; WIDTH];
-        Self {
-            normal: [zero; 3],
-            u: zero,
-            v: zero,
-            primitive: [NONE; WIDTH],
-            geometry: [NONE; WIDTH],
-            instance: [NONE; WIDTH],
-            instance_primitive: [NONE; WIDTH],
-        }
+        let ray = Rays::endless(zero, [f32::INFINITY; WIDTH], [0; WIDTH], [u32::MAX; WIDTH]);
+        Self { ray, hit: Hits::none(zero, [NONE; WIDTH]) }
     }
 }
 
@@ -179,23 +141,23 @@ mod tests {
     fn packets_are_laid_out_as_embree_reads_them() {
         const ARRAY: usize = 64;
         assert_eq!((size_of::<Valid>(), align_of::<Valid>()), (ARRAY, 64));
-        assert_eq!((size_of::<RayPacket>(), align_of::<RayPacket>()), (12 * ARRAY, 64));
-        assert_eq!((size_of::<HitPacket>(), align_of::<HitPacket>()), (9 * ARRAY, 64));
+        type Rays = super::Rays<[f32; WIDTH], [u32; WIDTH]>;
+        type Hits = super::Hits<[f32; WIDTH], [u32; WIDTH]>;
+        assert_eq!((size_of::<Rays>(), size_of::<Hits>()), (12 * ARRAY, 9 * ARRAY));
         assert_eq!((size_of::<RayHitPacket>(), align_of::<RayHitPacket>()), (21 * ARRAY, 64));
         assert_eq!((size_of::<SingleRay>(), align_of::<SingleRay>()), (96, 16));
-        assert_eq!((offset_of!(SingleRay, t_far), offset_of!(SingleRay, normal)), (32, 48));
-        assert_eq!((offset_of!(SingleRay, primitive), offset_of!(SingleRay, instance)), (68, 76));
-        assert_eq!(offset_of!(RayPacket, t_near), 3 * ARRAY);
-        assert_eq!(offset_of!(RayPacket, direction), 4 * ARRAY);
-        assert_eq!(offset_of!(RayPacket, time), 7 * ARRAY);
-        assert_eq!(offset_of!(RayPacket, t_far), 8 * ARRAY);
-        assert_eq!(offset_of!(RayPacket, mask), 9 * ARRAY);
-        assert_eq!(offset_of!(RayPacket, flags), 11 * ARRAY);
-        assert_eq!(offset_of!(RayHitPacket, hit), 12 * ARRAY);
-        assert_eq!(offset_of!(HitPacket, u), 3 * ARRAY);
-        assert_eq!(offset_of!(HitPacket, primitive), 5 * ARRAY);
-        assert_eq!(offset_of!(HitPacket, geometry), 6 * ARRAY);
-        assert_eq!(offset_of!(HitPacket, instance), 7 * ARRAY);
-        assert_eq!(offset_of!(HitPacket, instance_primitive), 8 * ARRAY);
+        assert_eq!((offset_of!(SingleRay, ray), offset_of!(SingleRay, hit)), (0, 48));
+        assert_eq!((offset_of!(RayHitPacket, ray), offset_of!(RayHitPacket, hit)), (0, 12 * ARRAY));
+        assert_eq!(offset_of!(Rays, t_near), 3 * ARRAY);
+        assert_eq!(offset_of!(Rays, direction), 4 * ARRAY);
+        assert_eq!(offset_of!(Rays, time), 7 * ARRAY);
+        assert_eq!(offset_of!(Rays, t_far), 8 * ARRAY);
+        assert_eq!(offset_of!(Rays, mask), 9 * ARRAY);
+        assert_eq!(offset_of!(Rays, flags), 11 * ARRAY);
+        assert_eq!(offset_of!(Hits, u), 3 * ARRAY);
+        assert_eq!(offset_of!(Hits, primitive), 5 * ARRAY);
+        assert_eq!(offset_of!(Hits, geometry), 6 * ARRAY);
+        assert_eq!(offset_of!(Hits, instance), 7 * ARRAY);
+        assert_eq!(offset_of!(Hits, instance_primitive), 8 * ARRAY);
     }
 }

@@ -5,7 +5,7 @@ use std::f32::consts::FRAC_PI_2;
 use rayon::prelude::*;
 use umbrage_rays::{Camera, LightSource, Projection};
 
-use crate::{Frame, Light, Material, Materials, TextureUse};
+use crate::{Frame, Light, Material, Materials};
 
 /// What is wrong with a frame that was made by hand.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -23,35 +23,20 @@ pub enum BadFrame {
         /// How many there are of these.
         expected: usize,
     },
-    /// The first triangle with a corner past the last vertex.
-    #[error("triangle {triangle} has vertex {vertex} of {vertices}")]
-    Vertex {
-        /// Its id.
-        triangle: usize,
-        /// The corner.
-        vertex: u32,
-        /// How many vertices there are.
-        vertices: usize,
-    },
-    /// The first triangle with a material past the last one.
-    #[error("triangle {triangle} has material {material} of {materials}")]
-    Material {
-        /// Its id.
-        triangle: usize,
-        /// The material.
-        material: u32,
-        /// How many materials there are.
-        materials: usize,
-    },
-    /// The first material with a texture past the last one.
-    #[error("material {material} has texture {texture} of {textures}")]
-    Texture {
-        /// Its index.
-        material: usize,
-        /// The texture.
-        texture: u32,
-        /// How many textures there are.
-        textures: usize,
+    /// The first triangle with a corner past the last vertex or a material past the last one, or the first material with a
+    /// texture past the last one.
+    #[error("{holder} {number} has {what} {index} of {count}")]
+    Index {
+        /// What points there.
+        holder: &'static str,
+        /// Which one.
+        number: usize,
+        /// What it points to.
+        what: &'static str,
+        /// Where that would be.
+        index: u32,
+        /// How many there are.
+        count: usize,
     },
     /// The first light that is none.
     #[error("light {light}: {cause}")]
@@ -90,19 +75,12 @@ impl Frame {
     /// What is wrong first.
     pub fn check_lit_by(&self, lights: &[Light]) -> Result<(), BadFrame> {
         self.check_counts()?;
-        let (mesh, vertices) = (&*self.mesh, self.positions.len());
-        let is_bad = |triangle: &[u32; 3]| triangle.iter().any(|&vertex| vertex as usize >= vertices);
-        if let Some(triangle) = mesh.triangles.par_iter().position_first(is_bad) {
-            let corners = mesh.triangles[triangle];
-            let vertex = corners.into_iter().find(|&vertex| vertex as usize >= vertices).unwrap_or_default();
-            return Err(BadFrame::Vertex { triangle, vertex, vertices });
-        }
-        let materials = self.materials.materials.len();
-        let is_bad = |&material: &u32| material as usize >= materials;
-        if let Some(triangle) = mesh.material_of_triangle.par_iter().position_first(is_bad) {
-            return Err(BadFrame::Material { triangle, material: mesh.material_of_triangle[triangle], materials });
-        }
-        check_textures(&self.materials)?;
+        let Materials { materials, textures } = &*self.materials;
+        check_indices(["triangle", "vertex"], &self.mesh.triangles, |corners| *corners, self.positions.len())?;
+        let of_triangle = &self.mesh.material_of_triangle;
+        check_indices(["triangle", "material"], of_triangle, |&material| [material], materials.len())?;
+        let used = |material: &Material| material.textures().into_iter().flatten().map(|used| used.texture);
+        check_indices(["material", "texture"], materials, used, textures.len())?;
         for (light, of) in lights.iter().enumerate() {
             check_light(of).map_err(|cause| BadFrame::Light { light, cause })?;
         }
@@ -135,27 +113,18 @@ impl Frame {
     }
 }
 
-fn check_textures(Materials { materials, textures }: &Materials) -> Result<(), BadFrame> {
-    for (index, material) in materials.iter().enumerate() {
-        for TextureUse { texture, .. } in textures_of(material).into_iter().flatten() {
-            if texture as usize >= textures.len() {
-                return Err(BadFrame::Texture { material: index, texture, textures: textures.len() });
-            }
-        }
+/// Whether all that the `holders` point to is among `count` of it.
+fn check_indices<T: Sync, I: IntoIterator<Item = u32>>(
+    [holder, what]: [&'static str; 2],
+    holders: &[T],
+    indices: impl Fn(&T) -> I + Sync,
+    count: usize,
+) -> Result<(), BadFrame> {
+    let bad = |of: &T| indices(of).into_iter().find(|&index| index as usize >= count);
+    match holders.par_iter().enumerate().find_map_first(|(number, of)| Some((number, bad(of)?))) {
+        Some((number, index)) => Err(BadFrame::Index { holder, number, what, index, count }),
+        None => Ok(()),
     }
-    Ok(())
-}
-
-fn textures_of(material: &Material) -> [Option<TextureUse>; 7] {
-    [
-        material.base_color_texture,
-        material.metallic_roughness_texture,
-        material.normal_texture,
-        material.occlusion_texture,
-        material.emissive_texture,
-        material.transmission_texture,
-        material.volume.thickness_texture,
-    ]
 }
 
 fn check_light(light: &Light) -> Result<(), &'static str> {

@@ -87,6 +87,21 @@ impl Material {
     pub fn clay() -> Self {
         Self { base_color: Vec4::new(0.7, 0.7, 0.7, 1.0), double_sided: true, ..Self::default() }
     }
+
+    /// All of its textures.
+    #[inline]
+    #[must_use]
+    pub fn textures(&self) -> [Option<TextureUse>; 7] {
+        [
+            self.base_color_texture,
+            self.metallic_roughness_texture,
+            self.normal_texture,
+            self.occlusion_texture,
+            self.emissive_texture,
+            self.transmission_texture,
+            self.volume.thickness_texture,
+        ]
+    }
 }
 
 /// What a material's opacity does.

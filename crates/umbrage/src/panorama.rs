@@ -19,6 +19,9 @@ struct Level {
 }
 
 impl Panorama {
+    /// The most memory that an image file may ask for: 16,384 by 16,384 texels of 16 bytes.
+    const MAX_BYTES: u64 = 1 << 32;
+
     /// A panorama from rows of linear radiance, the zenith's first.
     ///
     /// # Errors
@@ -36,37 +39,18 @@ impl Panorama {
 
     pub(crate) fn open(path: &Path) -> Result<Self, String> {
         let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
-        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr")) {
-            return Self::from_exr(&bytes);
-        }
-        let reader = image::ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+        let mut reader =
+            image::ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+        let mut limits = image::Limits::default();
+        limits.max_alloc = Some(Self::MAX_BYTES);
+        reader.limits(limits);
         let image = reader.decode().map_err(|error| format!("not a usable image: {error}"))?;
-        // Eight-bit images are sRGB-encoded, Radiance files are linear.
+        // Eight-bit images are sRGB-encoded, Radiance and OpenEXR files are linear.
         let encoded = !matches!(image.color(), image::ColorType::Rgb32F | image::ColorType::Rgba32F);
         let image = image.into_rgb32f();
         let linear = |value: f32| if encoded { linear_from_srgb(value) } else { value };
         let texels = image.pixels().map(|pixel| Vec3::from_array(pixel.0.map(linear))).collect();
         Self::new(image.width() as usize, image.height() as usize, texels)
-    }
-
-    fn from_exr(bytes: &[u8]) -> Result<Self, String> {
-        use exr::prelude::{ReadChannels, ReadLayers, read};
-        let image = read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .rgba_channels(
-                |size, _| (size.width(), vec![Vec3::ZERO; size.width() * size.height()]),
-                |(width, texels), at, (r, g, b, _): (f32, f32, f32, f32)| {
-                    texels[at.y() * *width + at.x()] = Vec3::new(r, g, b);
-                },
-            )
-            .first_valid_layer()
-            .all_attributes()
-            .from_buffered(Cursor::new(bytes))
-            .map_err(|error| format!("not a usable OpenEXR image: {error}"))?;
-        let size = image.layer_data.size;
-        let (_, texels) = image.layer_data.channel_data.pixels;
-        Self::new(size.width(), size.height(), texels)
     }
 
     /// Width and height of the full image, in texels.

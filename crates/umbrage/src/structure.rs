@@ -99,6 +99,31 @@ pub struct StructureOption {
     pub about: &'static str,
     /// What it can be.
     pub values: OptionValues,
+    /// `None` for other structures.
+    get: fn(&Structure) -> Option<String>,
+    /// Sets it to one of `values`; `None` for other structures, and where the value doesn't go with the other options.
+    set: fn(&mut Structure, &str) -> Option<()>,
+}
+
+/// An option of the structures of a pattern, which binds what it reads and sets.
+macro_rules! option {
+    ($structure:literal, $name:literal, $about:literal, $values:expr, $of:pat => $get:expr, |$value:ident| $set:expr) => {
+        StructureOption {
+            structure: $structure,
+            name: $name,
+            about: $about,
+            values: $values,
+            get: |structure| {
+                let $of = structure else { return None };
+                Some($get.to_string())
+            },
+            set: |structure, $value| {
+                let $of = structure else { return None };
+                $set;
+                Some(())
+            },
+        }
+    };
 }
 
 /// What an option can be.
@@ -131,51 +156,68 @@ pub struct ImpossibleOption {
 impl Structure {
     /// The options of all structures. Later ones may depend on earlier ones.
     pub const OPTIONS: &'static [StructureOption] = &[
-        listed("sorting-tile", "Pixels a side of the tiles that triangles are listed in", OptionValues::Names(tiles)),
-        listed(
-            "tracing-tiles",
+        option!("listed", "sorting-tile", "Pixels a side of the tiles that triangles are listed in",
+            OptionValues::Names(tiles),
+            Self::Listed { camera: ListedOptions { cells, .. }, .. } => cells.sorting_tile(),
+            |value| *cells = with_sorting_tile(*cells, whole(value)?)?),
+        option!("listed", "tracing-tiles",
             "Sorting tiles a side of the tiles that are searched at once, of 64 pixels a side at most",
             OptionValues::Names(tiles_of_tiles),
-        ),
-        listed("slices", "Depth slices of the camera's grid", OptionValues::Whole(1..=Cells::MOST_SLICES)),
-        listed(
-            "whole-tiles",
+            Self::Listed { camera: ListedOptions { cells, .. }, .. } => cells.tracing_tiles(),
+            |value| *cells = Cells::new(cells.sorting_tile(), whole(value)?, cells.slices()).ok()?),
+        option!("listed", "slices", "Depth slices of the camera's grid",
+            OptionValues::Whole(1..=Cells::MOST_SLICES),
+            Self::Listed { camera: ListedOptions { cells, .. }, .. } => cells.slices(),
+            |value| *cells = Cells::new(cells.sorting_tile(), cells.tracing_tiles(), whole(value)?).ok()?),
+        option!("listed", "whole-tiles",
             "Test all triangles of a cell on all pixels of its tile, as one GPU thread for each pixel does",
             OptionValues::Switch,
-        ),
-        listed(
-            "light-cells",
-            "Cells a side of the light grids",
+            Self::Listed { camera, .. } => !camera.skips_blocks,
+            |value| camera.skips_blocks = value != "true"),
+        option!("listed", "light-cells", "Cells a side of the light grids",
             OptionValues::Whole(1..=ListedLightOptions::MOST_CELLS),
-        ),
-        listed(
-            "light-rays",
+            Self::Listed { light, .. } => light.cells(),
+            |value| *light = ListedLightOptions::new(whole(value)?, light.points(), light.triangles()).ok()?),
+        option!("listed", "light-rays",
             "The most shadow rays in a block of work of the light grids, the paper's r; a multiple of 16",
             OptionValues::Whole(1..=ListedLightOptions::LARGEST_BLOCK),
-        ),
-        listed(
-            "light-triangles",
-            "The most triangles in a block of work of the light grids",
+            Self::Listed { light, .. } => light.points(),
+            |value| *light = ListedLightOptions::new(light.cells(), whole(value)?, light.triangles()).ok()?),
+        option!("listed", "light-triangles", "The most triangles in a block of work of the light grids",
             OptionValues::Whole(1..=ListedLightOptions::LARGEST_BLOCK),
-        ),
-        of("grid", "grid-density", "Cells for each triangle, λ of the paper", OptionValues::Positive),
-        of(
-            "grid",
-            "grid-nested",
+            Self::Listed { light, .. } => light.triangles(),
+            |value| *light = ListedLightOptions::new(light.cells(), light.points(), whole(value)?).ok()?),
+        option!("grid", "grid-density", "Cells for each triangle, λ of the paper",
+            OptionValues::Positive,
+            Self::Grid(options) => options.cells_per_triangle,
+            |value| options.cells_per_triangle = value.parse().ok()?),
+        option!("grid", "grid-nested",
             "Let cells that list more than so many triangles hold grids of their own, for scenes of very uneven density; \
              auto: more than 64, and only in scenes with surfaces that one sees through",
             OptionValues::WholeOrAuto(1..=u32::MAX),
-        ),
-        of("grid", "packet", "Pixels a side of the packets of rays", OptionValues::Names(PacketSide::names)),
-        of("kdtree", "kd-builder", "How planes are found", OptionValues::Names(KdBuilder::names)),
-        of("kdtree", "kd-layout", "How nodes lie in memory", OptionValues::Names(KdLayout::names)),
-        of("kdtree", "kd-traversal", "How single rays are led to leaves", OptionValues::Names(KdTraversal::names)),
-        of(
-            "kdtree",
-            "kd-lazy",
+            Self::Grid(options) => options.nested_above.map_or_else(|| "auto".to_owned(), |most| most.to_string()),
+            |value| options.nested_above = whole(value)),
+        option!("grid", "packet", "Pixels a side of the packets of rays",
+            OptionValues::Names(PacketSide::names),
+            Self::Grid(options) => options.packet,
+            |value| options.packet = value.parse().ok()?),
+        option!("kdtree", "kd-builder", "How planes are found",
+            OptionValues::Names(KdBuilder::names),
+            Self::KdTree(options) => options.builder,
+            |value| options.builder = value.parse().ok()?),
+        option!("kdtree", "kd-layout", "How nodes lie in memory",
+            OptionValues::Names(KdLayout::names),
+            Self::KdTree(options) => options.layout,
+            |value| options.layout = value.parse().ok()?),
+        option!("kdtree", "kd-traversal", "How single rays are led to leaves",
+            OptionValues::Names(KdTraversal::names),
+            Self::KdTree(options) => options.traversal,
+            |value| options.traversal = value.parse().ok()?),
+        option!("kdtree", "kd-lazy",
             "Build nodes of fewer triangles than this when a ray first reaches them; 0 builds all at once",
             OptionValues::Whole(0..=KdTreeOptions::MOST_LAZY),
-        ),
+            Self::KdTree(options) => options.lazy_below,
+            |value| options.lazy_below = whole(value)?),
     ];
 
     /// The options that it has.
@@ -196,33 +238,8 @@ impl Structure {
     /// What an option is, as [`set_option`](Self::set_option) takes it; `None` where it has no such option.
     #[must_use]
     pub fn option(&self, name: &str) -> Option<String> {
-        let value = match self {
-            Self::Listed { camera, light } => match name {
-                "sorting-tile" => camera.cells.sorting_tile().to_string(),
-                "tracing-tiles" => camera.cells.tracing_tiles().to_string(),
-                "slices" => camera.cells.slices().to_string(),
-                "whole-tiles" => (!camera.skips_blocks).to_string(),
-                "light-cells" => light.cells().to_string(),
-                "light-rays" => light.points().to_string(),
-                "light-triangles" => light.triangles().to_string(),
-                _ => return None,
-            },
-            Self::Grid(UniformOptions { cells_per_triangle, packet, nested_above, .. }) => match name {
-                "grid-density" => cells_per_triangle.to_string(),
-                "grid-nested" => nested_above.map_or_else(|| "auto".to_owned(), |most| most.to_string()),
-                "packet" => packet.to_string(),
-                _ => return None,
-            },
-            Self::KdTree(KdTreeOptions { builder, layout, traversal, lazy_below, .. }) => match name {
-                "kd-builder" => builder.to_string(),
-                "kd-layout" => layout.to_string(),
-                "kd-traversal" => traversal.to_string(),
-                "kd-lazy" => lazy_below.to_string(),
-                _ => return None,
-            },
-            _ => return None,
-        };
-        Some(value)
+        let option = self.options().find(|option| option.name == name)?;
+        (option.get)(self)
     }
 
     /// Sets an option. Where larger sorting tiles leave no room for as many in a tracing tile, there are fewer of them.
@@ -234,44 +251,7 @@ impl Structure {
         let option = self.options().find(|option| option.name == name);
         let option = option.ok_or_else(|| impossible(format!("`{self}` has no such option")))?;
         option.values.check(name, value).map_err(impossible)?;
-        self.set_checked(name, value).ok_or_else(|| impossible("tiles have at most 64 pixels a side".to_owned()))
-    }
-
-    /// Sets an option to a value that the table allows; `None` where it doesn't go with the other options.
-    fn set_checked(&mut self, name: &str, value: &str) -> Option<()> {
-        let whole = || value.parse::<u32>().ok();
-        match self {
-            Self::Listed { camera, light } => {
-                let cells = camera.cells;
-                let (tile, tiles, slices) = (cells.sorting_tile(), cells.tracing_tiles(), cells.slices());
-                let (side, points, triangles) = (light.cells(), light.points(), light.triangles());
-                match name {
-                    "sorting-tile" => {
-                        let fit = Cells::LARGEST_TILE.checked_div(whole()?)?;
-                        camera.cells = Cells::new(whole()?, tiles.min(fit), slices).ok()?;
-                    }
-                    "tracing-tiles" => camera.cells = Cells::new(tile, whole()?, slices).ok()?,
-                    "slices" => camera.cells = Cells::new(tile, tiles, whole()?).ok()?,
-                    "whole-tiles" => camera.skips_blocks = value != "true",
-                    "light-cells" => *light = ListedLightOptions::new(whole()?, points, triangles).ok()?,
-                    "light-rays" => *light = ListedLightOptions::new(side, whole()?, triangles).ok()?,
-                    _ => *light = ListedLightOptions::new(side, points, whole()?).ok()?,
-                }
-            }
-            Self::Grid(options) => match name {
-                "grid-density" => options.cells_per_triangle = value.parse().ok()?,
-                "grid-nested" => options.nested_above = whole(),
-                _ => options.packet = value.parse().ok()?,
-            },
-            Self::KdTree(options) => match name {
-                "kd-builder" => options.builder = value.parse().ok()?,
-                "kd-layout" => options.layout = value.parse().ok()?,
-                "kd-traversal" => options.traversal = value.parse().ok()?,
-                _ => options.lazy_below = whole()?,
-            },
-            _ => return None,
-        }
-        Some(())
+        (option.set)(self, value).ok_or_else(|| impossible("tiles have at most 64 pixels a side".to_owned()))
     }
 }
 
@@ -305,12 +285,14 @@ impl OptionValues {
     }
 }
 
-const fn of(structure: &'static str, name: &'static str, about: &'static str, values: OptionValues) -> StructureOption {
-    StructureOption { structure, name, about, values }
+/// The same cells with larger or smaller sorting tiles, of which no more go together than fit.
+fn with_sorting_tile(cells: Cells, tile: u32) -> Option<Cells> {
+    let fit = Cells::LARGEST_TILE.checked_div(tile)?;
+    Cells::new(tile, cells.tracing_tiles().min(fit), cells.slices()).ok()
 }
 
-const fn listed(name: &'static str, about: &'static str, values: OptionValues) -> StructureOption {
-    of("listed", name, about, values)
+fn whole(value: &str) -> Option<u32> {
+    value.parse().ok()
 }
 
 fn tiles() -> Vec<(&'static str, &'static str)> {

@@ -91,7 +91,9 @@ fn raw_video_goes_to_standard_output() {
     assert!(text(&output.stderr).contains("\"frames\": ["), "the statistics make way for the video");
     assert!(place.names().is_empty());
     let full = place.run(&[&arguments[..], &["--frames", "0..1", "--chroma", "444"]].concat());
-    assert_eq!(full.stdout.len(), full.stdout.iter().position(|&byte| byte == b'\n').unwrap() + 1 + 6 + 3 * 15 * 11);
+    let header_end = full.stdout.iter().position(|&byte| byte == b'\n').unwrap();
+    assert!(text(&full.stdout[..header_end]).contains(" C444 "));
+    assert_eq!(full.stdout.len(), header_end + 1 + 6 + 3 * 15 * 11);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{Bar, BarChart};
 use crate::shot::{name, short_name, viewpoints};
-use crate::table::Cell;
+use crate::table::{Cell, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct BreakdownFlags {
@@ -18,27 +18,11 @@ pub(crate) struct BreakdownFlags {
     common: ImageFlags,
 }
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("triangles", 9),
-    ("frame", 8),
-    ("build", 8),
-    ("see", 8),
-    ("survey", 8),
-    ("map", 8),
-    ("sort", 8),
-    ("project", 8),
-    ("trace", 8),
-    ("settle", 8),
-    ("rearranging_percent", 19),
-    ("shadows_percent", 15),
-];
-
 impl BreakdownFlags {
     pub(crate) fn run(&self) -> Result<()> {
         let addresses = self.scenes.addresses();
         let mut bars = Vec::new();
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start()?;
         for address in &addresses {
             for costs in measure(address, self.common.size, &[Forms::default()], &self.common.animation, |_| {})? {
                 let stages = stages(&costs);
@@ -47,11 +31,13 @@ impl BreakdownFlags {
                     let of: f64 = stages.iter().filter(|(name, _)| of.contains(name)).map(|(_, time)| time).sum();
                     100.0 * of / sum
                 };
-                let mut row = vec![name(address).into(), costs.triangles.into(), Cell::Number(costs.frame, 2)];
-                row.extend(stages.iter().map(|&(_, time)| Cell::Number(time, 2)));
-                row.push(Cell::Number(percent(&REARRANGING), 0));
-                row.push(Cell::Number(100.0 - percent(&["build", "see"]), 0));
-                table.push(&row)?;
+                let mut row = row![("scene", name(address)), ("triangles", costs.triangles), ("frame", costs.frame)];
+                row.extend(stages.iter().map(|&(title, time)| (title.to_owned(), time.into())));
+                row.extend(row![
+                    ("rearranging_percent", Cell::Number(percent(&REARRANGING), 0)),
+                    ("shadows_percent", Cell::Number(100.0 - percent(&["build", "see"]), 0)),
+                ]);
+                table.push(row)?;
                 bars.push(Bar {
                     name: short_name(address).to_owned(),
                     heights: stages.iter().map(|(_, time)| 100.0 * time / sum).collect(),
@@ -63,11 +49,14 @@ impl BreakdownFlags {
             "build and see are the camera's; the others are the light's. Rearranging is what the paper calls so:",
             "points brought to the light's view and sorted (survey, map, sort).",
         ];
-        let parts = COLUMNS[3..11].iter().map(|&(title, _)| title.to_owned()).collect();
+        let parts = ["build", "see"].iter().chain(&OF_LIGHT).map(|&stage| stage.to_owned()).collect();
         let chart = BarChart { title: "Where a frame's time goes", y_title: "percent of the frame", parts, bars };
         self.common.finish(table, &notes, &chart)
     }
 }
+
+/// The stages of the light's grid.
+const OF_LIGHT: [&str; 6] = ["survey", "map", "sort", "project", "trace", "settle"];
 
 /// What the paper calls data rearrangement.
 const REARRANGING: [&str; 3] = ["survey", "map", "sort"];
@@ -75,6 +64,6 @@ const REARRANGING: [&str; 3] = ["survey", "map", "sort"];
 /// The camera's stages, and the light's.
 fn stages(costs: &Costs) -> Vec<(&'static str, f64)> {
     let of_light = |name: &'static str| costs.light_stages.iter().find(|(stage, _)| *stage == name).copied();
-    let lights = COLUMNS[5..11].iter().filter_map(|&(name, _)| of_light(name));
+    let lights = OF_LIGHT.iter().filter_map(|&name| of_light(name));
     [("build", costs.build), ("see", costs.see)].into_iter().chain(lights).collect()
 }

@@ -10,7 +10,7 @@ use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::Cell;
+use crate::table::row;
 
 #[derive(Args, Debug)]
 pub(crate) struct DistanceFlags {
@@ -30,19 +30,6 @@ pub(crate) struct DistanceFlags {
     common: ImageFlags,
 }
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("triangles", 9),
-    ("distance", 8),
-    ("rays_a_block", 12),
-    ("rearranging", 11),
-    ("project", 8),
-    ("list", 8),
-    ("trace", 8),
-    ("settle", 8),
-    ("shadow", 8),
-];
-
 const DISTANCES: [f32; 9] = [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 8.0, 16.0];
 const RAYS: [u32; 4] = [16, 64, 256, 1024];
 
@@ -51,7 +38,7 @@ const TOWARDS_LIGHT: Vec3 = Vec3::new(0.4, 0.8, 0.45);
 
 impl DistanceFlags {
     pub(crate) fn run(&self) -> Result<()> {
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start()?;
         let mut series = Vec::new();
         // Nothing stands for the direct form, which has no blocks.
         let blocks: Vec<_> = std::iter::once(None).chain(self.rays.iter().copied().map(Some)).collect();
@@ -64,11 +51,14 @@ impl DistanceFlags {
                     shot.lights = vec![LightSource::Point { position }];
                 })?;
                 for (&rays, costs) in blocks.iter().zip(&all) {
-                    let mut row =
-                        vec![name(address).into(), costs.triangles.into(), Cell::Number(f64::from(distance), 2)];
-                    row.push(rays.map_or(Cell::Nothing, |rays| Cell::Count(u64::from(rays))));
-                    row.extend(times(costs).map(|time| time.map_or(Cell::Nothing, |time| Cell::Number(time, 2))));
-                    table.push(&row)?;
+                    let mut row = row![
+                        ("scene", name(address)),
+                        ("triangles", costs.triangles),
+                        ("distance", f64::from(distance)),
+                        ("rays_a_block", rays),
+                    ];
+                    row.extend(times(costs).map(|(title, time)| (title.to_owned(), time.into())));
+                    table.push(row)?;
                     let form = rays.map_or("direct".to_owned(), |rays| format!("r = {rays}"));
                     let title = format!("{}, {form}", short_name(address));
                     Series::add(&mut series, &title, [f64::from(distance), costs.survey + costs.shadow]);
@@ -99,11 +89,18 @@ impl DistanceFlags {
 
 /// Rearranging, projecting, listing, tracing and settling, and all of it. The direct form doesn't list triangles, and its
 /// `sort` is that of points.
-fn times(costs: &Costs) -> [Option<f64>; 6] {
+fn times(costs: &Costs) -> [(&'static str, Option<f64>); 6] {
     let of = |name: &str| costs.light_stages.iter().find(|stage| stage.0 == name).map(|stage| stage.1);
     let list = of("list").zip(of("sort")).map(|(list, sort)| list + sort);
     let of_points = if list.is_some() { of("points") } else { of("sort") };
     let rearranging = [of("survey"), of("map"), of_points].into_iter().flatten().sum();
     let shadow = costs.survey + costs.shadow;
-    [Some(rearranging), of("project"), list, of("trace"), of("settle"), Some(shadow)]
+    [
+        ("rearranging", Some(rearranging)),
+        ("project", of("project")),
+        ("list", list),
+        ("trace", of("trace")),
+        ("settle", of("settle")),
+        ("shadow", Some(shadow)),
+    ]
 }

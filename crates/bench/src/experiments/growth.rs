@@ -10,7 +10,7 @@ use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::Cell;
+use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct GrowthFlags {
@@ -27,22 +27,6 @@ pub(crate) struct GrowthFlags {
     common: AnimationFlags,
 }
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("grows", 9),
-    ("triangles", 9),
-    ("pixels", 9),
-    ("build", 8),
-    ("see", 8),
-    ("shadow", 8),
-    ("frame", 8),
-    ("ns_for_each", 11),
-    ("slope", 6),
-    ("bytes_triangle", 21),
-    ("light_bytes_pixel", 17),
-    ("bytes_both", 11),
-];
-
 const TRIANGLES: [u32; 7] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 10_000_000];
 
 /// Width and height while triangles grow, in pixels.
@@ -50,7 +34,7 @@ const SIDE: u32 = 1024;
 
 impl GrowthFlags {
     pub(crate) fn run(&self) -> Result<()> {
-        let mut table = self.common.output.start(&self.common.prepare(None)?, COLUMNS)?;
+        let mut table = self.common.output.start(&self.common.prepare(None)?)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let triangles = self.triangles.iter().map(|count| (format!("{address}?triangles={count}"), SIDE));
@@ -63,7 +47,7 @@ impl GrowthFlags {
                         let size = if grows == "triangles" { costs.triangles } else { pixels };
                         let point = [size as f64, costs.frame];
                         let slope = points.last().map(|&last| slope(&[last, point]));
-                        table.push(&cells(name(address), grows, &costs, pixels, (point, slope)))?;
+                        table.push(row(name(address), grows, &costs, pixels, (point, slope)))?;
                         points.push(point);
                     }
                 }
@@ -82,18 +66,24 @@ impl GrowthFlags {
     }
 }
 
-fn cells(name: &str, grows: &str, costs: &Costs, pixels: usize, (point, slope): ([f64; 2], Option<f64>)) -> Vec<Cell> {
+fn row(scene: &str, grows: &str, costs: &Costs, pixels: usize, (point, slope): ([f64; 2], Option<f64>)) -> Row {
     let Bytes { triangles, points } = costs.bytes;
     let [size, milliseconds] = point;
-    let mut cells = vec![name.into(), grows.into(), costs.triangles.into(), pixels.into()];
-    let times = [costs.build, costs.see, costs.survey + costs.shadow, costs.frame];
-    cells.extend(times.map(|time| Cell::Number(time, 2)));
-    cells.push(Cell::Number(1e6 * milliseconds / size, 1));
-    cells.push(slope.map_or(Cell::Nothing, |slope| Cell::Number(slope, 2)));
-    cells.push(Cell::Number(triangles as f64 / costs.triangles.max(1) as f64, 1));
-    cells.push(Cell::Number(points as f64 / pixels as f64, 1));
-    cells.push((triangles + points).into());
-    cells
+    row![
+        ("scene", scene),
+        ("grows", grows),
+        ("triangles", costs.triangles),
+        ("pixels", pixels),
+        ("build", costs.build),
+        ("see", costs.see),
+        ("shadow", costs.survey + costs.shadow),
+        ("frame", costs.frame),
+        ("ns_for_each", Cell::Number(1e6 * milliseconds / size, 1)),
+        ("slope", slope),
+        ("bytes_triangle", Cell::Number(triangles as f64 / costs.triangles.max(1) as f64, 1)),
+        ("light_bytes_pixel", Cell::Number(points as f64 / pixels as f64, 1)),
+        ("bytes_both", triangles + points),
+    ]
 }
 
 /// The slope of the line that fits the points best, both axes being logarithmic; NaN for fewer than two.

@@ -8,7 +8,7 @@ use crate::flags::ImageFlags;
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::Cell;
+use crate::table::{Cell, Row, row};
 
 /// What all sweeps are told.
 #[derive(Args, Debug)]
@@ -31,31 +31,16 @@ pub(super) struct Chart {
     pub(super) along: fn(&Cells) -> u32,
 }
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("sorting_tile", 12),
-    ("k", 4),
-    ("tracing_tile", 12),
-    ("slices", 6),
-    ("pairs", 10),
-    ("cells", 9),
-    ("block_tests", 12),
-    ("build", 8),
-    ("see", 8),
-    ("both", 8),
-    ("bytes_triangle", 14),
-];
-
 impl SweepFlags {
     pub(super) fn run(&self, cells: &[Cells], note: &str, chart: &Chart) -> Result<()> {
         let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks };
         let forms: Vec<_> = cells.iter().map(|&cells| options(cells).into()).collect();
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start()?;
         let mut series: Vec<Series> = Vec::new();
         for address in &self.scenes {
             let all = measure(address, self.common.size, &forms, &self.common.animation, |shot| shot.lights.clear())?;
             for (cells, costs) in cells.iter().zip(&all) {
-                table.push(&row(name(address), cells, costs))?;
+                table.push(row(name(address), cells, costs))?;
                 let tile = cells.sorting_tile();
                 let title = format!("{}, {tile}x{tile}", short_name(address));
                 Series::add(&mut series, &title, [f64::from((chart.along)(cells)), costs.frame]);
@@ -68,13 +53,21 @@ impl SweepFlags {
     }
 }
 
-fn row(name: &str, cells: &Cells, costs: &Costs) -> Vec<Cell> {
+fn row(name: &str, cells: &Cells, costs: &Costs) -> Row {
     let (tile, k) = (cells.sorting_tile(), cells.tracing_tiles());
     let counts = costs.counts;
-    let mut row: Vec<Cell> = vec![name.into()];
-    row.extend([tile, k, tile * k, cells.slices()].map(|number| Cell::Count(u64::from(number))));
-    row.extend([counts.pairs, counts.cells, counts.tests].map(Cell::Count));
-    row.extend([costs.build, costs.see, costs.frame].map(|time| Cell::Number(time, 2)));
-    row.push(Cell::Number(costs.bytes.triangles as f64 / costs.triangles.max(1) as f64, 1));
-    row
+    row![
+        ("scene", name),
+        ("sorting_tile", tile),
+        ("k", k),
+        ("tracing_tile", tile * k),
+        ("slices", cells.slices()),
+        ("pairs", counts.pairs),
+        ("cells", counts.cells),
+        ("block_tests", counts.tests),
+        ("build", costs.build),
+        ("see", costs.see),
+        ("both", costs.frame),
+        ("bytes_triangle", Cell::Number(costs.bytes.triangles as f64 / costs.triangles.max(1) as f64, 1)),
+    ]
 }

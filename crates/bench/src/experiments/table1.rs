@@ -9,7 +9,7 @@ use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{Bar, BarChart};
 use crate::shot::{name, short_name, viewpoints};
-use crate::table::Cell;
+use crate::table::{Row, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct Table1Flags {
@@ -30,7 +30,7 @@ struct PaperRow {
     with_shadows: f64,
 }
 
-const fn row(
+const fn paper(
     scene: &'static str,
     like: &'static str,
     triangles: usize,
@@ -42,41 +42,25 @@ const fn row(
 
 /// The columns "our method" of the paper's Table 1.
 const PAPER: [PaperRow; 6] = [
-    row("Fairy", "demo:forest", 174_000, [8.73, 32.43], 82.18),
-    row("Sibenik", "sibenik.obj", 82_000, [8.86, 13.11], 58.81),
-    row("Bunny/Dragon", "demo:shatter", 252_000, [3.71, 10.92], 31.63),
-    row("Conference", "demo:hall", 284_000, [7.51, 17.64], 61.15),
-    row("Cloth", "demo:cloth", 92_000, [5.23, 11.23], 44.47),
-    row("Buddha", "demo:statue", 1_090_000, [13.76, 38.91], 114.57),
-];
-
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("triangles", 9),
-    ("build", 7),
-    ("see", 7),
-    ("frame", 7),
-    ("listed_build", 12),
-    ("listed_see", 10),
-    ("listed_frame", 12),
-    ("paper_scene", 13),
-    ("paper_triangles", 15),
-    ("paper_build", 11),
-    ("paper_see", 9),
-    ("paper_frame", 11),
+    paper("Fairy", "demo:forest", 174_000, [8.73, 32.43], 82.18),
+    paper("Sibenik", "sibenik.obj", 82_000, [8.86, 13.11], 58.81),
+    paper("Bunny/Dragon", "demo:shatter", 252_000, [3.71, 10.92], 31.63),
+    paper("Conference", "demo:hall", 284_000, [7.51, 17.64], 61.15),
+    paper("Cloth", "demo:cloth", 92_000, [5.23, 11.23], 44.47),
+    paper("Buddha", "demo:statue", 1_090_000, [13.76, 38.91], 114.57),
 ];
 
 impl Table1Flags {
     pub(crate) fn run(&self) -> Result<()> {
         let addresses = self.scenes.addresses();
         let mut bars = Vec::new();
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start()?;
         for address in &addresses {
             let forms = [Forms::default(), ListedOptions::DEFAULT.into()];
             let costs = measure(address, self.common.size, &forms, &self.common.animation, |_| {})?;
             let [direct, listed] = &costs[..] else { continue };
             let paper = PAPER.iter().find(|row| row.like == name(address));
-            table.push(&cells(name(address), direct, listed, paper))?;
+            table.push(cells(name(address), direct, listed, paper))?;
             // The chart is about the paper's scenes.
             if let Some(PaperRow { scene, build, trace, with_shadows, .. }) = paper {
                 bars.push(bar(&format!("{}, direct", short_name(address)), direct));
@@ -98,18 +82,22 @@ impl Table1Flags {
     }
 }
 
-fn cells(name: &str, direct: &Costs, listed: &Costs, paper: Option<&PaperRow>) -> Vec<Cell> {
-    let time = |milliseconds| Cell::Number(milliseconds, 2);
-    let mut cells = vec![name.into(), direct.triangles.into()];
-    cells.extend([direct, listed].into_iter().flat_map(|costs| [costs.build, costs.see, costs.frame].map(time)));
-    match paper {
-        Some(PaperRow { scene, triangles, build, trace, with_shadows, .. }) => {
-            cells.extend([(*scene).into(), (*triangles).into()]);
-            cells.extend([*build, *trace, *with_shadows].map(time));
-        }
-        None => cells.extend([const { Cell::Nothing }; 5]),
-    }
-    cells
+fn cells(name: &str, direct: &Costs, listed: &Costs, paper: Option<&PaperRow>) -> Row {
+    row![
+        ("scene", name),
+        ("triangles", direct.triangles),
+        ("build", direct.build),
+        ("see", direct.see),
+        ("frame", direct.frame),
+        ("listed_build", listed.build),
+        ("listed_see", listed.see),
+        ("listed_frame", listed.frame),
+        ("paper_scene", paper.map(|paper| paper.scene)),
+        ("paper_triangles", paper.map(|paper| paper.triangles)),
+        ("paper_build", paper.map(|paper| paper.build)),
+        ("paper_see", paper.map(|paper| paper.trace)),
+        ("paper_frame", paper.map(|paper| paper.with_shadows)),
+    ]
 }
 
 fn bar(name: &str, costs: &Costs) -> Bar {

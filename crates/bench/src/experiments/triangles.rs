@@ -15,7 +15,7 @@ use umbrage_study::triangle::{
 use crate::flags::{OutputFlags, size};
 use crate::plot::{Bar, BarChart};
 use crate::shot::{Lights, Shot, name, short_name};
-use crate::table::{Cell, Table};
+use crate::table::{Cell, Row, Table, row};
 use contest::{Contest, Costs};
 use pairs::Pairs;
 
@@ -36,20 +36,6 @@ pub(crate) struct TrianglesFlags {
     #[command(flatten)]
     output: OutputFlags,
 }
-
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("rays", 9),
-    ("test", 26),
-    ("bytes_triangle", 14),
-    ("prepare_ns", 10),
-    ("all_mtests", 10),
-    ("hits_mtests", 11),
-    ("misses_mtests", 13),
-    ("more_tests", 10),
-    ("speedup", 7),
-    ("reported_speedup", 58),
-];
 
 /// What the columns are.
 const NOTES: [&str; 4] = [
@@ -75,12 +61,12 @@ impl TrianglesFlags {
         let conditions = format!(
             "{simd} for sixteen rays, one thread, medians of {rounds} rounds, in million tests of one ray a second"
         );
-        let mut table = self.output.start(&conditions, COLUMNS)?;
+        let mut table = self.output.start(&conditions)?;
         let mut bars = Vec::new();
         for address in &self.scenes {
             let costs = self.measure(address, &table).with_context(|| format!("scene {address}"))?;
             for test in &costs {
-                table.push(&row(name(address), test))?;
+                table.push(row(name(address), test))?;
                 let title = format!("{}, {}, {}", short_name(address), test.rays, test.name);
                 bars.push(Bar { name: title, heights: vec![test.speedup] });
             }
@@ -123,20 +109,19 @@ impl TrianglesFlags {
     }
 }
 
-fn row(scene: &str, test: &Costs) -> Vec<Cell> {
-    let reported =
-        REPORTED.iter().find(|(name, _)| *name == test.name).map_or(Cell::Nothing, |(_, text)| (*text).into());
-    vec![
-        scene.into(),
-        Cell::Text(test.rays.to_string()),
-        test.name.into(),
-        Cell::Number(test.bytes, 1),
-        Cell::Number(test.prepare_ns, 1),
-        Cell::Number(test.rate, 1),
-        Cell::Number(test.hit_rate, 1),
-        Cell::Number(test.miss_rate, 1),
-        Cell::Number(test.more_tests, 2),
-        Cell::Number(test.speedup, 2),
-        reported,
+fn row(scene: &str, test: &Costs) -> Row {
+    let reported = REPORTED.iter().find(|(name, _)| *name == test.name).map(|(_, text)| *text);
+    row![
+        ("scene", scene),
+        ("rays", test.rays.to_string()),
+        ("test", test.name),
+        ("bytes_triangle", Cell::Number(test.bytes, 1)),
+        ("prepare_ns", Cell::Number(test.prepare_ns, 1)),
+        ("all_mtests", Cell::Number(test.rate, 1)),
+        ("hits_mtests", Cell::Number(test.hit_rate, 1)),
+        ("misses_mtests", Cell::Number(test.miss_rate, 1)),
+        ("more_tests", test.more_tests),
+        ("speedup", test.speedup),
+        ("reported_speedup", reported),
     ]
 }

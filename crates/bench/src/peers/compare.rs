@@ -1,4 +1,3 @@
-use serde::Serialize;
 use umbrage::rays::{Ray, predicate};
 use umbrage_peers::{Image, Posed};
 
@@ -6,9 +5,8 @@ use crate::grids::Ours;
 use crate::shot::Shot;
 
 /// In how many pixels two pictures of the same frame differ, at the last sample and light.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Differences {
-    pub(super) pixels: u64,
     /// Pixels of ours that show a triangle.
     pub(super) points: u64,
     /// Only one of the two shows a triangle.
@@ -29,7 +27,6 @@ impl Differences {
         let offset = shot.offsets_pixels.last().copied().unwrap_or_default();
         for y in 0..view.height {
             for x in 0..view.width {
-                self.pixels += 1;
                 let (our, their) = (ours.pixel(x, y), theirs.seen(x, y));
                 self.points += u64::from(our.is_some());
                 match (our, their) {

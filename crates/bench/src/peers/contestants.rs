@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use anyhow::Result;
-use umbrage_peers::{BuildMethod, Embree, Image, PixelRays, Posed, Scene};
+use umbrage_peers::{BuildMethod, Embree, Image, PixelRays, Posed, RayHitPacket, Scene, Valid};
 
 use crate::grids::{Times, time};
 use crate::shot::Shot;
@@ -22,48 +22,46 @@ impl EmbreeSide {
     }
 
     pub(super) fn trace(&mut self, shot: &Shot<'_>, posed: &Arc<Posed>) -> Result<Times> {
-        let Self { scene, image, .. } = self;
+        let Self { scene, image } = self;
         let mut times = Times::default();
         scene.clear();
         time(&mut times.build, || scene.build(posed))?;
-        for &offset_pixels in &shot.offsets_pixels {
-            let rays = PixelRays::new(&shot.view, offset_pixels);
-            time(&mut times.see, || image.see(&rays, |valid, packet| scene.nearest(valid, packet)));
-            for light in &shot.lights {
-                let occluded = |valid: &_, packet: &mut _| scene.occluded(valid, packet);
-                time(&mut times.shadow, || image.shadow(&rays, (light, shot.bounds), occluded));
-            }
-        }
+        let nearest = |valid: &_, packet: &mut _| scene.nearest(valid, packet);
+        let occluded = |valid: &_, packet: &mut _| scene.occluded(valid, packet);
+        trace_all(shot, image, None, &mut times, nearest, occluded);
         Ok(times)
     }
 }
 
-/// What making Embree's rays takes, without tracing them.
-#[derive(Debug, Default)]
-pub(super) struct RaysOnly {
-    image: Image,
+/// What making Embree's rays takes, without tracing them. `seen` is what a tracer saw at the last sample, which stands for all.
+pub(super) fn make_rays(image: &mut Image, shot: &Shot<'_>, seen: &Image) -> Times {
+    let mut times = Times::default();
+    let nearest = |_: &_, packet: &mut _| {
+        black_box(packet);
+    };
+    let occluded = |_: &_, packet: &mut _| {
+        black_box(packet);
+    };
+    trace_all(shot, image, Some(seen), &mut times, nearest, occluded);
+    times
 }
 
-impl RaysOnly {
-    /// `seen` is what a tracer saw at the last sample, which stands for all.
-    pub(super) fn trace(&mut self, shot: &Shot<'_>, seen: &Image) -> Times {
-        let mut times = Times::default();
-        for &offset_pixels in &shot.offsets_pixels {
-            let rays = PixelRays::new(&shot.view, offset_pixels);
-            time(&mut times.see, || {
-                self.image.see(&rays, |_, packet| {
-                    black_box(packet);
-                });
-            });
-            self.image.clone_hits_from(seen);
-            for light in &shot.lights {
-                time(&mut times.shadow, || {
-                    self.image.shadow(&rays, (light, shot.bounds), |_, packet| {
-                        black_box(packet);
-                    });
-                });
-            }
+/// Has the rays of all samples and lights traced by `nearest` and `occluded`. Shadows are those of what `image` sees, or else of
+/// what `seen` has.
+fn trace_all(
+    shot: &Shot<'_>,
+    image: &mut Image,
+    seen: Option<&Image>,
+    times: &mut Times,
+    nearest: impl Fn(&Valid, &mut RayHitPacket) + Sync,
+    occluded: impl Fn(&Valid, &mut RayHitPacket) + Sync,
+) {
+    for &offset_pixels in &shot.offsets_pixels {
+        let rays = PixelRays::new(&shot.view, offset_pixels);
+        time(&mut times.see, || image.see(&rays, &nearest));
+        seen.into_iter().for_each(|seen| image.clone_hits_from(seen));
+        for light in &shot.lights {
+            time(&mut times.shadow, || image.shadow(&rays, (light, shot.bounds), &occluded));
         }
-        times
     }
 }

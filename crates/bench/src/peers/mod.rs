@@ -3,9 +3,7 @@
 mod compare;
 mod contest;
 mod contestants;
-mod print;
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
@@ -15,8 +13,10 @@ use umbrage_peers::Embree;
 
 use crate::flags::{SceneFlags, size};
 use crate::grids::Ours;
-use crate::shot::Lights;
-use crate::table::Form;
+use crate::median::geometric_mean;
+use crate::shot::{Lights, viewpoints};
+use crate::table::{Form, Table};
+use contest::Ratios;
 
 #[derive(Debug, Args)]
 pub(crate) struct PeersFlags {
@@ -67,6 +67,18 @@ enum OurStructure {
 }
 
 impl PeersFlags {
+    /// How everything is measured.
+    fn conditions(&self, [major, minor, patch]: [u32; 3]) -> String {
+        let Self { size: [width, height], samples, frames, rounds, .. } = self;
+        let threads = rayon::current_num_threads();
+        let lights = if self.lights == Lights::First { "the first light" } else { "all lights" };
+        let masks = if self.masks { "asked" } else { "not asked (all triangles opaque)" };
+        format!(
+            "Embree {major}.{minor}.{patch}, {width}x{height}, samples {samples}, threads {threads}, {lights}\n\
+             alpha masks {masks}; medians of {frames} frames, {rounds} rounds each, in milliseconds"
+        )
+    }
+
     fn our_side(&self) -> Result<Ours> {
         ensure!(
             self.structure == OurStructure::Grid || self.packet.is_none(),
@@ -87,27 +99,30 @@ impl PeersFlags {
 pub(crate) fn run(flags: &PeersFlags) -> Result<()> {
     let embree = Embree::load(flags.embree.as_deref(), rayon::current_num_threads())?;
     let addresses = flags.scenes.addresses();
-    let mut out = io::stdout();
-    match flags.form {
-        Form::Table => print::head(&mut out, flags, &addresses, embree.version())?,
-        Form::Csv => print::csv_head(&mut out)?,
-        Form::Json => {}
-    }
-    let mut rows = Vec::new();
+    let mut table = Table::start(flags.form, &flags.conditions(embree.version()))?;
+    viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
+    let mut moving = Vec::new();
     for address in addresses {
         let scene = umbrage::open(&address).with_context(|| format!("scene {address}"))?;
-        let row = contest::hold(&address, &scene, flags, &embree).with_context(|| format!("scene {address}"))?;
-        match flags.form {
-            Form::Table => print::columns(&mut out, &row)?,
-            Form::Csv => print::values(&mut out, &row)?,
-            Form::Json => {}
-        }
-        rows.push(row);
+        let outcome = contest::hold(&address, &scene, flags, &embree).with_context(|| format!("scene {address}"))?;
+        outcome.rows().try_for_each(|row| table.push(row))?;
+        moving.extend(outcome.is_moving.then(|| outcome.ratios()));
     }
-    match flags.form {
-        Form::Table => print::means(&mut out, &rows)?,
-        Form::Csv => {}
-        Form::Json => writeln!(out, "{}", serde_json::to_string_pretty(&rows)?)?,
-    }
+    let mean = |of: fn(&Ratios) -> f64| geometric_mean(moving.iter().map(of));
+    let means = format!(
+        "geometric mean of the {} moving scenes: ratio {:.2}, of best {:.2}, without ray generation {:.2}, \
+         a further light {:.2} of Embree's shadow pass",
+        moving.len(),
+        mean(|ratios| ratios.frame),
+        mean(|ratios| ratios.best),
+        mean(|ratios| ratios.without_ray_generation),
+        mean(|ratios| ratios.further_light)
+    );
+    table.finish(&[
+        "ratio: a frame by the grids' frame; of_best: that of each frame's best round; no_rays: without making rays, which takes",
+        "Embree as long as `rays only`; light: our shadow pass by this one. Pixels that differ: hit_or_miss, triangle, triangle at",
+        "the same distance, shadows, of so many points. Embree's ways to build (low or medium quality) are sorted by frame.",
+        &means,
+    ])?;
     Ok(())
 }

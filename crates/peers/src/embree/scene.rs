@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use super::filter::{keep_casting, keep_solid};
 use super::{Embree, Error, Handle};
-use crate::packet::{RayHitPacket, RayPacket, SingleRay, Valid};
+use crate::packet::{RayHitPacket, SingleRay, Valid};
 use crate::posed::Posed;
 
 /// How a scene is built anew for each frame.
@@ -173,7 +173,7 @@ impl Scene {
 
     /// Sets `t_far` of the `valid` rays that hit anything to −∞.
     #[inline]
-    pub fn occluded(&self, valid: &Valid, packet: &mut RayPacket) {
+    pub fn occluded(&self, valid: &Valid, packet: &mut RayHitPacket) {
         if let Some(Built { scene, .. }) = self.built {
             // SAFETY: as for `nearest`.
             unsafe { self.embree.trace.occluded(scene, valid, packet) }

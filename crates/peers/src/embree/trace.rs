@@ -5,19 +5,19 @@ use libloading::Library;
 
 use super::Handle;
 use super::filter::Filter;
-use crate::packet::{RayHitPacket, RayPacket, SingleRay, Valid};
+use crate::packet::{RayHitPacket, SingleRay, Valid};
 
 /// The functions whose arguments depend on the version.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Trace {
     Three {
         intersect: unsafe extern "C" fn(*const Valid, Handle, *mut Context3, *mut RayHitPacket),
-        occluded: unsafe extern "C" fn(*const Valid, Handle, *mut Context3, *mut RayPacket),
+        occluded: unsafe extern "C" fn(*const Valid, Handle, *mut Context3, *mut RayHitPacket),
         intersect_one: unsafe extern "C" fn(Handle, *mut Context3, *mut SingleRay),
     },
     Four {
         intersect: unsafe extern "C" fn(*const Valid, Handle, *mut RayHitPacket, *mut Arguments4),
-        occluded: unsafe extern "C" fn(*const Valid, Handle, *mut RayPacket, *mut Arguments4),
+        occluded: unsafe extern "C" fn(*const Valid, Handle, *mut RayHitPacket, *mut Arguments4),
         intersect_one: unsafe extern "C" fn(Handle, *mut SingleRay, *mut Arguments4),
     },
 }
@@ -101,8 +101,8 @@ impl Trace {
     /// # Safety
     /// As for `nearest`.
     #[inline]
-    pub(super) unsafe fn occluded(&self, scene: Handle, valid: &Valid, packet: &mut RayPacket) {
-        // SAFETY: as for `nearest`.
+    pub(super) unsafe fn occluded(&self, scene: Handle, valid: &Valid, packet: &mut RayHitPacket) {
+        // SAFETY: as for `nearest`; the packet begins with its rays, which are all that is read and written.
         unsafe {
             match *self {
                 Self::Three { occluded, .. } => occluded(valid, scene, &mut { Context3::COHERENT }, packet),

@@ -183,7 +183,17 @@ impl Accessor<'_> {
         kept: Option<&[u32]>,
         make: impl Fn([f32; N]) -> T,
     ) -> Result<Vec<T>, Error> {
-        self.floats_normalized(kept, self.normalized, make)
+        self.expect_components(N)?;
+        // The divisors of the glTF specification, §3.11; −128 and −32768 become −1 like their neighbours.
+        let part = |value: f32, greatest: f32| if self.normalized { (value / greatest).max(-1.0) } else { value };
+        Ok(match self.component {
+            ComponentType::I8 => self.gather(kept, |bytes| part(i8::from_le_bytes(bytes).into(), 127.0), make),
+            ComponentType::U8 => self.gather(kept, |bytes| part(u8::from_le_bytes(bytes).into(), 255.0), make),
+            ComponentType::I16 => self.gather(kept, |bytes| part(i16::from_le_bytes(bytes).into(), 32_767.0), make),
+            ComponentType::U16 => self.gather(kept, |bytes| part(u16::from_le_bytes(bytes).into(), 65_535.0), make),
+            ComponentType::U32 => self.gather(kept, |bytes| u32::from_le_bytes(bytes) as f32, make),
+            ComponentType::F32 => self.gather(kept, f32::from_le_bytes, make),
+        })
     }
 
     /// As [`Accessor::floats`], but with all integers normalized: for attributes whose integers can mean nothing else.
@@ -195,7 +205,7 @@ impl Accessor<'_> {
         kept: Option<&[u32]>,
         make: impl Fn([f32; N]) -> T,
     ) -> Result<Vec<T>, Error> {
-        self.floats_normalized(kept, true, make)
+        Self { normalized: true, ..self.clone() }.floats(kept, make)
     }
 
     /// Its elements as unsigned integers given to `make`, or only those at the rising indices `kept`.
@@ -253,38 +263,6 @@ impl Accessor<'_> {
             return Ok(());
         }
         Err(self.malformed(format!("its elements don't have {components} components as they must where it is used")))
-    }
-
-    fn floats_normalized<const N: usize, T: Clone>(
-        &self,
-        kept: Option<&[u32]>,
-        normalized: bool,
-        make: impl Fn([f32; N]) -> T,
-    ) -> Result<Vec<T>, Error> {
-        self.expect_components(N)?;
-        // The divisors of the glTF specification, §3.11; −128 and −32768 become −1 like their neighbours.
-        let divisor = |greatest: f32| if normalized { greatest } else { 1.0 };
-        let lowest = if normalized { -1.0 } else { f32::NEG_INFINITY };
-        Ok(match self.component {
-            ComponentType::I8 => {
-                let divisor = divisor(127.0);
-                self.gather(kept, |bytes| (f32::from(i8::from_le_bytes(bytes)) / divisor).max(lowest), make)
-            }
-            ComponentType::U8 => {
-                let divisor = divisor(255.0);
-                self.gather(kept, |bytes| f32::from(u8::from_le_bytes(bytes)) / divisor, make)
-            }
-            ComponentType::I16 => {
-                let divisor = divisor(32_767.0);
-                self.gather(kept, |bytes| (f32::from(i16::from_le_bytes(bytes)) / divisor).max(lowest), make)
-            }
-            ComponentType::U16 => {
-                let divisor = divisor(65_535.0);
-                self.gather(kept, |bytes| f32::from(u16::from_le_bytes(bytes)) / divisor, make)
-            }
-            ComponentType::U32 => self.gather(kept, |bytes| u32::from_le_bytes(bytes) as f32, make),
-            ComponentType::F32 => self.gather(kept, f32::from_le_bytes, make),
-        })
     }
 
     /// Reads elements of N components of B bytes each.

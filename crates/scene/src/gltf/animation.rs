@@ -1,6 +1,7 @@
 //! Which node each of a file's animations moves, and which of them play.
 
 use std::collections::HashSet;
+use std::ops::Range;
 use std::path::Path;
 
 use gltf::json;
@@ -55,7 +56,7 @@ impl Animations {
         }
         let plays = chosen(path, clip, &read.animations, &all)?;
         for ((number, animation), channels) in read.animations.iter_mut().enumerate().zip(all) {
-            if plays(number) {
+            if plays.contains(&number) {
                 animation.plays = true;
                 read.duration_seconds = read.duration_seconds.max(animation.seconds);
                 read.channels.extend(channels);
@@ -87,8 +88,8 @@ fn chosen(
     clip: &Clip,
     animations: &[Animation],
     channels: &[Vec<Channel>],
-) -> Result<impl Fn(usize) -> bool + use<>, Error> {
-    let numbers = match clip {
+) -> Result<Range<usize>, Error> {
+    Ok(match clip {
         Clip::All => 0..animations.len(),
         Clip::Rest => 0..0,
         Clip::Auto if independent(channels) => 0..animations.len(),
@@ -99,8 +100,7 @@ fn chosen(
             let number = by_name.or_else(by_number).ok_or_else(|| unknown_clip(path, name, animations))?;
             number..number + 1
         }
-    };
-    Ok(move |number| numbers.contains(&number))
+    })
 }
 
 /// Whether no two animations move the same property of the same node.

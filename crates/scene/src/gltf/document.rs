@@ -31,15 +31,10 @@ const SUPPORTED_EXTENSIONS: [&str; 10] = [
 pub(super) struct Document {
     pub(super) json: Root,
     path: PathBuf,
-    /// The whole file; buffers of a GLB are ranges of it.
-    file: Vec<u8>,
-    buffers: Vec<BufferBytes>,
-}
-
-#[derive(Debug)]
-enum BufferBytes {
-    InFile(Range<usize>),
-    Own(Vec<u8>),
+    /// The whole file, and behind it those of its buffers that are elsewhere.
+    bytes: Vec<u8>,
+    /// Where each buffer is in `bytes`.
+    buffers: Vec<Range<usize>>,
 }
 
 impl Document {
@@ -52,8 +47,8 @@ impl Document {
         let (json, binary) = if file.starts_with(b"glTF") { glb_chunks(path, &file)? } else { (0..file.len(), None) };
         let json = parse(path, &file[json], warnings)?;
         check_extensions(path, &json, warnings)?;
-        let mut document = Self { json, path: path.to_owned(), file, buffers: Vec::new() };
-        document.buffers = document.read_buffers(binary)?;
+        let mut document = Self { json, path: path.to_owned(), bytes: file, buffers: Vec::new() };
+        document.read_buffers(binary.as_ref())?;
         Ok(document)
     }
 
@@ -87,10 +82,7 @@ impl Document {
         let own_location = format_args!("bufferViews[{index}]");
         let buffer =
             self.element(&self.buffers, "buffers", view.buffer.value(), format_args!("{own_location}.buffer"))?;
-        let bytes = match buffer {
-            BufferBytes::InFile(range) => &self.file[range.clone()],
-            BufferBytes::Own(bytes) => bytes,
-        };
+        let bytes = &self.bytes[buffer.clone()];
         let first = view.byte_offset.map_or(0, |offset| offset.0);
         let range = first
             .checked_add(view.byte_length.0)
@@ -106,55 +98,54 @@ impl Document {
         Ok((bytes, view))
     }
 
-    /// The bytes of a buffer's or an image's URI, at most `limit` of them.
+    /// Appends the bytes of a buffer's or an image's URI, at most `limit` of them.
     ///
     /// # Errors
     /// Says in words why there are none.
-    pub(super) fn fetch(&self, uri: &str, limit: u64) -> Result<Vec<u8>, String> {
+    pub(super) fn fetch(&self, uri: &str, limit: u64, bytes: &mut Vec<u8>) -> Result<(), String> {
         let path = match uri::resolve(self.path.parent().unwrap_or(Path::new("")), uri)? {
-            Resource::Embedded(bytes) => return Ok(bytes),
+            Resource::Embedded(mut embedded) => {
+                bytes.append(&mut embedded);
+                return Ok(());
+            }
             Resource::File(path) => path,
         };
-        let read = || {
+        let mut read = || {
             let file = File::open(&path)?;
             // Devices and pipes may never end.
             if !file.metadata()?.is_file() {
                 return Err(std::io::Error::other("not a regular file"));
             }
-            let mut bytes = Vec::new();
-            file.take(limit).read_to_end(&mut bytes)?;
-            Ok(bytes)
+            file.take(limit).read_to_end(bytes)
         };
-        read().map_err(|error| format!("{}: {error}", path.display()))
+        read().map(drop).map_err(|error| format!("{}: {error}", path.display()))
     }
 
-    fn read_buffers(&mut self, mut binary: Option<Range<usize>>) -> Result<Vec<BufferBytes>, Error> {
-        let mut buffers = Vec::new();
+    fn read_buffers(&mut self, binary: Option<&Range<usize>>) -> Result<(), Error> {
+        let mut bytes = std::mem::take(&mut self.bytes);
         for (index, buffer) in self.json.buffers.iter().enumerate() {
             let location = format_args!("buffers[{index}]");
-            let bytes = match &buffer.uri {
-                Some(uri) => {
-                    let bytes = self.fetch(uri, buffer.byte_length.0);
-                    BufferBytes::Own(bytes.map_err(|cause| self.malformed(format_args!("{location}.uri"), cause))?)
-                }
-                None if index == 0 && binary.is_some() => BufferBytes::InFile(binary.take().unwrap_or_default()),
-                // Such buffers are legal where nothing uses them; using one fails with its length of zero.
-                None => BufferBytes::Own(Vec::new()),
+            let range = if let Some(uri) = &buffer.uri {
+                let first = bytes.len();
+                self.fetch(uri, buffer.byte_length.0, &mut bytes)
+                    .map_err(|cause| self.malformed(format_args!("{location}.uri"), cause))?;
+                first..bytes.len()
+            } else {
+                // Buffers without bytes are legal where nothing uses them; using one fails with its length of zero.
+                binary.filter(|_| index == 0).cloned().unwrap_or_default()
             };
-            let length = match &bytes {
-                BufferBytes::InFile(range) => range.len(),
-                BufferBytes::Own(bytes) => bytes.len(),
-            };
+            let length = range.len();
             if buffer.byte_length.0 > length as u64 && (buffer.uri.is_some() || length > 0) {
                 let cause = format!("byteLength is {}, but there are only {length} bytes", buffer.byte_length.0);
                 return Err(self.malformed(location, cause));
             }
-            buffers.push(bytes);
+            self.buffers.push(range);
         }
+        self.bytes = bytes;
         for buffer in &mut self.json.buffers {
             buffer.uri = None;
         }
-        Ok(buffers)
+        Ok(())
     }
 }
 

@@ -1,73 +1,45 @@
 //! The part of a frame that stays the same from frame to frame: triangles, texture coordinates and colours of all parts.
 
 use glam::{Vec2, Vec4};
-use rayon::prelude::*;
 
 use super::parts::Parts;
-use super::primitive::{Primitive, Surface};
 use crate::Mesh;
-use crate::rig::{GRAIN, overlap, overlapping};
 
 impl Parts {
-    /// Copies each primitive's surface for each of its parts, in parallel, and frees the primitives' own.
-    /// `default_material` is the index of the material for primitives without one.
+    /// Copies each primitive's mesh for each of its parts, and frees the primitives' own. `default_material` is the index of
+    /// the material for primitives without one.
     pub(super) fn take_mesh(&mut self, default_material: u32) -> Mesh {
         let (vertices, triangles) = (self.vertices, self.triangles);
-        let mut mesh = Mesh {
-            triangles: vec![[0; 3]; triangles],
-            material_of_triangle: vec![0; triangles],
-            tex_coords: [0, 1].map(|set| {
-                let any = self.primitives.iter().any(|primitive| !primitive.surface.tex_coords[set].is_empty());
-                vec![Vec2::ZERO; if any { vertices } else { 0 }]
-            }),
-            colors: {
-                let any = self.primitives.iter().any(|primitive| !primitive.surface.colors.is_empty());
-                vec![Vec4::ONE; if any { vertices } else { 0 }]
-            },
+        let mut all = Mesh {
+            triangles: Vec::with_capacity(triangles),
+            material_of_triangle: Vec::with_capacity(triangles),
+            ..Mesh::default()
         };
-        self.copy_triangles(default_material, &mut mesh);
-        for (set, tex_coords) in mesh.tex_coords.iter_mut().enumerate() {
-            self.copy_attribute(&|primitive| &primitive.surface.tex_coords[set], tex_coords);
+        for part in &self.parts {
+            let primitive = &self.primitives[part.shape as usize];
+            let Mesh { triangles, tex_coords, colors, .. } = &primitive.mesh;
+            all.triangles.extend(triangles.iter().map(|corners| corners.map(|vertex| part.first_vertex + vertex)));
+            all.material_of_triangle.resize(all.triangles.len(), primitive.material.unwrap_or(default_material));
+            let end = part.first_vertex as usize + primitive.shape.positions.len();
+            for (all, own) in all.tex_coords.iter_mut().zip(tex_coords) {
+                extend(all, own, Vec2::ZERO, end, vertices);
+            }
+            extend(&mut all.colors, colors, Vec4::ONE, end, vertices);
         }
-        self.copy_attribute(&|primitive| &primitive.surface.colors, &mut mesh.colors);
         for primitive in &mut self.primitives {
-            primitive.surface = Surface::default();
+            primitive.mesh = Mesh::default();
         }
-        mesh
+        all
     }
+}
 
-    fn copy_triangles(&self, default_material: u32, mesh: &mut Mesh) {
-        let chunks = mesh.triangles.par_chunks_mut(GRAIN).zip(mesh.material_of_triangle.par_chunks_mut(GRAIN));
-        chunks.enumerate().for_each(|(chunk, (triangles, materials))| {
-            let range = chunk * GRAIN..chunk * GRAIN + triangles.len();
-            for part in overlapping(&self.parts, &range, |part| part.first_triangle) {
-                let surface = &self.primitive(part).surface;
-                let (target, source) = overlap(&range, part.first_triangle as usize, surface.triangles.len());
-                materials[target.clone()].fill(surface.material.unwrap_or(default_material));
-                for (target, source) in triangles[target].iter_mut().zip(&surface.triangles[source]) {
-                    *target = source.map(|vertex| part.first_vertex + vertex);
-                }
-            }
-        });
+/// Adds what a part's vertices, the last of those before `end`, have of their `own`, or else `missing`. Nothing is added
+/// before the first part that has any.
+fn extend<T: Copy>(values: &mut Vec<T>, own: &[T], missing: T, end: usize, vertices: usize) {
+    if values.is_empty() && own.is_empty() {
+        return;
     }
-
-    /// Fills the frame's `values` of an attribute from those of its primitives. Vertices whose primitive doesn't have it,
-    /// and empty `values`, stay as they are.
-    fn copy_attribute<'a, T: Copy + Send + Sync + 'a>(
-        &'a self,
-        attribute: &(impl Fn(&'a Primitive) -> &'a [T] + Sync),
-        values: &mut [T],
-    ) {
-        values.par_chunks_mut(GRAIN).enumerate().for_each(|(chunk, values)| {
-            let range = chunk * GRAIN..chunk * GRAIN + values.len();
-            for part in overlapping(&self.parts, &range, |part| part.first_vertex) {
-                let primitive = self.primitive(part);
-                let source = attribute(primitive);
-                if !source.is_empty() {
-                    let (target, from) = overlap(&range, part.first_vertex as usize, primitive.shape.positions.len());
-                    values[target].copy_from_slice(&source[from]);
-                }
-            }
-        });
-    }
+    values.reserve_exact(vertices - values.len());
+    values.resize(end - own.len(), missing);
+    values.extend_from_slice(own);
 }

@@ -1,22 +1,17 @@
-//! The rig of a file, and which nodes the matrices of its poses come from.
+//! Which nodes the matrices of a rig's poses come from.
 
 use std::collections::{HashMap, HashSet};
 
 use glam::Affine3A;
-use gltf::json::animation::Property;
 
-use super::animation::Animations;
-use super::parts::{self, Parts};
 use super::rest::Rest;
-use super::skin::Skins;
-use crate::rig::{Part, Placement, Rig, Shape};
 
 /// Where a matrix of a pose comes from.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct MatrixSource {
-    node: u32,
+    pub(super) node: u32,
     /// What stands between the mesh and the node: an instance's transform or a joint's inverse bind matrix.
-    node_from_mesh: Option<Affine3A>,
+    pub(super) node_from_mesh: Option<Affine3A>,
 }
 
 impl MatrixSource {
@@ -26,90 +21,45 @@ impl MatrixSource {
     }
 }
 
-/// A rig of all parts, and where the matrices of its poses come from.
-pub(super) fn rig(parts: Parts, skins: &Skins, rest: &Rest, animations: &Animations) -> (Rig, Vec<MatrixSource>) {
-    let matrices = Matrices::new(&parts, skins, rest);
-    let channels = animations.channels.iter().zip(&rest.slot_of_channel);
-    let morphing = channels.filter(|(channel, _)| channel.property == Property::MorphTargetWeights);
-    let morphing: HashSet<u32> = morphing.map(|(_, &first_weight)| first_weight).collect();
-    let shapes: Vec<Shape> = parts.primitives.into_iter().map(|primitive| primitive.shape).collect();
-    let parts_of_rig = parts.parts.into_iter().map(|part| {
-        let matrix = matrices.first(part.placement);
-        let is_skinned = matches!(part.placement, parts::Placement::Skin { .. });
-        // Nodes without weights share the index of the next node's.
-        let is_morphed = !shapes[part.primitive as usize].morph_targets.is_empty();
-        Part {
-            shape: part.primitive,
-            first_vertex: part.first_vertex,
-            first_weight: part.first_weight,
-            placement: if is_skinned {
-                Placement::Skinned { first_matrix: matrix }
-            } else {
-                Placement::Rigid { matrix }
-            },
-            moves: matrices.moves(matrix) || is_morphed && morphing.contains(&part.first_weight),
-        }
-    });
-    let rig = Rig {
-        parts: parts_of_rig.collect(),
-        vertices: parts.vertices,
-        has_normals: shapes.iter().any(|shape| !shape.normals.is_empty()),
-        has_tangents: shapes.iter().any(|shape| !shape.tangents.is_empty()),
-        moving_matrices: matrices.moving,
-        shapes,
-    };
-    (rig, matrices.sources)
+/// The matrices of a rig's poses. Those that move will come first.
+#[derive(Debug)]
+pub(super) struct Matrices {
+    moving_nodes: HashSet<u32>,
+    pub(super) moving: Vec<MatrixSource>,
+    pub(super) still: Vec<MatrixSource>,
+    of_skins: HashMap<usize, Added>,
 }
 
-/// The matrices of a rig's poses.
-#[derive(Default)]
-struct Matrices {
-    sources: Vec<MatrixSource>,
-    /// How many of them, from the first on, move.
-    moving: usize,
-    /// The first one's index for each placement.
-    first: HashMap<parts::Placement, u32>,
+/// Matrices that stay together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Added {
+    /// The first one's index among those that move, or among those that don't.
+    pub(super) first: u32,
+    pub(super) moves: bool,
 }
 
 impl Matrices {
-    fn new(parts: &Parts, skins: &Skins, rest: &Rest) -> Self {
-        let moving_nodes: HashSet<u32> = rest.moving.iter().map(|moving| moving.node).collect();
-        let mut matrices = Self::default();
-        for moves in [true, false] {
-            for &parts::Part { placement, .. } in &parts.parts {
-                let sources = sources(placement, parts, skins);
-                // Of a skin all matrices move where one does, so that they stay together.
-                let is_now = sources.iter().any(|source| moving_nodes.contains(&source.node)) == moves;
-                if is_now && !matrices.first.contains_key(&placement) {
-                    matrices.first.insert(placement, matrices.sources.len() as u32);
-                    matrices.sources.extend(sources);
-                }
-            }
-            if moves {
-                matrices.moving = matrices.sources.len();
-            }
-        }
-        matrices
+    pub(super) fn new(rest: &Rest) -> Self {
+        let moving_nodes = rest.moving.iter().map(|moving| moving.node).collect();
+        Self { moving_nodes, moving: Vec::new(), still: Vec::new(), of_skins: HashMap::new() }
     }
 
-    fn first(&self, placement: parts::Placement) -> u32 {
-        self.first[&placement]
+    /// Adds matrices of which all move where one does.
+    pub(super) fn add(&mut self, sources: &[MatrixSource]) -> Added {
+        let moves = sources.iter().any(|source| self.moving_nodes.contains(&source.node));
+        let list = if moves { &mut self.moving } else { &mut self.still };
+        let first = list.len() as u32;
+        list.extend_from_slice(sources);
+        Added { first, moves }
     }
 
-    fn moves(&self, matrix: u32) -> bool {
-        (matrix as usize) < self.moving
-    }
-}
-
-fn sources(placement: parts::Placement, parts: &Parts, skins: &Skins) -> Vec<MatrixSource> {
-    match placement {
-        parts::Placement::Node(node) => vec![MatrixSource { node, node_from_mesh: None }],
-        parts::Placement::Instance { node, instance } => {
-            vec![MatrixSource { node, node_from_mesh: Some(parts.instances[instance as usize]) }]
+    /// As [`Matrices::add`], but those of skin `number` only once.
+    pub(super) fn add_skin(&mut self, number: usize, joints: &[MatrixSource]) -> Added {
+        if let Some(&added) = self.of_skins.get(&number) {
+            return added;
         }
-        parts::Placement::Skin { first_joint } => {
-            let joints = skins.of_first(first_joint).iter();
-            joints.map(|joint| MatrixSource { node: joint.node, node_from_mesh: Some(joint.joint_from_mesh) }).collect()
-        }
+        let added = self.add(joints);
+        self.of_skins.insert(number, added);
+        added
     }
 }

@@ -1,8 +1,8 @@
 //! glTF 2.0: reading and posing.
 //!
 //! `document` reads files, `accessor` their bytes. `nodes`, `skin`, `animation`, `primitive`, `material` and `attached`
-//! read what their names say; `parts` puts meshes and nodes together, and `matrices` makes a rig of the result. `pose` finds
-//! the moving nodes at a moment; the rig poses the vertices that follow them.
+//! read what their names say; `parts` puts meshes and nodes together and makes a rig of the result. `pose` finds the
+//! moving nodes at a moment; the rig poses the vertices that follow them.
 
 mod accessor;
 mod animation;
@@ -34,7 +34,6 @@ use self::nodes::Nodes;
 use self::parts::Parts;
 use self::pose::Scratch;
 use self::rest::{MorphWeights, Rest};
-use self::skin::Skins;
 use crate::rig::Rig;
 use crate::{Clip, Error, Materials, Mesh};
 
@@ -64,20 +63,20 @@ impl GltfScene {
         let mut warnings = Vec::new();
         let document = Document::read(path, &mut warnings)?;
         let nodes = Nodes::read(&document)?;
-        let skins = Skins::read(&document)?;
+        let skins = skin::read(&document)?;
         let weights = MorphWeights::read(&document)?;
         let animations = Animations::read(&document, path, |node| weights.count(node), clip, &mut warnings)?;
         let cameras = attached::cameras(&document, &nodes, &mut warnings)?;
         let lights = attached::lights(&document, &nodes, &mut warnings)?;
-        let mut parts = Parts::read(&document, &nodes, &skins, &weights.first_of_node, &mut warnings)?;
-        let without_material = |primitive: &primitive::Primitive| primitive.surface.material.is_none();
+        let rest = Rest::new(&document, &nodes, &weights, &animations);
+        let mut parts = Parts::read(&document, &nodes, &skins, &rest, &weights.first_of_node, &mut warnings)?;
+        let without_material = |primitive: &primitive::Primitive| primitive.material.is_none();
         let needs_default = parts.primitives.iter().any(without_material);
         let materials = material::read(&document, needs_default, &mut warnings)?;
-        let rest = Rest::new(&document, &nodes, weights, &animations);
         // The file's bytes are as large as what was made from them.
         drop(document);
         let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32);
-        let (rig, matrix_sources) = matrices::rig(parts, &skins, &rest, &animations);
+        let (rig, matrix_sources) = parts.into_rig(&rest, &animations);
         Ok(Self {
             rest,
             animations,

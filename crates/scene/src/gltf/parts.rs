@@ -1,55 +1,35 @@
 //! Which primitive is shown where: every copy of a primitive is a part with triangles and vertices of its own.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-use glam::Affine3A;
 use gltf::json;
+use gltf::json::animation::Property;
 use gltf::json::validation::Checked;
 use rayon::prelude::*;
 
+use super::animation::Animations;
 use super::document::Document;
 use super::instances::Instances;
+use super::matrices::{Added, Matrices, MatrixSource};
 use super::nodes::Nodes;
 use super::primitive::{Primitive, triangle_count};
-use super::skin::Skins;
+use super::rest::Rest;
 use crate::Error;
+use crate::rig::{Influences, Part, Placement, Rig, Shape};
 
-/// The most triangles, and the most vertices, that a scene may have once all copies of its meshes are made.
-const MAX_ELEMENTS: u64 = 1 << 28;
-
-/// A copy of a primitive.
-#[derive(Debug)]
-pub(super) struct Part {
-    /// Index in [`Parts::primitives`].
-    pub(super) primitive: u32,
-    /// Index of its first vertex in the frame.
-    pub(super) first_vertex: u32,
-    /// Index of its first triangle in the frame.
-    pub(super) first_triangle: u32,
-    pub(super) placement: Placement,
-    /// Index of the node's first morph weight among those of all nodes.
-    pub(super) first_weight: u32,
-}
-
-/// What moves a part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Placement {
-    /// A node.
-    Node(u32),
-    /// A node, and one of [`Parts::instances`] in it.
-    Instance { node: u32, instance: u32 },
-    /// The joints of a skin, of which the first has this index among those of all skins.
-    Skin { first_joint: u32 },
-}
+/// The most triangles that a scene may have once all copies of its meshes are made. A `u32` counts their vertices, too, of
+/// which no primitive keeps any that its triangles don't use.
+const MAX_TRIANGLES: u64 = 1 << 28;
 
 /// The parts of a scene and what they are made from.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Parts {
+    /// What parts are copies of: the rig's shapes, and what they look like.
     pub(super) primitives: Vec<Primitive>,
-    /// In the order of their vertices and triangles, which have no gaps.
+    /// In the order of their vertices and triangles, which have no gaps. Of what moves them it is only known until
+    /// [`Parts::into_rig`] which matrix it is among those that move, or among those that don't.
     pub(super) parts: Vec<Part>,
-    /// From the space of each instance to that of its node.
-    pub(super) instances: Vec<Affine3A>,
+    matrices: Matrices,
     pub(super) vertices: usize,
     pub(super) triangles: usize,
 }
@@ -60,6 +40,7 @@ struct Shown<'a> {
     mesh: usize,
     json: &'a json::Mesh,
     instances: Option<Instances<'a>>,
+    first_weight: u32,
 }
 
 impl Parts {
@@ -70,22 +51,25 @@ impl Parts {
     pub(super) fn read(
         document: &Document,
         nodes: &Nodes,
-        skins: &Skins,
+        skins: &[Vec<MatrixSource>],
+        rest: &Rest,
         first_weights: &[u32],
         warnings: &mut Vec<String>,
     ) -> Result<Self, Error> {
-        let shown = shown(document, nodes)?;
+        let shown = shown(document, nodes, first_weights)?;
         check_triangles(document, &shown)?;
-        let mut parts = Self::default();
+        let mut parts = Self {
+            primitives: Vec::new(),
+            parts: Vec::new(),
+            matrices: Matrices::new(rest),
+            vertices: 0,
+            triangles: 0,
+        };
         let primitives_of_mesh = parts.read_primitives(document, &shown, warnings)?;
         for shown in shown {
-            let before = parts.parts.len();
+            let mut rigid = None;
             for &primitive in &primitives_of_mesh[&shown.mesh] {
-                parts.add(document, skins, &shown, primitive, first_weights[shown.node], warnings)?;
-            }
-            // Only now is it known that there won't be absurdly many.
-            if let Some(instances) = shown.instances.filter(|_| parts.parts.len() > before) {
-                parts.instances.extend(instances.read()?);
+                parts.add(document, skins, &shown, &mut rigid, primitive, warnings)?;
             }
         }
         Ok(parts)
@@ -137,29 +121,28 @@ impl Parts {
     fn add(
         &mut self,
         document: &Document,
-        skins: &Skins,
+        skins: &[Vec<MatrixSource>],
         shown: &Shown<'_>,
+        rigid: &mut Option<Added>,
         primitive: u32,
-        first_weight: u32,
         warnings: &mut Vec<String>,
     ) -> Result<(), Error> {
-        let Primitive { shape, surface, .. } = &self.primitives[primitive as usize];
-        let (vertices, triangles) = (shape.positions.len(), surface.triangles.len());
+        let Primitive { shape, mesh, .. } = &self.primitives[primitive as usize];
+        let (vertices, triangles) = (shape.positions.len(), mesh.triangles.len());
         if triangles == 0 {
             return Ok(());
         }
-        let node = shown.node as u32;
-        let location = format!("nodes[{node}]");
-        let skin = document.json.nodes[shown.node].skin;
-        let first_joint = match (skin, shape.highest_joint) {
+        let location = format!("nodes[{}]", shown.node);
+        let skin = document.json.nodes[shown.node].skin.map(|skin| skin.value());
+        let joints = match (skin, skin.and_then(|_| Influences::highest_joint(&shape.influences))) {
             (Some(skin), Some(highest)) => {
-                let (first, count) = skins.range(document, skin.value(), &location)?;
-                if highest >= count {
-                    let cause =
-                        format!("a vertex of mesh {} follows joint {highest}, but there are {count}", shown.mesh);
-                    return Err(document.malformed(format_args!("skins[{}]", skin.value()), cause));
+                let joints = document.element(skins, "skins", skin, format_args!("{location}.skin"))?;
+                if highest as usize >= joints.len() {
+                    let (mesh, count) = (shown.mesh, joints.len());
+                    let cause = format!("a vertex of mesh {mesh} follows joint {highest}, but there are {count}");
+                    return Err(document.malformed(format_args!("skins[{skin}]"), cause));
                 }
-                Some(first)
+                Some((skin, joints))
             }
             (Some(_), None) => {
                 warnings.push(format!("{location} has a skin, but mesh {} has no joints", shown.mesh));
@@ -167,7 +150,7 @@ impl Parts {
             }
             (None, _) => None,
         };
-        let copies = match (&shown.instances, first_joint) {
+        let copies = match (&shown.instances, joints) {
             (Some(instances), None) => instances.count,
             (Some(_), Some(_)) => {
                 warnings.push(format!("the instances of {location} were left out, as its mesh follows a skin"));
@@ -175,48 +158,71 @@ impl Parts {
             }
             (None, _) => 1,
         };
-        self.check_size(document, copies, vertices, triangles)?;
-        let first_instance = self.instances.len() as u32;
-        let (first_vertex, first_triangle) = (self.vertices as u32, self.triangles as u32);
+        let added = match (joints, *rigid) {
+            (Some((skin, joints)), _) => self.matrices.add_skin(skin, joints),
+            (None, Some(added)) => added,
+            (None, None) => *rigid.insert(self.matrices.add(&shown.matrices()?)),
+        };
+        let first_vertex = self.vertices as u32;
         self.parts.extend((0..copies as u32).map(|copy| Part {
-            primitive,
+            shape: primitive,
             first_vertex: first_vertex + copy * vertices as u32,
-            first_triangle: first_triangle + copy * triangles as u32,
-            placement: match (first_joint, &shown.instances) {
-                (Some(first_joint), _) => Placement::Skin { first_joint },
-                (None, Some(_)) => Placement::Instance { node, instance: first_instance + copy },
-                (None, None) => Placement::Node(node),
+            first_weight: shown.first_weight,
+            placement: match joints {
+                Some(_) => Placement::Skinned { first_matrix: added.first },
+                None => Placement::Rigid { matrix: added.first + copy },
             },
-            first_weight,
+            moves: added.moves,
         }));
         self.vertices += copies * vertices;
         self.triangles += copies * triangles;
         Ok(())
     }
 
-    fn check_size(&self, document: &Document, copies: usize, vertices: usize, triangles: usize) -> Result<(), Error> {
-        let total =
-            |so_far: usize, more: usize| (copies as u64).saturating_mul(more as u64).saturating_add(so_far as u64);
-        let (vertices, triangles) = (total(self.vertices, vertices), total(self.triangles, triangles));
-        if vertices.max(triangles) > MAX_ELEMENTS {
-            return Err(too_many(document, &format!("{vertices} vertices and {triangles} triangles")));
+    /// A rig of all parts, and where the matrices of its poses come from.
+    pub(super) fn into_rig(mut self, rest: &Rest, animations: &Animations) -> (Rig, Vec<MatrixSource>) {
+        let channels = animations.channels.iter().zip(&rest.slot_of_channel);
+        let morphing = channels.filter(|(channel, _)| channel.property == Property::MorphTargetWeights);
+        let morphing: HashSet<u32> = morphing.map(|(_, &first_weight)| first_weight).collect();
+        let shapes: Vec<Shape> = self.primitives.into_iter().map(|primitive| primitive.shape).collect();
+        let Matrices { moving: mut matrices, still, .. } = self.matrices;
+        let moving_matrices = matrices.len();
+        matrices.extend(still);
+        for Part { placement, moves, first_weight, shape, .. } in &mut self.parts {
+            let (Placement::Rigid { matrix } | Placement::Skinned { first_matrix: matrix }) = placement;
+            *matrix += if *moves { 0 } else { moving_matrices as u32 };
+            // Nodes without weights share the index of the next node's.
+            *moves |= !shapes[*shape as usize].morph_targets.is_empty() && morphing.contains(first_weight);
         }
-        Ok(())
-    }
-
-    /// The primitive of which `part` is a copy.
-    pub(super) fn primitive(&self, part: &Part) -> &Primitive {
-        &self.primitives[part.primitive as usize]
+        let rig = Rig {
+            parts: self.parts,
+            vertices: self.vertices,
+            has_normals: shapes.iter().any(|shape| !shape.normals.is_empty()),
+            has_tangents: shapes.iter().any(|shape| !shape.tangents.is_empty()),
+            moving_matrices,
+            shapes,
+        };
+        (rig, matrices)
     }
 }
 
-fn shown<'a>(document: &'a Document, nodes: &Nodes) -> Result<Vec<Shown<'a>>, Error> {
+impl Shown<'_> {
+    /// What its mesh hangs on, where that follows no skin: the node, or each instance in it.
+    fn matrices(&self) -> Result<Vec<MatrixSource>, Error> {
+        let node = self.node as u32;
+        let Some(instances) = &self.instances else { return Ok(vec![MatrixSource { node, node_from_mesh: None }]) };
+        let instances = instances.read()?.into_iter();
+        Ok(instances.map(|instance| MatrixSource { node, node_from_mesh: Some(instance) }).collect())
+    }
+}
+
+fn shown<'a>(document: &'a Document, nodes: &Nodes, first_weights: &[u32]) -> Result<Vec<Shown<'a>>, Error> {
     let mut shown = Vec::new();
     for (node, json) in document.json.nodes.iter().enumerate().filter(|&(node, _)| nodes.visible[node]) {
         let Some(mesh) = json.mesh.map(|mesh| mesh.value()) else { continue };
         let instances = Instances::find(document, json, node)?;
         let json = document.element(&document.json.meshes, "meshes", mesh, format_args!("nodes[{node}].mesh"))?;
-        shown.push(Shown { node, mesh, json, instances });
+        shown.push(Shown { node, mesh, json, instances, first_weight: first_weights[node] });
     }
     Ok(shown)
 }
@@ -239,7 +245,7 @@ fn check_triangles(document: &Document, shown: &[Shown<'_>]) -> Result<(), Error
         let copies = shown.instances.as_ref().map_or(1, |instances| instances.count) as u64;
         copied = copied.saturating_add(triangles.saturating_mul(copies));
     }
-    if copied > MAX_ELEMENTS {
+    if copied > MAX_TRIANGLES {
         return Err(too_many(document, &format!("{copied} triangles")));
     }
     if morphed > MAX_MORPHED {

@@ -10,25 +10,17 @@ use gltf::json::validation::Checked;
 use super::accessor::Accessor;
 use super::document::Document;
 use super::material::normal_map_coords;
-use crate::Error;
 use crate::rig::{Deltas, Influences, MorphTarget, Shape};
-
-/// What stays the same whatever the pose.
-#[derive(Debug, Default)]
-pub(super) struct Surface {
-    /// Vertices of each triangle, all in range.
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) tex_coords: [Vec<Vec2>; 2],
-    pub(super) colors: Vec<Vec4>,
-    /// Index of the file's material; `None` for glTF's default.
-    pub(super) material: Option<u32>,
-}
+use crate::{Error, Mesh};
 
 /// A primitive, and what of it was left out or mended, in words.
 #[derive(Debug, Default)]
 pub(super) struct Primitive {
     pub(super) shape: Shape,
-    pub(super) surface: Surface,
+    /// What stays the same whatever the pose, but for materials.
+    pub(super) mesh: Mesh,
+    /// Index of the file's material; `None` for glTF's default.
+    pub(super) material: Option<u32>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -53,12 +45,13 @@ impl Primitive {
         }
         let (triangles, kept) = without_unused_vertices(triangles, count);
         let kept = kept.as_deref();
-        primitive.surface = Surface {
+        primitive.mesh = Mesh {
             triangles,
             tex_coords: [attributes.tex_coords(0, count, kept)?, attributes.tex_coords(1, count, kept)?],
             colors: attributes.colors(count, kept)?,
-            material: json.material.map(|material| material.value() as u32),
+            ..Mesh::default()
         };
+        primitive.material = json.material.map(|material| material.value() as u32);
         let material = json.material.map(|material| {
             let location = format_args!("{location}.material");
             document.element(&document.json.materials, "materials", material.value(), location)
@@ -86,18 +79,16 @@ struct Attributes<'a> {
 
 impl<'a> Attributes<'a> {
     fn accessor(&self, semantic: Semantic) -> Result<Option<Accessor<'a>>, Error> {
-        let name = semantic.to_string();
+        let location = format!("{}.attributes.{}", self.location, semantic.to_string());
         let Some(&index) = self.json.attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
-        self.document.accessor(index, format_args!("{}.attributes.{name}", self.location)).map(Some)
+        self.document.accessor(index, location).map(Some)
     }
 
     /// An attribute that has `count` elements.
     fn counted(&self, semantic: Semantic, count: usize) -> Result<Option<Accessor<'a>>, Error> {
         let location = format!("{}.attributes.{}", self.location, semantic.to_string());
         let accessor = self.accessor(semantic)?;
-        if let Some(accessor) = &accessor {
-            accessor.expect_count(count, location)?;
-        }
+        accessor.iter().try_for_each(|accessor| accessor.expect_count(count, &location))?;
         Ok(accessor)
     }
 
@@ -122,7 +113,7 @@ impl<'a> Attributes<'a> {
     fn read_shape(&self, count: usize, kept: Option<&[u32]>, primitive: &mut Primitive) -> Result<(), Error> {
         let shape = &mut primitive.shape;
         if let Some(accessor) = self.counted(Semantic::Normals, count)? {
-            shape.normals = accessor.floats(kept, |normal| unit_or_zero(Vec3::from_array(normal)))?;
+            shape.normals = accessor.floats(kept, |normal| Vec3::from_array(normal).normalize_or_zero())?;
             // The specification has tangents without normals ignored.
             if let Some(accessor) = self.counted(Semantic::Tangents, count)? {
                 shape.tangents = accessor.floats(kept, |tangent| unit_tangent(Vec4::from_array(tangent)))?;
@@ -147,7 +138,6 @@ impl<'a> Attributes<'a> {
             let location = self.location;
             primitive.warnings.push(format!("{location}: {stray} vertices without usable weights follow joint 0"));
         }
-        shape.highest_joint = Influences::highest_joint(&shape.influences);
         for (number, target) in self.json.targets.iter().flatten().enumerate() {
             let location = format!("{}.targets[{number}]", self.location);
             shape.morph_targets.push(self.morph_target(target, count, kept, &location)?);
@@ -183,11 +173,6 @@ impl<'a> Attributes<'a> {
             tangents: deltas(json.tangents, "TANGENT")?,
         })
     }
-}
-
-/// `vector` at unit length; zero where it has no direction.
-pub(super) fn unit_or_zero(vector: Vec3) -> Vec3 {
-    vector.normalize_or_zero()
 }
 
 fn unit_tangent(tangent: Vec4) -> Vec4 {

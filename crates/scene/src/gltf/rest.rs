@@ -34,7 +34,7 @@ pub(super) struct Moving {
 }
 
 impl Rest {
-    pub(super) fn new(document: &Document, nodes: &Nodes, weights: MorphWeights, animations: &Animations) -> Self {
+    pub(super) fn new(document: &Document, nodes: &Nodes, weights: &MorphWeights, animations: &Animations) -> Self {
         let mut slots: Vec<Option<u32>> = vec![None; nodes.parents.len()];
         let mut animated = Vec::new();
         let mut slot_of_channel = Vec::new();
@@ -61,7 +61,7 @@ impl Rest {
             }
         }
         let world_from_node = nodes.world_from_node();
-        Self { world_from_node, weights: weights.weights, animated, slot_of_channel, moving }
+        Self { world_from_node, weights: weights.weights.clone(), animated, slot_of_channel, moving }
     }
 }
 

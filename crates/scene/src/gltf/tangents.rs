@@ -14,15 +14,15 @@ impl Primitive {
     ///
     /// Nothing changes where there are no normals, no such texture coordinates, or numbers that are not finite.
     pub(super) fn add_tangents(&mut self, set: usize) {
-        let Self { shape, surface, .. } = self;
-        let Some(coords) = surface.tex_coords.get(set).filter(|coords| !coords.is_empty()) else { return };
+        let Self { shape, mesh, .. } = self;
+        let Some(coords) = mesh.tex_coords.get(set).filter(|coords| !coords.is_empty()) else { return };
         let is_finite = shape.positions.iter().all(|position| position.is_finite())
             && coords.iter().all(|coords| coords.is_finite());
         if !shape.tangents.is_empty() || shape.normals.is_empty() || !is_finite {
             return;
         }
-        let tangents = vec![[Vec4::ZERO; 3]; surface.triangles.len()];
-        let mut corners = Corners { shape, coords, triangles: &surface.triangles, tangents };
+        let tangents = vec![[Vec4::ZERO; 3]; mesh.triangles.len()];
+        let mut corners = Corners { shape, coords, triangles: &mesh.triangles, tangents };
         // No such error exists yet.
         if generate_tangents(&mut corners).is_err() {
             return;
@@ -31,7 +31,7 @@ impl Primitive {
         let mut copies = Vec::new();
         let mut found = HashMap::new();
         let of_corners = corners.tangents;
-        let vertices_of_corners = surface.triangles.as_flattened_mut().iter_mut();
+        let vertices_of_corners = mesh.triangles.as_flattened_mut().iter_mut();
         for (vertex, &tangent) in vertices_of_corners.zip(of_corners.as_flattened()) {
             let first = *of_vertices[*vertex as usize].get_or_insert(tangent);
             if first != tangent {
@@ -51,13 +51,13 @@ impl Primitive {
 
     /// Appends copies of vertices, with all that they have but tangents.
     fn repeat(&mut self, vertices: &[u32]) {
-        let Self { shape, surface, .. } = self;
+        let Self { shape, mesh, .. } = self;
         let first = shape.positions.len() as u32;
         repeat(&mut shape.positions, vertices);
         repeat(&mut shape.normals, vertices);
         shape.influences.iter_mut().for_each(|set| repeat(set, vertices));
-        surface.tex_coords.iter_mut().for_each(|coords| repeat(coords, vertices));
-        repeat(&mut surface.colors, vertices);
+        mesh.tex_coords.iter_mut().for_each(|coords| repeat(coords, vertices));
+        repeat(&mut mesh.colors, vertices);
         for target in &mut shape.morph_targets {
             for deltas in [&mut target.positions, &mut target.normals, &mut target.tangents] {
                 repeat_deltas(deltas, first, vertices);

@@ -82,14 +82,14 @@ fn decode(document: &Document, reading: &Reading) -> Result<Texture, String> {
         (None, Some(uri)) if !embedded(uri) => uri.clone(),
         _ => location.clone(),
     };
-    let fetched;
+    let mut fetched = Vec::new();
     let bytes = match (json.buffer_view, &json.uri) {
         (Some(view), _) => {
             let view = document.view(view.value(), format_args!("{location}.bufferView"));
             view.map_err(|error| error.to_string())?.0
         }
         (None, Some(uri)) => {
-            fetched = document.fetch(uri, MAX_BYTES).map_err(|cause| format!("{location}: {cause}"))?;
+            document.fetch(uri, MAX_BYTES, &mut fetched).map_err(|cause| format!("{location}: {cause}"))?;
             &fetched
         }
         (None, None) => return Err(format!("{location}: it has neither a bufferView nor a uri")),

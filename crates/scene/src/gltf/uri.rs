@@ -2,18 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use base64::Engine;
-use base64::alphabet::STANDARD;
-use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use data_url::DataUrl;
 use percent_encoding::percent_decode_str;
-
-/// Base64 (RFC 4648 §4), with or without padding.
-const BASE64: GeneralPurpose = GeneralPurpose::new(
-    &STANDARD,
-    GeneralPurposeConfig::new()
-        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
-        .with_decode_allow_trailing_bits(true),
-);
 
 /// What a URI of a glTF file points to.
 #[derive(Debug)]
@@ -33,13 +23,8 @@ pub(super) fn resolve(folder: &Path, uri: &str) -> Result<Resource, String> {
         if !scheme.eq_ignore_ascii_case("data") {
             return Err(format!("`{scheme}:` URIs are not read; put the file beside the scene or embed it"));
         }
-        let (kind, content) =
-            uri[scheme.len() + 1..].split_once(',').ok_or("a data URI without a comma before its bytes")?;
-        let bytes = if kind.ends_with(";base64") {
-            BASE64.decode(content).map_err(|error| format!("broken base64: {error}"))?
-        } else {
-            percent_decode_str(content).collect()
-        };
+        let url = DataUrl::process(uri).map_err(|_| "a data URI without a comma before its bytes")?;
+        let (bytes, _) = url.decode_to_vec().map_err(|error| format!("broken base64: {error}"))?;
         return Ok(Resource::Embedded(bytes));
     }
     let relative = percent_decode_str(uri).decode_utf8().map_err(|_| "a path that is not UTF-8")?;

@@ -1,7 +1,7 @@
-use super::header::{Encoding, Kind, Scalar};
+use super::header::{Element, Encoding, Kind, Scalar};
 use crate::text::{Lines, number, quoted};
 
-/// Reads a PLY file's values one after the other. Each row of an element begins with [`Body::begin_row`].
+/// Reads a PLY file's values one after the other.
 #[derive(Debug)]
 pub(super) enum Body<'a> {
     /// One row a line.
@@ -41,11 +41,24 @@ impl<'a> Body<'a> {
         }
     }
 
+    /// Has `read` read each row of an element.
+    ///
+    /// # Errors
+    /// Says in which row, and what is wrong there.
+    pub(super) fn each_row(
+        &mut self,
+        element: &Element,
+        mut read: impl FnMut(&mut Self) -> Result<(), String>,
+    ) -> Result<(), (u64, String)> {
+        let mut read_row = || self.begin_row().and_then(|()| read(self));
+        (0..element.count).try_for_each(|row| read_row().map_err(|cause| (row, cause)))
+    }
+
     /// Goes to the next row: in ASCII, to the next line that isn't blank.
     ///
     /// # Errors
     /// Where the file ends.
-    pub(super) fn begin_row(&mut self) -> Result<(), String> {
+    fn begin_row(&mut self) -> Result<(), String> {
         if let Self::Ascii { lines, row } = self {
             *row =
                 lines.map(|(_, line)| line.trim_ascii()).find(|line| !line.is_empty()).ok_or("the file ends here")?;

@@ -38,21 +38,18 @@ impl Faces {
         if form == Form::Polygon {
             self.reserve(element, body, index_type);
         }
-        let mut read_row = |body: &mut Body<'_>| {
-            body.begin_row()?;
+        body.each_row(element, |body| {
             for (index, property) in element.properties.iter().enumerate() {
-                if index == list {
-                    match form {
-                        Form::Polygon => self.face(body, count_type, index_type)?,
-                        Form::Strips => self.strips(body, count_type, index_type)?,
+                match form {
+                    _ if index != list => {
+                        body.skip(property.kind).map_err(|cause| format!("`{}`: {cause}", property.name))?;
                     }
-                } else {
-                    body.skip(property.kind).map_err(|cause| format!("`{}`: {cause}", property.name))?;
+                    Form::Polygon => self.face(body, count_type, index_type)?,
+                    Form::Strips => self.strips(body, count_type, index_type)?,
                 }
             }
             Ok(())
-        };
-        (0..element.count).try_for_each(|row| read_row(body).map_err(|cause| (row, cause)))
+        })
     }
 
     fn face(&mut self, body: &mut Body<'_>, count_type: Scalar, index_type: Scalar) -> Result<(), String> {

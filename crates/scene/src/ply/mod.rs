@@ -83,11 +83,10 @@ fn skip(element: &Element, body: &mut Body<'_>) -> Result<(), (u64, String)> {
     if element.properties.is_empty() {
         return Ok(());
     }
-    for row in 0..element.count {
-        body.begin_row().map_err(|cause| (row, cause))?;
-        for property in &element.properties {
-            body.skip(property.kind).map_err(|cause| (row, format!("`{}`: {cause}", property.name)))?;
-        }
-    }
-    Ok(())
+    body.each_row(element, |body| {
+        element
+            .properties
+            .iter()
+            .try_for_each(|property| body.skip(property.kind).map_err(|cause| format!("`{}`: {cause}", property.name)))
+    })
 }

@@ -6,20 +6,13 @@ use crate::ColorSpace;
 use crate::still::Vertices;
 use crate::texture::linear_from_srgb;
 
-/// What the properties of a vertex mean, in their order.
+/// What the properties of a vertex mean.
 #[derive(Debug)]
 pub(super) struct Plan {
-    steps: Vec<Step>,
-    has_normals: bool,
-    has_tex_coords: bool,
-    has_colors: bool,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Step {
-    /// A number that goes to this index of a row.
-    Keep(Scalar, usize),
-    Skip(Kind),
+    /// In their order; with the index in a row of those whose numbers are kept.
+    properties: Vec<(Kind, Option<usize>)>,
+    /// The types of a row's numbers; `None` for those that aren't there.
+    types: [Option<Scalar>; ROLES.len()],
 }
 
 /// The numbers of a vertex: where each of [`ROLES`] is.
@@ -43,31 +36,30 @@ const ROLES: [&[&str]; 12] = [
 const POSITION: usize = 0;
 const NORMAL: usize = 3;
 const TEX_COORD: usize = 6;
+/// Of red, green, blue and opacity.
 const COLOR: usize = 8;
-const OPACITY: usize = 11;
 
 /// Decides what each property of the element `vertex` is for.
 ///
 /// # Errors
 /// Where a coordinate is missing or is a list.
 pub(super) fn plan(element: &Element) -> Result<Plan, String> {
-    let mut found = [false; ROLES.len()];
-    let mut steps = Vec::with_capacity(element.properties.len());
+    let mut plan = Plan { properties: Vec::with_capacity(element.properties.len()), types: [None; ROLES.len()] };
     for property in &element.properties {
         let role = ROLES.iter().position(|names| names.contains(&property.name.as_str()));
-        steps.push(match (property.kind, role) {
-            (Kind::Scalar(scalar), Some(role)) if !found[role] => {
-                found[role] = true;
-                Step::Keep(scalar, role)
+        let role = match (property.kind, role) {
+            (Kind::Scalar(scalar), Some(role)) if plan.types[role].is_none() => {
+                plan.types[role] = Some(scalar);
+                Some(role)
             }
-            (kind, _) => Step::Skip(kind),
-        });
+            _ => None,
+        };
+        plan.properties.push((property.kind, role));
     }
-    if let Some(missing) = (POSITION..POSITION + 3).find(|&role| !found[role]) {
-        return Err(format!("the element `vertex` has no number `{}`", ROLES[missing][0]));
+    match (POSITION..POSITION + 3).find(|&role| plan.types[role].is_none()) {
+        Some(missing) => Err(format!("the element `vertex` has no number `{}`", ROLES[missing][0])),
+        None => Ok(plan),
     }
-    let has = |first: usize, count: usize| found[first..first + count].iter().all(|&found| found);
-    Ok(Plan { steps, has_normals: has(NORMAL, 3), has_tex_coords: has(TEX_COORD, 2), has_colors: has(COLOR, 3) })
 }
 
 /// Reads all rows of the element `vertex`, whose count was compared with the bytes that are there.
@@ -78,62 +70,52 @@ pub(super) fn read(plan: &Plan, element: &Element, body: &mut Body<'_>) -> Resul
     if element.count > u64::from(u32::MAX) {
         return Err((u64::from(u32::MAX), "more vertices than a 32-bit index counts".to_owned()));
     }
+    let has = |first: usize, count: usize| plan.types[first..first + count].iter().all(Option::is_some);
+    let (has_normals, has_tex_coords, has_colors) = (has(NORMAL, 3), has(TEX_COORD, 2), has(COLOR, 3));
     let reserve = |wanted: bool| if wanted { element.count as usize } else { 0 };
     let mut vertices = Vertices {
         positions: Vec::with_capacity(reserve(true)),
-        normals: Vec::with_capacity(reserve(plan.has_normals)),
-        tex_coords: Vec::with_capacity(reserve(plan.has_tex_coords)),
-        colors: Vec::with_capacity(reserve(plan.has_colors)),
+        normals: Vec::with_capacity(reserve(has_normals)),
+        tex_coords: Vec::with_capacity(reserve(has_tex_coords)),
+        colors: Vec::with_capacity(reserve(has_colors)),
     };
-    let color_type = plan.color_type();
-    for number in 0..element.count {
-        let row = plan.row(body).map_err(|cause| (number, cause))?;
+    body.each_row(element, |body| {
+        let row = plan.row(body)?;
         vertices.positions.push(vec3(&row, POSITION));
-        if plan.has_normals {
+        if has_normals {
             vertices.normals.push(vec3(&row, NORMAL).normalize_or_zero());
         }
-        if plan.has_tex_coords {
+        if has_tex_coords {
             vertices.tex_coords.push(Vec2::new(row[TEX_COORD] as f32, 1.0 - row[TEX_COORD + 1] as f32));
         }
-        if plan.has_colors {
-            vertices.colors.push(color(&row, color_type));
+        if has_colors {
+            vertices.colors.push(color(&row, &plan.types));
         }
-    }
+        Ok(())
+    })?;
     Ok(vertices)
 }
-
-/// The types of a colour's parts and of its opacity.
-type ColorType = [Option<Scalar>; 4];
 
 impl Plan {
     fn row(&self, body: &mut Body<'_>) -> Result<Row, String> {
         let mut row = [0.0; ROLES.len()];
-        body.begin_row()?;
-        for step in &self.steps {
-            match *step {
-                Step::Keep(scalar, role) => {
+        for &(kind, role) in &self.properties {
+            match (kind, role) {
+                (Kind::Scalar(scalar), Some(role)) => {
                     row[role] = body.value(scalar).map_err(|cause| format!("`{}`: {cause}", ROLES[role][0]))?;
                 }
-                Step::Skip(kind) => body.skip(kind)?,
+                _ => body.skip(kind)?,
             }
         }
         Ok(row)
-    }
-
-    fn color_type(&self) -> ColorType {
-        [COLOR, COLOR + 1, COLOR + 2, OPACITY].map(|wanted| {
-            self.steps.iter().find_map(|step| match *step {
-                Step::Keep(scalar, role) if role == wanted => Some(scalar),
-                _ => None,
-            })
-        })
     }
 }
 
 /// Linear colour and opacity: floating-point numbers are both already; whole numbers are parts of their type's
 /// highest, and colours then sRGB.
-fn color(row: &Row, [r, g, b, opacity]: ColorType) -> Vec4 {
-    let [red, green, blue, alpha] = [COLOR, COLOR + 1, COLOR + 2, OPACITY].map(|role| row[role]);
+fn color(row: &Row, types: &[Option<Scalar>; ROLES.len()]) -> Vec4 {
+    let ([r, g, b, opacity], [red, green, blue, alpha]) =
+        ([0, 1, 2, 3].map(|part| types[COLOR + part]), [0, 1, 2, 3].map(|part| row[COLOR + part]));
     let whole = [r, g, b].map(|part| part == Some(Scalar::U8)) == [true; 3];
     let highest = |scalar: Scalar| scalar.whole_range().map(|(_, highest)| highest);
     let color = if whole {

@@ -3,13 +3,11 @@
 mod influences;
 mod morph;
 mod pose;
-mod ranges;
 
 use glam::{Affine3A, Vec3, Vec4};
 
 pub use self::influences::Influences;
 pub use self::morph::{Deltas, MorphTarget};
-pub(crate) use self::ranges::{GRAIN, overlap, overlapping};
 
 /// What a scene's vertices are made from, which stays the same in every pose.
 #[derive(Debug)]
@@ -78,8 +76,6 @@ pub struct Shape {
     pub tangents: Vec<Vec4>,
     /// Sets of four influences for each position; none where the shape has no joints.
     pub influences: Vec<Vec<Influences>>,
-    /// The highest joint that any vertex follows.
-    pub highest_joint: Option<u32>,
     /// What weights add to vertices.
     pub morph_targets: Vec<MorphTarget>,
 }

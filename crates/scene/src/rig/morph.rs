@@ -34,12 +34,13 @@ impl Default for Deltas {
 }
 
 impl Deltas {
-    /// Adds `weight` times the differences of the vertices from `first` on, one for each element of `values`.
-    pub(super) fn add(&self, weight: f32, first: usize, values: &mut [impl AddDelta]) {
+    /// Has `add` give `weight` times the differences of the vertices from `first` on to the elements of `values`, one for
+    /// each of these vertices.
+    pub(super) fn add<T>(&self, weight: f32, first: usize, values: &mut [T], add: impl Fn(&mut T, Vec3)) {
         match self {
             Self::Dense(deltas) => {
                 for (value, &delta) in values.iter_mut().zip(&deltas[first..]) {
-                    value.add_delta(delta * weight);
+                    add(value, delta * weight);
                 }
             }
             Self::Sparse { vertices, deltas } => {
@@ -49,27 +50,9 @@ impl Deltas {
                     if vertex as usize >= end {
                         break;
                     }
-                    values[vertex as usize - first].add_delta(delta * weight);
+                    add(&mut values[vertex as usize - first], delta * weight);
                 }
             }
         }
-    }
-}
-
-/// What differences can be added to.
-pub(super) trait AddDelta {
-    fn add_delta(&mut self, delta: Vec3);
-}
-
-impl AddDelta for Vec3 {
-    fn add_delta(&mut self, delta: Vec3) {
-        *self += delta;
-    }
-}
-
-impl AddDelta for glam::Vec4 {
-    /// Leaves w, a tangent's sign, as it is.
-    fn add_delta(&mut self, delta: Vec3) {
-        *self += delta.extend(0.0);
     }
 }

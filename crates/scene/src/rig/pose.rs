@@ -4,8 +4,11 @@ use std::ops::Range;
 
 use glam::{Affine3A, Mat3A, Vec3, Vec3A, Vec4};
 
-use super::{GRAIN, Influences, Part, Placement, Pose, Rig, Shape, overlap, overlapping};
+use super::{Influences, Part, Placement, Pose, Rig, Shape};
 use crate::Frame;
+
+/// Vertices below which a piece of work is not worth sharing between threads.
+const GRAIN: usize = 4096;
 
 /// The vertices of a frame, or some of them. Normals and tangents may be absent.
 struct Vertices<'a> {
@@ -40,10 +43,15 @@ impl Rig {
             );
             return;
         }
-        for part in overlapping(&self.parts, &range, |part| part.first_vertex) {
+        // They have no gaps.
+        let from = self.parts.partition_point(|part| part.first_vertex as usize <= range.start).saturating_sub(1);
+        for part in self.parts[from..].iter().take_while(|part| (part.first_vertex as usize) < range.end) {
             let shape = &self.shapes[part.shape as usize];
-            let (target, source) = overlap(&range, part.first_vertex as usize, shape.positions.len());
-            vertices.range(target).pose(pose, part, shape, source);
+            let first = part.first_vertex as usize;
+            let start = range.start.max(first);
+            let end = range.end.min(first + shape.positions.len()).max(start);
+            let target = start - range.start..end - range.start;
+            vertices.range(target).pose(pose, part, shape, start - first..end - first);
         }
     }
 }
@@ -70,12 +78,14 @@ impl Vertices<'_> {
         self.copy_from(shape, source.clone());
         let weights = pose.weights[part.first_weight as usize..].iter().zip(&shape.morph_targets);
         for (&weight, target) in weights.filter(|&(&weight, _)| weight != 0.0) {
-            target.positions.add(weight, source.start, self.positions);
+            let first = source.start;
+            target.positions.add(weight, first, self.positions, |position, delta| *position += delta);
             if !shape.normals.is_empty() {
-                target.normals.add(weight, source.start, self.normals);
+                target.normals.add(weight, first, self.normals, |normal, delta| *normal += delta);
             }
             if !shape.tangents.is_empty() {
-                target.tangents.add(weight, source.start, self.tangents);
+                // W, a tangent's sign, stays as it is.
+                target.tangents.add(weight, first, self.tangents, |tangent, delta| *tangent += delta.extend(0.0));
             }
         }
         match part.placement {

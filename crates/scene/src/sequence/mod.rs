@@ -42,13 +42,12 @@ impl Sequence {
     /// Where `address` is a pattern or folder that has no such files, `fps` is no frequency or the first file can't be
     /// read.
     pub(crate) fn find(address: &Path, fps: f64) -> Result<Option<Self>, Error> {
-        let Some(found) = search::find(address)? else { return Ok(None) };
+        let Some((paths, warnings)) = search::find(address)? else { return Ok(None) };
         if !(fps.is_finite() && fps > 0.0) {
             let cause = format!("{fps} files a second: give a number above 0");
             return Err(Error::address(address.display().to_string(), cause));
         }
-        let mut sequence =
-            Self { paths: found.paths, fps, warnings: found.warnings, recent: Mutex::new(Recent::default()) };
+        let mut sequence = Self { paths, fps, warnings, recent: Mutex::new(Recent::default()) };
         // What the first file lacks, the others usually lack too.
         let first = sequence.still(0)?;
         let name = sequence.paths[0].display().to_string();

@@ -1,12 +1,14 @@
 use std::cmp::Ordering;
 
+use wildmatch::WildMatch;
+
 /// A file-name pattern.
 #[derive(Debug)]
 pub(super) enum Pattern {
     /// A number between two texts, as `printf` writes it: with zeros up to `width` digits.
     Number { prefix: String, width: usize, suffix: String },
     /// `*` for any characters and `?` for any one.
-    Wildcard(String),
+    Wildcard(WildMatch),
 }
 
 impl Pattern {
@@ -20,7 +22,7 @@ impl Pattern {
     pub(super) fn parse(name: &str) -> Result<Option<Self>, String> {
         let Some((before, after)) = name.split_once('%') else {
             let is_wildcard = name.contains(['*', '?']);
-            return Ok(is_wildcard.then(|| Self::Wildcard(name.to_owned())));
+            return Ok(is_wildcard.then(|| Self::Wildcard(WildMatch::new(name))));
         };
         let digits = after.len() - after.trim_start_matches(|c: char| c.is_ascii_digit()).len();
         let (width, conversion) = after.split_at(digits);
@@ -47,36 +49,9 @@ impl Pattern {
                     written.is_ok_and(|written| written == digits)
                 })
             }
-            Self::Wildcard(pattern) => wildcard_matches(pattern, name),
+            Self::Wildcard(pattern) => pattern.matches(name),
         }
     }
-}
-
-/// Whether `name` is what `pattern` describes. Takes time in proportion to the product of their lengths at most.
-fn wildcard_matches(pattern: &str, name: &str) -> bool {
-    let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
-    let (mut at_pattern, mut at_name) = (0, 0);
-    // Where to go on when the rest doesn't match: the last `*`, taking one more character.
-    let mut retry: Option<(usize, usize)> = None;
-    while at_name < name.len() {
-        match pattern.get(at_pattern) {
-            Some('*') => {
-                retry = Some((at_pattern, at_name));
-                at_pattern += 1;
-            }
-            Some(&c) if c == '?' || c == name[at_name] => {
-                at_pattern += 1;
-                at_name += 1;
-            }
-            _ => {
-                let Some((star, taken)) = retry else { return false };
-                retry = Some((star, taken + 1));
-                at_pattern = star + 1;
-                at_name = taken + 1;
-            }
-        }
-    }
-    pattern[at_pattern..].iter().all(|&c| c == '*')
 }
 
 /// Each number in a name's stem, with what is before and after it.

@@ -4,14 +4,10 @@ use std::path::{Path, PathBuf};
 use super::names::{Pattern, natural_order, numbers};
 use crate::{Error, scene::Format};
 
-/// The files of a sequence, in the order in which they show; at least one.
-#[derive(Debug)]
-pub(super) struct Found {
-    pub(super) paths: Vec<PathBuf>,
-    pub(super) warnings: Vec<String>,
-}
-
 const LOOKED_FOR: &str = "numbered .obj, .ply or .stl files, such as name_0001.ply";
+
+/// The files of a sequence, at least one, in the order in which they show, and warnings.
+type Found = (Vec<PathBuf>, Vec<String>);
 
 /// The files that `address` means; `None` for a plain file, there or not.
 ///
@@ -22,33 +18,28 @@ pub(super) fn find(address: &Path) -> Result<Option<Found>, Error> {
     if address.is_file() {
         return Ok(None);
     }
-    if address.is_dir() {
-        let names = scene_names(address, |_| true)?;
-        let (names, mut warnings) = largest_family(names).map_err(wrong)?;
-        warnings.extend(gaps(&names));
-        return Ok(Some(found(address, names, warnings)));
-    }
-    let Some(name) = address.file_name().and_then(|name| name.to_str()) else { return Ok(None) };
-    let folder = address.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let Some(pattern) = Pattern::parse(name).map_err(wrong)? else { return Ok(None) };
-    if !folder.is_dir() {
-        let cause = format!("there is no folder {} (wildcards may only be in the file's name)", folder.display());
-        return Err(wrong(cause));
-    }
-    let mut names = scene_names(folder, |name| pattern.matches(name))?;
-    if names.is_empty() {
-        return Err(wrong("matches no .obj, .ply or .stl file".to_owned()));
-    }
-    names.sort_by(|a, b| natural_order(a, b));
-    let warnings = gaps(&names);
-    Ok(Some(found(folder, names, warnings)))
+    let (folder, names, mut warnings) = if address.is_dir() {
+        let (names, warnings) = largest_family(&scene_names(address, |_| true)?).map_err(wrong)?;
+        (address, names, warnings)
+    } else {
+        let Some(name) = address.file_name().and_then(|name| name.to_str()) else { return Ok(None) };
+        let folder = address.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let Some(pattern) = Pattern::parse(name).map_err(wrong)? else { return Ok(None) };
+        if !folder.is_dir() {
+            let cause = format!("there is no folder {} (wildcards may only be in the file's name)", folder.display());
+            return Err(wrong(cause));
+        }
+        let names = scene_names(folder, |name| pattern.matches(name))?;
+        if names.is_empty() {
+            return Err(wrong("matches no .obj, .ply or .stl file".to_owned()));
+        }
+        (folder, names, Vec::new())
+    };
+    warnings.extend(gaps(&names));
+    Ok(Some((names.into_iter().map(|name| folder.join(name)).collect(), warnings)))
 }
 
-fn found(folder: &Path, names: Vec<String>, warnings: Vec<String>) -> Found {
-    Found { paths: names.into_iter().map(|name| folder.join(name)).collect(), warnings }
-}
-
-/// The names of the files in `folder` that are readable scenes and that `wanted` accepts.
+/// The names of the files in `folder` that are readable scenes and that `wanted` accepts, in natural order.
 ///
 /// # Errors
 /// Where the folder can't be listed, or all such files are glTF.
@@ -69,16 +60,18 @@ fn scene_names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<Strin
         Some(path) if names.is_empty() => {
             Err(Error::unsupported(&path, "glTF in a sequence of files", "open the file alone, or use OBJ, PLY or STL"))
         }
-        _ => Ok(names),
+        _ => {
+            names.sort_by(|a, b| natural_order(a, b));
+            Ok(names)
+        }
     }
 }
 
-/// The largest set of names that differ in one number only, in the number's order, and what was left out.
+/// The largest set of `names`, which are in natural order, that differ in one number only, and what was left out.
 ///
 /// # Errors
 /// Says what was looked for where no name has a number.
-fn largest_family(mut names: Vec<String>) -> Result<(Vec<String>, Vec<String>), String> {
-    names.sort_by(|a, b| natural_order(a, b));
+fn largest_family(names: &[String]) -> Result<(Vec<String>, Vec<String>), String> {
     let mut families: HashMap<(&str, &str), Vec<usize>> = HashMap::new();
     for (index, name) in names.iter().enumerate() {
         for (prefix, _, suffix) in numbers(name) {
@@ -110,9 +103,7 @@ fn largest_family(mut names: Vec<String>) -> Result<(Vec<String>, Vec<String>), 
         let first = &names[indices[0]];
         warnings.push(format!("left out {left_out} files that don't belong to {first}, for instance {example}"));
     }
-    let mut family: Vec<String> = indices.into_iter().map(|index| names[index].clone()).collect();
-    family.sort_by(|a, b| natural_order(a, b));
-    Ok((family, warnings))
+    Ok((indices.into_iter().map(|index| names[index].clone()).collect(), warnings))
 }
 
 /// What is wrong with the numbers of `names`, which are in natural order.

@@ -3,12 +3,13 @@
 import package::dispatch::{Invocation, flat_index, groups_of};
 import package::exact::corners::{corner_bits};
 import package::exact::double::{F64, F64_ZERO, f64_from_f32_bits, f64_to_f32_bits};
-import package::exact::predicate::{ExactRay, exact_scale_to_one};
+import package::exact::predicate::{exact_scale_to_one};
 import package::exact::shadow::{ExactPoint, exact_point, exact_shadow};
 import package::exact::vector::{F64Vector, f64_vector_scale};
+import package::kdtree::read::{read_ray};
 import package::kdtree::records::{
-    NO_TRIANGLE, RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORDS_GROUPS, RECORDS_PACKETS, RECORD_LANES,
-    RECORD_OWN, RECORD_TAG, SHADOW_COLOR, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT, record_start,
+    HIT_WORDS, NO_TRIANGLE, RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORDS_GROUPS, RECORDS_PACKETS,
+    RECORD_LANES, RECORD_OWN, RECORD_TAG, SHADOW_COLOR, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT, record_start,
 };
 import package::mask::flags::{TRIANGLE_MATERIAL};
 
@@ -40,21 +41,11 @@ struct KdBounce {
 @group(0) @binding(7) var<storage, read_write> shadow_records: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read_write> film: array<vec4<f32>>;
 
-// As in `settle.wgsl`.
-const HIT_WORDS: u32 = 8u;
 const BOUNCE_INFINITE = F64(0u, 0x7ff00000u);
 
 // How many of the workgroup's invocations send on a ray and ask about a shadow, up to each; both counts in a word.
 var<workgroup> bounce_counts: array<u32, RECORD_LANES>;
 var<workgroup> bounce_starts: vec2<u32>;
-
-fn bounce_number(word: u32) -> F64 {
-    return F64(records[word], records[word + 1u]);
-}
-
-fn bounce_vector(word: u32) -> F64Vector {
-    return F64Vector(bounce_number(word), bounce_number(word + 2u), bounce_number(word + 4u));
-}
 
 fn rounded_vector(a: F64Vector) -> vec3<f32> {
     return bitcast<vec3<f32>>(vec3(f64_to_f32_bits(a.x), f64_to_f32_bits(a.y), f64_to_f32_bits(a.z)));
@@ -126,7 +117,7 @@ fn bounce(at: Invocation) {
         let weight = film[kd_bounce.pixels + pixel].rgb;
         var color = kd_bounce.sky;
         if id != NO_TRIANGLE {
-            let ray = ExactRay(bounce_vector(word), bounce_vector(word + RAY_DIRECTION));
+            let ray = read_ray(word);
             point = exact_point(ray, F64(hits[number * HIT_WORDS + 2u], hits[number * HIT_WORDS + 3u]));
             let along = f64_vector_scale(ray.direction, exact_scale_to_one(ray.direction));
             let towards = unit_vector(rounded_vector(along));

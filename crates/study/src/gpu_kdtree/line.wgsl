@@ -6,35 +6,19 @@ import package::exact::double::{
     f64_multiply, f64_subtract, f64_to_f32_bits,
 };
 import package::exact::predicate::{ExactRay, exact_scale_to_one};
-import package::exact::shadow::{ExactPoint, exact_shadow};
 import package::exact::vector::{
     F64Vector, f64_largest_magnitude, f64_vector_add, f64_vector_from_f32_bits, f64_vector_scale, f64_vector_turned,
 };
-import package::kdtree::records::{
-    RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, RECORD_OWN, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL,
-    SHADOW_LIGHT, record_start,
-};
-
-// The tree's bounds, and the power of two that brings them within one.
-struct KdShape {
-    // Bits of f32.
-    min: vec3<u32>,
-    // Of the power of two as an f32.
-    scale: u32,
-    max: vec3<u32>,
-    // The same power of two as an F64, high word.
-    scale_high: u32,
-    // All ones where a node's left child follows it.
-    left_follows: u32,
-    // Whether coordinates are too small or too large to be scaled: then all rays take everything.
-    is_lost: u32,
-    is_empty: u32,
-    unused: u32,
-}
+import package::kdtree::read::{read_number, read_point, read_ray, read_shadow};
+import package::kdtree::records::{RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, RECORD_OWN, record_start};
+import package::kdtree::shape::{KdShape};
 
 @group(0) @binding(0) var<uniform> kd_shape: KdShape;
 @group(0) @binding(1) var<storage, read> records: array<u32>;
 @group(0) @binding(2) var<storage, read_write> lines: array<vec4<u32>>;
+
+// Whether records are questions about shadows; else they are rays.
+override KD_IS_SHADOW: bool = false;
 
 const LINE_ONE = F64(0u, 0x3ff00000u);
 // 2⁻⁴⁸ and 2⁻⁴⁹.
@@ -62,14 +46,6 @@ struct Slabs {
     inverse: F64Vector,
     is_missed: bool,
     is_lost: bool,
-}
-
-fn record_number(word: u32) -> F64 {
-    return F64(records[word], records[word + 1u]);
-}
-
-fn record_vector(word: u32) -> F64Vector {
-    return F64Vector(record_number(word), record_number(word + 2u), record_number(word + 4u));
 }
 
 fn f64_at_most(a: F64, b: F64) -> F64 {
@@ -196,7 +172,7 @@ fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, ow
 }
 
 @compute @workgroup_size(64)
-fn line_of_rays(at: Invocation) {
+fn line(at: Invocation) {
     let number = flat_index(at, RECORD_LANES);
     if number == 0u {
         lines[0] = vec4(records[RECORDS_COUNT], 0u, 0u, 0u);
@@ -204,28 +180,14 @@ fn line_of_rays(at: Invocation) {
     if number >= records[RECORDS_COUNT] {
         return;
     }
-    let from_word = record_start(number);
-    let ray = ExactRay(record_vector(from_word), record_vector(from_word + RAY_DIRECTION));
-    let t_min = record_number(from_word + RAY_T_MIN);
-    let t_max = record_number(from_word + RAY_T_MAX);
-    write_line(number, ray, t_min, t_max, F64_ZERO, records[from_word + RECORD_OWN]);
-}
-
-@compute @workgroup_size(64)
-fn line_of_shadows(at: Invocation) {
-    let number = flat_index(at, RECORD_LANES);
-    if number == 0u {
-        lines[0] = vec4(records[RECORDS_COUNT], 0u, 0u, 0u);
+    let word = record_start(number);
+    let own = records[word + RECORD_OWN];
+    if KD_IS_SHADOW {
+        let point = read_point(word);
+        let shadow = read_shadow(word, point);
+        let t_max = select(LINE_ONE, F64(0u, 0x7ff00000u), shadow.from_point);
+        write_line(number, shadow.ray, F64_ZERO, t_max, point.error, own);
+    } else {
+        write_line(number, read_ray(word), read_number(word + RAY_T_MIN), read_number(word + RAY_T_MAX), F64_ZERO, own);
     }
-    if number >= records[RECORDS_COUNT] {
-        return;
-    }
-    let from_word = record_start(number);
-    let point = ExactPoint(record_vector(from_word), record_number(from_word + SHADOW_ERROR));
-    let light = vec3(
-        records[from_word + SHADOW_LIGHT], records[from_word + SHADOW_LIGHT + 1u], records[from_word + SHADOW_LIGHT + 2u],
-    );
-    let shadow = exact_shadow(records[from_word + SHADOW_IS_DIRECTIONAL] != 0u, light, point);
-    let t_max = select(LINE_ONE, F64(0u, 0x7ff00000u), shadow.from_point);
-    write_line(number, shadow.ray, F64_ZERO, t_max, point.error, records[from_word + RECORD_OWN]);
 }

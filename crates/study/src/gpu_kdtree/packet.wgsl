@@ -111,20 +111,7 @@ fn packet_return(goes_on: bool) -> u32 {
     return STEP_RESTART;
 }
 
-fn by_packet(number: u32, lane: u32, is_shadow: bool) {
-    var ray: KdRay;
-    ray.leave = -1.0;
-    if number < kd_count() {
-        ray = kd_ray(number);
-    }
-    let is_missed = kd_is_missed(&ray);
-    walk_in_packet(&ray, lane, is_missed, is_shadow);
-    if number < kd_count() {
-        kd_finish(&ray, is_shadow);
-    }
-}
-
-fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool, is_shadow: bool) {
+fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
     // Its first ray is the first that doesn't miss the tree.
     if lane == 0u {
         atomicStore(&packet_first, KD_PACKET);
@@ -160,7 +147,7 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool, is_shad
         var vote = 0u;
         if kd_is_leaf(node) {
             if is_active {
-                kd_leaf(ray, node, is_shadow);
+                kd_leaf(ray, node);
             }
         } else {
             if KD_COUNTS && is_active {
@@ -222,11 +209,15 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool, is_shad
 }
 
 @compute @workgroup_size(KD_PACKET)
-fn nearest_by_packet(at: Invocation) {
-    by_packet(flat_index(at, KD_PACKET), at.lane, false);
-}
-
-@compute @workgroup_size(KD_PACKET)
-fn blocked_by_packet(at: Invocation) {
-    by_packet(flat_index(at, KD_PACKET), at.lane, true);
+fn by_packet(at: Invocation) {
+    let number = flat_index(at, KD_PACKET);
+    var ray: KdRay;
+    ray.leave = -1.0;
+    if number < kd_count() {
+        ray = kd_ray(number);
+    }
+    walk_in_packet(&ray, at.lane, kd_is_missed(&ray));
+    if number < kd_count() {
+        kd_finish(&ray);
+    }
 }

@@ -27,6 +27,9 @@ const RECORD_TAG: u32 = 17u;
 // Invocations of a workgroup, but for packets.
 const RECORD_LANES: u32 = 64u;
 
+// Of a hit: its triangle, a word that isn't used, t in F64, and the weights of its second and third corner.
+const HIT_WORDS: u32 = 8u;
+
 const NO_TRIANGLE: u32 = 0xffffffffu;
 
 fn record_start(number: u32) -> u32 {

@@ -6,13 +6,10 @@ import package::dispatch::{Invocation, flat_index, groups_of};
 import package::exact::corners::{corner_bits};
 import package::exact::double::{F64, f64_equal, f64_less};
 import package::exact::expansion::{ExpansionTerms};
-import package::exact::predicate::{ExactEdges, ExactRay, exact_barycentric, exact_edges, exact_t};
-import package::exact::shadow::{ExactPoint, exact_blocked_by, exact_shadow};
-import package::exact::vector::{F64Vector};
-import package::kdtree::records::{
-    RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT,
-    record_start,
-};
+import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_t};
+import package::exact::shadow::{exact_blocked_by};
+import package::kdtree::read::{read_number, read_point, read_ray, read_shadow};
+import package::kdtree::records::{HIT_WORDS, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, record_start};
 
 @group(0) @binding(0) var<storage, read> records: array<u32>;
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
@@ -29,18 +26,7 @@ const UNDECIDED_FIRST: u32 = 16u;
 const UNDECIDED_WORDS: u32 = 8u;
 const NOTHING: u32 = 0xffffffffu;
 
-// Of a hit: its triangle, a word that isn't used, t in F64, and the weights of its second and third corner.
-const HIT_WORDS: u32 = 8u;
-
 const SETTLE_INFINITE = F64(0u, 0x7ff00000u);
-
-fn settle_number(word: u32) -> F64 {
-    return F64(records[word], records[word + 1u]);
-}
-
-fn settle_vector(word: u32) -> F64Vector {
-    return F64Vector(settle_number(word), settle_number(word + 2u), settle_number(word + 4u));
-}
 
 // How many hits there was room for.
 fn undecided_count() -> u32 {
@@ -68,12 +54,12 @@ fn settle_hits(at: Invocation) {
     var t = SETTLE_INFINITE;
     if bitcast<f32>(undecided_hits[base + 3u]) <= bitcast<f32>(atomicLoad(&traced[4u * number + 2u])) {
         let word = record_start(number);
-        let ray = ExactRay(settle_vector(word), settle_vector(word + RAY_DIRECTION));
+        let ray = read_ray(word);
         var terms: ExpansionTerms;
         let edges = exact_edges(&terms, ray, corner_bits(undecided_hits[base]));
         if edges.side != 0 {
             let found = exact_t(&terms, ray, edges);
-            if f64_less(settle_number(word + RAY_T_MIN), found) && f64_less(found, settle_number(word + RAY_T_MAX)) {
+            if f64_less(read_number(word + RAY_T_MIN), found) && f64_less(found, read_number(word + RAY_T_MAX)) {
                 t = found;
             }
             let weights = exact_barycentric(edges);
@@ -128,11 +114,7 @@ fn settle_blocked(at: Invocation) {
         return;
     }
     let word = record_start(number);
-    let point = ExactPoint(settle_vector(word), settle_number(word + SHADOW_ERROR));
-    let light = vec3(
-        records[word + SHADOW_LIGHT], records[word + SHADOW_LIGHT + 1u], records[word + SHADOW_LIGHT + 2u],
-    );
-    let shadow = exact_shadow(records[word + SHADOW_IS_DIRECTIONAL] != 0u, light, point);
+    let shadow = read_shadow(word, read_point(word));
     var terms: ExpansionTerms;
     var edges: ExactEdges;
     if exact_blocked_by(&terms, shadow, corner_bits(undecided_hits[base]), &edges) {

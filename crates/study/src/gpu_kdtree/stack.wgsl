@@ -10,15 +10,7 @@ import package::kdtree::tester::{
 // As many inner nodes as a leaf has above it at most.
 const KD_DEPTH: u32 = 48u;
 
-fn by_stack(number: u32, is_shadow: bool) {
-    var ray = kd_ray(number);
-    if !kd_is_missed(&ray) {
-        walk_with_stack(&ray, is_shadow);
-    }
-    kd_finish(&ray, is_shadow);
-}
-
-fn walk_with_stack(ray: ptr<function, KdRay>, is_shadow: bool) {
+fn walk_with_stack(ray: ptr<function, KdRay>) {
     // Nodes and intervals.
     var stack: array<vec3<u32>, KD_DEPTH>;
     var waiting = 0u;
@@ -52,7 +44,7 @@ fn walk_with_stack(ray: ptr<function, KdRay>, is_shadow: bool) {
             }
             continue;
         }
-        kd_leaf(ray, node, is_shadow);
+        kd_leaf(ray, node);
         if (*ray).is_blocked {
             return;
         }
@@ -72,17 +64,14 @@ fn walk_with_stack(ray: ptr<function, KdRay>, is_shadow: bool) {
 }
 
 @compute @workgroup_size(64)
-fn nearest_by_stack(at: Invocation) {
+fn by_stack(at: Invocation) {
     let number = flat_index(at, RECORD_LANES);
-    if number < kd_count() {
-        by_stack(number, false);
+    if number >= kd_count() {
+        return;
     }
-}
-
-@compute @workgroup_size(64)
-fn blocked_by_stack(at: Invocation) {
-    let number = flat_index(at, RECORD_LANES);
-    if number < kd_count() {
-        by_stack(number, true);
+    var ray = kd_ray(number);
+    if !kd_is_missed(&ray) {
+        walk_with_stack(&ray);
     }
+    kd_finish(&ray);
 }

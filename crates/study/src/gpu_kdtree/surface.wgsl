@@ -3,11 +3,11 @@
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
-import package::exact::double::{F64, f64_is_above_zero, f64_is_finite};
+import package::exact::double::{f64_is_above_zero, f64_is_finite};
 import package::exact::expansion::{ExpansionTerms};
-import package::exact::predicate::{ExactEdges, ExactRay, exact_from_corners, exact_sorted, exact_t};
-import package::exact::vector::{F64Vector};
-import package::kdtree::records::{NO_TRIANGLE, RAY_DIRECTION, RECORDS_COUNT, RECORD_LANES, RECORD_TAG, record_start};
+import package::exact::predicate::{ExactEdges, exact_from_corners, exact_sorted, exact_t};
+import package::kdtree::read::{read_ray};
+import package::kdtree::records::{HIT_WORDS, NO_TRIANGLE, RECORDS_COUNT, RECORD_LANES, RECORD_TAG, record_start};
 
 struct KdSurface {
     width: u32,
@@ -23,16 +23,6 @@ struct KdSurface {
 // Each pixel's triangle and one, row after row; zero for none.
 @group(0) @binding(4) var<storage, read> seen: array<u32>;
 @group(0) @binding(5) var<storage, read_write> hits: array<u32>;
-
-const HIT_WORDS: u32 = 8u;
-
-fn surface_number(word: u32) -> F64 {
-    return F64(records[word], records[word + 1u]);
-}
-
-fn surface_vector(word: u32) -> F64Vector {
-    return F64Vector(surface_number(word), surface_number(word + 2u), surface_number(word + 4u));
-}
 
 @compute @workgroup_size(64)
 fn surface(at: Invocation) {
@@ -51,7 +41,7 @@ fn surface(at: Invocation) {
     if id == NO_TRIANGLE {
         return;
     }
-    let ray = ExactRay(surface_vector(word), surface_vector(word + RAY_DIRECTION));
+    let ray = read_ray(word);
     var edges: ExactEdges;
     edges.corners = exact_from_corners(exact_sorted(corner_bits(id)).corners);
     var terms: ExpansionTerms;

@@ -1,17 +1,6 @@
 // What all traversals share: the tree, lines through it, and the tests of leaves. The bounds are derived in `mod.rs`.
 
-
-// As in `line.wgsl`.
-struct KdShape {
-    min: vec3<u32>,
-    scale: u32,
-    max: vec3<u32>,
-    scale_high: u32,
-    left_follows: u32,
-    is_lost: u32,
-    is_empty: u32,
-    unused: u32,
-}
+import package::kdtree::shape::{KdShape};
 
 @group(0) @binding(0) var<uniform> kd_shape: KdShape;
 @group(0) @binding(1) var<storage, read> kd_nodes: array<vec2<u32>>;
@@ -25,6 +14,8 @@ struct KdShape {
 
 // Whether nodes, leaves, tests and restarts are counted.
 override KD_COUNTS: bool = false;
+// Whether it is asked what blocks the way to a light; else, what is hit first.
+override KD_IS_SHADOW: bool = false;
 
 const UNDECIDED_COUNT: u32 = 0u;
 // How many of them are certain: the predicate only has to say where.
@@ -289,7 +280,7 @@ fn kd_note_shadow(ray: ptr<function, KdRay>, id: u32, meeting: KdMeeting) {
 }
 
 // Tests the triangles of a leaf.
-fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>, is_shadow: bool) {
+fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>) {
     if KD_COUNTS {
         (*ray).visits.y += 1u;
     }
@@ -309,7 +300,7 @@ fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>, is_shadow: bool) {
         if meeting.is_missed {
             continue;
         }
-        if is_shadow {
+        if KD_IS_SHADOW {
             kd_note_shadow(ray, id, meeting);
             if (*ray).is_blocked {
                 return;
@@ -331,8 +322,8 @@ fn kd_add_visits(index: u32, count: u32) {
 }
 
 // Writes what has become of a ray.
-fn kd_finish(ray: ptr<function, KdRay>, is_shadow: bool) {
-    if is_shadow {
+fn kd_finish(ray: ptr<function, KdRay>) {
+    if KD_IS_SHADOW {
         traced[(*ray).number] = vec4(u32((*ray).is_blocked), (*ray).list, bitcast<u32>(KD_BEYOND), 0u);
     } else {
         if (*ray).held != NOTHING {

@@ -88,11 +88,10 @@ impl KdTracer {
     /// Ready to answer.
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
-        let line = |entry| kernel(gpu, "kdtree::line", entry, &[]);
         let settle = |entry| kernel(gpu, "kdtree::settle", entry, &[]);
         Self {
             options,
-            lines: [line("line_of_rays"), line("line_of_shadows")],
+            lines: both(|is_shadow| kernel(gpu, "kdtree::line", "line", &[is_shadow])),
             walks: walks(gpu, options),
             size_undecided: settle("size_undecided"),
             settle_undecided: [settle("settle_hits"), settle("settle_blocked")],
@@ -315,18 +314,17 @@ fn walks(gpu: &Gpu, options: KdTracerOptions) -> [Kernel; 2] {
         KdTraversal::ShortStack(entries) => (entries.min(KdTracerOptions::MOST_ENTRIES), true),
     };
     let counts = ("KD_COUNTS", f64::from(u8::from(options.counts)));
-    let short = [counts, ("KD_ENTRIES", f64::from(entries)), ("KD_PUSHES_DOWN", f64::from(u8::from(pushes_down)))];
-    let packet = [short.as_slice(), &[("KD_PACKET", f64::from(options.lanes()))]].concat();
-    let kernels = |path, entries: [&'static str; 2], constants: &[(&str, f64)]| {
-        entries.map(|entry| kernel(gpu, path, entry, constants))
+    let short = [("KD_ENTRIES", f64::from(entries)), ("KD_PUSHES_DOWN", f64::from(u8::from(pushes_down)))];
+    let packet = [short[0], short[1], ("KD_PACKET", f64::from(options.lanes()))];
+    let (path, entry, constants): (_, _, &[_]) = match options {
+        KdTracerOptions { packet: Some(_), .. } => ("kdtree::packet", "by_packet", &packet),
+        KdTracerOptions { traversal: KdTraversal::Stack, .. } => ("kdtree::stack", "by_stack", &[]),
+        _ => ("kdtree::trail", "by_trail", &short),
     };
-    match options {
-        KdTracerOptions { packet: Some(_), .. } => {
-            kernels("kdtree::packet", ["nearest_by_packet", "blocked_by_packet"], &packet)
-        }
-        KdTracerOptions { traversal: KdTraversal::Stack, .. } => {
-            kernels("kdtree::stack", ["nearest_by_stack", "blocked_by_stack"], &[counts])
-        }
-        _ => kernels("kdtree::trail", ["nearest_by_trail", "blocked_by_trail"], &short),
-    }
+    both(|is_shadow| kernel(gpu, path, entry, &[constants, &[counts, is_shadow]].concat()))
+}
+
+/// What `kernel` makes for nearest hits and for shadows, given the constant that says which.
+fn both(kernel: impl Fn((&'static str, f64)) -> Kernel) -> [Kernel; 2] {
+    [0.0, 1.0].map(|is_shadow| kernel(("KD_IS_SHADOW", is_shadow)))
 }

@@ -20,15 +20,7 @@ override KD_PUSHES_DOWN: bool = true;
 // A node, its level and the interval.
 var<workgroup> short_stack: array<vec4<u32>, max(KD_ENTRIES, 1u) * RECORD_LANES>;
 
-fn by_trail(number: u32, lane: u32, is_shadow: bool) {
-    var ray = kd_ray(number);
-    if !kd_is_missed(&ray) {
-        walk_on_trail(&ray, lane, is_shadow);
-    }
-    kd_finish(&ray, is_shadow);
-}
-
-fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32, is_shadow: bool) {
+fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32) {
     // Where the ray comes from again: nothing waits above.
     var root_node = 0u;
     var root_level = 0u;
@@ -48,7 +40,7 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32, is_shadow: bool) {
         // Whether nothing of the node is left to visit.
         var is_done = kd_is_leaf(node);
         if is_done {
-            kd_leaf(ray, node, is_shadow);
+            kd_leaf(ray, node);
             if (*ray).is_blocked {
                 return;
             }
@@ -114,17 +106,14 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32, is_shadow: bool) {
 }
 
 @compute @workgroup_size(64)
-fn nearest_by_trail(at: Invocation) {
+fn by_trail(at: Invocation) {
     let number = flat_index(at, RECORD_LANES);
-    if number < kd_count() {
-        by_trail(number, at.lane, false);
+    if number >= kd_count() {
+        return;
     }
-}
-
-@compute @workgroup_size(64)
-fn blocked_by_trail(at: Invocation) {
-    let number = flat_index(at, RECORD_LANES);
-    if number < kd_count() {
-        by_trail(number, at.lane, true);
+    var ray = kd_ray(number);
+    if !kd_is_missed(&ray) {
+        walk_on_trail(&ray, at.lane);
     }
+    kd_finish(&ray);
 }

@@ -31,10 +31,18 @@ pub trait Lanes:
     fn is_below(self, other: Self) -> Self::Mask;
     /// Whether `self <= other`; no for NaN.
     fn is_at_most(self, other: Self) -> Self::Mask;
+
     /// Whether `self >= 0`; no for NaN.
-    fn is_at_least_zero(self) -> Self::Mask;
+    #[inline(always)]
+    fn is_at_least_zero(self) -> Self::Mask {
+        self.splat(0.0).is_at_most(self)
+    }
+
     /// Whether `self <= 0`; no for NaN.
-    fn is_at_most_zero(self) -> Self::Mask;
+    #[inline(always)]
+    fn is_at_most_zero(self) -> Self::Mask {
+        self.is_at_most(self.splat(0.0))
+    }
 }
 
 /// A yes or no for each ray.
@@ -79,16 +87,6 @@ impl Lanes for f32 {
     fn is_at_most(self, other: Self) -> bool {
         self <= other
     }
-
-    #[inline(always)]
-    fn is_at_least_zero(self) -> bool {
-        self >= 0.0
-    }
-
-    #[inline(always)]
-    fn is_at_most_zero(self) -> bool {
-        self <= 0.0
-    }
 }
 
 impl<S: Simd> Lanes for f32x16<S> {
@@ -112,16 +110,6 @@ impl<S: Simd> Lanes for f32x16<S> {
     #[inline(always)]
     fn is_at_most(self, other: Self) -> mask32x16<S> {
         self.simd_le(other)
-    }
-
-    #[inline(always)]
-    fn is_at_least_zero(self) -> mask32x16<S> {
-        self.simd_ge(Lanes::splat(self, 0.0))
-    }
-
-    #[inline(always)]
-    fn is_at_most_zero(self) -> mask32x16<S> {
-        self.simd_le(Lanes::splat(self, 0.0))
     }
 }
 

@@ -18,33 +18,22 @@ impl NumberedPath {
     /// Where it holds several numbers, or one is wider than nine digits.
     pub fn parse(path: &Path) -> Result<Option<Self>, Error> {
         let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return Ok(None) };
-        let mut found: Option<Self> = None;
-        let mut rest = name;
-        let mut consumed = 0;
-        while let Some(percent) = rest.find('%') {
-            let behind = &rest[percent + 1..];
+        let mut numbers = name.match_indices('%').filter_map(|(percent, _)| {
+            let behind = &name[percent + 1..];
             let width = behind.bytes().take_while(u8::is_ascii_digit).count();
-            if behind[width..].starts_with('d') {
-                let digits = &behind[..width];
-                // `%4d` would pad with blanks, which nobody wants in a file's name.
-                if !(digits.is_empty() || digits.len() == 2 && digits.starts_with('0') && digits != "00") {
-                    return Err(Error::unsuitable(path, "a frame's number is written %d or %01d to %09d"));
-                }
-                if found.is_some() {
-                    return Err(Error::unsuitable(path, "a file name has a place for only one number"));
-                }
-                let after = behind[width + 1..].to_owned();
-                found = Some(Self {
-                    folder: path.parent().unwrap_or(Path::new("")).to_owned(),
-                    before: name[..consumed + percent].to_owned(),
-                    digits: digits.parse().unwrap_or(1),
-                    after,
-                });
-            }
-            consumed += percent + 1;
-            rest = behind;
+            Some((&name[..percent], &behind[..width], behind[width..].strip_prefix('d')?))
+        });
+        let Some((before, digits, after)) = numbers.next() else { return Ok(None) };
+        // `%4d` would pad with blanks, which nobody wants in a file's name.
+        if !(digits.is_empty() || digits.len() == 2 && digits.starts_with('0') && digits != "00") {
+            return Err(Error::unsuitable(path, "a frame's number is written %d or %01d to %09d"));
         }
-        Ok(found)
+        if numbers.next().is_some() {
+            return Err(Error::unsuitable(path, "a file name has a place for only one number"));
+        }
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let digits = digits.parse().unwrap_or(1);
+        Ok(Some(Self { folder, before: before.to_owned(), digits, after: after.to_owned() }))
     }
 
     /// The path of frame `number`.

@@ -101,7 +101,7 @@ impl Writer {
     /// Where the system refuses to write.
     pub fn write(&mut self, number: u32, film: &Film, settings: &Settings) -> Result<(), Error> {
         match &mut self.kind {
-            Kind::Stills(stills) => stills.write(number, film, settings),
+            Kind::Stills(stills) => stills.write(&self.path, number, film, settings),
             Kind::Animation(animation, _) => {
                 let written = animation.write(&film.develop(settings));
                 written.map_err(|source| Error::write(&self.path, source))
@@ -149,31 +149,24 @@ impl Kind {
 
 /// One file for each frame.
 struct Stills {
-    name: Name,
+    /// `None` for a single frame.
+    numbered: Option<NumberedPath>,
     format: Format,
     options: Options,
 }
 
-enum Name {
-    Single(PathBuf),
-    Numbered(NumberedPath),
-}
-
 impl Stills {
     fn new(path: &Path, format: Format, frames: &Range<u32>, options: Options) -> Result<Self, Error> {
-        let name = match NumberedPath::parse(path)? {
-            Some(numbered) => Name::Numbered(numbered),
-            None if frames.len() == 1 => Name::Single(path.to_owned()),
-            None => {
-                let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-                let cause = format!(
-                    "one name for {} frames; number them ({stem}_%04d.{}) or use an animation (.gif, .apng, .y4m)",
-                    frames.len(),
-                    format.name()
-                );
-                return Err(Error::unsuitable(path, cause));
-            }
-        };
+        let numbered = NumberedPath::parse(path)?;
+        if numbered.is_none() && frames.len() > 1 {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let cause = format!(
+                "one name for {} frames; number them ({stem}_%04d.{}) or use an animation (.gif, .apng, .y4m)",
+                frames.len(),
+                format.name()
+            );
+            return Err(Error::unsuitable(path, cause));
+        }
         // Found before the render rather than after it.
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         if !folder.is_dir() {
@@ -182,14 +175,11 @@ impl Stills {
         if path.is_dir() {
             return Err(Error::unsuitable(path, "is a folder; name a file in it"));
         }
-        Ok(Self { name, format, options })
+        Ok(Self { numbered, format, options })
     }
 
-    fn write(&self, number: u32, film: &Film, settings: &Settings) -> Result<(), Error> {
-        let path = match &self.name {
-            Name::Single(path) => path.clone(),
-            Name::Numbered(numbered) => numbered.path(number),
-        };
+    fn write(&self, path: &Path, number: u32, film: &Film, settings: &Settings) -> Result<(), Error> {
+        let path = self.numbered.as_ref().map_or_else(|| path.to_owned(), |numbered| numbered.path(number));
         match self.format {
             Format::Exr => exr::write(film, &path, self.options.float_depth),
             _ => write_png(&film.develop(settings), &path, self.options.bit_depth),
@@ -230,18 +220,21 @@ mod tests {
         names
     }
 
+    /// For each format, a writer of `frames` of which those of the numbers `written` are.
+    fn writers(folder: &Path, frames: Range<u32>, written: Range<u32>) -> impl Iterator<Item = Writer> {
+        Format::all().map(move |format| {
+            let name = if format.is_animation() { "out" } else { "out_%03d" };
+            let path = folder.join(format!("{name}.{}", format.name()));
+            let mut writer = create(&path, format, frames.clone()).unwrap();
+            written.clone().for_each(|number| writer.write(number, &film(), &settings()).unwrap());
+            writer
+        })
+    }
+
     #[test]
     fn every_format_writes_every_frame() {
         let folder = tempfile::tempdir().unwrap();
-        for format in Format::all() {
-            let name = if format.is_animation() { "out" } else { "out_%03d" };
-            let path = folder.path().join(format!("{name}.{}", format.name()));
-            let mut writer = create(&path, format, 5..7).unwrap();
-            for number in 5..7 {
-                writer.write(number, &film(), &settings()).unwrap();
-            }
-            writer.finish().unwrap();
-        }
+        writers(folder.path(), 5..7, 5..7).for_each(|writer| writer.finish().unwrap());
         let expected = ["out.apng", "out.gif", "out.y4m", "out_005.exr", "out_005.png", "out_006.exr", "out_006.png"];
         assert_eq!(names(folder.path()), expected);
     }
@@ -249,11 +242,7 @@ mod tests {
     #[test]
     fn an_interrupted_render_keeps_its_whole_frames_only() {
         let folder = tempfile::tempdir().unwrap();
-        for format in Format::all() {
-            let name = if format.is_animation() { "out" } else { "out_%03d" };
-            let mut writer = create(&folder.path().join(format!("{name}.{}", format.name())), format, 0..3).unwrap();
-            writer.write(0, &film(), &settings()).unwrap();
-        }
+        writers(folder.path(), 0..3, 0..1).for_each(drop);
         assert_eq!(names(folder.path()), ["out_000.exr", "out_000.png"]);
     }
 

@@ -66,35 +66,25 @@ impl<F: Copy + Add<Output = F> + Sub<Output = F> + Mul<Output = F>> Vector<F> {
     }
 }
 
-impl<F: Add<Output = F>> Add for Vector<F> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
-    }
+/// Component by component, also products, as colours are multiplied.
+macro_rules! by_component {
+    ($($operator:ident $method:ident),*) => {$(
+        impl<F: $operator<Output = F>> $operator for Vector<F> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self { x: self.x.$method(other.x), y: self.y.$method(other.y), z: self.z.$method(other.z) }
+            }
+        }
+    )*};
 }
+
+by_component! { Add add, Sub sub, Mul mul }
 
 impl<F: Copy + Add<Output = F>> AddAssign for Vector<F> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
-    }
-}
-
-impl<F: Sub<Output = F>> Sub for Vector<F> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
-    }
-}
-
-/// Component by component, as colours are multiplied.
-impl<F: Mul<Output = F>> Mul for Vector<F> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self { x: self.x * other.x, y: self.y * other.y, z: self.z * other.z }
     }
 }
 

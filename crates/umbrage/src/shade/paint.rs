@@ -134,12 +134,7 @@ impl Paint {
 }
 
 fn has_textures(material: &Material) -> bool {
-    material.base_color_texture.is_some()
-        || material.metallic_roughness_texture.is_some()
-        || material.normal_texture.is_some()
-        || material.occlusion_texture.is_some()
-        || material.emissive_texture.is_some()
-        || material.transmission_texture.is_some()
+    material.textures().iter().any(Option::is_some)
 }
 
 impl Bumps {

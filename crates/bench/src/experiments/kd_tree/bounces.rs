@@ -6,7 +6,7 @@ use super::measure::{KdFlags, Way, frame, race, tree};
 use crate::plot::{LineChart, Scale, Series};
 use crate::rays::{hits_of, mirrored, of_camera};
 use crate::shot::{Lights, Shot, name, short_name};
-use crate::table::Cell;
+use crate::table::{Cell, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct KdBouncesFlags {
@@ -20,15 +20,12 @@ pub(crate) struct KdBouncesFlags {
     common: KdFlags,
 }
 
-const COLUMNS: &[(&str, usize)] =
-    &[("scene", 26), ("bounce", 6), ("rays", 9), ("traversal", 13), ("single", 8), ("packets", 8), ("ratio", 6)];
-
 const TRAVERSALS: [KdTraversal; 4] =
     [KdTraversal::Stack, KdTraversal::Restart, KdTraversal::PushDown, KdTraversal::ShortStack(4)];
 
 impl KdBouncesFlags {
     pub(crate) fn run(&self) -> Result<()> {
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start()?;
         let mut series = Vec::new();
         let packets = Some(KdPacketOptions::default());
         let ways: Vec<Way> = TRAVERSALS
@@ -46,14 +43,14 @@ impl KdBouncesFlags {
                 let costs = race(&mut tree, triangles, &rays, &ways, self.common.rounds)?;
                 for (traversal, pair) in TRAVERSALS.iter().zip(costs.chunks_exact(2)) {
                     let [single, packets] = [pair[0].rate, pair[1].rate];
-                    table.push(&[
-                        name(address).into(),
-                        Cell::Count(bounce.into()),
-                        rays.len().into(),
-                        Cell::Text(traversal.to_string()),
-                        Cell::Number(single, 3),
-                        Cell::Number(packets, 3),
-                        Cell::Number(packets / single, 2),
+                    table.push(row![
+                        ("scene", name(address)),
+                        ("bounce", bounce),
+                        ("rays", rays.len()),
+                        ("traversal", traversal.to_string()),
+                        ("single", Cell::Number(single, 3)),
+                        ("packets", Cell::Number(packets, 3)),
+                        ("ratio", packets / single),
                     ])?;
                     for (kind, rate) in [("alone", single), ("by 16", packets)] {
                         let name = format!("{} {traversal} {kind}", short_name(address));

@@ -10,7 +10,7 @@ use crate::median::median;
 use crate::plot::{Bar, BarChart};
 use crate::rays::{hits_of, of_camera, scattered};
 use crate::shot::{Lights, Shot, name, short_name};
-use crate::table::Cell;
+use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct KdBuildersFlags {
@@ -21,29 +21,12 @@ pub(crate) struct KdBuildersFlags {
     common: KdFlags,
 }
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("triangles", 9),
-    ("builder", 10),
-    ("build_1", 9),
-    ("build", 9),
-    ("speedup", 7),
-    ("mtri_s", 7),
-    ("sah_cost", 8),
-    ("depth", 5),
-    ("references", 10),
-    ("bytes", 6),
-    ("camera_us", 9),
-    ("diffuse_us", 10),
-    ("time_ratio", 10),
-];
-
 /// Scenes of more triangles go without the builder that takes N² time, and the one that sorts at every node.
 const MOST_FOR: [(KdBuilder, usize); 2] = [(KdBuilder::Naive, 3_000), (KdBuilder::Resorting, 200_000)];
 
 impl KdBuildersFlags {
     pub(crate) fn run(&self) -> Result<()> {
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start()?;
         let mut bars = Vec::new();
         for address in &self.scenes {
             let frame = frame(address)?;
@@ -51,7 +34,7 @@ impl KdBuildersFlags {
             let exact = trials.iter().position(|trial| trial.builder == KdBuilder::Presorted);
             let exact = exact.map(|at| trials[at].costs);
             for trial in &mut trials {
-                table.push(&trial.row(name(address), frame.triangles().len(), exact.as_ref()))?;
+                table.push(trial.row(name(address), frame.triangles().len(), exact.as_ref()))?;
                 let bar = format!("{} {}", short_name(address), trial.builder);
                 bars.push(Bar { name: bar, heights: vec![trial.build] });
             }
@@ -124,24 +107,24 @@ struct Trial {
 }
 
 impl Trial {
-    fn row(&self, scene: &str, triangles: usize, exact: Option<&[Cost; 2]>) -> Vec<Cell> {
+    fn row(&self, scene: &str, triangles: usize, exact: Option<&[Cost; 2]>) -> Row {
         let each = |number: f64| number / (triangles as f64).max(1.0);
         let seconds = |costs: &[Cost; 2]| costs.iter().map(|cost| 1.0 / cost.rate).sum::<f64>();
-        vec![
-            scene.into(),
-            triangles.into(),
-            self.builder.name().into(),
-            Cell::Number(self.build_alone, 1),
-            Cell::Number(self.build, 1),
-            Cell::Number(self.build_alone / self.build, 2),
-            Cell::Number(triangles as f64 / (1e3 * self.build), 2),
-            Cell::Number(self.counts.sah_cost, 1),
-            Cell::Count(self.counts.depth.into()),
-            Cell::Number(each(self.counts.references as f64), 2),
-            Cell::Number(each(self.bytes as f64), 0),
-            Cell::Number(self.costs[0].rate, 3),
-            Cell::Number(self.costs[1].rate, 3),
-            exact.map_or(Cell::Nothing, |exact| Cell::Number(seconds(&self.costs) / seconds(exact), 2)),
+        row![
+            ("scene", scene),
+            ("triangles", triangles),
+            ("builder", self.builder.name()),
+            ("build_1", Cell::Number(self.build_alone, 1)),
+            ("build", Cell::Number(self.build, 1)),
+            ("speedup", self.build_alone / self.build),
+            ("mtri_s", triangles as f64 / (1e3 * self.build)),
+            ("sah_cost", Cell::Number(self.counts.sah_cost, 1)),
+            ("depth", self.counts.depth),
+            ("references", each(self.counts.references as f64)),
+            ("bytes", Cell::Number(each(self.bytes as f64), 0)),
+            ("camera_us", Cell::Number(self.costs[0].rate, 3)),
+            ("diffuse_us", Cell::Number(self.costs[1].rate, 3)),
+            ("time_ratio", exact.map(|exact| seconds(&self.costs) / seconds(exact))),
         ]
     }
 }

@@ -1,12 +1,12 @@
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::{KdMailbox, KdPacketOptions, KdTraversal};
+use umbrage::rays::{Counts, KdMailbox, KdPacketOptions, KdTraversal};
 use umbrage_study::shaft::{KdCulling, KdEntry, ShaftLead, ShaftOptions};
 
 use super::measure::{Cost, KdFlags, Way, frame, race, tree};
 use crate::rays::{hits_of, mirrored, of_camera};
 use crate::shot::{Lights, Shot, name};
-use crate::table::Cell;
+use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct KdEntriesFlags {
@@ -17,25 +17,9 @@ pub(crate) struct KdEntriesFlags {
     common: KdFlags,
 }
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("rays", 7),
-    ("width", 8),
-    ("entry", 12),
-    ("culling", 16),
-    ("mailbox", 8),
-    ("rays_us", 8),
-    ("ratio", 6),
-    ("nodes", 8),
-    ("searched", 8),
-    ("leaves", 8),
-    ("tests", 8),
-    ("culled", 8),
-];
-
 impl KdEntriesFlags {
     pub(crate) fn run(&self) -> Result<()> {
-        let mut table = self.common.start_without_chart(COLUMNS)?;
+        let mut table = self.common.start_without_chart()?;
         let all = forms();
         let packets = Some(KdPacketOptions::default());
         let of = |&options| Way { traversal: KdTraversal::Stack, packets, shafts: Some(options) };
@@ -48,7 +32,7 @@ impl KdEntriesFlags {
             for (kind, rays) in [("camera", &camera), ("mirror", &mirrored)] {
                 let costs = race(&mut tree, triangles, rays, &ways, self.common.rounds)?;
                 for (options, cost) in all.iter().zip(&costs) {
-                    table.push(&row(name(address), kind, options, cost, &costs[0]))?;
+                    table.push(row(name(address), kind, options, cost, &costs[0]))?;
                 }
             }
         }
@@ -72,27 +56,26 @@ fn forms() -> Vec<ShaftOptions> {
     entries.chain(culled).chain(kept.map(|mailbox| ShaftOptions { mailbox, ..shaft })).collect()
 }
 
-fn row(scene: &str, kind: &str, options: &ShaftOptions, cost: &Cost, first: &Cost) -> Vec<Cell> {
+fn row(scene: &str, kind: &str, options: &ShaftOptions, cost: &Cost, first: &Cost) -> Row {
     let ShaftOptions { entry, lead, mailbox } = options;
     let (width, culling) = match lead {
-        ShaftLead::Packets => ("Sixteen", Cell::Nothing),
-        ShaftLead::Shaft(culling) => ("Shaft", Cell::Text(format!("{culling:?}"))),
+        ShaftLead::Packets => ("Sixteen", String::new()),
+        ShaftLead::Shaft(culling) => ("Shaft", format!("{culling:?}")),
     };
-    let mut row = vec![
-        scene.into(),
-        kind.into(),
-        width.into(),
-        Cell::Text(format!("{entry:?}")),
-        culling,
-        Cell::Text(format!("{mailbox:?}")),
-        Cell::Number(cost.rate, 3),
-        Cell::Number(cost.rate / first.rate, 2),
-    ];
-    let counts =
-        cost.visits.map(|visits| [visits.nodes, visits.searched, visits.leaves, visits.tests, visits.frustum_culls]);
-    match counts {
-        Some(counts) => row.extend(counts.map(|count| Cell::Number(count as f64 / 1e3, 1))),
-        None => row.extend([const { Cell::Nothing }; 5]),
-    }
-    row
+    let thousands = |of: fn(&Counts) -> u64| cost.visits.map(|visits| Cell::Number(of(&visits) as f64 / 1e3, 1));
+    row![
+        ("scene", scene),
+        ("rays", kind),
+        ("width", width),
+        ("entry", format!("{entry:?}")),
+        ("culling", culling),
+        ("mailbox", format!("{mailbox:?}")),
+        ("rays_us", Cell::Number(cost.rate, 3)),
+        ("ratio", cost.rate / first.rate),
+        ("nodes", thousands(|visits| visits.nodes)),
+        ("searched", thousands(|visits| visits.searched)),
+        ("leaves", thousands(|visits| visits.leaves)),
+        ("tests", thousands(|visits| visits.tests)),
+        ("culled", thousands(|visits| visits.frustum_culls)),
+    ]
 }

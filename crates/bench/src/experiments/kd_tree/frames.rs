@@ -10,7 +10,7 @@ use crate::grids::time;
 use crate::median::median;
 use crate::rays::{Hits, PACKET, of_camera};
 use crate::shot::{Lights, Shot, name};
-use crate::table::Cell;
+use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct KdFramesFlags {
@@ -24,22 +24,9 @@ pub(crate) struct KdFramesFlags {
     common: KdFlags,
 }
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("triangles", 9),
-    ("rebuild", 18),
-    ("build", 9),
-    ("trace", 9),
-    ("frame", 9),
-    ("ratio", 6),
-    ("built", 6),
-    ("age", 5),
-    ("differ", 6),
-];
-
 impl KdFramesFlags {
     pub(crate) fn run(&self) -> Result<()> {
-        let mut table = self.common.start_without_chart(COLUMNS)?;
+        let mut table = self.common.start_without_chart()?;
         for address in &self.scenes {
             let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
             let mut frame = Frame::default();
@@ -57,7 +44,7 @@ impl KdFramesFlags {
             }
             let first = trials[0].milliseconds();
             for trial in &trials {
-                table.push(&trial.row(name(address), frame.triangles().len(), &first))?;
+                table.push(trial.row(name(address), frame.triangles().len(), &first))?;
             }
         }
         table.finish(&[
@@ -151,20 +138,20 @@ impl Trial {
         [0, 1].map(|stage| median(self.times.iter().map(|times| times[stage])))
     }
 
-    fn row(&self, scene: &str, triangles: usize, first: &[f64; 2]) -> Vec<Cell> {
+    fn row(&self, scene: &str, triangles: usize, first: &[f64; 2]) -> Row {
         let [build, trace] = self.milliseconds();
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-        vec![
-            scene.into(),
-            triangles.into(),
-            self.name.into(),
-            Cell::Number(build, 2),
-            Cell::Number(trace, 2),
-            Cell::Number(build + trace, 2),
-            Cell::Number((build + trace) / first.iter().sum::<f64>(), 2),
-            Cell::Number(mean(&self.built), 2),
-            Cell::Number(mean(&self.ages), 1),
-            self.differ.into(),
+        row![
+            ("scene", scene),
+            ("triangles", triangles),
+            ("rebuild", self.name),
+            ("build", build),
+            ("trace", trace),
+            ("frame", build + trace),
+            ("ratio", (build + trace) / first.iter().sum::<f64>()),
+            ("built", mean(&self.built)),
+            ("age", Cell::Number(mean(&self.ages), 1)),
+            ("differ", self.differ),
         ]
     }
 }

@@ -9,7 +9,7 @@ use super::measure::{KdFlags, frame};
 use crate::grids::time;
 use crate::median::median;
 use crate::shot::{Lights, Shot, name};
-use crate::table::Cell;
+use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct KdGpuFlags {
@@ -25,22 +25,6 @@ pub(crate) struct KdGpuFlags {
     #[command(flatten)]
     common: KdFlags,
 }
-
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("primary", 10),
-    ("traversal", 13),
-    ("packet", 6),
-    ("bounces", 7),
-    ("primary_ms", 10),
-    ("nearest", 9),
-    ("blocked", 9),
-    ("settle", 9),
-    ("rest", 9),
-    ("frame", 9),
-    ("frames_s", 8),
-    ("primary_us", 10),
-];
 
 /// What finds primary hits by rasterisation.
 const RASTER: [&str; 2] = ["raster", "surface"];
@@ -62,7 +46,7 @@ impl KdGpuFlags {
         if !gpu.has_timestamps() {
             bail!("{adapter} has no timestamps, so its stages can't be timed");
         }
-        let mut table = self.common.start_on(adapter, COLUMNS)?;
+        let mut table = self.common.start_on(adapter)?;
         for address in &self.scenes {
             let trial = Trial::new(&gpu, address, self.common.size)?;
             for (traversal, packet) in WAYS {
@@ -74,7 +58,7 @@ impl KdGpuFlags {
                         let times = trial.render(&gpu, &mut rendered, &scenery, self.common.rounds)?;
                         let what = [name(address), if primary == KdPrimary::Traced { "traced" } else { "rasterised" }];
                         let pixels = f64::from(trial.view.width) * f64::from(trial.view.height);
-                        table.push(&row(what, &options, bounces, &times, pixels))?;
+                        table.push(row(what, &options, bounces, &times, pixels))?;
                     }
                 }
             }
@@ -150,13 +134,7 @@ impl Trial {
     }
 }
 
-fn row(
-    [scene, primary]: [&str; 2],
-    options: &KdTracerOptions,
-    bounces: u32,
-    rounds: &[Round],
-    pixels: f64,
-) -> Vec<Cell> {
+fn row([scene, primary]: [&str; 2], options: &KdTracerOptions, bounces: u32, rounds: &[Round], pixels: f64) -> Row {
     let sum = |is_of: &dyn Fn(&str) -> bool| {
         let of_round = |round: &Round| -> f64 {
             round.stages.iter().filter(|stage| is_of(stage.name)).map(|stage| stage.milliseconds).sum()
@@ -169,19 +147,20 @@ fn row(
     let [nearest, blocked, settle] = ["nearest", "blocked", "settle"].map(|name| sum(&|stage| stage == name));
     let all = sum(&|_| true);
     let wall = median(rounds.iter().map(|round| round.wall));
-    vec![
-        scene.into(),
-        primary.into(),
-        Cell::Text(options.traversal.to_string()),
-        options.packet.map_or(Cell::Nothing, |packet| Cell::Count(packet.into())),
-        Cell::Count(bounces.into()),
-        Cell::Number(primaries, 3),
-        Cell::Number(nearest, 3),
-        Cell::Number(blocked, 3),
-        Cell::Number(settle, 3),
-        Cell::Number(all - primaries - nearest - blocked - settle, 3),
-        Cell::Number(wall, 3),
-        Cell::Number(1e3 / wall, 1),
-        if traced && bounces == 0 { Cell::Number(pixels / (1e3 * nearest), 3) } else { Cell::Nothing },
+    let milliseconds = |time| Cell::Number(time, 3);
+    row![
+        ("scene", scene),
+        ("primary", primary),
+        ("traversal", options.traversal.to_string()),
+        ("packet", options.packet),
+        ("bounces", bounces),
+        ("primary_ms", milliseconds(primaries)),
+        ("nearest", milliseconds(nearest)),
+        ("blocked", milliseconds(blocked)),
+        ("settle", milliseconds(settle)),
+        ("rest", milliseconds(all - primaries - nearest - blocked - settle)),
+        ("frame", milliseconds(wall)),
+        ("frames_s", Cell::Number(1e3 / wall, 1)),
+        ("primary_us", (traced && bounces == 0).then(|| Cell::Number(pixels / (1e3 * nearest), 3))),
     ]
 }

@@ -11,7 +11,7 @@ use crate::flags::{OutputFlags, size, use_threads};
 use crate::grids::time;
 use crate::median::median;
 use crate::rays::{Hits, PACKET};
-use crate::table::{Columns, Table};
+use crate::table::Table;
 
 /// Flags of every experiment with kd-trees.
 #[derive(Args, Debug)]
@@ -31,18 +31,18 @@ pub(crate) struct KdFlags {
 
 impl KdFlags {
     /// Begins the table of a command that draws as well, on as many threads as are asked for.
-    pub(super) fn start(&self, columns: Columns) -> Result<Table> {
-        self.output.start(&self.prepare()?, columns)
+    pub(super) fn start(&self) -> Result<Table> {
+        self.output.start(&self.prepare()?)
     }
 
     /// Begins the table of a command that draws nothing.
-    pub(super) fn start_without_chart(&self, columns: Columns) -> Result<Table> {
-        self.output.start_without_chart(&self.prepare()?, columns)
+    pub(super) fn start_without_chart(&self) -> Result<Table> {
+        self.output.start_without_chart(&self.prepare()?)
     }
 
     /// The same for what a device does, in milliseconds.
-    pub(super) fn start_on(&self, device: &str, columns: Columns) -> Result<Table> {
-        self.output.start_without_chart(&format!("{device}, {}, milliseconds", self.prepare()?), columns)
+    pub(super) fn start_on(&self, device: &str) -> Result<Table> {
+        self.output.start_without_chart(&format!("{device}, {}, milliseconds", self.prepare()?))
     }
 
     /// Has everything use as many threads as are asked for, and says in one line how everything is measured.

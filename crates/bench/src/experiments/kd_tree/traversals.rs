@@ -6,7 +6,7 @@ use super::measure::{Cost, KdFlags, Way, frame, race, tree};
 use crate::plot::{LineChart, Scale, Series};
 use crate::rays::{hits_of, mirrored, of_camera, scattered};
 use crate::shot::{Lights, Shot, name};
-use crate::table::Cell;
+use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct KdTraversalsFlags {
@@ -16,19 +16,6 @@ pub(crate) struct KdTraversalsFlags {
     #[command(flatten)]
     common: KdFlags,
 }
-
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("rays", 9),
-    ("traversal", 13),
-    ("width", 6),
-    ("rays_us", 8),
-    ("of_stack", 8),
-    ("nodes", 8),
-    ("leaves", 8),
-    ("tests", 8),
-    ("node_ratio", 10),
-];
 
 const TRAVERSALS: [KdTraversal; 6] = [
     KdTraversal::Stack,
@@ -41,7 +28,7 @@ const TRAVERSALS: [KdTraversal; 6] = [
 
 impl KdTraversalsFlags {
     pub(crate) fn run(&self) -> Result<()> {
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start()?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let frame = frame(address)?;
@@ -55,7 +42,7 @@ impl KdTraversalsFlags {
                     let costs = race(&mut tree, triangles, rays, &ways, self.common.rounds)?;
                     for (at, (way, cost)) in ways.iter().zip(&costs).enumerate() {
                         let row = row([name(address), kind, width], way.traversal, cost, &costs[0], rays.len());
-                        table.push(&row)?;
+                        table.push(row)?;
                         if packets.is_none() {
                             Series::add(&mut series, &format!("{} {kind}", name(address)), [at as f64, cost.rate]);
                         }
@@ -81,21 +68,21 @@ fn widths() -> [(&'static str, Option<KdPacketOptions>); 4] {
     [("1", None), ("4", of(KdPacketWidth::Four)), ("8", of(KdPacketWidth::Eight)), ("16", of(KdPacketWidth::Sixteen))]
 }
 
-fn row([scene, kind, width]: [&str; 3], traversal: KdTraversal, cost: &Cost, stack: &Cost, rays: usize) -> Vec<Cell> {
+fn row([scene, kind, width]: [&str; 3], traversal: KdTraversal, cost: &Cost, stack: &Cost, rays: usize) -> Row {
     let packets = rays as f64 / width.parse::<f64>().unwrap_or(1.0);
     let each = |number: u64| Cell::Number(number as f64 / packets, 1);
-    let of_ray = |pick: fn(&Counts) -> u64| cost.visits.map_or(Cell::Nothing, |visits| each(pick(&visits)));
+    let of_ray = |pick: fn(&Counts) -> u64| cost.visits.map(|visits| each(pick(&visits)));
     let ratio = cost.visits.zip(stack.visits).map(|(own, full)| own.nodes as f64 / full.nodes.max(1) as f64);
-    vec![
-        scene.into(),
-        kind.into(),
-        Cell::Text(traversal.to_string()),
-        width.into(),
-        Cell::Number(cost.rate, 3),
-        Cell::Number(cost.rate / stack.rate, 2),
-        of_ray(|visits| visits.nodes),
-        of_ray(|visits| visits.leaves),
-        of_ray(|visits| visits.tests),
-        ratio.map_or(Cell::Nothing, |ratio| Cell::Number(ratio, 3)),
+    row![
+        ("scene", scene),
+        ("rays", kind),
+        ("traversal", traversal.to_string()),
+        ("width", width),
+        ("rays_us", Cell::Number(cost.rate, 3)),
+        ("of_stack", cost.rate / stack.rate),
+        ("nodes", of_ray(|visits| visits.nodes)),
+        ("leaves", of_ray(|visits| visits.leaves)),
+        ("tests", of_ray(|visits| visits.tests)),
+        ("node_ratio", ratio.map(|ratio| Cell::Number(ratio, 3))),
     ]
 }

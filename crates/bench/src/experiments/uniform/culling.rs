@@ -5,7 +5,7 @@ use umbrage::rays::{Counts, PacketSide, UniformOptions};
 use super::measure::{Way, measure};
 use crate::flags::ImageFlags;
 use crate::shot::name;
-use crate::table::Cell;
+use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct CullingFlags {
@@ -16,18 +16,6 @@ pub(crate) struct CullingFlags {
     common: ImageFlags,
 }
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("packet", 6),
-    ("cells", 8),
-    ("neither", 9),
-    ("mailbox", 9),
-    ("frustum", 9),
-    ("depth", 9),
-    ("ratio", 7),
-    ("settled", 7),
-];
-
 impl CullingFlags {
     pub(crate) fn run(&self) -> Result<()> {
         if !cfg!(feature = "statistics") {
@@ -35,12 +23,12 @@ impl CullingFlags {
         }
         let packets = [PacketSide::Four, PacketSide::Eight, PacketSide::ThirtyTwo];
         let forms = packets.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
-        let mut table = self.common.start_without_chart(COLUMNS)?;
+        let mut table = self.common.start_without_chart()?;
         for address in &self.scenes {
             for (packet, costs) in
                 packets.iter().zip(measure(address, self.common.size, &forms, &self.common.animation)?)
             {
-                table.push(&row(name(address), packet.pixels(), &costs.counts))?;
+                table.push(row(name(address), packet.pixels(), &costs.counts))?;
             }
         }
         table.finish(&[
@@ -53,7 +41,7 @@ impl CullingFlags {
     }
 }
 
-fn row(name: &str, side: u32, counts: &Counts) -> Vec<Cell> {
+fn row(name: &str, side: u32, counts: &Counts) -> Row {
     let Counts { cells, mailbox_hits, frustum_culls, depth_culls, tests, settled, .. } = *counts;
     let rays = f64::from(side * side);
     let millions = |pairs: u64| pairs as f64 * rays / 1e6;
@@ -61,9 +49,15 @@ fn row(name: &str, side: u32, counts: &Counts) -> Vec<Cell> {
     let after_frustum = after_depth + depth_culls;
     let after_mailbox = after_frustum + frustum_culls;
     let all = after_mailbox + mailbox_hits;
-    let mut row: Vec<Cell> = vec![name.into(), Cell::Count(side.into()), Cell::Number(cells as f64 / 1e6, 2)];
-    row.extend([all, after_mailbox, after_frustum, after_depth].map(|pairs| Cell::Number(millions(pairs), 2)));
-    row.push(Cell::Number(all as f64 / after_frustum as f64, 1));
-    row.push(Cell::Count(settled));
-    row
+    row![
+        ("scene", name),
+        ("packet", side),
+        ("cells", cells as f64 / 1e6),
+        ("neither", millions(all)),
+        ("mailbox", millions(after_mailbox)),
+        ("frustum", millions(after_frustum)),
+        ("depth", millions(after_depth)),
+        ("ratio", Cell::Number(all as f64 / after_frustum as f64, 1)),
+        ("settled", settled),
+    ]
 }

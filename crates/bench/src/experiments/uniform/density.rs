@@ -6,7 +6,7 @@ use super::measure::{Costs, Way, measure};
 use crate::flags::ImageFlags;
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::Cell;
+use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct DensityFlags {
@@ -20,22 +20,11 @@ pub(crate) struct DensityFlags {
     common: ImageFlags,
 }
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("cells_triangle", 14),
-    ("references", 10),
-    ("bytes_triangle", 14),
-    ("build", 8),
-    ("see", 8),
-    ("both", 8),
-    ("rate_to_best", 12),
-];
-
 impl DensityFlags {
     pub(crate) fn run(&self) -> Result<()> {
         let options = |cells_per_triangle| UniformOptions { cells_per_triangle, ..UniformOptions::DEFAULT };
         let forms: Vec<_> = self.densities.iter().map(|&density| (options(density), Way::Packets)).collect();
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start()?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let costs = measure(address, self.common.size, &forms, &self.common.animation)?;
@@ -43,7 +32,7 @@ impl DensityFlags {
             let best = costs.iter().map(both).fold(f64::INFINITY, f64::min);
             for (&density, costs) in self.densities.iter().zip(&costs) {
                 let rate = best / both(costs);
-                table.push(&row(name(address), density, costs, rate))?;
+                table.push(row(name(address), density, costs, rate))?;
                 Series::add(&mut series, short_name(address), [density, rate]);
             }
         }
@@ -57,9 +46,15 @@ impl DensityFlags {
     }
 }
 
-fn row(name: &str, density: f64, costs: &Costs, rate: f64) -> Vec<Cell> {
-    let mut row: Vec<Cell> = vec![name.into(), Cell::Number(density, 1), costs.references.into()];
-    row.push(Cell::Number(costs.bytes as f64 / costs.triangles.max(1) as f64, 1));
-    row.extend([costs.build, costs.see, costs.build + costs.see, rate].map(|value| Cell::Number(value, 2)));
-    row
+fn row(name: &str, density: f64, costs: &Costs, rate: f64) -> Row {
+    row![
+        ("scene", name),
+        ("cells_triangle", Cell::Number(density, 1)),
+        ("references", costs.references),
+        ("bytes_triangle", Cell::Number(costs.bytes as f64 / costs.triangles.max(1) as f64, 1)),
+        ("build", costs.build),
+        ("see", costs.see),
+        ("both", costs.build + costs.see),
+        ("rate_to_best", rate),
+    ]
 }

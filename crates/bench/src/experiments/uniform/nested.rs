@@ -6,7 +6,7 @@ use super::measure::{Costs, Way, measure};
 use crate::flags::ImageFlags;
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::Cell;
+use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct NestedFlags {
@@ -23,29 +23,18 @@ pub(crate) struct NestedFlags {
     common: ImageFlags,
 }
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 26),
-    ("above", 6),
-    ("grids", 7),
-    ("references", 10),
-    ("bytes_triangle", 14),
-    ("build", 8),
-    ("see", 8),
-    ("single", 9),
-];
-
 impl NestedFlags {
     pub(crate) fn run(&self) -> Result<()> {
         let thresholds = || [None].into_iter().chain(self.above.iter().copied().map(Some));
         let options = |nested_above| UniformOptions { nested_above, ..UniformOptions::DEFAULT };
         let ways: &[Way] = if self.single { &[Way::Packets, Way::Single] } else { &[Way::Packets] };
         let forms: Vec<_> = thresholds().flat_map(|above| ways.iter().map(move |&way| (options(above), way))).collect();
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start()?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let costs = measure(address, self.common.size, &forms, &self.common.animation)?;
             for (above, costs) in thresholds().zip(costs.chunks_exact(ways.len())) {
-                table.push(&row(name(address), above, costs))?;
+                table.push(row(name(address), above, costs))?;
                 // Without a limit no cell holds a grid.
                 let x = f64::from(above.unwrap_or(1024));
                 Series::add(&mut series, short_name(address), [x, costs[0].build + costs[0].see]);
@@ -62,14 +51,17 @@ impl NestedFlags {
     }
 }
 
-fn row(name: &str, above: Option<u32>, costs: &[Costs]) -> Vec<Cell> {
-    let single = costs.get(1).map_or(Cell::Nothing, |costs| Cell::Number(costs.see, 2));
+fn row(name: &str, above: Option<u32>, costs: &[Costs]) -> Row {
+    let single = costs.get(1).map(|costs| costs.see);
     let costs = &costs[0];
-    let mut row: Vec<Cell> = vec![name.into()];
-    row.push(above.map_or("none".into(), |above| Cell::from(above as usize)));
-    row.extend([costs.nested_grids, costs.references].map(Cell::from));
-    row.push(Cell::Number(costs.bytes as f64 / costs.triangles.max(1) as f64, 1));
-    row.extend([costs.build, costs.see].map(|value| Cell::Number(value, 2)));
-    row.push(single);
-    row
+    row![
+        ("scene", name),
+        ("above", above.map_or("none".into(), Cell::from)),
+        ("grids", costs.nested_grids),
+        ("references", costs.references),
+        ("bytes_triangle", Cell::Number(costs.bytes as f64 / costs.triangles.max(1) as f64, 1)),
+        ("build", costs.build),
+        ("see", costs.see),
+        ("single", single),
+    ]
 }

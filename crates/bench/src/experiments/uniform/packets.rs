@@ -6,7 +6,7 @@ use super::measure::{Costs, Way, measure};
 use crate::flags::ImageFlags;
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::name;
-use crate::table::Cell;
+use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]
 pub(crate) struct PacketsFlags {
@@ -31,36 +31,18 @@ const SCENES: [&str; 10] = [
     "demo:statue?triangles=1000000",
 ];
 
-const COLUMNS: &[(&str, usize)] = &[
-    ("scene", 28),
-    ("triangles", 9),
-    ("references", 10),
-    ("bytes_triangle", 14),
-    ("build", 7),
-    ("references_us", 13),
-    ("single", 8),
-    ("2x2", 8),
-    ("4x4", 8),
-    ("8x8", 8),
-    ("16x16", 8),
-    ("32x32", 8),
-    ("ratio_8x8", 9),
-    ("ratio_best", 10),
-];
-
 impl PacketsFlags {
     pub(crate) fn run(&self) -> Result<()> {
         let packets =
             PacketSide::ALL.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
         let forms: Vec<_> = [(UniformOptions::DEFAULT, Way::Single)].into_iter().chain(packets).collect();
-        let mut table = self.common.start(COLUMNS)?;
+        let mut table = self.common.start()?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let costs = measure(address, self.common.size, &forms, &self.common.animation)?;
-            table.push(&row(name(address), &costs))?;
+            table.push(row(name(address), &costs))?;
             for (side, costs) in PacketSide::ALL.iter().zip(&costs[1..]) {
-                let pixels = side.pixels();
-                Series::add(&mut series, &format!("{pixels}x{pixels}"), [costs.triangles as f64, costs.see]);
+                Series::add(&mut series, &title(*side), [costs.triangles as f64, costs.see]);
             }
         }
         let notes = [
@@ -76,17 +58,28 @@ impl PacketsFlags {
     }
 }
 
-fn row(name: &str, costs: &[Costs]) -> Vec<Cell> {
+/// The size of packets in words.
+pub(super) fn title(side: PacketSide) -> String {
+    let pixels = side.pixels();
+    format!("{pixels}x{pixels}")
+}
+
+fn row(name: &str, costs: &[Costs]) -> Row {
     let single = &costs[0];
     let build = costs.iter().map(|costs| costs.build).fold(f64::INFINITY, f64::min);
     let best = costs[1..].iter().map(|costs| costs.see).fold(f64::INFINITY, f64::min);
-    let mut row: Vec<Cell> = vec![name.into(), single.triangles.into(), single.references.into()];
-    row.push(Cell::Number(single.bytes as f64 / single.triangles.max(1) as f64, 1));
-    row.push(Cell::Number(build, 2));
-    row.push(Cell::Number(single.references as f64 / (1e3 * build), 1));
-    row.extend(costs.iter().map(|costs| Cell::Number(costs.see, 2)));
+    let mut row = row![
+        ("scene", name),
+        ("triangles", single.triangles),
+        ("references", single.references),
+        ("bytes_triangle", Cell::Number(single.bytes as f64 / single.triangles.max(1) as f64, 1)),
+        ("build", build),
+        ("references_us", Cell::Number(single.references as f64 / (1e3 * build), 1)),
+        ("single", single.see),
+    ];
+    row.extend(PacketSide::ALL.iter().zip(&costs[1..]).map(|(side, costs)| (title(*side), costs.see.into())));
     let of_eight =
         PacketSide::ALL.iter().position(|&side| side == PacketSide::Eight).map_or(best, |at| costs[at + 1].see);
-    row.extend([single.see / of_eight, single.see / best].map(|ratio| Cell::Number(ratio, 2)));
+    row.extend(row![("ratio_8x8", single.see / of_eight), ("ratio_best", single.see / best)]);
     row
 }

@@ -3,10 +3,11 @@ use clap::Args;
 use umbrage::rays::{PacketSide, UniformOptions};
 
 use super::measure::{Way, measure};
+use super::packets::title;
 use crate::flags::AnimationFlags;
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
-use crate::table::Cell;
+use crate::table::row;
 
 #[derive(Args, Debug)]
 pub(crate) struct ResolutionFlags {
@@ -20,16 +21,13 @@ pub(crate) struct ResolutionFlags {
     common: AnimationFlags,
 }
 
-const COLUMNS: &[(&str, usize)] =
-    &[("scene", 26), ("side", 6), ("8x8", 8), ("16x16", 8), ("32x32", 8), ("best", 8), ("ns_ray", 7), ("growth", 7)];
-
 /// The sizes of packets that are worth it.
 const PACKETS: [PacketSide; 3] = [PacketSide::Eight, PacketSide::Sixteen, PacketSide::ThirtyTwo];
 
 impl ResolutionFlags {
     pub(crate) fn run(&self) -> Result<()> {
         let forms = PACKETS.map(|packet| (UniformOptions { packet, ..UniformOptions::DEFAULT }, Way::Packets));
-        let mut table = self.common.output.start(&self.common.prepare(None)?, COLUMNS)?;
+        let mut table = self.common.output.start(&self.common.prepare(None)?)?;
         let mut series = Vec::new();
         for address in &self.scenes {
             let mut before = None;
@@ -38,11 +36,14 @@ impl ResolutionFlags {
                 let times: Vec<f64> = costs.iter().map(|costs| costs.see).collect();
                 let best = times.iter().copied().fold(f64::INFINITY, f64::min);
                 let pixels = f64::from(side) * f64::from(side);
-                let mut row: Vec<Cell> = vec![name(address).into(), Cell::Count(side.into())];
-                row.extend(times.iter().map(|&time| Cell::Number(time, 2)));
-                row.extend([best, 1e6 * best / pixels].map(|value| Cell::Number(value, 2)));
-                row.push(before.map_or(Cell::Nothing, |before: f64| Cell::Number(best / before, 2)));
-                table.push(&row)?;
+                let mut row = row![("scene", name(address)), ("side", side)];
+                row.extend(PACKETS.iter().zip(&times).map(|(&packet, &time)| (title(packet), time.into())));
+                row.extend(row![
+                    ("best", best),
+                    ("ns_ray", 1e6 * best / pixels),
+                    ("growth", before.map(|before: f64| best / before)),
+                ]);
+                table.push(row)?;
                 before = Some(best);
                 Series::add(&mut series, short_name(address), [pixels, best]);
             }

@@ -88,7 +88,6 @@ fn shape(numbers: Numbers, vertices: usize, sets: usize, random: &mut Random) ->
         normals: if with_normals { normals } else { Vec::new() },
         tangents: if with_tangents { tangents } else { Vec::new() },
         influences: (0..sets).map(|_| (0..vertices).map(|_| influences(random)).collect()).collect(),
-        highest_joint: (sets > 0).then_some(JOINTS as u32 - 1),
         morph_targets: (0..random.below(WEIGHTS + 1)).map(|_| target(random)).collect(),
     }
 }
