@@ -1,7 +1,6 @@
 //! Flags whose values come from the library's tables: their help, their completions and their checks.
 
 use std::ffi::OsStr;
-use std::marker::PhantomData;
 
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
@@ -43,45 +42,24 @@ pub(crate) fn choice<T: Choice + Send + Sync>() -> impl TypedValueParser<Value =
     Named { names: T::names(), parse: T::named }
 }
 
-/// Which structures a command knows.
-pub(crate) trait Known: Clone + std::fmt::Debug + Send + Sync + 'static {
-    /// Their names, the default first. With a single one there is no `--structure`.
-    const STRUCTURES: &'static [&'static str];
-}
-
+/// Which structures a command knows, by the command: the default first. With a single one there is no `--structure`.
+const KNOWN: [&[&str]; 3] =
+    [&["perspective", "listed", "grid", "kdtree", "bvh"], &["listed", "perspective"], &["kdtree"]];
 /// All structures, as for rendering.
-#[derive(Clone, Debug)]
-pub(crate) struct All;
-
-impl Known for All {
-    const STRUCTURES: &'static [&'static str] = &["perspective", "listed", "grid", "kdtree", "bvh"];
-}
-
+pub(crate) const ALL: usize = 0;
 /// Those whose work is counted pixel by pixel.
-#[derive(Clone, Debug)]
-pub(crate) struct Specialised;
-
-impl Known for Specialised {
-    const STRUCTURES: &'static [&'static str] = &["listed", "perspective"];
-}
-
+pub(crate) const SPECIALISED: usize = 1;
 /// The kd-tree alone.
-#[derive(Clone, Debug)]
-pub(crate) struct KdTreeOnly;
-
-impl Known for KdTreeOnly {
-    const STRUCTURES: &'static [&'static str] = &["kdtree"];
-}
+pub(crate) const KD_TREE: usize = 2;
 
 /// `--structure` and a flag for each option of each structure.
 #[derive(Clone, Debug)]
-pub(crate) struct StructureFlags<K> {
+pub(crate) struct StructureFlags<const K: usize> {
     structure: Structure,
     given: Vec<(&'static StructureOption, String)>,
-    known: PhantomData<K>,
 }
 
-impl<K: Known> StructureFlags<K> {
+impl<const K: usize> StructureFlags<K> {
     /// Whether there is more than the structure's name.
     pub(crate) fn has_options(&self) -> bool {
         !self.given.is_empty()
@@ -106,14 +84,14 @@ impl<K: Known> StructureFlags<K> {
     }
 
     fn options() -> impl Iterator<Item = &'static StructureOption> {
-        Structure::OPTIONS.iter().filter(|option| K::STRUCTURES.contains(&option.structure))
+        Structure::OPTIONS.iter().filter(|option| KNOWN[K].contains(&option.structure))
     }
 }
 
-impl<K: Known> Args for StructureFlags<K> {
+impl<const K: usize> Args for StructureFlags<K> {
     fn augment_args(command: Command) -> Command {
-        let default = K::STRUCTURES[0];
-        let command = match K::STRUCTURES {
+        let default = KNOWN[K][0];
+        let command = match KNOWN[K] {
             [_] => command,
             names => command.arg(
                 Arg::new("structure")
@@ -126,7 +104,7 @@ impl<K: Known> Args for StructureFlags<K> {
         };
         Self::options().fold(command, |command, option| {
             let heading = match option.structure {
-                _ if K::STRUCTURES.len() == 1 => "Options of the kd-tree, with --structure",
+                _ if KNOWN[K].len() == 1 => "Options of the kd-tree, with --structure",
                 "listed" => "Options of --structure listed",
                 "grid" => "Options of --structure grid",
                 _ => "Options of --structure kdtree",
@@ -140,10 +118,10 @@ impl<K: Known> Args for StructureFlags<K> {
     }
 }
 
-impl<K: Known> FromArgMatches for StructureFlags<K> {
+impl<const K: usize> FromArgMatches for StructureFlags<K> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let chosen = if K::STRUCTURES.len() > 1 { matches.get_one::<Structure>("structure").copied() } else { None };
-        let structure = chosen.unwrap_or_else(|| Structure::named(K::STRUCTURES[0]).unwrap_or_default());
+        let chosen = if KNOWN[K].len() > 1 { matches.get_one::<Structure>("structure").copied() } else { None };
+        let structure = chosen.unwrap_or_else(|| Structure::named(KNOWN[K][0]).unwrap_or_default());
         let given = Self::options().filter_map(|option| {
             let value = match option.values {
                 OptionValues::Switch => matches.get_flag(option.name).then(|| "true".to_owned()),
@@ -151,7 +129,7 @@ impl<K: Known> FromArgMatches for StructureFlags<K> {
             };
             Some((option, value?))
         });
-        Ok(Self { structure, given: given.collect(), known: PhantomData })
+        Ok(Self { structure, given: given.collect() })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

@@ -8,13 +8,13 @@ use crate::job::Job;
 
 /// A renderer on the engine that the job asks for, and its name.
 pub(crate) fn renderer(job: &Job) -> Result<(Renderer, String), Failure> {
-    match job.engine {
+    match job.flags.engine {
         EngineKind::Cpu => Ok(on_cpu(job)),
-        EngineKind::Gpu => on_gpu(job.device.as_deref().unwrap_or_default()),
+        EngineKind::Gpu => on_gpu(job.flags.device.as_deref().unwrap_or_default()),
         EngineKind::Auto => match found(job) {
             Ok(renderer) => Ok(renderer),
             Err(why) => {
-                if !job.quiet {
+                if !job.flags.quiet {
                     eprintln!("note: rendering on the CPU: {why}");
                 }
                 Ok(on_cpu(job))
@@ -28,7 +28,7 @@ fn found(job: &Job) -> Result<(Renderer, String), String> {
     if job.settings.bounces > 0 {
         return Err("it alone follows mirrors".to_owned());
     }
-    let wanted = job.device.as_deref().unwrap_or_default();
+    let wanted = job.flags.device.as_deref().unwrap_or_default();
     let all = Adapter::all();
     let is_wanted = |adapter: &&Adapter| adapter.name.to_lowercase().contains(&wanted.to_lowercase());
     match all.iter().find(is_wanted) {
@@ -42,7 +42,8 @@ fn found(job: &Job) -> Result<(Renderer, String), String> {
 }
 
 fn on_cpu(job: &Job) -> (Renderer, String) {
-    (Renderer::with_simd_level(job.simd), format!("CPU with {}", job.simd))
+    let simd = job.flags.simd.unwrap_or_default();
+    (Renderer::with_simd_level(simd), format!("CPU with {simd}"))
 }
 
 fn on_gpu(name: &str) -> Result<(Renderer, String), Failure> {

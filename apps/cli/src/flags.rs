@@ -4,10 +4,11 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use umbrage::output::{Chroma, Format, FrameRate};
 use umbrage::rays::SimdLevel;
+use umbrage::scene::{Clip, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
 use umbrage::{EngineKind, HeatKind, Settings, ToneMap};
 
-use crate::choices::{All, KdTreeOnly, Specialised, StructureFlags, choice};
+use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice};
 use crate::values::{self, FrameRange, Size};
 
 // Lines of examples have at most 80 characters, since longer ones are broken.
@@ -137,7 +138,7 @@ pub(crate) struct InfoFlags {
     #[arg(long, conflicts_with = "devices", requires = "scene")]
     pub(crate) structure: bool,
     #[command(flatten)]
-    pub(crate) kd_tree: StructureFlags<KdTreeOnly>,
+    pub(crate) kd_tree: StructureFlags<KD_TREE>,
     #[command(flatten)]
     pub(crate) opening: OpeningFlags,
 }
@@ -152,6 +153,18 @@ pub(crate) struct OpeningFlags {
     /// How many files of a numbered sequence make a second
     #[arg(long, value_name = "FPS", default_value = "24", value_parser = values::sequence_fps)]
     pub(crate) sequence_fps: f64,
+}
+
+impl OpeningFlags {
+    pub(crate) fn options(&self) -> OpenOptions {
+        let clip = match self.animation.as_deref() {
+            None => Clip::Auto,
+            Some("all") => Clip::All,
+            Some("none") => Clip::Rest,
+            Some(name) => Clip::Named(name.to_owned()),
+        };
+        OpenOptions { clip, sequence_fps: self.sequence_fps }
+    }
 }
 
 /// The scene that a command is about, and who works on it.
@@ -233,7 +246,7 @@ pub(crate) struct RenderFlags {
     #[arg(long, value_name = "NAME")]
     pub(crate) device: Option<String>,
     #[command(flatten)]
-    pub(crate) structure: StructureFlags<All>,
+    pub(crate) structure: StructureFlags<ALL>,
     /// See through triangles whose corners are seen clockwise; they cast shadows all the same
     #[arg(long)]
     pub(crate) cull_back_faces: bool,
@@ -276,7 +289,7 @@ pub(crate) struct HeatmapFlags {
     #[arg(long, value_name = "N")]
     pub(crate) light: Option<usize>,
     #[command(flatten)]
-    pub(crate) structure: StructureFlags<Specialised>,
+    pub(crate) structure: StructureFlags<SPECIALISED>,
     /// The count that has the last colour [default: one that few pixels exceed]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub(crate) max: Option<u32>,

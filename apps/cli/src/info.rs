@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use serde::Serialize;
+use serde_json::{Value, json};
 use umbrage::gallery::{DEMOS, DemoScene};
 use umbrage::gpu::Adapter;
 use umbrage::rays::{KdTree, KdTreeCounts, KdTreeOptions, LightSource, Structure as _};
@@ -32,24 +33,7 @@ struct Contents {
     omitted: Vec<OmittedTriangles>,
     warnings: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    structure: Option<KdTreeContents>,
-}
-
-#[derive(Debug, Serialize)]
-struct KdTreeContents {
-    builder: String,
-    layout: String,
-    build_milliseconds: f64,
-    /// Inner nodes above the deepest leaf.
-    depth: u32,
-    nodes: u64,
-    leaves: u64,
-    empty_leaves: u64,
-    references: u64,
-    /// Subtrees that wait for a ray.
-    deferred: u64,
-    sah_cost: f64,
-    bytes: usize,
+    structure: Option<Value>,
 }
 
 #[derive(Debug, Serialize)]
@@ -86,21 +70,23 @@ pub(crate) fn run(flags: InfoFlags) -> Result<(), Failure> {
         return devices(flags.json);
     }
     let Some(address) = flags.scene else { return gallery(flags.json) };
-    let scene = umbrage::open_with(&address, &flags.opening.into())?;
+    let scene = umbrage::open_with(&address, &flags.opening.options())?;
     if flags.kd_tree.has_options() && !flags.structure {
         return Err(Failure::input("no kd-tree is built", "add `--structure`"));
     }
     let frame = scene.at(0.0)?;
-    let structure = match flags.kd_tree.structure()? {
-        Structure::KdTree(options) if flags.structure => Some(KdTreeContents::of(&frame, options)?),
-        _ => None,
-    };
-    let contents = Contents { structure, ..Contents::of(&address, &scene, &frame) };
-    let text = if flags.json { json(&contents)? } else { contents.text() };
+    let mut contents = Contents::of(&address, &scene, &frame);
+    let mut text = contents.text();
+    if let (true, Structure::KdTree(options)) = (flags.structure, flags.kd_tree.structure()?) {
+        let (structure, lines) = kd_tree(&frame, options)?;
+        contents.structure = Some(structure);
+        text.push_str(&lines);
+    }
+    let text = if flags.json { json_text(&contents)? } else { text };
     Ok(io::stdout().write_all(text.as_bytes())?)
 }
 
-fn json(value: &impl Serialize) -> Result<String, Failure> {
+fn json_text(value: &impl Serialize) -> Result<String, Failure> {
     let mut json = serde_json::to_string_pretty(value).map_err(|error| Failure::Work(error.to_string()))?;
     json.push('\n');
     Ok(json)
@@ -108,28 +94,18 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
 
 /// Lists what can stand as a GPU.
 fn devices(as_json: bool) -> Result<(), Failure> {
-    #[derive(Serialize)]
-    struct Listed {
-        name: String,
-        driver: String,
-        backend: String,
-        is_software: bool,
-    }
-    let all = Adapter::all().into_iter().map(|Adapter { name, driver, backend, is_software }| Listed {
-        name,
-        driver,
-        backend,
-        is_software,
-    });
-    let listed: Vec<Listed> = all.collect();
+    let all = Adapter::all();
     let text = if as_json {
-        json(&listed)?
-    } else if listed.is_empty() {
+        let listed = all.iter().map(|Adapter { name, driver, backend, is_software }| {
+            json!({ "name": name, "driver": driver, "backend": backend, "is_software": is_software })
+        });
+        json_text(&listed.collect::<Value>())?
+    } else if all.is_empty() {
         "No GPU, and no program that stands in for one. A Vulkan driver may be missing; on Debian, the package\n\
          mesa-vulkan-drivers has one in software.\n"
             .to_owned()
     } else {
-        let lines = listed.iter().map(|Listed { name, driver, backend, is_software }| {
+        let lines = all.iter().map(|Adapter { name, driver, backend, is_software }| {
             let kind = if *is_software { "a program on the CPU" } else { "a GPU" };
             format!("{name}\n    {kind}, {backend}, {driver}\n")
         });
@@ -140,23 +116,14 @@ fn devices(as_json: bool) -> Result<(), Failure> {
 
 /// Lists the built-in scenes.
 fn gallery(as_json: bool) -> Result<(), Failure> {
-    #[derive(Serialize)]
-    struct Listed {
-        scene: String,
-        about: &'static str,
-        triangles: usize,
-    }
-    let listed = DEMOS.iter().map(|&DemoScene { name, about, triangles, .. }| Listed {
-        scene: format!("demo:{name}"),
-        about,
-        triangles,
-    });
-    let listed: Vec<Listed> = listed.collect();
     let text = if as_json {
-        json(&listed)?
+        let listed = DEMOS.iter().map(|DemoScene { name, about, triangles, .. }| {
+            json!({ "scene": format!("demo:{name}"), "about": about, "triangles": triangles })
+        });
+        json_text(&listed.collect::<Value>())?
     } else {
-        let lines = listed.iter().map(|Listed { scene, about, triangles }| {
-            format!("{scene:<16} {:>12}  {about}\n", count(*triangles as u64, "triangle"))
+        let lines = DEMOS.iter().map(|DemoScene { name, about, triangles, .. }| {
+            format!("{:<16} {:>12}  {about}\n", format!("demo:{name}"), count(*triangles as u64, "triangle"))
         });
         let note = "Each takes another number of triangles: 'demo:NAME?triangles=N'\n";
         lines.chain([note.to_owned()]).collect()
@@ -223,33 +190,21 @@ impl Contents {
             None => line("bounds", "none: no triangle can be hit"),
         }
         line("duration", &format!("{} s", self.duration_seconds));
-        line("materials", &listed(self.materials.iter().map(|name| quoted(name))));
-        let textures = self.textures.iter();
-        line(
-            "textures",
-            &listed(textures.map(|image| format!("{} {}x{}", quoted(&image.name), image.width, image.height))),
-        );
-        let lights = self.lights.iter();
-        line(
-            "lights",
-            &listed(lights.map(|light| {
-                let unit = if light.kind == "directional" { "lux" } else { "candela" };
-                format!("{} {} {} {unit}", quoted(&light.name), light.kind, light.intensity)
-            })),
-        );
-        let cameras = self.cameras.iter();
-        line(
-            "cameras",
-            &listed(cameras.map(|camera| format!("{} at {}", quoted(&camera.name), point(camera.position)))),
-        );
-        let animations = self.animations.iter();
-        line(
-            "animations",
-            &listed(animations.map(|animation| {
-                let plays = if animation.plays { ", plays" } else { "" };
-                format!("{} {:.3} s{plays}", quoted(&animation.name), animation.seconds)
-            })),
-        );
+        line("materials", &listed(&self.materials, |name| quoted(name)));
+        let texture = |image: &TextureContents| format!("{} {}x{}", quoted(&image.name), image.width, image.height);
+        line("textures", &listed(&self.textures, texture));
+        let light = |light: &LightContents| {
+            let unit = if light.kind == "directional" { "lux" } else { "candela" };
+            format!("{} {} {} {unit}", quoted(&light.name), light.kind, light.intensity)
+        };
+        line("lights", &listed(&self.lights, light));
+        let camera = |camera: &CameraContents| format!("{} at {}", quoted(&camera.name), point(camera.position));
+        line("cameras", &listed(&self.cameras, camera));
+        let animation = |animation: &AnimationContents| {
+            let plays = if animation.plays { ", plays" } else { "" };
+            format!("{} {:.3} s{plays}", quoted(&animation.name), animation.seconds)
+        };
+        line("animations", &listed(&self.animations, animation));
         for omitted in &self.omitted {
             let triangles = count(u64::from(omitted.count), "triangle");
             line("left out", &format!("{triangles} ({}; first ids {:?})", omitted.reason, omitted.first_ids));
@@ -257,61 +212,50 @@ impl Contents {
         for warning in &self.warnings {
             line("warning", warning);
         }
-        if let Some(structure) = &self.structure {
-            text.push_str(&structure.text(self.triangles));
-        }
         text
     }
 }
 
-impl KdTreeContents {
-    fn of(frame: &Frame, options: KdTreeOptions) -> Result<Self, Failure> {
-        let mut tree = KdTree::default();
-        tree.set_options(options)
-            .map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
-        let start = Instant::now();
-        tree.build(frame.triangles());
-        let build_milliseconds = 1e3 * start.elapsed().as_secs_f64();
-        let KdTreeCounts { depth, nodes, leaves, empty_leaves, references, sah_cost, deferred, .. } = tree.counts();
-        Ok(Self {
-            builder: options.builder.to_string(),
-            layout: options.layout.to_string(),
-            build_milliseconds,
-            depth,
-            nodes,
-            leaves,
-            empty_leaves,
-            references,
-            deferred,
-            sah_cost,
-            bytes: tree.bytes().triangles,
-        })
+/// What comes of a kd-tree over the frame, as JSON and in lines.
+fn kd_tree(frame: &Frame, options: KdTreeOptions) -> Result<(Value, String), Failure> {
+    let mut tree = KdTree::default();
+    tree.set_options(options).map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
+    let start = Instant::now();
+    tree.build(frame.triangles());
+    let milliseconds = 1e3 * start.elapsed().as_secs_f64();
+    let KdTreeCounts { depth, nodes, leaves, empty_leaves, references, sah_cost, deferred, .. } = tree.counts();
+    let (builder, layout, bytes) = (options.builder.to_string(), options.layout.to_string(), tree.bytes().triangles);
+    let mut text = format!("  kd-tree      {builder} builder, {layout} layout\n");
+    let mut line = |name: &str, value: String| {
+        // Writing to a string can't fail.
+        let _ = writeln!(text, "    {name:<10} {value}");
+    };
+    let each = |number: f64| number / (frame.triangles().len() as f64).max(1.0);
+    line("build", format!("{milliseconds:.1} ms"));
+    line("depth", depth.to_string());
+    line("nodes", thousands(nodes));
+    line("leaves", format!("{}, {} of them empty", thousands(leaves), thousands(empty_leaves)));
+    if deferred > 0 {
+        line("waiting", format!("{} to be built when a ray reaches them", thousands(deferred)));
     }
-
-    fn text(&self, triangles: usize) -> String {
-        let mut text = format!("  kd-tree      {} builder, {} layout\n", self.builder, self.layout);
-        let mut line = |name: &str, value: String| {
-            // Writing to a string can't fail.
-            let _ = writeln!(text, "    {name:<10} {value}");
-        };
-        let each = |number: f64| number / (triangles as f64).max(1.0);
-        line("build", format!("{:.1} ms", self.build_milliseconds));
-        line("depth", self.depth.to_string());
-        line("nodes", thousands(self.nodes));
-        line("leaves", format!("{}, {} of them empty", thousands(self.leaves), thousands(self.empty_leaves)));
-        if self.deferred > 0 {
-            line("waiting", format!("{} to be built when a ray reaches them", thousands(self.deferred)));
-        }
-        let of_each = each(self.references as f64);
-        line("references", format!("{}, {of_each:.2} per triangle", thousands(self.references)));
-        line("SAH cost", format!("{:.1}", self.sah_cost));
-        let of_each = each(self.bytes as f64);
-        line(
-            "memory",
-            format!("{} bytes, {of_each:.0} per triangle, with what building took", thousands(self.bytes as u64)),
-        );
-        text
-    }
+    line("references", format!("{}, {:.2} per triangle", thousands(references), each(references as f64)));
+    line("SAH cost", format!("{sah_cost:.1}"));
+    let of_each = each(bytes as f64);
+    line("memory", format!("{} bytes, {of_each:.0} per triangle, with what building took", thousands(bytes as u64)));
+    let json = json!({
+        "builder": builder,
+        "layout": layout,
+        "build_milliseconds": milliseconds,
+        "depth": depth,
+        "nodes": nodes,
+        "leaves": leaves,
+        "empty_leaves": empty_leaves,
+        "references": references,
+        "deferred": deferred,
+        "sah_cost": sah_cost,
+        "bytes": bytes,
+    });
+    Ok((json, text))
 }
 
 /// What kind of scene an address means.
@@ -331,18 +275,12 @@ fn kind(address: &Path) -> String {
 }
 
 /// How many there are, and the first of them.
-fn listed(items: impl ExactSizeIterator<Item = String>) -> String {
+fn listed<T>(items: &[T], in_words: impl Fn(&T) -> String) -> String {
     const SHOWN: usize = 12;
-    let number = items.len();
-    let mut text = thousands(number as u64);
-    for (index, item) in items.take(SHOWN).enumerate() {
-        text.push_str(if index == 0 { ": " } else { ", " });
-        text.push_str(&item);
-    }
-    if number > SHOWN {
-        text.push_str(", …");
-    }
-    text
+    let first: Vec<String> = items.iter().take(SHOWN).map(in_words).collect();
+    let more = if items.len() > SHOWN { ", …" } else { "" };
+    let colon = if items.is_empty() { "" } else { ": " };
+    format!("{}{colon}{}{more}", thousands(items.len() as u64), first.join(", "))
 }
 
 fn quoted(name: &str) -> String {

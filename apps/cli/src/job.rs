@@ -2,34 +2,24 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
-use umbrage::rays::{Choice, SimdLevel};
-use umbrage::scene::{Clip, OpenOptions};
-use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
+use umbrage::rays::Choice;
+use umbrage::spec::BackgroundSpec;
 use umbrage::{Background, EngineKind, Settings, Sides, Structure};
 
 use crate::failure::Failure;
-use crate::flags::{OpeningFlags, RenderFlags, StatsFlag};
+use crate::flags::RenderFlags;
 
 /// A render that makes sense: what is left to go wrong is in the scene or in the system.
 #[derive(Debug)]
 pub(crate) struct Job {
+    /// As they were given; camera and lights follow from them once the scene is open.
+    pub(crate) flags: RenderFlags,
     pub(crate) scene: PathBuf,
-    pub(crate) open_options: OpenOptions,
     pub(crate) moments: Moments,
     pub(crate) target: Target,
     pub(crate) format: Format,
     pub(crate) output_options: Options,
-    /// Camera and lights follow from the flags below once the scene is open.
     pub(crate) settings: Settings,
-    pub(crate) camera: Option<CameraSpec>,
-    pub(crate) lights: Vec<LightSpec>,
-    pub(crate) orbit_light: bool,
-    pub(crate) threads: Option<u16>,
-    pub(crate) simd: SimdLevel,
-    pub(crate) engine: EngineKind,
-    pub(crate) device: Option<String>,
-    pub(crate) stats: Option<StatsFlag>,
-    pub(crate) quiet: bool,
 }
 
 /// Which moments are shown.
@@ -48,9 +38,9 @@ impl Job {
         let structure = flags.structure.structure()?;
         engine(&flags, structure)?;
         let (scene, default_seconds) = flags.scene.address();
-        let (target, format) = target(flags.output, flags.format, flags.frames.is_some())?;
-        let moments = match (flags.frames, flags.time) {
-            (Some(frames), _) => Moments::Frames(frames.0),
+        let (target, format) = target(flags.output.clone(), flags.format, flags.frames.is_some())?;
+        let moments = match (&flags.frames, flags.time) {
+            (Some(frames), _) => Moments::Frames(frames.0.clone()),
             (None, Some(seconds)) => Moments::Single(seconds),
             (None, None) if format.is_animation() || is_numbered(&target)? => Moments::All,
             (None, None) => Moments::Single(default_seconds),
@@ -68,24 +58,8 @@ impl Job {
             tone_map: flags.tone_map,
             ..Settings::default()
         };
-        Ok(Self {
-            scene,
-            open_options: flags.scene.opening.into(),
-            moments,
-            target,
-            format,
-            output_options: Options { rate: flags.fps, bit_depth, float_depth, chroma: flags.chroma },
-            settings,
-            camera: flags.camera,
-            lights: flags.lights,
-            orbit_light: flags.orbit_light,
-            threads: flags.scene.threads,
-            simd: flags.simd.unwrap_or_default(),
-            engine: flags.engine,
-            device: flags.device,
-            stats: flags.stats,
-            quiet: flags.quiet,
-        })
+        let output_options = Options { rate: flags.fps, bit_depth, float_depth, chroma: flags.chroma };
+        Ok(Self { flags, scene, moments, target, format, output_options, settings })
     }
 
     /// The frames' numbers, and the second that each shows.
@@ -120,18 +94,6 @@ pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
     let Some(threads) = threads else { return Ok(()) };
     let built = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
     built.map_err(|error| Failure::Work(format!("--threads {threads}: {error}")))
-}
-
-impl From<OpeningFlags> for OpenOptions {
-    fn from(flags: OpeningFlags) -> Self {
-        let clip = match flags.animation.as_deref() {
-            None => Clip::Auto,
-            Some("all") => Clip::All,
-            Some("none") => Clip::Rest,
-            Some(name) => Clip::Named(name.to_owned()),
-        };
-        Self { clip, sequence_fps: flags.sequence_fps }
-    }
 }
 
 fn target(output: Option<PathBuf>, format: Option<Format>, several_frames: bool) -> Result<(Target, Format), Failure> {

@@ -14,9 +14,9 @@ use crate::report::{self, FrameReport, Report};
 use crate::staging::Staging;
 
 pub(crate) fn run(job: &Job) -> Result<(), Failure> {
-    use_threads(job.threads)?;
-    let scene = umbrage::open_with(&job.scene, &job.open_options)?;
-    if !job.quiet {
+    use_threads(job.flags.scene.threads)?;
+    let scene = umbrage::open_with(&job.scene, &job.flags.scene.opening.options())?;
+    if !job.flags.quiet {
         for warning in scene.warnings() {
             eprintln!("warning: {warning}");
         }
@@ -24,7 +24,7 @@ pub(crate) fn run(job: &Job) -> Result<(), Failure> {
     let mut report = Report::new(&job.scene, &job.settings);
     let started = Instant::now();
     render_frames(job, &scene, &mut report)?;
-    if !job.quiet {
+    if !job.flags.quiet {
         eprintln!("{}", summary(job, &report, started.elapsed().as_secs_f64()));
     }
     report_costs(job, &mut report)
@@ -37,7 +37,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     let mut staging = Staging::new(job, scene, second_of(frames.start))?;
     let (mut renderer, engine) = engine::renderer(job)?;
     report.engine = engine;
-    let progress = Progress::start(frames.end - frames.start, job.quiet);
+    let progress = Progress::start(frames.end - frames.start, job.flags.quiet);
     for frame in frames.clone() {
         let seconds = second_of(frame);
         let turn = if frames.len() > 1 {
@@ -85,7 +85,7 @@ fn summary(job: &Job, report: &Report, elapsed_seconds: f64) -> String {
 }
 
 fn report_costs(job: &Job, report: &mut Report) -> Result<(), Failure> {
-    let Some(form) = job.stats else { return Ok(()) };
+    let Some(form) = job.flags.stats else { return Ok(()) };
     report.complete();
     match form {
         StatsFlag::Text => eprint!("{}", report.text()),

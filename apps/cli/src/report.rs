@@ -1,6 +1,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use indicatif::HumanCount;
 use serde::Serialize;
 use umbrage::{Settings, Settled, Stage, Stats};
 
@@ -152,15 +153,7 @@ pub(crate) fn count(number: u64, noun: &str) -> String {
 
 /// A number with commas between its thousands.
 pub(crate) fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    HumanCount(number).to_string()
 }
 
 /// The rays that needed the predicate, or else the tests, of how many rays.
@@ -232,8 +225,6 @@ mod tests {
     fn medians_of_few() {
         assert_eq!(median([].into_iter()), 0.0);
         assert_eq!(median([4.0, 1.0].into_iter()), 2.5);
-        assert_eq!(thousands(1_000), "1,000");
-        assert_eq!(thousands(999), "999");
         assert_eq!(count(1, "frame"), "1 frame");
     }
 }

@@ -24,15 +24,18 @@ impl Staging {
         let mut frame = Frame::default();
         let mut settings = job.settings.clone();
         // The frame says which cameras there are, and where the scene is.
-        if matches!(job.camera, Some(CameraSpec::Listed(_))) || job.orbit_light || !job.lights.is_empty() {
+        if matches!(job.flags.camera, Some(CameraSpec::Listed(_)))
+            || job.flags.orbit_light
+            || !job.flags.lights.is_empty()
+        {
             scene.pose(first_seconds, &mut frame)?;
         }
-        settings.camera = camera_choice(job.camera.as_ref(), &frame.cameras)?;
+        settings.camera = camera_choice(job.flags.camera.as_ref(), &frame.cameras)?;
         let center = frame.animation_bounds.center();
-        if !job.lights.is_empty() {
-            settings.lights = Some(job.lights.iter().map(|light| light.light(center)).collect());
+        if !job.flags.lights.is_empty() {
+            settings.lights = Some(job.flags.lights.iter().map(|light| light.light(center)).collect());
         }
-        Ok(Self { settings, orbit_light: job.orbit_light, center, frame })
+        Ok(Self { settings, orbit_light: job.flags.orbit_light, center, frame })
     }
 
     /// The settings for a moment; `turn` says how far an orbiting light has come, 1 being once round.

@@ -31,7 +31,7 @@ pub(crate) fn run(flags: ViewFlags) -> Result<(), Failure> {
     crate::job::use_threads(flags.scene.threads)?;
     let start = Start {
         scene: Some(flags.scene.address().0),
-        options: flags.scene.opening.into(),
+        options: flags.scene.opening.options(),
         watches: flags.watch,
         engine,
         size: flags.size.map(|size| [size.width, size.height]),
@@ -85,12 +85,12 @@ mod tests {
     fn assert_copied(settings: &Settings, engine: &EngineChoice) {
         let (scene, options) = (Path::new("demo:cloth?triangles=9"), &OpenOptions::default());
         let job = job(&CommandLine { scene, options, seconds: 0.0, camera: None, settings, engine });
-        assert_eq!(format!("{:?}", job.settings), format!("{settings:?}"));
+        assert_eq!(job.settings, *settings);
         let expected = match engine {
             EngineChoice::Cpu => (EngineKind::Cpu, None),
             EngineChoice::Gpu(name) => (EngineKind::Gpu, Some(name.clone()).filter(|name| !name.is_empty())),
         };
-        assert_eq!((job.engine, job.device), expected);
+        assert_eq!((job.flags.engine, job.flags.device), expected);
     }
 
     #[test]
@@ -142,9 +142,9 @@ mod tests {
                 let (settings, engine) = (&settings, &EngineChoice::Cpu);
                 let job = job(&CommandLine { scene, options, seconds, camera: camera.clone(), settings, engine });
                 assert_eq!((job.scene.as_path(), job.moments), (scene, Moments::Single(seconds)));
-                assert_eq!(format!("{:?}", job.open_options), format!("{options:?}"));
-                assert_eq!(job.camera, camera);
-                for (spec, light) in job.lights.iter().zip(&lights) {
+                assert_eq!(format!("{:?}", job.flags.scene.opening.options()), format!("{options:?}"));
+                assert_eq!(job.flags.camera, camera);
+                for (spec, light) in job.flags.lights.iter().zip(&lights) {
                     let said = spec.light(Vec3::ZERO);
                     // A spot's direction and cone may differ in their last bits.
                     let is_spot = matches!(light.source, LightSource::Spot { .. });
@@ -154,7 +154,7 @@ mod tests {
                         "{said:?}, {light:?}"
                     );
                 }
-                assert_eq!(job.lights.len(), lights.len());
+                assert_eq!(job.flags.lights.len(), lights.len());
             }
         }
     }

@@ -7,16 +7,17 @@ use std::time::Instant;
 use eframe::egui::{self, TextureHandle, TextureId};
 use serde::{Deserialize, Serialize};
 use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
+use umbrage::spec::LookAt;
 use umbrage::{HeatKind, Scene};
 
 use crate::canvas::{Canvas, Pixels};
 use crate::choices::{Choices, EngineChoice, Resolution};
 use crate::focus::Focus;
-use crate::free_camera::FreeCamera;
+use crate::free_camera;
 use crate::history::History;
 use crate::light_list::LightList;
 use crate::notices::Notices;
-use crate::order::{FileOrder, Order, Picture};
+use crate::order::{FileOrder, Look, Order, Picture};
 use crate::probe::Probe;
 use crate::recording::Recording;
 use crate::surface::Surface;
@@ -52,8 +53,8 @@ pub struct App {
     pub(crate) screen: [u32; 2],
     /// Chosen in a dialogue that is still open elsewhere.
     pub(crate) dialogs: crate::dialogs::Dialogs,
-    /// What the last order asked for.
-    ordered: Option<Look>,
+    /// The scene of the last order, and what it asked for.
+    ordered: Option<(u64, Look)>,
     /// The number of the order that is being rendered.
     in_flight: Option<u64>,
     orders: u64,
@@ -91,22 +92,7 @@ pub(crate) enum CameraChoice {
     /// One of the scene's cameras.
     OfScene(usize),
     /// Where the user has moved it.
-    Free(FreeCamera),
-}
-
-/// All that makes a picture another one.
-#[derive(Clone, PartialEq)]
-struct Look {
-    scene: u64,
-    seconds: f64,
-    choices: Choices,
-    camera: CameraChoice,
-    lights: Option<Vec<Light>>,
-    heat: Option<HeatKind>,
-    shows_light_grid: bool,
-    /// The light that these are about, where any is.
-    light: Option<usize>,
-    size: [u32; 2],
+    Free(LookAt),
 }
 
 /// The picture on the screen.
@@ -333,53 +319,42 @@ impl App {
     /// Orders a picture of what is chosen, unless that is the last order or that one is still being rendered.
     pub(crate) fn order(&mut self) {
         let Some(open) = &self.open else { return };
-        let choices = &self.kept.choices;
-        let size = self.recording.as_ref().map_or(choices.resolution.size(self.screen), |recording| recording.size);
         if self.in_flight.is_some() || self.screen.contains(&0) {
             return;
         }
-        let light = self.lights.selected.unwrap_or(0);
-        let look = Look {
-            scene: open.number,
-            seconds: self.timeline.seconds,
-            choices: choices.clone(),
-            camera: self.camera.clone(),
-            lights: self.lights.chosen(),
-            heat: self.heat,
-            shows_light_grid: self.shows_light_grid,
-            light: (self.heat == Some(HeatKind::Points) || self.shows_light_grid).then_some(light),
-            size,
-        };
-        let file = match (&self.recording, self.screenshot.take()) {
-            (Some(recording), _) => Some(recording.order()),
-            (None, screenshot) => screenshot.map(FileOrder::Still),
-        };
-        if file.is_none() && self.ordered.as_ref() == Some(&look) {
-            return;
-        }
-        self.ordered = Some(look);
+        let choices = &self.kept.choices;
         let mut settings = choices.settings(self.screen);
-        [settings.width, settings.height] = size;
+        if let Some(recording) = &self.recording {
+            [settings.width, settings.height] = recording.size;
+        }
         settings.lights = self.lights.chosen();
         settings.camera = match &self.camera {
             CameraChoice::Default => umbrage::CameraChoice::Default,
             CameraChoice::OfScene(camera) => umbrage::CameraChoice::Scene(*camera),
             CameraChoice::Free(free) => free.camera().into(),
         };
-        self.orders += 1;
-        self.in_flight = Some(self.orders);
-        self.worker.render(Order {
-            number: self.orders,
-            scene: Arc::clone(&open.scene),
+        let needs_light = self.heat == Some(HeatKind::Points) || self.shows_light_grid;
+        let look = Look {
             seconds: self.timeline.seconds,
             settings,
             engine: choices.engine.clone(),
             heat: self.heat,
             shows_light_grid: self.shows_light_grid,
-            light,
-            needs_focus: self.focus.is_none(),
-            file,
-        });
+            light: needs_light.then(|| self.lights.selected.unwrap_or(0)),
+        };
+        let file = match (&self.recording, self.screenshot.take()) {
+            (Some(recording), _) => Some(FileOrder::Frame(recording.clone())),
+            (None, screenshot) => screenshot.map(FileOrder::Still),
+        };
+        let ordered = Some((open.number, look.clone()));
+        if file.is_none() && self.ordered == ordered {
+            return;
+        }
+        self.ordered = ordered;
+        self.orders += 1;
+        self.in_flight = Some(self.orders);
+        let (number, scene) = (self.orders, Arc::clone(&open.scene));
+        self.worker.render(Order { number, scene, look, needs_focus: self.focus.is_none(), file });
     }
 
     /// Writes the next picture to a file.
@@ -388,14 +363,14 @@ impl App {
     }
 
     /// The free camera, which starts where the picture is seen from; `None` before the first picture.
-    pub(crate) fn free_camera(&mut self) -> Option<&mut FreeCamera> {
+    pub(crate) fn free_camera(&mut self) -> Option<&mut LookAt> {
         if !matches!(self.camera, CameraChoice::Free(_)) {
             let picture = &self.shown.as_ref()?.picture;
             let camera = picture.view.camera;
             let Focus { center, size } = picture.focus.unwrap_or(self.focus());
             let depth = (center - camera.position).dot(camera.forward);
             let depth = if depth > 0.0 { depth } else { size };
-            self.camera = CameraChoice::Free(FreeCamera::of(&camera, depth));
+            self.camera = CameraChoice::Free(free_camera::of(&camera, depth));
         }
         match &mut self.camera {
             CameraChoice::Free(free) => Some(free),
@@ -411,7 +386,7 @@ impl App {
         let framed = umbrage::rays::Camera::framing(bounds.corners(), forward, aspect, 0.7);
         let depth = (bounds.center() - framed.position).dot(framed.forward);
         let depth = if depth > 0.0 { depth } else { 1.0 };
-        self.camera = CameraChoice::Free(FreeCamera::of(&framed, depth));
+        self.camera = CameraChoice::Free(free_camera::of(&framed, depth));
     }
 
     /// What the scene is about.

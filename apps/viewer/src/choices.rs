@@ -5,7 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 use umbrage::rays::Choice;
-use umbrage::{Background, Settings, Sides, Structure, ToneMap, UnknownStructure};
+use umbrage::spec::BackgroundSpec;
+use umbrage::{Settings, Sides, Structure, ToneMap, UnknownStructure};
 
 /// Outlives the window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,7 +23,8 @@ pub(crate) struct Choices {
     pub(crate) exposure_stops: f32,
     #[serde(with = "as_text")]
     pub(crate) tone_map: ToneMap,
-    pub(crate) surroundings: SurroundingsChoice,
+    #[serde(with = "as_text")]
+    pub(crate) surroundings: BackgroundSpec,
 }
 
 /// What renders.
@@ -54,15 +56,6 @@ pub(crate) enum Resolution {
     Fixed([u32; 2]),
 }
 
-/// What is around the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) enum SurroundingsChoice {
-    #[default]
-    Sky,
-    /// A linear colour.
-    Color([f32; 3]),
-}
-
 /// Values are kept by their names. Those that this version doesn't know become the defaults.
 mod as_text {
     use std::fmt::Display;
@@ -91,7 +84,7 @@ impl Default for Choices {
             resolution: Resolution::default(),
             exposure_stops,
             tone_map,
-            surroundings: SurroundingsChoice::default(),
+            surroundings: BackgroundSpec::default(),
         }
     }
 }
@@ -156,10 +149,7 @@ impl Choices {
             structure,
             sides: if self.culls_back_faces { Sides::Front } else { Sides::Both },
             bounces,
-            background: match self.surroundings {
-                SurroundingsChoice::Sky => Background::Sky,
-                SurroundingsChoice::Color(color) => Background::Color(color.into()),
-            },
+            background: self.surroundings.open().unwrap_or_default(),
             exposure_stops: self.exposure_stops,
             tone_map: self.tone_map,
             ..Settings::default()

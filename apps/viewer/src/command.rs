@@ -46,7 +46,7 @@ pub(crate) fn line(app: &App) -> Result<String, String> {
         camera: match &app.camera {
             CameraChoice::Default => None,
             CameraChoice::OfScene(number) => Some(CameraSpec::Listed(number.to_string())),
-            CameraChoice::Free(free) => Some(CameraSpec::LookAt(free.look_at())),
+            CameraChoice::Free(free) => Some(CameraSpec::LookAt(*free)),
         },
         settings: &Settings { width, height, lights, ..choices.settings([width, height]) },
         engine: &choices.engine,

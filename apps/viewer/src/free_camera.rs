@@ -1,4 +1,5 @@
-//! The camera that the mouse and the keys move.
+//! How the mouse and the keys move a camera: a perspective one that looks at a point, as `umbrage render --camera` can say
+//! it.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -6,99 +7,78 @@ use glam::{Quat, Vec2, Vec3};
 use umbrage::rays::{Camera, Projection};
 use umbrage::spec::LookAt;
 
-/// A perspective camera that looks at a point, the world's Y axis upwards: what `umbrage render --camera` can say.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct FreeCamera {
-    pub(crate) position: Vec3,
-    /// What it looks at and turns around.
-    pub(crate) target: Vec3,
-    pub(crate) fov_degrees: f32,
+/// How near to straight up or down it can look.
+const STEEPEST: f32 = FRAC_PI_2 - 0.01;
+
+/// Where `camera` is, turning around what is `depth` in front of it. Its roll is lost, and a parallel view becomes a
+/// perspective one that shows as much at that depth.
+pub(crate) fn of(camera: &Camera, depth: f32) -> LookAt {
+    let tan_half_height = match camera.projection {
+        Projection::Perspective { tan_half_height } => tan_half_height,
+        Projection::Orthographic { half_height } => half_height / depth,
+    };
+    LookAt {
+        position: camera.position,
+        target: camera.position + camera.forward * depth,
+        fov_degrees: (2.0 * tan_half_height.atan()).to_degrees().clamp(1.0, 170.0),
+    }
 }
 
-impl FreeCamera {
-    /// How near to straight up or down it can look.
-    const STEEPEST: f32 = FRAC_PI_2 - 0.01;
+/// How far the target is.
+fn distance(camera: &LookAt) -> f32 {
+    camera.position.distance(camera.target)
+}
 
-    /// Where `camera` is, turning around what is `depth` in front of it. Its roll is lost, and a parallel view becomes a
-    /// perspective one that shows as much at that depth.
-    pub(crate) fn of(camera: &Camera, depth: f32) -> Self {
-        let tan_half_height = match camera.projection {
-            Projection::Perspective { tan_half_height } => tan_half_height,
-            Projection::Orthographic { half_height } => half_height / depth,
-        };
-        Self {
-            position: camera.position,
-            target: camera.position + camera.forward * depth,
-            fov_degrees: (2.0 * tan_half_height.atan()).to_degrees().clamp(1.0, 170.0),
-        }
+/// Goes round the target: to the left, and upwards.
+pub(crate) fn orbit(camera: &mut LookAt, left_radians: f32, up_radians: f32) {
+    camera.position = camera.target - turned(camera, left_radians, -up_radians) * distance(camera);
+}
+
+/// Looks around from where it is: to the left, and upwards.
+pub(crate) fn look(camera: &mut LookAt, left_radians: f32, up_radians: f32) {
+    camera.target = camera.position + turned(camera, left_radians, up_radians) * distance(camera);
+}
+
+/// The forward direction, turned.
+fn turned(camera: &LookAt, left_radians: f32, up_radians: f32) -> Vec3 {
+    let Camera { forward, right, .. } = camera.camera();
+    let pitch = forward.y.clamp(-1.0, 1.0).asin();
+    let up = (pitch + up_radians).clamp(-STEEPEST, STEEPEST) - pitch;
+    Quat::from_rotation_y(left_radians) * (Quat::from_axis_angle(right, up) * forward)
+}
+
+/// Moves camera and target in the image's plane; `image_heights` is how far what is at the target's depth moves, to
+/// the right and down.
+pub(crate) fn pan(camera: &mut LookAt, image_heights: Vec2) {
+    let Camera { right, up, .. } = camera.camera();
+    let height = 2.0 * distance(camera) * (0.5 * camera.fov_degrees.to_radians()).tan();
+    shift(camera, (up * image_heights.y - right * image_heights.x) * height);
+}
+
+/// Goes towards the target; a factor below one comes nearer.
+pub(crate) fn zoom(camera: &mut LookAt, factor: f32) {
+    let distance = (distance(camera) * factor).clamp(1e-6, 1e12);
+    camera.position = camera.target - camera.camera().forward * distance;
+}
+
+/// Flies: to the right, up and forwards, in world units.
+pub(crate) fn fly(camera: &mut LookAt, way: Vec3) {
+    let Camera { right, up, forward, .. } = camera.camera();
+    shift(camera, right * way.x + up * way.y + forward * way.z);
+}
+
+/// Turns around another point, which comes to the image's centre.
+pub(crate) fn turn_around(camera: &mut LookAt, target: Vec3) {
+    if target.distance_squared(camera.position) > 0.0 {
+        camera.target = target;
     }
+}
 
-    /// What `umbrage render --camera` calls it.
-    pub(crate) fn look_at(&self) -> LookAt {
-        let Self { position, target, fov_degrees } = *self;
-        LookAt { position, target, fov_degrees }
-    }
-
-    pub(crate) fn camera(&self) -> Camera {
-        self.look_at().camera()
-    }
-
-    /// How far the target is.
-    pub(crate) fn distance(&self) -> f32 {
-        self.position.distance(self.target)
-    }
-
-    /// Goes round the target: to the left, and upwards.
-    pub(crate) fn orbit(&mut self, left_radians: f32, up_radians: f32) {
-        self.position = self.target - self.turned(left_radians, -up_radians) * self.distance();
-    }
-
-    /// Looks around from where it is: to the left, and upwards.
-    pub(crate) fn look(&mut self, left_radians: f32, up_radians: f32) {
-        self.target = self.position + self.turned(left_radians, up_radians) * self.distance();
-    }
-
-    /// The forward direction, turned.
-    fn turned(&self, left_radians: f32, up_radians: f32) -> Vec3 {
-        let camera = self.camera();
-        let pitch = camera.forward.y.clamp(-1.0, 1.0).asin();
-        let up = (pitch + up_radians).clamp(-Self::STEEPEST, Self::STEEPEST) - pitch;
-        Quat::from_rotation_y(left_radians) * (Quat::from_axis_angle(camera.right, up) * camera.forward)
-    }
-
-    /// Moves camera and target in the image's plane; `image_heights` is how far what is at the target's depth moves, to
-    /// the right and down.
-    pub(crate) fn pan(&mut self, image_heights: Vec2) {
-        let camera = self.camera();
-        let height = 2.0 * self.distance() * (0.5 * self.fov_degrees.to_radians()).tan();
-        self.shift((camera.up * image_heights.y - camera.right * image_heights.x) * height);
-    }
-
-    /// Goes towards the target; a factor below one comes nearer.
-    pub(crate) fn zoom(&mut self, factor: f32) {
-        let distance = (self.distance() * factor).clamp(1e-6, 1e12);
-        self.position = self.target - self.camera().forward * distance;
-    }
-
-    /// Flies: to the right, up and forwards, in world units.
-    pub(crate) fn fly(&mut self, way: Vec3) {
-        let camera = self.camera();
-        self.shift(camera.right * way.x + camera.up * way.y + camera.forward * way.z);
-    }
-
-    /// Turns around another point, which comes to the image's centre.
-    pub(crate) fn turn_around(&mut self, target: Vec3) {
-        if target.distance_squared(self.position) > 0.0 {
-            self.target = target;
-        }
-    }
-
-    fn shift(&mut self, way: Vec3) {
-        let (position, target) = (self.position + way, self.target + way);
-        // Far from the origin of a tiny scene both may round to the same point.
-        if position.is_finite() && position != target {
-            (self.position, self.target) = (position, target);
-        }
+fn shift(camera: &mut LookAt, way: Vec3) {
+    let (position, target) = (camera.position + way, camera.target + way);
+    // Far from the origin of a tiny scene both may round to the same point.
+    if position.is_finite() && position != target {
+        (camera.position, camera.target) = (position, target);
     }
 }
 
@@ -106,15 +86,15 @@ impl FreeCamera {
 mod tests {
     use super::*;
 
-    fn camera() -> FreeCamera {
-        FreeCamera { position: Vec3::new(3.0, 2.0, 4.0), target: Vec3::new(0.5, 0.0, 0.0), fov_degrees: 40.0 }
+    fn camera() -> LookAt {
+        LookAt { position: Vec3::new(3.0, 2.0, 4.0), target: Vec3::new(0.5, 0.0, 0.0), fov_degrees: 40.0 }
     }
 
     #[test]
     fn going_round_keeps_the_distance_and_the_target() {
         let mut moved = camera();
-        moved.orbit(0.4, 0.2);
-        assert!((moved.distance() - camera().distance()).abs() < 1e-4);
+        orbit(&mut moved, 0.4, 0.2);
+        assert!((distance(&moved) - distance(&camera())).abs() < 1e-4);
         assert_eq!(moved.target, camera().target);
         assert!(moved.position.y > camera().position.y, "up is up");
         // To the left as the camera sees it.
@@ -125,11 +105,11 @@ mod tests {
     fn it_never_tips_over() {
         let mut moved = camera();
         for _ in 0..50 {
-            moved.orbit(0.1, 0.3);
+            orbit(&mut moved, 0.1, 0.3);
         }
         assert!(moved.camera().up.y > 0.0 && moved.camera().forward.y < -0.9);
         for _ in 0..50 {
-            moved.look(0.1, 0.3);
+            look(&mut moved, 0.1, 0.3);
         }
         assert!(moved.camera().up.y > 0.0 && moved.camera().forward.y > 0.9);
     }
@@ -137,7 +117,7 @@ mod tests {
     #[test]
     fn panning_by_an_image_moves_what_is_at_the_target_out_of_it() {
         let mut moved = camera();
-        moved.pan(Vec2::new(0.0, 0.5));
+        pan(&mut moved, Vec2::new(0.0, 0.5));
         let old = camera();
         let offset = old.target - moved.position;
         let tan = offset.dot(moved.camera().up) / offset.dot(moved.camera().forward);
@@ -147,7 +127,7 @@ mod tests {
     #[test]
     fn a_camera_of_a_file_stays_where_it_is() {
         let of_file = Camera::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y, 0.7);
-        let free = FreeCamera::of(&of_file, 2.0).camera();
+        let free = of(&of_file, 2.0).camera();
         assert!(free.position == of_file.position && free.forward.dot(of_file.forward) > 0.999_99);
         let Projection::Perspective { tan_half_height } = free.projection else { panic!("no perspective") };
         assert!((tan_half_height - (0.35_f32).tan()).abs() < 1e-5);
@@ -157,9 +137,9 @@ mod tests {
     fn zooming_in_for_ever_is_harmless() {
         let mut moved = camera();
         for _ in 0..500 {
-            moved.zoom(0.5);
-            moved.fly(Vec3::new(0.0, 0.0, 1e-9));
+            zoom(&mut moved, 0.5);
+            fly(&mut moved, Vec3::new(0.0, 0.0, 1e-9));
         }
-        assert!(moved.camera().forward.is_finite() && moved.distance() > 0.0);
+        assert!(moved.camera().forward.is_finite() && distance(&moved) > 0.0);
     }
 }

@@ -44,8 +44,8 @@ pub(crate) fn title(heat: HeatKind) -> String {
 pub(crate) struct HeatMaker {
     counter: Renderer,
     counts: WorkCounts,
-    /// The order whose work was counted last, and whether it has the light whose cells were asked for.
-    counted: Option<(u64, bool)>,
+    /// The order whose work was counted last, and the light whose cells were asked for, where it is there.
+    counted: Option<(u64, Option<usize>)>,
 }
 
 impl HeatMaker {
@@ -61,19 +61,18 @@ impl HeatMaker {
         settings: &Settings,
     ) -> Result<HeatMap, String> {
         let (settings, mut note) = countable(order, settings);
-        let is_there = self.count(order, renderer, &settings)?;
+        let light = self.count(order, renderer, &settings)?.filter(|_| heat == HeatKind::Points);
         let WorkCounts { pixels: work, cells } = &self.counts;
         let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
-        let (light, counts): (_, Vec<u32>) = if heat == HeatKind::Points {
-            if is_there {
-                (Some(order.light), pixels.map(|(x, y)| cells.points_at(x, y)).collect())
-            } else {
-                note = Some("but there is no light");
-                (None, pixels.map(|_| 0).collect())
-            }
-        } else {
-            (None, pixels.map(|(x, y)| heat.of(work.at(x, y)).unwrap_or_default()).collect())
+        if heat == HeatKind::Points && light.is_none() {
+            note = Some("but there is no light");
+        }
+        let count = |(x, y)| match (heat, light) {
+            (HeatKind::Points, Some(_)) => cells.points_at(x, y),
+            (HeatKind::Points, None) => 0,
+            _ => heat.of(work.at(x, y)).unwrap_or_default(),
         };
+        let counts: Vec<u32> = pixels.map(count).collect();
         Ok(HeatMap { heat, light, scale: HeatScale::of(&counts), counts, note })
     }
 
@@ -88,34 +87,31 @@ impl HeatMaker {
         settings: &Settings,
     ) -> Result<Option<LightGridPicture>, String> {
         let (settings, note) = countable(order, settings);
-        let is_there = self.count(order, renderer, &settings)?;
-        let light = renderer.scenery().lights.get(order.light).filter(|_| is_there);
-        let size = [settings.width, settings.height];
-        Ok(light.map(|light| LightGridPicture::new(&self.counts.cells, size, order.light, &light.source, note)))
+        let Some(number) = self.count(order, renderer, &settings)? else { return Ok(None) };
+        let (source, size) = (&renderer.scenery().lights[number].source, [settings.width, settings.height]);
+        Ok(Some(LightGridPicture::new(&self.counts.cells, size, number, source, note)))
     }
 
-    /// Counts the frame that `renderer` has just rendered for an order, unless that is done; whether the order's light was
-    /// asked for, and is there.
-    fn count(&mut self, order: &Order, renderer: &Renderer, settings: &Settings) -> Result<bool, String> {
-        if let Some((number, is_there)) = self.counted
+    /// Counts the frame that `renderer` has just rendered for an order, unless that is done. The order's light, where one
+    /// was asked for and is there.
+    fn count(&mut self, order: &Order, renderer: &Renderer, settings: &Settings) -> Result<Option<usize>, String> {
+        if let Some((number, light)) = self.counted
             && number == order.number
         {
-            return Ok(is_there);
+            return Ok(light);
         }
         self.counted = None;
-        let needs_cells = order.shows_light_grid || order.heat == Some(HeatKind::Points);
-        let is_there = needs_cells && order.light < renderer.scenery().lights.len();
-        let light = is_there.then_some(order.light);
+        let light = order.look.light.filter(|&light| light < renderer.scenery().lights.len());
         let counted = self.counter.count_work(renderer.frame(), settings, light, &mut self.counts);
         counted.map_err(|error| error.to_string())?;
-        self.counted = Some((order.number, is_there));
-        Ok(is_there)
+        self.counted = Some((order.number, light));
+        Ok(light)
     }
 }
 
 /// Settings for what the CPU can count, and a note where that isn't what renders.
 fn countable(order: &Order, settings: &Settings) -> (Settings, Option<&'static str>) {
-    let (structure, note) = match (&order.engine, settings.structure) {
+    let (structure, note) = match (&order.look.engine, settings.structure) {
         (EngineChoice::Gpu(_), _) => (Structure::LISTED, Some("counted on the CPU, in triangles listed by cell")),
         (_, structure) if structure.is_specialised() => (structure, None),
         _ => (Structure::Perspective, Some("counted in the perspective grid")),

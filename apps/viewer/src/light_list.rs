@@ -62,63 +62,36 @@ impl LightList {
         }
     }
 
-    /// Adds a light above what the scene is about, as bright there as full sunlight, and selects it.
-    pub(crate) fn add(&mut self, kind: LightKind, Focus { center, size }: Focus) {
-        if self.lights.len() >= Self::MOST {
-            return;
-        }
-        // In view, and beside those that were added before.
+    /// A source of each kind above what the scene is about: in view, and beside those that were added before.
+    pub(crate) fn to_add(&self, Focus { center, size }: Focus) -> [LightSource; 3] {
         let turn = 2.4 * self.lights.len() as f32;
-        let offset = Vec3::new(0.25 * turn.cos(), 0.36, 0.25 * turn.sin()) * size;
-        let position = center + offset;
-        self.lights.push(LightSpec::new(kind.at(position, center)).light(center));
-        self.is_changed = true;
-        self.selected = Some(self.lights.len() - 1);
+        let position = center + Vec3::new(0.25 * turn.cos(), 0.36, 0.25 * turn.sin()) * size;
+        let direction = unit(center - position).unwrap_or(Vec3::NEG_Y);
+        let outer_radians = 0.5;
+        let inner_radians = LightSpec::INNER * outer_radians;
+        [
+            LightSource::Point { position },
+            LightSource::Spot { position, direction, inner_radians, outer_radians },
+            LightSource::Directional { direction },
+        ]
+    }
+
+    /// Adds a light that is as bright as full sunlight at `center`, and selects it.
+    pub(crate) fn add(&mut self, source: LightSource, center: Vec3) {
+        if self.lights.len() < Self::MOST {
+            self.lights.push(LightSpec::new(source).light(center));
+            self.is_changed = true;
+            self.selected = Some(self.lights.len() - 1);
+        }
     }
 }
 
-/// Kinds of lights.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum LightKind {
-    Point,
-    Spot,
-    Sun,
-}
-
-impl LightKind {
-    pub(crate) const ALL: [Self; 3] = [Self::Point, Self::Spot, Self::Sun];
-
-    pub(crate) fn of(source: &LightSource) -> Self {
-        match source {
-            LightSource::Point { .. } => Self::Point,
-            LightSource::Spot { .. } => Self::Spot,
-            LightSource::Directional { .. } => Self::Sun,
-        }
-    }
-
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Point => "point",
-            Self::Spot => "spot",
-            Self::Sun => "sun",
-        }
-    }
-
-    fn at(self, position: Vec3, target: Vec3) -> LightSource {
-        let direction = unit(target - position).unwrap_or(Vec3::NEG_Y);
-        match self {
-            Self::Point => LightSource::Point { position },
-            Self::Spot => {
-                let outer_radians = 0.5;
-                LightSource::Spot {
-                    position,
-                    direction,
-                    inner_radians: LightSpec::INNER * outer_radians,
-                    outer_radians,
-                }
-            }
-            Self::Sun => LightSource::Directional { direction },
-        }
+/// What lights of this kind are called.
+pub(crate) fn kind(source: &LightSource) -> &'static str {
+    match source {
+        LightSource::Point { .. } => "point",
+        LightSource::Spot { .. } => "spot",
+        LightSource::Directional { .. } => "sun",
     }
 }
 
@@ -170,8 +143,8 @@ mod tests {
     #[test]
     fn added_lights_are_above_the_scene_and_apart() {
         let mut list = LightList::default();
-        for kind in LightKind::ALL {
-            list.add(kind, FOCUS);
+        for kind in 0..3 {
+            list.add(list.to_add(FOCUS)[kind], FOCUS.center);
         }
         let [
             Light { source: LightSource::Point { position: one }, .. },
@@ -183,7 +156,7 @@ mod tests {
         };
         assert!(one.y > 1.0 && other.y > 1.0 && one.distance(*other) > 0.5 && direction.y < 0.0);
         assert_eq!(list.selected, Some(2));
-        (0..2 * LightList::MOST).for_each(|_| list.add(LightKind::Point, FOCUS));
+        (0..2 * LightList::MOST).for_each(|_| list.add(list.to_add(FOCUS)[0], FOCUS.center));
         assert_eq!(list.lights().len(), LightList::MOST);
     }
 

@@ -12,12 +12,23 @@ use crate::choices::EngineChoice;
 use crate::focus::Focus;
 use crate::heat::HeatMap;
 use crate::light_grid::LightGridPicture;
+use crate::recording::Recording;
 
 /// A picture to render.
 pub(crate) struct Order {
     /// Later orders have higher numbers.
     pub(crate) number: u64,
     pub(crate) scene: Arc<Scene>,
+    pub(crate) look: Look,
+    /// Whether it isn't known yet what the scene's pictures are about.
+    pub(crate) needs_focus: bool,
+    /// Where the picture goes as a file.
+    pub(crate) file: Option<FileOrder>,
+}
+
+/// All that makes a picture of a scene another one.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Look {
     pub(crate) seconds: f64,
     pub(crate) settings: Settings,
     pub(crate) engine: EngineChoice,
@@ -25,12 +36,8 @@ pub(crate) struct Order {
     pub(crate) heat: Option<HeatKind>,
     /// Whether the light's grid is shown.
     pub(crate) shows_light_grid: bool,
-    /// The light that these are about, by its index in the list.
-    pub(crate) light: usize,
-    /// Whether it isn't known yet what the scene's pictures are about.
-    pub(crate) needs_focus: bool,
-    /// Where the picture goes as a file.
-    pub(crate) file: Option<FileOrder>,
+    /// The light that these are about, by its index in the list, where any is.
+    pub(crate) light: Option<usize>,
 }
 
 /// A picture's way to a file.
@@ -38,8 +45,8 @@ pub(crate) struct Order {
 pub(crate) enum FileOrder {
     /// A file of its own.
     Still(PathBuf),
-    /// One frame of a recording, out of so many.
-    Frame { path: PathBuf, frame: u32, frames: u32 },
+    /// The next frame of a recording.
+    Frame(Recording),
 }
 
 /// A finished picture.

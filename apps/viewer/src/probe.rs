@@ -18,23 +18,8 @@ pub(crate) struct Probe {
 pub(crate) struct Surface {
     pub(crate) found: umbrage::Probe,
     pub(crate) material: String,
-    /// For each light its name and what it does there.
-    pub(crate) lights: Vec<(String, Lighting)>,
-}
-
-/// What a light does to a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Lighting {
-    Lit,
-    /// The point is outside of the light's cone, or farther away than it reaches.
-    OutOfReach,
-    /// It shines on the other side of the surface.
-    Behind,
-    /// A triangle keeps it away, so far from the point.
-    Shadowed {
-        by: u32,
-        distance: f64,
-    },
+    /// For each light its name and what it does there, in words.
+    pub(crate) lights: Vec<(String, String)>,
 }
 
 impl Probe {
@@ -42,8 +27,8 @@ impl Probe {
         let surface = umbrage::Probe::new(frame, view, pixel, sides).map(|found| {
             let lights = frame.lights.iter().zip(&found.shadows).enumerate().map(|(number, (light, shadow))| {
                 let lighting = match shadow {
-                    Some(blocker) => Lighting::Shadowed { by: blocker.triangle, distance: blocker.distance },
-                    None => unshadowed(light, found.position.as_vec3(), found.normal),
+                    Some(by) => format!("shadowed by triangle {}, {:.5} away", by.triangle, by.distance),
+                    None => unshadowed(light, found.position.as_vec3(), found.normal).to_owned(),
                 };
                 (light_name(number, light), lighting)
             });
@@ -60,7 +45,7 @@ impl Probe {
 }
 
 /// What a light that nothing is in the way of does to a point.
-fn unshadowed(light: &Light, position: Vec3, normal: Vec3) -> Lighting {
+fn unshadowed(light: &Light, position: Vec3, normal: Vec3) -> &'static str {
     let (to_light, is_in_cone) = match light.source {
         LightSource::Directional { direction } => (-direction, true),
         LightSource::Point { position: from } => (from - position, true),
@@ -71,11 +56,12 @@ fn unshadowed(light: &Light, position: Vec3, normal: Vec3) -> Lighting {
     };
     let is_sun = matches!(light.source, LightSource::Directional { .. });
     if !is_in_cone || !is_sun && light.range.is_some_and(|range| to_light.length() > range) {
-        Lighting::OutOfReach
+        // Of its cone, or of its range.
+        "out of reach"
     } else if to_light.dot(normal) <= 0.0 {
-        Lighting::Behind
+        "shines on the other side"
     } else {
-        Lighting::Lit
+        "lit"
     }
 }
 

@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::order::FileOrder;
 use crate::timeline::Timeline;
 
 /// How far a recording has come.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Recording {
     /// A .gif, or .png files, with `%04d` for the number.
     pub(crate) path: PathBuf,
@@ -27,9 +26,5 @@ impl Recording {
     /// The next frame's moment.
     pub(crate) fn seconds(&self) -> f64 {
         f64::from(self.frame) / f64::from(Timeline::FPS)
-    }
-
-    pub(crate) fn order(&self) -> FileOrder {
-        FileOrder::Frame { path: self.path.clone(), frame: self.frame, frames: self.frames }
     }
 }

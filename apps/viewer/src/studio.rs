@@ -16,6 +16,7 @@ use crate::focus::Focus;
 use crate::heat::HeatMaker;
 use crate::order::{FileOrder, Order, Picture};
 use crate::probe::Probe;
+use crate::recording;
 use crate::timeline::Timeline;
 use crate::window_device::WindowDevice;
 use crate::worker::Done;
@@ -73,11 +74,12 @@ impl Studio {
 
     fn picture(&mut self, order: &Order) -> Result<Vec<Done>, String> {
         let start = Instant::now();
-        let engine = Self::engine(&mut self.engine, &order.engine, self.window.as_ref())?;
-        let mut settings = order.settings.clone();
-        let (scene, seconds) = (&order.scene, order.seconds);
+        let look = &order.look;
+        let engine = Self::engine(&mut self.engine, &look.engine, self.window.as_ref())?;
+        let mut settings = look.settings.clone();
+        let (scene, seconds) = (&order.scene, look.seconds);
         // These are made from the film.
-        let needs_film = order.file.is_some() || order.heat.is_some() || order.needs_focus;
+        let needs_film = order.file.is_some() || look.heat.is_some() || order.needs_focus;
         let rendered = if engine.is_windows && !needs_film {
             engine.renderer.render_to_texture(scene, seconds, &settings).map(Some)
         } else {
@@ -107,12 +109,12 @@ impl Studio {
             let pixels = self.pixels.iter().map(|&[red, green, blue, _]| Color32::from_rgb(red, green, blue));
             Pixels::Copied(pixels.collect())
         };
-        let heat = order.heat.map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
+        let heat = look.heat.map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
         let light_grid =
-            order.shows_light_grid.then(|| self.heat.light_grid(order, renderer, &settings)).transpose()?.flatten();
+            look.shows_light_grid.then(|| self.heat.light_grid(order, renderer, &settings)).transpose()?.flatten();
         let picture = Picture {
             number: order.number,
-            seconds: order.seconds,
+            seconds,
             view,
             pixels,
             heat,
@@ -182,7 +184,7 @@ fn write(
             write_png(&image, path, BitDepth::Eight).map_err(|error| error.to_string())?;
             Ok(Some(Done::Written(path.clone())))
         }
-        FileOrder::Frame { path, frame, frames } => {
+        FileOrder::Frame(recording::Recording { path, frame, frames, .. }) => {
             let running = match recording {
                 Some(running) if running.path == *path && running.frame == *frame => running,
                 _ if *frame == 0 => recording.insert(start(path, 0..*frames, settings)?),

@@ -1,25 +1,11 @@
 //! Columns, walls with pointed openings, rib vaults and tracery.
 
-use std::f32::consts::TAU;
-
 use glam::{Affine3A, Vec2, Vec3, Vec3Swizzles};
 
-use super::build::math::{mix, sin_cos, smoothstep, wave};
+use super::build::math::{around, mix, sin_cos, smoothstep, wave};
 use super::build::{MeshBuilder, Sheet};
 use super::detail::Detail;
-
-/// Materials of a building.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Masonry {
-    /// Walls; texture coordinates are metres.
-    pub(super) ashlar: u32,
-    /// Columns and ribs.
-    pub(super) stone: u32,
-    /// What is between the ribs of a vault.
-    pub(super) plaster: u32,
-    /// Bars of windows.
-    pub(super) lead: u32,
-}
+use super::hall_paints as paints;
 
 /// A wall in its own space: along x around 0, y up, its front towards +Z.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +48,7 @@ impl Opening {
 }
 
 /// Adds a wall with its opening.
-pub(super) fn wall(builder: &mut MeshBuilder, wall: Wall, masonry: Masonry, detail: Detail) {
+pub(super) fn wall(builder: &mut MeshBuilder, wall: Wall, detail: Detail) {
     let Wall { half_width, bottom, top, thickness, opening } = wall;
     // Even, so that a point of the outline faces each upper corner.
     let steps = 2 * detail.quads(5, 1);
@@ -80,7 +66,7 @@ pub(super) fn wall(builder: &mut MeshBuilder, wall: Wall, masonry: Masonry, deta
     let columns = inner.len() as u32 - 1;
     let point = |u: f32| (u * columns as f32).round() as usize;
     let first = builder.positions.len();
-    builder.material(masonry.ashlar);
+    builder.paint(paints::ASHLAR);
     let faces: &[f32] = if detail.is_ornate() { &[1.0, -1.0] } else { &[1.0] };
     for &side in faces {
         let z = 0.5 * side * thickness;
@@ -95,18 +81,16 @@ pub(super) fn wall(builder: &mut MeshBuilder, wall: Wall, masonry: Masonry, deta
         }
     }
     if detail.is_ornate() {
-        reveal(builder, wall, &inner, masonry, detail);
+        reveal(builder, wall, &inner, detail);
     }
-    for index in first..builder.positions.len() {
-        builder.tex_coords[index] = builder.positions[index].xy() * Vec2::new(1.0, -1.0);
-    }
+    builder.wrap(first, |position| position.xy() * Vec2::new(1.0, -1.0));
 }
 
 /// Adds the inside of an opening with the outline `inner`, and a moulding around its front.
-fn reveal(builder: &mut MeshBuilder, wall: Wall, inner: &[Vec2], masonry: Masonry, detail: Detail) {
+fn reveal(builder: &mut MeshBuilder, wall: Wall, inner: &[Vec2], detail: Detail) {
     let Wall { thickness, opening, .. } = wall;
     let columns = inner.len() as u32 - 1;
-    builder.material(masonry.stone).sheet(Sheet::open(columns, 1), |u, v| {
+    builder.paint(paints::STONE).sheet(Sheet::open(columns, 1), |u, v| {
         inner[(u * columns as f32).round() as usize].extend((v - 0.5) * thickness)
     });
     let sill = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)]
@@ -118,14 +102,14 @@ fn reveal(builder: &mut MeshBuilder, wall: Wall, inner: &[Vec2], masonry: Masonr
 
 /// Adds the bars of a window: two lights with pointed heads, a ring above them, and panes between lead. A plain
 /// building has none.
-pub(super) fn tracery(builder: &mut MeshBuilder, opening: Opening, masonry: Masonry, detail: Detail) {
+pub(super) fn tracery(builder: &mut MeshBuilder, opening: Opening, detail: Detail) {
     if !detail.is_ornate() {
         return;
     }
     let columns = detail.quads(8, 3);
     let Opening { half_width, sill, spring } = opening;
     let lower = spring - 0.25 * half_width;
-    builder.material(masonry.stone);
+    builder.paint(paints::STONE);
     let mullion = [Vec3::new(0.0, sill, 0.0), Vec3::new(0.0, lower + 0.5 * half_width, 0.0)];
     builder.tube(&mullion, |_| 0.055, columns);
     for side in [-0.5, 0.5] {
@@ -139,14 +123,9 @@ pub(super) fn tracery(builder: &mut MeshBuilder, opening: Opening, masonry: Maso
     }
     let ring = Vec3::new(0.0, spring + 0.62 * half_width, 0.0);
     for (radius, thickness) in [(0.3 * half_width, 0.045), (0.16 * half_width, 0.02)] {
-        builder.sheet(Sheet::ring(columns, detail.quads(24, 5)), |u, v| {
-            let (sin_u, cos_u) = sin_cos(TAU * u);
-            let (sin_v, cos_v) = sin_cos(TAU * v);
-            let out = radius + thickness * cos_u;
-            ring + Vec3::new(out * cos_v, out * sin_v, -thickness * sin_u)
-        });
+        builder.ring(ring, radius, [thickness; 2], [columns, detail.quads(24, 5)]);
     }
-    builder.material(masonry.lead);
+    builder.paint(paints::LEAD);
     let bars = detail.things(((spring - sill) / 0.3) as u32);
     for bar in 1..bars {
         let y = mix(sill, lower, bar as f32 / bars as f32);
@@ -159,12 +138,12 @@ pub(super) fn tracery(builder: &mut MeshBuilder, opening: Opening, masonry: Maso
 }
 
 /// Adds a clustered column that stands on the origin, up to the top of its capital at `height`.
-pub(super) fn column(builder: &mut MeshBuilder, radius: f32, height: f32, masonry: Masonry, detail: Detail) {
-    let around = detail.quads(40, 6);
+pub(super) fn column(builder: &mut MeshBuilder, radius: f32, height: f32, detail: Detail) {
+    let columns = detail.quads(40, 6);
     let capital = 1.5 * radius;
-    builder.material(masonry.stone);
+    builder.paint(paints::STONE);
     if !detail.is_ornate() {
-        builder.lathe(&[Vec2::new(radius, 0.0), Vec2::new(radius, height)], around);
+        builder.lathe(&[Vec2::new(radius, 0.0), Vec2::new(radius, height)], columns);
         return;
     }
     let base = [
@@ -181,23 +160,19 @@ pub(super) fn column(builder: &mut MeshBuilder, radius: f32, height: f32, masonr
         (1.1, 0.96),
     ]
     .map(|(out, up)| Vec2::new(out, up) * radius);
-    builder.lathe(&base, around);
-    builder.sheet(Sheet::tube(around, detail.quads(6, 1)), |u, v| {
-        let (sin, cos) = sin_cos(TAU * u);
-        let out = radius * (0.84 + 0.2 * wave(4.0 * u).abs());
-        Vec3::new(out * cos, mix(0.9 * radius, height - 0.9 * capital, v), -out * sin)
+    builder.lathe(&base, columns);
+    builder.sheet(Sheet::tube(columns, detail.quads(6, 1)), |u, v| {
+        around(u, radius * (0.84 + 0.2 * wave(4.0 * u).abs()), mix(0.9 * radius, height - 0.9 * capital, v))
     });
     // The capital: a bell of leaves that curl out under a slab.
-    builder.sheet(Sheet::tube(around, detail.quads(14, 2)), |u, v| {
-        let (sin, cos) = sin_cos(TAU * u);
+    builder.sheet(Sheet::tube(columns, detail.quads(14, 2)), |u, v| {
         let leaves = wave(8.0 * u).abs() * smoothstep(0.1, 0.5, v) * smoothstep(1.0, 0.75, v);
         let collar = 0.14 * smoothstep(0.12, 0.06, (v - 0.06).abs());
-        let out = radius * (0.98 + collar + 0.5 * v * v + 0.16 * leaves);
-        Vec3::new(out * cos, height - capital * (0.95 - 0.8 * v), -out * sin)
+        around(u, radius * (0.98 + collar + 0.5 * v * v + 0.16 * leaves), height - capital * (0.95 - 0.8 * v))
     });
     let slab = [(1.5, -0.16), (1.62, -0.13), (1.62, -0.05), (1.62, -0.05), (1.56, 0.0), (1.56, 0.0), (0.0, 0.0)]
         .map(|(out, up)| Vec2::new(out * radius, height + up * capital));
-    builder.lathe(&slab, around);
+    builder.lathe(&slab, columns);
 }
 
 /// A vault over a rectangle: its half-sizes along x and z, where it begins, and how much higher its middle is.
@@ -226,9 +201,9 @@ impl Vault {
 }
 
 /// Adds a vault of four webs and their ribs around the origin, with the arch at its end towards +Z.
-pub(super) fn vault(builder: &mut MeshBuilder, vault: Vault, rib_radius: f32, masonry: Masonry, detail: Detail) {
+pub(super) fn vault(builder: &mut MeshBuilder, vault: Vault, rib_radius: f32, detail: Detail) {
     let sheet = Sheet::open(2 * detail.quads(5, 1), detail.quads(9, 1));
-    builder.material(masonry.plaster);
+    builder.paint(paints::PLASTER);
     for quarter in 0..4 {
         builder.sheet(sheet, |u, v| {
             let (across, out) = ((2.0 * u - 1.0) * v, v);
@@ -252,7 +227,7 @@ pub(super) fn vault(builder: &mut MeshBuilder, vault: Vault, rib_radius: f32, ma
                 vault.at(point.x, point.y)
             })
             .collect();
-        builder.material(masonry.stone).tube(&path, |_| radius, columns);
+        builder.paint(paints::STONE).tube(&path, |_| radius, columns);
     };
     rib(Vec2::NEG_ONE, Vec2::ONE, rib_radius);
     rib(Vec2::new(-1.0, 1.0), Vec2::new(1.0, -1.0), rib_radius);

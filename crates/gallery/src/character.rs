@@ -10,7 +10,7 @@ use super::build::math::{cos, mix, sin, sin_cos, smoothstep};
 use super::sweep::{Section, Sweep};
 
 /// A piece of a gnome.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Part {
     pub(super) stuff: Stuff,
     /// Quads along and around the tube at the default number of triangles.
@@ -112,7 +112,7 @@ pub(super) fn gnome(steps: f32, footing: impl Fn(f32) -> Footing, prop: Prop) ->
         Prop::Toadstool => posture.toadstool(hand, &mut parts),
     };
     for part in &mut parts {
-        part.sweep = part.sweep.moved(|own| here.world_from_own(own), |own| here.turned(own));
+        part.sweep.move_by(|own| here.world_from_own(own), |own| here.turned(own));
     }
     Gnome { parts, prop: here.world_from_own(middle) }
 }

@@ -4,80 +4,59 @@ mod drape;
 
 use std::sync::LazyLock;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use self::drape::Drape;
 use super::build::math::{mix, smoothstep, turned};
-use super::build::{MeshBuilder, Palette, Sheet, color_texture, fractal_noise, mottled_texture, noise, srgb};
-use super::{DemoScene, studio};
-use umbrage_scene::{Animated, Error, Frame, Texture};
+use super::build::{MeshBuilder, Paint, Sheet, color_texture, fractal_noise, mottled_texture, noise, srgb};
+use super::{DemoScene, Moment, Pose, studio};
+use umbrage_scene::Texture;
 
 /// The cloth's motion doesn't depend on how finely it is drawn, so it is worked out once for all scenes.
 static DRAPE: LazyLock<Drape> = LazyLock::new(Drape::simulate);
 
-/// A sheet that falls over a ball, which then turns under it.
-#[derive(Debug)]
-pub(crate) struct Cloth {
-    /// Floor, ball and cloth, the cloth's vertices coming first.
-    still: Frame,
-    sheet: Sheet,
-    /// Vertices of the ball, which turns.
-    ball: std::ops::Range<usize>,
-}
+pub(crate) const SCENE: DemoScene = DemoScene {
+    name: "cloth",
+    about: "a sheet falls over a ball that turns",
+    triangles: 92_000,
+    seconds: drape::SECONDS,
+    open,
+};
 
-impl Cloth {
-    pub(crate) const SCENE: DemoScene = DemoScene {
-        name: "cloth",
-        about: "a sheet falls over a ball that turns",
-        triangles: 92_000,
-        open: |triangles| Box::new(Self::open(triangles)),
-    };
+const SILK: Paint = Paint::textured("silk", weave, [1.0; 2], 0.55).two_sided();
+const BRASS: Paint = Paint::metal("ball", || srgb(0xe0b878), 0.18);
+const PLASTER: Paint = Paint::textured("floor", plaster, [9.0; 2], 0.75);
 
-    /// Share of the triangles that make the ball.
-    const BALL_SHARE: f32 = 0.06;
+/// Share of the triangles that make the ball.
+const BALL_SHARE: f32 = 0.06;
 
-    /// The scene with about `triangles` triangles.
-    fn open(triangles: usize) -> Self {
-        let mut palette = Palette::default();
-        let silk = palette.textured("silk", weave(), Vec2::ONE, 0.55);
-        palette.material(silk).double_sided = true;
-        let brass = palette.metal("ball", srgb(0xe0b878), 0.18);
-        let plaster = palette.textured("floor", plaster(), Vec2::splat(9.0), 0.75);
+fn open(triangles: usize) -> Pose {
+    let ball_rows = ((triangles as f32 * BALL_SHARE / 4.0).sqrt() as u32).max(3);
+    let ball_triangles = 4 * ball_rows * (ball_rows - 1);
+    let columns = studio::backdrop_columns(triangles);
+    let sheet = Sheet::of_triangles(
+        triangles.saturating_sub(ball_triangles as usize + studio::backdrop_triangles(columns)),
+        1.0,
+    );
 
-        let ball_rows = ((triangles as f32 * Self::BALL_SHARE / 4.0).sqrt() as u32).max(3);
-        let ball_triangles = 4 * ball_rows * (ball_rows - 1);
-        let columns = studio::backdrop_columns(triangles);
-        let sheet = Sheet::of_triangles(
-            triangles.saturating_sub(ball_triangles as usize + studio::backdrop_triangles(columns)),
-            1.0,
-        );
+    // The cloth's vertices come first.
+    let cloth = 0..sheet.vertices();
+    let mut builder = MeshBuilder::new();
+    builder.paint(SILK).sheet(sheet, |u, v| Vec3::new(u, 0.0, -v));
+    builder.paint(BRASS).sphere(drape::BALL_CENTER, drape::BALL_RADIUS, 2 * ball_rows, ball_rows);
+    let ball = cloth.end..builder.positions.len();
+    studio::backdrop(builder.paint(PLASTER), 11.0, 9.0, columns);
+    let still = builder.finish();
 
-        let mut builder = MeshBuilder::new();
-        builder.material(silk).sheet(sheet, |u, v| Vec3::new(u, 0.0, -v));
-        let ball_start = builder.positions.len();
-        builder.material(brass).sphere(drape::BALL_CENTER, drape::BALL_RADIUS, 2 * ball_rows, ball_rows);
-        let ball = ball_start..builder.positions.len();
-        studio::backdrop(builder.material(plaster), 11.0, 9.0, columns);
-        Self { still: builder.finish(palette.finish()), sheet, ball }
-    }
-}
-
-impl Animated for Cloth {
-    fn duration_seconds(&self) -> f64 {
-        f64::from(drape::SECONDS)
-    }
-
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        frame.copy_surfaces(&self.still);
-        let seconds = seconds as f32;
-        DRAPE.write_sheet(seconds, self.sheet, &mut frame.positions[..self.sheet.vertices()]);
-        let cloth = 0..self.sheet.vertices();
-        self.sheet.write_normals(&frame.positions[cloth.clone()], &mut frame.normals[cloth]);
+    Box::new(move |Moment { seconds, .. }, frame| {
+        frame.copy_surfaces(&still);
+        DRAPE.write_sheet(seconds, sheet, &mut frame.positions[cloth.clone()]);
+        sheet.write_normals(&frame.positions[cloth.clone()], &mut frame.normals[cloth.clone()]);
 
         let spin = turned(drape::ball_turn_radians(seconds));
-        let ball = frame.positions[self.ball.clone()].par_iter_mut().zip(&mut frame.normals[self.ball.clone()]);
-        ball.for_each(|(position, normal)| {
+        let vertices = frame.positions[ball.clone()].par_iter_mut().zip(&mut frame.normals[ball.clone()]);
+        vertices.for_each(|(position, normal)| {
             *position = drape::BALL_CENTER + spin * (*position - drape::BALL_CENTER);
             *normal = spin * *normal;
         });
@@ -87,8 +66,7 @@ impl Animated for Cloth {
         studio::look(frame, "front", eye, Vec3::new(0.0, mix(0.95, 0.62, approach), 0.0), 0.33);
         studio::light(frame, "key", Vec3::new(3.6, 6.0, 3.4), drape::BALL_CENTER, srgb(0xfff2e0), 0.95);
         studio::light(frame, "rim", Vec3::new(-5.0, 3.5, -3.0), drape::BALL_CENTER, srgb(0xcfe0ff), 0.3);
-        Ok(())
-    }
+    })
 }
 
 /// Teal silk with golden bands along its edges and a small golden figure all over.

@@ -1,124 +1,76 @@
 use std::f32::consts::{PI, TAU};
-use std::ops::Range;
 
 use glam::{Affine3A, Vec3};
 use rayon::prelude::*;
-use umbrage_rays::LightSource;
 
-use super::DemoScene;
-use super::build::math::{camera, mix, sin_cos, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Palette, Random, Sheet, fractal_noise, srgb};
+use super::build::math::{mix, sin_cos, smoothstep, turned, wave};
+use super::build::{MeshBuilder, Random, Sheet, fractal_noise, srgb};
 use super::character::{self, Footing, Gnome, Part, Prop};
 use super::detail::Detail;
-use super::forest_paints::Paints;
+use super::forest_paints as paints;
 use super::glade::{self, PATH_RADIUS, on_ground};
 use super::plant::{self, Habit, Twig};
 use super::wind::Wind;
-use umbrage_scene::{Animated, Error, Frame, Light, NamedCamera};
+use super::{DemoScene, Moment, Pose, studio};
 
-/// Two gnomes marching around a stump in a clearing, with the wind in the leaves.
-#[derive(Debug)]
-pub(crate) struct Forest {
-    still: Frame,
-    wind: Wind,
-    /// The vertices that the wind moves.
-    windy: Range<usize>,
-    /// Each gnome's parts, one after the other from where the wind's vertices end.
-    sheets: Vec<Sheet>,
-}
+pub(crate) const SCENE: DemoScene = DemoScene {
+    name: "forest",
+    about: "two gnomes marching through a clearing, leaves and grass in the wind",
+    triangles: 174_000,
+    seconds: 20.0,
+    open,
+};
 
 /// Who walks, in which colours, and how far behind the first, in steps.
 const GNOMES: [(Prop, f32); 2] = [(Prop::Lantern, 0.0), (Prop::Toadstool, -6.35)];
 /// Steps of one round; a whole even number, so that a round ends on the foot that it began with.
 const STEPS: f32 = 48.0;
 
-impl Forest {
-    pub(crate) const SCENE: DemoScene = DemoScene {
-        name: "forest",
-        about: "two gnomes marching through a clearing, leaves and grass in the wind",
-        triangles: 174_000,
-        open: |triangles| Box::new(Self::open(triangles)),
-    };
+fn open(triangles: usize) -> Pose {
+    let cast = gnomes(0.0);
+    let detail = Detail::for_triangles(triangles, SCENE.triangles);
+    let (mut builder, twigs, detail, people) = detail.within(
+        triangles * 3 / 5,
+        |detail| {
+            let (still_life, twigs) = still_life(detail);
+            let mut people = MeshBuilder::new();
+            add_gnomes(&mut people, &cast, detail);
+            (still_life, twigs, detail, people)
+        },
+        |(still_life, _, _, people)| still_life.triangles.len() + people.triangles.len(),
+    );
+    let first_windy = builder.positions.len();
+    let mut wind = Wind::default();
+    let left = triangles.saturating_sub(builder.triangles.len() + people.triangles.len());
+    undergrowth(&mut builder, &mut wind, detail, left / 3);
+    let left = triangles.saturating_sub(builder.triangles.len() + people.triangles.len());
+    foliage(&mut builder, &mut wind, &twigs, left);
+    let windy = first_windy..builder.positions.len();
+    debug_assert_eq!(windy.len(), wind.len(), "each vertex bends");
+    builder.instance(&people, Affine3A::IDENTITY);
+    let sheets: Vec<Sheet> = cast.iter().flat_map(|gnome| &gnome.parts).map(|part| sheet_of(part, detail)).collect();
+    let still = builder.finish();
 
-    fn open(triangles: usize) -> Self {
-        let mut palette = Palette::default();
-        let paints = Paints::new(&mut palette);
-        let cast = gnomes(0.0);
-        let detail = Detail::for_triangles(triangles, Self::SCENE.triangles);
-        let (mut builder, twigs, detail, people) = detail.within(
-            triangles * 3 / 5,
-            |detail| {
-                let (still_life, twigs) = still_life(detail, &paints);
-                let mut people = MeshBuilder::new();
-                add_gnomes(&mut people, &cast, detail, &paints);
-                (still_life, twigs, detail, people)
-            },
-            |(still_life, _, _, people)| still_life.triangles.len() + people.triangles.len(),
-        );
-        let first_windy = builder.positions.len();
-        let mut wind = Wind::default();
-        let left = triangles.saturating_sub(builder.triangles.len() + people.triangles.len());
-        undergrowth(&mut builder, &mut wind, &paints, detail, left / 3);
-        let left = triangles.saturating_sub(builder.triangles.len() + people.triangles.len());
-        foliage(&mut builder, &mut wind, &paints, &twigs, left);
-        let windy = first_windy..builder.positions.len();
-        debug_assert_eq!(windy.len(), wind.len(), "each vertex bends");
-        builder.instance(&people, Affine3A::IDENTITY);
-        let sheets = cast.iter().flat_map(|gnome| &gnome.parts).map(|part| sheet_of(part, detail)).collect();
-        Self { still: builder.finish(palette.finish()), wind, windy, sheets }
-    }
-}
-
-impl Animated for Forest {
-    fn duration_seconds(&self) -> f64 {
-        20.0
-    }
-
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        frame.copy_surfaces(&self.still);
-        let part = (seconds / self.duration_seconds()) as f32;
-        self.wind.blow(part, &mut frame.positions[self.windy.clone()]);
+    Box::new(move |Moment { part, .. }, frame| {
+        frame.copy_surfaces(&still);
+        wind.blow(part, &mut frame.positions[windy.clone()]);
         let cast = gnomes(part);
-        let mut positions = &mut frame.positions[self.windy.end..];
-        let mut normals = &mut frame.normals[self.windy.end..];
-        for (part, &sheet) in cast.iter().flat_map(|gnome| &gnome.parts).zip(&self.sheets) {
+        let mut positions = &mut frame.positions[windy.end..];
+        let mut normals = &mut frame.normals[windy.end..];
+        for (part, &sheet) in cast.iter().flat_map(|gnome| &gnome.parts).zip(&sheets) {
             let (own_positions, other_positions) = positions.split_at_mut(sheet.vertices());
             let (own_normals, other_normals) = normals.split_at_mut(sheet.vertices());
             write_part(part, sheet, own_positions, own_normals);
             (positions, normals) = (other_positions, other_normals);
         }
-        frame.cameras.push(NamedCamera { name: "clearing".into(), camera: view(part) });
-        frame.lights.extend(lights(cast[0].prop, part));
-        Ok(())
-    }
-}
 
-fn view(part: f32) -> umbrage_rays::Camera {
-    let swing = wave(part);
-    let eye = Vec3::new(0.5 + 0.6 * swing, 0.8 + 0.1 * wave(part + 0.3), 3.75 - 0.2 * swing);
-    camera(eye, Vec3::new(-0.32 + 0.06 * swing, 0.6, 0.0), 0.34)
-}
-
-fn lights(flame: Vec3, part: f32) -> [Light; 2] {
-    let flicker = 1.0 + 0.06 * wave(37.0 * part) + 0.04 * wave(61.0 * part);
-    [
-        Light {
-            name: "sun".into(),
-            source: LightSource::Directional { direction: Vec3::new(-0.68, -0.56, -0.42).normalize() },
-            color: srgb(0xff_ea_c8),
-            intensity: 1.3 * PI,
-            range: None,
-            casts_shadow: true,
-        },
-        Light {
-            name: "lantern".into(),
-            source: LightSource::Point { position: flame },
-            color: srgb(0xff_b0_58),
-            intensity: 0.35 * flicker,
-            range: Some(4.0),
-            casts_shadow: true,
-        },
-    ]
+        let swing = wave(part);
+        let eye = Vec3::new(0.5 + 0.6 * swing, 0.8 + 0.1 * wave(part + 0.3), 3.75 - 0.2 * swing);
+        studio::look(frame, "clearing", eye, Vec3::new(-0.32 + 0.06 * swing, 0.6, 0.0), 0.34);
+        studio::sun(frame, Vec3::new(-0.68, -0.56, -0.42), srgb(0xff_ea_c8), 1.3);
+        let flicker = 1.0 + 0.06 * wave(37.0 * part) + 0.04 * wave(61.0 * part);
+        studio::lamp(frame, "lantern", cast[0].prop, srgb(0xff_b0_58), 0.35 * flicker, Some(4.0));
+    })
 }
 
 /// The gnomes at `part`, 0 … 1, of their round.
@@ -143,12 +95,12 @@ fn part_point(part: &Part, sheet: Sheet, column: u32, row: u32) -> (Vec3, Vec3) 
     ring.point(cos, sin)
 }
 
-fn add_gnomes(builder: &mut MeshBuilder, cast: &[Gnome], detail: Detail, paints: &Paints) {
+fn add_gnomes(builder: &mut MeshBuilder, cast: &[Gnome], detail: Detail) {
     for (who, gnome) in cast.iter().enumerate() {
         for part in &gnome.parts {
             let sheet = sheet_of(part, detail);
             let (columns, rows) = (sheet.columns as f32, sheet.rows as f32);
-            builder.material(paints.of_gnome(who, part.stuff)).sheet(sheet, |u, v| {
+            builder.paint(paints::of_gnome(who, part.stuff)).sheet(sheet, |u, v| {
                 let (column, row) = ((u * columns).round() as u32, (v * rows).round() as u32);
                 part_point(part, sheet, column, row).0
             });
@@ -170,34 +122,32 @@ fn write_part(part: &Part, sheet: Sheet, positions: &mut [Vec3], normals: &mut [
 }
 
 /// Everything that stands still, and where leaves grow.
-fn still_life(detail: Detail, paints: &Paints) -> (MeshBuilder, Vec<Twig>) {
+fn still_life(detail: Detail) -> (MeshBuilder, Vec<Twig>) {
     let mut builder = MeshBuilder::new();
     let mut random = Random::new(11);
     let mut twigs = Vec::new();
-    let stuff = &paints.glade;
-    glade::ground(&mut builder, stuff, detail);
-    glade::stump(&mut builder, &mut random, stuff, detail);
+    glade::ground(&mut builder, detail);
+    glade::stump(&mut builder, &mut random, detail);
     let house = Affine3A::from_rotation_translation(turned(0.42), on_ground(-2.15, -2.7));
-    builder.place(house, |builder| glade::house(builder, stuff, detail));
+    builder.place(house, |builder| glade::house(builder, detail));
     glade::log(
         &mut builder,
         [on_ground(1.75, -2.0) + Vec3::Y * 0.2, on_ground(3.9, -0.9) + Vec3::Y * 0.14],
         0.26,
-        stuff,
         detail,
     );
     for (x, z, size) in
         [(-1.2, 2.35, 0.2), (-1.5, 2.2, 0.11), (2.2, 0.9, 0.3), (2.5, 0.6, 0.16), (-2.9, 0.4, 0.42), (1.0, -3.6, 0.5)]
     {
-        builder.material(stuff.stone);
+        builder.paint(paints::STONE);
         glade::rock(&mut builder, &mut random, on_ground(x, z), size, detail);
     }
-    toadstools(&mut builder, &mut random, stuff, detail);
-    trees(&mut builder, &mut random, stuff, detail, &mut twigs);
+    toadstools(&mut builder, &mut random, detail);
+    trees(&mut builder, &mut random, detail, &mut twigs);
     (builder, twigs)
 }
 
-fn toadstools(builder: &mut MeshBuilder, random: &mut Random, stuff: &glade::Stuff, detail: Detail) {
+fn toadstools(builder: &mut MeshBuilder, random: &mut Random, detail: Detail) {
     let clusters = [(1.75, 1.55), (-1.95, 1.35), (2.1, -1.5), (-0.9, -2.0), (0.5, 2.55), (-3.0, -1.1), (3.0, -0.6)];
     for (x, z) in clusters {
         for _ in 0..detail.things(4) {
@@ -208,13 +158,13 @@ fn toadstools(builder: &mut MeshBuilder, random: &mut Random, stuff: &glade::Stu
             let radius = height * random.range(0.45, 0.7);
             let openness = random.unit();
             builder.place(stand, |builder| {
-                plant::toadstool(builder, [stuff.stem, stuff.spotted], height, radius, openness, detail);
+                plant::toadstool(builder, height, radius, openness, detail);
             });
         }
     }
 }
 
-fn trees(builder: &mut MeshBuilder, random: &mut Random, stuff: &glade::Stuff, detail: Detail, twigs: &mut Vec<Twig>) {
+fn trees(builder: &mut MeshBuilder, random: &mut Random, detail: Detail, twigs: &mut Vec<Twig>) {
     // Position on the ground, height and trunk radius.
     const TREES: [[f32; 4]; 17] = [
         [-4.1, -1.6, 7.5, 0.36],
@@ -238,7 +188,7 @@ fn trees(builder: &mut MeshBuilder, random: &mut Random, stuff: &glade::Stuff, d
     let count = detail.things(TREES.len() as u32).max(1) as usize;
     for &[x, z, height, trunk_radius] in &TREES[..count] {
         let habit = Habit { height, trunk_radius, bare: random.range(0.17, 0.26) };
-        builder.material(stuff.bark);
+        builder.paint(paints::BARK);
         plant::tree(builder, random, on_ground(x, z), habit, detail, twigs);
     }
     thicket(random, detail, twigs);
@@ -266,10 +216,10 @@ fn thicket(random: &mut Random, detail: Detail, twigs: &mut Vec<Twig>) {
 }
 
 /// Adds grass, ferns and flowers, in about `triangles` triangles.
-fn undergrowth(builder: &mut MeshBuilder, wind: &mut Wind, paints: &Paints, detail: Detail, triangles: usize) {
+fn undergrowth(builder: &mut MeshBuilder, wind: &mut Wind, detail: Detail, triangles: usize) {
     let mut random = Random::new(23);
     let target = builder.triangles.len() + triangles;
-    builder.material(paints.fern);
+    builder.paint(paints::FERN);
     for _ in 0..detail.things(54) {
         let (sin, cos) = sin_cos(random.range(-0.12 * PI, 1.12 * PI));
         let distance = random.range(2.5, 7.0);
@@ -286,7 +236,7 @@ fn undergrowth(builder: &mut MeshBuilder, wind: &mut Wind, paints: &Paints, deta
         let color = colors[(patch as usize).min(colors.len() - 1)];
         if builder.triangles.len() + 60 < target {
             let foot = on_ground(cos * distance, -sin * distance);
-            plant::flower(builder, wind, &mut random, foot, [paints.grass, paints.petal, paints.heart], color);
+            plant::flower(builder, wind, &mut random, foot, color);
         }
     }
     let mut misses = 0;
@@ -304,27 +254,29 @@ fn undergrowth(builder: &mut MeshBuilder, wind: &mut Wind, paints: &Paints, deta
         }
         let height = random.range(0.05, 0.15) * mix(0.5, 1.35, lush) * mix(1.0, 1.7, smoothstep(1.8, 4.0, distance));
         let dry = srgb(0x9c_9a_48).lerp(srgb(0x62_8c_30), smoothstep(-0.3, 0.2, patch));
-        builder.material(paints.grass).tint(dry * random.range(0.75, 1.2));
+        builder.paint(paints::GRASS).tint(dry * random.range(0.75, 1.2));
         plant::blade(builder, wind, &mut random, foot, height);
     }
 }
 
-fn foliage(builder: &mut MeshBuilder, wind: &mut Wind, paints: &Paints, twigs: &[Twig], triangles: usize) {
+fn foliage(builder: &mut MeshBuilder, wind: &mut Wind, twigs: &[Twig], triangles: usize) {
     let tints = [0xf4_ff_d8, 0xd8_f4_b8, 0xff_f2_b8, 0xc4_e8_b0, 0xe8_ff_c4].map(srgb);
-    builder.material(paints.leaves);
+    builder.paint(paints::LEAVES);
     plant::leaves(builder, wind, &mut Random::new(5), twigs, triangles, &tints);
 }
 
 #[cfg(test)]
 mod tests {
+    use umbrage_scene::Frame;
+
     use super::*;
 
     #[test]
     fn the_round_ends_where_it_begins() {
-        let forest = Forest::open(6_000);
+        let pose = open(6_000);
         let [mut start, mut end] = [Frame::default(), Frame::default()];
-        forest.pose(0.0, &mut start).expect("demos can always be posed");
-        forest.pose(forest.duration_seconds(), &mut end).expect("demos can always be posed");
+        pose(Moment { seconds: 0.0, part: 0.0 }, &mut start);
+        pose(Moment { seconds: SCENE.seconds, part: 1.0 }, &mut end);
         for (vertex, (from, to)) in start.positions.iter().zip(&end.positions).enumerate() {
             assert!(from.abs_diff_eq(*to, 1e-3), "vertex {vertex}: {from}, then {to}");
         }

@@ -5,104 +5,57 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 
 use super::build::math::{mix, sin_cos, smoothstep, wave};
-use super::build::{Palette, Random, color_texture, fractal_noise, srgb};
+use super::build::{Paint, Random, color_texture, fractal_noise, srgb};
 use super::character::Stuff;
-use super::glade;
-use umbrage_scene::{Alpha, Material, Texture};
+use umbrage_scene::Texture;
 
-/// The forest's materials, as indices into its palette.
-pub(super) struct Paints {
-    pub(super) glade: glade::Stuff,
-    pub(super) leaves: u32,
-    pub(super) fern: u32,
-    pub(super) grass: u32,
-    pub(super) petal: u32,
-    pub(super) heart: u32,
-    pub(super) skin: u32,
-    pub(super) hair: u32,
-    pub(super) brass: u32,
-    pub(super) eye: u32,
-    pub(super) wood: u32,
-    pub(super) flame: u32,
-    /// Hat, coat, trousers and leather of each gnome.
-    pub(super) clothes: [[u32; 4]; 2],
-}
+pub(super) const SOIL: Paint = Paint::dull("soil", 0xff_ff_ff, 1.0);
+pub(super) const STONE: Paint = Paint::dull("stone", 0xff_ff_ff, 0.9);
+pub(super) const BARK: Paint = Paint::textured("bark", bark, [0.5, 0.25], 0.95);
+pub(super) const CUT_WOOD: Paint = Paint::textured("cut wood", growth_rings, [1.0; 2], 0.8);
+pub(super) const STEM: Paint = Paint::dull("stem", 0xea_df_c6, 0.8);
+pub(super) const SPOTTED: Paint = Paint::textured("spotted", spots, [1.0; 2], 0.35);
+pub(super) const DOOR: Paint = Paint::textured("door", planks, [0.5; 2], 0.6);
+pub(super) const FRAME: Paint = Paint::dull("frame", 0x5a_3a_20, 0.7);
+pub(super) const WINDOW: Paint = Paint::glowing("window", 0xff_b4_50, 1.0, 0.4);
+pub(super) const BRASS: Paint = Paint::metal("brass", || Vec3::new(0.86, 0.62, 0.28), 0.32);
+pub(super) const LEAVES: Paint = Paint::textured("leaves", leaf_spray, [1.0; 2], 0.6).masked();
+pub(super) const FERN: Paint = Paint::textured("fern", frond, [1.0; 2], 0.6).masked();
+pub(super) const GRASS: Paint = Paint::dull("grass", 0xff_ff_ff, 0.9).two_sided();
+pub(super) const PETAL: Paint = Paint::dull("petal", 0xff_ff_ff, 0.6).two_sided();
+pub(super) const HEART: Paint = Paint::dull("heart", 0xe8_b0_28, 0.8);
 
-impl Paints {
-    pub(super) fn new(palette: &mut Palette) -> Self {
-        let masked = |palette: &mut Palette, name: &str, texture: Texture| {
-            let material = palette.textured(name, texture, Vec2::ONE, 0.6);
-            let leaf = palette.material(material);
-            leaf.alpha = Alpha::Mask { cutoff: 0.5 };
-            leaf.double_sided = true;
-            material
-        };
-        let two_sided = |palette: &mut Palette, name: &str, roughness: f32| {
-            let material = palette.dull(name, Vec3::ONE, roughness);
-            palette.material(material).double_sided = true;
-            material
-        };
-        let glow = |palette: &mut Palette, name: &str, color: Vec3| {
-            palette.add(Material { name: name.into(), emissive: color, roughness: 0.4, ..Material::default() })
-        };
-        let brass = palette.metal("brass", Vec3::new(0.86, 0.62, 0.28), 0.32);
-        let clothes =
-            [[0xb8_2e_22, 0x2f_5d_78, 0x6a_4a_2e, 0x4e_2f_1c], [0x3f_7a_3a, 0xb0_6a_24, 0x4a_4a_5c, 0x3c_28_1a]].map(
-                |colors| {
-                    let [hat, coat, trousers, leather] = colors.map(srgb);
-                    [
-                        palette.dull("felt", hat, 0.9),
-                        palette.dull("coat", coat, 0.85),
-                        palette.dull("trousers", trousers, 0.9),
-                        palette.dull("leather", leather, 0.5),
-                    ]
-                },
-            );
-        let glade = glade::Stuff {
-            soil: palette.dull("soil", Vec3::ONE, 1.0),
-            stone: palette.dull("stone", Vec3::splat(1.0), 0.9),
-            bark: palette.textured("bark", bark(), Vec2::new(0.5, 0.25), 0.95),
-            cut_wood: palette.textured("cut wood", growth_rings(), Vec2::ONE, 0.8),
-            stem: palette.dull("stem", srgb(0xea_df_c6), 0.8),
-            spotted: palette.textured("spotted", spots(), Vec2::ONE, 0.35),
-            door: palette.textured("door", planks(), Vec2::splat(0.5), 0.6),
-            frame: palette.dull("frame", srgb(0x5a_3a_20), 0.7),
-            window: glow(palette, "window", srgb(0xff_b4_50)),
-            brass,
-        };
-        Self {
-            glade,
-            leaves: masked(palette, "leaves", leaf_spray()),
-            fern: masked(palette, "fern", frond()),
-            grass: two_sided(palette, "grass", 0.9),
-            petal: two_sided(palette, "petal", 0.6),
-            heart: palette.dull("heart", srgb(0xe8_b0_28), 0.8),
-            skin: palette.dull("skin", srgb(0xe8_a9_84), 0.6),
-            hair: palette.dull("hair", srgb(0xee_ea_e0), 0.85),
-            brass,
-            eye: palette.dull("eye", srgb(0x14_10_0e), 0.1),
-            wood: palette.dull("wood", srgb(0x7a_56_34), 0.8),
-            flame: glow(palette, "flame", srgb(0xff_a8_38) * 1.6),
-            clothes,
-        }
-    }
+/// Hat, coat, trousers and leather of each gnome.
+const CLOTHES: [[Paint; 4]; 2] = [
+    [
+        Paint::dull("red felt", 0xb8_2e_22, 0.9),
+        Paint::dull("blue coat", 0x2f_5d_78, 0.85),
+        Paint::dull("brown trousers", 0x6a_4a_2e, 0.9),
+        Paint::dull("leather", 0x4e_2f_1c, 0.5),
+    ],
+    [
+        Paint::dull("green felt", 0x3f_7a_3a, 0.9),
+        Paint::dull("orange coat", 0xb0_6a_24, 0.85),
+        Paint::dull("grey trousers", 0x4a_4a_5c, 0.9),
+        Paint::dull("dark leather", 0x3c_28_1a, 0.5),
+    ],
+];
 
-    /// The material of what gnome `who` is made of.
-    pub(super) fn of_gnome(&self, who: usize, stuff: Stuff) -> u32 {
-        let [hat, coat, trousers, leather] = self.clothes[who];
-        match stuff {
-            Stuff::Skin => self.skin,
-            Stuff::Hat => hat,
-            Stuff::Coat => coat,
-            Stuff::Trousers => trousers,
-            Stuff::Leather => leather,
-            Stuff::Hair => self.hair,
-            Stuff::Brass => self.brass,
-            Stuff::Eye => self.eye,
-            Stuff::Wood => self.wood,
-            Stuff::Toadstool => self.glade.spotted,
-            Stuff::Flame => self.flame,
-        }
+/// What gnome `who` is made of.
+pub(super) fn of_gnome(who: usize, stuff: Stuff) -> Paint {
+    let [hat, coat, trousers, leather] = CLOTHES[who];
+    match stuff {
+        Stuff::Skin => Paint::dull("skin", 0xe8_a9_84, 0.6),
+        Stuff::Hat => hat,
+        Stuff::Coat => coat,
+        Stuff::Trousers => trousers,
+        Stuff::Leather => leather,
+        Stuff::Hair => Paint::dull("hair", 0xee_ea_e0, 0.85),
+        Stuff::Brass => BRASS,
+        Stuff::Eye => Paint::dull("eye", 0x14_10_0e, 0.1),
+        Stuff::Wood => Paint::dull("wood", 0x7a_56_34, 0.8),
+        Stuff::Toadstool => SPOTTED,
+        Stuff::Flame => Paint::glowing("flame", 0xff_a8_38, 1.6, 0.4),
     }
 }
 

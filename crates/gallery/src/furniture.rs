@@ -5,24 +5,9 @@ use std::f32::consts::TAU;
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::build::math::{mix, sin_cos, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Random, Sheet, fractal_noise, srgb};
+use super::build::{MeshBuilder, Paint, Random, Sheet, fractal_noise, srgb};
 use super::detail::Detail;
-
-/// Materials of furniture.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Joinery {
-    pub(super) wood: u32,
-    pub(super) leather: u32,
-    pub(super) brass: u32,
-    pub(super) iron: u32,
-    pub(super) wax: u32,
-    pub(super) flame: u32,
-    pub(super) shade: u32,
-    pub(super) paper: u32,
-    /// Covers of books, tinted.
-    pub(super) cloth: u32,
-    pub(super) globe: u32,
-}
+use super::hall_paints as paints;
 
 /// A turned leg or baluster from the origin to `height`.
 fn turned_leg(builder: &mut MeshBuilder, foot: Vec3, height: f32, thickness: f32, detail: Detail) {
@@ -61,9 +46,9 @@ fn board(builder: &mut MeshBuilder, center: Vec3, half_size: Vec3, detail: Detai
 }
 
 /// A chair that faces −Z.
-pub(super) fn chair(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
+pub(super) fn chair(builder: &mut MeshBuilder, detail: Detail) {
     const SEAT: f32 = 0.46;
-    builder.material(joinery.wood);
+    builder.paint(paints::WOOD);
     for x in [-0.2, 0.2] {
         turned_leg(builder, Vec3::new(x, 0.0, -0.19), SEAT - 0.03, 0.028, detail);
         let back = [(0.2, 0.0), (0.2, SEAT), (0.23, 0.8), (0.27, 1.06)].map(|(z, y)| Vec3::new(x, y, z));
@@ -92,17 +77,17 @@ pub(super) fn chair(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail)
         let rod = [Vec3::new(x, 0.73, 0.226), Vec3::new(x, 0.96, 0.252)];
         builder.tube(&rod, |_| 0.009, detail.quads(6, 3));
     }
-    builder.material(joinery.leather);
+    builder.paint(paints::LEATHER);
     builder.place(Affine3A::from_translation(Vec3::new(0.0, SEAT + 0.018, -0.005)), |builder| {
         builder.rounded_cuboid(Vec3::new(0.205, 0.028, 0.195), 0.027, detail.quads(2, 1));
     });
 }
 
 /// A table, long along z.
-pub(super) fn table(builder: &mut MeshBuilder, half_length: f32, joinery: Joinery, detail: Detail) {
+pub(super) fn table(builder: &mut MeshBuilder, half_length: f32, detail: Detail) {
     const HEIGHT: f32 = 0.77;
     const HALF_WIDTH: f32 = 0.55;
-    builder.material(joinery.wood);
+    builder.paint(paints::WOOD);
     if !detail.is_ornate() {
         builder.cuboid(Vec3::new(-HALF_WIDTH, 0.0, -half_length), Vec3::new(HALF_WIDTH, HEIGHT, half_length));
         return;
@@ -119,10 +104,10 @@ pub(super) fn table(builder: &mut MeshBuilder, half_length: f32, joinery: Joiner
 }
 
 /// A reading lamp with a green shade, for a table's top.
-pub(super) fn lamp(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
+pub(super) fn lamp(builder: &mut MeshBuilder, detail: Detail) {
     let around = detail.quads(20, 4);
     let foot = [(0.085, 0.0), (0.085, 0.012), (0.07, 0.024), (0.03, 0.034), (0.012, 0.06), (0.012, 0.2), (0.02, 0.21)];
-    builder.material(joinery.brass).lathe(&foot.map(Vec2::from), around);
+    builder.paint(paints::BRASS).lathe(&foot.map(Vec2::from), around);
     let neck: Vec<Vec3> = (0..=6)
         .map(|row| {
             let (sin, cos) = sin_cos(TAU * 0.25 * row as f32 / 6.0);
@@ -130,23 +115,23 @@ pub(super) fn lamp(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) 
         })
         .collect();
     builder.tube(&neck, |_| 0.009, detail.quads(6, 3));
-    builder.material(joinery.shade).sheet(Sheet::open(detail.quads(10, 2), detail.quads(12, 2)), |u, v| {
+    builder.paint(paints::SHADE).sheet(Sheet::open(detail.quads(10, 2), detail.quads(12, 2)), |u, v| {
         let (sin, cos) = sin_cos(TAU * 0.5 * (1.0 - u));
         let taper = 1.0 - 0.25 * (2.0 * v - 1.0) * (2.0 * v - 1.0);
         Vec3::new(0.34 * (v - 0.5), 0.34 + 0.09 * sin * taper, 0.05 + 0.085 * cos)
     });
-    builder.material(joinery.brass);
+    builder.paint(paints::BRASS);
     builder.sphere(Vec3::new(0.0, 0.44, 0.05), 0.014, detail.quads(10, 3), detail.quads(6, 2));
 }
 
 /// An open book, lying.
-pub(super) fn open_book(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
-    builder.material(joinery.paper).sheet(Sheet::open(2 * detail.quads(7, 1), 1), |u, v| {
+pub(super) fn open_book(builder: &mut MeshBuilder, detail: Detail) {
+    builder.paint(paints::PAPER).sheet(Sheet::open(2 * detail.quads(7, 1), 1), |u, v| {
         let x = (2.0 * u - 1.0).abs();
         let swell = 0.034 * (x * (1.0 - x)).sqrt() * 2.0 * (1.0 - 0.6 * x) + 0.012;
         Vec3::new((u - 0.5) * 0.4, swell, (0.5 - v) * 0.28)
     });
-    builder.material(joinery.cloth).tint(srgb(0x6a_2a_22));
+    builder.paint(paints::CLOTH).tint(srgb(0x6a_2a_22));
     builder.cuboid(Vec3::new(-0.21, 0.0, -0.15), Vec3::new(0.21, 0.008, 0.15));
 }
 
@@ -160,9 +145,9 @@ const SHELVES: [f32; 7] = [0.2, 0.62, 1.02, 1.4, 1.77, 2.13, 2.48];
 pub(super) const SHELVES_IN_CASE: u32 = 2 * (SHELVES.len() as u32 - 1);
 
 /// A bookcase without books, open towards +Z and −Z.
-pub(super) fn bookcase(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
+pub(super) fn bookcase(builder: &mut MeshBuilder, detail: Detail) {
     let half = 0.5 * CASE_LENGTH;
-    builder.material(joinery.wood);
+    builder.paint(paints::WOOD);
     if !detail.is_ornate() {
         builder.cuboid(Vec3::new(-half, 0.0, -0.05), Vec3::new(half, 2.7, 0.05));
         return;
@@ -187,14 +172,7 @@ pub(super) fn book_triangles(bends: u32) -> usize {
 }
 
 /// Fills shelf number `shelf`, below [`SHELVES_IN_CASE`], of a bookcase with `count` books.
-pub(super) fn books(
-    builder: &mut MeshBuilder,
-    random: &mut Random,
-    joinery: Joinery,
-    shelf: u32,
-    count: u32,
-    bends: u32,
-) {
+pub(super) fn books(builder: &mut MeshBuilder, random: &mut Random, shelf: u32, count: u32, bends: u32) {
     const COVERS: [u32; 12] = [
         0x7a_2e_24, 0x2f_4a_3a, 0x2c_3e_5c, 0x8a_6a_3a, 0x5a_3a_26, 0xa8_8a_5c, 0x40_2a_3c, 0x6e_1f_1f, 0x3a_5a_5e,
         0xc0_a8_7c, 0x24_2a_2e, 0x93_5a_2c,
@@ -220,15 +198,15 @@ pub(super) fn books(
         let fair = ((0.5 * width - at) / (count - book) as f32).min(usual * 1.5);
         let thickness = if book + 1 == count { fair } else { fair * random.range(0.65, 1.35) };
         let size = Vec3::new(0.94 * thickness, room * tall * random.range(0.98, 1.0), random.range(0.19, 0.26));
-        builder.material(joinery.cloth).tint(cover);
+        builder.paint(paints::CLOTH).tint(cover);
         let middle = Vec3::new(front * (at + 0.5 * thickness), floor, front * (CASE_HALF_DEPTH - 0.03));
-        one_book(builder, joinery, middle, size, front, bends);
+        one_book(builder, middle, size, front, bends);
         at += thickness;
     }
 }
 
 /// A closed book whose back, rounded in `bends` steps, is above `foot` and looks along z towards `front`.
-fn one_book(builder: &mut MeshBuilder, joinery: Joinery, foot: Vec3, size: Vec3, front: f32, bends: u32) {
+fn one_book(builder: &mut MeshBuilder, foot: Vec3, size: Vec3, front: f32, bends: u32) {
     let [x, z] = [Vec3::X * (0.5 * size.x * front), Vec3::Z * front];
     let up = Vec3::Y * size.y;
     let first = builder.positions.len() as u32;
@@ -252,7 +230,7 @@ fn one_book(builder: &mut MeshBuilder, joinery: Joinery, foot: Vec3, size: Vec3,
     builder.quad([left + back, left, left + up, left + back + up], Vec2::ONE);
     builder.quad([right, right + back, right + back + up, right + up], Vec2::ONE);
     // The rear and the lower side are never seen.
-    builder.material(joinery.paper);
+    builder.paint(paints::PAPER);
     let rear = builder.vertex(left + back + up, Vec3::Y, Vec2::ZERO);
     for step in 0..=bends {
         builder.vertex(bend(step).0 + up, Vec3::Y, Vec2::ZERO);
@@ -264,16 +242,16 @@ fn one_book(builder: &mut MeshBuilder, joinery: Joinery, foot: Vec3, size: Vec3,
 }
 
 /// A chandelier that hangs from the origin, its ring `drop` below: a chain, a body, arms, candles and flames.
-pub(super) fn chandelier(builder: &mut MeshBuilder, drop: f32, joinery: Joinery, detail: Detail) {
+pub(super) fn chandelier(builder: &mut MeshBuilder, drop: f32, detail: Detail) {
     const RADIUS: f32 = 1.15;
     if !detail.is_ornate() {
-        builder.material(joinery.brass).place(Affine3A::from_translation(Vec3::NEG_Y * drop), |builder| {
+        builder.paint(paints::BRASS).place(Affine3A::from_translation(Vec3::NEG_Y * drop), |builder| {
             builder.cylinder(RADIUS, 0.1, detail.quads(14, 6));
         });
         return;
     }
     let around = detail.quads(14, 3);
-    builder.material(joinery.iron);
+    builder.paint(paints::IRON);
     let links = detail.things(((drop - 1.2) / 0.11) as u32).max(1);
     let spacing = (drop - 1.2) / links as f32;
     for link in 0..links {
@@ -287,7 +265,7 @@ pub(super) fn chandelier(builder: &mut MeshBuilder, drop: f32, joinery: Joinery,
             middle + turn * (out + away * (0.011 * cos_u) + Vec3::Z * (-0.011 * sin_u))
         });
     }
-    builder.material(joinery.brass);
+    builder.paint(paints::BRASS);
     let body = [
         (0.0, -0.35),
         (0.03, -0.33),
@@ -327,9 +305,9 @@ pub(super) fn chandelier(builder: &mut MeshBuilder, drop: f32, joinery: Joinery,
                 out * mix(0.12, RADIUS, part) + Vec3::Y * (-drop - 0.12 * wave(part) - 0.05 * (1.0 - part))
             })
             .collect();
-        builder.material(joinery.brass).tube(&path, |_| 0.018, detail.quads(8, 3));
+        builder.paint(paints::BRASS).tube(&path, |_| 0.018, detail.quads(8, 3));
         let stay = [out * RADIUS - Vec3::Y * drop, Vec3::Y * (0.85 - drop)];
-        builder.material(joinery.iron).tube(&stay, |_| 0.006, 3);
+        builder.paint(paints::IRON).tube(&stay, |_| 0.006, 3);
     }
     let candles = detail.things(16).max(3);
     for candle in 0..candles {
@@ -338,11 +316,11 @@ pub(super) fn chandelier(builder: &mut MeshBuilder, drop: f32, joinery: Joinery,
         builder.place(Affine3A::from_translation(foot), |builder| {
             let cup = [(0.012, 0.0), (0.02, 0.02), (0.06, 0.035), (0.075, 0.055), (0.068, 0.056), (0.03, 0.045)]
                 .map(Vec2::from);
-            builder.material(joinery.brass).lathe(&cup, around);
+            builder.paint(paints::BRASS).lathe(&cup, around);
             let stick = [(0.026, 0.045), (0.024, 0.2), (0.018, 0.212), (0.0, 0.208)].map(Vec2::from);
-            builder.material(joinery.wax).lathe(&stick, around);
+            builder.paint(paints::WAX).lathe(&stick, around);
             let fire = [(0.0, 0.212), (0.014, 0.232), (0.016, 0.25), (0.009, 0.28), (0.0, 0.31)].map(Vec2::from);
-            builder.material(joinery.flame).lathe(&fire, detail.quads(10, 3));
+            builder.paint(paints::FLAME).lathe(&fire, detail.quads(10, 3));
         });
     }
 }
@@ -351,8 +329,8 @@ pub(super) fn chandelier(builder: &mut MeshBuilder, drop: f32, joinery: Joinery,
 pub(super) const GLOBE_HEIGHT: f32 = 0.98;
 
 /// The stand of a globe: three turned legs and a horizon ring.
-pub(super) fn globe_stand(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
-    builder.material(joinery.wood);
+pub(super) fn globe_stand(builder: &mut MeshBuilder, detail: Detail) {
+    builder.paint(paints::WOOD);
     for leg in 0..3 {
         let (sin, cos) = sin_cos(TAU * leg as f32 / 3.0);
         turned_leg(builder, Vec3::new(cos * 0.47, 0.0, sin * 0.47), GLOBE_HEIGHT - 0.03, 0.05, detail);
@@ -363,18 +341,14 @@ pub(super) fn globe_stand(builder: &mut MeshBuilder, joinery: Joinery, detail: D
     let horizon = [(0.44, -0.03), (0.55, -0.03), (0.56, 0.0), (0.55, 0.02), (0.55, 0.02), (0.44, 0.02), (0.44, 0.02)]
         .map(|(out, up)| Vec2::new(out, GLOBE_HEIGHT + up));
     builder.lathe(&horizon, around).lathe(&[horizon[5], horizon[0]], around);
-    builder.material(joinery.brass).sheet(Sheet::ring(detail.quads(6, 3), around), |u, v| {
-        let (sin_u, cos_u) = sin_cos(TAU * u);
-        let (sin_v, cos_v) = sin_cos(TAU * v);
-        let out = 0.425 + 0.012 * cos_u;
-        Vec3::new(out * cos_v, GLOBE_HEIGHT + out * sin_v, -0.014 * sin_u)
-    });
+    builder.paint(paints::BRASS);
+    builder.ring(Vec3::Y * GLOBE_HEIGHT, 0.425, [0.012, 0.014], [detail.quads(6, 3), around]);
 }
 
 /// The globe itself around the origin; it turns about y.
-pub(super) fn globe(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
-    builder.material(joinery.globe).sphere(Vec3::ZERO, 0.4, detail.quads(56, 6), detail.quads(30, 4));
-    builder.material(joinery.brass);
+pub(super) fn globe(builder: &mut MeshBuilder, detail: Detail) {
+    builder.paint(paints::GLOBE).sphere(Vec3::ZERO, 0.4, detail.quads(56, 6), detail.quads(30, 4));
+    builder.paint(paints::BRASS);
     for side in [-1.0, 1.0] {
         builder.sphere(Vec3::Y * (0.405 * side), 0.02, detail.quads(10, 3), detail.quads(6, 2));
     }
@@ -393,7 +367,7 @@ pub(super) fn world_map(at: Vec2) -> Vec3 {
 }
 
 /// A baluster of a rail.
-pub(super) fn baluster(builder: &mut MeshBuilder, foot: Vec3, height: f32, material: u32, detail: Detail) {
-    builder.material(material);
+pub(super) fn baluster(builder: &mut MeshBuilder, foot: Vec3, height: f32, paint: Paint, detail: Detail) {
+    builder.paint(paint);
     turned_leg(builder, foot, height, 0.07, detail);
 }

@@ -2,11 +2,12 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3, Vec3Swizzles};
 
 use super::build::math::{mix, rotation, sin_cos, smoothstep, turned, wave};
 use super::build::{MeshBuilder, Random, Sheet, fractal_noise, srgb};
 use super::detail::Detail;
+use super::forest_paints as paints;
 use super::plant;
 
 /// Radius of the ring on which the gnomes walk, in metres.
@@ -30,45 +31,20 @@ pub(super) fn on_ground(x: f32, z: f32) -> Vec3 {
     Vec3::new(x, ground_height(x, z), z)
 }
 
-/// Materials of the glade.
-pub(super) struct Stuff {
-    pub(super) soil: u32,
-    pub(super) stone: u32,
-    pub(super) bark: u32,
-    pub(super) cut_wood: u32,
-    pub(super) stem: u32,
-    pub(super) spotted: u32,
-    pub(super) door: u32,
-    pub(super) frame: u32,
-    pub(super) window: u32,
-    pub(super) brass: u32,
-}
-
 /// Adds the ground: rings that widen outwards, tinted by what grows there.
-pub(super) fn ground(builder: &mut MeshBuilder, stuff: &Stuff, detail: Detail) {
+pub(super) fn ground(builder: &mut MeshBuilder, detail: Detail) {
     let sheet = Sheet::tube(detail.quads(112, 8), detail.quads(64, 4));
-    let first = builder.positions.len() as u32;
-    let positions: Vec<Vec3> = (0..sheet.vertices())
-        .map(|index| {
-            let at = sheet.coords(index);
-            let (sin, cos) = sin_cos(TAU * at.x);
-            // Inwards, so that the upper side is the outer one.
-            let inwards = 1.0 - at.y;
-            let distance = REACH * inwards * (0.1 + 0.9 * inwards * inwards * inwards);
-            on_ground(distance * cos, -distance * sin)
-        })
-        .collect();
-    let mut normals = vec![Vec3::ZERO; positions.len()];
-    sheet.write_normals(&positions, &mut normals);
-    builder.material(stuff.soil);
-    for (&position, &normal) in positions.iter().zip(&normals) {
-        builder.tint(soil_color(position)).vertex(position, normal, Vec2::new(position.x, position.z));
-    }
-    for triangle in sheet.triangles() {
-        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
-        if a != b && b != c && c != a {
-            builder.triangle(triangle.map(|vertex| vertex + first));
-        }
+    let first = builder.positions.len();
+    builder.paint(paints::SOIL).sheet(sheet, |u, v| {
+        let (sin, cos) = sin_cos(TAU * u);
+        // Inwards, so that the upper side is the outer one.
+        let inwards = 1.0 - v;
+        let distance = REACH * inwards * (0.1 + 0.9 * inwards * inwards * inwards);
+        on_ground(distance * cos, -distance * sin)
+    });
+    builder.wrap(first, Vec3::xz);
+    for index in first..builder.positions.len() {
+        builder.tint_vertex(index, soil_color(builder.positions[index]));
     }
 }
 
@@ -105,7 +81,7 @@ pub(super) fn rock(builder: &mut MeshBuilder, random: &mut Random, foot: Vec3, s
 }
 
 /// Adds the stump in the middle of the ring, with toadstools on and around it.
-pub(super) fn stump(builder: &mut MeshBuilder, random: &mut Random, stuff: &Stuff, detail: Detail) {
+pub(super) fn stump(builder: &mut MeshBuilder, random: &mut Random, detail: Detail) {
     const HEIGHT: f32 = 0.3;
     const RADIUS: f32 = 0.34;
     let around = detail.quads(48, 6);
@@ -118,16 +94,12 @@ pub(super) fn stump(builder: &mut MeshBuilder, random: &mut Random, stuff: &Stuf
         let slant = 0.05 * cos;
         Vec3::new(cos * radius, -0.06 + (HEIGHT + 0.06 + slant) * part, -sin * radius)
     };
-    builder.material(stuff.bark).sheet(Sheet::tube(around, detail.quads(14, 2)), outline);
+    builder.paint(paints::BARK).sheet(Sheet::tube(around, detail.quads(14, 2)), outline);
     let first = builder.positions.len();
-    builder.material(stuff.cut_wood).sheet(Sheet::tube(around, detail.quads(6, 1)), |u, v| {
-        let edge = outline(u, 1.0);
-        Vec3::new(0.0, HEIGHT, 0.0).lerp(edge, 1.0 - v)
+    builder.paint(paints::CUT_WOOD).sheet(Sheet::tube(around, detail.quads(6, 1)), |u, v| {
+        Vec3::new(0.0, HEIGHT, 0.0).lerp(outline(u, 1.0), 1.0 - v)
     });
-    for index in first..builder.positions.len() {
-        let position = builder.positions[index];
-        builder.tex_coords[index] = Vec2::new(position.x, position.z) / (2.2 * RADIUS) + 0.5;
-    }
+    builder.wrap(first, |position| position.xz() / (2.2 * RADIUS) + 0.5);
     for (x, y, z, height, radius) in [
         (-0.12, HEIGHT - 0.01, 0.06, 0.26, 0.17),
         (0.13, HEIGHT - 0.01, 0.1, 0.14, 0.085),
@@ -138,13 +110,13 @@ pub(super) fn stump(builder: &mut MeshBuilder, random: &mut Random, stuff: &Stuf
     ] {
         let stand = plant::planted(random, Vec3::new(x, y, z), 0.16);
         builder.place(stand, |builder| {
-            plant::toadstool(builder, [stuff.stem, stuff.spotted], height, radius, 0.55, detail);
+            plant::toadstool(builder, height, radius, 0.55, detail);
         });
     }
 }
 
 /// Adds a fallen trunk between two points on the ground.
-pub(super) fn log(builder: &mut MeshBuilder, ends: [Vec3; 2], radius: f32, stuff: &Stuff, detail: Detail) {
+pub(super) fn log(builder: &mut MeshBuilder, ends: [Vec3; 2], radius: f32, detail: Detail) {
     let axis = (ends[1] - ends[0]).normalize_or(Vec3::X);
     let side = axis.any_orthonormal_vector();
     let other = axis.cross(side);
@@ -154,23 +126,23 @@ pub(super) fn log(builder: &mut MeshBuilder, ends: [Vec3; 2], radius: f32, stuff
         let rough = 1.0 + 0.14 * fractal_noise(Vec3::new(cos * 2.5, v * 7.0, sin * 2.5), 3);
         ends[0].lerp(ends[1], v) + (side * cos + other * sin) * (radius * rough * part)
     };
-    builder.material(stuff.bark).sheet(Sheet::tube(around, detail.quads(22, 2)), |u, v| point(u, v, 1.0));
-    builder.material(stuff.cut_wood);
+    builder.paint(paints::BARK).sheet(Sheet::tube(around, detail.quads(22, 2)), |u, v| point(u, v, 1.0));
+    builder.paint(paints::CUT_WOOD);
     for end in [0.0, 1.0] {
         let first = builder.positions.len();
         builder.sheet(Sheet::tube(around, 2), |u, v| point(u, end, if end > 0.0 { 1.0 - v } else { v }));
-        for index in first..builder.positions.len() {
-            let offset = builder.positions[index] - ends[end as usize];
-            builder.tex_coords[index] = Vec2::new(offset.dot(side), offset.dot(other)) / (2.2 * radius) + 0.5;
-        }
+        builder.wrap(first, |position| {
+            let offset = position - ends[end as usize];
+            Vec2::new(offset.dot(side), offset.dot(other)) / (2.2 * radius) + 0.5
+        });
     }
 }
 
 /// Adds the gnomes' house, a great toadstool with a door towards +Z, standing at the origin.
-pub(super) fn house(builder: &mut MeshBuilder, stuff: &Stuff, detail: Detail) {
+pub(super) fn house(builder: &mut MeshBuilder, detail: Detail) {
     let around = detail.quads(56, 8);
     let wall = [(0.84, -0.3), (0.8, 0.0), (0.7, 0.25), (0.62, 0.6), (0.58, 1.0), (0.56, 1.35), (0.52, 1.6)];
-    builder.material(stuff.stem).sheet(Sheet::tube(around, detail.quads(24, 4)), |u, v| {
+    builder.paint(paints::STEM).sheet(Sheet::tube(around, detail.quads(24, 4)), |u, v| {
         let position = v * (wall.len() - 1) as f32;
         let low = (position as usize).min(wall.len() - 2);
         let [from, to] = [Vec2::from(wall[low]), Vec2::from(wall[low + 1])];
@@ -181,17 +153,17 @@ pub(super) fn house(builder: &mut MeshBuilder, stuff: &Stuff, detail: Detail) {
     });
     let gills = [(0.5, 1.52), (0.9, 1.36), (1.22, 1.22)].map(Vec2::from);
     builder.lathe(&gills, around);
-    builder.material(stuff.spotted).sheet(Sheet::tube(around, detail.quads(26, 4)), |u, v| {
+    builder.paint(paints::SPOTTED).sheet(Sheet::tube(around, detail.quads(26, 4)), |u, v| {
         let (sin_v, cos_v) = sin_cos(mix(-0.05, 0.25, v) * TAU);
         let (sin, cos) = sin_cos(TAU * u);
         let across = if v >= 1.0 { 0.0 } else { 1.28 * cos_v };
         let dip = 0.05 * wave(3.0 * u + 0.2) * cos_v * cos_v;
         Vec3::new(across * cos + 0.1 * sin_v, 1.22 + 0.31 + sin_v + dip - 0.02, -across * sin)
     });
-    door(builder, stuff, detail);
-    round_window(builder, stuff, Vec3::new(0.44, 0.98, 0.42), 0.6, detail);
-    round_window(builder, stuff, Vec3::new(-0.47, 0.9, 0.42), -0.75, detail);
-    builder.material(stuff.stone);
+    door(builder, detail);
+    round_window(builder, Vec3::new(0.44, 0.98, 0.42), 0.6, detail);
+    round_window(builder, Vec3::new(-0.47, 0.9, 0.42), -0.75, detail);
+    builder.paint(paints::STONE);
     let pot = [(0.1, 0.0), (0.1, 0.42), (0.125, 0.42), (0.125, 0.5), (0.09, 0.5), (0.08, 0.3)].map(Vec2::from);
     builder.place(Affine3A::from_translation(Vec3::new(-0.55, 2.0, -0.2)), |builder| {
         for edge in pot.windows(2) {
@@ -201,7 +173,7 @@ pub(super) fn house(builder: &mut MeshBuilder, stuff: &Stuff, detail: Detail) {
 }
 
 /// An arched door with planks, a frame and a knob, in the wall towards +Z.
-fn door(builder: &mut MeshBuilder, stuff: &Stuff, detail: Detail) {
+fn door(builder: &mut MeshBuilder, detail: Detail) {
     const HALF_WIDTH: f32 = 0.23;
     const SHOULDER: f32 = 0.55;
     let arc = detail.quads(12, 3);
@@ -216,40 +188,35 @@ fn door(builder: &mut MeshBuilder, stuff: &Stuff, detail: Detail) {
     // The wall leans back: so does the door.
     let lean = rotation(Vec3::X, -0.15);
     builder.place(Affine3A::from_rotation_translation(lean, Vec3::new(0.0, 0.03, 0.735)), |builder| {
-        builder.material(stuff.door).prism(&outline, 0.06);
+        builder.paint(paints::DOOR).prism(&outline, 0.06);
         let mut frame: Vec<Vec3> = vec![Vec3::new(HALF_WIDTH + 0.02, -0.02, 0.05)];
         frame.extend(arch(HALF_WIDTH + 0.02).map(|point| point.extend(0.05)));
         frame.push(Vec3::new(-HALF_WIDTH - 0.02, -0.02, 0.05));
-        builder.material(stuff.frame).tube(&frame, |_| 0.04, detail.quads(10, 4));
-        builder.material(stuff.brass).sphere(
+        builder.paint(paints::FRAME).tube(&frame, |_| 0.04, detail.quads(10, 4));
+        builder.paint(paints::BRASS).sphere(
             Vec3::new(0.16, 0.4, 0.085),
             0.024,
             detail.quads(14, 4),
             detail.quads(8, 3),
         );
     });
-    builder.material(stuff.stone).place(Affine3A::from_translation(Vec3::new(0.0, 0.0, 0.95)), |builder| {
+    builder.paint(paints::STONE).place(Affine3A::from_translation(Vec3::new(0.0, 0.0, 0.95)), |builder| {
         let step = [(0.36, -0.1), (0.36, 0.03), (0.33, 0.05), (0.33, 0.05), (0.0, 0.05)].map(Vec2::from);
         builder.lathe(&step, detail.quads(28, 5));
     });
 }
 
 /// A lit window at `middle` that faces `radians` to the left of +Z.
-fn round_window(builder: &mut MeshBuilder, stuff: &Stuff, middle: Vec3, radians: f32, detail: Detail) {
+fn round_window(builder: &mut MeshBuilder, middle: Vec3, radians: f32, detail: Detail) {
     const RADIUS: f32 = 0.13;
     let turn = turned(radians) * rotation(Vec3::X, -0.08);
     builder.place(Affine3A::from_rotation_translation(turn, middle), |builder| {
         let around = detail.quads(24, 6);
-        builder.material(stuff.window).sheet(Sheet::tube(around, 1), |u, v| {
+        builder.paint(paints::WINDOW).sheet(Sheet::tube(around, 1), |u, v| {
             let (sin, cos) = sin_cos(TAU * u);
             Vec3::new(cos, sin, 0.0) * (RADIUS * (1.0 - v)) + Vec3::Z * 0.03
         });
-        builder.material(stuff.frame).sheet(Sheet::ring(detail.quads(8, 3), around), |u, v| {
-            let (sin_u, cos_u) = sin_cos(TAU * u);
-            let (sin_v, cos_v) = sin_cos(TAU * v);
-            let out = RADIUS + 0.028 * cos_u;
-            Vec3::new(out * cos_v, out * sin_v, 0.03 - 0.028 * sin_u)
-        });
+        builder.paint(paints::FRAME).ring(Vec3::Z * 0.03, RADIUS, [0.028; 2], [detail.quads(8, 3), around]);
         for [from, to] in [[Vec3::X, Vec3::NEG_X], [Vec3::Y, Vec3::NEG_Y]] {
             let bar = [from, to].map(|end| end * RADIUS + Vec3::Z * 0.035);
             builder.tube(&bar, |_| 0.011, detail.quads(6, 3));

@@ -3,18 +3,17 @@
 use glam::{Vec2, Vec3};
 
 use super::build::math::{mix, turned, wave};
-use super::build::{MeshBuilder, Palette, checker, fineness_of_balls, srgb};
-use super::{DemoScene, studio};
-use umbrage_scene::{Animated, Error, Frame, Material, Volume};
+use super::build::{MeshBuilder, Paint, checker, fineness_of_balls, srgb};
+use super::{DemoScene, Moment, Pose, studio};
+use umbrage_scene::{Material, Volume};
 
-/// Balls of glass, mirror and lacquer on a chequered floor.
-#[derive(Debug)]
-pub(crate) struct Glass {
-    /// Everything where it is at the start.
-    still: Frame,
-    /// The balls' vertices, and how each ball moves.
-    balls: Vec<(std::ops::Range<usize>, Motion, Vec3)>,
-}
+pub(crate) const SCENE: DemoScene = DemoScene {
+    name: "glass",
+    about: "balls of glass and mirror on a chequered floor",
+    triangles: 60_000,
+    seconds: 16.0,
+    open,
+};
 
 /// How a ball moves from where it starts.
 #[derive(Clone, Copy, Debug)]
@@ -67,78 +66,58 @@ const fn circling(turns: f32, radius: f32, finish: Finish) -> (Vec3, f32, Motion
     (Vec3::new(turns, radius, 0.0), radius, Motion::Circles, finish)
 }
 
-impl Glass {
-    pub(crate) const SCENE: DemoScene = DemoScene {
-        name: "glass",
-        about: "balls of glass and mirror on a chequered floor",
-        triangles: 60_000,
-        open: |triangles| Box::new(Self::open(triangles)),
-    };
+const TILES: Paint = Paint::textured("floor", || checker("tiles", 256, srgb(0x31474c), srgb(0xe9e2d3)), [1.8; 2], 0.35);
 
-    /// Radius of the ring on which balls circle.
-    const RING: f32 = 1.95;
+/// Radius of the ring on which balls circle.
+const RING: f32 = 1.95;
 
-    /// The scene with about `triangles` triangles.
-    fn open(triangles: usize) -> Self {
-        let mut palette = Palette::default();
-        let tiles = checker("tiles", 256, srgb(0x31474c), srgb(0xe9e2d3));
-        let floor = palette.textured("floor", tiles, Vec2::splat(1.8), 0.35);
-        let mut builder = MeshBuilder::new();
-        builder.material(floor).floor(Vec3::ZERO, Vec2::splat(400.0), [1, 1]);
+fn open(triangles: usize) -> Pose {
+    let mut builder = MeshBuilder::new();
+    builder.paint(TILES).floor(Vec3::ZERO, Vec2::splat(400.0), [1, 1]);
 
-        // A bubble has two surfaces.
-        let mut radii: Vec<f32> = BALLS.iter().map(|ball| ball.1).collect();
-        radii.extend(BALLS.iter().filter(|ball| matches!(ball.3, Finish::Bubble)).map(|ball| ball.1));
-        let fineness = fineness_of_balls(&radii, triangles.saturating_sub(2));
-        let mut inner_fineness = fineness[BALLS.len()..].iter();
-        let mut balls = Vec::new();
-        for ((center, radius, motion, finish), &fineness) in BALLS.into_iter().zip(&fineness) {
-            let start = builder.positions.len();
-            let center = match motion {
-                Motion::Circles => {
-                    let away = mix(0.94, 1.1, 0.5 + 0.5 * wave(center.x * 3.0));
-                    Vec3::new(Self::RING * away * wave(center.x), center.y, Self::RING * away * wave(center.x + 0.25))
-                }
-                Motion::Rests | Motion::Floats => center,
-            };
-            let material = finish.material(radius);
-            builder.material(palette.add(material)).ball(center, radius, fineness);
-            if matches!(finish, Finish::Bubble) {
-                let inner = inner_fineness.next().copied().unwrap_or(fineness);
-                builder.hollow(center, 0.96 * radius, inner);
+    // A bubble has two surfaces.
+    let mut radii: Vec<f32> = BALLS.iter().map(|ball| ball.1).collect();
+    radii.extend(BALLS.iter().filter(|ball| matches!(ball.3, Finish::Bubble)).map(|ball| ball.1));
+    let fineness = fineness_of_balls(&radii, triangles.saturating_sub(2));
+    let mut inner_fineness = fineness[BALLS.len()..].iter();
+    let mut balls = Vec::new();
+    for ((center, radius, motion, finish), &fineness) in BALLS.into_iter().zip(&fineness) {
+        let start = builder.positions.len();
+        let center = match motion {
+            Motion::Circles => {
+                let away = mix(0.94, 1.1, 0.5 + 0.5 * wave(center.x * 3.0));
+                Vec3::new(RING * away * wave(center.x), center.y, RING * away * wave(center.x + 0.25))
             }
-            balls.push((start..builder.positions.len(), motion, center));
+            Motion::Rests | Motion::Floats => center,
+        };
+        builder.material(finish.material(radius)).ball(center, radius, fineness);
+        if matches!(finish, Finish::Bubble) {
+            let inner = inner_fineness.next().copied().unwrap_or(fineness);
+            builder.hollow(center, 0.96 * radius, inner);
         }
-        Self { still: builder.finish(palette.finish()), balls }
+        balls.push((start..builder.positions.len(), motion, center));
     }
-}
+    let still = builder.finish();
 
-impl Animated for Glass {
-    fn duration_seconds(&self) -> f64 {
-        16.0
-    }
-
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        frame.copy_surfaces(&self.still);
-        let turns = (seconds / self.duration_seconds()) as f32;
-        let turn = turned(std::f32::consts::TAU * turns);
-        for (vertices, motion, center) in &self.balls {
+    Box::new(move |Moment { part, .. }, frame| {
+        frame.copy_surfaces(&still);
+        let turn = turned(std::f32::consts::TAU * part);
+        for (vertices, motion, center) in &balls {
             let offset = match motion {
                 Motion::Rests => continue,
                 Motion::Circles => turn * *center - *center,
-                Motion::Floats => Vec3::new(0.25 * wave(turns), 0.22 * wave(2.0 * turns), 0.0),
+                Motion::Floats => Vec3::new(0.25 * wave(part), 0.22 * wave(2.0 * part), 0.0),
             };
             for position in &mut frame.positions[vertices.clone()] {
                 *position += offset;
             }
         }
-        let eye = turned(0.12 * wave(turns)) * Vec3::new(1.3, 3.1, 7.2);
+        let eye = turned(0.12 * wave(part)) * Vec3::new(1.3, 3.1, 7.2);
         studio::look(frame, "front", eye, Vec3::new(0.1, 0.95, -0.4), 0.34);
-        let lamp = turned(0.35 * wave(turns + 0.25)) * Vec3::new(-4.2, 6.5, 3.2);
+        let lamp = turned(0.35 * wave(part + 0.25)) * Vec3::new(-4.2, 6.5, 3.2);
         studio::light(frame, "key", lamp, Vec3::ZERO, srgb(0xfff1de), 1.0);
         studio::light(frame, "fill", Vec3::new(6.0, 5.0, 4.0), Vec3::ZERO, srgb(0xcfe0ff), 0.22);
-        Ok(())
-    }
+    })
 }
 
 impl Finish {

@@ -1,27 +1,22 @@
-use std::f32::consts::{PI, TAU};
-use std::ops::Range;
+use std::f32::consts::TAU;
 
 use glam::{Affine3A, Quat, Vec2, Vec3};
-use umbrage_rays::LightSource;
 
-use super::DemoScene;
-use super::architecture::{self, Masonry, Opening, Vault, Wall};
-use super::build::math::{camera, mix, rotation, rotation_between, sin_cos, turned, wave};
-use super::build::{MeshBuilder, Palette, Random, Sheet, srgb};
+use super::architecture::{self, Opening, Vault, Wall};
+use super::build::math::{mix, rotation, rotation_between, sin_cos, turned, wave};
+use super::build::{MeshBuilder, Random, srgb};
 use super::detail::Detail;
-use super::furniture::{self, CASE_LENGTH, Joinery, SHELVES_IN_CASE};
-use super::hall_paints::{Floors, joinery, masonry};
-use umbrage_scene::{Animated, Error, Frame, Light, NamedCamera};
+use super::furniture::{self, CASE_LENGTH, SHELVES_IN_CASE};
+use super::hall_paints as paints;
+use super::{DemoScene, Moment, Pose, studio};
 
-/// The reading room of an old library: vaults and walls of few triangles beside furniture and books of many.
-#[derive(Debug)]
-pub(crate) struct Hall {
-    still: Frame,
-    /// The vertices of each chandelier, which swing about where it hangs.
-    chandeliers: [Range<usize>; 3],
-    /// The vertices of the globe, which turn about its middle.
-    globe: Range<usize>,
-}
+pub(crate) const SCENE: DemoScene = DemoScene {
+    name: "hall",
+    about: "the reading room of an old library, with vaults, books and swinging chandeliers",
+    triangles: 284_000,
+    seconds: 16.0,
+    open,
+};
 
 /// Length of a bay and number of bays; the hall goes from z = 0 towards −Z.
 pub(super) const BAY: f32 = 5.0;
@@ -37,63 +32,41 @@ const AISLE_ROOF: f32 = 6.1;
 const CHANDELIER_DROP: f32 = 6.4;
 const GLOBE: Vec3 = Vec3::new(-1.85, furniture::GLOBE_HEIGHT, -3.5);
 
-impl Hall {
-    pub(crate) const SCENE: DemoScene = DemoScene {
-        name: "hall",
-        about: "the reading room of an old library, with vaults, books and swinging chandeliers",
-        triangles: 284_000,
-        open: |triangles| Box::new(Self::open(triangles)),
-    };
+fn open(triangles: usize) -> Pose {
+    let detail = Detail::for_triangles(triangles, SCENE.triangles);
+    let (mut builder, moving) = detail.within(
+        triangles * 13 / 20,
+        |detail| (still_parts(detail), moving_parts(detail)),
+        |(still, moving)| still.triangles.len() + moving.iter().map(|part| part.triangles.len()).sum::<usize>(),
+    );
+    let taken = builder.triangles.len() + moving.iter().map(|part| part.triangles.len()).sum::<usize>();
+    books(&mut builder, triangles.saturating_sub(taken));
+    let [chandeliers @ .., globe] = moving.map(|part| {
+        let first = builder.positions.len();
+        builder.instance(&part, Affine3A::IDENTITY);
+        first..builder.positions.len()
+    });
+    let still = builder.finish();
 
-    fn open(triangles: usize) -> Self {
-        let mut palette = Palette::default();
-        let masonry = masonry(&mut palette);
-        let joinery = joinery(&mut palette);
-        let floors = Floors::new(&mut palette);
-        let detail = Detail::for_triangles(triangles, Self::SCENE.triangles);
-        let (mut builder, moving) = detail.within(
-            triangles * 13 / 20,
-            |detail| (still_parts(detail, masonry, joinery, &floors), moving_parts(detail, joinery)),
-            |(still, moving)| still.triangles.len() + moving.iter().map(|part| part.triangles.len()).sum::<usize>(),
-        );
-        let taken = builder.triangles.len() + moving.iter().map(|part| part.triangles.len()).sum::<usize>();
-        books(&mut builder, joinery, triangles.saturating_sub(taken));
-        let [a, b, c, globe] = moving.map(|part| {
-            let first = builder.positions.len();
-            builder.instance(&part, Affine3A::IDENTITY);
-            first..builder.positions.len()
-        });
-        Self { still: builder.finish(palette.finish()), chandeliers: [a, b, c], globe }
-    }
-}
-
-impl Animated for Hall {
-    fn duration_seconds(&self) -> f64 {
-        16.0
-    }
-
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        frame.copy_surfaces(&self.still);
-        let part = (seconds / self.duration_seconds()) as f32;
-        for (index, vertices) in self.chandeliers.iter().enumerate() {
-            turn(frame, vertices.clone(), hook(index), swing(index, part));
+    Box::new(move |Moment { part, .. }, frame| {
+        frame.copy_surfaces(&still);
+        for (index, vertices) in chandeliers.iter().enumerate() {
+            studio::turn(frame, vertices.clone(), hook(index), swing(index, part));
         }
         let axis = Vec3::new(0.39, 0.92, 0.0).normalize();
-        turn(frame, self.globe.clone(), GLOBE, rotation_between(Vec3::Y, axis) * turned(TAU * part));
-        frame.cameras.push(NamedCamera { name: "reader".into(), camera: view(part) });
-        frame.lights.extend(lights(part));
-        Ok(())
-    }
-}
-
-/// Moves vertices that are around the origin to `hook`, turned.
-fn turn(frame: &mut Frame, vertices: Range<usize>, hook: Vec3, turn: Quat) {
-    for position in &mut frame.positions[vertices.clone()] {
-        *position = hook + turn * *position;
-    }
-    for normal in &mut frame.normals[vertices] {
-        *normal = turn * *normal;
-    }
+        studio::turn(frame, globe.clone(), GLOBE, rotation_between(Vec3::Y, axis) * turned(TAU * part));
+        let eye = Vec3::new(1.35 + 0.35 * wave(part), 1.72 + 0.1 * wave(part + 0.25), -0.35);
+        studio::look(frame, "reader", eye, Vec3::new(-0.35 + 0.25 * wave(part + 0.1), 3.0, -12.0), 0.56);
+        let sun = Vec3::new(-0.5, -0.82 + 0.03 * wave(part), 0.2 + 0.1 * wave(part + 0.25));
+        studio::sun(frame, sun, srgb(0xff_ee_d2), 4.0);
+        for index in 0..2 {
+            let flicker = 1.0 + 0.03 * wave(23.0 * part + 0.4 * index as f32);
+            // Under the ring, whose shadow falls on the vault.
+            let below = Vec3::NEG_Y * (CHANDELIER_DROP + 0.5);
+            let position = hook(index) + swing(index, part) * below;
+            studio::lamp(frame, "candles", position, srgb(0xff_c8_80), 20.0 * flicker, None);
+        }
+    })
 }
 
 /// Where chandelier `index` hangs.
@@ -107,73 +80,41 @@ fn swing(index: usize, part: f32) -> Quat {
     rotation(Vec3::Z, 0.085 * wave(4.0 * part + phase)) * rotation(Vec3::X, 0.05 * wave(4.0 * part + phase + 0.19))
 }
 
-fn view(part: f32) -> umbrage_rays::Camera {
-    let eye = Vec3::new(1.35 + 0.35 * wave(part), 1.72 + 0.1 * wave(part + 0.25), -0.35);
-    camera(eye, Vec3::new(-0.35 + 0.25 * wave(part + 0.1), 3.0, -12.0), 0.56)
-}
-
-fn lights(part: f32) -> [Light; 3] {
-    let sun = Vec3::new(-0.5, -0.82 + 0.03 * wave(part), 0.2 + 0.1 * wave(part + 0.25)).normalize();
-    let candles = |index: usize| {
-        let flicker = 1.0 + 0.03 * wave(23.0 * part + 0.4 * index as f32);
-        // Under the ring, whose shadow falls on the vault.
-        let below = Vec3::NEG_Y * (CHANDELIER_DROP + 0.5);
-        Light {
-            name: "candles".into(),
-            source: LightSource::Point { position: hook(index) + swing(index, part) * below },
-            color: srgb(0xff_c8_80),
-            intensity: 20.0 * flicker,
-            range: None,
-            casts_shadow: true,
-        }
-    };
-    let source = LightSource::Directional { direction: sun };
-    let sun = Light {
-        name: "sun".into(),
-        source,
-        color: srgb(0xff_ee_d2),
-        intensity: 4.0 * PI,
-        range: None,
-        casts_shadow: true,
-    };
-    [sun, candles(0), candles(1)]
-}
-
 /// Everything that stands still, but the books.
-fn still_parts(detail: Detail, masonry: Masonry, joinery: Joinery, floors: &Floors) -> MeshBuilder {
+fn still_parts(detail: Detail) -> MeshBuilder {
     let mut builder = MeshBuilder::new();
-    shell(&mut builder, masonry, detail);
+    shell(&mut builder, detail);
     let mut bay = MeshBuilder::new();
-    one_bay(&mut bay, masonry, detail);
+    one_bay(&mut bay, detail);
     for index in 0..BAYS {
         builder.instance(&bay, Affine3A::from_translation(Vec3::NEG_Z * (BAY * (index as f32 + 0.5))));
     }
     let mut column = MeshBuilder::new();
-    architecture::column(&mut column, 0.42, ARCADE_SPRING, masonry, detail);
+    architecture::column(&mut column, 0.42, ARCADE_SPRING, detail);
     for index in 0..=BAYS {
         for x in [-NAVE, NAVE] {
             builder.instance(&column, Affine3A::from_translation(Vec3::new(x, 0.0, -BAY * index as f32)));
         }
     }
-    floors.lay(&mut builder);
-    dais(&mut builder, masonry, joinery, floors, detail);
-    furnish(&mut builder, joinery, detail);
+    paints::lay_floors(&mut builder);
+    dais(&mut builder, detail);
+    furnish(&mut builder, detail);
     builder
 }
 
 /// The three chandeliers and the globe, each around the origin.
-fn moving_parts(detail: Detail, joinery: Joinery) -> [MeshBuilder; 4] {
+fn moving_parts(detail: Detail) -> [MeshBuilder; 4] {
     let mut chandelier = MeshBuilder::new();
-    furniture::chandelier(&mut chandelier, CHANDELIER_DROP, joinery, detail);
+    furniture::chandelier(&mut chandelier, CHANDELIER_DROP, detail);
     let mut globe = MeshBuilder::new();
-    furniture::globe(&mut globe, joinery, detail);
+    furniture::globe(&mut globe, detail);
     [chandelier.clone(), chandelier.clone(), chandelier, globe]
 }
 
 /// Outer walls at both ends, and the roofs that keep the sun out.
-fn shell(builder: &mut MeshBuilder, masonry: Masonry, detail: Detail) {
+fn shell(builder: &mut MeshBuilder, detail: Detail) {
     let length = BAY * BAYS as f32;
-    builder.material(masonry.ashlar);
+    builder.paint(paints::ASHLAR);
     for [low, high] in [
         [Vec3::new(-AISLE - 0.5, AISLE_ROOF, -length - 0.5), Vec3::new(-NAVE, AISLE_ROOF + 0.2, 0.5)],
         [Vec3::new(NAVE, AISLE_ROOF, -length - 0.5), Vec3::new(AISLE + 0.5, AISLE_ROOF + 0.2, 0.5)],
@@ -187,33 +128,29 @@ fn shell(builder: &mut MeshBuilder, masonry: Masonry, detail: Detail) {
     let great = Opening { half_width: 2.1, sill: 2.6, spring: 6.2 };
     let end = Wall { half_width: NAVE + 0.4, bottom: 0.0, top: 11.8, thickness: 0.6, opening: great };
     builder.place(Affine3A::from_translation(Vec3::NEG_Z * (length + 0.4)), |builder| {
-        architecture::wall(builder, end, masonry, detail);
+        architecture::wall(builder, end, detail);
         let half = Opening { half_width: 1.05, sill: 2.6, spring: 5.6 };
         for x in [-1.05, 1.05] {
             builder.place(Affine3A::from_translation(Vec3::X * x), |builder| {
-                architecture::tracery(builder, half, masonry, detail);
+                architecture::tracery(builder, half, detail);
             });
         }
-        builder.material(masonry.stone).tube(
+        builder.paint(paints::STONE).tube(
             &[Vec3::new(0.0, 2.6, 0.0), Vec3::new(0.0, 7.2, 0.0)],
             |_| 0.09,
             detail.quads(8, 3),
         );
     });
     if detail.is_ornate() {
-        rose(builder, Vec3::new(0.0, 7.6, -length - 0.4), 0.82, masonry, detail);
+        rose(builder, Vec3::new(0.0, 7.6, -length - 0.4), 0.82, detail);
     }
 }
 
 /// A wheel of tracery, around `middle`, facing +Z.
-fn rose(builder: &mut MeshBuilder, middle: Vec3, radius: f32, masonry: Masonry, detail: Detail) {
+fn rose(builder: &mut MeshBuilder, middle: Vec3, radius: f32, detail: Detail) {
     let mut circle = |center: Vec3, radius: f32, thickness: f32, around: u32| {
-        builder.material(masonry.stone).sheet(Sheet::ring(detail.quads(8, 3), detail.quads(around, 5)), |u, v| {
-            let (sin_u, cos_u) = sin_cos(TAU * u);
-            let (sin_v, cos_v) = sin_cos(TAU * v);
-            let out = radius + thickness * cos_u;
-            center + Vec3::new(out * cos_v, out * sin_v, -thickness * sin_u)
-        });
+        let sheet = [detail.quads(8, 3), detail.quads(around, 5)];
+        builder.paint(paints::STONE).ring(center, radius, [thickness; 2], sheet);
     };
     circle(middle, radius, 0.08, 48);
     circle(middle, 0.26 * radius, 0.045, 24);
@@ -224,9 +161,9 @@ fn rose(builder: &mut MeshBuilder, middle: Vec3, radius: f32, masonry: Masonry, 
 }
 
 /// One bay around z = 0, both sides.
-fn one_bay(builder: &mut MeshBuilder, masonry: Masonry, detail: Detail) {
+fn one_bay(builder: &mut MeshBuilder, detail: Detail) {
     let nave = Vault { half_size: Vec2::new(NAVE, 0.5 * BAY), spring: NAVE_SPRING, rise: NAVE_RISE };
-    architecture::vault(builder, nave, 0.1, masonry, detail);
+    architecture::vault(builder, nave, 0.1, detail);
     let half_width = 0.5 * BAY;
     let arcade = Opening { half_width: half_width - 0.62, sill: 0.0, spring: ARCADE_SPRING };
     let arcade = Wall { half_width, bottom: 0.0, top: AISLE_ROOF + 0.2, thickness: 0.62, opening: arcade };
@@ -238,14 +175,14 @@ fn one_bay(builder: &mut MeshBuilder, masonry: Masonry, detail: Detail) {
         // Fronts face the nave.
         let facing = turned(-side * 0.25 * TAU);
         let at = |out: f32| Affine3A::from_rotation_translation(facing, Vec3::X * (side * out));
-        builder.place(at(NAVE), |builder| architecture::wall(builder, arcade, masonry, detail));
+        builder.place(at(NAVE), |builder| architecture::wall(builder, arcade, detail));
         builder.place(at(NAVE), |builder| {
-            architecture::wall(builder, upper, masonry, detail);
-            architecture::tracery(builder, clerestory, masonry, detail);
+            architecture::wall(builder, upper, detail);
+            architecture::tracery(builder, clerestory, detail);
         });
         builder.place(at(AISLE), |builder| {
-            architecture::wall(builder, outer, masonry, detail);
-            architecture::tracery(builder, lancet, masonry, detail);
+            architecture::wall(builder, outer, detail);
+            architecture::tracery(builder, lancet, detail);
         });
         let middle = 0.5 * (NAVE + AISLE);
         let aisle = Vault {
@@ -254,7 +191,7 @@ fn one_bay(builder: &mut MeshBuilder, masonry: Masonry, detail: Detail) {
             rise: AISLE_ROOF - ARCADE_SPRING - 0.35,
         };
         builder.place(Affine3A::from_translation(Vec3::X * (side * middle)), |builder| {
-            architecture::vault(builder, aisle, 0.07, masonry, detail);
+            architecture::vault(builder, aisle, 0.07, detail);
         });
         if !detail.is_ornate() {
             continue;
@@ -275,21 +212,21 @@ fn one_bay(builder: &mut MeshBuilder, masonry: Masonry, detail: Detail) {
                 (0.22, NAVE_SPRING + 0.08),
             ]
             .map(Vec2::from);
-            builder.material(masonry.stone).lathe(&outline, detail.quads(14, 3));
+            builder.paint(paints::STONE).lathe(&outline, detail.quads(14, 3));
         });
     }
 }
 
 /// Steps up to the far end, a rail, and a lectern with a book.
-fn dais(builder: &mut MeshBuilder, masonry: Masonry, joinery: Joinery, floors: &Floors, detail: Detail) {
+fn dais(builder: &mut MeshBuilder, detail: Detail) {
     let rear = -BAY * BAYS as f32;
-    builder.material(masonry.stone);
+    builder.paint(paints::STONE);
     for step in 0..4 {
         let height = 0.16 * step as f32;
         let front = rear + 6.2 - 0.36 * step as f32;
         builder.cuboid(Vec3::new(-NAVE + 0.4, height, rear), Vec3::new(NAVE - 0.4, height + 0.16, front));
     }
-    floors.runner(builder, Vec3::new(0.0, 0.645, rear + 2.5), Vec2::new(2.0, 5.0));
+    paints::runner(builder, Vec3::new(0.0, 0.645, rear + 2.5), Vec2::new(2.0, 5.0));
     if !detail.is_ornate() {
         return;
     }
@@ -299,7 +236,7 @@ fn dais(builder: &mut MeshBuilder, masonry: Masonry, joinery: Joinery, floors: &
         let balusters = detail.things(14).max(1);
         for index in 0..balusters {
             let x = mix(inner, outer, (index as f32 + 0.5) / balusters as f32);
-            furniture::baluster(builder, Vec3::new(x, height, front), 0.72, masonry.stone, detail);
+            furniture::baluster(builder, Vec3::new(x, height, front), 0.72, paints::STONE, detail);
         }
         let rail = Vec3::new(0.5 * (inner + outer), height + 0.78, front);
         builder.place(Affine3A::from_translation(rail), |builder| {
@@ -308,23 +245,23 @@ fn dais(builder: &mut MeshBuilder, masonry: Masonry, joinery: Joinery, floors: &
     }
     let lectern = Vec3::new(0.0, height, rear + 3.4);
     builder.place(Affine3A::from_translation(lectern), |builder| {
-        furniture::baluster(builder, Vec3::ZERO, 1.05, joinery.brass, detail);
+        furniture::baluster(builder, Vec3::ZERO, 1.05, paints::BRASS, detail);
         let lean = Affine3A::from_rotation_translation(rotation(Vec3::X, 0.5), Vec3::Y * 1.12);
         builder.place(lean, |builder| {
-            builder.material(joinery.wood).cuboid(Vec3::new(-0.32, -0.04, -0.25), Vec3::new(0.32, 0.0, 0.25));
-            furniture::open_book(builder, joinery, detail);
+            builder.paint(paints::WOOD).cuboid(Vec3::new(-0.32, -0.04, -0.25), Vec3::new(0.32, 0.0, 0.25));
+            furniture::open_book(builder, detail);
         });
     });
 }
 
-fn furnish(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
+fn furnish(builder: &mut MeshBuilder, detail: Detail) {
     let mut random = Random::new(3);
     let [mut chair, mut table, mut lamp, mut book, mut case] = std::array::from_fn(|_| MeshBuilder::new());
-    furniture::chair(&mut chair, joinery, detail);
-    furniture::table(&mut table, 1.6, joinery, detail);
-    furniture::lamp(&mut lamp, joinery, detail);
-    furniture::open_book(&mut book, joinery, detail);
-    furniture::bookcase(&mut case, joinery, detail);
+    furniture::chair(&mut chair, detail);
+    furniture::table(&mut table, 1.6, detail);
+    furniture::lamp(&mut lamp, detail);
+    furniture::open_book(&mut book, detail);
+    furniture::bookcase(&mut case, detail);
     for stand in case_transforms() {
         builder.instance(&case, stand);
     }
@@ -355,7 +292,7 @@ fn furnish(builder: &mut MeshBuilder, joinery: Joinery, detail: Detail) {
         return;
     }
     builder.place(Affine3A::from_translation(GLOBE.with_y(0.0)), |builder| {
-        furniture::globe_stand(builder, joinery, detail);
+        furniture::globe_stand(builder, detail);
     });
 }
 
@@ -370,7 +307,7 @@ fn case_transforms() -> impl Iterator<Item = Affine3A> {
 }
 
 /// Fills the bookcases, in about `triangles` triangles.
-fn books(builder: &mut MeshBuilder, joinery: Joinery, triangles: usize) {
+fn books(builder: &mut MeshBuilder, triangles: usize) {
     const USUAL_ON_SHELF: usize = 46;
     let mut random = Random::new(17);
     let transforms: Vec<Affine3A> = case_transforms().collect();
@@ -384,7 +321,7 @@ fn books(builder: &mut MeshBuilder, joinery: Joinery, triangles: usize) {
         left -= count;
         builder.place(transform, |builder| {
             let shelf = (shelf % SHELVES_IN_CASE as usize) as u32;
-            furniture::books(builder, &mut random, joinery, shelf, count as u32, bends);
+            furniture::books(builder, &mut random, shelf, count as u32, bends);
         });
     }
 }

@@ -4,76 +4,56 @@ use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
 
-use super::architecture::Masonry;
 use super::build::math::{sin_cos, smoothstep, wave};
-use super::build::{MeshBuilder, Palette, color_texture, fractal_noise, srgb};
-use super::furniture::{self, Joinery};
+use super::build::{MeshBuilder, Paint, color_texture, fractal_noise, srgb};
+use super::furniture;
 use super::hall::{AISLE, BAY, BAYS, NAVE};
-use umbrage_scene::{Material, Texture};
+use umbrage_scene::Texture;
 
-/// What one walks on.
-pub(super) struct Floors {
-    marble: u32,
-    flags: u32,
-    carpet: u32,
+pub(super) const MARBLE: Paint = Paint::textured("marble floor", marble_floor, [2.0; 2], 0.22);
+pub(super) const FLAGS: Paint = Paint::textured("flagstones", ashlar, [1.6; 2], 0.7);
+pub(super) const CARPET: Paint = Paint::textured("carpet", carpet, [1.0; 2], 0.95);
+/// Walls; texture coordinates are metres.
+pub(super) const ASHLAR: Paint = Paint::textured("ashlar", ashlar, [1.6; 2], 0.85);
+/// Columns and ribs.
+pub(super) const STONE: Paint = Paint::dull("stone", 0xc0_ac_8a, 0.75);
+/// What is between the ribs of a vault.
+pub(super) const PLASTER: Paint = Paint::dull("plaster", 0xcc_bc_9c, 0.9);
+/// Bars of windows.
+pub(super) const LEAD: Paint = Paint::dull("lead", 0x3a_3c_40, 0.6);
+pub(super) const WOOD: Paint = Paint::dull("walnut", 0x6a_40_24, 0.38);
+pub(super) const LEATHER: Paint = Paint::dull("leather", 0x6e_22_1c, 0.45);
+pub(super) const BRASS: Paint = Paint::metal("brass", || Vec3::new(0.88, 0.64, 0.3), 0.25);
+pub(super) const IRON: Paint = Paint::dull("iron", 0x2c_2a_28, 0.5);
+pub(super) const WAX: Paint = Paint::dull("wax", 0xf2_e8_d0, 0.5);
+pub(super) const FLAME: Paint = Paint::glowing("flame", 0xff_c8_70, 4.0, 0.6);
+pub(super) const SHADE: Paint = Paint::dull("shade", 0x1c_6a_48, 0.15);
+pub(super) const PAPER: Paint = Paint::dull("paper", 0xea_e0_c8, 0.9);
+/// Covers of books, tinted.
+pub(super) const CLOTH: Paint = Paint::dull("cloth", 0xff_ff_ff, 0.55);
+pub(super) const GLOBE: Paint = Paint::textured("map", map, [1.0; 2], 0.35);
+
+/// Adds the floors of the nave and the aisles, and the runner between the tables.
+pub(super) fn lay_floors(builder: &mut MeshBuilder) {
+    let length = BAY * BAYS as f32;
+    let middle = Vec3::new(0.0, 0.0, -0.5 * length);
+    builder.paint(MARBLE).floor(middle, Vec2::new(2.0 * NAVE, length + 1.4), [1, 1]);
+    for side in [-1.0, 1.0] {
+        let center = middle + Vec3::X * (side * 0.5 * (NAVE + AISLE + 0.3));
+        builder.paint(FLAGS).floor(center, Vec2::new(AISLE - NAVE + 0.3, length + 1.4), [1, 1]);
+    }
+    runner(builder, Vec3::new(0.0, 0.006, -12.0), Vec2::new(2.0, 23.2));
 }
 
-impl Floors {
-    pub(super) fn new(palette: &mut Palette) -> Self {
-        Self {
-            marble: palette.textured("marble floor", marble_floor(), Vec2::splat(2.0), 0.22),
-            flags: palette.textured("flagstones", ashlar(), Vec2::new(1.6, 1.6), 0.7),
-            carpet: palette.textured("carpet", carpet(), Vec2::ONE, 0.95),
-        }
-    }
-
-    /// Adds the floors of the nave and the aisles, and the runner between the tables.
-    pub(super) fn lay(&self, builder: &mut MeshBuilder) {
-        let length = BAY * BAYS as f32;
-        let middle = Vec3::new(0.0, 0.0, -0.5 * length);
-        builder.material(self.marble).floor(middle, Vec2::new(2.0 * NAVE, length + 1.4), [1, 1]);
-        for side in [-1.0, 1.0] {
-            let center = middle + Vec3::X * (side * 0.5 * (NAVE + AISLE + 0.3));
-            builder.material(self.flags).floor(center, Vec2::new(AISLE - NAVE + 0.3, length + 1.4), [1, 1]);
-        }
-        self.runner(builder, Vec3::new(0.0, 0.006, -12.0), Vec2::new(2.0, 23.2));
-    }
-
-    /// A carpet around `middle`, of `size` along x and z.
-    pub(super) fn runner(&self, builder: &mut MeshBuilder, middle: Vec3, size: Vec2) {
-        let corner = |x: f32, z: f32| middle + Vec3::new(x * size.x, 0.0, z * size.y) * 0.5;
-        let corners = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
-        builder.material(self.carpet).quad(corners, Vec2::new(1.0, size.y / size.x));
-    }
+/// A carpet around `middle`, of `size` along x and z.
+pub(super) fn runner(builder: &mut MeshBuilder, middle: Vec3, size: Vec2) {
+    let corner = |x: f32, z: f32| middle + Vec3::new(x * size.x, 0.0, z * size.y) * 0.5;
+    let corners = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
+    builder.paint(CARPET).quad(corners, Vec2::new(1.0, size.y / size.x));
 }
 
-/// Materials of the walls.
-pub(super) fn masonry(palette: &mut Palette) -> Masonry {
-    Masonry {
-        ashlar: palette.textured("ashlar", ashlar(), Vec2::new(1.6, 1.6), 0.85),
-        stone: palette.dull("stone", srgb(0xc0_ac_8a), 0.75),
-        plaster: palette.dull("plaster", srgb(0xcc_bc_9c), 0.9),
-        lead: palette.dull("lead", srgb(0x3a_3c_40), 0.6),
-    }
-}
-
-/// Materials of the furniture.
-pub(super) fn joinery(palette: &mut Palette) -> Joinery {
-    let map = color_texture("map", [512, 256], |at| furniture::world_map(at).extend(1.0));
-    let flame =
-        Material { name: "flame".into(), emissive: srgb(0xff_c8_70) * 4.0, roughness: 0.6, ..Material::default() };
-    Joinery {
-        wood: palette.dull("walnut", srgb(0x6a_40_24), 0.38),
-        leather: palette.dull("leather", srgb(0x6e_22_1c), 0.45),
-        brass: palette.metal("brass", Vec3::new(0.88, 0.64, 0.3), 0.25),
-        iron: palette.dull("iron", srgb(0x2c_2a_28), 0.5),
-        wax: palette.dull("wax", srgb(0xf2_e8_d0), 0.5),
-        flame: palette.add(flame),
-        shade: palette.dull("shade", srgb(0x1c_6a_48), 0.15),
-        paper: palette.dull("paper", srgb(0xea_e0_c8), 0.9),
-        cloth: palette.dull("cloth", Vec3::ONE, 0.55),
-        globe: palette.textured("map", map, Vec2::ONE, 0.35),
-    }
+fn map() -> Texture {
+    color_texture("map", [512, 256], |at| furniture::world_map(at).extend(1.0))
 }
 
 /// Four courses of stone blocks with thin joints, each course shifted by half a block.

@@ -1,6 +1,7 @@
 //! The gallery: procedural scenes that move, the same on every machine.
 //!
-//! Each demo is one file with one type that has a `SCENE`, is [`Animated`] and stands in one line of [`DEMOS`].
+//! Each demo is one file with a `SCENE`, which stands in one line of [`DEMOS`], and a function that opens it: it makes what
+//! stands still, and gives what poses it.
 #![forbid(unsafe_code)]
 
 mod architecture;
@@ -29,7 +30,9 @@ mod wind;
 #[cfg(test)]
 mod tests;
 
-use umbrage_scene::{Animated, Error, Scene};
+use std::fmt;
+
+use umbrage_scene::{Animated, Error, Frame, Scene};
 
 /// A scene of the gallery, opened as `demo:NAME` or `demo:NAME?triangles=N`.
 #[derive(Clone, Copy, Debug)]
@@ -40,20 +43,57 @@ pub struct DemoScene {
     pub about: &'static str,
     /// How many triangles it has unless asked for another number.
     pub triangles: usize,
+    /// How long it takes before it starts again.
+    seconds: f32,
     /// Makes it of about so many triangles.
-    open: fn(usize) -> Box<dyn Animated>,
+    open: fn(usize) -> Pose,
+}
+
+/// Writes the surfaces of a moment into a frame, and adds its lights and its camera.
+type Pose = Box<dyn Fn(Moment, &mut Frame) + Send + Sync>;
+
+/// A moment of a demo.
+#[derive(Clone, Copy, Debug)]
+struct Moment {
+    /// Since the start.
+    seconds: f32,
+    /// From 0 at the start to 1 at the end.
+    part: f32,
+}
+
+/// A demo that is open.
+struct Demo {
+    scene: &'static DemoScene,
+    pose: Pose,
+}
+
+impl Animated for Demo {
+    fn duration_seconds(&self) -> f64 {
+        f64::from(self.scene.seconds)
+    }
+
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        (self.pose)(Moment { seconds: seconds as f32, part: (seconds / self.duration_seconds()) as f32 }, frame);
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Demo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Demo").field(self.scene).finish()
+    }
 }
 
 /// Every scene of the gallery.
 pub const DEMOS: &[DemoScene] = &[
-    cloth::Cloth::SCENE,
-    marbles::Marbles::SCENE,
-    shatter::Shatter::SCENE,
-    statue::Statue::SCENE,
-    glass::Glass::SCENE,
-    forest::Forest::SCENE,
-    hall::Hall::SCENE,
-    stadium::Stadium::SCENE,
+    cloth::SCENE,
+    marbles::SCENE,
+    shatter::SCENE,
+    statue::SCENE,
+    glass::SCENE,
+    forest::SCENE,
+    hall::SCENE,
+    stadium::SCENE,
 ];
 
 /// What the address of every demo begins with.
@@ -67,19 +107,19 @@ const TRIANGLES: std::ops::RangeInclusive<usize> = 100..=20_000_000;
 /// # Errors
 /// Where there is no such demo or option, or `N` isn't a whole number above zero.
 pub fn open(address: &str) -> Result<Scene, Error> {
-    Scene::new(make(address)?)
+    Scene::new(Box::new(make(address)?))
 }
 
 /// As [`open`], before it becomes a scene.
-fn make(full: &str) -> Result<Box<dyn Animated>, Error> {
+fn make(full: &str) -> Result<Demo, Error> {
     let error = |cause: String| Error::Address { address: full.to_owned(), cause };
     let address = full.strip_prefix(PREFIX).unwrap_or_default();
     let (name, options) = address.split_once('?').map_or((address, None), |(name, options)| (name, Some(options)));
-    let demo = DEMOS.iter().find(|demo| demo.name == name).ok_or_else(|| {
+    let scene = DEMOS.iter().find(|demo| demo.name == name).ok_or_else(|| {
         let names = DEMOS.iter().map(|demo| demo.name).collect::<Vec<_>>().join(", ");
         error(format!("there is no demo `{name}`; there are {names}"))
     })?;
-    let mut triangles = demo.triangles;
+    let mut triangles = scene.triangles;
     for option in options.into_iter().flat_map(|options| options.split('&')) {
         let Some(number) = option.strip_prefix("triangles=") else {
             return Err(error(format!("there is no option `{option}`; write `{name}?triangles=N`")));
@@ -89,5 +129,5 @@ fn make(full: &str) -> Result<Box<dyn Animated>, Error> {
         })?;
         triangles = count.clamp(*TRIANGLES.start(), *TRIANGLES.end());
     }
-    Ok((demo.open)(triangles))
+    Ok(Demo { scene, pose: (scene.open)(triangles) })
 }

@@ -2,74 +2,52 @@
 
 mod fall;
 
+use std::ops::Range;
+
 use glam::{Affine3A, Vec2, Vec3};
 use rayon::prelude::*;
 
 use self::fall::{BOARDS, FALL, MARBLES, SECONDS};
 use super::build::math::{mix, smoothstep, wave};
 use super::build::{
-    MeshBuilder, Palette, ball_triangles, color_texture, fineness_of_balls, fractal_noise, mottled_texture, srgb,
+    MeshBuilder, Paint, ball_triangles, color_texture, fineness_of_balls, fractal_noise, mottled_texture, srgb,
 };
-use super::{DemoScene, studio};
-use umbrage_scene::{Animated, Error, Frame, Texture};
+use super::{DemoScene, Moment, Pose, studio};
+use umbrage_scene::Texture;
 
-/// Marbles poured into a wooden tray.
-#[derive(Debug)]
-pub(crate) struct Marbles {
-    /// The marbles around the origin with radius 1 × their own, then the tray and the table.
-    still: Frame,
-    /// Vertices of each marble.
-    marbles: Vec<std::ops::Range<usize>>,
-}
+pub(crate) const SCENE: DemoScene =
+    DemoScene { name: "marbles", about: "110 marbles poured into a tray", triangles: 9_000, seconds: SECONDS, open };
 
-impl Marbles {
-    pub(crate) const SCENE: DemoScene = DemoScene {
-        name: "marbles",
-        about: "110 marbles poured into a tray",
-        triangles: 9_000,
-        open: |triangles| Box::new(Self::open(triangles)),
-    };
+const WALNUT: Paint = Paint::textured("walnut", wood, [2.0, 0.5], 0.45);
+const FELT: Paint = Paint::dull("felt", 0x23423a, 0.95);
+const TABLE: Paint = Paint::dull("table", 0xd9cfc2, 0.7);
 
-    /// The scene with about `triangles` triangles; with few, fewer marbles.
-    fn open(triangles: usize) -> Self {
-        let mut palette = Palette::default();
-        let finishes = finishes(&mut palette);
-        let wood = palette.textured("walnut", wood(), Vec2::new(2.0, 0.5), 0.45);
-        let felt = palette.dull("felt", srgb(0x23423a), 0.95);
-        let table = palette.dull("table", srgb(0xd9cfc2), 0.7);
-
-        let columns = studio::backdrop_columns(triangles);
-        let budget = triangles.saturating_sub(12 * BOARDS.len() + studio::backdrop_triangles(columns));
-        let mut builder = MeshBuilder::new();
-        let mut marbles = Vec::new();
-        // Not even octahedra for all: fewer marbles.
-        let count = (budget / ball_triangles(0)).clamp(1, MARBLES);
-        for (marble, fineness) in fineness_of_balls(&vec![1.0; count], budget).into_iter().enumerate() {
-            let first = builder.positions.len();
-            builder.material(finishes[(marble * 7 + marble / 5) % finishes.len()]);
-            let radius = FALL.radii[marble];
-            builder.ball(Vec3::ZERO, radius, fineness);
-            marbles.push(first..builder.positions.len());
-        }
-        for (board, [low, high]) in BOARDS.into_iter().enumerate() {
-            builder.material(if board == 0 { felt } else { wood }).cuboid(low, high);
-        }
-        studio::backdrop(builder.material(table), 14.0, 9.0, columns);
-        Self { still: builder.finish(palette.finish()), marbles }
+/// The scene with about `triangles` triangles; with few, fewer marbles.
+fn open(triangles: usize) -> Pose {
+    let columns = studio::backdrop_columns(triangles);
+    let budget = triangles.saturating_sub(12 * BOARDS.len() + studio::backdrop_triangles(columns));
+    let mut builder = MeshBuilder::new();
+    let mut marbles: Vec<Range<usize>> = Vec::new();
+    // Not even octahedra for all: fewer marbles.
+    let count = (budget / ball_triangles(0)).clamp(1, MARBLES);
+    for (marble, fineness) in fineness_of_balls(&vec![1.0; count], budget).into_iter().enumerate() {
+        let first = builder.positions.len();
+        builder.paint(FINISHES[(marble * 7 + marble / 5) % FINISHES.len()]);
+        let radius = FALL.radii[marble];
+        builder.ball(Vec3::ZERO, radius, fineness);
+        marbles.push(first..builder.positions.len());
     }
-}
-
-impl Animated for Marbles {
-    fn duration_seconds(&self) -> f64 {
-        f64::from(SECONDS)
+    for (board, [low, high]) in BOARDS.into_iter().enumerate() {
+        builder.paint(if board == 0 { FELT } else { WALNUT }).cuboid(low, high);
     }
+    studio::backdrop(builder.paint(TABLE), 14.0, 9.0, columns);
+    let still = builder.finish();
 
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        frame.copy_surfaces(&self.still);
-        let seconds = seconds as f32;
+    Box::new(move |Moment { seconds, .. }, frame| {
+        frame.copy_surfaces(&still);
         let mut rest = (frame.positions.as_mut_slice(), frame.normals.as_mut_slice());
-        let mut parts = Vec::with_capacity(self.marbles.len());
-        for marble in &self.marbles {
+        let mut parts = Vec::with_capacity(marbles.len());
+        for marble in &marbles {
             let (positions, other_positions) = rest.0.split_at_mut(marble.len());
             let (normals, other_normals) = rest.1.split_at_mut(marble.len());
             parts.push((positions, normals));
@@ -90,33 +68,27 @@ impl Animated for Marbles {
         studio::look(frame, "front", eye, Vec3::new(0.0, 0.36, 0.0), 0.34);
         studio::light(frame, "key", Vec3::new(-3.0, 5.0, 2.0), Vec3::ZERO, srgb(0xfff0dc), 0.95);
         studio::light(frame, "fill", Vec3::new(5.0, 4.0, -2.0), Vec3::ZERO, srgb(0xd6e4ff), 0.25);
-        Ok(())
-    }
+    })
 }
 
 /// The marbles' materials: swirls of two colours, plain glossy ones, and steel.
-fn finishes(palette: &mut Palette) -> Vec<u32> {
-    let mut finishes = Vec::new();
-    for (seed, (name, ground, swirl)) in [
-        ("sea swirl", 0x1c6e8c, 0xf2ead8),
-        ("ember swirl", 0xb8322a, 0xf4d58d),
-        ("moss swirl", 0x3d6b35, 0xe6e3c3),
-        ("ink swirl", 0x27304f, 0xa9c4d9),
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        let texture = swirl_texture(name, seed as f32, srgb(ground), srgb(swirl));
-        finishes.push(palette.textured(name, texture, Vec2::ONE, 0.12));
-    }
-    for (name, color) in [("ivory", 0xefe6d2), ("amber", 0xd98a2b), ("plum", 0x6b2d4f)] {
-        finishes.push(palette.dull(name, srgb(color), 0.12));
-    }
-    finishes.push(palette.metal("steel", srgb(0xc8ccd0), 0.08));
-    finishes
+const FINISHES: [Paint; 8] = [
+    swirl("sea swirl", || swirl_texture("sea swirl", 0.0, 0x1c6e8c, 0xf2ead8)),
+    swirl("ember swirl", || swirl_texture("ember swirl", 1.0, 0xb8322a, 0xf4d58d)),
+    swirl("moss swirl", || swirl_texture("moss swirl", 2.0, 0x3d6b35, 0xe6e3c3)),
+    swirl("ink swirl", || swirl_texture("ink swirl", 3.0, 0x27304f, 0xa9c4d9)),
+    Paint::dull("ivory", 0xefe6d2, 0.12),
+    Paint::dull("amber", 0xd98a2b, 0.12),
+    Paint::dull("plum", 0x6b2d4f, 0.12),
+    Paint::metal("steel", || srgb(0xc8ccd0), 0.08),
+];
+
+const fn swirl(name: &'static str, texture: fn() -> Texture) -> Paint {
+    Paint::textured(name, texture, [1.0; 2], 0.12)
 }
 
-fn swirl_texture(name: &str, seed: f32, ground: Vec3, swirl: Vec3) -> Texture {
+fn swirl_texture(name: &str, seed: f32, ground: u32, swirl: u32) -> Texture {
+    let (ground, swirl) = (srgb(ground), srgb(swirl));
     color_texture(name, [128; 2], |at| {
         let bent = at + 0.16 * Vec2::new(wave(1.3 * at.y + seed * 0.3), wave(1.1 * at.x + seed * 0.7));
         let bands = wave(2.0 * bent.x + 0.7 * fractal_noise((3.0 * bent).extend(seed), 3));

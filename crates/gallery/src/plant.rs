@@ -5,8 +5,9 @@ use std::f32::consts::TAU;
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::build::math::{mix, rotation, rotation_between, sin_cos, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Random, Sheet, fractal_noise};
+use super::build::{MeshBuilder, Random, Sheet, fractal_noise, math};
 use super::detail::Detail;
+use super::forest_paints as paints;
 use super::wind::Wind;
 
 /// Where leaves grow: the end of a branch, or the middle of a bush.
@@ -211,20 +212,13 @@ pub(super) fn fern(
     }
 }
 
-/// Adds a flower: a bent stalk and five petals around a heart, in three materials.
-pub(super) fn flower(
-    builder: &mut MeshBuilder,
-    wind: &mut Wind,
-    random: &mut Random,
-    foot: Vec3,
-    [stalk, petal, heart]: [u32; 3],
-    petal_tint: Vec3,
-) {
+/// Adds a flower: a bent stalk and five petals around a heart.
+pub(super) fn flower(builder: &mut MeshBuilder, wind: &mut Wind, random: &mut Random, foot: Vec3, petal_tint: Vec3) {
     let height = random.range(0.08, 0.17);
     let top = foot + Vec3::new(random.range(-0.03, 0.03), height, random.range(-0.03, 0.03));
     let phase = random_phase(foot);
     let sway = 0.12 * height;
-    builder.material(stalk);
+    builder.paint(paints::GRASS);
     let across = Vec3::new(0.0025, 0.0, 0.0015);
     for (position, sway) in [(foot - across, 0.0), (foot + across, 0.0), (top, sway)] {
         builder.vertex(position, Vec3::ZERO, Vec2::ZERO);
@@ -235,7 +229,7 @@ pub(super) fn flower(
     let face = (Vec3::Y + 0.6 * random.direction().with_y(0.0) + Vec3::Z * 0.4).normalize();
     let turn = rotation_between(Vec3::Y, face) * turned(random.range(0.0, TAU));
     let radius = random.range(0.018, 0.03);
-    builder.material(petal).tint(petal_tint);
+    builder.paint(paints::PETAL).tint(petal_tint);
     for petal in 0..5 {
         let corner = |out: f32, turns: f32, up: f32| {
             let (sin, cos) = sin_cos(TAU * (petal as f32 + turns) / 5.0);
@@ -246,27 +240,19 @@ pub(super) fn flower(
         builder.quad(corners, Vec2::ONE);
         (0..4).for_each(|_| wind.bends(sway, phase));
     }
-    builder.material(heart);
+    builder.paint(paints::HEART);
     let first = builder.positions.len();
     builder.icosphere(top + face * (0.1 * radius), 0.32 * radius, 1);
     (first..builder.positions.len()).for_each(|_| wind.bends(sway, phase));
 }
 
-/// Adds a toadstool with its foot at the origin and its cap `height` above: the stem and the cap have the two
-/// materials. The cap's texture goes around with u and from the rim to the crown with v from 1 to 0.
-pub(super) fn toadstool(
-    builder: &mut MeshBuilder,
-    [stem, cap]: [u32; 2],
-    height: f32,
-    cap_radius: f32,
-    openness: f32,
-    detail: Detail,
-) {
+/// Adds a toadstool with its foot at the origin and its cap `height` above. The cap's texture goes around with u and from the rim to the crown with v from 1 to 0.
+pub(super) fn toadstool(builder: &mut MeshBuilder, height: f32, cap_radius: f32, openness: f32, detail: Detail) {
     let around = detail.quads(24, 5);
     let stem_radius = cap_radius * 0.24;
     let stem_outline = [(1.35, -0.05), (1.2, 0.06), (0.9, 0.3), (0.78, 0.6), (0.8, 0.9), (0.85, 1.0)]
         .map(|(radius, part)| Vec2::new(radius * stem_radius, part * height));
-    builder.material(stem).lathe(&stem_outline, around);
+    builder.paint(paints::STEM).lathe(&stem_outline, around);
     let skirt = [(1.0, 0.74), (1.75, 0.66), (1.7, 0.65), (0.9, 0.71)]
         .map(|(radius, part)| Vec2::new(radius * stem_radius, part * height));
     builder.lathe(&[skirt[2], skirt[1], skirt[0]], around);
@@ -276,11 +262,10 @@ pub(super) fn toadstool(
     builder.lathe(&gills, around);
     let dome = cap_radius * mix(0.75, 0.42, openness);
     let rows = detail.quads(12, 3);
-    builder.material(cap).sheet(Sheet::tube(around, rows), |u, v| {
+    builder.paint(paints::SPOTTED).sheet(Sheet::tube(around, rows), |u, v| {
         let (sin_v, cos_v) = sin_cos(mix(-0.06, 0.25, v) * TAU);
-        let (sin, cos) = sin_cos(TAU * u);
         let across = if v >= 1.0 { 0.0 } else { cos_v * rim.x / 0.93 };
-        Vec3::new(across * cos, rim.y + (sin_v + 0.368) * 0.8 * dome, -across * sin)
+        math::around(u, across, rim.y + (sin_v + 0.368) * 0.8 * dome)
     });
 }
 

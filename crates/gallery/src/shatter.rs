@@ -6,20 +6,19 @@ use glam::{Mat3, Quat, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::build::math::{mix, rotation, rotation_between, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Palette, Random, hash, noise, srgb};
-use super::{DemoScene, sculpture, studio};
-use umbrage_scene::{Animated, Error, Frame};
+use super::build::{MeshBuilder, Paint, Random, hash, noise, srgb};
+use super::{DemoScene, Moment, Pose, sculpture, studio};
 
-/// A rabbit that bursts, every triangle on its own path, and comes together again.
-#[derive(Debug)]
-pub(crate) struct Shatter {
-    /// The whole rabbit, three vertices to each of its triangles, then the floor.
-    still: Frame,
-    /// What it breaks into first.
-    chunks: Vec<Chunk>,
-    /// One for each of the rabbit's triangles.
-    shards: Vec<Shard>,
-}
+pub(crate) const SCENE: DemoScene = DemoScene {
+    name: "shatter",
+    about: "a statue bursts, every triangle for itself",
+    triangles: 252_000,
+    seconds: 8.0,
+    open,
+};
+
+const PORCELAIN: Paint = Paint::dull("porcelain", 0xf3e3d0, 0.42).two_sided();
+const FLOOR: Paint = Paint::dull("floor", 0x77706a, 0.6);
 
 /// A piece of the rabbit that flies as one at first, while it crumbles. Times are in seconds since the blast.
 #[derive(Clone, Copy, Debug)]
@@ -49,74 +48,46 @@ struct Shard {
     hop: f32,
 }
 
-impl Shatter {
-    pub(crate) const SCENE: DemoScene = DemoScene {
-        name: "shatter",
-        about: "a statue bursts, every triangle for itself",
-        triangles: 252_000,
-        open: |triangles| Box::new(Self::open(triangles)),
-    };
+/// Time since the blast when the pieces turn back.
+const LONGEST: f32 = 1.6;
+/// Where the blast is.
+const BLAST: Vec3 = Vec3::new(0.0, 0.85, 0.0);
 
-    const SECONDS: f32 = 8.0;
-    /// Time since the blast when the pieces turn back.
-    const LONGEST: f32 = 1.6;
-    /// Where the blast is.
-    const BLAST: Vec3 = Vec3::new(0.0, 0.85, 0.0);
-
-    /// The scene with about `triangles` triangles.
-    fn open(triangles: usize) -> Self {
-        let mut palette = Palette::default();
-        let porcelain = palette.dull("porcelain", srgb(0xf3e3d0), 0.42);
-        palette.material(porcelain).double_sided = true;
-        let floor = palette.dull("floor", srgb(0x77706a), 0.6);
-
-        let columns = studio::backdrop_columns(triangles);
-        let wanted = triangles.saturating_sub(studio::backdrop_triangles(columns));
-        let surface = sculpture::mesh(&sculpture::rabbit(), wanted);
-        let mut builder = MeshBuilder::new();
-        builder.material(porcelain);
-        for triangle in &surface.triangles {
-            let corners = triangle.map(|vertex| {
-                let vertex = vertex as usize;
-                builder.vertex(surface.positions[vertex], surface.normals[vertex], Vec2::ZERO)
-            });
-            builder.triangle(corners);
-        }
-        let (chunks, shards) = break_up(&builder.positions);
-        studio::backdrop(builder.material(floor), 13.0, 9.0, columns);
-        Self { still: builder.finish(palette.finish()), chunks, shards }
+fn open(triangles: usize) -> Pose {
+    let columns = studio::backdrop_columns(triangles);
+    let wanted = triangles.saturating_sub(studio::backdrop_triangles(columns));
+    let surface = sculpture::mesh(&sculpture::rabbit(), wanted);
+    let mut builder = MeshBuilder::new();
+    // Three vertices to each triangle.
+    builder.paint(PORCELAIN);
+    for triangle in &surface.triangles {
+        let corners = triangle.map(|vertex| {
+            let vertex = vertex as usize;
+            builder.vertex(surface.positions[vertex], surface.normals[vertex], Vec2::ZERO)
+        });
+        builder.triangle(corners);
     }
+    let (chunks, shards) = break_up(&builder.positions);
+    studio::backdrop(builder.paint(FLOOR), 13.0, 9.0, columns);
+    let still = builder.finish();
 
-    /// Time since the blast at a moment of the scene: at first it almost stands still, and in the end it runs back.
-    fn since_blast(seconds: f32) -> f32 {
-        let out = ((seconds - 0.8) / 4.4).clamp(0.0, 1.0);
-        Self::LONGEST * out * (0.35 + 0.65 * out) * (1.0 - smoothstep(5.4, 7.7, seconds))
-    }
-}
-
-impl Animated for Shatter {
-    fn duration_seconds(&self) -> f64 {
-        f64::from(Self::SECONDS)
-    }
-
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        let seconds = seconds as f32;
-        let (positions, normals) = (&self.still.positions, &self.still.normals);
-        let pieces = 3 * self.shards.len();
+    Box::new(move |Moment { seconds, part }, frame| {
+        let (positions, normals) = (&still.positions, &still.normals);
+        let pieces = 3 * shards.len();
         frame.positions.resize(positions.len(), Vec3::ZERO);
         frame.normals.resize(normals.len(), Vec3::ZERO);
         frame.tangents.clear();
-        frame.mesh = Arc::clone(&self.still.mesh);
-        frame.materials = Arc::clone(&self.still.materials);
+        frame.mesh = Arc::clone(&still.mesh);
+        frame.materials = Arc::clone(&still.materials);
         frame.positions[pieces..].copy_from_slice(&positions[pieces..]);
         frame.normals[pieces..].copy_from_slice(&normals[pieces..]);
 
-        let now = Self::since_blast(seconds);
-        let flights: Vec<Flight> = self.chunks.iter().map(|chunk| chunk.flight(now)).collect();
+        let now = since_blast(seconds);
+        let flights: Vec<Flight> = chunks.iter().map(|chunk| chunk.flight(now)).collect();
         const BATCH: usize = 1024;
         let moved = frame.positions[..pieces].par_chunks_mut(3 * BATCH).zip(frame.normals.par_chunks_mut(3 * BATCH));
         let rest = positions.par_chunks(3 * BATCH).zip(normals.par_chunks(3 * BATCH));
-        moved.zip(rest).zip(self.shards.par_chunks(BATCH)).for_each(|((moved, rest), shards)| {
+        moved.zip(rest).zip(shards.par_chunks(BATCH)).for_each(|((moved, rest), shards)| {
             let moved = moved.0.chunks_exact_mut(3).zip(moved.1.chunks_exact_mut(3));
             let rest = rest.0.chunks_exact(3).zip(rest.1.chunks_exact(3));
             for ((moved, rest), shard) in moved.zip(rest).zip(shards) {
@@ -124,16 +95,20 @@ impl Animated for Shatter {
             }
         });
 
-        let turns = seconds / Self::SECONDS;
-        let apart = smoothstep(0.0, Self::LONGEST, now);
+        let apart = smoothstep(0.0, LONGEST, now);
         let target = Vec3::new(0.0, mix(1.12, 0.95, apart), 0.0);
         let away = mix(5.2, 7.2, apart);
-        let eye = target + turned(-0.55 + 0.25 * wave(turns)) * Vec3::new(0.0, 0.22 * away, away);
+        let eye = target + turned(-0.55 + 0.25 * wave(part)) * Vec3::new(0.0, 0.22 * away, away);
         studio::look(frame, "front", eye, target, 0.30);
-        studio::light(frame, "key", Vec3::new(-3.4, 5.2, 3.6), Self::BLAST, srgb(0xffeedd), 1.0);
-        studio::light(frame, "rim", Vec3::new(4.0, 3.0, -4.0), Self::BLAST, srgb(0x9fc4ff), 0.5);
-        Ok(())
-    }
+        studio::light(frame, "key", Vec3::new(-3.4, 5.2, 3.6), BLAST, srgb(0xffeedd), 1.0);
+        studio::light(frame, "rim", Vec3::new(4.0, 3.0, -4.0), BLAST, srgb(0x9fc4ff), 0.5);
+    })
+}
+
+/// Time since the blast at a moment of the scene: at first it almost stands still, and in the end it runs back.
+fn since_blast(seconds: f32) -> f32 {
+    let out = ((seconds - 0.8) / 4.4).clamp(0.0, 1.0);
+    LONGEST * out * (0.35 + 0.65 * out) * (1.0 - smoothstep(5.4, 7.7, seconds))
 }
 
 /// The mean of three corners.
@@ -183,7 +158,7 @@ impl Chunk {
     /// The chunk of the rabbit around `middle`: it flies away from the blast.
     fn new(middle: Vec3, seed: u64) -> Self {
         let mut random = Random::new(seed);
-        let offset = middle - Shatter::BLAST;
+        let offset = middle - BLAST;
         let distance = offset.length().max(0.05);
         let speed = 2.1 / (0.5 + distance) * random.range(0.6, 1.3);
         let velocity = offset / distance * speed + random.direction() * 0.35 + Vec3::Y * 0.8;
@@ -218,7 +193,7 @@ impl Shard {
         let hop = random.range(0.08, 0.3);
         let mut piece = Self { chunk, velocity, spin, landing: f32::INFINITY, landed: (position, Quat::IDENTITY), hop };
         let height = |now: f32| piece.fly(&whole.flight(now), position).0.y - Self::LYING;
-        let (mut above, mut below) = (0.0, Shatter::LONGEST);
+        let (mut above, mut below) = (0.0, LONGEST);
         if height(below) <= 0.0 {
             for _ in 0..20 {
                 let half = 0.5 * (above + below);

@@ -1,22 +1,20 @@
 use std::f32::consts::{PI, TAU};
 
-use glam::{Affine3A, Vec2, Vec3, Vec4};
-use umbrage_rays::LightSource;
+use glam::{Affine3A, Vec2, Vec3, Vec3Swizzles, Vec4};
 
-use super::DemoScene;
-use super::build::math::{camera, cos, mix, pow, rotation, sin_cos, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Palette, Sheet, color_texture, fractal_noise, srgb};
+use super::build::math::{cos, mix, pow, rotation, sin_cos, smoothstep, turned, wave};
+use super::build::{MeshBuilder, Paint, Sheet, color_texture, fractal_noise, srgb};
 use super::detail::Detail;
-use super::trophy;
-use umbrage_scene::{Animated, Error, Frame, Light, Material, NamedCamera, Texture};
+use super::{DemoScene, Moment, Pose, studio, trophy};
+use umbrage_scene::{Frame, Texture};
 
-/// A cup of many small triangles in the middle of a vast arena of few: the teapot in a stadium.
-#[derive(Debug)]
-pub(crate) struct Stadium {
-    still: Frame,
-    /// Where the cup's vertices start; they turn about the y axis.
-    first_of_cup: usize,
-}
+pub(crate) const SCENE: DemoScene = DemoScene {
+    name: "stadium",
+    about: "a finely wrought cup in the middle of a vast arena, seen from near and far",
+    triangles: 200_000,
+    seconds: 24.0,
+    open,
+};
 
 /// Half the length and the width of the ground inside the stands, in metres.
 const GROUND: Vec2 = Vec2::new(70.0, 50.0);
@@ -25,99 +23,64 @@ const PLINTH_TOP: f32 = 1.62;
 /// Highest and lowest points of the profile of the stands, (distance beyond the ground's edge, height), and steps.
 const TIERS: [([f32; 2], [f32; 2], u32); 2] = [([1.0, 1.2], [18.0, 8.2], 18), ([20.0, 12.5], [38.0, 25.0], 22)];
 
-struct Paints {
-    grass: u32,
-    track: u32,
-    concrete: u32,
-    seats: u32,
-    roof: u32,
-    steel: u32,
-    lamps: u32,
-    marble: u32,
-    dark_marble: u32,
-    gold: u32,
-    banner: u32,
-}
+const GRASS: Paint = Paint::textured("grass", grass, [140.0; 2], 0.95);
+const TRACK: Paint = Paint::textured("track", track, [1.0; 2], 0.9);
+const CONCRETE: Paint = Paint::dull("concrete", 0xc9_c5_bc, 0.85);
+const SEATS: Paint = Paint::textured("seats", seats, [1.0 / 40.0, 1.0], 0.5);
+const ROOF: Paint = Paint::dull("roof", 0xf1_f0_ec, 0.5);
+const STEEL: Paint = Paint::dull("steel", 0xe4_e6_e8, 0.35);
+const LAMPS: Paint = Paint::glowing("lamps", 0xff_ff_ff, 1.6, 0.3);
+const MARBLE: Paint = Paint::textured("marble", || marble(0xe9_e4_da, 0x8d_86_7c), [0.125, 0.5], 0.25);
+const DARK_MARBLE: Paint = Paint::textured("dark marble", || marble(0x12_2a_22, 0x9f_b8_a6), [0.5; 2], 0.12);
+const GOLD: Paint = Paint::metal("gold", || Vec3::new(1.0, 0.64, 0.22), 0.2);
+const BANNER: Paint = Paint::textured("banner", banner, [1.0 / 24.0, 1.0], 0.6);
 
-impl Stadium {
-    pub(crate) const SCENE: DemoScene = DemoScene {
-        name: "stadium",
-        about: "a finely wrought cup in the middle of a vast arena, seen from near and far",
-        triangles: 200_000,
-        open: |triangles| Box::new(Self::open(triangles)),
-    };
+fn open(triangles: usize) -> Pose {
+    let detail = Detail::for_triangles(triangles, SCENE.triangles);
+    let mut builder = detail.within(triangles * 2 / 5, arena, |arena| arena.triangles.len());
+    let first_of_cup = builder.positions.len();
+    let left = triangles.saturating_sub(builder.triangles.len());
+    builder.paint(GOLD);
+    builder.place(Affine3A::from_translation(Vec3::Y * PLINTH_TOP), |builder| trophy::cup(builder, left));
+    let still = builder.finish();
 
-    fn open(triangles: usize) -> Self {
-        let mut palette = Palette::default();
-        let paints = Paints::new(&mut palette);
-        let detail = Detail::for_triangles(triangles, Self::SCENE.triangles);
-        let make = |detail: Detail| arena(detail, &paints);
-        let mut builder = detail.within(triangles * 2 / 5, make, |arena| arena.triangles.len());
-        let first_of_cup = builder.positions.len();
-        let left = triangles.saturating_sub(builder.triangles.len());
-        builder.material(paints.gold);
-        builder.place(Affine3A::from_translation(Vec3::Y * PLINTH_TOP), |builder| trophy::cup(builder, left));
-        Self { still: builder.finish(palette.finish()), first_of_cup }
-    }
-}
-
-impl Animated for Stadium {
-    fn duration_seconds(&self) -> f64 {
-        24.0
-    }
-
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        frame.copy_surfaces(&self.still);
-        let part = (seconds / self.duration_seconds()) as f32;
-        let turn = turned(TAU * part);
-        for position in &mut frame.positions[self.first_of_cup..] {
-            *position = turn * *position;
-        }
-        for normal in &mut frame.normals[self.first_of_cup..] {
-            *normal = turn * *normal;
-        }
-        frame.cameras.push(NamedCamera { name: "flight".into(), camera: flight(part) });
-        frame.lights.push(Light {
-            name: "sun".into(),
-            source: LightSource::Directional { direction: Vec3::new(0.62, -0.66, -0.42).normalize() },
-            color: srgb(0xff_f0_dc),
-            intensity: 1.15 * PI,
-            range: None,
-            casts_shadow: true,
-        });
-        Ok(())
-    }
+    Box::new(move |Moment { part, .. }, frame| {
+        frame.copy_surfaces(&still);
+        studio::turn(frame, first_of_cup..still.positions.len(), Vec3::ZERO, turned(TAU * part));
+        flight(part, frame);
+        studio::sun(frame, Vec3::new(0.62, -0.66, -0.42), srgb(0xff_f0_dc), 1.15);
+    })
 }
 
 /// From beside the cup up to the stands and back: the distance changes a hundredfold, evenly in its logarithm.
-fn flight(part: f32) -> umbrage_rays::Camera {
+fn flight(part: f32, frame: &mut Frame) {
     let away = smoothstep(0.1, 0.5, part) * smoothstep(0.96, 0.56, part);
     let distance = pow(2.0, mix(0.55, 6.12, away));
     let (sin, cos) = sin_cos(TAU * (0.15 + part));
     let rise = mix(-0.06, 0.3, smoothstep(0.0, 0.8, away)) + 0.35 * away * (1.0 - away);
     let target = Vec3::Y * mix(PLINTH_TOP + 0.36, PLINTH_TOP, away);
     let eye = target + Vec3::new(cos * 1.0, rise, sin * 0.85) * distance;
-    camera(eye, target + Vec3::Y * (0.02 * distance), mix(0.36, 0.5, away))
+    studio::look(frame, "flight", eye, target + Vec3::Y * (0.02 * distance), mix(0.36, 0.5, away));
 }
 
 /// Everything but the cup.
-fn arena(detail: Detail, paints: &Paints) -> MeshBuilder {
+fn arena(detail: Detail) -> MeshBuilder {
     let mut builder = MeshBuilder::new();
     let around = detail.quads(160, 8);
-    ground(&mut builder, detail, paints);
+    ground(&mut builder, detail);
     for (low, high, steps) in TIERS {
-        tier(&mut builder, low, high, detail.quads(steps, 1), around, paints);
+        tier(&mut builder, low, high, detail.quads(steps, 1), around);
     }
-    walls_and_roof(&mut builder, around, paints);
+    walls_and_roof(&mut builder, around);
     let masts = detail.things(40);
     for mast in 0..masts {
         let angle = TAU * (mast as f32 + 0.5) / masts as f32;
-        truss(&mut builder, angle, detail, paints);
+        truss(&mut builder, angle, detail);
     }
     for corner in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
-        floodlight(&mut builder, Vec2::from(corner), detail, paints);
+        floodlight(&mut builder, Vec2::from(corner), detail);
     }
-    plinth(&mut builder, detail, paints);
+    plinth(&mut builder, detail);
     builder
 }
 
@@ -133,53 +96,50 @@ fn strip(builder: &mut MeshBuilder, from: [f32; 2], to: [f32; 2], around: u32) {
     builder.sheet(Sheet::tube(around, 1), |u, v| oval(TAU * u, mix(from[0], to[0], v), mix(from[1], to[1], v)));
 }
 
-fn ground(builder: &mut MeshBuilder, detail: Detail, paints: &Paints) {
+fn ground(builder: &mut MeshBuilder, detail: Detail) {
     let around = detail.quads(96, 8);
-    builder.material(paints.concrete).floor(Vec3::Y * -0.06, Vec2::new(420.0, 380.0), [2, 2]);
-    builder.material(paints.track);
+    builder.paint(CONCRETE).floor(Vec3::Y * -0.06, Vec2::new(420.0, 380.0), [2, 2]);
+    builder.paint(TRACK);
     strip(builder, [-1.0, 0.0], [-11.0, 0.0], around);
-    builder.material(paints.concrete);
+    builder.paint(CONCRETE);
     strip(builder, [1.0, -0.02], [-1.0, -0.02], around);
     let first = builder.positions.len();
-    builder.material(paints.grass).sheet(Sheet::tube(around, 2), |u, v| {
+    builder.paint(GRASS).sheet(Sheet::tube(around, 2), |u, v| {
         let edge = oval(TAU * u, -11.0, 0.0);
         if v >= 1.0 { Vec3::ZERO } else { edge * (1.0 - v) }
     });
-    for index in first..builder.positions.len() {
-        let position = builder.positions[index];
-        builder.tex_coords[index] = Vec2::new(position.x, position.z);
-    }
+    builder.wrap(first, Vec3::xz);
 }
 
 /// Adds a tier of steps, from its foot to its back, with a parapet at its foot.
-fn tier(builder: &mut MeshBuilder, low: [f32; 2], high: [f32; 2], steps: u32, around: u32, paints: &Paints) {
+fn tier(builder: &mut MeshBuilder, low: [f32; 2], high: [f32; 2], steps: u32, around: u32) {
     let at = |step: u32| {
         let part = step as f32 / steps as f32;
         [mix(low[0], high[0], part), mix(low[1], high[1], part)]
     };
     for step in (0..steps).rev() {
         let [[front, lower], [back, upper]] = [at(step), at(step + 1)];
-        builder.material(paints.seats);
+        builder.paint(SEATS);
         strip(builder, [back, upper], [back, lower], around);
-        builder.material(paints.concrete);
+        builder.paint(CONCRETE);
         strip(builder, [back, lower], [front, lower], around);
     }
-    builder.material(paints.banner);
+    builder.paint(BANNER);
     strip(builder, [low[0] - 0.3, low[1] + 0.9], [low[0] - 0.3, low[1] - 1.3], around);
-    builder.material(paints.concrete);
+    builder.paint(CONCRETE);
     strip(builder, [low[0], low[1] + 0.9], [low[0] - 0.3, low[1] + 0.9], around);
     strip(builder, [low[0], low[1]], [low[0], low[1] + 0.9], around);
 }
 
-fn walls_and_roof(builder: &mut MeshBuilder, around: u32, paints: &Paints) {
-    builder.material(paints.concrete);
+fn walls_and_roof(builder: &mut MeshBuilder, around: u32) {
+    builder.paint(CONCRETE);
     // Between the tiers, behind the upper one, and the outside.
     strip(builder, [19.7, 11.4], [19.7, 8.2], around);
     strip(builder, [20.0, 8.2], [18.0, 8.2], around);
     strip(builder, [18.0, 8.2], [18.0, 8.21], around);
     strip(builder, [38.0, 31.5], [38.0, 25.0], around);
     strip(builder, [40.0, 0.0], [40.0, 31.5], around);
-    builder.material(paints.roof);
+    builder.paint(ROOF);
     let inner = [14.0, 33.5];
     strip(builder, [41.5, 31.5], [41.5, 32.3], around);
     strip(builder, [41.5, 32.3], [inner[0], inner[1] + 0.5], around);
@@ -188,7 +148,7 @@ fn walls_and_roof(builder: &mut MeshBuilder, around: u32, paints: &Paints) {
 }
 
 /// Adds one of the arched beams that carry the roof.
-fn truss(builder: &mut MeshBuilder, angle: f32, detail: Detail, paints: &Paints) {
+fn truss(builder: &mut MeshBuilder, angle: f32, detail: Detail) {
     let rows = detail.quads(10, 2);
     let path: Vec<Vec3> = (0..=rows)
         .map(|row| {
@@ -196,22 +156,22 @@ fn truss(builder: &mut MeshBuilder, angle: f32, detail: Detail, paints: &Paints)
             oval(angle, mix(42.5, 13.0, part), 32.6 + 7.5 * part * (1.0 - part) + 1.4 * part)
         })
         .collect();
-    builder.material(paints.steel).tube(&path, |_| 0.4, detail.quads(8, 3));
+    builder.paint(STEEL).tube(&path, |_| 0.4, detail.quads(8, 3));
     let mast = [oval(angle, 42.5, 0.0), oval(angle, 42.5, 33.0)];
     builder.tube(&mast, |_| 0.55, detail.quads(10, 3));
 }
 
-fn floodlight(builder: &mut MeshBuilder, corner: Vec2, detail: Detail, paints: &Paints) {
+fn floodlight(builder: &mut MeshBuilder, corner: Vec2, detail: Detail) {
     let foot = Vec3::new(corner.x * 92.0, 0.0, corner.y * 76.0);
     let top = 58.0;
-    builder.material(paints.steel).place(Affine3A::from_translation(foot), |builder| {
+    builder.paint(STEEL).place(Affine3A::from_translation(foot), |builder| {
         builder.cone(1.6, 0.7, top, detail.quads(16, 3));
     });
     let heading = libm::atan2f(-corner.x, -corner.y);
     let lean = turned(heading) * rotation(Vec3::X, 0.45);
     builder.place(Affine3A::from_rotation_translation(lean, foot + Vec3::Y * (top + 3.0)), |builder| {
         builder.cuboid(Vec3::new(-6.5, -4.5, -0.6), Vec3::new(6.5, 4.5, 0.0));
-        builder.material(paints.lamps);
+        builder.paint(LAMPS);
         let lamps = [detail.things(8), detail.things(5)];
         for lamp in 0..lamps[0] * lamps[1] {
             let (column, row) = ((lamp % lamps[0]) as f32, (lamp / lamps[0]) as f32);
@@ -224,18 +184,18 @@ fn floodlight(builder: &mut MeshBuilder, corner: Vec2, detail: Detail, paints: &
 }
 
 /// Round steps in the grass, and the plinth under the cup.
-fn plinth(builder: &mut MeshBuilder, detail: Detail, paints: &Paints) {
+fn plinth(builder: &mut MeshBuilder, detail: Detail) {
     let around = detail.quads(72, 6);
     let step = |low: f32, high: f32, radius: f32| {
         let bevel = 0.02;
         [(radius, low), (radius, high - bevel), (radius, high - bevel), (radius - bevel, high)].map(Vec2::from)
     };
     let top = |radius: f32, height: f32, inner: f32| [Vec2::new(radius, height), Vec2::new(inner, height)];
-    builder.material(paints.marble);
+    builder.paint(MARBLE);
     for (low, high, radius, inner) in [(0.0, 0.16, 5.2, 4.1), (0.16, 0.32, 4.2, 3.1), (0.32, 0.48, 3.2, 0.3)] {
         builder.lathe(&step(low, high, radius), around).lathe(&top(radius - 0.02, high, inner), around);
     }
-    builder.material(paints.dark_marble);
+    builder.paint(DARK_MARBLE);
     let outline = [
         (0.36, 0.48),
         (0.36, 0.56),
@@ -259,7 +219,7 @@ fn plinth(builder: &mut MeshBuilder, detail: Detail, paints: &Paints) {
     ]
     .map(Vec2::from);
     builder.lathe(&outline, around);
-    builder.material(paints.gold);
+    builder.paint(GOLD);
     for height in [0.70, 1.43] {
         let radius = mix(0.255, 0.235, (height - 0.68) / 0.78) + 0.004;
         let band = [(-0.012, -0.006), (-0.008, 0.004), (0.0, 0.007), (0.008, 0.004), (0.012, -0.006)]
@@ -268,39 +228,22 @@ fn plinth(builder: &mut MeshBuilder, detail: Detail, paints: &Paints) {
     }
 }
 
-impl Paints {
-    fn new(palette: &mut Palette) -> Self {
-        let seats = color_texture("seats", [64, 8], |at| {
-            let aisle = at.x < 0.06;
-            let shade = 0.8 + 0.3 * wave(at.x * 30.0);
-            let seat = srgb(0x1d_5c_96).lerp(srgb(0x2f_86_b8), 0.5 + 0.5 * wave(at.x * 2.0)) * shade;
-            if aisle { srgb(0xb5_b2_aa) } else { seat }.extend(1.0)
-        });
-        let banner = color_texture("banner", [128, 16], |at| {
-            let colors = [0xc8_3a_2e, 0xf2_ee_e4, 0xe8_a8_2c, 0x1f_4f_7c];
-            let stripe = ((at.x * 4.0) as usize).min(3);
-            let border = at.y < 0.12 || at.y > 0.88;
-            if border { srgb(0xf4_f1_ea) } else { srgb(colors[stripe]) }.extend(1.0)
-        });
-        Self {
-            grass: palette.textured("grass", grass(), Vec2::new(140.0, 140.0), 0.95),
-            track: palette.textured("track", track(), Vec2::new(1.0, 1.0), 0.9),
-            concrete: palette.dull("concrete", srgb(0xc9_c5_bc), 0.85),
-            seats: palette.textured("seats", seats, Vec2::new(1.0 / 40.0, 1.0), 0.5),
-            roof: palette.dull("roof", srgb(0xf1_f0_ec), 0.5),
-            steel: palette.dull("steel", srgb(0xe4_e6_e8), 0.35),
-            lamps: palette.add(Material {
-                name: "lamps".into(),
-                emissive: Vec3::splat(1.6),
-                roughness: 0.3,
-                ..Material::default()
-            }),
-            marble: palette.textured("marble", marble(0xe9_e4_da, 0x8d_86_7c), Vec2::new(0.125, 0.5), 0.25),
-            dark_marble: palette.textured("dark marble", marble(0x12_2a_22, 0x9f_b8_a6), Vec2::new(0.5, 0.5), 0.12),
-            gold: palette.metal("gold", Vec3::new(1.0, 0.64, 0.22), 0.2),
-            banner: palette.textured("banner", banner, Vec2::new(1.0 / 24.0, 1.0), 0.6),
-        }
-    }
+fn seats() -> Texture {
+    color_texture("seats", [64, 8], |at| {
+        let aisle = at.x < 0.06;
+        let shade = 0.8 + 0.3 * wave(at.x * 30.0);
+        let seat = srgb(0x1d_5c_96).lerp(srgb(0x2f_86_b8), 0.5 + 0.5 * wave(at.x * 2.0)) * shade;
+        if aisle { srgb(0xb5_b2_aa) } else { seat }.extend(1.0)
+    })
+}
+
+fn banner() -> Texture {
+    color_texture("banner", [128, 16], |at| {
+        let colors = [0xc8_3a_2e, 0xf2_ee_e4, 0xe8_a8_2c, 0x1f_4f_7c];
+        let stripe = ((at.x * 4.0) as usize).min(3);
+        let border = at.y < 0.12 || at.y > 0.88;
+        if border { srgb(0xf4_f1_ea) } else { srgb(colors[stripe]) }.extend(1.0)
+    })
 }
 
 /// A field of 140 m by 140 m with mown stripes and white lines around the middle of the image.

@@ -3,90 +3,71 @@
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::build::math::{mix, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Palette, fractal_noise, mottled_texture, srgb};
-use super::{DemoScene, sculpture, studio};
-use umbrage_scene::{Animated, Error, Frame, Texture};
+use super::build::{MeshBuilder, Paint, fractal_noise, mottled_texture, srgb};
+use super::{DemoScene, Moment, Pose, sculpture, studio};
+use umbrage_scene::Texture;
 
-/// A statue of very many small triangles on a plinth.
-#[derive(Debug)]
-pub(crate) struct Statue {
-    still: Frame,
-}
+pub(crate) const SCENE: DemoScene = DemoScene {
+    name: "statue",
+    about: "a carved Buddha of small triangles",
+    triangles: 1_100_000,
+    seconds: 12.0,
+    open,
+};
 
-impl Statue {
-    pub(crate) const SCENE: DemoScene = DemoScene {
-        name: "statue",
-        about: "a carved Buddha of small triangles",
-        triangles: 1_100_000,
-        open: |triangles| Box::new(Self::open(triangles)),
-    };
+const LIMESTONE: Paint = Paint::textured("limestone", limestone, [1.0; 2], 0.7);
+const GRANITE: Paint = Paint::textured("granite", granite, [1.0; 2], 0.25);
+const WALL: Paint = Paint::dull("wall", 0x7d7872, 0.85);
 
-    /// Share of the triangles in the sculpture; the plinth has what is left.
-    const SCULPTURE_SHARE: f32 = 0.95;
-    const PLINTH_HEIGHT: f32 = 0.55;
+/// Share of the triangles in the sculpture; the plinth has what is left.
+const SCULPTURE_SHARE: f32 = 0.95;
+const PLINTH_HEIGHT: f32 = 0.55;
 
-    /// The scene with about `triangles` triangles.
-    fn open(triangles: usize) -> Self {
-        let mut palette = Palette::default();
-        let stone = palette.textured("limestone", limestone(), Vec2::ONE, 0.7);
-        let granite = palette.textured("granite", granite(), Vec2::splat(1.0), 0.25);
-        let wall = palette.dull("wall", srgb(0x7d7872), 0.85);
-
-        let mut builder = MeshBuilder::new();
-        let surface = sculpture::mesh(&sculpture::buddha(), (triangles as f32 * Self::SCULPTURE_SHARE) as usize);
-        builder.material(stone);
-        let raised = Vec3::Y * (Self::PLINTH_HEIGHT - 0.02);
-        for (&position, &normal) in surface.positions.iter().zip(&surface.normals) {
-            // Dust and rain darken what is low and what is hidden in folds; the texture varies it from place to place.
-            let age = mix(0.72, 1.0, smoothstep(-0.1, 0.6, normal.y + 0.8 * fractal_noise(position * 3.0, 2)));
-            builder.tint(Vec3::new(age, age * mix(0.97, 1.0, age), age * mix(0.9, 1.0, age)));
-            builder.vertex(position + raised, normal, Vec2::new(position.x + position.z, -position.y) * 0.4);
-        }
-        for &triangle in &surface.triangles {
-            builder.triangle(triangle);
-        }
-        let columns = studio::backdrop_columns(triangles);
-        studio::backdrop(builder.material(wall), 12.0, 9.0, columns);
-        let left = triangles.saturating_sub(builder.triangles.len());
-        builder.material(granite).place(Affine3A::from_translation(Vec3::Z * 0.12), |builder| plinth(builder, left));
-        Self { still: builder.finish(palette.finish()) }
+fn open(triangles: usize) -> Pose {
+    let mut builder = MeshBuilder::new();
+    let surface = sculpture::mesh(&sculpture::buddha(), (triangles as f32 * SCULPTURE_SHARE) as usize);
+    builder.paint(LIMESTONE);
+    let raised = Vec3::Y * (PLINTH_HEIGHT - 0.02);
+    for (&position, &normal) in surface.positions.iter().zip(&surface.normals) {
+        // Dust and rain darken what is low and what is hidden in folds; the texture varies it from place to place.
+        let age = mix(0.72, 1.0, smoothstep(-0.1, 0.6, normal.y + 0.8 * fractal_noise(position * 3.0, 2)));
+        builder.tint(Vec3::new(age, age * mix(0.97, 1.0, age), age * mix(0.9, 1.0, age)));
+        builder.vertex(position + raised, normal, Vec2::new(position.x + position.z, -position.y) * 0.4);
     }
-}
+    builder.triangles_from(0, surface.triangles);
+    let columns = studio::backdrop_columns(triangles);
+    studio::backdrop(builder.paint(WALL), 12.0, 9.0, columns);
+    let left = triangles.saturating_sub(builder.triangles.len());
+    builder.paint(GRANITE).place(Affine3A::from_translation(Vec3::Z * 0.12), |builder| plinth(builder, left));
+    let still = builder.finish();
 
-impl Animated for Statue {
-    fn duration_seconds(&self) -> f64 {
-        12.0
-    }
-
-    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        frame.copy_surfaces(&self.still);
-        let turns = (seconds / self.duration_seconds()) as f32;
+    Box::new(move |Moment { part, .. }, frame| {
+        frame.copy_surfaces(&still);
         let middle = Vec3::new(0.0, 1.72, 0.1);
-        let eye = middle + turned(-0.35 + 0.45 * wave(turns)) * Vec3::new(0.0, 0.35 + 0.25 * wave(turns + 0.25), 6.2);
+        let eye = middle + turned(-0.35 + 0.45 * wave(part)) * Vec3::new(0.0, 0.35 + 0.25 * wave(part + 0.25), 6.2);
         studio::look(frame, "front", eye, middle, 0.30);
-        let sun = turned(-0.6 + 0.4 * wave(turns + 0.5)) * Vec3::new(0.0, 5.2, 5.4);
+        let sun = turned(-0.6 + 0.4 * wave(part + 0.5)) * Vec3::new(0.0, 5.2, 5.4);
         studio::light(frame, "key", sun, middle, srgb(0xfff0d8), 1.0);
         studio::light(frame, "rim", Vec3::new(4.5, 3.2, -3.4), middle, srgb(0xbfd4ff), 0.45);
-        Ok(())
-    }
+    })
 }
 
 /// A round plinth with a moulded foot and edge, of about `triangles` triangles.
 fn plinth(builder: &mut MeshBuilder, triangles: usize) {
-    let height = Statue::PLINTH_HEIGHT;
-    let corner = |x: f32, y: f32| Vec2::new(x, y);
+    let height = PLINTH_HEIGHT;
     let sharp = [
-        corner(1.32, 0.0),
-        corner(1.32, 0.10),
-        corner(1.24, 0.15),
-        corner(1.20, 0.20),
-        corner(1.20, height - 0.14),
-        corner(1.24, height - 0.09),
-        corner(1.30, height - 0.07),
-        corner(1.30, height - 0.015),
-        corner(1.285, height),
-        corner(0.0, height),
-    ];
+        (1.32, 0.0),
+        (1.32, 0.10),
+        (1.24, 0.15),
+        (1.20, 0.20),
+        (1.20, height - 0.14),
+        (1.24, height - 0.09),
+        (1.30, height - 0.07),
+        (1.30, height - 0.015),
+        (1.285, height),
+        (0.0, height),
+    ]
+    .map(Vec2::from);
     // As many rows as make quads about square, spread over the straight pieces by their length.
     let length: f32 = sharp.windows(2).map(|ends| ends[0].distance(ends[1])).sum();
     let quads = (triangles / 2) as f32;
@@ -101,10 +82,7 @@ fn plinth(builder: &mut MeshBuilder, triangles: usize) {
     let columns = (quads / rows as f32 + 0.5) as u32;
     let first = builder.positions.len();
     builder.lathe(&profile, columns.max(6));
-    for vertex in first..builder.positions.len() {
-        let Vec3 { x, y, z } = builder.positions[vertex];
-        builder.tex_coords[vertex] = Vec2::new(x + 0.4 * z, y + z);
-    }
+    builder.wrap(first, |Vec3 { x, y, z }| Vec2::new(x + 0.4 * z, y + z));
 }
 
 fn limestone() -> Texture {

@@ -4,10 +4,10 @@ use glam::Vec3;
 ///
 /// The coordinate `along` runs from 0 at the first section to 1 at the last one; the sections are spaced evenly in it and
 /// joined by Catmull–Rom curves.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Sweep {
-    sections: [Section; Sweep::MAX_SECTIONS],
-    count: usize,
+    /// At least two.
+    sections: Vec<Section>,
     /// Roughly where each section's width points; never along the tube.
     side: Vec3,
     /// How much of the length is rounded off at the start and at the end; an end with 0 is left open.
@@ -57,14 +57,9 @@ impl Section {
 }
 
 impl Sweep {
-    /// The most sections of a sweep.
-    pub(super) const MAX_SECTIONS: usize = 8;
-
-    /// A sweep through the first [`Sweep::MAX_SECTIONS`] of `sections`, of which there are at least two.
+    /// A sweep through `sections`, of which there are at least two.
     pub(super) fn new(sections: &[Section], side: Vec3, rounded: [f32; 2]) -> Self {
-        let last = sections.last().copied().unwrap_or(Section::round(Vec3::ZERO, 0.0));
-        let kept = std::array::from_fn(|index| sections.get(index).copied().unwrap_or(last));
-        Self { sections: kept, count: sections.len().clamp(2, Self::MAX_SECTIONS), side, rounded }
+        Self { sections: sections.to_vec(), side, rounded }
     }
 
     /// An ellipsoid whose poles are at `center ± axis`.
@@ -73,13 +68,12 @@ impl Sweep {
         Self::new(&ends, side, [0.5, 0.5])
     }
 
-    /// The same sweep with every point moved by `move_point` and every direction by `turn`.
-    pub(super) fn moved(mut self, move_point: impl Fn(Vec3) -> Vec3, turn: impl Fn(Vec3) -> Vec3) -> Self {
+    /// Moves every point by `move_point` and every direction by `turn`.
+    pub(super) fn move_by(&mut self, move_point: impl Fn(Vec3) -> Vec3, turn: impl Fn(Vec3) -> Vec3) {
         for section in &mut self.sections {
             section.center = move_point(section.center);
         }
         self.side = turn(self.side);
-        self
     }
 
     /// Where ring `ring` of `rings + 1` cuts the sweep: closer together towards rounded ends.
@@ -91,13 +85,13 @@ impl Sweep {
 
     /// The sweep's section at `along`, 0 … 1.
     pub(super) fn ring(&self, along: f32) -> Ring {
-        let spans = (self.count - 1) as f32;
-        let span = ((along * spans) as usize).min(self.count - 2);
+        let spans = (self.sections.len() - 1) as f32;
+        let span = ((along * spans) as usize).min(self.sections.len() - 2);
         let part = along * spans - span as f32;
         let [from, to] = [self.sections[span], self.sections[span + 1]];
         // Beyond the ends the curve goes on straight, which keeps two sections a straight tube.
         let before = if span == 0 { from.mirrored(to) } else { self.sections[span - 1] };
-        let after = if span + 2 == self.count { to.mirrored(from) } else { self.sections[span + 2] };
+        let after = if span + 2 == self.sections.len() { to.mirrored(from) } else { self.sections[span + 2] };
         let four = [before, from, to, after];
         let (weights, slopes) = catmull_rom(part);
         let mix = |weights: [f32; 4]| {

@@ -4,18 +4,18 @@ use glam::Vec3;
 
 use umbrage_scene::{Animated, Error, Frame};
 
-use super::{DEMOS, DemoScene, make};
+use super::{DEMOS, Demo, DemoScene, make};
 
 /// Few enough triangles that every demo is quick to open without optimisation.
 const FEW: usize = 6_000;
 
-fn posed(demo: &dyn Animated, seconds: f64) -> Frame {
+fn posed(demo: &Demo, seconds: f64) -> Frame {
     let mut frame = Frame::default();
     demo.pose(seconds, &mut frame).expect("demos can always be posed");
     frame
 }
 
-fn open(demo: &DemoScene, triangles: usize) -> Box<dyn Animated> {
+fn open(demo: &DemoScene, triangles: usize) -> Demo {
     make(&format!("demo:{}?triangles={triangles}", demo.name)).expect("the demo opens")
 }
 
@@ -59,7 +59,7 @@ fn demos_are_sound_from_start_to_end() {
         let duration = demo.duration_seconds();
         assert!(duration > 0.0);
         for part in [0.0, 0.31, 0.5, 0.77, 1.0] {
-            assert_sound(scene.name, &posed(&*demo, part * duration));
+            assert_sound(scene.name, &posed(&demo, part * duration));
         }
     }
 }
@@ -68,7 +68,7 @@ fn demos_are_sound_from_start_to_end() {
 fn demos_move() {
     for scene in DEMOS {
         let demo = open(scene, FEW);
-        let [start, later] = [0.0, 0.4].map(|part| bits(&posed(&*demo, part * demo.duration_seconds())));
+        let [start, later] = [0.0, 0.4].map(|part| bits(&posed(&demo, part * demo.duration_seconds())));
         assert!(start != later, "{}", scene.name);
     }
 }
@@ -80,12 +80,12 @@ fn demos_have_the_same_bits_for_any_number_of_threads_and_in_used_frames() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
             pool.install(|| {
                 let demo = open(scene, FEW);
-                (bits(&posed(&*demo, 0.37 * demo.duration_seconds())), demo)
+                (bits(&posed(&demo, 0.37 * demo.duration_seconds())), demo)
             })
         };
         let ((once, _), (again, demo)) = (pose(1), pose(3));
         assert!(once == again, "{}", scene.name);
-        let mut used = posed(&*demo, 0.8 * demo.duration_seconds());
+        let mut used = posed(&demo, 0.8 * demo.duration_seconds());
         used.lights.clear();
         used.cameras.clear();
         demo.pose(0.37 * demo.duration_seconds(), &mut used).expect("demos can always be posed");
@@ -97,10 +97,10 @@ fn demos_have_the_same_bits_for_any_number_of_threads_and_in_used_frames() {
 fn demos_have_about_as_many_triangles_as_were_asked_for() {
     for scene in DEMOS {
         for wanted in [4_000, 30_000] {
-            let count = posed(&*open(scene, wanted), 0.0).mesh.triangles.len();
+            let count = posed(&open(scene, wanted), 0.0).mesh.triangles.len();
             assert!(count.abs_diff(wanted) * 10 <= wanted, "{}: {count}, not {wanted}", scene.name);
         }
-        let fewest = posed(&*open(scene, 1), 0.0);
+        let fewest = posed(&open(scene, 1), 0.0);
         assert_sound(scene.name, &fewest);
         assert!(fewest.mesh.triangles.len() <= 2_000, "{}: {}", scene.name, fewest.mesh.triangles.len());
     }
@@ -110,7 +110,7 @@ fn demos_have_about_as_many_triangles_as_were_asked_for() {
 fn demos_have_their_own_numbers_of_triangles() {
     // The statue is too slow to mesh without optimisation; its count is put together like that of the others.
     for scene in DEMOS.iter().filter(|scene| scene.triangles < 300_000) {
-        let count = posed(&*make(&format!("demo:{}", scene.name)).expect("it opens"), 0.0).mesh.triangles.len();
+        let count = posed(&make(&format!("demo:{}", scene.name)).expect("it opens"), 0.0).mesh.triangles.len();
         assert!(count.abs_diff(scene.triangles) * 50 <= scene.triangles, "{}: {count}", scene.name);
     }
 }

@@ -4,8 +4,8 @@ use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
 
-use super::build::math::{cos, sin_cos, smoothstep, wave};
-use super::build::{MeshBuilder, Sheet};
+use super::build::math::{around, cos, sin_cos, smoothstep, wave};
+use super::build::{Join, MeshBuilder, Sheet};
 
 /// Height of the cup with its knot, in metres.
 pub(super) const HEIGHT: f32 = 0.74;
@@ -41,19 +41,15 @@ const OUTLINE: [(f32, f32); 24] = [
 /// Adds the cup, standing on the origin, in about `triangles` triangles of one material.
 pub(super) fn cup(builder: &mut MeshBuilder, triangles: usize) {
     let part = |share: f32| (triangles as f32 * share) as usize;
-    let body = Sheet { across: super::build::Join::Joined, ..Sheet::of_triangles(part(0.5), 1.0) };
+    let body = Sheet { across: Join::Joined, ..Sheet::of_triangles(part(0.5), 1.0) };
     builder.sheet(body, body_point);
     for side in [-1.0, 1.0] {
-        let handle = Sheet { across: super::build::Join::Joined, ..Sheet::of_triangles(part(0.08), 0.35) };
+        let handle = Sheet { across: Join::Joined, ..Sheet::of_triangles(part(0.08), 0.35) };
         builder.sheet(handle, |u, v| handle_point(side, u, v));
     }
     let left = triangles.saturating_sub(part(0.5) + 2 * part(0.08));
-    let knot = Sheet {
-        across: super::build::Join::Joined,
-        along: super::build::Join::Joined,
-        ..Sheet::of_triangles(left, 0.12)
-    };
-    builder.sheet(Sheet { columns: knot.columns.max(3), rows: knot.rows.max(6), ..knot }, knot_point);
+    let knot = Sheet::of_triangles(left, 0.12);
+    builder.sheet(Sheet::ring(knot.columns, knot.rows.max(6)), knot_point);
 }
 
 /// A point of the lathed body: flutes around the bowl and the lid, beads on the rim and a garland in relief.
@@ -78,8 +74,7 @@ fn body_point(u: f32, v: f32) -> Vec3 {
         0.0026 * within(0.356, 0.43) * stem.max(leaf * smoothstep(2.2, 1.2, leaf_v.abs()))
     };
     let out = radius + (lobes + lid + foot + knop + bead + garland) * smoothstep(0.0, 0.02, radius);
-    let (sin, cos) = sin_cos(TAU * u);
-    Vec3::new(out * cos, height, -out * sin)
+    around(u, out, height)
 }
 
 /// The outline at `along`, 0 … 1: a smooth curve that is cut more finely than its corners.

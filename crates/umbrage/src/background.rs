@@ -11,7 +11,7 @@ use crate::panorama::Panorama;
 use crate::shade::lanes::{Each, LANES, Vector, Vectors, put, vector_of};
 
 /// What rays that hit nothing see, and what lights the scene from all around.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum Background {
     /// One linear colour everywhere.
     Color(Vec3),

@@ -6,12 +6,12 @@ use glam::{Vec2, Vec3};
 use crate::background::panorama_coords;
 
 /// A latitude–longitude image of linear radiance, with its smaller copies.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Panorama {
     levels: Vec<Level>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 struct Level {
     width: usize,
     height: usize,

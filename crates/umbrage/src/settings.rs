@@ -6,7 +6,7 @@ use crate::engine::Staged;
 use crate::{Background, Error, Structure};
 
 /// How a frame is rendered.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Width of the image in pixels, 1 to [`Settings::MAX_SIDE`].
     pub width: u32,

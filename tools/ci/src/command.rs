@@ -18,11 +18,23 @@ pub(crate) fn cargo(root: &Path) -> Command {
     command
 }
 
-/// A cargo command about the whole workspace with all that its features add. Those that select the same crates and
-/// features share what they compile.
-pub(crate) fn cargo_workspace(root: &Path, subcommand: &[&str]) -> Command {
+/// How much of the workspace a command is about.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Scope {
+    /// All of it, with all that its features add.
+    Whole,
+    /// All but the window, whose toolkit is more than a third of all packages.
+    WithoutWindow,
+}
+
+/// A cargo command about the workspace. Those that select the same crates and features share what they compile.
+pub(crate) fn cargo_workspace(root: &Path, scope: Scope, subcommand: &[&str]) -> Command {
     let mut command = cargo(root);
-    command.args(subcommand).args(["--workspace", "--features", "umbrage-cli/view,umbrage-bench/view", "--locked"]);
+    command.args(subcommand).args(["--workspace", "--locked"]);
+    command.args(match scope {
+        Scope::Whole => ["--features", "umbrage-cli/view,umbrage-bench/view"],
+        Scope::WithoutWindow => ["--exclude", "umbrage-viewer"],
+    });
     command
 }
 

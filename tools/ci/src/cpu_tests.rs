@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::command::{cargo_workspace, run};
+use crate::command::{Scope, cargo_workspace, run};
 use crate::equipped_tests::{GPU, VIEWER, WINDOW};
 use crate::outcome::Outcome;
 use crate::repository::files;
@@ -12,8 +12,8 @@ const APART: [&str; 3] = [GPU.program, VIEWER.program, WINDOW.program];
 
 /// All tests but those in documentation and those that have a check of their own. A program's tests run in one process,
 /// since those of the conformance suite share what the oracle says.
-pub(crate) fn check(root: &Path) -> Outcome {
-    let mut test = cargo_workspace(root, &["test", "--no-fail-fast", "--lib", "--bins", "--examples"]);
+pub(crate) fn check(root: &Path, scope: Scope) -> Outcome {
+    let mut test = cargo_workspace(root, scope, &["test", "--no-fail-fast", "--lib", "--bins", "--examples"]);
     for program in test_programs(root)?.iter().filter(|program| !APART.contains(&program.as_str())) {
         test.args(["--test", program]);
     }
@@ -23,8 +23,8 @@ pub(crate) fn check(root: &Path) -> Outcome {
 }
 
 /// Each benchmark once, as a test that it can be run.
-pub(crate) fn check_benchmarks(root: &Path) -> Outcome {
-    run(cargo_workspace(root, &["test"]).args(["--bench", "*"]))
+pub(crate) fn check_benchmarks(root: &Path, scope: Scope) -> Outcome {
+    run(cargo_workspace(root, scope, &["test"]).args(["--bench", "*"]))
 }
 
 /// The names of all test programs: files in folders `tests`, and folders there with a `main.rs`.

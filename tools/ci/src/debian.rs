@@ -1,4 +1,3 @@
-use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::command::{output, run};
@@ -14,7 +13,7 @@ pub(crate) const X_SERVER: &str = "xvfb";
 const PACKAGES: &[&str] = &[SOFTWARE_ADAPTER, X_SERVER, "libxkbcommon-x11-0"];
 
 /// Installs what is missing, where that is possible.
-pub(crate) fn install(_root: &Path) -> Outcome {
+pub(crate) fn install() -> Outcome {
     install_missing(PACKAGES, is_installed, may_install(), |packages| {
         run(Command::new("apt-get").arg("update"))?;
         let mut install = Command::new("apt-get");

@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use crate::command::cargo_workspace;
+use crate::command::{Scope, cargo_workspace};
 use crate::debian;
 use crate::outcome::{NotPassed, Outcome};
 use crate::test_times::{self, TestTimes};
@@ -30,8 +30,8 @@ pub(crate) const WINDOW: EquippedTests =
 
 impl EquippedTests {
     /// Runs them. On a machine that could have what they need, it is a failure if they lack it.
-    pub(crate) fn check(self, root: &Path) -> Outcome {
-        let mut test = cargo_workspace(root, &["test", "--no-fail-fast", "--test", self.program]);
+    pub(crate) fn check(self, root: &Path, scope: Scope) -> Outcome {
+        let mut test = cargo_workspace(root, scope, &["test", "--no-fail-fast", "--test", self.program]);
         test_times::ask_for_times(&mut test);
         test.arg("--nocapture");
         let times = TestTimes::of(&mut test, Some(self.marker))?;

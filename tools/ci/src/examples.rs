@@ -1,7 +1,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::command::{cargo_workspace, run};
+use crate::command::{Scope, cargo_workspace, run};
 use crate::outcome::Outcome;
 use crate::repository::{self, Build};
 
@@ -9,8 +9,8 @@ use crate::repository::{self, Build};
 const FOLDER: &str = "crates/umbrage/examples";
 
 /// Every example runs to its end. They are built as the tests are, and share what these have compiled.
-pub(crate) fn check(root: &Path) -> Outcome {
-    run(&mut cargo_workspace(root, &["build", "--examples"]))?;
+pub(crate) fn check(root: &Path, scope: Scope) -> Outcome {
+    run(&mut cargo_workspace(root, scope, &["build", "--examples"]))?;
     let sources = repository::files(&root.join(FOLDER), "rs")?;
     if sources.is_empty() {
         return Err(format!("{FOLDER}: there are no examples").into());

@@ -23,44 +23,51 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-use command::{cargo, cargo_workspace, has_subcommand, run};
+use command::{Scope, cargo, cargo_workspace, has_subcommand, run};
 use equipped_tests::{GPU, VIEWER, WINDOW};
 use outcome::{NotPassed, Outcome, Ran};
 use repository::Build;
 
-/// A check's name and what does it.
-type Check = (&'static str, fn(&Path) -> Outcome);
+/// A check's name and what does it, in the repository and for tests of so much of it.
+type Check = (&'static str, fn(&Path, Scope) -> Outcome);
 
 /// In the order in which they run: what fails fast comes first, and what builds the most comes last.
 const CHECKS: &[Check] = &[
-    ("packages", debian::install),
-    ("format", |root| run(cargo(root).args(["fmt", "--all", "--check"]))),
-    ("file length", file_length::check),
-    ("links", links::check),
-    ("licences", licences::check),
-    ("advisories", advisories),
-    ("clippy", |root| run(cargo_workspace(root, &["clippy", "--all-targets"]).args(["--", "-D", "warnings"]))),
-    ("docs", |root| run(cargo_workspace(root, &["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))),
+    ("packages", |_, _| debian::install()),
+    ("format", |root, _| run(cargo(root).args(["fmt", "--all", "--check"]))),
+    ("file length", |root, _| file_length::check(root)),
+    ("links", |root, _| links::check(root)),
+    ("licences", |root, _| licences::check(root)),
+    ("advisories", |root, _| advisories(root)),
+    ("clippy", |root, _| {
+        run(cargo_workspace(root, Scope::Whole, &["clippy", "--all-targets"]).args(["--", "-D", "warnings"]))
+    }),
+    ("docs", |root, _| {
+        run(cargo_workspace(root, Scope::Whole, &["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
+    }),
     ("tests", cpu_tests::check),
     ("examples", examples::check),
-    ("GPU tests", |root| GPU.check(root)),
-    ("doc tests", |root| run(&mut cargo_workspace(root, &["test", "--doc"]))),
+    ("GPU tests", |root, scope| GPU.check(root, scope)),
+    ("doc tests", |root, scope| run(&mut cargo_workspace(root, scope, &["test", "--doc"]))),
     ("benchmarks", cpu_tests::check_benchmarks),
-    // With the examples, so that dependencies have the features that tests gave them, and aren't compiled anew.
-    ("programs", |root| run(&mut cargo_workspace(root, &["build", "--bins", "--examples"]))),
-    ("smoke render", |root| smoke::check(root, Build::Dev)),
-    ("watertight", |root| watertight(root, Build::Dev, "1e6")),
+    // Tests have made these already, with the features that examples give their dependencies.
+    ("programs", |root, scope| {
+        run(cargo_workspace(root, scope, &["build", "--examples"]).args(["--bin", "umbrage", "--bin", "watertight"]))
+    }),
+    ("smoke render", |root, _| smoke::check(root, Build::Dev)),
+    ("watertight", |root, _| watertight(root, Build::Dev, "1e6")),
 ];
 
-/// What `--all` adds: the window, and everything compiled once more, as users compile it.
+/// What `--all` adds: the window, the other programs, and everything compiled once more, as users compile it.
 const LONG_CHECKS: &[Check] = &[
-    ("viewer", |root| VIEWER.check(root)),
-    ("window", |root| WINDOW.check(root)),
-    ("release build", |root| {
+    ("viewer", |root, scope| VIEWER.check(root, scope)),
+    ("window", |root, scope| WINDOW.check(root, scope)),
+    ("all programs", |root, scope| run(&mut cargo_workspace(root, scope, &["build", "--bins", "--examples"]))),
+    ("release build", |root, _| {
         run(cargo(root).args(["build", "--release", "--bins", "-p", "umbrage-cli", "-p", "umbrage-verify", "--locked"]))
     }),
-    ("smoke, release", |root| smoke::check(root, Build::Release)),
-    ("10⁷ rays", |root| watertight(root, Build::Release, "1e7")),
+    ("smoke, release", |root, _| smoke::check(root, Build::Release)),
+    ("10⁷ rays", |root, _| watertight(root, Build::Release, "1e7")),
 ];
 
 fn main() -> ExitCode {
@@ -80,11 +87,12 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
+    let scope = if is_all { Scope::Whole } else { Scope::WithoutWindow };
     let mut results = Vec::new();
     for (name, check) in CHECKS.iter().chain(LONG_CHECKS.iter().filter(|_| is_all)) {
         println!("\n=== {name}");
         let (started, cpu_started) = (Instant::now(), cpu_time::of_children());
-        let outcome = check(&root);
+        let outcome = check(&root, scope);
         let cpu_seconds = cpu_time::of_children().zip(cpu_started).map(|(end, start)| end - start);
         results.push(Ran { name, seconds: started.elapsed().as_secs_f64(), cpu_seconds, outcome });
     }

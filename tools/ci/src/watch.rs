@@ -1,34 +1,24 @@
-use std::io::{self, BufRead, BufReader, Read, Write};
+use std::io::{self, BufRead, BufReader};
 use std::process::{Command, Stdio};
-use std::sync::{Mutex, PoisonError};
-use std::thread;
 
 /// Runs a command whose output is for the log, and shows each line of it to `see`, of whichever stream it is.
 ///
 /// # Errors
 /// Where the command fails, or can't be run.
-pub(crate) fn watch(command: &mut Command, see: impl FnMut(&str) + Send) -> io::Result<()> {
-    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
-    let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
-    let see = Mutex::new(see);
-    let copied = thread::scope(|scope| {
-        let of_errors = scope.spawn(|| stderr.map_or(Ok(()), |lines| copy(lines, io::stderr(), &see)));
-        let of_output = stdout.map_or(Ok(()), |lines| copy(lines, io::stdout(), &see));
-        of_output.and(of_errors.join().unwrap_or_else(|_| Err(io::Error::other("a line was refused"))))
-    });
-    let status = child.wait()?;
-    copied?;
-    if status.success() { Ok(()) } else { Err(io::Error::other(status.to_string())) }
-}
-
-fn copy(from: impl Read, mut to: impl Write, see: &Mutex<impl FnMut(&str)>) -> io::Result<()> {
-    for line in BufReader::new(from).split(b'\n') {
+pub(crate) fn watch(command: &mut Command, mut see: impl FnMut(&str)) -> io::Result<()> {
+    let (output, input) = io::pipe()?;
+    let child = command.stdout(input.try_clone()?).stderr(input).spawn();
+    // The output ends when the last of those that write has ended, so this process may not be one of them.
+    command.stdout(Stdio::inherit()).stderr(Stdio::inherit());
+    let mut child = child?;
+    for line in BufReader::new(output).split(b'\n') {
         let line = line?;
         let line = String::from_utf8_lossy(&line);
-        writeln!(to, "{line}")?;
-        see.lock().unwrap_or_else(PoisonError::into_inner)(&line);
+        println!("{line}");
+        see(&line);
     }
-    Ok(())
+    let status = child.wait()?;
+    if status.success() { Ok(()) } else { Err(io::Error::other(status.to_string())) }
 }
 
 #[cfg(test)]

@@ -3,22 +3,18 @@
 //! A scene that fails gets a red tile with its error, and the exit code is 1.
 #![forbid(unsafe_code)]
 
-mod canvas;
-mod find;
-
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
+use dot_font::Canvas;
 use umbrage::output::BitDepth;
 use umbrage::{Image, Renderer, Settings};
 
-use canvas::{Canvas, LINE_PIXELS};
-
-/// Renders every scene found, animated ones at several times, into one labelled picture
+/// Renders scenes, animated ones at several times, into one labelled picture
 #[derive(Debug, Parser)]
 struct Flags {
-    /// Scene files, folders that hold some, or demo:NAME
+    /// Scene files, folders of numbered ones, or demo:NAME
     #[arg(required = true)]
     scenes: Vec<PathBuf>,
     /// The PNG to write
@@ -71,11 +67,10 @@ struct Tile {
 
 /// Writes the sheet, and says how many scenes failed.
 fn run(flags: &Flags) -> Result<usize, String> {
-    let scenes = find::scenes(&flags.scenes)?;
     let mut renderer = Renderer::default();
     let mut tiles = Vec::new();
     let mut failed = 0;
-    for scene in &scenes {
+    for scene in &flags.scenes {
         let name = scene.file_name().unwrap_or(scene.as_os_str()).to_string_lossy();
         match shots(scene, flags, &mut renderer) {
             Ok(shots) => {
@@ -118,35 +113,53 @@ fn shots(address: &Path, flags: &Flags, renderer: &mut Renderer) -> Result<Vec<(
 
 fn sheet(tiles: &[Tile], flags: &Flags) -> Result<Image, String> {
     const GAP: u32 = 4;
+    const DARK: [u16; 3] = [0x1400; 3];
     const FAILED: [u16; 3] = [0x9000, 0x1800, 0x1800];
-    let [width, height] = flags.size;
-    let (cell_width, cell_height) = (width + GAP, height + LINE_PIXELS + GAP);
+    let [tile_width, tile_height] = flags.size;
+    let (cell_width, cell_height) = (tile_width + GAP, tile_height + LINE + GAP);
     // About as wide as it is high.
     let square = (tiles.len() as f64 * f64::from(cell_height) / f64::from(cell_width)).sqrt().ceil() as u32;
     let columns = flags.columns.unwrap_or(square).clamp(1, tiles.len().max(1) as u32);
     let rows = (tiles.len() as u32).div_ceil(columns);
-    let (sheet_width, sheet_height) = (columns * cell_width + GAP, rows * cell_height + GAP);
-    if sheet_width.max(sheet_height) > Settings::MAX_SIDE {
-        let limit = Settings::MAX_SIDE;
-        return Err(format!(
-            "a sheet of {sheet_width}x{sheet_height} pixels is larger than {limit}; use smaller tiles"
-        ));
+    let (width, height) = (columns * cell_width + GAP, rows * cell_height + GAP);
+    let limit = Settings::MAX_SIDE;
+    if width.max(height) > limit {
+        return Err(format!("a sheet of {width}x{height} pixels is larger than {limit}; use smaller tiles"));
     }
-    let mut canvas = Canvas::new(sheet_width, sheet_height);
+    let mut pixels = vec![DARK; width as usize * height as usize];
+    let mut canvas = Canvas { pixels: &mut pixels, width };
     for (index, tile) in (0..).zip(tiles) {
         let (x, y) = (GAP + index % columns * cell_width, GAP + index / columns * cell_height);
-        canvas.text(x, y, width, 1, &tile.label);
-        let y = y + LINE_PIXELS;
+        write(&mut canvas, [x, y], [tile_width, LINE], &tile.label);
+        let y = y + LINE;
         match &tile.picture {
-            Ok(picture) => canvas.picture(x, y, picture),
+            Ok(picture) => {
+                let rows = canvas.pixels.chunks_mut(width as usize).skip(y as usize);
+                for (row, picture) in rows.zip(picture.pixels.chunks(picture.width as usize)) {
+                    row[x as usize..][..picture.len()].copy_from_slice(picture);
+                }
+            }
             Err(why) => {
-                canvas.fill(x, y, flags.size, FAILED);
-                let lines = (height.saturating_sub(2 * GAP)) / LINE_PIXELS;
-                canvas.text(x + GAP, y + GAP, width - 2 * GAP, lines, why);
+                canvas.fill([x, y], flags.size, FAILED);
+                let inner = flags.size.map(|side| side.saturating_sub(2 * GAP));
+                write(&mut canvas, [x + GAP, y + GAP], inner, why);
             }
         }
     }
-    Ok(canvas.into_image())
+    Ok(Image { width, height, pixels })
+}
+
+/// From a line of text to the next one: a letter and a gap.
+const LINE: u32 = dot_font::HEIGHT + 3;
+
+/// Writes as many lines of text as there is room for, broken wherever a line is full.
+fn write(canvas: &mut Canvas<'_, [u16; 3]>, [x, y]: [u32; 2], [width, height]: [u32; 2], text: &str) {
+    const BRIGHT: [u16; 3] = [0xe000; 3];
+    let letters: Vec<char> = text.chars().collect();
+    let lines = letters.chunks((width / dot_font::ADVANCE).max(1) as usize);
+    for (line, letters) in (0..height / LINE).zip(lines) {
+        canvas.text([x, y + line * LINE], 1, &String::from_iter(letters), BRIGHT);
+    }
 }
 
 #[cfg(test)]
@@ -159,7 +172,7 @@ mod tests {
         let broken = folder.path().join("broken.obj");
         std::fs::write(&broken, "f 1 2 3\n").unwrap();
         let output = folder.path().join("sheet.png");
-        let flags = Flags::parse_from(["contact-sheet".as_ref(), folder.path(), "-o".as_ref(), &output]);
+        let flags = Flags::parse_from(["contact-sheet".as_ref(), broken.as_path(), "-o".as_ref(), &output]);
         assert_eq!(run(&flags), Ok(1));
         assert!(output.exists());
         let why = "broken".to_owned();

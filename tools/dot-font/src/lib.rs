@@ -1,4 +1,4 @@
-//! Letters of five by seven dots, for what is written on pictures.
+//! Letters of five by seven dots, and a canvas to write them on pictures.
 #![forbid(unsafe_code)]
 
 /// Dots from side to side of a letter.
@@ -8,9 +8,32 @@ pub const ADVANCE: u32 = WIDTH + 1;
 /// Dots from top to bottom of a letter.
 pub const HEIGHT: u32 = 7;
 
+/// A picture to draw on, in rows from the upper left corner; what is outside of it is left out.
+#[derive(Debug)]
+pub struct Canvas<'a, P> {
+    /// All rows.
+    pub pixels: &'a mut [P],
+    /// Of a row.
+    pub width: u32,
+}
+
+impl<P: Copy> Canvas<'_, P> {
+    /// Fills a rectangle.
+    pub fn fill(&mut self, [x, y]: [u32; 2], [width, height]: [u32; 2], color: P) {
+        let columns = x.min(self.width) as usize..(x + width).min(self.width) as usize;
+        let rows = self.pixels.chunks_mut(self.width.max(1) as usize);
+        rows.skip(y as usize).take(height as usize).for_each(|row| row[columns.clone()].fill(color));
+    }
+
+    /// Writes a line of text, each dot a square of `dot` pixels a side.
+    pub fn text(&mut self, [x, y]: [u32; 2], dot: u32, text: &str, color: P) {
+        dots(text).for_each(|(column, row)| self.fill([x + column * dot, y + row * dot], [dot; 2], color));
+    }
+}
+
 /// Where the dots of a text are, as columns and rows from its upper left. Lower case is shown as upper case, and what has
 /// no letter here as a box.
-pub fn dots(text: &str) -> impl Iterator<Item = (u32, u32)> {
+fn dots(text: &str) -> impl Iterator<Item = (u32, u32)> {
     (0..).zip(text.chars()).flat_map(|(index, letter)| {
         (0..).zip(rows(letter)).flat_map(move |(row, bits)| {
             let columns = (0..WIDTH).filter(move |column| bits >> (WIDTH - 1 - column) & 1 == 1);
@@ -109,6 +132,16 @@ mod tests {
         for letter in ('0'..='9').chain('A'..='Z').chain(".,:;-+=_/()[]?!%#`'\"*<>".chars()) {
             assert_eq!(seen.get(&rows(letter)), Some(&letter), "it has a letter");
         }
+    }
+
+    #[test]
+    fn drawing_stays_inside() {
+        let mut pixels = vec![0; 72];
+        let mut canvas = Canvas { pixels: &mut pixels, width: 8 };
+        canvas.text([0, 0], 2, "WIDE TEXT THAT LEAVES THE CANVAS", 1);
+        canvas.fill([6, 7], [5, 5], 2);
+        canvas.fill([9, 20], [1, 1], 3);
+        assert_eq!((pixels[2], pixels[71], pixels.contains(&3)), (0, 2, false));
     }
 
     #[test]

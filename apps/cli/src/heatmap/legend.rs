@@ -1,3 +1,4 @@
+use dot_font::Canvas;
 use umbrage::{HeatScale, Image};
 
 /// Counts in words, and their colours, below a picture.
@@ -8,7 +9,7 @@ pub(super) struct Legend<'a> {
     pub(super) highest: u32,
 }
 
-const WHITE: [u8; 3] = [255, 255, 255];
+const WHITE: [u16; 3] = [u16::MAX; 3];
 
 impl Legend<'_> {
     /// How many rows it takes below a picture of some width.
@@ -23,54 +24,35 @@ impl Legend<'_> {
 
     /// Draws it on a picture below row `top`.
     pub(super) fn draw(&self, image: &mut Image, top: u32) {
-        let dot = Self::dot(image.width);
-        let mut canvas = Canvas { image, dot };
+        let (width, dot) = (image.width, Self::dot(image.width));
+        let mut canvas = Canvas { pixels: &mut image.pixels, width };
         let margin = 4 * dot;
-        canvas.text(margin, top + 4 * dot, self.title);
+        canvas.text([margin, top + 4 * dot], dot, self.title, WHITE);
         let over = format!(">{}", self.scale.top());
         let over_width = if self.highest > self.scale.top() { (dot_font::width(&over) + 6) * dot } else { 0 };
         let gap = if over_width > 0 { 12 * dot } else { 0 };
-        let right = canvas.image.width.saturating_sub(2 * margin + gap + over_width);
+        let right = width.saturating_sub(2 * margin + gap + over_width);
         let length = right.saturating_sub(margin).max(1);
         let (bar_top, bar_end) = (top + 14 * dot, top + 22 * dot);
         let x_of = |count: u32| margin + (u64::from(count) * u64::from(length) / u64::from(self.scale.top())) as u32;
         for x in 0..length {
             let count = u64::from(x) * u64::from(self.scale.top() + 1) / u64::from(length);
-            canvas.fill(margin + x, bar_top, 1, bar_end - bar_top, self.scale.color(count as u32));
+            let color = self.scale.color(count as u32).map(sixteen_bits);
+            canvas.fill([margin + x, bar_top], [1, bar_end - bar_top], color);
         }
         let room = (dot_font::width(&self.scale.top().to_string()) + 12) * dot;
         for count in self.scale.ticks(length, room) {
             let label = count.to_string();
             let x = x_of(count);
-            canvas.fill(x, bar_end, dot, 3 * dot, WHITE);
-            canvas.text(x.saturating_sub(dot_font::width(&label) * dot / 2).max(1), top + 27 * dot, &label);
+            canvas.fill([x, bar_end], [dot, 3 * dot], WHITE);
+            let left = x.saturating_sub(dot_font::width(&label) * dot / 2).max(1);
+            canvas.text([left, top + 27 * dot], dot, &label, WHITE);
         }
         if over_width > 0 {
-            let x = canvas.image.width.saturating_sub(over_width);
-            canvas.fill(x, bar_top, over_width.saturating_sub(margin), bar_end - bar_top, WHITE);
-            canvas.text(x, top + 27 * dot, &over);
+            let x = width.saturating_sub(over_width);
+            canvas.fill([x, bar_top], [over_width.saturating_sub(margin), bar_end - bar_top], WHITE);
+            canvas.text([x, top + 27 * dot], dot, &over, WHITE);
         }
-    }
-}
-
-/// A picture to draw on; what is outside of it is left out.
-struct Canvas<'a> {
-    image: &'a mut Image,
-    dot: u32,
-}
-
-impl Canvas<'_> {
-    fn fill(&mut self, x: u32, y: u32, width: u32, height: u32, color: [u8; 3]) {
-        let columns = x.min(self.image.width)..(x + width).min(self.image.width);
-        for y in y..(y + height).min(self.image.height) {
-            let row = y as usize * self.image.width as usize;
-            self.image.pixels[row + columns.start as usize..row + columns.end as usize].fill(color.map(sixteen_bits));
-        }
-    }
-
-    fn text(&mut self, x: u32, y: u32, text: &str) {
-        let dot = self.dot;
-        dot_font::dots(text).for_each(|(column, row)| self.fill(x + column * dot, y + row * dot, dot, dot, WHITE));
     }
 }
 

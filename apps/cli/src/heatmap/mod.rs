@@ -16,7 +16,7 @@ use crate::staging::camera_choice;
 use crate::values::Size;
 use legend::{Legend, sixteen_bits};
 
-pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
+pub(crate) fn run(flags: &HeatmapFlags) -> Result<(), Failure> {
     if flags.light.is_some() && flags.of != HeatKind::Points {
         return Err(Failure::input("camera rays know no lights", "--light says whose grid `--of points` shows"));
     }
@@ -24,7 +24,7 @@ pub(crate) fn run(flags: HeatmapFlags) -> Result<(), Failure> {
     let (address, default_seconds) = flags.scene.address();
     let seconds = flags.time.unwrap_or(default_seconds);
     use_threads(flags.scene.threads)?;
-    let scene = umbrage::open_with(&address, &flags.scene.opening.into())?;
+    let scene = umbrage::open_with(&address, &flags.scene.opening.options())?;
     let frame = scene.at(seconds)?;
     let camera = camera_choice(flags.camera.as_ref(), &frame.cameras)?;
     let Size { width, height } = flags.size;

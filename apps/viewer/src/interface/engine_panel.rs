@@ -3,12 +3,14 @@
 use std::ops::RangeInclusive;
 
 use eframe::egui::{self, ComboBox, DragValue, Slider};
+use glam::Vec3;
 use umbrage::gpu::Adapter;
 use umbrage::rays::{Choice, KdBuilder};
+use umbrage::spec::BackgroundSpec;
 use umbrage::{OptionValues, Settings, Structure, StructureOption, ToneMap};
 
 use crate::app::App;
-use crate::choices::{Choices, EngineChoice, Resolution, SurroundingsChoice};
+use crate::choices::{Choices, EngineChoice, Resolution};
 use crate::notices::Notices;
 
 pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
@@ -139,13 +141,12 @@ pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
         }
     });
     ui.horizontal(|ui| {
-        let mut is_sky = choices.surroundings == SurroundingsChoice::Sky;
+        let mut is_sky = choices.surroundings == BackgroundSpec::Sky;
         if ui.checkbox(&mut is_sky, "Sky").changed() {
-            choices.surroundings =
-                if is_sky { SurroundingsChoice::Sky } else { SurroundingsChoice::Color([0.2, 0.2, 0.2]) };
+            choices.surroundings = if is_sky { BackgroundSpec::Sky } else { BackgroundSpec::Color(Vec3::splat(0.2)) };
         }
-        if let SurroundingsChoice::Color(color) = &mut choices.surroundings {
-            ui.color_edit_button_rgb(color);
+        if let BackgroundSpec::Color(color) = &mut choices.surroundings {
+            ui.color_edit_button_rgb(color.as_mut());
             ui.label("Background");
         }
     });

@@ -4,12 +4,13 @@ use eframe::egui::{self, Key as Code, Modifiers};
 use glam::Vec3;
 use umbrage::HeatKind;
 use umbrage::rays::{Choice, LightSource};
+use umbrage::spec::LookAt;
 
 use super::menu;
 use crate::app::{App, CameraChoice};
 use crate::choices::EngineChoice;
 use crate::focus::Focus;
-use crate::free_camera::FreeCamera;
+use crate::free_camera;
 
 const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
@@ -155,7 +156,7 @@ fn fly(app: &mut App, ui: &egui::Ui) {
         let size = app.focus().size;
         let speed = size * if is_fast { 1.0 } else { 0.25 };
         if let Some(camera) = app.free_camera() {
-            camera.fly(way * speed * seconds);
+            free_camera::fly(camera, way * speed * seconds);
         }
         ui.ctx().request_repaint();
     }
@@ -171,6 +172,6 @@ fn look_from_light(app: &mut App) {
         Some(LightSource::Directional { direction }) => (center - direction * size, center),
     };
     if position != target {
-        app.camera = CameraChoice::Free(FreeCamera { position, target, fov_degrees: 60.0 });
+        app.camera = CameraChoice::Free(LookAt { position, target, fov_degrees: 60.0 });
     }
 }

@@ -10,7 +10,7 @@ use umbrage::spec::LightSpec;
 
 use super::camera_panel::vector;
 use crate::app::App;
-use crate::light_list::{LightKind, LightList, unit};
+use crate::light_list::{LightList, kind, unit};
 use crate::probe::light_name;
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
@@ -21,7 +21,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
         for (number, light) in list.lights().to_vec().iter().enumerate() {
             ui.horizontal(|ui| {
                 let is_selected = list.selected == Some(number);
-                let name = format!("{} ({})", light_name(number, light), LightKind::of(&light.source).name());
+                let name = format!("{} ({})", light_name(number, light), kind(&light.source));
                 if ui.selectable_label(is_selected, name).clicked() {
                     list.selected = (!is_selected).then_some(number);
                 }
@@ -48,9 +48,9 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     }
     ui.horizontal_wrapped(|ui| {
         let has_room = list.lights().len() < LightList::MOST;
-        for kind in LightKind::ALL {
-            if ui.add_enabled(has_room, egui::Button::new(format!("Add {}", kind.name()))).clicked() {
-                list.add(kind, focus);
+        for source in list.to_add(focus) {
+            if ui.add_enabled(has_room, egui::Button::new(format!("Add {}", kind(&source)))).clicked() {
+                list.add(source, focus.center);
             }
         }
         if ui.add_enabled(list.is_changed, egui::Button::new("Reset")).on_hover_text("The scene's own lights").clicked()

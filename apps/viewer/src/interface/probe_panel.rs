@@ -3,7 +3,7 @@
 use eframe::egui;
 
 use crate::app::App;
-use crate::probe::{Lighting, Probe, Surface};
+use crate::probe::{Probe, Surface};
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     match &app.probe {
@@ -36,14 +36,6 @@ fn rows(ui: &mut egui::Ui, surface: &Surface) {
     let [x, y, z] = found.normal.to_array();
     row("Normal", format!("{x:.4}, {y:.4}, {z:.4}"));
     for (name, lighting) in lights {
-        row(
-            name,
-            match lighting {
-                Lighting::Lit => "lit".to_owned(),
-                Lighting::OutOfReach => "out of reach".to_owned(),
-                Lighting::Behind => "shines on the other side".to_owned(),
-                Lighting::Shadowed { by, distance } => format!("shadowed by triangle {by}, {distance:.5} away"),
-            },
-        );
+        row(name, lighting.clone());
     }
 }

@@ -6,6 +6,7 @@ use glam::Vec2;
 use super::{gizmo, overlay};
 use crate::app::{App, CameraChoice, Shown};
 use crate::choices::Resolution;
+use crate::free_camera;
 use crate::projection::Projected;
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
@@ -83,11 +84,11 @@ fn navigate(app: &mut App, ui: &egui::Ui, response: &Response, rect: Rect) {
         let is_primary = response.dragged_by(PointerButton::Primary);
         if let Some(camera) = app.free_camera() {
             if is_primary && modifiers.command {
-                camera.look(turns.x * 0.5, turns.y * 0.5);
+                free_camera::look(camera, turns.x * 0.5, turns.y * 0.5);
             } else if is_primary && !modifiers.shift {
-                camera.orbit(-turns.x, turns.y);
+                free_camera::orbit(camera, -turns.x, turns.y);
             } else {
-                camera.pan(Vec2::new(dragged.x, dragged.y));
+                free_camera::pan(camera, Vec2::new(dragged.x, dragged.y));
             }
         }
     }
@@ -95,7 +96,7 @@ fn navigate(app: &mut App, ui: &egui::Ui, response: &Response, rect: Rect) {
         && scroll != 0.0
         && let Some(camera) = app.free_camera()
     {
-        camera.zoom((-0.004 * scroll).exp());
+        free_camera::zoom(camera, (-0.004 * scroll).exp());
     }
     let Some(pointer) = response.interact_pointer_pos() else { return };
     let Some(pixel) = app.shown.as_ref().and_then(|shown| pixel_at(shown, rect, pointer)) else { return };
@@ -107,7 +108,7 @@ fn navigate(app: &mut App, ui: &egui::Ui, response: &Response, rect: Rect) {
         if let Some(position) = surface.map(|surface| surface.found.position.as_vec3())
             && let Some(camera) = app.free_camera()
         {
-            camera.turn_around(position);
+            free_camera::turn_around(camera, position);
         }
     }
     // A camera of the scene's can't be moved itself.

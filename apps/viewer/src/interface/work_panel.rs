@@ -1,6 +1,7 @@
 //! Where the time goes.
 
 use eframe::egui;
+use indicatif::HumanCount;
 use umbrage::HeatKind;
 use umbrage::rays::Choice;
 
@@ -38,6 +39,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
             ui.monospace(value);
             ui.end_row();
         };
+        let grouped = |number: u64| HumanCount(number).to_string();
         row("picture", format!("{} × {}", picture.view.width, picture.view.height));
         row("from order to pixels", format!("{:.1} ms", picture.milliseconds));
         row("triangles", grouped(stats.triangles as u64));
@@ -54,13 +56,13 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
             ("pixels", stats.pixel_bytes),
         ];
         for (name, bytes) in parts {
-            row(name, format!("{} bytes", grouped(bytes as u64)));
+            row(name, format!("{} bytes", HumanCount(bytes as u64)));
         }
         if stats.uploaded_bytes > 0 {
-            row("uploaded", format!("{} bytes", grouped(stats.uploaded_bytes)));
+            row("uploaded", format!("{} bytes", HumanCount(stats.uploaded_bytes)));
         }
         for omitted in &stats.omitted {
-            row("left out", format!("{}: {}", grouped(u64::from(omitted.count)), omitted.reason));
+            row("left out", format!("{}: {}", HumanCount(u64::from(omitted.count)), omitted.reason));
         }
     });
     ui.separator();
@@ -71,34 +73,11 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     }
     if let Some(map) = &picture.heat {
         let highest = map.counts.iter().copied().max().unwrap_or(0);
-        ui.weak(format!("{}, at most {}", map.title(), grouped(u64::from(highest))));
+        ui.weak(format!("{}, at most {}", map.title(), HumanCount(u64::from(highest))));
     }
     ui.separator();
     ui.checkbox(&mut app.shows_light_grid, "Light grid");
     if let Some(grid) = &picture.light_grid {
         ui.weak(grid.title());
-    }
-}
-
-/// A number with commas between thousands.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn thousands_are_apart() {
-        for (number, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (1_234_567, "1,234,567")] {
-            assert_eq!(super::grouped(number), text);
-        }
     }
 }

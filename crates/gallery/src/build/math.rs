@@ -3,7 +3,6 @@
 use std::f32::consts::TAU;
 
 use glam::{Quat, Vec3};
-use umbrage_rays::{Camera, Projection};
 
 /// Sine and cosine of an angle.
 pub(crate) fn sin_cos(radians: f32) -> (f32, f32) {
@@ -23,6 +22,12 @@ pub(crate) fn cos(radians: f32) -> f32 {
 /// Sine of a number of turns: `wave(0.25)` is 1.
 pub(crate) fn wave(turns: f32) -> f32 {
     libm::sinf(TAU * (turns - turns.floor()))
+}
+
+/// The point that is `radius` from the y axis and at `height`, so many turns about it.
+pub(crate) fn around(turns: f32, radius: f32, height: f32) -> Vec3 {
+    let (sin, cos) = sin_cos(TAU * turns);
+    Vec3::new(radius * cos, height, -radius * sin)
 }
 
 /// `base` to the power of `exponent`.
@@ -62,18 +67,6 @@ pub(crate) fn rotation_between(from: Vec3, to: Vec3) -> Quat {
     }
     let axis = from.cross(to);
     Quat::from_xyzw(axis.x, axis.y, axis.z, 1.0 + cos).normalize()
-}
-
-/// A perspective camera at `position` that looks at `target`, +Y upwards.
-///
-/// `tan_half_height` is the tangent of half the vertical field of view. `target` must not be straight above or
-/// below.
-pub(crate) fn camera(position: Vec3, target: Vec3, tan_half_height: f32) -> Camera {
-    // Not `Camera::look_at`, whose tangent may differ in its last bit from machine to machine.
-    let forward = (target - position).normalize();
-    let right = forward.cross(Vec3::Y).normalize();
-    let up = right.cross(forward);
-    Camera { position, right, up, forward, projection: Projection::Perspective { tan_half_height } }
 }
 
 #[cfg(test)]

@@ -12,11 +12,11 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec4};
 
-use umbrage_scene::{Frame, Materials, Mesh};
+use umbrage_scene::{Frame, Material, Materials, Mesh};
 
 pub(crate) use balls::{ball_triangles, fineness_of_balls};
 pub(crate) use noise::{fractal_noise, noise};
-pub(crate) use paint::{Palette, checker, color_texture, mottled_texture, srgb};
+pub(crate) use paint::{Paint, checker, color_texture, mottled_texture, srgb};
 pub(crate) use random::{Random, hash};
 pub(crate) use shapes::on_sphere;
 pub(crate) use sheet::{Join, Sheet};
@@ -38,12 +38,21 @@ pub(crate) struct MeshBuilder {
     pub(crate) material_of_triangle: Vec<u32>,
     /// Tint of each vertex; empty while all are white.
     colors: Vec<Vec4>,
+    /// What the mesh is made of so far.
+    stuff: Vec<Stuff>,
     material: u32,
     tint: Vec3,
 }
 
+/// A material that the mesh is finished with.
+#[derive(Clone, Debug)]
+enum Stuff {
+    Paint(Paint),
+    Made(Box<Material>),
+}
+
 impl MeshBuilder {
-    /// An empty mesh: material 0, no tint.
+    /// An empty mesh without a material or a tint.
     pub(crate) fn new() -> Self {
         Self {
             positions: Vec::new(),
@@ -52,16 +61,37 @@ impl MeshBuilder {
             triangles: Vec::new(),
             material_of_triangle: Vec::new(),
             colors: Vec::new(),
+            stuff: Vec::new(),
             material: 0,
             tint: Vec3::ONE,
         }
     }
 
-    /// What follows has material `material`, an index into the scene's materials, and no tint.
-    pub(crate) fn material(&mut self, material: u32) -> &mut Self {
-        self.material = material;
+    /// What follows is of `paint`, without a tint.
+    pub(crate) fn paint(&mut self, paint: Paint) -> &mut Self {
+        self.material = self.index_of(&Stuff::Paint(paint));
         self.tint = Vec3::ONE;
         self
+    }
+
+    /// What follows has a material of its own, without a tint.
+    pub(crate) fn material(&mut self, material: Material) -> &mut Self {
+        self.material = self.index_of(&Stuff::Made(Box::new(material)));
+        self.tint = Vec3::ONE;
+        self
+    }
+
+    /// The index of a material, which is the last one where it is new.
+    fn index_of(&mut self, stuff: &Stuff) -> u32 {
+        let is_same = |known: &Stuff| match (known, stuff) {
+            (Stuff::Paint(known), Stuff::Paint(paint)) => known.name == paint.name,
+            _ => false,
+        };
+        let index = self.stuff.iter().position(is_same).unwrap_or(self.stuff.len());
+        if index == self.stuff.len() {
+            self.stuff.push(stuff.clone());
+        }
+        index as u32
     }
 
     /// What follows has its material's colour times the linear colour `tint`.
@@ -95,6 +125,13 @@ impl MeshBuilder {
         self.material_of_triangle.push(self.material);
     }
 
+    /// Adds triangles between the vertices from `first` on.
+    pub(crate) fn triangles_from(&mut self, first: usize, triangles: impl IntoIterator<Item = [u32; 3]>) {
+        for triangle in triangles {
+            self.triangle(triangle.map(|vertex| vertex + first as u32));
+        }
+    }
+
     /// Adds what `make` makes, moved from its own space into this one.
     pub(crate) fn place(&mut self, world_from_part: Affine3A, make: impl FnOnce(&mut Self)) -> &mut Self {
         let first = self.positions.len();
@@ -107,6 +144,13 @@ impl MeshBuilder {
             *normal = (normals * *normal).normalize_or_zero();
         }
         self
+    }
+
+    /// Gives the vertices from `first` on texture coordinates that follow from where they are.
+    pub(crate) fn wrap(&mut self, first: usize, coords: impl Fn(Vec3) -> Vec2) {
+        for (position, own) in self.positions[first..].iter().zip(&mut self.tex_coords[first..]) {
+            *own = coords(*position);
+        }
     }
 
     /// Adds a copy of `part`, in its own materials and tints, moved from its space into this one.
@@ -122,12 +166,21 @@ impl MeshBuilder {
         self.normals.extend(part.normals.iter().map(|&normal| (normals * normal).normalize_or_zero()));
         self.tex_coords.extend_from_slice(&part.tex_coords);
         self.triangles.extend(part.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first as u32)));
-        self.material_of_triangle.extend_from_slice(&part.material_of_triangle);
+        let own: Vec<u32> = part.stuff.iter().map(|stuff| self.index_of(stuff)).collect();
+        self.material_of_triangle.extend(part.material_of_triangle.iter().map(|&material| own[material as usize]));
         self
     }
 
-    /// The finished mesh with the materials that it refers to.
-    pub(crate) fn finish(mut self, materials: Materials) -> Frame {
+    /// The finished mesh with its materials.
+    pub(crate) fn finish(mut self) -> Frame {
+        let mut materials = Materials::default();
+        for stuff in self.stuff {
+            let material = match stuff {
+                Stuff::Paint(paint) => paint.material(&mut materials.textures),
+                Stuff::Made(material) => *material,
+            };
+            materials.materials.push(material);
+        }
         if !self.colors.is_empty() {
             self.colors.resize(self.positions.len(), Vec4::ONE);
         }

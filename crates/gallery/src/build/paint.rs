@@ -1,9 +1,9 @@
 //! Materials and procedural textures.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Affine2, Vec2, Vec3, Vec4};
 
 use super::math::pow;
-use umbrage_scene::{ColorSpace, Filter, Material, Materials, Texture, TextureUse, Wrap};
+use umbrage_scene::{Alpha, ColorSpace, Filter, Material, Texture, TextureUse, Wrap};
 
 /// The linear colour of an sRGB colour written as `0xrrggbb`.
 pub(crate) fn srgb(hex: u32) -> Vec3 {
@@ -14,55 +14,87 @@ pub(crate) fn srgb(hex: u32) -> Vec3 {
     Vec3::new(linear(hex >> 16), linear(hex >> 8), linear(hex))
 }
 
-/// The materials of a scene as they are thought up; each `add…` returns the new one's index.
-#[derive(Debug, Default)]
-pub(crate) struct Palette {
-    materials: Materials,
+/// A material that demos are made of. No two of a demo have the same name.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Paint {
+    pub(crate) name: &'static str,
+    look: Look,
+    roughness: f32,
+    two_sided: bool,
+    masked: bool,
 }
 
-impl Palette {
-    /// Adds any material.
-    pub(crate) fn add(&mut self, material: Material) -> u32 {
-        self.materials.materials.push(material);
-        self.materials.materials.len() as u32 - 1
+#[derive(Clone, Copy, Debug)]
+enum Look {
+    /// Of an sRGB colour.
+    Dull(u32),
+    /// Of what gives a linear colour.
+    Metal(fn() -> Vec3),
+    /// What makes the image, and how many texture coordinates span it once, along both axes.
+    Image(fn() -> Texture, Vec2),
+    /// An sRGB colour and its strength.
+    Glow(u32, f32),
+}
+
+impl Paint {
+    const fn new(name: &'static str, look: Look, roughness: f32) -> Self {
+        Self { name, look, roughness, two_sided: false, masked: false }
     }
 
-    /// Adds paint, stone, wood, … : linear `color`, `roughness` 0 … 1.
-    pub(crate) fn dull(&mut self, name: &str, color: Vec3, roughness: f32) -> u32 {
-        self.add(Material { name: name.into(), base_color: color.extend(1.0), roughness, ..Material::default() })
+    /// Paint, stone, wood, … of an sRGB colour; `roughness` 0 … 1.
+    pub(crate) const fn dull(name: &'static str, srgb: u32, roughness: f32) -> Self {
+        Self::new(name, Look::Dull(srgb), roughness)
     }
 
-    /// Adds a metal whose reflection is tinted by `color`; at `roughness` 0 it is a mirror.
-    pub(crate) fn metal(&mut self, name: &str, color: Vec3, roughness: f32) -> u32 {
-        let base_color = color.extend(1.0);
-        self.add(Material { name: name.into(), base_color, metallic: 1.0, roughness, ..Material::default() })
+    /// A metal whose reflection is tinted by the linear colour that `color` gives; at `roughness` 0 it is a mirror.
+    pub(crate) const fn metal(name: &'static str, color: fn() -> Vec3, roughness: f32) -> Self {
+        Self::new(name, Look::Metal(color), roughness)
     }
 
-    /// Adds a material whose colour is a texture; `repeat` texture coordinates span the image once, along both axes.
-    pub(crate) fn textured(&mut self, name: &str, texture: Texture, repeat: Vec2, roughness: f32) -> u32 {
-        let mut texture = TextureUse::new(self.texture(texture));
-        texture.image_from_mesh = glam::Affine2::from_scale(repeat.recip());
-        let base_color_texture = Some(texture);
-        self.add(Material { name: name.into(), base_color_texture, roughness, ..Material::default() })
+    /// A material whose colour is a texture; `repeat` texture coordinates span the image once, along both axes.
+    pub(crate) const fn textured(
+        name: &'static str,
+        texture: fn() -> Texture,
+        repeat: [f32; 2],
+        roughness: f32,
+    ) -> Self {
+        Self::new(name, Look::Image(texture, Vec2::from_array(repeat)), roughness)
     }
 
-    /// Adds a texture, for a material to refer to.
-    pub(crate) fn texture(&mut self, texture: Texture) -> u32 {
-        self.materials.textures.push(texture);
-        self.materials.textures.len() as u32 - 1
+    /// A material that glows in an sRGB colour.
+    pub(crate) const fn glowing(name: &'static str, srgb: u32, strength: f32, roughness: f32) -> Self {
+        Self::new(name, Look::Glow(srgb, strength), roughness)
     }
 
-    /// The material at `index`, to change it further.
-    ///
-    /// # Panics
-    /// If no `add…` returned `index`.
-    pub(crate) fn material(&mut self, index: u32) -> &mut Material {
-        &mut self.materials.materials[index as usize]
+    /// The same, seen from both sides.
+    pub(crate) const fn two_sided(self) -> Self {
+        Self { two_sided: true, ..self }
     }
 
-    /// All of them.
-    pub(crate) fn finish(self) -> Materials {
-        self.materials
+    /// The same, seen from both sides, and only where its texture is.
+    pub(crate) const fn masked(self) -> Self {
+        Self { masked: true, two_sided: true, ..self }
+    }
+
+    /// The material itself, whose texture comes to the others.
+    pub(crate) fn material(self, textures: &mut Vec<Texture>) -> Material {
+        let Self { name, look, roughness, two_sided, masked } = self;
+        let mut material = Material { name: name.into(), roughness, double_sided: two_sided, ..Material::default() };
+        match look {
+            Look::Dull(color) => material.base_color = srgb(color).extend(1.0),
+            Look::Metal(color) => (material.base_color, material.metallic) = (color().extend(1.0), 1.0),
+            Look::Image(texture, repeat) => {
+                let image_from_mesh = Affine2::from_scale(repeat.recip());
+                let used = TextureUse { image_from_mesh, ..TextureUse::new(textures.len() as u32) };
+                material.base_color_texture = Some(used);
+                textures.push(texture());
+            }
+            Look::Glow(color, strength) => material.emissive = srgb(color) * strength,
+        }
+        if masked {
+            material.alpha = Alpha::Mask { cutoff: 0.5 };
+        }
+        material
     }
 }
 

@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
 use glam::{Vec2, Vec3, Vec3Swizzles};
 
-use super::math::sin_cos;
+use super::math::{around, sin_cos};
 use super::{MeshBuilder, Sheet};
 
 impl MeshBuilder {
@@ -22,16 +22,14 @@ impl MeshBuilder {
     /// Adds a horizontal rectangle around `center`, facing up, of `size` along x and z in `columns` × `rows`
     /// quads. Texture coordinates are world x and z.
     pub(crate) fn floor(&mut self, center: Vec3, size: Vec2, [columns, rows]: [u32; 2]) -> &mut Self {
-        let first = self.positions.len() as u32;
+        let first = self.positions.len();
         let sheet = Sheet::open(columns, rows);
         for index in 0..sheet.vertices() {
             let at = sheet.coords(index) - 0.5;
             let position = center + Vec3::new(at.x * size.x, 0.0, -at.y * size.y);
             self.vertex(position, Vec3::ZERO, position.xz());
         }
-        for triangle in sheet.triangles() {
-            self.triangle(triangle.map(|vertex| vertex + first));
-        }
+        self.triangles_from(first, sheet.triangles());
         self
     }
 
@@ -67,7 +65,7 @@ impl MeshBuilder {
         let stride = sheet.columns + 1;
         for axis in 0..3 {
             for side in [-1.0, 1.0] {
-                let first = self.positions.len() as u32;
+                let first = self.positions.len();
                 let [out, mut across, along] = [0, 1, 2].map(|offset| Vec3::AXES[(axis + offset) % 3]);
                 across *= side;
                 for index in 0..sheet.vertices() as u32 {
@@ -78,9 +76,7 @@ impl MeshBuilder {
                     let coords = Vec2::new(position.dot(across), -position.dot(along));
                     self.vertex(position, normal, coords);
                 }
-                for triangle in sheet.triangles() {
-                    self.triangle(triangle.map(|vertex| vertex + first));
-                }
+                self.triangles_from(first, sheet.triangles());
             }
         }
         self
@@ -101,14 +97,12 @@ impl MeshBuilder {
     ///
     /// Texture coordinates are the direction's x and y, from 0 to 1.
     pub(crate) fn icosphere(&mut self, center: Vec3, radius: f32, frequency: u32) -> &mut Self {
-        let first = self.positions.len() as u32;
+        let first = self.positions.len();
         let (directions, triangles) = icosphere(frequency);
         for &direction in &directions {
             self.vertex(center + direction * radius, direction, direction.xy() * 0.5 + 0.5);
         }
-        for triangle in triangles {
-            self.triangle(triangle.map(|vertex| vertex + first));
-        }
+        self.triangles_from(first, triangles);
         self
     }
 
@@ -126,8 +120,7 @@ impl MeshBuilder {
             let Some(rows) = smooth.len().checked_sub(1).filter(|&rows| rows > 0) else { continue };
             self.sheet(Sheet::tube(columns, rows as u32), |u, v| {
                 let point = smooth[(v * rows as f32 + 0.5) as usize];
-                let (sin, cos) = sin_cos(TAU * u);
-                Vec3::new(point.x * cos, point.y, -point.x * sin)
+                around(u, point.x, point.y)
             });
         }
         self
@@ -154,6 +147,18 @@ impl MeshBuilder {
             let [side, other] = sides[point];
             let (sin, cos) = sin_cos(TAU * u);
             path[point] + (side * cos + other * sin) * radius(v)
+        })
+    }
+
+    /// Adds a ring around the z axis: the circle of `radius` around `center`, as thick as `thickness` says, half of it
+    /// along the radius and along the axis.
+    pub(crate) fn ring(&mut self, center: Vec3, radius: f32, thickness: [f32; 2], sheet: [u32; 2]) -> &mut Self {
+        let [across, along] = thickness;
+        self.sheet(Sheet::ring(sheet[0], sheet[1]), |u, v| {
+            let (sin_u, cos_u) = sin_cos(TAU * u);
+            let (sin_v, cos_v) = sin_cos(TAU * v);
+            let out = radius + across * cos_u;
+            center + Vec3::new(out * cos_v, out * sin_v, -along * sin_u)
         })
     }
 
@@ -309,6 +314,7 @@ fn transported_sides(path: &[Vec3]) -> Vec<[Vec3; 2]> {
 mod tests {
     use glam::{Affine3A, Quat};
 
+    use super::super::Paint;
     use super::*;
 
     /// The volume inside a closed mesh whose triangles face outwards.
@@ -356,6 +362,19 @@ mod tests {
     }
 
     #[test]
+    fn rings_have_their_analytic_normals_and_are_closed() {
+        let mut builder = MeshBuilder::new();
+        builder.ring(Vec3::ZERO, 2.0, [0.5; 2], [48, 96]);
+        assert_eq!(builder.triangles.len(), 2 * 48 * 96);
+        for (position, normal) in builder.positions.iter().zip(&builder.normals) {
+            let core = position.with_z(0.0).normalize() * 2.0;
+            assert!(normal.dot((*position - core).normalize()).abs() > 0.999, "{position} {normal}");
+        }
+        let exact = TAU * 2.0 * PI * 0.5 * 0.5;
+        assert!((volume(&builder).abs() / exact - 1.0).abs() < 0.01, "{} {exact}", volume(&builder));
+    }
+
+    #[test]
     fn geodesic_spheres_are_closed_and_share_their_vertices() {
         for frequency in 1..=7 {
             let (directions, triangles) = icosphere(frequency);
@@ -373,12 +392,14 @@ mod tests {
     #[test]
     fn instances_keep_their_materials_and_tints() {
         let mut part = MeshBuilder::new();
-        part.material(3).tint(Vec3::X).cuboid(Vec3::ZERO, Vec3::ONE);
+        let [one, two, three] = ["one", "two", "three"].map(|name| Paint::dull(name, 0, 0.5));
+        part.paint(three).tint(Vec3::X).cuboid(Vec3::ZERO, Vec3::ONE);
         let mut whole = MeshBuilder::new();
-        whole.material(1).cuboid(Vec3::ZERO, Vec3::ONE).instance(&part, Affine3A::from_translation(Vec3::Y * 2.0));
-        whole.material(2).cuboid(Vec3::ZERO, Vec3::ONE);
-        let still = whole.finish(umbrage_scene::Materials::default());
-        assert_eq!(still.mesh.material_of_triangle[12..24], [3; 12]);
+        whole.paint(one).cuboid(Vec3::ZERO, Vec3::ONE).instance(&part, Affine3A::from_translation(Vec3::Y * 2.0));
+        whole.paint(two).cuboid(Vec3::ZERO, Vec3::ONE);
+        let still = whole.finish();
+        assert_eq!(*still.materials.materials[still.mesh.material_of_triangle[12] as usize].name, *"three");
+        assert_eq!(still.mesh.material_of_triangle, [[0; 12], [1; 12], [2; 12]].concat());
         assert_eq!(still.mesh.colors.len(), still.positions.len());
         assert_eq!(still.mesh.colors[23..25], [glam::Vec4::ONE, Vec3::X.extend(1.0)]);
         assert_eq!(still.positions[24..48].iter().map(|position| position.y).fold(9.0, f32::min), 2.0);

@@ -3,13 +3,12 @@
 use std::path::PathBuf;
 
 use umbrage::gallery::DEMOS;
-use umbrage::gpu::DeviceLimits;
 use umbrage::rays::{Camera, Projection};
 use umbrage::scene::{Light, Scene};
 use umbrage::{Film, Renderer, Settings, Structure};
 use umbrage_verify::real_scene;
 
-use crate::common::{open_renderer, renderer};
+use crate::common::{renderer, small_renderer};
 
 /// How two engines' pictures differ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -186,7 +185,7 @@ fn an_empty_scene_shows_its_surroundings() {
 #[test]
 fn large_images_are_rendered_in_bands() {
     // 200 columns make 256 · 48 bytes for each row: bands of 64 rows.
-    let Some(mut gpu) = open_renderer(DeviceLimits::Buffers(1 << 20)) else { return };
+    let Some(mut gpu) = small_renderer() else { return };
     for name in ["shatter", "glass"] {
         let scene = umbrage::open(format!("demo:{name}?triangles=2000")).expect("a scene of the gallery");
         let settings = Settings { samples: 2, ..sized(200, 150) };
@@ -196,7 +195,7 @@ fn large_images_are_rendered_in_bands() {
 
 #[test]
 fn too_large_a_scene_is_an_error() {
-    let Some(mut gpu) = open_renderer(DeviceLimits::Buffers(1 << 20)) else { return };
+    let Some(mut gpu) = small_renderer() else { return };
     let scene = umbrage::open("demo:cloth?triangles=200000").expect("a scene of the gallery");
     let error = gpu.render(&scene, 0.0, &sized(64, 64)).expect_err("too large").to_string();
     assert!(error.contains(" needs ") && error.ends_with("this GPU allows 1048576"), "{error}");

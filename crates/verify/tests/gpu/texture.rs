@@ -1,15 +1,17 @@
 //! Frames that a GPU renders to a texture show what its films are developed to.
 
 use std::collections::HashSet;
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{MutexGuard, OnceLock};
 
 use umbrage::gpu::{Adapter, DeviceLimits, Gpu, wgpu};
 use umbrage::scene::Scene;
 use umbrage::{Error, Renderer, Settings, Stats, ToneMap};
 
+use crate::common::{Once, lock};
+
 /// A renderer, and whoever else works on its device.
-struct Shared {
-    renderer: Renderer,
+pub(crate) struct Shared {
+    pub(crate) renderer: Renderer,
     device: wgpu::Device,
     queue: wgpu::Queue,
 }
@@ -65,12 +67,10 @@ impl Shared {
     }
 }
 
-/// One for all tests: software adapters take seconds to compile the kernels.
-fn shared() -> Option<MutexGuard<'static, Shared>> {
-    static SHARED: OnceLock<Option<Mutex<Shared>>> = OnceLock::new();
-    let shared = SHARED.get_or_init(|| Shared::open(DeviceLimits::Portable).map(Mutex::new));
-    // A test that has failed leaves nothing that the next one would build on.
-    shared.as_ref().map(|shared| shared.lock().unwrap_or_else(PoisonError::into_inner))
+/// One for these tests and those of [`crate::shade`].
+pub(crate) fn shared() -> Option<MutexGuard<'static, Shared>> {
+    static SHARED: Once<Shared> = OnceLock::new();
+    lock(&SHARED, || Shared::open(DeviceLimits::Portable))
 }
 
 fn open_scene(name: &str) -> Scene {

@@ -1,6 +1,6 @@
 //! The GPU's grids, in all the forms that they have, against what is true.
 
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{MutexGuard, OnceLock};
 
 use glam::Vec3;
 use umbrage_gpu::{CameraGrid, CameraOptions, Geometry, Gpu, GpuError, LightGrid, Recorder, Sight};
@@ -9,7 +9,7 @@ use umbrage_verify::lights::point;
 use umbrage_verify::views::{camera, view};
 use umbrage_verify::{Case, TestMesh, Truth};
 
-use crate::common::gpu;
+use crate::common::{Once, gpu, lock};
 
 /// Both mappings, one and many slices. Each form has kernels of its own, which take seconds to compile.
 const FORMS: [CameraOptions; 2] = [CameraOptions { mapping: 1, slices: 16 }, CameraOptions { mapping: 2, slices: 1 }];
@@ -25,21 +25,18 @@ pub(crate) struct Grids {
     lights: LightGrid,
 }
 
-/// One for all tests: software adapters take seconds to compile the kernels. `None`, and a line that says so, where
-/// there is no adapter.
+/// One for all tests. `None`, and a line that says so, where there is no adapter.
 pub(crate) fn grids() -> Option<MutexGuard<'static, Grids>> {
-    static GRIDS: OnceLock<Option<Mutex<Grids>>> = OnceLock::new();
-    let grids = GRIDS.get_or_init(|| {
+    static GRIDS: Once<Grids> = OnceLock::new();
+    lock(&GRIDS, || {
         let gpu = gpu()?;
-        Some(Mutex::new(Grids {
+        Some(Grids {
             geometry: Geometry::new(&gpu),
             cameras: FORMS.map(|form| CameraGrid::new(&gpu, form)),
             lights: LightGrid::new(&gpu),
             gpu,
-        }))
-    });
-    // A test that has failed leaves nothing that the next one would build on.
-    grids.as_ref().map(|grids| grids.lock().unwrap_or_else(PoisonError::into_inner))
+        })
+    })
 }
 
 impl Grids {

@@ -2,12 +2,11 @@
 
 use glam::Vec3;
 use serde_json::json;
-use umbrage::gpu::Gpu;
 use umbrage::rays::Camera;
 use umbrage::{CameraChoice, Renderer, Scene, Settings};
 
 use crate::builder::{self, Builder};
-use crate::common::gpu;
+use crate::common::renderer;
 
 /// A skinned and morphed strip of so many vertices beside a still one, with two triangles that no ray can hit.
 fn strips(vertices: u16) -> Scene {
@@ -44,10 +43,6 @@ fn strips(vertices: u16) -> Scene {
     file.open().expect("a scene")
 }
 
-fn renderer(gpu: Gpu) -> Renderer {
-    Renderer::with_gpu(gpu).expect("room for fixed tables")
-}
-
 fn settings() -> Settings {
     let camera = Camera::look_at(Vec3::new(0.4, 0.8, 3.0), Vec3::new(0.2, 0.5, 0.0), Vec3::Y, 0.8);
     Settings { width: 40, height: 30, camera: camera.into(), ..Settings::default() }
@@ -55,8 +50,7 @@ fn settings() -> Settings {
 
 #[test]
 fn uploads_do_not_grow_with_the_vertices() {
-    let Some(gpu) = gpu() else { return };
-    let mut renderer = renderer(gpu);
+    let Some(mut renderer) = renderer() else { return };
     let mut uploads = |vertices: u16, settings: &Settings| {
         let scene = strips(vertices);
         let uploads = [0.1, 0.2, 0.3].map(|seconds| {
@@ -83,19 +77,18 @@ fn triangles(renderer: &Renderer) -> Vec<u32> {
 
 #[test]
 fn rigs_and_frames_with_vertices_take_turns() {
-    let Some(gpu) = gpu() else { return };
-    let (mut gpu, mut cpu) = (renderer(gpu), Renderer::default());
+    let (Some(mut gpu), mut cpu) = (renderer(), Renderer::default()) else { return };
     let scene = strips(200);
     let framed = Settings { camera: CameraChoice::Default, ..settings() };
     for settings in [settings(), framed] {
         for seconds in [0.1, 0.6] {
-            for renderer in [&mut cpu, &mut gpu] {
+            for renderer in [&mut cpu, &mut *gpu] {
                 renderer.render(&scene, seconds, &settings).expect("a frame");
             }
             assert_eq!(triangles(&cpu), triangles(&gpu), "the rig at {seconds}");
             let of_rig = triangles(&cpu);
             let posed = scene.at(seconds + 0.3).expect("a frame");
-            for renderer in [&mut cpu, &mut gpu] {
+            for renderer in [&mut cpu, &mut *gpu] {
                 renderer.render_frame(&posed, &settings).expect("a frame");
             }
             assert_eq!(triangles(&cpu), triangles(&gpu), "the frame of {seconds}");
@@ -108,8 +101,7 @@ fn rigs_and_frames_with_vertices_take_turns() {
 
 #[test]
 fn frames_are_those_of_the_cpu() {
-    let Some(gpu) = gpu() else { return };
-    let (mut gpu, mut cpu) = (renderer(gpu), Renderer::default());
+    let (Some(mut gpu), mut cpu) = (renderer(), Renderer::default()) else { return };
     let scenes =
         [strips(200), strips(3_000), umbrage::open("demo:cloth?triangles=500").expect("a scene of the gallery")];
     let framed = Settings { camera: CameraChoice::Default, ..settings() };
@@ -125,7 +117,7 @@ fn frames_are_those_of_the_cpu() {
         (1, 0.2, settings()),
     ] {
         let name = format!("scene {place} at {seconds}");
-        for renderer in [&mut cpu, &mut gpu] {
+        for renderer in [&mut cpu, &mut *gpu] {
             renderer.render(&scenes[place], seconds, &settings).expect("a frame");
         }
         assert_eq!(triangles(&cpu), triangles(&gpu), "{name}");

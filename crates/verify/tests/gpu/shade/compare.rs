@@ -1,16 +1,16 @@
 //! How two films differ.
 
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::MutexGuard;
 
 use umbrage::scene::Frame;
 use umbrage::{Error, Film, Renderer, Settings};
 
-use crate::common::gpu;
+use crate::texture::{Shared, shared};
 
 /// Both engines.
 pub(crate) struct Engines {
     cpu: Renderer,
-    gpu: Renderer,
+    gpu: MutexGuard<'static, Shared>,
 }
 
 /// The same frame twice.
@@ -22,22 +22,16 @@ pub(crate) struct Films {
     pub(crate) uploaded_bytes: u64,
 }
 
-/// One pair for all tests: software adapters take seconds to compile the kernels.
-pub(crate) fn engines() -> Option<MutexGuard<'static, Engines>> {
-    static ENGINES: OnceLock<Option<Mutex<Engines>>> = OnceLock::new();
-    let engines = ENGINES.get_or_init(|| {
-        let gpu = Renderer::with_gpu(gpu()?).expect("room for fixed tables");
-        Some(Mutex::new(Engines { cpu: Renderer::default(), gpu }))
-    });
-    // A test that has failed leaves nothing that the next one would build on.
-    engines.as_ref().map(|engines| engines.lock().unwrap_or_else(PoisonError::into_inner))
+/// Both, the GPU's to itself.
+pub(crate) fn engines() -> Option<Engines> {
+    Some(Engines { cpu: Renderer::default(), gpu: shared()? })
 }
 
 impl Engines {
     pub(crate) fn render(&mut self, frame: &Frame, settings: &Settings) -> Result<Films, Error> {
-        let gpu = self.gpu.render_frame(frame, settings)?.clone();
+        let gpu = self.gpu.renderer.render_frame(frame, settings)?.clone();
         let cpu = self.cpu.render_frame(frame, settings)?.clone();
-        Ok(Films { cpu, gpu, uploaded_bytes: self.gpu.stats().uploaded_bytes })
+        Ok(Films { cpu, gpu, uploaded_bytes: self.gpu.renderer.stats().uploaded_bytes })
     }
 }
 
