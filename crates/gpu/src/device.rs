@@ -212,12 +212,6 @@ impl Gpu {
         self.uploaded_bytes.load(Ordering::Relaxed)
     }
 
-    /// Bytes of all buffers on the device.
-    #[must_use]
-    pub fn memory_bytes(&self) -> u64 {
-        self.memory.taken()
-    }
-
     /// What went wrong since this was last asked.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 
-use crate::grid::header::{BLOCKS, FACES, HEADER_WORDS, LARGE};
+use crate::grid::header::{HEADER_BLOCKS, HEADER_FACES, HEADER_LARGE, HEADER_WORDS};
+use crate::link::shared_constants;
 use crate::{Buffer, CameraGrid, Gpu, GpuError, Groups, Kernel, LightGrid, Recorder};
 
 /// The stage `fit`: whether there was room for all that a frame's structures needed, decided on the GPU, so that what
@@ -65,16 +66,23 @@ pub(crate) struct Needs {
     pub(crate) any: u32,
 }
 
-impl Needs {
-    /// Words of a record.
-    pub(crate) const WORDS: u64 = HEADER_WORDS + 4;
-    /// Where its pairs are; behind them undecided ones and pixels.
-    pub(crate) const PAIRS: u64 = HEADER_WORDS;
+shared_constants! { "fit":
+    /// Words of a record of needs.
+    NEEDS_WORDS: u64 = HEADER_WORDS + 4;
+    /// Where its pairs are, …
+    NEEDS_PAIRS: u64 = HEADER_WORDS;
+    /// … undecided ones, …
+    NEEDS_UNDECIDED: u64 = NEEDS_PAIRS + 1;
+    /// … and pixels with some.
+    NEEDS_PIXELS: u64 = NEEDS_PAIRS + 2;
+}
 
+impl Needs {
     /// Of a record that was read back.
     pub(crate) fn from_words(words: &[u32]) -> Self {
-        let [pairs, undecided, pixels, any] = [0, 1, 2, 3].map(|index| words[Self::PAIRS as usize + index]);
-        Self { large: words[LARGE], pairs, blocks: words[BLOCKS], faces: words[FACES], undecided, pixels, any }
+        let [large, blocks, faces] = [HEADER_LARGE, HEADER_BLOCKS, HEADER_FACES].map(|word| words[word]);
+        let [pairs, undecided, pixels] = [NEEDS_PAIRS, NEEDS_UNDECIDED, NEEDS_PIXELS].map(|word| words[word as usize]);
+        Self { large, pairs, blocks, faces, undecided, pixels, any: words[NEEDS_PIXELS as usize + 1] }
     }
 }
 
@@ -119,7 +127,7 @@ impl Fit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout::{Layout, differences, layout, module, other_constants};
+    use crate::layout::{Layout, differences, layout, module};
     use crate::link::link;
 
     #[test]
@@ -143,17 +151,5 @@ mod tests {
         ] {
             assert_eq!(differences(&shader, &layout), [""; 0]);
         }
-    }
-
-    #[test]
-    fn needs_are_those_of_the_shader() {
-        let pairs = Needs::PAIRS as u32;
-        let constants = [
-            ("NEEDS_PAIRS", pairs),
-            ("NEEDS_UNDECIDED", pairs + 1),
-            ("NEEDS_PIXELS", pairs + 2),
-            ("NEEDS_WORDS", Needs::WORDS as u32),
-        ];
-        assert_eq!(other_constants(&module(&link("fit")), &constants), [""; 0]);
     }
 }

@@ -8,70 +8,45 @@
 
 mod imports;
 
+/// Constants that a module has by the same names, and a test that they have the same values there.
+macro_rules! shared_constants {
+    ($path:literal: $($(#[$about:meta])* $name:ident: $type:ty = $value:expr;)+) => {
+        $($(#[$about])* pub(crate) const $name: $type = $value;)+
+
+        #[cfg(test)]
+        #[test]
+        fn constants_are_those_of_the_shader() {
+            let shader = crate::layout::module(&crate::link::link($path));
+            let constants = [$((stringify!($name), $name as u32)),+];
+            assert_eq!(crate::layout::other_constants(&shader, &constants), [""; 0]);
+        }
+    };
+}
+pub(crate) use shared_constants;
+
+/// Lists modules by folder, with what comes before the name in their paths and in their files' names.
+macro_rules! modules {
+    ($($path:literal in $folder:literal: $($name:ident)+;)+) => {
+        &[$($((
+            concat!($path, stringify!($name)),
+            include_str!(concat!($folder, stringify!($name), ".wgsl")),
+        )),+),+]
+    };
+}
+
 /// Every module's path and text.
-const MODULES: &[(&str, &str)] = &[
-    ("camera::balance", include_str!("camera/balance.wgsl")),
-    ("camera::nodes", include_str!("camera/nodes.wgsl")),
-    ("camera::settle", include_str!("camera/settle.wgsl")),
-    ("camera::trace", include_str!("camera/trace.wgsl")),
-    ("camera::work", include_str!("camera/work.wgsl")),
-    ("dispatch", include_str!("dispatch.wgsl")),
-    ("exact::camera", include_str!("exact/camera.wgsl")),
-    ("exact::corners", include_str!("exact/corners.wgsl")),
-    ("exact::double", include_str!("exact/double.wgsl")),
-    ("exact::expansion", include_str!("exact/expansion.wgsl")),
-    ("exact::mask", include_str!("exact/mask.wgsl")),
-    ("exact::predicate", include_str!("exact/predicate.wgsl")),
-    ("exact::shadow", include_str!("exact/shadow.wgsl")),
-    ("exact::single", include_str!("exact/single.wgsl")),
-    ("exact::vector", include_str!("exact/vector.wgsl")),
-    ("fit", include_str!("fit.wgsl")),
-    ("grid::header", include_str!("grid/header.wgsl")),
-    ("grid::list", include_str!("grid/list.wgsl")),
-    ("grid::fixed", include_str!("grid/fixed.wgsl")),
-    ("grid::set_up", include_str!("grid/set_up.wgsl")),
-    ("grid::space", include_str!("grid/space.wgsl")),
-    ("grid::project", include_str!("grid/project.wgsl")),
-    ("light::assign", include_str!("light/assign.wgsl")),
-    ("light::balance", include_str!("light/balance.wgsl")),
-    ("light::blocks", include_str!("light/blocks.wgsl")),
-    ("light::cells", include_str!("light/cells.wgsl")),
-    ("light::choose", include_str!("light/choose.wgsl")),
-    ("light::light", include_str!("light/light.wgsl")),
-    ("light::survey", include_str!("light/survey.wgsl")),
-    ("light::point_view", include_str!("light/point_view.wgsl")),
-    ("light::map", include_str!("light/map.wgsl")),
-    ("light::points", include_str!("light/points.wgsl")),
-    ("light::settle", include_str!("light/settle.wgsl")),
-    ("light::sort", include_str!("light/sort.wgsl")),
-    ("light::spread", include_str!("light/spread.wgsl")),
-    ("light::trace", include_str!("light/trace.wgsl")),
-    ("mask::exact", include_str!("mask/exact.wgsl")),
-    ("mask::filter", include_str!("mask/filter.wgsl")),
-    ("mask::flags", include_str!("mask/flags.wgsl")),
-    ("mask::table", include_str!("mask/table.wgsl")),
-    ("omit", include_str!("omit.wgsl")),
-    ("pose::pose", include_str!("pose/pose.wgsl")),
-    ("primitives::scan", include_str!("primitives/scan.wgsl")),
-    ("primitives::workgroup_scan", include_str!("primitives/workgroup_scan.wgsl")),
-    ("shade::attributes", include_str!("shade/attributes.wgsl")),
-    ("shade::brdf", include_str!("shade/brdf.wgsl")),
-    ("shade::develop", include_str!("shade/develop.wgsl")),
-    ("shade::hit", include_str!("shade/hit.wgsl")),
-    ("shade::irradiance", include_str!("shade/irradiance.wgsl")),
-    ("shade::panorama", include_str!("shade/panorama.wgsl")),
-    ("shade::rows", include_str!("shade/rows.wgsl")),
-    ("shade::shade", include_str!("shade/shade.wgsl")),
-    ("shade::shown", include_str!("shade/shown.wgsl")),
-    ("shade::specular_albedo", include_str!("shade/specular_albedo.wgsl")),
-    ("shade::surface", include_str!("shade/surface.wgsl")),
-    ("shade::surroundings", include_str!("shade/surroundings.wgsl")),
-    ("shade::tables", include_str!("shade/tables.wgsl")),
-    ("shade::texture", include_str!("shade/texture.wgsl")),
-    ("shade::tone_map", include_str!("shade/tone_map.wgsl")),
-    ("tile_order", include_str!("tile_order.wgsl")),
-    ("wrap", include_str!("wrap.wgsl")),
-];
+const MODULES: &[(&str, &str)] = modules! {
+    "" in "": dispatch fit omit point_view tile_order wrap;
+    "camera::" in "camera/": balance nodes settle trace work;
+    "exact::" in "exact/": camera corners double expansion mask predicate shadow single vector;
+    "grid::" in "grid/": fixed header list project set_up space;
+    "light::" in "light/": assign balance blocks cells choose light map points settle sort spread survey trace;
+    "mask::" in "mask/": exact filter flags table;
+    "pose::" in "pose/": pose;
+    "primitives::" in "primitives/": scan workgroup_scan;
+    "shade::" in "shade/": attributes brdf develop hit irradiance panorama rows shade shown specular_albedo surface
+        surroundings tables texture tone_map;
+};
 
 /// A shader's whole text.
 ///

@@ -1,5 +1,9 @@
 use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
 use umbrage_rays::{Camera, Projection, View};
+
+use crate::Band;
+use crate::grid::words;
 
 /// A camera and its image, as in `exact/camera.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -35,6 +39,33 @@ impl From<&View> for ExactView {
     }
 }
 
+/// The camera whose pixels, and points, are asked about, as in `point_view.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct PointView {
+    view: ExactView,
+    x_offset: [u32; 2],
+    y_offset: [u32; 2],
+    slots: u32,
+    first_row: u32,
+    rows: u32,
+    culls_back_faces: u32,
+}
+
+impl PointView {
+    pub(crate) fn new(band: &Band, offset_pixels: DVec2, culls_back_faces: bool) -> Self {
+        Self {
+            view: (&band.view).into(),
+            x_offset: words(offset_pixels.x),
+            y_offset: words(offset_pixels.y),
+            slots: band.order().slots() as u32,
+            first_row: band.rows.start,
+            rows: band.rows.len() as u32,
+            culls_back_faces: culls_back_faces.into(),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -43,8 +74,12 @@ mod tests {
 
     #[test]
     fn views_are_those_of_the_shaders() {
-        let shader = module(&link("exact::camera"));
-        let layout = layout!(ExactView { position, half_height, right, is_orthographic, up, width, forward, height });
-        assert_eq!(differences(&shader, &layout), [""; 0]);
+        let shader = module(&link("camera::settle"));
+        for layout in [
+            layout!(ExactView { position, half_height, right, is_orthographic, up, width, forward, height }),
+            layout!(PointView { view, x_offset, y_offset, slots, first_row, rows, culls_back_faces }),
+        ] {
+            assert_eq!(differences(&shader, &layout), [""; 0]);
+        }
     }
 }

@@ -4,12 +4,23 @@
 //! structures that find the triangles worth asking it about. No files, no images, no GPU.
 #![forbid(unsafe_code)]
 
+/// `Debug` of a type that shows a few things and says that there are more.
+macro_rules! debug_some {
+    ($type:ident as $this:ident: $($name:literal => $value:expr),+) => {
+        impl std::fmt::Debug for $type {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                let $this = self;
+                f.debug_struct(stringify!($type))$(.field($name, &$value))+.finish_non_exhaustive()
+            }
+        }
+    };
+}
+
 mod bounds;
 mod bvh;
 mod camera;
 mod camera_grid;
 mod choice;
-mod counting_sort;
 mod grids;
 mod kdtree;
 mod light;
@@ -50,7 +61,7 @@ pub use simd::SimdLevel;
 pub use single::{SingleRays, Visit};
 pub use structure::{Specialised, Structure};
 pub use triangles::{Omitted, OmittedKind, Triangles};
-pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};
+pub use uniform::{ImpossibleUniformOptions, PacketSide, UniformGrid, UniformOptions};
 
 /// What `umbrage-study` needs of the crate's inside. Not part of the public API.
 #[doc(hidden)]

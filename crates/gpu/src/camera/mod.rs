@@ -6,13 +6,13 @@ mod trace;
 
 use glam::DVec2;
 
-use crate::fit::{Needs, Room};
+use crate::fit::{NEEDS_PAIRS, NEEDS_UNDECIDED, NEEDS_WORDS, Needs, Room};
 use crate::grid::header::HEADER_WORDS;
-use crate::grid::{List, ListBuffers, ListNames, Project, Space};
+use crate::grid::{List, ListBuffers, Project, Space};
 use crate::{Band, Buffer, Geometry, Gpu, GpuError, Recorder};
 use balance::Balance;
 use settle::Settle;
-use trace::Trace;
+use trace::{NODE_WORDS, NODES_ANY, NODES_FIRST, Trace};
 
 /// How the camera's grid is cut into cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,8 +84,6 @@ pub struct CameraGrid {
     work: CameraWork,
 }
 
-const NAMES: ListNames = ListNames { count: "count", scan: "scan", scatter: "scatter" };
-
 impl CameraGrid {
     /// Ready to build.
     #[must_use]
@@ -138,7 +136,7 @@ impl CameraGrid {
         self.space.write(gpu, &[space])?;
         self.header.reserve(gpu, 4 * HEADER_WORDS)?;
         self.sizes.reserve(gpu, 4 * HEADER_WORDS)?;
-        self.needs.reserve(gpu, 4 * Needs::WORDS)?;
+        self.needs.reserve(gpu, 4 * NEEDS_WORDS)?;
         self.project.prepare(gpu, geometry.vertex_count(), 1)?;
         self.list.prepare(gpu, geometry.triangle_count(), geometry.vertex_count(), self.cell_count)?;
         self.balance.prepare(&space);
@@ -156,7 +154,7 @@ impl CameraGrid {
     pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry) {
         recorder.clear(&self.header);
         recorder.clear_words(&self.cells, u64::from(self.cell_count));
-        recorder.clear_words(&self.nodes, Trace::NODES_HEADER);
+        recorder.clear_words(&self.nodes, NODES_FIRST);
         if self.is_behind {
             recorder.copy_words(&self.front, &self.seen, self.slots);
         }
@@ -180,7 +178,7 @@ impl CameraGrid {
             farthest_point: &self.no_points,
             spread: &self.no_points,
         };
-        self.list.record(gpu, recorder, buffers, self.list.groups_of_one_face(), &NAMES);
+        self.list.record(gpu, recorder, buffers, self.list.groups_of_one_face(), ["count", "scan", "scatter"]);
         recorder.stage("balance", |pass| self.balance.record(gpu, pass, &self.space, &self.cells, &self.header));
         recorder.copy_words(&self.header, &self.sizes, HEADER_WORDS);
         let vertices = self.project.vertices();
@@ -200,9 +198,9 @@ impl CameraGrid {
 
         recorder.copy_words(&self.header, &self.needs, HEADER_WORDS);
         let (pair_counts, word) = self.list.pair_counts();
-        recorder.copy_range((pair_counts, u64::from(word)), (&self.needs, Needs::PAIRS), 1);
-        recorder.copy_range((&self.nodes, 0), (&self.needs, Needs::PAIRS + 1), 2);
-        recorder.copy_range((&self.nodes, Trace::NODES_ANY), (&self.needs, Needs::PAIRS + 3), 1);
+        recorder.copy_range((pair_counts, u64::from(word)), (&self.needs, NEEDS_PAIRS), 1);
+        recorder.copy_range((&self.nodes, 0), (&self.needs, NEEDS_UNDECIDED), 2);
+        recorder.copy_range((&self.nodes, NODES_ANY), (&self.needs, NEEDS_PAIRS + 3), 1);
     }
 
     /// What a frame has needed, on the GPU.
@@ -220,9 +218,9 @@ impl CameraGrid {
             blocks: u32::MAX,
             faces: 1,
             undecided_words: at_most(self.nodes.bytes() / 4),
-            words_per_undecided: Trace::NODE_WORDS as u32,
+            words_per_undecided: NODE_WORDS as u32,
             words_per_pixel: 1,
-            undecided_header: Trace::NODES_HEADER as u32,
+            undecided_header: NODES_FIRST as u32,
         }
     }
 
@@ -248,7 +246,7 @@ impl CameraGrid {
     /// # Errors
     /// Where the device is lost, or more is needed than one of its buffers has room for.
     pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        let needs = Needs::from_words(&self.needs.read::<u32>(gpu, Needs::WORDS as usize)?);
+        let needs = Needs::from_words(&self.needs.read::<u32>(gpu, NEEDS_WORDS as usize)?);
         let Needs { large, pairs, undecided: undecided_hits, pixels: undecided_pixels, any, .. } = needs;
         self.sees_any = any != 0;
         self.work = CameraWork { pairs, large, undecided_hits, undecided_pixels };

@@ -1,9 +1,7 @@
-use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
 
-use super::trace::Trace;
-use crate::grid::words;
-use crate::view::ExactView;
+use super::trace::{NODES_FIRST, NODES_GROUPS, NODES_PIXEL_GROUPS};
+use crate::view::PointView;
 use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// The stage `settle`: what the filter has left undecided, by the predicate.
@@ -13,18 +11,6 @@ pub(super) struct Settle {
     pixels: Kernel,
     view: Buffer,
     sizes: Buffer,
-}
-
-/// As in `settle.wgsl`.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-struct SettleView {
-    view: ExactView,
-    x_offset: [u32; 2],
-    y_offset: [u32; 2],
-    culls_back_faces: u32,
-    first_row: u32,
-    unused: [u32; 2],
 }
 
 impl Settle {
@@ -45,16 +31,8 @@ impl Settle {
         offset_pixels: DVec2,
         culls_back_faces: bool,
     ) -> Result<(), GpuError> {
-        self.sizes.reserve(gpu, 4 * Trace::NODES_HEADER)?;
-        let view = SettleView {
-            view: (&band.view).into(),
-            x_offset: words(offset_pixels.x),
-            y_offset: words(offset_pixels.y),
-            culls_back_faces: u32::from(culls_back_faces),
-            first_row: band.rows.start,
-            unused: [0; 2],
-        };
-        self.view.write(gpu, &[view])
+        self.sizes.reserve(gpu, 4 * NODES_FIRST)?;
+        self.view.write(gpu, &[PointView::new(band, offset_pixels, culls_back_faces)])
     }
 
     pub(super) fn record(
@@ -65,25 +43,11 @@ impl Settle {
         seen: &Buffer,
         nodes: &Buffer,
     ) {
-        recorder.copy_words(nodes, &self.sizes, Trace::NODES_HEADER);
+        recorder.copy_words(nodes, &self.sizes, NODES_FIRST);
         let buffers = [&self.view, geometry.triangles(), geometry.positions(), seen, nodes, geometry.masks().buffer()];
         recorder.stage("settle", |pass| {
-            self.nodes.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, Trace::NODE_GROUPS));
-            self.pixels.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, Trace::PIXEL_GROUPS));
+            self.nodes.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, NODES_GROUPS));
+            self.pixels.dispatch(gpu, pass, &buffers, Groups::Indirect(&self.sizes, NODES_PIXEL_GROUPS));
         });
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::layout::{differences, layout, module};
-    use crate::link::link;
-
-    #[test]
-    fn the_view_is_that_of_the_shader() {
-        let shader = module(&link("camera::settle"));
-        let layout = layout!(SettleView { view, x_offset, y_offset, culls_back_faces, first_row });
-        assert_eq!(differences(&shader, &layout), [""; 0]);
     }
 }

@@ -6,26 +6,15 @@ import package::camera::nodes::{
     NODE_TRIANGLE, NODE_WORDS, NONE,
 };
 import package::dispatch::{Invocation, flat_index};
-import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::exact::corners::{corner_bits};
 import package::exact::double::{F64, F64_ZERO, f64_equal, f64_less};
 import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{exact_barycentric, exact_edges, exact_is_front, exact_t};
 import package::mask::exact::{is_there_exactly};
 import package::mask::flags::{TRIANGLE_MASKED};
-import package::tile_order::{pixel_of_slot};
+import package::point_view::{PointView, ray_of_slot};
 
-struct SettleView {
-    view: ExactView,
-    // Where samples are in their pixels.
-    x_offset: vec2<u32>,
-    y_offset: vec2<u32>,
-    culls_back_faces: u32,
-    // Of the whole image.
-    first_row: u32,
-}
-
-@group(0) @binding(0) var<uniform> settle_view: SettleView;
+@group(0) @binding(0) var<uniform> point_view: PointView;
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> positions: array<u32>;
 @group(0) @binding(3) var<storage, read_write> seen: array<u32>;
@@ -49,9 +38,7 @@ fn settle_nodes(at: Invocation) {
 
 fn seen_at(base: u32) -> F64 {
     let slot = nodes[base + NODE_SLOT];
-    let pixel = pixel_of_slot(slot, settle_view.view.width);
-    let row = pixel.y + settle_view.first_row;
-    let ray = exact_pixel_ray(settle_view.view, pixel.x, row, settle_view.x_offset, settle_view.y_offset);
+    let ray = ray_of_slot(slot);
     var terms: ExpansionTerms;
 
     // What was seen already is the first node, and what is seen for certain the first of those to decide about.
@@ -69,7 +56,7 @@ fn seen_at(base: u32) -> F64 {
     }
     let id = nodes[base] & NODE_TRIANGLE;
     let edges = exact_edges(&terms, ray, corner_bits(id));
-    if edges.side == 0 || (settle_view.culls_back_faces == 1u && !exact_is_front(edges)) {
+    if edges.side == 0 || (point_view.culls_back_faces == 1u && !exact_is_front(edges)) {
         return F64_INFINITE;
     }
     if (triangles[id].w & TRIANGLE_MASKED) != 0u && !is_there_exactly(triangles[id], exact_barycentric(edges), false) {

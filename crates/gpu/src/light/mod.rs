@@ -8,13 +8,14 @@ mod shadows;
 use glam::DVec2;
 use umbrage_rays::LightSource;
 
-use crate::fit::{Needs, Room};
-use crate::grid::header::{HEADER_WORDS, TRIANGLE_GROUPS, VERTEX_GROUPS};
-use crate::grid::{List, ListBuffers, ListNames, Project, Space};
+use crate::fit::{NEEDS_PAIRS, NEEDS_UNDECIDED, NEEDS_WORDS, Needs, Room};
+use crate::grid::header::{HEADER_TRIANGLE_GROUPS, HEADER_VERTEX_GROUPS, HEADER_WORDS};
+use crate::grid::{List, ListBuffers, Project, Space};
+use crate::view::PointView;
 use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Recorder};
-use parameters::{LightParameters, PointView};
+use parameters::LightParameters;
 use points::Points;
-use shadows::Shadows;
+use shadows::{Shadows, UNDECIDED_FIRST};
 
 /// What a light was as work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,8 +63,6 @@ const PIXELS_PER_CELL: f64 = 24.0;
 /// Cells a side of a face, at most.
 const MOST_CELLS: f64 = 1024.0;
 
-const NAMES: ListNames = ListNames { count: "light count", scan: "light scan", scatter: "light scatter" };
-
 impl LightGrid {
     /// Ready to build.
     #[must_use]
@@ -108,7 +107,7 @@ impl LightGrid {
         let side_of_six = side_of_one.div_ceil(2);
         self.cell_count = (side_of_one * side_of_one).max(6 * side_of_six * side_of_six);
         self.mask_words = slots / 32;
-        self.point_view.write(gpu, &[PointView::new(&band, offset_pixels)])?;
+        self.point_view.write(gpu, &[PointView::new(&band, offset_pixels, false)])?;
         self.parameters.truncate(lights.len());
         while self.parameters.len() < lights.len() {
             self.parameters.push(Buffer::uniform(gpu, "light"));
@@ -126,7 +125,7 @@ impl LightGrid {
         self.sizes.reserve(gpu, 4 * HEADER_WORDS)?;
         self.cells.reserve(gpu, 4 * u64::from(self.cell_count))?;
         self.lit.reserve(gpu, (4 * u64::from(self.mask_words) * lights.len() as u64).max(16))?;
-        self.needs.reserve(gpu, (4 * Needs::WORDS * lights.len() as u64).max(16))?;
+        self.needs.reserve(gpu, (4 * NEEDS_WORDS * lights.len() as u64).max(16))?;
         self.points.prepare(gpu, slots, self.cell_count)?;
         self.project.prepare(gpu, geometry.vertex_count(), 1)?;
         self.list.prepare(gpu, geometry.triangle_count(), geometry.vertex_count(), self.cell_count)?;
@@ -146,7 +145,7 @@ impl LightGrid {
             if *casts_shadow {
                 self.record_light(gpu, recorder, geometry, seen, light, number);
             } else {
-                recorder.clear_range(&self.needs, number * Needs::WORDS, Needs::WORDS);
+                recorder.clear_range(&self.needs, number * NEEDS_WORDS, NEEDS_WORDS);
             }
         }
     }
@@ -169,7 +168,7 @@ impl LightGrid {
         points.record_sort(gpu, recorder, light, spaces, header, [seen, shadows.undecided()]);
 
         recorder.stage("light project", |pass| {
-            let groups = Groups::Indirect(sizes, VERTEX_GROUPS);
+            let groups = Groups::Indirect(sizes, HEADER_VERTEX_GROUPS);
             project.record(gpu, pass, spaces, geometry.positions(), header, groups);
         });
         let buffers = ListBuffers {
@@ -182,7 +181,13 @@ impl LightGrid {
             farthest_point: points.farthest(),
             spread: points.spread(),
         };
-        list.record(gpu, recorder, buffers, Groups::Indirect(sizes, TRIANGLE_GROUPS), &NAMES);
+        list.record(
+            gpu,
+            recorder,
+            buffers,
+            Groups::Indirect(sizes, HEADER_TRIANGLE_GROUPS),
+            ["light count", "light scan", "light scatter"],
+        );
         recorder.stage("light balance", |pass| {
             shadows.record_balance(gpu, pass, [light, cells, points.cells(), header, points.spread()], self.cell_count);
         });
@@ -193,11 +198,11 @@ impl LightGrid {
         });
         shadows.record_settle(gpu, recorder, [light, &self.point_view], geometry, seen, lit);
 
-        let first = number * Needs::WORDS;
+        let first = number * NEEDS_WORDS;
         recorder.copy_range((header, 0), (needs, first), HEADER_WORDS);
         let (pair_counts, word) = list.pair_counts();
-        recorder.copy_range((pair_counts, u64::from(word)), (needs, first + Needs::PAIRS), 1);
-        recorder.copy_range((shadows.undecided(), 0), (needs, first + Needs::PAIRS + 1), 1);
+        recorder.copy_range((pair_counts, u64::from(word)), (needs, first + NEEDS_PAIRS), 1);
+        recorder.copy_range((shadows.undecided(), 0), (needs, first + NEEDS_UNDECIDED), 1);
     }
 
     /// Waits for the frame and looks at what it needed. Where that was more than there was room for, makes room and
@@ -209,8 +214,8 @@ impl LightGrid {
         self.work.clear();
         let mut fits = true;
         let room = self.room();
-        let words = self.needs.read::<u32>(gpu, Needs::WORDS as usize * self.parameters.len())?;
-        for needs in words.chunks_exact(Needs::WORDS as usize).map(Needs::from_words) {
+        let words = self.needs.read::<u32>(gpu, NEEDS_WORDS as usize * self.parameters.len())?;
+        for needs in words.chunks_exact(NEEDS_WORDS as usize).map(Needs::from_words) {
             let Needs { large, pairs, blocks, faces, undecided, .. } = needs;
             self.work.push(LightWork { faces, pairs, large, blocks, undecided });
             if !room.holds(&needs) {
@@ -246,7 +251,7 @@ impl LightGrid {
             undecided_words: at_most(undecided_words),
             words_per_undecided: 2,
             words_per_pixel: 0,
-            undecided_header: 8,
+            undecided_header: UNDECIDED_FIRST as u32,
         }
     }
 

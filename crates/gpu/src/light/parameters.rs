@@ -1,10 +1,7 @@
 use bytemuck::{Pod, Zeroable};
-use glam::DVec2;
 use umbrage_rays::{LightSource, View};
 
-use crate::grid::words;
-use crate::view::ExactView;
-use crate::{Band, Geometry};
+use crate::Geometry;
 
 /// A light, as in `light.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -57,28 +54,6 @@ impl LightParameters {
     }
 }
 
-/// The camera whose points a light is asked about, as in `point_view.wgsl`.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub(super) struct PointView {
-    view: ExactView,
-    x_offset: [u32; 2],
-    y_offset: [u32; 2],
-    slots: u32,
-    first_row: u32,
-    rows: u32,
-    unused: u32,
-}
-
-impl PointView {
-    pub(super) fn new(band: &Band, offset_pixels: DVec2) -> Self {
-        let [x_offset, y_offset] = [words(offset_pixels.x), words(offset_pixels.y)];
-        let slots = band.order().slots() as u32;
-        let (first_row, rows) = (band.rows.start, band.rows.len() as u32);
-        Self { view: (&band.view).into(), x_offset, y_offset, slots, first_row, rows, unused: 0 }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,26 +61,19 @@ mod tests {
     use crate::link::link;
 
     #[test]
-    fn lights_and_views_are_those_of_the_shaders() {
+    fn lights_are_those_of_the_shaders() {
         let shader = module(&link("light::settle"));
-        for layout in [
-            Layout {
-                name: "Light",
-                ..layout!(LightParameters {
-                    vector,
-                    is_directional,
-                    side_of_one,
-                    side_of_six,
-                    vertices,
-                    triangles,
-                    mask,
-                    slots,
-                    reach,
-                })
-            },
-            layout!(PointView { view, x_offset, y_offset, slots, first_row, rows }),
-        ] {
-            assert_eq!(differences(&shader, &layout), [""; 0]);
-        }
+        let layout = layout!(LightParameters {
+            vector,
+            is_directional,
+            side_of_one,
+            side_of_six,
+            vertices,
+            triangles,
+            mask,
+            slots,
+            reach,
+        });
+        assert_eq!(differences(&shader, &Layout { name: "Light", ..layout }), [""; 0]);
     }
 }

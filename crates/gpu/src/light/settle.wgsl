@@ -6,10 +6,10 @@ import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_t};
 import package::exact::shadow::{exact_blocked_by, exact_point, exact_shadow};
 import package::light::light::{Light};
-import package::light::point_view::{PointView, ray_of_slot};
 import package::light::points::{UNDECIDED_COUNT, UNDECIDED_FIRST, UNDECIDED_PAGE, UNDECIDED_PAGE_TRIANGLES};
 import package::mask::exact::{is_there_exactly};
 import package::mask::flags::{TRIANGLE_SHADOWLESS, TRIANGLE_SHADOW_MASKED};
+import package::point_view::{PointView, ray_of_slot};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<uniform> point_view: PointView;

@@ -1,4 +1,5 @@
-use crate::grid::header::BLOCK_GROUPS;
+use crate::grid::header::HEADER_BLOCK_GROUPS;
+use crate::link::shared_constants;
 use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// The stages `balance`, `trace` and `settle` of a light: which points have a triangle before them.
@@ -15,13 +16,16 @@ pub(super) struct Shadows {
     undecided_sizes: Buffer,
 }
 
-/// Words before the first block, and of a block.
-const BLOCKS_HEADER: u64 = 8;
-const BLOCK_WORDS: u64 = 12;
-/// Words before the first undecided pair.
-const UNDECIDED_HEADER: u64 = 8;
-/// The word of the groups that settle them.
-const UNDECIDED_GROUPS: u32 = 2;
+shared_constants! { "light::trace":
+    /// Words before the first block.
+    LIGHT_BLOCKS_FIRST: u64 = 8;
+    /// Words of a block.
+    LIGHT_BLOCK_WORDS: u64 = 12;
+    /// Words before the first undecided pair.
+    UNDECIDED_FIRST: u64 = 8;
+    /// The word of the groups that settle them.
+    UNDECIDED_GROUPS: u32 = 2;
+}
 
 impl Shadows {
     pub(super) fn new(gpu: &Gpu) -> Self {
@@ -40,17 +44,17 @@ impl Shadows {
     }
 
     fn bytes_of_blocks(blocks: u64) -> u64 {
-        4 * (BLOCKS_HEADER + BLOCK_WORDS * blocks)
+        4 * (LIGHT_BLOCKS_FIRST + LIGHT_BLOCK_WORDS * blocks)
     }
 
     fn bytes_of_undecided(undecided: u64) -> u64 {
-        4 * (UNDECIDED_HEADER + 2 * undecided)
+        4 * (UNDECIDED_FIRST + 2 * undecided)
     }
 
     pub(super) fn prepare(&mut self, gpu: &Gpu, slots: u32, cells: u32) -> Result<(), GpuError> {
         self.blocks.reserve(gpu, Self::bytes_of_blocks(u64::from(slots / 64) + u64::from(cells)))?;
         self.undecided.reserve(gpu, Self::bytes_of_undecided(u64::from(slots / 8) + (1 << 10)))?;
-        self.undecided_sizes.reserve(gpu, 4 * UNDECIDED_HEADER)
+        self.undecided_sizes.reserve(gpu, 4 * UNDECIDED_FIRST)
     }
 
     /// Makes room for so much.
@@ -61,11 +65,11 @@ impl Shadows {
 
     /// For how many blocks, and how many words of undecided pairs, there is room.
     pub(super) fn room(&self) -> (u64, u64) {
-        ((self.blocks.bytes() / 4 - BLOCKS_HEADER) / BLOCK_WORDS, self.undecided.bytes() / 4)
+        ((self.blocks.bytes() / 4 - LIGHT_BLOCKS_FIRST) / LIGHT_BLOCK_WORDS, self.undecided.bytes() / 4)
     }
 
     pub(super) fn record_clear(&self, recorder: &mut Recorder<'_>) {
-        recorder.clear_words(&self.undecided, UNDECIDED_HEADER);
+        recorder.clear_words(&self.undecided, UNDECIDED_FIRST);
     }
 
     /// `read` are the light, the ends of triangles and of points, the header and the spread of columns.
@@ -88,7 +92,7 @@ impl Shadows {
     ) {
         let [light, spaces, triangles, vertices, points, pairs] = read;
         let buffers = [light, spaces, triangles, vertices, points, pairs, &self.blocks, lit, &self.undecided, masks];
-        self.trace.dispatch(gpu, pass, &buffers, Groups::Indirect(sizes, BLOCK_GROUPS));
+        self.trace.dispatch(gpu, pass, &buffers, Groups::Indirect(sizes, HEADER_BLOCK_GROUPS));
         self.size_settle.dispatch(gpu, pass, &buffers, Groups::Flat(1));
     }
 
@@ -101,7 +105,7 @@ impl Shadows {
         seen: &Buffer,
         lit: &Buffer,
     ) {
-        recorder.copy_words(&self.undecided, &self.undecided_sizes, UNDECIDED_HEADER);
+        recorder.copy_words(&self.undecided, &self.undecided_sizes, UNDECIDED_FIRST);
         let buffers = [
             light,
             view,
@@ -123,23 +127,5 @@ impl Shadows {
 
     pub(super) fn block_bytes(&self) -> u64 {
         self.blocks.bytes()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::layout::{module, other_constants};
-    use crate::link::link;
-
-    #[test]
-    fn blocks_and_undecided_pairs_are_those_of_the_shaders() {
-        let constants = [
-            ("LIGHT_BLOCKS_FIRST", BLOCKS_HEADER as u32),
-            ("LIGHT_BLOCK_WORDS", BLOCK_WORDS as u32),
-            ("UNDECIDED_FIRST", UNDECIDED_HEADER as u32),
-            ("UNDECIDED_GROUPS", UNDECIDED_GROUPS),
-        ];
-        assert_eq!(other_constants(&module(&link("light::trace")), &constants), [""; 0]);
     }
 }

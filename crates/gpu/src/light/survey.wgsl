@@ -11,8 +11,8 @@ import package::exact::vector::{
     F64Vector, f64_cross, f64_dot, f64_largest_magnitude, f64_vector_add, f64_vector_scale, f64_vector_subtract,
 };
 import package::grid::space::{ordered_bits};
-import package::light::point_view::{PointView, ray_of_slot};
 import package::light::points::{BOUNDS_LOW, POINT_NONE};
+import package::point_view::{PointView, ray_of_slot};
 import package::tile_order::{pixel_of_slot};
 
 @group(0) @binding(0) var<uniform> point_view: PointView;

@@ -3,7 +3,7 @@
 import package::grid::set_up::{U};
 import package::grid::space::{VERTEX_REGULAR};
 import package::mask::table::{MASKS_HAS_VERTEX_OPACITY, mask_bytes, mask_material, mask_texture_at, mask_vertices};
-import package::wrap::{WRAP_CLAMP_TO_EDGE, WRAP_MIRRORED_REPEAT};
+import package::wrap::{wrapped};
 import stage::{masks, vertices};
 
 const MASK_CUT: u32 = 0u;
@@ -80,10 +80,10 @@ fn mask_filter(triangle: vec4<u32>, point: RoughPoint, is_shadow: bool) -> u32 {
             }
         }
         let whole = vec2<i32>(corner);
-        let low = vec2<u32>(mask_wrap(whole.x, texture.size.x, texture.wrap.x),
-            mask_wrap(whole.y, texture.size.y, texture.wrap.y));
-        let high = vec2<u32>(mask_wrap(whole.x + 1, texture.size.x, texture.wrap.x),
-            mask_wrap(whole.y + 1, texture.size.y, texture.wrap.y));
+        let low = vec2<u32>(wrapped(whole.x, texture.size.x, texture.wrap.x),
+            wrapped(whole.y, texture.size.y, texture.wrap.y));
+        let high = vec2<u32>(wrapped(whole.x + 1, texture.size.x, texture.wrap.x),
+            wrapped(whole.y + 1, texture.size.y, texture.wrap.y));
         let upper = texture.first_texel + low.y * texture.size.x;
         let lower = texture.first_texel + high.y * texture.size.x;
         let bytes = vec4<f32>(
@@ -96,14 +96,4 @@ fn mask_filter(triangle: vec4<u32>, point: RoughPoint, is_shadow: bool) -> u32 {
         return MASK_THERE;
     }
     return select(MASK_UNDECIDED, MASK_CUT, opacity < cutoff - margin);
-}
-
-fn mask_wrap(at: i32, side: u32, wrap: u32) -> u32 {
-    let size = i32(side);
-    if wrap == WRAP_CLAMP_TO_EDGE {
-        return u32(clamp(at, 0, size - 1));
-    }
-    let period = select(size, 2 * size, wrap == WRAP_MIRRORED_REPEAT);
-    let rest = ((at % period) + period) % period;
-    return u32(select(rest, period - 1 - rest, rest >= size));
 }

@@ -1,7 +1,7 @@
 // Textures with their smaller copies: crates/scene/src/texture.rs.
 
 import package::shade::tables::{LINEAR_FROM_SRGB_WORD, ShadeTexture, shade_texels};
-import package::wrap::{WRAP_CLAMP_TO_EDGE, WRAP_REPEAT};
+import package::wrap::{wrapped};
 
 // The linear colour at `coords` in the image, averaged over about `footprint_texels` texels of the full image.
 fn texture_at(texture: ShadeTexture, coords: vec2<f32>, footprint_texels: f32) -> vec4<f32> {
@@ -37,24 +37,12 @@ fn texture_level_at(texture: ShadeTexture, level: u32, coords: vec2<f32>) -> vec
         let share = select(1.0 - part, part, right == vec2<u32>(1u));
         if share.x * share.y > 0.0 {
             let at = vec2<i32>(corner) + vec2<i32>(right);
-            let x = texture_wrapped(at.x, i32(size.x), texture.wrap.x);
-            let y = texture_wrapped(at.y, i32(size.y), texture.wrap.y);
+            let x = wrapped(at.x, size.x, texture.wrap.x);
+            let y = wrapped(at.y, size.y, texture.wrap.y);
             color += share.x * share.y * texture_decoded(shade_texels[first + y * size.x + x], texture.is_srgb);
         }
     }
     return color;
-}
-
-// The texel that stands for position `at` on a side of `side` texels.
-fn texture_wrapped(at: i32, side: i32, wrap: u32) -> u32 {
-    if wrap == WRAP_CLAMP_TO_EDGE {
-        return u32(clamp(at, 0, side - 1));
-    }
-    if wrap == WRAP_REPEAT {
-        return u32((at % side + side) % side);
-    }
-    let twice = (at % (2 * side) + 2 * side) % (2 * side);
-    return u32(select(2 * side - 1 - twice, twice, twice < side));
 }
 
 // The linear colour and the opacity, 0 … 1, of a texel.

@@ -29,11 +29,7 @@ pub struct Bvh {
     omitted: Omitted,
 }
 
-impl std::fmt::Debug for Bvh {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Bvh").field("triangles", &self.ids.len()).field("nodes", &self.tree.nodes.len()).finish()
-    }
-}
+debug_some!(Bvh as bvh: "triangles" => bvh.ids.len(), "nodes" => bvh.tree.nodes.len());
 
 impl Bvh {
     /// All nodes, the root first.

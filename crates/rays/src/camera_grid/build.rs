@@ -7,12 +7,13 @@ use rayon::prelude::*;
 
 use super::bins::{Bins, Fragment, Listed, Path};
 use super::general::General;
-use super::lanes::{Corners, DepthPlane, LANES, PixelBounds, Setup, each, largest, splat};
+use super::lanes::{Corners, DepthPlane, LANES, PixelBounds, Setup, largest, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::tile::Batch;
 use super::{ImageTooLarge, PerspectiveGrid};
 use crate::shot::{Opacity, Shot, TileOrder};
-use crate::simd::lanes::{max3, min3};
+use crate::simd::lanes::{bits_of, max3, min3};
+use crate::simd::{each, vectorized};
 use crate::{SimdLevel, Triangles};
 
 impl PerspectiveGrid {
@@ -88,12 +89,12 @@ impl SetUp<'_> {
             let corners = Corners::load(simd, self.vertices, batch);
             let ordinary = min3(corners.inverse_depth).simd_gt(splat(simd, 0.0)).to_bitmask();
             let behind = max3(corners.inverse_depth).simd_le(splat(simd, Vertex::BEHIND)).to_bitmask();
-            for lane in lanes_of(lanes & !(ordinary | behind)) {
-                self.set_aside(simd, first as u32 + lane);
+            for lane in bits_of(lanes & !(ordinary | behind)) {
+                self.set_aside(simd, (first + lane) as u32);
             }
             let mut ordinary = ordinary & lanes;
-            for lane in lanes_of(corners.coincide().to_bitmask() & lanes & (ordinary | behind)) {
-                if self.is_without_area(first as u32 + lane) {
+            for lane in bits_of(corners.coincide().to_bitmask() & lanes & (ordinary | behind)) {
+                if self.is_without_area((first + lane) as u32) {
                     ordinary &= !(1 << lane);
                 }
             }
@@ -106,7 +107,7 @@ impl SetUp<'_> {
             if self.facing != 0.0 {
                 seen &= self.fronts(simd, first as u32, &corners, &bounds, seen);
             }
-            let masked = lanes_of(seen).filter(|lane| !self.opacity.is_opaque(first as u32 + lane));
+            let masked = bits_of(seen).filter(|lane| !self.opacity.is_opaque((first + lane) as u32));
             let masked = masked.fold(0, |masked, lane| masked | 1 << lane);
             if masked != 0 {
                 seen &= !masked;
@@ -130,8 +131,8 @@ impl SetUp<'_> {
         let [area, bound] = corners.signed_area(simd, bounds.error);
         let area = area * splat(simd, self.facing);
         let (mut fronts, backs) = (area.simd_gt(bound).to_bitmask(), area.simd_lt(-bound).to_bitmask());
-        for lane in lanes_of(lanes & !(fronts | backs)) {
-            fronts |= u64::from(self.space.sees_front(self.triangles.corners(first + lane))) << lane;
+        for lane in bits_of(lanes & !(fronts | backs)) {
+            fronts |= u64::from(self.space.sees_front(self.triangles.corners(first + lane as u32))) << lane;
         }
         fronts
     }
@@ -156,10 +157,7 @@ impl SetUp<'_> {
     fn list_general<S: Simd>(&mut self, simd: S, path: Path, id: u32, corners: [Vec3; 3]) {
         let (space, bins) = (self.space, &mut *self.bins);
         let general = General::new(space, corners);
-        simd.vectorize(
-            #[inline(always)]
-            || bins.list_general(simd, space, path, id, &general),
-        );
+        vectorized!(simd => bins.list_general(simd, space, path, id, &general));
     }
 
     /// Whether no ray can hit a triangle with finite corners, which is counted then.
@@ -183,16 +181,8 @@ impl SetUp<'_> {
         // Coordinates are below four, so their own rounding is below 4 half ulps.
         let error = bounds.error + splat(simd, 4.0 * HALF_ULP);
         const OVERHANG_PIXELS: f32 = 0.01;
-        let x = each(
-            corners.x,
-            #[inline(always)]
-            |x| x - bounds.x[0],
-        );
-        let y = each(
-            corners.y,
-            #[inline(always)]
-            |y| y - bounds.y[0],
-        );
+        let x = each!(x in corners.x => x - bounds.x[0]);
+        let y = each!(y in corners.y => y - bounds.y[0]);
         let setup = Setup::new(simd, x, y, corners.inverse_depth, error, 1.0, OVERHANG_PIXELS);
         let certain = setup.is_certain(simd);
         let tiny = mask32x16::from_bitmask(simd, tiny_lanes);
@@ -214,10 +204,9 @@ impl SetUp<'_> {
             let nearest = setup.nearest * splat(simd, 1.0 + 4.0 * HALF_ULP);
             let low: [f32; LANES] = (depth - setup.depth_error).into();
             let high: [f32; LANES] = certain.select(depth + setup.depth_error, nearest).into();
-            for lane in lanes_of(kept) {
-                let triangle = first + lane;
+            for lane in bits_of(kept) {
+                let triangle = first + lane as u32;
                 let undecided = if inside >> lane & 1 == 0 { Fragment::UNDECIDED } else { 0 };
-                let lane = lane as usize;
                 let x = columns[lane] as i32 + dx + self.space.middle.x;
                 let y = rows[lane] as i32 + dy + self.space.middle.y;
                 let index = TileOrder::index_in_tile(x as u32, y as u32) | undecided;
@@ -243,9 +232,8 @@ impl SetUp<'_> {
         let (x0, x1): ([f32; LANES], [f32; LANES]) = (bounds.x[0].into(), bounds.x[1].into());
         let (y0, y1): ([f32; LANES], [f32; LANES]) = (bounds.y[0].into(), bounds.y[1].into());
         let mut large = 0;
-        for lane in lanes_of(lanes) {
-            let id = first + lane;
-            let lane = lane as usize;
+        for lane in bits_of(lanes) {
+            let id = first + lane as u32;
             let listed = Listed { triangle: id, nearest: nearest[lane] };
             let tiles = self.tiles([x0[lane], x1[lane], y0[lane], y1[lane]]);
             // Where bounds hold many tiles, a triangle often misses most of them. With 1 or 2 here, building takes up to a
@@ -291,14 +279,14 @@ impl SetUp<'_> {
         let certain = certain.to_bitmask();
         let (x0, x1): ([f32; LANES], [f32; LANES]) = (bounds.x[0].into(), bounds.x[1].into());
         let (y0, y1): ([f32; LANES], [f32; LANES]) = (bounds.y[0].into(), bounds.y[1].into());
-        for lane in lanes_of(lanes & certain) {
-            let tiles = self.tiles([&x0, &x1, &y0, &y1].map(|bound| bound[lane as usize % LANES]));
-            let triangle = batch.linear(lane as usize);
-            self.bins.list_linear(simd, self.space, path, first + lane, &triangle, tiles);
+        for lane in bits_of(lanes & certain) {
+            let tiles = self.tiles([&x0, &x1, &y0, &y1].map(|bound| bound[lane % LANES]));
+            let triangle = batch.linear(lane);
+            self.bins.list_linear(simd, self.space, path, first + lane as u32, &triangle, tiles);
         }
-        for lane in lanes_of(lanes & !certain) {
+        for id in bits_of(lanes & !certain).map(|lane| first + lane as u32) {
             let path = if path == Path::Ordinary { Path::General } else { path };
-            self.list_general(simd, path, first + lane, self.triangles.corners(first + lane));
+            self.list_general(simd, path, id, self.triangles.corners(id));
         }
     }
 
@@ -309,13 +297,4 @@ impl SetUp<'_> {
         let middle = self.space.middle;
         [tile(x0, middle.x), tile(x1, middle.x), tile(y0, middle.y), tile(y1, middle.y)]
     }
-}
-
-/// The set bits of a mask, lowest first.
-pub(crate) fn lanes_of(mut mask: u64) -> impl Iterator<Item = u32> {
-    std::iter::from_fn(move || {
-        let lane = mask.trailing_zeros();
-        mask &= mask.wrapping_sub(1);
-        (lane < u64::BITS).then_some(lane)
-    })
 }

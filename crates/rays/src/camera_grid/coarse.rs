@@ -4,12 +4,12 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 
 use super::bins::{Bins, Listed, Path};
-use super::build::lanes_of;
 use super::general::{General, Square};
-use super::lanes::{LANES, each, splat};
+use super::lanes::{LANES, splat};
 use super::linear::Linear;
 use super::pixel_space::PixelSpace;
-use crate::simd::lanes::min3;
+use crate::simd::each;
+use crate::simd::lanes::{bits_of, min3};
 
 /// How far samples are from the middle of their tile, along each axis.
 const REACH: f32 = (Bins::TILE - 1) as f32 / 2.0;
@@ -43,11 +43,7 @@ impl Bins {
         [x0, x1, y0, y1]: [i32; 4],
     ) {
         let Linear { a, b, c, bound, gradient, .. } = triangle;
-        let reach = each(
-            [0, 1, 2],
-            #[inline(always)]
-            |edge: usize| splat(simd, REACH * (a[edge].abs() + b[edge].abs()) + 4.0 * bound),
-        );
+        let reach = each!(edge in [0, 1, 2] => splat(simd, REACH * (a[edge].abs() + b[edge].abs()) + 4.0 * bound));
         let rise = REACH * (gradient[0].abs() + gradient[1].abs()) + 2.0 * triangle.depth_error;
         let (zero, nearest) = (splat(simd, 0.0), splat(simd, triangle.nearest));
         for first in (x0..=x1).step_by(LANES) {
@@ -57,16 +53,14 @@ impl Bins {
             let along_row = x * splat(simd, gradient[0]) + splat(simd, triangle.inverse_depth + rise);
             for row in y0..=y1 {
                 let y = ((row << Self::TILE_BITS) - space.middle.y) as f32 + REACH;
-                let edges = each(
-                    [0, 1, 2],
-                    #[inline(always)]
-                    |edge: usize| splat(simd, a[edge]) * x + splat(simd, b[edge] * y + c[edge]) + reach[edge],
-                );
+                let edges = each!(edge in [0, 1, 2] => {
+                    splat(simd, a[edge]) * x + splat(simd, b[edge] * y + c[edge]) + reach[edge]
+                });
                 let here = nearest.min(along_row + splat(simd, y * gradient[1]));
                 let reached = min3(edges).simd_ge(zero) & here.simd_ge(zero);
                 let here: [f32; LANES] = here.into();
-                for lane in lanes_of(reached.to_bitmask() & ((1 << count) - 1)) {
-                    let listed = Listed { triangle: id, nearest: here[lane as usize % LANES] };
+                for lane in bits_of(reached.to_bitmask() & ((1 << count) - 1)) {
+                    let listed = Listed { triangle: id, nearest: here[lane % LANES] };
                     self.push(path, listed, first + lane as i32, row);
                 }
             }

@@ -3,6 +3,7 @@ use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
 
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use crate::Triangles;
+use crate::simd::each;
 pub(crate) use crate::simd::lanes::{LANES, splat};
 use crate::simd::lanes::{load_corner, max3, min3};
 
@@ -61,12 +62,6 @@ impl<S: Simd> Corners<S> {
         let of_corners = error * (width + height + error + error) * splat(simd, 4.0);
         [area, (of_corners + width * height * splat(simd, 8.0 * HALF_ULP)) * splat(simd, 1.001)]
     }
-}
-
-/// The results of `f` for each of three, inlined together with it as SIMD code has to be.
-#[inline(always)]
-pub(crate) fn each<T, U>([a, b, c]: [T; 3], f: impl Fn(T) -> U) -> [U; 3] {
-    [f(a), f(b), f(c)]
 }
 
 /// The largest magnitude of three corners' coordinates.
@@ -163,21 +158,9 @@ impl<S: Simd> Setup<S> {
         let sign = splat(simd, 1.0).copysign(area);
         let area = area * sign;
         let edges = [(1, 2), (2, 0), (0, 1)];
-        let a = each(
-            edges,
-            #[inline(always)]
-            |(p, q)| (y[p] - y[q]) * sign,
-        );
-        let b = each(
-            edges,
-            #[inline(always)]
-            |(p, q)| (x[q] - x[p]) * sign,
-        );
-        let c = each(
-            [0, 1, 2],
-            #[inline(always)]
-            |edge: usize| -(a[edge] * x[edges[edge].0] + b[edge] * y[edges[edge].0]),
-        );
+        let a = each!((p, q) in edges => (y[p] - y[q]) * sign);
+        let b = each!((p, q) in edges => (x[q] - x[p]) * sign);
+        let c = each!(edge in [0, 1, 2] => -(a[edge] * x[edges[edge].0] + b[edge] * y[edges[edge].0]));
 
         // Where the area is at least 8 × the bound, the depth at a sample inside the triangle is wrong
         // - by δ |∇z|₁ for the corners: in the plane through displaced corners, the sample's barycentric coordinates
@@ -209,11 +192,7 @@ impl<S: Simd> Setup<S> {
     /// The edge functions at a point.
     #[inline(always)]
     pub(crate) fn edges(&self, x: f32x16<S>, y: f32x16<S>) -> [f32x16<S>; 3] {
-        each(
-            [0, 1, 2],
-            #[inline(always)]
-            |edge| self.a[edge] * x + (self.b[edge] * y + self.c[edge]),
-        )
+        each!(edge in [0, 1, 2] => self.a[edge] * x + (self.b[edge] * y + self.c[edge]))
     }
 }
 
@@ -244,21 +223,13 @@ impl<S: Simd> DepthPlane<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, corners: &Corners<S>, error: f32x16<S>, origin: [f32; 2], samples: f32) -> Self {
         let halves = |values: [f32x16<S>; 3]| {
-            let [a, b, c] = each(
-                values,
-                #[inline(always)]
-                |values| simd.widen_f32x16(values),
-            );
+            let [a, b, c] = each!(values in values => simd.widen_f32x16(values));
             [[a.0, b.0, c.0], [a.1, b.1, c.1]]
         };
         let (x, y, inverse_depth) = (halves(corners.x), halves(corners.y), halves(corners.inverse_depth));
         let first = Self::half(simd, x[0], y[0], inverse_depth[0], origin);
         let second = Self::half(simd, x[1], y[1], inverse_depth[1], origin);
-        let [right, down, middle] = each(
-            [0, 1, 2],
-            #[inline(always)]
-            |part: usize| simd.narrow_f64x8(first[part], second[part]),
-        );
+        let [right, down, middle] = each!(part in [0, 1, 2] => simd.narrow_f64x8(first[part], second[part]));
         let [a, b, c] = corners.inverse_depth;
         let rise = (b - a).abs() + (c - a).abs();
         let slope = right.abs() + down.abs();

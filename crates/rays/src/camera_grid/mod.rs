@@ -8,15 +8,15 @@
 pub(crate) mod bins;
 pub(crate) mod build;
 mod coarse;
-pub(crate) mod depth;
+mod depth;
 mod depth_order;
 pub(crate) mod general;
 pub(crate) mod lanes;
 mod linear;
 pub(crate) mod pixel_space;
 pub(crate) mod samples;
-mod tile;
-mod trace;
+pub(crate) mod tile;
+pub(crate) mod trace;
 mod validate;
 
 use std::sync::Mutex;
@@ -48,11 +48,7 @@ pub struct PerspectiveGrid {
     scratch: Vec<Mutex<Box<Tile>>>,
 }
 
-impl std::fmt::Debug for PerspectiveGrid {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("PerspectiveGrid").field("triangles", &self.triangle_count).finish_non_exhaustive()
-    }
-}
+debug_some!(PerspectiveGrid as grid: "triangles" => grid.triangle_count);
 
 /// An image with a side that is too long for the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -2,6 +2,7 @@ use fearless_simd::Simd;
 use glam::{DVec2, DVec3, IVec2, Vec3};
 
 use crate::predicate::{is_front_along, is_front_from};
+use crate::simd::vectorized;
 use crate::{Camera, Projection, Ray, Sides, View};
 
 /// Half the distance from one to the next f32: the relative error of one rounding.
@@ -187,14 +188,11 @@ impl PixelSpace {
     /// Transforms `positions` to `vertices`, which has the same length.
     #[inline(always)]
     pub(crate) fn project<S: Simd>(&self, simd: S, positions: &[Vec3], vertices: &mut [Vertex]) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                for (vertex, &position) in vertices.iter_mut().zip(positions) {
-                    *vertex = self.vertex(position);
-                }
-            },
-        );
+        vectorized!(simd => {
+            for (vertex, &position) in vertices.iter_mut().zip(positions) {
+                *vertex = self.vertex(position);
+            }
+        });
     }
 
     #[inline(always)]

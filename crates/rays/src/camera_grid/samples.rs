@@ -3,13 +3,13 @@ use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
 use glam::IVec2;
 
-use super::build::lanes_of;
 use super::depth;
 use super::general::{Depth, General, Square};
 use super::lanes::LANES;
 use super::pixel_space::PixelSpace;
 use crate::predicate::{crossing, settle};
 use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder, TileWork};
+use crate::simd::lanes::bits_of;
 
 /// Blocks of 4×4 samples a side of a tile.
 pub(crate) const BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
@@ -60,9 +60,9 @@ impl Samples {
     #[cold]
     #[inline(never)]
     pub(crate) fn note_undecided(&mut self, block: usize, triangle: u32, lanes: u64, high: &[f32; LANES]) {
-        for lane in lanes_of(lanes) {
-            let index = (block * LANES) as u32 + lane;
-            self.undecided.push(Undecided { index, triangle, high: high[lane as usize] });
+        for lane in bits_of(lanes) {
+            let index = (block * LANES + lane) as u32;
+            self.undecided.push(Undecided { index, triangle, high: high[lane] });
         }
     }
 
@@ -103,9 +103,9 @@ impl Samples {
                 Depth::Unknown => [0.0; 8],
                 Depth::Inverse { plane, .. } | Depth::Direct { plane, .. } => at(plane).into(),
             };
-            for lane in lanes_of(possible) {
-                let index = block * LANES + half + lane as usize;
-                let Some((low, high)) = triangle.depth.inverse_bounds(depth[lane as usize]) else { continue };
+            for lane in bits_of(possible) {
+                let index = block * LANES + half + lane;
+                let Some((low, high)) = triangle.depth.inverse_bounds(depth[lane]) else { continue };
                 if high < self.low[index] {
                     continue;
                 }

@@ -5,14 +5,14 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16, mask32x16, u32x16};
 
 use super::bins::{Bins, Fragment};
-use super::build::lanes_of;
 use super::depth_order::DepthOrder;
 use super::general::{General, Square};
-use super::lanes::{DepthPlane, LANES, Setup, each, splat};
+use super::lanes::{DepthPlane, LANES, Setup, splat};
 use super::pixel_space::HALF_ULP;
 use super::samples::{BLOCKS, COLUMNS, ROWS, SAMPLES, Samples, Undecided};
 use crate::shot::SeenPixels;
-use crate::simd::lanes::{max3, min3};
+use crate::simd::lanes::{bits_of, max3, min3};
+use crate::simd::{each, vectorized};
 pub(crate) use masked::MaskWeights;
 
 /// Half a side: tile-local coordinates have their origin at the tile's middle.
@@ -23,7 +23,7 @@ pub(crate) const HALF: i32 = Bins::TILE as i32 / 2;
 pub(crate) struct Tile {
     pub(crate) samples: Samples,
     /// The lowest of `low` in each block.
-    farthest: [f32; BLOCKS * BLOCKS],
+    pub(crate) farthest: [f32; BLOCKS * BLOCKS],
     /// Blocks that the triangles of a batch may cover in part: 256 × the lane, plus the block.
     pub(crate) queue: [u32; LANES * BLOCKS * BLOCKS],
     /// Blocks that they cover wholly.
@@ -43,6 +43,12 @@ struct PossibleHits {
     possible: u16,
     /// Those that the triangle certainly covers.
     inside: u16,
+}
+
+/// The entry of a queue for a lane and a block.
+#[inline(always)]
+pub(crate) fn queued(lane: usize, block: usize) -> u32 {
+    (lane * BLOCKS * BLOCKS + block) as u32
 }
 
 /// The lane and the block that an entry of a queue stands for.
@@ -109,11 +115,7 @@ impl Batch {
     #[inline(always)]
     fn edges<S: Simd>(&self, simd: S, lane: usize, x: f32x16<S>, y: f32x16<S>) -> [f32x16<S>; 3] {
         let at = |factors: &[f32; LANES]| splat(simd, factors[lane]);
-        each(
-            [0, 1, 2],
-            #[inline(always)]
-            |edge: usize| at(&self.a[edge]) * x + (at(&self.b[edge]) * y + at(&self.c[edge])),
-        )
+        each!(edge in [0, 1, 2] => at(&self.a[edge]) * x + (at(&self.b[edge]) * y + at(&self.c[edge])))
     }
 }
 
@@ -147,6 +149,14 @@ impl Tile {
         least.reduce_min()
     }
 
+    /// Notes how far each block's farthest sample is, after samples were settled.
+    #[inline(always)]
+    pub(crate) fn note_farthest<S: Simd>(&mut self, simd: S) {
+        for (farthest, low) in self.farthest.iter_mut().zip(self.samples.low.as_chunks::<LANES>().0) {
+            *farthest = f32x16::from_slice(simd, low).reduce_min();
+        }
+    }
+
     /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not;
     /// returns how many blocks it tested in part and wholly, which both queues still hold.
     ///
@@ -158,17 +168,14 @@ impl Tile {
         batch: &Batch,
         lanes: u64,
     ) -> [usize; 2] {
-        simd.vectorize(
-            #[inline(always)]
-            || self.test_batch_inlined::<S, CERTAIN>(simd, batch, lanes),
-        )
+        vectorized!(simd => self.test_batch_inlined::<S, CERTAIN>(simd, batch, lanes))
     }
 
     #[inline(always)]
     fn test_batch_inlined<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, lanes: u64) -> [usize; 2] {
         let (mut waiting, mut covered) = (0, 0);
-        for lane in lanes_of(lanes) {
-            let lane = lane as usize % LANES;
+        for lane in bits_of(lanes) {
+            let lane = lane % LANES;
             let (x0, x1) = (batch.blocks[0][lane] as usize % BLOCKS, batch.blocks[1][lane] as usize % BLOCKS);
             let (y0, y1) = (batch.blocks[2][lane] as usize % BLOCKS, batch.blocks[3][lane] as usize % BLOCKS);
             // So few blocks are tested without rejecting any by edges first. From 1 to 16, times differ by no more than
@@ -179,7 +186,7 @@ impl Tile {
                 for y in y0..=y1 {
                     for x in x0..=x1 {
                         let block = y * BLOCKS + x;
-                        self.queue[waiting] = (lane * BLOCKS * BLOCKS + block) as u32;
+                        self.queue[waiting] = queued(lane, block);
                         waiting += usize::from(nearest >= self.farthest[block]);
                     }
                 }
@@ -187,9 +194,25 @@ impl Tile {
                 (waiting, covered) = self.enqueue_blocks(simd, batch, lane, [x0, x1, y0, y1], (waiting, covered));
             }
         }
+        let all = mask32x16::splat(simd, true);
         for entry in 0..covered {
-            self.test_covered_block(simd, batch, self.covered[entry]);
+            let (lane, block) = lane_and_block(self.covered[entry]);
+            self.take_nearer(simd, batch, lane, block, coordinates(simd, block), [all, all]);
         }
+        self.test_queue::<S, CERTAIN>(simd, batch, waiting, u64::MAX);
+        [waiting, covered]
+    }
+
+    /// Tests the first blocks of the queue, in part. Of triangles that aren't set in `decided`, the predicate has to settle
+    /// every hit.
+    #[inline(always)]
+    pub(crate) fn test_queue<S: Simd, const CERTAIN: bool>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        waiting: usize,
+        decided: u64,
+    ) {
         // First without a branch, since which blocks a small triangle hits is anybody's guess: of two passes cloth takes
         // 7 % less time than of one, at 1024² on Zen 4.
         let mut kept = 0;
@@ -201,11 +224,11 @@ impl Tile {
         for entry in 0..kept {
             let PossibleHits { queued, possible, inside } = self.hits[entry];
             let (lane, block) = lane_and_block(queued);
+            let inside = if decided >> lane & 1 == 1 { inside } else { 0 };
             let masks = [u64::from(possible), u64::from(inside)];
             let masks = [mask32x16::from_bitmask(simd, masks[0]), mask32x16::from_bitmask(simd, masks[1])];
             self.take_nearer(simd, batch, lane, block, coordinates(simd, block), masks);
         }
-        [waiting, covered]
     }
 
     /// Queues those of a triangle's blocks that it isn't certain to miss, nor to be hidden in; the ends of both queues.
@@ -222,11 +245,9 @@ impl Tile {
         let columns = f32x16::simd_from(simd, FIRST_COLUMNS) + splat(simd, MIDDLE);
         // From a block's middle to a corner. Four bounds cover the roundings here and in the test itself.
         let (a, b) = (&batch.a, &batch.b);
-        let reach = each(
-            [0, 1, 2],
-            #[inline(always)]
-            |edge: usize| splat(simd, MIDDLE * (a[edge][lane].abs() + b[edge][lane].abs()) + 4.0 * batch.bound[lane]),
-        );
+        let reach = each!(edge in [0, 1, 2] => {
+            splat(simd, MIDDLE * (a[edge][lane].abs() + b[edge][lane].abs()) + 4.0 * batch.bound[lane])
+        });
         // The same for the depth, whose error counts the roundings of one sum like this.
         let gradient = [batch.gradient[0][lane], batch.gradient[1][lane]];
         let rise = MIDDLE * (gradient[0].abs() + gradient[1].abs()) + 2.0 * batch.depth_error[lane];
@@ -243,13 +264,13 @@ impl Tile {
             let zero = splat(simd, 0.0);
             let reached = (highest.simd_ge(zero) & here.simd_ge(farthest)).to_bitmask() & within_bounds;
             let whole = lowest.simd_gt(zero).to_bitmask();
-            let first = (lane * BLOCKS * BLOCKS + y * BLOCKS) as u32;
-            for x in lanes_of(reached & whole) {
-                self.covered[covered] = first + x;
+            let first = queued(lane, y * BLOCKS);
+            for x in bits_of(reached & whole) {
+                self.covered[covered] = first + x as u32;
                 covered += 1;
             }
-            for x in lanes_of(reached & !whole) {
-                self.queue[waiting] = first + x;
+            for x in bits_of(reached & !whole) {
+                self.queue[waiting] = first + x as u32;
                 waiting += 1;
             }
         }
@@ -276,14 +297,6 @@ impl Tile {
         let possible = !missed & high.simd_ge(old_low);
         let inside = lowest.simd_gt(bound);
         PossibleHits { queued, possible: possible.to_bitmask() as u16, inside: inside.to_bitmask() as u16 }
-    }
-
-    /// Tests the 16 samples of one block all of which the triangle covers.
-    #[inline(always)]
-    fn test_covered_block<S: Simd>(&mut self, simd: S, batch: &Batch, queued: u32) {
-        let (lane, block) = lane_and_block(queued);
-        let all = mask32x16::splat(simd, true);
-        self.take_nearer(simd, batch, lane, block, coordinates(simd, block), [all, all]);
     }
 
     /// Takes in a triangle where it is nearer than what is known, given where it may be hit and where it certainly is.

@@ -1,4 +1,4 @@
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
@@ -7,13 +7,14 @@ use rayon::prelude::*;
 
 use super::PerspectiveGrid;
 use super::bins::Bin;
-use super::build::lanes_of;
 use super::general::{General, Square};
-use super::lanes::{Corners, DepthPlane, LANES, Setup, each, largest, sample_range, splat};
-use super::pixel_space::{HALF_ULP, Vertex};
+use super::lanes::{Corners, DepthPlane, LANES, Setup, largest, sample_range, splat};
+use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::samples::{BLOCKS, SAMPLES, TileOfShot};
 use super::tile::{Batch, HALF, MaskWeights, Tile, block_range};
 use crate::shot::{Counts, Kind, SeenPixels, Shot, TileWork};
+use crate::simd::lanes::bits_of;
+use crate::simd::{each, vectorized};
 
 impl PerspectiveGrid {
     /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level. Counts the work of
@@ -24,27 +25,52 @@ impl PerspectiveGrid {
         seen: &mut SeenPixels,
         work: &mut [[u32; N]],
     ) -> Counts {
-        let Some(space) = self.space else {
+        let Self { space: Some(space), vertices, ranges, scratch, level, .. } = self else {
             seen.resize(0, 0);
             return Counts::default();
         };
+        let tiles = Tiles { shot, space, vertices };
+        tiles.trace(scratch, seen, work, |tile, index, triangle, inverse_depth| {
+            let bins = ranges.iter().map(|range| &range.bins[index]);
+            dispatch!(level.0, simd => tile.run(simd, bins.clone(), triangle, inverse_depth));
+        })
+    }
+}
+
+/// What all tiles of an image are searched with.
+pub(crate) struct Tiles<'a> {
+    pub(crate) shot: &'a Shot<'a>,
+    pub(crate) space: &'a PixelSpace,
+    pub(crate) vertices: &'a [Vertex],
+}
+
+impl Tiles<'_> {
+    /// Calls `search` with each tile, its index, and where it writes triangles and inverse depths, on all threads; what that
+    /// took. `scratch` is memory for each thread.
+    pub(crate) fn trace<const N: usize>(
+        &self,
+        scratch: &mut Vec<Mutex<Box<Tile>>>,
+        seen: &mut SeenPixels,
+        work: &mut [[u32; N]],
+        search: impl Fn(&mut TileTrace<'_, N>, usize, &mut [u32], &mut [f32]) + Sync,
+    ) -> Counts {
+        let &Self { shot, space, vertices } = self;
         let (width, height) = space.size();
         seen.resize(width, height);
         let order = seen.order();
-        self.scratch.resize_with(rayon::current_num_threads() + 1, Mutex::default);
-        let grid = &*self;
+        scratch.resize_with(rayon::current_num_threads() + 1, Mutex::default);
+        let scratch = &*scratch;
         let triangle_tiles = seen.triangle.par_chunks_mut(SAMPLES);
         let tiles = triangle_tiles.zip(seen.inverse_depth.par_chunks_mut(SAMPLES)).zip(work.par_chunks_mut(SAMPLES));
         let counted = tiles.enumerate().with_max_len(1).map(|(index, ((triangle, inverse_depth), work))| {
             // A thread waits for nobody here, since each has its own tile.
-            let thread = rayon::current_thread_index().unwrap_or(grid.scratch.len() - 1);
-            let mut tile = grid.scratch[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let thread = rayon::current_thread_index().unwrap_or(scratch.len() - 1);
+            let mut tile = scratch[thread].lock().unwrap_or_else(PoisonError::into_inner);
             let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
-            let at = TileOfShot { shot, space: &space, corner };
+            let at = TileOfShot { shot, space, corner };
             let (tile, work, tally) = (&mut *tile, TileWork(work), Counts::default());
-            let mut trace = TileTrace { at, vertices: &grid.vertices, tile, work, tally };
-            let bins = grid.ranges.iter().map(|range| &range.bins[index]);
-            dispatch!(grid.level.0, simd => trace.run(simd, bins.clone(), triangle, inverse_depth));
+            let mut trace = TileTrace { at, vertices, tile, work, tally };
+            search(&mut trace, index, triangle, inverse_depth);
             trace.tally
         });
         counted.reduce(Counts::default, Counts::plus)
@@ -52,12 +78,27 @@ impl PerspectiveGrid {
 }
 
 /// The search of one tile.
-struct TileTrace<'a, const N: usize> {
-    at: TileOfShot<'a>,
+pub(crate) struct TileTrace<'a, const N: usize> {
+    pub(crate) at: TileOfShot<'a>,
     vertices: &'a [Vertex],
-    tile: &'a mut Tile,
-    work: TileWork<'a, N>,
-    tally: Counts,
+    pub(crate) tile: &'a mut Tile,
+    pub(crate) work: TileWork<'a, N>,
+    pub(crate) tally: Counts,
+}
+
+/// Up to 16 triangles in relation to the middle of a tile.
+pub(crate) struct Placed<S: Simd> {
+    pub(crate) corners: Corners<S>,
+    pub(crate) x: [f32x16<S>; 3],
+    pub(crate) y: [f32x16<S>; 3],
+    /// How wrong a corner may be in the image, and here.
+    corner_error: f32x16<S>,
+    error: f32x16<S>,
+    /// First and last column, then row, of the samples that each may hit.
+    columns: [f32x16<S>; 2],
+    rows: [f32x16<S>; 2],
+    /// A bit for each triangle that may hit a sample of the tile that is in the image.
+    pub(crate) seen: u64,
 }
 
 impl<const N: usize> TileTrace<'_, N> {
@@ -138,51 +179,18 @@ impl<const N: usize> TileTrace<'_, N> {
     /// Tests up to 16 triangles on the fast path, all of them masked or none.
     #[inline(never)]
     fn test_ordinary<S: Simd, const MASKED: bool>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
-        simd.vectorize(
-            #[inline(always)]
-            || self.test_ordinary_inlined::<S, MASKED>(simd, ids, batch),
-        );
+        vectorized!(simd => self.test_ordinary_inlined::<S, MASKED>(simd, ids, batch));
     }
 
     #[inline(always)]
     fn test_ordinary_inlined<S: Simd, const MASKED: bool>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
-        let corners = Corners::of_ids(simd, self.vertices, self.at.shot.triangles, ids);
-        let origin = self.at.corner - self.at.space.middle + IVec2::splat(HALF);
-        let x = each(
-            corners.x,
-            #[inline(always)]
-            |x| x - splat(simd, origin.x as f32),
-        );
-        let y = each(
-            corners.y,
-            #[inline(always)]
-            |y| y - splat(simd, origin.y as f32),
-        );
-        // Half an ulp for the corner, one for the move to the tile's middle.
-        let corner_error =
-            largest(corners.x, corners.y) * splat(simd, 1.01 * HALF_ULP) + splat(simd, 1.01 * Vertex::ERROR_PIXELS);
-        let error = corner_error + largest(x, y) * splat(simd, 1.01 * HALF_ULP);
-        // The same again for the sums of coordinates and their errors.
-        let (columns, rows) = (sample_range(x, error + error), sample_range(y, error + error));
-        let (width, height) = self.at.space.size();
-        let last = IVec2::new(width as i32, height as i32) - 1 - self.at.corner - HALF;
-        let seen = overlaps(simd, columns, last.x) & overlaps(simd, rows, last.y);
-        let seen = seen.to_bitmask() & ((1 << ids.len()) - 1);
-        if seen == 0 {
+        let placed = self.place(simd, ids);
+        if placed.seen == 0 {
             return;
         }
         const OVERHANG_PIXELS: f32 = 3.25;
-        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, HALF as f32, OVERHANG_PIXELS);
-        let certain = setup.is_certain(simd);
-        let origin_pixels = [origin.x as f32, origin.y as f32];
-        let plane = DepthPlane::new(simd, &corners, corner_error, origin_pixels, HALF as f32);
-        batch.fill(simd, &setup, &plane, certain);
-        batch.ids[..ids.len()].copy_from_slice(ids);
-        let ranges = [block_range(simd, columns[0], columns[1]), block_range(simd, rows[0], rows[1])];
-        for (blocks, range) in batch.blocks.iter_mut().zip(ranges.as_flattened()) {
-            range.store_slice(blocks);
-        }
-        let certain = certain.to_bitmask();
+        let (setup, certain) = self.set_up(simd, &placed, ids, OVERHANG_PIXELS, batch);
+        let Placed { corners, x, y, error, seen, .. } = placed;
         self.settle_if_many();
         let queued = if MASKED {
             let weights = MaskWeights::new(simd, self.at.space, &corners, &setup, [x, y], error);
@@ -197,9 +205,54 @@ impl<const N: usize> TileTrace<'_, N> {
         }
     }
 
+    /// Brings up to 16 triangles into the tile's coordinates.
+    #[inline(always)]
+    pub(crate) fn place<S: Simd>(&self, simd: S, ids: &[u32]) -> Placed<S> {
+        let corners = Corners::of_ids(simd, self.vertices, self.at.shot.triangles, ids);
+        let origin = self.at.corner - self.at.space.middle + IVec2::splat(HALF);
+        let x = each!(x in corners.x => x - splat(simd, origin.x as f32));
+        let y = each!(y in corners.y => y - splat(simd, origin.y as f32));
+        // Half an ulp for the corner, one for the move to the tile's middle.
+        let corner_error =
+            largest(corners.x, corners.y) * splat(simd, 1.01 * HALF_ULP) + splat(simd, 1.01 * Vertex::ERROR_PIXELS);
+        let error = corner_error + largest(x, y) * splat(simd, 1.01 * HALF_ULP);
+        // The same again for the sums of coordinates and their errors.
+        let (columns, rows) = (sample_range(x, error + error), sample_range(y, error + error));
+        let (width, height) = self.at.space.size();
+        let last = IVec2::new(width as i32, height as i32) - 1 - self.at.corner - HALF;
+        let seen = overlaps(simd, columns, last.x) & overlaps(simd, rows, last.y);
+        let seen = seen.to_bitmask() & ((1 << ids.len()) - 1);
+        Placed { corners, x, y, corner_error, error, columns, rows, seen }
+    }
+
+    /// Sets them up for samples that are no farther outside of their bounds than `overhang`; a bit for each whose orientation
+    /// is certain.
+    #[inline(always)]
+    pub(crate) fn set_up<S: Simd>(
+        &self,
+        simd: S,
+        placed: &Placed<S>,
+        ids: &[u32],
+        overhang: f32,
+        batch: &mut Batch,
+    ) -> (Setup<S>, u64) {
+        let &Placed { ref corners, x, y, corner_error, error, columns, rows, .. } = placed;
+        let origin = (self.at.corner - self.at.space.middle + HALF).as_vec2().to_array();
+        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, HALF as f32, overhang);
+        let certain = setup.is_certain(simd);
+        let plane = DepthPlane::new(simd, corners, corner_error, origin, HALF as f32);
+        batch.fill(simd, &setup, &plane, certain);
+        batch.ids[..ids.len()].copy_from_slice(ids);
+        let ranges = [block_range(simd, columns[0], columns[1]), block_range(simd, rows[0], rows[1])];
+        for (blocks, range) in batch.blocks.iter_mut().zip(ranges.as_flattened()) {
+            range.store_slice(blocks);
+        }
+        (setup, certain.to_bitmask())
+    }
+
     /// Counts the tests of the blocks that were queued last.
     #[inline(always)]
-    fn count_queued(&mut self, [waiting, covered]: [usize; 2]) {
+    pub(crate) fn count_queued(&mut self, [waiting, covered]: [usize; 2]) {
         if N > 0 {
             for &queued in self.tile.queue[..waiting].iter().chain(&self.tile.covered[..covered]) {
                 let first = queued as usize % (BLOCKS * BLOCKS) * LANES;
@@ -211,10 +264,7 @@ impl<const N: usize> TileTrace<'_, N> {
     /// Tests up to 16 triangles with edge functions found in f64: in f32 in the tile where that will do, else in f64.
     #[inline(never)]
     fn test_general<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool, batch: &mut Batch) {
-        simd.vectorize(
-            #[inline(always)]
-            || self.test_general_inlined(simd, ids, masked, batch),
-        );
+        vectorized!(simd => self.test_general_inlined(simd, ids, masked, batch));
     }
 
     #[inline(always)]
@@ -252,34 +302,31 @@ impl<const N: usize> TileTrace<'_, N> {
             let block = in_tile.y as usize * BLOCKS + in_tile.x as usize;
             self.work.add(Kind::Tested, block * LANES..(block + 1) * LANES, 1);
             let tile = &mut *self.tile;
-            simd.vectorize(
-                #[inline(always)]
-                || tile.test_general(simd, triangle, id, masked, block, square),
-            );
+            vectorized!(simd => tile.test_general(simd, triangle, id, masked, block, square));
         }
     }
 
-    fn settle_if_many(&mut self) {
+    pub(crate) fn settle_if_many(&mut self) {
         let at = self.at;
         at.settle_if_many(&mut self.tile.samples, &mut self.work, &mut self.tally);
     }
 
-    fn settle(&mut self) {
+    pub(crate) fn settle(&mut self) {
         let at = self.at;
         at.settle(&mut self.tile.samples, &mut self.work, &mut self.tally);
     }
 
     /// Copies the tile to the image.
     #[inline(always)]
-    fn write<S: Simd>(&mut self, simd: S, triangle: &mut [u32], inverse_depth: &mut [f32]) {
+    pub(crate) fn write<S: Simd>(&mut self, simd: S, triangle: &mut [u32], inverse_depth: &mut [f32]) {
         triangle.copy_from_slice(&self.tile.samples.triangle);
         for (block, inverse_depth) in inverse_depth.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
             let unsure = self.tile.write_middles(simd, block, inverse_depth);
-            for lane in lanes_of(unsure) {
-                let index = block * LANES + lane as usize;
-                let refined = self.at.inverse_depth(index, self.tile.samples.triangle[index]);
-                inverse_depth[lane as usize % LANES] = refined;
-                self.tally.refined += 1;
+            for lane in bits_of(unsure) {
+                let index = block * LANES + lane;
+                let id = self.tile.samples.triangle[index];
+                inverse_depth[lane % LANES] = self.at.inverse_depth(index, id);
+                self.tally.refined += u64::from(id != SeenPixels::NONE);
             }
         }
         let (width, height) = self.at.space.size();

@@ -1,4 +1,4 @@
-use super::build::Cell;
+use super::build::{Cell, Reused};
 use super::extent::{Plane, Reference};
 use super::node::{Node, Nodes};
 use super::{KdLayout, KdTree};
@@ -15,21 +15,23 @@ pub struct Branch {
     references: Vec<Reference>,
 }
 
-impl Branch {
-    pub(super) fn clear(&mut self) {
+impl Reused for Branch {
+    fn clear(&mut self) {
         self.nodes.clear();
         self.ids.clear();
         self.deferred.clear();
         self.references.clear();
     }
 
-    pub(super) fn bytes(&self) -> usize {
+    fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node>()
             + self.ids.capacity() * size_of::<u32>()
             + self.deferred.capacity() * size_of::<Cell>()
             + self.references.capacity() * size_of::<Reference>()
     }
+}
 
+impl Branch {
     /// Adds a leaf.
     pub fn push_leaf(&mut self, ids: impl Iterator<Item = u32>) {
         let start = self.ids.len();

@@ -27,7 +27,7 @@ mod validate;
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Tally, Work};
 use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles, ray_by_ray};
 pub use build::{Candidate, Cell, Job};
-use build::{Deferred, Pool};
+use build::{Deferred, Pool, Reused};
 pub use extent::{Extent, Plane, Reference, Sides};
 pub use layout::Branch;
 pub use node::{Node, Nodes};
@@ -62,15 +62,12 @@ pub struct KdTree {
     visits: Tally,
 }
 
-impl std::fmt::Debug for KdTree {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("KdTree")
-            .field("triangles", &self.triangle_count)
-            .field("nodes", &self.nodes.len())
-            .field("references", &self.ids.len())
-            .finish_non_exhaustive()
-    }
-}
+debug_some!(
+    KdTree as tree:
+    "triangles" => tree.triangle_count,
+    "nodes" => tree.nodes.len(),
+    "references" => tree.ids.len()
+);
 
 impl KdTree {
     /// References and leaves together are no more than this for each triangle, and [`KdTree::LEAST_LIMIT`] besides.

@@ -68,6 +68,56 @@ pub enum KdTraversal {
 impl KdTraversal {
     /// Most entries of a short stack: more are never needed.
     pub const MOST_ENTRIES: u8 = Nodes::MAX_DEPTH as u8;
+
+    /// How rays find their way without a whole stack; `None` with one.
+    pub(super) fn trail(self) -> Option<Trail> {
+        let (entries, pushes_down) = match self {
+            Self::Stack => return None,
+            Self::Restart => (0, false),
+            Self::PushDown => (0, true),
+            Self::ShortStack(entries) => (entries.into(), true),
+        };
+        Some(Trail { stack: ShortStack { entries, top: 0, held: 0 }, pushes_down })
+    }
+}
+
+/// How rays find their way without a whole stack.
+#[derive(Clone, Copy)]
+pub(super) struct Trail {
+    pub(super) stack: ShortStack,
+    pub(super) pushes_down: bool,
+}
+
+/// In which slots the last children are that wait, of which a new one replaces the oldest if there are too many.
+#[derive(Clone, Copy)]
+pub(super) struct ShortStack {
+    /// How many there may be, perhaps none.
+    entries: usize,
+    /// Where the next one goes.
+    top: usize,
+    held: usize,
+}
+
+impl ShortStack {
+    /// The slot of another one.
+    #[inline(always)]
+    pub(super) fn push(&mut self) -> Option<usize> {
+        let slot = self.top;
+        self.top = if slot + 1 >= self.entries { 0 } else { slot + 1 };
+        self.held = (self.held + 1).min(self.entries);
+        (self.entries > 0).then_some(slot)
+    }
+
+    /// The slot of the last one.
+    #[inline(always)]
+    pub(super) fn pop(&mut self) -> Option<usize> {
+        if self.held == 0 {
+            return None;
+        }
+        self.held -= 1;
+        self.top = if self.top == 0 { self.entries - 1 } else { self.top - 1 };
+        Some(self.top)
+    }
 }
 
 /// What the surface area heuristic charges.

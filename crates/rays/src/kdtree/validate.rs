@@ -133,7 +133,7 @@ struct Visited {
 }
 
 /// The part of a polygon below a plane, or with a `side` of −1 above it (Sutherland and Hodgman 1974).
-fn part(polygon: &[DVec3], plane: Plane, side: f64) -> Vec<DVec3> {
+pub(super) fn part(polygon: &[DVec3], plane: Plane, side: f64) -> Vec<DVec3> {
     let at = f64::from(plane.at);
     let above = |point: DVec3| (point[plane.axis] - at) * side;
     let mut part = Vec::with_capacity(polygon.len() + 1);

@@ -493,41 +493,27 @@ impl Filed {
 impl<S: Simd> Rows<S> {
     #[inline(always)]
     fn extremes(&self) -> Extremes<S> {
+        let (least, most) = (f32x16::min, f32x16::max);
         Extremes {
-            x: [least(&self.x[0]), most(&self.x[1])],
-            y: [least(&self.y[0]), most(&self.y[1])],
-            nearness: [least(&self.nearness[0]), most(&self.nearness[1])],
-            inverse: most(&self.inverse),
-            depth: most(&self.depth),
+            x: [of_each(&self.x[0], least), of_each(&self.x[1], most)],
+            y: [of_each(&self.y[0], least), of_each(&self.y[1], most)],
+            nearness: [of_each(&self.nearness[0], least), of_each(&self.nearness[1], most)],
+            inverse: of_each(&self.inverse, most),
+            depth: of_each(&self.depth, most),
         }
     }
 }
 
-/// The least number of each of 16 vectors.
+/// What is left of each of 16 vectors when `either` takes one of two numbers: the least, or the largest.
 #[inline(always)]
-fn least<S: Simd>(rows: &[f32x16<S>; ROW_BLOCKS]) -> f32x16<S> {
+fn of_each<S: Simd>(rows: &[f32x16<S>; ROW_BLOCKS], either: impl Fn(f32x16<S>, f32x16<S>) -> f32x16<S>) -> f32x16<S> {
     let mut rows = *rows;
     let mut count = ROW_BLOCKS;
     while count > 1 {
         count /= 2;
         for index in 0..count {
             let (a, b) = (rows[2 * index], rows[2 * index + 1]);
-            rows[index] = a.unzip_low(b).min(a.unzip_high(b));
-        }
-    }
-    rows[0]
-}
-
-/// The largest number of each of 16 vectors.
-#[inline(always)]
-fn most<S: Simd>(rows: &[f32x16<S>; ROW_BLOCKS]) -> f32x16<S> {
-    let mut rows = *rows;
-    let mut count = ROW_BLOCKS;
-    while count > 1 {
-        count /= 2;
-        for index in 0..count {
-            let (a, b) = (rows[2 * index], rows[2 * index + 1]);
-            rows[index] = a.unzip_low(b).max(a.unzip_high(b));
+            rows[index] = either(a.unzip_low(b), a.unzip_high(b));
         }
     }
     rows[0]

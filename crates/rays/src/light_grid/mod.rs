@@ -55,11 +55,7 @@ pub struct LightGrid {
     huge: Vec<u32>,
 }
 
-impl std::fmt::Debug for LightGrid {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("LightGrid").field("counts", &self.pass.counts).finish_non_exhaustive()
-    }
-}
+debug_some!(LightGrid as grid: "counts" => grid.pass.counts);
 
 impl LightGrid {
     /// An empty grid that uses the instructions of `level`.

@@ -12,6 +12,8 @@ use super::settle::Settler;
 use super::small::{BATCH, Batch, Mapped};
 use super::worker::Worker;
 use crate::shot::Counts;
+use crate::simd::lanes::bits_of;
+use crate::simd::vectorized;
 use crate::simd::vectors::LANES;
 
 /// Triangles that a thread takes at once.
@@ -74,7 +76,7 @@ impl Tester<'_> {
         let chunk = &all[first..(first + CHUNK_TRIANGLES).min(all.len())];
         for (batch, triangles) in chunk.chunks(BATCH).enumerate() {
             let first = first + batch * BATCH;
-            let (mut small, mut large) = (0, 0);
+            let (mut small, mut large) = (0_u64, 0_u64);
             for (group, triangles) in triangles.chunks(LANES).enumerate() {
                 let slot = group * LANES;
                 let survivors = worker.batch.set_up(simd, &self.mapped, triangles, slot);
@@ -82,14 +84,12 @@ impl Tester<'_> {
                 large |= survivors.large << slot;
             }
             worker.counts.small_triangles += u64::from(small.count_ones());
-            while small != 0 {
-                self.enqueue(simd, worker, first, small.trailing_zeros() as usize);
-                small &= small - 1;
+            for lane in bits_of(small) {
+                self.enqueue(simd, worker, first, lane);
             }
             self.flush(simd, worker, first);
-            while large != 0 {
-                self.test_large(simd, worker, (first + large.trailing_zeros() as usize) as u32);
-                large &= large - 1;
+            for lane in bits_of(large) {
+                self.test_large(simd, worker, (first + lane) as u32);
             }
         }
     }
@@ -132,10 +132,7 @@ impl Tester<'_> {
     #[cold]
     #[inline(never)]
     fn flush_apart<S: Simd>(&self, simd: S, worker: &mut Worker, first_id: usize) {
-        simd.vectorize(
-            #[inline(always)]
-            || self.flush(simd, worker, first_id),
-        );
+        vectorized!(simd => self.flush(simd, worker, first_id));
     }
 
     /// Tests what is listed, and empties the list; `first` is the id of the batch's first triangle.
@@ -226,10 +223,8 @@ impl Tester<'_> {
         let clusters = row.reaching(*columns.start(), *columns.end()).step_by(LANES);
         let tests = clusters.len() as u64;
         for first in clusters {
-            let mut overlapping = row.overlap(simd, first, &bounds).to_bitmask();
-            while overlapping != 0 {
-                visit(row.block[first + overlapping.trailing_zeros() as usize] as usize);
-                overlapping &= overlapping - 1;
+            for cluster in bits_of(row.overlap(simd, first, &bounds).to_bitmask()) {
+                visit(row.block[first + cluster] as usize);
             }
         }
         tests
@@ -286,14 +281,10 @@ impl Tester<'_> {
             let answers = answers.unwrap_or_default();
             (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
         }
-        let mut pending = possible & !certain;
+        let pending = possible & !certain;
         counts.undecided += u64::from(pending.count_ones());
         *shadowed |= certain;
-        while pending != 0 {
-            let lane = pending.trailing_zeros() as usize;
-            pending &= pending - 1;
-            undecided.push([(block * LANES + lane) as u32, id]);
-        }
+        undecided.extend(bits_of(pending).map(|lane| [(block * LANES + lane) as u32, id]));
     }
 }
 

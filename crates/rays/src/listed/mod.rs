@@ -4,6 +4,7 @@
 
 mod camera;
 mod light;
+mod sorted;
 
 pub use camera::{Cells, ImpossibleCells, ListedGrid, ListedOptions};
 pub use light::{ImpossibleLightCells, ListedLightGrid, ListedLightOptions};

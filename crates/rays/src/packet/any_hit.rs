@@ -1,10 +1,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
-use super::blocks::{bits_of, least_of, least_of_blocks};
+use super::blocks::{least_of, least_of_blocks};
 use super::query::Query;
 use super::{LANES, MOST_BLOCKS, PacketRays, Planes};
 use crate::shot::{MaskAnswers, Opacity};
+use crate::simd::lanes::bits_of;
 
 /// Whether sixteen rays have reached the points that they end at.
 #[derive(Clone, Copy, Debug)]
@@ -103,7 +104,7 @@ impl<'a> AnyHit<'a> {
             possible &= !answers.cut;
             certain &= answers.opaque;
         }
-        for ray in bits_of(u64::from(possible & !certain)) {
+        for ray in bits_of(possible & !certain) {
             self.undecided.push((block as u16, ray as u16, id));
         }
         found.shadowed |= certain;

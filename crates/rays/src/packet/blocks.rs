@@ -114,13 +114,3 @@ pub(super) fn least_of_blocks<S: Simd>(simd: S, numbers: &[f32; MOST_BLOCKS], co
     }
     least.reduce_min()
 }
-
-/// The indices of a word's set bits.
-#[inline(always)]
-pub(super) fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let bit = bits.trailing_zeros() as usize;
-        bits &= bits.wrapping_sub(1);
-        (bit < MOST_BLOCKS).then_some(bit)
-    })
-}

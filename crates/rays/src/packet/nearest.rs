@@ -1,10 +1,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
-use super::blocks::{bits_of, least_of, least_of_blocks};
+use super::blocks::{least_of, least_of_blocks};
 use super::query::Query;
 use super::{LANES, MOST_BLOCKS, PacketRays, Planes};
 use crate::shot::{MaskAnswers, Opacity, SeenPixels};
+use crate::simd::lanes::bits_of;
 
 /// What sixteen rays hit nearest, as far as is certain.
 #[derive(Clone, Copy, Debug)]
@@ -83,12 +84,10 @@ impl<'a> Nearest<'a> {
         let below = lowest.simd_lt(-values.bound);
         let is_oriented = planes.oriented >> lane & 1 == 1;
         let (missed, certain) = if is_oriented {
-            let [start_low, start_high] = self.starts.map(
-                #[inline(always)]
-                |start| f32x16::splat(simd, start),
-            );
-            let hidden = values.high.simd_lt(old_low) | values.low.simd_gt(start_high);
-            let certain = lowest.simd_gt(values.bound) & values.low.simd_gt(old_high) & values.high.simd_lt(start_low);
+            let [start_low, start_high] = self.starts;
+            let hidden = values.high.simd_lt(old_low) | values.low.simd_gt(f32x16::splat(simd, start_high));
+            let started = values.high.simd_lt(f32x16::splat(simd, start_low));
+            let certain = lowest.simd_gt(values.bound) & values.low.simd_gt(old_high) & started;
             (below | hidden, certain)
         } else {
             (below & highest.simd_gt(values.bound), mask32x16::splat(simd, false))

@@ -6,6 +6,7 @@ use super::space::{Common, Space};
 use super::{HALF_ULP, LANES, ROUNDING};
 use crate::Triangles;
 use crate::shot::MaskPoints;
+use crate::simd::vectors::{Vectors, largest, vectors};
 
 /// Sixteen triangles as linear functions of a ray's coordinates (x, y) in a packet, in f32.
 ///
@@ -181,8 +182,6 @@ struct Half<S: Simd> {
     oriented: u64,
 }
 
-type Vectors<S> = [f64x8<S>; 3];
-
 impl<S: Simd> Half<S> {
     /// With u half an ulp of an f64, ε half an ulp of an f32, r the reach of a corner (its largest coordinate, sheared
     /// and shifted) and ρ that of a difference of corners:
@@ -347,18 +346,8 @@ fn splat<S: Simd>(simd: S, value: f64) -> f64x8<S> {
     f64x8::splat(simd, value)
 }
 
-#[inline(always)]
-fn vectors<S: Simd>(simd: S, [u, v, w]: [[f64; 8]; 3]) -> Vectors<S> {
-    [f64x8::simd_from(simd, u), f64x8::simd_from(simd, v), f64x8::simd_from(simd, w)]
-}
-
 /// Coordinates in which the packet's middle ray runs along w.
 #[inline(always)]
 fn shear<S: Simd>(space: &Space, [u, v, w]: Vectors<S>) -> Vectors<S> {
     [u - w * space.slope[0], v - w * space.slope[1], w]
-}
-
-#[inline(always)]
-fn largest<S: Simd>([u, v, w]: Vectors<S>) -> f64x8<S> {
-    u.abs().max(v.abs()).max(w.abs())
 }

@@ -115,21 +115,7 @@ impl Space {
     /// The space of rays from `origin` whose slopes are in `slopes`, each wrong by at most `error`.
     pub(crate) fn of_origin(group: Group, origin: DVec3, unit: f64, slopes: [Range; 2], error: f64) -> Self {
         let slope = slopes.map(Range::middle);
-        let Group { axes, sign } = group;
-        let space = Self {
-            common: Common::Origin,
-            origin,
-            unit,
-            axes,
-            sign,
-            slope,
-            shift: [0.0; 2],
-            half: [1.0; 2],
-            ray_error: 0.0,
-            start_reach: 0.0,
-            points: None,
-        };
-        space.with_extent(slopes, slope, error)
+        Self::new(Common::Origin, group, origin, unit, slope).with_extent(slopes, slope, error)
     }
 
     /// The space of rays along `direction` that are in the ranges of `positions` along u and v where they cross w = 0 in relation to
@@ -142,21 +128,15 @@ impl Space {
         positions: [Range; 2],
         error: f64,
     ) -> Self {
-        let Group { axes, sign } = group;
-        let space = Self {
-            common: Common::Direction,
-            origin,
-            unit,
-            axes,
-            sign,
-            slope: Self::slope_of(group, direction),
-            shift: positions.map(Range::middle),
-            half: [1.0; 2],
-            ray_error: 0.0,
-            start_reach: 0.0,
-            points: None,
-        };
-        space.with_extent(positions, space.shift, error)
+        let shift = positions.map(Range::middle);
+        let space = Self::new(Common::Direction, group, origin, unit, Self::slope_of(group, direction));
+        Self { shift, ..space }.with_extent(positions, shift, error)
+    }
+
+    /// Without an extent.
+    fn new(common: Common, Group { axes, sign }: Group, origin: DVec3, unit: f64, slope: [f64; 2]) -> Self {
+        let (shift, half) = ([0.0; 2], [1.0; 2]);
+        Self { common, origin, unit, axes, sign, slope, shift, half, ray_error: 0.0, start_reach: 0.0, points: None }
     }
 
     /// Slopes along u and v of a direction, each with one rounding.

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::{CameraRays, SeenImage, SeenPixels};
 use crate::Triangles;
 use crate::predicate::ROUNDING;
-use crate::simd::vectors::{Vectors, absolute, dot, largest, minus, splat_vector};
+use crate::simd::vectors::{Vectors, absolute, dot, largest, minus, splat_vector, vectors};
 
 /// The points that eight pixels show, in f64 from the planes of the triangles that they are on.
 pub(crate) struct EightPoints<S: Simd> {
@@ -40,11 +40,6 @@ impl<S: Simd> EightTriangles<S> {
         let [a, b, c] = positions;
         Self { corners: [vectors(simd, a), vectors(simd, b), vectors(simd, c)] }
     }
-}
-
-#[inline(always)]
-fn vectors<S: Simd>(simd: S, [x, y, z]: [[f64; 8]; 3]) -> Vectors<S> {
-    [f64x8::simd_from(simd, x), f64x8::simd_from(simd, y), f64x8::simd_from(simd, z)]
 }
 
 /// a × b, and the sums of the magnitudes of each component's two products.

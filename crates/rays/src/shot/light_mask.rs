@@ -30,15 +30,7 @@ impl LightMask {
     /// If the pixel is outside of the image's tiles.
     #[must_use]
     pub fn is_lit(&self, x: u32, y: u32) -> bool {
-        self.is_lit_at(self.order.index(x, y))
-    }
-
-    /// As [`is_lit`](Self::is_lit), for the pixel that is stored at `index`.
-    ///
-    /// # Panics
-    /// If there is no such index.
-    #[must_use]
-    pub fn is_lit_at(&self, index: usize) -> bool {
+        let index = self.order.index(x, y);
         self.blocks[index / TileOrder::BLOCK_PIXELS] >> (index % TileOrder::BLOCK_PIXELS) & 1 == 1
     }
 

@@ -12,6 +12,17 @@ pub(crate) fn splat<S: Simd>(simd: S, value: f32) -> f32x16<S> {
     f32x16::splat(simd, value)
 }
 
+/// The positions of a word's bits, the lowest first.
+#[inline(always)]
+pub(crate) fn bits_of(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
+    let mut bits = bits.into();
+    std::iter::from_fn(move || {
+        let bit = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (bit < 64).then_some(bit)
+    })
+}
+
 /// Lane by lane the least of three vectors.
 #[inline(always)]
 pub(crate) fn min3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {

@@ -16,6 +16,11 @@ pub(crate) fn splat_vector<S: Simd>(simd: S, value: DVec3) -> Vectors<S> {
 }
 
 #[inline(always)]
+pub(crate) fn vectors<S: Simd>(simd: S, [x, y, z]: [[f64; 8]; 3]) -> Vectors<S> {
+    [f64x8::simd_from(simd, x), f64x8::simd_from(simd, y), f64x8::simd_from(simd, z)]
+}
+
+#[inline(always)]
 pub(crate) fn dot<S: Simd>(a: Vectors<S>, b: Vectors<S>) -> f64x8<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }

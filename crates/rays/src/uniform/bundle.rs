@@ -8,6 +8,7 @@ use crate::packet::{
     AnyHitBlock, Common, Group, LANES, MOST_BLOCKS, NearestBlock, PacketRays, Range, Space, Undecided,
 };
 use crate::shot::TileOrder;
+use crate::simd::lanes::bits_of;
 
 /// Pixels along an edge of a packet (Wald et al. 2006, §4.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -169,15 +170,6 @@ impl Shape {
     }
 }
 
-/// The positions of a word's bits.
-pub(super) fn lanes_of(mut bits: u16) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lane = bits.trailing_zeros() as usize;
-        bits &= bits.wrapping_sub(1);
-        (lane < LANES).then_some(lane)
-    })
-}
-
 impl Bundle {
     pub(super) fn vector(&self, block: usize, lane: usize) -> DVec3 {
         let [x, y, z] = &self.vectors[block];
@@ -261,7 +253,7 @@ impl Bundle {
     /// Blocks and lanes of the group's rays.
     pub(super) fn members(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let blocks = self.members[..self.count].iter().enumerate();
-        blocks.flat_map(|(block, &members)| lanes_of(members).map(move |lane| (block, lane)))
+        blocks.flat_map(|(block, &members)| bits_of(members).map(move |lane| (block, lane)))
     }
 
     /// How many rays the group has.

@@ -126,6 +126,17 @@ impl Lattice {
         (z as usize * self.cells.y as usize + y as usize) * self.cells.x as usize + x as usize
     }
 
+    /// Calls `visit` with the index of each cell of a box.
+    #[inline(always)]
+    pub(super) fn for_each_of(&self, cells: &CellBox, mut visit: impl FnMut(usize)) {
+        for z in cells.range(2) {
+            for y in cells.range(1) {
+                let row = self.index(0, y, z);
+                cells.range(0).for_each(|x| visit(row + x as usize));
+            }
+        }
+    }
+
     /// A world position in cell coordinates, wrong by three roundings of their size.
     #[inline(always)]
     pub fn coordinates(&self, position: DVec3) -> DVec3 {

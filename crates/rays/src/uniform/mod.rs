@@ -13,7 +13,6 @@ mod frustum;
 mod lattice;
 mod macrocells;
 mod nested;
-mod overlap;
 mod see;
 mod shadow;
 mod slices;
@@ -23,8 +22,6 @@ mod validate;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
-
-use glam::DVec3;
 
 use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenPixels, Shot, Work};
 use crate::{Bounds, ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles};
@@ -37,16 +34,6 @@ use macrocells::Macrocells;
 use nested::Nested;
 pub use slices::{Beam, Scratch, Visitor};
 
-/// How triangles come into cells.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Insertion {
-    /// Into each cell that their bounding box overlaps: what the paper found to be faster in all.
-    #[default]
-    BoundingBox,
-    /// Into each cell that they overlap themselves: fewer references, and more work for each.
-    Exact,
-}
-
 /// What a [`UniformGrid`] is like.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UniformOptions {
@@ -54,8 +41,6 @@ pub struct UniformOptions {
     pub cells_per_triangle: f64,
     /// M of the paper's §2.4: cells along an edge of a macrocell.
     pub macrocell: u32,
-    /// How triangles come into cells.
-    pub insertion: Insertion,
     /// How many rays are traced together.
     pub packet: PacketSide,
     /// Cells that list more triangles than this hold grids of their own where that pays, and so may those grids' cells: for
@@ -65,13 +50,8 @@ pub struct UniformOptions {
 
 impl UniformOptions {
     /// The paper's, but for larger packets.
-    pub const DEFAULT: Self = Self {
-        cells_per_triangle: 6.0,
-        macrocell: 6,
-        insertion: Insertion::BoundingBox,
-        packet: PacketSide::ThirtyTwo,
-        nested_above: None,
-    };
+    pub const DEFAULT: Self =
+        Self { cells_per_triangle: 6.0, macrocell: 6, packet: PacketSide::ThirtyTwo, nested_above: None };
 
     /// The same, with grids inside of crowded cells.
     ///
@@ -102,21 +82,13 @@ impl Default for UniformOptions {
 }
 
 /// Options that no uniform grid can have.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "a uniform grid can't have {} cells a triangle and macrocells of {}³ cells{}",
+    .0.cells_per_triangle, .0.macrocell,
+    .0.nested_above.map_or(String::new(), |above| format!(", and grids inside of cells of more than {above} triangles"))
+)]
 pub struct ImpossibleUniformOptions(pub UniformOptions);
-
-impl std::fmt::Display for ImpossibleUniformOptions {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let UniformOptions { cells_per_triangle, macrocell, nested_above, .. } = self.0;
-        write!(
-            f,
-            "a uniform grid can't have {cells_per_triangle} cells a triangle and macrocells of {macrocell}³ cells"
-        )?;
-        nested_above.map_or(Ok(()), |above| write!(f, ", and grids inside of cells of more than {above} triangles"))
-    }
-}
-
-impl std::error::Error for ImpossibleUniformOptions {}
 
 /// The triangles of a frame, listed in cubic cells.
 ///
@@ -150,16 +122,13 @@ pub struct UniformGrid {
     workers: Vec<Mutex<Box<Worker>>>,
 }
 
-impl std::fmt::Debug for UniformGrid {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("UniformGrid")
-            .field("triangles", &self.triangle_count)
-            .field("cells", &self.cells())
-            .field("references", &self.references())
-            .field("nested_grids", &self.nested_grids())
-            .finish_non_exhaustive()
-    }
-}
+debug_some!(
+    UniformGrid as grid:
+    "triangles" => grid.triangle_count,
+    "cells" => grid.cells(),
+    "references" => grid.references(),
+    "nested_grids" => grid.nested_grids()
+);
 
 impl UniformGrid {
     /// Where the cells are; `None` before the first build.
@@ -214,13 +183,6 @@ impl UniformGrid {
     #[must_use]
     pub fn nested_references(&self) -> usize {
         self.nested.references()
-    }
-
-    /// World position of the corner at which the cell at `cell`, which may be one beyond the last, begins; zero before the
-    /// first build.
-    #[must_use]
-    pub fn cell_corner(&self, cell: [u32; 3]) -> DVec3 {
-        self.lattice.map_or(DVec3::ZERO, |lattice| lattice.corner + glam::UVec3::from(cell).as_dvec3() * lattice.side)
     }
 
     /// Whether two grids list the same triangles in the same cells, in the same order.

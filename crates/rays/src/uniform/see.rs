@@ -5,11 +5,12 @@ use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask32x16, u32x16};
 use rayon::prelude::*;
 
 use super::UniformGrid;
-use super::bundle::{Bundle, Shape, Worker, lanes_of};
+use super::bundle::{Bundle, Shape, Worker};
 use crate::Ray;
 use crate::packet::{Common, Group, LANES, Nearest, NearestBlock, Range, Space, Undecided};
 use crate::predicate::{crossing, settle};
 use crate::shot::{CameraRays, Counts, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
+use crate::simd::lanes::bits_of;
 
 /// Half the distance from one to the next f64.
 pub(super) use crate::predicate::ROUNDING;
@@ -239,7 +240,7 @@ impl CameraTrace<'_> {
             let hits = mask32x16::from_bitmask(simd, u64::from(hit));
             hits.select(found_triangle, u32x16::from_slice(simd, triangle)).store_slice(triangle);
             hits.select(inverse, f32x16::from_slice(simd, inverse_depth)).store_slice(inverse_depth);
-            for lane in lanes_of(hit & !exact) {
+            for lane in bits_of(hit & !exact) {
                 let corners = self.shot.triangles.corners(found.triangle[lane]);
                 let crossing = crossing(&self.ray(first + start + lane), corners);
                 inverse_depth[lane] = crossing.map_or(f32::NAN, |crossing| SeenPixels::inverse_of(crossing.t));

@@ -6,13 +6,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::UniformGrid;
-use super::bundle::{Bundle, Shape, Worker, eight, lanes_of, members_of};
+use super::bundle::{Bundle, Shape, Worker, eight, members_of};
 use super::see::ROUNDING;
 use crate::LightSource;
 use crate::SingleRays;
 use crate::packet::{AnyHit, AnyHitBlock, Common, Group, LANES, Points, Range, Space};
 use crate::predicate::settle;
 use crate::shot::{CameraRays, Counts, EightPoints, LightMask, SeenImage, SeenPixels, Shot, TileOrder};
+use crate::simd::lanes::bits_of;
 
 /// Words of a tile: one for each block.
 const TILE_BLOCKS: usize = TileOrder::TILE_PIXELS / TileOrder::BLOCK_PIXELS;
@@ -108,7 +109,7 @@ impl LightTrace<'_> {
             bundle.inverse_depths[index].copy_from_slice(&seen.inverse_depth[start..start + LANES]);
             let shown = SeenPixels::shown_of(&found.own) & part;
             let certain = if shown == 0 { 0 } else { self.locate(simd, bundle, index, start) };
-            for lane in lanes_of(shown & !certain) {
+            for lane in bits_of(shown & !certain) {
                 found.shadowed |= u16::from(self.is_shadowed(start + lane)) << lane;
             }
             bundle.members[index] = shown;

@@ -11,6 +11,8 @@ use super::lattice::Lattice;
 use crate::Triangles;
 use crate::packet::{Common, LANES, Mailbox, Planes, Query, Space};
 use crate::shot::Statistics;
+use crate::simd::lanes::bits_of;
+use crate::simd::vectorized;
 
 /// What tests the triangles that a packet comes across.
 pub trait Visitor {
@@ -46,15 +48,13 @@ impl<Q: Query> Visitor for Coherent<'_, Q> {
         planes.set_up(simd, self.space, self.triangles, ids);
         let all = (1_u64 << ids.len()) - 1;
         let inside = all & !planes.missed;
-        let mut lanes = planes.reaching(simd, inside, self.query.least_nearness());
+        let lanes = planes.reaching(simd, inside, self.query.least_nearness());
         statistics.note(|counts| {
             counts.frustum_culls += u64::from((all & !inside).count_ones());
             counts.depth_culls += u64::from((inside & !lanes).count_ones());
             counts.tests += u64::from(lanes.count_ones());
         });
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize % LANES;
-            lanes &= lanes - 1;
+        for lane in bits_of(lanes) {
             self.query.test(simd, planes, lane, ids[lane]);
         }
     }
@@ -476,16 +476,9 @@ impl<'a> Walk<'a> {
         let Scratch { listed, inside, statistics, .. } = scratch;
         let ids = &listed.ids[..std::mem::take(&mut listed.count)];
         let all = (1_u64 << ids.len()) - 1;
-        let missed = simd.vectorize(
-            #[inline(always)]
-            || self.frustum.missed(simd, self.triangles, ids),
-        );
+        let missed = vectorized!(simd => self.frustum.missed(simd, self.triangles, ids));
         statistics.note(|counts| counts.frustum_culls += u64::from((all & missed).count_ones()));
-        let mut lanes = all & !missed;
-        while lanes != 0 {
-            inside.push(ids[lanes.trailing_zeros() as usize % LANES]);
-            lanes &= lanes - 1;
-        }
+        bits_of(all & !missed).for_each(|lane| inside.push(ids[lane]));
         if inside.count >= LANES {
             self.test(simd, scratch, visitor);
         }
@@ -497,10 +490,7 @@ impl<'a> Walk<'a> {
         let Scratch { planes, inside, statistics, .. } = scratch;
         let count = inside.count.min(LANES);
         if count > 0 {
-            simd.vectorize(
-                #[inline(always)]
-                || visitor.test(simd, &inside.ids[..count], planes, statistics),
-            );
+            vectorized!(simd => visitor.test(simd, &inside.ids[..count], planes, statistics));
             inside.ids.copy_within(count..inside.count, 0);
             inside.count -= count;
         }

@@ -1,22 +1,27 @@
 //! The uniform grid, ray by ray, against the hierarchy and the predicate asked about every triangle.
 
 use glam::{DVec3, Vec3};
-use umbrage_rays::{Bvh, Hit, Insertion, Ray, SingleRays as _, Structure as _, Triangles, UniformGrid, UniformOptions};
+use umbrage_rays::{Bvh, Hit, Ray, SingleRays as _, Structure as _, Triangles, UniformGrid, UniformOptions};
 
 use crate::support::{self, Mesh, Random, nearest_of_all as nearest, random_ray};
 
+/// World position of the corner at which a cell begins, which may be one beyond the last.
+fn corner_of(grid: &UniformGrid, cell: [u32; 3]) -> DVec3 {
+    let lattice = grid.lattice().expect("a grid that was built");
+    lattice.corner + glam::UVec3::from(cell).as_dvec3() * lattice.side
+}
+
 /// Grids of every kind.
-fn options() -> [UniformOptions; 7] {
+fn options() -> [UniformOptions; 6] {
     let plain = UniformOptions::DEFAULT;
     let nested = UniformOptions { nested_above: Some(8), ..plain };
     [
         plain,
-        UniformOptions { insertion: Insertion::Exact, ..plain },
         UniformOptions { cells_per_triangle: 0.3, macrocell: 1, ..plain },
-        UniformOptions { cells_per_triangle: 60.0, macrocell: 4, insertion: Insertion::Exact, ..plain },
+        UniformOptions { cells_per_triangle: 60.0, macrocell: 4, ..plain },
         // Coarse, so that many cells are crowded, and grids are inside of grids.
         UniformOptions { cells_per_triangle: 0.1, ..nested },
-        UniformOptions { cells_per_triangle: 0.5, macrocell: 2, insertion: Insertion::Exact, ..nested },
+        UniformOptions { cells_per_triangle: 0.5, macrocell: 2, ..nested },
         UniformOptions { nested_above: Some(1), ..plain },
     ]
 }
@@ -88,7 +93,7 @@ fn rays_along_axes_and_in_planes_of_cells_hit_what_the_predicate_says() {
         let tilt = random.point().as_dvec3() * 10.0_f64.powi(-((step % 20) as i32));
         rays.push(Ray::new(origin, direction + tilt));
         // Through corners of cells.
-        let [low, high] = [lattice.cell_corner([0; 3]), lattice.cell_corner(lattice.cells())];
+        let [low, high] = [corner_of(&lattice, [0; 3]), corner_of(&lattice, lattice.cells())];
         let cell = (random.point() * 0.5 + 0.5).as_dvec3() * f64::from(lattice.cells()[0]);
         let corner = low + (high - low) / glam::UVec3::from(lattice.cells()).as_dvec3() * cell.floor();
         rays.push(Ray::new(corner, direction));
@@ -108,9 +113,9 @@ fn triangles_in_planes_of_cells_are_hit() {
     for triangle in 0..60 {
         let axis = triangle % 3;
         let mut cell = before.cells().map(|cells| cells / 4 + (random.bits() % u64::from(cells / 2)) as u32);
-        let corner = before.cell_corner(cell);
+        let corner = corner_of(&before, cell);
         cell[axis] += 1;
-        let sides = before.cell_corner(cell.map(|at| at + 1)) - corner;
+        let sides = corner_of(&before, cell.map(|at| at + 1)) - corner;
         let normal = [DVec3::X, DVec3::Y, DVec3::Z][axis] * sides;
         let across = [DVec3::Y, DVec3::Z, DVec3::X][axis] * sides;
         let along = [DVec3::Z, DVec3::X, DVec3::Y][axis] * sides;
@@ -144,15 +149,12 @@ fn triangles_that_end_where_cells_meet_are_hit() {
     let (mesh, rays) = support::corners_of_cells();
     let triangles = mesh.triangles();
     let expected: Vec<_> = rays.iter().map(|ray| nearest(triangles, ray, |_| true)).collect();
-    for insertion in [Insertion::BoundingBox, Insertion::Exact] {
-        for macrocell in [1, 2, 6] {
-            let cells_per_triangle = support::CORNER_CELLS;
-            let grid =
-                grid(triangles, UniformOptions { cells_per_triangle, insertion, macrocell, ..UniformOptions::DEFAULT });
-            assert_eq!((grid.cells(), grid.cell_corner([2, 4, 6])), ([17; 3], DVec3::new(1.0, 2.0, 3.0)));
-            for (ray, expected) in rays.iter().zip(&expected) {
-                assert_eq!(grid.nearest(triangles, ray, &|_| true), *expected, "{ray:?}, {insertion:?}");
-            }
+    for macrocell in [1, 2, 6] {
+        let cells_per_triangle = support::CORNER_CELLS;
+        let grid = grid(triangles, UniformOptions { cells_per_triangle, macrocell, ..UniformOptions::DEFAULT });
+        assert_eq!((grid.cells(), corner_of(&grid, [2, 4, 6])), ([17; 3], DVec3::new(1.0, 2.0, 3.0)));
+        for (ray, expected) in rays.iter().zip(&expected) {
+            assert_eq!(grid.nearest(triangles, ray, &|_| true), *expected, "{ray:?}");
         }
     }
     assert!(expected.iter().flatten().count() > rays.len() / 2);
@@ -164,14 +166,11 @@ fn triangles_that_end_where_nested_cells_meet_are_hit() {
     let (mesh, rays) = support::corners_of_cells_in_a_room();
     let triangles = mesh.triangles();
     let expected: Vec<_> = rays.iter().map(|ray| nearest(triangles, ray, |_| true)).collect();
-    for insertion in [Insertion::BoundingBox, Insertion::Exact] {
-        for macrocell in [1, 2, 6] {
-            let options = UniformOptions { insertion, macrocell, ..support::corner_options() };
-            let grid = grid(triangles, options);
-            assert_eq!(grid.nested_grids(), 1, "{grid:?}");
-            for (ray, expected) in rays.iter().zip(&expected) {
-                assert_eq!(grid.nearest(triangles, ray, &|_| true), *expected, "{ray:?}, {insertion:?}");
-            }
+    for macrocell in [1, 2, 6] {
+        let grid = grid(triangles, UniformOptions { macrocell, ..support::corner_options() });
+        assert_eq!(grid.nested_grids(), 1, "{grid:?}");
+        for (ray, expected) in rays.iter().zip(&expected) {
+            assert_eq!(grid.nearest(triangles, ray, &|_| true), *expected, "{ray:?}");
         }
     }
     assert!(expected.iter().flatten().count() > rays.len() / 2);
@@ -256,15 +255,6 @@ fn grids_are_the_same_on_any_number_of_threads() {
         }
         assert!(!one.is_same_as(&grid(mesh.triangles(), UniformOptions { nested_above: Some(20), ..options })));
     }
-}
-
-#[test]
-fn exact_insertion_has_fewer_references() {
-    let mesh = Mesh::bumpy_ball(Vec3::ZERO, 1.0, 60);
-    let [boxes, exact] = [Insertion::BoundingBox, Insertion::Exact]
-        .map(|insertion| grid(mesh.triangles(), UniformOptions { insertion, ..UniformOptions::DEFAULT }).references());
-    // The paper: by more than one third.
-    assert!(exact * 4 < boxes * 3, "{exact} {boxes}");
 }
 
 #[test]

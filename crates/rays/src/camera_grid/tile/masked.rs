@@ -1,13 +1,14 @@
 //! Triangles with masks, whose certain hits count only where the mask is certain as well.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
+use fearless_simd::{Simd, f32x16, mask32x16};
 
-use super::{BLOCKS, Batch, HALF, Tile, coordinates, lane_and_block, lanes_of};
-use crate::camera_grid::lanes::{Corners, LANES, Setup, each, largest, splat};
+use super::{BLOCKS, Batch, HALF, PossibleHits, Tile, coordinates, lane_and_block};
+use crate::camera_grid::lanes::{Corners, LANES, Setup, largest, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace};
 use crate::shot::{MaskPoints, Opacity};
-use crate::simd::lanes::{max3, min3};
+use crate::simd::lanes::{bits_of, max3, min3};
+use crate::simd::{each, vectorized};
 
 /// What turns the edge functions of a batch into the barycentric coordinates that the predicate gives.
 #[repr(C, align(64))]
@@ -65,18 +66,14 @@ impl MaskWeights {
 
     /// Barycentric coordinates and their errors where the triangle in `lane` has the edge functions `edges`.
     #[inline(always)]
-    fn points<S: Simd>(&self, simd: S, lane: usize, edges: [f32x16<S>; 3], lanes: u64) -> MaskPoints {
-        let weighted = each(
-            [0, 1, 2],
-            #[inline(always)]
-            |corner: usize| edges[corner] * splat(simd, self.inverse_depth[corner][lane]),
-        );
+    fn points<S: Simd>(&self, simd: S, lane: usize, edges: [f32x16<S>; 3], lanes: u16) -> MaskPoints {
+        let weighted = each!(corner in [0, 1, 2] => edges[corner] * splat(simd, self.inverse_depth[corner][lane]));
         let inverse_sum = splat(simd, 1.0) / (weighted[0] + weighted[1] + weighted[2]);
         let error = inverse_sum * splat(simd, self.error[lane]) + splat(simd, 12.0 * HALF_ULP);
         MaskPoints {
             barycentric: [(weighted[1] * inverse_sum).into(), (weighted[2] * inverse_sum).into()],
             error: error.into(),
-            lanes: lanes as u16,
+            lanes,
         }
     }
 }
@@ -93,10 +90,7 @@ impl Tile {
         opacity: &dyn Opacity,
         lanes: u64,
     ) -> [usize; 2] {
-        simd.vectorize(
-            #[inline(always)]
-            || self.test_masked_inlined(simd, batch, weights, opacity, lanes),
-        )
+        vectorized!(simd => self.test_masked_inlined(simd, batch, weights, opacity, lanes))
     }
 
     #[inline(always)]
@@ -109,8 +103,8 @@ impl Tile {
         lanes: u64,
     ) -> [usize; 2] {
         let (mut waiting, mut covered) = (0, 0);
-        for lane in lanes_of(lanes) {
-            let lane = lane as usize % LANES;
+        for lane in bits_of(lanes) {
+            let lane = lane % LANES;
             let blocks = [0, 1, 2, 3].map(|bound: usize| batch.blocks[bound][lane] as usize % BLOCKS);
             (waiting, covered) = self.enqueue_blocks(simd, batch, lane, blocks, (waiting, covered));
         }
@@ -134,38 +128,15 @@ impl Tile {
         queued: u32,
     ) {
         let (lane, block) = lane_and_block(queued);
-        let at = |values: &[f32; LANES]| splat(simd, values[lane]);
+        let PossibleHits { possible, inside, .. } = self.possible_hits::<S, true>(simd, batch, queued);
+        if possible == 0 {
+            return;
+        }
         let [x, y] = coordinates(simd, block);
-        let edges = batch.edges(simd, lane, x, y);
-        let (lowest, bound) = (min3(edges), at(&batch.bound));
-        let depth = at(&batch.inverse_depth) + (x * at(&batch.gradient[0]) + y * at(&batch.gradient[1]));
-        let error = at(&batch.depth_error);
-        let (low, high) = (depth - error, depth + error);
-        let samples = block * LANES..(block + 1) * LANES;
-        let old_low = f32x16::from_slice(simd, &self.samples.low[samples.clone()]);
-        let old_high = f32x16::from_slice(simd, &self.samples.high[samples.clone()]);
-        let possible = (high.simd_ge(old_low) & lowest.simd_ge(-bound)).to_bitmask();
-        if possible == 0 {
-            return;
-        }
-        let answers = opacity.which_stop(batch.ids[lane], &weights.points(simd, lane, edges, possible));
-        let possible = possible & !u64::from(answers.cut);
-        if possible == 0 {
-            return;
-        }
-        let certain = (lowest.simd_gt(bound) & low.simd_gt(old_high)).to_bitmask();
-        let certain = certain & possible & u64::from(answers.opaque);
-        if possible != certain {
-            let high: [f32; LANES] = high.into();
-            self.samples.note_undecided(block, batch.ids[lane], possible & !certain, &high);
-        }
-        let certain = mask32x16::from_bitmask(simd, certain);
-        let new_low = certain.select(low, old_low);
-        new_low.store_slice(&mut self.samples.low[samples.clone()]);
-        certain.select(high, old_high).store_slice(&mut self.samples.high[samples.clone()]);
-        let old_triangle = u32x16::from_slice(simd, &self.samples.triangle[samples.clone()]);
-        let triangle = u32x16::splat(simd, batch.ids[lane]);
-        certain.select(triangle, old_triangle).store_slice(&mut self.samples.triangle[samples]);
-        self.farthest[block] = new_low.reduce_min();
+        let points = weights.points(simd, lane, batch.edges(simd, lane, x, y), possible);
+        let answers = opacity.which_stop(batch.ids[lane], &points);
+        let masks = [u64::from(possible & !answers.cut), u64::from(inside & answers.opaque)];
+        let masks = [mask32x16::from_bitmask(simd, masks[0]), mask32x16::from_bitmask(simd, masks[1])];
+        self.take_nearer(simd, batch, lane, block, [x, y], masks);
     }
 }

@@ -9,10 +9,10 @@
 use rayon::prelude::*;
 
 use super::Job;
-use super::grow::Method;
 use super::presorted;
 use super::sah::{Candidate, Cell, Measure};
 use super::space::{Frame, Space};
+use crate::kdtree::KdBuilder;
 use crate::kdtree::extent::{Reference, Sides};
 use crate::kdtree::layout::Branch;
 
@@ -59,7 +59,7 @@ impl Job<'_> {
         }
         let mut branches = upper.fill();
         emit(&upper.nodes, 0, &mut branches, out);
-        branches.into_iter().flatten().for_each(|branch| self.pool.keep_branch(branch));
+        branches.into_iter().flatten().for_each(|branch| self.pool.branches.keep(branch));
     }
 }
 
@@ -132,12 +132,12 @@ impl Upper<'_> {
                 .collect();
             for &event in &events[chunk] {
                 if let Some(node) = live_node(presorted::index(event)) {
-                    sweeps[node].pass(event);
+                    sweeps[node].pass(event, 1);
                 }
             }
             let best = sweeps.into_iter().zip(&self.nodes[self.live.clone()]).map(|(sweep, node)| {
                 let is_cut = node.count > 0 && node.cell.depth < self.job.heuristic.max_depth;
-                sweep.best().filter(|_| is_cut)
+                sweep.end().best.filter(|_| is_cut)
             });
             best.collect()
         });
@@ -198,7 +198,7 @@ impl Upper<'_> {
     /// The subtrees of nodes that weren't cut, by node.
     fn fill(&mut self) -> Vec<Option<Branch>> {
         let Self { job, references, node, events, nodes, .. } = self;
-        let mut spaces: Vec<_> = nodes.iter().map(|node| node.cut.is_none().then(|| job.pool.space())).collect();
+        let mut spaces: Vec<_> = nodes.iter().map(|node| node.cut.is_none().then(|| job.pool.spaces.take())).collect();
         // In each in the order of ids.
         let mut order: Vec<_> = (0..references.len() as u32).filter(|&index| node[index as usize] != NOWHERE).collect();
         order.par_sort_unstable_by_key(|&index| references[index as usize].id);
@@ -218,9 +218,9 @@ impl Upper<'_> {
         }
         let branches = spaces.into_par_iter().zip(nodes.par_iter()).with_max_len(1).map(|(space, node)| {
             let mut space = space?;
-            let mut branch = job.pool.branch();
-            job.grow(&mut space, Frame::default(), Method::Presorted, node.cell, &mut branch);
-            job.pool.keep_space(space);
+            let mut branch = job.pool.branches.take();
+            job.grow(&mut space, Frame::default(), KdBuilder::Presorted, true, node.cell, &mut branch);
+            job.pool.spaces.keep(space);
             Some(branch)
         });
         branches.collect()

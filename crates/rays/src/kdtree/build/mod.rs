@@ -2,7 +2,6 @@
 
 mod adaptive;
 mod binned;
-mod bins;
 mod deferred;
 mod grow;
 mod in_place;
@@ -14,11 +13,11 @@ mod sah;
 mod space;
 mod streaming;
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
-use super::extent::{Extent, Reference};
+use super::extent::{Extent, Plane, Reference, Sides};
 use super::layout::Branch;
 use super::{Clipping, KdBuilder, KdTree, KdTreeOptions};
 use crate::Triangles;
@@ -43,64 +42,48 @@ pub struct Job<'a> {
 /// Memory that builds use again.
 #[derive(Default)]
 pub(super) struct Pool {
-    spaces: Mutex<Vec<Space>>,
-    branches: Mutex<Vec<Branch>>,
-    chunks: Mutex<Vec<Arena>>,
-    arenas: Mutex<Vec<Arena>>,
+    spaces: Shelf<Space>,
+    branches: Shelf<Branch>,
+    /// Parts of a large node's boxes.
+    chunks: Shelf<Arena>,
+    arenas: Shelf<Arena>,
 }
 
 impl Pool {
-    fn space(&self) -> Space {
-        let mut space = lock(&self.spaces).pop().unwrap_or_default();
-        space.clear();
-        space
-    }
-
-    fn branch(&self) -> Branch {
-        let mut branch = lock(&self.branches).pop().unwrap_or_default();
-        branch.clear();
-        branch
-    }
-
-    /// A part of a large node's boxes.
-    fn chunk(&self) -> Arena {
-        let mut chunk = lock(&self.chunks).pop().unwrap_or_default();
-        chunk.clear();
-        chunk
-    }
-
-    fn keep_chunk(&self, chunk: Arena) {
-        lock(&self.chunks).push(chunk);
-    }
-
-    fn arena(&self) -> Arena {
-        let mut arena = lock(&self.arenas).pop().unwrap_or_default();
-        arena.clear();
-        arena
-    }
-
-    fn keep_arena(&self, arena: Arena) {
-        lock(&self.arenas).push(arena);
-    }
-
-    fn keep_space(&self, space: Space) {
-        lock(&self.spaces).push(space);
-    }
-
-    fn keep_branch(&self, branch: Branch) {
-        lock(&self.branches).push(branch);
-    }
-
     pub(super) fn bytes(&self) -> usize {
-        lock(&self.spaces).iter().map(Space::bytes).sum::<usize>()
-            + lock(&self.branches).iter().map(Branch::bytes).sum::<usize>()
-            + lock(&self.chunks).iter().map(Arena::bytes).sum::<usize>()
-            + lock(&self.arenas).iter().map(Arena::bytes).sum::<usize>()
+        self.spaces.bytes() + self.branches.bytes() + self.chunks.bytes() + self.arenas.bytes()
     }
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+/// What keeps its memory when it is emptied.
+pub(super) trait Reused: Default {
+    fn clear(&mut self);
+
+    fn bytes(&self) -> usize;
+}
+
+/// Memory of one kind.
+#[derive(Default)]
+struct Shelf<T>(Mutex<Vec<T>>);
+
+impl<T: Reused> Shelf<T> {
+    fn lock(&self) -> MutexGuard<'_, Vec<T>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn take(&self) -> T {
+        let mut item = self.lock().pop().unwrap_or_default();
+        item.clear();
+        item
+    }
+
+    fn keep(&self, item: T) {
+        self.lock().push(item);
+    }
+
+    fn bytes(&self) -> usize {
+        self.lock().iter().map(T::bytes).sum()
+    }
 }
 
 impl KdTree {
@@ -116,10 +99,10 @@ impl KdTree {
             if builder == KdBuilder::Binned {
                 return job.bin(is_any_omitted, branch);
             }
-            let mut space = job.pool.space();
+            let mut space = job.pool.spaces.take();
             collect(triangles, is_any_omitted, &mut space.references);
             let extent = job.root(&mut space, builder, branch);
-            job.pool.keep_space(space);
+            job.pool.spaces.keep(space);
             extent
         });
     }
@@ -161,10 +144,10 @@ impl KdTree {
         let job = Job { triangles, clipping: Clipping::Boxes, heuristic, lazy_below: 0, pool: &self.pool };
         self.branch.clear();
         self.deferred.clear(self.options, boxes.len());
-        let mut space = self.pool.space();
+        let mut space = self.pool.spaces.take();
         space.references.extend_from_slice(boxes);
         self.extent = job.root(&mut space, KdBuilder::Presorted, &mut self.branch);
-        self.pool.keep_space(space);
+        self.pool.spaces.keep(space);
         self.lay_out();
     }
 }
@@ -183,9 +166,39 @@ impl Job<'_> {
             KdBuilder::Streaming => self.stream(space, root, out),
             KdBuilder::Nested => self.nest(std::mem::take(space), root, out),
             KdBuilder::InPlace => self.build_in_place(space, root, out),
-            builder => self.grow(space, Frame::default(), builder.into(), root, out),
+            builder => self.grow(space, Frame::default(), builder, false, root, out),
         }
         extent
+    }
+}
+
+/// What builders share.
+impl Job<'_> {
+    /// Adds an inner node, the children of which are built at the same time.
+    fn join(
+        &self,
+        plane: Plane,
+        out: &mut Branch,
+        left: impl FnOnce(&mut Branch) + Send,
+        right: impl FnOnce(&mut Branch) + Send,
+    ) {
+        let index = out.open(plane);
+        let mut right_branch = self.pool.branches.take();
+        rayon::join(|| left(out), || right(&mut right_branch));
+        out.turn_right(index);
+        out.append(&right_branch);
+        self.pool.branches.keep(right_branch);
+    }
+
+    /// On which sides of a plane a reference is, and its parts there.
+    fn part(&self, reference: &Reference, best: &Candidate) -> (Sides, [Option<Reference>; 2]) {
+        let sides = reference.sides(best.plane, best.planar_left);
+        let parts = match sides {
+            Sides::Left => [Some(*reference), None],
+            Sides::Right => [None, Some(*reference)],
+            Sides::Both => reference.cut(best.plane, self.clipping, || self.triangles.corners(reference.id)),
+        };
+        (sides, parts)
     }
 }
 
@@ -201,17 +214,8 @@ impl Job<'_> {
     #[must_use]
     pub fn best_of_boxes(&self, cell: &Cell, boxes: &[(Extent, u32)]) -> Option<Candidate> {
         let count = boxes.iter().map(|&(_, weight)| weight as usize).sum();
-        let mut measure = Measure::new(&self.heuristic, cell.extent, count);
-        let mut events = Vec::new();
-        for axis in 0..3 {
-            events.clear();
-            for ((extent, _), index) in boxes.iter().zip(0..) {
-                presorted::push_axis(&mut events, extent.min[axis], extent.max[axis], index);
-            }
-            events.sort_unstable();
-            presorted::sweep(&mut measure, axis, &events, |index| boxes[index].1);
-        }
-        measure.best
+        let measure = Measure::new(&self.heuristic, cell.extent, count);
+        resorting::best(measure, boxes, |&of_box| of_box, &mut Vec::new())
     }
 
     /// The two cells of the best plane, unless a leaf of `count` triangles is better. Once triangles are parted,
@@ -233,10 +237,10 @@ impl Job<'_> {
         if builder == KdBuilder::Binned {
             return self.bin_references(references, reach, cell, out);
         }
-        let mut space = self.pool.space();
+        let mut space = self.pool.spaces.take();
         space.references.extend_from_slice(references);
-        self.grow(&mut space, Frame::default(), builder.into(), cell, out);
-        self.pool.keep_space(space);
+        self.grow(&mut space, Frame::default(), builder, false, cell, out);
+        self.pool.spaces.keep(space);
     }
 }
 

@@ -11,11 +11,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::Job;
-use super::grow::Method;
 use super::presorted::{self, CUT, RIGHT};
 use super::sah::{Candidate, Cell, Measure};
 use super::space::{Frame, Space};
-use crate::kdtree::extent::{Reference, Sides};
+use crate::kdtree::KdBuilder;
+use crate::kdtree::extent::Reference;
 use crate::kdtree::layout::Branch;
 
 /// Nodes of fewer references are built by one thread, next to others.
@@ -42,22 +42,23 @@ impl Job<'_> {
     fn nest_listed(&self, mut space: Space, cell: Cell, out: &mut Branch) {
         let count = space.references.len();
         if count < SHARED_FROM {
-            self.grow(&mut space, Frame::default(), Method::Presorted, cell, out);
-            return self.pool.keep_space(space);
+            self.grow(&mut space, Frame::default(), KdBuilder::Presorted, true, cell, out);
+            return self.pool.spaces.keep(space);
         }
         let best = if cell.depth < self.heuristic.max_depth { self.best_of_chunks(&space, &cell) } else { None };
         let Some((best, cells)) = self.heuristic.split(&cell, count, best) else {
             out.push_leaf(space.references.iter().map(|reference| reference.id));
-            return self.pool.keep_space(space);
+            return self.pool.spaces.keep(space);
         };
         let [left, right] = self.part_chunks(space, &best);
         let cells = Cell::share(cells, [&left, &right].map(|space| space.references.len()));
-        let index = out.open(best.plane);
-        let mut right_branch = self.pool.branch();
-        rayon::join(|| self.nest_listed(left, cells[0], out), || self.nest_listed(right, cells[1], &mut right_branch));
-        out.turn_right(index);
-        out.append(&right_branch);
-        self.pool.keep_branch(right_branch);
+        let [left_cell, right_cell] = cells;
+        self.join(
+            best.plane,
+            out,
+            |out| self.nest_listed(left, left_cell, out),
+            |out| self.nest_listed(right, right_cell, out),
+        );
     }
 
     fn best_of_chunks(&self, space: &Space, cell: &Cell) -> Option<Candidate> {
@@ -74,9 +75,8 @@ impl Job<'_> {
             });
             let parts: Vec<(Range<usize>, [f64; 2])> = chunks.into_iter().zip(starts).collect();
             let best = parts.into_par_iter().map(|(chunk, before)| {
-                let mut measure = Measure::new(&self.heuristic, cell.extent, count);
-                presorted::sweep_on(&mut measure, axis, &events[chunk], before, |_| 1);
-                measure.best
+                let measure = Measure::new(&self.heuristic, cell.extent, count);
+                presorted::sweep(measure, axis, &events[chunk], before, |_| 1).best
             });
             best.reduce(|| None, Candidate::better)
         };
@@ -84,9 +84,9 @@ impl Job<'_> {
     }
 
     /// The left and the right child of a node.
-    fn part_chunks(&self, mut space: Space, best: &Candidate) -> [Space; 2] {
+    fn part_chunks(&self, space: Space, best: &Candidate) -> [Space; 2] {
         let parted: Vec<_> = space.references.par_chunks(CHUNK).map(|chunk| self.part_chunk(chunk, best)).collect();
-        let mut children = [self.pool.space(), self.pool.space()];
+        let mut children = [self.pool.spaces.take(), self.pool.spaces.take()];
         let mut indices = Vec::with_capacity(space.references.len());
         let mut fresh: [[Vec<u64>; 3]; 2] = Default::default();
         for chunk in &parted {
@@ -116,33 +116,18 @@ impl Job<'_> {
                 presorted::merge(parts.iter().map(|part| &part[side][..]), fresh, events);
             });
         }
-        space.clear();
-        self.pool.keep_space(space);
+        self.pool.spaces.keep(space);
         children
     }
 
     fn part_chunk(&self, references: &[Reference], best: &Candidate) -> Parted {
         let mut children = [Vec::with_capacity(references.len()), Vec::with_capacity(references.len())];
         let mut fresh: [[Vec<u64>; 3]; 2] = Default::default();
-        let indices = references.iter().map(|&reference| match reference.sides(best.plane, best.planar_left) {
-            Sides::Left => {
-                children[0].push(reference);
-                children[0].len() as u32 - 1
-            }
-            Sides::Right => {
-                children[1].push(reference);
-                RIGHT | (children[1].len() as u32 - 1)
-            }
-            Sides::Both => {
-                let parts = reference.cut(best.plane, self.clipping, || self.triangles.corners(reference.id));
-                for (side, part) in parts.into_iter().enumerate() {
-                    if let Some(part) = part {
-                        presorted::push_events(&mut fresh[side], &part.extent, children[side].len() as u32);
-                        children[side].push(part);
-                    }
-                }
-                CUT
-            }
+        let indices = references.iter().map(|reference| {
+            let (sides, parts) = self.part(reference, best);
+            let next = children.each_ref().map(|child| child.len() as u32);
+            children.iter_mut().zip(&parts).for_each(|(child, part)| child.extend(part));
+            presorted::place(sides, &parts, next, &mut fresh)
         });
         let indices = indices.collect();
         Parted { children, indices, fresh }

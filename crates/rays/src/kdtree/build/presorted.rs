@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::sah::{AxisMeasure, Candidate, Measure};
 use super::space::{Frame, Space};
-use crate::kdtree::extent::Extent;
+use crate::kdtree::extent::{Extent, Reference, Sides};
 
 // An event is a face of a reference's box: a u64 with the coordinate in the upper half, in the order of coordinates, then two
 // bits for its kind, and the reference's index. So sorting events as numbers brings them in the order of the paper.
@@ -50,6 +50,26 @@ pub(super) fn push_events(events: &mut [Vec<u64>; 3], extent: &Extent, index: u3
     }
 }
 
+/// Where a reference with these parts goes, of which the next of each child have these indices. Lists the events of parts
+/// that the plane cut.
+pub(super) fn place(
+    sides: Sides,
+    parts: &[Option<Reference>; 2],
+    next: [u32; 2],
+    fresh: &mut [[Vec<u64>; 3]; 2],
+) -> u32 {
+    match sides {
+        Sides::Left => next[0],
+        Sides::Right => RIGHT | next[1],
+        Sides::Both => {
+            for ((part, events), index) in parts.iter().zip(fresh).zip(next) {
+                part.iter().for_each(|part| push_events(events, &part.extent, index));
+            }
+            CUT
+        }
+    }
+}
+
 impl Space {
     /// Lists the events of all references from `at` on, in order.
     pub(super) fn list_events(&mut self, at: Frame) {
@@ -73,48 +93,29 @@ impl Space {
     /// The best plane for the references from `at` on, whose events are listed.
     pub(super) fn sweep(&self, mut measure: Measure<'_>, at: Frame) -> Option<Candidate> {
         for axis in 0..3 {
-            sweep(&mut measure, axis, &self.events[axis][at.events[axis]..], |_| 1);
+            let before = [0.0, measure.count as f64];
+            measure = sweep(measure, axis, &self.events[axis][at.events[axis]..], before, |_| 1);
         }
         measure.best
     }
 }
 
-/// Looks at all planes of events that are in order across an axis. The reference at an index counts as as many
-/// triangles as `weight` says.
+/// Looks at all planes of events that are in order across an axis, from where so many triangles have begun and so many
+/// haven't ended yet. The reference at an index counts as as many triangles as `weight` says.
 #[inline]
-pub(super) fn sweep(measure: &mut Measure<'_>, axis: usize, events: &[u64], weight: impl Fn(usize) -> u32) {
-    let count = measure.count as f64;
-    sweep_on(measure, axis, events, [0.0, count], weight);
-}
-
-/// As [`sweep`], from where so many triangles have begun and so many haven't ended yet.
-#[inline]
-pub(super) fn sweep_on(
-    measure: &mut Measure<'_>,
+pub(super) fn sweep<'a>(
+    measure: Measure<'a>,
     axis: usize,
     events: &[u64],
-    [mut left, mut right]: [f64; 2],
+    before: [f64; 2],
     weight: impl Fn(usize) -> u32,
-) {
-    let along = measure.axis(axis);
-    let mut next = 0;
-    while next < events.len() {
-        let ordered = events[next] >> 32;
-        let mut counts = [0_u32; 4];
-        while let Some(&event) = events.get(next)
-            && event >> 32 == ordered
-        {
-            counts[kind(event)] += weight(index(event));
-            next += 1;
-        }
-        let [ends, planar, starts] = [END, PLANAR, START].map(|kind| f64::from(counts[kind as usize]));
-        right -= ends + planar;
-        measure.consider(&along, coordinate(ordered as u32), [left, planar, right]);
-        left += starts + planar;
-    }
+) -> Measure<'a> {
+    let mut sweep = Sweep::new(measure, axis, before);
+    events.iter().for_each(|&event| sweep.pass(event, weight(index(event))));
+    sweep.end()
 }
 
-/// As [`sweep_on`], with events that come one at a time.
+/// A [`sweep`] with events that come one at a time.
 pub(super) struct Sweep<'a> {
     measure: Measure<'a>,
     along: AxisMeasure,
@@ -131,12 +132,12 @@ impl<'a> Sweep<'a> {
     }
 
     #[inline(always)]
-    pub(super) fn pass(&mut self, event: u64) {
+    pub(super) fn pass(&mut self, event: u64, weight: u32) {
         if event >> 32 != self.ordered {
             self.close();
             self.ordered = event >> 32;
         }
-        self.counts[kind(event)] += 1;
+        self.counts[kind(event)] += weight;
     }
 
     /// Looks at the plane of the last events.
@@ -151,9 +152,9 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    pub(super) fn best(mut self) -> Option<Candidate> {
+    pub(super) fn end(mut self) -> Measure<'a> {
         self.close();
-        self.measure.best
+        self.measure
     }
 }
 

@@ -2,17 +2,24 @@
 
 use super::presorted;
 use super::sah::{Candidate, Measure};
-use crate::kdtree::extent::Reference;
+use crate::kdtree::extent::Extent;
 
-/// The best plane among the faces of the references' boxes; `events` is room to work in.
-pub(super) fn best(mut measure: Measure<'_>, references: &[Reference], events: &mut Vec<u64>) -> Option<Candidate> {
+/// The best plane among the faces of what has a box `of` its own and counts as so many triangles; `events` is room to work in.
+pub(super) fn best<T>(
+    mut measure: Measure<'_>,
+    all: &[T],
+    of: impl Fn(&T) -> (Extent, u32),
+    events: &mut Vec<u64>,
+) -> Option<Candidate> {
     for axis in 0..3 {
         events.clear();
-        for (reference, index) in references.iter().zip(0..) {
-            presorted::push_axis(events, reference.extent.min[axis], reference.extent.max[axis], index);
+        for (one, index) in all.iter().zip(0..) {
+            let (extent, _) = of(one);
+            presorted::push_axis(events, extent.min[axis], extent.max[axis], index);
         }
         events.sort_unstable();
-        presorted::sweep(&mut measure, axis, events, |_| 1);
+        let before = [0.0, measure.count as f64];
+        measure = presorted::sweep(measure, axis, events, before, |index| of(&all[index]).1);
     }
     measure.best
 }

@@ -1,7 +1,7 @@
-use super::Job;
 use super::presorted;
 use super::sah::Candidate;
-use crate::kdtree::extent::{Reference, Sides};
+use super::{Job, Reused};
+use crate::kdtree::extent::Reference;
 
 /// What one thread works on: the references of the current node, above those of the right children that wait.
 #[derive(Default)]
@@ -27,12 +27,12 @@ pub(super) struct Frame {
     pub(super) events: [usize; 3],
 }
 
-impl Space {
-    pub(super) fn clear(&mut self) {
+impl Reused for Space {
+    fn clear(&mut self) {
         self.truncate(Frame::default());
     }
 
-    pub(super) fn bytes(&self) -> usize {
+    fn bytes(&self) -> usize {
         let references = self.references.capacity() + self.left.capacity();
         let fresh = self.fresh.iter().flatten();
         let events = self.events.iter().chain(&self.left_events).chain(fresh).map(Vec::capacity).sum::<usize>();
@@ -40,7 +40,9 @@ impl Space {
             + (events + self.right_events.capacity()) * size_of::<u64>()
             + self.indices.capacity() * size_of::<u32>()
     }
+}
 
+impl Space {
     /// Where everything ends.
     pub(super) fn end(&self) -> Frame {
         Frame { references: self.references.len(), events: [0, 1, 2].map(|axis| self.events[axis].len()) }
@@ -63,38 +65,15 @@ impl Space {
         let mut right = start;
         for index in start..self.references.len() {
             let reference = self.references[index];
-            match reference.sides(best.plane, best.planar_left) {
-                Sides::Left => {
-                    if has_events {
-                        self.indices.push(self.left.len() as u32);
-                    }
-                    self.left.push(reference);
-                }
-                Sides::Right => {
-                    if has_events {
-                        self.indices.push(presorted::RIGHT | (right - start) as u32);
-                    }
-                    self.references[right] = reference;
-                    right += 1;
-                }
-                Sides::Both => {
-                    let corners = || job.triangles.corners(reference.id);
-                    let parts = reference.cut(best.plane, job.clipping, corners);
-                    if has_events {
-                        self.indices.push(presorted::CUT);
-                        let indices = [self.left.len() as u32, (right - start) as u32];
-                        for (side, part) in parts.iter().enumerate() {
-                            if let Some(part) = part {
-                                presorted::push_events(&mut self.fresh[side], &part.extent, indices[side]);
-                            }
-                        }
-                    }
-                    self.left.extend(parts[0]);
-                    if let Some(part) = parts[1] {
-                        self.references[right] = part;
-                        right += 1;
-                    }
-                }
+            let (sides, parts) = job.part(&reference, best);
+            if has_events {
+                let next = [self.left.len() as u32, (right - start) as u32];
+                self.indices.push(presorted::place(sides, &parts, next, &mut self.fresh));
+            }
+            self.left.extend(parts[0]);
+            if let Some(part) = parts[1] {
+                self.references[right] = part;
+                right += 1;
             }
         }
         self.references.truncate(right);

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::rays::{HALF_ULP, Rays};
 use super::scale::Scale;
+use crate::simd::each;
 
 /// As many f32 as rays are led to leaves together.
 pub trait Wide<S: Simd>: SimdFloat<S, Element = f32> {}
@@ -59,10 +60,8 @@ impl Filter {
         let Values { weights: [u, v, w], determinant, t } =
             self.values::<S, V>(simd, load_three(simd, &rays.origin, first), load_three(simd, &rays.direction, first));
         let (lowest, highest) = (v.min(w), v.max(w));
-        let [bound, bound_of_a] = self.weight_bounds.map(
-            #[inline(always)]
-            |value| splat::<S, V>(simd, value),
-        );
+        let [bound, bound_of_a] = self.weight_bounds;
+        let (bound, bound_of_a) = (splat::<S, V>(simd, bound), splat::<S, V>(simd, bound_of_a));
         let below = lowest.simd_lt(-bound) | u.simd_lt(-bound_of_a);
         let above = highest.simd_gt(bound) | u.simd_gt(bound_of_a);
         let missed = below & above;
@@ -78,20 +77,9 @@ impl Filter {
     /// The edge functions and the determinant of lines, whatever their intervals.
     #[inline(always)]
     pub fn values<S: Simd, V: Wide<S>>(&self, simd: S, origin: [V; 3], direction: [V; 3]) -> Values<V> {
-        let [ax, ay, az] = self.a;
-        let offset = [
-            origin[0] - splat::<S, V>(simd, ax),
-            origin[1] - splat::<S, V>(simd, ay),
-            origin[2] - splat::<S, V>(simd, az),
-        ];
-        let b = self.b_from_a.map(
-            #[inline(always)]
-            |value| splat::<S, V>(simd, value),
-        );
-        let c = self.c_from_a.map(
-            #[inline(always)]
-            |value| splat::<S, V>(simd, value),
-        );
+        let offset = each!(axis in [0, 1, 2] => origin[axis] - splat::<S, V>(simd, self.a[axis]));
+        let b = each!(value in self.b_from_a => splat::<S, V>(simd, value));
+        let c = each!(value in self.c_from_a => splat::<S, V>(simd, value));
         let normal = cross(direction, c);
         let determinant = dot(b, normal);
         let v = dot(offset, normal);

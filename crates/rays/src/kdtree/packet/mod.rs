@@ -17,9 +17,10 @@ mod trail;
 
 use fearless_simd::{Simd, dispatch, f32x4, f32x8, f32x16};
 
-use super::{KdTraversal, KdTree};
+use super::KdTree;
 use crate::predicate::{self, ShadowRay};
 use crate::shot::Steps;
+use crate::simd::lanes::bits_of;
 use crate::{Hit, Ray, Triangles};
 pub use filter::{Filter, Wide, load};
 pub use options::{KdMailbox, KdPacketOptions, KdPacketWidth};
@@ -27,8 +28,7 @@ pub use rays::{HALF_ULP, LANES, MOST_RAYS, Rays};
 pub use scale::Scale;
 use stack::{Stack, Waiting};
 pub use tester::Ask;
-use tester::{MOST_PAIRS, Mailbox, Pairs, Tester, bits_of};
-use trail::Trail;
+use tester::{MOST_PAIRS, Mailbox, Pairs, Tester};
 
 impl KdTree {
     /// Says how packets are led from now on.
@@ -167,7 +167,7 @@ impl KdTree {
             let count = (count - first).min(MOST_RAYS);
             dispatch!(self.level.into(), simd => rays.set_up(simd, &self.extent, &scale, &ray, count));
             for (group, &exhaustive) in rays.exhaustive[..count.div_ceil(LANES)].iter().enumerate() {
-                for lane in bits_of(exhaustive.into()) {
+                for lane in bits_of(exhaustive) {
                     let index = (group * LANES + lane) as u32;
                     self.ids.iter().for_each(|&id| ask(&[(index, id)], &mut [0.0]));
                 }
@@ -214,19 +214,12 @@ impl Packets<'_, '_> {
     #[inline(always)]
     fn visit<S: Simd, V: Wide<S>>(&mut self, simd: S) {
         let Self { rays, stack, root, tester } = self;
-        let trail = match tester.tree.options.traversal {
-            KdTraversal::Stack => {
-                for first in (0..rays.count).step_by(V::LEN) {
-                    stack::visit::<S, V>(simd, rays, first, *root, stack, tester);
-                }
-                return;
-            }
-            KdTraversal::Restart => Trail { entries: 0, pushes_down: false },
-            KdTraversal::PushDown => Trail { entries: 0, pushes_down: true },
-            KdTraversal::ShortStack(entries) => Trail { entries: entries.into(), pushes_down: true },
-        };
+        let trail = tester.tree.options.traversal.trail();
         for first in (0..rays.count).step_by(V::LEN) {
-            trail::visit::<S, V>(simd, rays, first, *root, stack, tester, trail);
+            match trail {
+                None => stack::visit::<S, V>(simd, rays, first, *root, stack, tester),
+                Some(trail) => trail::visit::<S, V>(simd, rays, first, *root, stack, tester, trail),
+            }
         }
     }
 }

@@ -5,6 +5,7 @@ use super::filter::{Filter, Wide};
 use super::rays::Rays;
 use super::scale::Scale;
 use crate::shot::Steps;
+use crate::simd::lanes::bits_of;
 use crate::{KdTree, Triangles};
 
 /// Settles pairs of a ray's index and a triangle, and writes for each pair from which t on nothing matters to its ray.
@@ -101,16 +102,6 @@ impl Tester<'_, '_> {
             self.pairs.push(first + lane, id, rays, self.ask);
         }
     }
-}
-
-/// The positions of a word's bits.
-#[inline(always)]
-pub(super) fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let bit = bits.trailing_zeros() as usize;
-        bits &= bits.wrapping_sub(1);
-        (bit < 64).then_some(bit)
-    })
 }
 
 /// Triangles that a packet remembers to have tested, and for which members. What is forgotten is tested again, which

@@ -6,14 +6,8 @@ use super::rays::Rays;
 use super::stack::{Stack, Waiting};
 use super::step::{Way, Within, backward, begin, way};
 use super::tester::Tester;
-
-/// How packets find their way without a whole stack: as single rays do.
-#[derive(Clone, Copy)]
-pub(super) struct Trail {
-    /// Of the stack.
-    pub(super) entries: usize,
-    pub(super) pushes_down: bool,
-}
+use crate::kdtree::options::Trail;
+use crate::simd::each;
 
 /// Leads the rays from `first` on to leaves below the node at `root`, with a stack of some entries or none. Where that has lost
 /// the next child, the packet comes from above again (Horn et al. 2007, appendix A.5, for packets).
@@ -27,9 +21,9 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     rays: &mut Rays,
     first: usize,
     root: u32,
-    stack: &mut Stack,
+    positions: &mut Stack,
     tester: &mut Tester<'_, '_>,
-    options: Trail,
+    Trail { stack: mut waiting, pushes_down }: Trail,
 ) {
     let (tree, scale) = (tester.tree, tester.scale);
     let mut within = begin::<S, V>(simd, rays, first);
@@ -39,7 +33,6 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     tester.steps.note(|visits| visits.packets += 1);
     tester.mailbox.clear();
     let order = Order::new::<S, V>(rays, first, within.members);
-    let mut stack = ShortStack { positions: stack, entries: options.entries, top: 0, held: 0 };
     let (mut index, mut level) = (root, 0_u32);
     let mut root = Waiting::default();
     root.put(index, level, &within);
@@ -74,7 +67,9 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
                         (index, within) = (far, of_far);
                         is_done = is_over(simd, rays, first, &within);
                     } else {
-                        stack.push(far, level, &of_far);
+                        if let Some(slot) = waiting.push() {
+                            positions[slot].put(far, level, &of_far);
+                        }
                         open |= bit;
                         (index, within) = (near, of_near);
                     }
@@ -89,7 +84,8 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
             let deepest = open.ilog2();
             open &= !(1 << deepest);
             trail = trail & ((1 << deepest) - 1) | 1 << deepest;
-            if let Some(position) = stack.pop() {
+            if let Some(slot) = waiting.pop() {
+                let position = &positions[slot];
                 (index, level, within) = (position.index, position.level, position.within(simd));
                 is_done = is_over(simd, rays, first, &within);
             } else {
@@ -99,7 +95,7 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
                 is_done = false;
             }
         }
-        if options.pushes_down && open == 0 {
+        if pushes_down && open == 0 {
             root.put(index, level, &within);
         }
     }
@@ -139,45 +135,12 @@ impl Order {
     /// ends, or up to twice the doubt before.
     #[inline(always)]
     fn ended<S: Simd, V: Wide<S>>(&self, simd: S, rays: &Rays, first: usize, within: &Within<V>) -> u64 {
-        let [x, y, z] = [0, 1, 2].map(
-            #[inline(always)]
-            |axis| load::<S, V>(simd, &rays.doubt[axis], first),
-        );
+        let [x, y, z] = each!(axis in [0, 1, 2] => load::<S, V>(simd, &rays.doubt[axis], first));
         let doubt = x.max(y).max(z);
         let end = load::<S, V>(simd, &rays.leave, first);
         // Four times the doubt instead of two, so that roundings don't matter.
         let four = splat::<S, V>(simd, 4.0);
         (within.leave - four * doubt).simd_gt(end).to_bitmask() & within.members & self.sorted
             | end.simd_lt(splat::<S, V>(simd, f32::MIN)).to_bitmask() & self.members
-    }
-}
-
-/// The last children that wait, of which a new one replaces the oldest if there are too many.
-struct ShortStack<'a> {
-    positions: &'a mut Stack,
-    entries: usize,
-    /// Where the next one goes.
-    top: usize,
-    held: usize,
-}
-
-impl ShortStack<'_> {
-    #[inline(always)]
-    fn push<S: Simd, V: Wide<S>>(&mut self, index: u32, level: u32, within: &Within<V>) {
-        if self.entries > 0 {
-            self.positions[self.top].put(index, level, within);
-            self.top = if self.top + 1 == self.entries { 0 } else { self.top + 1 };
-            self.held = (self.held + 1).min(self.entries);
-        }
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<&Waiting> {
-        if self.held == 0 {
-            return None;
-        }
-        self.held -= 1;
-        self.top = if self.top == 0 { self.entries - 1 } else { self.top - 1 };
-        Some(&self.positions[self.top])
     }
 }

@@ -58,13 +58,9 @@ impl Reachable<'_> {
     /// `t_max` or break off. Some triangles are tested more than once.
     pub(super) fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
         let within = *self;
-        match self.traversal {
-            KdTraversal::Stack => Stacked(within).visit(ray, test),
-            KdTraversal::Restart => Trailing { within, entries: 0, pushes_down: false }.visit(ray, test),
-            KdTraversal::PushDown => Trailing { within, entries: 0, pushes_down: true }.visit(ray, test),
-            KdTraversal::ShortStack(entries) => {
-                Trailing { within, entries: entries.into(), pushes_down: true }.visit(ray, test)
-            }
+        match self.traversal.trail() {
+            None => Stacked(within).visit(ray, test),
+            Some(trail) => Trailing { within, trail }.visit(ray, test),
         }
     }
 }

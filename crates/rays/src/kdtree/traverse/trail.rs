@@ -3,6 +3,7 @@ use std::ops::ControlFlow;
 use super::{Line, Reachable, Start, Tester, Way};
 use crate::Ray;
 use crate::kdtree::KdTraversal;
+use crate::kdtree::options::Trail;
 
 /// Visits a tree with a stack that holds the last few far children that wait; where it has lost the one that is next, the ray
 /// comes from above again. Without entries that is Foley and Sugerman's *kd-restart* (2005), and with `pushes_down` Horn et
@@ -14,9 +15,7 @@ use crate::kdtree::KdTraversal;
 /// leaves that a whole stack leads to, in that order.
 pub(super) struct Trailing<'a> {
     pub(super) within: Reachable<'a>,
-    /// Of the stack.
-    pub(super) entries: usize,
-    pub(super) pushes_down: bool,
+    pub(super) trail: Trail,
 }
 
 /// A node to visit, and the ray's interval in its cell.
@@ -29,36 +28,6 @@ struct Position {
     leave: f64,
 }
 
-/// The last far children, of which a new one replaces the oldest if there are too many.
-struct ShortStack {
-    positions: [Position; KdTraversal::MOST_ENTRIES as usize],
-    entries: usize,
-    /// Where the next one goes.
-    top: usize,
-    held: usize,
-}
-
-impl ShortStack {
-    #[inline(always)]
-    fn push(&mut self, position: Position) {
-        if self.entries > 0 {
-            self.positions[self.top] = position;
-            self.top = if self.top + 1 == self.entries { 0 } else { self.top + 1 };
-            self.held = (self.held + 1).min(self.entries);
-        }
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<Position> {
-        if self.held == 0 {
-            return None;
-        }
-        self.held -= 1;
-        self.top = if self.top == 0 { self.entries - 1 } else { self.top - 1 };
-        Some(self.positions[self.top])
-    }
-}
-
 impl Trailing<'_> {
     pub(super) fn visit(&self, ray: &Ray, test: impl FnMut(u32, &mut f64) -> ControlFlow<()>) -> ControlFlow<()> {
         let Reachable { tree, .. } = self.within;
@@ -68,8 +37,8 @@ impl Trailing<'_> {
             Start::Everything => return tester.everything(),
             Start::Line(line) => line,
         };
-        let positions = [Position::default(); KdTraversal::MOST_ENTRIES as usize];
-        let mut stack = ShortStack { positions, entries: self.entries, top: 0, held: 0 };
+        let mut positions = [Position::default(); KdTraversal::MOST_ENTRIES as usize];
+        let Trail { mut stack, pushes_down } = self.trail;
         // Where the ray comes from again: nothing waits above.
         let mut root = Position { index: 0, level: 0, enter: line.enter, leave: line.leave };
         let mut at = root;
@@ -97,7 +66,9 @@ impl Trailing<'_> {
                         is_done = far_enter > tester.t_max;
                     }
                     Way::Both(near_leave, far_enter) => {
-                        stack.push(Position { index: far, enter: far_enter, ..at });
+                        if let Some(slot) = stack.push() {
+                            positions[slot] = Position { index: far, enter: far_enter, ..at };
+                        }
                         open |= bit;
                         (at.index, at.leave) = (near, near_leave);
                     }
@@ -110,15 +81,15 @@ impl Trailing<'_> {
                 let level = open.ilog2();
                 open &= !(1 << level);
                 trail = trail & ((1 << level) - 1) | 1 << level;
-                if let Some(position) = stack.pop() {
-                    at = position;
+                if let Some(slot) = stack.pop() {
+                    at = positions[slot];
                     is_done = at.enter > tester.t_max;
                 } else {
                     tester.steps.note(|visits| visits.restarts += 1);
                     (at, open, is_done) = (root, 0, false);
                 }
             }
-            if self.pushes_down && open == 0 {
+            if pushes_down && open == 0 {
                 root = at;
             }
         }

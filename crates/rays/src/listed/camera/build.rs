@@ -5,12 +5,12 @@ use rayon::prelude::*;
 
 use super::drop::{Drop, Range};
 use super::list::List;
-use super::sort::TileCells;
 use super::{ListedGrid, Slices};
 use crate::Triangles;
 use crate::camera_grid::ImageTooLarge;
 use crate::camera_grid::build::project;
 use crate::camera_grid::pixel_space::PixelSpace;
+use crate::listed::sorted::Sorted;
 use crate::shot::{Seconds, Shot};
 
 impl ListedGrid {
@@ -77,19 +77,22 @@ impl ListedGrid {
         let (order, cells, slices) = (self.order(), self.options.cells, &self.slices);
         let (columns, rows) = order.tiles();
         self.ranges.par_iter_mut().with_max_len(1).for_each(|range| {
-            let Range { kept, general, unsorted, .. } = range;
+            let Range { kept, general, unsorted, pairs, .. } = range;
             unsorted.clear();
             List { space, triangles, cells, slices, tile_columns: columns, pairs: unsorted }.run(kept, general);
-            range.sort_by_tile(columns as usize * rows as usize);
+            pairs.sort(columns as usize * rows as usize, unsorted.iter().map(|pair| (pair.tile(), *pair)));
         });
     }
 
     /// Sorts each tile's pairs by cell.
     fn sort(&mut self) {
         let (columns, rows) = self.order().tiles();
-        self.tiles.resize_with(columns as usize * rows as usize, TileCells::default);
+        self.tiles.resize_with(columns as usize * rows as usize, Sorted::default);
         let (ranges, cells) = (&self.ranges, self.options.cells.in_tile());
         let tiles = self.tiles.par_iter_mut().enumerate().with_max_len(1);
-        tiles.for_each(|(tile, sorted)| sorted.sort(ranges, tile, cells));
+        tiles.for_each(|(tile, sorted)| {
+            let pairs = ranges.iter().flat_map(|range| range.pairs.of(tile..tile + 1));
+            sorted.sort(cells, pairs.map(|pair| (pair.cell_in_tile(), pair.triangle)));
+        });
     }
 }

@@ -7,7 +7,8 @@ use crate::shot::TileOrder;
 /// triangles, 16 at a time, which short lists alone would leave half empty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cells {
-    sorting_bits: u32,
+    /// Log₂ of the pixels a side of a sorting tile.
+    pub(super) sorting_bits: u32,
     tracing_bits: u32,
     slices: u32,
 }
@@ -64,11 +65,6 @@ impl Cells {
     #[must_use]
     pub fn slices(&self) -> u32 {
         self.slices
-    }
-
-    /// Log₂ of the pixels a side of a sorting tile.
-    pub(super) fn sorting_bits(&self) -> u32 {
-        self.sorting_bits
     }
 
     /// Log₂ of the sorting tiles a side of a [`TileOrder`] tile.

@@ -5,12 +5,12 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 
 use super::list::Pair;
 use crate::camera_grid::bins::bytes_of;
-use crate::camera_grid::build::lanes_of;
 use crate::camera_grid::general::{General, Square};
 use crate::camera_grid::lanes::{Corners, LANES, PixelBounds, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace, Vertex};
+use crate::listed::sorted::Sorted;
 use crate::shot::Opacity;
-use crate::simd::lanes::{max3, min3};
+use crate::simd::lanes::{bits_of, max3, min3};
 use crate::{Omitted, Triangles};
 
 /// What becomes of one range of triangles before its pairs are sorted by cell.
@@ -28,9 +28,7 @@ pub(super) struct Range {
     /// In the order in which they were found.
     pub(super) unsorted: Vec<Pair>,
     /// Sorted by tile.
-    pub(super) pairs: Vec<Pair>,
-    /// Where each tile's pairs start, and where the last one's end.
-    pub(super) starts: Vec<u32>,
+    pub(super) pairs: Sorted<Pair>,
 }
 
 /// A triangle that may contain samples, with sides of its bounds in pixels of the image. 16 bytes.
@@ -47,11 +45,7 @@ pub(super) struct Kept {
 
 impl Range {
     pub(super) fn bytes(&self) -> usize {
-        bytes_of(&self.kept)
-            + bytes_of(&self.general)
-            + bytes_of(&self.unsorted)
-            + bytes_of(&self.pairs)
-            + bytes_of(&self.starts)
+        bytes_of(&self.kept) + bytes_of(&self.general) + bytes_of(&self.unsorted) + self.pairs.bytes()
     }
 
     /// Empties everything but the pairs.
@@ -89,17 +83,17 @@ impl Drop<'_> {
             let ordinary = min3(corners.inverse_depth).simd_gt(splat(simd, 0.0)).to_bitmask();
             let odd = (!ordinary | corners.coincide().to_bitmask()) & all;
             let mut ordinary = ordinary & all;
-            for lane in lanes_of(odd) {
-                if !self.is_usable(first as u32 + lane) {
+            for lane in bits_of(odd) {
+                if !self.is_usable((first + lane) as u32) {
                     ordinary &= !(1 << lane);
                 } else if ordinary >> lane & 1 == 0 {
-                    self.keep_general(first as u32 + lane, start);
+                    self.keep_general((first + lane) as u32, start);
                 }
             }
             let kept = self.keep_ordinary(simd, first as u32, &corners, ordinary);
             self.range.dropped += u64::from((ordinary & !kept).count_ones());
-            for lane in lanes_of(kept) {
-                self.note_mask(first as u32 + lane, start);
+            for lane in bits_of(kept) {
+                self.note_mask((first + lane) as u32, start);
             }
         }
     }
@@ -124,9 +118,8 @@ impl Drop<'_> {
         let farthest: [f32; LANES] = (min3(inverse_depth) * splat(simd, one - slack)).into();
         let [x0, x1] = columns.map(<[f32; LANES]>::from);
         let [y0, y1] = rows.map(<[f32; LANES]>::from);
-        for lane in lanes_of(kept) {
-            let triangle = first + lane;
-            let lane = lane as usize;
+        for lane in bits_of(kept) {
+            let triangle = first + lane as u32;
             let columns = [x0[lane], x1[lane]].map(|x| (x as i32 + middle.x) as u16);
             let rows = [y0[lane], y1[lane]].map(|y| (y as i32 + middle.y) as u16);
             let [low, high] = &mut self.range.depths;

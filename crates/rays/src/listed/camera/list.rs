@@ -57,7 +57,7 @@ impl List<'_> {
     /// would only have the same test repeated.
     pub(super) fn run(&mut self, kept: &[Kept], general: &[u32]) {
         for triangle in kept {
-            let tile = |[first, last]: [u16; 2]| [first, last].map(|at| u32::from(at) >> self.cells.sorting_bits());
+            let tile = |[first, last]: [u16; 2]| [first, last].map(|at| u32::from(at) >> self.cells.sorting_bits);
             let ([x0, x1], [y0, y1]) = (tile(triangle.columns), tile(triangle.rows));
             // Where bounds hold more tiles, a triangle often misses most of them.
             const MOST_UNTESTED: u32 = 4;
@@ -86,7 +86,7 @@ impl List<'_> {
         let bounds = [columns, rows].map(|side| side.map(i32::from));
         // The smallest square of tiles that holds the bounds, aligned to its own side.
         let spread = (columns[0] ^ columns[1]) | (rows[0] ^ rows[1]);
-        let bits = (u16::BITS - spread.leading_zeros()).max(self.cells.sorting_bits());
+        let bits = (u16::BITS - spread.leading_zeros()).max(self.cells.sorting_bits);
         let corner = [bounds[0][0], bounds[1][0]].map(|first| first >> bits << bits);
         let middle = self.space.middle;
         let square = Square { x: corner[0] - middle.x, y: corner[1] - middle.y, side: 1 << bits };
@@ -105,7 +105,7 @@ impl List<'_> {
             square.quarters().into_iter().for_each(|quarter| self.list_square(listed, quarter));
         } else if let Some(nearest) = listed.general.depth.nearest_in(square) {
             let slice = self.slices.of(nearest.min(listed.nearest));
-            self.push(listed.id, at.map(|at| at as u32 >> self.cells.sorting_bits()), slice);
+            self.push(listed.id, at.map(|at| at as u32 >> self.cells.sorting_bits), slice);
         }
     }
 

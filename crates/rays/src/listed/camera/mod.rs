@@ -3,13 +3,11 @@
 //! Triangles that can't contain a sample are dropped, the others are listed in cells (sorting tiles × depth slices) by
 //! a counting sort, and each tile's cells are searched front to back until nothing can be nearer than what is found.
 
-mod blocks;
 mod build;
 mod cells;
 mod drop;
 mod list;
 mod slices;
-mod sort;
 mod trace;
 mod validate;
 
@@ -17,14 +15,14 @@ use std::sync::Mutex;
 
 use crate::camera_grid::bins::bytes_of;
 use crate::camera_grid::pixel_space::{PixelSpace, Vertex};
-use crate::camera_grid::samples::Samples;
+use crate::camera_grid::tile::Tile;
 use crate::grids::CameraGrid;
+use crate::listed::sorted::Sorted;
 use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot};
 use crate::{ImageTooLarge, Omitted, SimdLevel, TileOrder};
 pub use cells::{Cells, ImpossibleCells};
 use drop::Range;
 use slices::Slices;
-use sort::TileCells;
 
 /// The triangles of a frame, listed by cell, for one ray through each pixel.
 ///
@@ -46,19 +44,15 @@ pub struct ListedGrid {
     slices: Slices,
     /// In order of triangle ids.
     ranges: Vec<Range>,
-    /// One for each tile of the [`TileOrder`].
-    tiles: Vec<TileCells>,
+    /// The triangles of each tile of the [`TileOrder`], by cell.
+    tiles: Vec<Sorted<u32>>,
     omitted: Omitted,
     dropped: u64,
     /// One for each thread.
-    scratch: Vec<Mutex<Box<Samples>>>,
+    scratch: Vec<Mutex<Box<Tile>>>,
 }
 
-impl std::fmt::Debug for ListedGrid {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("ListedGrid").field("triangles", &self.triangle_count).finish_non_exhaustive()
-    }
-}
+debug_some!(ListedGrid as grid: "triangles" => grid.triangle_count);
 
 /// The parameters of a [`ListedGrid`]. They change how fast it is, and nothing that it finds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,8 +112,8 @@ impl CameraGrid for ListedGrid {
         bytes_of(&self.vertices)
             + bytes_of(&self.masked)
             + self.ranges.iter().map(Range::bytes).sum::<usize>()
-            + self.tiles.iter().map(TileCells::bytes).sum::<usize>()
-            + self.scratch.len() * size_of::<Samples>()
+            + self.tiles.iter().map(|cells| size_of_val(cells) + cells.bytes()).sum::<usize>()
+            + self.scratch.len() * size_of::<Tile>()
     }
 
     fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {

@@ -26,7 +26,7 @@ impl ListedGrid {
                 let mut of_tile = Vec::new();
                 for slice in 0..slices {
                     let cell = first + slice;
-                    of_tile.extend(in_tile.cells(cell..cell + 1).iter().map(|&id| (id, slice as u32)));
+                    of_tile.extend(in_tile.of(cell..cell + 1).iter().map(|&id| (id, slice as u32)));
                 }
                 of_tile.sort_unstable();
                 if let Some(pair) = of_tile.windows(2).find(|pair| pair[0].0 == pair[1].0) {

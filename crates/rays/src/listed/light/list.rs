@@ -3,17 +3,18 @@ use std::ops::Range as Ids;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
-use super::Lists;
 use super::points::PointRow;
-use super::sort::{Bins, Entry, SortedRow};
 use super::trace::LARGE;
+use super::{Bins, Entry, Lists};
 use crate::Triangles;
 use crate::light_grid::cells::Cells;
 use crate::light_grid::face::VertexErrors;
 use crate::light_grid::large::{Plane, planes};
 use crate::light_grid::pass::LightPass;
 use crate::light_grid::small::{BATCH, Batch, Mapped};
+use crate::listed::sorted::Sorted;
 use crate::shot::Counts;
+use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 
 /// What one range of triangles has in cells.
@@ -70,9 +71,10 @@ impl Lists {
     /// Sorts pairs of triangles and cells by cell.
     pub(super) fn sort_pairs(&mut self, counts: &mut Counts) {
         let Self { cells, ranges, triangle_rows, .. } = self;
-        triangle_rows.resize_with(cells.rows().len(), SortedRow::default);
+        triangle_rows.resize_with(cells.rows().len(), Sorted::default);
         triangle_rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(row, triangles)| {
-            triangles.sort(cells.across.count, ranges.iter().flat_map(|range| range.row(row)));
+            let entries = ranges.iter().flat_map(|range| range.row(row));
+            triangles.sort(cells.across.count, entries.map(|entry| entry.column_and_item()));
         });
         counts.pairs += triangle_rows.iter().map(|row| row.items().len() as u64).sum::<u64>();
     }
@@ -96,16 +98,10 @@ impl Listing<'_> {
         for first in ids.step_by(LANES) {
             let triangles = &self.triangles.indices[first..end.min(first + LANES)];
             let survivors = range.batch.set_up(simd, &self.mapped, triangles, 0);
-            let mut small = survivors.small;
-            while small != 0 {
-                let lane = small.trailing_zeros() as usize % LANES;
-                small &= small - 1;
+            for lane in bits_of(survivors.small) {
                 self.list_small(range, lane, (first + lane) as u32);
             }
-            let mut large = survivors.large;
-            while large != 0 {
-                let lane = large.trailing_zeros() as usize;
-                large &= large - 1;
+            for lane in bits_of(survivors.large) {
                 self.list_large(simd, range, (first + lane) as u32);
             }
         }

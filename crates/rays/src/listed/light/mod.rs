@@ -8,7 +8,6 @@
 
 mod list;
 mod points;
-mod sort;
 mod trace;
 mod validate;
 
@@ -18,11 +17,11 @@ use crate::grids::LightsGrid;
 use crate::light_grid::cells::{Axis, Cells, Row};
 use crate::light_grid::large::Plane;
 use crate::light_grid::pass::LightPass;
+use crate::listed::sorted::Sorted;
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
 use crate::{LightCells, LightSource, SimdLevel};
 use list::Range;
 use points::PointRow;
-use sort::{Bins, SortedRow};
 use trace::Job;
 
 /// Which points that the camera sees a light reaches, with triangles listed by cell, rebuilt for every frame and light.
@@ -46,17 +45,52 @@ struct Lists {
     point_bins: Vec<Bins>,
     point_rows: Vec<PointRow>,
     ranges: Vec<Range>,
-    triangle_rows: Vec<SortedRow>,
+    triangle_rows: Vec<Sorted<u32>>,
     /// Triangles that cover many cells or reach around the light, with their ids.
     large: Vec<(u32, Plane)>,
     jobs: Vec<Job>,
 }
 
-impl std::fmt::Debug for ListedLightGrid {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("ListedLightGrid").field("options", &self.lists.options).finish_non_exhaustive()
+/// Something in a cell: a point's pixel, or a triangle.
+#[derive(Clone, Copy, Debug, Default)]
+struct Entry {
+    column: u16,
+    row: u16,
+    item: u32,
+}
+
+impl Entry {
+    fn column_and_item(&self) -> (usize, u32) {
+        (self.column.into(), self.item)
     }
 }
+
+/// What one range of points or triangles has in cells.
+#[derive(Debug, Default)]
+struct Bins {
+    /// In the order in which they were found.
+    unsorted: Vec<Entry>,
+    /// Sorted by row.
+    sorted: Sorted<Entry>,
+}
+
+impl Bins {
+    fn bytes(&self) -> usize {
+        self.unsorted.capacity() * size_of::<Entry>() + self.sorted.bytes()
+    }
+
+    /// Sorts by row.
+    fn sort(&mut self, rows: usize) {
+        self.sorted.sort(rows, self.unsorted.iter().map(|entry| (entry.row.into(), *entry)));
+    }
+
+    /// What is in a row.
+    fn row(&self, row: usize) -> &[Entry] {
+        self.sorted.of(row..row + 1)
+    }
+}
+
+debug_some!(ListedLightGrid as grid: "options" => grid.lists.options);
 
 /// The parameters of a [`ListedLightGrid`]: they change how fast it is, and nothing that it finds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -160,7 +194,7 @@ impl Lists {
             + self.point_bins.iter().map(Bins::bytes).sum::<usize>()
             + self.point_rows.iter().map(PointRow::bytes).sum::<usize>()
             + self.ranges.iter().map(Range::bytes).sum::<usize>()
-            + self.triangle_rows.iter().map(SortedRow::bytes).sum::<usize>()
+            + self.triangle_rows.iter().map(Sorted::bytes).sum::<usize>()
             + self.large.capacity() * size_of::<(u32, Plane)>()
             + self.jobs.capacity() * size_of::<Job>()
     }

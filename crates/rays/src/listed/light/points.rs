@@ -1,11 +1,13 @@
 use rayon::prelude::*;
 
 use super::Lists;
-use super::sort::{Bins, Entry, SortedRow};
+use super::{Bins, Entry};
 use crate::light_grid::LightCells;
 use crate::light_grid::block::{Block, BlockErrors};
 use crate::light_grid::face::HALF_ULP;
 use crate::light_grid::pass::LightPass;
+use crate::listed::sorted::Sorted;
+use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 
 /// Up to 16 points of a cell: what the filter tests at once. 320 bytes.
@@ -23,7 +25,7 @@ pub(super) struct Group {
 #[derive(Debug, Default)]
 pub(super) struct PointRow {
     /// The points' pixels.
-    indices: SortedRow,
+    indices: Sorted<u32>,
     pub(super) groups: Vec<Group>,
     /// For each cell its first group, and where the last cell's end.
     starts: Vec<u32>,
@@ -37,11 +39,6 @@ impl PointRow {
             + self.groups.capacity() * size_of::<Group>()
             + self.starts.capacity() * size_of::<u32>()
             + self.farthest.capacity() * size_of::<f32>()
-    }
-
-    /// The pixels of a cell's points.
-    fn indices_of(&self, column: usize) -> &[u32] {
-        &self.indices.items()[self.indices.range(column)]
     }
 
     /// The groups of a cell.
@@ -58,7 +55,7 @@ impl PointRow {
         starts.push(0);
         for column in 0..columns {
             let mut least = f32::INFINITY;
-            for indices in indices.items()[indices.range(column)].chunks(LANES) {
+            for indices in indices.of(column..column + 1).chunks(LANES) {
                 let mut group = Group {
                     points: Block::EMPTY,
                     errors: BlockErrors::default(),
@@ -103,10 +100,7 @@ impl Lists {
         point_bins.par_iter_mut().enumerate().with_max_len(1).for_each(|(range, bins)| {
             bins.unsorted.clear();
             for block in range * length..((range + 1) * length).min(blocks.len()) {
-                let mut members = members[block];
-                while members != 0 {
-                    let lane = members.trailing_zeros() as usize;
-                    members &= members - 1;
+                for lane in bits_of(members[block]) {
                     let column = cells.across.cell(blocks[block].x[lane]) as u16;
                     let row = cells.down.cell(blocks[block].y[lane]) as u16;
                     bins.unsorted.push(Entry { column, row, item: (block * LANES + lane) as u32 });
@@ -116,7 +110,8 @@ impl Lists {
         });
         point_rows.resize_with(rows, PointRow::default);
         point_rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(row, points)| {
-            points.indices.sort(columns, point_bins.iter().flat_map(|bins| bins.row(row)).copied());
+            let entries = point_bins.iter().flat_map(|bins| bins.row(row));
+            points.indices.sort(columns, entries.map(Entry::column_and_item));
             points.gather(columns, blocks, errors);
         });
     }
@@ -125,7 +120,7 @@ impl Lists {
         let [columns, rows] = [self.cells.across.count, self.cells.down.count];
         let points = self.point_rows.iter().enumerate().flat_map(|(row, points)| {
             (0..columns).flat_map(move |column| {
-                points.indices_of(column).iter().map(move |&index| {
+                points.indices.of(column..column + 1).iter().map(move |&index| {
                     let index = index as usize;
                     (index, [column, row], pass.blocks[index / LANES].nearness[index % LANES])
                 })

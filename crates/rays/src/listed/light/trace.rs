@@ -7,14 +7,15 @@ use rayon::prelude::*;
 
 use super::Lists;
 use super::points::{Group, PointRow};
-use super::sort::SortedRow;
 use crate::light_grid::face::VertexErrors;
 use crate::light_grid::large::Plane;
 use crate::light_grid::pass::LightPass;
 use crate::light_grid::settle::Settler;
 use crate::light_grid::small::Mapped;
 use crate::light_grid::worker::Worker;
+use crate::listed::sorted::Sorted;
 use crate::shot::Counts;
+use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 
 /// Marks items of cells that count large triangles rather than being a triangle's id.
@@ -42,7 +43,7 @@ impl Lists {
                 let groups = in_points.of_cell(column);
                 counts.cells += u64::from(!groups.is_empty());
                 for groups in parts(groups, points) {
-                    for triangles in parts(in_triangles.range(column), triangles) {
+                    for triangles in parts(in_triangles.range(column..column + 1), triangles) {
                         jobs.push(Job { row: row as u32, groups, triangles });
                     }
                 }
@@ -88,7 +89,7 @@ fn parts(range: Range<usize>, most: usize) -> impl Iterator<Item = [u32; 2]> {
 struct Tester<'a> {
     mapped: Mapped<'a>,
     point_rows: &'a [PointRow],
-    triangle_rows: &'a [SortedRow],
+    triangle_rows: &'a [Sorted<u32>],
     large: &'a [(u32, Plane)],
     settler: &'a Settler<'a>,
 }
@@ -140,10 +141,7 @@ impl Tester<'_> {
     #[inline(always)]
     fn note(&self, worker: &mut Worker, group: &Group, id: u32, certain: u64, possible: u64) {
         let Worker { shadowed, undecided, counts, .. } = worker;
-        let mut possible = possible & ((1 << group.count) - 1);
-        while possible != 0 {
-            let lane = possible.trailing_zeros() as usize % LANES;
-            possible &= possible - 1;
+        for lane in bits_of(possible & ((1 << group.count) - 1)) {
             let index = group.indices[lane];
             let (word, bit) = (index as usize / LANES, index as usize % LANES);
             if shadowed[word] >> bit & 1 == 1 || self.settler.image.seen.triangle[index as usize] == id {

@@ -21,8 +21,7 @@ impl Lists {
         let mut members = members.to_vec();
         for (row, (points, triangles)) in self.point_rows.iter().zip(&self.triangle_rows).enumerate() {
             for column in 0..self.cells.across.count {
-                let mut listed: Vec<u32> =
-                    triangles.items()[triangles.range(column)].iter().map(|&item| self.id(item)).collect();
+                let mut listed: Vec<u32> = triangles.of(column..column + 1).iter().map(|&item| self.id(item)).collect();
                 listed.sort_unstable();
                 for group in &points.groups[points.of_cell(column)] {
                     for &index in &group.indices[..group.count as usize] {

@@ -9,6 +9,7 @@ use super::clip::clip;
 use crate::Triangles;
 use crate::kdtree::build::sah::Candidate;
 use crate::kdtree::extent::{Extent, Plane, Reference};
+use crate::simd::vectorized;
 
 /// A triangle's box in a cell, and its id. 32 bytes: the lower faces, the id's bits, the upper faces negated, and nothing.
 ///
@@ -74,12 +75,7 @@ impl Around {
 
     /// Around the boxes of all chunks.
     pub(super) fn chunks<S: Simd>(simd: S, chunks: &[Arena]) -> Self {
-        let around = chunks.par_iter().map(|chunk| {
-            simd.vectorize(
-                #[inline(always)]
-                || Self::all(simd, &chunk.boxes),
-            )
-        });
+        let around = chunks.par_iter().map(|chunk| vectorized!(simd => Self::all(simd, &chunk.boxes)));
         around.reduce(|| Self::NOTHING, Self::both)
     }
 

@@ -57,29 +57,12 @@ mod tests {
 
     use super::*;
     use crate::SimdLevel;
+    use crate::kdtree::validate::part;
 
     /// Numbers from −1 to 1.
     fn random(state: &mut u64) -> f32 {
         *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (*state >> 40) as f32 / (1 << 23) as f32 - 1.0
-    }
-
-    /// The corners of the part of a triangle on one side of a plane, in f64.
-    fn part(corners: [Vec3; 3], plane: Plane, side: f64) -> Vec<[f64; 3]> {
-        let at = f64::from(plane.at);
-        let corners = corners.map(|corner| corner.to_array().map(f64::from));
-        let mut part = Vec::new();
-        for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(from, to)| (corners[from], corners[to])) {
-            let (start, end) = ((from[plane.axis] - at) * side, (to[plane.axis] - at) * side);
-            if start <= 0.0 {
-                part.push(from);
-            }
-            if start * end < 0.0 {
-                let weight = start / (start - end);
-                part.push([0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * weight));
-            }
-        }
-        part
     }
 
     #[test]
@@ -112,7 +95,7 @@ mod tests {
                 for (boxed, first, side) in [(below, &all[0][0], 1.0), (above, &all[0][1], -1.0)] {
                     assert_eq!(boxed.0, first.0);
                     assert_eq!(boxed.id(), step as u32);
-                    let part = part(corners, plane, side);
+                    let part = part(&corners.map(Vec3::as_dvec3), plane, side);
                     for axis in 0..3 {
                         let low = part.iter().map(|point| point[axis]).fold(f64::INFINITY, f64::min);
                         let high = part.iter().map(|point| point[axis]).fold(f64::NEG_INFINITY, f64::max);

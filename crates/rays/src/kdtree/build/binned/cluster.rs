@@ -12,6 +12,7 @@ use super::planes::{Counts, Node, best_of, count_part};
 use super::{Arena, Binning};
 use crate::kdtree::build::sah::Cell;
 use crate::kdtree::layout::Branch;
+use crate::simd::vectorized;
 
 /// Nodes of fewer boxes are clusters, which one thread builds, …
 const CLUSTER: usize = 1 << 12;
@@ -24,23 +25,18 @@ impl<S: Simd> Binning<'_, S> {
         let Self { job, simd, costs, .. } = self;
         let count = chunks.iter().map(|chunk| chunk.boxes.len()).sum();
         if count < CLUSTER.max(job.triangles.len() / CLUSTERS) {
-            let mut arena = job.pool.arena();
+            let mut arena = job.pool.arenas.take();
             arena.boxes.reserve(2 * count);
             for chunk in chunks {
                 arena.boxes.extend_from_slice(&chunk.boxes);
-                job.pool.keep_chunk(chunk);
+                job.pool.chunks.keep(chunk);
             }
             self.grow(&mut arena, 0..count, cell, out);
-            job.pool.keep_arena(arena);
+            job.pool.arenas.keep(arena);
             return;
         }
         let around = Around::chunks(*simd, &chunks);
-        let counts = chunks.par_iter().map(|chunk| {
-            simd.vectorize(
-                #[inline(always)]
-                || count_part(*simd, &chunk.boxes, &around),
-            )
-        });
+        let counts = chunks.par_iter().map(|chunk| vectorized!(simd => count_part(*simd, &chunk.boxes, &around)));
         let counts = counts.reduce(Counts::default, |mut a, b| {
             let of_b = b.iter().flatten().flatten();
             a.iter_mut().flatten().flatten().zip(of_b).for_each(|(a, b)| *a += b);
@@ -49,11 +45,11 @@ impl<S: Simd> Binning<'_, S> {
         let best = best_of(*simd, &Node::new(costs, &cell.extent, count), &around, &counts);
         let Some((best, cells)) = job.heuristic.split(&cell, count, best) else {
             out.push_leaf(chunks.iter().flat_map(|chunk| &chunk.boxes).map(Boxed::id));
-            chunks.into_iter().for_each(|chunk| job.pool.keep_chunk(chunk));
+            chunks.into_iter().for_each(|chunk| job.pool.chunks.keep(chunk));
             return;
         };
         let parted = chunks.par_iter_mut().map(|Arena { boxes, cut }| {
-            let mut left = job.pool.chunk();
+            let mut left = job.pool.chunks.take();
             left.boxes.resize(boxes.len(), Boxed::default());
             let counts = self.part(boxes, &best, &mut left.boxes, cut);
             left.boxes.truncate(counts[0]);
@@ -64,11 +60,11 @@ impl<S: Simd> Binning<'_, S> {
         parted.collect_into_vec(&mut left);
         let counts = [&left, &chunks].map(|chunks| chunks.iter().map(|chunk| chunk.boxes.len()).sum());
         let [left_cell, right_cell] = Cell::share(cells, counts);
-        let index = out.open(best.plane);
-        let mut right_branch = job.pool.branch();
-        rayon::join(|| self.cluster(left, left_cell, out), || self.cluster(chunks, right_cell, &mut right_branch));
-        out.turn_right(index);
-        out.append(&right_branch);
-        job.pool.keep_branch(right_branch);
+        job.join(
+            best.plane,
+            out,
+            |out| self.cluster(left, left_cell, out),
+            |out| self.cluster(chunks, right_cell, out),
+        );
     }
 }

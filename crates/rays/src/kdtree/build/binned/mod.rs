@@ -11,12 +11,13 @@ use std::ops::Range;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
-use super::Job;
 use super::sah::{Candidate, Cell, Heuristic};
+use super::{Job, Reused};
 use crate::SimdLevel;
 use crate::kdtree::extent::{Extent, Reference};
 use crate::kdtree::layout::Branch;
 use crate::kdtree::{Clipping, SahCosts};
+use crate::simd::vectorized;
 use boxes::{Around, Boxed, clip_cut, part};
 use planes::Node;
 
@@ -38,7 +39,7 @@ impl Job<'_> {
         let chunk = |chunk: usize| {
             let ids = (chunk * CHUNK) as u32..all.min((chunk + 1) * CHUNK) as u32;
             let usable = ids.filter(|&id| !is_any_omitted || self.triangles.usable_corners(id).is_ok());
-            let mut chunk = self.pool.chunk();
+            let mut chunk = self.pool.chunks.take();
             chunk.boxes.extend(usable.map(|id| Boxed::around(self.triangles.corners(id), id)));
             chunk
         };
@@ -58,12 +59,12 @@ impl Job<'_> {
 impl Job<'_> {
     /// Adds the subtree of a few references, of triangles with no coordinate above `reach`.
     pub(super) fn bin_references(&self, references: &[Reference], reach: f32, cell: Cell, out: &mut Branch) {
-        let mut arena = self.pool.arena();
+        let mut arena = self.pool.arenas.take();
         arena.boxes.extend(references.iter().map(Boxed::from));
         dispatch!(SimdLevel::default().into(), simd => {
             self.binning(simd, reach).grow(&mut arena, 0..references.len(), cell, out);
         });
-        self.pool.keep_arena(arena);
+        self.pool.arenas.keep(arena);
     }
 
     fn binning<S: Simd>(&self, simd: S, reach: f32) -> Binning<'_, S> {
@@ -102,10 +103,7 @@ impl<S: Simd> Binning<'_, S> {
         } else {
             let boxes = &arena.boxes[range.clone()];
             let node = Node::new(costs, &cell.extent, count);
-            simd.vectorize(
-                #[inline(always)]
-                || planes::best(*simd, &node, boxes),
-            )
+            vectorized!(simd => planes::best(*simd, &node, boxes))
         };
         let Some((best, cells)) = job.heuristic.split(&cell, count, best) else {
             out.push_leaf(arena.boxes[range].iter().map(Boxed::id));
@@ -152,12 +150,12 @@ pub(super) struct Arena {
     cut: Vec<[u32; 2]>,
 }
 
-impl Arena {
-    pub(super) fn clear(&mut self) {
+impl Reused for Arena {
+    fn clear(&mut self) {
         self.boxes.clear();
     }
 
-    pub(super) fn bytes(&self) -> usize {
+    fn bytes(&self) -> usize {
         self.boxes.capacity() * size_of::<Boxed>() + self.cut.capacity() * size_of::<[u32; 2]>()
     }
 }

@@ -1,4 +1,4 @@
-// The camera whose points a light is asked about. A stage declares it as the uniform `point_view`.
+// The camera whose pixels, and points, are asked about. A stage declares it as the uniform `point_view`.
 
 import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::exact::predicate::{ExactRay};
@@ -14,6 +14,8 @@ struct PointView {
     // The rows of the whole image that are asked about: the first, and how many.
     first_row: u32,
     rows: u32,
+    // Whether its rays go through triangles whose corners they see clockwise.
+    culls_back_faces: u32,
 }
 
 // The ray of what is stored at a slot.
