@@ -19,6 +19,12 @@ impl Ray {
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
         Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
     }
+
+    /// Whether it can hit anything: it starts somewhere, goes somewhere, and has some t between its ends.
+    pub(crate) fn is_sound(&self) -> bool {
+        let goes_somewhere = self.direction.is_finite() && self.direction != DVec3::ZERO;
+        self.origin.is_finite() && goes_somewhere && self.t_min < self.t_max
+    }
 }
 
 /// Where a ray meets a triangle.

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use umbrage_gallery as gallery;
-use umbrage_scene::{Error, OpenOptions, Scene};
+use umbrage_scene::{Clip, Error, OpenOptions, Scene};
 
 /// Opens a scene: a file's path, a sequence's pattern or folder, or `demo:NAME?triangles=N` for one of the
 /// [gallery](gallery::DEMOS).
@@ -19,5 +19,14 @@ pub fn open(address: impl AsRef<Path>) -> Result<Scene, Error> {
 pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Scene, Error> {
     let address = address.as_ref();
     let text = address.to_string_lossy();
-    if text.starts_with(gallery::PREFIX) { gallery::open(&text) } else { Scene::open_with(address, options) }
+    let is_demo = text.starts_with(gallery::PREFIX);
+    let scene = if is_demo { gallery::open(&text)? } else { Scene::open_with(address, options)? };
+    match &options.clip {
+        // An animation without a name is number 0.
+        Clip::Named(name) if scene.animations().is_empty() && (name != "0" || scene.duration_seconds() == 0.0) => {
+            let cause = format!("there is no animation `{name}` to choose: it has none with a name or number");
+            Err(Error::Address { address: text.into_owned(), cause })
+        }
+        _ => Ok(scene),
+    }
 }

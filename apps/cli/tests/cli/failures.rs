@@ -49,6 +49,8 @@ fn wrong_scenes_are_bad_input() {
     let missing = place.fail(2, &["render", "none.glb"]);
     assert!(missing.contains("none.glb") && missing.contains("hint: "), "{missing}");
     assert!(place.fail(2, &["render", "demo:no-such-demo"]).contains("no-such-demo"));
+    let unknown = place.fail(2, &["render", "demo:cloth", "--animation", "nothing"]);
+    assert!(unknown.contains("no animation `nothing`"), "{unknown}");
     fs::write(place.path("broken.glb"), b"glTF\x02").unwrap();
     assert!(place.fail(2, &["render", "broken.glb"]).contains("broken.glb"));
     fs::write(place.path("notes.txt"), b"hello").unwrap();

@@ -48,6 +48,10 @@ pub trait Visit: Sync {
 
 impl<V: Visit> SingleRays for V {
     fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
+        // What isn't a number rules nothing out on the way, and would be tested with all triangles.
+        if !ray.is_sound() {
+            return None;
+        }
         let filter = Filter::new(ray.origin, ray.direction, self.reach());
         let mut nearest: Option<Hit> = None;
         let _ = self.visit(triangles, ray, |id, t_max| {
@@ -73,6 +77,9 @@ impl<V: Visit> SingleRays for V {
         own: u32,
         stops: &dyn Fn(u32, [f32; 2]) -> bool,
     ) -> bool {
+        if !shadow_ray.ray.is_sound() {
+            return false;
+        }
         let filter = Filter::new(shadow_ray.ray.origin, shadow_ray.ray.direction, self.reach());
         let visited = self.visit(triangles, &shadow_ray.ray, |id, _| {
             let corners = triangles.corners(id);

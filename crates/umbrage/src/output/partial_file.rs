@@ -29,11 +29,13 @@ impl PartialFile {
                 let file = OpenOptions::new().write(true).open(path).map_err(refused)?;
                 return Ok(Self { path: path.to_owned(), file: Arc::new(file), renaming: None });
             }
-            Ok(_) => fs::canonicalize(path).map_err(refused)?,
-            Err(_) => path.to_owned(),
+            Ok(_) | Err(_) => destination(path),
         };
         let mut hidden = tempfile::Builder::new();
-        let prefix = format!(".{}.partial-", to.file_name().unwrap_or_default().to_string_lossy());
+        // Names have 255 bytes at most.
+        const MOST_LETTERS: usize = 50;
+        let name: String = to.file_name().unwrap_or_default().to_string_lossy().chars().take(MOST_LETTERS).collect();
+        let prefix = format!(".{name}.partial-");
         hidden.prefix(&prefix);
         // As for any new file, not for its owner alone. The umask applies.
         #[cfg(unix)]
@@ -54,6 +56,17 @@ impl PartialFile {
         let Some((from, to)) = self.renaming else { return Ok(()) };
         from.persist(to).map_err(|refused| Error::write(&self.path, refused.error))
     }
+}
+
+/// Where a symbolic link leads in the end, whether anything is there or not; any other path itself.
+fn destination(path: &Path) -> PathBuf {
+    const MOST_LINKS: usize = 40;
+    let mut to = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        let Ok(next) = fs::read_link(&to) else { break };
+        to = to.parent().unwrap_or(Path::new("")).join(next);
+    }
+    to
 }
 
 /// Writes a whole file.
@@ -90,6 +103,16 @@ mod tests {
         partial.keep().unwrap();
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&real).unwrap(), b"after");
+
+        // Whether or not that is there.
+        let (nothing, dangling) = (folder.path().join("nothing.png"), folder.path().join("dangling.png"));
+        std::os::unix::fs::symlink("nothing.png", &dangling).unwrap();
+        PartialFile::create(&dangling).unwrap().keep().unwrap();
+        assert!(fs::symlink_metadata(&dangling).unwrap().is_symlink() && nothing.is_file());
+
+        let long = folder.path().join(format!("{}.png", "\u{e9}".repeat(120)));
+        PartialFile::create(&long).unwrap().keep().unwrap();
+        assert!(long.is_file());
 
         let device = PartialFile::create(Path::new("/dev/null")).unwrap();
         device.file().write_all(b"gone").unwrap();
