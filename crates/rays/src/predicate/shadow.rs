@@ -53,11 +53,14 @@ impl HitPoint {
         // whose sign is wrong is within its own four of zero, and has the other end of the box: eight more.
         let bound = magnitude.dot(low.abs().max(high.abs())) * (20.0 * ROUNDING);
         let is_trusted = bound >= SMALLEST_TRUSTED_BOUND;
-        match () {
-            () if is_trusted && lowest > bound => Some(1.0),
-            () if is_trusted && highest < -bound => Some(-1.0),
-            () if is_trusted && lowest < -bound && highest > bound => None,
-            () => self.exact_side_of([a, b, c]),
+        if is_trusted && lowest > bound {
+            Some(1.0)
+        } else if is_trusted && highest < -bound {
+            Some(-1.0)
+        } else if is_trusted && lowest < -bound && highest > bound {
+            None
+        } else {
+            self.exact_side_of([a, b, c])
         }
     }
 
