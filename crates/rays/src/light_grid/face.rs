@@ -67,7 +67,7 @@ impl Face {
     }
 
     /// What the predicate thinks a point may be wrong by, in relation to its p.z in perspective, for the pixels whose
-    /// rays meet it at t: 5 roundings of the step along the ray and of the position.
+    /// rays meet it at t, on any axis: 4 roundings of the step along the ray and of the position, and one of their sum.
     pub(crate) fn point_error_at(&self, rays: &CameraRays, t: f64, depth: f64) -> f64 {
         let error = 5.0 * ROUNDING * (2.0 * t.abs() * rays.largest_direction + rays.largest_origin);
         if self.is_parallel { error } else { error / depth }
@@ -140,8 +140,9 @@ impl VertexErrors {
 
     /// What the predicate asks of a point before it calls it shadowed.
     ///
-    /// It wants n · (P − a), for the unnormalised normal n, above 6 |ab| |ac| (10 u |P − a| + e), with u = 2⁻⁵³, largest
-    /// components |·| and the point's error e. The filter's area × (W of the triangle − W of the point) is
+    /// It wants n · (P − a), for the unnormalised normal n, above e times the sum of n's components, e being half the
+    /// point's box. That is less than 6 |ab| |ac| (10 u |P − a| + e), with u = 2⁻⁵³ and largest components |·|, which is what
+    /// this counts. The filter's area × (W of the triangle − W of the point) is
     /// n · (P − a) × s.x · s.y · near / (z₀ z₁ z₂ z), in parallel light × s.x · s.y · s.z. With corners whose depths
     /// differ by at most a factor of two, |X|, |Y| ≤ 2 and so |P| ≤ 18 z, the bound is at most
     /// 24 s.x s.y W (510 u + e / z) T², T = 2 (w / s.x + h / s.y) + 36 ΔW / W.

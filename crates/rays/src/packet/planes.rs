@@ -255,8 +255,8 @@ impl<S: Simd> Half<S> {
         let of_predicate = match space.points {
             None => splat(simd, 0.0),
             Some(points) => {
-                // The predicate wants a height above the plane beyond its bound: six products of differences with ten
-                // roundings of the point's distance from a corner, and its error.
+                // The predicate wants the point's box behind the plane: that is less than six products of differences with
+                // ten roundings of the point's distance from a corner, and its error.
                 let height = reach[0] + splat(simd, points.reach);
                 let height = size * 6.1 * (height * (10.0 * ROUNDING) + splat(simd, points.error));
                 if is_parallel { height } else { height * splat(simd, 1.0 / points.nearest) }

@@ -4,7 +4,7 @@
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::Parser;
 use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -20,7 +20,7 @@ use umbrage_verify::{Case, Truth};
 #[command(name = "referee", after_help = EXAMPLES)]
 struct Flags {
     /// How long
-    #[arg(long, value_name = "N", default_value = "1")]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = minutes)]
     minutes: f64,
     /// The first scene; those that follow have the next numbers
     #[arg(long, value_name = "N", default_value = "1")]
@@ -41,14 +41,16 @@ const EXAMPLES: &str = "Examples:
   cargo run --release -p umbrage-verify --bin referee -- --gpu --scenes 200
       The GPU as well";
 
+fn minutes(text: &str) -> Result<f64, String> {
+    let is_possible = |minutes: &f64| *minutes > 0.0 && *minutes < 1e6;
+    text.parse().ok().filter(is_possible).ok_or_else(|| "a number above zero is needed, such as 5 or 0.5".to_owned())
+}
+
 /// Scenes with disagreements that are printed.
 const MOST_PRINTED: usize = 20;
 
 fn main() -> Result<ExitCode> {
     let flags = Flags::parse();
-    if !(flags.minutes > 0.0 && flags.minutes < 1e6) {
-        bail!("--minutes takes a number above zero");
-    }
     let mut gpu = if flags.gpu { Some(Renderer::with_gpu(Gpu::open("", DeviceLimits::Portable)?)?) } else { None };
     let (started, time) = (Instant::now(), Duration::from_secs_f64(60.0 * flags.minutes));
     let progress = ProgressBar::new(time.as_secs()).with_style(ProgressStyle::with_template("{bar:40} {eta} {msg}")?);
