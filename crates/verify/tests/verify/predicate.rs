@@ -75,6 +75,25 @@ fn lines_through_edges_and_corners_cross_where_they_should() {
     }
 }
 
+#[test]
+fn grazing_lines_cross_at_the_nearest_number() {
+    let mut random = Random::new(6);
+    let mut hits = 0;
+    for _ in 0..3000 {
+        // Corners of such different sizes that two terms don't hold a normal.
+        let corners = [(); 3].map(|()| random.point() * 10.0_f32.powi(random.below(16) as i32 - 6));
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
+        let (center, along) = ((a + b + c) / 3.0, (b - a) * f64::from(random.unit()) + (c - a));
+        // So little above the plane, and then below, that most of the slope's digits cancel.
+        let lift = normal * (along.length() * 2.0_f64.powi(-10 - random.below(35) as i32));
+        let origin = center + along * 0.15 + lift;
+        let target = center - along * 0.15 - lift * f64::from(random.unit());
+        hits += u32::from(agree(&Ray::new(origin, target - origin), corners).is_some());
+    }
+    assert!(hits > 1000, "the test aims badly: {hits} hits");
+}
+
 /// A triangle, a ray to a point of it, and another triangle near that point or between it and a light: in its plane, at its
 /// edges, or reaching far.
 fn other(random: &mut Random, own: [Vec3; 3], light: Vec3) -> [Vec3; 3] {
