@@ -1,13 +1,14 @@
 //! Every check of the repository, as one program: `cargo run -p ci`.
 //!
 //! All checks run, whatever fails; the summary names each with its time, and the exit code is 1 where any failed. With
-//! `--all` what takes longest runs as well: the window, the release build, and ten million rays with it.
+//! `--all` what takes longest runs as well: the window, the release build, and ten million rays and a minute of fuzzing with it.
 #![forbid(unsafe_code)]
 
 mod command;
 mod cpu_tests;
 mod cpu_time;
 mod debian;
+mod dependencies;
 mod equipped_tests;
 mod examples;
 mod file_length;
@@ -23,9 +24,9 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-use command::{Scope, cargo, cargo_workspace, has_subcommand, run};
+use command::{Scope, cargo, cargo_workspace, run};
 use equipped_tests::{GPU, VIEWER, WINDOW};
-use outcome::{NotPassed, Outcome, Ran};
+use outcome::{Outcome, Ran};
 use repository::Build;
 
 /// A check's name and what does it, in the repository and for tests of so much of it.
@@ -38,7 +39,7 @@ const CHECKS: &[Check] = &[
     ("file length", |root, _| file_length::check(root)),
     ("links", |root, _| links::check(root)),
     ("licences", |root, _| licences::check(root)),
-    ("advisories", |root, _| advisories(root)),
+    ("dependencies", |root, _| dependencies::check(root)),
     ("clippy", |root, _| {
         run(cargo_workspace(root, Scope::Whole, &["clippy", "--all-targets"]).args(["--", "-D", "warnings"]))
     }),
@@ -52,10 +53,18 @@ const CHECKS: &[Check] = &[
     ("benchmarks", cpu_tests::check_benchmarks),
     // Tests have made these already, with the features that examples give their dependencies.
     ("programs", |root, scope| {
-        run(cargo_workspace(root, scope, &["build", "--examples"]).args(["--bin", "umbrage", "--bin", "watertight"]))
+        run(cargo_workspace(root, scope, &["build", "--examples"]).args([
+            "--bin",
+            "umbrage",
+            "--bin",
+            "watertight",
+            "--bin",
+            "fuzz",
+        ]))
     }),
     ("smoke render", |root, _| smoke::check(root, Build::Dev)),
     ("watertight", |root, _| watertight(root, Build::Dev, "1e6")),
+    ("fuzz", |root, _| fuzz(root, Build::Dev, ["--mutants", "300"])),
 ];
 
 /// What `--all` adds: the window, the other programs, and everything compiled once more, as users compile it.
@@ -68,6 +77,7 @@ const LONG_CHECKS: &[Check] = &[
     }),
     ("smoke, release", |root, _| smoke::check(root, Build::Release)),
     ("10⁷ rays", |root, _| watertight(root, Build::Release, "1e7")),
+    ("fuzz, release", |root, _| fuzz(root, Build::Release, ["--minutes", "1"])),
 ];
 
 fn main() -> ExitCode {
@@ -105,16 +115,7 @@ fn watertight(root: &Path, build: Build, rays: &str) -> Outcome {
     run(Command::new(build.program(root, "watertight")).args(["--rays", rays]))
 }
 
-/// Known vulnerabilities of dependencies, where the tool and its database are here already.
-fn advisories(root: &Path) -> Outcome {
-    let skipped = |why: &str| Err(NotPassed::Skipped(why.to_owned()));
-    if !has_subcommand("deny") {
-        return skipped("cargo-deny is not installed (cargo install cargo-deny)");
-    }
-    let home = std::env::home_dir().unwrap_or_default();
-    let databases = [home.join(".cargo/advisory-db"), home.join(".cargo/advisory-dbs")];
-    if !databases.iter().any(|folder| folder.is_dir()) {
-        return skipped("there is no advisory database (cargo deny fetch)");
-    }
-    run(cargo(root).args(["deny", "--offline", "check", "advisories"]))
+/// So many mutants of all input, or for so long: none is a finding.
+fn fuzz(root: &Path, build: Build, how_long: [&str; 2]) -> Outcome {
+    run(Command::new(build.program(root, "fuzz")).args(how_long))
 }

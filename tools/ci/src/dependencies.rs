@@ -1,0 +1,47 @@
+use std::path::{Path, PathBuf};
+
+use crate::command::{cargo, has_subcommand, run};
+use crate::outcome::{NotPassed, Outcome};
+
+/// What `deny.toml` asks of dependencies, where the tool for that is here: no known vulnerabilities, as far as a database of
+/// them is here too, no versions side by side but those that are listed, and no other sources.
+pub(crate) fn check(root: &Path) -> Outcome {
+    if !has_subcommand("deny") {
+        return skipped("cargo-deny is not installed (cargo install cargo-deny)");
+    }
+    let database = database(&std::env::home_dir().unwrap_or_default().join(".cargo"));
+    let mut deny = cargo(root);
+    deny.args(["deny", "--offline", "check", "bans", "licenses", "sources"]);
+    let Some(database) = database else {
+        run(&mut deny)?;
+        return skipped("there is no database of advisories (cargo deny fetch db); all else is as deny.toml asks");
+    };
+    println!("advisories of the database that was fetched to {}", database.display());
+    run(deny.arg("advisories"))
+}
+
+fn skipped(why: &str) -> Outcome {
+    Err(NotPassed::Skipped(why.to_owned()))
+}
+
+/// The advisories that cargo-deny fetched before, below cargo's folder.
+fn database(cargo_folder: &Path) -> Option<PathBuf> {
+    let mut databases = std::fs::read_dir(cargo_folder.join("advisory-dbs")).ok()?;
+    databases.find_map(|entry| Some(entry.ok()?.path()).filter(|folder| folder.join("crates").is_dir()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_database_has_advisories_about_crates() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(database(folder.path()), None);
+        let database_folder = folder.path().join("advisory-dbs/github.com-1");
+        std::fs::create_dir_all(&database_folder).unwrap();
+        assert_eq!(database(folder.path()), None);
+        std::fs::create_dir(database_folder.join("crates")).unwrap();
+        assert_eq!(database(folder.path()), Some(database_folder));
+    }
+}
