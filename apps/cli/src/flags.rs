@@ -72,8 +72,9 @@ Exit codes:
   1  rendering or writing failed
   2  the flags, the scene or a file that they name is wrong
 
-A file appears under its name only when it is whole. Until then it is a hidden file, .NAME.partial-*, beside it; \
-killing the command may leave that behind.";
+A file appears under its name only when it is whole. Until then it is a hidden file, .NAME.partial-*, beside it. \
+Interrupting the command (Ctrl-C, SIGTERM: 130 and 143 in a shell) removes that; what killing it leaves behind, the next \
+render to the same name removes.";
 
 /// What stands below the flags in `--help`.
 fn below(examples: &[&str]) -> String {

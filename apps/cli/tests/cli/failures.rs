@@ -3,7 +3,6 @@
 use std::fs;
 use std::io::Read;
 use std::process::Stdio;
-use std::time::{Duration, Instant};
 
 use crate::support::{Workplace, text};
 
@@ -81,23 +80,6 @@ fn a_reader_that_leaves_ends_the_command_quietly() {
     drop(stdout);
     let output = child.wait_with_output().unwrap();
     assert_eq!((output.status.code(), text(&output.stderr).as_str()), (Some(0), ""));
-}
-
-#[test]
-fn a_killed_render_leaves_whole_files_only() {
-    let place = Workplace::new();
-    fs::write(place.path("a.gif"), b"before").unwrap();
-    let flags = ["render", "scene.gltf", "--size", "200x150", "-o", "a.gif", "--frames", "0..100000"];
-    let mut child = place.command(&flags).stderr(Stdio::null()).spawn().unwrap();
-    let deadline = Instant::now() + Duration::from_secs(30);
-    let started = || place.names().iter().any(|name| name.starts_with(".a.gif.partial-"));
-    while !started() && Instant::now() < deadline {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    assert!(started(), "{:?}", place.names());
-    child.kill().unwrap();
-    child.wait().unwrap();
-    assert_eq!(fs::read(place.path("a.gif")).unwrap(), b"before");
 }
 
 #[test]
