@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use bytesize::ByteSize;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use umbrage::output::{Chroma, Format, FrameRate};
@@ -157,6 +158,10 @@ pub(crate) struct OpeningFlags {
     /// Let the file name others outside of its own folder; for files that you trust
     #[arg(long)]
     pub(crate) allow_outside: bool,
+    /// The most memory that opening the scene, and a picture of its size, may take: 500MB, 4GiB or bytes
+    /// [default: half of what there is]
+    #[arg(long, value_name = "SIZE")]
+    pub(crate) max_memory: Option<ByteSize>,
 }
 
 impl OpeningFlags {
@@ -167,7 +172,8 @@ impl OpeningFlags {
             Some("none") => Clip::Rest,
             Some(name) => Clip::Named(name.to_owned()),
         };
-        OpenOptions { clip, sequence_fps: self.sequence_fps, allow_outside: self.allow_outside }
+        let max_memory = self.max_memory.map_or(OpenOptions::default().max_memory, |most| most.as_u64());
+        OpenOptions { clip, sequence_fps: self.sequence_fps, allow_outside: self.allow_outside, max_memory }
     }
 }
 

@@ -34,6 +34,9 @@ fn wrong_flags_name_what_is_right() {
         (&["-o", "a.png", "--frames", "0..2"], "a_%04d.png"),
         (&["-o", "%d_%d.png"], "only one number"),
         (&["-o", "a.gif", "--fps", "60"], "at most 50 frames"),
+        (&["--max-memory", "much"], "--max-memory"),
+        (&["--max-memory", "1kB"], "--max-memory"),
+        (&["--max-memory", "1GB", "--size", "4096x4096"], "a picture of 4096x4096 takes about 1.5 GiB"),
         (&["--no-such-flag"], "--no-such-flag"),
     ] {
         let stderr = place.fail(2, &[&["render", "scene.gltf", "--size", "8x8"], flags].concat());
@@ -54,7 +57,10 @@ fn wrong_scenes_are_bad_input() {
     assert!(place.fail(2, &["render", "broken.glb"]).contains("broken.glb"));
     fs::write(place.path("notes.txt"), b"hello").unwrap();
     assert!(place.fail(2, &["render", "notes.txt"]).contains("notes.txt"));
-    assert_eq!(place.names(), ["broken.glb", "notes.txt"]);
+    fs::File::create(place.path("long.glb")).unwrap().set_len(1 << 40).unwrap();
+    let long = place.fail(2, &["render", "long.glb"]);
+    assert!(long.contains("long.glb would take 1.0 TiB") && long.contains("--max-memory"), "{long}");
+    assert_eq!(place.names(), ["broken.glb", "long.glb", "notes.txt"]);
 }
 
 #[cfg(target_os = "linux")]

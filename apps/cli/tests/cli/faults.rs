@@ -1,5 +1,6 @@
 //! What happens when the system fails, or ends the command: no panic, nothing half-written under a final name, and no
 //! hidden file that stays.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::fs::{self, File};
 use std::os::unix::process::ExitStatusExt;
@@ -169,4 +170,32 @@ fn a_disk_that_fills_up_keeps_what_was_whole() {
     assert!(shell(&place, "umount small").0.success());
     assert!(stderr.contains("can't be written") && animation.contains("small/a.gif: can't be written"), "{stderr}");
     assert!(whole > 0 && !left.iter().any(|name| is_partial(name)), "{left:?}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_the_system_has_no_memory_for_is_said() {
+    let place = Workplace::new();
+    // One image of zeros, 4096 by 4096, beside a file that names it.
+    let scene = fs::read_to_string(place.path("scene.gltf")).unwrap();
+    let textured = scene
+        .replace(r#""baseColorFactor""#, r#""baseColorTexture": {"index": 0}, "baseColorFactor""#)
+        .replace(r#""scene": 0,"#, r#""scene": 0, "images": [{"uri": "i.png"}], "textures": [{"source": 0}],"#);
+    fs::write(place.path("textured.gltf"), textured).unwrap();
+    let mut encoder = png::Encoder::new(File::create(place.path("i.png")).unwrap(), 4096, 4096);
+    encoder.set_compression(png::Compression::Fastest);
+    encoder.write_header().unwrap().write_image_data(&vec![0; 4096 * 4096]).unwrap();
+    File::create(place.path("long.ply")).unwrap().set_len(3 << 30).unwrap();
+    let limited = "ulimit -v 1500000; umbrage render --threads 1 --quiet -o a.png";
+    for (line, code, part) in [
+        (&format!("{limited} --size 4096x4096 scene.gltf")[..], 1, "no memory for a picture of 4096x4096"),
+        (&format!("{limited} --size 8x8 long.ply"), 2, "long.ply"),
+        (&format!("{limited} --size 8x8 --max-memory 64MiB textured.gltf"), 2, "an image of 4096x4096 texels"),
+        (&format!("{limited} --size 8x8 textured.gltf"), 0, ""),
+        ("umbrage heatmap --size 4096x4096 --max-memory 1GB scene.gltf", 2, "--max-memory"),
+    ] {
+        let (status, stderr) = shell(&place, line);
+        assert_eq!(status.code(), Some(code), "{line}: {stderr}");
+        assert!(stderr.contains(part) && stderr.lines().count() <= 2, "{line}: {stderr}");
+    }
 }
