@@ -114,7 +114,7 @@ impl<C: CameraGrid, L: LightsGrid> Structure for Grids<C, L> {
         shot: &Shot<'_>,
         seen: &SeenPixels,
         lights: &[LightSource],
-        masks: &mut [&mut LightMask],
+        masks: &mut [LightMask],
     ) -> Work {
         shot.expect_masks(seen, lights, masks);
         let Self { light: grid, of_lights, .. } = self;

@@ -31,7 +31,7 @@ pub trait Structure: std::fmt::Debug + Send + Sync {
         shot: &Shot<'_>,
         seen: &SeenPixels,
         lights: &[LightSource],
-        masks: &mut [&mut LightMask],
+        masks: &mut [LightMask],
     ) -> Work;
 
     /// What each light took at the last [`shadow`](Self::shadow), in their order; empty where that isn't counted.

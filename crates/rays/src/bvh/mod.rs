@@ -63,7 +63,7 @@ impl Structure for Bvh {
         shot: &Shot<'_>,
         seen: &SeenPixels,
         lights: &[LightSource],
-        masks: &mut [&mut LightMask],
+        masks: &mut [LightMask],
     ) -> Work {
         ray_by_ray::shadow(self, shot, seen, lights, masks);
         Work::default()

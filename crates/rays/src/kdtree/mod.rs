@@ -161,7 +161,7 @@ impl Structure for KdTree {
         shot: &Shot<'_>,
         seen: &SeenPixels,
         lights: &[LightSource],
-        masks: &mut [&mut LightMask],
+        masks: &mut [LightMask],
     ) -> Work {
         if self.is_lazy() {
             ray_by_ray::shadow(self, shot, seen, lights, masks);

@@ -211,7 +211,7 @@ impl Structure for UniformGrid {
         shot: &Shot<'_>,
         seen: &SeenPixels,
         lights: &[LightSource],
-        masks: &mut [&mut LightMask],
+        masks: &mut [LightMask],
     ) -> Work {
         shot.expect_masks(seen, lights, masks);
         let mut counts = Counts::default();

@@ -1,6 +1,7 @@
 //! Sends rays at the edges and corners that triangles share: none may slip through, and nothing may shadow itself.
 #![forbid(unsafe_code)]
 
+use std::slice;
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
@@ -128,7 +129,7 @@ impl Trial {
             ensure!(id != SeenPixels::NONE, "the ray of pixel ({x}, {y}) leaks: {shape:?}");
             ensure!(id < sheet.front, "pixel ({x}, {y}) shows triangle {id} of the sheet behind: {shape:?}");
         }
-        let of_light = grids.shadow(&shot, seen, &[sheet.light], &mut [at_camera]);
+        let of_light = grids.shadow(&shot, seen, &[sheet.light], slice::from_mut(at_camera));
         self.undecided += of_camera.counts.settled + of_light.counts.undecided;
         are_all_lit(&self.masks[0], shape, "the direct grids")?;
 
@@ -153,7 +154,7 @@ impl Trial {
         let Self { grids, bvh, kd_tree, seen, masks: [_, mask], .. } = self;
         let beside = camera.right * (3.0 * shape.scale) + camera.forward * (2.0 * shape.scale);
         let light = LightSource::Point { position: shape.position + beside };
-        self.undecided += grids.shadow(shot, seen, &[light], &mut [mask]).counts.undecided;
+        self.undecided += grids.shadow(shot, seen, &[light], slice::from_mut(mask)).counts.undecided;
         self.beside += points(shape);
         bvh.build(triangles);
         kd_tree.build(triangles);
@@ -182,8 +183,7 @@ impl Trial {
             structure.build(shot.triangles);
             structure.see(shot, other_seen)?;
             ensure!(other_seen.triangle == seen.triangle, "{name} see other triangles: {shape:?}");
-            let [at_camera, beside] = &mut *other_masks;
-            structure.shadow(shot, other_seen, &lights, &mut [at_camera, beside]);
+            structure.shadow(shot, other_seen, &lights, other_masks);
             ensure!(other_masks[1] == masks[1], "{name} find other shadows: {shape:?}");
             are_all_lit(&other_masks[0], shape, name)?;
         }

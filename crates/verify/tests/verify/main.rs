@@ -1,5 +1,6 @@
 //! Tests of what the CPU does, as one program; those of the GPU engine are in `gpu`.
 
+mod copies;
 mod files_scenes;
 mod gltf_scenes;
 mod matrix;
@@ -8,4 +9,5 @@ mod predicate;
 mod referee;
 mod render;
 mod seams;
+mod steady;
 mod watertight;
