@@ -27,14 +27,8 @@ fn mesh(copies: u32) -> TestMesh {
 
 fn frame(mesh: &TestMesh, lights: &[LightSource]) -> Frame {
     let mut frame = Frame::from_triangles(mesh.positions.clone(), mesh.indices.clone());
-    let light = |&source| Light {
-        name: "".into(),
-        source,
-        color: Vec3::ONE,
-        intensity: 9.0,
-        range: None,
-        casts_shadow: true,
-    };
+    let light =
+        |&source| Light { name: "".into(), source, color: Vec3::ONE, intensity: 9.0, range: None, casts_shadow: true };
     frame.lights = lights.iter().map(light).collect();
     frame
 }
@@ -42,7 +36,8 @@ fn frame(mesh: &TestMesh, lights: &[LightSource]) -> Frame {
 fn case(mesh: TestMesh, sides: Sides) -> Case {
     let camera = Camera::look_at(Vec3::new(-0.5, 0.6, 4.0), Vec3::new(-0.6, -0.2, 0.0), Vec3::Y, 0.8);
     let view = umbrage::rays::View { camera, width: SIDE, height: SIDE };
-    let lights = [umbrage_verify::lights::point(Vec3::new(-1.0, 2.5, 3.0)), umbrage_verify::lights::sun(0.3, -1.0, -0.2)];
+    let lights =
+        [umbrage_verify::lights::point(Vec3::new(-1.0, 2.5, 3.0)), umbrage_verify::lights::sun(0.3, -1.0, -0.2)];
     Case { sides, offset_pixels: glam::DVec2::splat(0.5), ..Case::new("copies", mesh, view, &lights) }
 }
 

@@ -22,7 +22,7 @@ fn allocations(frame: &Frame, settings: &Settings) -> usize {
 #[test]
 fn steady_frames_take_nothing_from_the_heap() {
     for name in ["demo:cloth?triangles=800", "demo:shatter?triangles=800", "demo:forest?triangles=3000"] {
-        let frame = umbrage::open(name).and_then(|scene| Ok(scene.at(0.25)?)).expect("a frame");
+        let frame = umbrage::open(name).and_then(|scene| scene.at(0.25)).expect("a frame");
         for &(structure_name, structure, _) in Structure::CHOICES {
             let of_samples = [1, 4].map(|samples| {
                 let settings = Settings { width: 70, height: 50, structure, samples, ..Settings::default() };
