@@ -14,8 +14,8 @@ pub(super) fn bytes(effort: &Effort) -> Result<Finding> {
     let counts = [20_000, 1_000_000].map(|count| effort.of(count).max(1000));
     let [few, many] = counts;
     let mut text = format!(
-        "Bytes that structures hold for each triangle, at 1024×1024 pixels, and in brackets what the cells of a camera and \
-         of lights add where there are few triangles; the goal is {GOAL}.\n\n| structure | {} triangles | {} triangles |\n|---|---|---|\n",
+        "Bytes that structures hold for each triangle, at 1024×1024 pixels: where there are few, the cells of a camera and \
+         of lights weigh most. The goal is {GOAL}.\n\n| structure | {} triangles | {} triangles |\n|---|---|---|\n",
         number(few),
         number(many)
     );
