@@ -2,6 +2,7 @@
 
 mod copies;
 mod files_scenes;
+mod fuzz;
 mod gltf_scenes;
 mod matrix;
 mod mirrors;
