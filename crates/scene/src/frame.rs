@@ -118,7 +118,8 @@ impl Frame {
         let triangles = self.triangles();
         if self.animation_bounds.is_empty() || triangles.bounds() == self.animation_bounds {
             // Nothing moves, as far as is known: the triangles themselves make a tighter view than their box.
-            let corners = (0..triangles.len() as u32).flat_map(|id| triangles.corners(id));
+            let vertices = self.mesh.triangles.as_flattened().iter();
+            let corners = vertices.filter_map(|&vertex| self.positions.get(vertex as usize).copied());
             Camera::framing(corners, FORWARD, aspect, VERTICAL_FOV_RADIANS)
         } else {
             Camera::framing(self.animation_bounds.corners(), FORWARD, aspect, VERTICAL_FOV_RADIANS)

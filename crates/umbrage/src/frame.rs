@@ -73,7 +73,12 @@ fn animate<'a>(
             settings.view(frame)?;
             stats.start();
             engine.adopt();
-            *posed = Frame::default();
+            let Frame { mesh, lights, cameras, .. } = posed;
+            // An empty one takes memory anew.
+            let is_blank = mesh.triangles.is_empty() && lights.is_empty() && cameras.is_empty();
+            if !is_blank {
+                *posed = Frame::default();
+            }
             Ok(frame)
         }
     }

@@ -1,0 +1,211 @@
+//! Scene files and images, from the corpus of small ones in `crates/verify/corpus`.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context as _, Result, ensure};
+use glam::Vec2;
+use umbrage::scene::rig::Pose;
+use umbrage::scene::{ColorSpace, Filter, Frame, Scene, Texture, Wrap};
+use umbrage::{Background, Error, Renderer, Settings};
+use umbrage_verify::Random;
+
+use super::{Answer, Target, check_film};
+use crate::mutate::{REAL, any, changed_words, mutate};
+use crate::worker::Workplace;
+
+/// A file's name and what it holds.
+type Seed = (String, Vec<u8>);
+
+/// The files of one of the corpus's folders, by name.
+fn corpus(folder: &str) -> Result<Vec<Seed>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(folder);
+    let mut seeds = Vec::new();
+    for entry in fs::read_dir(&folder).with_context(|| folder.display().to_string())? {
+        let entry = entry?;
+        seeds.push((entry.file_name().to_string_lossy().into_owned(), fs::read(entry.path())?));
+    }
+    seeds.sort();
+    Ok(seeds)
+}
+
+/// A small picture of a frame.
+pub(super) fn render(frame: &Frame, settings: &Settings) -> Result<()> {
+    match Renderer::default().render_frame(frame, &Settings { width: 6, height: 5, ..settings.clone() }) {
+        // So large that it can't be seen from anywhere.
+        Err(Error::Camera(_)) => Ok(()),
+        film => check_film(film?, frame),
+    }
+}
+
+/// Looks at some moments of a scene, and at a picture of it.
+fn look_at(random: &mut Random, scene: &Scene) -> Result<()> {
+    let (mut frame, mut pose) = (Frame::default(), Pose::default());
+    for _ in 0..3 {
+        let seconds = match random.below(3) {
+            0 => *any(random, &REAL),
+            _ => 2.0 * f64::from(random.unit()) * scene.duration_seconds(),
+        };
+        let is_posed = scene.pose(seconds, &mut frame).is_ok();
+        ensure!(!is_posed || seconds.is_finite(), "posed at {seconds} s");
+        if is_posed {
+            frame.check().with_context(|| format!("at {seconds} s"))?;
+        }
+        let is_rig_posed = scene.pose_rig(seconds, &mut Frame::default(), &mut pose).is_some();
+        ensure!(!is_rig_posed || seconds.is_finite(), "a rig is posed at {seconds} s");
+    }
+    match scene.at(0.0) {
+        Ok(frame) if random.below(4) == 0 => render(&frame, &Settings::default()),
+        _ => Ok(()),
+    }
+}
+
+/// The reader of a kind of scene files.
+pub(crate) struct Reader {
+    seeds: Vec<Seed>,
+    /// Which of them are scenes; the others are what these name.
+    scenes: Vec<usize>,
+    /// The last mutant, which stays until there is another.
+    changed: usize,
+}
+
+impl Reader {
+    pub(crate) fn open(kind: &str, place: &Workplace<'_>) -> Result<Self> {
+        let seeds = corpus(kind)?;
+        seeds.iter().try_for_each(|(name, bytes)| place.write(name, bytes))?;
+        let scenes = (0..seeds.len()).filter(|&seed| seeds[seed].0.ends_with(kind)).collect();
+        Ok(Self { seeds, scenes, changed: 0 })
+    }
+}
+
+impl Target for Reader {
+    fn run(&mut self, random: &mut Random, place: &mut Workplace<'_>) -> Result<Answer> {
+        let (name, bytes) = &self.seeds[self.changed];
+        place.write(name, bytes)?;
+        let scene = *any(random, &self.scenes);
+        let path = place.folder.join(&self.seeds[scene].0);
+        // Sometimes the file beside it that has the same name but for its end.
+        let beside = (0..self.seeds.len()).filter(|&seed| seed != scene && random.below(2) == 0);
+        let is_its = |&seed: &usize| Path::new(&self.seeds[seed].0).file_stem() == path.file_stem();
+        self.changed = beside.filter(is_its).last().unwrap_or(scene);
+        let ((name, bytes), (_, other)) = (&self.seeds[self.changed], &self.seeds[*any(random, &self.scenes)]);
+        place.write_mutant(name, &mutate(random, name, bytes, other))?;
+        match umbrage::open(&path) {
+            Ok(scene) => look_at(random, &scene).map(|()| Answer::Accepted),
+            Err(error) => {
+                let words = error.to_string();
+                let names_file = words.starts_with(&*place.folder.to_string_lossy());
+                ensure!(names_file && words.len() < 1_000, "no error for a person: {words}");
+                Ok(Answer::Refused)
+            }
+        }
+    }
+}
+
+/// Three numbered files, one of which is a mutant, and what one may call them.
+pub(crate) struct Sequence {
+    seeds: Vec<Seed>,
+}
+
+impl Sequence {
+    pub(crate) fn open(place: &Workplace<'_>) -> Result<Self> {
+        fs::create_dir(place.folder.join("all"))?;
+        Ok(Self { seeds: [corpus("ply")?, corpus("stl")?].concat() })
+    }
+}
+
+impl Target for Sequence {
+    fn run(&mut self, random: &mut Random, place: &mut Workplace<'_>) -> Result<Answer> {
+        let ((name, bytes), (_, other)) = (any(random, &self.seeds), any(random, &self.seeds));
+        let mutant = mutate(random, name, bytes, other);
+        place.write_mutant(name, &mutant)?;
+        let mutated = random.below(3);
+        for (file, number) in ["08", "9", "10"].iter().enumerate() {
+            place.write(&format!("all/{number}{name}"), if file == mutated { &mutant } else { bytes })?;
+        }
+        let pattern = match random.below(3) {
+            0 => String::new(),
+            1 => format!("%{}d{name}", any(random, &["", "0", "9", "02", "099999999999"])),
+            _ => format!("{}{name}", any(random, &["#", "##", "##########################"])),
+        };
+        let scene = umbrage::open(place.folder.join("all").join(pattern));
+        let answer = scene.map_or(Ok(Answer::Refused), |scene| look_at(random, &scene).map(|()| Answer::Accepted));
+        for number in ["08", "9", "10"] {
+            fs::remove_file(place.folder.join(format!("all/{number}{name}")))?;
+        }
+        answer
+    }
+}
+
+/// Textures and backgrounds.
+pub(crate) struct Images {
+    seeds: Vec<Seed>,
+}
+
+impl Images {
+    pub(crate) fn open() -> Result<Self> {
+        Ok(Self { seeds: corpus("images")? })
+    }
+}
+
+impl Target for Images {
+    fn run(&mut self, random: &mut Random, place: &mut Workplace<'_>) -> Result<Answer> {
+        let ((name, bytes), (_, other)) = (any(random, &self.seeds), any(random, &self.seeds));
+        let mutant = mutate(random, name, bytes, other);
+        place.write_mutant(name, &mutant)?;
+        let wrap = [*any(random, &[Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge]); 2];
+        let filter = *any(random, &[Filter::Linear, Filter::Nearest]);
+        let texture = Texture::decode("", &mutant, ColorSpace::Srgb, filter, wrap);
+        if let Ok(texture) = &texture {
+            let coords = Vec2::new(*any(random, &REAL) as f32, random.unit() * 4.0 - 2.0);
+            let color = texture.sample(coords, *any(random, &REAL) as f32);
+            ensure!(color.is_finite() || !(coords * 1e6).is_finite(), "{color} at {coords}");
+        }
+        let background = Background::open(&place.folder.join(name));
+        let is_accepted = texture.is_ok() || background.is_ok();
+        if let Ok(background) = background {
+            let nothing = Frame::from_triangles(Vec::new(), Vec::new());
+            render(&nothing, &Settings { background, ..Settings::default() })?;
+        }
+        Ok(if is_accepted { Answer::Accepted } else { Answer::Refused })
+    }
+}
+
+/// Whole scenes at any moment, and those of the gallery by any address.
+pub(crate) struct Poses {
+    scenes: Vec<Scene>,
+}
+
+impl Poses {
+    pub(crate) fn open() -> Result<Self> {
+        Ok(Self { scenes: scenes()? })
+    }
+}
+
+/// The scenes of the corpus that move.
+pub(super) fn scenes() -> Result<Vec<Scene>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
+    let files = corpus("glb")?.into_iter().map(|(name, _)| folder.join("glb").join(name));
+    let scenes = files.chain([folder.join("gltf/room.gltf")]).map(Scene::open);
+    Ok(scenes.collect::<Result<_, _>>()?)
+}
+
+impl Target for Poses {
+    fn run(&mut self, random: &mut Random, _: &mut Workplace<'_>) -> Result<Answer> {
+        if random.below(8) > 0 {
+            let scene = any(random, &self.scenes);
+            return look_at(random, scene).map(|()| Answer::Accepted);
+        }
+        let mut address = format!("demo:{}?triangles={}", any(random, umbrage::gallery::DEMOS).name, random.below(500));
+        if random.below(2) == 0 {
+            address = String::from_utf8_lossy(&changed_words(random, address.as_bytes(), b"demo:?=&")).into_owned();
+        }
+        // It would do as it is told.
+        let is_large =
+            address.rsplit('=').next().is_some_and(|count| count.parse().is_ok_and(|count: u64| count > 999));
+        match umbrage::open(&address) {
+            Ok(scene) if !is_large => look_at(random, &scene).context(address).map(|()| Answer::Accepted),
+            _ => Ok(Answer::Refused),
+        }
+    }
+}
