@@ -98,8 +98,7 @@ impl Ours {
             let Seconds { project, list, sort, .. } = of_camera.seconds;
             let built = 1e3 * (project + list + sort);
             (times.build, times.see) = (times.build + built, times.see - built);
-            let mut masks: Vec<_> = masks.iter_mut().collect();
-            *of_lights = time(&mut times.shadow, || structure.shadow(&question, seen, &shot.lights, &mut masks));
+            *of_lights = time(&mut times.shadow, || structure.shadow(&question, seen, &shot.lights, masks));
             let survey = 1e3 * of_lights.seconds.survey;
             (times.survey, times.shadow) = (times.survey + survey, times.shadow - survey);
         }

@@ -14,6 +14,7 @@ mod plot;
 mod rays;
 mod shot;
 mod table;
+mod trust;
 #[cfg(feature = "view")]
 mod window;
 mod work;
@@ -85,6 +86,8 @@ enum Command {
     KdFrames(experiments::KdFramesFlags),
     /// Horn et al. 2007 on a GPU: frames that are traced throughout, and those with rasterised primary hits
     KdGpu(experiments::KdGpuFlags),
+    /// What can be trusted: twenty-two figures, each beside what others publish; writes docs/trust.md
+    Trust(trust::TrustFlags),
     /// How many pictures a second the window plays, and what the interface adds to each
     #[cfg(feature = "view")]
     Window(window::WindowFlags),
@@ -92,7 +95,7 @@ enum Command {
 
 fn main() -> ExitCode {
     match run(Flags::parse().command) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         // The reader of standard output has gone, which is its right.
         Err(error) if is_unread(&error) => ExitCode::SUCCESS,
         Err(error) => {
@@ -102,8 +105,9 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(command: Command) -> anyhow::Result<()> {
+fn run(command: Command) -> anyhow::Result<ExitCode> {
     match command {
+        Command::Trust(flags) => return trust::run(&flags),
         Command::Frame(flags) => frame::run(&flags),
         #[cfg(feature = "view")]
         Command::Window(flags) => window::run(&flags),
@@ -128,6 +132,7 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::KdFrames(flags) => flags.run(),
         Command::KdGpu(flags) => flags.run(),
     }
+    .map(|()| ExitCode::SUCCESS)
 }
 
 fn is_unread(error: &anyhow::Error) -> bool {

@@ -109,13 +109,7 @@ impl<C: CameraGrid, L: LightsGrid> Structure for Grids<C, L> {
         self.see_with(shot, |camera| camera.trace(shot, seen))
     }
 
-    fn shadow(
-        &mut self,
-        shot: &Shot<'_>,
-        seen: &SeenPixels,
-        lights: &[LightSource],
-        masks: &mut [&mut LightMask],
-    ) -> Work {
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work {
         shot.expect_masks(seen, lights, masks);
         let Self { light: grid, of_lights, .. } = self;
         of_lights.clear();

@@ -30,7 +30,7 @@ pub fn shadow(
     shot: &Shot<'_>,
     seen: &SeenPixels,
     lights: &[LightSource],
-    masks: &mut [&mut LightMask],
+    masks: &mut [LightMask],
 ) {
     shot.expect_masks(seen, lights, masks);
     let stops = |id: u32, barycentric: [f32; 2]| shot.shadow_opacity.is_stopped_at(id, barycentric);

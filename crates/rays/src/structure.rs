@@ -26,13 +26,7 @@ pub trait Structure: std::fmt::Debug + Send + Sync {
     ///
     /// # Panics
     /// If there are more or fewer masks than lights, or `seen` isn't of the size of the shot's view.
-    fn shadow(
-        &mut self,
-        shot: &Shot<'_>,
-        seen: &SeenPixels,
-        lights: &[LightSource],
-        masks: &mut [&mut LightMask],
-    ) -> Work;
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work;
 
     /// What each light took at the last [`shadow`](Self::shadow), in their order; empty where that isn't counted.
     fn work_of_lights(&self) -> &[Work] {

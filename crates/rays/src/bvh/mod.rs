@@ -58,13 +58,7 @@ impl Structure for Bvh {
         Ok(Work::default())
     }
 
-    fn shadow(
-        &mut self,
-        shot: &Shot<'_>,
-        seen: &SeenPixels,
-        lights: &[LightSource],
-        masks: &mut [&mut LightMask],
-    ) -> Work {
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work {
         ray_by_ray::shadow(self, shot, seen, lights, masks);
         Work::default()
     }

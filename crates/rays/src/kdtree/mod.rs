@@ -156,13 +156,7 @@ impl Structure for KdTree {
         Ok(Work::default())
     }
 
-    fn shadow(
-        &mut self,
-        shot: &Shot<'_>,
-        seen: &SeenPixels,
-        lights: &[LightSource],
-        masks: &mut [&mut LightMask],
-    ) -> Work {
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work {
         if self.is_lazy() {
             ray_by_ray::shadow(self, shot, seen, lights, masks);
         } else {

@@ -92,7 +92,7 @@ impl<'a> Shot<'a> {
     ///
     /// # Panics
     /// If there are more or fewer, or `seen` has another size.
-    pub(crate) fn expect_masks(&self, seen: &SeenPixels, lights: &[LightSource], masks: &[&mut LightMask]) {
+    pub(crate) fn expect_masks(&self, seen: &SeenPixels, lights: &[LightSource], masks: &[LightMask]) {
         assert!(lights.len() == masks.len(), "{} masks for {} lights", masks.len(), lights.len());
         self.expect_size(seen);
     }

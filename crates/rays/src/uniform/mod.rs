@@ -206,13 +206,7 @@ impl Structure for UniformGrid {
         Ok(Work { counts: Self::see(self, shot, seen), seconds: Seconds::default() })
     }
 
-    fn shadow(
-        &mut self,
-        shot: &Shot<'_>,
-        seen: &SeenPixels,
-        lights: &[LightSource],
-        masks: &mut [&mut LightMask],
-    ) -> Work {
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work {
         shot.expect_masks(seen, lights, masks);
         let mut counts = Counts::default();
         for (light, mask) in lights.iter().zip(masks) {

@@ -1,5 +1,6 @@
 //! The CPU engine: a frame's stages on the threads of the current rayon pool.
 
+mod copies;
 mod see;
 mod shade;
 mod shadow;
@@ -8,9 +9,12 @@ use std::mem;
 
 use umbrage_rays::{
     Bvh, Bytes, DirectGrids, Hit, LightMask, LightSource, Opacity as _, Ray, SeenPixels, Shot, Sides, SimdLevel,
-    SingleRays, Structure as _, View, Work, predicate,
+    SingleRays, Structure as _, Triangles, View, Work, predicate,
 };
 use umbrage_scene::{Frame, FrameOpacity, Light, Scene};
+
+use copies::Copies;
+use shadow::Casting;
 
 use crate::engine::{Engine, Output, Staged};
 use crate::sampling::Sample;
@@ -23,6 +27,7 @@ pub(crate) struct Cpu {
     /// What `structure` was made of, and whether rays come to it one at a time.
     made_of: (Structure, bool),
     structure: Box<dyn umbrage_rays::Structure>,
+    copies: Copies,
     /// For single rays, where the structure doesn't answer them.
     bvh: Bvh,
     /// Which sides of triangles stop camera rays.
@@ -33,6 +38,7 @@ pub(crate) struct Cpu {
     seen: SeenPixels,
     /// For each light, which pixels it lights at the current sample.
     masks: Vec<LightMask>,
+    casting: Casting,
     shadow_rays: u64,
     /// Tests of camera rays, and of shadow rays, that the predicate settled, over all samples.
     settled_tests: [u64; 2],
@@ -52,11 +58,13 @@ impl Cpu {
             level,
             made_of: (Structure::Perspective, false),
             structure: Box::new(DirectGrids::with_level(level)),
+            copies: Copies::default(),
             bvh: Bvh::default(),
             sides: Sides::Both,
             bounces: 0,
             seen: SeenPixels::default(),
             masks: Vec::new(),
+            casting: Casting::default(),
             shadow_rays: 0,
             settled_tests: [0; 2],
             camera_work: Work::default(),
@@ -82,6 +90,7 @@ impl Cpu {
     /// Finds what pixels show through their middles; what is known of the last frame's pixels stays.
     pub(crate) fn seen_alone(&mut self, frame: &Frame, view: &View) -> Result<SeenPixels, Error> {
         self.choose(&Settings::default(), false)?;
+        self.copies.find(frame);
         let last = mem::take(&mut self.seen);
         let result = self.see_pixels(frame, view, &Sample::MIDDLE);
         let seen = mem::replace(&mut self.seen, last);
@@ -97,6 +106,7 @@ impl Cpu {
         seen: &SeenPixels,
     ) -> Result<Vec<LightMask>, Error> {
         self.choose(&Settings::default(), false)?;
+        self.copies.find(frame);
         let last = (mem::replace(&mut self.seen, seen.clone()), mem::take(&mut self.masks));
         self.shadow_points(frame, lights, view, &Sample::MIDDLE);
         let masks = mem::take(&mut self.masks);
@@ -114,8 +124,9 @@ impl Cpu {
         counts: &mut WorkCounts,
     ) -> Result<(), Error> {
         self.choose(settings, false)?;
+        self.copies.find(frame);
         let opacities = opacities(frame);
-        let shot = shot(frame, &opacities, view, &Sample::MIDDLE, self.sides);
+        let shot = shot(self.copies.triangles(frame), &opacities, view, &Sample::MIDDLE, self.sides);
         let specialised = self.structure.specialised().ok_or(Error::CountsOfStructure)?;
         self.camera_work = specialised.see_counting(&shot, &mut self.seen, &mut counts.pixels)?;
         if let Some(light) = light {
@@ -154,9 +165,11 @@ impl Engine for Cpu {
         let Staged { frame, settings, .. } = *staged;
         let sends_rays_onward = frame.is_see_through() || settings.bounces > 0;
         self.choose(settings, sends_rays_onward)?;
-        self.structure.build(frame.triangles());
+        self.copies.find(frame);
+        let triangles = self.copies.triangles(frame);
+        self.structure.build(triangles);
         if sends_rays_onward && self.structure.single_rays().is_none() {
-            self.bvh.build(frame.triangles());
+            self.bvh.build(triangles);
         }
         Ok(())
     }
@@ -202,7 +215,7 @@ impl Engine for Cpu {
         self.structure.work_of_lights()
     }
 
-    fn count(&self, _frame: &Frame, stats: &mut Stats) -> Result<(), Error> {
+    fn count(&self, frame: &Frame, stats: &mut Stats) -> Result<(), Error> {
         let Bytes { triangles, points } = self.structure.bytes();
         stats.shadow_rays = self.shadow_rays;
         stats.count_settled(self.settled());
@@ -210,7 +223,7 @@ impl Engine for Cpu {
         stats.point_bytes = points;
         stats.pixel_bytes += self.seen.bytes() + self.masks.iter().map(LightMask::bytes).sum::<usize>();
         stats.uploaded_bytes = 0;
-        stats.count_omitted(self.structure.omitted());
+        self.copies.count_omitted(frame, self.structure.omitted(), stats);
         Ok(())
     }
 }
@@ -222,14 +235,14 @@ fn opacities(frame: &Frame) -> [FrameOpacity<'_>; 2] {
 
 /// A sample of each pixel, as a question to a structure.
 fn shot<'a>(
-    frame: &'a Frame,
+    triangles: Triangles<'a>,
     [opacity, shadow_opacity]: &'a [FrameOpacity<'a>; 2],
     view: &View,
     sample: &Sample,
     sides: Sides,
 ) -> Shot<'a> {
     let offset_pixels = sample.offset_pixels;
-    Shot { triangles: frame.triangles(), view: *view, offset_pixels, opacity, shadow_opacity, sides }
+    Shot { triangles, view: *view, offset_pixels, opacity, shadow_opacity, sides }
 }
 
 /// Whether a camera ray that meets a triangle there is stopped by it: by its side, and where it isn't cut away.

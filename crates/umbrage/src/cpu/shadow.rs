@@ -1,28 +1,41 @@
+use std::mem;
+
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, LightMask, Opacity as _, Ray, SeenPixels, SingleRays, View};
+use umbrage_rays::{Hit, LightMask, LightSource, Opacity as _, Ray, SeenPixels, SingleRays, View};
 use umbrage_scene::{Frame, Light};
 
 use super::{Cpu, opacities, shot};
 use crate::sampling::Sample;
 
+/// The lights that cast shadows, and their masks while these are found.
+#[derive(Debug, Default)]
+pub(super) struct Casting {
+    sources: Vec<LightSource>,
+    masks: Vec<LightMask>,
+}
+
 impl Cpu {
     /// Finds which of the points that pixels show each light reaches.
     pub(super) fn shadow_points(&mut self, frame: &Frame, lights: &[Light], view: &View, sample: &Sample) {
-        let Self { structure, seen, masks, shadow_rays, settled_tests, sides, .. } = self;
+        let Self { structure, copies, seen, masks, casting, shadow_rays, settled_tests, sides, .. } = self;
         let opacities = opacities(frame);
-        let shot = shot(frame, &opacities, view, sample, *sides);
+        let shot = shot(copies.triangles(frame), &opacities, view, sample, *sides);
         masks.resize(lights.len(), LightMask::default());
-        let (mut sources, mut casting) = (Vec::new(), Vec::new());
-        for (light, mask) in lights.iter().zip(masks) {
+        let Casting { sources, masks: of_sources } = casting;
+        sources.clear();
+        of_sources.clear();
+        for (light, mask) in lights.iter().zip(&mut *masks) {
             if light.casts_shadow {
                 sources.push(light.source);
-                casting.push(mask);
+                of_sources.push(mem::take(mask));
             } else {
                 mask.light_all(seen);
             }
         }
-        let work = structure.shadow(&shot, seen, &sources, &mut casting);
+        let work = structure.shadow(&shot, seen, sources, of_sources);
+        let of_casting = lights.iter().zip(masks).filter(|(light, _)| light.casts_shadow);
+        of_casting.zip(of_sources.drain(..)).for_each(|((_, mask), found)| *mask = found);
 
         settled_tests[1] += work.counts.settled;
         let points = seen.triangle.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();

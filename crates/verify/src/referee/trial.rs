@@ -69,7 +69,7 @@ fn answer(
     structure.build(shot.triangles);
     structure.see(&shot, seen).map_err(|error| error.to_string())?;
     masks.resize_with(case.lights.len(), LightMask::default);
-    structure.shadow(&shot, seen, &case.lights, &mut masks.iter_mut().collect::<Vec<_>>());
+    structure.shadow(&shot, seen, &case.lights, masks);
     Ok(())
 }
 

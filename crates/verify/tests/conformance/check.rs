@@ -103,7 +103,7 @@ impl Asked {
             mask.resize(seen.order());
             mask.blocks_mut().fill(u16::MAX);
         }
-        let all = structure.shadow(&shot, seen, &case.lights, &mut masks.iter_mut().collect::<Vec<_>>());
+        let all = structure.shadow(&shot, seen, &case.lights, masks);
         for ((light, mask), lit) in case.lights.iter().zip(&*masks).zip(&truth.lit) {
             let wrong = case.pixels().zip(lit).find(|&((x, y), &lit)| mask.is_lit(x, y) != lit);
             ensure(wrong.is_none(), || format!("{light:?}: pixel {wrong:?} by the oracle"))?;

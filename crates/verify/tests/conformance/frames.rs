@@ -29,7 +29,7 @@ fn frame(structure: &mut dyn Structure, case: &Case, seen: &mut SeenPixels, mask
     let shot = case.shot();
     structure.build(shot.triangles);
     let Work { counts, .. } = structure.see(&shot, seen).expect("a small image");
-    structure.shadow(&shot, seen, &case.lights, &mut masks.iter_mut().collect::<Vec<_>>());
+    structure.shadow(&shot, seen, &case.lights, masks);
     counts
 }
 
@@ -71,13 +71,12 @@ pub(crate) fn allocate_nothing_when_steady(name: &str, make: Make) {
         let (mut seen, mut masks) = (SeenPixels::default(), vec![LightMask::default(); lights.len()]);
         [0; 3].map(|taken| {
             let is_first = masks[0].count() == 0;
-            let [first, second, third] = &mut masks[..] else { unreachable!("three lights") };
             let before = allocations::on_this_thread();
             if is_rebuilt || is_first {
                 structure.build(shot.triangles);
             }
             structure.see(&shot, &mut seen).expect("a small image");
-            structure.shadow(&shot, &seen, &lights, &mut [first, second, third]);
+            structure.shadow(&shot, &seen, &lights, &mut masks);
             allocations::on_this_thread() - before + taken
         })
     });

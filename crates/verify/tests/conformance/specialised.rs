@@ -26,7 +26,7 @@ fn see(structure: &mut dyn Structure, shot: &Shot<'_>) -> (SeenPixels, Work) {
 }
 
 fn shadow(structure: &mut dyn Structure, shot: &Shot<'_>, seen: &SeenPixels, light: LightSource) -> Work {
-    structure.shadow(shot, seen, &[light], &mut [&mut LightMask::default()])
+    structure.shadow(shot, seen, &[light], &mut [LightMask::default()])
 }
 
 fn as_specialised(structure: &mut dyn Structure) -> &mut dyn Specialised {
@@ -148,7 +148,7 @@ fn hundreds_of_thousands_of_triangles_in_one_light_cell() {
     for structure in structures {
         let (seen, _) = see(structure, &case.shot());
         let mut masks = [LightMask::default(), LightMask::default()];
-        structure.shadow(&case.shot(), &seen, &case.lights, &mut masks.each_mut());
+        structure.shadow(&case.shot(), &seen, &case.lights, &mut masks);
         for (mask, lit) in masks.iter().zip(&truth.lit) {
             assert!(case.pixels().zip(lit).all(|((x, y), &lit)| mask.is_lit(x, y) == lit), "{structure:?}");
         }

@@ -1,5 +1,6 @@
 //! Tests of what the CPU does, as one program; those of the GPU engine are in `gpu`.
 
+mod copies;
 mod files_scenes;
 mod fuzz;
 mod gltf_scenes;
@@ -9,4 +10,5 @@ mod predicate;
 mod referee;
 mod render;
 mod seams;
+mod steady;
 mod watertight;

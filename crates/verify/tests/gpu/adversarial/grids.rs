@@ -126,7 +126,7 @@ pub(crate) fn truth_of_cpu(case: &Case) -> Truth {
     let (shot, mut grids, mut seen) = (case.shot(), DirectGrids::default(), SeenPixels::default());
     grids.see(&shot, &mut seen).expect("a small image");
     let mut masks = vec![LightMask::default(); case.lights.len()];
-    grids.shadow(&shot, &seen, &case.lights, &mut masks.iter_mut().collect::<Vec<_>>());
+    grids.shadow(&shot, &seen, &case.lights, &mut masks);
     let lit = masks.iter().map(|mask| case.pixels().map(|(x, y)| mask.is_lit(x, y)).collect()).collect();
     Truth { triangle: case.pixels().map(|(x, y)| seen.triangle_at(x, y)).collect(), lit }
 }

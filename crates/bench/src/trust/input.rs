@@ -1,0 +1,110 @@
+//! What is wrong, or many times the same, is counted and costs little.
+
+use std::time::Instant;
+
+use anyhow::{Result, ensure};
+use glam::Vec3;
+use umbrage::rays::{Camera, LightSource, SeenPixels, SimdLevel};
+use umbrage::scene::{Frame, Light};
+use umbrage::{Renderer, Settings};
+use umbrage_verify::structures::STRUCTURES;
+use umbrage_verify::views::{camera, view};
+use umbrage_verify::{Case, TestMesh};
+
+use super::rays::number;
+use super::surfaces::choices;
+use super::{Effort, Finding};
+
+/// A frame of test triangles with a light.
+pub(super) fn frame(mesh: TestMesh, light: Vec3) -> Frame {
+    let mut frame = Frame::from_triangles(mesh.positions, mesh.indices);
+    let source = LightSource::Point { position: light };
+    let (color, intensity) = (Vec3::ONE, 100.0);
+    frame.lights = vec![Light { name: "".into(), source, color, intensity, range: None, casts_shadow: true }];
+    frame
+}
+
+pub(super) fn garbage(effort: &Effort) -> Result<Finding> {
+    let (scenes, mut random) = (effort.of(1000), effort.random());
+    let mut structures: Vec<_> = STRUCTURES.iter().map(|(_, make)| make(SimdLevel::default())).collect();
+    let (mut omitted_in_all, mut wrong, mut seen) = ([0_u64; 3], 0, SeenPixels::default());
+    for _ in 0..scenes {
+        let mut mesh = TestMesh::soup(&mut random, 100, 1e-3);
+        let mut expected = [0_u32; 3];
+        for id in 0..100 {
+            let [a, b, c] = mesh.indices[id];
+            match random.below(8) {
+                0 => {
+                    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][random.below(3)];
+                    mesh.positions[[a, b, c][random.below(3)] as usize][random.below(3)] = bad;
+                    expected[0] += 1;
+                }
+                1 => {
+                    mesh.positions[b as usize] = mesh.positions[c as usize];
+                    expected[1] += 1;
+                }
+                2 => {
+                    mesh.indices[id][random.below(3)] = [u32::MAX, 300, 1 << 31][random.below(3)];
+                    expected[2] += 1;
+                }
+                _ => {}
+            }
+        }
+        let light = umbrage_verify::lights::point(random.point() * 3.0);
+        let case = Case::new("garbage", mesh, view(camera(), 12, 9), &[light]);
+        for structure in &mut structures {
+            structure.build(case.mesh.triangles());
+            structure.see(&case.shot(), &mut seen)?;
+            structure.shadow(&case.shot(), &seen, &case.lights, &mut [umbrage::LightMask::default()]);
+            let omitted = structure.omitted();
+            let found = [&omitted.not_finite, &omitted.zero_area, &omitted.index_out_of_range].map(|kind| kind.count);
+            wrong += u32::from(found != expected);
+        }
+        omitted_in_all.iter_mut().zip(expected).for_each(|(all, more)| *all += u64::from(more));
+    }
+    let [not_finite, zero_area, out_of_range] = omitted_in_all.map(number);
+    let text = format!(
+        "{wrong} wrong counts in {} random scenes and {} structures and options: {not_finite} triangles that aren't finite, \
+         {zero_area} without an area and {out_of_range} with indices out of range were left out and counted, each with its \
+         reason. No panic.",
+        number(scenes),
+        STRUCTURES.len()
+    );
+    Ok(Finding::new(wrong == 0, text))
+}
+
+pub(super) fn identical(effort: &Effort) -> Result<Finding> {
+    const SIDE: u32 = 64;
+    let camera = Camera::look_at(Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO, Vec3::Y, 0.9);
+    let counts = [effort.of(10_000).max(500), effort.of(100_000).max(1000)];
+    let mut text = format!(
+        "One triangle over much of {SIDE}×{SIDE} pixels, so many times, with a light: milliseconds of a frame, and kilobytes that \
+         the structure holds.\n\n| structure | 1 | {} | {} |\n|---|---|---|---|\n",
+        number(counts[0]),
+        number(counts[1])
+    );
+    let mut holds = true;
+    for (name, structure) in choices() {
+        let settings = Settings { width: SIDE, height: SIDE, camera: camera.into(), structure, ..Settings::default() };
+        let mut line = format!("| {name} |");
+        let mut first = None;
+        for count in [1, counts[0], counts[1]] {
+            let mut mesh = TestMesh::default();
+            for _ in 0..count {
+                mesh.push([Vec3::new(-2.0, -1.5, 0.0), Vec3::new(2.0, -1.5, 0.3), Vec3::new(0.0, 2.0, -0.2)]);
+            }
+            let (mut renderer, frame) = (Renderer::default(), frame(mesh, Vec3::new(1.0, 2.0, 3.0)));
+            renderer.render_frame(&frame, &settings)?;
+            let started = Instant::now();
+            renderer.render_frame(&frame, &settings)?;
+            let milliseconds = 1e3 * started.elapsed().as_secs_f64();
+            let bytes = renderer.stats().structure_bytes;
+            let answers = (renderer.film().triangle.clone(), renderer.light_masks().to_vec());
+            holds &= milliseconds < 50.0 + 1e-3 * count as f64;
+            ensure!(*first.get_or_insert_with(|| answers.clone()) == answers, "{name}: {count} aren't seen as one is");
+            line += &format!(" {milliseconds:.1}, {} |", bytes / 1024);
+        }
+        text += &(line + "\n");
+    }
+    Ok(Finding::new(holds, text.trim_end()))
+}

@@ -1,0 +1,156 @@
+//! What can be trusted: twenty-two figures, each beside what others publish.
+
+mod cost;
+mod figures;
+mod input;
+mod rays;
+mod repeat;
+mod surfaces;
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::thread::available_parallelism;
+
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use umbrage::rays::SimdLevel;
+use umbrage_verify::Random;
+
+use figures::FIGURES;
+
+#[derive(Args, Debug)]
+pub(crate) struct TrustFlags {
+    /// Only these figures, by number
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    only: Vec<usize>,
+    /// How much of what docs/trust.md was made with: 0.01 for a quick look
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0)]
+    effort: f64,
+    /// Which random numbers
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Write the document to a file
+    #[arg(long, value_name = "FILE.md")]
+    write: Option<PathBuf>,
+}
+
+/// Something that one may want to know before trusting a ray tracer.
+pub(crate) struct Figure {
+    title: &'static str,
+    /// What others publish, and where.
+    elsewhere: &'static str,
+    find: fn(&Effort) -> Result<Finding>,
+}
+
+/// What a figure is here.
+pub(crate) struct Finding {
+    /// Whether it is what it should be.
+    holds: bool,
+    text: String,
+}
+
+impl Finding {
+    fn new(holds: bool, text: impl Into<String>) -> Self {
+        Self { holds, text: text.into() }
+    }
+}
+
+/// How much is tried, and by which random numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    share: f64,
+    seed: u64,
+}
+
+impl Effort {
+    /// A share of so many.
+    fn of(&self, all: u64) -> u64 {
+        ((self.share * all as f64) as u64).max(1)
+    }
+
+    /// The side of a square, or of a mesh, of a share of the area.
+    fn side(&self, all: u32, least: u32) -> u32 {
+        ((f64::from(all) * self.share.sqrt()) as u32).clamp(least, all.max(least))
+    }
+
+    fn random(&self) -> Random {
+        Random::new(self.seed)
+    }
+}
+
+pub(crate) fn run(flags: &TrustFlags) -> Result<ExitCode> {
+    ensure!(flags.effort > 0.0 && flags.effort <= 1000.0, "--effort is a number above 0, and at most 1000");
+    if let Some(number) = flags.only.iter().find(|&&number| !(1..=FIGURES.len()).contains(&number)) {
+        anyhow::bail!("there is no figure {number}: they are 1 to {}", FIGURES.len());
+    }
+    let effort = Effort { share: flags.effort, seed: flags.seed };
+    let mut document = beginning(effort);
+    let progress = ProgressBar::new(FIGURES.len() as u64).with_style(ProgressStyle::with_template("{bar:22} {msg}")?);
+    let (mut short, mut asked) = (Vec::new(), 0);
+    for (number, figure) in (1..).zip(FIGURES) {
+        progress.set_position(number as u64 - 1);
+        if !flags.only.is_empty() && !flags.only.contains(&number) {
+            continue;
+        }
+        progress.set_message(format!("{number}. {}", figure.title));
+        let finding = (figure.find)(&effort).with_context(|| format!("figure {number}, {}", figure.title))?;
+        asked += 1;
+        if !finding.holds {
+            short.push(number);
+        }
+        let section = section(number, figure, &finding);
+        progress.suspend(|| print!("{section}"));
+        document += &section;
+    }
+    progress.finish_and_clear();
+    let summary = if short.is_empty() {
+        format!("All {asked} figures are as they should be.")
+    } else {
+        format!("{} of {asked} figures fall short: {short:?}.", short.len())
+    };
+    println!("\n{summary}");
+    if let Some(path) = &flags.write {
+        let _ = write!(document, "\n{summary}\n");
+        std::fs::write(path, document).with_context(|| format!("could not write {}", path.display()))?;
+    }
+    Ok(if short.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn beginning(Effort { share, seed }: Effort) -> String {
+    let levels = SimdLevel::available().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+    let threads = available_parallelism().map_or(1, usize::from);
+    format!(
+        "# What can be trusted\n\nTwenty-two figures that anyone can reproduce, each beside what others publish. This page is written by\n\n\
+         ```sh\ncargo run --release -p umbrage-bench -- trust --write docs/trust.md\n```\n\n\
+         which takes minutes; `--effort 0.01` takes a quick look, and `--only 3,14` asks for some of them. Shown here: effort {share}, seed \
+         {seed}, {threads} threads, {} {}, instruction sets {levels}. Times are of this machine and are only there to be \
+         compared with one another.\n",
+        std::env::consts::OS,
+        std::env::consts::ARCH,
+    )
+}
+
+fn section(number: usize, figure: &Figure, finding: &Finding) -> String {
+    let falls_short = if finding.holds { "" } else { "**Falls short.** " };
+    let Figure { title, elsewhere, .. } = figure;
+    format!("\n## {number}. {title}\n\n{falls_short}{}\n\n*Elsewhere:* {elsewhere}\n", finding.text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the document says of all of it, of a small part.
+    #[test]
+    fn every_figure_is_as_it_should_be() {
+        let effort = Effort { share: 2e-4, seed: 3 };
+        for (number, figure) in (1..).zip(FIGURES) {
+            let finding = (figure.find)(&effort).unwrap_or_else(|error| panic!("figure {number}: {error:?}"));
+            // Bytes and times of small scenes say nothing.
+            let is_measured = figures::MEASURED.contains(&number);
+            assert!(finding.holds || is_measured, "{}", section(number, figure, &finding));
+        }
+    }
+}
