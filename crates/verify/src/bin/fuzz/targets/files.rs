@@ -51,8 +51,8 @@ fn look_at(random: &mut Random, scene: &Scene) -> Result<()> {
         if is_posed {
             frame.check().with_context(|| format!("at {seconds} s"))?;
         }
-        let is_rig_posed = scene.pose_rig(seconds, &mut Frame::default(), &mut pose).is_some();
-        ensure!(!is_rig_posed || seconds.is_finite(), "a rig is posed at {seconds} s");
+        let is_rig_posed = scene.pose_rig(seconds, &mut Frame::default(), &mut pose).is_ok_and(|rig| rig.is_some());
+        ensure!(!is_rig_posed || is_posed, "a rig is posed at {seconds} s, but no frame");
     }
     match scene.at(0.0) {
         Ok(frame) if random.below(4) == 0 => render(&frame, &Settings::default()),
