@@ -2,6 +2,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use glam::{Vec2, Vec3};
+use image::ImageDecoder as _;
 
 use crate::background::panorama_coords;
 
@@ -21,6 +22,8 @@ struct Level {
 impl Panorama {
     /// The most memory that an image file may ask for: 16,384 by 16,384 texels of 16 bytes.
     const MAX_BYTES: u64 = 1 << 32;
+    /// What a texel takes while an image becomes a panorama: in the file's form, as it was decoded, and in both of ours.
+    const BYTES_OF_TEXEL: u64 = 48;
 
     /// A panorama from rows of linear radiance, the zenith's first.
     ///
@@ -46,13 +49,25 @@ impl Panorama {
     }
 
     pub(crate) fn open(path: &Path) -> Result<Self, String> {
+        // Asked before it is opened: a pipe waits for whoever writes to it, and devices may never stop.
+        if !std::fs::metadata(path).map_err(|error| error.to_string())?.is_file() {
+            return Err("not a regular file".to_owned());
+        }
         let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
         let mut reader =
             image::ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| e.to_string())?;
         let mut limits = image::Limits::default();
         limits.max_alloc = Some(Self::MAX_BYTES);
         reader.limits(limits);
-        let image = reader.decode().map_err(|error| format!("not a usable image: {error}"))?;
+        let unusable = |error| format!("not a usable image: {error}");
+        let decoder = reader.into_decoder().map_err(unusable)?;
+        let (width, height) = decoder.dimensions();
+        // Files of a few bytes can name any size, and those who decode them don't ask whether there is as much memory.
+        let bytes = usize::try_from(u64::from(width) * u64::from(height) * Self::BYTES_OF_TEXEL);
+        if bytes.map_or(true, |bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_err()) {
+            return Err(format!("there is not as much memory as {width}x{height} texels would take"));
+        }
+        let image = image::DynamicImage::from_decoder(decoder).map_err(unusable)?;
         // Eight-bit images are sRGB-encoded, Radiance and OpenEXR files are linear.
         let encoded = !matches!(image.color(), image::ColorType::Rgb32F | image::ColorType::Rgba32F);
         let image = image.into_rgb32f();
@@ -173,5 +188,6 @@ mod tests {
             assert!(Panorama::open(&path).is_err(), "{name}");
         }
         assert!(Panorama::open(&folder.path().join("missing.hdr")).is_err());
+        assert_eq!(Panorama::open(folder.path()).unwrap_err(), "not a regular file");
     }
 }

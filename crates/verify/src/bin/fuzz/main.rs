@@ -85,6 +85,7 @@ fn try_target(target: &str, flags: &Flags, time: Duration) -> Result<u64> {
             .args(["--target", target, "--seed", &next.to_string(), "--mutants", &(last - next).to_string()])
             .args([Path::new("--keep"), &flags.keep, Path::new("--worker"), folder.path()])
             .stderr(fs::File::create(&errors)?)
+            .env("RUST_BACKTRACE", "0")
             .stdin(Stdio::null())
             .spawn()?;
         let (mut at, mut since) = (next, Instant::now());
@@ -108,7 +109,7 @@ fn try_target(target: &str, flags: &Flags, time: Duration) -> Result<u64> {
         if let Some(why) = ended {
             let said = fs::read_to_string(errors).unwrap_or_default();
             ensure!(progress.next >= next, "{target}: {said}");
-            progress.tell(target, &format!("{why}: {said}"), folder.path(), &flags.keep)?;
+            progress.tell(target, &format!("{why}: {}", said.trim_end()), folder.path(), &flags.keep)?;
             progress.answers[2] += 1;
             progress.next += 1;
         }

@@ -17,10 +17,10 @@ pub(crate) fn any<'a, T>(random: &mut Random, list: &'a [T]) -> &'a T {
     &list[random.below(list.len())]
 }
 
-/// Changes `bytes` in one to four ways; `other` is a file of the same kind, to take pieces of.
+/// Changes `bytes` in up to four ways, or leaves them as they are; `other` is a file of the same kind, to take pieces of.
 pub(crate) fn mutate(random: &mut Random, name: &str, bytes: &[u8], other: &[u8]) -> Vec<u8> {
     let mut mutant = bytes.to_vec();
-    for _ in 0..*any(random, &[1, 1, 2, 4]) {
+    for _ in 0..*any(random, &[0, 1, 1, 1, 1, 1, 1, 2, 2, 4]) {
         let changed = match name.rsplit('.').next() {
             _ if random.below(4) == 0 => None,
             Some("gltf") => changed_json(random, &mutant),
