@@ -3,7 +3,7 @@
 use umbrage::gpu::{Adapter, DeviceLimits, Gpu};
 use umbrage::{EngineKind, Renderer};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, say};
 use crate::job::Job;
 
 /// A renderer on the engine that the job asks for, and its name.
@@ -15,7 +15,7 @@ pub(crate) fn renderer(job: &Job) -> Result<(Renderer, String), Failure> {
             Ok(renderer) => Ok(renderer),
             Err(why) => {
                 if !job.flags.quiet {
-                    eprintln!("note: rendering on the CPU: {why}");
+                    say(format_args!("note: rendering on the CPU: {why}"));
                 }
                 Ok(on_cpu(job))
             }

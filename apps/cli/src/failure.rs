@@ -1,7 +1,13 @@
-use std::io;
+use std::fmt::Display;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use umbrage::{output, scene};
+
+/// Says a line on standard error. Where that is full or closed, there is nobody left to tell.
+pub(crate) fn say(line: impl Display) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
 
 /// Why the command ends without having done what was asked.
 #[derive(Debug)]
@@ -41,14 +47,14 @@ impl Failure {
     pub(crate) fn report(self) -> ExitCode {
         match self {
             Self::Input { message, hint } => {
-                eprintln!("error: {message}");
+                say(format_args!("error: {message}"));
                 if let Some(hint) = hint {
-                    eprintln!("hint: {hint}");
+                    say(format_args!("hint: {hint}"));
                 }
                 ExitCode::from(2)
             }
             Self::Work(message) => {
-                eprintln!("error: {message}");
+                say(format_args!("error: {message}"));
                 ExitCode::FAILURE
             }
             Self::Unread => ExitCode::SUCCESS,

@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use bytesize::ByteSize;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use umbrage::output::{Chroma, Format, FrameRate};
@@ -72,8 +73,9 @@ Exit codes:
   1  rendering or writing failed
   2  the flags, the scene or a file that they name is wrong
 
-A file appears under its name only when it is whole. Until then it is a hidden file, .NAME.partial-*, beside it; \
-killing the command may leave that behind.";
+A file appears under its name only when it is whole. Until then it is a hidden file, .NAME.partial-*, beside it. \
+Interrupting the command (Ctrl-C, SIGTERM: 130 and 143 in a shell) removes that; what killing it leaves behind, the next \
+render to the same name removes.";
 
 /// What stands below the flags in `--help`.
 fn below(examples: &[&str]) -> String {
@@ -156,6 +158,10 @@ pub(crate) struct OpeningFlags {
     /// Let the file name others outside of its own folder; for files that you trust
     #[arg(long)]
     pub(crate) allow_outside: bool,
+    /// The most memory that opening the scene, and a picture of its size, may take: 500MB, 4GiB or bytes
+    /// [default: half of what there is]
+    #[arg(long, value_name = "SIZE")]
+    pub(crate) max_memory: Option<ByteSize>,
 }
 
 impl OpeningFlags {
@@ -166,7 +172,8 @@ impl OpeningFlags {
             Some("none") => Clip::Rest,
             Some(name) => Clip::Named(name.to_owned()),
         };
-        OpenOptions { clip, sequence_fps: self.sequence_fps, allow_outside: self.allow_outside }
+        let max_memory = self.max_memory.map_or(OpenOptions::default().max_memory, |most| most.as_u64());
+        OpenOptions { clip, sequence_fps: self.sequence_fps, allow_outside: self.allow_outside, max_memory }
     }
 }
 

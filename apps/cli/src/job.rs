@@ -1,13 +1,14 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use bytesize::ByteSize;
 use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
 use umbrage::rays::Choice;
 use umbrage::spec::BackgroundSpec;
 use umbrage::{Background, EngineKind, Settings, Sides, Structure};
 
 use crate::failure::Failure;
-use crate::flags::RenderFlags;
+use crate::flags::{OpeningFlags, RenderFlags};
 
 /// A render that makes sense: what is left to go wrong is in the scene or in the system.
 #[derive(Debug)]
@@ -58,6 +59,7 @@ impl Job {
             tone_map: flags.tone_map,
             ..Settings::default()
         };
+        check_memory(&settings, &flags.scene.opening)?;
         let output_options = Options { rate: flags.fps, bit_depth, float_depth, chroma: flags.chroma };
         Ok(Self { flags, scene, moments, target, format, output_options, settings })
     }
@@ -87,6 +89,17 @@ fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
         EngineKind::Cpu if flags.device.is_some() => Err(Failure::gpu_named_for_cpu()),
         _ => Ok(()),
     }
+}
+
+/// Refuses pictures that take more memory than may be taken.
+pub(crate) fn check_memory(settings: &Settings, opening: &OpeningFlags) -> Result<(), Failure> {
+    let [takes, most] = [settings.picture_bytes(), opening.options().max_memory];
+    if takes <= most {
+        return Ok(());
+    }
+    let (Settings { width, height, .. }, [takes, most]) = (settings, [takes, most].map(ByteSize::b));
+    let message = format!("a picture of {width}x{height} takes about {takes} of memory, more than {most}");
+    Err(Failure::input(message, "make it smaller (--size), or allow more (--max-memory)"))
 }
 
 /// Has everything work on that many threads, where a number is given.

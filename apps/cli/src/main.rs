@@ -1,5 +1,7 @@
 //! The `umbrage` command: flags → a validated job → the library → an exit code.
 #![forbid(unsafe_code)]
+// `print!` and `eprint!` panic where nobody can read them.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod choices;
 mod engine;
@@ -12,6 +14,7 @@ mod pages;
 mod progress;
 mod render;
 mod report;
+mod signals;
 mod staging;
 mod values;
 mod view;
@@ -24,10 +27,16 @@ use failure::Failure;
 use flags::{Command, Flags};
 
 fn main() -> ExitCode {
-    match run(Flags::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(),
-    }
+    signals::clean_up_when_told_to_end();
+    let done = match Flags::try_parse() {
+        Ok(flags) => run(flags),
+        // Help and the version are among these, and go to standard output.
+        Err(said) => match said.print() {
+            Err(unheard) if !said.use_stderr() => Err(unheard.into()),
+            _ => return ExitCode::from(said.exit_code() as u8),
+        },
+    };
+    done.map_or_else(Failure::report, |()| ExitCode::SUCCESS)
 }
 
 fn run(flags: Flags) -> Result<(), Failure> {

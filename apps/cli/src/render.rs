@@ -6,7 +6,7 @@ use umbrage::Scene;
 use umbrage::output::{Target, Writer};
 
 use crate::engine;
-use crate::failure::Failure;
+use crate::failure::{Failure, say};
 use crate::flags::StatsFlag;
 use crate::job::{Job, use_threads};
 use crate::progress::Progress;
@@ -18,14 +18,14 @@ pub(crate) fn run(job: &Job) -> Result<(), Failure> {
     let scene = umbrage::open_with(&job.scene, &job.flags.scene.opening.options())?;
     if !job.flags.quiet {
         for warning in scene.warnings() {
-            eprintln!("warning: {warning}");
+            say(format_args!("warning: {warning}"));
         }
     }
     let mut report = Report::new(&job.scene, &job.settings);
     let started = Instant::now();
     render_frames(job, &scene, &mut report)?;
     if !job.flags.quiet {
-        eprintln!("{}", summary(job, &report, started.elapsed().as_secs_f64()));
+        say(summary(job, &report, started.elapsed().as_secs_f64()));
     }
     report_costs(job, &mut report)
 }
@@ -88,12 +88,12 @@ fn report_costs(job: &Job, report: &mut Report) -> Result<(), Failure> {
     let Some(form) = job.flags.stats else { return Ok(()) };
     report.complete();
     match form {
-        StatsFlag::Text => eprint!("{}", report.text()),
+        StatsFlag::Text => say(report.text().trim_end()),
         StatsFlag::Json => {
             let json = serde_json::to_string_pretty(report).map_err(|error| Failure::Work(error.to_string()))?;
             match job.target {
                 // The video has standard output to itself.
-                Target::Stdout => eprintln!("{json}"),
+                Target::Stdout => say(json),
                 Target::Path(_) => writeln!(io::stdout(), "{json}")?,
             }
         }

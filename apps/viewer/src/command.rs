@@ -124,6 +124,9 @@ fn opening(line: &mut String, options: &OpenOptions) {
     if options.allow_outside {
         line.push_str(" --allow-outside");
     }
+    if options.max_memory != OpenOptions::default().max_memory {
+        flag(line, "max-memory", &options.max_memory.to_string());
+    }
 }
 
 fn structure(line: &mut String, structure: Structure) {

@@ -146,7 +146,7 @@ pub fn check_lights(lights: &[Light]) -> Result<(), BadFrame> {
     lights.iter().enumerate().try_for_each(check)
 }
 
-fn check_light(light: &Light) -> Result<(), &'static str> {
+pub(crate) fn check_light(light: &Light) -> Result<(), &'static str> {
     let (position, direction, cone) = match light.source {
         LightSource::Point { position } => (Some(position), None, None),
         LightSource::Spot { position, direction, inner_radians, outer_radians } => {
@@ -172,7 +172,7 @@ fn check_light(light: &Light) -> Result<(), &'static str> {
     Ok(())
 }
 
-fn check_material(material: &Material) -> Result<(), &'static str> {
+pub(crate) fn check_material(material: &Material) -> Result<(), &'static str> {
     let Material {
         base_color, metallic, roughness, emissive, normal_scale, occlusion_strength, transmission, ior, ..
     } = *material;

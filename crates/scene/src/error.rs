@@ -32,6 +32,15 @@ pub enum Error {
         /// What its owner can do.
         hint: String,
     },
+    /// Opening a file would take more memory than [`OpenOptions::max_memory`](crate::OpenOptions::max_memory), or than there
+    /// is.
+    #[error("{}: {cause}", path.display())]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// What would take how much, and of what.
+        cause: String,
+    },
     /// A scene was asked for at a moment that is none.
     #[error("a moment of {0} seconds: it must be a finite number")]
     Moment(f64),

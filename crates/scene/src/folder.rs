@@ -4,17 +4,29 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::memory::Budget;
+
 /// Opens a file that has an end: pipes wait for whoever writes to them, and devices may never stop.
-pub(crate) fn open(path: &Path) -> io::Result<File> {
+fn open(path: &Path) -> io::Result<File> {
     // Asked before it is opened, since a pipe waits there already.
     if fs::metadata(path)?.is_file() { File::open(path) } else { Err(io::Error::other("not a regular file")) }
 }
 
-/// As [`open`], and reads all of it.
-pub(crate) fn read(path: &Path) -> io::Result<Vec<u8>> {
+/// All bytes of a file that has an end, as many as it has when it is opened.
+pub(crate) fn read(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    io::Read::read_to_end(&mut open(path)?, &mut bytes)?;
+    append(path, u64::MAX, &mut bytes, budget)?;
     Ok(bytes)
+}
+
+/// As [`read`], at most `limit` bytes, behind those that are there.
+pub(crate) fn append(path: &Path, limit: u64, bytes: &mut Vec<u8>, budget: &Budget) -> io::Result<()> {
+    let file = open(path)?;
+    let length = file.metadata()?.len().min(limit);
+    let room = usize::try_from(length).unwrap_or(usize::MAX);
+    budget.reserve(bytes, room, path.display()).map_err(io::Error::other)?;
+    // It may grow in the meantime.
+    io::Read::read_to_end(&mut io::Read::take(file, length), bytes).map(drop)
 }
 
 /// Where names in a file lead from.

@@ -7,6 +7,7 @@ mod folder;
 mod frame;
 mod light;
 mod material;
+mod memory;
 mod opacity;
 mod polygon;
 mod scene;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use umbrage_rays::{Bounds, LightSource};
 
+use crate::memory::{Budget, DEFAULT_BYTES};
 use crate::rig::{Pose, Rig};
 use crate::{Error, Frame, Light};
 use crate::{gltf::GltfScene, obj, obj::SharedMaterials, ply, sequence::Sequence, still::Still, stl};
@@ -28,7 +29,12 @@ pub trait Animated: Debug + Send + Sync {
 
     /// As [`Animated::pose`], but leaves the frame without vertices: `pose` says what moves those of the rig. Never called
     /// where there is none.
-    fn pose_rig(&self, _seconds: f64, _frame: &mut Frame, _pose: &mut Pose) {}
+    ///
+    /// # Errors
+    /// As [`Animated::pose`].
+    fn pose_rig(&self, _seconds: f64, _frame: &mut Frame, _pose: &mut Pose) -> Result<(), Error> {
+        Ok(())
+    }
 
     /// The animations to choose from; empty where there is just one without a name, or none.
     fn animations(&self) -> &[Animation] {
@@ -59,11 +65,17 @@ pub struct OpenOptions {
     pub sequence_fps: f64,
     /// Whether a file may name others outside of its own folder: for files that you trust.
     pub allow_outside: bool,
+    /// How many bytes opening may take: for the bytes of all files that are read, and for what is made of them. What files
+    /// ask for is compared with what is left before it is allocated; what that takes in passing, as much again at worst,
+    /// isn't counted. Each file of a sequence may take so many.
+    ///
+    /// Half of the memory that the process may have is the default, or 4 GiB where that isn't known.
+    pub max_memory: u64,
 }
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { clip: Clip::Auto, sequence_fps: 24.0, allow_outside: false }
+        Self { clip: Clip::Auto, sequence_fps: 24.0, allow_outside: false, max_memory: *DEFAULT_BYTES }
     }
 }
 
@@ -104,15 +116,18 @@ impl Scene {
     /// Opens a scene with options.
     ///
     /// # Errors
-    /// As [`Scene::open`], and where `options` name a clip that the file doesn't have.
+    /// As [`Scene::open`], and where `options` name a clip that the file doesn't have or allow less memory than it takes.
     pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
         let address = address.as_ref();
         if let Some(sequence) = Sequence::find(address, options)? {
             return Self::new(Box::new(sequence));
         }
         match Format::of(address) {
-            Some(Format::Gltf) => Self::new(Box::new(GltfScene::open(address, options)?)),
-            _ => Self::new(Box::new(read_still(address, &mut SharedMaterials::new(options.allow_outside))?)),
+            Some(Format::Gltf) => {
+                let scene = within(address, options.max_memory, |budget| GltfScene::open(address, options, budget));
+                Self::new(Box::new(scene?))
+            }
+            _ => Self::new(Box::new(read_still(address, &mut SharedMaterials::new(options))?)),
         }
     }
 
@@ -128,7 +143,8 @@ impl Scene {
     /// The scene at a moment. Moments after the end play the animation again from its start.
     ///
     /// # Errors
-    /// Where `seconds` is no number, or the moment's file of a numbered sequence can't be read.
+    /// Where `seconds` is no number, the moment's file of a numbered sequence can't be read, or a light or a camera of the
+    /// file is nowhere at that moment.
     pub fn at(&self, seconds: f64) -> Result<Frame, Error> {
         let mut frame = Frame::default();
         self.pose(seconds, &mut frame)?;
@@ -152,13 +168,19 @@ impl Scene {
     /// As [`Scene::pose`], but for vertices: `pose` is what moves those of the scene's rig, which stays the same, and the
     /// frame has no positions, normals and tangents. [`Rig::pose`] would fill these in.
     ///
-    /// `None`, and nothing is done, for scenes that aren't moved by a rig, and where `seconds` is no number.
-    pub fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) -> Option<&Arc<Rig>> {
-        let rig = self.source.rig().filter(|_| seconds.is_finite())?;
+    /// `None`, and nothing is done, for scenes that aren't moved by a rig.
+    ///
+    /// # Errors
+    /// As [`Scene::at`].
+    pub fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) -> Result<Option<&Arc<Rig>>, Error> {
+        let Some(rig) = self.source.rig() else { return Ok(None) };
+        if !seconds.is_finite() {
+            return Err(Error::Moment(seconds));
+        }
         begin(frame);
-        self.source.pose_rig(self.looped(seconds), frame, pose);
+        self.source.pose_rig(self.looped(seconds), frame, pose)?;
         self.finish(seconds, frame);
-        Some(rig)
+        Ok(Some(rig))
     }
 
     /// The moment before the animation's end that looks as `seconds`.
@@ -180,14 +202,14 @@ impl Scene {
     /// camera that is inside it, where walls would keep the light of that lamp away.
     fn made_light(&self, frame: &Frame) -> Light {
         let mut light = self.light_above.clone();
-        let diagonal = self.animation_bounds.size().length();
+        let diagonal = self.animation_bounds.size().length().min(f32::MAX);
         let inside = frame.cameras.first().map(|named| named.camera).filter(|camera| {
             let Bounds { min, max } = self.animation_bounds;
             camera.position.cmpge(min).all() && camera.position.cmple(max).all()
         });
         if let Some(camera) = inside {
             let position = camera.position + (camera.up + camera.right * 0.5) * (0.03 * diagonal);
-            light.source = LightSource::Point { position };
+            light.source = LightSource::Point { position: somewhere(position) };
             light.intensity = intensity_at(0.3 * diagonal);
         }
         light
@@ -258,10 +280,10 @@ impl Format {
 
 /// Reads a file whose triangles don't move; its materials may be shared with the last one's.
 pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
-    match Format::of(path) {
-        Some(Format::Obj) => obj::read(path, shared),
-        Some(Format::Ply) => ply::read(path),
-        Some(Format::Stl) => stl::read(path),
+    within(path, shared.max_memory, |budget| match Format::of(path) {
+        Some(Format::Obj) => obj::read(path, shared, budget),
+        Some(Format::Ply) => ply::read(path, budget),
+        Some(Format::Stl) => stl::read(path, budget),
         Some(Format::Gltf) | None => {
             let what = path.extension().map_or_else(
                 || "a file without an extension".to_owned(),
@@ -269,6 +291,16 @@ pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<St
             );
             Err(Error::unsupported(path, what, "use .gltf, .glb, .obj, .ply, .stl or demo:NAME"))
         }
+    })
+}
+
+/// Reads a file within a budget of bytes. Where that was too little, this is what went wrong, whatever came of it.
+fn within<T>(path: &Path, bytes: u64, read: impl FnOnce(&Budget) -> Result<T, Error>) -> Result<T, Error> {
+    let budget = Budget::new(bytes);
+    let result = read(&budget);
+    match budget.refusal() {
+        Some(cause) => Err(Error::Memory { path: path.to_owned(), cause: cause.to_owned() }),
+        None => result,
     }
 }
 
@@ -279,7 +311,7 @@ fn light_above(bounds: Bounds) -> Light {
     let offset = TOWARDS_LIGHT * (2.0 * radius);
     Light {
         name: "made from the bounds".into(),
-        source: LightSource::Point { position: bounds.center() + offset },
+        source: LightSource::Point { position: somewhere(bounds.center() + offset) },
         color: Vec3::ONE,
         intensity: intensity_at(offset.length()),
         range: None,
@@ -289,5 +321,10 @@ fn light_above(bounds: Bounds) -> Light {
 
 /// The intensity, in candela, that makes a white surface at a distance nearly as bright as a screen can show.
 fn intensity_at(distance: f32) -> f32 {
-    0.8 * std::f32::consts::PI * distance * distance
+    (0.8 * std::f32::consts::PI * distance * distance).min(f32::MAX)
+}
+
+/// The nearest position that there is: scenes may be so large that a lamp beside them isn't.
+fn somewhere(position: Vec3) -> Vec3 {
+    position.clamp(Vec3::MIN, Vec3::MAX)
 }

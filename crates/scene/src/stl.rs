@@ -5,6 +5,7 @@ use std::path::Path;
 
 use glam::Vec3;
 
+use crate::memory::Budget;
 use crate::text::{Lines, keyword, number, quoted, words};
 use crate::{Error, Frame, still::Still};
 
@@ -21,13 +22,13 @@ const TRIANGLE_BYTES: usize = 50;
 ///
 /// # Errors
 /// Where the file can't be read or breaks its format.
-pub(crate) fn read(path: &Path) -> Result<Still, Error> {
-    let bytes = crate::folder::read(path).map_err(|source| Error::read(path, source))?;
+pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
+    let bytes = crate::folder::read(path, budget).map_err(|source| Error::read(path, source))?;
     let mut warnings = Vec::new();
     let soup = if is_text(&bytes) {
-        read_text(path, &bytes, &mut warnings)?
+        read_text(path, &bytes, budget, &mut warnings)?
     } else {
-        read_binary(path, &bytes, &mut warnings)?
+        read_binary(path, &bytes, budget, &mut warnings)?
     };
     drop(bytes);
     if soup.triangles.is_empty() {
@@ -56,7 +57,7 @@ fn binary_bytes(count: u32) -> u64 {
     HEADER_BYTES as u64 + u64::from(count) * TRIANGLE_BYTES as u64
 }
 
-fn read_binary(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Welded, Error> {
+fn read_binary(path: &Path, bytes: &[u8], budget: &Budget, warnings: &mut Vec<String>) -> Result<Welded, Error> {
     let location = || format!("byte {}", bytes.len());
     let count = binary_count(bytes).ok_or_else(|| {
         Error::malformed(path, location(), "the file ends here, before the count of triangles of a binary STL file")
@@ -71,7 +72,8 @@ fn read_binary(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<
     if end < bytes.len() {
         warnings.push(format!("left out {} bytes after the last triangle", bytes.len() - end));
     }
-    let mut soup = Welded::with_room_for(count as usize);
+    let malformed = |cause| Error::malformed(path, "the triangles", cause);
+    let mut soup = Welded::with_room_for(count as usize, budget).map_err(malformed)?;
     for triangle in bytes[HEADER_BYTES..end].chunks_exact(TRIANGLE_BYTES) {
         // The 12 bytes of the normal come first.
         let float = |index: usize| {
@@ -79,13 +81,13 @@ fn read_binary(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<
             f32::from_le_bytes([triangle[start], triangle[start + 1], triangle[start + 2], triangle[start + 3]])
         };
         soup.add([0, 3, 6].map(|first| Vec3::new(float(first), float(first + 1), float(first + 2))))
-            .map_err(|cause| Error::malformed(path, "the triangles", cause))?;
+            .map_err(malformed)?;
     }
     Ok(soup)
 }
 
-fn read_text(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Welded, Error> {
-    let mut soup = Welded::default();
+fn read_text(path: &Path, bytes: &[u8], budget: &Budget, warnings: &mut Vec<String>) -> Result<Welded, Error> {
+    let mut soup = Welded { budget: budget.clone(), ..Welded::default() };
     let mut text = Text::default();
     let mut last = 1;
     for (line_number, line) in Lines::new(bytes) {
@@ -146,21 +148,25 @@ struct Welded {
     positions: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     vertex_at: HashMap<[u32; 3], u32>,
+    budget: Budget,
 }
 
 impl Welded {
     /// `count` is a number of triangles that are really there.
-    fn with_room_for(count: usize) -> Self {
+    fn with_room_for(count: usize, budget: &Budget) -> Result<Self, String> {
+        let mut soup = Self { budget: budget.clone(), ..Self::default() };
         // A closed surface has about half as many vertices as triangles.
-        Self {
-            positions: Vec::with_capacity(count / 2 + 2),
-            triangles: Vec::with_capacity(count),
-            vertex_at: HashMap::with_capacity(count / 2 + 2),
-        }
+        budget.reserve(&mut soup.positions, count / 2 + 2, "vertices")?;
+        budget.reserve(&mut soup.triangles, count, "triangles")?;
+        budget.reserve_map(&mut soup.vertex_at, count / 2 + 2, "vertices")?;
+        Ok(soup)
     }
 
     fn add(&mut self, corners: [Vec3; 3]) -> Result<(), String> {
         let mut triangle = [0; 3];
+        self.budget.reserve(&mut self.positions, 3, "vertices")?;
+        self.budget.reserve(&mut self.triangles, 1, "triangles")?;
+        self.budget.reserve_map(&mut self.vertex_at, 3, "vertices")?;
         for (vertex, position) in triangle.iter_mut().zip(corners) {
             let next = u32::try_from(self.positions.len()).map_err(|_| "more vertices than a 32-bit index counts")?;
             // Adding zero makes -0 the same as 0. Bits, unlike floats, find NaNs again.

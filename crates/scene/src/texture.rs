@@ -2,6 +2,9 @@ use std::io::Cursor;
 use std::sync::{LazyLock, OnceLock};
 
 use glam::{Vec2, Vec4};
+use image::ImageDecoder;
+
+use crate::memory::Budget;
 
 mod opacity;
 mod wrap;
@@ -92,15 +95,40 @@ impl Texture {
         filter: Filter,
         wrap: [Wrap; 2],
     ) -> Result<Self, String> {
-        let (size, texels) = Self::decode_texels(bytes)?;
+        Self::decode_within(&Budget::default(), name, bytes, space, filter, wrap)
+    }
+
+    /// As [`Texture::decode`], within a budget of memory.
+    ///
+    /// # Errors
+    /// As [`Texture::decode`], and where the budget is too small.
+    pub(crate) fn decode_within(
+        budget: &Budget,
+        name: impl Into<String>,
+        bytes: &[u8],
+        space: ColorSpace,
+        filter: Filter,
+        wrap: [Wrap; 2],
+    ) -> Result<Self, String> {
+        let (size, texels) = Self::decode_texels(bytes, budget)?;
         Ok(Self::new(name, size, texels, space, filter, wrap))
+    }
+
+    /// Takes the memory of an image of a size: all of its levels, and what will be known of their opacity.
+    ///
+    /// # Errors
+    /// Says in words that there isn't enough.
+    pub(crate) fn take([width, height]: [u32; 2], budget: &Budget) -> Result<(), String> {
+        const BYTES: u64 = 8;
+        let texels = u64::from(width) * u64::from(height);
+        budget.take(BYTES * texels, format_args!("an image of {width}x{height} texels"))
     }
 
     /// Width and height, at least 1, and the RGBA texels of an image file, the upper row first.
     ///
     /// # Errors
-    /// As [`Texture::decode`].
-    pub(crate) fn decode_texels(bytes: &[u8]) -> Result<([u32; 2], Vec<[u8; 4]>), String> {
+    /// As [`Texture::decode_within`].
+    pub(crate) fn decode_texels(bytes: &[u8], budget: &Budget) -> Result<([u32; 2], Vec<[u8; 4]>), String> {
         let mut reader = image::ImageReader::new(Cursor::new(bytes))
             .with_guessed_format()
             .map_err(|error| format!("not an image: {error}"))?;
@@ -111,12 +139,16 @@ impl Texture {
         let mut limits = image::Limits::default();
         limits.max_image_width = Some(Self::MAX_SIDE);
         limits.max_image_height = Some(Self::MAX_SIDE);
+        limits.max_alloc = Some(budget.all());
         reader.limits(limits);
-        let image = reader.decode().map_err(|error| format!("not a usable image: {error}"))?.into_rgba8();
-        let (width, height) = image.dimensions();
+        let unusable = |error| format!("not a usable image: {error}");
+        let decoder = reader.into_decoder().map_err(unusable)?;
+        let (width, height) = decoder.dimensions();
         if width == 0 || height == 0 {
             return Err("an image without texels".to_owned());
         }
+        Self::take([width, height], budget)?;
+        let image = image::DynamicImage::from_decoder(decoder).map_err(unusable)?.into_rgba8();
         Ok(([width, height], image.pixels().map(|pixel| pixel.0).collect()))
     }
 

@@ -27,7 +27,7 @@ impl Background {
     /// JPEG.
     ///
     /// # Errors
-    /// Where the file can't be read or isn't such an image.
+    /// Where the file can't be read or isn't such an image, or a texel is NaN or infinite.
     pub fn open(path: &Path) -> Result<Self, Error> {
         match Panorama::open(path) {
             Ok(panorama) => Ok(Self::Image(Arc::new(panorama))),

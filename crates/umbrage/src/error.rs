@@ -38,7 +38,7 @@ pub enum Error {
         /// How many there are.
         cameras: usize,
     },
-    /// [`Settings::camera`] is a camera of your own that is none.
+    /// The camera is none: one of your own in [`Settings::camera`], or one that should see all of a scene that is too large.
     #[error("the camera: {0}")]
     Camera(&'static str),
     /// A number of the settings is NaN or infinite.
@@ -51,6 +51,16 @@ pub enum Error {
         width: u32,
         /// Height in pixels.
         height: u32,
+    },
+    /// The system hasn't as much memory as the picture takes.
+    #[error("no memory for a picture of {width}x{height}, which takes about {megabytes} MB")]
+    PictureMemory {
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+        /// About how much.
+        megabytes: u64,
     },
     /// [`Settings::samples`] is 0 or more than [`Settings::MAX_SAMPLES`].
     #[error("{0} samples a pixel: there must be 1 to {limit}", limit = Settings::MAX_SAMPLES)]

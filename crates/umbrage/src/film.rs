@@ -1,8 +1,10 @@
+use std::collections::TryReserveError;
+
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use umbrage_rays::SeenPixels;
 
-use crate::Settings;
+use crate::{Error, Settings};
 
 /// What a render gathered for each pixel, in rows from the upper left corner.
 #[derive(Clone, Debug, Default)]
@@ -11,7 +13,8 @@ pub struct Film {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Mean linear radiance (Rec. 709 primaries), and how much of the pixel is covered by the scene.
+    /// Mean linear radiance (Rec. 709 primaries), and how much of the pixel is covered by the scene. Always finite:
+    /// radiance that is above 10³⁰, or would overflow on its way, is 10³⁰.
     pub color: Vec<Vec4>,
     /// Depth along the camera's forward axis at the pixel's first sample, in world units; infinite for a miss.
     pub depth: Vec<f32>,
@@ -36,13 +39,43 @@ impl Film {
     /// What [`Film::triangle`] holds where nothing was hit.
     pub const NO_TRIANGLE: u32 = SeenPixels::NONE;
 
-    pub(crate) fn clear(&mut self, [width, height]: [u32; 2]) {
+    /// Empties the film, which will have another size.
+    ///
+    /// # Errors
+    /// Where the system hasn't as much memory as the picture will take; the film then stays as it was.
+    pub(crate) fn clear(&mut self, [width, height]: [u32; 2]) -> Result<(), Error> {
         let pixels = width as usize * height as usize;
+        self.reserve(pixels).map_err(|_| {
+            let settings = Settings { width, height, ..Settings::default() };
+            Error::PictureMemory { width, height, megabytes: settings.picture_bytes().div_ceil(1_000_000) }
+        })?;
         (self.width, self.height) = (width, height);
         refill(&mut self.color, pixels, Vec4::ZERO);
         refill(&mut self.depth, pixels, f32::INFINITY);
         refill(&mut self.normal, pixels, Vec3::ZERO);
         refill(&mut self.triangle, pixels, Self::NO_TRIANGLE);
+        Ok(())
+    }
+
+    /// Makes room for more pixels than there were, and sees that there is as much again for what is made of them: nobody
+    /// who makes that can say that it failed.
+    fn reserve(&mut self, pixels: usize) -> Result<(), TryReserveError> {
+        let more = pixels.saturating_sub(self.color.len());
+        if more == 0 {
+            return Ok(());
+        }
+        self.color.try_reserve_exact(more)?;
+        self.depth.try_reserve_exact(more)?;
+        self.normal.try_reserve_exact(more)?;
+        self.triangle.try_reserve_exact(more)?;
+        let beside = Settings::BYTES_OF_PIXEL - (size_of::<(Vec4, f32, u32)>() + size_of::<Vec3>());
+        Vec::<u8>::new().try_reserve_exact(beside.saturating_mul(more))
+    }
+
+    /// A sum of samples, as bright as can be and opaque where it has overflowed.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn bounded(sum: Vec4) -> Vec4 {
+        if sum.is_finite() { sum } else { Vec3::splat(crate::shade::lanes::BRIGHTEST).extend(1.0) }
     }
 
     /// Turns sums over the samples into means.

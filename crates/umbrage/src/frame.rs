@@ -1,6 +1,6 @@
 //! The spine: a frame from top to bottom.
 
-use umbrage_scene::{Frame, Scene};
+use umbrage_scene::{Frame, Scene, check_lights};
 
 use crate::background::Surroundings;
 use crate::engine::{Engine, Output};
@@ -33,7 +33,7 @@ impl Renderer {
         let staged = settings.stage(frame, &surroundings)?;
 
         *view = Some(staged.view);
-        film.clear(output.fetched(&staged.view));
+        film.clear(output.fetched(&staged.view))?;
         stats.time("build", || engine.build(&staged, output))?;
         for band in 0..engine.bands() {
             for sample in Sample::all(settings.samples) {
@@ -64,6 +64,7 @@ fn animate<'a>(
             if let Some(lights) = &settings.lights {
                 posed.lights.clone_from(lights);
             }
+            check_lights(&posed.lights)?;
             Ok(posed)
         }
         Subject::Frame(frame) => {

@@ -25,10 +25,18 @@ impl Panorama {
     /// A panorama from rows of linear radiance, the zenith's first.
     ///
     /// # Errors
-    /// Where the sides are zero or don't fit the number of texels.
+    /// Where the sides are zero or don't fit the number of texels, or one of these is NaN or infinite.
     pub fn new(width: usize, height: usize, texels: Vec<Vec3>) -> Result<Self, String> {
         if width == 0 || height == 0 || texels.len() != width * height {
             return Err(format!("{} texels are no image of {width}x{height}", texels.len()));
+        }
+        let mut broken = (0..texels.len()).filter(|&texel| !texels[texel].is_finite());
+        if let Some(first) = broken.next() {
+            let (column, row, others) = (first % width, first / width, broken.count());
+            return Err(format!(
+                "{} texels are NaN or infinite, the first in column {column} of row {row}",
+                others + 1
+            ));
         }
         let mut levels = vec![Level { width, height, texels }];
         while let Some(smaller) = levels.last().and_then(Level::halved) {
@@ -136,6 +144,12 @@ mod tests {
         check(&Panorama::new(32, 16, texels(32, 16)).unwrap());
         assert!(Panorama::new(32, 16, texels(32, 15)).is_err());
         assert!(Panorama::new(0, 0, Vec::new()).is_err());
+        for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let mut texels = texels(32, 16);
+            (texels[3 * 32 + 7].y, texels[500].x) = (broken, broken);
+            let cause = Panorama::new(32, 16, texels).unwrap_err();
+            assert_eq!(cause, "2 texels are NaN or infinite, the first in column 7 of row 3");
+        }
     }
 
     #[test]

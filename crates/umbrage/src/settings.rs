@@ -61,6 +61,15 @@ impl Settings {
     /// The most mirrors that light may come by.
     pub const MAX_BOUNCES: u32 = 1_024;
 
+    /// What a pixel takes until its picture is written, as measured: the film has 36 of these.
+    pub(crate) const BYTES_OF_PIXEL: usize = 96;
+
+    /// About how many bytes a picture takes until it is written, beside what the scene takes.
+    #[must_use]
+    pub fn picture_bytes(&self) -> u64 {
+        Self::BYTES_OF_PIXEL as u64 * u64::from(self.width) * u64::from(self.height)
+    }
+
     /// What the camera sees of a frame.
     ///
     /// # Errors
@@ -89,7 +98,9 @@ impl Settings {
         frame: &'a Frame,
         surroundings: &'a Surroundings<'a>,
     ) -> Result<Staged<'a>, Error> {
-        Ok(Staged { frame, lights: self.lights(frame), view: self.view(frame)?, settings: self, surroundings })
+        let view = self.view(frame)?;
+        check_camera(&view.camera).map_err(Error::Camera)?;
+        Ok(Staged { frame, lights: self.lights(frame), view, settings: self, surroundings })
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {

@@ -11,7 +11,7 @@ use umbrage::{Error, HeatKind, HeatScale, Image, Renderer, Settings, WorkCounts}
 
 use crate::failure::Failure;
 use crate::flags::HeatmapFlags;
-use crate::job::use_threads;
+use crate::job::{check_memory, use_threads};
 use crate::staging::camera_choice;
 use crate::values::Size;
 use legend::{Legend, sixteen_bits};
@@ -21,13 +21,14 @@ pub(crate) fn run(flags: &HeatmapFlags) -> Result<(), Failure> {
         return Err(Failure::input("camera rays know no lights", "--light says whose grid `--of points` shows"));
     }
     let structure = flags.structure.structure()?;
+    let Size { width, height } = flags.size;
+    check_memory(&Settings { width, height, ..Settings::default() }, &flags.scene.opening)?;
     let (address, default_seconds) = flags.scene.address();
     let seconds = flags.time.unwrap_or(default_seconds);
     use_threads(flags.scene.threads)?;
     let scene = umbrage::open_with(&address, &flags.scene.opening.options())?;
     let frame = scene.at(seconds)?;
     let camera = camera_choice(flags.camera.as_ref(), &frame.cameras)?;
-    let Size { width, height } = flags.size;
     let settings = Settings { width, height, camera, structure, ..Settings::default() };
     let light = (flags.of == HeatKind::Points).then(|| flags.light.unwrap_or(0));
     let mut counts = WorkCounts::default();

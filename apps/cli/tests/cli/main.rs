@@ -1,6 +1,8 @@
 //! The command, run as a user would.
 
 mod failures;
+#[cfg(unix)]
+mod faults;
 mod heatmap;
 mod pages;
 mod render;

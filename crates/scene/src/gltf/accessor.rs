@@ -184,6 +184,7 @@ impl Accessor<'_> {
         make: impl Fn([f32; N]) -> T,
     ) -> Result<Vec<T>, Error> {
         self.expect_components(N)?;
+        self.take_for::<T>(kept)?;
         // The divisors of the glTF specification, §3.11; −128 and −32768 become −1 like their neighbours.
         let part = |value: f32, greatest: f32| if self.normalized { (value / greatest).max(-1.0) } else { value };
         Ok(match self.component {
@@ -218,6 +219,7 @@ impl Accessor<'_> {
         make: impl Fn([u32; N]) -> T,
     ) -> Result<Vec<T>, Error> {
         self.expect_components(N)?;
+        self.take_for::<T>(kept)?;
         match self.component {
             ComponentType::U8 => Ok(self.gather(kept, |[byte]| u32::from(byte), make)),
             ComponentType::U16 => Ok(self.gather(kept, |bytes| u32::from(u16::from_le_bytes(bytes)), make)),
@@ -254,6 +256,12 @@ impl Accessor<'_> {
     /// The error that this accessor is wrong for `cause`.
     pub(super) fn malformed(&self, cause: impl Into<String>) -> Error {
         self.document.malformed(format_args!("accessors[{}]", self.index), cause)
+    }
+
+    /// Takes the memory of what is read.
+    fn take_for<T>(&self, kept: Option<&[u32]>) -> Result<(), Error> {
+        let count = kept.map_or(self.count, <[u32]>::len);
+        self.document.take_for::<T>(count, format_args!("accessors[{}]", self.index))
     }
 
     fn expect_components(&self, components: usize) -> Result<(), Error> {

@@ -1,7 +1,6 @@
 //! A glTF file's JSON and buffers.
 
 use std::fmt::Display;
-use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +10,7 @@ use serde_json::Value;
 use super::uri::{self, Resource};
 use crate::Error;
 use crate::folder::{self, Folder};
+use crate::memory::Budget;
 
 /// The extensions that this reader understands, at least approximately.
 const SUPPORTED_EXTENSIONS: [&str; 10] = [
@@ -32,6 +32,7 @@ pub(super) struct Document {
     pub(super) json: Root,
     path: PathBuf,
     folder: Folder,
+    pub(super) budget: Budget,
     /// The whole file, and behind it those of its buffers that are elsewhere.
     bytes: Vec<u8>,
     /// Where each buffer is in `bytes`.
@@ -43,13 +44,21 @@ impl Document {
     ///
     /// # Errors
     /// Where a file can't be read or is cut off, the JSON is broken, or a required extension is unsupported.
-    pub(super) fn read(path: &Path, allow_outside: bool, warnings: &mut Vec<String>) -> Result<Self, Error> {
-        let file = folder::read(path).map_err(|source| Error::read(path, source))?;
+    pub(super) fn read(
+        path: &Path,
+        allow_outside: bool,
+        budget: &Budget,
+        warnings: &mut Vec<String>,
+    ) -> Result<Self, Error> {
+        let file = folder::read(path, budget).map_err(|source| Error::read(path, source))?;
         let (json, binary) = if file.starts_with(b"glTF") { glb_chunks(path, &file)? } else { (0..file.len(), None) };
-        let json = parse(path, &file[json], warnings)?;
+        let text = &file[json];
+        take_for_json(text, budget).map_err(|cause| Error::malformed(path, "JSON", cause))?;
+        let json = parse(path, text, warnings)?;
         check_extensions(path, &json, warnings)?;
         let folder = Folder::of(path, allow_outside);
-        let mut document = Self { json, path: path.to_owned(), folder, bytes: file, buffers: Vec::new() };
+        let (path, budget) = (path.to_owned(), budget.clone());
+        let mut document = Self { json, path, folder, budget, bytes: file, buffers: Vec::new() };
         document.read_buffers(binary.as_ref())?;
         Ok(document)
     }
@@ -57,6 +66,14 @@ impl Document {
     /// The error that `location`, a path in the JSON, is wrong for `cause`.
     pub(super) fn malformed(&self, location: impl Display, cause: impl Into<String>) -> Error {
         Error::malformed(&self.path, location.to_string(), cause)
+    }
+
+    /// Takes memory for `count` values of some type, for `location` in the JSON.
+    ///
+    /// # Errors
+    /// Where there isn't enough left.
+    pub(super) fn take_for<T>(&self, count: usize, location: impl Display) -> Result<(), Error> {
+        self.budget.take_for::<T>(count, &location).map_err(|cause| self.malformed(location, cause))
     }
 
     /// Element `index` of `list`, the JSON's array `name`, as `location` in the JSON asks for it.
@@ -105,15 +122,18 @@ impl Document {
     /// # Errors
     /// Says in words why there are none.
     pub(super) fn fetch(&self, uri: &str, limit: u64, bytes: &mut Vec<u8>) -> Result<(), String> {
+        // Bytes in base64 are shorter than that.
+        self.budget.take(uri.len() as u64, "a URI's bytes")?;
         let path = match uri::resolve(&self.folder, uri)? {
             Resource::Embedded(mut embedded) => {
+                self.budget.reserve(bytes, embedded.len(), "a URI's bytes")?;
                 bytes.append(&mut embedded);
                 return Ok(());
             }
             Resource::File(path) => path,
         };
-        let mut read = || folder::open(&path)?.take(limit).read_to_end(bytes);
-        read().map(drop).map_err(|error| format!("{}: {error}", path.display()))
+        let read = folder::append(&path, limit, bytes, &self.budget);
+        read.map_err(|error| format!("{}: {error}", path.display()))
     }
 
     fn read_buffers(&mut self, binary: Option<&Range<usize>>) -> Result<(), Error> {
@@ -181,6 +201,19 @@ fn glb_chunks(path: &Path, file: &[u8]) -> Result<(Range<usize>, Option<Range<us
     }
     let json = json.ok_or_else(|| Error::malformed(path, "byte 12", "there is no JSON chunk"))?;
     Ok((json, binary))
+}
+
+/// Takes the memory of what a JSON text says: its words, and what is made for objects and for values. The largest of
+/// glTF's objects, nodes and materials, may be written `{}`.
+fn take_for_json(text: &[u8], budget: &Budget) -> Result<(), String> {
+    const OF_OBJECT: u64 = 1024;
+    const OF_VALUE: u64 = 32;
+    let bytes = text.iter().fold(text.len() as u64, |bytes, letter| match letter {
+        b'{' => bytes + OF_OBJECT,
+        b',' | b'[' => bytes + OF_VALUE,
+        _ => bytes,
+    });
+    budget.take(bytes, "the JSON")
 }
 
 fn parse(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Result<Root, Error> {

@@ -5,6 +5,7 @@ use gltf::json::{Index, Node};
 
 use super::accessor::Accessor;
 use super::document::Document;
+use super::matrices::MatrixSource;
 use super::nodes::{Trs, rotation};
 use crate::Error;
 
@@ -51,8 +52,9 @@ impl<'a> Instances<'a> {
     /// The transform of each copy to its node.
     ///
     /// # Errors
-    /// Where an attribute has the wrong number of components.
-    pub(super) fn read(&self) -> Result<Vec<Affine3A>, Error> {
+    /// Where an attribute has the wrong number of components, or there is no memory for so many.
+    pub(super) fn read(&self, document: &Document) -> Result<Vec<Affine3A>, Error> {
+        document.take_for::<(Trs, Affine3A, MatrixSource)>(self.count, "instances")?;
         let mut instances = vec![Trs::IDENTITY; self.count];
         if let Some(accessor) = &self.translations {
             set(&mut instances, accessor.floats(None, Vec3::from_array)?, |trs, value| trs.translation = value);

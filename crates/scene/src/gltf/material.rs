@@ -10,6 +10,7 @@ use serde_json::{Map, Value};
 
 use super::document::Document;
 use super::texture::Textures;
+use crate::check::check_material;
 use crate::{Alpha, ColorSpace, Error, Material, Materials, TextureUse, Volume};
 
 /// Reads all materials in the file's order, and after them glTF's default material if `with_default`.
@@ -17,7 +18,7 @@ use crate::{Alpha, ColorSpace, Error, Material, Materials, TextureUse, Volume};
 /// Textures that can't be used are left away with a warning.
 ///
 /// # Errors
-/// Where an index is out of range.
+/// Where an index is out of range, or a number is none.
 pub(super) fn read(document: &Document, with_default: bool, warnings: &mut Vec<String>) -> Result<Materials, Error> {
     let mut reader = Reader { document, textures: Textures::default(), warnings, glossy: 0 };
     let mut materials = Vec::new();
@@ -125,6 +126,7 @@ impl Reader<'_> {
         if let Some(extensions) = &json.extensions {
             self.extensions(extensions, &mut material, &format!("{location}.extensions"))?;
         }
+        check_material(&material).map_err(|cause| self.document.malformed(location, cause))?;
         Ok(material)
     }
 
@@ -136,7 +138,8 @@ impl Reader<'_> {
     ) -> Result<(), Error> {
         material.unlit = json.unlit.is_some();
         if let Some(strength) = &json.emissive_strength {
-            material.emissive *= strength.emissive_strength.0;
+            // What is brighter than any number is as bright as one can say.
+            material.emissive = (material.emissive * strength.emissive_strength.0).min(Vec3::MAX);
         }
         if let Some(ior) = &json.ior {
             material.ior = ior.ior.0;

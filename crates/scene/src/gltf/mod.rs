@@ -23,7 +23,7 @@ mod tangents;
 mod texture;
 mod uri;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use self::animation::Animations;
@@ -34,12 +34,14 @@ use self::nodes::Nodes;
 use self::parts::Parts;
 use self::pose::Scratch;
 use self::rest::{MorphWeights, Rest};
+use crate::memory::Budget;
 use crate::rig::Rig;
 use crate::{Error, Materials, Mesh, OpenOptions};
 
 /// A glTF 2.0 scene, ready to be posed.
 #[derive(Debug)]
 pub(crate) struct GltfScene {
+    path: PathBuf,
     rest: Rest,
     animations: Animations,
     rig: Arc<Rig>,
@@ -59,9 +61,9 @@ impl GltfScene {
     ///
     /// # Errors
     /// Where a file is missing or broken, needs an unsupported extension, or doesn't have the clip.
-    pub(crate) fn open(path: &Path, options: &OpenOptions) -> Result<Self, Error> {
+    pub(crate) fn open(path: &Path, options: &OpenOptions, budget: &Budget) -> Result<Self, Error> {
         let mut warnings = Vec::new();
-        let document = Document::read(path, options.allow_outside, &mut warnings)?;
+        let document = Document::read(path, options.allow_outside, budget, &mut warnings)?;
         let nodes = Nodes::read(&document)?;
         let skins = skin::read(&document)?;
         let weights = MorphWeights::read(&document)?;
@@ -78,6 +80,7 @@ impl GltfScene {
         let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32);
         let (rig, matrix_sources) = parts.into_rig(&rest, &animations);
         Ok(Self {
+            path: path.to_owned(),
             rest,
             animations,
             rig: Arc::new(rig),

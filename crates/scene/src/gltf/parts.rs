@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use glam::{Vec2, Vec3, Vec4};
 use gltf::json;
 use gltf::json::animation::Property;
 use gltf::json::validation::Checked;
@@ -158,10 +159,14 @@ impl Parts {
             }
             (None, _) => 1,
         };
+        // What meshes and frames hold of them.
+        document.take_for::<([u32; 3], u32)>(copies.saturating_mul(triangles), &location)?;
+        document.take_for::<([Vec3; 2], [Vec2; 2], [Vec4; 2])>(copies.saturating_mul(vertices), &location)?;
+        document.take_for::<Part>(copies, &location)?;
         let added = match (joints, *rigid) {
             (Some((skin, joints)), _) => self.matrices.add_skin(skin, joints),
             (None, Some(added)) => added,
-            (None, None) => *rigid.insert(self.matrices.add(&shown.matrices()?)),
+            (None, None) => *rigid.insert(self.matrices.add(&shown.matrices(document)?)),
         };
         let first_vertex = self.vertices as u32;
         self.parts.extend((0..copies as u32).map(|copy| Part {
@@ -208,10 +213,10 @@ impl Parts {
 
 impl Shown<'_> {
     /// What its mesh hangs on, where that follows no skin: the node, or each instance in it.
-    fn matrices(&self) -> Result<Vec<MatrixSource>, Error> {
+    fn matrices(&self, document: &Document) -> Result<Vec<MatrixSource>, Error> {
         let node = self.node as u32;
         let Some(instances) = &self.instances else { return Ok(vec![MatrixSource { node, node_from_mesh: None }]) };
-        let instances = instances.read()?.into_iter();
+        let instances = instances.read(document)?.into_iter();
         Ok(instances.map(|instance| MatrixSource { node, node_from_mesh: Some(instance) }).collect())
     }
 }

@@ -6,9 +6,11 @@ use glam::{Affine3A, Vec3};
 use gltf::json::animation::Property;
 
 use super::GltfScene;
+use super::attached::{NodeCamera, NodeLight};
 use super::nodes::Trs;
+use crate::check::check_light;
 use crate::rig::{Pose, Rig};
-use crate::{Animated, Animation, Error, Frame};
+use crate::{Animated, Animation, Error, Frame, NamedCamera, check_camera};
 
 /// What a pose computes before its vertices. Kept by the scene, so that a later pose allocates nothing.
 #[derive(Debug)]
@@ -26,22 +28,21 @@ impl Animated for GltfScene {
     }
 
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        self.at(seconds, frame, |pose, frame| self.rig.pose(pose, frame));
-        Ok(())
+        self.at(seconds, frame, |pose, frame| self.rig.pose(pose, frame))
     }
 
     fn rig(&self) -> Option<&Arc<Rig>> {
         Some(&self.rig)
     }
 
-    fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) {
+    fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) -> Result<(), Error> {
         self.at(seconds, frame, |new, frame| {
             pose.matrices.clone_from(&new.matrices);
             pose.weights.clone_from(&new.weights);
             frame.positions.clear();
             frame.normals.clear();
             frame.tangents.clear();
-        });
+        })
     }
 
     fn animations(&self) -> &[Animation] {
@@ -55,7 +56,10 @@ impl Animated for GltfScene {
 
 impl GltfScene {
     /// Fills a frame but for its vertices, with which `pose_vertices` is left.
-    fn at(&self, seconds: f64, frame: &mut Frame, pose_vertices: impl FnOnce(&Pose, &mut Frame)) {
+    ///
+    /// # Errors
+    /// Where a camera or a light is nowhere: numbers that nodes multiply may overflow.
+    fn at(&self, seconds: f64, frame: &mut Frame, pose_vertices: impl FnOnce(&Pose, &mut Frame)) -> Result<(), Error> {
         // Not held while posing: a thread that waits for others may be given another pose to do in the meantime.
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut scratch = idle.unwrap_or_else(|| self.scratch());
@@ -68,6 +72,18 @@ impl GltfScene {
         frame.lights.extend(self.lights.iter().map(|light| light.at(&scratch.world_from_node[light.node as usize])));
         pose_vertices(&scratch.pose, frame);
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
+        for (NodeCamera { node, .. }, NamedCamera { name, camera }) in self.cameras.iter().zip(&frame.cameras) {
+            check_camera(camera).map_err(|cause| self.is_nowhere(*node, "camera", name, seconds, cause))?;
+        }
+        for (NodeLight { node, .. }, light) in self.lights.iter().zip(&frame.lights) {
+            check_light(light).map_err(|cause| self.is_nowhere(*node, "light", &light.name, seconds, cause))?;
+        }
+        Ok(())
+    }
+
+    fn is_nowhere(&self, node: u32, what: &str, name: &str, seconds: f64, cause: &str) -> Error {
+        let cause = format!("at {seconds} seconds, of the {what} `{name}`: {cause}");
+        Error::malformed(&self.path, format!("nodes[{node}]"), cause)
     }
 
     fn scratch(&self) -> Scratch {

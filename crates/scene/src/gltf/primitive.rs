@@ -64,6 +64,8 @@ impl Primitive {
         }
         attributes.read_shape(count, kept, &mut primitive)?;
         if let Some(set) = normal_map_coords {
+            // About what finding them takes.
+            document.take_for::<[Vec4; 12]>(primitive.mesh.triangles.len(), format_args!("{location}'s tangents"))?;
             primitive.add_tangents(set as usize);
         }
         Ok(primitive)

@@ -94,7 +94,7 @@ fn decode(document: &Document, reading: &Reading) -> Result<Texture, String> {
         }
         (None, None) => return Err(format!("{location}: it has neither a bufferView nor a uri")),
     };
-    Texture::decode(name, bytes, reading.space, reading.filter, reading.wrap)
+    Texture::decode_within(&document.budget, name, bytes, reading.space, reading.filter, reading.wrap)
         .map_err(|cause| format!("{location}: {cause}"))
 }
 

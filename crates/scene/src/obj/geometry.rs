@@ -4,7 +4,8 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::polygon::Fan;
+use crate::memory::Budget;
+use crate::polygon;
 use crate::still::Vertices;
 use crate::text::{Lines, number, quoted, words};
 use crate::texture::linear_from_srgb;
@@ -37,6 +38,9 @@ pub(super) struct Geometry {
     /// The index of `material` in `material_names` once a triangle used it.
     material_index: Option<u32>,
     left_out: LeftOut,
+    /// Of the face that is read.
+    face: Vec<u32>,
+    budget: Budget,
 }
 
 /// One corner of a face: indices into the file's lists, counted from 1.
@@ -61,8 +65,8 @@ impl Geometry {
     ///
     /// # Errors
     /// Names the line that breaks the format.
-    pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
-        let mut geometry = Self::default();
+    pub(super) fn parse(path: &Path, bytes: &[u8], budget: &Budget) -> Result<Self, Error> {
+        let mut geometry = Self { budget: budget.clone(), ..Self::default() };
         let mut lines = Lines::new(bytes);
         let mut joined = Vec::new();
         while let Some((line_number, line)) = lines.next() {
@@ -86,11 +90,13 @@ impl Geometry {
             b"v" => self.position(rest),
             b"vt" => {
                 let ([u, v, _], _) = floats::<3>(rest, 1)?;
+                self.budget.reserve(&mut self.tex_coords, 1, "texture coordinates")?;
                 self.tex_coords.push(Vec2::new(u, 1.0 - v));
                 Ok(())
             }
             b"vn" => {
                 let (normal, _) = floats(rest, 3)?;
+                self.budget.reserve(&mut self.normals, 1, "normals")?;
                 self.normals.push(Vec3::from_array(normal).normalize_or_zero());
                 Ok(())
             }
@@ -122,7 +128,12 @@ impl Geometry {
     /// `x y z`, `x y z w` (a weight that polygons don't have) or `x y z r g b`.
     fn position(&mut self, rest: &[u8]) -> Result<(), String> {
         let ([x, y, z, r, g, b], count) = floats(rest, 3)?;
+        self.budget.reserve(&mut self.positions, 1, "vertices")?;
         self.positions.push(Vec3::new(x, y, z));
+        if count == 6 || !self.colors.is_empty() {
+            let missing = self.positions.len() - self.colors.len();
+            self.budget.reserve(&mut self.colors, missing, "vertices' colours")?;
+        }
         if count == 6 {
             self.colors.resize(self.positions.len() - 1, Vec3::ONE);
             self.colors.push(Vec3::new(r, g, b));
@@ -133,17 +144,22 @@ impl Geometry {
     }
 
     fn face(&mut self, rest: &[u8], line_number: usize) -> Result<(), String> {
-        let mut fan = Fan::default();
+        self.face.clear();
         for word in before_comment(rest) {
             let corner = self.corner(word)?;
             let vertex = self.vertex(corner, line_number)?;
-            if let Some(triangle) = fan.corner(vertex) {
-                let material = self.used_material()?;
-                self.triangles.push(triangle);
-                self.material_of_triangle.push(material);
-            }
+            self.budget.reserve(&mut self.face, 1, "a face's corners")?;
+            self.face.push(vertex);
         }
-        self.left_out.small_faces += usize::from(fan.is_empty());
+        let Some(count @ 1..) = self.face.len().checked_sub(2) else {
+            self.left_out.small_faces += 1;
+            return Ok(());
+        };
+        let material = self.used_material()?;
+        self.budget.reserve(&mut self.triangles, count, "triangles")?;
+        self.budget.reserve(&mut self.material_of_triangle, count, "triangles' materials")?;
+        polygon::triangles(&self.face, |triangle| self.triangles.push(triangle));
+        self.material_of_triangle.resize(self.triangles.len(), material);
         Ok(())
     }
 
@@ -170,18 +186,23 @@ impl Geometry {
         let next = next.ok_or("more different corners than a 32-bit index counts")?;
         // Indices may point ahead in the file: only positions that are there already have an entry.
         if self.corner_at_position.len() < self.positions.len() {
+            let more = self.positions.len() - self.corner_at_position.len();
+            self.budget.reserve(&mut self.corner_at_position, more, "vertices")?;
             self.corner_at_position.resize(self.positions.len(), None);
         }
         match self.corner_at_position.get_mut(corner.position.get() as usize - 1) {
             Some(Some(index)) if self.corners[index.get() as usize - 1] == corner => return Ok(index.get() - 1),
             Some(none @ None) if !self.further_corners.contains_key(&corner) => *none = NonZeroU32::new(next + 1),
             _ => {
+                self.budget.reserve_map(&mut self.further_corners, 1, "corners")?;
                 let index = *self.further_corners.entry(corner).or_insert(next);
                 if index < next {
                     return Ok(index);
                 }
             }
         }
+        self.budget.reserve(&mut self.corners, 1, "corners")?;
+        self.budget.reserve(&mut self.line_of_corner, 1, "corners")?;
         self.corners.push(corner);
         self.line_of_corner.push(line_number);
         Ok(next)
@@ -230,6 +251,8 @@ impl Geometry {
         if self.corners.iter().all(|corner| index(corner).is_none()) {
             return Ok(Vec::new());
         }
+        let taken = self.budget.take_for::<T>(self.corners.len(), kind);
+        taken.map_err(|cause| Error::malformed(path, "the faces", cause))?;
         let value = |(corner, line): (&Corner, &usize)| match index(corner) {
             None => Ok(missing),
             Some(index) => values.get(index.get() as usize - 1).copied().ok_or_else(|| {

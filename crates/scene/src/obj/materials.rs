@@ -6,6 +6,7 @@ use glam::{Affine2, Vec2, Vec3};
 use super::library::{self, Definition, Map};
 use super::textures::{Recipe, TextureLoader};
 use crate::folder::{self, Folder};
+use crate::memory::Budget;
 use crate::{Alpha, Error, Material, Materials, TextureUse, Wrap};
 
 /// The materials called `names`, in that order, from `libraries` in `folder`, with their textures.
@@ -16,16 +17,17 @@ pub(super) fn load(
     folder: &Folder,
     libraries: &[String],
     names: &[Option<String>],
+    budget: &Budget,
     warnings: &mut Vec<String>,
 ) -> Result<Materials, Error> {
     let mut definitions = HashMap::new();
     for (path, texture_folder) in library_paths(folder, libraries, warnings) {
-        let bytes = folder::read(&path).map_err(|source| Error::read(&path, source))?;
+        let bytes = folder::read(&path, budget).map_err(|source| Error::read(&path, source))?;
         for definition in library::parse(&path, &bytes)? {
             definitions.insert(definition.name.clone(), (definition, texture_folder.clone()));
         }
     }
-    let mut textures = TextureLoader::default();
+    let mut textures = TextureLoader::new(budget);
     let mut materials = Vec::with_capacity(names.len());
     let mut undefined = Vec::new();
     for name in names {

@@ -12,12 +12,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::folder::{self, Folder};
-use crate::{Error, Materials, still::Still};
+use crate::memory::Budget;
+use crate::{Error, Materials, OpenOptions, still::Still};
 use geometry::Geometry;
 
 /// Reads an OBJ file and the libraries that it names.
 ///
-/// Polygons become fans. Corners with the same position, texture coordinates and normal share a vertex, across objects
+/// Polygons are cut as [`polygon`](crate::polygon) says. Corners with the same position, texture coordinates and normal share a vertex, across objects
 /// and groups too. Texture coordinates are turned upside down: OBJ's origin is the image's lower left corner. Vertex
 /// colours are taken as sRGB, as the common exporters write them. Smoothing groups have no effect: a corner without a
 /// normal is flat.
@@ -27,9 +28,9 @@ use geometry::Geometry;
 /// # Errors
 /// Where the OBJ file can't be read, or it or a library breaks its format. Libraries and textures that are missing are
 /// warnings.
-pub(crate) fn read(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
-    let bytes = folder::read(path).map_err(|source| Error::read(path, source))?;
-    let geometry = Geometry::parse(path, &bytes)?;
+pub(crate) fn read(path: &Path, shared: &mut SharedMaterials, budget: &Budget) -> Result<Still, Error> {
+    let bytes = folder::read(path, budget).map_err(|source| Error::read(path, source))?;
+    let geometry = Geometry::parse(path, &bytes, budget)?;
     drop(bytes);
     let folder = Folder::of(path, shared.allow_outside);
     let wanted = Wanted { folder, libraries: geometry.libraries.clone(), names: geometry.material_names.clone() };
@@ -37,7 +38,8 @@ pub(crate) fn read(path: &Path, shared: &mut SharedMaterials) -> Result<Still, E
     let materials = match &shared.last {
         Some((had, materials)) if *had == wanted => Arc::clone(materials),
         _ => {
-            let materials = Arc::new(materials::load(&wanted.folder, &wanted.libraries, &wanted.names, &mut warnings)?);
+            let materials = materials::load(&wanted.folder, &wanted.libraries, &wanted.names, budget, &mut warnings)?;
+            let materials = Arc::new(materials);
             shared.last = Some((wanted, Arc::clone(&materials)));
             materials
         }
@@ -55,12 +57,14 @@ pub(crate) fn read(path: &Path, shared: &mut SharedMaterials) -> Result<Still, E
 pub(crate) struct SharedMaterials {
     last: Option<(Wanted, Arc<Materials>)>,
     allow_outside: bool,
+    /// Of each file.
+    pub(crate) max_memory: u64,
 }
 
 impl SharedMaterials {
-    /// None yet, of files that may lead out of their folder or not.
-    pub(crate) fn new(allow_outside: bool) -> Self {
-        Self { last: None, allow_outside }
+    /// None yet, of files that are opened so.
+    pub(crate) fn new(&OpenOptions { allow_outside, max_memory, .. }: &OpenOptions) -> Self {
+        Self { last: None, allow_outside, max_memory }
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use super::library::Map;
 use super::materials::{find, missing};
 use crate::folder::{self, Folder};
+use crate::memory::Budget;
 use crate::{ColorSpace, Filter, Texture, Wrap};
 
 /// Makes the textures of a file's materials, each once, from images that may have to be put together.
@@ -16,6 +17,7 @@ pub(super) struct TextureLoader {
     /// Where its library is.
     folder: Folder,
     pub(super) warnings: Vec<String>,
+    budget: Budget,
 }
 
 /// How a texture is made of image files.
@@ -36,6 +38,11 @@ struct Image {
 }
 
 impl TextureLoader {
+    /// Without textures yet.
+    pub(super) fn new(budget: &Budget) -> Self {
+        Self { budget: budget.clone(), ..Self::default() }
+    }
+
     /// Says whose textures come next.
     pub(super) fn begin_material(&mut self, name: &str, folder: &Folder) {
         name.clone_into(&mut self.material);
@@ -61,7 +68,7 @@ impl TextureLoader {
         if let Some(&made) = self.made.get(&key) {
             return made;
         }
-        let made = match Texture::from_recipe(&key.0, wrap) {
+        let made = match Texture::from_recipe(&key.0, wrap, &self.budget) {
             Ok(texture) => {
                 self.textures.push(texture);
                 // Never truncated: four billion textures don't fit in memory.
@@ -83,13 +90,13 @@ impl TextureLoader {
 }
 
 impl Texture {
-    fn from_recipe(recipe: &Recipe, wrap: Wrap) -> Result<Self, String> {
-        let read = |path: &Option<PathBuf>| path.as_deref().map(Image::read).transpose();
+    fn from_recipe(recipe: &Recipe, wrap: Wrap, budget: &Budget) -> Result<Self, String> {
+        let read = |path: &Option<PathBuf>| path.as_deref().map(|path| Image::read(path, budget)).transpose();
         let (image, space) = match recipe {
-            Recipe::Color { color, opacity } => (colored(read(color)?, read(opacity)?), ColorSpace::Srgb),
-            Recipe::Quantity(path) => (Image::read(path)?, ColorSpace::Linear),
+            Recipe::Color { color, opacity } => (colored(read(color)?, read(opacity)?, budget)?, ColorSpace::Srgb),
+            Recipe::Quantity(path) => (Image::read(path, budget)?, ColorSpace::Linear),
             Recipe::RoughnessMetallic { roughness, metallic } => {
-                (roughness_metallic(read(roughness)?, read(metallic)?), ColorSpace::Linear)
+                (roughness_metallic(read(roughness)?, read(metallic)?, budget)?, ColorSpace::Linear)
             }
         };
         let name = recipe.first_path().map(|path| path.display().to_string()).unwrap_or_default();
@@ -108,32 +115,35 @@ impl Recipe {
 }
 
 /// Colours without the image's own opacity, which OBJ ignores unless `map_d` names it, and the opacity instead.
-fn colored(color: Option<Image>, opacity: Option<Image>) -> Image {
+fn colored(color: Option<Image>, opacity: Option<Image>, budget: &Budget) -> Result<Image, String> {
     let color = color.map(|mut image| {
         for texel in &mut image.texels {
             texel[3] = u8::MAX;
         }
         image
     });
-    let Some(opacity) = opacity else { return color.unwrap_or_else(Image::white) };
+    let Some(opacity) = opacity else { return Ok(color.unwrap_or_else(Image::white)) };
     // An opacity map is an image with an alpha channel, or else a grey one.
     let has_alpha = opacity.texels.iter().any(|texel| texel[3] < u8::MAX);
     let opacity_of = |texel: [u8; 4]| if has_alpha { texel[3] } else { luminance(texel) };
-    combined(&color.unwrap_or_else(Image::white), &opacity, |[r, g, b, _], opacity| [r, g, b, opacity_of(opacity)])
+    let color = color.unwrap_or_else(Image::white);
+    combined(&color, &opacity, budget, |[r, g, b, _], opacity| [r, g, b, opacity_of(opacity)])
 }
 
-fn roughness_metallic(roughness: Option<Image>, metallic: Option<Image>) -> Image {
+fn roughness_metallic(roughness: Option<Image>, metallic: Option<Image>, budget: &Budget) -> Result<Image, String> {
     let [roughness, metallic] = [roughness, metallic].map(|image| image.unwrap_or_else(Image::white));
-    combined(&roughness, &metallic, |roughness, metallic| [u8::MAX, luminance(roughness), luminance(metallic), u8::MAX])
+    let mix = |roughness, metallic| [u8::MAX, luminance(roughness), luminance(metallic), u8::MAX];
+    combined(&roughness, &metallic, budget, mix)
 }
 
 /// An image as large as the larger of two, side by side, made of their texels.
-fn combined(a: &Image, b: &Image, mix: impl Fn([u8; 4], [u8; 4]) -> [u8; 4]) -> Image {
+fn combined(a: &Image, b: &Image, budget: &Budget, mix: impl Fn([u8; 4], [u8; 4]) -> [u8; 4]) -> Result<Image, String> {
     let size = [a.size[0].max(b.size[0]), a.size[1].max(b.size[1])];
+    Texture::take(size, budget)?;
     let texels = (0..size[1])
         .flat_map(|y| (0..size[0]).map(move |x| [x, y]))
         .map(|at| mix(a.nearest(at, size), b.nearest(at, size)));
-    Image { size, texels: texels.collect() }
+    Ok(Image { size, texels: texels.collect() })
 }
 
 /// Rec. 709 luma in 8 bits; exact for greys.
@@ -142,10 +152,10 @@ fn luminance([r, g, b, _]: [u8; 4]) -> u8 {
 }
 
 impl Image {
-    fn read(path: &Path) -> Result<Self, String> {
+    fn read(path: &Path, budget: &Budget) -> Result<Self, String> {
         let named = |why: String| format!("the texture {}: {why}", path.display());
-        let bytes = folder::read(path).map_err(|error| named(error.to_string()))?;
-        let (size, texels) = Texture::decode_texels(&bytes).map_err(named)?;
+        let bytes = folder::read(path, budget).map_err(|error| named(error.to_string()))?;
+        let (size, texels) = Texture::decode_texels(&bytes, budget).map_err(named)?;
         Ok(Self { size, texels })
     }
 

@@ -1,6 +1,7 @@
 use super::body::Body;
 use super::header::{Element, Kind, Property, Scalar};
-use crate::polygon::Fan;
+use crate::memory::Budget;
+use crate::polygon;
 
 /// The triangles of a file.
 #[derive(Debug, Default)]
@@ -10,6 +11,9 @@ pub(super) struct Faces {
     vertex_count: u64,
     small_faces: u64,
     corner_tex_coords: bool,
+    /// Of the face that is read.
+    face: Vec<u32>,
+    budget: Budget,
 }
 
 /// What a list of vertices means.
@@ -22,8 +26,8 @@ pub(super) enum Form {
 }
 
 impl Faces {
-    pub(super) fn new(vertex_count: u64) -> Self {
-        Self { vertex_count, ..Self::default() }
+    pub(super) fn new(vertex_count: u64, budget: &Budget) -> Self {
+        Self { vertex_count, budget: budget.clone(), ..Self::default() }
     }
 
     /// Reads all rows of an element whose list of vertices has this form.
@@ -36,7 +40,7 @@ impl Faces {
         };
         self.corner_tex_coords |= element.properties.iter().any(|property| property.name == "texcoord");
         if form == Form::Polygon {
-            self.reserve(element, body, index_type);
+            self.reserve(element, body, index_type).map_err(|cause| (0, cause))?;
         }
         body.each_row(element, |body| {
             for (index, property) in element.properties.iter().enumerate() {
@@ -53,12 +57,15 @@ impl Faces {
     }
 
     fn face(&mut self, body: &mut Body<'_>, count_type: Scalar, index_type: Scalar) -> Result<(), String> {
-        let mut fan = Fan::default();
-        for _ in 0..body.list_length(count_type, index_type)? {
-            let vertex = index(body.value(index_type)?, self.vertex_count)?;
-            self.triangles.extend(fan.corner(vertex));
+        let count = body.list_length(count_type, index_type)?;
+        self.face.clear();
+        self.budget.reserve(&mut self.face, count, "a face's corners")?;
+        for _ in 0..count {
+            self.face.push(index(body.value(index_type)?, self.vertex_count)?);
         }
-        self.small_faces += u64::from(fan.is_empty());
+        self.small_faces += u64::from(count < 3);
+        self.budget.reserve(&mut self.triangles, count.saturating_sub(2), "triangles")?;
+        polygon::triangles(&self.face, |triangle| self.triangles.push(triangle));
         Ok(())
     }
 
@@ -67,7 +74,9 @@ impl Faces {
     fn strips(&mut self, body: &mut Body<'_>, count_type: Scalar, index_type: Scalar) -> Result<(), String> {
         let mut last: [Option<u32>; 2] = [None; 2];
         let mut flipped = false;
-        for _ in 0..body.list_length(count_type, index_type)? {
+        let count = body.list_length(count_type, index_type)?;
+        self.budget.reserve(&mut self.triangles, count.saturating_sub(2), "triangles")?;
+        for _ in 0..count {
             let value = body.value(index_type)?;
             if value == -1.0 {
                 (last, flipped) = ([None; 2], false);
@@ -86,13 +95,14 @@ impl Faces {
     }
 
     /// Makes room for one triangle a face, if the bytes that are left can hold so many.
-    fn reserve(&mut self, element: &Element, body: &Body<'_>, index_type: Scalar) {
+    fn reserve(&mut self, element: &Element, body: &Body<'_>, index_type: Scalar) -> Result<(), String> {
         let least_bytes = match body {
             Body::Ascii { .. } => "3 0 1 2\n".len(),
             Body::Binary { .. } => 1 + 3 * index_type.bytes(),
         };
         let most = body.bytes_left() / least_bytes;
-        self.triangles.reserve(usize::try_from(element.count).map_or(most, |count| count.min(most)));
+        let count = usize::try_from(element.count).map_or(most, |count| count.min(most));
+        self.budget.reserve(&mut self.triangles, count, "triangles")
     }
 
     /// What was left out, for a person.

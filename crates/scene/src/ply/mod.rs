@@ -8,6 +8,7 @@ mod vertices;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::memory::Budget;
 use crate::{Error, Material, Materials, still::Still};
 use body::Body;
 use faces::{Faces, Form};
@@ -17,27 +18,27 @@ use header::{Element, Header};
 ///
 /// From `vertex`: `x y z`, `nx ny nz`, `s t` or `u v` or `texture_u texture_v` (turned upside down, as in OBJ), and
 /// `red green blue alpha`, taken as sRGB where they are whole numbers and as linear where they are not. From `face`:
-/// `vertex_indices` or `vertex_index`, polygons becoming fans; from `tristrips`: `vertex_indices`, -1 ending a strip.
+/// `vertex_indices` or `vertex_index`, polygons being cut as [`polygon`](crate::polygon) says; from `tristrips`: `vertex_indices`, -1 ending a strip.
 /// Everything else is read past.
 ///
 /// # Errors
 /// Where the file can't be read or breaks its format.
-pub(crate) fn read(path: &Path) -> Result<Still, Error> {
-    let bytes = crate::folder::read(path).map_err(|source| Error::read(path, source))?;
+pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
+    let bytes = crate::folder::read(path, budget).map_err(|source| Error::read(path, source))?;
     let header = Header::parse(path, &bytes)?;
     let mut body = Body::new(header.encoding, &bytes[header.bytes..]);
     // Known before any vertex is read, because faces may come first; it is checked when they are read.
     let vertex_count = header.elements.iter().find(|element| element.name == "vertex").map(|element| element.count);
     let vertex_count = vertex_count.ok_or_else(|| Error::malformed(path, "header", "no element `vertex`"))?;
     let mut vertices = None;
-    let mut faces = Faces::new(vertex_count);
+    let mut faces = Faces::new(vertex_count, budget);
     for element in &header.elements {
         check_count(path, element, &header, &body)?;
         let at_row = |(row, cause): (u64, String)| Error::malformed(path, format!("{} {row}", element.name), cause);
         match element.name.as_str() {
             "vertex" if vertices.is_none() => {
                 let plan = vertices::plan(element).map_err(|cause| Error::malformed(path, "header", cause))?;
-                vertices = Some(vertices::read(&plan, element, &mut body).map_err(at_row)?);
+                vertices = Some(vertices::read(&plan, element, &mut body, budget).map_err(at_row)?);
             }
             "face" => faces.read(Form::Polygon, element, &mut body).map_err(at_row)?,
             "tristrips" => faces.read(Form::Strips, element, &mut body).map_err(at_row)?,
@@ -59,6 +60,8 @@ pub(crate) fn read(path: &Path) -> Result<Still, Error> {
         Material { double_sided: true, ..Material::default() }
     };
     let materials = Arc::new(Materials { materials: vec![material], textures: Vec::new() });
+    let taken = budget.take_for::<u32>(faces.triangles.len(), "triangles' materials");
+    taken.map_err(|cause| Error::malformed(path, "face", cause))?;
     let material_of_triangle = vec![0; faces.triangles.len()];
     let frame = vertices.into_frame(faces.triangles, material_of_triangle, materials);
     Ok(Still { frame, warnings })

@@ -3,6 +3,7 @@ use glam::{Vec2, Vec3, Vec4};
 use super::body::Body;
 use super::header::{Element, Kind, Scalar};
 use crate::ColorSpace;
+use crate::memory::Budget;
 use crate::still::Vertices;
 use crate::texture::linear_from_srgb;
 
@@ -66,19 +67,25 @@ pub(super) fn plan(element: &Element) -> Result<Plan, String> {
 ///
 /// # Errors
 /// Says in which row, and what is wrong there.
-pub(super) fn read(plan: &Plan, element: &Element, body: &mut Body<'_>) -> Result<Vertices, (u64, String)> {
+pub(super) fn read(
+    plan: &Plan,
+    element: &Element,
+    body: &mut Body<'_>,
+    budget: &Budget,
+) -> Result<Vertices, (u64, String)> {
     if element.count > u64::from(u32::MAX) {
         return Err((u64::from(u32::MAX), "more vertices than a 32-bit index counts".to_owned()));
     }
     let has = |first: usize, count: usize| plan.types[first..first + count].iter().all(Option::is_some);
     let (has_normals, has_tex_coords, has_colors) = (has(NORMAL, 3), has(TEX_COORD, 2), has(COLOR, 3));
-    let reserve = |wanted: bool| if wanted { element.count as usize } else { 0 };
-    let mut vertices = Vertices {
-        positions: Vec::with_capacity(reserve(true)),
-        normals: Vec::with_capacity(reserve(has_normals)),
-        tex_coords: Vec::with_capacity(reserve(has_tex_coords)),
-        colors: Vec::with_capacity(reserve(has_colors)),
-    };
+    let room = |wanted: bool| if wanted { element.count as usize } else { 0 };
+    let mut vertices = Vertices::default();
+    budget
+        .reserve(&mut vertices.positions, room(true), "vertices")
+        .and_then(|()| budget.reserve(&mut vertices.normals, room(has_normals), "normals"))
+        .and_then(|()| budget.reserve(&mut vertices.tex_coords, room(has_tex_coords), "texture coordinates"))
+        .and_then(|()| budget.reserve(&mut vertices.colors, room(has_colors), "vertices' colours"))
+        .map_err(|cause| (0, cause))?;
     body.each_row(element, |body| {
         let row = plan.row(body)?;
         vertices.positions.push(vec3(&row, POSITION));

@@ -48,7 +48,7 @@ impl Sequence {
             let cause = format!("{fps} files a second: give a number above 0");
             return Err(Error::address(address.display().to_string(), cause));
         }
-        let recent = Recent { stills: Vec::new(), materials: obj::SharedMaterials::new(options.allow_outside) };
+        let recent = Recent { stills: Vec::new(), materials: obj::SharedMaterials::new(options) };
         let mut sequence = Self { paths, fps, warnings, recent: Mutex::new(recent) };
         // What the first file lacks, the others usually lack too.
         let first = sequence.still(0)?;

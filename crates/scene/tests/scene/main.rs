@@ -10,5 +10,6 @@ mod files_ply;
 mod files_sequence;
 mod files_stl;
 mod gltf_reader;
+mod memory;
 mod opacity;
 mod pose_allocations;

@@ -14,7 +14,7 @@ use crate::Film;
 use crate::background::Surroundings;
 use crate::engine::Staged;
 use crate::sampling::Sample;
-use crate::shade::lanes::{Each, LANES, Vectors, lanes_of, vector_of};
+use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, vector_of};
 use crate::shade::{Block, BlockHits, BlockRays, Footprint, SeenReflectance, Surface, arriving};
 
 impl Cpu {
@@ -133,10 +133,14 @@ impl Shading<'_> {
             path = next_path;
         }
         Shaded {
-            color: color.store(),
-            coverage: (1.0 - (behind_all.x + behind_all.y + behind_all.z) / 3.0).into(),
+            color: color.at_most_brightest().store(),
+            // Opaque where numbers overflow.
+            coverage: (1.0 - (behind_all.x + behind_all.y + behind_all.z) / 3.0)
+                .min_precise(1.0)
+                .max_precise(-BRIGHTEST)
+                .into(),
             shown,
-            depth: depth.into(),
+            depth: depth.min_precise(f32::MAX).into(),
             normal: normal.store(),
             triangle,
         }
@@ -332,9 +336,11 @@ impl Strip<'_> {
 
 #[cfg(test)]
 mod tests {
-    use umbrage_rays::SimdLevel;
+    use glam::{Vec3, Vec4};
+    use umbrage_rays::{Camera, LightSource, SimdLevel};
+    use umbrage_scene::{Alpha, Frame, Light, Material};
 
-    use crate::{Film, Renderer, Settings};
+    use crate::{Background, Film, Renderer, Settings};
 
     #[test]
     fn every_simd_level_shades_the_same_bits() {
@@ -352,6 +358,59 @@ mod tests {
                 assert_eq!(film.depth, films[0].depth, "{name}");
                 assert_eq!(film.normal, films[0].normal, "{name}");
                 assert_eq!(film.triangle, films[0].triangle, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn films_are_finite_however_bright_it_is() {
+        let positions =
+            [[-2., 0., -2.], [2., 0., -2.], [2., 0., 2.], [-2., 0., 2.], [-1., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
+        let triangles = vec![[0, 2, 1], [0, 3, 2], [4, 5, 6]];
+        let lamp = |height: f32, intensity: f32| Light {
+            name: "".into(),
+            source: LightSource::Point { position: Vec3::new(0.1, height, 0.2) },
+            color: Vec3::splat(intensity.min(1e10)),
+            intensity,
+            range: None,
+            casts_shadow: true,
+        };
+        let clay = Material { base_color: Vec4::splat(1.0), ..Material::default() };
+        let huge = f32::MAX;
+        let materials = [
+            Material { emissive: Vec3::splat(huge), ..clay.clone() },
+            Material { base_color: Vec4::splat(huge), ..clay.clone() },
+            Material { base_color: Vec4::splat(-huge), alpha: Alpha::Blend, ..clay.clone() },
+            Material { base_color: Vec4::splat(huge), transmission: huge, ..clay.clone() },
+            Material { roughness: huge, metallic: -huge, ior: huge, ..clay.clone() },
+            Material { roughness: 0.0, metallic: 1.0, ior: 0.0, ..clay },
+        ];
+        for scale in [1.0, 1e-30, 1e18, 1e37] {
+            for material in &materials {
+                let positions = positions.map(|position| Vec3::from(position) * scale).to_vec();
+                let mut frame = Frame::from_triangles(positions, triangles.clone());
+                std::sync::Arc::make_mut(&mut frame.materials).materials[0] = material.clone();
+                let camera = Camera::look_at(Vec3::new(0.0, 2.0, 4.0) * scale, Vec3::ZERO, Vec3::Y, 0.8);
+                for (height, intensity) in [(3.0, huge), (1e-20, huge), (1e-20, 1.0), (3.0, 1.0)] {
+                    frame.lights = vec![lamp(height * scale, intensity), lamp(height * scale, -intensity)];
+                    for background in [Background::Sky, Background::Color(Vec3::splat(huge))] {
+                        let camera = camera.into();
+                        let settings = Settings {
+                            width: 16,
+                            height: 12,
+                            samples: 3,
+                            bounces: 1,
+                            camera,
+                            background,
+                            ..Settings::default()
+                        };
+                        let film = Renderer::default().render_frame(&frame, &settings).unwrap().clone();
+                        assert!(film.color.iter().all(|color| color.is_finite()), "{scale} {material:?} {intensity}");
+                        assert!(film.normal.iter().all(|normal| normal.is_finite()), "{scale} {material:?}");
+                        let mut shown = film.depth.iter().zip(&film.triangle);
+                        assert!(shown.all(|(depth, &triangle)| depth.is_finite() != (triangle == Film::NO_TRIANGLE)));
+                    }
+                }
             }
         }
     }

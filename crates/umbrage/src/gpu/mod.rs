@@ -191,7 +191,7 @@ impl GpuEngine {
         let first = band.rows.start as usize * width;
         let pixels = first..first + rows * width;
         for (color, read) in film.color[pixels.clone()].iter_mut().zip(planes.read_color(gpu)?) {
-            *color = read.into();
+            *color = Film::bounded(read.into());
         }
         let nearest = film.depth[pixels.clone()].iter_mut().zip(&mut film.normal[pixels.clone()]);
         for ((depth, normal), [x, y, z, w]) in nearest.zip(planes.read_first(gpu)?) {

@@ -49,7 +49,7 @@ impl FrameRig {
         frame: &mut Frame,
     ) -> Result<(), umbrage_scene::Error> {
         self.whole.take();
-        self.rig = scene.pose_rig(seconds, frame, &mut self.pose).cloned();
+        self.rig = scene.pose_rig(seconds, frame, &mut self.pose)?.cloned();
         if self.rig.is_none() { scene.pose(seconds, frame) } else { Ok(()) }
     }
 

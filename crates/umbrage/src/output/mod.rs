@@ -2,7 +2,8 @@
 //!
 //! [`Writer`] takes finished frames and writes any of the formats. A file appears under its own name only when it is
 //! whole: until then it is a hidden file beside it, `.NAME.partial-…`, which is removed when the writer is
-//! dropped unfinished. Only killing the process can leave such a file behind.
+//! dropped unfinished. Only killing the process can leave such a file behind; the next writer of the same name removes it.
+//! Whoever ends the process for a signal calls [`remove_partial_files`] first.
 
 mod apng;
 mod exr;
@@ -24,6 +25,7 @@ pub(crate) use format::eight_bits;
 pub use format::{BitDepth, Format};
 pub use frame_rate::FrameRate;
 pub use numbered_path::NumberedPath;
+pub use partial_file::remove_partial_files;
 pub use png::write_png;
 pub use writer::{Options, Target, Writer};
 pub use y4m::Chroma;

@@ -39,7 +39,18 @@ impl NumberedPath {
     /// The path of frame `number`.
     #[must_use]
     pub fn path(&self, number: u32) -> PathBuf {
-        self.folder.join(format!("{}{number:0digits$}{}", self.before, self.after, digits = self.digits))
+        self.folder.join(self.name(number))
+    }
+
+    fn name(&self, number: u32) -> String {
+        format!("{}{number:0digits$}{}", self.before, self.after, digits = self.digits)
+    }
+
+    /// The name of the frame that `name` is of, if it is any frame's, or begins as one.
+    pub(super) fn alike(&self, name: &str) -> String {
+        let behind = name.strip_prefix(&self.before).unwrap_or_default();
+        let digits = behind.bytes().take_while(u8::is_ascii_digit).count();
+        self.name(behind[..digits].parse().unwrap_or(0))
     }
 }
 

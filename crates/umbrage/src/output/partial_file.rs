@@ -1,11 +1,33 @@
-use std::fs::{self, File, OpenOptions};
+use std::collections::BTreeSet;
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
+use std::mem;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use tempfile::TempPath;
 
-use super::Error;
+use super::{Error, NumberedPath};
+
+/// The hidden files that this process writes.
+static WRITTEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn written() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    // A panic elsewhere leaves the set whole.
+    WRITTEN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the hidden files of all [writers](super::Writer) of this process, which must end then: whoever begins or
+/// finishes a file after this waits for ever.
+pub fn remove_partial_files() {
+    let written = written();
+    for path in &*written {
+        // What isn't there any more needs no removing.
+        let _ = fs::remove_file(path);
+    }
+    mem::forget(written);
+}
 
 /// A file that takes its name only when it is whole, see the [module](super).
 #[derive(Debug)]
@@ -32,18 +54,22 @@ impl PartialFile {
             Ok(_) | Err(_) => destination(path),
         };
         let mut hidden = tempfile::Builder::new();
-        // Names have 255 bytes at most.
-        const MOST_LETTERS: usize = 50;
-        let name: String = to.file_name().unwrap_or_default().to_string_lossy().chars().take(MOST_LETTERS).collect();
-        let prefix = format!(".{name}.partial-");
+        let prefix = format!(".{}{PARTIAL}", shortened(&to.file_name().unwrap_or_default().to_string_lossy()));
         hidden.prefix(&prefix);
         // As for any new file, not for its owner alone. The umask applies.
         #[cfg(unix)]
         hidden.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        // In the same folder, since renaming works only within a file system.
-        let folder = to.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let (file, from) = hidden.tempfile_in(folder).map_err(refused)?.into_parts();
-        Ok(Self { path: path.to_owned(), file: Arc::new(file), renaming: Some((from, to)) })
+        let mut written = written();
+        loop {
+            // In the same folder, since renaming works only within a file system.
+            let (file, from) = hidden.tempfile_in(folder_of(&to)).map_err(refused)?.into_parts();
+            // Tells others that it is written. One of them may have taken it for left behind before that.
+            let is_taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock)) || !from.exists();
+            if !is_taken {
+                written.insert(from.to_path_buf());
+                return Ok(Self { path: path.to_owned(), file: Arc::new(file), renaming: Some((from, to)) });
+            }
+        }
     }
 
     /// Where to write to; give it back (drop it) before [`PartialFile::keep`].
@@ -52,9 +78,66 @@ impl PartialFile {
     }
 
     /// Gives the file its name, in place of what had it before.
-    pub(crate) fn keep(self) -> Result<(), Error> {
-        let Some((from, to)) = self.renaming else { return Ok(()) };
+    pub(crate) fn keep(mut self) -> Result<(), Error> {
+        let Some((from, to)) = self.renaming.take() else { return Ok(()) };
+        let mut written = written();
+        written.remove(&*from);
         from.persist(to).map_err(|refused| Error::write(&self.path, refused.error))
+    }
+}
+
+impl Drop for PartialFile {
+    fn drop(&mut self) {
+        if let Some((from, _)) = &self.renaming {
+            written().remove(&**from);
+        }
+    }
+}
+
+/// What hidden files have in their names behind that of the file that they become.
+const PARTIAL: &str = ".partial-";
+
+/// As much of a file's name as a hidden one has, since names have 255 bytes at most.
+fn shortened(name: &str) -> String {
+    const MOST_LETTERS: usize = 50;
+    name.chars().take(MOST_LETTERS).collect()
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Removes what earlier processes left behind when they were killed: hidden files of `path`, or of all frames of a numbered
+/// one, that nobody writes any more.
+pub(crate) fn sweep(path: &Path) {
+    let to = destination(path);
+    let numbered = NumberedPath::parse(path).ok().flatten();
+    let is_ours = |name: &str| match &numbered {
+        Some(numbered) => shortened(&numbered.alike(name)) == name,
+        None => shortened(&to.file_name().unwrap_or_default().to_string_lossy()) == name,
+    };
+    // Where the folder can't be read, nothing is to be swept.
+    for entry in fs::read_dir(folder_of(&to)).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_str().and_then(|name| name.strip_prefix('.')?.rsplit_once(PARTIAL));
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_file && name.is_some_and(|(name, _)| is_ours(name)) && is_left_behind(&entry.path()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Whether nobody writes a hidden file. Its writer holds a lock; where there are no locks, it hasn't changed for long.
+fn is_left_behind(path: &Path) -> bool {
+    const LONG: Duration = Duration::from_secs(3600);
+    let Ok(file) = OpenOptions::new().write(true).open(path) else { return false };
+    match file.try_lock() {
+        Ok(()) => true,
+        Err(TryLockError::WouldBlock) => false,
+        Err(TryLockError::Error(_)) => {
+            let changed = file.metadata().and_then(|there| there.modified());
+            changed.is_ok_and(|changed| changed.elapsed().is_ok_and(|age| age > LONG))
+        }
     }
 }
 
@@ -89,6 +172,32 @@ mod tests {
         assert!(message(folder.path()).contains("is a folder"));
         let missing = folder.path().join("missing/a.png");
         assert!(message(&missing).contains("missing/a.png: can't be written"));
+    }
+
+    #[test]
+    fn what_nobody_writes_any_more_is_swept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let long = format!("{}_0001.png", "a".repeat(60));
+        for name in [".a.png", ".b_0007.png", ".b_12.png", &format!(".{}", shortened(&long))] {
+            fs::write(path(&format!("{name}.partial-x")), b"half").unwrap();
+        }
+        let living = PartialFile::create(&path("a.png")).unwrap();
+        let names = || {
+            let entries = fs::read_dir(folder.path()).unwrap();
+            let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+            names.sort();
+            names.iter().map(|name| name.split(PARTIAL).next().unwrap().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(names().len(), 5);
+        sweep(&path("other.png"));
+        assert_eq!(names().len(), 5);
+        sweep(&path("a.png"));
+        sweep(&path("b_%04d.png"));
+        sweep(&path(&long.replace("0001", "%04d")));
+        assert_eq!(names(), [".a.png", ".b_12.png"]);
+        living.keep().unwrap();
+        assert_eq!(names(), [".b_12.png", "a.png"]);
     }
 
     #[cfg(unix)]

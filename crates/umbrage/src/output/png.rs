@@ -12,6 +12,12 @@ use crate::Image;
 /// # Errors
 /// Where the system refuses to write, or the path is a folder.
 pub fn write_png(image: &Image, path: &Path, depth: BitDepth) -> Result<(), Error> {
+    partial_file::sweep(path);
+    write(image, path, depth)
+}
+
+/// As [`write_png`], but sweeps nothing.
+pub(super) fn write(image: &Image, path: &Path, depth: BitDepth) -> Result<(), Error> {
     partial_file::write(path, |file| encode(image, BufWriter::new(file), depth).map_err(failure))
 }
 

@@ -6,9 +6,9 @@ use umbrage_rays::Choice;
 
 use super::apng::ApngWriter;
 use super::gif::{self, GifWriter};
-use super::partial_file::PartialFile;
+use super::partial_file::{self, PartialFile};
 use super::y4m::Y4mWriter;
-use super::{BitDepth, Chroma, Error, FloatDepth, Format, FrameRate, NumberedPath, exr, write_png};
+use super::{BitDepth, Chroma, Error, FloatDepth, Format, FrameRate, NumberedPath, exr, png};
 use crate::{Film, Image, Settings};
 
 /// Where pictures go.
@@ -79,6 +79,9 @@ impl Writer {
         }
         if frames.is_empty() || settings.width == 0 || settings.height == 0 {
             return Err(Error::unsuitable(path, "there is nothing to write: no frame, or frames without pixels"));
+        }
+        if let Target::Path(path) = target {
+            partial_file::sweep(path);
         }
         let kind = match format {
             Format::Png | Format::Exr => Kind::Stills(Stills::new(path, format, frames, *options)?),
@@ -182,7 +185,7 @@ impl Stills {
         let path = self.numbered.as_ref().map_or_else(|| path.to_owned(), |numbered| numbered.path(number));
         match self.format {
             Format::Exr => exr::write(film, &path, self.options.float_depth),
-            _ => write_png(&film.develop(settings), &path, self.options.bit_depth),
+            _ => png::write(&film.develop(settings), &path, self.options.bit_depth),
         }
     }
 }

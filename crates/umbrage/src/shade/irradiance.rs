@@ -18,10 +18,10 @@ pub(crate) struct Arriving<S: Simd> {
 /// What `light` sends to some points.
 #[inline(always)]
 pub(crate) fn arriving<S: Simd>(simd: S, light: &Light, points: [Wide<S>; 2]) -> Arriving<S> {
-    let emitted = Vectors::splat(simd, light.color * light.intensity);
+    let emitted = Vectors::splat(simd, (light.color * light.intensity).clamp(Vec3::MIN, Vec3::MAX));
     match light.source {
         LightSource::Directional { direction } => {
-            Arriving { towards: Vectors::splat(simd, -direction), irradiance: emitted }
+            Arriving { towards: Vectors::splat(simd, -direction), irradiance: emitted.at_most_brightest() }
         }
         LightSource::Point { position } => from_position(simd, position, light.range, emitted, points),
         LightSource::Spot { position, direction, inner_radians, outer_radians } => {
@@ -57,7 +57,7 @@ fn from_position<S: Simd>(
     };
     Arriving {
         towards: Vectors::select(is_apart, offset.scaled(1.0 / distance), nothing),
-        irradiance: Vectors::select(is_apart, emitted.scaled(faded / squared), nothing),
+        irradiance: Vectors::select(is_apart, emitted.scaled(faded / squared).at_most_brightest(), nothing),
     }
 }
 

@@ -15,6 +15,9 @@ use umbrage_rays::TileOrder;
 /// Pixels at once.
 pub(crate) const LANES: usize = TileOrder::BLOCK_PIXELS;
 
+/// The most radiance and irradiance, so that thousands of samples add up to a number.
+pub(crate) const BRIGHTEST: f32 = 1e30;
+
 /// One value for each lane.
 pub(crate) type Each<T> = [T; LANES];
 
@@ -145,6 +148,13 @@ impl<S: Simd> Vectors<S> {
     #[inline(always)]
     pub(crate) fn largest(self) -> f32x16<S> {
         self.x.max(self.y).max(self.z)
+    }
+
+    /// [`BRIGHTEST`] for what is brighter, and for what has overflowed and is no number.
+    #[inline(always)]
+    pub(crate) fn at_most_brightest(self) -> Self {
+        let bounded = |brightness: f32x16<S>| brightness.min_precise(BRIGHTEST).max_precise(-BRIGHTEST);
+        Self { x: bounded(self.x), y: bounded(self.y), z: bounded(self.z) }
     }
 
     /// Zero for what is below.

@@ -347,3 +347,63 @@ fn absurd_expansions_are_refused_before_memory_is_taken() {
     file.push("animations", json!({ "channels": vec![channel; 100], "samplers": [{ "input": many, "output": many }] }));
     assert!(file.error().contains("keyframes"), "{}", file.error());
 }
+
+#[test]
+fn lights_and_cameras_that_are_nowhere_name_their_node() {
+    let scene = |thing: Value, scale: f32| {
+        let mut file = Builder::new();
+        let mesh = file.triangle();
+        file.push("nodes", json!({ "children": [1], "scale": [scale, scale, scale] }));
+        let mut node = json!({ "mesh": mesh, "name": "far", "translation": [0, 1e20, 0] });
+        node.as_object_mut().unwrap().extend(thing.as_object().unwrap().clone());
+        file.push("nodes", node);
+        file.push("cameras", json!({ "type": "perspective", "perspective": { "yfov": 1, "znear": 1 } }));
+        let lights = json!([{ "type": "point", "intensity": 1 }, { "type": "directional", "intensity": 1e39 }]);
+        file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": lights } });
+        file
+    };
+    let light = |index: u32| json!({ "extensions": { "KHR_lights_punctual": { "light": index } } });
+    for (thing, words) in [
+        (json!({ "camera": 0 }), "the camera `far`: its position or an axis is not finite"),
+        (light(0), "the light `far`: its position is not finite"),
+        (light(1), "the light `far`: its colour or intensity is not finite"),
+    ] {
+        let error = scene(thing.clone(), 1e20).error();
+        assert!(error.contains(&format!("scene.glb: nodes[1]: at 0 seconds, of {words}")), "{error}");
+        // At rest it is somewhere.
+        let mut file = scene(thing.clone(), 1.0);
+        file.animate(0, "scale", "LINEAR", &[0.0, 1.0], &[[1.0; 3], [1e25; 3]]);
+        let error = file.error();
+        assert!(error.contains("scene.glb: nodes[1]: at 0") && error.contains(words), "{error}");
+    }
+    scene(light(0), 1.0).at(0.0).check().expect("a light that is somewhere");
+}
+
+#[test]
+fn numbers_of_materials_are_finite() {
+    let scene = |material: Value| {
+        let mut file = Builder::new();
+        let mesh = file.triangle();
+        file.json["meshes"][mesh]["primitives"][0]["material"] = json!(0);
+        file.push("nodes", json!({ "mesh": mesh }));
+        file.push("materials", material);
+        file
+    };
+    let error = scene(json!({ "pbrMetallicRoughness": { "roughnessFactor": 1e39 } })).error();
+    assert!(error.contains("scene.glb: materials[0]: one of its numbers is not finite"), "{error}");
+    let strength = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": 1e30 } });
+    let frame = scene(json!({ "emissiveFactor": [1e30, 0, 1], "extensions": strength })).at(0.0);
+    assert_eq!(frame.materials.materials[0].emissive.to_array(), [f32::MAX, 0.0, 1e30]);
+}
+
+#[test]
+fn scenes_as_large_as_numbers_are_lit_from_somewhere() {
+    let mut file = Builder::new();
+    let positions = file.floats(&[[-3e38, -3e38, -3e38], [3e38, -3e38, 0.0], [0.0, 3e38, 3e38]]);
+    let mesh = file.mesh(json!({ "POSITION": positions }), json!({}));
+    file.push("nodes", json!({ "mesh": mesh }));
+    file.at(0.0).check().expect("a light that is somewhere");
+    file.push("nodes", json!({ "camera": 0 }));
+    file.push("cameras", json!({ "type": "perspective", "perspective": { "yfov": 1, "znear": 1 } }));
+    file.at(0.0).check().expect("a light beside the camera");
+}

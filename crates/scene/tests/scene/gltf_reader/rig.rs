@@ -39,7 +39,7 @@ fn varied() -> Builder {
 fn posed_by_rig(scene: &Scene, seconds: f64) -> (Frame, Pose) {
     // What an earlier frame left behind is replaced.
     let (mut frame, mut pose) = (scene.at(0.9).unwrap(), Pose::default());
-    let rig = scene.pose_rig(seconds, &mut frame, &mut pose).unwrap();
+    let rig = scene.pose_rig(seconds, &mut frame, &mut pose).unwrap().unwrap();
     assert!(frame.positions.is_empty() && frame.normals.is_empty() && frame.tangents.is_empty());
     rig.pose(&pose, &mut frame);
     (frame, pose)
@@ -64,7 +64,7 @@ fn parts_move_that_follow_what_an_animation_moves() {
     let scene = varied().open().unwrap();
     let (early, first) = posed_by_rig(&scene, 0.0);
     let (late, second) = posed_by_rig(&scene, 0.3);
-    let rig = scene.pose_rig(0.0, &mut Frame::default(), &mut Pose::default()).unwrap();
+    let rig = scene.pose_rig(0.0, &mut Frame::default(), &mut Pose::default()).unwrap().unwrap();
     assert_eq!(
         rig.parts.iter().map(|part| part.moves).collect::<Vec<_>>(),
         [false, true, true, true, false, false, false]
@@ -83,7 +83,7 @@ fn parts_move_that_follow_what_an_animation_moves() {
 #[test]
 fn nothing_moves_at_rest() {
     let scene = varied().open_clip(Clip::Rest).unwrap();
-    let rig = scene.pose_rig(0.0, &mut Frame::default(), &mut Pose::default()).unwrap();
+    let rig = scene.pose_rig(0.0, &mut Frame::default(), &mut Pose::default()).unwrap().unwrap();
     assert!(rig.parts.iter().all(|part| !part.moves));
     assert_eq!(rig.moving_matrices, 0);
 }
@@ -110,6 +110,6 @@ fn scenes_without_a_rig_leave_the_frame_alone() {
     let scene = Scene::new(Box::new(Rising)).unwrap();
     let mut frame = scene.at(0.5).unwrap();
     let before = frame.positions.clone();
-    assert!(scene.pose_rig(0.7, &mut frame, &mut Pose::default()).is_none());
+    assert!(scene.pose_rig(0.7, &mut frame, &mut Pose::default()).unwrap().is_none());
     assert_eq!((frame.positions, frame.seconds), (before, 0.5));
 }

@@ -51,7 +51,7 @@ fn look_at(random: &mut Random, scene: &Scene) -> Result<()> {
         if is_posed {
             frame.check().with_context(|| format!("at {seconds} s"))?;
         }
-        let is_rig_posed = scene.pose_rig(seconds, &mut Frame::default(), &mut pose).is_some();
+        let is_rig_posed = matches!(scene.pose_rig(seconds, &mut Frame::default(), &mut pose), Ok(Some(_)));
         ensure!(!is_rig_posed || seconds.is_finite(), "a rig is posed at {seconds} s");
     }
     match scene.at(0.0) {
