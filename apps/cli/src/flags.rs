@@ -158,7 +158,7 @@ pub(crate) struct OpeningFlags {
     /// Let the file name others outside of its own folder; for files that you trust
     #[arg(long)]
     pub(crate) allow_outside: bool,
-    /// The most memory that opening the scene, and a picture of its size, may take: 500MB, 4GiB or bytes
+    /// The most memory that the scene's files, a background's and a picture may take, each: 500MB, 4GiB or bytes
     /// [default: half of what there is]
     #[arg(long, value_name = "SIZE")]
     pub(crate) max_memory: Option<ByteSize>,

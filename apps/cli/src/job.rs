@@ -54,7 +54,7 @@ impl Job {
             structure,
             sides: if flags.cull_back_faces { Sides::Front } else { Sides::Both },
             bounces: flags.bounces,
-            background: background(&flags.background)?,
+            background: background(&flags.background, flags.scene.opening.options().max_memory)?,
             exposure_stops: flags.exposure,
             tone_map: flags.tone_map,
             ..Settings::default()
@@ -151,8 +151,8 @@ fn bit_depths(format: Format, bits: Option<u8>) -> Result<(BitDepth, FloatDepth)
     }
 }
 
-fn background(spec: &BackgroundSpec) -> Result<Background, Failure> {
-    spec.open().map_err(|error| {
+fn background(spec: &BackgroundSpec, max_memory: u64) -> Result<Background, Failure> {
+    spec.open_within(max_memory).map_err(|error| {
         let hint = "a background is `sky`, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
         Failure::input(format!("--background: {error}"), hint)
     })

@@ -7,7 +7,7 @@ use umbrage_rays::{LightCells, LightMask, PixelWork, SeenPixels, View};
 use umbrage_scene::{Frame, Light};
 
 use crate::sampling::Sample;
-use crate::{Error, Renderer, Settings};
+use crate::{Error, Film, Renderer, Settings};
 
 /// What the rays through the middles of a view's pixels hit, in rows from the upper left corner.
 #[derive(Clone, Debug)]
@@ -119,6 +119,7 @@ impl Renderer {
         let lights = settings.lights(frame);
         frame.check_lit_by(lights)?;
         let view = settings.view(frame)?;
+        Film::check_memory_without([view.width, view.height])?;
         let no_such = |light| Error::NoSuchLight { light, lights: lights.len() };
         let light = light.map(|light| lights.get(light).ok_or_else(|| no_such(light))).transpose()?;
         cpu.count_alone(frame, &view, settings, light.map(|light| &light.source), counts)

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x16};
 use glam::{Vec2, Vec3};
+use umbrage_scene::OpenOptions;
 
 use crate::Error;
 use crate::panorama::Panorama;
@@ -27,9 +28,18 @@ impl Background {
     /// JPEG.
     ///
     /// # Errors
-    /// Where the file can't be read or isn't such an image, or a texel is NaN or infinite.
+    /// Where the file can't be read or isn't such an image, a texel is NaN or infinite, or it takes more memory than scenes
+    /// may by default.
     pub fn open(path: &Path) -> Result<Self, Error> {
-        match Panorama::open(path) {
+        Self::open_within(path, OpenOptions::default().max_memory)
+    }
+
+    /// As [`Background::open`], where that takes no more than so many bytes.
+    ///
+    /// # Errors
+    /// As [`Background::open`].
+    pub fn open_within(path: &Path, max_memory: u64) -> Result<Self, Error> {
+        match Panorama::open(path, max_memory) {
             Ok(panorama) => Ok(Self::Image(Arc::new(panorama))),
             Err(cause) => Err(Error::Background { path: path.to_owned(), cause }),
         }

@@ -45,10 +45,7 @@ impl Film {
     /// Where the system hasn't as much memory as the picture will take; the film then stays as it was.
     pub(crate) fn clear(&mut self, [width, height]: [u32; 2]) -> Result<(), Error> {
         let pixels = width as usize * height as usize;
-        self.reserve(pixels).map_err(|_| {
-            let settings = Settings { width, height, ..Settings::default() };
-            Error::PictureMemory { width, height, megabytes: settings.picture_bytes().div_ceil(1_000_000) }
-        })?;
+        self.reserve(pixels).map_err(|_| no_memory([width, height]))?;
         (self.width, self.height) = (width, height);
         refill(&mut self.color, pixels, Vec4::ZERO);
         refill(&mut self.depth, pixels, f32::INFINITY);
@@ -70,6 +67,15 @@ impl Film {
         self.triangle.try_reserve_exact(more)?;
         let beside = Settings::BYTES_OF_PIXEL - (size_of::<(Vec4, f32, u32)>() + size_of::<Vec3>());
         Vec::<u8>::new().try_reserve_exact(beside.saturating_mul(more))
+    }
+
+    /// Sees that there is memory for what is found out about the pixels of a picture without a film.
+    ///
+    /// # Errors
+    /// Where there isn't.
+    pub(crate) fn check_memory_without([width, height]: [u32; 2]) -> Result<(), Error> {
+        let bytes = Settings::BYTES_OF_PIXEL * width as usize * height as usize;
+        Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| no_memory([width, height]))
     }
 
     /// A sum of samples, as bright as can be and opaque where it has overflowed.
@@ -105,6 +111,11 @@ impl Film {
             + size_of_val(self.normal.as_slice())
             + size_of_val(self.triangle.as_slice())
     }
+}
+
+fn no_memory([width, height]: [u32; 2]) -> Error {
+    let settings = Settings { width, height, ..Settings::default() };
+    Error::PictureMemory { width, height, megabytes: settings.picture_bytes().div_ceil(1_000_000) }
 }
 
 fn refill<T: Copy + Send + Sync>(values: &mut Vec<T>, count: usize, value: T) {

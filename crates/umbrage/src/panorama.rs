@@ -1,8 +1,10 @@
-use std::io::Cursor;
+use std::fmt::Display;
+use std::fs;
+use std::io::{self, Cursor, Read};
 use std::path::Path;
 
 use glam::{Vec2, Vec3};
-use image::ImageDecoder as _;
+use image::{DynamicImage, ImageDecoder};
 
 use crate::background::panorama_coords;
 
@@ -20,11 +22,6 @@ struct Level {
 }
 
 impl Panorama {
-    /// The most memory that an image file may ask for: 16,384 by 16,384 texels of 16 bytes.
-    const MAX_BYTES: u64 = 1 << 32;
-    /// What a texel takes while an image becomes a panorama: in the file's form, as it was decoded, and in both of ours.
-    const BYTES_OF_TEXEL: u64 = 48;
-
     /// A panorama from rows of linear radiance, the zenith's first.
     ///
     /// # Errors
@@ -48,26 +45,25 @@ impl Panorama {
         Ok(Self { levels })
     }
 
-    pub(crate) fn open(path: &Path) -> Result<Self, String> {
-        // Asked before it is opened: a pipe waits for whoever writes to it, and devices may never stop.
-        if !std::fs::metadata(path).map_err(|error| error.to_string())?.is_file() {
-            return Err("not a regular file".to_owned());
-        }
-        let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    /// Reads an image file, as far as that takes no more than `max_memory` bytes.
+    pub(crate) fn open(path: &Path, max_memory: u64) -> Result<Self, String> {
+        /// Of a texel: as it is decoded, as four numbers, and as it stays in all levels.
+        const BYTES: u64 = 48;
+        let bytes = read(path, max_memory).map_err(|error| error.to_string())?;
         let mut reader =
             image::ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| e.to_string())?;
         let mut limits = image::Limits::default();
-        limits.max_alloc = Some(Self::MAX_BYTES);
+        limits.max_alloc = Some(max_memory);
         reader.limits(limits);
         let unusable = |error| format!("not a usable image: {error}");
         let decoder = reader.into_decoder().map_err(unusable)?;
         let (width, height) = decoder.dimensions();
-        // Files of a few bytes can name any size, and those who decode them don't ask whether there is as much memory.
-        let bytes = usize::try_from(u64::from(width) * u64::from(height) * Self::BYTES_OF_TEXEL);
-        if bytes.map_or(true, |bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_err()) {
-            return Err(format!("there is not as much memory as {width}x{height} texels would take"));
-        }
-        let image = image::DynamicImage::from_decoder(decoder).map_err(unusable)?;
+        check(
+            format_args!("an image of {width}x{height} texels"),
+            BYTES * u64::from(width) * u64::from(height),
+            max_memory,
+        )?;
+        let image = DynamicImage::from_decoder(decoder).map_err(unusable)?;
         // Eight-bit images are sRGB-encoded, Radiance and OpenEXR files are linear.
         let encoded = !matches!(image.color(), image::ColorType::Rgb32F | image::ColorType::Rgba32F);
         let image = image.into_rgb32f();
@@ -98,6 +94,27 @@ impl Panorama {
         let coarse = self.levels[(lod as usize + 1).min(last)].read(coords);
         fine.lerp(coarse, lod.fract())
     }
+}
+
+/// All bytes of a file that has an end.
+fn read(path: &Path, max_memory: u64) -> io::Result<Vec<u8>> {
+    // Asked before it is opened, since a pipe waits there already.
+    let there = fs::metadata(path)?;
+    if !there.is_file() {
+        return Err(io::Error::other("not a regular file"));
+    }
+    check("reading it", there.len(), max_memory).map_err(io::Error::other)?;
+    let mut bytes = Vec::new();
+    // It may grow in the meantime.
+    fs::File::open(path)?.take(there.len()).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn check(what: impl Display, takes: u64, max_memory: u64) -> Result<(), String> {
+    if takes <= max_memory {
+        return Ok(());
+    }
+    Err(format!("{what} would take {takes} bytes, more than {max_memory}; allow more (--max-memory)"))
 }
 
 impl Level {
@@ -137,6 +154,8 @@ pub(crate) fn linear_from_srgb(encoded: f32) -> f32 {
 mod tests {
     use super::*;
 
+    const ENOUGH: u64 = 1 << 20;
+
     /// Red above, green below, and a blue texel straight ahead.
     fn texels(width: usize, height: usize) -> Vec<Vec3> {
         let mut texels: Vec<Vec3> =
@@ -172,11 +191,19 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (hdr, exr) = (folder.path().join("sky.hdr"), folder.path().join("sky.exr"));
         let pixels: Vec<_> = texels(32, 16).iter().map(|texel| image::Rgb(texel.to_array())).collect();
-        let file = std::fs::File::create(&hdr).unwrap();
+        let file = fs::File::create(&hdr).unwrap();
         image::codecs::hdr::HdrEncoder::new(file).encode(&pixels, 32, 16).unwrap();
         exr::prelude::write_rgb_file(&exr, 32, 16, |x, y| texels(32, 16)[y * 32 + x].into()).unwrap();
-        check(&Panorama::open(&hdr).unwrap());
-        check(&Panorama::open(&exr).unwrap());
+        check(&Panorama::open(&hdr, ENOUGH).unwrap());
+        check(&Panorama::open(&exr, ENOUGH).unwrap());
+        let length = fs::metadata(&hdr).unwrap().len();
+        for (max_memory, what) in
+            [(length - 1, "reading it would take"), (length, "an image of 32x16 texels would take")]
+        {
+            let cause = Panorama::open(&hdr, max_memory).unwrap_err();
+            assert!(cause.starts_with(what) && cause.ends_with("(--max-memory)"), "{cause}");
+        }
+        assert_eq!(Panorama::open(folder.path(), ENOUGH).unwrap_err(), "not a regular file");
     }
 
     #[test]
@@ -184,10 +211,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         for name in ["broken.hdr", "broken.exr", "broken.png"] {
             let path = folder.path().join(name);
-            std::fs::write(&path, b"#?RADIANCE\nnot an image").unwrap();
-            assert!(Panorama::open(&path).is_err(), "{name}");
+            fs::write(&path, b"#?RADIANCE\nnot an image").unwrap();
+            assert!(Panorama::open(&path, ENOUGH).is_err(), "{name}");
         }
-        assert!(Panorama::open(&folder.path().join("missing.hdr")).is_err());
-        assert_eq!(Panorama::open(folder.path()).unwrap_err(), "not a regular file");
+        assert!(Panorama::open(&folder.path().join("missing.hdr"), ENOUGH).is_err());
     }
 }

@@ -22,6 +22,7 @@ fn wrong_flags_name_what_is_right() {
         (&["--camera", "0,0,0:0,0,0"], "where it looks at"),
         (&["--background", "#12"], "#rrggbb"),
         (&["--background", "none.hdr"], "none.hdr"),
+        (&["--background", "."], "not a regular file"),
         (&["--exposure", "nan"], "stops from -60 to 60"),
         (&["--threads", "0"], "1..=1024"),
         (&["--simd", "mmx"], "no SIMD level `mmx`"),

@@ -192,6 +192,7 @@ fn what_the_system_has_no_memory_for_is_said() {
         (&format!("{limited} --size 8x8 long.ply"), 2, "long.ply"),
         (&format!("{limited} --size 8x8 --max-memory 64MiB textured.gltf"), 2, "an image of 4096x4096 texels"),
         (&format!("{limited} --size 8x8 textured.gltf"), 0, ""),
+        ("ulimit -v 1500000; umbrage heatmap --threads 1 --size 4096x4096 scene.gltf", 1, "no memory for a picture"),
         ("umbrage heatmap --size 4096x4096 --max-memory 1GB scene.gltf", 2, "--max-memory"),
     ] {
         let (status, stderr) = shell(&place, line);

@@ -1,8 +1,9 @@
 //! What is wrong, or many times the same, is counted and costs little.
 
+use std::process::Command;
 use std::time::Instant;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context as _, Result, ensure};
 use glam::Vec3;
 use umbrage::rays::{Camera, LightSource, SeenPixels, SimdLevel};
 use umbrage::scene::{Frame, Light};
@@ -107,4 +108,48 @@ pub(super) fn identical(effort: &Effort) -> Result<Finding> {
         text += &(line + "\n");
     }
     Ok(Finding::new(holds, text.trim_end()))
+}
+
+pub(super) fn files(effort: &Effort) -> Result<Finding> {
+    let targets = ["gltf", "glb", "obj", "ply", "stl", "sequence", "images", "pose"];
+    fuzzed("damaged files, and moments to pose them at", &targets, effort.of(20_000), effort)
+}
+
+pub(super) fn command_lines(effort: &Effort) -> Result<Finding> {
+    let targets = ["options", "api", "command"];
+    fuzzed(
+        "texts of options, frames and settings for the library, and command lines",
+        &targets,
+        effort.of(2_000),
+        effort,
+    )
+}
+
+/// What the program `fuzz` says of so many mutants of some targets.
+fn fuzzed(what: &str, targets: &[&str], mutants: u64, effort: &Effort) -> Result<Finding> {
+    let program = std::env::current_exe()?.with_file_name("fuzz");
+    if !program.exists() {
+        let how = "Not asked: build the program first, `cargo build --release -p umbrage-verify -p umbrage-cli`.";
+        return Ok(Finding::new(false, how));
+    }
+    let mut command = Command::new(program);
+    command.args(["--mutants", &mutants.to_string(), "--seed", &effort.seed.to_string()]);
+    command.args(targets.iter().flat_map(|target| ["--target", target]));
+    let output = command.output().context("the program `fuzz`")?;
+    let said = String::from_utf8(output.stdout)?;
+    // Each target's line ends with how many mutants were accepted, refused, and are findings.
+    let mut rows = String::new();
+    for target in targets {
+        let line = said.lines().find(|line| line.starts_with(&format!("{target}: --seed")));
+        let (_, answers) = line.and_then(|line| line.rsplit_once(": ")).with_context(|| format!("{target}: {said}"))?;
+        let counts: Vec<&str> = answers.split(", ").filter_map(|count| count.split(' ').next()).collect();
+        rows += &format!("| {target} | {} |\n", counts.join(" | "));
+    }
+    let text = format!(
+        "{} mutants of each kind of {what}: nothing may panic, hang, take too much memory, or be accepted and then be \
+         nonsense.\n\n| | accepted | refused | findings |\n|---|---|---|---|\n{}",
+        number(mutants),
+        rows.trim_end()
+    );
+    Ok(Finding::new(output.status.success(), text))
 }

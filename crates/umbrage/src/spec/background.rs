@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use glam::Vec3;
+use umbrage_scene::OpenOptions;
 
 use super::{Words, vector};
 use crate::panorama::linear_from_srgb;
@@ -24,12 +25,20 @@ impl BackgroundSpec {
     /// The background itself, read from its file where it has one.
     ///
     /// # Errors
-    /// Where the file can't be read or isn't such an image.
+    /// As [`Background::open`].
     pub fn open(&self) -> Result<Background, Error> {
+        self.open_within(OpenOptions::default().max_memory)
+    }
+
+    /// As [`BackgroundSpec::open`], where that takes no more than so many bytes.
+    ///
+    /// # Errors
+    /// As [`Background::open`].
+    pub fn open_within(&self, max_memory: u64) -> Result<Background, Error> {
         match self {
             Self::Sky => Ok(Background::Sky),
             Self::Color(color) => Ok(Background::Color(*color)),
-            Self::File(path) => Background::open(path),
+            Self::File(path) => Background::open_within(path, max_memory),
         }
     }
 }

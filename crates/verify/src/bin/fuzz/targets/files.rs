@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result, ensure};
 use glam::Vec2;
 use umbrage::scene::rig::Pose;
-use umbrage::scene::{ColorSpace, Filter, Frame, Scene, Texture, Wrap};
+use umbrage::scene::{ColorSpace, Filter, Frame, OpenOptions, Scene, Texture, Wrap};
 use umbrage::{Background, Error, Renderer, Settings};
 use umbrage_verify::Random;
 
@@ -16,6 +16,14 @@ use crate::worker::Workplace;
 
 /// A file's name and what it holds.
 type Seed = (String, Vec<u8>);
+
+/// What files may take: less than what ends the program.
+const MAX_MEMORY: u64 = 1 << 29;
+
+/// The scene of a file or several, within that.
+fn open(path: &Path) -> Result<Scene, umbrage::scene::Error> {
+    umbrage::open_with(path, &OpenOptions { max_memory: MAX_MEMORY, ..OpenOptions::default() })
+}
 
 /// The files of one of the corpus's folders, by name.
 fn corpus(folder: &str) -> Result<Vec<Seed>> {
@@ -90,7 +98,7 @@ impl Target for Reader {
         self.changed = beside.filter(is_its).last().unwrap_or(scene);
         let ((name, bytes), (_, other)) = (&self.seeds[self.changed], &self.seeds[*any(random, &self.scenes)]);
         place.write_mutant(name, &mutate(random, name, bytes, other))?;
-        match umbrage::open(&path) {
+        match open(&path) {
             Ok(scene) => look_at(random, &scene).map(|()| Answer::Accepted),
             Err(error) => {
                 let words = error.to_string();
@@ -128,7 +136,7 @@ impl Target for Sequence {
             1 => format!("%{}d{name}", any(random, &["", "0", "9", "02", "099999999999"])),
             _ => format!("{}{name}", any(random, &["#", "##", "##########################"])),
         };
-        let scene = umbrage::open(place.folder.join("all").join(pattern));
+        let scene = open(&place.folder.join("all").join(pattern));
         let answer = scene.map_or(Ok(Answer::Refused), |scene| look_at(random, &scene).map(|()| Answer::Accepted));
         for number in ["08", "9", "10"] {
             fs::remove_file(place.folder.join(format!("all/{number}{name}")))?;
@@ -161,7 +169,7 @@ impl Target for Images {
             let color = texture.sample(coords, *any(random, &REAL) as f32);
             ensure!(color.is_finite() || !(coords * 1e6).is_finite(), "{color} at {coords}");
         }
-        let background = Background::open(&place.folder.join(name));
+        let background = Background::open_within(&place.folder.join(name), MAX_MEMORY);
         let is_accepted = texture.is_ok() || background.is_ok();
         if let Ok(background) = background {
             let nothing = Frame::from_triangles(Vec::new(), Vec::new());
