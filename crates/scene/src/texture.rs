@@ -132,6 +132,10 @@ impl Texture {
         let mut reader = image::ImageReader::new(Cursor::new(bytes))
             .with_guessed_format()
             .map_err(|error| format!("not an image: {error}"))?;
+        // It is read where backgrounds may have it, and takes memory for more texels than it says here.
+        if reader.format() == Some(image::ImageFormat::OpenExr) {
+            return Err("not a usable image: OpenEXR is for backgrounds".to_owned());
+        }
         // TGA is the one format that doesn't say in its first bytes what it is.
         if reader.format().is_none() {
             reader.set_format(image::ImageFormat::Tga);

@@ -3,8 +3,9 @@ use std::fs;
 use std::io::{self, Cursor, Read};
 use std::path::Path;
 
+use exr::meta::MetaData;
 use glam::{Vec2, Vec3};
-use image::{DynamicImage, ImageDecoder};
+use image::{DynamicImage, ImageDecoder, ImageFormat};
 
 use crate::background::panorama_coords;
 
@@ -56,6 +57,16 @@ impl Panorama {
         limits.max_alloc = Some(max_memory);
         reader.limits(limits);
         let unusable = |error| format!("not a usable image: {error}");
+        if reader.format() == Some(ImageFormat::OpenExr) {
+            // Of the image, which may be larger than what is shown of it, whole blocks are decoded.
+            let meta = MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(|error| error.to_string())?;
+            for header in &meta.headers {
+                let exr::math::Vec2(width, height) = header.layer_size;
+                let of_texel = BYTES.max(header.channels.bytes_per_pixel as u64);
+                let takes = of_texel.saturating_mul(width as u64).saturating_mul(height as u64);
+                check(format_args!("a layer of {width}x{height} texels"), takes, max_memory)?;
+            }
+        }
         let decoder = reader.into_decoder().map_err(unusable)?;
         let (width, height) = decoder.dimensions();
         check(
