@@ -24,7 +24,7 @@ pub(crate) fn append(path: &Path, limit: u64, bytes: &mut Vec<u8>, budget: &Budg
     let file = open(path)?;
     let length = file.metadata()?.len().min(limit);
     let room = usize::try_from(length).unwrap_or(usize::MAX);
-    budget.reserve(bytes, room, path.display()).map_err(io::Error::other)?;
+    budget.reserve(bytes, room, format_args!("reading {}", path.display())).map_err(io::Error::other)?;
     // It may grow in the meantime.
     io::Read::read_to_end(&mut io::Read::take(file, length), bytes).map(drop)
 }
