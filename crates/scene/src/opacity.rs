@@ -47,14 +47,14 @@ impl Frame {
     /// What stops camera rays: everything does, but what an alpha mask cuts away.
     #[must_use]
     pub fn camera_opacity(&self) -> FrameOpacity<'_> {
-        FrameOpacity { frame: self, of_shadows: false }
+        FrameOpacity::new(self, false)
     }
 
     /// What keeps light off what is behind it: masked-out points don't, blended ones do where they are at least half opaque,
     /// and materials that transmit at least half of the light don't at all.
     #[must_use]
     pub fn shadow_opacity(&self) -> FrameOpacity<'_> {
-        FrameOpacity { frame: self, of_shadows: true }
+        FrameOpacity::new(self, true)
     }
 
     /// Opacity of a point of a triangle, read from the full-size texture: the same for every ray that asks.
@@ -73,6 +73,8 @@ impl Frame {
 pub struct FrameOpacity<'a> {
     frame: &'a Frame,
     of_shadows: bool,
+    /// Whether all materials are opaque.
+    are_all_opaque: bool,
 }
 
 /// The part of a triangle that stops rays.
@@ -108,16 +110,29 @@ impl Material {
     }
 }
 
-impl FrameOpacity<'_> {
-    fn part(&self, triangle: u32) -> OpaquePart {
-        let material = self.frame.material(triangle);
-        if self.of_shadows { material.shadow_part() } else { material.camera_part() }
+impl<'a> FrameOpacity<'a> {
+    fn new(frame: &'a Frame, of_shadows: bool) -> Self {
+        let is_opaque = |material| part(material, of_shadows) == OpaquePart::All;
+        let are_all_opaque = frame.materials.materials.iter().all(is_opaque);
+        Self { frame, of_shadows, are_all_opaque }
     }
+
+    fn part(&self, triangle: u32) -> OpaquePart {
+        part(self.frame.material(triangle), self.of_shadows)
+    }
+}
+
+fn part(material: &Material, of_shadows: bool) -> OpaquePart {
+    if of_shadows { material.shadow_part() } else { material.camera_part() }
 }
 
 impl Opacity for FrameOpacity<'_> {
     fn is_opaque(&self, triangle: u32) -> bool {
-        self.part(triangle) == OpaquePart::All
+        self.are_all_opaque || self.part(triangle) == OpaquePart::All
+    }
+
+    fn are_all_opaque(&self) -> bool {
+        self.are_all_opaque
     }
 
     fn stops(&self, triangle: u32, barycentric: [f32; 2]) -> bool {

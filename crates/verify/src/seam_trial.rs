@@ -17,6 +17,7 @@ use crate::{Random, Seams, Sheet, SheetShape};
 #[derive(Debug)]
 pub struct SeamTrial {
     sheets: usize,
+    others_every: usize,
     grids: DirectGrids,
     /// Whoever answers whole images in another way, by name.
     others: [(&'static str, Box<dyn Structure>); 2],
@@ -39,15 +40,17 @@ pub struct SeamTrial {
 }
 
 impl SeamTrial {
-    /// Empty structures that were asked nothing.
+    /// Empty structures that were asked nothing. One sheet in `others_every` is also lit from the side, and compared with
+    /// what other structures say, which takes several times as long.
     ///
     /// # Errors
     /// Never, but for options of the kd-tree that aren't possible.
-    pub fn new() -> Result<Self> {
+    pub fn new(others_every: usize) -> Result<Self> {
         let mut kd_tree = KdTree::default();
         kd_tree.set_options(KdTreeOptions::FAST)?;
         Ok(Self {
             sheets: 0,
+            others_every,
             grids: DirectGrids::default(),
             others: [
                 ("the listed grids", Box::<ListedGrids>::default()),
@@ -105,8 +108,7 @@ impl SeamTrial {
         self.seams.vertices += seams.vertices;
         self.seams.edges += seams.edges;
         self.between += points(shape) - seams.vertices - seams.edges;
-        // What needs several times as long isn't done for every sheet.
-        if shape.has_shell || random.below(3) == 0 {
+        if random.below(self.others_every) == 0 {
             let light = self.run_beside(&shot, shape, random)?;
             if shape.has_shell || random.below(4) == 0 {
                 self.run_others(&shot, shape, [sheet.light, light])?;

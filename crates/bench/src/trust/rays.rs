@@ -80,7 +80,7 @@ pub(super) fn random(effort: &Effort) -> Result<Finding> {
 }
 
 pub(super) fn seams(effort: &Effort) -> Result<Finding> {
-    let mut trial = SeamTrial::new()?;
+    let mut trial = SeamTrial::new(30)?;
     let (rays, mut random) = (effort.of(100_000_000), effort.random());
     while trial.at_seams() < rays {
         trial.next(&mut random)?;

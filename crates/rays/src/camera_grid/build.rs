@@ -48,6 +48,7 @@ impl PerspectiveGrid {
         self.ranges.resize_with(ranges, Bins::default);
         let vertices = &self.vertices;
         let facing = space.facing(sides);
+        let opacity = (!opacity.are_all_opaque()).then_some(opacity);
         self.ranges.par_iter_mut().enumerate().with_max_len(1).for_each(|(range, bins)| {
             bins.reset(columns, rows);
             let ids = (range * length).min(count)..((range + 1) * length).min(count);
@@ -73,7 +74,8 @@ struct SetUp<'a> {
     space: &'a PixelSpace,
     triangles: Triangles<'a>,
     vertices: &'a [Vertex],
-    opacity: &'a dyn Opacity,
+    /// `None` where all triangles are opaque: asking about each took 4 to 10 % of seeing.
+    opacity: Option<&'a dyn Opacity>,
     /// The sign of the area in pixel space of triangles that show their front; zero where both sides count.
     facing: f32,
     bins: &'a mut Bins,
@@ -107,8 +109,10 @@ impl SetUp<'_> {
             if self.facing != 0.0 {
                 seen &= self.fronts(simd, first as u32, &corners, &bounds, seen);
             }
-            let masked = bits_of(seen).filter(|lane| !self.opacity.is_opaque((first + lane) as u32));
-            let masked = masked.fold(0, |masked, lane| masked | 1 << lane);
+            let masked = self.opacity.map_or(0, |opacity| {
+                let masked = bits_of(seen).filter(|lane| !opacity.is_opaque((first + lane) as u32));
+                masked.fold(0, |masked, lane| masked | 1 << lane)
+            });
             if masked != 0 {
                 seen &= !masked;
                 self.list_in_tiles(simd, Path::Masked, first as u32, &corners, &bounds, masked);
@@ -145,7 +149,8 @@ impl SetUp<'_> {
             Err(why) => self.bins.omitted.note(id, why),
             Ok(corners) if self.facing != 0.0 && !self.space.sees_front(corners) => {}
             Ok(corners) => {
-                let path = if self.opacity.is_opaque(id) { Path::General } else { Path::MaskedGeneral };
+                let is_opaque = self.opacity.is_none_or(|opacity| opacity.is_opaque(id));
+                let path = if is_opaque { Path::General } else { Path::MaskedGeneral };
                 self.list_general(simd, path, id, corners);
             }
         }

@@ -6,6 +6,11 @@ pub trait Opacity: Sync {
     /// Whether every point of `triangle` stops rays, so that nothing else needs to be asked about it.
     fn is_opaque(&self, triangle: u32) -> bool;
 
+    /// Whether every triangle is opaque, for those who would ask about each of many.
+    fn are_all_opaque(&self) -> bool {
+        false
+    }
+
     /// Whether a point of `triangle`, given by the weights of its second and third vertex, stops rays. Asked of triangles
     /// that aren't opaque.
     fn stops(&self, triangle: u32, barycentric: [f32; 2]) -> bool;
@@ -53,6 +58,10 @@ pub struct Opaque;
 
 impl Opacity for Opaque {
     fn is_opaque(&self, _: u32) -> bool {
+        true
+    }
+
+    fn are_all_opaque(&self) -> bool {
         true
     }
 

@@ -19,12 +19,15 @@ struct Flags {
     /// Which random sheets
     #[arg(long, value_name = "N", default_value = "1")]
     seed: u64,
+    /// One sheet of rays in so many is lit from the side too, and given to other structures
+    #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u32).range(1..))]
+    others_every: u32,
 }
 
 const EXAMPLES: &str = "Examples:
   cargo run --release -p umbrage-verify --bin watertight
       Ten million rays at seams, as every check of the repository does
-  cargo run --release -p umbrage-verify --bin watertight -- --rays 1e9 --seed 7
+  cargo run --release -p umbrage-verify --bin watertight -- --rays 1e9 --seed 7 --others-every 30
       A thousand million others";
 
 fn count(text: &str) -> Result<u64, String> {
@@ -36,7 +39,7 @@ fn main() -> Result<()> {
     let flags = Flags::parse();
     let (mut random, started) = (Random::new(flags.seed), Instant::now());
     let progress = ProgressBar::new(flags.rays);
-    let mut trial = SeamTrial::new()?;
+    let mut trial = SeamTrial::new(flags.others_every as usize)?;
     while trial.at_seams() < flags.rays {
         trial.next(&mut random)?;
         progress.set_position(trial.at_seams().min(flags.rays));
