@@ -209,12 +209,14 @@ impl Target for Poses {
         if random.below(2) == 0 {
             address = String::from_utf8_lossy(&changed_words(random, address.as_bytes(), b"demo:?=&")).into_owned();
         }
-        // It would do as it is told.
-        let is_large =
-            address.rsplit('=').next().is_some_and(|count| count.parse().is_ok_and(|count: u64| count > 999));
+        // It would do as it is told; without a number scenes are large.
+        let number = address.rsplit_once('=').map(|(_, number)| number.parse());
+        if number.is_none_or(|number| number.is_ok_and(|number: u64| number > 999)) {
+            return Ok(Answer::Refused);
+        }
         match umbrage::open(&address) {
-            Ok(scene) if !is_large => look_at(random, &scene).context(address).map(|()| Answer::Accepted),
-            _ => Ok(Answer::Refused),
+            Ok(scene) => look_at(random, &scene).context(address).map(|()| Answer::Accepted),
+            Err(_) => Ok(Answer::Refused),
         }
     }
 }
