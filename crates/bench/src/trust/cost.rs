@@ -63,8 +63,8 @@ pub(super) fn allocations(_: &Effort) -> Result<Finding> {
         found.push(format!("{name} {one}"));
     }
     let text = format!(
-        "Times that a steady frame asks for memory, with its shading: {}. Further samples ask for none, so what trees ask for is \
-         their building.",
+        "Times that a steady frame asks for memory, with its shading: {}. Further samples ask for none, so what \
+         trees ask for is their building.",
         found.join(", ")
     );
     Ok(Finding::new(holds, text))
@@ -94,8 +94,8 @@ pub(super) fn soak(effort: &Effort) -> Result<Finding> {
     };
     let growth = (late as f64 - early as f64) / (0.9 * frames as f64);
     let text = format!(
-        "After a tenth of {} frames, through all structures in turn, the program held {:.1} MB, and at the end {:.1} MB: {growth:.1} bytes \
-         a frame.",
+        "After a tenth of {} frames, through all structures in turn, the program held {:.1} MB, and at the end {:.1} MB: \
+         {growth:.1} bytes a frame.",
         number(frames),
         early as f64 * 1e-6,
         late as f64 * 1e-6

@@ -79,8 +79,8 @@ pub(super) fn identical(effort: &Effort) -> Result<Finding> {
     let camera = Camera::look_at(Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO, Vec3::Y, 0.9);
     let counts = [effort.of(10_000).max(500), effort.of(100_000).max(1000)];
     let mut text = format!(
-        "One triangle over much of {SIDE}×{SIDE} pixels, so many times, with a light: milliseconds of a frame, and kilobytes that \
-         the structure holds.\n\n| structure | 1 | {} | {} |\n|---|---|---|---|\n",
+        "One triangle over much of {SIDE}×{SIDE} pixels, so many times, with a light: milliseconds of a frame, and \
+         kilobytes that the structure holds.\n\n| structure | 1 | {} | {} |\n|---|---|---|---|\n",
         number(counts[0]),
         number(counts[1])
     );

@@ -122,11 +122,15 @@ fn beginning(Effort { share, seed }: Effort) -> String {
     let levels = SimdLevel::available().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
     let threads = available_parallelism().map_or(1, usize::from);
     format!(
-        "# What can be trusted\n\nTwenty-two figures that anyone can reproduce, each beside what others publish. This page is written by\n\n\
-         ```sh\ncargo build --release -p umbrage-verify -p umbrage-cli\ncargo run --release -p umbrage-bench -- trust --write docs/trust.md\n```\n\n\
-         which takes minutes; `--effort 0.01` takes a quick look, and `--only 3,14` asks for some of them. Shown here: effort {share}, seed \
-         {seed}, {threads} threads, {} {}, instruction sets {levels}. Times are of this machine and are only there to be \
-         compared with one another.\n",
+        "# What can be trusted\n\n\
+         Twenty-two figures that anyone can reproduce, each beside what others publish. This page is written by\n\n\
+         ```sh\n\
+         cargo build --release -p umbrage-verify -p umbrage-cli\n\
+         cargo run --release -p umbrage-bench -- trust --write docs/trust.md\n\
+         ```\n\n\
+         which takes half an hour; `--effort 0.01` takes a quick look, and `--only 3,14` asks for some of them. Shown here: \
+         effort {share}, seed {seed}, {threads} threads, {} {}, instruction sets {levels}. Times are of this machine and \
+         are only there to be compared with one another.\n",
         std::env::consts::OS,
         std::env::consts::ARCH,
     )
