@@ -160,8 +160,12 @@ pub(crate) struct OpeningFlags {
     pub(crate) allow_outside: bool,
     /// The most memory that the scene's files, a background's and a picture may take, each: 500MB, 4GiB or bytes
     /// [default: half of what there is]
-    #[arg(long, value_name = "SIZE")]
+    #[arg(long, value_name = "SIZE", value_parser = memory)]
     pub(crate) max_memory: Option<ByteSize>,
+}
+
+fn memory(text: &str) -> Result<ByteSize, &'static str> {
+    text.parse().map_err(|_| "a size is needed, such as 500MB, 4GiB or a number of bytes")
 }
 
 impl OpeningFlags {
