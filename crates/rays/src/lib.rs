@@ -27,6 +27,7 @@ mod light;
 mod light_grid;
 mod listed;
 mod packet;
+mod patches;
 pub mod predicate;
 mod ray;
 pub mod ray_by_ray;

@@ -36,6 +36,11 @@ impl Triangles<'_> {
         [self.positions[a as usize], self.positions[b as usize], self.positions[c as usize]]
     }
 
+    /// Whether all vertices of triangle `id` are in range.
+    pub(crate) fn has_all_corners(&self, id: u32) -> bool {
+        self.indices[id as usize].iter().all(|&vertex| (vertex as usize) < self.positions.len())
+    }
+
     /// The world positions of triangle `id`, or why no structure lists it.
     #[doc(hidden)]
     #[inline]

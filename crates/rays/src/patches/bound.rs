@@ -1,0 +1,136 @@
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x16};
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::{Patch, Patches};
+use crate::Triangles;
+use crate::simd::SimdLevel;
+use crate::simd::vectors::{LANES, splat};
+
+/// Where patches are: boxes, sixteen together. 24 bytes a patch.
+#[derive(Debug, Default)]
+pub(crate) struct WorldBounds {
+    pub(crate) sixteens: Vec<SixteenBoxes>,
+}
+
+/// Lowest and highest coordinates of sixteen patches. A patch with a vertex that isn't finite has NaN; where there is no
+/// patch, low is above high.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(crate) struct SixteenBoxes {
+    pub(crate) low: [[f32; LANES]; 3],
+    pub(crate) high: [[f32; LANES]; 3],
+}
+
+impl SixteenBoxes {
+    const EMPTY: Self = Self { low: [[f32::INFINITY; LANES]; 3], high: [[f32::NEG_INFINITY; LANES]; 3] };
+}
+
+impl WorldBounds {
+    pub(crate) fn bytes(&self) -> usize {
+        self.sixteens.capacity() * size_of::<SixteenBoxes>()
+    }
+}
+
+impl Patches {
+    /// Finds where patches are; whether they are still those of the frame's index buffer.
+    pub(super) fn bound(&mut self, triangles: Triangles<'_>, level: SimdLevel) -> bool {
+        let in_range = |id: &u32| triangles.has_all_corners(*id);
+        let vertices = triangles.positions.len();
+        if self.triangles != triangles.len() || vertices < self.vertices_needed || self.in_none.iter().any(in_range) {
+            return false;
+        }
+        let mut sixteens = std::mem::take(&mut self.bounds.sixteens);
+        sixteens.resize(self.len().div_ceil(LANES), SixteenBoxes::EMPTY);
+        let (known, is_same) = (&*self, AtomicBool::new(true));
+        sixteens.par_iter_mut().enumerate().with_min_len(8).for_each(|(first, boxes)| {
+            if is_same.load(Ordering::Relaxed) {
+                let found = dispatch!(level.0, simd => known.bound_sixteen(simd, triangles, first * LANES, boxes));
+                if !found {
+                    is_same.store(false, Ordering::Relaxed);
+                }
+            }
+        });
+        self.bounds.sixteens = sixteens;
+        is_same.into_inner()
+    }
+
+    /// Finds where the sixteen patches from `first` on are; whether their triangles are as they were.
+    #[inline(always)]
+    fn bound_sixteen<S: Simd>(
+        &self,
+        simd: S,
+        triangles: Triangles<'_>,
+        first: usize,
+        boxes: &mut SixteenBoxes,
+    ) -> bool {
+        *boxes = SixteenBoxes::EMPTY;
+        for number in first..self.len().min(first + LANES) {
+            let patch = self.get(number);
+            if !patch.is_of(triangles) {
+                return false;
+            }
+            let (low, high) = bounds(simd, triangles.positions, patch.vertices);
+            for axis in 0..3 {
+                boxes.low[axis][number - first] = low[axis];
+                boxes.high[axis][number - first] = high[axis];
+            }
+        }
+        true
+    }
+}
+
+impl Patch<'_> {
+    /// Whether the patch's triangles have the same vertices in a frame.
+    #[inline(always)]
+    fn is_of(&self, triangles: Triangles<'_>) -> bool {
+        let vertices: [u32; super::MOST_VERTICES] =
+            std::array::from_fn(|index| self.vertices.get(index).copied().unwrap_or_default());
+        let mut differing = 0;
+        for (&id, &[a, b, c, _]) in self.ids[..self.count].iter().zip(self.corners) {
+            let known = [a, b, c].map(|corner| vertices[usize::from(corner) % super::MOST_VERTICES]);
+            let now = triangles.indices[id as usize];
+            differing |= (known[0] ^ now[0]) | (known[1] ^ now[1]) | (known[2] ^ now[2]);
+        }
+        differing == 0
+    }
+}
+
+/// The coordinates of up to 16 vertices; those that are beyond the list's end are NaN.
+#[inline(always)]
+pub(crate) fn gather<S: Simd>(simd: S, positions: &[Vec3], vertices: &[u32]) -> [f32x16<S>; 3] {
+    let mut axes = [[f32::NAN; LANES]; 3];
+    for (lane, &vertex) in vertices.iter().enumerate().take(LANES) {
+        if let Some(position) = positions.get(vertex as usize) {
+            axes[0][lane] = position.x;
+            axes[1][lane] = position.y;
+            axes[2][lane] = position.z;
+        }
+    }
+    let [x, y, z] = axes;
+    [f32x16::simd_from(simd, x), f32x16::simd_from(simd, y), f32x16::simd_from(simd, z)]
+}
+
+/// The lowest and highest coordinates of a patch's vertices, a multiple of 16; NaN if one isn't finite.
+#[inline(always)]
+fn bounds<S: Simd>(simd: S, positions: &[Vec3], vertices: &[u32]) -> ([f32; 3], [f32; 3]) {
+    let (infinity, zero) = (splat(simd, f32::INFINITY), splat(simd, 0.0));
+    let (mut low, mut high) = ([infinity; 3], [-infinity; 3]);
+    // Zero times what isn't finite is NaN, and stays so in sums.
+    let mut spoilt = zero;
+    for sixteen in vertices.chunks_exact(LANES) {
+        let [x, y, z] = gather(simd, positions, sixteen);
+        low = [low[0].min(x), low[1].min(y), low[2].min(z)];
+        high = [high[0].max(x), high[1].max(y), high[2].max(z)];
+        spoilt += (x * zero + y * zero) + z * zero;
+    }
+    let is_finite = spoilt.simd_eq(spoilt).all_true();
+    if !is_finite {
+        return ([f32::NAN; 3], [f32::NAN; 3]);
+    }
+    let lowest = [low[0].reduce_min(), low[1].reduce_min(), low[2].reduce_min()];
+    (lowest, [high[0].reduce_max(), high[1].reduce_max(), high[2].reduce_max()])
+}

@@ -1,0 +1,114 @@
+//! Patches: groups of up to 64 triangles that are near each other, which are culled and set up together.
+//!
+//! Which triangles are together follows from the index buffer alone, and is kept while that stays the same; where patches
+//! are is found anew for every frame. `group` makes patches of triangles as they come, `bound` finds where they are.
+
+mod bound;
+mod group;
+
+use crate::Triangles;
+use crate::simd::SimdLevel;
+pub(crate) use bound::{SixteenBoxes, WorldBounds, gather};
+
+/// The most triangles of a patch.
+pub(crate) const MOST_TRIANGLES: usize = 64;
+
+/// The most vertices of a patch.
+pub(crate) const MOST_VERTICES: usize = 64;
+
+/// The triangles of a frame in patches, and where these are. About 12 bytes a triangle, and 32 a patch.
+///
+/// Triangles with a vertex that doesn't exist are in none.
+#[derive(Debug, Default)]
+pub(crate) struct Patches {
+    /// Where each patch's vertices and triangles begin, and at the end where the last one's end: multiples of 16.
+    starts: Vec<Start>,
+    /// Indices of positions. Patches are filled up with their first vertex.
+    vertices: Vec<u32>,
+    /// Which of its patch's vertices are the corners of each triangle; the fourth is zero.
+    corners: Vec<[u8; 4]>,
+    /// Each triangle's id. Patches are filled up with [`Patches::NONE`].
+    ids: Vec<u32>,
+    /// How many triangles the frame has, counting those in no patch.
+    triangles: usize,
+    /// How many positions there must be for all vertices of patches to exist.
+    vertices_needed: usize,
+    /// Triangles that are in no patch.
+    in_none: Vec<u32>,
+    /// Where the patches are in the world.
+    pub(crate) bounds: WorldBounds,
+}
+
+/// Where a patch begins.
+#[derive(Clone, Copy, Debug, Default)]
+struct Start {
+    vertex: u32,
+    triangle: u32,
+    /// How many triangles it has.
+    count: u32,
+}
+
+/// One patch of [`Patches`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Patch<'a> {
+    /// Indices of positions: up to [`MOST_VERTICES`], a multiple of 16.
+    pub(crate) vertices: &'a [u32],
+    /// Which of `vertices` are the corners of each triangle, padded to a multiple of 16.
+    pub(crate) corners: &'a [[u8; 4]],
+    /// Ids of the triangles, as many as there are corners.
+    pub(crate) ids: &'a [u32],
+    /// How many triangles there are.
+    pub(crate) count: usize,
+}
+
+impl Patches {
+    /// Stands for no triangle.
+    pub(crate) const NONE: u32 = u32::MAX;
+
+    /// Brings patches to the triangles of a frame: they are made anew if the index buffer has changed.
+    pub(crate) fn update(&mut self, triangles: Triangles<'_>, level: SimdLevel) {
+        if !self.bound(triangles, level) {
+            self.group(triangles);
+            self.bound(triangles, level);
+        }
+    }
+
+    /// How many patches there are.
+    pub(crate) fn len(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// A patch by its number.
+    #[inline(always)]
+    pub(crate) fn get(&self, number: usize) -> Patch<'_> {
+        let (start, end) = (self.starts[number], self.starts[number + 1]);
+        let triangles = start.triangle as usize..end.triangle as usize;
+        Patch {
+            vertices: &self.vertices[self.vertex_range(number)],
+            corners: &self.corners[triangles.clone()],
+            ids: &self.ids[triangles],
+            count: start.count as usize,
+        }
+    }
+
+    /// Where a patch's vertices are in a list of all patches' vertices.
+    #[inline(always)]
+    pub(crate) fn vertex_range(&self, number: usize) -> std::ops::Range<usize> {
+        self.starts[number].vertex as usize..self.starts[number + 1].vertex as usize
+    }
+
+    /// How many vertices all patches have, each filled up to a multiple of 16.
+    pub(crate) fn vertex_count(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        self.starts.capacity() * size_of::<Start>()
+            + self.vertices.capacity() * size_of::<u32>()
+            + self.corners.capacity() * size_of::<[u8; 4]>()
+            + self.ids.capacity() * size_of::<u32>()
+            + self.in_none.capacity() * size_of::<u32>()
+            + self.bounds.bytes()
+    }
+}
