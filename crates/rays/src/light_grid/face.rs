@@ -85,6 +85,15 @@ impl Face {
         self.point_error = (4.0 * largest).clamp(POINT_ERRORS[0], POINT_ERRORS[1]);
     }
 
+    /// How far from the light the points of tiles are at most: a depth in perspective, else minus W.
+    pub(crate) fn farthest(&self, tiles: &[Tile]) -> f64 {
+        let sign = if self.is_parallel { -1.0 } else { 1.0 };
+        let corners = tiles.iter().filter(|tile| tile.points > 0).flat_map(|tile| tile.corners);
+        let farthest = corners.map(|corner| sign * self.z.dot(corner - self.origin)).fold(f64::NEG_INFINITY, f64::max);
+        // Far more than rounding.
+        farthest + farthest.abs() * 1e-6 + if self.is_parallel { 1e-6 } else { 0.0 }
+    }
+
     /// Whether some point of a tile may be on this face.
     pub(crate) fn may_own(&self, tile: &Tile) -> bool {
         let Some([x, y]) = self.owned else { return tile.points > 0 };

@@ -102,7 +102,7 @@ pub(crate) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
 /// See [`VertexErrors`](super::face::VertexErrors): it wants no more than 6 |ab| |ac| (10 u |P − a| + e) of n · (P − a), which is
 /// the determinant, taken back to world lengths, times the difference in nearness times z / near; in parallel light it is
 /// n · d / s.z.
-fn predicate_error(face: &Face, [a, b, c]: [DVec3; 3], determinant: f64, nearness: f64) -> f64 {
+pub(crate) fn predicate_error(face: &Face, [a, b, c]: [DVec3; 3], determinant: f64, nearness: f64) -> f64 {
     let (ab, ac) = ((b - a).abs().max_element(), (c - a).abs().max_element());
     let from_light = (a - face.origin).abs().max_element();
     let error = face.point_error;

@@ -9,6 +9,7 @@ use super::pass::LightPass;
 use super::pixel_map::{COLUMN, DEPTH, ONE, PixelMap, ROW};
 use super::survey::Survey;
 use crate::shot::{SeenImage, SeenPixels, TileOrder};
+use crate::simd::lanes::of_each;
 use crate::simd::vectors::{LANES, splat};
 
 /// Blocks in a tile.
@@ -502,19 +503,4 @@ impl<S: Simd> Rows<S> {
             depth: of_each(&self.depth, most),
         }
     }
-}
-
-/// What is left of each of 16 vectors when `either` takes one of two numbers: the least, or the largest.
-#[inline(always)]
-fn of_each<S: Simd>(rows: &[f32x16<S>; ROW_BLOCKS], either: impl Fn(f32x16<S>, f32x16<S>) -> f32x16<S>) -> f32x16<S> {
-    let mut rows = *rows;
-    let mut count = ROW_BLOCKS;
-    while count > 1 {
-        count /= 2;
-        for index in 0..count {
-            let (a, b) = (rows[2 * index], rows[2 * index + 1]);
-            rows[index] = either(a.unzip_low(b), a.unzip_high(b));
-        }
-    }
-    rows[0]
 }

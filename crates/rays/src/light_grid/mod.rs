@@ -15,27 +15,30 @@
 
 pub(crate) mod block;
 pub(crate) mod cells;
-mod choose;
+pub(crate) mod choose;
 pub(crate) mod face;
+mod fused;
 pub(crate) mod large;
 mod locate;
 mod map;
 pub(crate) mod pass;
-mod pixel_map;
-mod project;
+pub(crate) mod pixel_map;
+pub(crate) mod project;
 mod queue;
-mod refine;
+pub(crate) mod refine;
 pub(crate) mod settle;
 mod settle_eight;
 pub(crate) mod small;
 mod sort;
 mod spread;
-mod survey;
+pub(crate) mod survey;
 mod trace;
 mod validate;
 pub(crate) mod worker;
 
 use std::time::Instant;
+
+pub static MODE: std::sync::atomic::AtomicU8 = std::sync::atomic::AtomicU8::new(0);
 
 use crate::LightSource;
 use crate::grids::LightsGrid;
@@ -51,6 +54,8 @@ use pass::LightPass;
 #[derive(Default)]
 pub struct LightGrid {
     pass: LightPass,
+    fused: fused::Fused,
+    patches: crate::patches::Patches,
     /// Triangles that cover much of the face.
     huge: Vec<u32>,
 }
@@ -61,7 +66,7 @@ impl LightGrid {
     /// An empty grid that uses the instructions of `level`.
     #[must_use]
     pub fn with_level(level: SimdLevel) -> Self {
-        Self { pass: LightPass::new(level), huge: Vec::new() }
+        Self { pass: LightPass::new(level), fused: fused::Fused::with_level(level), ..Self::default() }
     }
 }
 
@@ -71,8 +76,20 @@ impl LightsGrid for LightGrid {
     }
 
     fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
-        let Self { pass, huge } = self;
-        pass.shadow(shot, seen, light, mask, |pass, settler| {
+        let Self { pass, huge, fused, patches } = self;
+        let mode = MODE.load(std::sync::atomic::Ordering::Relaxed);
+        if mode != 1 {
+            let start = Instant::now();
+            patches.update(shot.triangles, pass.level);
+            let map = start.elapsed().as_secs_f64();
+            let mut work = fused.shadow(&pass.survey, patches, shot, seen, light, mask);
+            work.seconds.map = map;
+            if mode == 0 {
+                return work;
+            }
+        }
+        let found = mask.clone();
+        let work = pass.shadow(shot, seen, light, mask, |pass, settler| {
             let start = Instant::now();
             pass.sort_clusters();
             pass.counts.clusters += pass.cells.rows().iter().map(|row| row.len() as u64).sum::<u64>();
@@ -80,7 +97,16 @@ impl LightsGrid for LightGrid {
             trace::test_triangles(pass, huge, settler);
             pass.seconds.sort += (sorted - start).as_secs_f64();
             pass.seconds.trace += sorted.elapsed().as_secs_f64();
-        })
+        });
+        if mode == 2 {
+            let (mut lit, mut dark) = (0, 0);
+            for (old, new) in mask.blocks().iter().zip(found.blocks()) {
+                lit += (new & !old).count_ones();
+                dark += (old & !new).count_ones();
+            }
+            eprintln!("wrongly lit {lit}, wrongly dark {dark}");
+        }
+        work
     }
 
     fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {

@@ -62,7 +62,7 @@ fn project<S: Simd>(simd: S, face: &Face, positions: &[Vec3], vertices: &mut [[f
 /// at most; W in relation to itself by far less. In parallel light X and W are wrong by 4 u |x|₁ |v| ≤ ε / 8 where
 /// |v| |x|₁ is at most 2²⁴.
 #[inline(always)]
-fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>) -> (Vectors<S>, [u64; 5]) {
+pub(crate) fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>) -> (Vectors<S>, [u64; 5]) {
     const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
     let constant = |value: f64| f64x8::splat(simd, value);
     let v = minus(position, splat_vector(simd, face.origin));

@@ -33,14 +33,14 @@ impl Settler<'_> {
         if answers.opaque | answers.cut == 0 { None } else { Some(answers.opaque != 0) }
     }
 
-    /// Settles pairs of a point's index and a triangle, and notes in `shadowed`, which has a word for each block, which
-    /// points are in shadow; how many pairs the predicate was asked about.
-    pub(crate) fn settle(&self, pairs: &[[u32; 2]], shadowed: &mut [u16]) -> u64 {
-        dispatch!(self.level.0, simd => self.settle_with(simd, pairs, shadowed))
+    /// Settles pairs of a point's index and a triangle, and notes in `shadowed`, which has a word for each block from that of
+    /// pixel `first` on, which points are in shadow; how many pairs the predicate was asked about.
+    pub(crate) fn settle(&self, pairs: &[[u32; 2]], first: usize, shadowed: &mut [u16]) -> u64 {
+        dispatch!(self.level.0, simd => self.settle_with(simd, pairs, first, shadowed))
     }
 
     #[inline(always)]
-    fn settle_with<S: Simd>(&self, simd: S, pairs: &[[u32; 2]], shadowed: &mut [u16]) -> u64 {
+    fn settle_with<S: Simd>(&self, simd: S, pairs: &[[u32; 2]], first: usize, shadowed: &mut [u16]) -> u64 {
         let mut settled = 0;
         let mut shadows = settle::Shadows::new(self.image, self.light);
         for pairs in pairs.chunks(8) {
@@ -49,7 +49,8 @@ impl Settler<'_> {
             let (indices, ids) = (padded.map(|[index, _]| index), padded.map(|[_, id]| id));
             let eight = settle_eight(simd, &self.image, &self.rays, self.light, indices, ids);
             for (lane, &[index, id]) in pairs.iter().enumerate() {
-                let (word, bit) = (index as usize / TileOrder::BLOCK_PIXELS, index as usize % TileOrder::BLOCK_PIXELS);
+                let slot = index as usize - first;
+                let (word, bit) = (slot / TileOrder::BLOCK_PIXELS, slot % TileOrder::BLOCK_PIXELS);
                 if shadowed[word] >> bit & 1 == 1 {
                     continue;
                 }
@@ -80,7 +81,7 @@ impl LightPass {
         }
         let share = undecided.len().div_ceil(workers.len()).max(8);
         let shares = workers.par_iter_mut().zip(undecided.par_chunks(share));
-        counts.settled += shares.map(|(worker, pairs)| settler.settle(pairs, &mut worker.shadowed)).sum::<u64>();
+        counts.settled += shares.map(|(worker, pairs)| settler.settle(pairs, 0, &mut worker.shadowed)).sum::<u64>();
     }
 
     /// Tests the points that no face could map against every triangle.

@@ -37,7 +37,7 @@ impl Worker {
     #[inline(always)]
     pub(crate) fn settle_if_many(&mut self, settler: &Settler<'_>) {
         if self.undecided.len() >= MOST_UNDECIDED {
-            self.counts.settled += settler.settle(&self.undecided, &mut self.shadowed);
+            self.counts.settled += settler.settle(&self.undecided, 0, &mut self.shadowed);
             self.undecided.clear();
         }
     }

@@ -1,0 +1,439 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
+
+use super::set_up::Extent;
+use crate::light_grid::block::Block;
+use crate::light_grid::face::{Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT};
+use crate::light_grid::pixel_map::{COLUMN, DEPTH, ONE, PixelMap, ROW};
+use crate::light_grid::refine::{Refined, refine_eight};
+use crate::shot::{CameraRays, SeenImage, SeenPixels, TileOrder};
+use crate::simd::lanes::{bits_of, of_each};
+use crate::simd::vectorized;
+use crate::simd::vectors::{LANES, splat};
+
+/// Blocks in a row of a tile.
+const ROW_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
+
+/// Blocks in a tile.
+pub(super) const TILE_BLOCKS: usize = ROW_BLOCKS * ROW_BLOCKS;
+
+/// Groups in a tile: of 4×4 blocks, which are 16×16 pixels.
+pub(super) const GROUPS: usize = TILE_BLOCKS / LANES;
+
+/// The block of a tile that is one of a group's.
+pub(super) fn block_of(group: usize, block: usize) -> usize {
+    (group / 4 * 4 + block / 4) * ROW_BLOCKS + group % 4 * 4 + block % 4
+}
+
+/// The pixels of a tile as they are mapped to a face, in relation to an origin in the tile.
+///
+/// X less the origin's is as projective as X: with R₀ less X₀ R₃ for R₀ in [`PixelMap`], and so on for Y and W. So what
+/// the tile's points have in common doesn't cost them bits.
+pub(super) struct TileMap<'a> {
+    image: &'a SeenImage<'a>,
+    rays: &'a CameraRays,
+    face: &'a Face,
+    is_reciprocal: bool,
+    /// The index of the tile's first pixel.
+    first: usize,
+    pub(super) origin: [f32; 3],
+    /// The factors of column and row in the tile, one and s.
+    rows: [[f64; 4]; 4],
+    /// For each R its constant at each pixel of a block, in relation to the first.
+    offsets: [[f32; LANES]; 4],
+    slopes: [f32; 4],
+    /// The largest magnitudes of `offsets`.
+    spreads: [f32; 4],
+    /// What f64 loses of each R.
+    wide_errors: [[f32; 2]; 4],
+    point_errors: [f32; 2],
+    point_error: f32,
+    /// Lowest and highest X, and Y, that the face has points of, and that it can hold.
+    owned: [[f32; 2]; 2],
+    limits: [[f32; 2]; 2],
+}
+
+/// What is known of a group's 16 blocks.
+pub(super) struct Group {
+    /// Which points of each block are on the face.
+    pub(super) members: [u16; LANES],
+    /// Lowest and highest X, Y and W of each block's, in relation to the origin.
+    pub(super) x: [[f32; LANES]; 2],
+    pub(super) y: [[f32; LANES]; 2],
+    pub(super) nearness: [[f32; LANES]; 2],
+    /// How wrong X and Y of any point may be, and W.
+    pub(super) errors: [f32; 2],
+}
+
+/// The smallest and largest of what 16 blocks hold, a block to a lane.
+struct Extremes<S: Simd> {
+    x: [f32x16<S>; 2],
+    y: [f32x16<S>; 2],
+    nearness: [f32x16<S>; 2],
+    /// The largest 1 / R₃.
+    inverse: f32x16<S>,
+    /// The largest s / R₃.
+    depth: f32x16<S>,
+}
+
+impl<'a> TileMap<'a> {
+    pub(super) fn new(
+        image: &'a SeenImage<'a>,
+        rays: &'a CameraRays,
+        face: &'a Face,
+        pixels: &PixelMap,
+        tile: usize,
+    ) -> Self {
+        let first = tile * TileOrder::TILE_PIXELS;
+        let (column, row) = image.seen.order().column_and_row(first);
+        let (column, row) = (f64::from(column), f64::from(row));
+        let origin = origin(image, pixels, first);
+        let [ox, oy, ow] = origin.map(f64::from);
+        let mut rows = pixels.rows;
+        for factors in &mut rows {
+            factors[ONE] += factors[COLUMN] * column + factors[ROW] * row;
+        }
+        let of_divisor = rows[3];
+        let mut wide_errors = pixels.errors;
+        for (function, origin) in [ox, oy, ow].into_iter().enumerate() {
+            for factor in 0..4 {
+                rows[function][factor] -= origin * of_divisor[factor];
+            }
+            for part in 0..2 {
+                wide_errors[function][part] += origin.abs() * pixels.errors[3][part];
+            }
+        }
+        let offsets = rows.map(|row| {
+            std::array::from_fn(|pixel| (row[COLUMN] * (pixel % 4) as f64 + row[ROW] * (pixel / 4) as f64) as f32)
+        });
+        let everything = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
+        let owned = face.owned.unwrap_or(everything);
+        let local = |range: [f64; 2], origin: f64| range.map(|end| (end - origin) as f32);
+        Self {
+            image,
+            rays,
+            face,
+            is_reciprocal: pixels.is_reciprocal,
+            first,
+            origin,
+            offsets,
+            slopes: rows.map(|row| row[DEPTH] as f32),
+            spreads: offsets
+                .map(|offsets| offsets.into_iter().fold(0.0, |spread, offset: f32| offset.abs().max(spread))),
+            // Half as much again for what the origin and the tile's corner are rounded by.
+            wide_errors: wide_errors.map(|errors| errors.map(|error| error as f32 * 1.5)),
+            rows,
+            point_errors: pixels.point_errors.map(|error| error as f32 * 1.001),
+            point_error: face.point_error as f32,
+            owned: [local(owned[0], ox), local(owned[1], oy)],
+            limits: [local([-POINT_LIMIT, POINT_LIMIT], ox), local([-POINT_LIMIT, POINT_LIMIT], oy)],
+        }
+    }
+
+    /// Maps the points of a group of 16 blocks; `None` if none is on the face. Points of the face that can't be mapped are
+    /// `outliers`, and those that were mapped in f64 are counted in `refined`.
+    #[inline(always)]
+    pub(super) fn map_group<S: Simd>(
+        &self,
+        simd: S,
+        group: usize,
+        blocks: &mut [Block; TILE_BLOCKS],
+        outliers: &mut Vec<u32>,
+        refined: &mut u64,
+    ) -> Option<Group> {
+        let bases = self.bases(simd, group);
+        let base_lanes = [bases[0].to_array(), bases[1].to_array(), bases[2].to_array(), bases[3].to_array()];
+        let zero = splat(simd, 0.0);
+        let (lowest, highest) = (splat(simd, f32::NEG_INFINITY), splat(simd, f32::INFINITY));
+        let [mut low_x, mut high_x, mut low_y, mut high_y] = [[zero; LANES]; 4];
+        let [mut farthest, mut nearest, mut inverses, mut depths] = [[zero; LANES]; 4];
+        // Which points belong to the face, and which of those this couldn't map.
+        let (mut members, mut lost) = ([0_u16; LANES], [0_u16; LANES]);
+        let mut any_member = 0;
+        for index in 0..LANES {
+            let block = block_of(group, index);
+            let first = self.first + block * LANES;
+            let depth = f32x16::from_slice(simd, &self.image.seen.inverse_depth[first..first + LANES]);
+            let known = depth.simd_eq(depth);
+            let s = if self.is_reciprocal { splat(simd, 1.0) / depth } else { depth };
+            let r0 = self.linear(simd, 0, base_lanes[0][index], s);
+            let r1 = self.linear(simd, 1, base_lanes[1][index], s);
+            let r2 = self.linear(simd, 2, base_lanes[2][index], s);
+            let r3 = self.linear(simd, 3, base_lanes[3][index], s);
+            let inverse = splat(simd, 1.0) / r3;
+            let (x, y, nearness) = (r0 * inverse, r1 * inverse, r2 * inverse);
+            let mut member = known;
+            if self.face.owned.is_some() {
+                member &= !self.is_foreign(simd, [r0, r1, r3], s, std::array::from_fn(|row| base_lanes[row][index]));
+            }
+            let mapped = member
+                & r3.simd_gt(zero)
+                & x.simd_ge(splat(simd, self.limits[0][0]))
+                & x.simd_le(splat(simd, self.limits[0][1]))
+                & y.simd_ge(splat(simd, self.limits[1][0]))
+                & y.simd_le(splat(simd, self.limits[1][1]))
+                & nearness.abs().simd_lt(splat(simd, 1e15));
+            let points = &mut blocks[block];
+            x.store_slice(&mut points.x);
+            y.store_slice(&mut points.y);
+            nearness.store_slice(&mut points.nearness);
+            low_x[index] = mapped.select(x, highest);
+            high_x[index] = mapped.select(x, lowest);
+            low_y[index] = mapped.select(y, highest);
+            high_y[index] = mapped.select(y, lowest);
+            farthest[index] = mapped.select(nearness, highest);
+            nearest[index] = mapped.select(nearness, lowest);
+            inverses[index] = mapped.select(inverse, zero);
+            depths[index] = mapped.select(inverse * s, zero);
+            members[index] = member.to_bitmask() as u16;
+            lost[index] = (member & !mapped).to_bitmask() as u16;
+            any_member |= members[index];
+        }
+        if any_member == 0 {
+            return None;
+        }
+        let (least, most) = (f32x16::min, f32x16::max);
+        let extremes = Extremes {
+            x: [of_each(&low_x, least), of_each(&high_x, most)],
+            y: [of_each(&low_y, least), of_each(&high_y, most)],
+            nearness: [of_each(&farthest, least), of_each(&nearest, most)],
+            inverse: of_each(&inverses, most),
+            depth: of_each(&depths, most),
+        };
+        let (position_error, nearness_error, is_exact) = self.errors(simd, &bases, &extremes);
+        let Extremes { x, y, nearness, .. } = extremes;
+        let is_lost = lost.iter().enumerate().fold(0, |all, (index, &lost)| all | u64::from(lost != 0) << index);
+        let is_filled = x[0].simd_le(x[1]).to_bitmask();
+        let good = is_filled & is_exact.to_bitmask() & !is_lost;
+        let of_good = mask32x16::from_bitmask(simd, good);
+        let mut found = Group {
+            members,
+            x: [x[0].to_array(), x[1].to_array()],
+            y: [y[0].to_array(), y[1].to_array()],
+            nearness: [nearness[0].to_array(), nearness[1].to_array()],
+            errors: [
+                of_good.select(position_error, zero).reduce_max(),
+                of_good.select(nearness_error, zero).reduce_max(),
+            ],
+        };
+        for index in bits_of((is_filled | is_lost) & !good) {
+            *refined += self.refine_apart(simd, group, index, blocks, outliers, &mut found);
+        }
+        Some(found)
+    }
+
+    /// The constants of the R of a group's blocks, at the first pixel of each.
+    #[inline(always)]
+    fn bases<S: Simd>(&self, simd: S, group: usize) -> [f32x16<S>; 4] {
+        let (column, row) = ((group % 4 * 16) as f64, (group / 4 * 16) as f64);
+        let columns = f64x8::simd_from(simd, [0.0, 4.0, 8.0, 12.0, 0.0, 4.0, 8.0, 12.0]);
+        let low_rows = f64x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, 4.0, 4.0, 4.0, 4.0]);
+        let high_rows = low_rows + 8.0;
+        let [(s0, t0, c0), (s1, t1, c1), (s2, t2, c2), (s3, t3, c3)] = self
+            .rows
+            .map(|factors| (factors[COLUMN], factors[ROW], factors[COLUMN] * column + factors[ROW] * row + factors[ONE]));
+        [
+            (columns * s0 + low_rows * t0 + c0).narrow(columns * s0 + high_rows * t0 + c0),
+            (columns * s1 + low_rows * t1 + c1).narrow(columns * s1 + high_rows * t1 + c1),
+            (columns * s2 + low_rows * t2 + c2).narrow(columns * s2 + high_rows * t2 + c2),
+            (columns * s3 + low_rows * t3 + c3).narrow(columns * s3 + high_rows * t3 + c3),
+        ]
+    }
+
+    /// R number `function` at a block's pixels.
+    #[inline(always)]
+    fn linear<S: Simd>(&self, simd: S, function: usize, base: f32, s: f32x16<S>) -> f32x16<S> {
+        let offsets = f32x16::simd_from(simd, self.offsets[function]);
+        s.mul_add(splat(simd, self.slopes[function]), offsets + splat(simd, base))
+    }
+
+    /// How wrong R number `function` may be: the first, plus s times the second.
+    ///
+    /// Base, offset in the block and slope are rounded, and so are their sum, the product and the last sum: with all
+    /// magnitudes added up that makes three ε of each of the three. An error of the depth is counted apart.
+    #[inline(always)]
+    fn linear_error<S: Simd>(&self, simd: S, function: usize, base: f32x16<S>) -> (f32x16<S>, f32) {
+        const ROUNDED: f32 = 3.01 * HALF_ULP as f32;
+        let [constant, slope] = self.wide_errors[function];
+        let of_base =
+            (base.abs() + splat(simd, self.spreads[function])).mul_add(splat(simd, ROUNDED), splat(simd, constant));
+        (of_base, self.slopes[function].abs() * ROUNDED + slope)
+    }
+
+    /// The error of X and Y, and of W, of 16 blocks, and which are small enough.
+    ///
+    /// With R₃ wrong by at most a sixteenth of itself, X is wrong by (dR₀ − X dR₃) / R₃, times at most 16/15, and by the
+    /// roundings of 1 / R₃ and the product. The error of the depth moves R₀ and R₃ together: by ds (m₀ − X m₃), with m
+    /// the slopes, which is largest for one of the extreme X.
+    #[inline(always)]
+    fn errors<S: Simd>(
+        &self,
+        simd: S,
+        bases: &[f32x16<S>; 4],
+        extremes: &Extremes<S>,
+    ) -> (f32x16<S>, f32x16<S>, mask32x16<S>) {
+        // One more rounding where s is a quotient.
+        const OF_DEPTH: f32 = SeenPixels::RELATIVE_ERROR * 1.04;
+        const GROWN: f32 = 1.1;
+        let Extremes { x, y, nearness, inverse, depth } = extremes;
+        let (inverse, depth) = (*inverse, *depth);
+        let [m0, m1, m2, m3] = self.slopes;
+        let (c0, g0) = self.linear_error(simd, 0, bases[0]);
+        let (c1, g1) = self.linear_error(simd, 1, bases[1]);
+        let (c2, g2) = self.linear_error(simd, 2, bases[2]);
+        let (c3, g3) = self.linear_error(simd, 3, bases[3]);
+        let reach = x[0].abs().max(x[1].abs()).max(y[0].abs().max(y[1].abs()));
+        let deepest = nearness[0].abs().max(nearness[1].abs());
+        let along_x = along(simd, m0, m3, x);
+        let along_y = along(simd, m1, m3, y);
+        let along_w = along(simd, m2, m3, nearness);
+        let of_position =
+            (c0.max(c1) + c3 * reach) * inverse + depth * (along_x.max(along_y) * OF_DEPTH + (reach * g3 + g0.max(g1)));
+        let position = of_position * GROWN + reach * (3.0 * HALF_ULP as f32);
+        let of_nearness = (c2 + c3 * deepest) * inverse + depth * (along_w * OF_DEPTH + (deepest * g3 + g2));
+        let nearness = of_nearness * GROWN + deepest * (3.0 * HALF_ULP as f32);
+        let of_divisor = c3 * inverse + depth * (m3.abs() * OF_DEPTH + g3);
+        let of_predicate = inverse * self.point_errors[0] + depth * self.point_errors[1];
+        // Written so that NaN isn't exact.
+        let is_exact = position.simd_le(splat(simd, LARGEST_POINT_ERROR as f32))
+            & nearness.simd_lt(splat(simd, 1e15))
+            & of_divisor.simd_lt(splat(simd, 1.0 / 16.0))
+            & of_predicate.simd_lt(splat(simd, self.point_error));
+        (position, nearness, is_exact)
+    }
+
+    /// Which points certainly belong to other faces: R₀ − high R₃ > 0 and so on, or R₃ < 0, by more than they may be
+    /// wrong.
+    #[inline(always)]
+    fn is_foreign<S: Simd>(
+        &self,
+        simd: S,
+        [r0, r1, r3]: [f32x16<S>; 3],
+        s: f32x16<S>,
+        bases: [f32; 4],
+    ) -> mask32x16<S> {
+        const OF_DEPTH: f32 = SeenPixels::RELATIVE_ERROR * 1.04;
+        let [x, y] = self.owned;
+        // How much an edge of the face is an edge of R₃.
+        let most = x[0].abs().max(x[1].abs()).max(y[0].abs()).max(y[1].abs());
+        let (c0, g0) = self.linear_error(simd, 0, splat(simd, bases[0]));
+        let (c1, g1) = self.linear_error(simd, 1, splat(simd, bases[1]));
+        let (c3, g3) = self.linear_error(simd, 3, splat(simd, bases[3]));
+        let slope = g0.max(g1)
+            + g3 * most
+            + (self.slopes[0].abs().max(self.slopes[1].abs()) + self.slopes[3].abs() * most) * OF_DEPTH;
+        // The factor covers the roundings of the comparisons' own left sides.
+        let error = (c0.max(c1) + c3 * most + s.abs() * slope) * 2.0
+            + (r0.abs().max(r1.abs()) + r3.abs() * most) * (4.0 * HALF_ULP as f32);
+        let of_divisor = c3 * 2.0 + s.abs() * (g3 + self.slopes[3].abs() * OF_DEPTH) * 2.0;
+        (r0 - r3 * x[1]).simd_gt(error)
+            | (r3 * x[0] - r0).simd_gt(error)
+            | (r1 - r3 * y[1]).simd_gt(error)
+            | (r3 * y[0] - r1).simd_gt(error)
+            | (-r3).simd_gt(of_divisor)
+    }
+
+    /// [`refine`](Self::refine), out of the way of the loop that seldom needs it.
+    #[cold]
+    #[inline(never)]
+    fn refine_apart<S: Simd>(
+        &self,
+        simd: S,
+        group: usize,
+        index: usize,
+        blocks: &mut [Block; TILE_BLOCKS],
+        outliers: &mut Vec<u32>,
+        found: &mut Group,
+    ) -> u64 {
+        vectorized!(simd => self.refine(simd, group, index, blocks, outliers, found))
+    }
+
+    /// Maps the points of a block from the planes of the triangles that they are on, in f64: for blocks whose depths
+    /// aren't exact enough for the face. How many were mapped; others that belong to the face are outliers.
+    #[inline(always)]
+    fn refine<S: Simd>(
+        &self,
+        simd: S,
+        group: usize,
+        index: usize,
+        blocks: &mut [Block; TILE_BLOCKS],
+        outliers: &mut Vec<u32>,
+        found: &mut Group,
+    ) -> u64 {
+        let block = block_of(group, index);
+        let first = (self.first + block * LANES) as u32;
+        let [ox, oy, ow] = self.origin.map(f64::from);
+        let points = &mut blocks[block];
+        let mut mapped = 0_u16;
+        let (mut x, mut y, mut nearness) =
+            ([f32::INFINITY, f32::NEG_INFINITY], [f32::INFINITY, f32::NEG_INFINITY], [f32::INFINITY, f32::NEG_INFINITY]);
+        let mut errors = [0.0_f64; 2];
+        for half in [0, 8] {
+            let indices = std::array::from_fn(|lane| first + half + lane as u32);
+            let Refined { at, errors: of_eight, members, exact } =
+                refine_eight(simd, self.image, self.rays, self.face, indices);
+            for lane in bits_of(members & !exact) {
+                outliers.push(indices[lane]);
+            }
+            for lane in bits_of(members & exact) {
+                let slot = half as usize + lane;
+                let local = [at[0][lane] - ox, at[1][lane] - oy, at[2][lane] - ow].map(|value| value as f32);
+                [points.x[slot], points.y[slot], points.nearness[slot]] = local;
+                for (range, value) in [&mut x, &mut y, &mut nearness].into_iter().zip(local) {
+                    *range = [range[0].min(value), range[1].max(value)];
+                }
+                mapped |= 1 << slot;
+                for (error, of_point) in errors.iter_mut().zip(of_eight) {
+                    *error = error.max(of_point[lane]);
+                }
+            }
+        }
+        found.members[index] = mapped;
+        for end in 0..2 {
+            found.x[end][index] = x[end];
+            found.y[end][index] = y[end];
+            found.nearness[end][index] = nearness[end];
+        }
+        for (error, of_block) in found.errors.iter_mut().zip(errors) {
+            // Rounded up.
+            *error = error.max((of_block * 1.001) as f32);
+        }
+        u64::from(mapped.count_ones())
+    }
+
+    /// An extent without points.
+    pub(super) fn extent(&self) -> Extent {
+        Extent { origin: self.origin, ..Extent::default() }
+    }
+}
+
+/// X, Y and W of a point of the tile near its middle, or zero where none is known.
+fn origin(image: &SeenImage<'_>, pixels: &PixelMap, first: usize) -> [f32; 3] {
+    // Pixels from all over the tile, first of all one in the middle.
+    const STEP: usize = 97;
+    const START: usize = 136;
+    for k in 0..TILE_BLOCKS {
+        let index = first + (START + k * STEP) % TILE_BLOCKS * LANES;
+        let depth = f64::from(image.seen.inverse_depth[index]);
+        if depth.is_nan() {
+            continue;
+        }
+        let (column, row) = image.seen.order().column_and_row(index);
+        let s = if pixels.is_reciprocal { 1.0 / depth } else { depth };
+        let [x, y, w, divisor] = pixels.rows.map(|factors| {
+            factors[COLUMN] * f64::from(column) + factors[ROW] * f64::from(row) + factors[ONE] + factors[DEPTH] * s
+        });
+        let at = [x / divisor, y / divisor, w / divisor];
+        if divisor > 0.0 && at[0].abs() <= POINT_LIMIT && at[1].abs() <= POINT_LIMIT && at[2].abs() < 1e15 {
+            return at.map(|value| value as f32);
+        }
+    }
+    [0.0; 3]
+}
+
+/// How far a point moves along an axis when s grows by R₃.
+#[inline(always)]
+fn along<S: Simd>(simd: S, slope: f32, of_divisor: f32, [low, high]: &[f32x16<S>; 2]) -> f32x16<S> {
+    let slope = splat(simd, slope);
+    (slope - *low * of_divisor).abs().max((slope - *high * of_divisor).abs())
+}

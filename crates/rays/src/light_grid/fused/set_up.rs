@@ -1,0 +1,215 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16};
+
+use super::boxes::FaceBox;
+use crate::light_grid::face::{Face, HALF_ULP, VertexErrors};
+use crate::patches::{MOST_TRIANGLES, Patch};
+use crate::simd::lanes::{load_local_corner, max3, min3, quads};
+use crate::simd::vectors::{LANES, splat};
+
+const EPSILON: f32 = HALF_ULP as f32;
+
+/// By how much a vertex may be moved along X and Y.
+const MOVED: f32 = VertexErrors::MOVED as f32;
+
+/// The points of a tile: what their filter has to know.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Extent {
+    /// X, Y and W that all coordinates are in relation to.
+    pub(super) origin: [f32; 3],
+    /// The farthest of any point from the origin in X and Y.
+    pub(super) reach: f32,
+    /// The farthest in W.
+    pub(super) depth: f32,
+    /// How wrong X and Y of any point may be, and W.
+    pub(super) errors: [f32; 2],
+}
+
+/// A triangle as the filter wants it.
+///
+/// Three edge functions Eₖ = aₖ x + bₖ y + cₖ of the point's position in relation to the tile's origin, and the triangle's
+/// nearness p x + q y + r in relation to the origin's: quad k holds aₖ, bₖ, cₖ and one of p, q, r. All are grown by their
+/// errors, so that a point with any of them below zero, or its own nearness above, is certainly not shadowed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Record {
+    pub(super) quads: [[f32; 4]; 3],
+    pub(super) id: u32,
+    /// A point is inside for certain where all edge functions are above this.
+    pub(super) twice_edge_error: f32,
+    /// A point is behind for certain where the difference in nearness is above this.
+    pub(super) twice_depth_error: f32,
+}
+
+/// The triangles of a patch, set up for a tile's points. 88 bytes a triangle.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+pub(super) struct SetUp {
+    /// The patch's number.
+    pub(super) number: u32,
+    /// How many triangles it has.
+    pub(super) count: u32,
+    /// Lowest and highest X and Y, in relation to the tile's origin, grown by the vertices' error.
+    pub(super) x: [[f32; MOST_TRIANGLES]; 2],
+    pub(super) y: [[f32; MOST_TRIANGLES]; 2],
+    /// Of the nearest corner, grown by its error.
+    pub(super) nearness: [f32; MOST_TRIANGLES],
+    quads: [[[f32; 4]; MOST_TRIANGLES]; 3],
+    twice_edge_error: [f32; MOST_TRIANGLES],
+    twice_depth_error: [f32; MOST_TRIANGLES],
+}
+
+impl SetUp {
+    pub(super) const EMPTY: Self = Self {
+        number: 0,
+        count: 0,
+        x: [[0.0; MOST_TRIANGLES]; 2],
+        y: [[0.0; MOST_TRIANGLES]; 2],
+        nearness: [0.0; MOST_TRIANGLES],
+        quads: [[[0.0; 4]; MOST_TRIANGLES]; 3],
+        twice_edge_error: [0.0; MOST_TRIANGLES],
+        twice_depth_error: [0.0; MOST_TRIANGLES],
+    };
+
+    #[inline(always)]
+    pub(super) fn quads(&self, triangle: usize) -> [&[f32; 4]; 3] {
+        let triangle = triangle % MOST_TRIANGLES;
+        [&self.quads[0][triangle], &self.quads[1][triangle], &self.quads[2][triangle]]
+    }
+
+    pub(super) fn record(&self, triangle: usize, id: u32) -> Record {
+        Record {
+            quads: self.quads(triangle).map(|quad| *quad),
+            id,
+            twice_edge_error: self.twice_edge_error[triangle],
+            twice_depth_error: self.twice_depth_error[triangle],
+        }
+    }
+
+    pub(super) fn bounds(&self, triangle: usize) -> FaceBox {
+        FaceBox {
+            x: [self.x[0][triangle], self.x[1][triangle]],
+            y: [self.y[0][triangle], self.y[1][triangle]],
+            nearness: self.nearness[triangle],
+        }
+    }
+
+    /// Sets up a patch's triangles, `vertices` being X, Y and W of its vertices.
+    ///
+    /// With ε = 2⁻²⁴, e the points' error, R the largest coordinate of a corner or a point, g = w + h the extents of a
+    /// triangle's bounds, and v the most that rounding moves a corner: by 1.125 ε on the face and another ε R when the
+    /// origin is subtracted.
+    ///
+    /// *Edges.* As a function of real numbers, E is (P − s) × (Q − s) with s the point. It changes by at most
+    /// 2 v g + e g when the corners P, Q and the point move, and 8 v (v + e) for both together, for a point in the
+    /// triangle's bounds. Rounded are a and b, by ε each of themselves, which with a c from the same a and b is
+    /// at most 2 ε g R; the products and sums of c, 4 ε g R; and those of the function, 6 ε g R: taken as 14. If all three are
+    /// found above their error, then they are above zero for the rounded corners and the rounded point, whatever their sign
+    /// was taken to be: so it was right, the point is in the triangle's bounds, and the rest of the bound holds. The area is
+    /// wrong by at most 3 v g + 8 v² + 8 ε g R, less than twice what vertices and roundings make of the error. Where it is
+    /// below sixteen of these its sign is taken to be uncertain, and a point inside may have functions down to minus
+    /// three errors.
+    ///
+    /// *Depth.* The plane through rounded corners and the true one differ at each corner by at most S v plus the error of
+    /// its W, S being the larger sum of the magnitudes of their slopes, and so they do inside the triangle; moving the
+    /// point changes either by S e. Where the area's sign is certain, the true slopes are at most 1.15 times those found, for
+    /// the error of the area, and for those of their numerators (48 v d + 5 g times the error of W) / area, d being the
+    /// difference in W of the corners. Rounding numerators, area and quotients makes 26 ε w h d / area of the function, and
+    /// the constant and the sums 12 ε S R and 6 ε of the largest W in relation to the origin.
+    #[inline(always)]
+    pub(super) fn fill<S: Simd>(
+        &mut self,
+        simd: S,
+        face: &Face,
+        vertex_errors: &VertexErrors,
+        patch: &Patch<'_>,
+        vertices: &[[f32; 4]],
+        extent: &Extent,
+    ) {
+        self.count = patch.count as u32;
+        let [origin_x, origin_y, origin_w] = extent.origin;
+        let [position_error, nearness_error] = extent.errors;
+        let of_parallel = if face.is_parallel { 1.0 } else { 0.0 };
+        let [of_width, of_height, of_depth] = vertex_errors.of_predicate;
+        for (group, corners) in patch.corners.chunks_exact(LANES).enumerate() {
+            let [x0, y0, w0] = load_local_corner(simd, vertices, corners, 0);
+            let [x1, y1, w1] = load_local_corner(simd, vertices, corners, 1);
+            let [x2, y2, w2] = load_local_corner(simd, vertices, corners, 2);
+            let largest_nearness = max3([w0.abs(), w1.abs(), w2.abs()]).max(splat(simd, of_parallel));
+            let (ox, oy, ow) = (splat(simd, origin_x), splat(simd, origin_y), splat(simd, origin_w));
+            let (x0, x1, x2) = (x0 - ox, x1 - ox, x2 - ox);
+            let (y0, y1, y2) = (y0 - oy, y1 - oy, y2 - oy);
+            let (w0, w1, w2) = (w0 - ow, w1 - ow, w2 - ow);
+            let (x_min, x_max) = (min3([x0, x1, x2]), max3([x0, x1, x2]));
+            let (y_min, y_max) = (min3([y0, y1, y2]), max3([y0, y1, y2]));
+            let (farthest, nearest) = (min3([w0, w1, w2]), max3([w0, w1, w2]));
+            let reach = x_min.abs().max(x_max.abs()).max(y_min.abs().max(y_max.abs())).max(splat(simd, extent.reach));
+            let local_depth = farthest.abs().max(nearest.abs()).max(splat(simd, extent.depth));
+            // v, and how wrong W of a corner may be.
+            let moved = reach * EPSILON + MOVED;
+            let corner_error = largest_nearness * (1.25 * EPSILON) + local_depth * EPSILON;
+
+            let (ux, uy, tx, ty) = (x1 - x0, y1 - y0, x2 - x0, y2 - y0);
+            let area = ux * ty - tx * uy;
+            let sign = splat(simd, 1.0).copysign(area);
+            let area = area * sign;
+            let (width, height, depth) = (x_max - x_min, y_max - y_min, nearest - farthest);
+            let girth = width + height;
+            let of_point = splat(simd, position_error * 1.001);
+            let of_vertices =
+                girth * (moved * 2.002 + reach * (14.0 * EPSILON)) + moved * moved * 8.0 + splat(simd, 1e-35);
+            let is_certain = area.simd_gt(of_vertices * 16.0);
+            let edge_error = of_vertices + of_point * (girth + moved * 8.0);
+            let edge_error = is_certain.select(edge_error, edge_error * 4.0);
+
+            let inverse = splat(simd, 1.0) / area;
+            let signed = inverse * sign;
+            let (rise1, rise2) = (w1 - w0, w2 - w0);
+            let zero = splat(simd, 0.0);
+            let p = is_certain.select((ty * rise1 - uy * rise2) * signed, zero);
+            let q = is_certain.select((ux * rise2 - tx * rise1) * signed, zero);
+            let r = w0 - (p * x0 + q * y0);
+            let steepness = p.abs() + q.abs();
+            let depth_over_area = depth * inverse;
+            let steepest =
+                steepness * 1.15 + (moved * depth_over_area * 48.0 + corner_error * girth * inverse * 5.0);
+            let relative_depth = if face.is_parallel { depth } else { depth / largest_nearness };
+            let of_predicate = width * of_width + height * of_height + relative_depth * of_depth;
+            let depth_error = steepest * (moved + of_point + reach * (12.0 * EPSILON))
+                + corner_error
+                + width * height * depth_over_area * (26.0 * EPSILON)
+                + local_depth * (6.0 * EPSILON)
+                + of_predicate * of_predicate * largest_nearness * inverse
+                // Products that underflow lose their bound.
+                + (nearness_error * 1.001 + 1e-30);
+            // Where it isn't a number, nothing is certain.
+            let is_bounded = is_certain & depth_error.simd_lt(splat(simd, 1e30));
+            let depth_error = is_bounded.select(depth_error, splat(simd, f32::INFINITY));
+
+            let (a0, b0) = ((y1 - y2) * sign, (x2 - x1) * sign);
+            let (a1, b1) = (ty * sign, -tx * sign);
+            let (a2, b2) = (-uy * sign, ux * sign);
+            let c0 = edge_error - (a0 * x1 + b0 * y1);
+            let c1 = edge_error - (a1 * x0 + b1 * y0);
+            let c2 = edge_error - (a2 * x0 + b2 * y0);
+            let slots = group * LANES..(group + 1) * LANES;
+            store_quads(&mut self.quads[0][slots.clone()], quads([a0, b0, c0, p]));
+            store_quads(&mut self.quads[1][slots.clone()], quads([a1, b1, c1, q]));
+            store_quads(&mut self.quads[2][slots.clone()], quads([a2, b2, c2, r + depth_error]));
+            (edge_error * 2.001).store_slice(&mut self.twice_edge_error[slots.clone()]);
+            (depth_error * 2.001).store_slice(&mut self.twice_depth_error[slots.clone()]);
+            let margin = moved * 2.0;
+            (x_min - margin).store_slice(&mut self.x[0][slots.clone()]);
+            (x_max + margin).store_slice(&mut self.x[1][slots.clone()]);
+            (y_min - margin).store_slice(&mut self.y[0][slots.clone()]);
+            (y_max + margin).store_slice(&mut self.y[1][slots.clone()]);
+            (nearest + corner_error * 2.0).store_slice(&mut self.nearness[slots]);
+        }
+    }
+}
+
+#[inline(always)]
+fn store_quads<S: Simd>(to: &mut [[f32; 4]], quads: [f32x16<S>; 4]) {
+    for (quad, to) in quads.into_iter().zip(to.as_flattened_mut().chunks_exact_mut(LANES)) {
+        quad.store_slice(to);
+    }
+}

@@ -1,0 +1,599 @@
+use std::ops::Range;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
+
+use super::boxes::{FaceBox, SixteenBoxes, SplatBox};
+use super::parts::{Part, Parts};
+use super::points::{GROUPS, TILE_BLOCKS, TileMap};
+use super::project::FacePatches;
+use super::set_up::{Extent, Record, SetUp};
+use crate::light_grid::block::Block;
+use crate::light_grid::face::{Face, HALF_ULP, VertexErrors};
+use crate::light_grid::pixel_map::PixelMap;
+use crate::light_grid::settle::Settler;
+use crate::patches::Patches;
+use crate::shot::{Counts, MaskAnswers, MaskPoints, SeenPixels};
+use crate::simd::lanes::{bits_of, min3};
+use crate::simd::vectorized;
+use crate::simd::vectors::{LANES, splat};
+
+/// Parts whose candidates are found together.
+const BATCH_PARTS: usize = 128;
+
+/// A bit for each part of a batch.
+type PartBits = u128;
+
+/// Candidates whose triangles are set up together.
+const BATCH_CANDIDATES: usize = 256;
+
+/// Undecided pairs that are collected before they are settled.
+const MOST_UNDECIDED: usize = 1 << 12;
+
+/// Where a triangle's bounds overlap more slots of a part than this, its edges are tested against their boxes before it is
+/// tested against their points.
+const MOST_UNTESTED: u32 = 6;
+
+/// What tracing a face's tiles needs to know.
+pub(super) struct Tracer<'a> {
+    pub(super) face: &'a Face,
+    pub(super) vertex_errors: VertexErrors,
+    pub(super) pixels: PixelMap,
+    pub(super) patches: &'a Patches,
+    pub(super) on_face: &'a FacePatches,
+    pub(super) settler: &'a Settler<'a>,
+    /// The area of a face over the number of the image's blocks.
+    pub(super) average: f32,
+}
+
+/// A thread's memory.
+#[derive(Debug, Default)]
+pub(super) struct Worker {
+    tile: Tile,
+    parts: Parts,
+    batch: Batch,
+    /// Pairs of a point's index and a triangle that the filter couldn't decide.
+    undecided: Vec<[u32; 2]>,
+    /// Pixels whose points belong to the face and can't be mapped.
+    pub(super) outliers: Vec<u32>,
+    pub(super) counts: Counts,
+    /// The tiles that it has traced, and for each which points are in shadow.
+    tiles: Vec<u32>,
+    found: Vec<u16>,
+}
+
+/// The points of a tile, and which are in shadow.
+#[derive(Debug)]
+struct Tile {
+    /// The index of its first pixel.
+    first: usize,
+    extent: Extent,
+    blocks: Box<[Block; TILE_BLOCKS]>,
+    shadowed: Box<[u16; TILE_BLOCKS]>,
+}
+
+impl Default for Tile {
+    fn default() -> Self {
+        Self {
+            first: 0,
+            extent: Extent::default(),
+            blocks: Box::new([Block::EMPTY; TILE_BLOCKS]),
+            shadowed: Box::new([0; TILE_BLOCKS]),
+        }
+    }
+}
+
+/// What may shadow points of some parts.
+#[derive(Debug, Default)]
+struct Batch {
+    /// The boxes of parts, sixteen together.
+    boxes: Vec<SixteenBoxes>,
+    candidates: Vec<Candidate>,
+    set_ups: Vec<SetUp>,
+    large: Vec<(Record, PartBits)>,
+    /// Pairs of a triangle, in the upper bits, and a slot of a part, in the lowest four.
+    queue: Vec<u32>,
+}
+
+/// A patch that may shadow points of a batch.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    number: u32,
+    /// Its index in `set_ups`, or none.
+    set_up: u32,
+    /// In relation to the tile's origin.
+    around: FaceBox,
+    /// Which parts it may shadow points of.
+    parts: PartBits,
+}
+
+const NOT_SET_UP: u32 = u32::MAX;
+
+/// Room of the queue: each triangle of a patch and each slot, and what is written beyond them.
+const QUEUE: usize = 64 * LANES + LANES;
+
+impl Worker {
+    pub(super) fn bytes(&self) -> usize {
+        let Batch { boxes, candidates, set_ups, large, queue } = &self.batch;
+        size_of::<[Block; TILE_BLOCKS]>()
+            + size_of::<[u16; TILE_BLOCKS]>()
+            + self.parts.bytes()
+            + boxes.capacity() * size_of::<SixteenBoxes>()
+            + candidates.capacity() * size_of::<Candidate>()
+            + set_ups.capacity() * size_of::<SetUp>()
+            + large.capacity() * size_of::<(Record, PartBits)>()
+            + queue.capacity() * size_of::<u32>()
+            + self.undecided.capacity() * size_of::<[u32; 2]>()
+            + self.outliers.capacity() * size_of::<u32>()
+    }
+
+    /// Forgets what was found on another face.
+    pub(super) fn start(&mut self) {
+        self.outliers.clear();
+        self.counts = Counts::default();
+        self.tiles.clear();
+        self.found.clear();
+    }
+
+    /// Keeps what was found in the tile that was traced last.
+    pub(super) fn keep(&mut self, tile: usize) {
+        self.tiles.push(tile as u32);
+        self.found.extend_from_slice(&*self.tile.shadowed);
+    }
+
+    /// The tiles that were traced, and which of their points are in shadow.
+    pub(super) fn found(&self) -> impl Iterator<Item = (usize, &[u16])> {
+        let found = self.found.chunks_exact(TILE_BLOCKS);
+        self.tiles.iter().map(|&tile| tile as usize).zip(found)
+    }
+}
+
+impl Tracer<'_> {
+    /// Finds which points of a tile are in shadow, among those that the face has.
+    #[inline(always)]
+    pub(super) fn trace<S: Simd>(&self, simd: S, worker: &mut Worker, number: usize) {
+        let map = TileMap::new(&self.settler.image, &self.settler.rays, self.face, &self.pixels, number);
+        worker.tile.first = number * TILE_BLOCKS * LANES;
+        worker.tile.shadowed.fill(0);
+        self.map(simd, &map, worker);
+        let count = worker.parts.parts.len();
+        for first in (0..count).step_by(BATCH_PARTS) {
+            let parts = first..(first + BATCH_PARTS).min(count);
+            self.find_candidates(simd, worker, parts.clone());
+            let candidates = worker.batch.candidates.len();
+            for first in (0..candidates.max(1)).step_by(BATCH_CANDIDATES) {
+                worker.batch.set_ups.clear();
+                let candidates = first..(first + BATCH_CANDIDATES).min(candidates);
+                for part in parts.clone() {
+                    self.test_part(simd, worker, part, part - parts.start, candidates.clone());
+                }
+            }
+        }
+        if !worker.undecided.is_empty() {
+            self.settle(worker);
+        }
+    }
+
+    #[inline(never)]
+    fn settle(&self, worker: &mut Worker) {
+        let Worker { tile, undecided, counts, .. } = worker;
+        counts.settled += self.settler.settle(undecided, tile.first, &mut *tile.shadowed);
+        undecided.clear();
+    }
+
+    /// Maps a tile's points and divides them into parts.
+    #[inline(never)]
+    fn map<S: Simd>(&self, simd: S, map: &TileMap<'_>, worker: &mut Worker) {
+        vectorized!(simd => self.map_with(simd, map, worker));
+    }
+
+    #[inline(always)]
+    fn map_with<S: Simd>(&self, simd: S, map: &TileMap<'_>, worker: &mut Worker) {
+        let Worker { tile, parts, outliers, counts, .. } = worker;
+        parts.clear();
+        tile.extent = map.extent();
+        for number in 0..GROUPS {
+            let group = map.map_group(simd, number, &mut tile.blocks, outliers, &mut counts.refined);
+            let Some(group) = group else { continue };
+            counts.points += group.members.iter().map(|members| u64::from(members.count_ones())).sum::<u64>();
+            for (error, of_group) in tile.extent.errors.iter_mut().zip(group.errors) {
+                *error = error.max(of_group);
+            }
+            parts.divide(simd, number, &group, &tile.blocks, self.average);
+        }
+        parts.finish(simd, &mut tile.extent);
+        counts.clusters += parts.parts.len() as u64;
+    }
+
+    /// Finds the patches and large triangles that may shadow points of some parts.
+    #[inline(never)]
+    fn find_candidates<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
+        vectorized!(simd => self.find_candidates_with(simd, worker, parts));
+    }
+
+    #[inline(always)]
+    fn find_candidates_with<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
+        let Worker { tile, parts: all, batch, counts, .. } = worker;
+        let parts = &all.parts[parts];
+        let Batch { boxes, candidates, large, .. } = batch;
+        let around = boxes_on_face(&tile.extent, parts, boxes);
+        let splat_around = SplatBox::new(simd, &around);
+        candidates.clear();
+        let [origin_x, origin_y, origin_w] = tile.extent.origin;
+        for (number, upper) in self.on_face.upper.iter().enumerate() {
+            for lane in bits_of(upper.may_shadow(simd, &splat_around)) {
+                let number = number * LANES + lane;
+                let sixteen = &self.on_face.sixteens[number];
+                for lane in bits_of(sixteen.may_shadow(simd, &splat_around)) {
+                    let one = sixteen.get(lane);
+                    let splat_one = SplatBox::new(simd, &one);
+                    let mut reached = 0;
+                    for (number, boxes) in boxes.iter().enumerate() {
+                        let bits = boxes.reached(simd, &splat_one).to_bitmask() as u16;
+                        reached |= PartBits::from(bits) << (number * LANES);
+                    }
+                    if reached == 0 {
+                        continue;
+                    }
+                    // With what rounding the differences makes of it.
+                    const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
+                    let nearness = one.nearness - origin_w + (one.nearness.abs() + origin_w.abs()) * ROUNDED;
+                    let around = FaceBox {
+                        x: [one.x[0] - origin_x - ROUNDED, one.x[1] - origin_x + ROUNDED],
+                        y: [one.y[0] - origin_y - ROUNDED, one.y[1] - origin_y + ROUNDED],
+                        nearness,
+                    };
+                    let number = (number * LANES + lane) as u32;
+                    candidates.push(Candidate { number, set_up: NOT_SET_UP, around, parts: reached });
+                }
+            }
+        }
+        // The nearest to the light first, since what is found in shadow needn't be tested again.
+        candidates
+            .sort_unstable_by(|a, b| b.around.nearness.total_cmp(&a.around.nearness).then(a.number.cmp(&b.number)));
+        large.clear();
+        self.on_face.large.reaching(
+            simd,
+            &around,
+            #[inline(always)]
+            |number| {
+                let Extent { origin, reach, depth, errors } = tile.extent;
+                let record = self.on_face.large.record(number, origin, [reach, depth], errors);
+                let mut reached = 0;
+                for (index, part) in parts.iter().enumerate() {
+                    let touched = may_touch(simd, &record.quads, &part.boxes);
+                    reached |= PartBits::from(touched != 0) << index;
+                }
+                if reached != 0 {
+                    large.push((record, reached));
+                }
+            },
+        );
+        counts.large_triangles += large.len() as u64;
+    }
+
+    /// Tests the points of a part, number `bit` of its batch, against some of the candidates that may shadow them.
+    #[inline(never)]
+    fn test_part<S: Simd>(&self, simd: S, worker: &mut Worker, part: usize, bit: usize, candidates: Range<usize>) {
+        vectorized!(simd => self.test_part_with(simd, worker, part, bit, candidates));
+    }
+
+    #[inline(always)]
+    fn test_part_with<S: Simd>(
+        &self,
+        simd: S,
+        worker: &mut Worker,
+        part: usize,
+        bit: usize,
+        candidates: Range<usize>,
+    ) {
+        let Worker { tile, parts, batch, undecided, counts, .. } = worker;
+        let Batch { candidates: all, set_ups, large, queue, .. } = batch;
+        let part = &parts.parts[part];
+        queue.resize(QUEUE, 0);
+        let Tile { first, extent, blocks, shadowed } = tile;
+        let mut points = PartPoints::new(part, *first, blocks, shadowed, self.settler.image.seen);
+        if candidates.start == 0 {
+            for (record, parts) in large.iter() {
+                if parts >> bit & 1 == 1 {
+                    for slot in bits_of(may_touch(simd, &record.quads, &part.boxes)) {
+                        counts.tests += 1;
+                        let [a, b, c] = &record.quads;
+                        let found = points.test(simd, [a, b, c], slot);
+                        if found.possible != 0 {
+                            self.note(simd, record, None, &found, slot, &mut points, undecided, counts);
+                        }
+                    }
+                }
+            }
+        }
+        let whole = SplatBox::new(simd, &part.whole);
+        for candidate in &mut all[candidates] {
+            if candidate.parts >> bit & 1 == 0 {
+                continue;
+            }
+            if points.alive == 0 {
+                break;
+            }
+            let around = SplatBox::new(simd, &candidate.around);
+            if part.boxes.reached(simd, &around).to_bitmask() as u16 & points.alive == 0 {
+                continue;
+            }
+            if candidate.set_up == NOT_SET_UP {
+                candidate.set_up = self.set_up(simd, set_ups, candidate.number, extent);
+                counts.small_triangles += u64::from(set_ups[candidate.set_up as usize].count);
+            }
+            let set_up = &set_ups[candidate.set_up as usize];
+            let end = enqueue(simd, set_up, part, &whole, points.alive, queue);
+            counts.tests += end as u64;
+            let ids = self.patches.get(set_up.number as usize).ids;
+            for &pair in &queue[..end] {
+                let (triangle, slot) = (pair as usize / LANES, pair as usize % LANES);
+                let found = points.test(simd, set_up.quads(triangle), slot);
+                if found.possible != 0 && found.possible & points.others(simd, slot, ids[triangle]) != 0 {
+                    let record = set_up.record(triangle, ids[triangle]);
+                    let of_patch = Some((set_up.number, triangle));
+                    self.note(simd, &record, of_patch, &found, slot, &mut points, undecided, counts);
+                }
+            }
+        }
+        let done = points.done;
+        for ((&block, &members), done) in part.blocks.iter().zip(&part.points).zip(done) {
+            shadowed[usize::from(block)] |= members & done;
+        }
+        if worker.undecided.len() >= MOST_UNDECIDED {
+            self.settle(worker);
+        }
+    }
+
+    /// Sets up a patch's triangles for a tile's points; its index among the `set_ups`.
+    #[inline(never)]
+    fn set_up<S: Simd>(&self, simd: S, set_ups: &mut Vec<SetUp>, number: u32, extent: &Extent) -> u32 {
+        let index = set_ups.len();
+        set_ups.push(SetUp::EMPTY);
+        let set_up = &mut set_ups[index];
+        set_up.number = number;
+        let patch = self.patches.get(number as usize);
+        let vertices = &self.on_face.vertices[self.patches.vertex_range(number as usize)];
+        vectorized!(simd => set_up.fill(simd, self.face, &self.vertex_errors, &patch, vertices, extent));
+        index as u32
+    }
+
+    /// Notes which points of a slot a triangle shadows. `of_patch` is its patch and where in that it is, if it has one: its
+    /// mask can then be asked where the rays of these points cross it.
+    #[inline(never)]
+    #[expect(clippy::too_many_arguments, reason = "what a test knows, out of the way of the loop that seldom needs it")]
+    fn note<S: Simd>(
+        &self,
+        simd: S,
+        record: &Record,
+        of_patch: Option<(u32, usize)>,
+        found: &Found<S>,
+        slot: usize,
+        points: &mut PartPoints<'_>,
+        undecided: &mut Vec<[u32; 2]>,
+        counts: &mut Counts,
+    ) {
+        vectorized!(simd => {
+            let possible = found.possible & points.others(simd, slot, record.id);
+            let certain = found.least.simd_gt(splat(simd, record.twice_edge_error))
+                & found.nearer.simd_gt(splat(simd, record.twice_depth_error));
+            let (mut certain, mut possible) = (certain.to_bitmask() as u16 & possible, possible);
+            let opacity = self.settler.image.shot.shadow_opacity;
+            if certain != 0 && !opacity.is_opaque(record.id) {
+                let mut answers = MaskAnswers::default();
+                if let Some(of_patch) = of_patch {
+                    counts.masked += u64::from(possible.count_ones());
+                    answers = opacity.which_stop(record.id, &self.weights(simd, record, of_patch, found, possible));
+                }
+                (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
+            }
+            points.done[slot] |= certain;
+            if points.done[slot] == u16::MAX {
+                points.alive &= !(1 << slot);
+            }
+            let pending = possible & !certain;
+            counts.undecided += u64::from(pending.count_ones());
+            undecided.extend(bits_of(pending).map(|lane| [points.first[slot] + lane as u32, record.id]));
+        });
+    }
+
+    /// Where on a triangle the rays of the points in `lanes` cross it, if they do.
+    ///
+    /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there.
+    /// If each E is wrong by at most δ, a weight from 0 to 1 is by at most 2 δ W / D, W being the largest, taken as 3.
+    /// The nearness of a corner is wrong by 4 ε of itself, and with products, sums, quotient and the predicate's own
+    /// rounding that makes 15 ε, taken as 24.
+    #[inline(always)]
+    fn weights<S: Simd>(
+        &self,
+        simd: S,
+        record: &Record,
+        (patch, triangle): (u32, usize),
+        found: &Found<S>,
+        lanes: u16,
+    ) -> MaskPoints {
+        let vertices = &self.on_face.vertices[self.patches.vertex_range(patch as usize)];
+        let [a, b, c, _] = self.patches.get(patch as usize).corners[triangle];
+        let [w0, w1, w2] =
+            [a, b, c].map(|corner| if self.face.is_parallel { 1.0 } else { vertices[usize::from(corner)][2] });
+        let edge_error = 0.5 * record.twice_edge_error;
+        let grown = splat(simd, edge_error);
+        let [e0, e1, e2] = found.edges;
+        let (e0, e1, e2) = (e0 - grown, e1 - grown, e2 - grown);
+        let (e1, e2) = (e1 * splat(simd, w1), e2 * splat(simd, w2));
+        let inverse = splat(simd, 1.0) / (e0 * splat(simd, w0) + (e1 + e2));
+        let [constant, per_nearness] = self.vertex_errors.of_weights;
+        let largest = w0.max(w1).max(w2);
+        let of_predicate = if self.face.is_parallel {
+            let nearness = [a, b, c].map(|corner| vertices[usize::from(corner)][2].abs());
+            nearness[0].max(nearness[1]).max(nearness[2]).max(1.0) * per_nearness + constant
+        } else {
+            largest * per_nearness + constant
+        };
+        let error = (edge_error + of_predicate * of_predicate) * (3.01 * largest);
+        let error = inverse.abs() * splat(simd, error) + splat(simd, 24.0 * HALF_ULP as f32);
+        MaskPoints { barycentric: [(e1 * inverse).into(), (e2 * inverse).into()], error: error.into(), lanes }
+    }
+}
+
+/// The points of a part.
+struct PartPoints<'a> {
+    blocks: [&'a Block; LANES],
+    /// The triangles that they are on.
+    own: [&'a [u32]; LANES],
+    /// The index of each slot's first pixel.
+    first: [u32; LANES],
+    /// Which needn't be tested any more: those in shadow, and those that aren't in the slot.
+    done: [u16; LANES],
+    /// The slots with points that must still be tested.
+    alive: u16,
+}
+
+/// What the filter says about a triangle and the points of a slot.
+struct Found<S: Simd> {
+    /// The edge functions, grown by their error.
+    edges: [f32x16<S>; 3],
+    /// The least of them.
+    least: f32x16<S>,
+    /// By how much the triangle is nearer to the light, grown by its error.
+    nearer: f32x16<S>,
+    /// Which of the points that must still be tested it may shadow.
+    possible: u16,
+}
+
+impl<'a> PartPoints<'a> {
+    #[inline(always)]
+    fn new(
+        part: &Part,
+        first: usize,
+        blocks: &'a [Block; TILE_BLOCKS],
+        shadowed: &[u16; TILE_BLOCKS],
+        seen: &'a SeenPixels,
+    ) -> Self {
+        let of_slot = part.blocks.map(usize::from);
+        let done: [u16; LANES] = std::array::from_fn(|slot| !part.points[slot] | shadowed[of_slot[slot]]);
+        let alive = (0..LANES).fold(0, |alive, slot| alive | u16::from(done[slot] != u16::MAX) << slot);
+        let index = of_slot.map(|block| first + block * LANES);
+        Self {
+            blocks: of_slot.map(|block| &blocks[block]),
+            own: index.map(|index| &seen.triangle[index..index + LANES]),
+            first: index.map(|index| index as u32),
+            done,
+            alive,
+        }
+    }
+
+    /// Tests a triangle against the points of a slot.
+    #[inline(always)]
+    fn test<S: Simd>(&self, simd: S, [first, second, third]: [&[f32; 4]; 3], slot: usize) -> Found<S> {
+        let slot = slot % LANES;
+        let block = self.blocks[slot];
+        let (x, y) = (f32x16::simd_from(simd, block.x), f32x16::simd_from(simd, block.y));
+        let nearness = f32x16::simd_from(simd, block.nearness);
+        let e0 = line(simd, [first[0], first[1], first[2]], x, y);
+        let e1 = line(simd, [second[0], second[1], second[2]], x, y);
+        let e2 = line(simd, [third[0], third[1], third[2]], x, y);
+        let nearer = line(simd, [first[3], second[3], third[3]], x, y) - nearness;
+        let least = min3([e0, e1, e2]);
+        let zero = splat(simd, 0.0);
+        // Written so that NaN is possible.
+        let missed = least.simd_lt(zero) | nearer.simd_lt(zero);
+        let possible = !(missed.to_bitmask() as u16) & !self.done[slot];
+        Found { edges: [e0, e1, e2], least, nearer, possible }
+    }
+
+    /// Which points of a slot aren't on a triangle.
+    #[inline(always)]
+    fn others<S: Simd>(&self, simd: S, slot: usize, id: u32) -> u16 {
+        let own = u32x16::from_slice(simd, self.own[slot]);
+        own.simd_ne(u32x16::splat(simd, id)).to_bitmask() as u16
+    }
+}
+
+/// The boxes of parts on the face, sixteen together, and the box around them all.
+fn boxes_on_face(extent: &Extent, parts: &[Part], boxes: &mut Vec<SixteenBoxes>) -> FaceBox {
+    let [origin_x, origin_y, origin_w] = extent.origin;
+    let mut all = FaceBox { nearness: f32::INFINITY, ..FaceBox::NOTHING };
+    boxes.clear();
+    boxes.extend(parts.chunks(LANES).map(|parts| {
+        let mut sixteen = SixteenBoxes::NO_POINTS;
+        for (lane, part) in parts.iter().enumerate() {
+            // With what rounding the sums makes of it.
+            const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
+            let FaceBox { x, y, nearness } = part.whole;
+            let one = FaceBox {
+                x: [x[0] + origin_x - ROUNDED, x[1] + origin_x + ROUNDED],
+                y: [y[0] + origin_y - ROUNDED, y[1] + origin_y + ROUNDED],
+                nearness: nearness + origin_w - (nearness.abs() + origin_w.abs()) * ROUNDED,
+            };
+            all.x = [all.x[0].min(one.x[0]), all.x[1].max(one.x[1])];
+            all.y = [all.y[0].min(one.y[0]), all.y[1].max(one.y[1])];
+            all.nearness = all.nearness.min(one.nearness);
+            sixteen.set(lane, one);
+        }
+        sixteen
+    }));
+    all
+}
+
+/// Which slots of a part a triangle may shadow points of: those where none of its functions is below zero everywhere.
+#[inline(always)]
+fn may_touch<S: Simd>(simd: S, [first, second, third]: &[[f32; 4]; 3], points: &SixteenBoxes) -> u16 {
+    let at = |values: [f32; LANES]| f32x16::simd_from(simd, values);
+    let (x, y) = ([at(points.x[0]), at(points.x[1])], [at(points.y[0]), at(points.y[1])]);
+    let most = |[a, b, c]: [f32; 3]| {
+        let x = if a > 0.0 { x[1] } else { x[0] };
+        let y = if b > 0.0 { y[1] } else { y[0] };
+        line(simd, [a, b, c], x, y)
+    };
+    let e0 = most([first[0], first[1], first[2]]);
+    let e1 = most([second[0], second[1], second[2]]);
+    let e2 = most([third[0], third[1], third[2]]);
+    let nearer = most([first[3], second[3], third[3]]) - at(points.nearness);
+    let missed = min3([e0, e1, e2]).min(nearer).simd_lt(splat(simd, 0.0)) | x[0].simd_gt(x[1]);
+    !(missed.to_bitmask() as u16)
+}
+
+#[inline(always)]
+fn line<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
+    splat(simd, a).mul_add(x, splat(simd, b).mul_add(y, splat(simd, c)))
+}
+
+/// Lists the pairs of a patch's triangles and the `alive` slots of a part that the triangle may shadow points of; how many
+/// there are.
+#[inline(always)]
+fn enqueue<S: Simd>(
+    simd: S,
+    set_up: &SetUp,
+    part: &Part,
+    whole: &SplatBox<S>,
+    alive: u16,
+    queue: &mut [u32],
+) -> usize {
+    let lanes = u32x16::simd_from(simd, std::array::from_fn::<u32, LANES, _>(|lane| lane as u32));
+    let mut end = 0;
+    for group in 0..(set_up.count as usize).div_ceil(LANES) {
+        let at = |values: &[f32; 64]| f32x16::from_slice(simd, &values[group * LANES..(group + 1) * LANES]);
+        let overlap = at(&set_up.x[0]).simd_le(whole.x[1])
+            & at(&set_up.x[1]).simd_ge(whole.x[0])
+            & at(&set_up.y[0]).simd_le(whole.y[1])
+            & at(&set_up.y[1]).simd_ge(whole.y[0])
+            & at(&set_up.nearness).simd_ge(whole.nearness);
+        let filled = (set_up.count as usize - group * LANES).min(LANES);
+        for lane in bits_of(overlap.to_bitmask() & ((1 << filled) - 1)) {
+            let triangle = group * LANES + lane;
+            let bounds = SplatBox::new(simd, &set_up.bounds(triangle));
+            let mut slots = part.boxes.reached(simd, &bounds).to_bitmask() as u16 & alive;
+            if slots.count_ones() > MOST_UNTESTED {
+                let [a, b, c] = set_up.quads(triangle);
+                slots &= may_touch(simd, &[*a, *b, *c], &part.boxes);
+            }
+            let pairs = lanes | u32x16::splat(simd, (triangle * LANES) as u32);
+            let pairs = pairs.compress(mask32x16::from_bitmask(simd, slots.into()));
+            pairs.store_slice(&mut queue[end..end + LANES]);
+            end += slots.count_ones() as usize;
+        }
+    }
+    end
+}
