@@ -1,8 +1,8 @@
 //! Patches: groups of up to 64 triangles that are near each other, which are culled and set up together.
 //!
-//! Which triangles are together follows from the index buffer alone, and is kept while that stays the same; where patches
-//! are is found anew for every frame. `group` makes patches of triangles as they come, `grow` of connected ones, `bound` finds
-//! where they are.
+//! Which triangles are together is kept while the index buffer stays the same; where patches are is found anew for every
+//! frame. `group` makes patches of triangles as they come, `grow` of connected ones in a `region` each, `bound` finds where
+//! they are.
 
 mod bound;
 mod connect;

@@ -4,6 +4,7 @@ use super::connect::Connections;
 use super::group::Unfinished;
 use super::grow::{Part, centre};
 use super::{MOST_TRIANGLES, Patches};
+use crate::simd::lanes::LANES;
 use crate::{Bounds, Triangles};
 
 /// Triangles near each other, while patches grow among them. They go by where they are in the region.
@@ -143,7 +144,9 @@ impl Region {
         let distance = |triangle: u32| self.centres[triangle as usize].distance(middle);
         let candidates = self.recent_rims().chain(first_free).map(|triangle| (distance(triangle), triangle));
         let (distance, triangle) = candidates.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let is_near = distance <= self.spacing || distance <= self.patch.bounds(triangles).size().length();
+        // What is filled up to sixteen anyway may as well reach further.
+        let reach = if self.patch.len() < LANES { 2.0 * self.spacing } else { self.spacing };
+        let is_near = distance <= reach || distance <= self.patch.bounds(triangles).size().length();
         is_near.then_some(triangle)
     }
 

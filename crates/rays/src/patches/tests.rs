@@ -146,7 +146,7 @@ fn what_is_not_connected_is_gathered() {
     // Three vertices a triangle, and room for 64.
     for mesh in [shards(20_000), flat_shaded(&sheet(100)), (vec![Vec3::NAN; 9000], shards(3000).1)] {
         let patches = grown(&mesh);
-        assert!(triangles_a_patch(&patches) > 19.0, "{} triangles a patch", triangles_a_patch(&patches));
+        assert!(triangles_a_patch(&patches) > 16.0, "{} triangles a patch", triangles_a_patch(&patches));
     }
     let mesh = shards(20_000);
     let mut groups = Patches::default();

@@ -55,7 +55,8 @@ impl Patches {
                 .fold((f32::INFINITY, f32::NEG_INFINITY), |(least, most), coordinate| {
                     (least.min(coordinate), most.max(coordinate))
                 });
-            if is_finite && (low, high) != (least, most) || !is_finite && !(low.is_nan() && high.is_nan()) {
+            let is_right = if is_finite { (low, high) == (least, most) } else { low.is_nan() && high.is_nan() };
+            if !is_right {
                 return Err(format!("from {low} to {high} on axis {axis}"));
             }
         }
