@@ -1,6 +1,6 @@
 use super::{MOST_TRIANGLES, MOST_VERTICES, Patches, Start};
-use crate::Triangles;
 use crate::simd::lanes::LANES;
+use crate::{Bounds, Triangles};
 
 impl Patches {
     /// Replaces all patches by groups of triangles that come one after the other.
@@ -38,6 +38,7 @@ impl Patches {
         self.in_none.clear();
         self.triangles = triangles;
         self.vertices_needed = 0;
+        self.are_grown = false;
         self.starts.push(Start::default());
     }
 
@@ -84,18 +85,22 @@ impl Unfinished {
             return false;
         }
         let mut local = [0; 4];
-        for (local, vertex) in local.iter_mut().zip(corners) {
-            // Anew, since a triangle may have the same vertex twice.
-            let (slot, index) = self.find(vertex);
-            *local = index.unwrap_or_else(|| {
-                self.vertices.push(vertex);
-                self.slots[slot] = self.vertices.len() as u8;
-                self.slots[slot] - 1
-            });
+        for ((local, vertex), (_, known)) in local.iter_mut().zip(corners).zip(known) {
+            *local = known.unwrap_or_else(|| self.number(vertex));
         }
         self.corners.push(local);
         self.ids.push(id);
         true
+    }
+
+    /// The number of a vertex that was new: a triangle may have the same one twice.
+    fn number(&mut self, vertex: u32) -> u8 {
+        let (slot, known) = self.find(vertex);
+        known.unwrap_or_else(|| {
+            self.vertices.push(vertex);
+            self.slots[slot] = self.vertices.len() as u8;
+            self.slots[slot] - 1
+        })
     }
 
     /// The slot of a vertex, and which one of the patch's it is, if any.
@@ -108,6 +113,21 @@ impl Unfinished {
                 _ => slot = (slot + 1) % Self::SLOTS,
             }
         }
+    }
+
+    /// How many triangles it has.
+    pub(super) fn len(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// Where it is in a frame.
+    pub(super) fn bounds(&self, triangles: Triangles<'_>) -> Bounds {
+        Bounds::of_points(self.vertices.iter().map(|&vertex| triangles.positions[vertex as usize]))
+    }
+
+    /// Whether there is room for any triangle.
+    pub(super) fn has_room(&self) -> bool {
+        self.ids.len() < MOST_TRIANGLES && self.vertices.len() + 3 <= MOST_VERTICES
     }
 
     pub(super) fn clear(&mut self) {

@@ -1,10 +1,17 @@
 //! Patches: groups of up to 64 triangles that are near each other, which are culled and set up together.
 //!
-//! Which triangles are together follows from the index buffer alone, and is kept while that stays the same; where patches
-//! are is found anew for every frame. `group` makes patches of triangles as they come, `bound` finds where they are.
+//! Which triangles are together is kept while the index buffer stays the same; where patches are is found anew for every
+//! frame. `group` makes patches of triangles as they come, `grow` of connected ones in a `region` each, `bound` finds where
+//! they are.
 
 mod bound;
+mod connect;
 mod group;
+mod grow;
+mod region;
+#[cfg(test)]
+mod tests;
+mod validate;
 
 use crate::Triangles;
 use crate::simd::SimdLevel;
@@ -35,6 +42,8 @@ pub(crate) struct Patches {
     vertices_needed: usize,
     /// Triangles that are in no patch.
     in_none: Vec<u32>,
+    /// Whether patches are connected triangles, not merely such that come one after the other.
+    are_grown: bool,
     /// Where the patches are in the world.
     pub(crate) bounds: WorldBounds,
 }
@@ -66,11 +75,15 @@ impl Patches {
     pub(crate) const NONE: u32 = u32::MAX;
 
     /// Brings patches to the triangles of a frame: they are made anew if the index buffer has changed.
+    ///
+    /// Growing takes as long as a few frames: it is worth it from the second frame with the same index buffer on.
     pub(crate) fn update(&mut self, triangles: Triangles<'_>, level: SimdLevel) {
-        if !self.bound(triangles, level) {
-            self.group(triangles);
-            self.bound(triangles, level);
+        match (self.bound(triangles, level), self.are_grown) {
+            (true, true) => return,
+            (true, false) => self.grow(triangles),
+            (false, _) => self.group(triangles),
         }
+        self.bound(triangles, level);
     }
 
     /// How many patches there are.

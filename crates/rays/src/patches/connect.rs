@@ -1,0 +1,153 @@
+use crate::Triangles;
+
+/// Which triangles share edges. Positions count, not vertices, so that seams are no rims.
+///
+/// The sides of triangles that are on the same edge form a ring, whatever their number is: so any mesh takes linear time.
+#[derive(Debug, Default)]
+pub(super) struct Connections {
+    /// For each side (three a triangle) the next one of its ring; itself if it is alone.
+    next: Vec<u32>,
+    points: Numbers,
+    edges: Numbers,
+    /// A side of each edge.
+    sides: Vec<u32>,
+}
+
+impl Connections {
+    /// Finds what is connected among some triangles of a frame, whose corners must exist. From here on, triangles go by
+    /// where they are in `ids`.
+    pub(super) fn connect(&mut self, triangles: Triangles<'_>, ids: &[u32]) {
+        self.next.clear();
+        self.sides.clear();
+        self.points.clear();
+        self.edges.clear();
+        for &id in ids {
+            let [a, b, c] = triangles.indices[id as usize].map(|vertex| {
+                let position = triangles.positions[vertex as usize];
+                // Minus zero is made zero.
+                let [x, y, z] = [position.x, position.y, position.z].map(|coordinate| (coordinate + 0.0).to_bits());
+                self.points.of((pair(x, y), z))
+            });
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                let edge = self.edges.of((pair(from.min(to), from.max(to)), 0));
+                self.add_side(edge);
+            }
+        }
+    }
+
+    /// The triangles across the sides of one; itself where nothing is.
+    #[inline]
+    pub(super) fn neighbours(&self, triangle: u32) -> [u32; 3] {
+        let first = 3 * triangle as usize;
+        [self.next[first] / 3, self.next[first + 1] / 3, self.next[first + 2] / 3]
+    }
+
+    /// Adds the next side to the ring of its edge.
+    fn add_side(&mut self, edge: u32) {
+        let side = self.next.len() as u32;
+        self.next.push(side);
+        match self.sides.get(edge as usize) {
+            Some(&known) => self.next.swap(known as usize, side as usize),
+            None => self.sides.push(side),
+        }
+    }
+}
+
+/// Numbers keys in the order in which they come; equal ones have the same number.
+#[derive(Debug, Default)]
+struct Numbers {
+    keys: Vec<(u64, u32)>,
+    /// Numbers by their keys' hashes, or [`Numbers::FREE`].
+    slots: Vec<u32>,
+}
+
+impl Numbers {
+    const FREE: u32 = u32::MAX;
+
+    fn clear(&mut self) {
+        self.keys.clear();
+        self.slots.fill(Self::FREE);
+    }
+
+    #[inline(always)]
+    fn of(&mut self, key: (u64, u32)) -> u32 {
+        if self.slots.len() <= 2 * self.keys.len() {
+            self.widen();
+        }
+        let slot = self.find(key);
+        if self.slots[slot] == Self::FREE {
+            self.slots[slot] = self.keys.len() as u32;
+            self.keys.push(key);
+        }
+        self.slots[slot]
+    }
+
+    /// The slot of a key, or a free one for it.
+    #[inline(always)]
+    fn find(&self, key: (u64, u32)) -> usize {
+        let hash = (key.0 ^ u64::from(key.1).rotate_left(24)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let mut slot = ((hash ^ hash >> 32).wrapping_mul(0xD6E8_FEB8_6659_FD93) >> 32) as usize;
+        loop {
+            slot &= self.slots.len() - 1;
+            let number = self.slots[slot];
+            if number == Self::FREE || self.keys[number as usize] == key {
+                return slot;
+            }
+            slot += 1;
+        }
+    }
+
+    /// Doubles the slots: no more than needed, since it is a cache that they have to be in.
+    #[cold]
+    fn widen(&mut self) {
+        let count = (2 * self.slots.len()).max(1 << 10);
+        self.slots.clear();
+        self.slots.resize(count, Self::FREE);
+        for number in 0..self.keys.len() {
+            let slot = self.find(self.keys[number]);
+            self.slots[slot] = number as u32;
+        }
+    }
+}
+
+fn pair(low: u32, high: u32) -> u64 {
+    u64::from(low) | u64::from(high) << 32
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    fn connected(positions: &[Vec3], indices: &[[u32; 3]]) -> Vec<[u32; 3]> {
+        let mut connections = Connections::default();
+        let ids: Vec<_> = (0..indices.len() as u32).collect();
+        // Nothing of what was connected before may stay.
+        for _ in 0..2 {
+            connections.connect(Triangles { positions, indices }, &ids);
+        }
+        ids.iter().map(|&id| connections.neighbours(id)).collect()
+    }
+
+    #[test]
+    fn edges_connect_whatever_their_vertices_are_called() {
+        let minus_zero = Vec3::new(1.0, -0.0, -0.0);
+        let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Y, minus_zero, Vec3::ONE, Vec3::NAN, Vec3::NAN];
+        assert_eq!(connected(&positions, &[[0, 1, 2], [3, 4, 5]]), [[0, 1, 0], [0, 1, 1]]);
+        assert_eq!(connected(&positions, &[[0, 1, 6], [7, 1, 5]]), [[0, 1, 0], [0, 1, 1]]);
+        assert_eq!(connected(&positions, &[[0, 1, 2], [2, 5, 5]]), [[0; 3], [1; 3]]);
+    }
+
+    #[test]
+    fn any_number_of_triangles_on_an_edge_is_a_ring() {
+        let positions: Vec<_> = (0..3000).map(|index| Vec3::splat(index as f32)).collect();
+        let pages: Vec<_> = (2..3000).map(|page| if page % 2 == 0 { [0, 1, page] } else { [1, 0, page] }).collect();
+        let neighbours = connected(&positions, &pages);
+        let (mut page, mut seen) = (0, vec![false; pages.len()]);
+        while !std::mem::replace(&mut seen[page as usize], true) {
+            page = neighbours[page as usize][0];
+        }
+        assert!(page == 0 && seen.iter().all(|&seen| seen));
+    }
+}

@@ -1,0 +1,113 @@
+use glam::Vec3;
+use obvhs::ploc::morton::morton_encode_u32;
+use rayon::prelude::*;
+
+use super::region::Region;
+use super::{Patch, Patches, Start};
+use crate::simd::lanes::LANES;
+use crate::{Bounds, Triangles};
+
+/// How many triangles a region has. Growing stops at its rim, so that patches there are less full: 60.4 triangles on
+/// average in a statue of 1.1 million, and 58.5 in regions a quarter as large, in which growing is 3 % faster.
+const REGION: usize = 1 << 14;
+
+/// Patches of some of a frame's triangles, and where their middles are.
+#[derive(Debug)]
+pub(super) struct Part {
+    pub(super) patches: Patches,
+    pub(super) middles: Vec<Vec3>,
+}
+
+impl Patches {
+    /// Replaces all patches by such of triangles that are connected, or near each other where nothing is connected. Each
+    /// sixteen patches are near each other as well. About 160 ns a triangle on one core, of which growing itself, finding
+    /// connections and sorting take a third, a third and a sixth.
+    ///
+    /// Triangles are cut along a Morton curve into regions of the same size, in which patches grow independently: so they
+    /// are the same for any number of threads.
+    pub(super) fn grow(&mut self, triangles: Triangles<'_>) {
+        let chunks = triangles.positions.par_chunks(1 << 14).map(|chunk| Bounds::of_points(chunk.iter().copied()));
+        let curve = Curve::through(chunks.reduce(|| Bounds::EMPTY, Bounds::union));
+        let along = |id| u64::from(curve.code(centre(triangles, id))) << 32 | u64::from(id);
+        let mut order: Vec<_> = (0..triangles.len() as u32).into_par_iter().map(along).collect();
+        order.par_sort_unstable();
+        let regions = order.par_chunks(REGION);
+        let parts: Vec<_> = regions.map_init(Region::default, |region, ids| region.grow(triangles, ids)).collect();
+        self.gather(triangles, &parts);
+        self.are_grown = true;
+    }
+
+    /// Replaces all patches by those of all parts, so that those that come one after the other are near each other.
+    fn gather(&mut self, triangles: Triangles<'_>, parts: &[Part]) {
+        self.clear(triangles.len());
+        let sum = |length: fn(&Self) -> usize| parts.iter().map(|part| length(&part.patches)).sum::<usize>();
+        self.starts.reserve_exact(sum(Self::len));
+        self.vertices.reserve_exact(sum(|part| part.vertices.len()));
+        self.corners.reserve_exact(sum(|part| part.corners.len()));
+        self.ids.reserve_exact(sum(|part| part.ids.len()));
+        let mut order = Vec::with_capacity(sum(Self::len));
+        for (index, part) in parts.iter().enumerate() {
+            self.in_none.extend_from_slice(&part.patches.in_none);
+            self.vertices_needed = self.vertices_needed.max(part.patches.vertices_needed);
+            order.extend(part.middles.iter().enumerate().map(|(number, &middle)| (middle, index, number)));
+        }
+        bring_together(&mut order);
+        for (_, part, number) in order {
+            self.append(parts[part].patches.get(number));
+        }
+    }
+
+    /// Adds a finished patch.
+    fn append(&mut self, patch: Patch<'_>) {
+        if let Some(last) = self.starts.last_mut() {
+            last.count = patch.count as u32;
+        }
+        self.vertices.extend_from_slice(patch.vertices);
+        self.corners.extend_from_slice(patch.corners);
+        self.ids.extend_from_slice(patch.ids);
+        self.starts.push(Start { vertex: self.vertices.len() as u32, triangle: self.ids.len() as u32, count: 0 });
+    }
+}
+
+/// Sorts patches so that each sixteen of them are in a small box: halves them by their middles until there are sixteen.
+fn bring_together(patches: &mut [(Vec3, usize, usize)]) {
+    if patches.len() <= LANES {
+        return;
+    }
+    let size = Bounds::of_points(patches.iter().map(|patch| patch.0)).size();
+    let axis = size.max_position();
+    let half = (patches.len() / 2).next_multiple_of(LANES);
+    // Patches at the same place come as they grew.
+    patches.select_nth_unstable_by(half, |a, b| a.0[axis].total_cmp(&b.0[axis]).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let (low, high) = patches.split_at_mut(half);
+    rayon::join(|| bring_together(low), || bring_together(high));
+}
+
+/// The middle of a triangle's corners; the origin if they don't exist or aren't finite.
+pub(super) fn centre(triangles: Triangles<'_>, id: u32) -> Vec3 {
+    let corners = triangles.indices[id as usize].map(|vertex| triangles.positions.get(vertex as usize));
+    let sum = corners.into_iter().map(|corner| corner.copied().unwrap_or(Vec3::NAN)).sum::<Vec3>();
+    if sum.is_finite() { sum / 3.0 } else { Vec3::ZERO }
+}
+
+/// A Morton curve through a box. (Morton, *A computer oriented geodetic data base*, 1966)
+#[derive(Debug)]
+struct Curve {
+    low: Vec3,
+    scale: f32,
+}
+
+impl Curve {
+    /// The steps on each axis.
+    const STEPS: u16 = 1 << 10;
+
+    fn through(bounds: Bounds) -> Self {
+        Self { low: bounds.min, scale: f32::from(Self::STEPS) / bounds.size().max_element() }
+    }
+
+    /// How far along the curve a point is: anywhere for one that isn't finite, or if the box has no size.
+    fn code(&self, point: Vec3) -> u32 {
+        let [x, y, z] = ((point - self.low) * self.scale).to_array().map(|step| (step as u16).min(Self::STEPS - 1));
+        morton_encode_u32(x, y, z)
+    }
+}

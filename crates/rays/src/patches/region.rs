@@ -1,0 +1,173 @@
+use glam::Vec3;
+
+use super::connect::Connections;
+use super::group::Unfinished;
+use super::grow::{Part, centre};
+use super::{MOST_TRIANGLES, Patches};
+use crate::simd::lanes::LANES;
+use crate::{Bounds, Triangles};
+
+/// Triangles near each other, while patches grow among them. They go by where they are in the region.
+#[derive(Debug, Default)]
+pub(super) struct Region {
+    ids: Vec<u32>,
+    centres: Vec<Vec3>,
+    connections: Connections,
+    /// Where each triangle is in `frontier`, or [`FREE`], or [`TAKEN`].
+    states: Vec<u32>,
+    /// What may join the patch next: the neighbours of its triangles.
+    frontier: Vec<Candidate>,
+    /// What was next to earlier patches, the latest last; some have been taken since.
+    rims: Vec<u32>,
+    /// All triangles before this one are taken.
+    first_free: usize,
+    patch: Unfinished,
+    /// How far a patch may always reach for a triangle that isn't connected with it.
+    spacing: f32,
+}
+
+const FREE: u32 = u32::MAX;
+const TAKEN: u32 = u32::MAX - 1;
+
+/// How many of the latest rims are looked at.
+const RECENT: usize = 64;
+
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    centre: Vec3,
+    /// Low if most of its neighbours are taken: it would be left alone.
+    weight: f32,
+    triangle: u32,
+}
+
+impl Region {
+    /// Makes patches of the triangles of a region, given with where they are along a curve.
+    pub(super) fn grow(&mut self, triangles: Triangles<'_>, along: &[u64]) -> Part {
+        let mut patches = Patches::default();
+        patches.clear(0);
+        self.ids.clear();
+        self.ids.extend(along.iter().map(|&key| key as u32).filter(|&id| patches.keep(triangles, id)));
+        self.centres.clear();
+        self.centres.extend(self.ids.iter().map(|&id| centre(triangles, id)));
+        self.connections.connect(triangles, &self.ids);
+        self.states.clear();
+        self.states.resize(self.ids.len(), FREE);
+        self.rims.clear();
+        let mut middles = Vec::new();
+        self.first_free = 0;
+        let extent = Bounds::of_points(self.centres.iter().copied());
+        self.spacing = 0.5 * extent.size().max_element() * (MOST_TRIANGLES as f32 / self.ids.len() as f32).cbrt();
+        while let Some(seed) = self.seed() {
+            self.grow_patch(triangles, seed);
+            middles.push(self.patch.bounds(triangles).center());
+            patches.push(&self.patch);
+        }
+        Part { patches, middles }
+    }
+
+    /// Where the next patch begins: in the narrowest corner next to the latest ones, so that no scraps are left there.
+    fn seed(&mut self) -> Option<u32> {
+        while self.rims.last().is_some_and(|&triangle| self.is_taken(triangle)) {
+            self.rims.pop();
+        }
+        let recent = self.recent_rims().min_by_key(|&triangle| self.free_neighbours(triangle));
+        recent.or_else(|| self.first_free())
+    }
+
+    /// Fills `patch`, from one triangle on.
+    fn grow_patch(&mut self, triangles: Triangles<'_>, seed: u32) {
+        self.patch.clear();
+        let (mut sum, mut count) = (Vec3::ZERO, 0.0);
+        let mut next = Some(seed);
+        while let Some(triangle) = next.take() {
+            let id = self.ids[triangle as usize];
+            if self.patch.add(id, triangles.indices[id as usize]) {
+                self.take(triangle);
+                sum += self.centres[triangle as usize];
+                count += 1.0;
+            } else {
+                self.rims.push(triangle);
+            }
+            let middle = sum / count;
+            if self.patch.len() < MOST_TRIANGLES {
+                next = self.best(middle).or_else(|| self.near(triangles, middle));
+            }
+        }
+        for candidate in self.frontier.drain(..) {
+            self.states[candidate.triangle as usize] = FREE;
+            self.rims.push(candidate.triangle);
+        }
+    }
+
+    /// Marks a triangle as taken; its neighbours may come next.
+    fn take(&mut self, triangle: u32) {
+        self.states[triangle as usize] = TAKEN;
+        for neighbour in self.connections.neighbours(triangle) {
+            let state = self.states[neighbour as usize];
+            if state == TAKEN {
+                continue;
+            }
+            let weight = 0.4 + 0.3 * self.free_neighbours(neighbour) as f32;
+            if state == FREE {
+                self.states[neighbour as usize] = self.frontier.len() as u32;
+                let centre = self.centres[neighbour as usize];
+                self.frontier.push(Candidate { centre, weight, triangle: neighbour });
+            } else {
+                self.frontier[state as usize].weight = weight;
+            }
+        }
+    }
+
+    /// Takes the best candidate out of the frontier: near the patch's middle, with few free neighbours.
+    fn best(&mut self, middle: Vec3) -> Option<u32> {
+        // Numbers above zero have the order of their bits, so that the least one is found without a branch.
+        let costs = self.frontier.iter().zip(0_u64..).map(|(candidate, index)| {
+            let cost = candidate.centre.distance_squared(middle) * candidate.weight;
+            u64::from(cost.to_bits()) << 32 | index
+        });
+        let best = costs.min()? as u32 as usize;
+        let triangle = self.frontier[best].triangle;
+        self.frontier.swap_remove(best);
+        self.states[triangle as usize] = FREE;
+        if let Some(moved) = self.frontier.get(best) {
+            self.states[moved.triangle as usize] = best as u32;
+        }
+        Some(triangle)
+    }
+
+    /// A triangle near a patch that nothing is connected with any longer.
+    fn near(&mut self, triangles: Triangles<'_>, middle: Vec3) -> Option<u32> {
+        if !self.patch.has_room() {
+            return None;
+        }
+        let first_free = self.first_free();
+        let distance = |triangle: u32| self.centres[triangle as usize].distance(middle);
+        let candidates = self.recent_rims().chain(first_free).map(|triangle| (distance(triangle), triangle));
+        let (distance, triangle) = candidates.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        // What is filled up to sixteen anyway may as well reach further.
+        let reach = if self.patch.len() < LANES { 2.0 * self.spacing } else { self.spacing };
+        let is_near = distance <= reach || distance <= self.patch.bounds(triangles).size().length();
+        is_near.then_some(triangle)
+    }
+
+    /// The first triangle along the curve that is in no patch.
+    fn first_free(&mut self) -> Option<u32> {
+        while self.states.get(self.first_free).is_some_and(|&state| state == TAKEN) {
+            self.first_free += 1;
+        }
+        (self.first_free < self.states.len()).then_some(self.first_free as u32)
+    }
+
+    fn recent_rims(&self) -> impl Iterator<Item = u32> {
+        self.rims.iter().rev().take(RECENT).copied().filter(|&triangle| !self.is_taken(triangle))
+    }
+
+    fn is_taken(&self, triangle: u32) -> bool {
+        self.states[triangle as usize] == TAKEN
+    }
+
+    fn free_neighbours(&self, triangle: u32) -> usize {
+        let is_free = |&neighbour: &u32| neighbour != triangle && !self.is_taken(neighbour);
+        self.connections.neighbours(triangle).iter().filter(|neighbour| is_free(neighbour)).count()
+    }
+}

@@ -1,0 +1,250 @@
+use glam::Vec3;
+
+use super::*;
+use crate::Bounds;
+use crate::simd::lanes::LANES;
+
+/// Vertices and triangles of a mesh.
+type Mesh = (Vec<Vec3>, Vec<[u32; 3]>);
+
+fn triangles((positions, indices): &Mesh) -> Triangles<'_> {
+    Triangles { positions, indices }
+}
+
+/// A wavy sheet of `side`² quads of two triangles.
+fn sheet(side: u32) -> Mesh {
+    let at = |row: u32, column: u32| Vec3::new(column as f32, row as f32, (row as f32 * 0.1).sin());
+    let positions = (0..=side).flat_map(|row| (0..=side).map(move |column| at(row, column))).collect();
+    let quads = (0..side).flat_map(|row| (0..side).map(move |column| row * (side + 1) + column));
+    let indices = quads.flat_map(|first| {
+        let [a, b, c, d] = [first, first + 1, first + side + 1, first + side + 2];
+        [[a, b, c], [c, b, d]]
+    });
+    (positions, indices.collect())
+}
+
+/// The same with vertices of its own for each triangle.
+fn flat_shaded((positions, indices): &Mesh) -> Mesh {
+    let own = indices.iter().flatten().map(|&vertex| positions[vertex as usize]).collect();
+    (own, (0..indices.len() as u32).map(|id| [3 * id, 3 * id + 1, 3 * id + 2]).collect())
+}
+
+/// Numbers that look random.
+fn random() -> impl FnMut() -> f32 {
+    let mut state = 1_u32;
+    move || {
+        state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        (state >> 8) as f32 / 16_777_216.0
+    }
+}
+
+fn shards(count: u32) -> Mesh {
+    let mut random = random();
+    let mut point = |size: f32| Vec3::new(random(), random(), random()) * size;
+    let middles = (0..count).map(|_| point(100.0)).collect::<Vec<_>>();
+    let positions = middles.iter().flat_map(|&middle| [middle, middle + point(1.0), middle + point(1.0)]).collect();
+    (positions, (0..count).map(|id| [3 * id, 3 * id + 1, 3 * id + 2]).collect())
+}
+
+fn fan(count: u32) -> Mesh {
+    let rim =
+        (0..=count).map(|index| Vec3::new((index as f32 * 0.01).cos(), (index as f32 * 0.01).sin(), index as f32));
+    let indices = (1..=count).map(|index| [0, index, index + 1]).collect();
+    (std::iter::once(Vec3::ZERO).chain(rim).collect(), indices)
+}
+
+/// What growing must live with.
+fn adversarial() -> Vec<(&'static str, Mesh)> {
+    let mut random = random();
+    let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+    let book = (0..500).map(|page| Vec3::new((page as f32).cos(), (page as f32).sin(), 0.0));
+    let (spoilt, spoilt_indices) = sheet(30);
+    let mut spoil = |position: &Vec3| match random() {
+        share if share < 0.05 => Vec3::new(f32::NAN, position.y, 0.0),
+        share if share < 0.1 => Vec3::splat(f32::NEG_INFINITY),
+        share if share < 0.15 => Vec3::splat(f32::MAX),
+        _ => *position,
+    };
+    let missing = sheet(30).1.into_iter().enumerate();
+    let missing = missing.map(|(id, [a, b, c])| if id % 7 == 0 { [a, 5_000_000, c] } else { [a, b, c] });
+    vec![
+        ("nothing", (Vec::new(), Vec::new())),
+        ("no positions", (Vec::new(), vec![[0, 1, 2]; 3])),
+        ("one triangle", (corners.to_vec(), vec![[0, 1, 2]])),
+        ("duplicates", (corners.to_vec(), vec![[0, 1, 2]; 1000])),
+        ("all windings", (corners.to_vec(), [[0, 1, 2], [2, 1, 0], [1, 2, 0]].repeat(100))),
+        ("the same vertex twice", (corners.to_vec(), [[0, 0, 1], [1, 2, 1], [3, 3, 3], [0, 1, 1]].repeat(50))),
+        ("all at one point", (vec![Vec3::ONE; 300], (0..100).map(|id| [3 * id, 3 * id + 1, 3 * id + 2]).collect())),
+        (
+            "pages of a book",
+            ([Vec3::ZERO, Vec3::Z].into_iter().chain(book).collect(), (2..502).map(|page| [0, 1, page]).collect()),
+        ),
+        ("not finite", (spoilt.iter().map(&mut spoil).collect(), spoilt_indices)),
+        ("nothing finite", (vec![Vec3::NAN; 3000], shards(1000).1)),
+        ("vertices that don't exist", (sheet(30).0, missing.collect())),
+        ("a fan", fan(1 << 18)),
+        ("shards", shards(3000)),
+        ("flat shading", flat_shaded(&sheet(60))),
+    ]
+}
+
+fn grown(mesh: &Mesh) -> Patches {
+    let mut patches = Patches::default();
+    patches.grow(triangles(mesh));
+    assert!(patches.bound(triangles(mesh), SimdLevel::default()), "the same index buffer");
+    patches
+}
+
+fn triangles_a_patch(patches: &Patches) -> f32 {
+    patches.triangles as f32 / patches.len() as f32
+}
+
+/// How large the boxes of every so many patches are, seen from above, in all.
+fn covered(patches: &Patches, mesh: &Mesh, together: usize) -> f32 {
+    let numbers = (0..patches.len()).collect::<Vec<_>>();
+    let sizes = numbers.chunks(together).map(|numbers| {
+        let vertices = numbers.iter().flat_map(|&number| patches.get(number).vertices);
+        let size = Bounds::of_points(vertices.map(|&vertex| mesh.0[vertex as usize])).size();
+        size.x * size.y
+    });
+    sizes.sum()
+}
+
+#[test]
+fn each_triangle_is_in_one_patch_whatever_comes() {
+    for (name, mesh) in &adversarial() {
+        let check =
+            |patches: &Patches| patches.validate(triangles(mesh)).unwrap_or_else(|what| panic!("{name}: {what}"));
+        check(&grown(mesh));
+        let mut patches = Patches::default();
+        patches.update(triangles(mesh), SimdLevel::default());
+        check(&patches);
+    }
+}
+
+#[test]
+fn patches_of_sheets_are_full_round_and_near_the_next_ones() {
+    let mesh = sheet(160);
+    let patches = grown(&mesh);
+    assert!(triangles_a_patch(&patches) > 58.0, "{} triangles a patch", triangles_a_patch(&patches));
+    let area = 160.0 * 160.0;
+    let (each, sixteen) = (covered(&patches, &mesh, 1), covered(&patches, &mesh, LANES));
+    assert!(each < 1.9 * area, "boxes of {} times the sheet", each / area);
+    assert!(sixteen < 1.6 * area, "boxes of sixteen of {} times the sheet", sixteen / area);
+    // Whatever order triangles come in.
+    let (positions, mut indices) = mesh;
+    let mut random = random();
+    indices.sort_by_cached_key(|_| random().to_bits());
+    let shuffled = (positions, indices);
+    let patches = grown(&shuffled);
+    assert!(triangles_a_patch(&patches) > 58.0, "{} triangles a patch, shuffled", triangles_a_patch(&patches));
+    assert!(covered(&patches, &shuffled, 1) < 1.9 * area);
+}
+
+#[test]
+fn what_is_not_connected_is_gathered() {
+    // Three vertices a triangle, and room for 64.
+    for mesh in [shards(20_000), flat_shaded(&sheet(100)), (vec![Vec3::NAN; 9000], shards(3000).1)] {
+        let patches = grown(&mesh);
+        assert!(triangles_a_patch(&patches) > 16.0, "{} triangles a patch", triangles_a_patch(&patches));
+    }
+    let mesh = shards(20_000);
+    let mut groups = Patches::default();
+    groups.group(triangles(&mesh));
+    assert!(covered(&grown(&mesh), &mesh, 1) < 0.1 * covered(&groups, &mesh, 1));
+}
+
+#[test]
+fn any_number_of_threads_grows_the_same() {
+    for mesh in [sheet(150), shards(40_000)] {
+        let [one, two, three] = [1, 2, 3].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            pool.install(|| grown(&mesh))
+        });
+        for other in [two, three] {
+            assert_eq!(one.ids, other.ids);
+            assert_eq!(one.vertices, other.vertices);
+            assert_eq!(one.corners, other.corners);
+        }
+    }
+}
+
+#[test]
+fn patches_grow_once_and_stay_while_the_index_buffer_does() {
+    let level = SimdLevel::default();
+    let (first, second) = (sheet(40), sheet(41));
+    let mut patches = Patches::default();
+    let mut update = |mesh: &Mesh| {
+        patches.update(triangles(mesh), level);
+        patches.validate(triangles(mesh)).expect("valid");
+        patches.ids.clone()
+    };
+    let groups = update(&first);
+    let grown = update(&first);
+    assert_ne!(groups, grown);
+    let moved =
+        (first.0.iter().map(|position| Vec3::new(position.y, position.z, 3.0 * position.x)).collect(), first.1.clone());
+    assert_eq!(update(&moved), grown);
+    // Back and forth there is no time to grow.
+    update(&second);
+    assert_eq!(update(&first), groups);
+    update(&second);
+    assert_eq!(update(&first), groups);
+    assert_eq!(update(&first), grown);
+    // Each index of a few triangles, changed alone.
+    for (id, corner) in [(0, 0), (1234, 1), (3199, 2)] {
+        let mut changed = first.clone();
+        changed.1[id][corner] ^= 1;
+        assert_eq!(update(&first), update(&first), "grown");
+        update(&changed);
+        update(&first);
+    }
+}
+
+#[test]
+fn a_steady_frame_allocates_nothing() {
+    let mesh = sheet(60);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    pool.install(|| {
+        let mut patches = Patches::default();
+        let mut allocated = [0; 4].map(|_| {
+            let before = allocations::on_this_thread();
+            patches.update(triangles(&mesh), SimdLevel::default());
+            allocations::on_this_thread() - before
+        });
+        allocated[..2].sort_unstable();
+        assert!(allocated[0] > 0 && allocated[2..] == [0, 0], "{allocated:?}");
+    });
+}
+
+#[test]
+fn positions_may_vanish_and_come_back() {
+    let level = SimdLevel::default();
+    let mesh = sheet(40);
+    let fewer = (mesh.0[..1000].to_vec(), mesh.1.clone());
+    let mut patches = Patches::default();
+    for mesh in [&mesh, &mesh, &fewer, &fewer, &fewer, &mesh, &mesh, &fewer] {
+        patches.update(triangles(mesh), level);
+        patches.validate(triangles(mesh)).expect("valid");
+    }
+    assert!(!patches.in_none.is_empty(), "triangles without corners");
+}
+
+#[test]
+fn validation_notices_what_is_wrong() {
+    let mesh = sheet(20);
+    let patches = grown(&mesh);
+    let errors: [fn(&mut Patches); 5] = [
+        |patches: &mut Patches| patches.ids[3] = patches.ids[4],
+        |patches: &mut Patches| patches.corners[3].swap(0, 1),
+        |patches: &mut Patches| patches.starts[1].count -= 1,
+        |patches: &mut Patches| patches.bounds.sixteens[0].low[1][2] += 1.0,
+        |patches: &mut Patches| patches.in_none.push(7),
+    ];
+    for error in errors {
+        let mut patches = grown(&mesh);
+        error(&mut patches);
+        assert!(patches.validate(triangles(&mesh)).is_err());
+    }
+    patches.validate(triangles(&mesh)).expect("valid");
+}
