@@ -1,12 +1,9 @@
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x16};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{Patch, Patches};
-use crate::Triangles;
+use super::Patches;
 use crate::simd::SimdLevel;
 use crate::simd::vectors::{LANES, splat};
 
@@ -36,66 +33,28 @@ impl WorldBounds {
 }
 
 impl Patches {
-    /// Finds where patches are; whether they are still those of the frame's index buffer.
-    pub(super) fn bound(&mut self, triangles: Triangles<'_>, level: SimdLevel) -> bool {
-        let in_range = |id: &u32| triangles.has_all_corners(*id);
-        let vertices = triangles.positions.len();
-        if self.triangles != triangles.len() || vertices < self.vertices_needed || self.in_none.iter().any(in_range) {
-            return false;
-        }
+    /// Finds where patches are.
+    pub(super) fn bound(&mut self, positions: &[Vec3], level: SimdLevel) {
         let mut sixteens = std::mem::take(&mut self.bounds.sixteens);
         sixteens.resize(self.len().div_ceil(LANES), SixteenBoxes::EMPTY);
-        let (known, is_same) = (&*self, AtomicBool::new(true));
-        sixteens.par_iter_mut().enumerate().with_min_len(8).for_each(|(first, boxes)| {
-            if is_same.load(Ordering::Relaxed) {
-                let found = dispatch!(level.0, simd => known.bound_sixteen(simd, triangles, first * LANES, boxes));
-                if !found {
-                    is_same.store(false, Ordering::Relaxed);
-                }
-            }
+        let patches = &*self;
+        sixteens.par_iter_mut().enumerate().with_min_len(8).for_each(|(sixteen, boxes)| {
+            dispatch!(level.0, simd => patches.bound_sixteen(simd, positions, sixteen * LANES, boxes));
         });
         self.bounds.sixteens = sixteens;
-        is_same.into_inner()
     }
 
-    /// Finds where the sixteen patches from `first` on are; whether their triangles are as they were.
+    /// Finds where the sixteen patches from `first` on are.
     #[inline(always)]
-    fn bound_sixteen<S: Simd>(
-        &self,
-        simd: S,
-        triangles: Triangles<'_>,
-        first: usize,
-        boxes: &mut SixteenBoxes,
-    ) -> bool {
+    fn bound_sixteen<S: Simd>(&self, simd: S, positions: &[Vec3], first: usize, boxes: &mut SixteenBoxes) {
         *boxes = SixteenBoxes::EMPTY;
         for number in first..self.len().min(first + LANES) {
-            let patch = self.get(number);
-            if !patch.is_of(triangles) {
-                return false;
-            }
-            let (low, high) = bounds(simd, triangles.positions, patch.vertices);
+            let (low, high) = bounds(simd, positions, self.get(number).vertices);
             for axis in 0..3 {
                 boxes.low[axis][number - first] = low[axis];
                 boxes.high[axis][number - first] = high[axis];
             }
         }
-        true
-    }
-}
-
-impl Patch<'_> {
-    /// Whether the patch's triangles have the same vertices in a frame.
-    #[inline(always)]
-    fn is_of(&self, triangles: Triangles<'_>) -> bool {
-        let vertices: [u32; super::MOST_VERTICES] =
-            std::array::from_fn(|index| self.vertices.get(index).copied().unwrap_or_default());
-        let mut differing = 0;
-        for (&id, &[a, b, c, _]) in self.ids[..self.count].iter().zip(self.corners) {
-            let known = [a, b, c].map(|corner| vertices[usize::from(corner) % super::MOST_VERTICES]);
-            let now = triangles.indices[id as usize];
-            differing |= (known[0] ^ now[0]) | (known[1] ^ now[1]) | (known[2] ^ now[2]);
-        }
-        differing == 0
     }
 }
 
@@ -104,11 +63,10 @@ impl Patch<'_> {
 pub(crate) fn gather<S: Simd>(simd: S, positions: &[Vec3], vertices: &[u32]) -> [f32x16<S>; 3] {
     let mut axes = [[f32::NAN; LANES]; 3];
     for (lane, &vertex) in vertices.iter().enumerate().take(LANES) {
-        if let Some(position) = positions.get(vertex as usize) {
-            axes[0][lane] = position.x;
-            axes[1][lane] = position.y;
-            axes[2][lane] = position.z;
-        }
+        let position = positions.get(vertex as usize).copied().unwrap_or(Vec3::NAN);
+        axes[0][lane] = position.x;
+        axes[1][lane] = position.y;
+        axes[2][lane] = position.z;
     }
     let [x, y, z] = axes;
     [f32x16::simd_from(simd, x), f32x16::simd_from(simd, y), f32x16::simd_from(simd, z)]

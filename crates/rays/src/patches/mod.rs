@@ -6,6 +6,7 @@
 
 mod bound;
 mod connect;
+mod fingerprint;
 mod group;
 mod grow;
 mod region;
@@ -15,6 +16,7 @@ mod validate;
 
 use crate::Triangles;
 use crate::simd::SimdLevel;
+use fingerprint::fingerprint;
 pub(crate) use bound::{SixteenBoxes, WorldBounds, gather};
 
 /// The most triangles of a patch.
@@ -38,6 +40,8 @@ pub(crate) struct Patches {
     ids: Vec<u32>,
     /// How many triangles the frame has, counting those in no patch.
     triangles: usize,
+    /// Of the index buffer.
+    fingerprint: u64,
     /// How many positions there must be for all vertices of patches to exist.
     vertices_needed: usize,
     /// Triangles that are in no patch.
@@ -78,12 +82,23 @@ impl Patches {
     ///
     /// Growing takes as long as a few frames: it is worth it from the second frame with the same index buffer on.
     pub(crate) fn update(&mut self, triangles: Triangles<'_>, level: SimdLevel) {
-        match (self.bound(triangles, level), self.are_grown) {
-            (true, true) => return,
+        let fingerprint = fingerprint(triangles.indices);
+        match (self.are_of(triangles, fingerprint), self.are_grown) {
+            (true, true) => {}
             (true, false) => self.grow(triangles),
             (false, _) => self.group(triangles),
         }
-        self.bound(triangles, level);
+        self.fingerprint = fingerprint;
+        self.bound(triangles.positions, level);
+    }
+
+    /// Whether patches are those of a frame whose index buffer has this fingerprint.
+    fn are_of(&self, triangles: Triangles<'_>, fingerprint: u64) -> bool {
+        let in_range = |id: &u32| triangles.has_all_corners(*id);
+        self.triangles == triangles.len()
+            && self.fingerprint == fingerprint
+            && self.vertices_needed <= triangles.positions.len()
+            && !self.in_none.iter().any(in_range)
     }
 
     /// How many patches there are.

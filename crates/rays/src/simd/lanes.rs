@@ -12,6 +12,12 @@ pub(crate) fn splat<S: Simd>(simd: S, value: f32) -> f32x16<S> {
     f32x16::splat(simd, value)
 }
 
+/// Sixteen numbers as a vector.
+#[inline(always)]
+pub(crate) fn load<S: Simd>(simd: S, values: &[f32; LANES]) -> f32x16<S> {
+    f32x16::simd_from(simd, *values)
+}
+
 /// The positions of a word's bits, the lowest first.
 #[inline(always)]
 pub(crate) fn bits_of(bits: impl Into<u64>) -> impl Iterator<Item = usize> {

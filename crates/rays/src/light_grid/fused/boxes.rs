@@ -1,6 +1,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 
+use crate::simd::lanes::load;
 use crate::simd::vectors::{LANES, splat};
 
 /// Where something is on a face: lowest and highest X, lowest and highest Y, and its nearness to the light.
@@ -61,36 +62,32 @@ impl SixteenBoxes {
     /// The box around all patches.
     #[inline(always)]
     pub(super) fn around_patches<S: Simd>(&self, simd: S) -> FaceBox {
-        let lowest = |values: [f32; LANES]| f32x16::simd_from(simd, values).reduce_min();
-        let highest = |values: [f32; LANES]| f32x16::simd_from(simd, values).reduce_max();
         FaceBox {
-            x: [lowest(self.x[0]), highest(self.x[1])],
-            y: [lowest(self.y[0]), highest(self.y[1])],
-            nearness: highest(self.nearness),
+            x: [load(simd, &self.x[0]).reduce_min(), load(simd, &self.x[1]).reduce_max()],
+            y: [load(simd, &self.y[0]).reduce_min(), load(simd, &self.y[1]).reduce_max()],
+            nearness: load(simd, &self.nearness).reduce_max(),
         }
     }
 
     /// Which of sixteen patches may shadow some of the points in a box.
     #[inline(always)]
     pub(super) fn may_shadow<S: Simd>(&self, simd: S, points: &SplatBox<S>) -> u16 {
-        let at = |values: [f32; LANES]| f32x16::simd_from(simd, values);
-        let overlap = at(self.x[0]).simd_le(points.x[1])
-            & at(self.x[1]).simd_ge(points.x[0])
-            & at(self.y[0]).simd_le(points.y[1])
-            & at(self.y[1]).simd_ge(points.y[0])
-            & at(self.nearness).simd_ge(points.nearness);
+        let overlap = load(simd, &self.x[0]).simd_le(points.x[1])
+            & load(simd, &self.x[1]).simd_ge(points.x[0])
+            & load(simd, &self.y[0]).simd_le(points.y[1])
+            & load(simd, &self.y[1]).simd_ge(points.y[0])
+            & load(simd, &self.nearness).simd_ge(points.nearness);
         overlap.to_bitmask() as u16
     }
 
     /// In which of sixteen boxes of points something may shadow a point.
     #[inline(always)]
     pub(super) fn reached<S: Simd>(&self, simd: S, by: &SplatBox<S>) -> mask32x16<S> {
-        let at = |values: [f32; LANES]| f32x16::simd_from(simd, values);
-        at(self.x[0]).simd_le(by.x[1])
-            & at(self.x[1]).simd_ge(by.x[0])
-            & at(self.y[0]).simd_le(by.y[1])
-            & at(self.y[1]).simd_ge(by.y[0])
-            & at(self.nearness).simd_le(by.nearness)
+        load(simd, &self.x[0]).simd_le(by.x[1])
+            & load(simd, &self.x[1]).simd_ge(by.x[0])
+            & load(simd, &self.y[0]).simd_le(by.y[1])
+            & load(simd, &self.y[1]).simd_ge(by.y[0])
+            & load(simd, &self.nearness).simd_le(by.nearness)
     }
 }
 

@@ -6,7 +6,7 @@ use super::points::{Group, TILE_BLOCKS, block_of};
 use super::set_up::Extent;
 use crate::light_grid::block::Block;
 use crate::light_grid::face::HALF_ULP;
-use crate::simd::lanes::bits_of;
+use crate::simd::lanes::{bits_of, load};
 use crate::simd::vectors::{LANES, splat};
 
 /// Points of a tile that are near each other for the light, in sixteen slots: each slot has points of one block.
@@ -69,8 +69,8 @@ impl Range3 {
     #[inline(always)]
     fn of_points<S: Simd>(simd: S, block: &Block, points: u16) -> Self {
         let points = mask32x16::from_bitmask(simd, points.into());
-        let (infinity, at) = (splat(simd, f32::INFINITY), |values: [f32; LANES]| f32x16::simd_from(simd, values));
-        let (x, y, nearness) = (at(block.x), at(block.y), at(block.nearness));
+        let infinity = splat(simd, f32::INFINITY);
+        let (x, y, nearness) = (load(simd, &block.x), load(simd, &block.y), load(simd, &block.nearness));
         Self {
             x: [points.select(x, infinity).reduce_min(), points.select(x, -infinity).reduce_max()],
             y: [points.select(y, infinity).reduce_min(), points.select(y, -infinity).reduce_max()],
@@ -115,8 +115,7 @@ impl Parts {
         average: f32,
     ) {
         let sprawling_area = SPRAWLING_BLOCKS * average;
-        let at = |values: [f32; LANES]| f32x16::simd_from(simd, values);
-        let (low_x, high_x, low_y, high_y) = (at(group.x[0]), at(group.x[1]), at(group.y[0]), at(group.y[1]));
+        let (low_x, high_x, low_y, high_y) = (load(simd, &group.x[0]), load(simd, &group.x[1]), load(simd, &group.y[0]), load(simd, &group.y[1]));
         let filled = low_x.simd_le(high_x);
         let area = filled.select((high_x - low_x) * (high_y - low_y), splat(simd, 0.0));
         let sprawling = area.simd_gt(splat(simd, sprawling_area)).to_bitmask();
@@ -171,15 +170,16 @@ impl Parts {
         while let Some((members, around)) = self.rest.pop() {
             if members.count_ones() > 1 && self.fragments.len() - start + self.rest.len() < LANES {
                 let [width, height] = [around.x, around.y].map(|range| range[1] - range[0]);
-                let middle = |range: [f32; 2]| splat(simd, 0.5 * (range[0] + range[1]));
-                let lower = if width > height { x.simd_lt(middle(around.x)) } else { y.simd_lt(middle(around.y)) };
+                let (along, range) = if width > height { (x, around.x) } else { (y, around.y) };
+                let lower = along.simd_lt(splat(simd, 0.5 * (range[0] + range[1])));
                 let lower = lower.to_bitmask() as u16 & members;
                 let upper = members & !lower;
                 if lower != 0 && upper != 0 {
-                    let halves = [lower, upper].map(|half| (half, Range3::of_points(simd, points, half)));
-                    let area = halves[0].1.area() + halves[1].1.area();
+                    let of_lower = Range3::of_points(simd, points, lower);
+                    let of_upper = Range3::of_points(simd, points, upper);
+                    let area = of_lower.area() + of_upper.area();
                     if area < 0.45 * around.area() || around.area() > 2.0 * sprawling_area {
-                        self.rest.extend(halves);
+                        self.rest.extend([(lower, of_lower), (upper, of_upper)]);
                         continue;
                     }
                 }
@@ -204,25 +204,23 @@ impl Parts {
         let [position_error, nearness_error] = extent.errors;
         for part in &mut self.parts {
             let Part { boxes, .. } = part;
-            let at = |values: [f32; LANES]| f32x16::simd_from(simd, values);
-            let filled = at(boxes.x[0]).simd_le(at(boxes.x[1]));
-            let zero = splat(simd, 0.0);
-            let size = |values: [f32; LANES]| filled.select(at(values).abs(), zero);
-            let farthest = size(boxes.x[0]).max(size(boxes.x[1])).max(size(boxes.y[0]).max(size(boxes.y[1])));
+            let filled = load(simd, &boxes.x[0]).simd_le(load(simd, &boxes.x[1]));
+            let size = Sizes { simd, filled };
+            let farthest = size.of(&boxes.x[0]).max(size.of(&boxes.x[1])).max(size.of(&boxes.y[0]).max(size.of(&boxes.y[1])));
             reach = reach.max(farthest);
-            depth = depth.max(size(part.nearest)).max(size(boxes.nearness));
+            depth = depth.max(size.of(&part.nearest)).max(size.of(&boxes.nearness));
             // With what rounding the sums makes of it.
             let error = farthest * (2.0 * HALF_ULP as f32) + position_error * 1.001;
-            let of_depth = size(boxes.nearness) * (2.0 * HALF_ULP as f32) + nearness_error * 1.001;
-            (at(boxes.x[0]) - error).store_slice(&mut boxes.x[0]);
-            (at(boxes.x[1]) + error).store_slice(&mut boxes.x[1]);
-            (at(boxes.y[0]) - error).store_slice(&mut boxes.y[0]);
-            (at(boxes.y[1]) + error).store_slice(&mut boxes.y[1]);
-            (at(boxes.nearness) - of_depth).store_slice(&mut boxes.nearness);
+            let of_depth = size.of(&boxes.nearness) * (2.0 * HALF_ULP as f32) + nearness_error * 1.001;
+            (load(simd, &boxes.x[0]) - error).store_slice(&mut boxes.x[0]);
+            (load(simd, &boxes.x[1]) + error).store_slice(&mut boxes.x[1]);
+            (load(simd, &boxes.y[0]) - error).store_slice(&mut boxes.y[0]);
+            (load(simd, &boxes.y[1]) + error).store_slice(&mut boxes.y[1]);
+            (load(simd, &boxes.nearness) - of_depth).store_slice(&mut boxes.nearness);
             part.whole = FaceBox {
-                x: [at(boxes.x[0]).reduce_min(), at(boxes.x[1]).reduce_max()],
-                y: [at(boxes.y[0]).reduce_min(), at(boxes.y[1]).reduce_max()],
-                nearness: at(boxes.nearness).reduce_min(),
+                x: [load(simd, &boxes.x[0]).reduce_min(), load(simd, &boxes.x[1]).reduce_max()],
+                y: [load(simd, &boxes.y[0]).reduce_min(), load(simd, &boxes.y[1]).reduce_max()],
+                nearness: load(simd, &boxes.nearness).reduce_min(),
             };
         }
         extent.reach = reach.reduce_max() + position_error;
@@ -239,6 +237,19 @@ impl Parts {
             *key = spread_bits(cell(around.x, all.x[0])) | spread_bits(cell(around.y, all.y[0])) << 1;
         }
         self.fragments.sort_unstable_by_key(|fragment| (fragment.key, fragment.block, fragment.points));
+    }
+}
+
+/// Magnitudes of what lanes hold that are filled; zero of the others.
+struct Sizes<S: Simd> {
+    simd: S,
+    filled: mask32x16<S>,
+}
+
+impl<S: Simd> Sizes<S> {
+    #[inline(always)]
+    fn of(&self, values: &[f32; LANES]) -> f32x16<S> {
+        self.filled.select(load(self.simd, values).abs(), splat(self.simd, 0.0))
     }
 }
 

@@ -12,9 +12,9 @@ use crate::light_grid::block::Block;
 use crate::light_grid::face::{Face, HALF_ULP, VertexErrors};
 use crate::light_grid::pixel_map::PixelMap;
 use crate::light_grid::settle::Settler;
-use crate::patches::Patches;
+use crate::patches::{MOST_TRIANGLES, Patches};
 use crate::shot::{Counts, MaskAnswers, MaskPoints, SeenPixels};
-use crate::simd::lanes::{bits_of, min3};
+use crate::simd::lanes::{bits_of, load, min3};
 use crate::simd::vectorized;
 use crate::simd::vectors::{LANES, splat};
 
@@ -540,19 +540,27 @@ fn boxes_on_face(extent: &Extent, parts: &[Part], boxes: &mut Vec<SixteenBoxes>)
 /// Which slots of a part a triangle may shadow points of: those where none of its functions is below zero everywhere.
 #[inline(always)]
 fn may_touch<S: Simd>(simd: S, [first, second, third]: &[[f32; 4]; 3], points: &SixteenBoxes) -> u16 {
-    let at = |values: [f32; LANES]| f32x16::simd_from(simd, values);
-    let (x, y) = ([at(points.x[0]), at(points.x[1])], [at(points.y[0]), at(points.y[1])]);
-    let most = |[a, b, c]: [f32; 3]| {
-        let x = if a > 0.0 { x[1] } else { x[0] };
-        let y = if b > 0.0 { y[1] } else { y[0] };
-        line(simd, [a, b, c], x, y)
-    };
-    let e0 = most([first[0], first[1], first[2]]);
-    let e1 = most([second[0], second[1], second[2]]);
-    let e2 = most([third[0], third[1], third[2]]);
-    let nearer = most([first[3], second[3], third[3]]) - at(points.nearness);
+    let (x, y) = ([load(simd, &points.x[0]), load(simd, &points.x[1])], [load(simd, &points.y[0]), load(simd, &points.y[1])]);
+    let e0 = most(simd, [first[0], first[1], first[2]], x, y);
+    let e1 = most(simd, [second[0], second[1], second[2]], x, y);
+    let e2 = most(simd, [third[0], third[1], third[2]], x, y);
+    let nearer = most(simd, [first[3], second[3], third[3]], x, y) - load(simd, &points.nearness);
     let missed = min3([e0, e1, e2]).min(nearer).simd_lt(splat(simd, 0.0)) | x[0].simd_gt(x[1]);
     !(missed.to_bitmask() as u16)
+}
+
+/// Sixteen of what a patch's triangles have.
+#[inline(always)]
+fn sixteen<S: Simd>(simd: S, values: &[f32; MOST_TRIANGLES], group: usize) -> f32x16<S> {
+    f32x16::from_slice(simd, &values[group * LANES..(group + 1) * LANES])
+}
+
+/// The most of a linear function in boxes.
+#[inline(always)]
+fn most<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: [f32x16<S>; 2], y: [f32x16<S>; 2]) -> f32x16<S> {
+    let x = if a > 0.0 { x[1] } else { x[0] };
+    let y = if b > 0.0 { y[1] } else { y[0] };
+    line(simd, [a, b, c], x, y)
 }
 
 #[inline(always)]
@@ -574,12 +582,11 @@ fn enqueue<S: Simd>(
     let lanes = u32x16::simd_from(simd, std::array::from_fn::<u32, LANES, _>(|lane| lane as u32));
     let mut end = 0;
     for group in 0..(set_up.count as usize).div_ceil(LANES) {
-        let at = |values: &[f32; 64]| f32x16::from_slice(simd, &values[group * LANES..(group + 1) * LANES]);
-        let overlap = at(&set_up.x[0]).simd_le(whole.x[1])
-            & at(&set_up.x[1]).simd_ge(whole.x[0])
-            & at(&set_up.y[0]).simd_le(whole.y[1])
-            & at(&set_up.y[1]).simd_ge(whole.y[0])
-            & at(&set_up.nearness).simd_ge(whole.nearness);
+        let overlap = sixteen(simd, &set_up.x[0], group).simd_le(whole.x[1])
+            & sixteen(simd, &set_up.x[1], group).simd_ge(whole.x[0])
+            & sixteen(simd, &set_up.y[0], group).simd_le(whole.y[1])
+            & sixteen(simd, &set_up.y[1], group).simd_ge(whole.y[0])
+            & sixteen(simd, &set_up.nearness, group).simd_ge(whole.nearness);
         let filled = (set_up.count as usize - group * LANES).min(LANES);
         for lane in bits_of(overlap.to_bitmask() & ((1 << filled) - 1)) {
             let triangle = group * LANES + lane;
