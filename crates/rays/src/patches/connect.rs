@@ -133,10 +133,11 @@ mod tests {
     #[test]
     fn edges_connect_whatever_their_vertices_are_called() {
         let minus_zero = Vec3::new(1.0, -0.0, -0.0);
-        let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Y, minus_zero, Vec3::ONE, Vec3::NAN, Vec3::NAN];
+        let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Y, minus_zero, Vec3::ONE, Vec3::NAN, Vec3::NAN, Vec3::Z];
         assert_eq!(connected(&positions, &[[0, 1, 2], [3, 4, 5]]), [[0, 1, 0], [0, 1, 1]]);
         assert_eq!(connected(&positions, &[[0, 1, 6], [7, 1, 5]]), [[0, 1, 0], [0, 1, 1]]);
         assert_eq!(connected(&positions, &[[0, 1, 2], [2, 5, 5]]), [[0; 3], [1; 3]]);
+        assert_eq!(connected(&positions, &[[0, 1, 2], [8, 1, 5]]), [[0; 3], [1; 3]]);
     }
 
     #[test]
