@@ -38,6 +38,9 @@ pub trait CameraGrid: Debug + Send + Sync {
 
 /// A grid for the rays of lights, one light after the other.
 pub trait LightsGrid: Debug + Send + Sync {
+    /// Prepares what serves all shots of a frame.
+    fn build(&mut self, _triangles: Triangles<'_>) {}
+
     /// Finds out what all lights want to know about the points.
     fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels);
 
@@ -103,7 +106,9 @@ impl<C: CameraGrid, L: LightsGrid> Grids<C, L> {
 }
 
 impl<C: CameraGrid, L: LightsGrid> Structure for Grids<C, L> {
-    fn build(&mut self, _: Triangles<'_>) {}
+    fn build(&mut self, triangles: Triangles<'_>) {
+        self.light.build(triangles);
+    }
 
     fn see(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Result<Work, ImageTooLarge> {
         self.see_with(shot, |camera| camera.trace(shot, seen))

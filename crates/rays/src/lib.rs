@@ -67,7 +67,6 @@ pub use uniform::{ImpossibleUniformOptions, PacketSide, UniformGrid, UniformOpti
 /// What `umbrage-study` needs of the crate's inside. Not part of the public API.
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::light_grid::MODE;
     pub use crate::kdtree::{
         Ask, Branch, Candidate, Cell, Extent, Filter, HALF_ULP, Job, LANES, MOST_RAYS, Node, Nodes, Plane, Rays,
         Reference, Scale, Sides, Wide, load,

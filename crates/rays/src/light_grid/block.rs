@@ -24,18 +24,3 @@ pub(crate) struct BlockErrors {
     /// Of W.
     pub(crate) nearness: f32,
 }
-
-/// Points of a block that are near each other on the face: what triangles look for. A block is one cluster, or several
-/// where it shows surfaces that are apart. 28 bytes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Cluster {
-    /// Lowest and highest X, grown by the points' error.
-    pub(crate) x: [f32; 2],
-    /// Lowest and highest Y, grown by the points' error.
-    pub(crate) y: [f32; 2],
-    /// At most the nearness of the farthest point.
-    pub(crate) farthest: f32,
-    pub(crate) block: u32,
-    /// The first and the last column of cells that it is in.
-    pub(crate) columns: [u16; 2],
-}

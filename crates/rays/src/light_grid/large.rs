@@ -1,100 +1,229 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, mask32x16};
+use fearless_simd::{Simd, f32x16};
 use glam::{DVec3, Vec3};
 
-use super::block::{Block, BlockErrors};
-use super::cells::{Bounds, Cells};
-use super::face::{Face, HALF_ULP, POINT_LIMIT, ROUNDING, VERTEX_MARGIN};
-use crate::simd::lanes::min3;
-use crate::simd::vectors::splat;
+use super::boxes::{FaceBox, SplatBox};
+use super::face::{FACE_LIMIT, Face, HALF_ULP, ROUNDING};
+use super::set_up::Record;
+use crate::Triangles;
+use crate::simd::lanes::bits_of;
+use crate::simd::vectors::{LANES, splat};
 
-/// A triangle as linear functions of X and Y, for those that cover many cells or reach around the light.
+/// Triangles of a face that reach behind the light or far outside of the face, as linear functions of X and Y in f64.
+#[derive(Debug, Default)]
+pub(crate) struct LargeTriangles {
+    planes: Vec<Plane>,
+    /// The same in f32, sixteen together, grown by their errors.
+    sixteens: Vec<SixteenPlanes>,
+}
+
+/// A triangle as linear functions of X and Y.
 ///
 /// With the homogeneous corners pⱼ, the edge functions are (pⱼ × pₖ) · (X, Y, 1): they need no clipping where a
 /// triangle reaches behind the light. Their signs are turned so that all three are positive where the triangle is hit
-/// in front of the light. 64 bytes.
+/// in front of the light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Plane {
-    /// Factors of X, Y and 1, the magnitudes of which sum up to about one.
-    edges: [[f32; 3]; 3],
-    /// Edge functions are wrong by at most this and the point's error.
-    edge_errors: [f32; 3],
-    nearness: [f32; 3],
-    /// The difference from a point's nearness is wrong by at most this, the point's error in W, and `steepness` times
-    /// its error in X and Y.
-    depth_error: f32,
-    steepness: f32,
-    /// Where the triangle is, in X and Y: lowest and highest.
-    pub(crate) bounds: [[f32; 2]; 2],
+struct Plane {
+    id: u32,
+    /// Factors of X, Y and 1, the magnitudes of which sum up to one.
+    edges: [[f64; 3]; 3],
+    /// Edge functions are wrong by at most this.
+    edge_errors: [f64; 3],
+    nearness: [f64; 3],
+    /// The difference from the nearness that the predicate wants of a point behind it is wrong by at most this.
+    depth_error: f64,
 }
 
-/// The planes of a triangle: none if it can't shadow a point of the face, two if the light may be in its plane, so
-/// that it isn't known on which side it is.
-pub(crate) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
-    let world = corners.map(Vec3::as_dvec3);
-    let relative = world.map(|corner| corner - face.origin);
-    let mut points = world.map(|corner| face.homogeneous(corner));
-    // In parallel light all are at the homogeneous distance one, and nearness is interpolated.
-    let nearnesses = points.map(|point| if face.is_parallel { point.z } else { face.near });
-    if face.is_parallel {
-        points.iter_mut().for_each(|point| point.z = 1.0);
+/// For each of the edge functions and the nearness of sixteen planes the factors of X and Y, and the constant.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct SixteenPlanes {
+    a: [[f32; LANES]; 4],
+    b: [[f32; LANES]; 4],
+    c: [[f32; LANES]; 4],
+}
+
+impl LargeTriangles {
+    /// Takes the triangles with these ids that may shadow a point of the face.
+    pub(crate) fn find(&mut self, face: &Face, triangles: Triangles<'_>, ids: impl Iterator<Item = u32>) {
+        let Self { planes, sixteens } = self;
+        planes.clear();
+        for id in ids {
+            if let Ok(corners) = triangles.usable_corners(id) {
+                planes.extend(Plane::of(face, corners, id).into_iter().flatten());
+            }
+        }
+        sixteens.clear();
+        sixteens.extend(planes.chunks(LANES).map(SixteenPlanes::new));
     }
-    let norms = face.norms();
-    let reach = relative.map(|v| v.abs().max_element());
-    // Each homogeneous coordinate is at most this, and wrong by four roundings of it.
-    let sizes = reach.map(|reach| (norms * reach).max_element().max(points[0].z.abs() * f64::from(face.is_parallel)));
-    let Some(bounds) = bounds(&points, sizes, f64::from(VERTEX_MARGIN) + 1e-6) else { return [None; 2] };
 
-    let opposite = [(1, 2), (2, 0), (0, 1)];
-    let edges = opposite.map(|(j, k)| points[j].cross(points[k]));
-    let edge_errors = opposite.map(|(j, k)| 24.0 * ROUNDING * sizes[j] * sizes[k]);
-    let determinant = points[0].dot(edges[0]);
-    let determinant_error = 3.0 * sizes[0] * edge_errors[0] + 32.0 * ROUNDING * sizes[0] * edges[0].abs().max_element();
-    let is_certain = determinant.abs() > 4096.0 * determinant_error && determinant.is_finite();
+    pub(crate) fn bytes(&self) -> usize {
+        self.planes.capacity() * size_of::<Plane>() + self.sixteens.capacity() * size_of::<SixteenPlanes>()
+    }
 
-    let mut plane = Plane {
-        edges: [[0.0; 3]; 3],
-        edge_errors: [f32::INFINITY; 3],
-        nearness: [0.0; 3],
-        depth_error: f32::INFINITY,
-        steepness: 0.0,
-        bounds,
-    };
-    let sign = if is_certain { determinant.signum() } else { 1.0 };
-    for (index, (edge, error)) in edges.into_iter().zip(edge_errors).enumerate() {
-        let size = edge.abs().element_sum();
-        // Otherwise nothing is known about this edge.
-        if size.is_finite() && size > 1e3 * error && size > 1e-250 {
-            plane.edges[index] = (edge * (sign / size)).as_vec3().to_array();
-            // Factors are rounded, and the two sums and products: eight ε of one.
-            plane.edge_errors[index] = (HALF_ULP * 8.5 + 3.0 * error / size) as f32;
+    /// Calls `visit` with the numbers of those that may shadow some of the points in a box.
+    #[inline(always)]
+    pub(crate) fn reaching<S: Simd>(&self, simd: S, points: &FaceBox, mut visit: impl FnMut(usize)) {
+        let points = SplatBox::new(simd, points);
+        let zero = splat(simd, 0.0);
+        for (number, sixteen) in self.sixteens.iter().enumerate() {
+            let mut reaching = 0xffff;
+            for function in 0..4 {
+                let a = f32x16::simd_from(simd, sixteen.a[function]);
+                let b = f32x16::simd_from(simd, sixteen.b[function]);
+                let c = f32x16::simd_from(simd, sixteen.c[function]);
+                let x = a.simd_gt(zero).select(points.x[1], points.x[0]);
+                let y = b.simd_gt(zero).select(points.y[1], points.y[0]);
+                let most = a.mul_add(x, b.mul_add(y, c));
+                let least = if function < 3 { zero } else { points.nearness };
+                // Written so that NaN reaches.
+                reaching &= !most.simd_lt(least).to_bitmask();
+            }
+            for lane in bits_of(reaching & 0xffff) {
+                if number * LANES + lane < self.planes.len() {
+                    visit(number * LANES + lane);
+                }
+            }
         }
     }
-    if !is_certain {
-        let mut turned = plane;
-        turned.edges.as_flattened_mut().iter_mut().for_each(|factor| *factor = -*factor);
-        return [Some(plane), Some(turned)];
+
+    /// A triangle for the points around `origin`, as [`SetUp`](super::set_up::SetUp) has small ones. Points are at most
+    /// `reach` from the origin in X and Y, and `depth` in W, and wrong by at most `errors` in these.
+    ///
+    /// Factors are rounded, and the two sums and products: five ε of each function's largest value.
+    pub(crate) fn record(&self, number: usize, origin: [f32; 3], [reach, depth]: [f32; 2], errors: [f32; 2]) -> Record {
+        const ROUNDED: f64 = 6.0 * HALF_ULP;
+        let plane = &self.planes[number];
+        let [ox, oy, ow] = origin.map(f64::from);
+        let [reach, depth] = [reach, depth].map(f64::from);
+        let [position_error, nearness_error] = errors.map(|error| f64::from(error) * 1.001);
+        let mut quads = [[0.0; 4]; 3];
+        let mut largest_error = 0.0_f64;
+        for (quad, (&[a, b, c], &error)) in quads.iter_mut().zip(plane.edges.iter().zip(&plane.edge_errors)) {
+            let c = a * ox + b * oy + c;
+            let size = a.abs() + b.abs();
+            let error = error + size * (position_error + ROUNDED * reach) + ROUNDED * c.abs() + 1e-30;
+            largest_error = largest_error.max(error);
+            *quad = [a as f32, b as f32, (c + error) as f32, 0.0];
+        }
+        let [p, q, r] = plane.nearness;
+        let r = p * ox + q * oy + r - ow;
+        let size = p.abs() + q.abs();
+        let error = plane.depth_error
+            + nearness_error
+            + size * (position_error + ROUNDED * reach)
+            + ROUNDED * (r.abs() + depth)
+            + 1e-30;
+        for (quad, value) in quads.iter_mut().zip([p, q, r + error]) {
+            quad[3] = value as f32;
+        }
+        // Rounded up.
+        Record {
+            quads,
+            id: plane.id,
+            twice_edge_error: (2.001 * largest_error) as f32,
+            twice_depth_error: (2.001 * error) as f32,
+        }
     }
-    let weighted = |values: [f64; 3]| values[0].abs() + values[1].abs() + values[2].abs();
-    let slope = (edges[0] * nearnesses[0] + edges[1] * nearnesses[1] + edges[2] * nearnesses[2]) / determinant;
-    let size = slope.abs().element_sum();
-    let of_edges = weighted([0, 1, 2].map(|corner| edge_errors[corner] * nearnesses[corner]));
-    let of_nearness = if face.is_parallel {
-        4.0 * ROUNDING * norms.z * weighted([0, 1, 2].map(|corner| edges[corner].abs().max_element() * reach[corner]))
-    } else {
-        0.0
+}
+
+impl SixteenPlanes {
+    fn new(planes: &[Plane]) -> Self {
+        let nothing = [[0.0; LANES]; 4];
+        let mut sixteen = Self { a: nothing, b: nothing, c: nothing };
+        for (lane, plane) in planes.iter().enumerate() {
+            let functions = plane.edges.iter().zip(&plane.edge_errors).chain([(&plane.nearness, &plane.depth_error)]);
+            for (function, (&[a, b, c], &error)) in functions.enumerate() {
+                // Factors are rounded, and so are products, sums and what they are compared with.
+                let rounded = 16.0 * HALF_ULP * ((a.abs() + b.abs()) * 2.0 + c.abs());
+                sixteen.a[function][lane] = a as f32;
+                sixteen.b[function][lane] = b as f32;
+                sixteen.c[function][lane] = (c + error + rounded + 1e-30) as f32;
+            }
+        }
+        sixteen
+    }
+}
+
+impl Plane {
+    /// The planes of a triangle: none if it can't shadow a point of the face, two if the light may be in its plane, so that
+    /// it isn't known on which side it is.
+    fn of(face: &Face, corners: [Vec3; 3], id: u32) -> [Option<Self>; 2] {
+        let world = corners.map(Vec3::as_dvec3);
+        let mut points = world.map(|corner| face.homogeneous(corner));
+        // In parallel light all are at the homogeneous distance one, and nearness is interpolated.
+        let nearnesses = points.map(|point| if face.is_parallel { point.z } else { face.near });
+        if face.is_parallel {
+            points.iter_mut().for_each(|point| point.z = 1.0);
+        }
+        let norms = face.norms();
+        let reach = world.map(|corner| (corner - face.origin).abs().max_element());
+        // Each homogeneous coordinate is at most this, and wrong by four roundings of it.
+        let sizes = reach.map(|reach| (norms * reach).max_element().max(f64::from(u8::from(face.is_parallel))));
+        if is_outside(&points, sizes) {
+            return [None; 2];
+        }
+        let opposite = [(1, 2), (2, 0), (0, 1)];
+        let edges = opposite.map(|(j, k)| points[j].cross(points[k]));
+        let edge_errors = opposite.map(|(j, k)| 24.0 * ROUNDING * sizes[j] * sizes[k]);
+        let determinant = points[0].dot(edges[0]);
+        let determinant_error =
+            3.0 * sizes[0] * edge_errors[0] + 32.0 * ROUNDING * sizes[0] * edges[0].abs().max_element();
+        let is_certain = determinant.abs() > 4096.0 * determinant_error && determinant.is_finite();
+
+        let mut plane = Self {
+            id,
+            edges: [[0.0; 3]; 3],
+            edge_errors: [f64::INFINITY; 3],
+            nearness: [0.0; 3],
+            depth_error: f64::INFINITY,
+        };
+        let sign = if is_certain { determinant.signum() } else { 1.0 };
+        for (index, (edge, error)) in edges.into_iter().zip(edge_errors).enumerate() {
+            let size = edge.abs().element_sum();
+            // Otherwise nothing is known about this edge.
+            if size.is_finite() && size > 1e3 * error && size > 1e-250 {
+                plane.edges[index] = (edge * (sign / size)).to_array();
+                plane.edge_errors[index] = 3.0 * error / size;
+            }
+        }
+        if !is_certain {
+            let mut turned = plane;
+            turned.edges.as_flattened_mut().iter_mut().for_each(|factor| *factor = -*factor);
+            return [Some(plane), Some(turned)];
+        }
+        let weighted = |values: [f64; 3]| values[0].abs() + values[1].abs() + values[2].abs();
+        let slope = (edges[0] * nearnesses[0] + edges[1] * nearnesses[1] + edges[2] * nearnesses[2]) / determinant;
+        let size = slope.abs().element_sum();
+        let of_edges = weighted([0, 1, 2].map(|corner| edge_errors[corner] * nearnesses[corner]));
+        let of_nearness = if face.is_parallel {
+            let of_corner = |corner: usize| edges[corner].abs().max_element() * reach[corner];
+            4.0 * ROUNDING * norms.z * weighted([0, 1, 2].map(of_corner))
+        } else {
+            0.0
+        };
+        let error = (3.0 * (of_edges + of_nearness) + size * determinant_error) / determinant.abs();
+        let depth_error = 2.0 * error + predicate_error(face, world, determinant, size);
+        // One less f32 to overflow.
+        if depth_error < 1e30 && size < 1e30 {
+            plane.nearness = slope.to_array();
+            plane.depth_error = depth_error;
+        }
+        [Some(plane), None]
+    }
+}
+
+/// Whether all corners of a triangle are on the outer side of the same side of the face, or behind the light, by more than
+/// they may be wrong.
+fn is_outside(points: &[DVec3; 3], sizes: [f64; 3]) -> bool {
+    let beyond = |height: fn(DVec3) -> f64| {
+        points.iter().zip(sizes).all(|(&point, size)| height(point) > 16.0 * ROUNDING * size + 1e-6 * point.z.abs())
     };
-    let error = (3.0 * (of_edges + of_nearness) + size * determinant_error) / determinant.abs();
-    let depth_error = HALF_ULP * 8.5 * size.max(f64::from(face.is_parallel))
-        + 2.0 * error
-        + predicate_error(face, world, determinant, size);
-    // One less f32 to overflow.
-    if depth_error < 1e30 && size < 1e30 {
-        plane.nearness = slope.as_vec3().to_array();
-        plane.depth_error = (depth_error + 1e-30) as f32;
-        plane.steepness = (1.001 * size) as f32;
-    }
-    [Some(plane), None]
+    beyond(|p| -p.z)
+        || beyond(|p| p.x - FACE_LIMIT * p.z)
+        || beyond(|p| -p.x - FACE_LIMIT * p.z)
+        || beyond(|p| p.y - FACE_LIMIT * p.z)
+        || beyond(|p| -p.y - FACE_LIMIT * p.z)
 }
 
 /// How far, in nearness, the predicate wants a point to be behind the triangle.
@@ -114,137 +243,4 @@ pub(crate) fn predicate_error(face: &Face, [a, b, c]: [DVec3; 3], determinant: f
         // A point of the face is at most 18 z from the light; z · W is `near`.
         6.0 * ab * ac * (10.0 * ROUNDING * (18.0 * face.near + from_light * nearness) + error * face.near) / volume
     }
-}
-
-/// The bounds of the part of a triangle that is on the face, grown by `margin`; `None` if nothing is.
-fn bounds(points: &[DVec3; 3], sizes: [f64; 3], margin: f64) -> Option<[[f32; 2]; 2]> {
-    let everything = Some([[-POINT_LIMIT as f32, POINT_LIMIT as f32]; 2]);
-    let largest = sizes.into_iter().fold(0.0, f64::max);
-    if largest > 1e100 {
-        return everything;
-    }
-    // More than the face, so that no rounding here can lose a point of it; what is left may reach behind the light.
-    let limit = POINT_LIMIT + 1e-3;
-    let slack = 1e-12 * largest;
-    let mut polygon = [DVec3::ZERO; 8];
-    polygon[..3].copy_from_slice(points);
-    let mut count = 3;
-    for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
-        let height = |point: DVec3| limit * point.z - sign * point[axis] + slack;
-        let mut clipped = [DVec3::ZERO; 8];
-        let mut kept = 0;
-        for corner in 0..count {
-            let (from, to) = (polygon[corner], polygon[(corner + 1) % count]);
-            let (start, end) = (height(from), height(to));
-            if start >= 0.0 && kept < clipped.len() {
-                clipped[kept] = from;
-                kept += 1;
-            }
-            if (start < 0.0) != (end < 0.0) && kept < clipped.len() {
-                clipped[kept] = from + (to - from) * (start / (start - end));
-                kept += 1;
-            }
-        }
-        (polygon, count) = (clipped, kept);
-    }
-    if count == 0 {
-        return None;
-    }
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for point in &polygon[..count] {
-        // As near to the light as to be in any direction, once rounded.
-        if point.z < 1e-7 * largest {
-            return everything;
-        }
-        for axis in 0..2 {
-            let at = point[axis] / point.z;
-            (low[axis], high[axis]) = (low[axis].min(at), high[axis].max(at));
-        }
-    }
-    let grow = margin + 1e-6;
-    Some([0, 1].map(|axis| [(low[axis] - grow).max(-limit) as f32, (high[axis] + grow).min(limit) as f32]))
-}
-
-/// By how much rows and spans are grown, for the rounding of their own computation: far less than a cell.
-const GROW: f32 = 1e-5;
-
-impl Plane {
-    /// The rows of cells that the triangle may overlap.
-    pub(crate) fn rows(&self, cells: &Cells) -> std::ops::RangeInclusive<usize> {
-        let [low, high] = self.bounds[1];
-        cells.down.cell(low)..=cells.down.cell(high)
-    }
-
-    /// How many cells the triangle's bounds cover.
-    pub(crate) fn cells(&self, cells: &Cells) -> usize {
-        let [low, high] = self.bounds[0];
-        self.rows(cells).count() * (cells.across.cell(high) - cells.across.cell(low) + 1)
-    }
-
-    /// The columns in a row of cells that the triangle may overlap, the bounds in X and Y of that part of it, and the most
-    /// nearness that it has there.
-    pub(crate) fn span<S: Simd>(
-        &self,
-        simd: S,
-        cells: &Cells,
-        row: usize,
-    ) -> Option<(std::ops::RangeInclusive<usize>, Bounds<S>)> {
-        let [low_y, high_y] = cells.rows()[row].range;
-        let (low_y, high_y) = ((low_y - GROW).max(self.bounds[1][0]), (high_y + GROW).min(self.bounds[1][1]));
-        let most = |slope: f32| (slope * low_y).max(slope * high_y);
-        let [mut low, mut high] = self.bounds[0];
-        for ([a, b, c], error) in self.edges.into_iter().zip(self.edge_errors) {
-            if error.is_infinite() {
-                continue;
-            }
-            // a · X must be at least this, for some Y of the row.
-            let least = -(c + most(b)) - error - 4.0 * f32::EPSILON;
-            if a > f32::MIN_POSITIVE {
-                low = low.max(least / a - GROW);
-            } else if a < -f32::MIN_POSITIVE {
-                high = high.min(least / a + GROW);
-            } else if least > GROW {
-                return None;
-            }
-        }
-        if low > high || low_y > high_y {
-            return None;
-        }
-        let [a, b, c] = self.nearness;
-        let nearest = c + most(b) + (a * low).max(a * high) + self.depth_error;
-        let nearest = nearest + nearest.abs() * 4.0 * f32::EPSILON + f32::MIN_POSITIVE;
-        let columns = cells.across.cell(low)..=cells.across.cell(high);
-        let bounds = Bounds {
-            x: [splat(simd, low), splat(simd, high)],
-            y: [splat(simd, low_y), splat(simd, high_y)],
-            nearest: splat(simd, nearest),
-        };
-        Some((columns, bounds))
-    }
-
-    /// As [`Batch::test`](super::small::Batch::test).
-    #[inline(always)]
-    pub(crate) fn test<S: Simd>(&self, simd: S, block: &Block, error: BlockErrors) -> (mask32x16<S>, mask32x16<S>) {
-        let (x, y) = (f32x16::simd_from(simd, block.x), f32x16::simd_from(simd, block.y));
-        let [first, second, third] = self.edges;
-        let (e0, e1, e2) = (line(simd, first, x, y), line(simd, second, x, y), line(simd, third, x, y));
-        let [error0, error1, error2] = self.edge_errors;
-        let of_point = error.position * 1.001;
-        let (error0, error1) = (splat(simd, error0 + of_point), splat(simd, error1 + of_point));
-        let error2 = splat(simd, error2 + of_point);
-        // With an infinite error the one is never below zero, the other always.
-        let possible = min3([e0 + error0, e1 + error1, e2 + error2]).simd_ge(splat(simd, 0.0));
-        let certain = min3([e0 - error0, e1 - error1, e2 - error2]).simd_gt(splat(simd, 0.0));
-        let nearer = line(simd, self.nearness, x, y) - f32x16::simd_from(simd, block.nearness);
-        let depth_error = self.depth_error + (error.nearness + error.position * self.steepness) * 1.001;
-        let depth_error = splat(simd, depth_error);
-        let possible = possible & !nearer.simd_lt(-depth_error);
-        let certain = certain & nearer.simd_gt(depth_error);
-        (certain, possible)
-    }
-}
-
-#[inline(always)]
-fn line<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
-    splat(simd, a).mul_add(x, splat(simd, b).mul_add(y, splat(simd, c)))
 }

@@ -2,11 +2,16 @@
 
 use glam::{DMat3, DVec3, Vec3};
 
+use fearless_simd::dispatch;
+
+use super::LightGrid;
+use super::block::Block;
 use super::face::Face;
-use super::pass::LightPass;
+use super::pixel_map::PixelMap;
+use super::points::{GROUPS, TILE_BLOCKS, TileMap, block_of};
 use crate::LightSource;
-use crate::shot::{SeenPixels, Shot, TileOrder};
-use crate::simd::vectors::LANES;
+use crate::shot::{SeenImage, SeenPixels, Shot, TileOrder};
+use crate::simd::lanes::{LANES, bits_of};
 
 /// In which cell of a light's grid the point that each pixel shows is, in [`TileOrder`].
 ///
@@ -143,35 +148,47 @@ impl Face {
     }
 }
 
-impl LightPass {
-    /// Finds in which cell each point is that the pixels of `shot` have `seen`. `add` adds those of a face to the cells.
+impl LightGrid {
+    /// Finds where on the light's faces the points are that the pixels of `shot` have `seen`: in squares as many as there
+    /// are full blocks of points. The grid itself has no cells.
     ///
     /// # Panics
     /// If `survey` wasn't called for `seen`.
-    pub(crate) fn locate(
+    pub(crate) fn locate_points(
         &mut self,
         shot: &Shot<'_>,
         seen: &SeenPixels,
         light: &LightSource,
         located: &mut LightCells,
-        mut add: impl FnMut(&Self, &mut LightCells),
     ) {
         located.start(seen.order());
+        let settler = self.settler(SeenImage { shot, seen }, light);
         // A light that is none has no face.
-        self.visit_faces(shot, seen, light, |pass, _| add(pass, located));
-    }
-
-    /// Adds the points of the face that is mapped, each in the cell where [`LightGrid`](super::LightGrid) looks for it.
-    pub(crate) fn add_located(&self, located: &mut LightCells) {
-        let Self { face, cells, blocks, members, .. } = self;
-        let points = members.iter().enumerate().flat_map(|(block, members)| {
-            let points = &blocks[block];
-            (0..LANES).filter(move |lane| members >> lane & 1 == 1).map(move |lane| {
-                let cell = [cells.across.cell(points.x[lane]), cells.down.cell(points.y[lane])];
-                (block * LANES + lane, cell, points.nearness[lane])
-            })
+        self.visit_faces(&settler, |grid, face| {
+            let tiles = &grid.survey.tiles;
+            let expected: usize = tiles.iter().filter(|tile| face.may_own(tile)).map(|tile| tile.points as usize).sum();
+            let side = ((expected / LANES) as f64).sqrt().clamp(4.0, 1024.0) as usize;
+            let cell = |at: f32| (((at + 1.0) * (0.5 * side as f32)) as usize).min(side - 1);
+            let pixels = PixelMap::new(face, &settler.rays);
+            let mut blocks = Box::new([Block::EMPTY; TILE_BLOCKS]);
+            let mut points = Vec::with_capacity(expected);
+            for tile in (0..tiles.len()).filter(|&tile| face.may_own(&tiles[tile])) {
+                let map = TileMap::new(&settler.image, &settler.rays, face, &pixels, tile, [0.0; 3]);
+                for number in 0..GROUPS {
+                    let (mut lost, mut refined) = (Vec::new(), 0);
+                    let group = dispatch!(grid.level.0, simd => map.map_group(simd, number, &mut blocks, &mut lost, &mut refined));
+                    for (index, members) in group.into_iter().flat_map(|group| group.members).enumerate() {
+                        let block = block_of(number, index);
+                        points.extend(bits_of(members).map(|lane| {
+                            let of_block = &blocks[block];
+                            let index = (tile * TILE_BLOCKS + block) * LANES + lane;
+                            (index, [cell(of_block.x[lane]), cell(of_block.y[lane])], of_block.nearness[lane])
+                        }));
+                    }
+                }
+            }
+            located.add_face(face, [side; 2], points.into_iter());
         });
-        located.add_face(face, [cells.across.count, cells.down.count], points);
     }
 }
 
@@ -180,10 +197,10 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::{Camera, CameraGrid as _, LightGrid, LightsGrid as _, PerspectiveGrid, Triangles, View};
+    use crate::{Camera, CameraGrid as _, LightsGrid as _, PerspectiveGrid, Triangles, View};
 
     #[test]
-    fn points_are_where_the_grid_looks_for_them() {
+    fn every_point_that_is_seen_is_somewhere() {
         // A sheet of waves.
         const SIDE: u32 = 40;
         let at = |step: u32| step as f32 / SIDE as f32 * 2.0 - 1.0;
@@ -201,20 +218,19 @@ mod tests {
         camera_grid.build(&shot).expect("a small image");
         camera_grid.trace(&shot, &mut seen);
         let (mut grid, mut located) = (LightGrid::default(), LightCells::default());
+        grid.build(triangles);
         grid.survey(&shot, &seen);
         grid.locate(&shot, &seen, &LightSource::Point { position: Vec3::new(2.0, 3.0, 0.0) }, &mut located);
         assert_eq!(located.faces.len(), 1);
-        // The face's clusters are those of a shadow.
-        grid.pass.sort_clusters();
         let mut points = 0;
         for (index, cell) in located.of_pixels.iter().enumerate() {
-            assert_eq!(cell.is_some(), seen.triangle[index] != SeenPixels::NONE);
-            let Some(LightCell { column, row, .. }) = *cell else { continue };
-            let row = &grid.pass.cells.rows()[usize::from(row)];
-            let clusters = row.reaching(usize::from(column), usize::from(column));
-            assert!(row.block[clusters].contains(&((index / LANES) as u32)), "pixel {index} is not in {cell:?}");
-            points += 1;
+            let is_shown = seen.triangle[index] != SeenPixels::NONE && located.order.pixel(index).is_some();
+            assert_eq!(cell.is_some(), is_shown, "{index}");
+            points += u32::from(cell.is_some());
         }
         assert!(points > 1000, "{points}");
+        // Neighbours in the image are neighbours on the face.
+        let [a, b] = [50, 51].map(|x| located.at(x, 45).expect("the sheet"));
+        assert!(a.column.abs_diff(b.column) <= 2 && a.row.abs_diff(b.row) <= 2, "{a:?} {b:?}");
     }
 }

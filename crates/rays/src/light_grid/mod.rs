@@ -1,124 +1,205 @@
 //! The light grid: which of the points that a camera sees does a light reach?
 //!
 //! The light takes the camera's role (Guntury and Narayanan 2010, §4): what the camera sees is mapped to the light's
-//! perspective, clamped to the extent that it fills there. Unlike in the paper, neither triangles nor single points are
-//! listed in cells. The points of 4×4 pixels, which are mostly near each other for the light too, stay together as a block,
-//! and only the blocks' bounds are sorted. Each triangle looks up the bounds that it overlaps and is tested as soon as it
-//! is set up, 16 points at a time. The f32 filter knows its error; what it leaves undecided is settled in f64, and what
-//! f64 can't tell by the [predicate](crate::predicate).
+//! perspective, clamped to the extent that it fills there. Unlike in the paper, neither triangles nor points are listed in
+//! cells. Triangles come in [patches](crate::patches), which are culled as one; points stay in the image's tiles, and a
+//! thread takes a tile from its points to its bits before it takes another. Nothing but these bits leaves the tile. The f32
+//! filter knows its error; what it leaves undecided is settled in f64, and what f64 can't tell by the
+//! [predicate](crate::predicate).
 //!
-//! One verb a file: `survey` finds how far away the image's tiles are, `choose` chooses the light's faces, `spread` spreads
-//! cells over where the points are, `map` brings points to a face, `refine` those that need f64, `sort` brings their bounds
-//! into cells, `project` the vertices to the face, `trace` tests triangles against points (`small` those that cover few
-//! cells, `large` the others), `settle` decides what these leave undecided. `pass` goes through these steps. `locate` says
-//! in which cells points are, for whoever wants to see it.
+//! One verb a file: `survey` finds how far away the image's tiles are, `choose` chooses the light's faces, `project` brings
+//! patches to a face, `points` maps a tile's points to it, `parts` puts points together that are near each other for the
+//! light, `trace` finds the patches that may shadow a part and tests their triangles, `set_up` makes of these what the
+//! filter tests, `large` of those that f32 can't hold, `settle` decides what is left undecided. `locate` says where on the
+//! face points are, for whoever wants to see it.
 
 pub(crate) mod block;
-pub(crate) mod cells;
+mod boxes;
 pub(crate) mod choose;
 pub(crate) mod face;
-mod fused;
 pub(crate) mod large;
 mod locate;
-mod map;
-pub(crate) mod pass;
+mod parts;
 pub(crate) mod pixel_map;
+pub(crate) mod points;
 pub(crate) mod project;
-mod queue;
-pub(crate) mod refine;
+mod refine;
+mod set_up;
 pub(crate) mod settle;
 mod settle_eight;
-pub(crate) mod small;
-mod sort;
-mod spread;
 pub(crate) mod survey;
 mod trace;
 mod validate;
-pub(crate) mod worker;
+mod worker;
 
+use std::sync::Mutex;
 use std::time::Instant;
 
-pub static MODE: std::sync::atomic::AtomicU8 = std::sync::atomic::AtomicU8::new(0);
+use fearless_simd::dispatch;
+use rayon::prelude::*;
 
-use crate::LightSource;
 use crate::grids::LightsGrid;
-use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
+use crate::patches::Patches;
+use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work};
 use crate::simd::SimdLevel;
+use crate::{LightSource, Triangles};
+use face::Face;
 pub use locate::{LightCell, LightCells, LightFace};
-use pass::LightPass;
+use points::TILE_BLOCKS;
+use project::FacePatches;
+use settle::{Settler, settle_outliers};
+use survey::Survey;
+use trace::Tracer;
+use worker::{Worker, share_evenly};
 
 /// Which points that the camera sees a light reaches, rebuilt for every frame and light.
 ///
-/// For each pixel 12 bytes, for each block of 16 another 12, for each of its clusters and each row of cells that it is in
-/// 52, mostly once; for each vertex 16 bytes. Keep it and use it again: its memory is reused.
+/// Patches take about 12 bytes a triangle, and 12 more for where a light sees them; each thread's tile about two
+/// megabytes, whatever the image. Keep it and use it again: its memory is reused.
 #[derive(Default)]
 pub struct LightGrid {
-    pass: LightPass,
-    fused: fused::Fused,
-    patches: crate::patches::Patches,
-    /// Triangles that cover much of the face.
-    huge: Vec<u32>,
+    level: SimdLevel,
+    patches: Patches,
+    survey: Survey,
+    faces: Vec<Face>,
+    on_face: FacePatches,
+    workers: Vec<Worker>,
+    /// For each worker the tiles that nobody has begun: the first, and one more than the last.
+    shares: Vec<Mutex<[usize; 2]>>,
+    outliers: Vec<u32>,
+    counts: Counts,
+    seconds: Seconds,
 }
 
-debug_some!(LightGrid as grid: "counts" => grid.pass.counts);
+debug_some!(LightGrid as grid: "counts" => grid.counts);
 
 impl LightGrid {
     /// An empty grid that uses the instructions of `level`.
     #[must_use]
     pub fn with_level(level: SimdLevel) -> Self {
-        Self { pass: LightPass::new(level), fused: fused::Fused::with_level(level), ..Self::default() }
+        Self { level, ..Self::default() }
+    }
+
+    /// Calls `visit` for each face of a light, with the patches brought to it; whether the light is one at all.
+    ///
+    /// # Panics
+    /// If `survey` wasn't called for these pixels.
+    fn visit_faces(&mut self, settler: &Settler<'_>, mut visit: impl FnMut(&mut Self, &Face)) -> bool {
+        let Settler { image, light, .. } = settler;
+        assert!(self.survey.slots == image.seen.triangle.len(), "another image was surveyed");
+        self.counts = Counts::default();
+        self.seconds = Seconds { survey: self.survey.seconds, ..Seconds::default() };
+        self.outliers.clear();
+        let mut faces = std::mem::take(&mut self.faces);
+        let is_light = choose::choose(light, &self.survey.rays, &self.survey.tiles, &mut faces).is_some();
+        for face in &mut faces {
+            let start = Instant::now();
+            face.choose_point_error(&self.survey.rays, &self.survey.tiles);
+            let farthest = face.farthest(&self.survey.tiles);
+            self.on_face.project(face, farthest, &self.patches, image.shot.triangles, self.level);
+            self.seconds.project += start.elapsed().as_secs_f64();
+            visit(self, face);
+        }
+        self.counts.faces = faces.len() as u64;
+        self.faces = faces;
+        is_light
+    }
+
+    fn settler<'a>(&self, image: SeenImage<'a>, light: &'a LightSource) -> Settler<'a> {
+        Settler { image, rays: self.survey.rays, light, level: self.level }
+    }
+
+    /// Finds which points of a face are in shadow: a word for each block.
+    fn trace(&mut self, face: &Face, settler: &Settler<'_>, shadowed: &mut [u16]) {
+        let start = Instant::now();
+        let Self { patches, survey, on_face, workers, shares, outliers, counts, .. } = self;
+        workers.resize_with(rayon::current_num_threads(), Worker::default);
+        share_evenly(workers);
+        let (tiles, threads) = (&survey.tiles, workers.len());
+        shares.clear();
+        shares.extend((0..threads).map(|worker| Mutex::new([worker, worker + 1].map(|of| of * tiles.len() / threads))));
+        let tracer = Tracer::new(face, survey, patches, on_face, settler);
+        workers.par_iter_mut().with_max_len(1).enumerate().for_each(|(number, worker)| {
+            worker.start();
+            while let Some(tile) = next_tile(shares, number) {
+                if face.may_own(&tiles[tile]) {
+                    dispatch!(settler.level.0, simd => tracer.trace(simd, worker, tile));
+                    worker.keep(tile);
+                }
+            }
+        });
+        for worker in workers {
+            outliers.extend_from_slice(&worker.outliers);
+            *counts += worker.counts;
+            for (tile, found) in worker.found() {
+                let of_tile = &mut shadowed[tile * TILE_BLOCKS..(tile + 1) * TILE_BLOCKS];
+                of_tile.iter_mut().zip(found).for_each(|(word, found)| *word |= found);
+            }
+        }
+        self.seconds.trace += start.elapsed().as_secs_f64();
     }
 }
 
+/// The next tile for a worker: the first of its own share, or the last of another's.
+fn next_tile(shares: &[Mutex<[usize; 2]>], worker: usize) -> Option<usize> {
+    (0..shares.len()).find_map(|other| {
+        let mut share = shares[(worker + other) % shares.len()].lock().ok()?;
+        let [first, end] = *share;
+        if first >= end {
+            None
+        } else if other == 0 {
+            share[0] += 1;
+            Some(first)
+        } else {
+            share[1] -= 1;
+            Some(end - 1)
+        }
+    })
+}
+
 impl LightsGrid for LightGrid {
+    fn build(&mut self, triangles: Triangles<'_>) {
+        self.patches.update(triangles, self.level);
+    }
+
     fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
-        self.pass.survey(shot, seen);
+        self.survey.find(shot, seen, self.level);
     }
 
     fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
-        let Self { pass, huge, fused, patches } = self;
-        let mode = MODE.load(std::sync::atomic::Ordering::Relaxed);
-        if mode != 1 {
-            let start = Instant::now();
-            patches.update(shot.triangles, pass.level);
-            let map = start.elapsed().as_secs_f64();
-            let mut work = fused.shadow(&pass.survey, patches, shot, seen, light, mask);
-            work.seconds.map = map;
-            if mode == 0 {
-                return work;
-            }
+        mask.resize(seen.order());
+        let shadowed = mask.blocks_mut();
+        shadowed.fill(0);
+        let settler = self.settler(SeenImage { shot, seen }, light);
+        let is_light = self.visit_faces(&settler, |grid, face| grid.trace(face, &settler, shadowed));
+        let start = Instant::now();
+        if is_light {
+            self.outliers.extend_from_slice(&self.survey.unknown);
+            self.counts.outliers = settle_outliers(&mut self.outliers, shot, seen, light, shadowed);
         }
-        let found = mask.clone();
-        let work = pass.shadow(shot, seen, light, mask, |pass, settler| {
-            let start = Instant::now();
-            pass.sort_clusters();
-            pass.counts.clusters += pass.cells.rows().iter().map(|row| row.len() as u64).sum::<u64>();
-            let sorted = Instant::now();
-            trace::test_triangles(pass, huge, settler);
-            pass.seconds.sort += (sorted - start).as_secs_f64();
-            pass.seconds.trace += sorted.elapsed().as_secs_f64();
+        const CHUNK: usize = 1024;
+        shadowed.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, words)| {
+            let blocks = seen.triangle[chunk * CHUNK * TileOrder::BLOCK_PIXELS..].chunks_exact(TileOrder::BLOCK_PIXELS);
+            words.iter_mut().zip(blocks).for_each(|(word, block)| *word = SeenPixels::shown_of(block) & !*word);
         });
-        if mode == 2 {
-            let (mut lit, mut dark) = (0, 0);
-            for (old, new) in mask.blocks().iter().zip(found.blocks()) {
-                lit += (new & !old).count_ones();
-                dark += (old & !new).count_ones();
-            }
-            eprintln!("wrongly lit {lit}, wrongly dark {dark}");
-        }
-        work
+        self.seconds.settle = start.elapsed().as_secs_f64();
+        Work { counts: self.counts, seconds: self.seconds }
     }
 
     fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
-        self.pass.locate(shot, seen, light, cells, LightPass::add_located);
+        self.locate_points(shot, seen, light, cells);
     }
 
     fn bytes(&self) -> Bytes {
-        let Bytes { triangles, points } = self.pass.bytes();
-        Bytes { triangles: triangles + self.huge.capacity() * size_of::<u32>(), points }
+        let workers: usize = self.workers.iter().map(Worker::bytes).sum();
+        Bytes {
+            triangles: self.patches.bytes() + self.on_face.bytes(),
+            points: self.survey.bytes() + workers + self.outliers.capacity() * size_of::<u32>(),
+        }
     }
 
     fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
-        validate::validate(&mut self.pass, shot, seen, light)
+        self.patches.validate(shot.triangles)?;
+        validate::validate(self, shot, seen, light)
     }
 }

@@ -1,61 +1,258 @@
+use std::sync::Mutex;
+
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16, f64x8};
-use glam::Vec3;
-use rayon::prelude::*;
+use fearless_simd::{Simd, dispatch, f64x8};
+use glam::{DVec3, Vec3};
 
-use super::face::{FACE_LIMIT, Face};
-use super::pass::LightPass;
-use crate::simd::vectors::{LANES, Vectors, dot, largest, minus, narrow, splat_vector, widen};
+use super::boxes::{FaceBox, SixteenBoxes};
+use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN};
+use super::large::LargeTriangles;
+use crate::Triangles;
+use crate::patches::{Patches, SixteenBoxes as WorldBoxes, gather};
+use crate::simd::SimdLevel;
+use crate::simd::lanes::quads;
+use crate::simd::vectors::{LANES, Vectors, dot, largest, minus, narrow, splat, splat_vector, widen};
 
-const CHUNK_VERTICES: usize = 2048;
+/// Sixteens of patches that one thread takes at once.
+const CHUNK_SIXTEENS: usize = 4;
 
-/// A vertex of a face is (X, Y, W, outcode). One that the filter can't use has NaN for X, Y and W.
-///
-/// The outcode has a bit for each side of the face's frustum, grown to [`FACE_LIMIT`], that the vertex is certainly
-/// outside of: high X, low X, high Y, low Y, behind the light. A triangle whose vertices share a bit can't be between
-/// the light and the face's points.
-const UNUSABLE: [f32; 4] = [f32::NAN, f32::NAN, f32::NAN, 0.0];
+/// The patches of a frame as a face sees them.
+#[derive(Debug, Default)]
+pub(crate) struct FacePatches {
+    /// X, Y and W of the patches' vertices, in the patches' order; what a patch has that the face doesn't see is old.
+    pub(crate) vertices: Vec<[f32; 4]>,
+    /// The boxes of patches; those that can't shadow a point of the face overlap nothing.
+    pub(crate) sixteens: Vec<SixteenBoxes>,
+    /// The boxes of sixteens.
+    pub(crate) upper: Vec<SixteenBoxes>,
+    /// Triangles of patches with a vertex that f32 can't hold.
+    pub(crate) large: LargeTriangles,
+    /// The patches that these are of.
+    of_large: Vec<u32>,
+}
 
-impl LightPass {
-    /// Maps all vertices to the face, each once, and lists one after them that stands for all that don't exist.
-    pub(crate) fn project(&mut self, positions: &[Vec3]) {
-        let Self { vertices, face, level, .. } = self;
-        vertices.resize(positions.len() + 1, UNUSABLE);
-        vertices[positions.len()] = UNUSABLE;
-        let (face, level) = (&*face, level.0);
-        let chunks =
-            vertices[..positions.len()].par_chunks_mut(CHUNK_VERTICES).zip(positions.par_chunks(CHUNK_VERTICES));
-        chunks.for_each(|(vertices, positions)| {
-            dispatch!(level, simd => project(simd, face, positions, vertices));
+impl FacePatches {
+    /// Brings all patches that may shadow a point of the face to it. No point is farther from the light than `farthest`, a
+    /// depth in perspective, else minus W.
+    pub(crate) fn project(
+        &mut self,
+        face: &Face,
+        farthest: f64,
+        patches: &Patches,
+        triangles: Triangles<'_>,
+        level: SimdLevel,
+    ) {
+        let Self { vertices, sixteens, upper, large, of_large } = self;
+        vertices.resize(patches.vertex_count(), [0.0; 4]);
+        sixteens.resize(patches.len().div_ceil(LANES), SixteenBoxes::NOTHING);
+        of_large.clear();
+        let projector = Projector {
+            face,
+            sides: Sides::new(face, farthest),
+            patches,
+            positions: triangles.positions,
+            of_large: Mutex::new(of_large),
+            level,
+        };
+        projector.project(0, vertices, sixteens);
+        upper.clear();
+        upper.extend(sixteens.chunks(LANES).map(|sixteens| {
+            let mut all = SixteenBoxes::NOTHING;
+            for (lane, boxes) in sixteens.iter().enumerate() {
+                all.set(lane, dispatch!(level.0, simd => boxes.around_patches(simd)));
+            }
+            all
+        }));
+        of_large.sort_unstable();
+        let ids = of_large.iter().flat_map(|&number| {
+            let patch = patches.get(number as usize);
+            patch.ids[..patch.count].iter().copied()
         });
+        large.find(face, triangles, ids);
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        self.vertices.capacity() * size_of::<[f32; 4]>()
+            + (self.sixteens.capacity() + self.upper.capacity()) * size_of::<SixteenBoxes>()
+            + self.large.bytes()
+            + self.of_large.capacity() * size_of::<u32>()
     }
 }
 
-#[inline(always)]
-fn project<S: Simd>(simd: S, face: &Face, positions: &[Vec3], vertices: &mut [[f32; 4]]) {
-    for (positions, vertices) in positions.chunks(LANES).zip(vertices.chunks_mut(LANES)) {
-        let mut axes = [[f32::NAN; LANES]; 3];
-        for (lane, position) in positions.iter().enumerate() {
-            axes[0][lane] = position.x;
-            axes[1][lane] = position.y;
-            axes[2][lane] = position.z;
+/// The sides of the part of the world in which triangles may shadow points of a face: of each a normal n and a distance c,
+/// n · v + c being at least zero inside, with v from the face's origin.
+struct Sides {
+    count: usize,
+    normals: [DVec3; 6],
+    distances: [f64; 6],
+}
+
+impl Sides {
+    fn new(face: &Face, farthest: f64) -> Self {
+        let Face { x, y, z, .. } = *face;
+        if face.is_parallel {
+            let normals = [x, -x, y, -y, z, DVec3::ZERO];
+            Self { count: 5, normals, distances: [FACE_LIMIT, FACE_LIMIT, FACE_LIMIT, FACE_LIMIT, farthest, 0.0] }
+        } else {
+            let wide = z * FACE_LIMIT;
+            let normals = [wide - x, wide + x, wide - y, wide + y, z, -z];
+            Self { count: 6, normals, distances: [0.0, 0.0, 0.0, 0.0, 0.0, farthest] }
         }
-        let [x, y, z] = axes;
-        let [low, high] = widen([f32x16::simd_from(simd, x), f32x16::simd_from(simd, y), f32x16::simd_from(simd, z)]);
-        let (low, low_codes) = project_eight(simd, face, low);
-        let (high, high_codes) = project_eight(simd, face, high);
-        let [x, y, nearness] = narrow(low, high);
-        let (x, y, nearness) = (x.to_array(), y.to_array(), nearness.to_array());
-        let codes = [low_codes, high_codes];
-        for (lane, vertex) in vertices.iter_mut().enumerate() {
-            let code = codes[lane / 8].map(|outside| (outside >> (lane % 8)) as u32 & 1);
-            let code = code.into_iter().enumerate().fold(0, |all, (side, bit)| all | bit << side);
-            *vertex = [x[lane], y[lane], nearness[lane], f32::from_bits(code)];
+    }
+
+    /// Which of sixteen boxes are outside for certain; NaN isn't.
+    #[inline(always)]
+    fn outside<S: Simd>(&self, simd: S, boxes: &WorldBoxes, origin: DVec3) -> u16 {
+        // Roundings: of a difference, of a normal, of products and sums, all of what has at most this size.
+        const ROUNDED: f64 = 64.0 * HALF_ULP;
+        let origin32 = origin.as_vec3().to_array();
+        let largest_origin = origin.abs().max_element() as f32;
+        let mut outside = 0;
+        let mut size = splat(simd, largest_origin);
+        let zero = splat(simd, 0.0);
+        let (mut low, mut high) = ([zero; 3], [zero; 3]);
+        for axis in 0..3 {
+            let origin = splat(simd, origin32[axis]);
+            low[axis] = fearless_simd::f32x16::simd_from(simd, boxes.low[axis]) - origin;
+            high[axis] = fearless_simd::f32x16::simd_from(simd, boxes.high[axis]) - origin;
+            size = size.max(low[axis].abs()).max(high[axis].abs());
         }
+        for (normal, distance) in self.normals.iter().zip(self.distances).take(self.count) {
+            let sum = normal.abs().element_sum();
+            let error = size * splat(simd, (sum * ROUNDED) as f32) + splat(simd, (distance.abs() * ROUNDED) as f32);
+            let mut most = error + splat(simd, distance as f32);
+            for (axis, &factor) in normal.as_vec3().to_array().iter().enumerate() {
+                let end = if factor > 0.0 { high[axis] } else { low[axis] };
+                most = end.mul_add(splat(simd, factor), most);
+            }
+            outside |= most.simd_lt(zero).to_bitmask() as u16;
+        }
+        outside
+    }
+}
+
+struct Projector<'a> {
+    face: &'a Face,
+    sides: Sides,
+    patches: &'a Patches,
+    positions: &'a [Vec3],
+    of_large: Mutex<&'a mut Vec<u32>>,
+    level: SimdLevel,
+}
+
+/// What becomes of a patch.
+enum Projected {
+    /// It is in this box.
+    Inside(FaceBox),
+    /// It can't shadow a point of the face.
+    Outside,
+    /// It has a vertex that f32 can't hold.
+    Large,
+}
+
+impl Projector<'_> {
+    /// Projects the sixteens from `first` on, whose vertices are given; in halves, so that threads share them.
+    fn project(&self, first: usize, vertices: &mut [[f32; 4]], sixteens: &mut [SixteenBoxes]) {
+        if sixteens.len() <= CHUNK_SIXTEENS {
+            dispatch!(self.level.0, simd => self.project_chunk(simd, first, vertices, sixteens));
+            return;
+        }
+        let middle = sixteens.len() / 2;
+        let start = |sixteen: usize| self.patches.vertex_range(sixteen * LANES).start;
+        let (low, high) = vertices.split_at_mut(start(first + middle) - start(first));
+        let (low_boxes, high_boxes) = sixteens.split_at_mut(middle);
+        rayon::join(|| self.project(first, low, low_boxes), || self.project(first + middle, high, high_boxes));
+    }
+
+    #[inline(always)]
+    fn project_chunk<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        mut vertices: &mut [[f32; 4]],
+        sixteens: &mut [SixteenBoxes],
+    ) {
+        for (sixteen, boxes) in sixteens.iter_mut().enumerate() {
+            let sixteen = first + sixteen;
+            *boxes = SixteenBoxes::NOTHING;
+            let outside = self.sides.outside(simd, &self.patches.bounds.sixteens[sixteen], self.face.origin);
+            for lane in 0..LANES.min(self.patches.len() - sixteen * LANES) {
+                let number = sixteen * LANES + lane;
+                let (of_patch, rest) = vertices.split_at_mut(self.patches.vertex_range(number).len());
+                vertices = rest;
+                if outside >> lane & 1 == 1 {
+                    continue;
+                }
+                match self.project_patch(simd, number, of_patch) {
+                    Projected::Inside(one) => boxes.set(lane, one),
+                    Projected::Outside => {}
+                    Projected::Large => {
+                        if let Ok(mut large) = self.of_large.lock() {
+                            large.push(number as u32);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn project_patch<S: Simd>(&self, simd: S, number: usize, vertices: &mut [[f32; 4]]) -> Projected {
+        let face = self.face;
+        let patch = self.patches.get(number);
+        let infinity = splat(simd, f32::INFINITY);
+        let (mut low_x, mut high_x, mut low_y, mut high_y) = (infinity, -infinity, infinity, -infinity);
+        let (mut farthest, mut nearest) = (infinity, -infinity);
+        let mut outside = [u64::MAX; 5];
+        let mut sum = splat(simd, 0.0);
+        for (indices, vertices) in patch.vertices.chunks_exact(LANES).zip(vertices.chunks_exact_mut(LANES)) {
+            let [low, high] = widen(gather(simd, self.positions, indices));
+            let (low, low_codes) = project_eight(simd, face, low);
+            let (high, high_codes) = project_eight(simd, face, high);
+            let [x, y, nearness] = narrow(low, high);
+            for side in 0..5 {
+                outside[side] &= low_codes[side] & high_codes[side];
+            }
+            let interleaved = quads([x, y, nearness, splat(simd, 0.0)]);
+            for (quad, to) in interleaved.into_iter().zip(vertices.as_flattened_mut().chunks_exact_mut(LANES)) {
+                quad.store_slice(to);
+            }
+            sum += x;
+            low_x = low_x.min(x);
+            high_x = high_x.max(x);
+            low_y = low_y.min(y);
+            high_y = high_y.max(y);
+            farthest = farthest.min(nearness);
+            nearest = nearest.max(nearness);
+        }
+        if outside.iter().any(|lanes| lanes & 0xff == 0xff) {
+            return Projected::Outside;
+        }
+        let x = [low_x.reduce_min(), high_x.reduce_max()];
+        let y = [low_y.reduce_min(), high_y.reduce_max()];
+        let (farthest, nearest) = (farthest.reduce_min(), nearest.reduce_max());
+        // A sum is NaN where one is, whatever a minimum makes of it.
+        let is_usable = sum.simd_eq(sum).all_true();
+        let is_near_the_face = x[0] >= -2.0 && x[1] <= 2.0 && y[0] >= -2.0 && y[1] <= 2.0;
+        // The bound for what the predicate asks counts on it.
+        let is_even = face.is_parallel || nearest <= farthest * 1.99;
+        if !(is_usable && is_near_the_face && is_even) {
+            return Projected::Large;
+        }
+        // Wrong by two roundings; in parallel light of one.
+        let error = nearest.abs().max(if face.is_parallel { 1.0 } else { 0.0 }) * (4.0 * HALF_ULP) as f32;
+        Projected::Inside(FaceBox {
+            x: [x[0] - VERTEX_MARGIN, x[1] + VERTEX_MARGIN],
+            y: [y[0] - VERTEX_MARGIN, y[1] + VERTEX_MARGIN],
+            nearness: nearest + error,
+        })
     }
 }
 
 /// X, Y and W of eight vertices, NaN where the filter can't use them, and the lanes of each outcode.
+///
+/// There is an outcode for each side of the face's frustum, grown to [`FACE_LIMIT`], that a vertex is certainly outside of:
+/// high X, low X, high Y, low Y, behind the light.
 ///
 /// The filter counts on coordinates that f64 got right to ε / 8 of their size or of one, ε = 2⁻²⁴. The homogeneous
 /// ones are wrong by 4 u · |x|₁ |v|, so where |v| ≤ 16 p.z, and with |x|₁ below 2²⁰, X is wrong by 2⁻⁵³ · 2⁸ · 2²⁰

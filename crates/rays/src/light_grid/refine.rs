@@ -2,55 +2,9 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8, mask64x8};
 use glam::DVec3;
 
-use super::block::{Block, BlockErrors};
 use super::face::{Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT};
-use super::map::{Mapper, Slab};
 use crate::shot::{CameraRays, EightPoints, SeenImage, SeenPixels};
-use crate::simd::vectors::{LANES, Vectors, dot, splat_vector};
-
-impl Mapper<'_> {
-    /// Maps the points of a block from the planes of the triangles that they are on, in f64: for blocks whose depths
-    /// aren't exact enough for the face. Which points were mapped; others that belong to the face are outliers.
-    #[inline(always)]
-    pub(crate) fn refine<S: Simd>(
-        &self,
-        simd: S,
-        block: u32,
-        points: &mut Block,
-        slab: &mut Slab,
-    ) -> (u16, BlockErrors) {
-        let first = block * LANES as u32;
-        let mut mapped = 0_u16;
-        let (mut position_error, mut nearness_error) = (0.0_f64, 0.0_f64);
-        for half in [0, 8] {
-            let indices = std::array::from_fn(|lane| first + half + lane as u32);
-            let eight = refine_eight(simd, self.image, &self.survey.rays, self.face, indices);
-            for (lane, index) in indices.into_iter().enumerate() {
-                if eight.members >> lane & 1 == 0 {
-                    continue;
-                }
-                if eight.exact >> lane & 1 == 0 {
-                    slab.outliers.push(index);
-                    continue;
-                }
-                let at = half as usize + lane;
-                points.x[at] = eight.at[0][lane] as f32;
-                points.y[at] = eight.at[1][lane] as f32;
-                points.nearness[at] = eight.at[2][lane] as f32;
-                mapped |= 1 << at;
-                position_error = position_error.max(eight.errors[0][lane]);
-                nearness_error = nearness_error.max(eight.errors[1][lane]);
-            }
-        }
-        slab.refined += mapped.count_ones();
-        // Rounded up.
-        let error = BlockErrors {
-            position: (position_error * 1.001) as f32 + 2.0 * HALF_ULP as f32,
-            nearness: (nearness_error * 1.001) as f32,
-        };
-        (mapped, error)
-    }
-}
+use crate::simd::vectors::{Vectors, dot, splat_vector};
 
 /// Eight pixels' points on a face, from the planes of the triangles that they are on.
 #[inline(always)]

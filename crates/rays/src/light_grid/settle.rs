@@ -2,7 +2,6 @@ use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 use super::face::HALF_ULP;
-use super::pass::LightPass;
 use super::settle_eight::{Settled, settle_eight};
 use crate::LightSource;
 use crate::predicate::settle;
@@ -70,35 +69,24 @@ impl Settler<'_> {
     }
 }
 
-impl LightPass {
-    /// Settles what the threads couldn't decide, in equal parts, and adds up what they counted.
-    pub(crate) fn settle(&mut self, settler: &Settler<'_>) {
-        let Self { workers, undecided, counts, .. } = self;
-        undecided.clear();
-        for worker in workers.iter_mut() {
-            undecided.append(&mut worker.undecided);
-            *counts += worker.counts;
-        }
-        let share = undecided.len().div_ceil(workers.len()).max(8);
-        let shares = workers.par_iter_mut().zip(undecided.par_chunks(share));
-        counts.settled += shares.map(|(worker, pairs)| settler.settle(pairs, 0, &mut worker.shadowed)).sum::<u64>();
-    }
-
-    /// Tests the points that no face could map against every triangle.
-    pub(crate) fn settle_outliers(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) {
-        let Self { outliers, survey, shadowed, counts, .. } = self;
-        outliers.extend_from_slice(&survey.unknown);
-        outliers.sort_unstable();
-        outliers.dedup();
-        counts.outliers = outliers.len() as u64;
-        let count = shot.triangles.len() as u32;
-        for index in outliers.iter().map(|&index| index as usize) {
-            let Some(ray) = shot.shadow_ray(seen, index, light) else { continue };
-            let own = seen.triangle[index];
-            let triangles = (0..count).into_par_iter().with_min_len(1024);
-            if triangles.filter(|&id| id != own).any(|id| settle::is_blocked(shot, &ray, id)) {
-                shadowed[index / TileOrder::BLOCK_PIXELS] |= 1 << (index % TileOrder::BLOCK_PIXELS);
-            }
+/// Tests the points that no face could map against every triangle; how many there are.
+pub(crate) fn settle_outliers(
+    outliers: &mut Vec<u32>,
+    shot: &Shot<'_>,
+    seen: &SeenPixels,
+    light: &LightSource,
+    shadowed: &mut [u16],
+) -> u64 {
+    outliers.sort_unstable();
+    outliers.dedup();
+    let count = shot.triangles.len() as u32;
+    for index in outliers.iter().map(|&index| index as usize) {
+        let Some(ray) = shot.shadow_ray(seen, index, light) else { continue };
+        let own = seen.triangle[index];
+        let triangles = (0..count).into_par_iter().with_min_len(1024);
+        if triangles.filter(|&id| id != own).any(|id| settle::is_blocked(shot, &ray, id)) {
+            shadowed[index / TileOrder::BLOCK_PIXELS] |= 1 << (index % TileOrder::BLOCK_PIXELS);
         }
     }
+    outliers.len() as u64
 }

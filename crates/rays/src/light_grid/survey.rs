@@ -5,8 +5,8 @@ use fearless_simd::{Simd, dispatch, f32x16};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::pass::LightPass;
 use crate::shot::{CameraRays, SeenImage, SeenPixels, Shot, TileOrder};
+use crate::simd::SimdLevel;
 use crate::simd::vectors::{LANES, splat};
 
 /// What all lights want to know about an image.
@@ -18,6 +18,8 @@ pub(crate) struct Survey {
     pub(crate) slots: usize,
     /// The indices of pixels that show a triangle at an unknown depth: they are outliers of every light.
     pub(crate) unknown: Vec<u32>,
+    /// How long finding it took.
+    pub(crate) seconds: f64,
 }
 
 impl Survey {
@@ -37,29 +39,29 @@ pub(crate) struct Tile {
     pub(crate) corners: [DVec3; 8],
 }
 
-impl LightPass {
-    /// Finds out how far away each tile's points are; call it before `shadow`, once for all lights.
+impl Survey {
+    /// Finds out how far away each tile's points are, once for all lights.
     ///
     /// # Panics
     /// If `seen` isn't of the size of the shot's view.
-    pub(crate) fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
+    pub(crate) fn find(&mut self, shot: &Shot<'_>, seen: &SeenPixels, level: SimdLevel) {
         let start = Instant::now();
         shot.expect_size(seen);
         let image = &SeenImage { shot, seen };
-        let Survey { tiles, rays, slots, unknown } = &mut self.survey;
+        let Self { tiles, rays, slots, unknown, seconds } = self;
         *rays = CameraRays::new(shot);
         *slots = image.seen.triangle.len();
         tiles.resize(*slots / TileOrder::TILE_PIXELS, Tile::default());
-        let (level, rays) = (self.level.0, &*rays);
+        let rays = &*rays;
         tiles.par_iter_mut().enumerate().with_min_len(4).for_each(|(index, tile)| {
-            *tile = dispatch!(level, simd => survey(simd, image, rays, index));
+            *tile = dispatch!(level.0, simd => survey(simd, image, rays, index));
         });
         unknown.clear();
         for (tile, _) in tiles.iter().enumerate().filter(|(_, tile)| tile.has_unknown) {
             let indices = tile * TileOrder::TILE_PIXELS..(tile + 1) * TileOrder::TILE_PIXELS;
             unknown.extend(indices.filter(|&index| is_unknown(image.seen, index)).map(|index| index as u32));
         }
-        self.seconds.survey = start.elapsed().as_secs_f64();
+        *seconds = start.elapsed().as_secs_f64();
     }
 }
 

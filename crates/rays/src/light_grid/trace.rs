@@ -1,299 +1,654 @@
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::collections::HashMap;
+use std::ops::Range;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, mask32x16, u32x16};
-use rayon::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
-use super::block::{Block, BlockErrors};
-use super::face::VertexErrors;
-use super::large::{Plane, planes};
-use super::pass::LightPass;
+use super::block::Block;
+use super::boxes::{FaceBox, SixteenBoxes, SplatBox};
+use super::face::{Face, HALF_ULP, VertexErrors};
+use super::parts::Part;
+use super::pixel_map::PixelMap;
+use super::points::{GROUPS, TILE_BLOCKS, TileMap, origin};
+use super::project::FacePatches;
+use super::set_up::{Extent, Record, SetUp};
 use super::settle::Settler;
-use super::small::{BATCH, Batch, Mapped};
-use super::worker::Worker;
-use crate::shot::Counts;
-use crate::simd::lanes::bits_of;
+use super::survey::Survey;
+use super::worker::{Tile, Worker, make_room};
+use crate::patches::{MOST_TRIANGLES, Patches};
+use crate::shot::{Counts, MaskAnswers, MaskPoints, SeenPixels, TileOrder};
+use crate::simd::lanes::{bits_of, load, min3};
 use crate::simd::vectorized;
-use crate::simd::vectors::LANES;
+use crate::simd::vectors::{LANES, splat};
 
-/// Triangles that a thread takes at once.
-const CHUNK_TRIANGLES: usize = 512;
+/// Parts whose candidates are found together.
+const BATCH_PARTS: usize = 128;
 
-/// Triangles that cover much of the face that a thread sets aside.
-const MOST_HUGE: usize = 1024;
+/// A bit for each part of a batch.
+type PartBits = u128;
 
-/// Rows of cells that a thread takes at once for the triangles that cover much of the face.
-const CHUNK_ROWS: usize = 4;
+/// Candidates whose triangles are set up together.
+const BATCH_CANDIDATES: usize = 256;
 
-/// Tests every triangle against the blocks that it covers; `huge` is memory for those that cover much of the face.
-pub(crate) fn test_triangles(pass: &mut LightPass, huge: &mut Vec<u32>, settler: &Settler<'_>) {
-    let LightPass { face, cells, blocks, errors, members, vertices, workers, level, .. } = pass;
-    let level = level.0;
-    let mapped = Mapped { face, vertex_errors: VertexErrors::new(face), cells, vertices };
-    let tester = Tester { mapped, blocks, errors, settler };
-    workers.resize_with(rayon::current_num_threads(), Worker::default);
-    let next = AtomicUsize::new(0);
-    workers.par_iter_mut().for_each(|worker| {
-        worker.start(members);
-        worker.huge.reserve_exact(MOST_HUGE);
-        loop {
-            let first = next.fetch_add(CHUNK_TRIANGLES, Ordering::Relaxed);
-            if first >= settler.image.shot.triangles.len() {
-                break;
-            }
-            dispatch!(level, simd => tester.test_chunk(simd, worker, first));
-        }
-    });
-    huge.clear();
-    workers.iter().for_each(|worker| huge.extend_from_slice(&worker.huge));
-    if !huge.is_empty() {
-        let next = AtomicUsize::new(0);
-        workers.par_iter_mut().for_each(|worker| {
-            loop {
-                let first = next.fetch_add(CHUNK_ROWS, Ordering::Relaxed);
-                if first >= cells.rows().len() {
-                    break;
-                }
-                let rows = first..(first + CHUNK_ROWS).min(cells.rows().len());
-                dispatch!(level, simd => tester.test_huge(simd, worker, huge, rows));
-            }
-        });
+/// Undecided pairs that are collected before they are settled.
+const MOST_UNDECIDED: usize = 1 << 12;
+
+/// Where a triangle's bounds overlap more slots of a part than this, its edges are tested against their boxes before it is
+/// tested against their points.
+const MOST_UNTESTED: u32 = 6;
+
+/// What tracing a face's tiles needs to know.
+pub(crate) struct Tracer<'a> {
+    face: &'a Face,
+    vertex_errors: VertexErrors,
+    pixels: PixelMap,
+    patches: &'a Patches,
+    on_face: &'a FacePatches,
+    settler: &'a Settler<'a>,
+    /// The area of a face over the number of the image's blocks.
+    average: f32,
+}
+
+/// What may shadow points of some parts.
+#[derive(Debug, Default)]
+pub(crate) struct Batch {
+    /// The boxes of parts, sixteen together.
+    boxes: Vec<SixteenBoxes>,
+    candidates: Vec<Candidate>,
+    /// Those beyond `set_up_count` are left from earlier.
+    set_ups: Vec<SetUp>,
+    set_up_count: usize,
+    large: Vec<(Record, PartBits)>,
+    /// Pairs of a triangle, in the upper bits, and a slot of a part, in the lowest four.
+    queue: Vec<u32>,
+}
+
+/// A patch that may shadow points of a batch.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    number: u32,
+    /// Its index in `set_ups`, or none.
+    set_up: u32,
+    /// In relation to the tile's origin.
+    around: FaceBox,
+    /// Which parts it may shadow points of.
+    parts: PartBits,
+}
+
+impl Batch {
+    pub(crate) fn bytes(&self) -> usize {
+        self.boxes.capacity() * size_of::<SixteenBoxes>()
+            + self.candidates.capacity() * size_of::<Candidate>()
+            + self.set_ups.capacity() * size_of::<SetUp>()
+            + self.large.capacity() * size_of::<(Record, PartBits)>()
+            + self.queue.capacity() * size_of::<u32>()
+    }
+
+    /// How much each list has room for.
+    pub(crate) fn room(&self) -> [usize; 4] {
+        [self.boxes.capacity(), self.candidates.capacity(), self.set_ups.len(), self.large.capacity()]
+    }
+
+    /// Makes room for at least so much in each list.
+    pub(crate) fn make_room(&mut self, [boxes, candidates, set_ups, large]: [usize; 4]) {
+        make_room(&mut self.boxes, boxes);
+        make_room(&mut self.candidates, candidates);
+        make_room(&mut self.set_ups, set_ups);
+        make_room(&mut self.large, large);
     }
 }
 
-/// What testing a triangle needs to know.
-pub(crate) struct Tester<'a> {
-    pub(crate) mapped: Mapped<'a>,
-    pub(crate) blocks: &'a [Block],
-    pub(crate) errors: &'a [BlockErrors],
-    pub(crate) settler: &'a Settler<'a>,
+const NOT_SET_UP: u32 = u32::MAX;
+
+/// Room of the queue: each triangle of a patch and each slot, and what is written beyond them.
+const QUEUE: usize = 64 * LANES + LANES;
+
+impl<'a> Tracer<'a> {
+    pub(crate) fn new(
+        face: &'a Face,
+        survey: &Survey,
+        patches: &'a Patches,
+        on_face: &'a FacePatches,
+        settler: &'a Settler<'a>,
+    ) -> Self {
+        Self {
+            face,
+            vertex_errors: VertexErrors::new(face),
+            pixels: PixelMap::new(face, &survey.rays),
+            patches,
+            on_face,
+            settler,
+            average: 4.0 / (survey.slots / TileOrder::BLOCK_PIXELS).max(1) as f32,
+        }
+    }
 }
 
-impl Tester<'_> {
+impl Tracer<'_> {
+    /// Finds which points of a tile are in shadow, among those that the face has.
     #[inline(always)]
-    fn test_chunk<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
-        let all = self.settler.image.shot.triangles.indices;
-        let chunk = &all[first..(first + CHUNK_TRIANGLES).min(all.len())];
-        for (batch, triangles) in chunk.chunks(BATCH).enumerate() {
-            let first = first + batch * BATCH;
-            let (mut small, mut large) = (0_u64, 0_u64);
-            for (group, triangles) in triangles.chunks(LANES).enumerate() {
-                let slot = group * LANES;
-                let survivors = worker.batch.set_up(simd, &self.mapped, triangles, slot);
-                small |= survivors.small << slot;
-                large |= survivors.large << slot;
+    pub(crate) fn trace<S: Simd>(&self, simd: S, worker: &mut Worker, number: usize) {
+        self.begin(simd, worker, number);
+        let count = worker.parts.parts.len();
+        for first in (0..count).step_by(BATCH_PARTS) {
+            let parts = first..(first + BATCH_PARTS).min(count);
+            self.find_candidates(simd, worker, parts.clone());
+            let candidates = worker.batch.candidates.len();
+            for first in (0..candidates.max(1)).step_by(BATCH_CANDIDATES) {
+                worker.batch.set_up_count = 0;
+                let candidates = first..(first + BATCH_CANDIDATES).min(candidates);
+                for part in parts.clone() {
+                    self.test_part(simd, worker, part, part - parts.start, candidates.clone());
+                }
             }
-            worker.counts.small_triangles += u64::from(small.count_ones());
-            for lane in bits_of(small) {
-                self.enqueue(simd, worker, first, lane);
-            }
-            self.flush(simd, worker, first);
-            for lane in bits_of(large) {
-                self.test_large(simd, worker, (first + lane) as u32);
-            }
+        }
+        if !worker.undecided.is_empty() {
+            self.settle(worker);
         }
     }
 
-    /// Lists the blocks that a small triangle may shadow points of, `first` being the id of the batch's first.
+    /// Maps a tile's points and divides them into parts.
     #[inline(always)]
-    fn enqueue<S: Simd>(&self, simd: S, worker: &mut Worker, first_id: usize, triangle: usize) {
-        let slot = triangle % BATCH;
-        let bounds = worker.batch.bounds(simd, slot);
-        let cells = worker.batch.cells[slot];
-        // A triangle that is smaller than a cluster touches most that its bounds do, and tests for it take longer: 10 %
-        // in the shards. For all triangles it spares 35 % of the tests of 16 points in the forest and the hall, 20 % in the
-        // cloth, and 2 to 5 % of the time.
-        let covers_much = cells.columns[1] - cells.columns[0] >= 2 || cells.rows[1] - cells.rows[0] >= 2;
-        for row in cells.rows[0]..=cells.rows[1] {
-            let is_first = row == cells.rows[0];
-            let row = &self.mapped.cells.rows()[usize::from(row)];
-            let mut clusters = row.reaching(cells.columns[0].into(), cells.columns[1].into());
-            while clusters.start < clusters.end {
-                let first = clusters.start;
-                // What is beyond the end begins too far right to overlap. What began above was found there.
-                let mut overlapping = row.overlap(simd, first, &bounds);
-                if !is_first {
-                    overlapping &= row.begin_here(simd, first);
-                }
-                if covers_much {
-                    overlapping &= worker.batch.may_touch(simd, slot, row.part_in(simd, first, &bounds));
-                }
-                worker.counts.cluster_tests += 1;
-                if worker.queue.is_full() {
-                    self.flush_apart(simd, worker, first_id);
-                }
-                worker.queue.add(simd, triangle as u32, row, first, overlapping);
-                clusters.start += LANES;
-            }
-        }
+    pub(crate) fn begin<S: Simd>(&self, simd: S, worker: &mut Worker, number: usize) {
+        let Settler { image, rays, .. } = self.settler;
+        let origin = origin(image, &self.pixels, number);
+        let map = TileMap::new(image, rays, self.face, &self.pixels, number, origin);
+        worker.tile.first = number * TILE_BLOCKS * LANES;
+        worker.tile.shadowed.fill(0);
+        self.map(simd, &map, worker);
     }
 
-    /// [`flush`](Self::flush), out of the way of the loop that seldom needs it.
-    #[cold]
     #[inline(never)]
-    fn flush_apart<S: Simd>(&self, simd: S, worker: &mut Worker, first_id: usize) {
-        vectorized!(simd => self.flush(simd, worker, first_id));
+    fn settle(&self, worker: &mut Worker) {
+        let Worker { tile, undecided, counts, .. } = worker;
+        counts.settled += self.settler.settle(undecided, tile.first, &mut *tile.shadowed);
+        undecided.clear();
     }
 
-    /// Tests what is listed, and empties the list; `first` is the id of the batch's first triangle.
+    #[inline(never)]
+    fn map<S: Simd>(&self, simd: S, map: &TileMap<'_>, worker: &mut Worker) {
+        vectorized!(simd => self.map_with(simd, map, worker));
+    }
+
     #[inline(always)]
-    fn flush<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize) {
-        let Worker { batch, queue, shadowed, undecided, counts, .. } = worker;
-        counts.tests += queue.pairs().len() as u64;
-        for (block, triangle) in queue.pairs() {
-            if shadowed[block] == u16::MAX {
-                continue;
+    fn map_with<S: Simd>(&self, simd: S, map: &TileMap<'_>, worker: &mut Worker) {
+        let Worker { tile, parts, outliers, counts, .. } = worker;
+        parts.clear();
+        tile.extent = map.extent();
+        for number in 0..GROUPS {
+            let group = map.map_group(simd, number, &mut tile.blocks, outliers, &mut counts.refined);
+            let Some(group) = group else { continue };
+            counts.points += group.members.iter().map(|members| u64::from(members.count_ones())).sum::<u64>();
+            for (error, of_group) in tile.extent.errors.iter_mut().zip(group.errors) {
+                *error = error.max(of_group);
             }
-            let (certain, possible) = batch.test(simd, triangle, &self.blocks[block], self.errors[block]);
-            if possible.any_true() {
-                let found = Found { id: (first + triangle) as u32, block, certain, possible };
-                let of_batch = Some((&*batch, triangle));
-                self.note(simd, &mut shadowed[block], undecided, counts, &found, of_batch);
-            }
+            parts.divide(simd, number, &group, &tile.blocks, self.average);
         }
-        queue.clear();
-        worker.settle_if_many(self.settler);
+        parts.finish(simd, &mut tile.extent);
+        counts.clusters += parts.parts.len() as u64;
     }
 
-    /// Tests a triangle row by row.
+    /// Finds the patches and large triangles that may shadow points of some parts.
+    #[inline(never)]
+    pub(crate) fn find_candidates<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
+        vectorized!(simd => self.find_candidates_with(simd, worker, parts));
+    }
+
     #[inline(always)]
-    fn test_large<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32) {
-        let Ok(corners) = self.settler.image.shot.triangles.usable_corners(id) else { return };
-        let planes = planes(self.mapped.face, corners);
-        if planes.iter().flatten().any(|plane| self.is_huge(plane)) && worker.huge.len() < MOST_HUGE {
-            worker.huge.push(id);
-            return;
-        }
-        for plane in planes.iter().flatten() {
-            worker.counts.large_triangles += 1;
-            for row in plane.rows(self.mapped.cells) {
-                self.test_row(simd, worker, plane, id, row);
-            }
-        }
-    }
-
-    fn is_huge(&self, plane: &Plane) -> bool {
-        plane.cells(self.mapped.cells) * 16 > self.mapped.cells.across.count * self.mapped.cells.rows().len()
-    }
-
-    /// Tests triangles that cover much of the face against the points in `rows`.
-    #[inline(always)]
-    fn test_huge<S: Simd>(&self, simd: S, worker: &mut Worker, huge: &[u32], rows: std::ops::Range<usize>) {
-        for &id in huge {
-            let Ok(corners) = self.settler.image.shot.triangles.usable_corners(id) else { continue };
-            for plane in planes(self.mapped.face, corners).iter().flatten() {
-                worker.counts.large_triangles += u64::from(rows.start == 0);
-                let covered = plane.rows(self.mapped.cells);
-                for row in rows.start.max(*covered.start())..rows.end.min(covered.end() + 1) {
-                    self.test_row(simd, worker, plane, id, row);
+    fn find_candidates_with<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
+        let Worker { tile, parts: all, batch, counts, .. } = worker;
+        let parts = &all.parts[parts];
+        let Batch { boxes, candidates, large, .. } = batch;
+        let around = boxes_on_face(&tile.extent, parts, boxes);
+        let splat_around = SplatBox::new(simd, &around);
+        candidates.clear();
+        let [origin_x, origin_y, origin_w] = tile.extent.origin;
+        for (number, upper) in self.on_face.upper.iter().enumerate() {
+            for lane in bits_of(upper.may_shadow(simd, &splat_around)) {
+                let number = number * LANES + lane;
+                let sixteen = &self.on_face.sixteens[number];
+                for lane in bits_of(sixteen.may_shadow(simd, &splat_around)) {
+                    let one = sixteen.get(lane);
+                    let splat_one = SplatBox::new(simd, &one);
+                    let mut reached = 0;
+                    for (number, boxes) in boxes.iter().enumerate() {
+                        let bits = boxes.reached(simd, &splat_one).to_bitmask() as u16;
+                        reached |= PartBits::from(bits) << (number * LANES);
+                    }
+                    if reached == 0 {
+                        continue;
+                    }
+                    // With what rounding the differences makes of it.
+                    const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
+                    let nearness = one.nearness - origin_w + (one.nearness.abs() + origin_w.abs()) * ROUNDED;
+                    let around = FaceBox {
+                        x: [one.x[0] - origin_x - ROUNDED, one.x[1] - origin_x + ROUNDED],
+                        y: [one.y[0] - origin_y - ROUNDED, one.y[1] - origin_y + ROUNDED],
+                        nearness,
+                    };
+                    let number = (number * LANES + lane) as u32;
+                    candidates.push(Candidate { number, set_up: NOT_SET_UP, around, parts: reached });
                 }
             }
         }
-    }
-
-    #[inline(always)]
-    fn test_row<S: Simd>(&self, simd: S, worker: &mut Worker, plane: &Plane, id: u32, row: usize) {
-        let Worker { shadowed, undecided, counts, .. } = worker;
-        counts.cluster_tests += self.visit_row(
+        // The nearest to the light first, since what is found in shadow needn't be tested again.
+        candidates
+            .sort_unstable_by(|a, b| b.around.nearness.total_cmp(&a.around.nearness).then(a.number.cmp(&b.number)));
+        large.clear();
+        self.on_face.large.reaching(
             simd,
-            plane,
-            row,
+            &around,
             #[inline(always)]
-            |block| {
-                if shadowed[block] == u16::MAX {
-                    return;
+            |number| {
+                let Extent { origin, reach, depth, errors } = tile.extent;
+                let record = self.on_face.large.record(number, origin, [reach, depth], errors);
+                let mut reached = 0;
+                for (index, part) in parts.iter().enumerate() {
+                    let touched = may_touch(simd, &record.quads, &part.boxes);
+                    reached |= PartBits::from(touched != 0) << index;
                 }
-                counts.tests += 1;
-                let (certain, possible) = plane.test(simd, &self.blocks[block], self.errors[block]);
-                if possible.any_true() {
-                    let found = Found { id, block, certain, possible };
-                    self.note(simd, &mut shadowed[block], undecided, counts, &found, None);
+                if reached != 0 {
+                    large.push((record, reached));
                 }
             },
         );
-        worker.settle_if_many(self.settler);
+        counts.large_triangles += large.len() as u64;
     }
 
-    /// Calls `visit` with the blocks in a row of cells that a large triangle may shadow points of; how often it tested 16
-    /// clusters for that.
-    #[inline(always)]
-    fn visit_row<S: Simd>(&self, simd: S, plane: &Plane, row: usize, mut visit: impl FnMut(usize)) -> u64 {
-        let Some((columns, bounds)) = plane.span(simd, self.mapped.cells, row) else { return 0 };
-        let row = &self.mapped.cells.rows()[row];
-        let clusters = row.reaching(*columns.start(), *columns.end()).step_by(LANES);
-        let tests = clusters.len() as u64;
-        for first in clusters {
-            for cluster in bits_of(row.overlap(simd, first, &bounds).to_bitmask()) {
-                visit(row.block[first + cluster] as usize);
-            }
-        }
-        tests
+    /// Tests the points of a part, number `bit` of its batch, against some of the candidates that may shadow them.
+    #[inline(never)]
+    fn test_part<S: Simd>(&self, simd: S, worker: &mut Worker, part: usize, bit: usize, candidates: Range<usize>) {
+        vectorized!(simd => self.test_part_with(simd, worker, part, bit, candidates));
     }
 
-    /// Calls `visit` with the blocks that a triangle is tested against, if they are few enough for the queue.
     #[inline(always)]
-    pub(crate) fn visit_blocks<S: Simd>(&self, simd: S, worker: &mut Worker, id: u32, mut visit: impl FnMut(usize)) {
-        let triangle = &self.settler.image.shot.triangles.indices[id as usize..=id as usize];
-        let survivors = worker.batch.set_up(simd, &self.mapped, triangle, 0);
-        if survivors.small != 0 {
-            self.enqueue(simd, worker, id as usize, 0);
-            worker.queue.pairs().for_each(|(block, _)| visit(block));
-            worker.queue.clear();
-        }
-        let Ok(corners) = self.settler.image.shot.triangles.usable_corners(id) else { return };
-        if survivors.large != 0 {
-            for plane in planes(self.mapped.face, corners).iter().flatten() {
-                for row in plane.rows(self.mapped.cells) {
-                    self.visit_row(simd, plane, row, &mut visit);
+    fn test_part_with<S: Simd>(&self, simd: S, worker: &mut Worker, part: usize, bit: usize, candidates: Range<usize>) {
+        let Worker { tile, parts, batch, undecided, counts, .. } = worker;
+        let Batch { candidates: all, set_ups, set_up_count, large, queue, .. } = batch;
+        let part = &parts.parts[part];
+        queue.resize(QUEUE, 0);
+        let Tile { first, extent, blocks, shadowed } = tile;
+        let mut points = PartPoints::new(part, *first, blocks, shadowed, self.settler.image.seen);
+        if candidates.start == 0 {
+            for (record, parts) in large.iter() {
+                if parts >> bit & 1 == 1 {
+                    for slot in bits_of(may_touch(simd, &record.quads, &part.boxes)) {
+                        counts.tests += 1;
+                        let [a, b, c] = &record.quads;
+                        let found = points.test(simd, [a, b, c], slot);
+                        if found.possible != 0 {
+                            self.note(simd, record, None, &found, slot, &mut points, undecided, counts);
+                        }
+                    }
                 }
             }
         }
+        let whole = SplatBox::new(simd, &part.whole);
+        for candidate in &mut all[candidates] {
+            if candidate.parts >> bit & 1 == 0 {
+                continue;
+            }
+            if points.alive == 0 {
+                break;
+            }
+            let around = SplatBox::new(simd, &candidate.around);
+            if part.boxes.reached(simd, &around).to_bitmask() as u16 & points.alive == 0 {
+                continue;
+            }
+            if candidate.set_up == NOT_SET_UP {
+                candidate.set_up = *set_up_count as u32;
+                *set_up_count += 1;
+                if set_ups.len() < *set_up_count {
+                    set_ups.push(SetUp::EMPTY);
+                }
+                self.set_up(simd, &mut set_ups[candidate.set_up as usize], candidate.number, extent);
+                counts.small_triangles += u64::from(set_ups[candidate.set_up as usize].count);
+            }
+            let set_up = &set_ups[candidate.set_up as usize];
+            let end = enqueue(simd, set_up, part, &whole, points.alive, queue);
+            counts.tests += end as u64;
+            let ids = self.patches.get(set_up.number as usize).ids;
+            for &pair in &queue[..end] {
+                let (triangle, slot) = (pair as usize / LANES, pair as usize % LANES);
+                let found = points.test(simd, set_up.quads(triangle), slot);
+                if found.possible != 0 && found.possible & points.others(simd, slot, ids[triangle]) != 0 {
+                    let record = set_up.record(triangle, ids[triangle]);
+                    let of_patch = Some((set_up.number, triangle));
+                    self.note(simd, &record, of_patch, &found, slot, &mut points, undecided, counts);
+                }
+            }
+        }
+        let done = points.done;
+        for ((&block, &members), done) in part.blocks.iter().zip(&part.points).zip(done) {
+            shadowed[usize::from(block)] |= members & done;
+        }
+        if worker.undecided.len() >= MOST_UNDECIDED {
+            self.settle(worker);
+        }
     }
 
-    /// Notes which points of a block a triangle shadows. `of_batch` is the triangle's slot in the batch, if it has one:
-    /// its mask can then be asked where the rays of these points cross it.
-    #[inline(always)]
+    /// Sets up a patch's triangles for a tile's points.
+    #[inline(never)]
+    fn set_up<S: Simd>(&self, simd: S, set_up: &mut SetUp, number: u32, extent: &Extent) {
+        set_up.number = number;
+        let patch = self.patches.get(number as usize);
+        let vertices = &self.on_face.vertices[self.patches.vertex_range(number as usize)];
+        vectorized!(simd => set_up.fill(simd, self.face, &self.vertex_errors, &patch, vertices, extent));
+    }
+
+    /// Notes which points of a slot a triangle shadows. `of_patch` is its patch and where in that it is, if it has one: its
+    /// mask can then be asked where the rays of these points cross it.
+    #[inline(never)]
+    #[expect(clippy::too_many_arguments, reason = "what a test knows, out of the way of the loop that seldom needs it")]
     fn note<S: Simd>(
         &self,
         simd: S,
-        shadowed: &mut u16,
+        record: &Record,
+        of_patch: Option<(u32, usize)>,
+        found: &Found<S>,
+        slot: usize,
+        points: &mut PartPoints<'_>,
         undecided: &mut Vec<[u32; 2]>,
         counts: &mut Counts,
-        found: &Found<S>,
-        of_batch: Option<(&Batch, usize)>,
     ) {
-        let &Found { id, block, certain, possible } = found;
-        // Only now, since they are in a cache line of their own.
-        let own = u32x16::from_slice(simd, &self.settler.image.seen.triangle[block * LANES..(block + 1) * LANES]);
-        let others = own.simd_ne(u32x16::splat(simd, id)).to_bitmask() as u16 & !*shadowed;
-        let mut certain = certain.to_bitmask() as u16 & others;
-        let mut possible = possible.to_bitmask() as u16 & others;
-        if certain != 0 && !self.settler.image.shot.shadow_opacity.is_opaque(id) {
-            let answers = of_batch.map(
-                #[inline(always)]
-                |(batch, triangle)| {
+        vectorized!(simd => {
+            let possible = found.possible & points.others(simd, slot, record.id);
+            let certain = found.least.simd_gt(splat(simd, record.twice_edge_error))
+                & found.nearer.simd_gt(splat(simd, record.twice_depth_error));
+            let (mut certain, mut possible) = (certain.to_bitmask() as u16 & possible, possible);
+            let opacity = self.settler.image.shot.shadow_opacity;
+            if certain != 0 && !opacity.is_opaque(record.id) {
+                let mut answers = MaskAnswers::default();
+                if let Some(of_patch) = of_patch {
                     counts.masked += u64::from(possible.count_ones());
-                    let (points, error) = (&self.blocks[block], self.errors[block]);
-                    let asked = batch.weights(simd, self.mapped.face, triangle, points, error, possible);
-                    self.settler.image.shot.shadow_opacity.which_stop(id, &asked)
-                },
-            );
-            let answers = answers.unwrap_or_default();
-            (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
-        }
-        let pending = possible & !certain;
-        counts.undecided += u64::from(pending.count_ones());
-        *shadowed |= certain;
-        undecided.extend(bits_of(pending).map(|lane| [(block * LANES + lane) as u32, id]));
+                    answers = opacity.which_stop(record.id, &self.weights(simd, record, of_patch, found, possible));
+                }
+                (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
+            }
+            points.done[slot] |= certain;
+            if points.done[slot] == u16::MAX {
+                points.alive &= !(1 << slot);
+            }
+            let pending = possible & !certain;
+            counts.undecided += u64::from(pending.count_ones());
+            undecided.extend(bits_of(pending).map(|lane| [points.first[slot] + lane as u32, record.id]));
+        });
+    }
+
+    /// Where on a triangle the rays of the points in `lanes` cross it, if they do.
+    ///
+    /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there.
+    /// If each E is wrong by at most δ, a weight from 0 to 1 is by at most 2 δ W / D, W being the largest, taken as 3.
+    /// The nearness of a corner is wrong by 4 ε of itself, and with products, sums, quotient and the predicate's own
+    /// rounding that makes 15 ε, taken as 24.
+    #[inline(always)]
+    fn weights<S: Simd>(
+        &self,
+        simd: S,
+        record: &Record,
+        (patch, triangle): (u32, usize),
+        found: &Found<S>,
+        lanes: u16,
+    ) -> MaskPoints {
+        let vertices = &self.on_face.vertices[self.patches.vertex_range(patch as usize)];
+        let [a, b, c, _] = self.patches.get(patch as usize).corners[triangle];
+        let [w0, w1, w2] =
+            [a, b, c].map(|corner| if self.face.is_parallel { 1.0 } else { vertices[usize::from(corner)][2] });
+        let edge_error = 0.5 * record.twice_edge_error;
+        let grown = splat(simd, edge_error);
+        let [e0, e1, e2] = found.edges;
+        let (e0, e1, e2) = (e0 - grown, e1 - grown, e2 - grown);
+        let (e1, e2) = (e1 * splat(simd, w1), e2 * splat(simd, w2));
+        let inverse = splat(simd, 1.0) / (e0 * splat(simd, w0) + (e1 + e2));
+        let [constant, per_nearness] = self.vertex_errors.of_weights;
+        let largest = w0.max(w1).max(w2);
+        let of_predicate = if self.face.is_parallel {
+            let nearness = [a, b, c].map(|corner| vertices[usize::from(corner)][2].abs());
+            nearness[0].max(nearness[1]).max(nearness[2]).max(1.0) * per_nearness + constant
+        } else {
+            largest * per_nearness + constant
+        };
+        let error = (edge_error + of_predicate * of_predicate) * (3.01 * largest);
+        let error = inverse.abs() * splat(simd, error) + splat(simd, 24.0 * HALF_ULP as f32);
+        MaskPoints { barycentric: [(e1 * inverse).into(), (e2 * inverse).into()], error: error.into(), lanes }
     }
 }
 
-/// What the filter says about a triangle and a block's points.
+/// The points of a part.
+struct PartPoints<'a> {
+    blocks: [&'a Block; LANES],
+    /// The triangles that they are on.
+    own: [&'a [u32]; LANES],
+    /// The index of each slot's first pixel.
+    first: [u32; LANES],
+    /// Which needn't be tested any more: those in shadow, and those that aren't in the slot.
+    done: [u16; LANES],
+    /// The slots with points that must still be tested.
+    alive: u16,
+}
+
+/// What the filter says about a triangle and the points of a slot.
 struct Found<S: Simd> {
-    id: u32,
-    block: usize,
-    /// Which points it shadows for certain, but for its mask.
-    certain: mask32x16<S>,
-    /// Which it shadows possibly.
-    possible: mask32x16<S>,
+    /// The edge functions, grown by their error.
+    edges: [f32x16<S>; 3],
+    /// The least of them.
+    least: f32x16<S>,
+    /// By how much the triangle is nearer to the light, grown by its error.
+    nearer: f32x16<S>,
+    /// Which of the points that must still be tested it may shadow.
+    possible: u16,
+}
+
+impl<'a> PartPoints<'a> {
+    #[inline(always)]
+    fn new(
+        part: &Part,
+        first: usize,
+        blocks: &'a [Block; TILE_BLOCKS],
+        shadowed: &[u16; TILE_BLOCKS],
+        seen: &'a SeenPixels,
+    ) -> Self {
+        let of_slot = part.blocks.map(usize::from);
+        let done: [u16; LANES] = std::array::from_fn(|slot| !part.points[slot] | shadowed[of_slot[slot]]);
+        let alive = (0..LANES).fold(0, |alive, slot| alive | u16::from(done[slot] != u16::MAX) << slot);
+        let index = of_slot.map(|block| first + block * LANES);
+        Self {
+            blocks: of_slot.map(|block| &blocks[block]),
+            own: index.map(|index| &seen.triangle[index..index + LANES]),
+            first: index.map(|index| index as u32),
+            done,
+            alive,
+        }
+    }
+
+    /// Tests a triangle against the points of a slot.
+    #[inline(always)]
+    fn test<S: Simd>(&self, simd: S, [first, second, third]: [&[f32; 4]; 3], slot: usize) -> Found<S> {
+        let slot = slot % LANES;
+        let block = self.blocks[slot];
+        let (x, y) = (f32x16::simd_from(simd, block.x), f32x16::simd_from(simd, block.y));
+        let nearness = f32x16::simd_from(simd, block.nearness);
+        let e0 = line(simd, [first[0], first[1], first[2]], x, y);
+        let e1 = line(simd, [second[0], second[1], second[2]], x, y);
+        let e2 = line(simd, [third[0], third[1], third[2]], x, y);
+        let nearer = line(simd, [first[3], second[3], third[3]], x, y) - nearness;
+        let least = min3([e0, e1, e2]);
+        let zero = splat(simd, 0.0);
+        // Written so that NaN is possible.
+        let missed = least.simd_lt(zero) | nearer.simd_lt(zero);
+        let possible = !(missed.to_bitmask() as u16) & !self.done[slot];
+        Found { edges: [e0, e1, e2], least, nearer, possible }
+    }
+
+    /// Which points of a slot aren't on a triangle.
+    #[inline(always)]
+    fn others<S: Simd>(&self, simd: S, slot: usize, id: u32) -> u16 {
+        let own = u32x16::from_slice(simd, self.own[slot]);
+        own.simd_ne(u32x16::splat(simd, id)).to_bitmask() as u16
+    }
+}
+
+/// The boxes of parts on the face, sixteen together, and the box around them all.
+fn boxes_on_face(extent: &Extent, parts: &[Part], boxes: &mut Vec<SixteenBoxes>) -> FaceBox {
+    let [origin_x, origin_y, origin_w] = extent.origin;
+    let mut all = FaceBox { nearness: f32::INFINITY, ..FaceBox::NOTHING };
+    boxes.clear();
+    boxes.extend(parts.chunks(LANES).map(|parts| {
+        let mut sixteen = SixteenBoxes::NO_POINTS;
+        for (lane, part) in parts.iter().enumerate() {
+            // With what rounding the sums makes of it.
+            const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
+            let FaceBox { x, y, nearness } = part.whole;
+            let one = FaceBox {
+                x: [x[0] + origin_x - ROUNDED, x[1] + origin_x + ROUNDED],
+                y: [y[0] + origin_y - ROUNDED, y[1] + origin_y + ROUNDED],
+                nearness: nearness + origin_w - (nearness.abs() + origin_w.abs()) * ROUNDED,
+            };
+            all.x = [all.x[0].min(one.x[0]), all.x[1].max(one.x[1])];
+            all.y = [all.y[0].min(one.y[0]), all.y[1].max(one.y[1])];
+            all.nearness = all.nearness.min(one.nearness);
+            sixteen.set(lane, one);
+        }
+        sixteen
+    }));
+    all
+}
+
+/// Which slots of a part a triangle may shadow points of: those where none of its functions is below zero everywhere.
+#[inline(always)]
+fn may_touch<S: Simd>(simd: S, [first, second, third]: &[[f32; 4]; 3], points: &SixteenBoxes) -> u16 {
+    let (x, y) =
+        ([load(simd, &points.x[0]), load(simd, &points.x[1])], [load(simd, &points.y[0]), load(simd, &points.y[1])]);
+    let e0 = most(simd, [first[0], first[1], first[2]], x, y);
+    let e1 = most(simd, [second[0], second[1], second[2]], x, y);
+    let e2 = most(simd, [third[0], third[1], third[2]], x, y);
+    let nearer = most(simd, [first[3], second[3], third[3]], x, y) - load(simd, &points.nearness);
+    let missed = min3([e0, e1, e2]).min(nearer).simd_lt(splat(simd, 0.0)) | x[0].simd_gt(x[1]);
+    !(missed.to_bitmask() as u16)
+}
+
+/// Sixteen of what a patch's triangles have.
+#[inline(always)]
+fn sixteen<S: Simd>(simd: S, values: &[f32; MOST_TRIANGLES], group: usize) -> f32x16<S> {
+    f32x16::from_slice(simd, &values[group * LANES..(group + 1) * LANES])
+}
+
+/// The most of a linear function in boxes.
+#[inline(always)]
+fn most<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: [f32x16<S>; 2], y: [f32x16<S>; 2]) -> f32x16<S> {
+    let x = if a > 0.0 { x[1] } else { x[0] };
+    let y = if b > 0.0 { y[1] } else { y[0] };
+    line(simd, [a, b, c], x, y)
+}
+
+#[inline(always)]
+fn line<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
+    splat(simd, a).mul_add(x, splat(simd, b).mul_add(y, splat(simd, c)))
+}
+
+/// Lists the pairs of a patch's triangles and the `alive` slots of a part that the triangle may shadow points of; how many
+/// there are.
+#[inline(always)]
+fn enqueue<S: Simd>(simd: S, set_up: &SetUp, part: &Part, whole: &SplatBox<S>, alive: u16, queue: &mut [u32]) -> usize {
+    let lanes = u32x16::simd_from(simd, std::array::from_fn::<u32, LANES, _>(|lane| lane as u32));
+    let mut end = 0;
+    for group in 0..(set_up.count as usize).div_ceil(LANES) {
+        let overlap = sixteen(simd, &set_up.x[0], group).simd_le(whole.x[1])
+            & sixteen(simd, &set_up.x[1], group).simd_ge(whole.x[0])
+            & sixteen(simd, &set_up.y[0], group).simd_le(whole.y[1])
+            & sixteen(simd, &set_up.y[1], group).simd_ge(whole.y[0])
+            & sixteen(simd, &set_up.nearness, group).simd_ge(whole.nearness);
+        let filled = (set_up.count as usize - group * LANES).min(LANES);
+        for lane in bits_of(overlap.to_bitmask() & ((1 << filled) - 1)) {
+            let triangle = group * LANES + lane;
+            let bounds = SplatBox::new(simd, &set_up.bounds(triangle));
+            let mut slots = part.boxes.reached(simd, &bounds).to_bitmask() as u16 & alive;
+            if slots.count_ones() > MOST_UNTESTED {
+                let [a, b, c] = set_up.quads(triangle);
+                slots &= may_touch(simd, &[*a, *b, *c], &part.boxes);
+            }
+            let pairs = lanes | u32x16::splat(simd, (triangle * LANES) as u32);
+            let pairs = pairs.compress(mask32x16::from_bitmask(simd, slots.into()));
+            pairs.store_slice(&mut queue[end..end + LANES]);
+            end += slots.count_ones() as usize;
+        }
+    }
+    end
+}
+
+/// What the filter alone says about a point and a triangle, for `validate`.
+pub(crate) enum Verdict {
+    /// The triangle shadows the point for certain.
+    Shadowed,
+    /// It doesn't, for this reason.
+    NotShadowed(&'static str),
+    /// The predicate has to say.
+    Undecided,
+}
+
+impl Tracer<'_> {
+    /// The patch of each triangle, and where in that it is.
+    pub(crate) fn slots_of_triangles(&self) -> HashMap<u32, (usize, usize)> {
+        let patches = 0..self.patches.len();
+        let of_patch = |number| {
+            let patch = self.patches.get(number);
+            patch.ids[..patch.count].iter().enumerate().map(move |(slot, &id)| (id, (number, slot)))
+        };
+        patches.flat_map(of_patch).collect()
+    }
+
+    /// What the filter says about a triangle, which is at this place among the patches, and the point in a lane of a slot of a
+    /// part; after candidates were found for this part alone.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a point and a triangle, each by where it is")]
+    pub(crate) fn verdict<S: Simd>(
+        &self,
+        simd: S,
+        worker: &mut Worker,
+        part: usize,
+        slot: usize,
+        lane: usize,
+        id: u32,
+        place: Option<(usize, usize)>,
+    ) -> Verdict {
+        let Worker { tile, parts, batch, .. } = worker;
+        let Tile { first, extent, blocks, .. } = tile;
+        let part = &parts.parts[part];
+        let points = PartPoints::new(part, *first, blocks, &[0; TILE_BLOCKS], self.settler.image.seen);
+        let of_record = |record: &Record| {
+            let [a, b, c] = &record.quads;
+            let found = points.test(simd, [a, b, c], slot);
+            if may_touch(simd, &record.quads, &part.boxes) >> slot & 1 == 0 || found.possible >> lane & 1 == 0 {
+                Verdict::NotShadowed("the filter says that it doesn't")
+            } else if found.least.to_array()[lane] > record.twice_edge_error
+                && found.nearer.to_array()[lane] > record.twice_depth_error
+            {
+                Verdict::Shadowed
+            } else {
+                Verdict::Undecided
+            }
+        };
+        let mut large = batch.large.iter().filter(|(record, _)| record.id == id);
+        if let Some((first, _)) = large.next() {
+            // Of two planes one may be turned the wrong way.
+            return match (of_record(first), large.next()) {
+                (Verdict::NotShadowed(_), Some((second, _))) => of_record(second),
+                (verdict, _) => verdict,
+            };
+        }
+        let Some((number, triangle)) = place else { return Verdict::NotShadowed("it is in no patch") };
+        if !batch.candidates.iter().any(|candidate| candidate.number as usize == number) {
+            return Verdict::NotShadowed("it is in no candidate");
+        }
+        let set_up = batch.set_ups.first_mut();
+        let mut fresh = SetUp::EMPTY;
+        let set_up = set_up.unwrap_or(&mut fresh);
+        self.set_up(simd, set_up, number as u32, extent);
+        let whole = SplatBox::new(simd, &part.whole);
+        let mut queue = vec![0; QUEUE];
+        let end = enqueue(simd, set_up, part, &whole, 1 << slot, &mut queue);
+        if !queue[..end].contains(&((triangle * LANES + slot) as u32)) {
+            return Verdict::NotShadowed("its bounds are elsewhere");
+        }
+        of_record(&set_up.record(triangle, id))
+    }
 }

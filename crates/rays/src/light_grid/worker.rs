@@ -1,51 +1,109 @@
-use super::queue::Queue;
-use super::settle::Settler;
-use super::small::Batch;
+use super::block::Block;
+use super::parts::Parts;
+use super::points::TILE_BLOCKS;
+use super::set_up::Extent;
+use super::trace::Batch;
 use crate::shot::Counts;
-use crate::simd::vectors::LANES;
 
-/// Undecided pairs that a thread collects before it has them settled.
-const MOST_UNDECIDED: usize = 1 << 15;
-
-/// What one thread has found out about the points of a face.
-#[derive(Default)]
+/// A thread's memory.
+#[derive(Debug, Default)]
 pub(crate) struct Worker {
-    /// For each block which of its lanes needn't be tested any more: those in shadow, and those without a point of the
-    /// face.
-    pub(crate) shadowed: Vec<u16>,
+    pub(crate) tile: Tile,
+    pub(crate) parts: Parts,
+    pub(crate) batch: Batch,
     /// Pairs of a point's index and a triangle that the filter couldn't decide.
     pub(crate) undecided: Vec<[u32; 2]>,
-    /// Triangles that cover much of the face.
-    pub(crate) huge: Vec<u32>,
-    pub(crate) queue: Queue,
-    pub(crate) batch: Batch,
+    /// Pixels whose points belong to the face and can't be mapped.
+    pub(crate) outliers: Vec<u32>,
     pub(crate) counts: Counts,
+    /// The tiles that it has traced, and for each which points are in shadow.
+    tiles: Vec<u32>,
+    found: Vec<u16>,
+}
+
+/// The points of a tile, and which are in shadow.
+#[derive(Debug)]
+pub(crate) struct Tile {
+    /// The index of its first pixel.
+    pub(crate) first: usize,
+    pub(crate) extent: Extent,
+    pub(crate) blocks: Box<[Block; TILE_BLOCKS]>,
+    pub(crate) shadowed: Box<[u16; TILE_BLOCKS]>,
+}
+
+impl Default for Tile {
+    fn default() -> Self {
+        Self {
+            first: 0,
+            extent: Extent::default(),
+            blocks: Box::new([Block::EMPTY; TILE_BLOCKS]),
+            shadowed: Box::new([0; TILE_BLOCKS]),
+        }
+    }
 }
 
 impl Worker {
-    /// Forgets what was found, and takes the `members` of each block for unshadowed.
-    pub(crate) fn start(&mut self, members: &[u16]) {
-        self.shadowed.clear();
-        self.shadowed.extend(members.iter().map(|members| !members));
-        self.undecided.clear();
-        self.undecided.reserve_exact(MOST_UNDECIDED + LANES);
-        self.huge.clear();
-        self.counts = Counts::default();
-    }
-
-    /// Settles the undecided pairs when there are many.
-    #[inline(always)]
-    pub(crate) fn settle_if_many(&mut self, settler: &Settler<'_>) {
-        if self.undecided.len() >= MOST_UNDECIDED {
-            self.counts.settled += settler.settle(&self.undecided, 0, &mut self.shadowed);
-            self.undecided.clear();
-        }
-    }
-
     pub(crate) fn bytes(&self) -> usize {
-        self.shadowed.capacity() * size_of::<u16>()
+        size_of::<[Block; TILE_BLOCKS]>()
+            + size_of::<[u16; TILE_BLOCKS]>()
+            + self.parts.bytes()
+            + self.batch.bytes()
             + self.undecided.capacity() * size_of::<[u32; 2]>()
-            + self.queue.bytes()
-            + self.huge.capacity() * size_of::<u32>()
+            + self.outliers.capacity() * size_of::<u32>()
     }
+
+    /// Forgets what was found on another face.
+    pub(crate) fn start(&mut self) {
+        self.outliers.clear();
+        self.counts = Counts::default();
+        self.tiles.clear();
+        self.found.clear();
+    }
+
+    /// Keeps what was found in the tile that was traced last.
+    pub(crate) fn keep(&mut self, tile: usize) {
+        self.tiles.push(tile as u32);
+        self.found.extend_from_slice(&*self.tile.shadowed);
+    }
+
+    /// The tiles that were traced, and which of their points are in shadow.
+    pub(crate) fn found(&self) -> impl Iterator<Item = (usize, &[u16])> {
+        let found = self.found.chunks_exact(TILE_BLOCKS);
+        self.tiles.iter().map(|&tile| tile as usize).zip(found)
+    }
+}
+
+/// Gives every worker room for what any of them has needed: which tiles each gets differs from frame to frame, and frames
+/// like the last shouldn't ask for memory.
+pub(crate) fn share_evenly(workers: &mut [Worker]) {
+    let most = |of: fn(&Worker) -> usize| workers.iter().map(of).max().unwrap_or_default();
+    let [parts, fragments, rest] = [
+        most(|worker| worker.parts.parts.capacity()),
+        most(|worker| worker.parts.room()[0]),
+        most(|worker| worker.parts.room()[1]),
+    ];
+    let batch = workers
+        .iter()
+        .map(|worker| worker.batch.room())
+        .fold([0; 4], |most, room| std::array::from_fn(|list| most[list].max(room[list])));
+    let [undecided, outliers, tiles, found] = [
+        most(|worker| worker.undecided.capacity()),
+        most(|worker| worker.outliers.capacity()),
+        most(|worker| worker.tiles.capacity()),
+        most(|worker| worker.found.capacity()),
+    ];
+    for worker in workers {
+        make_room(&mut worker.parts.parts, parts);
+        worker.parts.make_room([fragments, rest]);
+        worker.batch.make_room(batch);
+        make_room(&mut worker.undecided, undecided);
+        make_room(&mut worker.outliers, outliers);
+        make_room(&mut worker.tiles, tiles);
+        make_room(&mut worker.found, found);
+    }
+}
+
+/// Makes sure that a list can have so many elements.
+pub(crate) fn make_room<T>(list: &mut Vec<T>, count: usize) {
+    list.reserve_exact(count.saturating_sub(list.len()));
 }

@@ -16,8 +16,8 @@ mod validate;
 
 use crate::Triangles;
 use crate::simd::SimdLevel;
-use fingerprint::fingerprint;
 pub(crate) use bound::{SixteenBoxes, WorldBounds, gather};
+use fingerprint::fingerprint;
 
 /// The most triangles of a patch.
 pub(crate) const MOST_TRIANGLES: usize = 64;

@@ -91,7 +91,7 @@ fn adversarial() -> Vec<(&'static str, Mesh)> {
 fn grown(mesh: &Mesh) -> Patches {
     let mut patches = Patches::default();
     patches.grow(triangles(mesh));
-    assert!(patches.bound(triangles(mesh), SimdLevel::default()), "the same index buffer");
+    patches.bound(triangles(mesh).positions, SimdLevel::default());
     patches
 }
 

@@ -64,12 +64,7 @@ pub(crate) fn of_each<S: Simd>(
 pub(crate) fn quads<S: Simd>([a, b, c, d]: [f32x16<S>; 4]) -> [f32x16<S>; 4] {
     let (even_low, even_high) = (a.zip_low(c), a.zip_high(c));
     let (odd_low, odd_high) = (b.zip_low(d), b.zip_high(d));
-    [
-        even_low.zip_low(odd_low),
-        even_low.zip_high(odd_low),
-        even_high.zip_low(odd_high),
-        even_high.zip_high(odd_high),
-    ]
+    [even_low.zip_low(odd_low), even_low.zip_high(odd_low), even_high.zip_low(odd_high), even_high.zip_high(odd_high)]
 }
 
 /// One corner of 16 triangles, given as indices of `vertices`, the last of which stands for all that are out of range:

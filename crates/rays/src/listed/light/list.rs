@@ -3,15 +3,15 @@ use std::ops::Range as Ids;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
+use super::cells::Cells;
+use super::pass::LightPass;
+use super::plane::{Plane, planes};
 use super::points::PointRow;
+use super::small::{BATCH, Batch, Mapped};
 use super::trace::LARGE;
 use super::{Bins, Entry, Lists};
 use crate::Triangles;
-use crate::light_grid::cells::Cells;
 use crate::light_grid::face::VertexErrors;
-use crate::light_grid::large::{Plane, planes};
-use crate::light_grid::pass::LightPass;
-use crate::light_grid::small::{BATCH, Batch, Mapped};
 use crate::listed::sorted::Sorted;
 use crate::shot::Counts;
 use crate::simd::lanes::bits_of;
@@ -46,10 +46,10 @@ impl Lists {
     pub(super) fn list(&mut self, pass: &mut LightPass, triangles: Triangles<'_>) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
-        let Self { cells, margin, point_rows, ranges, large, .. } = self;
+        let Self { cells, point_rows, ranges, large, .. } = self;
         let vertex_errors = VertexErrors::new(&pass.face);
         let mapped = Mapped { face: &pass.face, vertex_errors, cells, vertices: &pass.vertices };
-        let listing = Listing { mapped, triangles, margin: *margin, point_rows };
+        let listing = Listing { mapped, triangles, margin: cells.margin, point_rows };
         let count = triangles.len();
         // Ranges don't depend on the number of threads.
         ranges.resize_with(count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES), Range::default);
@@ -58,7 +58,7 @@ impl Lists {
         ranges.par_iter_mut().enumerate().with_max_len(1).for_each(|(index, range)| {
             let ids = (index * length).min(count)..((index + 1) * length).min(count);
             dispatch!(level, simd => listing.run(simd, range, ids));
-            range.bins.sort(cells.rows().len());
+            range.bins.sort(cells.down.count);
         });
         large.clear();
         for range in ranges {
@@ -71,7 +71,7 @@ impl Lists {
     /// Sorts pairs of triangles and cells by cell.
     pub(super) fn sort_pairs(&mut self, counts: &mut Counts) {
         let Self { cells, ranges, triangle_rows, .. } = self;
-        triangle_rows.resize_with(cells.rows().len(), Sorted::default);
+        triangle_rows.resize_with(cells.down.count, Sorted::default);
         triangle_rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(row, triangles)| {
             let entries = ranges.iter().flat_map(|range| range.row(row));
             triangles.sort(cells.across.count, entries.map(|entry| entry.column_and_item()));
@@ -102,7 +102,7 @@ impl Listing<'_> {
                 self.list_small(range, lane, (first + lane) as u32);
             }
             for lane in bits_of(survivors.large) {
-                self.list_large(simd, range, (first + lane) as u32);
+                self.list_large(range, (first + lane) as u32);
             }
         }
     }
@@ -129,7 +129,7 @@ impl Listing<'_> {
     /// Lists a triangle row by row in the cells that it covers itself.
     #[cold]
     #[inline(never)]
-    fn list_large<S: Simd>(&self, simd: S, range: &mut Range, id: u32) {
+    fn list_large(&self, range: &mut Range, id: u32) {
         let Ok(corners) = self.triangles.usable_corners(id) else { return };
         let cells = self.mapped.cells;
         for plane in planes(self.mapped.face, corners).into_iter().flatten() {
@@ -137,13 +137,11 @@ impl Listing<'_> {
             let before = range.bins.unsorted.len();
             let [low, high] = plane.bounds[1];
             for row in cells.down.cell(low - self.margin)..=cells.down.cell(high + self.margin) {
-                let Some((_, bounds)) = plane.span(simd, cells, row) else { continue };
-                let ([left, ..], [right, ..]): ([f32; LANES], [f32; LANES]) = (bounds.x[0].into(), bounds.x[1].into());
+                let Some(([left, right], nearest)) = plane.span(cells, row) else { continue };
                 let columns = cells.across.cell(left - self.margin)..=cells.across.cell(right + self.margin);
-                let nearest: [f32; LANES] = bounds.nearest.into();
                 let farthest = &self.point_rows[row].farthest[columns.clone()];
                 for (column, &farthest) in columns.zip(farthest) {
-                    if farthest < nearest[0] {
+                    if farthest < nearest {
                         range.bins.unsorted.push(Entry { column: column as u16, row: row as u16, item });
                     }
                 }

@@ -6,21 +6,27 @@
 //! ⌈R/r⌉ jobs, the paper's blocks (§4.3); one with many triangles makes as many times more, which the paper leaves for
 //! later. The same filter decides as in the direct form, and what it leaves undecided is settled in the same way.
 
+mod cells;
 mod list;
+mod pass;
+mod plane;
 mod points;
+mod project;
+mod small;
 mod trace;
 mod validate;
+mod worker;
 
 use std::time::Instant;
 
 use crate::grids::LightsGrid;
-use crate::light_grid::cells::{Axis, Cells, Row};
-use crate::light_grid::large::Plane;
-use crate::light_grid::pass::LightPass;
 use crate::listed::sorted::Sorted;
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
 use crate::{LightCells, LightSource, SimdLevel};
+use cells::{Axis, Cells};
 use list::Range;
+use pass::LightPass;
+use plane::Plane;
 use points::PointRow;
 use trace::Job;
 
@@ -40,8 +46,6 @@ pub struct ListedLightGrid {
 struct Lists {
     options: ListedLightOptions,
     cells: Cells,
-    /// How far a point may be from its cell.
-    margin: f32,
     point_bins: Vec<Bins>,
     point_rows: Vec<PointRow>,
     ranges: Vec<Range>,
@@ -176,22 +180,13 @@ impl ListedLightGrid {
 impl Lists {
     /// Divides a face on which points are wrong by at most `error` evenly into cells.
     fn choose_cells(&mut self, error: f32) {
-        const EVENLY: &[u32] = &[1; Axis::STRIPS];
-        let side = self.options.side as usize;
+        let side = Axis { count: self.options.side as usize };
         // With the rounding of sums with it.
-        self.margin = error * 1.001 + 2.0 * f32::EPSILON;
-        self.cells.across.choose(side, EVENLY);
-        self.cells.down.choose(side, EVENLY);
-        self.cells.all_rows.resize_with(side, Row::default);
-        for row in 0..side {
-            let [low, high] = self.cells.down.range(row);
-            self.cells.all_rows[row].range = [low - self.margin, high + self.margin];
-        }
+        self.cells = Cells { across: side, down: side, margin: error * 1.001 + 2.0 * f32::EPSILON };
     }
 
     fn bytes(&self) -> usize {
-        self.cells.bytes()
-            + self.point_bins.iter().map(Bins::bytes).sum::<usize>()
+        self.point_bins.iter().map(Bins::bytes).sum::<usize>()
             + self.point_rows.iter().map(PointRow::bytes).sum::<usize>()
             + self.ranges.iter().map(Range::bytes).sum::<usize>()
             + self.triangle_rows.iter().map(Sorted::bytes).sum::<usize>()
@@ -202,7 +197,7 @@ impl Lists {
 
 impl LightsGrid for ListedLightGrid {
     fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
-        self.pass.survey(shot, seen);
+        self.pass.survey.find(shot, seen, self.pass.level);
     }
 
     fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
@@ -227,7 +222,9 @@ impl LightsGrid for ListedLightGrid {
 
     fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
         let Self { pass, lists } = self;
-        pass.locate(shot, seen, light, cells, |pass, cells| {
+        cells.start(seen.order());
+        // A light that is none has no face.
+        pass.visit_faces(shot, seen, light, |pass, _| {
             lists.sort_points(pass);
             lists.add_located(pass, cells);
         });

@@ -1,11 +1,11 @@
 use rayon::prelude::*;
 
 use super::Lists;
+use super::pass::LightPass;
 use super::{Bins, Entry};
 use crate::light_grid::LightCells;
 use crate::light_grid::block::{Block, BlockErrors};
 use crate::light_grid::face::HALF_ULP;
-use crate::light_grid::pass::LightPass;
 use crate::listed::sorted::Sorted;
 use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;

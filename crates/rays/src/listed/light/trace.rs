@@ -6,13 +6,13 @@ use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 use super::Lists;
+use super::pass::LightPass;
+use super::plane::Plane;
 use super::points::{Group, PointRow};
+use super::small::Mapped;
+use super::worker::Worker;
 use crate::light_grid::face::VertexErrors;
-use crate::light_grid::large::Plane;
-use crate::light_grid::pass::LightPass;
 use crate::light_grid::settle::Settler;
-use crate::light_grid::small::Mapped;
-use crate::light_grid::worker::Worker;
 use crate::listed::sorted::Sorted;
 use crate::shot::Counts;
 use crate::simd::lanes::bits_of;

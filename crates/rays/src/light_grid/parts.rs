@@ -1,28 +1,29 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 
+use super::block::Block;
 use super::boxes::{FaceBox, SixteenBoxes};
+use super::face::HALF_ULP;
 use super::points::{Group, TILE_BLOCKS, block_of};
 use super::set_up::Extent;
-use crate::light_grid::block::Block;
-use crate::light_grid::face::HALF_ULP;
+use super::worker::make_room;
 use crate::simd::lanes::{bits_of, load};
 use crate::simd::vectors::{LANES, splat};
 
 /// Points of a tile that are near each other for the light, in sixteen slots: each slot has points of one block.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(super) struct Part {
+pub(crate) struct Part {
     /// In relation to the tile's origin, grown by the points' error; the nearness is that of the farthest.
-    pub(super) boxes: SixteenBoxes,
+    pub(crate) boxes: SixteenBoxes,
     /// Of the nearest point of each slot.
     nearest: [f32; LANES],
     /// Around all of them.
-    pub(super) whole: FaceBox,
+    pub(crate) whole: FaceBox,
     /// Each slot's block in the tile.
-    pub(super) blocks: [u8; LANES],
+    pub(crate) blocks: [u8; LANES],
     /// Which of the block's points are in the slot.
-    pub(super) points: [u16; LANES],
+    pub(crate) points: [u16; LANES],
 }
 
 /// Some points of a block, where it shows surfaces that are apart for the light.
@@ -74,18 +75,15 @@ impl Range3 {
         Self {
             x: [points.select(x, infinity).reduce_min(), points.select(x, -infinity).reduce_max()],
             y: [points.select(y, infinity).reduce_min(), points.select(y, -infinity).reduce_max()],
-            nearness: [
-                points.select(nearness, infinity).reduce_min(),
-                points.select(nearness, -infinity).reduce_max(),
-            ],
+            nearness: [points.select(nearness, infinity).reduce_min(), points.select(nearness, -infinity).reduce_max()],
         }
     }
 }
 
 /// The parts of a tile.
 #[derive(Debug, Default)]
-pub(super) struct Parts {
-    pub(super) parts: Vec<Part>,
+pub(crate) struct Parts {
+    pub(crate) parts: Vec<Part>,
     fragments: Vec<Fragment>,
     /// The fragment that a block is being divided into.
     rest: Vec<(u16, Range3)>,
@@ -95,18 +93,29 @@ pub(super) struct Parts {
 const SPRAWLING_BLOCKS: f32 = 10.0;
 
 impl Parts {
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.parts.clear();
         self.fragments.clear();
     }
 
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.parts.capacity() * size_of::<Part>() + self.fragments.capacity() * size_of::<Fragment>()
+    }
+
+    /// How many fragments, and halves of a block, there is room for.
+    pub(crate) fn room(&self) -> [usize; 2] {
+        [self.fragments.capacity(), self.rest.capacity()]
+    }
+
+    /// Makes room for at least so many.
+    pub(crate) fn make_room(&mut self, [fragments, rest]: [usize; 2]) {
+        make_room(&mut self.fragments, fragments);
+        make_room(&mut self.rest, rest);
     }
 
     /// Divides a group's points into parts or fragments. `average` is the area of the face over the number of blocks.
     #[inline(always)]
-    pub(super) fn divide<S: Simd>(
+    pub(crate) fn divide<S: Simd>(
         &mut self,
         simd: S,
         number: usize,
@@ -115,7 +124,8 @@ impl Parts {
         average: f32,
     ) {
         let sprawling_area = SPRAWLING_BLOCKS * average;
-        let (low_x, high_x, low_y, high_y) = (load(simd, &group.x[0]), load(simd, &group.x[1]), load(simd, &group.y[0]), load(simd, &group.y[1]));
+        let (low_x, high_x, low_y, high_y) =
+            (load(simd, &group.x[0]), load(simd, &group.x[1]), load(simd, &group.y[0]), load(simd, &group.y[1]));
         let filled = low_x.simd_le(high_x);
         let area = filled.select((high_x - low_x) * (high_y - low_y), splat(simd, 0.0));
         let sprawling = area.simd_gt(splat(simd, sprawling_area)).to_bitmask();
@@ -155,14 +165,7 @@ impl Parts {
 
     /// Cuts a block's points in halves while that makes what they cover much smaller, or it is large.
     #[inline(always)]
-    fn cut<S: Simd>(
-        &mut self,
-        simd: S,
-        block: usize,
-        points: &Block,
-        all: (u16, Range3),
-        sprawling_area: f32,
-    ) {
+    fn cut<S: Simd>(&mut self, simd: S, block: usize, points: &Block, all: (u16, Range3), sprawling_area: f32) {
         let start = self.fragments.len();
         let (x, y) = (f32x16::simd_from(simd, points.x), f32x16::simd_from(simd, points.y));
         self.rest.clear();
@@ -190,7 +193,7 @@ impl Parts {
 
     /// Makes parts of the fragments, and finds out how far all parts reach: they are grown by the errors of `extent`.
     #[inline(always)]
-    pub(super) fn finish<S: Simd>(&mut self, simd: S, extent: &mut Extent) {
+    pub(crate) fn finish<S: Simd>(&mut self, simd: S, extent: &mut Extent) {
         self.sort_fragments();
         for sixteen in self.fragments.chunks(LANES) {
             let mut part = Part::EMPTY;
@@ -206,7 +209,8 @@ impl Parts {
             let Part { boxes, .. } = part;
             let filled = load(simd, &boxes.x[0]).simd_le(load(simd, &boxes.x[1]));
             let size = Sizes { simd, filled };
-            let farthest = size.of(&boxes.x[0]).max(size.of(&boxes.x[1])).max(size.of(&boxes.y[0]).max(size.of(&boxes.y[1])));
+            let farthest =
+                size.of(&boxes.x[0]).max(size.of(&boxes.x[1])).max(size.of(&boxes.y[0]).max(size.of(&boxes.y[1])));
             reach = reach.max(farthest);
             depth = depth.max(size.of(&part.nearest)).max(size.of(&boxes.nearness));
             // With what rounding the sums makes of it.

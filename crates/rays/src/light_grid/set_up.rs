@@ -2,7 +2,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 
 use super::boxes::FaceBox;
-use crate::light_grid::face::{Face, HALF_ULP, VertexErrors};
+use super::face::{Face, HALF_ULP, VertexErrors};
 use crate::patches::{MOST_TRIANGLES, Patch};
 use crate::simd::lanes::{load_local_corner, max3, min3, quads};
 use crate::simd::vectors::{LANES, splat};
@@ -14,15 +14,15 @@ const MOVED: f32 = VertexErrors::MOVED as f32;
 
 /// The points of a tile: what their filter has to know.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Extent {
+pub(crate) struct Extent {
     /// X, Y and W that all coordinates are in relation to.
-    pub(super) origin: [f32; 3],
+    pub(crate) origin: [f32; 3],
     /// The farthest of any point from the origin in X and Y.
-    pub(super) reach: f32,
+    pub(crate) reach: f32,
     /// The farthest in W.
-    pub(super) depth: f32,
+    pub(crate) depth: f32,
     /// How wrong X and Y of any point may be, and W.
-    pub(super) errors: [f32; 2],
+    pub(crate) errors: [f32; 2],
 }
 
 /// A triangle as the filter wants it.
@@ -31,35 +31,35 @@ pub(super) struct Extent {
 /// nearness p x + q y + r in relation to the origin's: quad k holds aₖ, bₖ, cₖ and one of p, q, r. All are grown by their
 /// errors, so that a point with any of them below zero, or its own nearness above, is certainly not shadowed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Record {
-    pub(super) quads: [[f32; 4]; 3],
-    pub(super) id: u32,
+pub(crate) struct Record {
+    pub(crate) quads: [[f32; 4]; 3],
+    pub(crate) id: u32,
     /// A point is inside for certain where all edge functions are above this.
-    pub(super) twice_edge_error: f32,
+    pub(crate) twice_edge_error: f32,
     /// A point is behind for certain where the difference in nearness is above this.
-    pub(super) twice_depth_error: f32,
+    pub(crate) twice_depth_error: f32,
 }
 
 /// The triangles of a patch, set up for a tile's points. 88 bytes a triangle.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
-pub(super) struct SetUp {
+pub(crate) struct SetUp {
     /// The patch's number.
-    pub(super) number: u32,
+    pub(crate) number: u32,
     /// How many triangles it has.
-    pub(super) count: u32,
+    pub(crate) count: u32,
     /// Lowest and highest X and Y, in relation to the tile's origin, grown by the vertices' error.
-    pub(super) x: [[f32; MOST_TRIANGLES]; 2],
-    pub(super) y: [[f32; MOST_TRIANGLES]; 2],
+    pub(crate) x: [[f32; MOST_TRIANGLES]; 2],
+    pub(crate) y: [[f32; MOST_TRIANGLES]; 2],
     /// Of the nearest corner, grown by its error.
-    pub(super) nearness: [f32; MOST_TRIANGLES],
+    pub(crate) nearness: [f32; MOST_TRIANGLES],
     quads: [[[f32; 4]; MOST_TRIANGLES]; 3],
     twice_edge_error: [f32; MOST_TRIANGLES],
     twice_depth_error: [f32; MOST_TRIANGLES],
 }
 
 impl SetUp {
-    pub(super) const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         number: 0,
         count: 0,
         x: [[0.0; MOST_TRIANGLES]; 2],
@@ -71,12 +71,12 @@ impl SetUp {
     };
 
     #[inline(always)]
-    pub(super) fn quads(&self, triangle: usize) -> [&[f32; 4]; 3] {
+    pub(crate) fn quads(&self, triangle: usize) -> [&[f32; 4]; 3] {
         let triangle = triangle % MOST_TRIANGLES;
         [&self.quads[0][triangle], &self.quads[1][triangle], &self.quads[2][triangle]]
     }
 
-    pub(super) fn record(&self, triangle: usize, id: u32) -> Record {
+    pub(crate) fn record(&self, triangle: usize, id: u32) -> Record {
         Record {
             quads: self.quads(triangle).map(|quad| *quad),
             id,
@@ -85,7 +85,7 @@ impl SetUp {
         }
     }
 
-    pub(super) fn bounds(&self, triangle: usize) -> FaceBox {
+    pub(crate) fn bounds(&self, triangle: usize) -> FaceBox {
         FaceBox {
             x: [self.x[0][triangle], self.x[1][triangle]],
             y: [self.y[0][triangle], self.y[1][triangle]],
@@ -116,7 +116,7 @@ impl SetUp {
     /// difference in W of the corners. Rounding numerators, area and quotients makes 26 ε w h d / area of the function, and
     /// the constant and the sums 12 ε S R and 6 ε of the largest W in relation to the origin.
     #[inline(always)]
-    pub(super) fn fill<S: Simd>(
+    pub(crate) fn fill<S: Simd>(
         &mut self,
         simd: S,
         face: &Face,
@@ -170,8 +170,7 @@ impl SetUp {
             let r = w0 - (p * x0 + q * y0);
             let steepness = p.abs() + q.abs();
             let depth_over_area = depth * inverse;
-            let steepest =
-                steepness * 1.15 + (moved * depth_over_area * 48.0 + corner_error * girth * inverse * 5.0);
+            let steepest = steepness * 1.15 + (moved * depth_over_area * 48.0 + corner_error * girth * inverse * 5.0);
             let relative_depth = if face.is_parallel { depth } else { depth / largest_nearness };
             let of_predicate = width * of_width + height * of_height + relative_depth * of_depth;
             let depth_error = steepest * (moved + of_point + reach * (12.0 * EPSILON))

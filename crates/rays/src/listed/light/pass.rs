@@ -1,22 +1,23 @@
+use std::sync::Mutex;
 use std::time::Instant;
 
+use fearless_simd::dispatch;
 use rayon::prelude::*;
 
-use super::block::{Block, BlockErrors};
-use super::cells::Cells;
-use super::choose;
-use super::face::Face;
-use super::map::Slab;
-use super::settle::Settler;
-use super::survey::Survey;
 use super::worker::Worker;
 use crate::LightSource;
+use crate::light_grid::block::{Block, BlockErrors};
+use crate::light_grid::choose;
+use crate::light_grid::face::Face;
+use crate::light_grid::pixel_map::PixelMap;
+use crate::light_grid::points::{GROUPS, TILE_BLOCKS, TileMap, block_of};
+use crate::light_grid::settle::{Settler, settle_outliers};
+use crate::light_grid::survey::Survey;
 use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work};
 use crate::simd::SimdLevel;
+use crate::simd::vectors::LANES;
 
 /// One light's way from what a camera sees to a mask: everything but how triangles find the points that they shadow.
-///
-/// Both forms of the light grid do it this way, face by face, and bring a `trace` of their own.
 #[derive(Default)]
 pub(crate) struct LightPass {
     pub(crate) level: SimdLevel,
@@ -24,10 +25,6 @@ pub(crate) struct LightPass {
     faces: Vec<Face>,
     /// The face that the rest is about.
     pub(crate) face: Face,
-    pub(crate) slabs: Vec<Slab>,
-    pub(crate) cells: Cells,
-    /// How many of some points are in each strip of the axes.
-    pub(crate) samples: [Vec<u32>; 2],
     pub(crate) blocks: Vec<Block>,
     pub(crate) errors: Vec<BlockErrors>,
     /// Which lanes of each block hold a point of the face.
@@ -64,12 +61,11 @@ impl LightPass {
         self.shadowed.clear();
         self.shadowed.resize(seen.triangle.len() / TileOrder::BLOCK_PIXELS, 0);
         let is_light = self.visit_faces(shot, seen, light, |pass, settler| {
-            let points: u64 = pass.slabs.iter().map(|slab| u64::from(slab.points)).sum();
+            let points: u64 = pass.members.iter().map(|members| u64::from(members.count_ones())).sum();
             if points == 0 {
                 return;
             }
             pass.counts.points += points;
-            pass.counts.refined += pass.slabs.iter().map(|slab| u64::from(slab.refined)).sum::<u64>();
             pass.counts.faces += 1;
             let start = Instant::now();
             pass.project(shot.triangles.positions);
@@ -81,7 +77,8 @@ impl LightPass {
             pass.seconds.settle += start.elapsed().as_secs_f64();
         });
         if is_light {
-            self.settle_outliers(shot, seen, light);
+            self.outliers.extend_from_slice(&self.survey.unknown);
+            self.counts.outliers = settle_outliers(&mut self.outliers, shot, seen, light, &mut self.shadowed);
         }
         self.light_the_rest(seen, mask.blocks_mut());
         Work { counts: self.counts, seconds: self.seconds }
@@ -100,7 +97,7 @@ impl LightPass {
     ) -> bool {
         assert!(self.survey.slots == seen.triangle.len(), "another image was surveyed");
         self.counts = Counts::default();
-        self.seconds = Seconds { survey: self.seconds.survey, ..Seconds::default() };
+        self.seconds = Seconds { survey: self.survey.seconds, ..Seconds::default() };
         self.outliers.clear();
         let image = SeenImage { shot, seen };
         let settler = Settler { image, rays: self.survey.rays, light, level: self.level };
@@ -110,14 +107,64 @@ impl LightPass {
             let start = Instant::now();
             self.face = *face;
             self.face.choose_point_error(&self.survey.rays, &self.survey.tiles);
-            self.spread(&image);
             self.map(&image);
-            self.slabs.iter().for_each(|slab| self.outliers.extend_from_slice(&slab.outliers));
             self.seconds.map += start.elapsed().as_secs_f64();
             visit(self, &settler);
         }
         self.faces = faces;
         is_light
+    }
+
+    /// Maps all points of `self.face`.
+    fn map(&mut self, image: &SeenImage<'_>) {
+        let Self { survey, face, blocks, errors, members, outliers, counts, level, .. } = self;
+        blocks.resize(survey.slots / LANES, Block::EMPTY);
+        errors.resize(blocks.len(), BlockErrors::default());
+        members.resize(blocks.len(), 0);
+        members.fill(0);
+        let pixels = PixelMap::new(face, &survey.rays);
+        let (level, rays, tiles, face) = (level.0, &survey.rays, &survey.tiles, &*face);
+        let outliers = Mutex::new(outliers);
+        let outputs = blocks
+            .par_chunks_exact_mut(TILE_BLOCKS)
+            .zip(errors.par_chunks_exact_mut(TILE_BLOCKS))
+            .zip(members.par_chunks_exact_mut(TILE_BLOCKS));
+        let refined = outputs.enumerate().map(|(number, ((blocks, errors), members))| {
+            let (mut lost, mut refined) = (Vec::new(), 0);
+            let Some(blocks) = blocks.first_chunk_mut() else { return 0 };
+            if face.may_own(&tiles[number]) {
+                let map = TileMap::new(image, rays, face, &pixels, number, [0.0; 3]);
+                for number in 0..GROUPS {
+                    let group =
+                        dispatch!(level, simd => map.map_group(simd, number, &mut *blocks, &mut lost, &mut refined));
+                    let Some(group) = group else { continue };
+                    let [position, nearness] = group.errors;
+                    for (index, of_block) in group.members.into_iter().enumerate() {
+                        let block = block_of(number, index);
+                        members[block] = of_block;
+                        errors[block] = BlockErrors { position, nearness };
+                    }
+                }
+            }
+            if let (false, Ok(mut all)) = (lost.is_empty(), outliers.lock()) {
+                all.append(&mut lost);
+            }
+            refined
+        });
+        counts.refined += refined.sum::<u64>();
+    }
+
+    /// Settles what the threads couldn't decide, in equal parts, and adds up what they counted.
+    fn settle(&mut self, settler: &Settler<'_>) {
+        let Self { workers, undecided, counts, .. } = self;
+        undecided.clear();
+        for worker in workers.iter_mut() {
+            undecided.append(&mut worker.undecided);
+            *counts += worker.counts;
+        }
+        let share = undecided.len().div_ceil(workers.len()).max(8);
+        let shares = workers.par_iter_mut().zip(undecided.par_chunks(share));
+        counts.settled += shares.map(|(worker, pairs)| settler.settle(pairs, 0, &mut worker.shadowed)).sum::<u64>();
     }
 
     /// Brings together which points the threads found in shadow on a face.
@@ -148,13 +195,9 @@ impl LightPass {
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> Bytes {
-        let slabs: usize = self.slabs.iter().map(Slab::bytes).sum();
         let workers: usize = self.workers.iter().map(Worker::bytes).sum();
         let points = self.survey.bytes()
-            + slabs
             + workers
-            + self.cells.bytes()
-            + self.samples.iter().map(Vec::capacity).sum::<usize>() * size_of::<u32>()
             + self.blocks.capacity() * size_of::<Block>()
             + self.errors.capacity() * size_of::<BlockErrors>()
             + (self.members.capacity() + self.shadowed.capacity()) * size_of::<u16>()

@@ -1,17 +1,16 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
-use super::block::{Block, BlockErrors};
-use super::cells::{Bounds, Cells, Covered};
-use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
-use crate::shot::MaskPoints;
+use super::cells::Cells;
+use crate::light_grid::block::{Block, BlockErrors};
+use crate::light_grid::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
 use crate::simd::lanes::{max3, min3};
 use crate::simd::vectors::{LANES, load_corner, splat};
 
 /// Triangles set up before their points are tested.
 pub(crate) const BATCH: usize = 64;
 
-/// A triangle is small when it covers at most this many columns and rows of cells.
+/// A triangle is small when it is narrower than this many columns, and lower than this many rows of cells.
 const SMALL_COLUMNS: u16 = 24;
 const SMALL_ROWS: u16 = 8;
 
@@ -67,14 +66,11 @@ pub(crate) struct Batch {
     /// How wrong G may be: at most this, and the second times the point's own error in X and Y, and the area times that
     /// in W. Infinite where the area is too uncertain for any verdict.
     depth_error: [[f32; BATCH]; 2],
-    /// How wrong the predicate's weights may be, as edge functions.
-    weight_error: [f32; BATCH],
     /// Lowest and highest X, and Y, grown by the vertices' error.
     pub(crate) x_range: [[f32; BATCH]; 2],
     pub(crate) y_range: [[f32; BATCH]; 2],
     /// Of the nearest corner, grown by its error.
     pub(crate) nearest: [f32; BATCH],
-    pub(crate) cells: [Covered; BATCH],
 }
 
 impl Default for Batch {
@@ -90,11 +86,9 @@ impl Default for Batch {
             rises: [zero; 2],
             edge_error: [zero; 2],
             depth_error: [zero; 2],
-            weight_error: zero,
             x_range: [zero; 2],
             y_range: [zero; 2],
             nearest: zero,
-            cells: [Covered::default(); BATCH],
         }
     }
 }
@@ -146,32 +140,15 @@ impl Batch {
 
         let margin = splat(simd, VERTEX_MARGIN);
         let (x_range, y_range) = ([x_min - margin, x_max + margin], [y_min - margin, y_max + margin]);
-        let (first_columns, last_columns) =
-            (cells.across.cells_at(simd, x_range[0]), cells.across.cells_at(simd, x_range[1]));
-        let (first_rows, last_rows) = (cells.down.cells_at(simd, y_range[0]), cells.down.cells_at(simd, y_range[1]));
-        let mut is_small = 0;
-        let mut behind = [f32::NEG_INFINITY; LANES];
-        for lane in 0..LANES {
-            let covered = Covered {
-                columns: [first_columns[lane], last_columns[lane]],
-                rows: [first_rows[lane], last_rows[lane]],
-            };
-            // Only bounds that are NaN wrap.
-            let is_small_here = covered.columns[1].wrapping_sub(covered.columns[0]) < SMALL_COLUMNS
-                && covered.rows[1].wrapping_sub(covered.rows[0]) < SMALL_ROWS;
-            if is_small_here {
-                is_small |= 1 << lane;
-                behind[lane] = cells.farthest(covered);
-            }
-            self.cells[slot + lane] = covered;
-        }
+        let [columns, rows] = [cells.across.count, cells.down.count].map(|count| 2.0 / count as f32);
+        // Those whose bounds are NaN aren't small.
+        let is_small = (x_range[1] - x_range[0]).simd_lt(splat(simd, columns * f32::from(SMALL_COLUMNS)))
+            & (y_range[1] - y_range[0]).simd_lt(splat(simd, rows * f32::from(SMALL_ROWS)));
         let grown = nearest + nearest.abs() * splat(simd, 8.0 * NEARNESS_ERROR);
         let grown = if face.is_parallel { grown + splat(simd, 8.0 * NEARNESS_ERROR) } else { grown };
         let limit = splat(simd, FACE_LIMIT as f32);
         let is_outside = x_min.simd_gt(limit) | x_max.simd_lt(-limit) | y_min.simd_gt(limit) | y_max.simd_lt(-limit);
-        // Behind all that is seen there, or where nothing is.
-        let is_behind = grown.simd_le(f32x16::simd_from(simd, behind));
-        let reaches = reaches & !(is_usable & (is_outside | is_behind));
+        let reaches = reaches & !(is_usable & is_outside);
         if !reaches.any_true() {
             return Survivors { small: 0, large: 0 };
         }
@@ -219,28 +196,14 @@ impl Batch {
         store(slot, &mut self.edge_error[1], girth * splat(simd, 1.001) + splat(simd, 8.0 * EPSILON));
         store(slot, &mut self.depth_error[0], is_certain.select(depth_error, infinite));
         store(slot, &mut self.depth_error[1], depth_per_error);
-        let [constant, per_nearness] = vertex_errors.of_weights;
-        let weight_error = largest_nearness * per_nearness + constant;
-        store(slot, &mut self.weight_error, weight_error * weight_error);
         store(slot, &mut self.x_range[0], x_range[0]);
         store(slot, &mut self.x_range[1], x_range[1]);
         store(slot, &mut self.y_range[0], y_range[0]);
         store(slot, &mut self.y_range[1], y_range[1]);
         store(slot, &mut self.nearest, grown);
-        let fast = reaches & is_usable & near_the_face & is_even;
-        let (fast, reaches) = (fast.to_bitmask() & is_small, reaches.to_bitmask());
+        let fast = reaches & is_usable & near_the_face & is_even & is_small;
+        let (fast, reaches) = (fast.to_bitmask(), reaches.to_bitmask());
         Survivors { small: reaches & fast, large: reaches & !fast }
-    }
-
-    /// A triangle's bounds.
-    #[inline(always)]
-    pub(crate) fn bounds<S: Simd>(&self, simd: S, triangle: usize) -> Bounds<S> {
-        let triangle = triangle % BATCH;
-        Bounds {
-            x: [splat(simd, self.x_range[0][triangle]), splat(simd, self.x_range[1][triangle])],
-            y: [splat(simd, self.y_range[0][triangle]), splat(simd, self.y_range[1][triangle])],
-            nearest: splat(simd, self.nearest[triangle]),
-        }
     }
 
     /// The edge functions at a block's points.
@@ -254,66 +217,6 @@ impl Batch {
             splat(simd, self.a[1][triangle]).mul_add(x, splat(simd, self.b[1][triangle]) * y),
             splat(simd, self.a[2][triangle]).mul_add(x, splat(simd, self.b[2][triangle]) * y),
         ]
-    }
-
-    /// In which of 16 boxes a triangle may have a part: those where no edge function is below zero everywhere. Boxes are
-    /// in the triangle's bounds, and given as lowest and highest X and Y.
-    ///
-    /// They hold their points' errors, so that what is left is the error of an edge function somewhere in the bounds,
-    /// and once more for what rounding the ends in relation to the first corner makes of it.
-    #[inline(always)]
-    pub(crate) fn may_touch<S: Simd>(&self, simd: S, triangle: usize, [x, y]: [[f32x16<S>; 2]; 2]) -> mask32x16<S> {
-        let triangle = triangle % BATCH;
-        let (first_x, first_y) = (splat(simd, self.x[triangle]), splat(simd, self.y[triangle]));
-        let (x, y) = ([x[0] - first_x, x[1] - first_x], [y[0] - first_y, y[1] - first_y]);
-        let area = splat(simd, self.area[triangle]);
-        let most = [
-            self.most(simd, triangle, 0, x, y) + area,
-            self.most(simd, triangle, 1, x, y),
-            self.most(simd, triangle, 2, x, y),
-        ];
-        min3(most).simd_ge(splat(simd, -2.0 * self.edge_error[0][triangle]))
-    }
-
-    /// The most of an edge function, without its constant, in boxes in relation to the first corner.
-    #[inline(always)]
-    fn most<S: Simd>(&self, simd: S, triangle: usize, edge: usize, x: [f32x16<S>; 2], y: [f32x16<S>; 2]) -> f32x16<S> {
-        let (a, b) = (self.a[edge][triangle], self.b[edge][triangle]);
-        let x = if a > 0.0 { x[1] } else { x[0] };
-        let y = if b > 0.0 { y[1] } else { y[0] };
-        splat(simd, a).mul_add(x, splat(simd, b) * y)
-    }
-
-    /// Where on a triangle the rays of the points in `lanes` of a block cross it, if they do.
-    ///
-    /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there.
-    /// If each E is wrong by at most δ, a weight from 0 to 1 is by at most 2 δ W / D, W being the largest, taken as 3.
-    /// The nearness of a corner is wrong by 4 ε of itself, and with products, sums, quotient and the predicate's own
-    /// rounding that makes 15 ε, taken as 24.
-    #[inline(always)]
-    pub(crate) fn weights<S: Simd>(
-        &self,
-        simd: S,
-        face: &Face,
-        triangle: usize,
-        block: &Block,
-        error: BlockErrors,
-        lanes: u16,
-    ) -> MaskPoints {
-        let triangle = triangle % BATCH;
-        let [e0, e1, e2] = self.edges(simd, triangle, block);
-        let first = self.nearness[triangle];
-        let [w0, w1, w2] = if face.is_parallel {
-            [1.0; 3]
-        } else {
-            [first, first + self.rises[0][triangle], first + self.rises[1][triangle]]
-        };
-        let (e1, e2) = (e1 * splat(simd, w1), e2 * splat(simd, w2));
-        let inverse = splat(simd, 1.0) / (e0 * splat(simd, w0) + (e1 + e2));
-        let edge_error = error.position * self.edge_error[1][triangle] + self.edge_error[0][triangle];
-        let error = (edge_error + self.weight_error[triangle]) * (3.01 * w0.max(w1).max(w2));
-        let error = inverse.abs() * splat(simd, error) + splat(simd, 24.0 * EPSILON);
-        MaskPoints { barycentric: [(e1 * inverse).into(), (e2 * inverse).into()], error: error.into(), lanes }
     }
 
     /// Tests a triangle against a block: which of its points it shadows for certain, and which possibly, among them all

@@ -1,11 +1,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
 
+use super::block::Block;
+use super::face::{Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT};
+use super::pixel_map::{COLUMN, DEPTH, ONE, PixelMap, ROW};
+use super::refine::{Refined, refine_eight};
 use super::set_up::Extent;
-use crate::light_grid::block::Block;
-use crate::light_grid::face::{Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT};
-use crate::light_grid::pixel_map::{COLUMN, DEPTH, ONE, PixelMap, ROW};
-use crate::light_grid::refine::{Refined, refine_eight};
 use crate::shot::{CameraRays, SeenImage, SeenPixels, TileOrder};
 use crate::simd::lanes::{bits_of, of_each};
 use crate::simd::vectorized;
@@ -15,13 +15,13 @@ use crate::simd::vectors::{LANES, splat};
 const ROW_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 
 /// Blocks in a tile.
-pub(super) const TILE_BLOCKS: usize = ROW_BLOCKS * ROW_BLOCKS;
+pub(crate) const TILE_BLOCKS: usize = ROW_BLOCKS * ROW_BLOCKS;
 
 /// Groups in a tile: of 4×4 blocks, which are 16×16 pixels.
-pub(super) const GROUPS: usize = TILE_BLOCKS / LANES;
+pub(crate) const GROUPS: usize = TILE_BLOCKS / LANES;
 
 /// The block of a tile that is one of a group's.
-pub(super) fn block_of(group: usize, block: usize) -> usize {
+pub(crate) fn block_of(group: usize, block: usize) -> usize {
     (group / 4 * 4 + block / 4) * ROW_BLOCKS + group % 4 * 4 + block % 4
 }
 
@@ -29,14 +29,14 @@ pub(super) fn block_of(group: usize, block: usize) -> usize {
 ///
 /// X less the origin's is as projective as X: with R₀ less X₀ R₃ for R₀ in [`PixelMap`], and so on for Y and W. So what
 /// the tile's points have in common doesn't cost them bits.
-pub(super) struct TileMap<'a> {
+pub(crate) struct TileMap<'a> {
     image: &'a SeenImage<'a>,
     rays: &'a CameraRays,
     face: &'a Face,
     is_reciprocal: bool,
     /// The index of the tile's first pixel.
     first: usize,
-    pub(super) origin: [f32; 3],
+    pub(crate) origin: [f32; 3],
     /// The factors of column and row in the tile, one and s.
     rows: [[f64; 4]; 4],
     /// For each R its constant at each pixel of a block, in relation to the first.
@@ -54,15 +54,15 @@ pub(super) struct TileMap<'a> {
 }
 
 /// What is known of a group's 16 blocks.
-pub(super) struct Group {
+pub(crate) struct Group {
     /// Which points of each block are on the face.
-    pub(super) members: [u16; LANES],
+    pub(crate) members: [u16; LANES],
     /// Lowest and highest X, Y and W of each block's, in relation to the origin.
-    pub(super) x: [[f32; LANES]; 2],
-    pub(super) y: [[f32; LANES]; 2],
-    pub(super) nearness: [[f32; LANES]; 2],
+    pub(crate) x: [[f32; LANES]; 2],
+    pub(crate) y: [[f32; LANES]; 2],
+    pub(crate) nearness: [[f32; LANES]; 2],
     /// How wrong X and Y of any point may be, and W.
-    pub(super) errors: [f32; 2],
+    pub(crate) errors: [f32; 2],
 }
 
 /// The smallest and largest of what 16 blocks hold, a block to a lane.
@@ -77,17 +77,17 @@ struct Extremes<S: Simd> {
 }
 
 impl<'a> TileMap<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         image: &'a SeenImage<'a>,
         rays: &'a CameraRays,
         face: &'a Face,
         pixels: &PixelMap,
         tile: usize,
+        origin: [f32; 3],
     ) -> Self {
         let first = tile * TileOrder::TILE_PIXELS;
         let (column, row) = image.seen.order().column_and_row(first);
         let (column, row) = (f64::from(column), f64::from(row));
-        let origin = origin(image, pixels, first);
         let [ox, oy, ow] = origin.map(f64::from);
         let mut rows = pixels.rows;
         for factors in &mut rows {
@@ -133,7 +133,7 @@ impl<'a> TileMap<'a> {
     /// Maps the points of a group of 16 blocks; `None` if none is on the face. Points of the face that can't be mapped are
     /// `outliers`, and those that were mapped in f64 are counted in `refined`.
     #[inline(always)]
-    pub(super) fn map_group<S: Simd>(
+    pub(crate) fn map_group<S: Simd>(
         &self,
         simd: S,
         group: usize,
@@ -229,9 +229,9 @@ impl<'a> TileMap<'a> {
         let columns = f64x8::simd_from(simd, [0.0, 4.0, 8.0, 12.0, 0.0, 4.0, 8.0, 12.0]);
         let low_rows = f64x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, 4.0, 4.0, 4.0, 4.0]);
         let high_rows = low_rows + 8.0;
-        let [(s0, t0, c0), (s1, t1, c1), (s2, t2, c2), (s3, t3, c3)] = self
-            .rows
-            .map(|factors| (factors[COLUMN], factors[ROW], factors[COLUMN] * column + factors[ROW] * row + factors[ONE]));
+        let [(s0, t0, c0), (s1, t1, c1), (s2, t2, c2), (s3, t3, c3)] = self.rows.map(|factors| {
+            (factors[COLUMN], factors[ROW], factors[COLUMN] * column + factors[ROW] * row + factors[ONE])
+        });
         [
             (columns * s0 + low_rows * t0 + c0).narrow(columns * s0 + high_rows * t0 + c0),
             (columns * s1 + low_rows * t1 + c1).narrow(columns * s1 + high_rows * t1 + c1),
@@ -365,8 +365,11 @@ impl<'a> TileMap<'a> {
         let [ox, oy, ow] = self.origin.map(f64::from);
         let points = &mut blocks[block];
         let mut mapped = 0_u16;
-        let (mut x, mut y, mut nearness) =
-            ([f32::INFINITY, f32::NEG_INFINITY], [f32::INFINITY, f32::NEG_INFINITY], [f32::INFINITY, f32::NEG_INFINITY]);
+        let (mut x, mut y, mut nearness) = (
+            [f32::INFINITY, f32::NEG_INFINITY],
+            [f32::INFINITY, f32::NEG_INFINITY],
+            [f32::INFINITY, f32::NEG_INFINITY],
+        );
         let mut errors = [0.0_f64; 2];
         for half in [0, 8] {
             let indices = std::array::from_fn(|lane| first + half + lane as u32);
@@ -402,13 +405,14 @@ impl<'a> TileMap<'a> {
     }
 
     /// An extent without points.
-    pub(super) fn extent(&self) -> Extent {
+    pub(crate) fn extent(&self) -> Extent {
         Extent { origin: self.origin, ..Extent::default() }
     }
 }
 
-/// X, Y and W of a point of the tile near its middle, or zero where none is known.
-fn origin(image: &SeenImage<'_>, pixels: &PixelMap, first: usize) -> [f32; 3] {
+/// X, Y and W of a point near the middle of a tile, or zero where none is known.
+pub(crate) fn origin(image: &SeenImage<'_>, pixels: &PixelMap, tile: usize) -> [f32; 3] {
+    let first = tile * TileOrder::TILE_PIXELS;
     // Pixels from all over the tile, first of all one in the middle.
     const STEP: usize = 97;
     const START: usize = 136;

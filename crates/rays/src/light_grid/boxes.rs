@@ -6,16 +6,16 @@ use crate::simd::vectors::{LANES, splat};
 
 /// Where something is on a face: lowest and highest X, lowest and highest Y, and its nearness to the light.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FaceBox {
-    pub(super) x: [f32; 2],
-    pub(super) y: [f32; 2],
+pub(crate) struct FaceBox {
+    pub(crate) x: [f32; 2],
+    pub(crate) y: [f32; 2],
     /// Of the nearest of it, of patches and triangles; of the farthest, of points.
-    pub(super) nearness: f32,
+    pub(crate) nearness: f32,
 }
 
 impl FaceBox {
     /// Of patches or triangles: overlaps nothing.
-    pub(super) const NOTHING: Self = Self {
+    pub(crate) const NOTHING: Self = Self {
         x: [f32::INFINITY, f32::NEG_INFINITY],
         y: [f32::INFINITY, f32::NEG_INFINITY],
         nearness: f32::NEG_INFINITY,
@@ -25,25 +25,25 @@ impl FaceBox {
 /// The boxes of sixteen patches, or of sixteen times sixteen, or of the points of sixteen blocks.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(super) struct SixteenBoxes {
-    pub(super) x: [[f32; LANES]; 2],
-    pub(super) y: [[f32; LANES]; 2],
+pub(crate) struct SixteenBoxes {
+    pub(crate) x: [[f32; LANES]; 2],
+    pub(crate) y: [[f32; LANES]; 2],
     /// Of the nearest of each, of patches; of the farthest, of points.
-    pub(super) nearness: [f32; LANES],
+    pub(crate) nearness: [f32; LANES],
 }
 
 impl SixteenBoxes {
     /// Boxes that overlap nothing, of patches.
-    pub(super) const NOTHING: Self = Self {
+    pub(crate) const NOTHING: Self = Self {
         x: [[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]],
         y: [[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]],
         nearness: [f32::NEG_INFINITY; LANES],
     };
 
     /// Boxes that nothing overlaps, of points.
-    pub(super) const NO_POINTS: Self = Self { nearness: [f32::INFINITY; LANES], ..Self::NOTHING };
+    pub(crate) const NO_POINTS: Self = Self { nearness: [f32::INFINITY; LANES], ..Self::NOTHING };
 
-    pub(super) fn get(&self, lane: usize) -> FaceBox {
+    pub(crate) fn get(&self, lane: usize) -> FaceBox {
         FaceBox {
             x: [self.x[0][lane], self.x[1][lane]],
             y: [self.y[0][lane], self.y[1][lane]],
@@ -51,7 +51,7 @@ impl SixteenBoxes {
         }
     }
 
-    pub(super) fn set(&mut self, lane: usize, one: FaceBox) {
+    pub(crate) fn set(&mut self, lane: usize, one: FaceBox) {
         for end in 0..2 {
             self.x[end][lane] = one.x[end];
             self.y[end][lane] = one.y[end];
@@ -61,7 +61,7 @@ impl SixteenBoxes {
 
     /// The box around all patches.
     #[inline(always)]
-    pub(super) fn around_patches<S: Simd>(&self, simd: S) -> FaceBox {
+    pub(crate) fn around_patches<S: Simd>(&self, simd: S) -> FaceBox {
         FaceBox {
             x: [load(simd, &self.x[0]).reduce_min(), load(simd, &self.x[1]).reduce_max()],
             y: [load(simd, &self.y[0]).reduce_min(), load(simd, &self.y[1]).reduce_max()],
@@ -71,7 +71,7 @@ impl SixteenBoxes {
 
     /// Which of sixteen patches may shadow some of the points in a box.
     #[inline(always)]
-    pub(super) fn may_shadow<S: Simd>(&self, simd: S, points: &SplatBox<S>) -> u16 {
+    pub(crate) fn may_shadow<S: Simd>(&self, simd: S, points: &SplatBox<S>) -> u16 {
         let overlap = load(simd, &self.x[0]).simd_le(points.x[1])
             & load(simd, &self.x[1]).simd_ge(points.x[0])
             & load(simd, &self.y[0]).simd_le(points.y[1])
@@ -82,7 +82,7 @@ impl SixteenBoxes {
 
     /// In which of sixteen boxes of points something may shadow a point.
     #[inline(always)]
-    pub(super) fn reached<S: Simd>(&self, simd: S, by: &SplatBox<S>) -> mask32x16<S> {
+    pub(crate) fn reached<S: Simd>(&self, simd: S, by: &SplatBox<S>) -> mask32x16<S> {
         load(simd, &self.x[0]).simd_le(by.x[1])
             & load(simd, &self.x[1]).simd_ge(by.x[0])
             & load(simd, &self.y[0]).simd_le(by.y[1])
@@ -92,15 +92,15 @@ impl SixteenBoxes {
 }
 
 /// A box in all lanes.
-pub(super) struct SplatBox<S: Simd> {
-    pub(super) x: [f32x16<S>; 2],
-    pub(super) y: [f32x16<S>; 2],
-    pub(super) nearness: f32x16<S>,
+pub(crate) struct SplatBox<S: Simd> {
+    pub(crate) x: [f32x16<S>; 2],
+    pub(crate) y: [f32x16<S>; 2],
+    pub(crate) nearness: f32x16<S>,
 }
 
 impl<S: Simd> SplatBox<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, one: &FaceBox) -> Self {
+    pub(crate) fn new(simd: S, one: &FaceBox) -> Self {
         Self {
             x: [splat(simd, one.x[0]), splat(simd, one.x[1])],
             y: [splat(simd, one.y[0]), splat(simd, one.y[1])],

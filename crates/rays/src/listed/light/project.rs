@@ -1,0 +1,57 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x16};
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::pass::LightPass;
+use crate::light_grid::face::Face;
+use crate::light_grid::project::project_eight;
+use crate::simd::vectors::{LANES, narrow, widen};
+
+const CHUNK_VERTICES: usize = 2048;
+
+/// A vertex of a face is (X, Y, W, outcode). One that the filter can't use has NaN for X, Y and W.
+///
+/// The outcode has a bit for each side of the face's frustum, a little grown, that the vertex is certainly
+/// outside of: high X, low X, high Y, low Y, behind the light. A triangle whose vertices share a bit can't be between
+/// the light and the face's points.
+const UNUSABLE: [f32; 4] = [f32::NAN, f32::NAN, f32::NAN, 0.0];
+
+impl LightPass {
+    /// Maps all vertices to the face, each once, and lists one after them that stands for all that don't exist.
+    pub(crate) fn project(&mut self, positions: &[Vec3]) {
+        let Self { vertices, face, level, .. } = self;
+        vertices.resize(positions.len() + 1, UNUSABLE);
+        vertices[positions.len()] = UNUSABLE;
+        let (face, level) = (&*face, level.0);
+        let chunks =
+            vertices[..positions.len()].par_chunks_mut(CHUNK_VERTICES).zip(positions.par_chunks(CHUNK_VERTICES));
+        chunks.for_each(|(vertices, positions)| {
+            dispatch!(level, simd => project(simd, face, positions, vertices));
+        });
+    }
+}
+
+#[inline(always)]
+fn project<S: Simd>(simd: S, face: &Face, positions: &[Vec3], vertices: &mut [[f32; 4]]) {
+    for (positions, vertices) in positions.chunks(LANES).zip(vertices.chunks_mut(LANES)) {
+        let mut axes = [[f32::NAN; LANES]; 3];
+        for (lane, position) in positions.iter().enumerate() {
+            axes[0][lane] = position.x;
+            axes[1][lane] = position.y;
+            axes[2][lane] = position.z;
+        }
+        let [x, y, z] = axes;
+        let [low, high] = widen([f32x16::simd_from(simd, x), f32x16::simd_from(simd, y), f32x16::simd_from(simd, z)]);
+        let (low, low_codes) = project_eight(simd, face, low);
+        let (high, high_codes) = project_eight(simd, face, high);
+        let [x, y, nearness] = narrow(low, high);
+        let (x, y, nearness) = (x.to_array(), y.to_array(), nearness.to_array());
+        let codes = [low_codes, high_codes];
+        for (lane, vertex) in vertices.iter_mut().enumerate() {
+            let code = codes[lane / 8].map(|outside| (outside >> (lane % 8)) as u32 & 1);
+            let code = code.into_iter().enumerate().fold(0, |all, (side, bit)| all | bit << side);
+            *vertex = [x[lane], y[lane], nearness[lane], f32::from_bits(code)];
+        }
+    }
+}
