@@ -8,9 +8,9 @@ use umbrage::rays::{Bounds, Camera, LightSource, Opacity, Opaque, View};
 use umbrage::scene::Frame;
 use umbrage::{Sample, Scene};
 
-/// Scenes of the gallery whose triangles all move or change.
-pub(crate) const GALLERY: [&str; 6] =
-    ["demo:cloth", "demo:forest", "demo:hall", "demo:shatter", "demo:statue", "demo:marbles"];
+/// Scenes of the gallery nearly all of whose triangles move or change, or that the camera moves through.
+pub(crate) const GALLERY: [&str; 7] =
+    ["demo:cloth", "demo:forest", "demo:hall", "demo:shatter", "demo:statue", "demo:marbles", "demo:gears"];
 
 /// Files that are looked for in a folder of real scenes; those that aren't there are left out.
 const FILES: [&str; 9] = [
