@@ -1,6 +1,6 @@
 //! What several commands are told alike.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
@@ -53,9 +53,13 @@ impl OutputFlags {
     /// Writes notes below the table, what is left of it, and the chart, if one is wanted.
     pub(crate) fn finish(&self, table: Table, notes: &[&str], chart: &dyn Chart) -> Result<()> {
         table.finish(notes)?;
-        let Some(path) = &self.plot else { return Ok(()) };
-        std::fs::write(path, chart.svg()?).with_context(|| format!("could not write {}", path.display()))
+        self.plot.iter().try_for_each(|path| write_chart(path, chart))
     }
+}
+
+/// Writes a chart as a file.
+pub(crate) fn write_chart(path: &Path, chart: &dyn Chart) -> Result<()> {
+    std::fs::write(path, chart.svg()?).with_context(|| format!("could not write {}", path.display()))
 }
 
 /// Flags of experiments that trace frames of animations.

@@ -39,6 +39,10 @@ const EXAMPLES: &str = "Examples:
       Some scenes only, larger, for a spreadsheet
   umbrage-bench peers --files scenes
       The gallery and the real scenes of a folder, side by side with Embree
+  umbrage-bench peers demo:cloth --lights 1,2,4,8 --tinybvh libumbrage_tinybvh.so
+      What further lights cost; and tinybvh beside, compiled as crates/peers/src/tinybvh/glue.cpp says
+  umbrage-bench growth --plot growth.svg --plot-bytes memory.svg
+      10 K to 10 M triangles, images of up to 4096x4096 pixels, 1 to 64 lights
   umbrage-bench breakdown --plot breakdown.svg
       One of the paper's experiments, as a table and a chart";
 
@@ -46,7 +50,7 @@ const EXAMPLES: &str = "Examples:
 enum Command {
     /// Time every stage of a frame, for each scene and structure
     Frame(frame::FrameFlags),
-    /// Compare frames with those of Embree, which must be installed (Debian's package libembree-dev)
+    /// Compare frames with those of Embree, which must be installed (Debian's package libembree-dev), and of tinybvh
     Peers(peers::PeersFlags),
     /// Incoherent rays: one diffuse bounce through every structure for all rays, and through Embree
     Bounce(bounce::BounceFlags),
@@ -56,7 +60,7 @@ enum Command {
     Breakdown(experiments::BreakdownFlags),
     /// Figure 11 of the paper: shadows of a light that moves away
     Distance(experiments::DistanceFlags),
-    /// How time and memory grow with triangles and pixels
+    /// How time and memory grow with triangles, pixels and lights
     Growth(experiments::GrowthFlags),
     /// Indirect mapping: sorting to small tiles, tracing by larger ones
     Mapping(experiments::MappingFlags),

@@ -1,16 +1,17 @@
 //! Which frames are traced: scenes, cameras and lights.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
-use clap::ValueEnum;
-use glam::{DVec2, Vec3};
-use umbrage::rays::{Bounds, Camera, LightSource, Opacity, Opaque, View};
+use glam::{DVec2, Quat, Vec3};
+use umbrage::rays::{Bounds, Camera, LightSource, Opacity, Opaque, Sides, View};
 use umbrage::scene::Frame;
 use umbrage::{Sample, Scene};
 
-/// Scenes of the gallery whose triangles all move or change.
-pub(crate) const GALLERY: [&str; 6] =
-    ["demo:cloth", "demo:forest", "demo:hall", "demo:shatter", "demo:statue", "demo:marbles"];
+/// Scenes of the gallery nearly all of whose triangles move or change, or that the camera moves through.
+pub(crate) const GALLERY: [&str; 7] =
+    ["demo:cloth", "demo:forest", "demo:hall", "demo:shatter", "demo:statue", "demo:marbles", "demo:gears"];
 
 /// Files that are looked for in a folder of real scenes; those that aren't there are left out.
 const FILES: [&str; 9] = [
@@ -61,13 +62,40 @@ const INTERIORS: [Interior; 3] = [
     },
 ];
 
-/// Which of a frame's lights cast shadows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+/// Which lights of a frame cast shadows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lights {
-    /// The frame's first one
+    /// The frame's first one.
     First,
-    /// All of them, one after the other
+    /// All of them, one after the other.
     All,
+    /// So many: the frame's own, and where it has fewer, its first one, turned around the scene.
+    Count(u32),
+}
+
+impl FromStr for Lights {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text {
+            "first" => Ok(Self::First),
+            "all" => Ok(Self::All),
+            number => match number.parse() {
+                Ok(count @ 1..) => Ok(Self::Count(count)),
+                _ => Err("`first`, `all` or a number above zero is needed"),
+            },
+        }
+    }
+}
+
+impl fmt::Display for Lights {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::First => f.write_str("first"),
+            Self::All => f.write_str("all"),
+            Self::Count(count) => write!(f, "{count}"),
+        }
+    }
 }
 
 /// One frame as everyone is given it.
@@ -103,18 +131,31 @@ impl<'a> Shot<'a> {
         if lights == Lights::First {
             sources.truncate(1);
         }
-        Self {
+        let mut shot = Self {
             frame,
             view: View { camera, width, height },
             offsets_pixels: Sample::all(samples).map(|sample| sample.offset_pixels).collect(),
             lights: sources,
             bounds: frame.triangles().bounds(),
             masks: false,
+        };
+        if let Lights::Count(count) = lights {
+            shot.make_lights(count);
         }
+        shot
     }
 }
 
 impl Shot<'_> {
+    /// Leaves lights away, or adds the first one, turned around the scene, until there are `count`.
+    pub(crate) fn make_lights(&mut self, count: u32) {
+        let Self { lights, bounds, .. } = self;
+        let from_above = LightSource::Point { position: bounds.center() + bounds.size() };
+        let first = lights.first().copied().unwrap_or(from_above);
+        lights.truncate(count as usize);
+        lights.extend((lights.len() as u32..count).map(|index| turned(first, bounds.center(), index)));
+    }
+
     /// What stops camera rays, and what stops shadow rays.
     pub(crate) fn opacities(&self) -> [Box<dyn Opacity + '_>; 2] {
         if self.masks {
@@ -131,7 +172,23 @@ impl Shot<'_> {
         offset_pixels: DVec2,
     ) -> umbrage::rays::Shot<'a> {
         let question = umbrage::rays::Shot::new(self.frame.triangles(), self.view);
-        umbrage::rays::Shot { offset_pixels, opacity: &**opacity, shadow_opacity: &**shadow_opacity, ..question }
+        // Others know no single-sided triangles.
+        let sides = Sides::Both;
+        umbrage::rays::Shot { offset_pixels, opacity: &**opacity, shadow_opacity: &**shadow_opacity, sides, ..question }
+    }
+}
+
+/// A light after `index` golden angles around the vertical axis through `middle`, so that any number of them are spread evenly.
+fn turned(light: LightSource, middle: Vec3, index: u32) -> LightSource {
+    const GOLDEN_ANGLE: f32 = 2.399_963_1;
+    let turn = Quat::from_rotation_y(GOLDEN_ANGLE * index as f32);
+    let at = |position: Vec3| middle + turn * (position - middle);
+    match light {
+        LightSource::Point { position } => LightSource::Point { position: at(position) },
+        LightSource::Spot { position, direction, inner_radians, outer_radians } => {
+            LightSource::Spot { position: at(position), direction: turn * direction, inner_radians, outer_radians }
+        }
+        LightSource::Directional { direction } => LightSource::Directional { direction: turn * direction },
     }
 }
 
@@ -181,4 +238,32 @@ pub(crate) fn viewpoints(addresses: &[String]) -> Vec<String> {
         format!("{file}: from {eye} to {target}, {fov_degrees}° high, lit from {light}")
     };
     interiors.map(words).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lights_are_named_or_counted() {
+        for lights in [Lights::First, Lights::All, Lights::Count(8)] {
+            assert_eq!(lights.to_string().parse(), Ok(lights));
+        }
+        for wrong in ["0", "-1", "", "many"] {
+            assert!(wrong.parse::<Lights>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn further_lights_are_as_many_as_asked_for_and_apart() {
+        let mut frame = Frame::default();
+        let scene = umbrage::open("demo:gears?triangles=100").unwrap();
+        scene.pose(0.0, &mut frame).unwrap();
+        let of = |lights| Shot::new(&frame, "demo:gears", [8, 8], 1, lights).lights;
+        let own = of(Lights::All);
+        assert_eq!((of(Lights::First), of(Lights::Count(1))), (own[..1].to_vec(), own[..1].to_vec()));
+        let many = of(Lights::Count(64));
+        assert_eq!((many.len(), &many[..own.len()]), (64, &own[..]));
+        assert!((0..64).all(|one| (0..one).all(|other| many[one] != many[other])));
+    }
 }

@@ -12,6 +12,7 @@ mod detail;
 mod forest;
 mod forest_paints;
 mod furniture;
+mod gears;
 mod glade;
 mod glass;
 mod hall;
@@ -94,6 +95,7 @@ pub const DEMOS: &[DemoScene] = &[
     forest::SCENE,
     hall::SCENE,
     stadium::SCENE,
+    gears::SCENE,
 ];
 
 /// What the address of every demo begins with.

@@ -1,12 +1,12 @@
-//! Embree's answers are those of the reference predicate, but for the few that its arithmetic gets wrong. Skipped where
-//! there is no Embree.
+//! Embree's and tinybvh's answers are those of the reference predicate, but for the few that their arithmetic gets wrong. Skipped
+//! where there is no library, which `UMBRAGE_EMBREE` and `UMBRAGE_TINYBVH` may name.
 
 use std::sync::Arc;
 
 use glam::{DVec2, Vec3, Vec4};
-use umbrage_peers::{BuildMethod, Embree, Error, Image, PixelRays, Posed, Quality, Scene};
+use umbrage_peers::{BuildMethod, Embree, Error, Image, Layout, PixelRays, Posed, Quality, Scene, TinyBvh, TinyScene};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Camera, LightSource, Opacity as _, View};
+use umbrage_rays::{Bounds, Camera, LightSource, Opacity as _, View};
 use umbrage_scene::{Alpha, Frame, Material, Materials, Mesh};
 use umbrage_verify::{Oracle, TestMesh};
 
@@ -23,6 +23,14 @@ fn embree() -> Option<Arc<Embree>> {
         }
         Err(error) => panic!("{error}"),
     }
+}
+
+fn tinybvh() -> Option<Arc<TinyBvh>> {
+    let path = std::env::var_os("UMBRAGE_TINYBVH").map(std::path::PathBuf::from);
+    if path.is_none() {
+        println!("skipped: UMBRAGE_TINYBVH names no library");
+    }
+    path.map(|path| TinyBvh::load(&path).unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// A ball above a floor. Materials of triangles repeat: opaque, and cut away by an alpha mask.
@@ -74,15 +82,36 @@ impl Case {
         Self { frame, light, truth }
     }
 
-    /// Asserts that nearly all pixels show what the oracle says.
+    /// Asserts that nearly all pixels show what the oracle says, to Embree.
     fn assert_agrees(&self, scene: &mut Scene) {
-        let posed = Arc::new(Posed::new(&self.frame, true).expect("indices in range"));
+        let posed = self.posed();
         scene.build(&posed).expect("a scene");
-        let rays = PixelRays::new(&view(), OFFSET_PIXELS);
-        let bounds = self.frame.triangles().bounds();
-        let mut image = Image::default();
+        let (mut image, rays) = (Image::default(), PixelRays::new(&view(), OFFSET_PIXELS));
         image.see(&rays, |valid, packet| scene.nearest(valid, packet));
-        image.shadow(&rays, (&self.light, bounds), |valid, packet| scene.occluded(valid, packet));
+        image.shadow(&rays, self.light(), |valid, packet| scene.occluded(valid, packet));
+        self.assert_shown(&posed, &image);
+    }
+
+    /// The same, to tinybvh.
+    fn assert_tinybvh_agrees(&self, scene: &mut TinyScene) {
+        let posed = self.posed();
+        scene.pose(&posed).expect("opaque triangles");
+        scene.build();
+        let (mut image, rays) = (Image::default(), PixelRays::new(&view(), OFFSET_PIXELS));
+        image.see(&rays, |valid, packet| scene.nearest(valid, packet));
+        image.shadow(&rays, self.light(), |valid, packet| scene.occluded(valid, packet));
+        self.assert_shown(&posed, &image);
+    }
+
+    fn posed(&self) -> Arc<Posed> {
+        Arc::new(Posed::new(&self.frame, true).expect("indices in range"))
+    }
+
+    fn light(&self) -> (&LightSource, Bounds) {
+        (&self.light, self.frame.triangles().bounds())
+    }
+
+    fn assert_shown(&self, posed: &Posed, image: &Image) {
         let is_wrong = |&(pixel, truth): &(u32, &Option<(u32, f64, bool)>)| {
             let (x, y) = (pixel % SIDE, pixel / SIDE);
             match (truth, image.seen(x, y)) {
@@ -115,6 +144,21 @@ fn pixels_show_what_the_oracle_says() {
             let mut scene = Scene::new(&embree, BuildMethod { quality, kept });
             cases.iter().for_each(|case| case.assert_agrees(&mut scene));
         }
+    }
+}
+
+#[test]
+fn pixels_show_what_the_oracle_says_to_tinybvh() {
+    let Some(tinybvh) = tinybvh() else { return };
+    let point = LightSource::Point { position: Vec3::new(1.5, 4.0, 1.0) };
+    let sun = LightSource::Directional { direction: Vec3::new(-0.4, -1.0, -0.2).normalize() };
+    let cases = [point, sun].map(|light| Case::new(frame(|_| false), light));
+    for layout in [Layout::Binary, Layout::Wide] {
+        let mut scene = TinyScene::new(&tinybvh, layout);
+        // In the memory of the frame before.
+        cases.iter().chain(&cases).for_each(|case| case.assert_tinybvh_agrees(&mut scene));
+        let masked = Posed::new(&frame(|triangle| triangle == 3), true).expect("indices in range");
+        assert!(matches!(scene.pose(&Arc::new(masked)), Err(Error::NotOpaque)));
     }
 }
 

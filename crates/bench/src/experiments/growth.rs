@@ -1,15 +1,17 @@
-//! How time and memory grow with triangles and pixels.
+//! How time and memory grow with triangles, pixels and lights.
+
+use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
 
 use umbrage::rays::Bytes;
 
-use crate::flags::AnimationFlags;
+use crate::flags::{AnimationFlags, write_chart};
 use crate::grids::Forms;
 use crate::measure::{Costs, measure};
 use crate::plot::{LineChart, Scale, Series};
-use crate::shot::{name, short_name};
+use crate::shot::{Shot, name, short_name};
 use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]
@@ -23,6 +25,12 @@ pub(crate) struct GrowthFlags {
     /// Widths and heights of the image, for the number of triangles that each scene has by itself
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [256, 512, 1024, 2048, 4096])]
     sides: Vec<u32>,
+    /// Numbers of lights, at 1024x1024 pixels: the scene's first one, turned around the scene
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1, 2, 4, 8, 16, 32, 64])]
+    lights: Vec<u32>,
+    /// Draw the bytes for each triangle, and for each pixel, as well
+    #[arg(long, value_name = "FILE.svg")]
+    plot_bytes: Option<PathBuf>,
     #[command(flatten)]
     common: AnimationFlags,
 }
@@ -32,23 +40,42 @@ const TRIANGLES: [u32; 7] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_
 /// Width and height while triangles grow, in pixels.
 const SIDE: u32 = 1024;
 
+/// What grows, and by how much: one of its steps.
+#[derive(Clone, Debug)]
+struct Step {
+    address: String,
+    side: u32,
+    lights: u32,
+}
+
 impl GrowthFlags {
     pub(crate) fn run(&self) -> Result<()> {
         let mut table = self.common.output.start(&self.common.prepare(None)?)?;
-        let mut series = Vec::new();
+        let (mut times, mut bytes) = (Vec::new(), Vec::new());
         for address in &self.scenes {
-            let triangles = self.triangles.iter().map(|count| (format!("{address}?triangles={count}"), SIDE));
-            let pixels = self.sides.iter().map(|&side| (address.clone(), side));
-            for (grows, steps) in [("triangles", triangles.collect::<Vec<_>>()), ("pixels", pixels.collect())] {
+            for (grows, steps) in self.steps(address) {
                 let mut points: Vec<[f64; 2]> = Vec::new();
-                for (step, side) in steps {
-                    for costs in measure(&step, [side, side], &[Forms::default()], &self.common, |_| {})? {
+                for Step { address: stepped, side, lights } in steps {
+                    let arrange = |shot: &mut Shot<'_>| shot.make_lights(lights);
+                    for costs in measure(&stepped, [side, side], &[Forms::default()], &self.common, arrange)? {
                         let pixels = side as usize * side as usize;
-                        let size = if grows == "triangles" { costs.triangles } else { pixels };
+                        let size = match grows {
+                            "triangles" => costs.triangles,
+                            "pixels" => pixels,
+                            _ => lights as usize,
+                        };
                         let point = [size as f64, costs.frame];
                         let slope = points.last().map(|&last| slope(&[last, point]));
-                        table.push(row(name(address), grows, &costs, pixels, (point, slope)))?;
+                        let counts = [costs.triangles, pixels, lights as usize];
+                        table.push(row(name(address), grows, &costs, counts, (point, slope)))?;
                         points.push(point);
+                        let [of_triangle, of_pixel] = bytes_each(&costs, pixels);
+                        let line = |of: &str| format!("{}, {of}", short_name(address));
+                        match grows {
+                            "triangles" => Series::add(&mut bytes, &line("a triangle"), [point[0], of_triangle]),
+                            "pixels" => Series::add(&mut bytes, &line("a pixel"), [point[0], of_pixel]),
+                            _ => {}
+                        }
                     }
                 }
                 table.note(&format!(
@@ -56,33 +83,61 @@ impl GrowthFlags {
                     name(address),
                     slope(&points)
                 ))?;
-                series.push(Series { name: format!("{}, {grows}", short_name(address)), points });
+                times.push(Series { name: format!("{}, {grows}", short_name(address)), points });
             }
         }
         let notes = ["slope: the power with which time grows from the step before; 1 is linear."];
-        let (x_title, y_title) = ("triangles (at 1024x1024 pixels), or pixels", "milliseconds a frame");
-        let chart = LineChart { title: "Growth", x_title, y_title, scales: [Scale::Logarithmic; 2], series };
-        self.common.output.finish(table, &notes, &chart)
+        let (x_title, y_title) = ("triangles (at 1024x1024 pixels), pixels, or lights", "milliseconds a frame");
+        let chart = LineChart { title: "Growth", x_title, y_title, scales: [Scale::Logarithmic; 2], series: times };
+        self.common.output.finish(table, &notes, &chart)?;
+        let (x_title, y_title) = ("triangles, or pixels", "bytes for each");
+        let scales = [Scale::Logarithmic, Scale::Linear];
+        let chart = LineChart { title: "Memory", x_title, y_title, scales, series: bytes };
+        self.plot_bytes.iter().try_for_each(|path| write_chart(path, &chart))
+    }
+
+    /// The steps by which each of a scene's sizes grows.
+    fn steps(&self, address: &str) -> [(&'static str, Vec<Step>); 3] {
+        let usual = Step { address: address.to_owned(), side: SIDE, lights: 1 };
+        let triangles = self.triangles.iter().map(|count| format!("{address}?triangles={count}"));
+        [
+            ("triangles", triangles.map(|address| Step { address, ..usual.clone() }).collect()),
+            ("pixels", self.sides.iter().map(|&side| Step { side, ..usual.clone() }).collect()),
+            ("lights", self.lights.iter().map(|&lights| Step { lights, ..usual.clone() }).collect()),
+        ]
     }
 }
 
-fn row(scene: &str, grows: &str, costs: &Costs, pixels: usize, (point, slope): ([f64; 2], Option<f64>)) -> Row {
+/// Bytes for each triangle, and for each pixel and light.
+fn bytes_each(costs: &Costs, pixels: usize) -> [f64; 2] {
     let Bytes { triangles, points } = costs.bytes;
+    [triangles as f64 / costs.triangles.max(1) as f64, points as f64 / pixels as f64]
+}
+
+fn row(
+    scene: &str,
+    grows: &str,
+    costs: &Costs,
+    [triangles, pixels, lights]: [usize; 3],
+    (point, slope): ([f64; 2], Option<f64>),
+) -> Row {
     let [size, milliseconds] = point;
+    let [of_triangle, of_pixel] = bytes_each(costs, pixels);
     row![
         ("scene", scene),
         ("grows", grows),
-        ("triangles", costs.triangles),
+        ("triangles", triangles),
         ("pixels", pixels),
+        ("lights", lights),
         ("build", costs.build),
         ("see", costs.see),
         ("shadow", costs.survey + costs.shadow),
         ("frame", costs.frame),
         ("ns_for_each", Cell::Number(1e6 * milliseconds / size, 1)),
         ("slope", slope),
-        ("bytes_triangle", Cell::Number(triangles as f64 / costs.triangles.max(1) as f64, 1)),
-        ("light_bytes_pixel", Cell::Number(points as f64 / pixels as f64, 1)),
-        ("bytes_both", triangles + points),
+        ("bytes_triangle", Cell::Number(of_triangle, 1)),
+        ("light_bytes_pixel", Cell::Number(of_pixel, 1)),
+        ("bytes_both", costs.bytes.triangles + costs.bytes.points),
     ]
 }
 

@@ -4,15 +4,22 @@ use anyhow::Result;
 use umbrage::Scene;
 use umbrage::rays::Bvh;
 use umbrage::scene::Frame;
-use umbrage_peers::{BuildMethod, Embree, Image, Posed, Quality};
+use umbrage_peers::{BuildMethod, Embree, Image, Layout, Posed, Quality, TinyBvh};
 
 use super::PeersFlags;
 use super::compare::Differences;
-use super::contestants::{EmbreeSide, make_rays};
+use super::contestants::{EmbreeSide, TinySide, make_rays};
 use crate::grids::{Ours, Times};
 use crate::median::median;
 use crate::shot::{Shot, name};
 use crate::table::{Row, row};
+
+/// The others' libraries.
+#[derive(Debug)]
+pub(super) struct Libraries {
+    pub(super) embree: Arc<Embree>,
+    pub(super) tinybvh: Option<Arc<TinyBvh>>,
+}
 
 /// A scene's frames by everyone.
 #[derive(Debug)]
@@ -25,6 +32,8 @@ pub(super) struct Outcome {
     grids: Summary,
     /// Each of Embree's build methods, the fastest first.
     embree: Vec<Summary>,
+    /// Each of tinybvh's layouts, the fastest first, and how its pictures differ from ours; empty where it doesn't take part.
+    tinybvh: Vec<(Summary, Differences)>,
     /// What Embree's times count for making rays.
     ray_generation: Summary,
     /// Our own hierarchy, where it was asked for.
@@ -46,14 +55,14 @@ struct Summary {
     best_frame: f64,
 }
 
-/// How Embree's frames compare with ours.
+/// How another's frames compare with ours.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ratios {
     pub(super) frame: f64,
     /// Of the best rounds.
     pub(super) best: f64,
     pub(super) without_ray_generation: f64,
-    /// What a further light costs us, compared with Embree's shadow pass.
+    /// What a further light costs us, compared with the other's shadow pass.
     pub(super) further_light: f64,
 }
 
@@ -64,25 +73,49 @@ impl Outcome {
         Ratios { best: best / self.grids.best_frame, ..self.ratios_of(&self.embree[0]) }
     }
 
-    fn ratios_of(&self, embree: &Summary) -> Ratios {
+    /// Of tinybvh's fastest layout, if it takes part.
+    pub(super) fn tinybvh_ratio(&self) -> Option<f64> {
+        self.tinybvh.first().map(|(tinybvh, _)| self.ratios_of(tinybvh).frame)
+    }
+
+    fn ratios_of(&self, peer: &Summary) -> Ratios {
         let Self { grids, ray_generation, .. } = self;
         Ratios {
-            frame: embree.frame / grids.frame,
-            best: embree.best_frame / grids.best_frame,
-            without_ray_generation: (embree.frame - ray_generation.frame) / grids.frame,
-            further_light: grids.shadow / embree.shadow,
+            frame: peer.frame / grids.frame,
+            best: peer.best_frame / grids.best_frame,
+            without_ray_generation: (peer.frame - ray_generation.frame) / grids.frame,
+            further_light: grids.shadow / peer.shadow,
         }
     }
 
-    /// A row for each side.
-    pub(super) fn rows(&self) -> impl Iterator<Item = Row> {
-        let grids = self.row(&self.grids, None, Some(self.differences));
-        let embree = self.embree.iter().map(|embree| self.row(embree, Some(self.ratios_of(embree)), None));
-        let others = [&self.ray_generation].into_iter().chain(&self.hierarchy);
-        [grids].into_iter().chain(embree).chain(others.map(|side| self.row(side, None, None)))
+    /// A row for each side. `before` are the same scene's frames with fewer lights, where there are any.
+    pub(super) fn rows(&self, before: Option<&Self>) -> impl Iterator<Item = Row> {
+        let grids = [(&self.grids, None, Some(self.differences))];
+        let embree = self.embree.iter().map(|side| (side, Some(self.ratios_of(side)), None));
+        let tinybvh = self.tinybvh.iter().map(|(side, differ)| (side, Some(self.ratios_of(side)), Some(*differ)));
+        let others = [&self.ray_generation].into_iter().chain(&self.hierarchy).map(|side| (side, None, None));
+        let sides = grids.into_iter().chain(embree).chain(tinybvh).chain(others);
+        sides.map(move |(side, ratios, differences)| self.row((side, before), ratios, differences))
     }
 
-    fn row(&self, side: &Summary, ratios: Option<Ratios>, differences: Option<Differences>) -> Row {
+    fn sides(&self) -> impl Iterator<Item = &Summary> {
+        let tinybvh = self.tinybvh.iter().map(|(side, _)| side);
+        [&self.grids, &self.ray_generation].into_iter().chain(&self.embree).chain(tinybvh).chain(&self.hierarchy)
+    }
+
+    /// What each light more than `before` has added to a side's frame, in milliseconds.
+    fn further_light(&self, side: &Summary, before: &Self) -> Option<f64> {
+        let earlier = before.sides().find(|earlier| earlier.name == side.name)?;
+        let lights = self.lights.checked_sub(before.lights).filter(|&lights| lights > 0)?;
+        Some((side.frame - earlier.frame) / lights as f64)
+    }
+
+    fn row(
+        &self,
+        (side, before): (&Summary, Option<&Self>),
+        ratios: Option<Ratios>,
+        differences: Option<Differences>,
+    ) -> Row {
         let ratio = |of: fn(&Ratios) -> f64| ratios.as_ref().map(of);
         let count = |of: fn(&Differences) -> u64| differences.as_ref().map(of);
         row![
@@ -96,6 +129,7 @@ impl Outcome {
             ("shadow", side.shadow),
             ("frame", side.frame),
             ("best", side.best_frame),
+            ("per_light", before.and_then(|before| self.further_light(side, before))),
             ("ratio", ratio(|ratios| ratios.frame)),
             ("of_best", ratio(|ratios| ratios.best)),
             ("no_rays", ratio(|ratios| ratios.without_ray_generation)),
@@ -116,27 +150,34 @@ const METHODS: [(&str, BuildMethod); 4] = [
     ("Embree med, kept", BuildMethod { quality: Quality::Medium, kept: true }),
 ];
 
+const LAYOUTS: [(&str, Layout); 2] = [("tinybvh, 2-wide", Layout::Binary), ("tinybvh, 8-wide", Layout::Wide)];
+
 /// Who traces, with what each round of each frame took.
 struct Side<T> {
     name: &'static str,
     tracer: T,
-    times: Vec<Times>,
+    /// For each number of lights.
+    times: Vec<Vec<Times>>,
 }
 
 impl<T> Side<T> {
-    fn new(name: &'static str, tracer: T) -> Self {
-        Self { name, tracer, times: Vec::new() }
+    /// A side that is asked with as many `numbers` of lights.
+    fn new(name: &'static str, tracer: T, numbers: usize) -> Self {
+        Self { name, tracer, times: vec![Vec::new(); numbers] }
     }
 
-    /// Has a round traced, and keeps its times if it counts.
-    fn run(&mut self, is_counted: bool, trace: impl FnOnce(&mut T) -> Result<Times>) -> Result<()> {
+    /// Has a round traced, and keeps its times if it counts, for the number of lights with that index.
+    fn run(&mut self, counted: Option<usize>, trace: impl FnOnce(&mut T) -> Result<Times>) -> Result<()> {
         let times = trace(&mut self.tracer)?;
-        self.times.extend(is_counted.then_some(times));
+        if let Some(number) = counted {
+            self.times[number].push(times);
+        }
         Ok(())
     }
 
-    fn summary(&self, rounds: u32) -> Summary {
-        let of = |stage: fn(&Times) -> f64| median(self.times.iter().map(stage));
+    fn summary(&self, number: usize, rounds: u32) -> Summary {
+        let times = &self.times[number];
+        let of = |stage: fn(&Times) -> f64| median(times.iter().map(stage));
         let best = |rounds: &[Times]| rounds.iter().map(Times::frame).fold(f64::INFINITY, f64::min);
         Summary {
             name: self.name,
@@ -145,51 +186,78 @@ impl<T> Side<T> {
             survey: of(|times| times.survey),
             shadow: of(|times| times.shadow),
             frame: of(Times::frame),
-            best_frame: median(self.times.chunks(rounds as usize).map(best)),
+            best_frame: median(times.chunks(rounds as usize).map(best)),
         }
     }
 }
 
-pub(super) fn hold(address: &str, scene: &Scene, flags: &PeersFlags, embree: &Arc<Embree>) -> Result<Outcome> {
+/// Has everyone trace a scene's frames, in turn with each number of lights, for each of which there is an outcome.
+pub(super) fn hold(
+    address: &str,
+    scene: &Scene,
+    flags: &PeersFlags,
+    Libraries { embree, tinybvh }: &Libraries,
+) -> Result<Vec<Outcome>> {
+    let numbers = flags.lights.len();
     let mut frame = Frame::default();
-    let mut grids = Side::new("grids", flags.our_side()?);
-    let mut sides = METHODS.map(|(name, method)| Side::new(name, EmbreeSide::new(embree, method)));
-    let mut rays_only = Side::new("rays only", Image::default());
-    let mut hierarchy = flags.bvh.then(|| Side::new("bvh", Ours::new(Box::<Bvh>::default())));
-    let mut differences = Differences::default();
-    let mut lights = 0;
+    let mut grids = Side::new("grids", flags.our_side()?, numbers);
+    let mut sides = METHODS.map(|(name, method)| Side::new(name, EmbreeSide::new(embree, method), numbers));
+    let layouts =
+        tinybvh.iter().flat_map(|library| LAYOUTS.map(|(name, layout)| (name, TinySide::new(library, layout))));
+    let mut tiny_sides: Vec<_> = layouts.map(|(name, side)| Side::new(name, side, numbers)).collect();
+    let mut rays_only = Side::new("rays only", Image::default(), numbers);
+    let mut hierarchy = flags.bvh.then(|| Side::new("bvh", Ours::new(Box::<Bvh>::default()), numbers));
+    let mut differences = vec![Differences::default(); numbers];
+    let mut tiny_differences = vec![vec![Differences::default(); numbers]; tiny_sides.len()];
+    let mut lights = vec![0; numbers];
     // Kept until every scene has taken the next one, so that nobody's time counts its release.
     let mut last_posed = None;
     for number in 0..flags.frames {
         let seconds = scene.duration_seconds() * f64::from(number) / f64::from(flags.frames);
         scene.pose(seconds, &mut frame)?;
-        let shot = Shot { masks: flags.masks, ..Shot::new(&frame, address, flags.size, flags.samples, flags.lights) };
-        lights = shot.lights.len();
         let posed = Arc::new(Posed::new(&frame, flags.masks)?);
         // A scene's first round takes memory that later ones use again: it doesn't count.
         let uncounted = u32::from(number == 0);
-        for round in 0..flags.rounds + uncounted {
-            let is_counted = round >= uncounted;
-            grids.run(is_counted, |grids| grids.trace(&shot))?;
-            sides.iter_mut().try_for_each(|side| side.run(is_counted, |embree| embree.trace(&shot, &posed)))?;
-            rays_only.run(is_counted, |image| Ok(make_rays(image, &shot, &sides[0].tracer.image)))?;
-            hierarchy.iter_mut().try_for_each(|bvh| bvh.run(is_counted, |bvh| bvh.trace(&shot)))?;
+        for (round, (index, &of)) in (0..flags.rounds + uncounted)
+            .flat_map(|round| flags.lights.iter().enumerate().map(move |lights| (round, lights)))
+        {
+            let shot = Shot { masks: flags.masks, ..Shot::new(&frame, address, flags.size, flags.samples, of) };
+            lights[index] = shot.lights.len();
+            let counted = (round >= uncounted).then_some(index);
+            grids.run(counted, |grids| grids.trace(&shot))?;
+            sides.iter_mut().try_for_each(|side| side.run(counted, |embree| embree.trace(&shot, &posed)))?;
+            tiny_sides.iter_mut().try_for_each(|side| side.run(counted, |tiny| tiny.trace(&shot, &posed)))?;
+            rays_only.run(counted, |image| Ok(make_rays(image, &shot, &sides[0].tracer.image)))?;
+            hierarchy.iter_mut().try_for_each(|bvh| bvh.run(counted, |bvh| bvh.trace(&shot)))?;
+            if round + 1 == flags.rounds + uncounted {
+                differences[index].add(&shot, &grids.tracer, (&sides[0].tracer.image, &posed));
+                for (side, differences) in tiny_sides.iter().zip(&mut tiny_differences) {
+                    differences[index].add(&shot, &grids.tracer, (&side.tracer.image, &posed));
+                }
+            }
         }
-        differences.add(&shot, &grids.tracer, (&sides[0].tracer.image, &posed));
         last_posed = Some(posed);
     }
     drop(last_posed);
-    let mut embree = sides.map(|side| side.summary(flags.rounds)).to_vec();
-    embree.sort_by(|a, b| a.frame.total_cmp(&b.frame));
-    Ok(Outcome {
-        scene: name(address).to_owned(),
-        is_moving: scene.duration_seconds() > 0.0,
-        triangles: frame.triangles().len(),
-        lights,
-        grids: grids.summary(flags.rounds),
-        embree,
-        ray_generation: rays_only.summary(flags.rounds),
-        hierarchy: hierarchy.map(|side| side.summary(flags.rounds)),
-        differences,
-    })
+    let outcome = |index: usize| {
+        let mut embree = sides.each_ref().map(|side| side.summary(index, flags.rounds)).to_vec();
+        embree.sort_by(|a, b| a.frame.total_cmp(&b.frame));
+        let tinybvh = tiny_sides.iter().zip(&tiny_differences);
+        let tinybvh = tinybvh.map(|(side, differences)| (side.summary(index, flags.rounds), differences[index]));
+        let mut tinybvh: Vec<_> = tinybvh.collect();
+        tinybvh.sort_by(|(a, _), (b, _)| a.frame.total_cmp(&b.frame));
+        Outcome {
+            scene: name(address).to_owned(),
+            is_moving: scene.duration_seconds() > 0.0,
+            triangles: frame.triangles().len(),
+            lights: lights[index],
+            grids: grids.summary(index, flags.rounds),
+            embree,
+            tinybvh,
+            ray_generation: rays_only.summary(index, flags.rounds),
+            hierarchy: hierarchy.as_ref().map(|side| side.summary(index, flags.rounds)),
+            differences: differences[index],
+        }
+    };
+    Ok((0..numbers).map(outcome).collect())
 }

@@ -4,7 +4,9 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use anyhow::Result;
-use umbrage_peers::{BuildMethod, Embree, Image, PixelRays, Posed, RayHitPacket, Scene, Valid};
+use umbrage_peers::{
+    BuildMethod, Embree, Image, Layout, PixelRays, Posed, RayHitPacket, Scene, TinyBvh, TinyScene, Valid,
+};
 
 use crate::grids::{Times, time};
 use crate::shot::Shot;
@@ -26,6 +28,31 @@ impl EmbreeSide {
         let mut times = Times::default();
         scene.clear();
         time(&mut times.build, || scene.build(posed))?;
+        let nearest = |valid: &_, packet: &mut _| scene.nearest(valid, packet);
+        let occluded = |valid: &_, packet: &mut _| scene.occluded(valid, packet);
+        trace_all(shot, image, None, &mut times, nearest, occluded);
+        Ok(times)
+    }
+}
+
+/// tinybvh, with one layout of its hierarchy.
+#[derive(Debug)]
+pub(super) struct TinySide {
+    scene: TinyScene,
+    pub(super) image: Image,
+}
+
+impl TinySide {
+    pub(super) fn new(library: &Arc<TinyBvh>, layout: Layout) -> Self {
+        Self { scene: TinyScene::new(library, layout), image: Image::default() }
+    }
+
+    /// Copying vertices to where tinybvh reads them isn't timed: who uses it has them there.
+    pub(super) fn trace(&mut self, shot: &Shot<'_>, posed: &Arc<Posed>) -> Result<Times> {
+        let Self { scene, image } = self;
+        let mut times = Times::default();
+        scene.pose(posed)?;
+        time(&mut times.build, || scene.build());
         let nearest = |valid: &_, packet: &mut _| scene.nearest(valid, packet);
         let occluded = |valid: &_, packet: &mut _| scene.occluded(valid, packet);
         trace_all(shot, image, None, &mut times, nearest, occluded);

@@ -9,14 +9,14 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
 use umbrage::rays::{DirectGrids, PacketSide, UniformGrid, UniformOptions};
-use umbrage_peers::Embree;
+use umbrage_peers::{Embree, TinyBvh};
 
 use crate::flags::{SceneFlags, size};
 use crate::grids::Ours;
 use crate::median::geometric_mean;
 use crate::shot::{Lights, viewpoints};
 use crate::table::{Form, Table};
-use contest::Ratios;
+use contest::{Libraries, Ratios};
 
 #[derive(Debug, Args)]
 pub(crate) struct PeersFlags {
@@ -34,9 +34,10 @@ pub(crate) struct PeersFlags {
     /// How often each frame is traced by everyone, in turn
     #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
-    /// The lights that cast shadows
-    #[arg(long, value_enum, default_value = "first")]
-    lights: Lights,
+    /// The lights that cast shadows: first, all, or numbers of them, such as 1,2,4,8, each of which is measured. Where the
+    /// scene has fewer, the others are its first one, turned around the scene
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "first")]
+    lights: Vec<Lights>,
     /// Which of our structures takes part
     #[arg(long, value_enum, default_value = "perspective")]
     structure: OurStructure,
@@ -52,6 +53,9 @@ pub(crate) struct PeersFlags {
     /// Embree's library [default: the system's]
     #[arg(long, value_name = "PATH", env = "UMBRAGE_EMBREE")]
     embree: Option<PathBuf>,
+    /// tinybvh's library, which is compiled from crates/peers/src/tinybvh/glue.cpp [default: it doesn't take part]
+    #[arg(long, value_name = "PATH", env = "UMBRAGE_TINYBVH", conflicts_with = "masks")]
+    tinybvh: Option<PathBuf>,
     /// How the results are written
     #[arg(long, value_enum, default_value = "table")]
     form: Form,
@@ -71,10 +75,10 @@ impl PeersFlags {
     fn conditions(&self, [major, minor, patch]: [u32; 3]) -> String {
         let Self { size: [width, height], samples, frames, rounds, .. } = self;
         let threads = rayon::current_num_threads();
-        let lights = if self.lights == Lights::First { "the first light" } else { "all lights" };
+        let lights = self.lights.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
         let masks = if self.masks { "asked" } else { "not asked (all triangles opaque)" };
         format!(
-            "Embree {major}.{minor}.{patch}, {width}x{height}, samples {samples}, threads {threads}, {lights}\n\
+            "Embree {major}.{minor}.{patch}, {width}x{height}, samples {samples}, threads {threads}, lights {lights}\n\
              alpha masks {masks}; medians of {frames} frames, {rounds} rounds each, in milliseconds"
         )
     }
@@ -98,31 +102,52 @@ impl PeersFlags {
 
 pub(crate) fn run(flags: &PeersFlags) -> Result<()> {
     let embree = Embree::load(flags.embree.as_deref(), rayon::current_num_threads())?;
+    let tinybvh = flags.tinybvh.as_deref().map(TinyBvh::load).transpose()?;
+    let libraries = Libraries { embree, tinybvh };
     let addresses = flags.scenes.addresses();
-    let mut table = Table::start(flags.form, &flags.conditions(embree.version()))?;
+    let mut table = Table::start(flags.form, &flags.conditions(libraries.embree.version()))?;
     viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
-    let mut moving = Vec::new();
+    let mut moving: Vec<(Lights, Ratios, Option<f64>)> = Vec::new();
     for address in addresses {
         let scene = umbrage::open(&address).with_context(|| format!("scene {address}"))?;
-        let outcome = contest::hold(&address, &scene, flags, &embree).with_context(|| format!("scene {address}"))?;
-        outcome.rows().try_for_each(|row| table.push(row))?;
-        moving.extend(outcome.is_moving.then(|| outcome.ratios()));
+        let outcomes = contest::hold(&address, &scene, flags, &libraries);
+        let outcomes = outcomes.with_context(|| format!("scene {address}"))?;
+        for (index, (outcome, &lights)) in outcomes.iter().zip(&flags.lights).enumerate() {
+            let before = index.checked_sub(1).map(|before| &outcomes[before]);
+            outcome.rows(before).try_for_each(|row| table.push(row))?;
+            moving.extend(outcome.is_moving.then(|| (lights, outcome.ratios(), outcome.tinybvh_ratio())));
+        }
     }
-    let mean = |of: fn(&Ratios) -> f64| geometric_mean(moving.iter().map(of));
-    let means = format!(
-        "geometric mean of the {} moving scenes: ratio {:.2}, of best {:.2}, without ray generation {:.2}, \
-         a further light {:.2} of Embree's shadow pass",
-        moving.len(),
+    let means = flags.lights.iter().map(|&lights| means(&moving, lights)).collect::<Vec<_>>();
+    let mut notes = vec![
+        "ratio: a frame by the grids' frame; of_best: that of each frame's best round; no_rays: without making rays, which takes",
+        "the others as long as `rays only`; light: our shadow pass by this one; per_light: what each light more than in the rows",
+        "above adds to the frame. Pixels that differ: hit_or_miss, triangle, triangle at the same distance, shadows, of so many",
+        "points, from Embree's or in its own rows tinybvh's. Embree's ways to build (low or medium quality) and tinybvh's layouts",
+        "are sorted by frame.",
+    ];
+    notes.extend(means.iter().map(String::as_str));
+    table.finish(&notes)?;
+    Ok(())
+}
+
+/// The geometric means over moving scenes with so many lights, in words.
+fn means(moving: &[(Lights, Ratios, Option<f64>)], lights: Lights) -> String {
+    let moving = moving.iter().filter(|(of, ..)| *of == lights);
+    let mean = |of: fn(&Ratios) -> f64| geometric_mean(moving.clone().map(|(_, ratios, _)| of(ratios)));
+    let tinybvh: Vec<f64> = moving.clone().filter_map(|(.., ratio)| *ratio).collect();
+    let beside_tinybvh = if tinybvh.is_empty() {
+        String::new()
+    } else {
+        format!("; beside tinybvh, ratio {:.2}", geometric_mean(tinybvh.into_iter()))
+    };
+    format!(
+        "geometric mean of the {} moving scenes, lights {lights}: ratio {:.2}, of best {:.2}, without ray generation {:.2}, \
+         a further light {:.2} of Embree's shadow pass{beside_tinybvh}",
+        moving.clone().count(),
         mean(|ratios| ratios.frame),
         mean(|ratios| ratios.best),
         mean(|ratios| ratios.without_ray_generation),
         mean(|ratios| ratios.further_light)
-    );
-    table.finish(&[
-        "ratio: a frame by the grids' frame; of_best: that of each frame's best round; no_rays: without making rays, which takes",
-        "Embree as long as `rays only`; light: our shadow pass by this one. Pixels that differ: hit_or_miss, triangle, triangle at",
-        "the same distance, shadows, of so many points. Embree's ways to build (low or medium quality) are sorted by frame.",
-        &means,
-    ])?;
-    Ok(())
+    )
 }

@@ -4,7 +4,9 @@ use anyhow::Result;
 use glam::{DVec3, Vec3};
 use umbrage::Structure;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
-use umbrage::rays::{Camera, Choice as _, LightSource, Projection, Ray, SeenPixels, Shot, SingleRays, Triangles, View};
+use umbrage::rays::{
+    Camera, Choice as _, LightSource, Projection, Ray, SeenPixels, Shot, Sides, SingleRays, Triangles, View,
+};
 use umbrage_verify::structures::STRUCTURES;
 use umbrage_verify::{Oracle, TestMesh};
 
@@ -115,7 +117,8 @@ pub(super) fn closed(effort: &Effort) -> Result<Finding> {
                     let projection = Projection::Perspective { tan_half_height: 1.0 };
                     let position = position + Vec3::new(0.1, -0.2, 0.05) * scale;
                     let camera = Camera { position, right, up, forward: -right.cross(up), projection };
-                    let shot = Shot::new(mesh.triangles(), View { camera, width: side, height: side });
+                    let view = View { camera, width: side, height: side };
+                    let shot = Shot { sides: Sides::Both, ..Shot::new(mesh.triangles(), view) };
                     structure.see(&shot, &mut seen)?;
                     holes += (0..side * side)
                         .filter(|at| seen.triangle_at(at % side, at / side) == SeenPixels::NONE)

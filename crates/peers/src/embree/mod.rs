@@ -25,7 +25,7 @@ pub use scene::{BuildMethod, Quality, Scene};
 
 type Handle = NonNull<c_void>;
 
-/// Why Embree can't be used.
+/// Why Embree or tinybvh can't be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -54,6 +54,9 @@ pub enum Error {
         /// `RTCError`.
         code: i32,
     },
+    /// Triangles that tinybvh can't trace.
+    #[error("tinybvh takes opaque triangles only, and at least one")]
+    NotOpaque,
     /// A triangle that Embree must not be given.
     #[error("triangle {triangle} has a vertex that is out of range")]
     IndexOutOfRange {

@@ -77,7 +77,7 @@ fn oracle(frame: &Frame, settings: &Settings) -> Vec<Truth> {
 
 #[test]
 fn procedural_scenes_are_the_oracles() {
-    for name in ["cloth", "marbles", "forest", "hall", "shatter", "stadium", "statue", "glass"] {
+    for name in ["cloth", "marbles", "forest", "hall", "shatter", "stadium", "statue", "glass", "gears"] {
         let scene = umbrage::open(format!("demo:{name}?triangles=1500")).expect("a scene of the gallery");
         let seen = compare(&scene, 0.4 * scene.duration_seconds(), name);
         assert!(seen > 200, "{name} shows {seen} pixels");
