@@ -72,13 +72,25 @@ fn main() {
                 lit += (new & !old).count_ones();
                 dark += (old & !new).count_ones();
             }
-            if lit + dark > 0 { println!("WRONG: lit {lit}, dark {dark}"); }
+            if lit + dark > 0 {
+                println!("WRONG: lit {lit}, dark {dark}");
+            }
         }
         let new = median(times);
-        product += new.ln(); count += 1.0;
-        println!("{name}: {} triangles; build {:.2} see {:.2} shadow {new:.2}; bytes {:?}", shot.triangles.len(), median(builds), median(see_times), grids.bytes());
-        if brief { continue; }
-        let s: Vec<String> = work.seconds.named().filter(|(_, v)| *v > 0.0).map(|(n, v)| format!("{n} {:.2}", v * 1e3)).collect();
+        product += new.ln();
+        count += 1.0;
+        println!(
+            "{name}: {} triangles; build {:.2} see {:.2} shadow {new:.2}; bytes {:?}",
+            shot.triangles.len(),
+            median(builds),
+            median(see_times),
+            grids.bytes()
+        );
+        if brief {
+            continue;
+        }
+        let s: Vec<String> =
+            work.seconds.named().filter(|(_, v)| *v > 0.0).map(|(n, v)| format!("{n} {:.2}", v * 1e3)).collect();
         let c: Vec<String> = work.counts.named().filter(|(_, v)| *v > 0).map(|(n, v)| format!("{n} {v}")).collect();
         println!("   {}\n      {}", s.join(", "), c.join(", "));
     }

@@ -45,6 +45,9 @@ pub trait LightsGrid: Debug + Send + Sync {
     fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels);
 
     /// Finds which points `light` reaches; after a survey.
+    ///
+    /// # Panics
+    /// If it was built of another number of triangles.
     fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work;
 
     /// As [`Specialised::locate`]; after a survey.

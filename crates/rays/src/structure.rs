@@ -25,7 +25,8 @@ pub trait Structure: std::fmt::Debug + Send + Sync {
     /// it stops rays. Cones of spot lights play no part.
     ///
     /// # Panics
-    /// If there are more or fewer masks than lights, or `seen` isn't of the size of the shot's view.
+    /// If there are more or fewer masks than lights, or `seen` isn't of the size of the shot's view. Structures that hold
+    /// triangles may, if the last [`build`](Self::build) was of others.
     fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work;
 
     /// What each light took at the last [`shadow`](Self::shadow), in their order; empty where that isn't counted.

@@ -94,6 +94,7 @@ impl SeamTrial {
         let sheet = Sheet::new(shape, random);
         let shot = Shot { offset_pixels: sheet.offset_pixels, ..Shot::new(sheet.mesh.triangles(), sheet.view) };
         let Self { grids, seen, masks: [at_camera, _], .. } = self;
+        grids.build(shot.triangles);
         let of_camera = grids.see(&shot, seen)?;
         for (x, y) in pixels(shape) {
             let id = seen.triangle_at(x, y);

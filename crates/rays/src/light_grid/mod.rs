@@ -170,6 +170,8 @@ impl LightsGrid for LightGrid {
         mask.resize(seen.order());
         let shadowed = mask.blocks_mut();
         shadowed.fill(0);
+        let (built, asked) = (self.patches.triangles(), shot.triangles.len());
+        assert!(built == asked, "built of {built} triangles, and asked about {asked}");
         let settler = self.settler(SeenImage { shot, seen }, light);
         let is_light = self.visit_faces(&settler, |grid, face| grid.trace(face, &settler, shadowed));
         let start = Instant::now();

@@ -101,6 +101,11 @@ impl Patches {
             && !self.in_none.iter().any(in_range)
     }
 
+    /// How many triangles the frame has, counting those in no patch.
+    pub(crate) fn triangles(&self) -> usize {
+        self.triangles
+    }
+
     /// How many patches there are.
     pub(crate) fn len(&self) -> usize {
         self.starts.len().saturating_sub(1)

@@ -87,10 +87,16 @@ impl Cpu {
         Ok(())
     }
 
+    /// Builds what serves all samples of a frame.
+    fn prepare(&mut self, frame: &Frame) {
+        self.copies.find(frame);
+        self.structure.build(self.copies.triangles(frame));
+    }
+
     /// Finds what pixels show through their middles; what is known of the last frame's pixels stays.
     pub(crate) fn seen_alone(&mut self, frame: &Frame, view: &View) -> Result<SeenPixels, Error> {
         self.choose(&Settings::default(), false)?;
-        self.copies.find(frame);
+        self.prepare(frame);
         let last = mem::take(&mut self.seen);
         let result = self.see_pixels(frame, view, &Sample::MIDDLE);
         let seen = mem::replace(&mut self.seen, last);
@@ -106,7 +112,7 @@ impl Cpu {
         seen: &SeenPixels,
     ) -> Result<Vec<LightMask>, Error> {
         self.choose(&Settings::default(), false)?;
-        self.copies.find(frame);
+        self.prepare(frame);
         let last = (mem::replace(&mut self.seen, seen.clone()), mem::take(&mut self.masks));
         self.shadow_points(frame, lights, view, &Sample::MIDDLE);
         let masks = mem::take(&mut self.masks);
@@ -124,7 +130,7 @@ impl Cpu {
         counts: &mut WorkCounts,
     ) -> Result<(), Error> {
         self.choose(settings, false)?;
-        self.copies.find(frame);
+        self.prepare(frame);
         let opacities = opacities(frame);
         let shot = shot(self.copies.triangles(frame), &opacities, view, &Sample::MIDDLE, self.sides);
         let specialised = self.structure.specialised().ok_or(Error::CountsOfStructure)?;
@@ -165,11 +171,9 @@ impl Engine for Cpu {
         let Staged { frame, settings, .. } = *staged;
         let sends_rays_onward = frame.is_see_through() || settings.bounces > 0;
         self.choose(settings, sends_rays_onward)?;
-        self.copies.find(frame);
-        let triangles = self.copies.triangles(frame);
-        self.structure.build(triangles);
+        self.prepare(frame);
         if sends_rays_onward && self.structure.single_rays().is_none() {
-            self.bvh.build(triangles);
+            self.bvh.build(self.copies.triangles(frame));
         }
         Ok(())
     }

@@ -92,7 +92,10 @@ impl Asked {
         let Known { case, truth, least_outliers } = known;
         let Self { structure, seen, masks, .. } = self;
         let shot = case.shot();
-        structure.build(shot.triangles);
+        // What a structure builds of triangles that it has seen before may be something else: every second case is.
+        for _ in 0..=case.mesh.indices.len() % 2 {
+            structure.build(shot.triangles);
+        }
         structure.see(&shot, seen).map_err(|error| error.to_string())?;
         compare_seen(case, truth, seen)?;
         ensure(*structure.omitted() == shot.triangles.omitted(), || format!("omitted {:?}", structure.omitted()))?;

@@ -59,7 +59,7 @@ pub(crate) fn are_the_same_everywhere(make: Make) {
 /// The structures that are built again without new memory too.
 const REBUILT: [&str; 3] = ["direct", "listed", "uniform"];
 
-/// Once a frame has been seen and lit, the next takes nothing from the heap.
+/// Once a frame has been seen and lit twice, the next takes nothing from the heap.
 pub(crate) fn allocate_nothing_when_steady(name: &str, make: Make) {
     let lights = [point(Vec3::new(2.0, 4.0, 1.0)), point(Vec3::new(0.3, 0.2, 1.3)), sun(0.2, -1.0, 0.1)];
     let case = crowd(300, 16, 100, 70, &lights);
@@ -69,7 +69,7 @@ pub(crate) fn allocate_nothing_when_steady(name: &str, make: Make) {
     let counted = on_threads(1, || {
         let mut structure = make(SimdLevel::default());
         let (mut seen, mut masks) = (SeenPixels::default(), vec![LightMask::default(); lights.len()]);
-        [0; 3].map(|taken| {
+        [0; 4].map(|taken| {
             let is_first = masks[0].count() == 0;
             let before = allocations::on_this_thread();
             if is_rebuilt || is_first {
@@ -81,7 +81,8 @@ pub(crate) fn allocate_nothing_when_steady(name: &str, make: Make) {
         })
     });
     assert!(counted[0] > 0, "the first frame is counted: {counted:?}");
-    assert_eq!(counted[1..], [0, 0]);
+    // In the second frame patches of connected triangles are made.
+    assert_eq!(counted[2..], [0, 0], "{counted:?}");
 }
 
 /// Validating notices when triangles are no longer where they were when the structure was built, if it holds anything.

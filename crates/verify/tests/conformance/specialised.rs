@@ -21,6 +21,7 @@ fn listed_grids(camera: ListedOptions, cells: u32) -> ListedGrids {
 
 fn see(structure: &mut dyn Structure, shot: &Shot<'_>) -> (SeenPixels, Work) {
     let mut seen = SeenPixels::default();
+    structure.build(shot.triangles);
     let work = structure.see(shot, &mut seen).expect("a small image");
     (seen, work)
 }
@@ -123,7 +124,7 @@ fn images_with_too_long_sides_are_refused() {
 #[test]
 fn masks_that_know_their_squares_leave_little_undecided() {
     let (mut masked, mut undecided, mut undecided_without) = (0, 0, 0);
-    let case = Case::new("masks", cases::room(9), view(camera(), 37, 29), &around(1.0, Vec3::ZERO));
+    let case = floor_and_ball(150, 120);
     let mut direct = DirectGrids::default();
     let (seen, _) = see(&mut direct, &case.shot());
     for &light in &case.lights {
@@ -178,6 +179,7 @@ fn for_each_grid(case: &Case, seen: &SeenPixels, mut check: impl FnMut(&LightSou
     let (shot, mut cells) = (case.shot(), LightCells::default());
     for light in &case.lights {
         let mut direct = DirectGrids::default();
+        direct.build(shot.triangles);
         assert_eq!(shadow(&mut direct, &shot, seen, *light).counts.outliers, 0);
         direct.locate(&shot, seen, light, &mut cells);
         check(light, None, &cells);

@@ -124,6 +124,7 @@ fn pixels(view: View) -> impl Iterator<Item = (u32, u32)> {
 /// What the CPU's grids show.
 pub(crate) fn truth_of_cpu(case: &Case) -> Truth {
     let (shot, mut grids, mut seen) = (case.shot(), DirectGrids::default(), SeenPixels::default());
+    grids.build(shot.triangles);
     grids.see(&shot, &mut seen).expect("a small image");
     let mut masks = vec![LightMask::default(); case.lights.len()];
     grids.shadow(&shot, &seen, &case.lights, &mut masks);
