@@ -25,7 +25,7 @@ use crate::simd::vectors::{LANES, splat};
 const BATCH_PARTS: usize = 128;
 
 /// A bit for each part of a batch.
-type PartBits = u128;
+type PartBits = [u64; BATCH_PARTS / 64];
 
 /// Candidates whose triangles are set up together.
 const BATCH_CANDIDATES: usize = 256;
@@ -55,6 +55,8 @@ pub(crate) struct Batch {
     /// The boxes of parts, sixteen together.
     boxes: Vec<SixteenBoxes>,
     candidates: Vec<Candidate>,
+    /// Their indices, in the lower half of each number, the nearest to the light first.
+    order: Vec<u64>,
     /// Those beyond `set_up_count` are left from earlier.
     set_ups: Vec<SetUp>,
     set_up_count: usize,
@@ -78,7 +80,7 @@ struct Candidate {
 impl Batch {
     pub(crate) fn bytes(&self) -> usize {
         self.boxes.capacity() * size_of::<SixteenBoxes>()
-            + self.candidates.capacity() * size_of::<Candidate>()
+            + self.candidates.capacity() * (size_of::<Candidate>() + size_of::<u64>())
             + self.set_ups.capacity() * size_of::<SetUp>()
             + self.large.capacity() * size_of::<(Record, PartBits)>()
             + self.queue.capacity() * size_of::<u32>()
@@ -93,6 +95,7 @@ impl Batch {
     pub(crate) fn make_room(&mut self, [boxes, candidates, set_ups, large]: [usize; 4]) {
         make_room(&mut self.boxes, boxes);
         make_room(&mut self.candidates, candidates);
+        make_room(&mut self.order, candidates);
         make_room(&mut self.set_ups, set_ups);
         make_room(&mut self.large, large);
     }
@@ -197,7 +200,7 @@ impl Tracer<'_> {
     fn find_candidates_with<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
         let Worker { tile, parts: all, batch, counts, .. } = worker;
         let parts = &all.parts[parts];
-        let Batch { boxes, candidates, large, .. } = batch;
+        let Batch { boxes, candidates, order, large, .. } = batch;
         let around = boxes_on_face(&tile.extent, parts, boxes);
         let splat_around = SplatBox::new(simd, &around);
         candidates.clear();
@@ -209,12 +212,11 @@ impl Tracer<'_> {
                 for lane in bits_of(sixteen.may_shadow(simd, &splat_around)) {
                     let one = sixteen.get(lane);
                     let splat_one = SplatBox::new(simd, &one);
-                    let mut reached = 0;
+                    let mut reached = PartBits::default();
                     for (number, boxes) in boxes.iter().enumerate() {
-                        let bits = boxes.reached(simd, &splat_one).to_bitmask() as u16;
-                        reached |= PartBits::from(bits) << (number * LANES);
+                        reached[number / 4] |= boxes.reached(simd, &splat_one).to_bitmask() << (number % 4 * LANES);
                     }
-                    if reached == 0 {
+                    if reached == PartBits::default() {
                         continue;
                     }
                     // With what rounding the differences makes of it.
@@ -231,8 +233,11 @@ impl Tracer<'_> {
             }
         }
         // The nearest to the light first, since what is found in shadow needn't be tested again.
-        candidates
-            .sort_unstable_by(|a, b| b.around.nearness.total_cmp(&a.around.nearness).then(a.number.cmp(&b.number)));
+        order.clear();
+        order.extend(candidates.iter().enumerate().map(|(index, candidate)| {
+            u64::from(!ascending(candidate.around.nearness)) << 32 | index as u64
+        }));
+        order.sort_unstable();
         large.clear();
         self.on_face.large.reaching(
             simd,
@@ -241,12 +246,12 @@ impl Tracer<'_> {
             |number| {
                 let Extent { origin, reach, depth, errors } = tile.extent;
                 let record = self.on_face.large.record(number, origin, [reach, depth], errors);
-                let mut reached = 0;
+                let mut reached = PartBits::default();
                 for (index, part) in parts.iter().enumerate() {
                     let touched = may_touch(simd, &record.quads, &part.boxes);
-                    reached |= PartBits::from(touched != 0) << index;
+                    reached[index / 64] |= u64::from(touched != 0) << (index % 64);
                 }
-                if reached != 0 {
+                if reached != PartBits::default() {
                     large.push((record, reached));
                 }
             },
@@ -263,18 +268,19 @@ impl Tracer<'_> {
     #[inline(always)]
     fn test_part_with<S: Simd>(&self, simd: S, worker: &mut Worker, part: usize, bit: usize, candidates: Range<usize>) {
         let Worker { tile, parts, batch, undecided, counts, .. } = worker;
-        let Batch { candidates: all, set_ups, set_up_count, large, queue, .. } = batch;
+        let Batch { candidates: all, order, set_ups, set_up_count, large, queue, .. } = batch;
         let part = &parts.parts[part];
+        let (word, bit) = (bit / 64, bit % 64);
         queue.resize(QUEUE, 0);
         let Tile { first, extent, blocks, shadowed } = tile;
         let mut points = PartPoints::new(part, *first, blocks, shadowed, self.settler.image.seen);
         if candidates.start == 0 {
             for (record, parts) in large.iter() {
-                if parts >> bit & 1 == 1 {
+                if parts[word] >> bit & 1 == 1 {
                     for slot in bits_of(may_touch(simd, &record.quads, &part.boxes)) {
                         counts.tests += 1;
                         let [a, b, c] = &record.quads;
-                        let found = points.test(simd, [a, b, c], slot);
+                        let found = points.test(simd, [a, b, c], record.id, slot);
                         if found.possible != 0 {
                             self.note(simd, record, None, &found, slot, &mut points, undecided, counts);
                         }
@@ -283,8 +289,9 @@ impl Tracer<'_> {
             }
         }
         let whole = SplatBox::new(simd, &part.whole);
-        for candidate in &mut all[candidates] {
-            if candidate.parts >> bit & 1 == 0 {
+        for &index in &order[candidates] {
+            let candidate = &mut all[index as u32 as usize];
+            if candidate.parts[word] >> bit & 1 == 0 {
                 continue;
             }
             if points.alive == 0 {
@@ -309,8 +316,8 @@ impl Tracer<'_> {
             let ids = self.patches.get(set_up.number as usize).ids;
             for &pair in &queue[..end] {
                 let (triangle, slot) = (pair as usize / LANES, pair as usize % LANES);
-                let found = points.test(simd, set_up.quads(triangle), slot);
-                if found.possible != 0 && found.possible & points.others(simd, slot, ids[triangle]) != 0 {
+                let found = points.test(simd, set_up.quads(triangle), ids[triangle], slot);
+                if found.possible != 0 {
                     let record = set_up.record(triangle, ids[triangle]);
                     let of_patch = Some((set_up.number, triangle));
                     self.note(simd, &record, of_patch, &found, slot, &mut points, undecided, counts);
@@ -351,10 +358,10 @@ impl Tracer<'_> {
         counts: &mut Counts,
     ) {
         vectorized!(simd => {
-            let possible = found.possible & points.others(simd, slot, record.id);
             let certain = found.least.simd_gt(splat(simd, record.twice_edge_error))
                 & found.nearer.simd_gt(splat(simd, record.twice_depth_error));
-            let (mut certain, mut possible) = (certain.to_bitmask() as u16 & possible, possible);
+            let mut possible = found.possible;
+            let mut certain = certain.to_bitmask() as u16 & possible;
             let opacity = self.settler.image.shot.shadow_opacity;
             if certain != 0 && !opacity.is_opaque(record.id) {
                 let mut answers = MaskAnswers::default();
@@ -461,8 +468,11 @@ impl<'a> PartPoints<'a> {
     }
 
     /// Tests a triangle against the points of a slot.
+    ///
+    /// Points on the triangle itself are left out at once: that most tests of lit surfaces find something of which only these
+    /// are left can't be foreseen.
     #[inline(always)]
-    fn test<S: Simd>(&self, simd: S, [first, second, third]: [&[f32; 4]; 3], slot: usize) -> Found<S> {
+    fn test<S: Simd>(&self, simd: S, [first, second, third]: [&[f32; 4]; 3], id: u32, slot: usize) -> Found<S> {
         let slot = slot % LANES;
         let block = self.blocks[slot];
         let (x, y) = (f32x16::simd_from(simd, block.x), f32x16::simd_from(simd, block.y));
@@ -474,16 +484,10 @@ impl<'a> PartPoints<'a> {
         let least = min3([e0, e1, e2]);
         let zero = splat(simd, 0.0);
         // Written so that NaN is possible.
-        let missed = least.simd_lt(zero) | nearer.simd_lt(zero);
-        let possible = !(missed.to_bitmask() as u16) & !self.done[slot];
+        let own = u32x16::from_slice(simd, self.own[slot]).simd_eq(u32x16::splat(simd, id));
+        let missed = least.simd_lt(zero) | nearer.simd_lt(zero) | own;
+        let possible = !(missed.to_bitmask() as u16 | self.done[slot]);
         Found { edges: [e0, e1, e2], least, nearer, possible }
-    }
-
-    /// Which points of a slot aren't on a triangle.
-    #[inline(always)]
-    fn others<S: Simd>(&self, simd: S, slot: usize, id: u32) -> u16 {
-        let own = u32x16::from_slice(simd, self.own[slot]);
-        own.simd_ne(u32x16::splat(simd, id)).to_bitmask() as u16
     }
 }
 
@@ -511,6 +515,12 @@ fn boxes_on_face(extent: &Extent, parts: &[Part], boxes: &mut Vec<SixteenBoxes>)
         sixteen
     }));
     all
+}
+
+/// A number that is larger the larger another is.
+fn ascending(number: f32) -> u32 {
+    let bits = number.to_bits();
+    bits ^ if number.is_sign_negative() { u32::MAX } else { 1 << 31 }
 }
 
 /// Which slots of a part a triangle may shadow points of: those where none of its functions is below zero everywhere.
@@ -616,7 +626,7 @@ impl Tracer<'_> {
         let points = PartPoints::new(part, *first, blocks, &[0; TILE_BLOCKS], self.settler.image.seen);
         let of_record = |record: &Record| {
             let [a, b, c] = &record.quads;
-            let found = points.test(simd, [a, b, c], slot);
+            let found = points.test(simd, [a, b, c], record.id, slot);
             if may_touch(simd, &record.quads, &part.boxes) >> slot & 1 == 0 || found.possible >> lane & 1 == 0 {
                 Verdict::NotShadowed("the filter says that it doesn't")
             } else if found.least.to_array()[lane] > record.twice_edge_error
