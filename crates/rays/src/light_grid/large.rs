@@ -118,12 +118,7 @@ impl LargeTriangles {
             quad[3] = value as f32;
         }
         // Rounded up.
-        Record {
-            quads,
-            id: plane.id,
-            twice_edge_error: (2.001 * largest_error) as f32,
-            twice_depth_error: (2.001 * error) as f32,
-        }
+        Record { quads, id: plane.id, errors: [(2.001 * largest_error) as f32, (2.001 * error) as f32] }
     }
 }
 

@@ -34,10 +34,9 @@ pub(crate) struct Extent {
 pub(crate) struct Record {
     pub(crate) quads: [[f32; 4]; 3],
     pub(crate) id: u32,
-    /// A point is inside for certain where all edge functions are above this.
-    pub(crate) twice_edge_error: f32,
-    /// A point is behind for certain where the difference in nearness is above this.
-    pub(crate) twice_depth_error: f32,
+    /// A point is shadowed for certain where all edge functions are above the first, and the difference in nearness above the
+    /// second: twice their errors.
+    pub(crate) errors: [f32; 2],
 }
 
 /// The triangles of a patch, set up for a tile's points. 88 bytes a triangle.
@@ -77,12 +76,14 @@ impl SetUp {
     }
 
     pub(crate) fn record(&self, triangle: usize, id: u32) -> Record {
-        Record {
-            quads: self.quads(triangle).map(|quad| *quad),
-            id,
-            twice_edge_error: self.twice_edge_error[triangle],
-            twice_depth_error: self.twice_depth_error[triangle],
-        }
+        Record { quads: self.quads(triangle).map(|quad| *quad), id, errors: self.errors(triangle) }
+    }
+
+    /// As [`Record::errors`].
+    #[inline(always)]
+    pub(crate) fn errors(&self, triangle: usize) -> [f32; 2] {
+        let triangle = triangle % MOST_TRIANGLES;
+        [self.twice_edge_error[triangle], self.twice_depth_error[triangle]]
     }
 
     pub(crate) fn bounds(&self, triangle: usize) -> FaceBox {

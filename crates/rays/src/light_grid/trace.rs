@@ -16,7 +16,7 @@ use super::settle::Settler;
 use super::survey::Survey;
 use super::worker::{Tile, Worker, make_room};
 use crate::patches::{MOST_TRIANGLES, Patches};
-use crate::shot::{Counts, MaskAnswers, MaskPoints, SeenPixels, TileOrder};
+use crate::shot::{MaskAnswers, MaskPoints, SeenPixels, TileOrder};
 use crate::simd::lanes::{bits_of, load, min3};
 use crate::simd::vectorized;
 use crate::simd::vectors::{LANES, splat};
@@ -234,9 +234,12 @@ impl Tracer<'_> {
         }
         // The nearest to the light first, since what is found in shadow needn't be tested again.
         order.clear();
-        order.extend(candidates.iter().enumerate().map(|(index, candidate)| {
-            u64::from(!ascending(candidate.around.nearness)) << 32 | index as u64
-        }));
+        order.extend(
+            candidates
+                .iter()
+                .enumerate()
+                .map(|(index, candidate)| u64::from(!ascending(candidate.around.nearness)) << 32 | index as u64),
+        );
         order.sort_unstable();
         large.clear();
         self.on_face.large.reaching(
@@ -274,6 +277,9 @@ impl Tracer<'_> {
         queue.resize(QUEUE, 0);
         let Tile { first, extent, blocks, shadowed } = tile;
         let mut points = PartPoints::new(part, *first, blocks, shadowed, self.settler.image.seen);
+        let opacity = self.settler.image.shot.shadow_opacity;
+        let all_opaque = opacity.are_all_opaque();
+        let known = undecided.len();
         if candidates.start == 0 {
             for (record, parts) in large.iter() {
                 if parts[word] >> bit & 1 == 1 {
@@ -282,7 +288,10 @@ impl Tracer<'_> {
                         let [a, b, c] = &record.quads;
                         let found = points.test(simd, [a, b, c], record.id, slot);
                         if found.possible != 0 {
-                            self.note(simd, record, None, &found, slot, &mut points, undecided, counts);
+                            // Masks are asked in f64 about points of these.
+                            let is_opaque = all_opaque || opacity.is_opaque(record.id);
+                            let certain = if is_opaque { found.certain(simd, record.errors) } else { 0 };
+                            points.note(slot, record.id, certain, found.possible & !certain, undecided);
                         }
                     }
                 }
@@ -318,12 +327,18 @@ impl Tracer<'_> {
                 let (triangle, slot) = (pair as usize / LANES, pair as usize % LANES);
                 let found = points.test(simd, set_up.quads(triangle), ids[triangle], slot);
                 if found.possible != 0 {
-                    let record = set_up.record(triangle, ids[triangle]);
-                    let of_patch = Some((set_up.number, triangle));
-                    self.note(simd, &record, of_patch, &found, slot, &mut points, undecided, counts);
+                    let id = ids[triangle];
+                    let (mut certain, mut possible) = (found.certain(simd, set_up.errors(triangle)), found.possible);
+                    if !all_opaque && certain != 0 && !opacity.is_opaque(id) {
+                        counts.masked += u64::from(possible.count_ones());
+                        let answers = self.ask_mask(simd, set_up, triangle, id, &found);
+                        (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
+                    }
+                    points.note(slot, id, certain, possible & !certain, undecided);
                 }
             }
         }
+        counts.undecided += (undecided.len() - known) as u64;
         let done = points.done;
         for ((&block, &members), done) in part.blocks.iter().zip(&part.points).zip(done) {
             shadowed[usize::from(block)] |= members & done;
@@ -342,65 +357,27 @@ impl Tracer<'_> {
         vectorized!(simd => set_up.fill(simd, self.face, &self.vertex_errors, &patch, vertices, extent));
     }
 
-    /// Notes which points of a slot a triangle shadows. `of_patch` is its patch and where in that it is, if it has one: its
-    /// mask can then be asked where the rays of these points cross it.
+    /// Asks the mask of a patch's triangle about the points that it may shadow.
     #[inline(never)]
-    #[expect(clippy::too_many_arguments, reason = "what a test knows, out of the way of the loop that seldom needs it")]
-    fn note<S: Simd>(
-        &self,
-        simd: S,
-        record: &Record,
-        of_patch: Option<(u32, usize)>,
-        found: &Found<S>,
-        slot: usize,
-        points: &mut PartPoints<'_>,
-        undecided: &mut Vec<[u32; 2]>,
-        counts: &mut Counts,
-    ) {
-        vectorized!(simd => {
-            let certain = found.least.simd_gt(splat(simd, record.twice_edge_error))
-                & found.nearer.simd_gt(splat(simd, record.twice_depth_error));
-            let mut possible = found.possible;
-            let mut certain = certain.to_bitmask() as u16 & possible;
-            let opacity = self.settler.image.shot.shadow_opacity;
-            if certain != 0 && !opacity.is_opaque(record.id) {
-                let mut answers = MaskAnswers::default();
-                if let Some(of_patch) = of_patch {
-                    counts.masked += u64::from(possible.count_ones());
-                    answers = opacity.which_stop(record.id, &self.weights(simd, record, of_patch, found, possible));
-                }
-                (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
-            }
-            points.done[slot] |= certain;
-            if points.done[slot] == u16::MAX {
-                points.alive &= !(1 << slot);
-            }
-            let pending = possible & !certain;
-            counts.undecided += u64::from(pending.count_ones());
-            undecided.extend(bits_of(pending).map(|lane| [points.first[slot] + lane as u32, record.id]));
-        });
+    fn ask_mask<S: Simd>(&self, simd: S, set_up: &SetUp, triangle: usize, id: u32, found: &Found<S>) -> MaskAnswers {
+        let points = vectorized!(simd => self.weights(simd, set_up, triangle, found));
+        self.settler.image.shot.shadow_opacity.which_stop(id, &points)
     }
 
-    /// Where on a triangle the rays of the points in `lanes` cross it, if they do.
+    /// Where on a triangle the rays of the points that it may shadow cross it, if they do.
     ///
     /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there.
     /// If each E is wrong by at most δ, a weight from 0 to 1 is by at most 2 δ W / D, W being the largest, taken as 3.
     /// The nearness of a corner is wrong by 4 ε of itself, and with products, sums, quotient and the predicate's own
     /// rounding that makes 15 ε, taken as 24.
     #[inline(always)]
-    fn weights<S: Simd>(
-        &self,
-        simd: S,
-        record: &Record,
-        (patch, triangle): (u32, usize),
-        found: &Found<S>,
-        lanes: u16,
-    ) -> MaskPoints {
-        let vertices = &self.on_face.vertices[self.patches.vertex_range(patch as usize)];
-        let [a, b, c, _] = self.patches.get(patch as usize).corners[triangle];
+    fn weights<S: Simd>(&self, simd: S, set_up: &SetUp, triangle: usize, found: &Found<S>) -> MaskPoints {
+        let number = set_up.number as usize;
+        let vertices = &self.on_face.vertices[self.patches.vertex_range(number)];
+        let [a, b, c, _] = self.patches.get(number).corners[triangle];
         let [w0, w1, w2] =
             [a, b, c].map(|corner| if self.face.is_parallel { 1.0 } else { vertices[usize::from(corner)][2] });
-        let edge_error = 0.5 * record.twice_edge_error;
+        let edge_error = 0.5 * set_up.errors(triangle)[0];
         let grown = splat(simd, edge_error);
         let [e0, e1, e2] = found.edges;
         let (e0, e1, e2) = (e0 - grown, e1 - grown, e2 - grown);
@@ -416,7 +393,11 @@ impl Tracer<'_> {
         };
         let error = (edge_error + of_predicate * of_predicate) * (3.01 * largest);
         let error = inverse.abs() * splat(simd, error) + splat(simd, 24.0 * HALF_ULP as f32);
-        MaskPoints { barycentric: [(e1 * inverse).into(), (e2 * inverse).into()], error: error.into(), lanes }
+        MaskPoints {
+            barycentric: [(e1 * inverse).into(), (e2 * inverse).into()],
+            error: error.into(),
+            lanes: found.possible,
+        }
     }
 }
 
@@ -445,7 +426,27 @@ struct Found<S: Simd> {
     possible: u16,
 }
 
+impl<S: Simd> Found<S> {
+    /// Which points the triangle shadows for certain; `errors` are twice those of the edge functions and of the nearness.
+    #[inline(always)]
+    fn certain(&self, simd: S, errors: [f32; 2]) -> u16 {
+        let certain = self.least.simd_gt(splat(simd, errors[0])) & self.nearer.simd_gt(splat(simd, errors[1]));
+        certain.to_bitmask() as u16 & self.possible
+    }
+}
+
 impl<'a> PartPoints<'a> {
+    /// Notes which points of a slot a triangle shadows for certain, and lists those that are pending.
+    #[inline(always)]
+    fn note(&mut self, slot: usize, id: u32, certain: u16, pending: u16, undecided: &mut Vec<[u32; 2]>) {
+        let slot = slot % LANES;
+        self.done[slot] |= certain;
+        self.alive &= !(u16::from(self.done[slot] == u16::MAX) << slot);
+        if pending != 0 {
+            list_pending(self.first[slot], id, pending, undecided);
+        }
+    }
+
     #[inline(always)]
     fn new(
         part: &Part,
@@ -489,6 +490,13 @@ impl<'a> PartPoints<'a> {
         let possible = !(missed.to_bitmask() as u16 | self.done[slot]);
         Found { edges: [e0, e1, e2], least, nearer, possible }
     }
+}
+
+/// Lists the pairs of a triangle and the points of a block that are pending.
+#[cold]
+#[inline(never)]
+fn list_pending(first: u32, id: u32, pending: u16, undecided: &mut Vec<[u32; 2]>) {
+    undecided.extend(bits_of(pending).map(|lane| [first + lane as u32, id]));
 }
 
 /// The boxes of parts on the face, sixteen together, and the box around them all.
@@ -629,9 +637,7 @@ impl Tracer<'_> {
             let found = points.test(simd, [a, b, c], record.id, slot);
             if may_touch(simd, &record.quads, &part.boxes) >> slot & 1 == 0 || found.possible >> lane & 1 == 0 {
                 Verdict::NotShadowed("the filter says that it doesn't")
-            } else if found.least.to_array()[lane] > record.twice_edge_error
-                && found.nearer.to_array()[lane] > record.twice_depth_error
-            {
+            } else if found.certain(simd, record.errors) >> lane & 1 == 1 {
                 Verdict::Shadowed
             } else {
                 Verdict::Undecided
