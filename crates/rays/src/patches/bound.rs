@@ -30,6 +30,21 @@ impl WorldBounds {
     pub(crate) fn bytes(&self) -> usize {
         self.sixteens.capacity() * size_of::<SixteenBoxes>()
     }
+
+    /// Half of the surface of all boxes, in squares of so many units. Those that are larger count as cubes of that size,
+    /// so that one that is far too large doesn't hide what the others do.
+    pub(super) fn spread(&self, unit: f32) -> f32 {
+        let of_sixteen = |boxes: &SixteenBoxes| -> f32 {
+            let half_surface = |lane: usize| {
+                // Nothing where there is no box, or one that isn't finite: the greater of NaN and zero is zero.
+                let [x, y, z] =
+                    [0, 1, 2].map(|axis| (boxes.high[axis][lane] - boxes.low[axis][lane]).max(0.0).min(unit));
+                x * y + y * z + z * x
+            };
+            (0..LANES).map(half_surface).sum()
+        };
+        self.sixteens.iter().map(of_sixteen).sum::<f32>() / (unit * unit)
+    }
 }
 
 impl Patches {

@@ -1,20 +1,128 @@
+use rayon::prelude::*;
+
+use super::order::Order;
 use super::{MOST_TRIANGLES, MOST_VERTICES, Patches, Start};
 use crate::simd::lanes::LANES;
 use crate::{Bounds, Triangles};
 
-impl Patches {
-    /// Replaces all patches by groups of triangles that come one after the other.
-    pub(super) fn group(&mut self, triangles: Triangles<'_>) {
-        self.clear(triangles.len());
-        let mut patch = Unfinished::default();
-        for (id, corners) in triangles.indices.iter().enumerate() {
-            if self.keep(triangles, id as u32) && !patch.add(id as u32, *corners) {
-                self.push(&patch);
+/// How many triangles one thread groups at once. A patch ends there: on average half of one in so many is missing.
+const PART: usize = 1 << 12;
+
+/// What grouping by nearness needs; its memory is used again.
+#[derive(Debug, Default)]
+pub(super) struct Groups {
+    pub(super) order: Order,
+    parts: Vec<Part>,
+}
+
+/// The patches of [`PART`] triangles that come one after the other along the curve.
+#[derive(Debug, Default)]
+struct Part {
+    patches: Patches,
+    patch: Unfinished,
+}
+
+impl Groups {
+    pub(super) fn bytes(&self) -> usize {
+        self.order.bytes() + self.parts.iter().map(|part| part.patches.bytes()).sum::<usize>()
+    }
+}
+
+impl Part {
+    fn fill(&mut self, triangles: Triangles<'_>, along: &[u64]) {
+        let Self { patches, patch } = self;
+        patches.clear(along.len());
+        patch.clear();
+        for id in along.iter().map(|&key| key as u32) {
+            let corners = triangles.indices[id as usize];
+            if !patches.keep(triangles, id) {
+                continue;
+            }
+            if !patch.add(id, corners) {
+                patches.push(patch);
                 patch.clear();
-                patch.add(id as u32, *corners);
+                patch.add(id, corners);
             }
         }
-        self.push(&patch);
+        patches.push(patch);
+    }
+}
+
+/// Where parts are written to, one after the other.
+struct Rest<'a> {
+    starts: &'a mut [Start],
+    vertices: &'a mut [u32],
+    corners: &'a mut [[u8; 4]],
+    ids: &'a mut [u32],
+    /// What comes before it.
+    before: Start,
+}
+
+impl Rest<'_> {
+    fn write(self, parts: &[Part]) {
+        let (low, high) = parts.split_at(parts.len() / 2);
+        let [only] = parts else {
+            if !parts.is_empty() {
+                let (before, after) = self.split(low);
+                rayon::join(|| before.write(low), || after.write(high));
+            }
+            return;
+        };
+        let patches = &only.patches;
+        for (start, of) in self.starts.iter_mut().zip(&patches.starts) {
+            let (vertex, triangle) = (self.before.vertex + of.vertex, self.before.triangle + of.triangle);
+            *start = Start { vertex, triangle, count: of.count };
+        }
+        self.vertices.copy_from_slice(&patches.vertices);
+        self.corners.copy_from_slice(&patches.corners);
+        self.ids.copy_from_slice(&patches.ids);
+    }
+
+    /// What some parts take, and what is left.
+    fn split(self, parts: &[Part]) -> (Self, Self) {
+        let sum = |length: fn(&Patches) -> usize| parts.iter().map(|part| length(&part.patches)).sum::<usize>();
+        let (vertices, triangles) = (sum(|part| part.vertices.len()), sum(|part| part.ids.len()));
+        let starts = self.starts.split_at_mut(sum(Patches::len));
+        let vertices_of = self.vertices.split_at_mut(vertices);
+        let corners = self.corners.split_at_mut(triangles);
+        let ids = self.ids.split_at_mut(triangles);
+        let middle = Start {
+            vertex: self.before.vertex + vertices as u32,
+            triangle: self.before.triangle + triangles as u32,
+            count: 0,
+        };
+        (
+            Self { starts: starts.0, vertices: vertices_of.0, corners: corners.0, ids: ids.0, before: self.before },
+            Self { starts: starts.1, vertices: vertices_of.1, corners: corners.1, ids: ids.1, before: middle },
+        )
+    }
+}
+
+impl Patches {
+    /// Replaces all patches by groups of triangles that are near each other in this frame.
+    pub(super) fn group(&mut self, triangles: Triangles<'_>) {
+        self.clear(triangles.len());
+        let Groups { order, parts } = &mut self.groups;
+        let along = order.sort(triangles).par_chunks(PART);
+        parts.resize_with(along.len(), Part::default);
+        parts.par_iter_mut().zip(along).for_each(|(part, along)| part.fill(triangles, along));
+        let mut end = Start::default();
+        let mut patches = 0;
+        for Part { patches: of, .. } in &*parts {
+            patches += of.len();
+            end.vertex += of.vertices.len() as u32;
+            end.triangle += of.ids.len() as u32;
+            self.in_none.extend_from_slice(&of.in_none);
+            self.vertices_needed = self.vertices_needed.max(of.vertices_needed);
+        }
+        self.starts.resize(patches + 1, end);
+        self.starts[patches] = end;
+        self.vertices.resize(end.vertex as usize, 0);
+        self.corners.resize(end.triangle as usize, [0; 4]);
+        self.ids.resize(end.triangle as usize, Self::NONE);
+        let Self { starts, vertices, corners, ids, .. } = self;
+        let rest = Rest { starts: &mut starts[..patches], vertices, corners, ids, before: Start::default() };
+        rest.write(parts);
     }
 
     /// Whether all corners of a triangle exist, so that it may be in a patch; notes it if not.
@@ -79,21 +187,20 @@ impl Unfinished {
 
     /// Adds a triangle, if there is room for it.
     pub(super) fn add(&mut self, id: u32, corners: [u32; 3]) -> bool {
-        let known = corners.map(|vertex| self.find(vertex));
-        let new = known.iter().filter(|(_, index)| index.is_none()).count();
-        if self.ids.len() == MOST_TRIANGLES || self.vertices.len() + new > MOST_VERTICES {
-            return false;
+        if !self.has_room() {
+            let new = corners.iter().filter(|&&vertex| self.find(vertex).1.is_none()).count();
+            if self.ids.len() == MOST_TRIANGLES || self.vertices.len() + new > MOST_VERTICES {
+                return false;
+            }
         }
-        let mut local = [0; 4];
-        for ((local, vertex), (_, known)) in local.iter_mut().zip(corners).zip(known) {
-            *local = known.unwrap_or_else(|| self.number(vertex));
-        }
-        self.corners.push(local);
+        let [a, b, c] = corners.map(|vertex| self.number(vertex));
+        self.corners.push([a, b, c, 0]);
         self.ids.push(id);
         true
     }
 
-    /// The number of a vertex that was new: a triangle may have the same one twice.
+    /// Which of the patch's vertices one is; it is added if it is none of them.
+    #[inline(always)]
     fn number(&mut self, vertex: u32) -> u8 {
         let (slot, known) = self.find(vertex);
         known.unwrap_or_else(|| {
@@ -104,6 +211,7 @@ impl Unfinished {
     }
 
     /// The slot of a vertex, and which one of the patch's it is, if any.
+    #[inline(always)]
     fn find(&self, vertex: u32) -> (usize, Option<u8>) {
         let mut slot = vertex.wrapping_mul(0x9E37_79B9) as usize >> 24;
         loop {

@@ -1,5 +1,4 @@
 use glam::Vec3;
-use obvhs::ploc::morton::morton_encode_u32;
 use rayon::prelude::*;
 
 use super::region::Region;
@@ -20,18 +19,14 @@ pub(super) struct Part {
 
 impl Patches {
     /// Replaces all patches by such of triangles that are connected, or near each other where nothing is connected. Each
-    /// sixteen patches are near each other as well. About 160 ns a triangle on one core, of which growing itself, finding
-    /// connections and sorting take a third, a third and a sixth.
+    /// sixteen patches are near each other as well. About 160 ns a triangle on one core, of which growing itself and finding
+    /// connections take most.
     ///
     /// Triangles are cut along a Morton curve into regions of the same size, in which patches grow independently: so they
     /// are the same for any number of threads.
     pub(super) fn grow(&mut self, triangles: Triangles<'_>) {
-        let chunks = triangles.positions.par_chunks(1 << 14).map(|chunk| Bounds::of_points(chunk.iter().copied()));
-        let curve = Curve::through(chunks.reduce(|| Bounds::EMPTY, Bounds::union));
-        let along = |id| u64::from(curve.code(centre(triangles, id))) << 32 | u64::from(id);
-        let mut order: Vec<_> = (0..triangles.len() as u32).into_par_iter().map(along).collect();
-        order.par_sort_unstable();
-        let regions = order.par_chunks(REGION);
+        let mut order = std::mem::take(&mut self.groups).order;
+        let regions = order.sort(triangles).par_chunks(REGION);
         let parts: Vec<_> = regions.map_init(Region::default, |region, ids| region.grow(triangles, ids)).collect();
         self.gather(triangles, &parts);
         self.are_grown = true;
@@ -81,33 +76,4 @@ fn bring_together(patches: &mut [(Vec3, usize, usize)]) {
     patches.select_nth_unstable_by(half, |a, b| a.0[axis].total_cmp(&b.0[axis]).then((a.1, a.2).cmp(&(b.1, b.2))));
     let (low, high) = patches.split_at_mut(half);
     rayon::join(|| bring_together(low), || bring_together(high));
-}
-
-/// The middle of a triangle's corners; the origin if they don't exist or aren't finite.
-pub(super) fn centre(triangles: Triangles<'_>, id: u32) -> Vec3 {
-    let corners = triangles.indices[id as usize].map(|vertex| triangles.positions.get(vertex as usize));
-    let sum = corners.into_iter().map(|corner| corner.copied().unwrap_or(Vec3::NAN)).sum::<Vec3>();
-    if sum.is_finite() { sum / 3.0 } else { Vec3::ZERO }
-}
-
-/// A Morton curve through a box. (Morton, *A computer oriented geodetic data base*, 1966)
-#[derive(Debug)]
-struct Curve {
-    low: Vec3,
-    scale: f32,
-}
-
-impl Curve {
-    /// The steps on each axis.
-    const STEPS: u16 = 1 << 10;
-
-    fn through(bounds: Bounds) -> Self {
-        Self { low: bounds.min, scale: f32::from(Self::STEPS) / bounds.size().max_element() }
-    }
-
-    /// How far along the curve a point is: anywhere for one that isn't finite, or if the box has no size.
-    fn code(&self, point: Vec3) -> u32 {
-        let [x, y, z] = ((point - self.low) * self.scale).to_array().map(|step| (step as u16).min(Self::STEPS - 1));
-        morton_encode_u32(x, y, z)
-    }
 }

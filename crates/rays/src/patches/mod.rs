@@ -1,14 +1,15 @@
 //! Patches: groups of up to 64 triangles that are near each other, which are culled and set up together.
 //!
 //! Which triangles are together is kept while the index buffer stays the same; where patches are is found anew for every
-//! frame. `group` makes patches of triangles as they come, `grow` of connected ones in a `region` each, `bound` finds where
-//! they are.
+//! frame. `group` makes patches of triangles that come near each other in an `order`, `grow` of those that connect in a
+//! `region` each; `bound` finds where they are.
 
 mod bound;
 mod connect;
 mod fingerprint;
 mod group;
 mod grow;
+mod order;
 mod region;
 #[cfg(test)]
 mod tests;
@@ -18,12 +19,18 @@ use crate::Triangles;
 use crate::simd::SimdLevel;
 pub(crate) use bound::{SixteenBoxes, WorldBounds, gather};
 use fingerprint::fingerprint;
+use group::Groups;
+use order::Curve;
 
 /// The most triangles of a patch.
 pub(crate) const MOST_TRIANGLES: usize = 64;
 
 /// The most vertices of a patch.
 pub(crate) const MOST_VERTICES: usize = 64;
+
+/// How many times as large boxes may become until loose triangles are grouped anew. In a scene of 254 K shards that fly
+/// apart, tracing a light takes 12 % (5 ms) longer where it is 1.16, and 33 % where it is 1.84; grouping takes 8 ms.
+const WORSE: f32 = 1.1;
 
 /// The triangles of a frame in patches, and where these are. About 12 bytes a triangle, and 32 a patch.
 ///
@@ -46,8 +53,11 @@ pub(crate) struct Patches {
     vertices_needed: usize,
     /// Triangles that are in no patch.
     in_none: Vec<u32>,
-    /// Whether patches are connected triangles, not merely such that come one after the other.
+    /// Whether patches are connected triangles, not merely such that were near each other.
     are_grown: bool,
+    groups: Groups,
+    /// How large boxes were when triangles were grouped.
+    spread: f32,
     /// Where the patches are in the world.
     pub(crate) bounds: WorldBounds,
 }
@@ -78,18 +88,38 @@ impl Patches {
     /// Stands for no triangle.
     pub(crate) const NONE: u32 = u32::MAX;
 
-    /// Brings patches to the triangles of a frame: they are made anew if the index buffer has changed.
+    /// Brings patches to the triangles of a frame: they are made anew if the index buffer has changed, and those of loose
+    /// triangles if these have gone apart.
     ///
     /// Growing takes as long as a few frames: it is worth it from the second frame with the same index buffer on.
     pub(crate) fn update(&mut self, triangles: Triangles<'_>, level: SimdLevel) {
         let fingerprint = fingerprint(triangles.indices);
-        match (self.are_of(triangles, fingerprint), self.are_grown) {
-            (true, true) => {}
-            (true, false) => self.grow(triangles),
-            (false, _) => self.group(triangles),
-        }
+        let is_new = !self.are_of(triangles, fingerprint);
         self.fingerprint = fingerprint;
+        if is_new {
+            self.group(triangles);
+        } else if !self.are_grown && !self.are_loose() {
+            self.grow(triangles);
+        }
         self.bound(triangles.positions, level);
+        if self.are_grown {
+            return;
+        }
+        let unit = Curve::through(triangles).size();
+        let spread = self.bounds.spread(unit);
+        if is_new {
+            self.spread = spread;
+        } else if spread > WORSE * self.spread {
+            self.group(triangles);
+            self.bound(triangles.positions, level);
+            self.spread = self.bounds.spread(unit);
+        }
+    }
+
+    /// Whether few triangles share vertices: a closed mesh has half a vertex a triangle, one of many seams one or two, shards
+    /// have three.
+    fn are_loose(&self) -> bool {
+        2 * self.vertices_needed > 5 * self.triangles
     }
 
     /// Whether patches are those of a frame whose index buffer has this fingerprint.
@@ -142,6 +172,7 @@ impl Patches {
             + self.corners.capacity() * size_of::<[u8; 4]>()
             + self.ids.capacity() * size_of::<u32>()
             + self.in_none.capacity() * size_of::<u32>()
+            + self.groups.bytes()
             + self.bounds.bytes()
     }
 }

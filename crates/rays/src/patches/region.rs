@@ -2,7 +2,8 @@ use glam::Vec3;
 
 use super::connect::Connections;
 use super::group::Unfinished;
-use super::grow::{Part, centre};
+use super::grow::Part;
+use super::order::centre;
 use super::{MOST_TRIANGLES, Patches};
 use crate::simd::lanes::LANES;
 use crate::{Bounds, Triangles};

@@ -1,0 +1,168 @@
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::Vec3;
+use obvhs::ploc::morton::morton_encode_u32;
+use rayon::prelude::*;
+
+use crate::Triangles;
+
+/// Keys are counted by so many of the highest bits of their codes, which a comparison sort of each bucket completes.
+const BUCKET_BITS: u32 = 15;
+const BUCKETS: usize = 1 << BUCKET_BITS;
+
+/// The fewest triangles that one thread counts at once: its counts take 128 KB.
+const LEAST_CHUNK: usize = 1 << 15;
+
+/// Sorts the triangles of a frame along a Morton curve; its memory is used again. 16 bytes a triangle.
+#[derive(Debug, Default)]
+pub(super) struct Order {
+    /// A triangle's code, and below it its id.
+    keys: Vec<u64>,
+    /// The keys in their buckets. Threads write to it where they like.
+    in_buckets: Vec<AtomicU64>,
+    /// For each chunk of triangles and each bucket: how many there are, and then where the next one belongs.
+    counts: Vec<u32>,
+}
+
+impl Order {
+    /// The ids of all triangles in the lower halves of the numbers, along the curve: those near each other mostly come near
+    /// each other. Those of one cell of the curve come by their ids, so that threads play no part.
+    pub(super) fn sort(&mut self, triangles: Triangles<'_>) -> &[u64] {
+        let Self { keys, in_buckets, counts } = self;
+        let count = triangles.len();
+        let curve = Curve::through(triangles);
+        let chunk = count.div_ceil(rayon::current_num_threads()).max(LEAST_CHUNK);
+        let chunks = count.div_ceil(chunk).max(1);
+        keys.resize(count, 0);
+        in_buckets.resize_with(count, AtomicU64::default);
+        counts.clear();
+        counts.resize(chunks * BUCKETS, 0);
+        keys.par_chunks_mut(chunk).zip(counts.par_chunks_mut(BUCKETS)).enumerate().for_each(
+            |(number, (keys, counts))| {
+                for (id, key) in ((number * chunk) as u32..).zip(keys) {
+                    *key = u64::from(curve.code(centre(triangles, id))) << 32 | u64::from(id);
+                    counts[bucket(*key)] += 1;
+                }
+            },
+        );
+        let mut sum = 0;
+        for bucket in 0..BUCKETS {
+            for chunk in 0..chunks {
+                sum += std::mem::replace(&mut counts[chunk * BUCKETS + bucket], sum);
+            }
+        }
+        keys.par_chunks(chunk).zip(counts.par_chunks_mut(BUCKETS)).for_each(|(keys, counts)| {
+            for &key in keys {
+                let next = &mut counts[bucket(key)];
+                in_buckets[*next as usize].store(key, Ordering::Relaxed);
+                *next += 1;
+            }
+        });
+        // What the last chunk would write next is where each bucket ends.
+        sort_buckets(keys, in_buckets, &counts[(chunks - 1) * BUCKETS..], 0);
+        keys
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        (self.keys.capacity() + self.in_buckets.capacity()) * size_of::<u64>()
+            + self.counts.capacity() * size_of::<u32>()
+    }
+}
+
+fn bucket(key: u64) -> usize {
+    (key >> (32 + 3 * Curve::BITS - BUCKET_BITS)) as usize
+}
+
+/// Sorts the keys of some buckets, which end at `ends`; the first one begins at `first`.
+fn sort_buckets(sorted: &mut [u64], in_buckets: &[AtomicU64], ends: &[u32], first: u32) {
+    let half = ends.len() / 2;
+    if sorted.len() > 1 << 13 && half > 0 {
+        let middle = ends[half - 1];
+        let (low, high) = sorted.split_at_mut((middle - first) as usize);
+        let (low_ends, high_ends) = ends.split_at(half);
+        rayon::join(
+            || sort_buckets(low, in_buckets, low_ends, first),
+            || sort_buckets(high, in_buckets, high_ends, middle),
+        );
+        return;
+    }
+    let mut start = 0;
+    for (key, of) in sorted.iter_mut().zip(&in_buckets[first as usize..]) {
+        *key = of.load(Ordering::Relaxed);
+    }
+    for end in ends.iter().map(|&end| (end - first) as usize) {
+        sorted[start..end].sort_unstable();
+        start = end;
+    }
+}
+
+/// The middle of a triangle's corners; the origin if they don't exist or aren't finite.
+pub(super) fn centre(triangles: Triangles<'_>, id: u32) -> Vec3 {
+    let corners = triangles.indices[id as usize].map(|vertex| triangles.positions.get(vertex as usize));
+    let sum = corners.into_iter().map(|corner| corner.copied().unwrap_or(Vec3::NAN)).sum::<Vec3>();
+    if sum.is_finite() { sum / 3.0 } else { Vec3::ZERO }
+}
+
+/// A Morton curve through a frame. (Morton, *A computer oriented geodetic data base*, 1966)
+///
+/// Half of its steps on each axis are in a cube in which most triangles are. Those beyond it grow, up to infinity: so a
+/// few triangles that are far away make the cells of others no larger, and are told apart themselves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Curve {
+    middle: Vec3,
+    /// Two in the cube's size.
+    scale: f32,
+}
+
+impl Curve {
+    /// Steps on each axis, as bits.
+    const BITS: u32 = 10;
+    /// How many triangles are looked at to find where most are.
+    const SAMPLES: usize = 1 << 10;
+
+    pub(super) fn through(triangles: Triangles<'_>) -> Self {
+        let mut axes = [[0.0; Self::SAMPLES]; 3];
+        let mut count = 0;
+        let every = triangles.len().div_ceil(Self::SAMPLES).max(1);
+        for id in (0..triangles.len()).step_by(every) {
+            let centre = centre(triangles, id as u32);
+            for (axis, coordinate) in axes.iter_mut().zip(centre.to_array()) {
+                axis[count] = coordinate;
+            }
+            count += 1;
+        }
+        let mut quantile = |share: f32| {
+            let index = (share * count as f32) as usize;
+            let of = |axis: &mut [f32; Self::SAMPLES]| {
+                if count == 0 { 0.0 } else { *axis[..count].select_nth_unstable_by(index, f32::total_cmp).1 }
+            };
+            // Half of it, since a sum may be too large.
+            0.5 * Vec3::from_array(axes.each_mut().map(of))
+        };
+        let (low, high) = (quantile(0.05), quantile(0.95));
+        let size = high - low;
+        let half = 1.3 * size.max_element();
+        // A flat frame is at the cube's lower side, since large cells that meet in it would divide it.
+        Self { middle: 2.0 * low - 0.3 * size + half, scale: 1.0 / half }
+    }
+
+    /// How large the cube is in which most triangles are.
+    pub(super) fn size(&self) -> f32 {
+        2.0 / self.scale
+    }
+
+    /// How far along the curve a point is: anywhere if the cube has no size.
+    fn code(&self, point: Vec3) -> u32 {
+        const QUARTER: f32 = (1 << (Curve::BITS - 2)) as f32;
+        const LAST: u32 = (1 << Curve::BITS) - 1;
+        /// The bits of a sum with it end with the other number, rounded: faster than a conversion.
+        const TO_BITS: f32 = (1 << 23) as f32;
+        let [x, y, z] = ((point - self.middle) * self.scale).to_array().map(|across| {
+            let size = across.abs();
+            let bent = if size <= 1.0 { size } else { 2.0 - 1.0 / size };
+            let step = 2.0 * QUARTER + QUARTER * bent.copysign(across);
+            ((step.max(0.0).min(LAST as f32) + TO_BITS).to_bits() & LAST) as u16
+        });
+        morton_encode_u32(x, y, z)
+    }
+}
