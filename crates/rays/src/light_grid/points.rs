@@ -99,8 +99,8 @@ impl<'a> TileMap<'a> {
             for factor in 0..4 {
                 rows[function][factor] -= origin * of_divisor[factor];
             }
-            for part in 0..2 {
-                wide_errors[function][part] += origin.abs() * pixels.errors[3][part];
+            for (error, of_divisor) in wide_errors[function].iter_mut().zip(pixels.errors[3]) {
+                *error += origin.abs() * of_divisor;
             }
         }
         let offsets = rows.map(|row| {

@@ -8,7 +8,7 @@ use umbrage_rays::{
     ListedLightOptions, ListedOptions, PixelCounts, PixelWork, SeenPixels, Shot, Sides, SimdLevel, Specialised,
     Structure, Triangles, Work,
 };
-use umbrage_verify::lights::{around, point, sun};
+use umbrage_verify::lights::{point, sun};
 use umbrage_verify::views::{camera, view};
 use umbrage_verify::{Case, Plates, Random, TestMesh};
 
