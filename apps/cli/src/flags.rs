@@ -7,7 +7,7 @@ use umbrage::output::{Chroma, Format, FrameRate};
 use umbrage::rays::SimdLevel;
 use umbrage::scene::{Clip, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
-use umbrage::{EngineKind, HeatKind, Settings, ToneMap};
+use umbrage::{EngineKind, HeatKind, Settings, Sides, ToneMap};
 
 use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice};
 use crate::values::{self, FrameRange, Size};
@@ -261,9 +261,9 @@ pub(crate) struct RenderFlags {
     pub(crate) device: Option<String>,
     #[command(flatten)]
     pub(crate) structure: StructureFlags<ALL>,
-    /// See through triangles whose corners are seen clockwise; they cast shadows all the same
-    #[arg(long)]
-    pub(crate) cull_back_faces: bool,
+    /// Which sides of triangles there are; what shows another is seen through, and lets light through
+    #[arg(long, value_name = "SIDES", default_value = "file", value_parser = choice::<Sides>())]
+    pub(crate) sides: Sides,
     /// Mirrors that light may come by, one after the other, 0 to 1024: with 0, smooth surfaces show the background alone
     #[arg(long, value_name = "N", default_value = "0", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]
     pub(crate) bounces: u32,

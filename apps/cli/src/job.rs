@@ -5,7 +5,7 @@ use bytesize::ByteSize;
 use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
 use umbrage::rays::Choice;
 use umbrage::spec::BackgroundSpec;
-use umbrage::{Background, EngineKind, Settings, Sides, Structure};
+use umbrage::{Background, EngineKind, Settings, Structure};
 
 use crate::failure::Failure;
 use crate::flags::{OpeningFlags, RenderFlags};
@@ -52,7 +52,7 @@ impl Job {
             height: flags.size.height,
             samples: flags.samples,
             structure,
-            sides: if flags.cull_back_faces { Sides::Front } else { Sides::Both },
+            sides: flags.sides,
             bounces: flags.bounces,
             background: background(&flags.background, flags.scene.opening.options().max_memory)?,
             exposure_stops: flags.exposure,

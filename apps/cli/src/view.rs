@@ -123,7 +123,9 @@ mod tests {
             on_cpu(Settings { background, ..Settings::default() });
         }
         on_cpu(Settings { width: 7, height: 5, samples: 9, exposure_stops: -0.3, ..Settings::default() });
-        on_cpu(Settings { sides: umbrage::Sides::Front, bounces: 3, ..Settings::default() });
+        for sides in umbrage::Sides::all() {
+            on_cpu(Settings { sides, bounces: 3, ..Settings::default() });
+        }
         for name in ["", "it's a GPU"] {
             assert_copied(&Settings::default(), &EngineChoice::Gpu(name.to_owned()));
         }

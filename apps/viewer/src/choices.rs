@@ -16,7 +16,8 @@ pub(crate) struct Choices {
     /// What finds triangles on the CPU.
     #[serde(with = "as_text")]
     pub(crate) structures: Structures,
-    pub(crate) culls_back_faces: bool,
+    #[serde(with = "as_text")]
+    pub(crate) sides: Sides,
     pub(crate) bounces: u32,
     pub(crate) samples: u32,
     pub(crate) resolution: Resolution,
@@ -78,7 +79,7 @@ impl Default for Choices {
         Self {
             engine: EngineChoice::default(),
             structures: Structures::default(),
-            culls_back_faces: sides == Sides::Front,
+            sides,
             bounces,
             samples,
             resolution: Resolution::default(),
@@ -147,7 +148,7 @@ impl Choices {
             height,
             samples: self.samples.clamp(1, Settings::MAX_SAMPLES),
             structure,
-            sides: if self.culls_back_faces { Sides::Front } else { Sides::Both },
+            sides: self.sides,
             bounces,
             background: self.surroundings.open().unwrap_or_default(),
             exposure_stops: self.exposure_stops,

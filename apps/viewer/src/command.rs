@@ -93,8 +93,8 @@ impl CommandLine<'_> {
         if settings.bounces != default.bounces {
             flag(&mut line, "bounces", &settings.bounces.to_string());
         }
-        if settings.sides == umbrage::Sides::Front {
-            line.push_str(" --cull-back-faces");
+        if settings.sides != default.sides {
+            flag(&mut line, "sides", settings.sides.name());
         }
         if settings.exposure_stops != default.exposure_stops {
             flag(&mut line, "exposure", &settings.exposure_stops.to_string());

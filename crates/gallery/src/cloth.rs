@@ -24,7 +24,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     open,
 };
 
-const SILK: Paint = Paint::textured("silk", weave, [1.0; 2], 0.55).two_sided();
+const SILK: Paint = Paint::textured("silk", weave, [1.0; 2], 0.55);
 const BRASS: Paint = Paint::metal("ball", || srgb(0xe0b878), 0.18);
 const PLASTER: Paint = Paint::textured("floor", plaster, [9.0; 2], 0.75);
 

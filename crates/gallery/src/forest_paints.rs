@@ -21,8 +21,8 @@ pub(super) const WINDOW: Paint = Paint::glowing("window", 0xff_b4_50, 1.0, 0.4);
 pub(super) const BRASS: Paint = Paint::metal("brass", || Vec3::new(0.86, 0.62, 0.28), 0.32);
 pub(super) const LEAVES: Paint = Paint::textured("leaves", leaf_spray, [1.0; 2], 0.6).masked();
 pub(super) const FERN: Paint = Paint::textured("fern", frond, [1.0; 2], 0.6).masked();
-pub(super) const GRASS: Paint = Paint::dull("grass", 0xff_ff_ff, 0.9).two_sided();
-pub(super) const PETAL: Paint = Paint::dull("petal", 0xff_ff_ff, 0.6).two_sided();
+pub(super) const GRASS: Paint = Paint::dull("grass", 0xff_ff_ff, 0.9);
+pub(super) const PETAL: Paint = Paint::dull("petal", 0xff_ff_ff, 0.6);
 pub(super) const HEART: Paint = Paint::dull("heart", 0xe8_b0_28, 0.8);
 
 /// Hat, coat, trousers and leather of each gnome.

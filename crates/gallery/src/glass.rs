@@ -123,7 +123,7 @@ fn open(triangles: usize) -> Pose {
 impl Finish {
     /// The material for a ball of `radius`.
     fn material(self, radius: f32) -> Material {
-        let plain = Material { roughness: 0.0, ior: 1.5, ..Material::default() };
+        let plain = Material { roughness: 0.0, ior: 1.5, double_sided: true, ..Material::default() };
         let glass = |name: &str, volume: Volume| Material {
             name: name.into(),
             transmission: 1.0,
@@ -142,17 +142,14 @@ impl Finish {
             }
             Self::Mirror => metal("mirror", 0xf2f4f5, 0.0),
             Self::Metal(color, roughness) => metal("metal", color, roughness),
-            Self::Lacquer(color) => Material {
-                name: "lacquer".into(),
-                base_color: srgb(color).extend(1.0),
-                roughness: 0.15,
-                ..Material::default()
-            },
+            Self::Lacquer(color) => {
+                Material { name: "lacquer".into(), base_color: srgb(color).extend(1.0), roughness: 0.15, ..plain }
+            }
         }
     }
 }
 
 fn metal(name: &str, color: u32, roughness: f32) -> Material {
     let base_color = srgb(color).extend(1.0);
-    Material { name: name.into(), base_color, metallic: 1.0, roughness, ..Material::default() }
+    Material { name: name.into(), base_color, metallic: 1.0, roughness, double_sided: true, ..Material::default() }
 }

@@ -17,7 +17,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     open,
 };
 
-const PORCELAIN: Paint = Paint::dull("porcelain", 0xf3e3d0, 0.42).two_sided();
+const PORCELAIN: Paint = Paint::dull("porcelain", 0xf3e3d0, 0.42);
 const FLOOR: Paint = Paint::dull("floor", 0x77706a, 0.6);
 
 /// A piece of the rabbit that flies as one at first, while it crumbles. Times are in seconds since the blast.

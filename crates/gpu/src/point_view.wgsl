@@ -14,8 +14,6 @@ struct PointView {
     // The rows of the whole image that are asked about: the first, and how many.
     first_row: u32,
     rows: u32,
-    // Whether its rays go through triangles whose corners they see clockwise.
-    culls_back_faces: u32,
 }
 
 // The ray of what is stored at a slot.

@@ -49,11 +49,11 @@ pub(crate) struct PointView {
     slots: u32,
     first_row: u32,
     rows: u32,
-    culls_back_faces: u32,
+    unused: u32,
 }
 
 impl PointView {
-    pub(crate) fn new(band: &Band, offset_pixels: DVec2, culls_back_faces: bool) -> Self {
+    pub(crate) fn new(band: &Band, offset_pixels: DVec2) -> Self {
         Self {
             view: (&band.view).into(),
             x_offset: words(offset_pixels.x),
@@ -61,7 +61,7 @@ impl PointView {
             slots: band.order().slots() as u32,
             first_row: band.rows.start,
             rows: band.rows.len() as u32,
-            culls_back_faces: culls_back_faces.into(),
+            unused: 0,
         }
     }
 }
@@ -77,7 +77,7 @@ mod tests {
         let shader = module(&link("camera::settle"));
         for layout in [
             layout!(ExactView { position, half_height, right, is_orthographic, up, width, forward, height }),
-            layout!(PointView { view, x_offset, y_offset, slots, first_row, rows, culls_back_faces }),
+            layout!(PointView { view, x_offset, y_offset, slots, first_row, rows }),
         ] {
             assert_eq!(differences(&shader, &layout), [""; 0]);
         }

@@ -10,7 +10,7 @@ use crate::{Hit, LightSource, SingleRays};
 pub fn see(rays: &dyn SingleRays, shot: &Shot<'_>, seen: &mut SeenPixels) {
     seen.resize(shot.view.width, shot.view.height);
     let order = seen.order();
-    let opacity: &dyn Opacity = &OpacityOfSides(shot);
+    let opacity: &dyn Opacity = &OpacityOfSides::of_camera(shot);
     let stops = |hit: &Hit| opacity.is_stopped_at(hit.triangle, hit.barycentric);
     let pixels = seen.triangle.par_iter_mut().zip(&mut seen.inverse_depth).enumerate();
     pixels.for_each(|(index, (triangle, inverse_depth))| {
@@ -33,8 +33,9 @@ pub fn shadow(
     masks: &mut [LightMask],
 ) {
     shot.expect_masks(seen, lights, masks);
-    let stops = |id: u32, barycentric: [f32; 2]| shot.shadow_opacity.is_stopped_at(id, barycentric);
     for (light, mask) in lights.iter().zip(masks) {
+        let opacity: &dyn Opacity = &OpacityOfSides::of_light(shot, light);
+        let stops = |id: u32, barycentric: [f32; 2]| opacity.is_stopped_at(id, barycentric);
         mask.resize(seen.order());
         mask.blocks_mut().par_iter_mut().enumerate().for_each(|(block, lit)| {
             *lit = 0;

@@ -40,7 +40,7 @@ pub struct Material {
     pub emissive_texture: Option<TextureUse>,
     /// What opacity does.
     pub alpha: Alpha,
-    /// Whether the back is shaded too; rays hit both sides either way.
+    /// Whether triangles have a back, too; without, what shows its back isn't there, for any ray.
     pub double_sided: bool,
     /// Shown in its base colour whatever the light (`KHR_materials_unlit`).
     pub unlit: bool,

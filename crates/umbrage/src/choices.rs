@@ -96,6 +96,7 @@ mod tests {
     use umbrage_rays::Choice;
 
     use super::*;
+    use crate::Sides;
 
     fn names<T: Choice + ToString + std::str::FromStr>() -> Vec<String> {
         assert!(T::all().all(|value| value.to_string().parse::<T>().is_ok_and(|parsed| parsed == value)));
@@ -107,6 +108,7 @@ mod tests {
         assert_eq!(names::<EngineKind>(), ["auto", "cpu", "gpu"]);
         assert_eq!(names::<HeatKind>(), ["tested", "cells", "undecided", "pairs", "points"]);
         assert_eq!(names::<ToneMap>(), ["neutral", "clip"]);
+        assert_eq!(names::<Sides>(), ["file", "both", "front"]);
         assert_eq!(names::<Format>(), ["png", "exr", "gif", "apng", "y4m"]);
         assert_eq!(names::<Chroma>(), ["420", "444"]);
     }

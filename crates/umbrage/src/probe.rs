@@ -1,11 +1,13 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
-use umbrage_rays::{Camera, Hit, Opacity as _, Ray, Sides, View};
+use umbrage_rays::{self as rays, Camera, Hit, Opacity as _, Ray, View};
 use umbrage_scene::{Frame, Light};
 
+use crate::Sides;
 use crate::cpu::stops;
 use crate::sampling::Sample;
+use crate::sides::TriangleSides;
 
 /// What the ray through the middle of a pixel hits, found by asking the predicate about every triangle.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +46,9 @@ impl Probe {
     /// few milliseconds for a million.
     #[must_use]
     pub fn new(frame: &Frame, view: &View, [x, y]: [u32; 2], sides: Sides) -> Option<Self> {
+        let mut of_triangles = TriangleSides::default();
+        of_triangles.find(frame, sides);
+        let sides = of_triangles.get();
         let ray = Sample::MIDDLE.ray(view, x, y);
         let hit = nearest(frame, &ray, sides)?;
         let crossing = crossing(&ray, frame.triangles().corners(hit.triangle))?;
@@ -60,12 +65,12 @@ impl Probe {
             depth: (point.position - ray.origin).dot(forward.as_dvec3()),
             normal: if crossing.front { normal } else { -normal },
             is_front: crossing.front,
-            shadows: frame.lights.iter().map(|light| blocker(frame, light, point, hit.triangle)).collect(),
+            shadows: frame.lights.iter().map(|light| blocker(frame, light, point, hit.triangle, sides)).collect(),
         })
     }
 }
 
-fn nearest(frame: &Frame, ray: &Ray, sides: Sides) -> Option<Hit> {
+fn nearest(frame: &Frame, ray: &Ray, sides: rays::Sides<'_>) -> Option<Hit> {
     let triangles = frame.triangles();
     let hits = (0..triangles.len() as u32).into_par_iter().filter_map(|id| {
         let hit = umbrage_rays::predicate::hit(ray, triangles, id)?;
@@ -74,7 +79,7 @@ fn nearest(frame: &Frame, ray: &Ray, sides: Sides) -> Option<Hit> {
     hits.min_by(|one, other| one.t.total_cmp(&other.t).then(one.triangle.cmp(&other.triangle)))
 }
 
-fn blocker(frame: &Frame, light: &Light, point: HitPoint, own: u32) -> Option<Blocker> {
+fn blocker(frame: &Frame, light: &Light, point: HitPoint, own: u32, sides: rays::Sides<'_>) -> Option<Blocker> {
     if !light.casts_shadow {
         return None;
     }
@@ -86,7 +91,8 @@ fn blocker(frame: &Frame, light: &Light, point: HitPoint, own: u32) -> Option<Bl
         let [v, w] = barycentric.map(f64::from);
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let distance = (a * (1.0 - v - w) + b * v + c * w).distance(point.position);
-        opacity.stops(id, barycentric).then_some(Blocker { triangle: id, distance })
+        let is_there = sides.stop_light(&light.source, id, corners);
+        (is_there && opacity.stops(id, barycentric)).then_some(Blocker { triangle: id, distance })
     });
     blockers.min_by(|one, other| one.distance.total_cmp(&other.distance).then(one.triangle.cmp(&other.triangle)))
 }

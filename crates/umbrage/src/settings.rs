@@ -1,9 +1,9 @@
-use umbrage_rays::{Camera, Sides, View};
+use umbrage_rays::{Camera, View};
 use umbrage_scene::{Frame, Light, check_camera, check_lights};
 
 use crate::background::Surroundings;
 use crate::engine::Staged;
-use crate::{Background, Error, Structure};
+use crate::{Background, Error, Sides, Structure};
 
 /// How a frame is rendered.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Settings {
     pub lights: Option<Vec<Light>>,
     /// What finds the triangles that rays hit; the picture is the same either way.
     pub structure: Structure,
-    /// Which sides of triangles stop camera rays. Shadow rays are stopped by both.
+    /// Which sides of triangles stop rays.
     pub sides: Sides,
     /// How many mirrors, one after the other, light may come by to the camera, 0 to [`Settings::MAX_BOUNCES`]: smooth
     /// surfaces show what is before them. With 0, in the last mirror, and where less than 0.002 of what they show reaches
@@ -43,7 +43,7 @@ impl Default for Settings {
             camera: CameraChoice::Default,
             lights: None,
             structure: Structure::default(),
-            sides: Sides::Both,
+            sides: Sides::File,
             bounces: 0,
             background: Background::Sky,
             exposure_stops: 0.0,

@@ -1,4 +1,4 @@
-use glam::DVec2;
+use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
 use umbrage_rays::{Hit, LightSource, Opacity, Opaque, SeenPixels, Shot, Sides, View};
@@ -22,9 +22,12 @@ pub struct Case {
     pub opacity: Box<dyn Opacity + Send>,
     /// What stops shadow rays.
     pub shadow_opacity: Box<dyn Opacity + Send>,
-    /// Which sides of triangles stop camera rays.
-    pub sides: Sides,
+    /// Which sides of triangles stop rays.
+    pub sides: Sides<'static>,
 }
+
+/// [`Sides`] of which more than half of the triangles have both, up to the 4096th; all that come later do.
+pub const MIXED_SIDES: Sides<'static> = Sides::Each(&[0x5bd1_e995_cc9e_2d51; 64]);
 
 /// What is true of each pixel of a [`Case`], or of one in so many, row by row.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -91,14 +94,15 @@ impl Case {
             let ray = shot.ray(x, y);
             let is_stopped = |hit: &Hit| {
                 let corners = shot.triangles.corners(hit.triangle);
-                let is_there =
-                    self.sides == Sides::Both || crossing(&ray, corners).is_some_and(|crossing| crossing.front);
+                let has_back = self.sides.has_back(hit.triangle);
+                let is_there = has_back || crossing(&ray, corners).is_some_and(|crossing| crossing.front);
                 is_there && stops(shot.opacity, hit.triangle, hit.barycentric)
             };
             let hit = oracle.nearest(&ray, is_stopped)?;
             let lit = self.lights.iter().map(|light| {
                 let shadow_ray = ShadowRay::new(light, HitPoint::new(&ray, hit.t));
-                !oracle.blocked(&shadow_ray, hit.triangle, |id, at| stops(shot.shadow_opacity, id, at))
+                let is_there = |id| stops_light(self.sides, light, &shadow_ray, id, shot.triangles.corners(id));
+                !oracle.blocked(&shadow_ray, hit.triangle, |id, at| is_there(id) && stops(shot.shadow_opacity, id, at))
             });
             Some((hit.triangle, lit.collect()))
         })
@@ -114,4 +118,12 @@ impl Case {
         let of_light = |light: usize| lit.iter().map(|lit| lit[light]).collect();
         Truth { triangle, lit: (0..self.lights.len()).map(of_light).collect() }
     }
+}
+
+/// Whether a shadow ray's light falls on the side of a triangle that is there.
+#[must_use]
+pub fn stops_light(sides: Sides<'_>, light: &LightSource, ray: &ShadowRay, id: u32, corners: [Vec3; 3]) -> bool {
+    // Rays of parallel light go the other way.
+    let is_turned = matches!(light, LightSource::Directional { .. });
+    sides.has_back(id) || crossing(&ray.ray, corners).is_some_and(|crossing| crossing.front != is_turned)
 }

@@ -14,7 +14,7 @@ mod sheet;
 pub mod structures;
 pub mod views;
 
-pub use case::{Case, Truth};
+pub use case::{Case, MIXED_SIDES, Truth, stops_light};
 pub use meshes::TestMesh;
 pub use oracle::Oracle;
 pub use plates::Plates;

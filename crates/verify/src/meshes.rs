@@ -197,6 +197,22 @@ impl TestMesh {
         mesh
     }
 
+    /// Triangles that show their front, their back or, to roundings, neither to some points: fifty for each are edge-on for it.
+    #[must_use]
+    pub fn fronts_and_backs(points: [Vec3; 2]) -> Self {
+        let mut random = Random::new(13);
+        let mut mesh = Self::soup(&mut random, 100, 0.05);
+        mesh.append(&Self::bumpy_ball(1.0, 10));
+        mesh.append(&Self::plane(3, 500.0));
+        for point in points {
+            for _ in 0..50 {
+                let (a, b) = (random.point(), random.point());
+                mesh.push([a, b, a + (a - point) * random.unit()]);
+            }
+        }
+        mesh
+    }
+
     /// A square of 2 × `side`² triangles in the plane y = 0, from −`half` to `half`.
     #[must_use]
     pub fn plane(side: u32, half: f32) -> Self {

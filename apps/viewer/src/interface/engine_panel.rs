@@ -7,7 +7,7 @@ use glam::Vec3;
 use umbrage::gpu::Adapter;
 use umbrage::rays::{Choice, KdBuilder};
 use umbrage::spec::BackgroundSpec;
-use umbrage::{OptionValues, Settings, Structure, StructureOption, ToneMap};
+use umbrage::{OptionValues, Settings, Sides, Structure, StructureOption, ToneMap};
 
 use crate::app::App;
 use crate::choices::{Choices, EngineChoice, Resolution};
@@ -36,7 +36,11 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
         structure(choices, &mut app.notices, ui);
         ui.add(Slider::new(&mut choices.bounces, 0..=16).text("Mirrors in a row"));
     }
-    ui.checkbox(&mut choices.culls_back_faces, "See through back faces");
+    ComboBox::from_label("Sides").selected_text(choices.sides.name()).width(150.0).show_ui(ui, |ui| {
+        for &(name, sides, about) in Sides::CHOICES {
+            ui.selectable_value(&mut choices.sides, sides, name).on_hover_text(about);
+        }
+    });
     if before != (choices.engine.clone(), choices.structures.chosen().name()) {
         app.history.clear();
     }

@@ -20,7 +20,6 @@ pub(crate) struct Paint {
     pub(crate) name: &'static str,
     look: Look,
     roughness: f32,
-    two_sided: bool,
     masked: bool,
 }
 
@@ -38,7 +37,7 @@ enum Look {
 
 impl Paint {
     const fn new(name: &'static str, look: Look, roughness: f32) -> Self {
-        Self { name, look, roughness, two_sided: false, masked: false }
+        Self { name, look, roughness, masked: false }
     }
 
     /// Paint, stone, wood, … of an sRGB colour; `roughness` 0 … 1.
@@ -66,20 +65,15 @@ impl Paint {
         Self::new(name, Look::Glow(srgb, strength), roughness)
     }
 
-    /// The same, seen from both sides.
-    pub(crate) const fn two_sided(self) -> Self {
-        Self { two_sided: true, ..self }
-    }
-
-    /// The same, seen from both sides, and only where its texture is.
+    /// The same, only where its texture is.
     pub(crate) const fn masked(self) -> Self {
-        Self { masked: true, two_sided: true, ..self }
+        Self { masked: true, ..self }
     }
 
-    /// The material itself, whose texture comes to the others.
+    /// The material itself, which both sides of triangles have. Its texture comes to the others.
     pub(crate) fn material(self, textures: &mut Vec<Texture>) -> Material {
-        let Self { name, look, roughness, two_sided, masked } = self;
-        let mut material = Material { name: name.into(), roughness, double_sided: two_sided, ..Material::default() };
+        let Self { name, look, roughness, masked } = self;
+        let mut material = Material { name: name.into(), roughness, double_sided: true, ..Material::default() };
         match look {
             Look::Dull(color) => material.base_color = srgb(color).extend(1.0),
             Look::Metal(color) => (material.base_color, material.metallic) = (color().extend(1.0), 1.0),

@@ -32,8 +32,6 @@ impl Default for CameraOptions {
 /// Which of the triangles on a pixel's ray are seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sight {
-    /// Whether rays go through triangles whose corners they see clockwise.
-    pub culls_back_faces: bool,
     /// Whether pixels see what is behind the triangle that [`CameraGrid::seen`] has for them, rather than the nearest;
     /// those that have none see nothing.
     pub is_behind: bool,
@@ -128,7 +126,7 @@ impl CameraGrid {
         let CameraOptions { mapping, slices } = self.options;
         let tile_bits = 4 - mapping.trailing_zeros();
         let band = band.into();
-        let mut space = Space::of_band(&band, offset_pixels, tile_bits, slices, sight.culls_back_faces);
+        let mut space = Space::of_band(&band, offset_pixels, tile_bits, slices);
         space.raster.sees_behind = u32::from(sight.is_behind);
         self.cell_count = space.cells();
         self.spaces.reserve(gpu, 6 * Space::BYTES)?;
@@ -147,7 +145,7 @@ impl CameraGrid {
         self.seen.reserve(gpu, 4 * self.slots + Trace::partial_bytes(self.list.pair_room()))?;
         let pixels = u64::from(band.size()[0]) * u64::from(band.size()[1]);
         self.nodes.reserve(gpu, Trace::node_bytes(pixels / 16 + (1 << 10)))?;
-        self.settle.prepare(gpu, &band, offset_pixels, sight.culls_back_faces)
+        self.settle.prepare(gpu, &band, offset_pixels)
     }
 
     /// Records all stages.

@@ -24,15 +24,9 @@ impl Settle {
         }
     }
 
-    pub(super) fn prepare(
-        &mut self,
-        gpu: &Gpu,
-        band: &Band,
-        offset_pixels: DVec2,
-        culls_back_faces: bool,
-    ) -> Result<(), GpuError> {
+    pub(super) fn prepare(&mut self, gpu: &Gpu, band: &Band, offset_pixels: DVec2) -> Result<(), GpuError> {
         self.sizes.reserve(gpu, 4 * NODES_FIRST)?;
-        self.view.write(gpu, &[PointView::new(band, offset_pixels, culls_back_faces)])
+        self.view.write(gpu, &[PointView::new(band, offset_pixels)])
     }
 
     pub(super) fn record(

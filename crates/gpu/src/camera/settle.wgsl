@@ -11,7 +11,7 @@ import package::exact::double::{F64, F64_ZERO, f64_equal, f64_less};
 import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{exact_barycentric, exact_edges, exact_is_front, exact_t};
 import package::mask::exact::{is_there_exactly};
-import package::mask::flags::{TRIANGLE_MASKED};
+import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED};
 import package::point_view::{PointView, ray_of_slot};
 
 @group(0) @binding(0) var<uniform> point_view: PointView;
@@ -56,7 +56,7 @@ fn seen_at(base: u32) -> F64 {
     }
     let id = nodes[base] & NODE_TRIANGLE;
     let edges = exact_edges(&terms, ray, corner_bits(id));
-    if edges.side == 0 || (point_view.culls_back_faces == 1u && !exact_is_front(edges)) {
+    if edges.side == 0 || ((triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && !exact_is_front(edges)) {
         return F64_INFINITE;
     }
     if (triangles[id].w & TRIANGLE_MASKED) != 0u && !is_there_exactly(triangles[id], exact_barycentric(edges), false) {

@@ -12,10 +12,10 @@ import package::camera::work::{
     BLOCK_PAIRS, BLOCK_WORDS, MAPPING, TRACING_TILE, WORK_BLOCKS, WORK_FIRST_BLOCK, WORK_KEYS,
 };
 import package::dispatch::{Invocation, flat_group, groups_of};
-import package::grid::set_up::{INFINITE, corners_of, edges_near, rect_of};
+import package::grid::set_up::{INFINITE, corners_of, edges_near, rect_of, shows_back};
 import package::grid::space::{Raster, Space, from_ordered_bits, slice_depth};
 import package::mask::filter::{MASK_CUT, MASK_THERE, mask_filter, rough_point};
-import package::mask::flags::{TRIANGLE_MASKED};
+import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED};
 import package::tile_order::{slot_of_pixel};
 
 @group(0) @binding(0) var<uniform> space: Space;
@@ -70,7 +70,7 @@ fn record(slot: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
     let reach = max(max(last.x - middle.x, last.y - middle.y), max(middle.x - first.x, middle.y - first.y));
     let edges = edges_near(corners, (tile_first + middle) << vec2<u32>(raster.fraction_bits), f32(reach), raster);
     var rect = select(0xfffffu, bits_of_rect(first, last), all(first <= last));
-    if raster.culls_back_faces == 1u && edges.is_oriented && !edges.is_front {
+    if (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && shows_back(edges, raster) {
         rect = 0xfffffu;
     }
     let about_middle = u32(middle.x) << 24u | u32(middle.y) << 28u;

@@ -43,8 +43,8 @@ struct Edges {
     // A bound on the key anywhere.
     nearest: f32,
     is_oriented: bool,
-    // Whether its corners are seen counterclockwise, where `is_oriented`.
-    is_front: bool,
+    // Whether its area is below zero, where `is_oriented`.
+    is_negative: bool,
 }
 
 fn corners_of(a: vec4<u32>, b: vec4<u32>, c: vec4<u32>) -> Corners {
@@ -160,6 +160,12 @@ fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -
     return homogeneous_edges(corners, origin, reach, raster);
 }
 
+// Whether a triangle's corners are certainly seen clockwise.
+fn shows_back(edges: Edges, raster: Raster) -> bool {
+    // Pixel rows go down, so counterclockwise corners make a negative area.
+    return edges.is_oriented && edges.is_negative == (raster.is_mirrored == 1u);
+}
+
 // Nothing is certain.
 fn undecided_edges() -> Edges {
     return Edges(
@@ -213,8 +219,7 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach
     edges.c = sign * vec3<f32>(b.x * c.y - b.y * c.x, c.x * a.y - c.y * a.x, a.x * b.y - a.y * b.x);
     edges.edge_error = edge_error;
     edges.is_oriented = is_oriented;
-    // Pixel rows go down, so counterclockwise corners make a negative area.
-    edges.is_front = area < 0.0;
+    edges.is_negative = area < 0.0;
     // Each key has a relative error of one rounding and of the projection.
     let key_rounding = 4.0 * U * largest_key + depth_error;
     edges.nearest = nearest + key_rounding;
@@ -285,7 +290,7 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     edges.c = sign * vec3<f32>(of_bc.z, of_ca.z, of_ab.z);
     edges.edge_error = edge_error;
     edges.is_oriented = abs(volume) > volume_error;
-    edges.is_front = volume < 0.0;
+    edges.is_negative = volume < 0.0;
     edges.nearest = INFINITE;
     edges.key_error = INFINITE;
     if !edges.is_oriented {

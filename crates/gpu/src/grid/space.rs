@@ -27,7 +27,7 @@ pub(crate) struct Raster {
     pub(crate) first_cell: u32,
     pub(crate) is_orthographic: u32,
     pub(crate) has_samples: u32,
-    pub(crate) culls_back_faces: u32,
+    pub(crate) is_mirrored: u32,
     pub(crate) position_error: u32,
     row_reach: f32,
     pub(crate) sees_behind: u32,
@@ -40,13 +40,7 @@ impl Space {
     pub(crate) const BYTES: u64 = size_of::<Self>() as u64;
 
     /// The image of a band whose samples are at `offset_pixels` of each pixel's upper left corner.
-    pub(crate) fn of_band(
-        band: &Band,
-        offset_pixels: DVec2,
-        tile_bits: u32,
-        slices: u32,
-        culls_back_faces: bool,
-    ) -> Self {
+    pub(crate) fn of_band(band: &Band, offset_pixels: DVec2, tile_bits: u32, slices: u32) -> Self {
         let view = &band.view;
         let Camera { position, right, up, forward, projection } = view.camera;
         let [right, up, forward] = [right, up, forward].map(Vec3::as_dvec3);
@@ -89,7 +83,7 @@ impl Space {
             first_cell: 0,
             is_orthographic: u32::from(is_orthographic),
             has_samples: 1,
-            culls_back_faces: u32::from(culls_back_faces),
+            is_mirrored: u32::from(determinant > 0.0),
             position_error: telescope_error.min(f64::from(1 << 28)) as u32,
             row_reach: row_reach.min(f64::from(f32::MAX)) as f32,
             sees_behind: 0,
@@ -142,7 +136,7 @@ mod tests {
                 first_cell,
                 is_orthographic,
                 has_samples,
-                culls_back_faces,
+                is_mirrored,
                 position_error,
                 row_reach,
                 sees_behind,

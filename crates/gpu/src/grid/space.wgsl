@@ -26,7 +26,8 @@ struct Raster {
     is_orthographic: u32,
     // Whether only positions with integer coordinates are asked about.
     has_samples: u32,
-    culls_back_faces: u32,
+    // Whether counterclockwise corners make a positive area.
+    is_mirrored: u32,
     // How many units positions that are asked about may be wrong by.
     position_error: u32,
     // The largest number in the rows for x and y.

@@ -133,6 +133,8 @@ fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
     raster.first_cell = number * side * side;
     raster.is_orthographic = light.is_directional;
     raster.position_error = 2u;
+    // Rows go up here; axes are right-handed, as a camera's are with rows that go down.
+    raster.is_mirrored = u32(dot(cross(face.right, face.up), face.forward) < 0.0);
 
     // (x − low · depth) · scale; of parallel light (x − low) · scale.
     let shift = -face.low * scale;

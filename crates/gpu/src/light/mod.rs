@@ -107,7 +107,7 @@ impl LightGrid {
         let side_of_six = side_of_one.div_ceil(2);
         self.cell_count = (side_of_one * side_of_one).max(6 * side_of_six * side_of_six);
         self.mask_words = slots / 32;
-        self.point_view.write(gpu, &[PointView::new(&band, offset_pixels, false)])?;
+        self.point_view.write(gpu, &[PointView::new(&band, offset_pixels)])?;
         self.parameters.truncate(lights.len());
         while self.parameters.len() < lights.len() {
             self.parameters.push(Buffer::uniform(gpu, "light"));

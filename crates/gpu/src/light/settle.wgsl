@@ -3,12 +3,12 @@
 import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
 import package::exact::expansion::{ExpansionTerms};
-import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_t};
+import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_is_front, exact_t};
 import package::exact::shadow::{exact_blocked_by, exact_point, exact_shadow};
 import package::light::light::{Light};
 import package::light::points::{UNDECIDED_COUNT, UNDECIDED_FIRST, UNDECIDED_PAGE, UNDECIDED_PAGE_TRIANGLES};
 import package::mask::exact::{is_there_exactly};
-import package::mask::flags::{TRIANGLE_SHADOWLESS, TRIANGLE_SHADOW_MASKED};
+import package::mask::flags::{TRIANGLE_ONE_SIDED, TRIANGLE_SHADOWLESS, TRIANGLE_SHADOW_MASKED};
 import package::point_view::{PointView, ray_of_slot};
 
 @group(0) @binding(0) var<uniform> light: Light;
@@ -51,6 +51,10 @@ fn settle(at: Invocation) {
         let is_whole = all(triangles[id].xyz < vec3<u32>(light.vertices));
         if id == own || !is_whole || (triangles[id].w & TRIANGLE_SHADOWLESS) != 0u
             || !exact_blocked_by(&terms, shadow, corner_bits(id), &edges) {
+            continue;
+        }
+        // From the point, the segment comes to the side that the light doesn't fall on.
+        if (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && exact_is_front(edges) == shadow.from_point {
             continue;
         }
         if (triangles[id].w & TRIANGLE_SHADOW_MASKED) == 0u

@@ -4,14 +4,14 @@
 // memory. What the filter leaves undecided is noted for `settle`.
 
 import package::dispatch::{Invocation, flat_group, groups_of};
-import package::grid::set_up::{U, corner_error, corners_of, edges_near};
+import package::grid::set_up::{U, corner_error, corners_of, edges_near, shows_back};
 import package::grid::space::{Raster, Space, VERTEX_REGULAR};
 import package::light::blocks::{LIGHT_BLOCKS_FIRST, LIGHT_BLOCK_WORDS};
 import package::light::cells::{BIN_FRACTION_BITS, BIN_UNIT};
 import package::light::light::{Light};
 import package::light::points::{UNDECIDED_COUNT, UNDECIDED_FIRST, UNDECIDED_GROUPS};
 import package::mask::filter::{MASK_THERE, MASK_UNDECIDED, mask_filter, rough_point};
-import package::mask::flags::{TRIANGLE_SHADOW_MASKED};
+import package::mask::flags::{TRIANGLE_ONE_SIDED, TRIANGLE_SHADOW_MASKED};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<uniform> spaces: array<Space, 6>;
@@ -60,16 +60,17 @@ fn record(slot: u32, id: u32, face: u32, cell_low: vec2<i32>, cell_high: vec2<i3
         high = max(min(high, max(max(a, b), c) + error), low);
     }
     let middle = low + (high - low) / 2;
-    // Empty where the triangle is beside the cell.
+    // Empty where the triangle is beside the cell, or shows a side that isn't there.
     let half = select(vec2<i32>(-1), high - middle, all(high > low));
     let reach = f32(max(half.x, half.y)) * exp2(-f32(raster.fraction_bits));
     let edges = edges_near(corners, middle, max(reach, 0.0), raster);
+    let is_gone = (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && shows_back(edges, raster);
     // The sign of the error tells whether the triangle's winding is certain.
     record_a[slot] = vec4<f32>(edges.a, select(-edges.edge_error, edges.edge_error, edges.is_oriented));
     record_b[slot] = vec4<f32>(edges.b, edges.key_error);
     record_c[slot] = vec4<f32>(edges.c, bitcast<f32>(id));
     record_d[slot] = vec4<f32>(edges.key, 0.0);
-    record_box[slot] = vec4<i32>(middle, half);
+    record_box[slot] = vec4<i32>(middle, select(half, vec2<i32>(-1), is_gone));
 }
 
 fn offset_in_record(slot: u32, point: Point) -> vec2<f32> {

@@ -6,3 +6,5 @@ const TRIANGLE_MASKED: u32 = 0x80000000u;
 const TRIANGLE_SHADOW_MASKED: u32 = 0x40000000u;
 // Light always goes through.
 const TRIANGLE_SHADOWLESS: u32 = 0x20000000u;
+// Rays of either kind go through its back.
+const TRIANGLE_ONE_SIDED: u32 = 0x10000000u;

@@ -2,7 +2,7 @@
 
 use crate::{Buffer, Gpu, GpuError};
 
-/// What has to be asked about the points of a triangle; or it together with the triangle's material.
+/// What has to be asked about the sides and points of a triangle; or it together with the triangle's material.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TriangleFlags {
     /// A camera's ray may go through it.
@@ -11,6 +11,8 @@ pub struct TriangleFlags {
     pub is_shadow_masked: bool,
     /// Light always goes through it.
     pub is_shadowless: bool,
+    /// Rays of either kind go through its back.
+    pub is_one_sided: bool,
 }
 
 impl TriangleFlags {
@@ -18,7 +20,8 @@ impl TriangleFlags {
     #[must_use]
     pub fn with_material(self, material: u32) -> u32 {
         let bit = |flag: bool, bit: u32| u32::from(flag) << bit;
-        material & 0x00ff_ffff | bit(self.is_masked, 31) | bit(self.is_shadow_masked, 30) | bit(self.is_shadowless, 29)
+        let of_masks = bit(self.is_masked, 31) | bit(self.is_shadow_masked, 30) | bit(self.is_shadowless, 29);
+        material & 0x00ff_ffff | of_masks | bit(self.is_one_sided, 28)
     }
 }
 

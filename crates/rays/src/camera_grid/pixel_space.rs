@@ -145,9 +145,9 @@ impl PixelSpace {
         (point, self.reach_per_unit * offset.x.abs().max(offset.y.abs()).max(offset.z.abs()))
     }
 
-    /// The sign of a triangle's area in pixel space, where y goes down, when it shows a side that stops rays; zero where
-    /// both do.
-    pub(crate) fn facing(&self, sides: Sides) -> f32 {
+    /// The sign of a triangle's area in pixel space, where y goes down, when it shows its front; zero where all have both
+    /// sides.
+    pub(crate) fn facing(&self, sides: Sides<'_>) -> f32 {
         if sides == Sides::Both {
             return 0.0;
         }

@@ -3,7 +3,7 @@ use super::bins::{Bins, Fragment};
 use super::general::{General, Square, check_pixels};
 use super::samples::SAMPLES;
 use crate::predicate::crossing;
-use crate::shot::{Shot, Sides, TileOrder};
+use crate::shot::{Shot, TileOrder};
 
 impl PerspectiveGrid {
     /// Checks that the lists are in order and that every triangle is listed wherever it is hit.
@@ -45,7 +45,6 @@ impl PerspectiveGrid {
                 return Err(format!("a fragment of triangle {id} is at index {index} of tile {tile}"));
             }
         }
-        let culls = sides == Sides::Front;
         (0..triangles.len() as u32).try_for_each(|id| {
             let Ok(corners) = triangles.usable_corners(id) else { return Ok(()) };
             check_pixels(space, &General::new(space, corners), Square::around_image(space), &|x, y| {
@@ -55,7 +54,7 @@ impl PerspectiveGrid {
                     return Ok(());
                 }
                 match crossing(&space.ray(x, y), corners) {
-                    Some(crossing) if crossing.t > 0.0 && (crossing.front || !culls) => {
+                    Some(crossing) if crossing.t > 0.0 && (crossing.front || sides.has_back(id)) => {
                         Err(format!("triangle {id} isn't listed at pixel ({x}, {y})"))
                     }
                     _ => Ok(()),

@@ -66,6 +66,13 @@ impl Face {
         DVec3::new(norm(self.x), norm(self.y), norm(self.z))
     }
 
+    /// The sign of the area on the face of triangles on whose front the light falls.
+    pub(crate) fn sign_of_fronts(&self) -> f32 {
+        // Away from the light; W grows the other way. A triangle's normal is against that where the light falls on its front.
+        let along = if self.is_parallel { -self.z } else { self.z };
+        -self.x.cross(self.y).dot(along).signum() as f32
+    }
+
     /// What the predicate thinks a point may be wrong by, in relation to its p.z in perspective, for the pixels whose
     /// rays meet it at t, on any axis: 4 roundings of the step along the ray and of the position, and one of their sum.
     pub(crate) fn point_error_at(&self, rays: &CameraRays, t: f64, depth: f64) -> f64 {

@@ -85,7 +85,7 @@ impl LightGrid {
     /// # Panics
     /// If `survey` wasn't called for these pixels.
     fn visit_faces(&mut self, settler: &Settler<'_>, mut visit: impl FnMut(&mut Self, &Face)) -> bool {
-        let Settler { image, light, .. } = settler;
+        let Settler { image, light, .. } = *settler;
         assert!(self.survey.slots == image.seen.triangle.len(), "another image was surveyed");
         self.counts = Counts::default();
         self.seconds = Seconds { survey: self.survey.seconds, ..Seconds::default() };
@@ -96,7 +96,7 @@ impl LightGrid {
             let start = Instant::now();
             face.choose_point_error(&self.survey.rays, &self.survey.tiles);
             let farthest = face.farthest(&self.survey.tiles);
-            self.on_face.project(face, farthest, &self.patches, image.shot.triangles, self.level);
+            self.on_face.project(face, farthest, &self.patches, settler);
             self.seconds.project += start.elapsed().as_secs_f64();
             visit(self, face);
         }
@@ -106,7 +106,7 @@ impl LightGrid {
     }
 
     fn settler<'a>(&self, image: SeenImage<'a>, light: &'a LightSource) -> Settler<'a> {
-        Settler { image, rays: self.survey.rays, light, level: self.level }
+        Settler::new(image, self.survey.rays, light, self.level)
     }
 
     /// Finds which points of a face are in shadow: a word for each block.

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use super::boxes::{FaceBox, SixteenBoxes};
 use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN};
 use super::large::LargeTriangles;
-use crate::Triangles;
+use super::settle::Settler;
 use crate::patches::{Patches, SixteenBoxes as WorldBoxes, gather};
 use crate::simd::SimdLevel;
 use crate::simd::lanes::quads;
@@ -34,14 +34,8 @@ pub(crate) struct FacePatches {
 impl FacePatches {
     /// Brings all patches that may shadow a point of the face to it. No point is farther from the light than `farthest`, a
     /// depth in perspective, else minus W.
-    pub(crate) fn project(
-        &mut self,
-        face: &Face,
-        farthest: f64,
-        patches: &Patches,
-        triangles: Triangles<'_>,
-        level: SimdLevel,
-    ) {
+    pub(crate) fn project(&mut self, face: &Face, farthest: f64, patches: &Patches, settler: &Settler<'_>) {
+        let Settler { image, opacity, level, .. } = settler;
         let Self { vertices, sixteens, upper, large, of_large } = self;
         vertices.resize(patches.vertex_count(), [0.0; 4]);
         sixteens.resize(patches.len().div_ceil(LANES), SixteenBoxes::NOTHING);
@@ -50,9 +44,9 @@ impl FacePatches {
             face,
             sides: Sides::new(face, farthest),
             patches,
-            positions: triangles.positions,
+            positions: image.shot.triangles.positions,
             of_large: Mutex::new(of_large),
-            level,
+            level: *level,
         };
         projector.project(0, vertices, sixteens);
         upper.clear();
@@ -68,7 +62,7 @@ impl FacePatches {
             let patch = patches.get(number as usize);
             patch.ids[..patch.count].iter().copied()
         });
-        large.find(face, triangles, ids);
+        large.find(face, image.shot.triangles, ids, opacity);
     }
 
     pub(crate) fn bytes(&self) -> usize {

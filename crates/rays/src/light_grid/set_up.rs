@@ -1,5 +1,5 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16};
+use fearless_simd::{Simd, f32x16, mask32x16};
 
 use super::boxes::FaceBox;
 use super::face::{Face, HALF_ULP, VertexErrors};
@@ -116,7 +116,11 @@ impl SetUp {
     /// the error of the area, and for those of their numerators (48 v d + 5 g times the error of W) / area, d being the
     /// difference in W of the corners. Rounding numerators, area and quotients makes 26 ε w h d / area of the function, and
     /// the constant and the sums 12 ε S R and 6 ε of the largest W in relation to the origin.
+    ///
+    /// *Sides.* `one_sided` has a bit for each triangle that is there for light on its front alone. Where the area's sign
+    /// is certain it says which side that is, and bounds of what isn't there are turned around: no point is in them.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a patch on a face, seen from a tile")]
     pub(crate) fn fill<S: Simd>(
         &mut self,
         simd: S,
@@ -125,12 +129,14 @@ impl SetUp {
         patch: &Patch<'_>,
         vertices: &[[f32; 4]],
         extent: &Extent,
+        one_sided: u64,
     ) {
         self.count = patch.count as u32;
         let [origin_x, origin_y, origin_w] = extent.origin;
         let [position_error, nearness_error] = extent.errors;
         let of_parallel = if face.is_parallel { 1.0 } else { 0.0 };
         let [of_width, of_height, of_depth] = vertex_errors.of_predicate;
+        let front = splat(simd, face.sign_of_fronts());
         for (group, corners) in patch.corners.chunks_exact(LANES).enumerate() {
             let [x0, y0, w0] = load_local_corner(simd, vertices, corners, 0);
             let [x1, y1, w1] = load_local_corner(simd, vertices, corners, 1);
@@ -153,6 +159,7 @@ impl SetUp {
             let area = ux * ty - tx * uy;
             let sign = splat(simd, 1.0).copysign(area);
             let area = area * sign;
+            let shows_back = (sign * front).simd_lt(splat(simd, 0.0));
             let (width, height, depth) = (x_max - x_min, y_max - y_min, nearest - farthest);
             let girth = width + height;
             let of_point = splat(simd, position_error * 1.001);
@@ -161,6 +168,8 @@ impl SetUp {
             let is_certain = area.simd_gt(of_vertices * 16.0);
             let edge_error = of_vertices + of_point * (girth + moved * 8.0);
             let edge_error = is_certain.select(edge_error, edge_error * 4.0);
+            let of_group = one_sided >> (group * LANES) & 0xffff;
+            let is_gone = is_certain & shows_back & mask32x16::from_bitmask(simd, of_group);
 
             let inverse = splat(simd, 1.0) / area;
             let signed = inverse * sign;
@@ -198,8 +207,9 @@ impl SetUp {
             (edge_error * 2.001).store_slice(&mut self.twice_edge_error[slots.clone()]);
             (depth_error * 2.001).store_slice(&mut self.twice_depth_error[slots.clone()]);
             let margin = moved * 2.0;
-            (x_min - margin).store_slice(&mut self.x[0][slots.clone()]);
-            (x_max + margin).store_slice(&mut self.x[1][slots.clone()]);
+            let nowhere = splat(simd, f32::INFINITY);
+            is_gone.select(nowhere, x_min - margin).store_slice(&mut self.x[0][slots.clone()]);
+            is_gone.select(-nowhere, x_max + margin).store_slice(&mut self.x[1][slots.clone()]);
             (y_min - margin).store_slice(&mut self.y[0][slots.clone()]);
             (y_max + margin).store_slice(&mut self.y[1][slots.clone()]);
             (nearest + corner_error * 2.0).store_slice(&mut self.nearness[slots]);

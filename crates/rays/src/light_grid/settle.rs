@@ -5,7 +5,7 @@ use super::face::HALF_ULP;
 use super::settle_eight::{Settled, settle_eight};
 use crate::LightSource;
 use crate::predicate::settle;
-use crate::shot::{CameraRays, MaskPoints, SeenImage, SeenPixels, Shot, TileOrder};
+use crate::shot::{CameraRays, MaskPoints, Opacity, OpacityOfSides, SeenImage, SeenPixels, Shot, TileOrder};
 use crate::simd::SimdLevel;
 
 /// Settles what the filter left undecided: in f64, and where that can't tell either, by the predicate.
@@ -13,13 +13,19 @@ pub(crate) struct Settler<'a> {
     pub(crate) image: SeenImage<'a>,
     pub(crate) rays: CameraRays,
     pub(crate) light: &'a LightSource,
+    /// What stops the light.
+    pub(crate) opacity: OpacityOfSides<'a>,
     pub(crate) level: SimdLevel,
 }
 
-impl Settler<'_> {
+impl<'a> Settler<'a> {
+    pub(crate) fn new(image: SeenImage<'a>, rays: CameraRays, light: &'a LightSource, level: SimdLevel) -> Self {
+        Self { image, rays, light, opacity: OpacityOfSides::of_light(image.shot, light), level }
+    }
+
     /// Whether the triangle stops the ray of the point in `lane`; `None` if that depends on roundings.
     fn stops(&self, id: u32, eight: &Settled, lane: usize) -> Option<bool> {
-        let opacity = self.image.shot.shadow_opacity;
+        let opacity = &self.opacity;
         if opacity.is_opaque(id) {
             return Some(true);
         }
@@ -84,7 +90,7 @@ pub(crate) fn settle_outliers(
         let Some(ray) = shot.shadow_ray(seen, index, light) else { continue };
         let own = seen.triangle[index];
         let triangles = (0..count).into_par_iter().with_min_len(1024);
-        if triangles.filter(|&id| id != own).any(|id| settle::is_blocked(shot, &ray, id)) {
+        if triangles.filter(|&id| id != own).any(|id| settle::is_blocked(shot, light, &ray, id)) {
             shadowed[index / TileOrder::BLOCK_PIXELS] |= 1 << (index % TileOrder::BLOCK_PIXELS);
         }
     }

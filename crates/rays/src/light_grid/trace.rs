@@ -16,7 +16,7 @@ use super::settle::Settler;
 use super::survey::Survey;
 use super::worker::{Tile, Worker, make_room};
 use crate::patches::{MOST_TRIANGLES, Patches};
-use crate::shot::{MaskAnswers, MaskPoints, SeenPixels, TileOrder};
+use crate::shot::{MaskAnswers, MaskPoints, SeenPixels, Sides, TileOrder};
 use crate::simd::lanes::{bits_of, load, min3};
 use crate::simd::vectorized;
 use crate::simd::vectors::{LANES, splat};
@@ -354,7 +354,16 @@ impl Tracer<'_> {
         set_up.number = number;
         let patch = self.patches.get(number as usize);
         let vertices = &self.on_face.vertices[self.patches.vertex_range(number as usize)];
-        vectorized!(simd => set_up.fill(simd, self.face, &self.vertex_errors, &patch, vertices, extent));
+        let sides = self.settler.image.shot.sides;
+        let one_sided = match sides {
+            Sides::Both => 0,
+            Sides::Front => u64::MAX,
+            Sides::Each(_) => {
+                let ids = patch.ids[..patch.count].iter().enumerate();
+                ids.fold(0, |bits, (slot, &id)| bits | u64::from(!sides.has_back(id)) << slot)
+            }
+        };
+        vectorized!(simd => set_up.fill(simd, self.face, &self.vertex_errors, &patch, vertices, extent, one_sided));
     }
 
     /// Asks the mask of a patch's triangle about the points that it may shadow.

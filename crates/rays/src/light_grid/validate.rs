@@ -83,7 +83,7 @@ impl Tracer<'_> {
                     found[index] = true;
                     let Some(ray) = &rays[index] else { continue };
                     let own = settler.image.seen.triangle[index];
-                    for id in (0..triangles.len() as u32).filter(|&id| id != own) {
+                    for id in (0..triangles.len() as u32).filter(|&id| id != own && settler.opacity.is_there(id)) {
                         let Ok(corners) = triangles.usable_corners(id) else { continue };
                         let is_shadowed = ray.blocked_by(corners).is_some();
                         let place = places.get(&id).copied();

@@ -1,7 +1,7 @@
 //! What a filter leaves undecided is settled here by the predicate, for every structure.
 
 use super::{ShadowRay, crossing};
-use crate::shot::{SeenImage, SeenPixels, Shot, Sides};
+use crate::shot::{Opacity, OpacityOfSides, SeenImage, SeenPixels, Shot};
 use crate::{Hit, LightSource, Ray};
 use glam::Vec3;
 
@@ -41,7 +41,7 @@ pub(crate) fn nearest(
 /// Where a camera's ray meets a side of a triangle that stops it, whatever the triangle's opacity there.
 fn hit(shot: &Shot<'_>, ray: &Ray, triangle: u32) -> Option<Hit> {
     let crossing = crossing(ray, shot.triangles.corners(triangle))?;
-    let is_there = crossing.front || shot.sides == Sides::Both;
+    let is_there = crossing.front || shot.sides.has_back(triangle);
     let hit = Hit { t: crossing.t, triangle, barycentric: crossing.barycentric };
     (is_there && ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
 }
@@ -72,12 +72,13 @@ impl<'a> Shadows<'a> {
             _ => self.image.shot.shadow_ray(self.image.seen, index, self.light),
         };
         self.last = Some((index, ray));
-        ray.is_some_and(|ray| is_blocked(self.image.shot, &ray, triangle))
+        ray.is_some_and(|ray| is_blocked(self.image.shot, self.light, &ray, triangle))
     }
 }
 
-/// Whether a triangle, which isn't the point's own, shadows the point of `ray`.
-pub(crate) fn is_blocked(shot: &Shot<'_>, ray: &ShadowRay, triangle: u32) -> bool {
+/// Whether a triangle, which isn't the point's own, shadows the point of `ray`, which is the light's.
+pub(crate) fn is_blocked(shot: &Shot<'_>, light: &LightSource, ray: &ShadowRay, triangle: u32) -> bool {
     let Ok(corners) = shot.triangles.usable_corners(triangle) else { return false };
-    ray.blocked_by(corners).is_some_and(|barycentric| shot.shadow_opacity.is_stopped_at(triangle, barycentric))
+    let opacity: &dyn Opacity = &OpacityOfSides::of_light(shot, light);
+    ray.blocked_by(corners).is_some_and(|barycentric| opacity.is_stopped_at(triangle, barycentric))
 }

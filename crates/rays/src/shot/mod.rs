@@ -45,8 +45,8 @@ pub struct Shot<'a> {
     pub opacity: &'a dyn Opacity,
     /// What stops shadow rays.
     pub shadow_opacity: &'a dyn Opacity,
-    /// Which sides of triangles stop camera rays.
-    pub sides: Sides,
+    /// Which sides of triangles stop rays of either kind.
+    pub sides: Sides<'a>,
 }
 
 impl std::fmt::Debug for Shot<'_> {

@@ -25,7 +25,7 @@ impl UniformGrid {
         self.workers.resize_with(rayon::current_num_threads() + 1, Mutex::default);
         let grid = &*self;
         let (rays, order, unit) = (CameraRays::new(shot), seen.order(), grid.unit());
-        CameraTrace { grid, shot, rays, order, unit, opacity: &OpacityOfSides(shot) }.trace(seen)
+        CameraTrace { grid, shot, rays, order, unit, opacity: &OpacityOfSides::of_camera(shot) }.trace(seen)
     }
 
     /// Calls `work` with the current thread's memory.

@@ -12,7 +12,9 @@ use crate::LightSource;
 use crate::SingleRays;
 use crate::packet::{AnyHit, AnyHitBlock, Common, Group, LANES, Points, Range, Space};
 use crate::predicate::settle;
-use crate::shot::{CameraRays, Counts, EightPoints, LightMask, SeenImage, SeenPixels, Shot, TileOrder};
+use crate::shot::{
+    CameraRays, Counts, EightPoints, LightMask, Opacity, OpacityOfSides, SeenImage, SeenPixels, Shot, TileOrder,
+};
 use crate::simd::lanes::bits_of;
 
 /// Words of a tile: one for each block.
@@ -46,7 +48,8 @@ impl UniformGrid {
             LightSource::Directional { .. } => self.bounds.center().as_dvec3(),
         };
         let (image, rays, unit) = (SeenImage { shot, seen }, CameraRays::new(shot), grid.unit());
-        LightTrace { grid, image, light, origin, rays, unit }.trace(mask.blocks_mut())
+        let opacity = OpacityOfSides::of_light(shot, light);
+        LightTrace { grid, image, light, opacity, origin, rays, unit }.trace(mask.blocks_mut())
     }
 }
 
@@ -55,6 +58,7 @@ struct LightTrace<'a> {
     grid: &'a UniformGrid,
     image: SeenImage<'a>,
     light: &'a LightSource,
+    opacity: OpacityOfSides<'a>,
     /// The light, or some point from which points are counted where it is infinitely far away.
     origin: DVec3,
     rays: CameraRays,
@@ -140,7 +144,8 @@ impl LightTrace<'_> {
     #[inline(never)]
     fn is_shadowed(&self, index: usize) -> bool {
         let SeenImage { shot, seen } = self.image;
-        let stops = |id: u32, barycentric: [f32; 2]| shot.shadow_opacity.is_stopped_at(id, barycentric);
+        let opacity: &dyn Opacity = &self.opacity;
+        let stops = |id: u32, barycentric: [f32; 2]| opacity.is_stopped_at(id, barycentric);
         let ray = shot.shadow_ray(seen, index, self.light);
         ray.is_some_and(|ray| self.grid.blocked(shot.triangles, &ray, seen.triangle[index], &stops))
     }
@@ -187,8 +192,7 @@ impl LightTrace<'_> {
         let count = bundle.count;
         scratch.statistics.note(|counts| counts.rays += u64::from(bundle.len()));
         let shot = self.image.shot;
-        let mut query =
-            AnyHit::new(simd, rays, &mut any_hit[..count], undecided_shadows, *limit_error, shot.shadow_opacity);
+        let mut query = AnyHit::new(simd, rays, &mut any_hit[..count], undecided_shadows, *limit_error, &self.opacity);
         self.grid.visit_slices(simd, shot.triangles, space, *within, scratch, &mut query);
         self.settle(worker, first);
     }

@@ -1,14 +1,16 @@
 //! The part of a frame that stays the same from frame to frame: triangles, texture coordinates and colours of all parts.
 
-use glam::{Vec2, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use super::parts::Parts;
+use super::rest::Rest;
 use crate::Mesh;
+use crate::rig::{Part, Placement};
 
 impl Parts {
     /// Copies each primitive's mesh for each of its parts, and frees the primitives' own. `default_material` is the index of
-    /// the material for primitives without one.
-    pub(super) fn take_mesh(&mut self, default_material: u32) -> Mesh {
+    /// the material for primitives without one. The fronts of parts that are mirrored at rest are turned back.
+    pub(super) fn take_mesh(&mut self, default_material: u32, rest: &Rest) -> Mesh {
         let (vertices, triangles) = (self.vertices, self.triangles);
         let mut all = Mesh {
             triangles: Vec::with_capacity(triangles),
@@ -18,7 +20,11 @@ impl Parts {
         for part in &self.parts {
             let primitive = &self.primitives[part.shape as usize];
             let Mesh { triangles, tex_coords, colors, .. } = &primitive.mesh;
-            all.triangles.extend(triangles.iter().map(|corners| corners.map(|vertex| part.first_vertex + vertex)));
+            let is_mirrored = self.is_mirrored(part, rest);
+            all.triangles.extend(triangles.iter().map(|corners| {
+                let [a, b, c] = corners.map(|vertex| part.first_vertex + vertex);
+                if is_mirrored { [a, c, b] } else { [a, b, c] }
+            }));
             all.material_of_triangle.resize(all.triangles.len(), primitive.material.unwrap_or(default_material));
             let end = part.first_vertex as usize + primitive.shape.positions.len();
             for (all, own) in all.tex_coords.iter_mut().zip(tex_coords) {
@@ -30,6 +36,17 @@ impl Parts {
             primitive.mesh = Mesh::default();
         }
         all
+    }
+
+    /// Whether what moves a part mirrors it at rest: then its fronts are where corners are seen clockwise (glTF 2.0,
+    /// Instantiation). Of a skin the first joint says so.
+    fn is_mirrored(&self, part: &Part, rest: &Rest) -> bool {
+        let (Placement::Rigid { matrix: index } | Placement::Skinned { first_matrix: index }) = part.placement;
+        let sources = if part.moves { &self.matrices.moving } else { &self.matrices.still };
+        let Some(source) = sources.get(index as usize) else { return false };
+        let [x, y, z] =
+            source.at(&rest.world_from_node).matrix3.to_cols_array_2d().map(|axis| Vec3::from(axis).as_dvec3());
+        x.dot(y.cross(z)) < 0.0
     }
 }
 

@@ -77,7 +77,7 @@ impl GltfScene {
         let materials = material::read(&document, needs_default, &mut warnings)?;
         // The file's bytes are as large as what was made from them.
         drop(document);
-        let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32);
+        let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32, &rest);
         let (rig, matrix_sources) = parts.into_rig(&rest, &animations);
         Ok(Self {
             path: path.to_owned(),

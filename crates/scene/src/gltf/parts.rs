@@ -30,7 +30,7 @@ pub(super) struct Parts {
     /// In the order of their vertices and triangles, which have no gaps. Of what moves them it is only known until
     /// [`Parts::into_rig`] which matrix it is among those that move, or among those that don't.
     pub(super) parts: Vec<Part>,
-    matrices: Matrices,
+    pub(super) matrices: Matrices,
     pub(super) vertices: usize,
     pub(super) triangles: usize,
 }

@@ -8,7 +8,7 @@ mod shadow;
 use std::mem;
 
 use umbrage_rays::{
-    Bvh, Bytes, DirectGrids, Hit, LightMask, LightSource, Opacity as _, Ray, SeenPixels, Shot, Sides, SimdLevel,
+    self as rays, Bvh, Bytes, DirectGrids, Hit, LightMask, LightSource, Opacity as _, Ray, SeenPixels, Shot, SimdLevel,
     SingleRays, Structure as _, Triangles, View, Work, predicate,
 };
 use umbrage_scene::{Frame, FrameOpacity, Light, Scene};
@@ -18,7 +18,8 @@ use shadow::Casting;
 
 use crate::engine::{Engine, Output, Staged};
 use crate::sampling::Sample;
-use crate::{Error, Film, Settings, Settled, Stats, Structure, WorkCounts};
+use crate::sides::TriangleSides;
+use crate::{Error, Film, Settings, Settled, Sides, Stats, Structure, WorkCounts};
 
 /// Finds what each pixel sees and which lights reach it, through structures rebuilt for every frame.
 #[derive(Debug)]
@@ -30,8 +31,8 @@ pub(crate) struct Cpu {
     copies: Copies,
     /// For single rays, where the structure doesn't answer them.
     bvh: Bvh,
-    /// Which sides of triangles stop camera rays.
-    sides: Sides,
+    /// Which sides of the frame's triangles stop rays.
+    sides: TriangleSides,
     /// How many mirrors light may come by.
     bounces: u32,
     /// What each pixel sees at the current sample.
@@ -60,7 +61,7 @@ impl Cpu {
             structure: Box::new(DirectGrids::with_level(level)),
             copies: Copies::default(),
             bvh: Bvh::default(),
-            sides: Sides::Both,
+            sides: TriangleSides::default(),
             bounces: 0,
             seen: SeenPixels::default(),
             masks: Vec::new(),
@@ -79,7 +80,6 @@ impl Cpu {
             self.structure = settings.structure.make(self.level, sends_rays_onward)?;
             self.made_of = made_of;
         }
-        self.sides = settings.sides;
         self.bounces = settings.bounces;
         self.shadow_rays = 0;
         self.settled_tests = [0; 2];
@@ -88,15 +88,16 @@ impl Cpu {
     }
 
     /// Builds what serves all samples of a frame.
-    fn prepare(&mut self, frame: &Frame) {
-        self.copies.find(frame);
+    fn prepare(&mut self, frame: &Frame, sides: Sides) {
+        self.sides.find(frame, sides);
+        self.copies.find(frame, self.sides.get());
         self.structure.build(self.copies.triangles(frame));
     }
 
     /// Finds what pixels show through their middles; what is known of the last frame's pixels stays.
     pub(crate) fn seen_alone(&mut self, frame: &Frame, view: &View) -> Result<SeenPixels, Error> {
         self.choose(&Settings::default(), false)?;
-        self.prepare(frame);
+        self.prepare(frame, Sides::default());
         let last = mem::take(&mut self.seen);
         let result = self.see_pixels(frame, view, &Sample::MIDDLE);
         let seen = mem::replace(&mut self.seen, last);
@@ -112,7 +113,7 @@ impl Cpu {
         seen: &SeenPixels,
     ) -> Result<Vec<LightMask>, Error> {
         self.choose(&Settings::default(), false)?;
-        self.prepare(frame);
+        self.prepare(frame, Sides::default());
         let last = (mem::replace(&mut self.seen, seen.clone()), mem::take(&mut self.masks));
         self.shadow_points(frame, lights, view, &Sample::MIDDLE);
         let masks = mem::take(&mut self.masks);
@@ -130,9 +131,9 @@ impl Cpu {
         counts: &mut WorkCounts,
     ) -> Result<(), Error> {
         self.choose(settings, false)?;
-        self.prepare(frame);
+        self.prepare(frame, settings.sides);
         let opacities = opacities(frame);
-        let shot = shot(self.copies.triangles(frame), &opacities, view, &Sample::MIDDLE, self.sides);
+        let shot = shot(self.copies.triangles(frame), &opacities, view, &Sample::MIDDLE, self.sides.get());
         let specialised = self.structure.specialised().ok_or(Error::CountsOfStructure)?;
         self.camera_work = specialised.see_counting(&shot, &mut self.seen, &mut counts.pixels)?;
         if let Some(light) = light {
@@ -171,7 +172,7 @@ impl Engine for Cpu {
         let Staged { frame, settings, .. } = *staged;
         let sends_rays_onward = frame.is_see_through() || settings.bounces > 0;
         self.choose(settings, sends_rays_onward)?;
-        self.prepare(frame);
+        self.prepare(frame, settings.sides);
         if sends_rays_onward && self.structure.single_rays().is_none() {
             self.bvh.build(self.copies.triangles(frame));
         }
@@ -223,7 +224,7 @@ impl Engine for Cpu {
         let Bytes { triangles, points } = self.structure.bytes();
         stats.shadow_rays = self.shadow_rays;
         stats.count_settled(self.settled());
-        stats.structure_bytes = triangles + self.bvh.bytes().triangles;
+        stats.structure_bytes = triangles + self.bvh.bytes().triangles + self.sides.bytes();
         stats.point_bytes = points;
         stats.pixel_bytes += self.seen.bytes() + self.masks.iter().map(LightMask::bytes).sum::<usize>();
         stats.uploaded_bytes = 0;
@@ -243,15 +244,15 @@ fn shot<'a>(
     [opacity, shadow_opacity]: &'a [FrameOpacity<'a>; 2],
     view: &View,
     sample: &Sample,
-    sides: Sides,
+    sides: rays::Sides<'a>,
 ) -> Shot<'a> {
     let offset_pixels = sample.offset_pixels;
     Shot { triangles, view: *view, offset_pixels, opacity, shadow_opacity, sides }
 }
 
-/// Whether a camera ray that meets a triangle there is stopped by it: by its side, and where it isn't cut away.
-pub(crate) fn stops(frame: &Frame, ray: &Ray, hit: &Hit, sides: Sides) -> bool {
-    sides.stop(ray, frame.triangles().corners(hit.triangle))
+/// Whether a ray that meets a triangle there is stopped by it: by its side, and where it isn't cut away.
+pub(crate) fn stops(frame: &Frame, ray: &Ray, hit: &Hit, sides: rays::Sides<'_>) -> bool {
+    sides.stop(ray, hit.triangle, frame.triangles().corners(hit.triangle))
         && frame.camera_opacity().stops(hit.triangle, hit.barycentric)
 }
 

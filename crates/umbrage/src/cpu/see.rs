@@ -11,7 +11,7 @@ impl Cpu {
     /// Where the image is larger than the structure's limit.
     pub(super) fn see_pixels(&mut self, frame: &Frame, view: &View, sample: &Sample) -> Result<(), ImageTooLarge> {
         let opacities = opacities(frame);
-        let shot = shot(self.copies.triangles(frame), &opacities, view, sample, self.sides);
+        let shot = shot(self.copies.triangles(frame), &opacities, view, sample, self.sides.get());
         self.camera_work = self.structure.see(&shot, &mut self.seen)?;
         self.settled_tests[0] += self.camera_work.counts.settled;
         Ok(())

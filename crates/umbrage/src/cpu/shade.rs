@@ -5,7 +5,7 @@ use fearless_simd::{Level, Simd, dispatch, f32x16, mask32x16};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use umbrage_rays::predicate::HitPoint;
-use umbrage_rays::{Hit, LightMask, Opacity as _, Ray, SeenPixels, Sides, SingleRays, TileOrder};
+use umbrage_rays::{Hit, LightMask, Ray, SeenPixels, Sides, SingleRays, TileOrder};
 use umbrage_scene::{Frame, Light};
 
 use super::shadow::is_blocked;
@@ -22,7 +22,7 @@ impl Cpu {
     pub(super) fn shade_pixels(&self, staged: &Staged<'_>, sample: &Sample, film: &mut Film) {
         let Staged { frame, lights, ref view, surroundings, .. } = *staged;
         let Self { masks: lit, seen, sides, bounces, .. } = self;
-        let (sides, bounces, rays_onward) = (*sides, *bounces, self.single_rays());
+        let (sides, bounces, rays_onward) = (sides.get(), *bounces, self.single_rays());
         let (level, footprint) = (Level::from(self.level), Footprint::new(view, sample.of));
         let shading = Shading { rays_onward, lit, seen, frame, lights, surroundings, footprint, sides, bounces };
         let Film { color, depth, normal, triangle, .. } = film;
@@ -51,7 +51,7 @@ struct Shading<'a> {
     lights: &'a [Light],
     surroundings: &'a Surroundings<'a>,
     footprint: Footprint,
-    sides: Sides,
+    sides: Sides<'a>,
     /// How many mirrors light may come by.
     bounces: u32,
 }
@@ -228,7 +228,7 @@ impl Shading<'_> {
             from.found[lane] = self.rays_onward.nearest(triangles, &ray, &|other| {
                 other.triangle != hit.triangle
                     && !point.is_on(triangles.corners(other.triangle))
-                    && self.frame.camera_opacity().stops(other.triangle, other.barycentric)
+                    && stops(self.frame, &ray, other, self.sides)
             });
         }
         from
@@ -238,7 +238,8 @@ impl Shading<'_> {
     #[cold]
     fn lit_onward(&self, ray: &dyn Fn(usize) -> Ray, light: usize, found: &Each<Option<Hit>>) -> u16 {
         let light = &self.lights[light];
-        let is_lit = |lane: usize, hit: &Hit| !is_blocked(self.rays_onward, self.frame, light, &ray(lane), hit);
+        let is_lit =
+            |lane: usize, hit: &Hit| !is_blocked(self.rays_onward, self.frame, self.sides, light, &ray(lane), hit);
         (0..LANES)
             .filter(|&lane| found[lane].is_some_and(|hit| is_lit(lane, &hit)))
             .fold(0, |lit, lane| lit | 1 << lane)

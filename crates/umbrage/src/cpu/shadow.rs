@@ -2,7 +2,7 @@ use std::mem;
 
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, LightMask, LightSource, Opacity as _, Ray, SeenPixels, SingleRays, View};
+use umbrage_rays::{Hit, LightMask, LightSource, Opacity as _, Ray, SeenPixels, Sides, SingleRays, View};
 use umbrage_scene::{Frame, Light};
 
 use super::{Cpu, opacities, shot};
@@ -20,7 +20,7 @@ impl Cpu {
     pub(super) fn shadow_points(&mut self, frame: &Frame, lights: &[Light], view: &View, sample: &Sample) {
         let Self { structure, copies, seen, masks, casting, shadow_rays, settled_tests, sides, .. } = self;
         let opacities = opacities(frame);
-        let shot = shot(copies.triangles(frame), &opacities, view, sample, *sides);
+        let shot = shot(copies.triangles(frame), &opacities, view, sample, sides.get());
         masks.resize(lights.len(), LightMask::default());
         let Casting { sources, masks: of_sources } = casting;
         sources.clear();
@@ -44,11 +44,20 @@ impl Cpu {
 }
 
 /// Whether something stands between `light` and the point that `ray` has hit.
-pub(super) fn is_blocked(rays: &dyn SingleRays, frame: &Frame, light: &Light, ray: &Ray, hit: &Hit) -> bool {
+pub(super) fn is_blocked(
+    rays: &dyn SingleRays,
+    frame: &Frame,
+    sides: Sides<'_>,
+    light: &Light,
+    ray: &Ray,
+    hit: &Hit,
+) -> bool {
     if !light.casts_shadow {
         return false;
     }
     let shadow_ray = ShadowRay::new(&light.source, HitPoint::new(ray, hit.t));
-    let opacity = frame.shadow_opacity();
-    rays.blocked(frame.triangles(), &shadow_ray, hit.triangle, &|id, barycentric| opacity.stops(id, barycentric))
+    let (triangles, opacity) = (frame.triangles(), frame.shadow_opacity());
+    rays.blocked(triangles, &shadow_ray, hit.triangle, &|id, barycentric| {
+        sides.stop_light(&light.source, id, triangles.corners(id)) && opacity.stops(id, barycentric)
+    })
 }

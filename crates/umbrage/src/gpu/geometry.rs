@@ -7,6 +7,7 @@ use umbrage_scene::rig::Rig;
 use umbrage_scene::{Filter, Frame, Material, Materials, Mesh, OpaquePart, Texture, TextureUse};
 
 use super::tables::wrap;
+use crate::Sides;
 
 /// A frame's triangles on the GPU, so that only what is new goes there.
 #[derive(Debug)]
@@ -14,11 +15,12 @@ pub(super) struct FrameGeometry {
     geometry: Geometry,
     mesh: Option<Arc<Mesh>>,
     materials: Option<Arc<Materials>>,
+    sides: Sides,
 }
 
 impl FrameGeometry {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        Self { geometry: Geometry::new(gpu), mesh: None, materials: None }
+        Self { geometry: Geometry::new(gpu), mesh: None, materials: None, sides: Sides::default() }
     }
 
     /// Takes nothing for granted of what is on the GPU.
@@ -31,19 +33,19 @@ impl FrameGeometry {
     ///
     /// # Errors
     /// Where something is larger than the device allows.
-    pub(super) fn upload(&mut self, gpu: &Gpu, frame: &Frame, rig: Option<&Rig>) -> Result<(), GpuError> {
+    pub(super) fn upload(&mut self, gpu: &Gpu, frame: &Frame, rig: Option<&Rig>, sides: Sides) -> Result<(), GpuError> {
         match rig {
             Some(rig) => self.geometry.reserve_positions(gpu, rig.vertices as u32)?,
             None => self.geometry.write_positions(gpu, &frame.positions)?,
         }
         let has_mesh = self.mesh.as_ref().is_some_and(|mesh| Arc::ptr_eq(mesh, &frame.mesh));
         let has_materials = self.materials.as_ref().is_some_and(|old| Arc::ptr_eq(old, &frame.materials));
-        if has_mesh && has_materials {
+        if has_mesh && has_materials && self.sides == sides {
             return Ok(());
         }
         // Held, so that no other mesh takes its place in memory; only once it is there.
-        (self.mesh, self.materials) = (None, None);
-        let flags: Vec<_> = frame.materials.materials.iter().map(flags).collect();
+        (self.mesh, self.materials, self.sides) = (None, None, sides);
+        let flags: Vec<_> = frame.materials.materials.iter().map(|material| flags(material, sides)).collect();
         self.geometry.write_triangles(gpu, &frame.mesh.triangles, |id| {
             let material = frame.mesh.material_of_triangle[id as usize];
             flags[material as usize].with_material(material)
@@ -69,7 +71,7 @@ impl FrameGeometry {
             .iter()
             .map(|material| {
                 // Images that no mask asks for stay away.
-                let flags = flags(material);
+                let flags = flags(material, self.sides);
                 let asked = flags.is_masked || flags.is_shadow_masked;
                 let texture = material.base_color_texture.filter(|_| asked);
                 let texture = texture.map(|used| mask_texture(&used, textures, image(used.texture)));
@@ -91,11 +93,12 @@ impl FrameGeometry {
     }
 }
 
-fn flags(material: &Material) -> TriangleFlags {
+fn flags(material: &Material, sides: Sides) -> TriangleFlags {
     TriangleFlags {
         is_masked: cutoff(material.camera_part()).is_some(),
         is_shadow_masked: cutoff(material.shadow_part()).is_some(),
         is_shadowless: material.shadow_part() == OpaquePart::None,
+        is_one_sided: !sides.have_back(material),
     }
 }
 

@@ -30,7 +30,7 @@ pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
 use umbrage_gpu::{Band, Buffer, CameraGrid, CameraOptions, Fit, Groups, LightGrid, Recorder, Sight};
-use umbrage_rays::{LightMask, SeenPixels, Sides};
+use umbrage_rays::{LightMask, SeenPixels};
 use umbrage_scene::{Frame, Light, Scene};
 
 use crate::engine::{Engine, Output, Staged};
@@ -61,7 +61,6 @@ pub(crate) struct GpuEngine {
     nothing: Buffer,
     /// The bands of rows in which the frame is rendered.
     bands: Vec<Band>,
-    sides: Sides,
     is_see_through: bool,
     /// What pixels show first, and which lights reach it, fetched.
     seen: SeenPixels,
@@ -101,7 +100,6 @@ impl GpuEngine {
             picture: Picture::new(&gpu)?,
             nothing: Buffer::storage(&gpu, "nothing seen"),
             bands: Vec::new(),
-            sides: Sides::Both,
             is_see_through: false,
             seen: SeenPixels::default(),
             lit: Vec::new(),
@@ -129,7 +127,7 @@ impl GpuEngine {
         let Self { gpu, rig, geometry, camera, lights, fit, shade, planes, .. } = self;
         let geometry = geometry.geometry();
         let sources: Vec<_> = frame_lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect();
-        let sight = Sight { culls_back_faces: self.sides == Sides::Front, is_behind: !is_first };
+        let sight = Sight { is_behind: !is_first };
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
         shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
         for _ in 0..Self::MOST_TRIES {
@@ -245,13 +243,12 @@ impl Engine for GpuEngine {
             self.rig.forget();
         }
         self.is_finished = false;
-        self.sides = settings.sides;
         self.is_see_through = frame.is_see_through();
         self.shadow_rays = 0;
         self.shadowing_lights = lights.iter().filter(|light| light.casts_shadow).count() as u64;
         self.settled = [Settled { rays: Some(0), ..Settled::default() }, Settled::default()];
         let rig = self.rig.rig().map(Arc::as_ref);
-        self.geometry.upload(&self.gpu, frame, rig)?;
+        self.geometry.upload(&self.gpu, frame, rig, settings.sides)?;
         self.tables.upload(&self.gpu, staged, rig, &mut self.shade)?;
         self.rig.prepare(&self.gpu, self.geometry.geometry(), &self.shade)?;
         let [width, height] = output.fetched(&view);

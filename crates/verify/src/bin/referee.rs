@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
@@ -9,8 +10,8 @@ use clap::Parser;
 use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 use umbrage::gpu::{DeviceLimits, Gpu};
-use umbrage::scene::{Frame, Light};
-use umbrage::{CameraChoice, Renderer, Settings};
+use umbrage::scene::{Frame, Light, Material, Materials, Mesh};
+use umbrage::{CameraChoice, Renderer, Settings, Sides};
 use umbrage_rays::SeenPixels;
 use umbrage_verify::referee::{self, Trial, compare, random_case};
 use umbrage_verify::{Case, Truth};
@@ -92,6 +93,10 @@ fn main() -> Result<ExitCode> {
 /// Compares a GPU's frame with the truth.
 fn of_gpu(renderer: &mut Renderer, case: &Case, truth: &Truth) -> Result<(), String> {
     let mut frame = Frame::from_triangles(case.mesh.positions.clone(), case.mesh.indices.clone());
+    let of_one_side = Material { double_sided: false, ..Material::clay() };
+    frame.materials = Arc::new(Materials { materials: vec![of_one_side, Material::clay()], ..Materials::default() });
+    let material_of_triangle = (0..case.mesh.indices.len() as u32).map(|id| case.sides.has_back(id).into()).collect();
+    frame.mesh = Arc::new(Mesh { material_of_triangle, ..(*frame.mesh).clone() });
     frame.lights = case
         .lights
         .iter()
@@ -108,7 +113,7 @@ fn of_gpu(renderer: &mut Renderer, case: &Case, truth: &Truth) -> Result<(), Str
         width: case.view.width,
         height: case.view.height,
         camera: CameraChoice::Own(case.view.camera),
-        sides: case.sides,
+        sides: Sides::File,
         ..Settings::default()
     };
     renderer.render_frame(&frame, &settings).map_err(|error| error.to_string())?;

@@ -20,7 +20,7 @@ mod trial;
 use std::cmp::Ordering;
 
 use glam::{DVec3, Vec3};
-use umbrage_rays::{LightSource, Ray, Sides, Triangles};
+use umbrage_rays::{LightSource, Ray, Triangles};
 
 use crate::{Case, Truth};
 use real::{Big, Interval, Real, nearest_quotient};
@@ -109,15 +109,16 @@ fn is_met(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
     signs.contains(&Ordering::Less) != signs.contains(&Ordering::Greater)
 }
 
-/// Where a ray hits a triangle, from both sides or from that from which its corners are seen counterclockwise.
+/// Where a ray hits a triangle: from the side from which its corners are seen counterclockwise, and if it has a back from the
+/// other too.
 #[must_use]
-pub fn hit(ray: &Ray, corners: [Vec3; 3], sides: Sides) -> Option<f64> {
+pub fn hit(ray: &Ray, corners: [Vec3; 3], has_back: bool) -> Option<f64> {
     let corners = corners.map(Vec3::as_dvec3);
     if !is_met(ray.origin, ray.direction, corners) {
         return None;
     }
     let slope = Slope { corners, direction: ray.direction };
-    if sides == Sides::Front && slope.sign() != Ordering::Less {
+    if !has_back && slope.sign() != Ordering::Less {
         return None;
     }
     // The ray's origin is as high over the plane as t n · d is below.
@@ -156,9 +157,10 @@ impl Point {
         if sides.all(|side| side == first) { first } else { Ordering::Equal }
     }
 
-    /// Whether a triangle other than the point's own leaves it in shadow.
+    /// Whether a triangle other than the point's own leaves it in shadow: where the light falls on its front, from which its
+    /// corners are seen counterclockwise, and if it has a back on the other side too.
     #[must_use]
-    pub fn is_shadowed(&self, light: &LightSource, corners: [Vec3; 3]) -> bool {
+    pub fn is_shadowed(&self, light: &LightSource, corners: [Vec3; 3], has_back: bool) -> bool {
         let corners = corners.map(Vec3::as_dvec3);
         let (origin, direction) = match *light {
             LightSource::Point { position } | LightSource::Spot { position, .. } => {
@@ -170,6 +172,14 @@ impl Point {
             return false;
         }
         let ahead = Slope { corners, direction }.sign();
+        // The direction is against that of parallel light.
+        let on_front = match light {
+            LightSource::Directional { .. } => Ordering::Greater,
+            LightSource::Point { .. } | LightSource::Spot { .. } => Ordering::Less,
+        };
+        if !has_back && ahead != on_front {
+            return false;
+        }
         match light {
             LightSource::Directional { .. } => self.side(corners) == ahead.reverse(),
             LightSource::Point { .. } | LightSource::Spot { .. } => {
@@ -193,11 +203,12 @@ pub fn truth_of_some(case: &Case, every: u32) -> Truth {
         (0..triangles.len() as u32).filter_map(|id| Some((id, corners(triangles, id)?))).collect();
     case.truth_by(every, |x, y| {
         let ray = shot.ray(x, y);
-        let hits = usable.iter().filter_map(|&(id, corners)| Some((hit(&ray, corners, case.sides)?, id)));
+        let hits = usable.iter().filter_map(|&(id, corners)| Some((hit(&ray, corners, case.sides.has_back(id))?, id)));
         let (t, own) = hits.min_by(|a, b| a.partial_cmp(b).expect("numbers"))?;
         let point = Point::new(&ray, t);
+        let is_shadowed = |light: &LightSource, id, corners| point.is_shadowed(light, corners, case.sides.has_back(id));
         let is_lit =
-            |light: &LightSource| !usable.iter().any(|&(id, corners)| id != own && point.is_shadowed(light, corners));
+            |light: &LightSource| !usable.iter().any(|&(id, corners)| id != own && is_shadowed(light, id, corners));
         Some((own, case.lights.iter().map(is_lit).collect()))
     })
 }
@@ -216,19 +227,26 @@ mod tests {
     fn seams_belong_to_both_sides_and_planes_hide_nothing_in_them() {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
         let down = |x: f64, y: f64| Ray::new(DVec3::new(x, y, 1.0), DVec3::NEG_Z);
-        assert_eq!(hit(&down(0.0, 0.5), corners, Sides::Front), Some(1.0));
-        assert_eq!(hit(&down(0.5, 0.5), corners, Sides::Both), Some(1.0));
-        assert_eq!(hit(&down(0.5, 0.5_f64.next_up()), corners, Sides::Both), None);
-        assert_eq!(hit(&Ray::new(DVec3::NEG_Z, DVec3::Z), corners, Sides::Front), None);
-        assert_eq!(hit(&Ray::new(DVec3::NEG_X, DVec3::X), corners, Sides::Both), None, "edge-on");
+        assert_eq!(hit(&down(0.0, 0.5), corners, false), Some(1.0));
+        assert_eq!(hit(&down(0.5, 0.5), corners, true), Some(1.0));
+        assert_eq!(hit(&down(0.5, 0.5_f64.next_up()), corners, true), None);
+        assert_eq!(hit(&Ray::new(DVec3::NEG_Z, DVec3::Z), corners, false), None);
+        assert_eq!(hit(&Ray::new(DVec3::NEG_X, DVec3::X), corners, true), None, "edge-on");
         // A point in the triangle's plane, and one as far below as its own error.
         let light = LightSource::Point { position: Vec3::new(0.2, 0.2, 3.0) };
         let at = |z: f64| Point::new(&Ray::new(DVec3::new(0.2, 0.2, z + 1.0), DVec3::NEG_Z), 1.0);
-        assert!(!at(0.0).is_shadowed(&light, corners));
-        assert!(!at(-4e-16).is_shadowed(&light, corners));
-        assert!(at(-2e-15).is_shadowed(&light, corners));
-        assert!(!at(2e-15).is_shadowed(&light, corners));
-        assert!(at(-1.0).is_shadowed(&LightSource::Directional { direction: Vec3::NEG_Z }, corners));
-        assert!(!at(-1.0).is_shadowed(&LightSource::Directional { direction: Vec3::Z }, corners));
+        assert!(!at(0.0).is_shadowed(&light, corners, true));
+        assert!(!at(-4e-16).is_shadowed(&light, corners, true));
+        assert!(at(-2e-15).is_shadowed(&light, corners, true));
+        assert!(!at(2e-15).is_shadowed(&light, corners, true));
+        // Its front is where z is above zero.
+        let sun = |direction| LightSource::Directional { direction };
+        assert!(at(-1.0).is_shadowed(&sun(Vec3::NEG_Z), corners, false));
+        assert!(!at(-1.0).is_shadowed(&sun(Vec3::Z), corners, true));
+        assert!(at(1.0).is_shadowed(&sun(Vec3::Z), corners, true));
+        assert!(!at(1.0).is_shadowed(&sun(Vec3::Z), corners, false));
+        let below = LightSource::Point { position: Vec3::new(0.2, 0.2, -3.0) };
+        assert!(at(-1.0).is_shadowed(&light, corners, false) && at(1.0).is_shadowed(&below, corners, true));
+        assert!(!at(1.0).is_shadowed(&below, corners, false));
     }
 }

@@ -3,7 +3,7 @@
 use glam::{DVec2, Vec3};
 use umbrage_rays::{Camera, LightSource, Projection, Sides, View};
 
-use crate::{Case, Random, TestMesh, lights, views};
+use crate::{Case, MIXED_SIDES, Random, TestMesh, lights, views};
 
 /// The random scene of a seed: the same on every machine.
 #[must_use]
@@ -33,7 +33,7 @@ pub fn random_case(seed: u64) -> Case {
     let name = format!("{name}, scaled by {scale:e} and moved by {offset}");
     Case {
         offset_pixels: DVec2::splat(0.5),
-        sides: if random.below(4) == 0 { Sides::Front } else { Sides::Both },
+        sides: [Sides::Both, Sides::Both, MIXED_SIDES, Sides::Front][random.below(4)],
         ..Case::new(name, mesh.placed(scale, offset), view, &lights)
     }
 }

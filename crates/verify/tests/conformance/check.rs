@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
 use umbrage_rays::{
-    Hit, LightCells, LightMask, PixelWork, SeenPixels, Sides, SimdLevel, SingleRays, Specialised, Structure, TileOrder,
+    Hit, LightCells, LightMask, PixelWork, SeenPixels, SimdLevel, SingleRays, Specialised, Structure, TileOrder,
 };
 use umbrage_verify::{Case, Truth, referee};
 
@@ -183,8 +183,7 @@ fn compare_single_rays(case: &Case, truth: &Truth, rays: &dyn SingleRays) -> Res
     for (index, (x, y)) in case.pixels().enumerate().step_by(EVERY) {
         let ray = shot.ray(x, y);
         let stops = |hit: &Hit| {
-            let is_there = case.sides == Sides::Both
-                || crossing(&ray, triangles.corners(hit.triangle)).is_some_and(|crossing| crossing.front);
+            let is_there = case.sides.stop(&ray, hit.triangle, triangles.corners(hit.triangle));
             let opacity = shot.opacity;
             is_there && (opacity.is_opaque(hit.triangle) || opacity.stops(hit.triangle, hit.barycentric))
         };
@@ -195,7 +194,10 @@ fn compare_single_rays(case: &Case, truth: &Truth, rays: &dyn SingleRays) -> Res
         for (light, lit) in case.lights.iter().zip(&truth.lit) {
             let shadow_ray = ShadowRay::new(light, HitPoint::new(&ray, hit.t));
             let opacity = shot.shadow_opacity;
-            let stops = |id: u32, at: [f32; 2]| opacity.is_opaque(id) || opacity.stops(id, at);
+            let stops = |id: u32, at: [f32; 2]| {
+                let is_there = case.sides.stop_light(light, id, triangles.corners(id));
+                is_there && (opacity.is_opaque(id) || opacity.stops(id, at))
+            };
             let is_blocked = rays.blocked(triangles, &shadow_ray, hit.triangle, &stops);
             ensure(is_blocked != lit[index], || format!("{light:?}: the shadow ray of ({x}, {y}) is {is_blocked}"))?;
         }

@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 use std::sync::Arc;
-use umbrage::rays::{Camera, Choice as _, LightSource};
+use umbrage::rays::{self, Camera, Choice as _, LightSource};
 use umbrage::scene::{Alpha, Frame, Light, Material, Materials, Mesh};
 use umbrage::{Renderer, Settings, Sides, Structure};
 use umbrage_verify::{Case, TestMesh, Truth};
@@ -33,9 +33,9 @@ fn frame(mesh: &TestMesh, lights: &[LightSource]) -> Frame {
     frame
 }
 
-fn case(mesh: TestMesh, sides: Sides) -> Case {
+fn case(mesh: TestMesh, sides: rays::Sides<'static>) -> Case {
     let camera = Camera::look_at(Vec3::new(-0.5, 0.6, 4.0), Vec3::new(-0.6, -0.2, 0.0), Vec3::Y, 0.8);
-    let view = umbrage::rays::View { camera, width: SIDE, height: SIDE };
+    let view = rays::View { camera, width: SIDE, height: SIDE };
     let lights =
         [umbrage_verify::lights::point(Vec3::new(-1.0, 2.5, 3.0)), umbrage_verify::lights::sun(0.3, -1.0, -0.2)];
     Case { sides, offset_pixels: glam::DVec2::splat(0.5), ..Case::new("copies", mesh, view, &lights) }
@@ -49,8 +49,8 @@ fn compare(renderer: &Renderer, case: &Case, truth: &Truth, what: &str) {
 #[test]
 fn copies_change_nothing_but_the_count() {
     const COPIES: u32 = 500;
-    for sides in [Sides::Both, Sides::Front] {
-        let case = case(mesh(COPIES), sides);
+    for (sides, of_case) in [(Sides::Both, rays::Sides::Both), (Sides::Front, rays::Sides::Front)] {
+        let case = case(mesh(COPIES), of_case);
         let (truth, frame) = (case.truth(), frame(&case.mesh, &case.lights));
         let mut bytes = Vec::new();
         for &(name, structure, _) in Structure::CHOICES {
@@ -84,13 +84,13 @@ fn copies_change_nothing_but_the_count() {
 /// A triangle that may have holes hides no copy: the first pass of the lattice is where the mask lets rays through.
 #[test]
 fn copies_of_what_has_holes_stay() {
-    let case = case(mesh(100), Sides::Both);
+    let case = case(mesh(100), rays::Sides::Both);
     let original = TestMesh::room().indices.len() as u32;
     let mut frame = frame(&case.mesh, &case.lights);
     let mut of_triangles = vec![0; case.mesh.indices.len()];
     of_triangles[original as usize] = 1;
-    let holes = Material { alpha: Alpha::Mask { cutoff: 0.5 }, base_color: Vec4::ZERO, ..Material::default() };
-    frame.materials = Arc::new(Materials { materials: vec![Material::default(), holes], ..Materials::default() });
+    let holes = Material { alpha: Alpha::Mask { cutoff: 0.5 }, base_color: Vec4::ZERO, ..Material::clay() };
+    frame.materials = Arc::new(Materials { materials: vec![Material::clay(), holes], ..Materials::default() });
     frame.mesh = Arc::new(Mesh { material_of_triangle: of_triangles, ..(*frame.mesh).clone() });
     let is_hole = move |id: u32, _: [f32; 2]| id != original;
     let case = Case { opacity: Box::new(is_hole), shadow_opacity: Box::new(is_hole), ..case };

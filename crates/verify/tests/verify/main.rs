@@ -10,5 +10,6 @@ mod predicate;
 mod referee;
 mod render;
 mod seams;
+mod sides;
 mod steady;
 mod watertight;

@@ -33,14 +33,10 @@ impl Maker {
 
     /// With a mirror of that colour, and materials of plain colours behind it.
     fn frame(self, mirror: f32, colors: &[Vec3]) -> Frame {
-        let metal = Material {
-            base_color: Vec3::splat(mirror).extend(1.0),
-            metallic: 1.0,
-            roughness: 0.0,
-            ..Material::default()
-        };
+        let metal =
+            Material { base_color: Vec3::splat(mirror).extend(1.0), metallic: 1.0, roughness: 0.0, ..Material::clay() };
         let plain =
-            colors.iter().map(|color| Material { base_color: color.extend(1.0), unlit: true, ..Material::default() });
+            colors.iter().map(|color| Material { base_color: color.extend(1.0), unlit: true, ..Material::clay() });
         let mesh = Mesh { triangles: self.triangles, material_of_triangle: self.materials, ..Mesh::default() };
         let materials = Materials { materials: std::iter::once(metal).chain(plain).collect(), textures: Vec::new() };
         Frame { positions: self.positions, mesh: Arc::new(mesh), materials: Arc::new(materials), ..Frame::default() }

@@ -8,10 +8,10 @@ use umbrage_verify::{Random, referee};
 fn agree(ray: &Ray, corners: [Vec3; 3]) -> Option<Crossing> {
     let line = Ray { t_min: f64::NEG_INFINITY, t_max: f64::INFINITY, ..*ray };
     let found = crossing(ray, corners);
-    assert_eq!(found.map(|found| found.t), referee::hit(&line, corners, Sides::Both), "{ray:?} {corners:?}");
+    assert_eq!(found.map(|found| found.t), referee::hit(&line, corners, true), "{ray:?} {corners:?}");
     if let Some(Crossing { barycentric: [v, w], front, .. }) = found {
         assert!(v >= 0.0 && w >= 0.0 && v + w <= 1.0 + f32::EPSILON, "{v} {w}");
-        assert_eq!(front, referee::hit(&line, corners, Sides::Front).is_some(), "{ray:?} {corners:?}");
+        assert_eq!(front, referee::hit(&line, corners, false).is_some(), "{ray:?} {corners:?}");
     }
     found
 }
@@ -126,7 +126,7 @@ fn points_are_in_the_shadow_that_the_referee_sees() {
         let origin = (own[0] + random.point() * size * 3.0).as_dvec3();
         let target = a.lerp(b, f64::from(random.unit())).lerp(c, [0.0, 0.3][random.below(2)]);
         let ray = Ray::new(origin, target - origin);
-        let Some(t) = referee::hit(&ray, own, Sides::Both) else { continue };
+        let Some(t) = referee::hit(&ray, own, true) else { continue };
         let position = match random.below(4) {
             0 => own[0] + (own[1] - own[0]) * 3.0,
             1 => own[random.below(3)] + random.point() * size * 1e6,
@@ -137,9 +137,12 @@ fn points_are_in_the_shadow_that_the_referee_sees() {
             _ => LightSource::Point { position },
         };
         let other = other(&mut random, own, position);
-        let expected = referee::Point::new(&ray, t).is_shadowed(&light, other);
         let found = ShadowRay::new(&light, HitPoint::new(&ray, t)).blocked_by(other).is_some();
-        assert_eq!(found, expected, "{ray:?} at {t}, {light:?}, {other:?}");
+        for sides in [Sides::Both, Sides::Front] {
+            let expected = referee::Point::new(&ray, t).is_shadowed(&light, other, sides.has_back(0));
+            let found = found && sides.stop_light(&light, 0, other);
+            assert_eq!(found, expected, "{ray:?} at {t}, {light:?}, {other:?}, {sides:?}");
+        }
         shadowed += u32::from(found);
         asked += 1;
     }

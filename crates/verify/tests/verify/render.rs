@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use umbrage::rays::predicate::{HitPoint, ShadowRay, crossing};
-use umbrage::rays::{Hit, Opacity as _, View};
+use umbrage::rays::{self, Hit, Opacity as _, View};
 use umbrage::scene::Frame;
 use umbrage::{Film, Renderer, Scene, Settings, Sides, Structure};
-use umbrage_verify::{Oracle, real_scene};
+use umbrage_verify::{Oracle, real_scene, stops_light};
 
 const SIDE: u32 = 40;
 
@@ -16,10 +16,10 @@ fn settings(structure: Structure) -> Settings {
 
 /// Compares a frame through every structure with the oracle; returns how many of its pixels show a triangle.
 fn compare(scene: &Scene, seconds: f64, name: &str) -> usize {
-    compare_with(scene, seconds, name, Sides::Both)
+    compare_with(scene, seconds, name, Sides::File)
 }
 
-/// Does the same with back faces culled or not.
+/// Does the same with a choice of sides.
 fn compare_with(scene: &Scene, seconds: f64, name: &str, sides: Sides) -> usize {
     let mut truth = None;
     const STRUCTURES: [Structure; 5] =
@@ -53,20 +53,29 @@ fn oracle(frame: &Frame, settings: &Settings) -> Vec<Truth> {
     let camera = frame.camera(settings.width as f32 / settings.height as f32);
     let view = View { camera, width: settings.width, height: settings.height };
     let oracle = Oracle::new(frame.triangles());
+    let has_back = |id: u32| match settings.sides {
+        Sides::File => frame.material(id).double_sided,
+        Sides::Both => true,
+        Sides::Front => false,
+    };
     let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
     let truth = pixels.map(|(x, y)| {
         let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let counts = |hit: &Hit| {
             let corners = frame.triangles().corners(hit.triangle);
             let is_front = crossing(&ray, corners).is_some_and(|crossing| crossing.front);
-            let is_there = is_front || settings.sides == Sides::Both;
+            let is_there = is_front || has_back(hit.triangle);
             is_there && frame.camera_opacity().stops(hit.triangle, hit.barycentric)
         };
         let hit = oracle.nearest(&ray, counts);
         let lit = frame.lights.iter().map(|light| {
             hit.is_some_and(|hit| {
                 let shadow_ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
-                let casts = |id, barycentric| frame.shadow_opacity().stops(id, barycentric);
+                let casts = |id, barycentric| {
+                    let sides = if has_back(id) { rays::Sides::Both } else { rays::Sides::Front };
+                    stops_light(sides, &light.source, &shadow_ray, id, frame.triangles().corners(id))
+                        && frame.shadow_opacity().stops(id, barycentric)
+                };
                 !oracle.blocked(&shadow_ray, hit.triangle, casts)
             })
         });

@@ -18,7 +18,7 @@ const NO_RAY: Ray = Ray { origin: DVec3::ZERO, direction: DVec3::X, t_min: 0.0, 
 impl KdTree {
     /// Finds what each pixel of `shot` sees by tracing packets of neighbouring pixels' rays.
     pub(crate) fn see_packets(&self, shot: &Shot<'_>, seen: &mut SeenPixels) {
-        let opacity: &dyn Opacity = &OpacityOfSides(shot);
+        let opacity: &dyn Opacity = &OpacityOfSides::of_camera(shot);
         seen.resize(shot.view.width, shot.view.height);
         let order = seen.order();
         let tiles = seen.triangle.par_chunks_mut(TileOrder::TILE_PIXELS);
@@ -54,7 +54,8 @@ impl KdTree {
         shot.expect_size(seen);
         mask.resize(seen.order());
         let (triangles, order) = (shot.triangles, seen.order());
-        let stops = |id, barycentric| shot.shadow_opacity.is_stopped_at(id, barycentric);
+        let opacity: &dyn Opacity = &OpacityOfSides::of_light(shot, light);
+        let stops = |id, barycentric| opacity.is_stopped_at(id, barycentric);
         mask.blocks_mut().par_chunks_mut(TILE_BLOCKS * TILE_BLOCKS).enumerate().with_max_len(1).for_each(
             |(tile, lit)| {
                 lit.fill(0);

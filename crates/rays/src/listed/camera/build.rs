@@ -44,7 +44,7 @@ impl ListedGrid {
     fn drop(&mut self, space: &PixelSpace, shot: &Shot<'_>) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
-        let Shot { triangles, opacity, .. } = *shot;
+        let Shot { triangles, opacity, sides, .. } = *shot;
         let count = triangles.len();
         let ranges = count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES);
         // Whole batches, and whole words of mask bits.
@@ -57,7 +57,7 @@ impl ListedGrid {
         let ranges = self.ranges.par_iter_mut().zip(self.masked.par_chunks_mut(words)).enumerate().with_max_len(1);
         ranges.for_each(|(index, (range, masked_bits))| {
             let ids = (index * length).min(count)..((index + 1) * length).min(count);
-            let drop = Drop { space, triangles, vertices, opacity, facing, range, masked_bits };
+            let drop = Drop { space, triangles, vertices, opacity, facing, sides, range, masked_bits };
             dispatch!(level, simd => drop.run(simd, ids));
         });
         self.omitted.clear();

@@ -9,7 +9,7 @@ use crate::camera_grid::general::{General, Square};
 use crate::camera_grid::lanes::{Corners, LANES, PixelBounds, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use crate::listed::sorted::Sorted;
-use crate::shot::Opacity;
+use crate::shot::{Opacity, Sides};
 use crate::simd::lanes::{bits_of, max3, min3};
 use crate::{Omitted, Triangles};
 
@@ -63,8 +63,9 @@ pub(super) struct Drop<'a> {
     pub(super) triangles: Triangles<'a>,
     pub(super) vertices: &'a [Vertex],
     pub(super) opacity: &'a dyn Opacity,
-    /// Drops triangles whose area in pixel space has the opposite sign; zero for none.
+    /// Drops triangles of one side whose area in pixel space has the opposite sign; zero for none.
     pub(super) facing: f32,
+    pub(super) sides: Sides<'a>,
     pub(super) range: &'a mut Range,
     /// A bit for each triangle of the range.
     pub(super) masked_bits: &'a mut [u64],
@@ -100,13 +101,14 @@ impl Drop<'_> {
 
     /// Keeps those of 16 triangles that may contain a sample, and returns which.
     #[inline(always)]
-    fn keep_ordinary<S: Simd>(&mut self, simd: S, first: u32, corners: &Corners<S>, lanes: u64) -> u64 {
+    fn keep_ordinary<S: Simd>(&mut self, simd: S, first: u32, corners: &Corners<S>, mut lanes: u64) -> u64 {
         let inverse_depth = corners.inverse_depth;
         let PixelBounds { x: columns, y: rows, error } = PixelBounds::new(simd, self.space, corners);
         let middle = self.space.middle;
-        let mut kept = columns[0].simd_le(columns[1]) & rows[0].simd_le(rows[1]);
+        let kept = columns[0].simd_le(columns[1]) & rows[0].simd_le(rows[1]);
         if self.facing != 0.0 {
-            kept &= !self.faces_away(simd, corners, error);
+            let backs = self.sides.sixteen_backs(first);
+            lanes &= backs | !self.faces_away(simd, corners, error).to_bitmask();
         }
         let kept = kept.to_bitmask() & lanes;
         if kept == 0 {

@@ -117,6 +117,6 @@ impl CameraGrid for ListedGrid {
     }
 
     fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
-        Self::validate(self, shot.triangles)
+        Self::validate(self, shot)
     }
 }

@@ -269,7 +269,10 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         if *facing != 0.0 {
             let area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
             let front = (area * splat(simd, *facing)).simd_gt(splat(simd, 0.0)).to_bitmask();
-            questioned |= !(front & certain);
+            let sides = self.tile.at.shot.sides;
+            let backs =
+                ids.iter().enumerate().fold(0, |bits, (lane, &id)| bits | u64::from(sides.has_back(id)) << lane);
+            questioned |= !(front & certain | backs);
         }
         questioned
     }
@@ -282,7 +285,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         let at = self.tile.at;
         let triangle = General::new(at.space, at.shot.triangles.corners(id));
         // Which side is seen isn't kept there.
-        let questioned = questioned || self.grid.facing != 0.0;
+        let questioned = questioned || !at.shot.sides.has_back(id);
         for block in self.blocks(tile, sorting_tile) {
             let first = at.corner - at.space.middle + IVec2::new((block % BLOCKS) as i32, (block / BLOCKS) as i32) * 4;
             let square = Square { x: first.x, y: first.y, side: TileOrder::BLOCK as i32 };

@@ -1,8 +1,7 @@
 use super::ListedGrid;
-use crate::Triangles;
 use crate::camera_grid::general::{General, Square, check_pixels};
 use crate::predicate::crossing;
-use crate::shot::TileOrder;
+use crate::shot::{Shot, TileOrder};
 
 impl ListedGrid {
     /// Checks that no triangle is listed in a sorting tile twice, and that each is listed in every sorting tile that it
@@ -12,7 +11,8 @@ impl ListedGrid {
     ///
     /// # Errors
     /// With what is wrong first.
-    pub(super) fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
+    pub(super) fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
+        let Shot { triangles, sides, .. } = *shot;
         let Some(space) = &self.space else { return Ok(()) };
         let (order, cells) = (self.order(), self.options.cells);
         if self.tiles.len() * TileOrder::TILE_PIXELS != order.slots() {
@@ -38,12 +38,12 @@ impl ListedGrid {
                 listed.push(of_tile);
             }
         }
-        let (slices, culls, columns) = (&self.slices, self.facing != 0.0, order.tiles().0);
+        let (slices, columns) = (&self.slices, order.tiles().0);
         (0..triangles.len() as u32).try_for_each(|id| {
             let Ok(corners) = triangles.usable_corners(id) else { return Ok(()) };
             check_pixels(space, &General::new(space, corners), Square::around_image(space), &|x, y| {
                 let Some(crossing) = crossing(&space.ray(x, y), corners) else { return Ok(()) };
-                if crossing.t <= 0.0 || (culls && !crossing.front) {
+                if crossing.t <= 0.0 || !(crossing.front || sides.has_back(id)) {
                     return Ok(());
                 }
                 let tile = (y / TileOrder::TILE * columns + x / TileOrder::TILE) as usize;

@@ -13,7 +13,7 @@ use super::{Bins, Entry, Lists};
 use crate::Triangles;
 use crate::light_grid::face::VertexErrors;
 use crate::listed::sorted::Sorted;
-use crate::shot::Counts;
+use crate::shot::{Counts, OpacityOfSides};
 use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 
@@ -43,13 +43,13 @@ impl Range {
 
 impl Lists {
     /// Lists each triangle in the cells that it may shadow points of.
-    pub(super) fn list(&mut self, pass: &mut LightPass, triangles: Triangles<'_>) {
+    pub(super) fn list(&mut self, pass: &mut LightPass, triangles: Triangles<'_>, opacity: &OpacityOfSides<'_>) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
         let Self { cells, point_rows, ranges, large, .. } = self;
         let vertex_errors = VertexErrors::new(&pass.face);
         let mapped = Mapped { face: &pass.face, vertex_errors, cells, vertices: &pass.vertices };
-        let listing = Listing { mapped, triangles, margin: cells.margin, point_rows };
+        let listing = Listing { mapped, triangles, opacity, margin: cells.margin, point_rows };
         let count = triangles.len();
         // Ranges don't depend on the number of threads.
         ranges.resize_with(count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES), Range::default);
@@ -84,6 +84,7 @@ impl Lists {
 struct Listing<'a> {
     mapped: Mapped<'a>,
     triangles: Triangles<'a>,
+    opacity: &'a OpacityOfSides<'a>,
     /// How far a point may be from its cell.
     margin: f32,
     point_rows: &'a [PointRow],
@@ -99,7 +100,10 @@ impl Listing<'_> {
             let triangles = &self.triangles.indices[first..end.min(first + LANES)];
             let survivors = range.batch.set_up(simd, &self.mapped, triangles, 0);
             for lane in bits_of(survivors.small) {
-                self.list_small(range, lane, (first + lane) as u32);
+                let id = (first + lane) as u32;
+                if self.opacity.is_there(id) {
+                    self.list_small(range, lane, id);
+                }
             }
             for lane in bits_of(survivors.large) {
                 self.list_large(range, (first + lane) as u32);
@@ -131,6 +135,9 @@ impl Listing<'_> {
     #[inline(never)]
     fn list_large(&self, range: &mut Range, id: u32) {
         let Ok(corners) = self.triangles.usable_corners(id) else { return };
+        if !self.opacity.is_there(id) {
+            return;
+        }
         let cells = self.mapped.cells;
         for plane in planes(self.mapped.face, corners).into_iter().flatten() {
             let item = LARGE | range.large.len() as u32;

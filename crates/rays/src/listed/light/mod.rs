@@ -210,7 +210,7 @@ impl LightsGrid for ListedLightGrid {
             };
             lists.sort_points(pass);
             lap(&mut pass.seconds.points);
-            lists.list(pass, shot.triangles);
+            lists.list(pass, shot.triangles, &settler.opacity);
             lap(&mut pass.seconds.list);
             lists.sort_pairs(&mut pass.counts);
             lists.split(&mut pass.counts);
@@ -239,13 +239,13 @@ impl LightsGrid for ListedLightGrid {
     fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
         let Self { pass, lists } = self;
         let mut result = Ok(());
-        pass.visit_faces(shot, seen, light, |pass, _| {
+        pass.visit_faces(shot, seen, light, |pass, settler| {
             if result.is_ok() {
                 lists.sort_points(pass);
                 pass.project(shot.triangles.positions);
-                lists.list(pass, shot.triangles);
+                lists.list(pass, shot.triangles, &settler.opacity);
                 lists.sort_pairs(&mut pass.counts);
-                result = lists.validate(&pass.members, shot, seen, light);
+                result = lists.validate(&pass.members, settler);
             }
         });
         result

@@ -100,7 +100,7 @@ impl LightPass {
         self.seconds = Seconds { survey: self.survey.seconds, ..Seconds::default() };
         self.outliers.clear();
         let image = SeenImage { shot, seen };
-        let settler = Settler { image, rays: self.survey.rays, light, level: self.level };
+        let settler = Settler::new(image, self.survey.rays, light, self.level);
         let mut faces = std::mem::take(&mut self.faces);
         let is_light = choose::choose(light, &self.survey.rays, &self.survey.tiles, &mut faces).is_some();
         for face in &faces {

@@ -1,23 +1,17 @@
 use super::Lists;
 use super::trace::LARGE;
-use crate::LightSource;
-use crate::shot::{SeenPixels, Shot};
+use crate::light_grid::settle::Settler;
+use crate::shot::SeenImage;
 
 impl Lists {
-    /// Checks the cells of a face that was built for `light` and what the pixels of `shot` have `seen`. Each of its points,
+    /// Checks the cells of a face that was built for the settler's light and what pixels have seen. Each of its points,
     /// which are `members` of the blocks, is in one cell, and each triangle that shadows a point is listed there.
     ///
     /// It asks the predicate about every triangle and point, so it takes long for large images.
     ///
     /// # Errors
     /// With what is wrong first.
-    pub(super) fn validate(
-        &self,
-        members: &[u16],
-        shot: &Shot<'_>,
-        seen: &SeenPixels,
-        light: &LightSource,
-    ) -> Result<(), String> {
+    pub(super) fn validate(&self, members: &[u16], settler: &Settler<'_>) -> Result<(), String> {
         let mut members = members.to_vec();
         for (row, (points, triangles)) in self.point_rows.iter().zip(&self.triangle_rows).enumerate() {
             for column in 0..self.cells.across.count {
@@ -30,7 +24,7 @@ impl Lists {
                             return Err(format!("pixel {index} is in a second cell, or shows no point of the face"));
                         }
                         members[block] &= !(1 << bit);
-                        if let Some(id) = missing(shot, seen, light, index, &listed) {
+                        if let Some(id) = missing(settler, index, &listed) {
                             return Err(format!(
                                 "triangle {id} shadows pixel {index}, but isn't in column {column} of row {row}"
                             ));
@@ -52,9 +46,11 @@ impl Lists {
 }
 
 /// A triangle that shadows what the pixel at `index` shows and isn't `listed`.
-fn missing(shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, index: u32, listed: &[u32]) -> Option<u32> {
+fn missing(settler: &Settler<'_>, index: u32, listed: &[u32]) -> Option<u32> {
+    let Settler { image: SeenImage { shot, seen }, light, opacity, .. } = settler;
     let own = seen.triangle[index as usize];
     let ray = shot.shadow_ray(seen, index as usize, light)?;
-    let shadows = |id: u32| shot.triangles.usable_corners(id).is_ok_and(|corners| ray.blocked_by(corners).is_some());
+    let blocks = |id: u32| shot.triangles.usable_corners(id).is_ok_and(|corners| ray.blocked_by(corners).is_some());
+    let shadows = |id: u32| blocks(id) && opacity.is_there(id);
     (0..shot.triangles.len() as u32).find(|&id| id != own && listed.binary_search(&id).is_err() && shadows(id))
 }

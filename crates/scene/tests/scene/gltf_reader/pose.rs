@@ -46,6 +46,28 @@ fn nodes_are_inside_their_parents() {
 }
 
 #[test]
+fn fronts_of_mirrored_nodes_stay_fronts() {
+    let mut file = Builder::new();
+    let mesh = file.triangle();
+    file.push("nodes", json!({ "mesh": mesh }));
+    file.push("nodes", json!({ "mesh": mesh, "scale": [-1, 1, 1] }));
+    // Mirrored twice, and in a mirror that moves.
+    file.push("nodes", json!({ "children": [3], "scale": [1, -2, 1] }));
+    file.push("nodes", json!({ "mesh": mesh, "scale": [-1, 1, 1] }));
+    file.push("nodes", json!({ "children": [5], "scale": [1, 1, -1e-20] }));
+    file.push("nodes", json!({ "mesh": mesh, "scale": [1e-20, 1e-20, 1] }));
+    file.animate(4, "translation", "LINEAR", &[0.0, 1.0], &[[0.0; 3], [4.0, 0.0, 0.0]]);
+    file.push("scenes", json!({ "nodes": [0, 1, 2, 4] }));
+    let frame = file.at(0.5);
+    let normals = frame.mesh.triangles.iter().map(|corners| {
+        let [a, b, c] = corners.map(|vertex| frame.positions[vertex as usize].as_dvec3());
+        (b - a).cross(c - a).z.signum()
+    });
+    // As the file's own front, towards z; turned away where the mirror turns z.
+    assert_eq!(normals.collect::<Vec<_>>(), [1.0, 1.0, 1.0, -1.0]);
+}
+
+#[test]
 fn a_moving_parent_moves_what_is_below() {
     let mut file = Builder::new();
     let mesh = file.triangle();

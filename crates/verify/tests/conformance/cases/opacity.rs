@@ -4,7 +4,7 @@ use glam::Vec3;
 use umbrage_rays::{Camera, MaskAnswers, MaskPoints, Opacity, Projection, Sides};
 use umbrage_verify::lights::{around, point};
 use umbrage_verify::views::{camera, placed, view};
-use umbrage_verify::{Case, Random, TestMesh};
+use umbrage_verify::{Case, MIXED_SIDES, Random, TestMesh};
 
 use super::{FAR, room};
 
@@ -76,27 +76,23 @@ pub(super) fn of_masks() -> Vec<Case> {
     cases
 }
 
-/// Triangles that show their front, their back or, to roundings, neither; and views of them, one of them mirrored and one
-/// with parallel rays.
+/// Triangles that show their front, their back or, to roundings, neither, to the camera and to lights; and views of them,
+/// one of them mirrored and one with parallel rays.
 pub(super) fn of_sides() -> Vec<Case> {
     let look = Camera::look_at(Vec3::new(2.5, 1.5, 3.5), Vec3::ZERO, Vec3::Y, 0.9);
-    let mut random = Random::new(13);
-    let mut mesh = TestMesh::soup(&mut random, 100, 0.05);
-    mesh.append(&TestMesh::bumpy_ball(1.0, 10));
-    mesh.append(&TestMesh::plane(3, 500.0));
-    // Edge-on for the camera, but for roundings.
-    for _ in 0..50 {
-        let (a, b) = (random.point(), random.point());
-        mesh.push([a, b, a + (a - look.position) * random.unit()]);
-    }
+    let at_first_light = Vec3::new(3.0, 5.0, 2.0);
+    let mesh = TestMesh::fronts_and_backs([look.position, at_first_light]);
+    let lights = around(1.0, Vec3::ZERO);
+    assert_eq!(lights[0], point(at_first_light));
     let mirrored = Camera { right: -look.right, ..look };
     let parallel = Camera { projection: Projection::Orthographic { half_height: 1.5 }, ..look };
     let mut cases = Vec::new();
     for camera in [look, mirrored, parallel] {
-        let case = || Case::new("sides", mesh.clone(), view(camera, 33, 30), &[point(Vec3::new(0.5, 3.0, 1.0))]);
-        cases.push(Case { sides: Sides::Front, ..case() });
-        cases.push(case());
-        cases.push(Case { sides: Sides::Front, opacity: Box::new(Squares(5.0)), ..case() });
+        for (name, sides) in [("both sides", Sides::Both), ("fronts", Sides::Front), ("some backs", MIXED_SIDES)] {
+            let case = || Case { sides, ..Case::new(name, mesh.clone(), view(camera, 33, 30), &lights) };
+            cases.push(case());
+            cases.push(Case { opacity: Box::new(Squares(5.0)), shadow_opacity: Box::new(Squares(3.0)), ..case() });
+        }
     }
     cases
 }

@@ -3,7 +3,7 @@
 use std::sync::{MutexGuard, OnceLock};
 
 use glam::Vec3;
-use umbrage_gpu::{CameraGrid, CameraOptions, Geometry, Gpu, GpuError, LightGrid, Recorder, Sight};
+use umbrage_gpu::{CameraGrid, CameraOptions, Geometry, Gpu, GpuError, LightGrid, Recorder, Sight, TriangleFlags};
 use umbrage_rays::{DirectGrids, LightMask, LightSource, SeenPixels, Structure as _, TileOrder, View};
 use umbrage_verify::lights::point;
 use umbrage_verify::views::{camera, view};
@@ -50,7 +50,7 @@ impl Grids {
 
     /// Compares every form with a truth that is known.
     pub(crate) fn check_against(&mut self, name: &str, case: &Case, truth: &Truth) {
-        self.geometry.write(&self.gpu, case.mesh.triangles(), |_| 0).expect("a small scene");
+        self.geometry.write(&self.gpu, case.mesh.triangles(), |id| number(case, id)).expect("a small scene");
         for (number, form) in FORMS.iter().enumerate() {
             let found = self.shown(case, number).unwrap_or_else(|error| panic!("{name}, {form:?}: {error}"));
             let complaint = complaint(case, &found, truth);
@@ -78,6 +78,11 @@ impl Grids {
         }
         panic!("grown eight times: {:?} {:?}", camera.work(), lights.work());
     }
+}
+
+/// What is asked about a triangle.
+fn number(case: &Case, id: u32) -> u32 {
+    TriangleFlags { is_one_sided: !case.sides.has_back(id), ..TriangleFlags::default() }.with_material(0)
 }
 
 fn read(gpu: &Gpu, camera: &CameraGrid, lights: &LightGrid, view: View, count: usize) -> Result<Truth, GpuError> {

@@ -5,3 +5,4 @@ mod grids;
 mod lights;
 mod seams;
 mod shapes;
+mod sides;

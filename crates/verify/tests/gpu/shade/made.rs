@@ -81,7 +81,7 @@ fn textured_panels() -> Frame {
             let image_from_mesh =
                 Affine2::from_scale_angle_translation(Vec2::new(1.5, -0.8), 0.3 * place as f32, Vec2::new(0.2, -3.1));
             let used = TextureUse { image_from_mesh, tex_coord_set: (place % 2) as u8, ..TextureUse::new(place) };
-            materials.push(Material { base_color_texture: Some(used), ..Material::default() });
+            materials.push(Material { base_color_texture: Some(used), double_sided: true, ..Material::default() });
         }
     }
     panels(materials, textures, 6)
@@ -93,7 +93,12 @@ fn varied_panels() -> Frame {
     let mut made = |space| texture([32, 32], space, Filter::Linear, [Wrap::Repeat; 2], &mut random);
     let textures = vec![made(ColorSpace::Linear), made(ColorSpace::Srgb)];
     let (quantity, color) = (Some(TextureUse::new(0)), Some(TextureUse::new(1)));
-    let plain = Material { base_color: Vec4::new(0.8, 0.5, 0.3, 1.0), roughness: 0.4, ..Material::default() };
+    let plain = Material {
+        base_color: Vec4::new(0.8, 0.5, 0.3, 1.0),
+        roughness: 0.4,
+        double_sided: true,
+        ..Material::default()
+    };
     let materials = vec![
         plain.clone(),
         Material { metallic: 1.0, roughness: 0.0, ..plain.clone() },
@@ -248,7 +253,7 @@ fn frames_that_share_memory_keep_apart() {
     };
     let moving_bytes = frames.each_ref().map(&mut again);
     // Beside vertices that is as much for a single panel without textures: neither mesh nor materials are in it.
-    let single = panels(vec![Material::default()], Vec::new(), 1);
+    let single = panels(vec![Material { double_sided: true, ..Material::default() }], Vec::new(), 1);
     let beside_vertices = |frame: &Frame, bytes: u64| {
         let Frame { positions, normals, tangents, .. } = frame;
         bytes - (size_of_val(&**positions) + size_of_val(&**normals) + size_of_val(&**tangents)) as u64

@@ -117,7 +117,7 @@ impl Dice<'_> {
             camera: if self.one_in(2) { CameraChoice::Own(self.camera()) } else { CameraChoice::Default },
             lights: self.one_in(3).then(|| (0..self.random.below(3)).map(|_| self.light()).collect()),
             structure,
-            sides: *any(self.random, &[Sides::Both, Sides::Front]),
+            sides: any(self.random, Sides::CHOICES).1,
             bounces: self.random.below(3) as u32,
             ..Settings::default()
         }
