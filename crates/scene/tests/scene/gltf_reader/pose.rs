@@ -56,7 +56,7 @@ fn fronts_of_mirrored_nodes_stay_fronts() {
     file.push("nodes", json!({ "mesh": mesh, "scale": [-1, 1, 1] }));
     file.push("nodes", json!({ "children": [5], "scale": [1, 1, -1e-20] }));
     file.push("nodes", json!({ "mesh": mesh, "scale": [1e-20, 1e-20, 1] }));
-    file.animate(4, "translation", "LINEAR", &[0.0, 1.0], &[[0.0; 3], [4.0, 0.0, 0.0]]);
+    file.animate(4, "translation", "LINEAR", &[0.0, 1.0], &[[0.0; 3], [0.0, 0.0, 4.0]]);
     file.push("scenes", json!({ "nodes": [0, 1, 2, 4] }));
     let frame = file.at(0.5);
     let normals = frame.mesh.triangles.iter().map(|corners| {
