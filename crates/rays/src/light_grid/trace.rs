@@ -614,6 +614,11 @@ impl Tracer<'_> {
         patches.flat_map(of_patch).collect()
     }
 
+    /// Forgets what was set up for another tile's [`verdict`](Self::verdict).
+    pub(crate) fn forget(&self, worker: &mut Worker) {
+        worker.batch.set_ups.clear();
+    }
+
     /// What the filter says about a triangle, which is at this place among the patches, and the point in a lane of a slot of a
     /// part; after candidates were found for this part alone.
     #[inline(always)]
@@ -655,13 +660,16 @@ impl Tracer<'_> {
         if !batch.candidates.iter().any(|candidate| candidate.number as usize == number) {
             return Verdict::NotShadowed("it is in no candidate");
         }
-        let set_up = batch.set_ups.first_mut();
-        let mut fresh = SetUp::EMPTY;
-        let set_up = set_up.unwrap_or(&mut fresh);
-        self.set_up(simd, set_up, number as u32, extent);
+        let Batch { set_ups, queue, .. } = batch;
+        // Most that are asked about in a row are of the same patch.
+        if set_ups.first().is_none_or(|set_up| set_up.number as usize != number) {
+            set_ups.resize(1, SetUp::EMPTY);
+            self.set_up(simd, &mut set_ups[0], number as u32, extent);
+        }
+        let set_up = &set_ups[0];
         let whole = SplatBox::new(simd, &part.whole);
-        let mut queue = vec![0; QUEUE];
-        let end = enqueue(simd, set_up, part, &whole, 1 << slot, &mut queue);
+        queue.resize(QUEUE, 0);
+        let end = enqueue(simd, set_up, part, &whole, 1 << slot, queue);
         if !queue[..end].contains(&((triangle * LANES + slot) as u32)) {
             return Verdict::NotShadowed("its bounds are elsewhere");
         }

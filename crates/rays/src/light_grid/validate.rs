@@ -70,6 +70,7 @@ impl Tracer<'_> {
         let triangles = settler.image.shot.triangles;
         let places = self.slots_of_triangles();
         dispatch!(settler.level.0, simd => self.begin(simd, worker, tile));
+        self.forget(worker);
         let mut in_tile = HashMap::new();
         for part in 0..worker.parts.parts.len() {
             dispatch!(settler.level.0, simd => self.find_candidates(simd, worker, part..part + 1));
