@@ -40,7 +40,7 @@ use rayon::prelude::*;
 
 use crate::grids::LightsGrid;
 use crate::patches::Patches;
-use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work};
+use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, Work};
 use crate::simd::SimdLevel;
 use crate::{LightSource, Triangles};
 use face::Face;
@@ -179,11 +179,7 @@ impl LightsGrid for LightGrid {
             self.outliers.extend_from_slice(&self.survey.unknown);
             self.counts.outliers = settle_outliers(&mut self.outliers, shot, seen, light, shadowed);
         }
-        const CHUNK: usize = 1024;
-        shadowed.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, words)| {
-            let blocks = seen.triangle[chunk * CHUNK * TileOrder::BLOCK_PIXELS..].chunks_exact(TileOrder::BLOCK_PIXELS);
-            words.iter_mut().zip(blocks).for_each(|(word, block)| *word = SeenPixels::shown_of(block) & !*word);
-        });
+        seen.light_the_rest(shadowed, self.level);
         self.seconds.settle = start.elapsed().as_secs_f64();
         Work { counts: self.counts, seconds: self.seconds }
     }

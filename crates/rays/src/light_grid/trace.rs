@@ -187,7 +187,7 @@ impl Tracer<'_> {
             parts.divide(simd, number, &group, &tile.blocks, self.average);
         }
         parts.finish(simd, &mut tile.extent);
-        counts.clusters += parts.parts.len() as u64;
+        counts.parts += parts.parts.len() as u64;
     }
 
     /// Finds the patches and large triangles that may shadow points of some parts.
