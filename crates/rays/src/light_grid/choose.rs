@@ -96,7 +96,7 @@ fn in_one(origin: DVec3, along: DVec3, tiles: &[Tile]) -> Option<Face> {
     let mut middle = filled(tiles).map(towards).sum::<DVec3>().try_normalize()?;
     // Towards the middle of the smallest ball around all directions: each step a shorter way to the farthest one. That
     // needn't be exact, so every third corner will do, which is another one of each tile.
-    for step in 2..9 {
+    for step in 2..16 {
         let directions = corners(tiles).step_by(3).map(|corner| (corner - origin).normalize_or_zero());
         let (_, farthest) = directions.fold((0.0, middle), |(most, farthest), direction| {
             let distance = direction.distance_squared(middle);
