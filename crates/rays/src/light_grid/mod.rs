@@ -9,12 +9,13 @@
 //!
 //! One verb a file: `survey` finds how far away the image's tiles are, `choose` chooses the light's faces, `project` brings
 //! patches to a face, `points` maps a tile's points to it, `parts` puts points together that are near each other for the
-//! light, `trace` finds the patches that may shadow a part and tests their triangles, `set_up` makes of these what the
-//! filter tests, `large` of those that f32 can't hold, `settle` decides what is left undecided. `locate` says where on the
-//! face points are, for whoever wants to see it.
+//! light, `trace` goes through a tile: it finds the `candidates` that may shadow a part, has their triangles `set_up`, and
+//! has each `test`ed; `large` has triangles that f32 can't hold, `settle` decides what is left undecided. `locate` says where
+//! on the face points are, for whoever wants to see it.
 
 pub(crate) mod block;
 mod boxes;
+mod candidates;
 pub(crate) mod choose;
 pub(crate) mod face;
 pub(crate) mod large;
@@ -28,6 +29,7 @@ mod set_up;
 pub(crate) mod settle;
 mod settle_eight;
 pub(crate) mod survey;
+mod test;
 mod trace;
 mod validate;
 mod worker;
@@ -40,7 +42,7 @@ use rayon::prelude::*;
 
 use crate::grids::LightsGrid;
 use crate::patches::Patches;
-use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work};
+use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, Work};
 use crate::simd::SimdLevel;
 use crate::{LightSource, Triangles};
 use face::Face;
@@ -179,11 +181,7 @@ impl LightsGrid for LightGrid {
             self.outliers.extend_from_slice(&self.survey.unknown);
             self.counts.outliers = settle_outliers(&mut self.outliers, shot, seen, light, shadowed);
         }
-        const CHUNK: usize = 1024;
-        shadowed.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, words)| {
-            let blocks = seen.triangle[chunk * CHUNK * TileOrder::BLOCK_PIXELS..].chunks_exact(TileOrder::BLOCK_PIXELS);
-            words.iter_mut().zip(blocks).for_each(|(word, block)| *word = SeenPixels::shown_of(block) & !*word);
-        });
+        seen.light_the_rest(shadowed, self.level);
         self.seconds.settle = start.elapsed().as_secs_f64();
         Work { counts: self.counts, seconds: self.seconds }
     }

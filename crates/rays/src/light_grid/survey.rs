@@ -1,7 +1,7 @@
 use std::time::Instant;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16};
+use fearless_simd::{Simd, dispatch, f32x16, u32x16};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -73,21 +73,19 @@ fn is_unknown(seen: &SeenPixels, index: usize) -> bool {
 fn survey<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, tile: usize) -> Tile {
     let first = tile * TileOrder::TILE_PIXELS;
     let (mut lowest, mut highest) = (splat(simd, f32::INFINITY), splat(simd, 0.0));
-    let (mut points, mut has_unknown) = (0, false);
-    let indices = first..first + TileOrder::TILE_PIXELS;
-    for (block, depths) in image.seen.inverse_depth[indices].chunks_exact(LANES).enumerate() {
+    let (mut points, mut unknown) = (0, 0);
+    let none = u32x16::splat(simd, SeenPixels::NONE);
+    let (depths, ids) = (&image.seen.inverse_depth[first..], &image.seen.triangle[first..]);
+    let blocks = depths.chunks_exact(LANES).zip(ids.chunks_exact(LANES)).take(TileOrder::TILE_PIXELS / LANES);
+    for (depths, ids) in blocks {
         let depths = f32x16::from_slice(simd, depths);
         let known = depths.simd_eq(depths);
         lowest = known.select(lowest.min(depths), lowest);
         highest = known.select(highest.max(depths), highest);
-        let known = known.to_bitmask();
-        points += known.count_ones();
-        if known != u64::from(u16::MAX) {
-            let block = first + block * LANES;
-            has_unknown |= (block..block + LANES).any(|index| is_unknown(image.seen, index));
-        }
+        points += known.to_bitmask().count_ones();
+        unknown |= (u32x16::from_slice(simd, ids).simd_ne(none) & !known).to_bitmask();
     }
     let depths = [lowest.reduce_min(), highest.reduce_max()];
     let corners = if points > 0 { rays.frustum(first, depths) } else { [DVec3::ZERO; 8] };
-    Tile { points, has_unknown, corners }
+    Tile { points, has_unknown: unknown != 0, corners }
 }

@@ -1,11 +1,16 @@
 use std::collections::HashMap;
 
-use fearless_simd::dispatch;
+use fearless_simd::{Simd, dispatch};
 
 use super::LightGrid;
+use super::boxes::SplatBox;
+use super::candidates::Batch;
+use super::points::TILE_BLOCKS;
+use super::set_up::{Record, SetUp};
 use super::settle::Settler;
-use super::trace::{Tracer, Verdict};
-use super::worker::Worker;
+use super::test::{PartPoints, QUEUE, enqueue, may_touch};
+use super::trace::Tracer;
+use super::worker::{Tile, Worker};
 use crate::LightSource;
 use crate::predicate::ShadowRay;
 use crate::shot::{SeenImage, SeenPixels, Shot};
@@ -68,8 +73,9 @@ impl Tracer<'_> {
         found: &mut [bool],
     ) -> Result<(), String> {
         let triangles = settler.image.shot.triangles;
-        let places = self.slots_of_triangles();
+        let slots = self.slots_of_triangles();
         dispatch!(settler.level.0, simd => self.begin(simd, worker, tile));
+        self.forget(worker);
         let mut in_tile = HashMap::new();
         for part in 0..worker.parts.parts.len() {
             dispatch!(settler.level.0, simd => self.find_candidates(simd, worker, part..part + 1));
@@ -86,9 +92,9 @@ impl Tracer<'_> {
                     for id in (0..triangles.len() as u32).filter(|&id| id != own && settler.opacity.is_there(id)) {
                         let Ok(corners) = triangles.usable_corners(id) else { continue };
                         let is_shadowed = ray.blocked_by(corners).is_some();
-                        let place = places.get(&id).copied();
+                        let slot_of_triangle = slots.get(&id).copied();
                         let verdict = dispatch!(settler.level.0, simd =>
-                            self.verdict(simd, worker, part, slot, lane, id, place));
+                            self.verdict(simd, worker, part, slot, lane, id, slot_of_triangle));
                         match (is_shadowed, verdict) {
                             (true, Verdict::NotShadowed(why)) => {
                                 return Err(format!("triangle {id} shadows the point of pixel {index}, but {why}"));
@@ -103,5 +109,89 @@ impl Tracer<'_> {
             }
         }
         Ok(())
+    }
+}
+
+/// What the filter alone says about a point and a triangle, for `validate`.
+enum Verdict {
+    /// The triangle shadows the point for certain.
+    Shadowed,
+    /// It doesn't, for this reason.
+    NotShadowed(&'static str),
+    /// The predicate has to say.
+    Undecided,
+}
+
+impl Tracer<'_> {
+    /// The patch of each triangle, and its slot in that.
+    fn slots_of_triangles(&self) -> HashMap<u32, (usize, usize)> {
+        let patches = 0..self.patches.len();
+        let of_patch = |number| {
+            let patch = self.patches.get(number);
+            patch.ids[..patch.count].iter().enumerate().map(move |(slot, &id)| (id, (number, slot)))
+        };
+        patches.flat_map(of_patch).collect()
+    }
+
+    /// Forgets what was set up for another tile's [`verdict`](Self::verdict).
+    fn forget(&self, worker: &mut Worker) {
+        worker.batch.set_ups.clear();
+    }
+
+    /// What the filter says about a triangle, which is in this slot of a patch, and the point in a lane of a slot of a
+    /// part; after candidates were found for this part alone.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a point and a triangle, each by the slots that it is in")]
+    fn verdict<S: Simd>(
+        &self,
+        simd: S,
+        worker: &mut Worker,
+        part: usize,
+        slot: usize,
+        lane: usize,
+        id: u32,
+        slot_of_triangle: Option<(usize, usize)>,
+    ) -> Verdict {
+        let Worker { tile, parts, batch, .. } = worker;
+        let Tile { first, extent, blocks, .. } = tile;
+        let part = &parts.parts[part];
+        let points = PartPoints::new(part, *first, blocks, &[0; TILE_BLOCKS], self.settler.image.seen);
+        let of_record = |record: &Record| {
+            let [a, b, c] = &record.quads;
+            let found = points.test(simd, [a, b, c], record.id, slot);
+            if may_touch(simd, &record.quads, &part.boxes) >> slot & 1 == 0 || found.possible >> lane & 1 == 0 {
+                Verdict::NotShadowed("the filter says that it doesn't")
+            } else if found.certain(simd, record.errors) >> lane & 1 == 1 {
+                Verdict::Shadowed
+            } else {
+                Verdict::Undecided
+            }
+        };
+        let mut large = batch.large.iter().filter(|(record, _)| record.id == id);
+        if let Some((first, _)) = large.next() {
+            // Of two planes one may be turned the wrong way.
+            return match (of_record(first), large.next()) {
+                (Verdict::NotShadowed(_), Some((second, _))) => of_record(second),
+                (verdict, _) => verdict,
+            };
+        }
+        let Some((number, triangle)) = slot_of_triangle else { return Verdict::NotShadowed("it is in no patch") };
+        if !batch.candidates.iter().any(|candidate| candidate.number as usize == number) {
+            return Verdict::NotShadowed("it is in no candidate");
+        }
+        let Batch { set_ups, queue, .. } = batch;
+        // Most that are asked about in a row are of the same patch.
+        if set_ups.first().is_none_or(|set_up| set_up.number as usize != number) {
+            set_ups.resize(1, SetUp::EMPTY);
+            self.set_up(simd, &mut set_ups[0], number as u32, extent);
+        }
+        let set_up = &set_ups[0];
+        let whole = SplatBox::new(simd, &part.whole);
+        queue.resize(QUEUE, 0);
+        let end = enqueue(simd, set_up, part, &whole, 1 << slot, queue);
+        if !queue[..end].contains(&((triangle * LANES + slot) as u32)) {
+            return Verdict::NotShadowed("its bounds are elsewhere");
+        }
+        of_record(&set_up.record(triangle, id))
     }
 }

@@ -1,8 +1,8 @@
 use super::block::Block;
+use super::candidates::Batch;
 use super::parts::Parts;
 use super::points::TILE_BLOCKS;
 use super::set_up::Extent;
-use super::trace::Batch;
 use crate::shot::Counts;
 
 /// A thread's memory.

@@ -55,6 +55,8 @@ pub(crate) struct Patches {
     in_none: Vec<u32>,
     /// Whether patches are connected triangles, not merely such that were near each other.
     are_grown: bool,
+    /// Whether the last frame had another index buffer than the one before.
+    is_changing: bool,
     groups: Groups,
     /// How large boxes were when triangles were grouped.
     spread: f32,
@@ -96,8 +98,13 @@ impl Patches {
         let fingerprint = fingerprint(triangles.indices);
         let is_new = !self.are_of(triangles, fingerprint);
         self.fingerprint = fingerprint;
+        let was_changing = std::mem::replace(&mut self.is_changing, is_new);
         if is_new {
             self.group(triangles);
+            if !was_changing && !self.are_loose() {
+                // If nothing changes again, patches are grown next.
+                self.groups = Groups::default();
+            }
         } else if !self.are_grown && !self.are_loose() {
             self.grow(triangles);
         }

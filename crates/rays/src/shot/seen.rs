@@ -1,4 +1,9 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{dispatch, u32x16};
+use rayon::prelude::*;
+
 use super::TileOrder;
+use crate::simd::SimdLevel;
 
 /// What each pixel of an image sees: the answer of [`Structure::see`](crate::Structure::see).
 ///
@@ -51,6 +56,20 @@ impl SeenPixels {
     #[inline(always)]
     pub(crate) fn shown_of(block: &[u32]) -> u16 {
         block.iter().rev().fold(0, |bits, &id| bits << 1 | u16::from(id != Self::NONE))
+    }
+
+    /// Of words with a bit for each point in shadow makes words with a bit for each pixel that shows a lit one.
+    pub(crate) fn light_the_rest(&self, shadowed: &mut [u16], level: SimdLevel) {
+        const CHUNK: usize = 4096;
+        let pixels = self.triangle.par_chunks(CHUNK * TileOrder::BLOCK_PIXELS);
+        shadowed.par_chunks_mut(CHUNK).zip(pixels).for_each(|(words, pixels)| {
+            dispatch!(level.0, simd => {
+                let none = u32x16::splat(simd, Self::NONE);
+                for (word, block) in words.iter_mut().zip(pixels.chunks_exact(TileOrder::BLOCK_PIXELS)) {
+                    *word = u32x16::from_slice(simd, block).simd_ne(none).to_bitmask() as u16 & !*word;
+                }
+            });
+        });
     }
 
     /// Bytes held.

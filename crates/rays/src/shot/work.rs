@@ -88,14 +88,12 @@ named_numbers! {
         points,
         /// Points that no face of the light could hold, tested against every triangle.
         outliers,
-        /// Groups of up to 16 points that are near each other.
-        clusters,
+        /// Parts of tiles: points in up to 16 blocks that are near each other for a light.
+        parts,
         /// Triangles that were tested, once for each face, in local coordinates.
         small_triangles,
         /// Triangles that were tested, once for each face, row by row.
         large_triangles,
-        /// Tests of a triangle against the bounds of 16 clusters.
-        cluster_tests,
         /// Blocks of work: some points of a cell, and some triangles.
         blocks,
         /// Tests of a triangle against up to 16 samples or points, or against a packet ray by ray.

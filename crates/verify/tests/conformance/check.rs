@@ -7,6 +7,7 @@ use umbrage_rays::{
 };
 use umbrage_verify::{Case, Truth, referee};
 
+use crate::frames::on_threads;
 use umbrage_verify::structures::Make;
 
 /// A case with the oracle's answer, which all structures share.
@@ -64,6 +65,23 @@ pub(crate) fn check(make: Make, cases: &[Known]) {
     }
 }
 
+/// Compares two frames of each case with the truth, for every SIMD level and on one and more threads: in the second, what a
+/// structure has made of the triangles may be something else.
+pub(crate) fn check_frames(make: Make, cases: &[Known]) {
+    for (number, level) in SimdLevel::available().into_iter().enumerate() {
+        let mut asked = Asked::new(make(level));
+        let threads = [1, 3][number % 2];
+        on_threads(threads, || {
+            for (known, frame) in cases.iter().flat_map(|known| [1, 2].map(|frame| (known, frame))) {
+                asked.structure.build(known.case.mesh.triangles());
+                if let Err(wrong) = asked.compare_images(known) {
+                    panic!("{}, frame {frame}, with {level} on {threads} threads: {wrong}", known.case.name);
+                }
+            }
+        });
+    }
+}
+
 /// A structure and its last answers.
 struct Asked {
     structure: Box<dyn Structure>,
@@ -89,13 +107,22 @@ impl Asked {
 
     /// Whether each pixel, and the rest of what a structure says, is true.
     fn compare(&mut self, known: &Known) -> Result<(), String> {
+        let Known { case, truth, .. } = known;
+        // What a structure builds of triangles that it has seen before may be something else: every second case is.
+        for _ in 0..=case.mesh.indices.len() % 2 {
+            self.structure.build(case.mesh.triangles());
+        }
+        self.compare_images(known)?;
+        self.validate(case)?;
+        self.compare_specialised(case)?;
+        self.structure.single_rays().map_or(Ok(()), |rays| compare_single_rays(case, truth, rays))
+    }
+
+    /// What is seen and lit of triangles of which the structure has been built.
+    fn compare_images(&mut self, known: &Known) -> Result<(), String> {
         let Known { case, truth, least_outliers } = known;
         let Self { structure, seen, masks, .. } = self;
         let shot = case.shot();
-        // What a structure builds of triangles that it has seen before may be something else: every second case is.
-        for _ in 0..=case.mesh.indices.len() % 2 {
-            structure.build(shot.triangles);
-        }
         structure.see(&shot, seen).map_err(|error| error.to_string())?;
         compare_seen(case, truth, seen)?;
         ensure(*structure.omitted() == shot.triangles.omitted(), || format!("omitted {:?}", structure.omitted()))?;
@@ -121,9 +148,7 @@ impl Asked {
             let enough = outliers.iter().zip(least_outliers).all(|(found, least)| found >= least);
             ensure(enough, || format!("{outliers:?} outliers"))?;
         }
-        self.validate(case)?;
-        self.compare_specialised(case)?;
-        self.structure.single_rays().map_or(Ok(()), |rays| compare_single_rays(case, truth, rays))
+        Ok(())
     }
 
     fn validate(&mut self, case: &Case) -> Result<(), String> {

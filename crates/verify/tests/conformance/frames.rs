@@ -9,7 +9,7 @@ use umbrage_verify::{Case, Random, TestMesh};
 use crate::check::is_same;
 use umbrage_verify::structures::Make;
 
-fn on_threads<T: Send>(count: usize, run: impl FnOnce() -> T + Send) -> T {
+pub(crate) fn on_threads<T: Send>(count: usize, run: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("threads").install(run)
 }
 

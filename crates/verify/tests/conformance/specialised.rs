@@ -9,10 +9,12 @@ use umbrage_rays::{
     Structure, Triangles, Work,
 };
 use umbrage_verify::lights::{point, sun};
+use umbrage_verify::structures::Make;
 use umbrage_verify::views::{camera, view};
 use umbrage_verify::{Case, Plates, Random, TestMesh};
 
 use crate::cases;
+use crate::check::check_frames;
 
 fn listed_grids(camera: ListedOptions, cells: u32) -> ListedGrids {
     let light = ListedLightOptions::new(cells, 16, 16).expect("possible cells");
@@ -46,6 +48,13 @@ fn soup_and_ball() -> Case {
     let mut mesh = TestMesh::soup(&mut Random::new(7), 200, 0.1);
     mesh.append(&TestMesh::bumpy_ball(1.0, 24));
     Case::new("a soup and a ball", mesh, view(camera(), 128, 64), &[])
+}
+
+#[test]
+fn patches_are_right_in_every_frame() {
+    let make: Make = |level| Box::new(DirectGrids::with_level(level));
+    check_frames(make, &cases::PATCHES);
+    check_frames(make, &cases::AIMED);
 }
 
 #[test]

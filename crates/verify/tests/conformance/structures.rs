@@ -22,6 +22,8 @@ macro_rules! tests {
             #[test] fn lattices() { check(MAKE, &cases::LATTICES) }
             #[test] fn opacity() { check(MAKE, &cases::OPACITY) }
             #[test] fn sides() { check(MAKE, &cases::SIDES) }
+            #[test] fn patches() { check(MAKE, &cases::PATCHES) }
+            #[test] fn aimed() { check(MAKE, &cases::AIMED) }
             #[test] fn crowds() { check(MAKE, &cases::CROWDS) }
             #[test] fn single_rays() { single_rays::check(MAKE) }
             #[test] fn every_number_of_threads_and_level() { frames::are_the_same_everywhere(MAKE) }

@@ -80,7 +80,9 @@ impl LightPass {
             self.outliers.extend_from_slice(&self.survey.unknown);
             self.counts.outliers = settle_outliers(&mut self.outliers, shot, seen, light, &mut self.shadowed);
         }
-        self.light_the_rest(seen, mask.blocks_mut());
+        let lit = mask.blocks_mut();
+        lit.copy_from_slice(&self.shadowed);
+        seen.light_the_rest(lit, self.level);
         Work { counts: self.counts, seconds: self.seconds }
     }
 
@@ -176,19 +178,6 @@ impl LightPass {
             for worker in workers.iter() {
                 let found = &worker.shadowed[chunk * CHUNK..][..shadowed.len()];
                 shadowed.iter_mut().zip(found).zip(members).for_each(|((all, found), members)| *all |= found & members);
-            }
-        });
-    }
-
-    /// Writes the bits of the pixels that show a lit point.
-    fn light_the_rest(&self, seen: &SeenPixels, lit: &mut [u16]) {
-        const CHUNK: usize = 1024;
-        let words = lit.par_chunks_mut(CHUNK).zip(self.shadowed.par_chunks(CHUNK)).enumerate();
-        words.for_each(|(chunk, (lit, shadowed))| {
-            let pixels = &seen.triangle[chunk * CHUNK * TileOrder::BLOCK_PIXELS..];
-            let blocks = pixels.chunks_exact(TileOrder::BLOCK_PIXELS);
-            for ((lit, shadowed), block) in lit.iter_mut().zip(shadowed).zip(blocks) {
-                *lit = SeenPixels::shown_of(block) & !shadowed;
             }
         });
     }

@@ -1,9 +1,11 @@
 //! What structures are asked about images. Each group is made, and the oracle asked, when a first structure needs it.
 
+mod aimed;
 mod cameras;
 mod crowds;
 mod lights;
 mod opacity;
+mod patches;
 mod seams;
 mod triangles;
 
@@ -29,6 +31,8 @@ pub(crate) static SEAMS: LazyLock<Vec<Known>> = LazyLock::new(seams::all);
 pub(crate) static LATTICES: LazyLock<Vec<Known>> = LazyLock::new(|| known(seams::lattices()));
 pub(crate) static OPACITY: LazyLock<Vec<Known>> = LazyLock::new(|| known(opacity::of_masks()));
 pub(crate) static SIDES: LazyLock<Vec<Known>> = LazyLock::new(|| known(opacity::of_sides()));
+pub(crate) static PATCHES: LazyLock<Vec<Known>> = LazyLock::new(|| known(patches::of_bad_shapes()));
+pub(crate) static AIMED: LazyLock<Vec<Known>> = LazyLock::new(|| known(aimed::all()));
 pub(crate) static CROWDS: LazyLock<Vec<Known>> = LazyLock::new(crowds::all);
 
 /// Coordinates with few bits left.

@@ -1,0 +1,182 @@
+use std::ops::Range;
+
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+
+use super::boxes::{FaceBox, SixteenBoxes, SplatBox};
+use super::face::HALF_ULP;
+use super::parts::Part;
+use super::set_up::{Extent, Record, SetUp};
+use super::test::may_touch;
+use super::trace::Tracer;
+use super::worker::{Worker, make_room};
+use crate::simd::lanes::bits_of;
+use crate::simd::vectorized;
+use crate::simd::vectors::LANES;
+
+/// Parts whose candidates are found together.
+pub(crate) const BATCH_PARTS: usize = 128;
+
+/// A bit for each part of a batch.
+pub(crate) type PartBits = [u64; BATCH_PARTS / 64];
+
+/// What may shadow points of some parts.
+#[derive(Debug, Default)]
+pub(crate) struct Batch {
+    /// The boxes of parts, sixteen together.
+    pub(crate) boxes: Vec<SixteenBoxes>,
+    pub(crate) candidates: Vec<Candidate>,
+    /// Their indices, in the lower half of each number, the nearest to the light first.
+    pub(crate) order: Vec<u64>,
+    /// Those beyond `set_up_count` are left from earlier.
+    pub(crate) set_ups: Vec<SetUp>,
+    pub(crate) set_up_count: usize,
+    pub(crate) large: Vec<(Record, PartBits)>,
+    /// Pairs of a triangle, in the upper bits, and a slot of a part, in the lowest four.
+    pub(crate) queue: Vec<u32>,
+}
+
+/// A patch that may shadow points of a batch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidate {
+    pub(crate) number: u32,
+    /// Its index in `set_ups`, or none.
+    pub(crate) set_up: u32,
+    /// In relation to the tile's origin.
+    pub(crate) around: FaceBox,
+    /// Which parts it may shadow points of.
+    pub(crate) parts: PartBits,
+}
+
+impl Batch {
+    pub(crate) fn bytes(&self) -> usize {
+        self.boxes.capacity() * size_of::<SixteenBoxes>()
+            + self.candidates.capacity() * (size_of::<Candidate>() + size_of::<u64>())
+            + self.set_ups.capacity() * size_of::<SetUp>()
+            + self.large.capacity() * size_of::<(Record, PartBits)>()
+            + self.queue.capacity() * size_of::<u32>()
+    }
+
+    /// How much each list has room for.
+    pub(crate) fn room(&self) -> [usize; 4] {
+        [self.boxes.capacity(), self.candidates.capacity(), self.set_ups.len(), self.large.capacity()]
+    }
+
+    /// Makes room for at least so much in each list.
+    pub(crate) fn make_room(&mut self, [boxes, candidates, set_ups, large]: [usize; 4]) {
+        make_room(&mut self.boxes, boxes);
+        make_room(&mut self.candidates, candidates);
+        make_room(&mut self.order, candidates);
+        make_room(&mut self.set_ups, set_ups);
+        make_room(&mut self.large, large);
+    }
+}
+
+/// Stands for no index in `set_ups`.
+pub(crate) const NOT_SET_UP: u32 = u32::MAX;
+
+impl Tracer<'_> {
+    /// Finds the patches and large triangles that may shadow points of some parts.
+    #[inline(never)]
+    pub(crate) fn find_candidates<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
+        vectorized!(simd => self.find_candidates_with(simd, worker, parts));
+    }
+
+    #[inline(always)]
+    fn find_candidates_with<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
+        let Worker { tile, parts: all, batch, counts, .. } = worker;
+        let parts = &all.parts[parts];
+        let Batch { boxes, candidates, order, large, .. } = batch;
+        let around = boxes_on_face(&tile.extent, parts, boxes);
+        let splat_around = SplatBox::new(simd, &around);
+        candidates.clear();
+        let [origin_x, origin_y, origin_w] = tile.extent.origin;
+        for (number, upper) in self.on_face.upper.iter().enumerate() {
+            for lane in bits_of(upper.may_shadow(simd, &splat_around)) {
+                let number = number * LANES + lane;
+                let sixteen = &self.on_face.sixteens[number];
+                for lane in bits_of(sixteen.may_shadow(simd, &splat_around)) {
+                    let one = sixteen.get(lane);
+                    let splat_one = SplatBox::new(simd, &one);
+                    let mut reached = PartBits::default();
+                    for (number, boxes) in boxes.iter().enumerate() {
+                        reached[number / 4] |= boxes.reached(simd, &splat_one).to_bitmask() << (number % 4 * LANES);
+                    }
+                    if reached == PartBits::default() {
+                        continue;
+                    }
+                    // With what rounding the differences makes of it.
+                    const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
+                    let nearness = one.nearness - origin_w + (one.nearness.abs() + origin_w.abs()) * ROUNDED;
+                    let around = FaceBox {
+                        x: [one.x[0] - origin_x - ROUNDED, one.x[1] - origin_x + ROUNDED],
+                        y: [one.y[0] - origin_y - ROUNDED, one.y[1] - origin_y + ROUNDED],
+                        nearness,
+                    };
+                    let number = (number * LANES + lane) as u32;
+                    candidates.push(Candidate { number, set_up: NOT_SET_UP, around, parts: reached });
+                }
+            }
+        }
+        // The nearest to the light first, since what is found in shadow needn't be tested again.
+        order.clear();
+        order.extend(
+            candidates
+                .iter()
+                .enumerate()
+                .map(|(index, candidate)| u64::from(!ascending(candidate.around.nearness)) << 32 | index as u64),
+        );
+        order.sort_unstable();
+        large.clear();
+        self.on_face.large.reaching(
+            simd,
+            &around,
+            #[inline(always)]
+            |number| {
+                let Extent { origin, reach, depth, errors } = tile.extent;
+                let record = self.on_face.large.record(number, origin, [reach, depth], errors);
+                let mut reached = PartBits::default();
+                for (index, part) in parts.iter().enumerate() {
+                    let touched = may_touch(simd, &record.quads, &part.boxes);
+                    reached[index / 64] |= u64::from(touched != 0) << (index % 64);
+                }
+                if reached != PartBits::default() {
+                    large.push((record, reached));
+                }
+            },
+        );
+        counts.large_triangles += large.len() as u64;
+    }
+}
+
+/// The boxes of parts on the face, sixteen together, and the box around them all.
+fn boxes_on_face(extent: &Extent, parts: &[Part], boxes: &mut Vec<SixteenBoxes>) -> FaceBox {
+    let [origin_x, origin_y, origin_w] = extent.origin;
+    let mut all = FaceBox { nearness: f32::INFINITY, ..FaceBox::NOTHING };
+    boxes.clear();
+    boxes.extend(parts.chunks(LANES).map(|parts| {
+        let mut sixteen = SixteenBoxes::NO_POINTS;
+        for (lane, part) in parts.iter().enumerate() {
+            // With what rounding the sums makes of it.
+            const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
+            let FaceBox { x, y, nearness } = part.whole;
+            let one = FaceBox {
+                x: [x[0] + origin_x - ROUNDED, x[1] + origin_x + ROUNDED],
+                y: [y[0] + origin_y - ROUNDED, y[1] + origin_y + ROUNDED],
+                nearness: nearness + origin_w - (nearness.abs() + origin_w.abs()) * ROUNDED,
+            };
+            all.x = [all.x[0].min(one.x[0]), all.x[1].max(one.x[1])];
+            all.y = [all.y[0].min(one.y[0]), all.y[1].max(one.y[1])];
+            all.nearness = all.nearness.min(one.nearness);
+            sixteen.set(lane, one);
+        }
+        sixteen
+    }));
+    all
+}
+
+/// A number that is larger the larger another is.
+fn ascending(number: f32) -> u32 {
+    let bits = number.to_bits();
+    bits ^ if number.is_sign_negative() { u32::MAX } else { 1 << 31 }
+}

@@ -1,0 +1,192 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
+
+use super::block::Block;
+use super::boxes::{SixteenBoxes, SplatBox};
+use super::parts::Part;
+use super::points::TILE_BLOCKS;
+use super::set_up::SetUp;
+use crate::patches::MOST_TRIANGLES;
+use crate::shot::SeenPixels;
+use crate::simd::lanes::{bits_of, load, min3};
+use crate::simd::vectors::{LANES, splat};
+
+/// Where a triangle's bounds overlap more slots of a part than this, its edges are tested against their boxes before it is
+/// tested against their points.
+const MOST_UNTESTED: u32 = 6;
+
+/// Room of the queue: each triangle of a patch and each slot, and what is written beyond them.
+pub(crate) const QUEUE: usize = MOST_TRIANGLES * LANES + LANES;
+
+/// The points of a part.
+pub(crate) struct PartPoints<'a> {
+    blocks: [&'a Block; LANES],
+    /// The triangles that they are on.
+    own: [&'a [u32]; LANES],
+    /// The index of each slot's first pixel.
+    first: [u32; LANES],
+    /// Which needn't be tested any more: those in shadow, and those that aren't in the slot.
+    pub(crate) done: [u16; LANES],
+    /// The slots with points that must still be tested.
+    pub(crate) alive: u16,
+}
+
+/// What the filter says about a triangle and the points of a slot.
+pub(crate) struct Found<S: Simd> {
+    /// The edge functions, grown by their error.
+    pub(crate) edges: [f32x16<S>; 3],
+    /// The least of them.
+    pub(crate) least: f32x16<S>,
+    /// By how much the triangle is nearer to the light, grown by its error.
+    pub(crate) nearer: f32x16<S>,
+    /// Which of the points that must still be tested it may shadow.
+    pub(crate) possible: u16,
+}
+
+impl<S: Simd> Found<S> {
+    /// Which points the triangle shadows for certain; `errors` are twice those of the edge functions and of the nearness.
+    #[inline(always)]
+    pub(crate) fn certain(&self, simd: S, errors: [f32; 2]) -> u16 {
+        let certain = self.least.simd_gt(splat(simd, errors[0])) & self.nearer.simd_gt(splat(simd, errors[1]));
+        certain.to_bitmask() as u16 & self.possible
+    }
+}
+
+impl<'a> PartPoints<'a> {
+    /// Notes which points of a slot a triangle shadows for certain, and lists those that are pending.
+    #[inline(always)]
+    pub(crate) fn note(&mut self, slot: usize, id: u32, certain: u16, pending: u16, undecided: &mut Vec<[u32; 2]>) {
+        let slot = slot % LANES;
+        self.done[slot] |= certain;
+        self.alive &= !(u16::from(self.done[slot] == u16::MAX) << slot);
+        if pending != 0 {
+            list_pending(self.first[slot], id, pending, undecided);
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn new(
+        part: &Part,
+        first: usize,
+        blocks: &'a [Block; TILE_BLOCKS],
+        shadowed: &[u16; TILE_BLOCKS],
+        seen: &'a SeenPixels,
+    ) -> Self {
+        let of_slot = part.blocks.map(usize::from);
+        let done: [u16; LANES] = std::array::from_fn(|slot| !part.points[slot] | shadowed[of_slot[slot]]);
+        let alive = (0..LANES).fold(0, |alive, slot| alive | u16::from(done[slot] != u16::MAX) << slot);
+        let index = of_slot.map(|block| first + block * LANES);
+        Self {
+            blocks: of_slot.map(|block| &blocks[block]),
+            own: index.map(|index| &seen.triangle[index..index + LANES]),
+            first: index.map(|index| index as u32),
+            done,
+            alive,
+        }
+    }
+
+    /// Tests a triangle against the points of a slot.
+    ///
+    /// Points on the triangle itself are left out at once: that most tests of lit surfaces find something of which only these
+    /// are left can't be foreseen.
+    #[inline(always)]
+    pub(crate) fn test<S: Simd>(
+        &self,
+        simd: S,
+        [first, second, third]: [&[f32; 4]; 3],
+        id: u32,
+        slot: usize,
+    ) -> Found<S> {
+        let slot = slot % LANES;
+        let block = self.blocks[slot];
+        let (x, y) = (f32x16::simd_from(simd, block.x), f32x16::simd_from(simd, block.y));
+        let nearness = f32x16::simd_from(simd, block.nearness);
+        let e0 = line(simd, [first[0], first[1], first[2]], x, y);
+        let e1 = line(simd, [second[0], second[1], second[2]], x, y);
+        let e2 = line(simd, [third[0], third[1], third[2]], x, y);
+        let nearer = line(simd, [first[3], second[3], third[3]], x, y) - nearness;
+        let least = min3([e0, e1, e2]);
+        let zero = splat(simd, 0.0);
+        // Written so that NaN is possible.
+        let own = u32x16::from_slice(simd, self.own[slot]).simd_eq(u32x16::splat(simd, id));
+        let missed = least.simd_lt(zero) | nearer.simd_lt(zero) | own;
+        let possible = !(missed.to_bitmask() as u16 | self.done[slot]);
+        Found { edges: [e0, e1, e2], least, nearer, possible }
+    }
+}
+
+/// Lists the pairs of a triangle and the points of a block that are pending.
+#[cold]
+#[inline(never)]
+fn list_pending(first: u32, id: u32, pending: u16, undecided: &mut Vec<[u32; 2]>) {
+    undecided.extend(bits_of(pending).map(|lane| [first + lane as u32, id]));
+}
+
+/// Which slots of a part a triangle may shadow points of: those where none of its functions is below zero everywhere.
+#[inline(always)]
+pub(crate) fn may_touch<S: Simd>(simd: S, [first, second, third]: &[[f32; 4]; 3], points: &SixteenBoxes) -> u16 {
+    let (x, y) =
+        ([load(simd, &points.x[0]), load(simd, &points.x[1])], [load(simd, &points.y[0]), load(simd, &points.y[1])]);
+    let e0 = most(simd, [first[0], first[1], first[2]], x, y);
+    let e1 = most(simd, [second[0], second[1], second[2]], x, y);
+    let e2 = most(simd, [third[0], third[1], third[2]], x, y);
+    let nearer = most(simd, [first[3], second[3], third[3]], x, y) - load(simd, &points.nearness);
+    let missed = min3([e0, e1, e2]).min(nearer).simd_lt(splat(simd, 0.0)) | x[0].simd_gt(x[1]);
+    !(missed.to_bitmask() as u16)
+}
+
+/// Sixteen of what a patch's triangles have.
+#[inline(always)]
+fn sixteen<S: Simd>(simd: S, values: &[f32; MOST_TRIANGLES], group: usize) -> f32x16<S> {
+    f32x16::from_slice(simd, &values[group * LANES..(group + 1) * LANES])
+}
+
+/// The most of a linear function in boxes.
+#[inline(always)]
+fn most<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: [f32x16<S>; 2], y: [f32x16<S>; 2]) -> f32x16<S> {
+    let x = if a > 0.0 { x[1] } else { x[0] };
+    let y = if b > 0.0 { y[1] } else { y[0] };
+    line(simd, [a, b, c], x, y)
+}
+
+#[inline(always)]
+fn line<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
+    splat(simd, a).mul_add(x, splat(simd, b).mul_add(y, splat(simd, c)))
+}
+
+/// Lists the pairs of a patch's triangles and the `alive` slots of a part that the triangle may shadow points of; how many
+/// there are.
+#[inline(always)]
+pub(crate) fn enqueue<S: Simd>(
+    simd: S,
+    set_up: &SetUp,
+    part: &Part,
+    whole: &SplatBox<S>,
+    alive: u16,
+    queue: &mut [u32],
+) -> usize {
+    let lanes = u32x16::simd_from(simd, std::array::from_fn::<u32, LANES, _>(|lane| lane as u32));
+    let mut end = 0;
+    for group in 0..(set_up.count as usize).div_ceil(LANES) {
+        let overlap = sixteen(simd, &set_up.x[0], group).simd_le(whole.x[1])
+            & sixteen(simd, &set_up.x[1], group).simd_ge(whole.x[0])
+            & sixteen(simd, &set_up.y[0], group).simd_le(whole.y[1])
+            & sixteen(simd, &set_up.y[1], group).simd_ge(whole.y[0])
+            & sixteen(simd, &set_up.nearness, group).simd_ge(whole.nearness);
+        let filled = (set_up.count as usize - group * LANES).min(LANES);
+        for lane in bits_of(overlap.to_bitmask() & ((1 << filled) - 1)) {
+            let triangle = group * LANES + lane;
+            let bounds = SplatBox::new(simd, &set_up.bounds(triangle));
+            let mut slots = part.boxes.reached(simd, &bounds).to_bitmask() as u16 & alive;
+            if slots.count_ones() > MOST_UNTESTED {
+                let [a, b, c] = set_up.quads(triangle);
+                slots &= may_touch(simd, &[*a, *b, *c], &part.boxes);
+            }
+            let pairs = lanes | u32x16::splat(simd, (triangle * LANES) as u32);
+            let pairs = pairs.compress(mask32x16::from_bitmask(simd, slots.into()));
+            pairs.store_slice(&mut queue[end..end + LANES]);
+            end += slots.count_ones() as usize;
+        }
+    }
+    end
+}
