@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde_json::json;
 use umbrage::rays::Camera;
-use umbrage::{CameraChoice, Renderer, Scene, Settings};
+use umbrage::{CameraChoice, Renderer, Scene, Settings, Sides};
 
 use crate::builder::{self, Builder};
 use crate::common::renderer;
@@ -45,7 +45,8 @@ fn strips(vertices: u16) -> Scene {
 
 fn settings() -> Settings {
     let camera = Camera::look_at(Vec3::new(0.4, 0.8, 3.0), Vec3::new(0.2, 0.5, 0.0), Vec3::Y, 0.8);
-    Settings { width: 40, height: 30, camera: camera.into(), ..Settings::default() }
+    // What turns shows its back, too.
+    Settings { width: 40, height: 30, camera: camera.into(), sides: Sides::Both, ..Settings::default() }
 }
 
 #[test]
