@@ -30,6 +30,8 @@ mod packet;
 mod patches;
 pub mod predicate;
 mod ray;
+#[cfg(test)]
+mod random;
 pub mod ray_by_ray;
 mod shot;
 mod simd;
