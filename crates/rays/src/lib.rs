@@ -29,9 +29,9 @@ mod listed;
 mod packet;
 mod patches;
 pub mod predicate;
-mod ray;
 #[cfg(test)]
 mod random;
+mod ray;
 pub mod ray_by_ray;
 mod shot;
 mod simd;
