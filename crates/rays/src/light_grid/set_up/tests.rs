@@ -201,7 +201,7 @@ impl Trial {
     fn truths(&self, corners: Corners, found: DVec3) -> impl Iterator<Item = Option<bool>> {
         const ROUNDED: f64 = 4e-15;
         let [position, nearness] = self.errors;
-        let [a, b, c] = corners.map(|corner| corner.truncate());
+        let [a, b, c] = corners.map(DVec3::truncate);
         let girth = (b - a).abs().max((c - a).abs()).element_sum();
         let depths = corners.map(|corner| corner.z);
         let depth = depths.into_iter().fold(0.0_f64, |most, depth| most.max((depth - depths[0]).abs()));
