@@ -29,6 +29,8 @@ mod listed;
 mod packet;
 mod patches;
 pub mod predicate;
+#[cfg(test)]
+mod random;
 mod ray;
 pub mod ray_by_ray;
 mod shot;

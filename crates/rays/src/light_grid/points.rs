@@ -441,3 +441,6 @@ fn along<S: Simd>(simd: S, slope: f32, of_divisor: f32, [low, high]: &[f32x16<S>
     let slope = splat(simd, slope);
     (slope - *low * of_divisor).abs().max((slope - *high * of_divisor).abs())
 }
+
+#[cfg(test)]
+mod tests;

@@ -223,3 +223,6 @@ fn store_quads<S: Simd>(to: &mut [[f32; 4]], quads: [f32x16<S>; 4]) {
         quad.store_slice(to);
     }
 }
+
+#[cfg(test)]
+mod tests;

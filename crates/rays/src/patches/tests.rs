@@ -2,6 +2,7 @@ use glam::Vec3;
 
 use super::*;
 use crate::Bounds;
+use crate::random::Random;
 use crate::simd::lanes::LANES;
 
 /// Vertices and triangles of a mesh.
@@ -29,13 +30,10 @@ fn flat_shaded((positions, indices): &Mesh) -> Mesh {
     (own, (0..indices.len() as u32).map(|id| [3 * id, 3 * id + 1, 3 * id + 2]).collect())
 }
 
-/// Numbers that look random.
+/// Numbers from zero to one that look random.
 fn random() -> impl FnMut() -> f32 {
-    let mut state = 1_u32;
-    move || {
-        state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-        (state >> 8) as f32 / 16_777_216.0
-    }
+    let mut random = Random::new(1);
+    move || random.unit() as f32
 }
 
 fn shards(count: u32) -> Mesh {

@@ -1,0 +1,234 @@
+//! The filter beside functions of real numbers. Sizes are drawn from many orders of magnitude, and points from where the
+//! errors decide, so that each term of the errors is most of those of some triangles: without any one of them some point is
+//! decided that can't be.
+
+use fearless_simd::{Level, dispatch};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::*;
+use crate::SimdLevel;
+use crate::light_grid::block::Block;
+use crate::light_grid::boxes::SplatBox;
+use crate::light_grid::parts::Parts;
+use crate::light_grid::points::{Group, TILE_BLOCKS, block_of};
+use crate::light_grid::test::{PartPoints, QUEUE, enqueue};
+use crate::random::Random;
+use crate::shot::SeenPixels;
+
+const TRIALS: u32 = 40_000;
+
+/// X, Y and W of a triangle's corners as real numbers.
+type Corners = [DVec3; 3];
+
+/// Twice the area of a triangle in X and Y.
+fn area([a, b, c]: Corners) -> f64 {
+    (b - a).truncate().perp_dot((c - a).truncate())
+}
+
+/// The edge functions of a point, above zero in a triangle whichever way it is wound, and by how much its plane is nearer.
+fn functions(corners: Corners, point: DVec3) -> ([f64; 3], f64) {
+    let [a, b, c] = corners;
+    let area = area(corners);
+    let edges = [[b, c], [c, a], [a, b]].map(|[from, to]| 1.0_f64.copysign(area) * self::area([point, from, to]));
+    let [u, v] = [edges[1], edges[2]].map(|edge| edge / area.abs());
+    (edges, a.z - point.z + u * (b.z - a.z) + v * (c.z - a.z))
+}
+
+/// A patch of sixteen triangles and sixteen blocks of points, each aimed at one of them.
+struct Trial {
+    random: Random,
+    level: Level,
+    face: Face,
+    origin: DVec3,
+    /// Of a triangle, and how far it is from the origin.
+    size: f64,
+    away: f64,
+    /// A triangle's height in relation to its length.
+    aspect: f64,
+    rise: f64,
+    /// The points'.
+    errors: [f64; 2],
+}
+
+impl Trial {
+    fn new(mut random: Random, level: SimdLevel) -> Self {
+        let is_parallel = random.unit() < 0.5;
+        let depth = if is_parallel { random.signed() } else { random.power(-3.0, 0.0) };
+        let origin = DVec3::new(random.signed(), random.signed(), depth).as_vec3().as_dvec3();
+        let mut error = |most: f64| if random.unit() < 0.5 { 0.0 } else { most * random.power(-6.0, 0.0) };
+        let errors = [error(1.0 / 4096.0), error(depth.abs() * 0.01)].map(|error| f64::from(error as f32));
+        let (size, away) = (random.power(-8.0, 0.0), random.power(-8.0, 1.0).min(3.0));
+        // Thin ones whose area is what the errors are, in between.
+        let thin = 16.0 * HALF_ULP * (1.0 + away) * random.unit() / size;
+        let aspect = [1.0, random.power(-7.0, 0.0), thin][(random.unit() * 3.0) as usize];
+        let rise = random.power(-7.0, -0.6);
+        let face = Face { x: DVec3::X, y: DVec3::Y, z: DVec3::Z, is_parallel, ..Face::default() };
+        Self { random, level: level.0, face, origin, size, away, aspect, rise, errors }
+    }
+
+    fn corners(&mut self) -> Corners {
+        let Self { random, origin, size, away, aspect, rise, .. } = self;
+        let mut flat = |size: f64| DVec3::new(random.signed() * size, random.signed() * size, 0.0);
+        let middle = *origin + flat(*away);
+        let (a, b) = (middle + flat(*size), middle + flat(*size));
+        let along = random.unit() * 1.5 - 0.25;
+        let height = (b - a).cross(DVec3::Z) * (*aspect * random.signed());
+        let depth = if self.face.is_parallel { origin.z + *away * random.signed() } else { random.power(-3.0, 0.0) };
+        let scale = if self.face.is_parallel { *rise } else { depth * *rise };
+        let corners = [a, b, a + (b - a) * along + height];
+        corners
+            .map(|corner| corner.clamp(DVec3::splat(-2.0), DVec3::splat(2.0)).with_z(depth + scale * random.signed()))
+    }
+
+    /// A corner as it is found.
+    fn vertex(&mut self, corner: DVec3) -> [f32; 4] {
+        let of_depth = if self.face.is_parallel { 1.0 } else { corner.z };
+        let mut error = |size: f64| self.random.signed() * size * HALF_ULP / 8.0;
+        [corner.x + error(1.0), corner.y + error(1.0), corner.z + error(of_depth), 0.0].map(|number| number as f32)
+    }
+
+    /// Points as they are found, in relation to the origin: all about as far inside or outside of an edge, around a corner,
+    /// or anywhere, and about as far above the plane or below.
+    fn points(&mut self, corners: Corners, [edge_error, depth_error]: [f64; 2]) -> [[f32; 3]; LANES] {
+        let Self { random, origin, .. } = self;
+        let first = (random.unit() * 3.0) as usize;
+        let [from, to, _] = std::array::from_fn(|corner| corners[(first + corner) % 3]);
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let highest = corners.map(|corner| corner.z).into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let along = (to - from).with_z(0.0);
+        let beside = along.cross(DVec3::Z) * (edge_error / along.length_squared().max(1e-40));
+        let depth_error = if depth_error < 1e30 { depth_error } else { highest.abs() * HALF_ULP };
+        let [aim, nearness] = [random.unit() * 3.0, random.unit() * 3.0].map(|side| side.floor() - 1.0);
+        let (is_corner, depth) = (random.unit() < 0.3, random.unit());
+        std::array::from_fn(|_| {
+            let at = if is_corner {
+                from + (middle - from) * random.power(-9.0, 0.0) + beside * (aim * random.unit())
+            } else {
+                let at = from + (to - from) * random.unit() + beside * (aim + random.signed()) * 1.5;
+                if aim == 0.0 { at.lerp(middle, random.unit()) } else { at }
+            };
+            let (_, above) = functions(corners, at.with_z(0.0));
+            let plane = if above.is_finite() && above < highest && depth < 0.8 { above } else { highest };
+            let at = at.with_z(plane + depth_error * (nearness + random.signed()) * 1.5);
+            (at - *origin).as_vec3().to_array()
+        })
+    }
+
+    fn fill(&self, set_up: &mut SetUp, vertices: &[[f32; 4]], extent: &Extent) {
+        let corners: Vec<_> = (0..LANES as u8).map(|id| [3 * id, 3 * id + 1, 3 * id + 2, 0]).collect();
+        let ids: Vec<_> = (0..LANES as u32).collect();
+        let patch = Patch { vertices: &[], corners: &corners, ids: &ids, count: LANES };
+        // What the predicate asks for beyond that is checked beside it, not here.
+        dispatch!(self.level, simd => set_up.fill(simd, &self.face, &VertexErrors::default(), &patch, vertices, extent, 0));
+    }
+
+    /// What is found of how many points: shadowed, not shadowed, not decided.
+    fn run(&mut self) -> [u32; 3] {
+        let triangles: [Corners; LANES] = std::array::from_fn(|_| self.corners());
+        let vertices: Vec<_> = triangles.as_flattened().iter().map(|&corner| self.vertex(corner)).collect();
+        let errors = self.errors.map(|error| error as f32);
+        let local = triangles.as_flattened().iter().map(|&corner| (corner - self.origin).abs());
+        let reach = local.fold(DVec3::ZERO, DVec3::max);
+        let origin = self.origin.as_vec3().to_array();
+        let (reach, depth) = (reach.x.max(reach.y) as f32, reach.z as f32);
+        let mut set_up = SetUp::EMPTY;
+        self.fill(&mut set_up, &vertices, &Extent { origin, reach, depth, errors });
+
+        let mut blocks = Box::new([Block::EMPTY; TILE_BLOCKS]);
+        let mut ranges = [[[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]; 3];
+        for (triangle, corners) in triangles.iter().enumerate() {
+            let block = &mut blocks[block_of(0, triangle)];
+            let errors = set_up.errors(triangle).map(|twice| f64::from(twice) / 2.0);
+            for (lane, point) in self.points(*corners, errors).into_iter().enumerate() {
+                [block.x[lane], block.y[lane], block.nearness[lane]] = point;
+                for ([low, high], coordinate) in ranges.iter_mut().zip(point) {
+                    low[triangle] = low[triangle].min(coordinate);
+                    high[triangle] = high[triangle].max(coordinate);
+                }
+            }
+        }
+        let [x, y, nearness] = ranges;
+        let group = Group { members: [u16::MAX; LANES], x, y, nearness, errors };
+        let mut extent = Extent { origin, errors, ..Extent::default() };
+        let mut parts = Parts::default();
+        dispatch!(self.level, simd => {
+            parts.divide(simd, 0, &group, &blocks, 1e30);
+            parts.finish(simd, &mut extent);
+        });
+        self.fill(&mut set_up, &vertices, &extent);
+        self.check(&triangles, &set_up, &parts, &blocks)
+    }
+
+    fn check(
+        &self,
+        triangles: &[Corners; LANES],
+        set_up: &SetUp,
+        parts: &Parts,
+        blocks: &[Block; TILE_BLOCKS],
+    ) -> [u32; 3] {
+        let mut seen = SeenPixels::default();
+        seen.resize(64, 64);
+        let [part] = &parts.parts[..] else { panic!("one part") };
+        let points = PartPoints::new(part, 0, blocks, &[0; TILE_BLOCKS], &seen);
+        let mut counts = [0; 3];
+        for (triangle, &corners) in triangles.iter().enumerate() {
+            let block = &blocks[block_of(0, triangle)];
+            let [possible, certain] = dispatch!(self.level, simd => {
+                let mut queue = vec![0; QUEUE];
+                let end = enqueue(simd, set_up, part, &SplatBox::new(simd, &part.whole), 1 << triangle, &mut queue);
+                let is_queued = queue[..end].contains(&((triangle * LANES + triangle) as u32));
+                let found = points.test(simd, set_up.quads(triangle), triangle as u32, triangle);
+                if is_queued { [found.possible, found.certain(simd, set_up.errors(triangle))] } else { [0; 2] }
+            });
+            for lane in 0..LANES {
+                let found = [block.x[lane], block.y[lane], block.nearness[lane]].map(f64::from);
+                let found = self.origin + DVec3::from(found);
+                let (is_possible, is_certain) = (possible >> lane & 1 == 1, certain >> lane & 1 == 1);
+                counts[if is_certain { 0 } else { 1 + usize::from(is_possible) }] += 1;
+                for shadowed in self.truths(corners, found) {
+                    let about =
+                        || format!("{corners:?} at {found}, in relation to {}, ±{:?}", self.origin, self.errors);
+                    assert!(is_possible || shadowed != Some(true), "ruled out: {}", about());
+                    assert!(!is_certain || shadowed != Some(false), "certain: {}", about());
+                }
+            }
+        }
+        counts
+    }
+
+    /// Whether a triangle shadows the points that may have been found as `found`; `None` where f64 can't say.
+    fn truths(&self, corners: Corners, found: DVec3) -> impl Iterator<Item = Option<bool>> {
+        const ROUNDED: f64 = 4e-15;
+        let [position, nearness] = self.errors;
+        let [a, b, c] = corners.map(DVec3::truncate);
+        let girth = (b - a).abs().max((c - a).abs()).element_sum();
+        let depths = corners.map(|corner| corner.z);
+        let depth = depths.into_iter().fold(0.0_f64, |most, depth| most.max((depth - depths[0]).abs()));
+        let of_weights = ROUNDED * girth / area(corners).abs();
+        let signs = [[0.0; 3], [1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]];
+        signs.into_iter().chain(signs.map(|[x, y, z]| [x, y, -z])).map(move |signs| {
+            let point = found + DVec3::from(signs) * DVec3::new(position, position, nearness);
+            let (edges, nearer) = functions(corners, point);
+            let least = edges.into_iter().fold(f64::INFINITY, f64::min);
+            let of_depth = (of_weights * depth + ROUNDED) * 4.0;
+            if least > ROUNDED * girth && nearer > of_depth {
+                Some(true)
+            } else if least < -ROUNDED * girth || nearer < -of_depth {
+                Some(false)
+            } else {
+                None
+            }
+        })
+    }
+}
+
+#[test]
+fn what_the_filter_decides_is_so() {
+    let levels = SimdLevel::available();
+    let of_trial = |seed: u32| Trial::new(Random::new(seed.into()), levels[seed as usize % levels.len()]).run();
+    let counts = (0..TRIALS).into_par_iter().map(of_trial).collect::<Vec<_>>();
+    let counts = counts.into_iter().fold([0; 3], |sum, one| std::array::from_fn(|verdict| sum[verdict] + one[verdict]));
+    let all = TRIALS * (LANES * LANES) as u32;
+    assert!(counts.iter().all(|&count| count > all / 50), "shadowed, not, not decided: {counts:?}");
+}
