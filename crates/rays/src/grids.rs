@@ -6,25 +6,38 @@ use std::time::Instant;
 use crate::camera_grid::PerspectiveGrid;
 use crate::light_grid::LightGrid;
 use crate::listed::{ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptions};
+use crate::patches::Patches;
 use crate::shot::{Bytes, Counts, LightMask, PixelWork, Seconds, SeenPixels, Shot, Work};
 use crate::{ImageTooLarge, LightCells, LightSource, Omitted, SimdLevel, Specialised, Structure, Triangles};
 
 /// A grid for a camera's rays.
 pub trait CameraGrid: Debug + Send + Sync {
-    /// Replaces the grid by one of the shot's triangles; the time of stages that are known apart.
+    /// The instructions to find patches with; `None` for a grid that doesn't ask for any.
+    fn level_for_patches(&self) -> Option<SimdLevel> {
+        None
+    }
+
+    /// Replaces the grid by one of the shot's triangles, whose `patches` it may use; the time of stages that are known
+    /// apart.
     ///
     /// # Errors
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
-    fn build(&mut self, shot: &Shot<'_>) -> Result<Seconds, ImageTooLarge>;
+    fn build(&mut self, shot: &Shot<'_>, patches: &Patches) -> Result<Seconds, ImageTooLarge>;
 
     /// Finds what each pixel sees.
-    fn trace(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Counts;
+    fn trace(&mut self, shot: &Shot<'_>, patches: &Patches, seen: &mut SeenPixels) -> Counts;
 
     /// As [`trace`](Self::trace), and counts the work that each pixel is.
-    fn trace_counting(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels, work: &mut PixelWork) -> Counts;
+    fn trace_counting(
+        &mut self,
+        shot: &Shot<'_>,
+        patches: &Patches,
+        seen: &mut SeenPixels,
+        work: &mut PixelWork,
+    ) -> Counts;
 
-    /// The triangles that were left out because no ray can hit them.
-    fn omitted(&self) -> &Omitted;
+    /// The triangles that were left out because no ray can hit them; `None` for a grid that leaves finding them to patches.
+    fn omitted(&self) -> Option<&Omitted>;
 
     /// Bytes held for the last frame, without the pixels'.
     fn bytes(&self) -> usize;
@@ -33,13 +46,15 @@ pub trait CameraGrid: Debug + Send + Sync {
     ///
     /// # Errors
     /// With what is wrong first.
-    fn validate(&self, shot: &Shot<'_>) -> Result<(), String>;
+    fn validate(&self, shot: &Shot<'_>, patches: &Patches) -> Result<(), String>;
 }
 
 /// A grid for the rays of lights, one light after the other.
 pub trait LightsGrid: Debug + Send + Sync {
-    /// Prepares what serves all shots of a frame.
-    fn build(&mut self, _triangles: Triangles<'_>) {}
+    /// The instructions to find patches with; `None` for a grid that doesn't ask for any.
+    fn level_for_patches(&self) -> Option<SimdLevel> {
+        None
+    }
 
     /// Finds out what all lights want to know about the points.
     fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels);
@@ -48,10 +63,24 @@ pub trait LightsGrid: Debug + Send + Sync {
     ///
     /// # Panics
     /// If it was built of another number of triangles.
-    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work;
+    fn shadow(
+        &mut self,
+        shot: &Shot<'_>,
+        patches: &Patches,
+        seen: &SeenPixels,
+        light: &LightSource,
+        mask: &mut LightMask,
+    ) -> Work;
 
     /// As [`Specialised::locate`]; after a survey.
-    fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells);
+    fn locate(
+        &mut self,
+        shot: &Shot<'_>,
+        patches: &Patches,
+        seen: &SeenPixels,
+        light: &LightSource,
+        cells: &mut LightCells,
+    );
 
     /// Bytes held.
     fn bytes(&self) -> Bytes;
@@ -60,7 +89,13 @@ pub trait LightsGrid: Debug + Send + Sync {
     ///
     /// # Errors
     /// With what is wrong first.
-    fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String>;
+    fn validate(
+        &mut self,
+        shot: &Shot<'_>,
+        patches: &Patches,
+        seen: &SeenPixels,
+        light: &LightSource,
+    ) -> Result<(), String>;
 }
 
 /// A grid for the camera and one for each light in turn.
@@ -68,6 +103,8 @@ pub trait LightsGrid: Debug + Send + Sync {
 pub struct Grids<C, L> {
     camera: C,
     light: L,
+    /// What both grids have in common; empty where neither asks for it.
+    patches: Patches,
     of_lights: Vec<Work>,
 }
 
@@ -97,32 +134,38 @@ impl<C: CameraGrid, L: LightsGrid> Grids<C, L> {
     /// Pairs two grids.
     #[must_use]
     pub fn new(camera: C, light: L) -> Self {
-        Self { camera, light, of_lights: Vec::new() }
+        Self { camera, light, patches: Patches::default(), of_lights: Vec::new() }
     }
 
-    fn see_with(&mut self, shot: &Shot<'_>, trace: impl FnOnce(&mut C) -> Counts) -> Result<Work, ImageTooLarge> {
-        let built = self.camera.build(shot)?;
+    fn see_with(
+        &mut self,
+        shot: &Shot<'_>,
+        trace: impl FnOnce(&mut C, &Patches) -> Counts,
+    ) -> Result<Work, ImageTooLarge> {
+        let built = self.camera.build(shot, &self.patches)?;
         let start = Instant::now();
-        let counts = trace(&mut self.camera);
+        let counts = trace(&mut self.camera, &self.patches);
         Ok(Work { counts, seconds: Seconds { trace: start.elapsed().as_secs_f64(), ..built } })
     }
 }
 
 impl<C: CameraGrid, L: LightsGrid> Structure for Grids<C, L> {
     fn build(&mut self, triangles: Triangles<'_>) {
-        self.light.build(triangles);
+        if let Some(level) = self.camera.level_for_patches().or(self.light.level_for_patches()) {
+            self.patches.update(triangles, level);
+        }
     }
 
     fn see(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Result<Work, ImageTooLarge> {
-        self.see_with(shot, |camera| camera.trace(shot, seen))
+        self.see_with(shot, |camera, patches| camera.trace(shot, patches, seen))
     }
 
     fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work {
         shot.expect_masks(seen, lights, masks);
-        let Self { light: grid, of_lights, .. } = self;
+        let Self { light: grid, patches, of_lights, .. } = self;
         of_lights.clear();
         grid.survey(shot, seen);
-        of_lights.extend(lights.iter().zip(masks).map(|(light, mask)| grid.shadow(shot, seen, light, mask)));
+        of_lights.extend(lights.iter().zip(masks).map(|(light, mask)| grid.shadow(shot, patches, seen, light, mask)));
         Work::of_lights(of_lights)
     }
 
@@ -131,18 +174,18 @@ impl<C: CameraGrid, L: LightsGrid> Structure for Grids<C, L> {
     }
 
     fn omitted(&self) -> &Omitted {
-        self.camera.omitted()
+        self.camera.omitted().unwrap_or_else(|| self.patches.omitted())
     }
 
     fn bytes(&self) -> Bytes {
         let of_lights = self.light.bytes();
-        Bytes { triangles: self.camera.bytes() + of_lights.triangles, ..of_lights }
+        Bytes { triangles: self.patches.bytes() + self.camera.bytes() + of_lights.triangles, ..of_lights }
     }
 
     fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource]) -> Result<(), String> {
-        self.camera.validate(shot)?;
+        self.camera.validate(shot, &self.patches)?;
         self.light.survey(shot, seen);
-        lights.iter().try_for_each(|light| self.light.validate(shot, seen, light))
+        lights.iter().try_for_each(|light| self.light.validate(shot, &self.patches, seen, light))
     }
 
     fn specialised(&mut self) -> Option<&mut dyn Specialised> {
@@ -157,11 +200,11 @@ impl<C: CameraGrid, L: LightsGrid> Specialised for Grids<C, L> {
         seen: &mut SeenPixels,
         work: &mut PixelWork,
     ) -> Result<Work, ImageTooLarge> {
-        self.see_with(shot, |camera| camera.trace_counting(shot, seen, work))
+        self.see_with(shot, |camera, patches| camera.trace_counting(shot, patches, seen, work))
     }
 
     fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
         self.light.survey(shot, seen);
-        self.light.locate(shot, seen, light, cells);
+        self.light.locate(shot, &self.patches, seen, light, cells);
     }
 }

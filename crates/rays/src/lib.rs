@@ -55,6 +55,7 @@ pub use light_grid::{LightCell, LightCells, LightFace, LightGrid};
 pub use listed::{
     Cells, ImpossibleCells, ImpossibleLightCells, ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptions,
 };
+pub use patches::Patches;
 pub use ray::{Hit, Ray};
 pub use shot::{
     Bytes, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds, SeenPixels,

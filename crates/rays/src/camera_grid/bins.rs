@@ -1,4 +1,3 @@
-use crate::Omitted;
 use crate::shot::TileOrder;
 
 /// What one range of triangles leaves in one tile.
@@ -6,7 +5,9 @@ use crate::shot::TileOrder;
 pub(crate) struct Bin {
     /// Samples of tiny triangles. 16 bytes each.
     pub(crate) fragments: Vec<Fragment>,
-    /// Triangles for the fast path. Eight bytes each, as in the other lists.
+    /// Patches. Eight bytes each, as in the other lists.
+    pub(crate) patches: Vec<Listed>,
+    /// Triangles for the fast path.
     pub(crate) ordinary: Vec<Listed>,
     /// Triangles for the general path.
     pub(crate) general: Vec<Listed>,
@@ -16,12 +17,19 @@ pub(crate) struct Bin {
     pub(crate) masked_general: Vec<Listed>,
 }
 
-/// A triangle that may be hit in a tile. 8 bytes.
+/// A triangle, or a patch, that may be hit in a tile. 8 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Listed {
-    pub(crate) triangle: u32,
+    /// The slot of a triangle (see [`Patches::triangle`](crate::Patches::triangle)), or the number of a patch and
+    /// [`Listed::PATCH`].
+    pub(crate) slot: u32,
     /// Upper bound of one over the depth of all hits in the tile; infinite where there is none.
     pub(crate) nearest: f32,
+}
+
+impl Listed {
+    /// The bit that patches have.
+    pub(crate) const PATCH: u32 = 1 << 31;
 }
 
 /// A sample that a tiny triangle hits or may hit. 16 bytes.
@@ -49,19 +57,19 @@ pub(crate) fn bytes_of<T>(list: &[T]) -> usize {
 
 impl Bin {
     fn clear(&mut self) {
-        let Self { fragments, ordinary, general, masked, masked_general } = self;
+        let Self { fragments, patches, ordinary, general, masked, masked_general } = self;
         fragments.clear();
-        for list in [ordinary, general, masked, masked_general] {
+        for list in [patches, ordinary, general, masked, masked_general] {
             list.clear();
         }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.fragments.is_empty() && self.lists().all(Vec::is_empty)
+        self.fragments.is_empty() && self.patches.is_empty() && self.lists().all(Vec::is_empty)
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        bytes_of(&self.fragments) + self.lists().map(|list| bytes_of(list)).sum::<usize>()
+        bytes_of(&self.fragments) + bytes_of(&self.patches) + self.lists().map(|list| bytes_of(list)).sum::<usize>()
     }
 
     /// The lists of triangles.
@@ -70,9 +78,10 @@ impl Bin {
     }
 }
 
-/// Which list of a bin a triangle goes to.
+/// Which list of a bin a triangle or a patch goes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Path {
+    Patch,
     Ordinary,
     General,
     Masked,
@@ -85,7 +94,6 @@ pub(crate) struct Bins {
     pub(crate) columns: i32,
     pub(crate) rows: i32,
     pub(crate) bins: Vec<Bin>,
-    pub(crate) omitted: Omitted,
 }
 
 impl Bins {
@@ -99,7 +107,6 @@ impl Bins {
         (self.columns, self.rows) = (columns as i32, rows as i32);
         self.bins.iter_mut().for_each(Bin::clear);
         self.bins.resize_with(columns as usize * rows as usize, Bin::default);
-        self.omitted.clear();
     }
 
     /// The bin of the tile in which the pixel in column `x` and row `y` is.
@@ -121,6 +128,7 @@ impl Bins {
     pub(crate) fn push(&mut self, path: Path, listed: Listed, column: i32, row: i32) {
         let bin = &mut self.bins[(row * self.columns + column) as usize];
         let list = match path {
+            Path::Patch => &mut bin.patches,
             Path::Ordinary => &mut bin.ordinary,
             Path::General => &mut bin.general,
             Path::Masked => &mut bin.masked,

@@ -9,11 +9,15 @@ use super::bins::{Bins, Fragment, Listed, Path};
 use super::general::General;
 use super::lanes::{Corners, DepthPlane, LANES, PixelBounds, Setup, largest, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
+use super::shown::Shown;
+use super::sight::Sight;
 use super::tile::Batch;
-use super::{ImageTooLarge, PerspectiveGrid};
+use super::tiny::{Tiny, TinyHits};
+use super::{ImageTooLarge, PerspectiveGrid, PixelBox};
+use crate::patches::{Patch, Patches};
 use crate::shot::{Opacity, Shot, Sides, TileOrder};
-use crate::simd::lanes::{bits_of, max3, min3};
-use crate::simd::{each, vectorized};
+use crate::simd::lanes::{bits_of, load_places, max3, min3};
+use crate::simd::vectorized;
 use crate::{SimdLevel, Triangles};
 
 impl PerspectiveGrid {
@@ -21,40 +25,32 @@ impl PerspectiveGrid {
     ///
     /// # Errors
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
-    pub(super) fn build(&mut self, shot: &Shot<'_>) -> Result<(), ImageTooLarge> {
+    pub(super) fn build(&mut self, shot: &Shot<'_>, patches: &Patches) -> Result<(), ImageTooLarge> {
+        /// In sixteens of patches.
+        const SMALLEST_RANGE: usize = 4;
+        const MOST_RANGES: usize = 32;
         ImageTooLarge::check(&shot.view)?;
+        patches.expect(shot.triangles);
         let space = PixelSpace::new(&shot.view, shot.offset_pixels);
         self.space = Some(space);
         self.triangle_count = shot.triangles.len();
-        project(self.level, &space, shot.triangles, &mut self.vertices);
-        self.set_up(&space, shot);
-        self.omitted.clear();
-        for range in &self.ranges {
-            self.omitted.append(&range.omitted);
-        }
-        Ok(())
-    }
-
-    /// Sorts triangles to tiles, in ranges whose number doesn't depend on that of threads.
-    fn set_up(&mut self, space: &PixelSpace, shot: &Shot<'_>) {
-        const SMALLEST_RANGE: usize = 4096;
-        const MOST_RANGES: usize = 64;
-        let Shot { triangles, opacity, sides, .. } = *shot;
-        let count = triangles.len();
-        let ranges = count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES);
-        let length = count.div_ceil(ranges).next_multiple_of(LANES);
-        let level = self.level.0;
-        let (columns, rows) = self.tiles();
+        self.vertices.resize(patches.vertex_count() + 1, Vertex::AWKWARD);
+        self.boxes.resize(patches.len(), PixelBox::default());
+        let sixteens = patches.len().div_ceil(LANES);
+        let ranges = sixteens.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES);
         self.ranges.resize_with(ranges, Bins::default);
-        let vertices = &self.vertices;
-        let facing = space.facing(sides);
-        let opacity = (!opacity.are_all_opaque()).then_some(opacity);
-        self.ranges.par_iter_mut().enumerate().with_max_len(1).for_each(|(range, bins)| {
-            bins.reset(columns, rows);
-            let ids = (range * length).min(count)..((range + 1) * length).min(count);
-            let set_up = SetUp { space, triangles, vertices, opacity, facing, sides, bins };
-            dispatch!(level, simd => set_up.range(simd, ids));
-        });
+        let opacity = shot.opacity;
+        let listing = Listing {
+            level: self.level,
+            space: &space,
+            shot,
+            patches,
+            opacity: (!opacity.are_all_opaque()).then_some(opacity),
+            tiles: self.tiles(),
+            patches_a_range: sixteens.div_ceil(ranges) * LANES,
+        };
+        listing.list(0, &mut self.ranges, &mut self.vertices[..patches.vertex_count()], &mut self.boxes);
+        Ok(())
     }
 }
 
@@ -66,158 +62,201 @@ pub(crate) fn project(level: SimdLevel, space: &PixelSpace, triangles: Triangles
         *last = Vertex::AWKWARD;
     }
     let chunks = vertices.par_chunks_mut(CHUNK).zip(triangles.positions.par_chunks(CHUNK));
-    chunks.for_each(|(vertices, positions)| dispatch!(level.0, simd => space.project(simd, positions, vertices)));
+    chunks.for_each(|(vertices, positions)| dispatch!(level.0, simd => vectorized!(simd => space.project(simd, positions, vertices))));
 }
 
-/// The set-up of one range of triangles.
+/// Sorts patches, and triangles of those that are large or awkward, to tiles.
+struct Listing<'a> {
+    level: SimdLevel,
+    space: &'a PixelSpace,
+    shot: &'a Shot<'a>,
+    patches: &'a Patches,
+    /// `None` where all triangles are opaque: asking about each took 4 to 10 % of seeing.
+    opacity: Option<&'a dyn Opacity>,
+    /// Columns and rows.
+    tiles: (u32, u32),
+    patches_a_range: usize,
+}
+
+impl Listing<'_> {
+    /// Fills the ranges from `first` on, whose number doesn't depend on that of threads; in halves, so that threads share
+    /// them.
+    fn list(&self, first: usize, ranges: &mut [Bins], vertices: &mut [Vertex], boxes: &mut [PixelBox]) {
+        let start = |range: usize| (range * self.patches_a_range).min(self.patches.len());
+        if let [bins] = ranges {
+            bins.reset(self.tiles.0, self.tiles.1);
+            let numbers = start(first)..start(first + 1);
+            dispatch!(self.level.0, simd => vectorized!(simd => self.list_range(simd, numbers, bins, vertices, boxes)));
+            return;
+        }
+        let middle = ranges.len() / 2;
+        let patches = start(first + middle) - start(first);
+        let of_patches = self.patches.first_vertex(start(first + middle)) - self.patches.first_vertex(start(first));
+        let (low, high) = ranges.split_at_mut(middle);
+        let (low_vertices, high_vertices) = vertices.split_at_mut(of_patches);
+        let (low_boxes, high_boxes) = boxes.split_at_mut(patches);
+        rayon::join(
+            || self.list(first, low, low_vertices, low_boxes),
+            || self.list(first + middle, high, high_vertices, high_boxes),
+        );
+    }
+
+    #[inline(always)]
+    fn list_range<S: Simd>(
+        &self,
+        simd: S,
+        numbers: Range<usize>,
+        bins: &mut Bins,
+        mut vertices: &mut [Vertex],
+        boxes: &mut [PixelBox],
+    ) {
+        for (number, in_image) in numbers.zip(boxes) {
+            let patch = self.patches.get(number);
+            let (of_patch, rest) = vertices.split_at_mut(patch.vertices.len());
+            vertices = rest;
+            match self.space.sight(simd, self.patches.bounds.sixteens[number / LANES].get(number % LANES)) {
+                Sight::Outside => {}
+                Sight::Within { pixels, nearest } if pixels.is_small() && self.are_opaque(&patch) => {
+                    *in_image = pixels;
+                    bins.list(Path::Patch, Listed { slot: number as u32 | Listed::PATCH, nearest }, pixels.tiles());
+                }
+                Sight::Within { .. } | Sight::Anywhere => self.list_triangles(simd, number, &patch, of_patch, bins),
+            }
+        }
+    }
+
+    fn are_opaque(&self, patch: &Patch<'_>) -> bool {
+        self.opacity.is_none_or(|opacity| patch.ids[..patch.count].iter().all(|&id| opacity.is_opaque(id)))
+    }
+
+    /// Lists the triangles of a patch.
+    #[inline(never)]
+    fn list_triangles<S: Simd>(
+        &self,
+        simd: S,
+        number: usize,
+        patch: &Patch<'_>,
+        vertices: &mut [Vertex],
+        bins: &mut Bins,
+    ) {
+        let &Self { space, opacity, shot, .. } = self;
+        let shown = Shown::new(space, shot);
+        let mut set_up = SetUp { space, triangles: shot.triangles, opacity, sides: shot.sides, shown, bins };
+        vectorized!(simd => {
+            for (vertices, places) in vertices.chunks_exact_mut(LANES).zip(self.patches.places(number)) {
+                space.project_sixteen(simd, load_places(simd, places), vertices);
+            }
+            for first in (0..patch.count).step_by(LANES) {
+                let corners = Corners::of_patch(simd, vertices, &patch.corners[first..first + LANES]);
+                let sixteen = Sixteen {
+                    first_slot: (self.patches.first_slot(number) + first) as u32,
+                    ids: &patch.ids[first..first + LANES],
+                    lanes: (1 << (patch.count - first).min(LANES)) - 1,
+                };
+                set_up.sixteen(simd, &sixteen, &corners);
+            }
+        });
+    }
+}
+
+/// Up to sixteen triangles of a patch.
+pub(super) struct Sixteen<'a> {
+    pub(super) first_slot: u32,
+    pub(super) ids: &'a [u32],
+    /// A bit for each of them.
+    pub(super) lanes: u64,
+}
+
+/// The set-up of triangles.
 struct SetUp<'a> {
     space: &'a PixelSpace,
     triangles: Triangles<'a>,
-    vertices: &'a [Vertex],
-    /// `None` where all triangles are opaque: asking about each took 4 to 10 % of seeing.
     opacity: Option<&'a dyn Opacity>,
-    /// The sign of the area in pixel space of triangles that show their front; zero where all have both sides.
-    facing: f32,
     sides: Sides<'a>,
+    shown: Shown<'a>,
     bins: &'a mut Bins,
 }
 
 impl SetUp<'_> {
     #[inline(always)]
-    fn range<S: Simd>(mut self, simd: S, ids: Range<usize>) {
-        let end = ids.end;
-        for first in ids.step_by(LANES) {
-            let batch = &self.triangles.indices[first..end.min(first + LANES)];
-            let lanes = (1_u64 << batch.len()) - 1;
-            let corners = Corners::load(simd, self.vertices, batch);
-            let ordinary = min3(corners.inverse_depth).simd_gt(splat(simd, 0.0)).to_bitmask();
-            let behind = max3(corners.inverse_depth).simd_le(splat(simd, Vertex::BEHIND)).to_bitmask();
-            for lane in bits_of(lanes & !(ordinary | behind)) {
-                self.set_aside(simd, (first + lane) as u32);
+    fn sixteen<S: Simd>(&mut self, simd: S, sixteen: &Sixteen<'_>, corners: &Corners<S>) {
+        let &Sixteen { first_slot, ids, lanes } = sixteen;
+        let ordinary = min3(corners.inverse_depth).simd_gt(splat(simd, 0.0)).to_bitmask();
+        let behind = max3(corners.inverse_depth).simd_le(splat(simd, Vertex::BEHIND)).to_bitmask();
+        for lane in bits_of(lanes & !(ordinary | behind)) {
+            self.set_aside(simd, first_slot + lane as u32, ids[lane]);
+        }
+        let mut seen = ordinary & lanes;
+        for lane in bits_of(corners.coincide().to_bitmask() & seen) {
+            if self.triangles.usable_corners(ids[lane]).is_err() {
+                seen &= !(1 << lane);
             }
-            let mut ordinary = ordinary & lanes;
-            for lane in bits_of(corners.coincide().to_bitmask() & lanes & (ordinary | behind)) {
-                if self.is_without_area((first + lane) as u32) {
-                    ordinary &= !(1 << lane);
-                }
-            }
-            let bounds = PixelBounds::new(simd, self.space, &corners);
-            let seen = bounds.x[0].simd_le(bounds.x[1]) & bounds.y[0].simd_le(bounds.y[1]);
-            let mut seen = seen.to_bitmask() & ordinary;
-            if seen == 0 {
-                continue;
-            }
-            if self.facing != 0.0 {
-                let backs = self.sides.sixteen_backs(first as u32);
-                seen &= backs | self.fronts(simd, first as u32, &corners, &bounds, seen & !backs);
-            }
-            let masked = self.opacity.map_or(0, |opacity| {
-                let masked = bits_of(seen).filter(|lane| !opacity.is_opaque((first + lane) as u32));
-                masked.fold(0, |masked, lane| masked | 1 << lane)
-            });
-            if masked != 0 {
-                seen &= !masked;
-                self.list_in_tiles(simd, Path::Masked, first as u32, &corners, &bounds, masked);
-            }
-            let one = splat(simd, 1.0);
-            let tiny = (bounds.x[1] - bounds.x[0]).simd_le(one) & (bounds.y[1] - bounds.y[0]).simd_le(one);
-            let tiny_lanes = tiny.to_bitmask() & seen;
-            if tiny_lanes != 0 {
-                self.leave_fragments(simd, first as u32, &corners, &bounds, tiny_lanes);
-            }
-            if seen != tiny_lanes {
-                self.list_in_tiles(simd, Path::Ordinary, first as u32, &corners, &bounds, seen & !tiny_lanes);
-            }
+        }
+        let bounds = PixelBounds::new(simd, self.space, corners);
+        seen &= (bounds.x[0].simd_le(bounds.x[1]) & bounds.y[0].simd_le(bounds.y[1])).to_bitmask();
+        seen = self.shown.of(simd, ids, corners, &bounds, seen);
+        let masked = self.opacity.map_or(0, |opacity| {
+            let masked = bits_of(seen).filter(|&lane| !opacity.is_opaque(ids[lane]));
+            masked.fold(0, |masked, lane| masked | 1 << lane)
+        });
+        if masked != 0 {
+            seen &= !masked;
+            self.list_in_tiles(simd, Path::Masked, sixteen, corners, &bounds, masked);
+        }
+        let tiny = Tiny::are(simd, &bounds).to_bitmask() & seen;
+        if tiny != 0 {
+            self.leave_fragments(simd, ids, corners, &bounds, tiny);
+        }
+        if seen != tiny {
+            self.list_in_tiles(simd, Path::Ordinary, sixteen, corners, &bounds, seen & !tiny);
         }
     }
 
-    /// Which of some triangles show their front: those whose area is certain, and those that the predicate says do.
-    #[inline(always)]
-    fn fronts<S: Simd>(&self, simd: S, first: u32, corners: &Corners<S>, bounds: &PixelBounds<S>, lanes: u64) -> u64 {
-        let [area, bound] = corners.signed_area(simd, bounds.error);
-        let area = area * splat(simd, self.facing);
-        let (mut fronts, backs) = (area.simd_gt(bound).to_bitmask(), area.simd_lt(-bound).to_bitmask());
-        for lane in bits_of(lanes & !(fronts | backs)) {
-            fronts |= u64::from(self.space.sees_front(self.triangles.corners(first + lane as u32))) << lane;
-        }
-        fronts
-    }
-
-    /// Lists a triangle on the general path, or counts it where no ray can hit it.
+    /// Lists a triangle on the general path, if a ray can hit it.
     #[cold]
     #[inline(never)]
-    fn set_aside<S: Simd>(&mut self, simd: S, id: u32) {
-        match self.triangles.usable_corners(id) {
-            Err(why) => self.bins.omitted.note(id, why),
-            Ok(corners) if !self.sides.has_back(id) && !self.space.sees_front(corners) => {}
-            Ok(corners) => {
-                let is_opaque = self.opacity.is_none_or(|opacity| opacity.is_opaque(id));
-                let path = if is_opaque { Path::General } else { Path::MaskedGeneral };
-                self.list_general(simd, path, id, corners);
-            }
+    fn set_aside<S: Simd>(&mut self, simd: S, slot: u32, id: u32) {
+        let Ok(corners) = self.triangles.usable_corners(id) else { return };
+        if self.sides.has_back(id) || self.space.sees_front(corners) {
+            let is_opaque = self.opacity.is_none_or(|opacity| opacity.is_opaque(id));
+            let path = if is_opaque { Path::General } else { Path::MaskedGeneral };
+            self.list_general(simd, path, slot, corners);
         }
     }
 
     /// Lists a triangle where its edge functions in f64 don't rule it out.
     #[cold]
     #[inline(never)]
-    fn list_general<S: Simd>(&mut self, simd: S, path: Path, id: u32, corners: [Vec3; 3]) {
+    fn list_general<S: Simd>(&mut self, simd: S, path: Path, slot: u32, corners: [Vec3; 3]) {
         let (space, bins) = (self.space, &mut *self.bins);
         let general = General::new(space, corners);
-        vectorized!(simd => bins.list_general(simd, space, path, id, &general));
+        vectorized!(simd => bins.list_general(simd, space, path, slot, &general));
     }
 
-    /// Whether no ray can hit a triangle with finite corners, which is counted then.
-    #[cold]
-    #[inline(never)]
-    fn is_without_area(&mut self, id: u32) -> bool {
-        let unusable = self.triangles.usable_corners(id).err();
-        unusable.inspect(|&why| self.bins.omitted.note(id, why)).is_some()
-    }
-
-    /// Tests tiny triangles at once, in coordinates with an origin at the first of their two by two samples.
+    /// Tests tiny triangles at once.
     #[inline(always)]
     fn leave_fragments<S: Simd>(
         &mut self,
         simd: S,
-        first: u32,
+        ids: &[u32],
         corners: &Corners<S>,
         bounds: &PixelBounds<S>,
-        tiny_lanes: u64,
+        lanes: u64,
     ) {
-        // Coordinates are below four, so their own rounding is below 4 half ulps.
-        let error = bounds.error + splat(simd, 4.0 * HALF_ULP);
-        const OVERHANG_PIXELS: f32 = 0.01;
-        let x = each!(x in corners.x => x - bounds.x[0]);
-        let y = each!(y in corners.y => y - bounds.y[0]);
-        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, 1.0, OVERHANG_PIXELS);
-        let certain = setup.is_certain(simd);
-        let tiny = mask32x16::from_bitmask(simd, tiny_lanes);
+        let lanes = mask32x16::from_bitmask(simd, lanes);
+        let tiny = Tiny::new(simd, corners, bounds);
         let columns: [f32; LANES] = bounds.x[0].into();
         let rows: [f32; LANES] = bounds.y[0].into();
-        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let (right, down) = (splat(simd, dx as f32), splat(simd, dy as f32));
-            let valid = (bounds.x[0] + right).simd_le(bounds.x[1]) & (bounds.y[0] + down).simd_le(bounds.y[1]) & tiny;
-            let edges = setup.edges(right, down);
-            let (lowest, highest) = (min3(edges), max3(edges));
-            // Where the area's sign isn't certain, a miss takes two edge functions with opposite certain signs.
-            let missed = lowest.simd_lt(-setup.bound) & (certain | highest.simd_gt(setup.bound));
-            let kept = (valid & !missed).to_bitmask();
-            if kept == 0 {
-                continue;
-            }
-            let inside = (lowest.simd_gt(setup.bound) & certain).to_bitmask();
-            let depth = corners.inverse_depth[0] + (edges[1] * setup.slopes[0] + edges[2] * setup.slopes[1]);
-            let nearest = setup.nearest * splat(simd, 1.0 + 4.0 * HALF_ULP);
-            let low: [f32; LANES] = (depth - setup.depth_error).into();
-            let high: [f32; LANES] = certain.select(depth + setup.depth_error, nearest).into();
-            for lane in bits_of(kept) {
-                let triangle = first + lane as u32;
+        for sample in Tiny::<S>::SAMPLES {
+            let TinyHits { possible, inside, low, high } = tiny.hits(simd, sample, bounds.have(simd, sample) & lanes);
+            let inside = inside.to_bitmask();
+            let (low, high): ([f32; LANES], [f32; LANES]) = (low.into(), high.into());
+            for lane in bits_of(possible.to_bitmask()) {
                 let undecided = if inside >> lane & 1 == 0 { Fragment::UNDECIDED } else { 0 };
-                let x = columns[lane] as i32 + dx + self.space.middle.x;
-                let y = rows[lane] as i32 + dy + self.space.middle.y;
+                let x = columns[lane] as i32 + sample.0 + self.space.middle.x;
+                let y = rows[lane] as i32 + sample.1 + self.space.middle.y;
                 let index = TileOrder::index_in_tile(x as u32, y as u32) | undecided;
-                let fragment = Fragment { index, triangle, low: low[lane], high: high[lane] };
+                let fragment = Fragment { index, triangle: ids[lane], low: low[lane], high: high[lane] };
                 self.bins.bin_mut(x, y).fragments.push(fragment);
             }
         }
@@ -229,7 +268,7 @@ impl SetUp<'_> {
         &mut self,
         simd: S,
         path: Path,
-        first: u32,
+        sixteen: &Sixteen<'_>,
         corners: &Corners<S>,
         bounds: &PixelBounds<S>,
         lanes: u64,
@@ -240,8 +279,7 @@ impl SetUp<'_> {
         let (y0, y1): ([f32; LANES], [f32; LANES]) = (bounds.y[0].into(), bounds.y[1].into());
         let mut large = 0;
         for lane in bits_of(lanes) {
-            let id = first + lane as u32;
-            let listed = Listed { triangle: id, nearest: nearest[lane] };
+            let listed = Listed { slot: sixteen.first_slot + lane as u32, nearest: nearest[lane] };
             let tiles = self.tiles([x0[lane], x1[lane], y0[lane], y1[lane]]);
             // Where bounds hold many tiles, a triangle often misses most of them. With 1 or 2 here, building takes up to a
             // half longer, and seeing no less time; with 8, both take the same (as measured for `DepthOrder`).
@@ -253,7 +291,7 @@ impl SetUp<'_> {
             }
         }
         if large != 0 {
-            self.list_large(simd, path, first, corners, bounds, large);
+            self.list_large(simd, path, sixteen, corners, bounds, large);
         }
     }
 
@@ -263,7 +301,7 @@ impl SetUp<'_> {
         &mut self,
         simd: S,
         path: Path,
-        first: u32,
+        sixteen: &Sixteen<'_>,
         corners: &Corners<S>,
         bounds: &PixelBounds<S>,
         lanes: u64,
@@ -289,11 +327,12 @@ impl SetUp<'_> {
         for lane in bits_of(lanes & certain) {
             let tiles = self.tiles([&x0, &x1, &y0, &y1].map(|bound| bound[lane % LANES]));
             let triangle = batch.linear(lane);
-            self.bins.list_linear(simd, self.space, path, first + lane as u32, &triangle, tiles);
+            self.bins.list_linear(simd, self.space, path, sixteen.first_slot + lane as u32, &triangle, tiles);
         }
-        for id in bits_of(lanes & !certain).map(|lane| first + lane as u32) {
+        for lane in bits_of(lanes & !certain) {
             let path = if path == Path::Ordinary { Path::General } else { path };
-            self.list_general(simd, path, id, self.triangles.corners(id));
+            let corners = self.triangles.corners(sixteen.ids[lane]);
+            self.list_general(simd, path, sixteen.first_slot + lane as u32, corners);
         }
     }
 

@@ -38,7 +38,7 @@ impl Bins {
         simd: S,
         space: &PixelSpace,
         path: Path,
-        id: u32,
+        slot: u32,
         triangle: &Linear,
         [x0, x1, y0, y1]: [i32; 4],
     ) {
@@ -60,7 +60,7 @@ impl Bins {
                 let reached = min3(edges).simd_ge(zero) & here.simd_ge(zero);
                 let here: [f32; LANES] = here.into();
                 for lane in bits_of(reached.to_bitmask() & ((1 << count) - 1)) {
-                    let listed = Listed { triangle: id, nearest: here[lane % LANES] };
+                    let listed = Listed { slot, nearest: here[lane % LANES] };
                     self.push(path, listed, first + lane as i32, row);
                 }
             }
@@ -74,14 +74,14 @@ impl Bins {
         simd: S,
         space: &PixelSpace,
         path: Path,
-        id: u32,
+        slot: u32,
         triangle: &General,
     ) {
         let Some(tiles) = self.tiles_within(space, triangle.limits()) else { return };
         match triangle.linear([0.0; 2], f64::from(Self::reach(space))) {
-            Some(linear) => self.list_linear(simd, space, path, id, &linear, tiles),
+            Some(linear) => self.list_linear(simd, space, path, slot, &linear, tiles),
             None => {
-                let listed = Listed { triangle: id, nearest: f32::INFINITY };
+                let listed = Listed { slot, nearest: f32::INFINITY };
                 self.list_square(space, path, listed, triangle, Square::around_image(space));
             }
         }

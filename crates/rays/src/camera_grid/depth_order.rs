@@ -1,3 +1,5 @@
+use std::cmp::Reverse;
+
 use super::bins::Listed;
 use super::lanes::LANES;
 
@@ -29,9 +31,9 @@ impl DepthOrder {
         let minus = |listed: &Listed| Listed { nearest: -listed.nearest, ..*listed };
         general.for_each(|list| unsorted.extend(list.iter().map(minus)));
         sorted.clear();
-        // Few enough to be tested at once anyway.
         if unsorted.len() <= 2 * LANES {
             sorted.extend_from_slice(unsorted);
+            sorted.sort_unstable_by_key(|listed| (Reverse(listed.nearest.abs().to_bits()), listed.slot));
             return;
         }
         // Bits of floats grow about with their logarithm: slices are as deep as they are far away.

@@ -1,13 +1,14 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
+use fearless_simd::{Simd, f32x16, f64x8, mask32x16, u8x64, u32x16};
 
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use crate::Triangles;
 use crate::simd::each;
 pub(crate) use crate::simd::lanes::{LANES, splat};
-use crate::simd::lanes::{load_corner, max3, min3};
+use crate::simd::lanes::{TABLE, load_corner, load_local_corner, look_up, max3, min3};
 
 /// The corners of 16 triangles: x, y and inverse depth of each.
+#[derive(Clone, Copy)]
 pub(crate) struct Corners<S: Simd> {
     pub(crate) x: [f32x16<S>; 3],
     pub(crate) y: [f32x16<S>; 3],
@@ -38,6 +39,27 @@ impl<S: Simd> Corners<S> {
             *corners = triangles.indices[id as usize];
         }
         Self::load(simd, vertices, &indices)
+    }
+
+    /// The corners of 16 triangles, given as numbers of a few vertices, with x, y and inverse depth of these.
+    #[inline(always)]
+    pub(crate) fn of_few(simd: S, [x, y, inverse_depth]: &[[f32; TABLE]; 3], corners: &[[u8; 4]; LANES]) -> Self {
+        let quads = u8x64::from_slice(simd, corners.as_flattened()).bitcast::<u32x16<S>>();
+        let corners = [quads & 0xff, (quads >> 8) & 0xff, quads >> 16];
+        Self {
+            x: each!(corner in corners => look_up(simd, x, corner)),
+            y: each!(corner in corners => look_up(simd, y, corner)),
+            inverse_depth: each!(corner in corners => look_up(simd, inverse_depth, corner)),
+        }
+    }
+
+    /// The corners of 16 triangles of a patch, given its vertices.
+    #[inline(always)]
+    pub(crate) fn of_patch(simd: S, vertices: &[Vertex], corners: &[[u8; 4]]) -> Self {
+        let [ax, ay, az] = load_local_corner(simd, vertices, corners, 0);
+        let [bx, by, bz] = load_local_corner(simd, vertices, corners, 1);
+        let [cx, cy, cz] = load_local_corner(simd, vertices, corners, 2);
+        Self { x: [ax, bx, cx], y: [ay, by, cy], inverse_depth: [az, bz, cz] }
     }
 
     /// Whether two corners are at the same point of the image.
@@ -94,6 +116,19 @@ impl<S: Simd> PixelBounds<S> {
         let x = clamp(simd, sample_range(corners.x, error), space.middle.x, width);
         let y = clamp(simd, sample_range(corners.y, error), space.middle.y, height);
         Self { x, y, error }
+    }
+
+    /// Which of them have the sample in so many columns and rows from their first.
+    #[inline(always)]
+    pub(crate) fn have(&self, simd: S, (column, row): (i32, i32)) -> mask32x16<S> {
+        let [x, y] = self.sample(simd, (column, row));
+        x.simd_le(self.x[1]) & y.simd_le(self.y[1])
+    }
+
+    /// The sample in so many columns and rows from each one's first.
+    #[inline(always)]
+    pub(crate) fn sample(&self, simd: S, (column, row): (i32, i32)) -> [f32x16<S>; 2] {
+        [self.x[0] + splat(simd, column as f32), self.y[0] + splat(simd, row as f32)]
     }
 }
 

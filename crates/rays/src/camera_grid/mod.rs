@@ -10,12 +10,16 @@ pub(crate) mod build;
 mod coarse;
 mod depth;
 mod depth_order;
+mod fine;
 pub(crate) mod general;
 pub(crate) mod lanes;
 mod linear;
 pub(crate) mod pixel_space;
 pub(crate) mod samples;
+mod shown;
+mod sight;
 pub(crate) mod tile;
+mod tiny;
 pub(crate) mod trace;
 mod validate;
 
@@ -23,27 +27,31 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 use crate::grids::CameraGrid;
+use crate::patches::Patches;
 use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot, TileOrder};
 use crate::simd::SimdLevel;
 use crate::{Omitted, View};
 use bins::{Bin, Bins, bytes_of};
 use pixel_space::{PixelSpace, Vertex};
+use sight::PixelBox;
 use tile::Tile;
 
 /// The triangles of a frame, sorted to screen tiles for one ray through each pixel.
 ///
-/// 16 bytes a vertex, eight for each triangle and tile, 16 for each sample that a tiny triangle hits, and 120 for each
-/// tile and range of triangles. Keep it and rebuild it: its memory is reused.
+/// 16 bytes a vertex of a patch, eight for each patch, or triangle of one that isn't small, and tile, 16 for each sample that
+/// a tiny triangle of these hits, and 144 for each tile and range of patches. Keep it and rebuild it: its memory is reused.
 #[derive(Default)]
 pub struct PerspectiveGrid {
     level: SimdLevel,
     /// None before the first build.
     space: Option<PixelSpace>,
     triangle_count: usize,
+    /// Of the patches whose triangles are listed, in the patches' order.
     vertices: Vec<Vertex>,
-    /// In order of triangle ids.
+    /// Where the patches are that are listed.
+    boxes: Vec<PixelBox>,
+    /// In order of patches.
     ranges: Vec<Bins>,
-    omitted: Omitted,
     /// One for each thread.
     scratch: Vec<Mutex<Box<Tile>>>,
 }
@@ -90,33 +98,44 @@ impl PerspectiveGrid {
 }
 
 impl CameraGrid for PerspectiveGrid {
-    fn build(&mut self, shot: &Shot<'_>) -> Result<Seconds, ImageTooLarge> {
+    fn level_for_patches(&self) -> Option<SimdLevel> {
+        Some(self.level)
+    }
+
+    fn build(&mut self, shot: &Shot<'_>, patches: &Patches) -> Result<Seconds, ImageTooLarge> {
         let start = Instant::now();
-        Self::build(self, shot)?;
+        Self::build(self, shot, patches)?;
         Ok(Seconds { list: start.elapsed().as_secs_f64(), ..Seconds::default() })
     }
 
-    fn trace(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Counts {
-        self.trace_tiles(shot, seen, &mut vec![[]; self.order().slots()])
+    fn trace(&mut self, shot: &Shot<'_>, patches: &Patches, seen: &mut SeenPixels) -> Counts {
+        self.trace_tiles(shot, patches, seen, &mut vec![[]; self.order().slots()])
     }
 
-    fn trace_counting(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels, work: &mut PixelWork) -> Counts {
+    fn trace_counting(
+        &mut self,
+        shot: &Shot<'_>,
+        patches: &Patches,
+        seen: &mut SeenPixels,
+        work: &mut PixelWork,
+    ) -> Counts {
         let work = work.start(self.order());
-        self.trace_tiles(shot, seen, work)
+        self.trace_tiles(shot, patches, seen, work)
     }
 
-    fn omitted(&self) -> &Omitted {
-        &self.omitted
+    fn omitted(&self) -> Option<&Omitted> {
+        None
     }
 
     fn bytes(&self) -> usize {
         let bins = self.ranges.iter().flat_map(|range| &range.bins);
         bytes_of(&self.vertices)
+            + bytes_of(&self.boxes)
             + bins.map(|bin| size_of::<Bin>() + bin.bytes()).sum::<usize>()
             + self.scratch.len() * size_of::<Tile>()
     }
 
-    fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
-        Self::validate(self, shot)
+    fn validate(&self, shot: &Shot<'_>, patches: &Patches) -> Result<(), String> {
+        Self::validate(self, shot, patches)
     }
 }

@@ -1,8 +1,10 @@
-use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, f64x8};
 use glam::{DVec2, DVec3, IVec2, Vec3};
 
 use crate::predicate::{is_front_along, is_front_from};
-use crate::simd::vectorized;
+use crate::simd::lanes::{LANES, quads, sixteen_of, splat};
+use crate::simd::vectors::{Vectors, narrow, widen};
 use crate::{Camera, Projection, Ray, Sides, View};
 
 /// Half the distance from one to the next f32: the relative error of one rounding.
@@ -50,9 +52,9 @@ impl Vertex {
 pub(crate) struct PixelSpace {
     view: View,
     offset_pixels: DVec2,
-    eye: DVec3,
+    pub(super) eye: DVec3,
     /// Rows of the inverse of the matrix of the camera's axes.
-    camera_from_world: [DVec3; 3],
+    pub(super) camera_from_world: [DVec3; 3],
     /// Pixels a unit of x/z; in an orthographic view, pixels a unit of x.
     pub(crate) scale: f64,
     /// Where the camera's forward axis is in pixel space.
@@ -60,13 +62,13 @@ pub(crate) struct PixelSpace {
     /// The pixel whose sample has the coordinates (0, 0).
     pub(crate) middle: IVec2,
     /// Largest |x/z| and |y/z| that a vertex may have on the fast path; negative where no vertex may take it.
-    guard: f64,
+    pub(super) guard: f64,
     /// T of [`RELATIVE_EDGE_ERROR`](Self::RELATIVE_EDGE_ERROR), in pixels.
     pub(crate) extent: f64,
     /// Error of the edge functions of [`General`](super::general::General) for vertices with a reach of one.
     pub(crate) edge_error: f64,
     /// The reaches of [`camera_point`](Self::camera_point) for each world unit.
-    reach_per_unit: f64,
+    pub(super) reach_per_unit: f64,
     /// The least reach that counts in an orthographic view.
     least_reach: f64,
 }
@@ -185,34 +187,74 @@ impl PixelSpace {
         self.view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y)
     }
 
-    /// Transforms `positions` to `vertices`, which has the same length.
+    /// What one over the depth of ordinary vertices is: far from where it or its slopes, 10¹² times as large at most, leave
+    /// the range of an f32.
+    pub(super) const RANGE: std::ops::RangeInclusive<f64> = 1e-24..=1e24;
+
+    /// How far behind the eye, in relation to its reach, a vertex has to be to be so certainly: it is wrong by 2⁻⁴⁵ of it.
+    /// Directions of rays have a depth of one but for a few roundings.
+    pub(super) const DOUBT: f64 = 1.0 / (1_u64 << 40) as f64;
+
+    /// Transforms positions to as many vertices.
     #[inline(always)]
     pub(crate) fn project<S: Simd>(&self, simd: S, positions: &[Vec3], vertices: &mut [Vertex]) {
-        vectorized!(simd => {
-            for (vertex, &position) in vertices.iter_mut().zip(positions) {
-                *vertex = self.vertex(position);
+        for (positions, vertices) in positions.chunks(LANES).zip(vertices.chunks_mut(LANES)) {
+            let mut sixteen = [Vertex::AWKWARD; LANES];
+            self.project_sixteen(simd, sixteen_of(simd, positions), &mut sixteen);
+            vertices.copy_from_slice(&sixteen[..vertices.len()]);
+        }
+    }
+
+    /// x, y and inverse depth of sixteen positions, all of which are ordinary (see [`sight`](Self::sight)).
+    #[inline(always)]
+    pub(super) fn project_ordinary<S: Simd>(&self, simd: S, positions: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
+        let [low, high] = widen(positions);
+        let (low, high) = (self.camera_points(simd, low).0, self.camera_points(simd, high).0);
+        narrow(self.pixels(simd, low), self.pixels(simd, high))
+    }
+
+    /// Transforms sixteen positions to vertices.
+    #[inline(always)]
+    pub(crate) fn project_sixteen<S: Simd>(&self, simd: S, positions: [f32x16<S>; 3], vertices: &mut [Vertex]) {
+        let [low, high] = widen(positions);
+        let [x, y, inverse_depth] = narrow(self.project_eight(simd, low), self.project_eight(simd, high));
+        for (four, quad) in vertices.chunks_exact_mut(4).zip(quads([x, y, inverse_depth, splat(simd, 0.0)])) {
+            let quad: [f32; LANES] = quad.into();
+            for (vertex, of) in four.iter_mut().zip(quad.as_chunks().0) {
+                *vertex = Vertex(*of);
             }
-        });
+        }
     }
 
     #[inline(always)]
-    fn vertex(&self, position: Vec3) -> Vertex {
-        let (point, reach) = self.camera_point(position);
-        let inverse_depth = 1.0 / point.z;
-        let (x, y) = (point.x * inverse_depth, point.y * inverse_depth);
-        // Far from where 1/z or its slopes, 10¹² times as large at most, leave the range of an f32.
-        const RANGE: std::ops::RangeInclusive<f64> = 1e-24..=1e24;
-        let ordinary = (x.abs() <= self.guard) & (y.abs() <= self.guard);
-        let ordinary = ordinary & (inverse_depth >= *RANGE.start()) & (inverse_depth <= *RANGE.end());
-        let x = x * self.scale + self.axis_pixels.x;
-        let y = y * -self.scale + self.axis_pixels.y;
-        let vertex = Vertex([x as f32, y as f32, inverse_depth as f32, 0.0]);
-        // Wrong by 2⁻⁴⁵ of the reach. Directions of rays have a depth of one but for a few roundings.
-        const DOUBT: f64 = 1.0 / (1_u64 << 40) as f64;
-        let behind = (point.z < -DOUBT * reach) & (self.guard >= 0.0);
-        let Vertex([x, y, ..]) = vertex;
-        let other = if behind { Vertex([x, y, Vertex::BEHIND, 0.0]) } else { Vertex::AWKWARD };
-        if ordinary { vertex } else { other }
+    fn project_eight<S: Simd>(&self, simd: S, positions: Vectors<S>) -> Vectors<S> {
+        let (at, reach) = self.camera_points(simd, positions);
+        let constant = |value: f64| f64x8::splat(simd, value);
+        let inverse_depth = constant(1.0) / at[2];
+        let (x, y, guard) = (at[0] * inverse_depth, at[1] * inverse_depth, constant(self.guard));
+        let ordinary = x.abs().simd_le(guard)
+            & y.abs().simd_le(guard)
+            & inverse_depth.simd_ge(constant(*Self::RANGE.start()))
+            & inverse_depth.simd_le(constant(*Self::RANGE.end()));
+        let behind = at[2].simd_lt(reach * -Self::DOUBT) & guard.simd_ge(constant(0.0));
+        let [x, y, inverse_depth] = self.pixels(simd, at);
+        let [awkward_x, awkward_y, awkward, _] = Vertex::AWKWARD.0.map(f64::from);
+        let other = behind.select(constant(Vertex::BEHIND.into()), constant(awkward));
+        let known = ordinary | behind;
+        [
+            known.select(x, constant(awkward_x)),
+            known.select(y, constant(awkward_y)),
+            ordinary.select(inverse_depth, other),
+        ]
+    }
+
+    /// x, y and inverse depth of eight points that are given along the camera's axes.
+    #[inline(always)]
+    pub(super) fn pixels<S: Simd>(&self, simd: S, [x, y, z]: Vectors<S>) -> Vectors<S> {
+        let inverse_depth = f64x8::splat(simd, 1.0) / z;
+        let x = (x * inverse_depth) * self.scale + self.axis_pixels.x;
+        let y = (y * inverse_depth) * -self.scale + self.axis_pixels.y;
+        [x, y, inverse_depth]
     }
 }
 

@@ -6,6 +6,7 @@ use fearless_simd::{f32x16, i32x16, mask32x16, u32x16};
 
 use super::bins::{Bins, Fragment};
 use super::depth_order::DepthOrder;
+use super::fine::Waiting;
 use super::general::{General, Square};
 use super::lanes::{DepthPlane, LANES, Setup, splat};
 use super::pixel_space::HALF_ULP;
@@ -24,12 +25,16 @@ pub(crate) struct Tile {
     pub(crate) samples: Samples,
     /// The lowest of `low` in each block.
     pub(crate) farthest: [f32; BLOCKS * BLOCKS],
+    /// A bit for each block, row by row, whose `farthest` was found before samples of it were seen nearer.
+    pub(crate) changed: [u16; BLOCKS],
     /// Blocks that the triangles of a batch may cover in part: 256 × the lane, plus the block.
     pub(crate) queue: [u32; LANES * BLOCKS * BLOCKS],
     /// Blocks that they cover wholly.
     pub(crate) covered: [u32; LANES * BLOCKS * BLOCKS],
     /// Where the triangles of the queue may be hit.
     hits: [PossibleHits; LANES * BLOCKS * BLOCKS],
+    /// Triangles of patches: tiny ones, then others.
+    pub(super) waiting: [Waiting; 2],
     /// The order in which triangles are tested.
     pub(crate) order: DepthOrder,
 }
@@ -63,9 +68,11 @@ impl Default for Tile {
         Self {
             samples: Samples::default(),
             farthest: [0.0; BLOCKS * BLOCKS],
+            changed: [0; BLOCKS],
             queue: [0; LANES * BLOCKS * BLOCKS],
             covered: [0; LANES * BLOCKS * BLOCKS],
             hits: [PossibleHits::default(); LANES * BLOCKS * BLOCKS],
+            waiting: [Waiting::NONE; 2],
             order: DepthOrder::default(),
         }
     }
@@ -136,6 +143,7 @@ impl Tile {
     pub(crate) fn clear(&mut self) {
         self.samples.clear();
         self.farthest.fill(0.0);
+        self.changed.fill(0);
     }
 
     /// A lower bound of one over the depth of what is seen anywhere in the tile: what is farther is hidden. Zero where
@@ -152,9 +160,16 @@ impl Tile {
     /// Notes how far each block's farthest sample is, after samples were settled.
     #[inline(always)]
     pub(crate) fn note_farthest<S: Simd>(&mut self, simd: S) {
-        for (farthest, low) in self.farthest.iter_mut().zip(self.samples.low.as_chunks::<LANES>().0) {
-            *farthest = f32x16::from_slice(simd, low).reduce_min();
+        for block in 0..BLOCKS * BLOCKS {
+            self.note_farthest_in(simd, block);
         }
+    }
+
+    /// As [`note_farthest`](Self::note_farthest), for one block.
+    #[inline(always)]
+    pub(crate) fn note_farthest_in<S: Simd>(&mut self, simd: S, block: usize) {
+        let low = &self.samples.low[block * LANES..(block + 1) * LANES];
+        self.farthest[block] = f32x16::from_slice(simd, low).reduce_min();
     }
 
     /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not;

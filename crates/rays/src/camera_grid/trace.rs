@@ -6,12 +6,14 @@ use glam::{IVec2, UVec2};
 use rayon::prelude::*;
 
 use super::PerspectiveGrid;
-use super::bins::Bin;
+use super::bins::{Bin, Listed};
 use super::general::{General, Square};
 use super::lanes::{Corners, DepthPlane, LANES, Setup, largest, sample_range, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::samples::{BLOCKS, SAMPLES, TileOfShot};
+use super::sight::PixelBox;
 use super::tile::{Batch, HALF, MaskWeights, Tile, block_range};
+use crate::patches::Patches;
 use crate::shot::{Counts, Kind, SeenPixels, Shot, TileWork};
 use crate::simd::lanes::bits_of;
 use crate::simd::{each, vectorized};
@@ -22,17 +24,19 @@ impl PerspectiveGrid {
     pub(super) fn trace_tiles<const N: usize>(
         &mut self,
         shot: &Shot<'_>,
+        patches: &Patches,
         seen: &mut SeenPixels,
         work: &mut [[u32; N]],
     ) -> Counts {
-        let Self { space: Some(space), vertices, ranges, scratch, level, .. } = self else {
+        let Self { space: Some(space), vertices, boxes, ranges, scratch, level, .. } = self else {
             seen.resize(0, 0);
             return Counts::default();
         };
-        let tiles = Tiles { shot, space, vertices };
+        let listed = ListedPatches { patches, vertices, boxes };
+        let tiles = Tiles { shot, space };
         tiles.trace(scratch, seen, work, |tile, index, triangle, inverse_depth| {
             let bins = ranges.iter().map(|range| &range.bins[index]);
-            dispatch!(level.0, simd => tile.run(simd, bins.clone(), triangle, inverse_depth));
+            dispatch!(level.0, simd => tile.run(simd, &listed, bins.clone(), triangle, inverse_depth));
         })
     }
 }
@@ -41,7 +45,26 @@ impl PerspectiveGrid {
 pub(crate) struct Tiles<'a> {
     pub(crate) shot: &'a Shot<'a>,
     pub(crate) space: &'a PixelSpace,
-    pub(crate) vertices: &'a [Vertex],
+}
+
+/// What the lists of tiles are about.
+pub(super) struct ListedPatches<'a> {
+    pub(super) patches: &'a Patches,
+    vertices: &'a [Vertex],
+    pub(super) boxes: &'a [PixelBox],
+}
+
+impl ListedPatches<'_> {
+    /// Up to 16 triangles given by their slots: their ids and corners.
+    #[inline(always)]
+    fn triangles<S: Simd>(&self, simd: S, slots: &[u32]) -> ([u32; LANES], Corners<S>) {
+        let mut ids = [0; LANES];
+        let mut indices = [[u32::MAX; 3]; LANES];
+        for ((id, corners), &slot) in ids.iter_mut().zip(&mut indices).zip(slots) {
+            (*id, *corners) = self.patches.triangle(slot);
+        }
+        (ids, Corners::load(simd, self.vertices, &indices))
+    }
 }
 
 impl Tiles<'_> {
@@ -54,7 +77,7 @@ impl Tiles<'_> {
         work: &mut [[u32; N]],
         search: impl Fn(&mut TileTrace<'_, N>, usize, &mut [u32], &mut [f32]) + Sync,
     ) -> Counts {
-        let &Self { shot, space, vertices } = self;
+        let &Self { shot, space } = self;
         let (width, height) = space.size();
         seen.resize(width, height);
         let order = seen.order();
@@ -69,7 +92,7 @@ impl Tiles<'_> {
             let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
             let at = TileOfShot { shot, space, corner };
             let (tile, work, tally) = (&mut *tile, TileWork(work), Counts::default());
-            let mut trace = TileTrace { at, vertices, tile, work, tally };
+            let mut trace = TileTrace { at, tile, work, tally };
             search(&mut trace, index, triangle, inverse_depth);
             trace.tally
         });
@@ -80,7 +103,6 @@ impl Tiles<'_> {
 /// The search of one tile.
 pub(crate) struct TileTrace<'a, const N: usize> {
     pub(crate) at: TileOfShot<'a>,
-    vertices: &'a [Vertex],
     pub(crate) tile: &'a mut Tile,
     pub(crate) work: TileWork<'a, N>,
     pub(crate) tally: Counts,
@@ -107,6 +129,7 @@ impl<const N: usize> TileTrace<'_, N> {
     fn run<'b, S: Simd>(
         &mut self,
         simd: S,
+        listed: &ListedPatches<'_>,
         bins: impl Iterator<Item = &'b Bin> + Clone,
         triangle: &mut [u32],
         inverse_depth: &mut [f32],
@@ -116,12 +139,12 @@ impl<const N: usize> TileTrace<'_, N> {
             return;
         }
         self.tile.clear();
-        let listed: usize = bins.clone().flat_map(Bin::lists).map(Vec::len).sum();
-        self.tally.pairs += listed as u64;
-        self.work.add(Kind::Pairs, 0..SAMPLES, listed as u32);
-        let (ordinary, general) = (bins.clone().map(|bin| &*bin.ordinary), bins.clone().map(|bin| &*bin.general));
-        self.tile.order.sort_by_depth(ordinary, general);
-        self.test_nearest_first::<S, false>(simd);
+        let pairs: usize = bins.clone().flat_map(Bin::lists).map(Vec::len).sum();
+        self.tally.pairs += pairs as u64;
+        self.work.add(Kind::Pairs, 0..SAMPLES, pairs as u32);
+        let ordinary = bins.clone().flat_map(|bin| [&*bin.ordinary, &*bin.patches]);
+        self.tile.order.sort_by_depth(ordinary, bins.clone().map(|bin| &*bin.general));
+        self.test_nearest_first::<S, false>(simd, listed);
         for bin in bins.clone() {
             self.tally.fragments += bin.fragments.len() as u64;
             for fragments in bin.fragments.chunks(SAMPLES) {
@@ -136,7 +159,7 @@ impl<const N: usize> TileTrace<'_, N> {
         // Masked triangles come last: the less of them is seen, the fewer questions there are for the mask.
         let (ordinary, general) = (bins.clone().map(|bin| &*bin.masked), bins.map(|bin| &*bin.masked_general));
         self.tile.order.sort_by_depth(ordinary, general);
-        self.test_nearest_first::<S, true>(simd);
+        self.test_nearest_first::<S, true>(simd, listed);
         self.settle();
         if self.tally.pairs + self.tally.fragments > 0 {
             self.work.add(Kind::Cells, 0..SAMPLES, 1);
@@ -147,14 +170,17 @@ impl<const N: usize> TileTrace<'_, N> {
     /// Tests the triangles in the tile's order, all of them masked or none, but for those that are behind all that is seen
     /// by then.
     #[inline(always)]
-    fn test_nearest_first<S: Simd, const MASKED: bool>(&mut self, simd: S) {
+    fn test_nearest_first<S: Simd, const MASKED: bool>(&mut self, simd: S, patches: &ListedPatches<'_>) {
+        if self.tile.order.listed().is_empty() {
+            return;
+        }
         let order = std::mem::take(&mut self.tile.order);
         let mut batch = Batch::default();
-        let (mut ids, mut waiting, mut farthest) = ([0; LANES], 0, 0.0);
+        let (mut slots, mut waiting, mut farthest) = ([0; LANES], 0, 0.0);
         let (mut general, mut waiting_general) = ([0; LANES], 0);
         for listed in order.listed() {
             if listed.nearest.is_sign_negative() {
-                general[waiting_general] = listed.triangle;
+                (general[waiting_general], _) = patches.patches.triangle(listed.slot);
                 waiting_general += usize::from(-listed.nearest >= farthest);
                 if waiting_general == LANES {
                     self.test_general(simd, &general, MASKED, &mut batch);
@@ -163,28 +189,54 @@ impl<const N: usize> TileTrace<'_, N> {
                 }
                 continue;
             }
-            ids[waiting] = listed.triangle;
+            if listed.slot & Listed::PATCH != 0 {
+                let number = (listed.slot & !Listed::PATCH) as usize;
+                if listed.nearest >= farthest && self.test_patch(simd, patches, number, listed.nearest, &mut batch) {
+                    farthest = self.tile.farthest(simd);
+                }
+                continue;
+            }
+            slots[waiting] = listed.slot;
             waiting += usize::from(listed.nearest >= farthest);
             if waiting == LANES {
-                self.test_ordinary::<S, MASKED>(simd, &ids, &mut batch);
+                self.test_listed::<S, MASKED>(simd, patches, &slots, &mut batch);
                 waiting = 0;
                 farthest = self.tile.farthest(simd);
             }
         }
         self.test_general(simd, &general[..waiting_general], MASKED, &mut batch);
-        self.test_ordinary::<S, MASKED>(simd, &ids[..waiting], &mut batch);
+        self.test_listed::<S, MASKED>(simd, patches, &slots[..waiting], &mut batch);
+        self.test_rest(simd, &mut batch);
         self.tile.order = order;
     }
 
     /// Tests up to 16 triangles on the fast path, all of them masked or none.
     #[inline(never)]
-    fn test_ordinary<S: Simd, const MASKED: bool>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
-        vectorized!(simd => self.test_ordinary_inlined::<S, MASKED>(simd, ids, batch));
+    fn test_listed<S: Simd, const MASKED: bool>(
+        &mut self,
+        simd: S,
+        patches: &ListedPatches<'_>,
+        slots: &[u32],
+        batch: &mut Batch,
+    ) {
+        vectorized!(simd => {
+            let (ids, corners) = patches.triangles(simd, slots);
+            self.test_ordinary::<S, MASKED>(simd, &ids, corners, (1 << slots.len()) - 1, batch);
+        });
     }
 
+    /// Tests those of 16 triangles on the fast path that are set in `lanes`, all of them masked or none.
     #[inline(always)]
-    fn test_ordinary_inlined<S: Simd, const MASKED: bool>(&mut self, simd: S, ids: &[u32], batch: &mut Batch) {
-        let placed = self.place(simd, ids);
+    pub(super) fn test_ordinary<S: Simd, const MASKED: bool>(
+        &mut self,
+        simd: S,
+        ids: &[u32; LANES],
+        corners: Corners<S>,
+        lanes: u64,
+        batch: &mut Batch,
+    ) {
+        let mut placed = self.place(simd, corners);
+        placed.seen &= lanes;
         if placed.seen == 0 {
             return;
         }
@@ -205,10 +257,9 @@ impl<const N: usize> TileTrace<'_, N> {
         }
     }
 
-    /// Brings up to 16 triangles into the tile's coordinates.
+    /// Brings 16 triangles into the tile's coordinates.
     #[inline(always)]
-    pub(crate) fn place<S: Simd>(&self, simd: S, ids: &[u32]) -> Placed<S> {
-        let corners = Corners::of_ids(simd, self.vertices, self.at.shot.triangles, ids);
+    pub(crate) fn place<S: Simd>(&self, simd: S, corners: Corners<S>) -> Placed<S> {
         let origin = self.at.corner - self.at.space.middle + IVec2::splat(HALF);
         let x = each!(x in corners.x => x - splat(simd, origin.x as f32));
         let y = each!(y in corners.y => y - splat(simd, origin.y as f32));
@@ -221,7 +272,7 @@ impl<const N: usize> TileTrace<'_, N> {
         let (width, height) = self.at.space.size();
         let last = IVec2::new(width as i32, height as i32) - 1 - self.at.corner - HALF;
         let seen = overlaps(simd, columns, last.x) & overlaps(simd, rows, last.y);
-        let seen = seen.to_bitmask() & ((1 << ids.len()) - 1);
+        let seen = seen.to_bitmask();
         Placed { corners, x, y, corner_error, error, columns, rows, seen }
     }
 

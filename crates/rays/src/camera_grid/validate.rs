@@ -1,7 +1,11 @@
+use std::collections::HashMap;
+
 use super::PerspectiveGrid;
-use super::bins::{Bins, Fragment};
+use super::bins::{Bins, Fragment, Listed};
 use super::general::{General, Square, check_pixels};
 use super::samples::SAMPLES;
+use super::sight::PixelBox;
+use crate::patches::Patches;
 use crate::predicate::crossing;
 use crate::shot::{Shot, TileOrder};
 
@@ -12,19 +16,29 @@ impl PerspectiveGrid {
     ///
     /// # Errors
     /// With what is wrong first.
-    pub(super) fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
+    pub(super) fn validate(&self, shot: &Shot<'_>, patches: &Patches) -> Result<(), String> {
         let Some(space) = &self.space else { return Ok(()) };
         let Shot { triangles, sides, .. } = *shot;
         let (columns, rows) = self.tiles();
         let tiles = columns as usize * rows as usize;
         let mut listed: Vec<Vec<u32>> = vec![Vec::new(); tiles];
         let mut fragments: Vec<Vec<(u32, u32)>> = vec![Vec::new(); tiles];
+        // For each triangle of a patch that is listed: the pixels that it may be hit at, and how near.
+        let mut of_patches = HashMap::new();
         for range in &self.ranges {
             if range.bins.len() != tiles {
                 return Err(format!("{} bins instead of {tiles}", range.bins.len()));
             }
             for (tile, bin) in range.bins.iter().enumerate() {
-                listed[tile].extend(bin.lists().flatten().map(|listed| listed.triangle));
+                listed[tile].extend(bin.lists().flatten().map(|listed| patches.triangle(listed.slot).0));
+                for &Listed { slot, nearest } in &bin.patches {
+                    let number = (slot & !Listed::PATCH) as usize;
+                    let patch = patches.get(number);
+                    let usable = |id: &u32| triangles.usable_corners(*id).is_ok();
+                    let ids = patch.ids[..patch.count].iter().copied().filter(usable);
+                    of_patches.extend(ids.clone().map(|id| (id, (self.boxes[number], nearest))));
+                    listed[tile].extend(ids);
+                }
                 let indices = bin.fragments.iter().map(|fragment| fragment.index & !Fragment::UNDECIDED);
                 fragments[tile].extend(bin.fragments.iter().map(|fragment| fragment.triangle).zip(indices));
             }
@@ -50,12 +64,23 @@ impl PerspectiveGrid {
             check_pixels(space, &General::new(space, corners), Square::around_image(space), &|x, y| {
                 let tile = (y / Bins::TILE * columns + x / Bins::TILE) as usize;
                 let index = TileOrder::index_in_tile(x, y);
-                if listed[tile].binary_search(&id).is_ok() || fragments[tile].binary_search(&(id, index)).is_ok() {
+                let is_listed = listed[tile].binary_search(&id).is_ok();
+                let of_patch = of_patches.get(&id);
+                if of_patch.is_none() && (is_listed || fragments[tile].binary_search(&(id, index)).is_ok()) {
                     return Ok(());
                 }
                 match crossing(&space.ray(x, y), corners) {
                     Some(crossing) if crossing.t > 0.0 && (crossing.front || sides.has_back(id)) => {
-                        Err(format!("triangle {id} isn't listed at pixel ({x}, {y})"))
+                        let is_within = |&(pixels, nearest): &(PixelBox, f32)| {
+                            pixels.contains(x, y) && crossing.t.recip() <= f64::from(nearest)
+                        };
+                        match of_patch {
+                            _ if !is_listed => Err(format!("triangle {id} isn't listed at pixel ({x}, {y})")),
+                            Some(of_patch) if !is_within(of_patch) => {
+                                Err(format!("triangle {id} is hit at ({x}, {y}), where its patch isn't"))
+                            }
+                            _ => Ok(()),
+                        }
                     }
                     _ => Ok(()),
                 }

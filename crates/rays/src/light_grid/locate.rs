@@ -10,6 +10,7 @@ use super::face::Face;
 use super::pixel_map::PixelMap;
 use super::points::{GROUPS, TILE_BLOCKS, TileMap, block_of};
 use crate::LightSource;
+use crate::patches::Patches;
 use crate::shot::{SeenImage, SeenPixels, Shot, TileOrder};
 use crate::simd::lanes::{LANES, bits_of};
 
@@ -157,6 +158,7 @@ impl LightGrid {
     pub(crate) fn locate_points(
         &mut self,
         shot: &Shot<'_>,
+        patches: &Patches,
         seen: &SeenPixels,
         light: &LightSource,
         located: &mut LightCells,
@@ -164,7 +166,7 @@ impl LightGrid {
         located.start(seen.order());
         let settler = self.settler(SeenImage { shot, seen }, light);
         // A light that is none has no face.
-        self.visit_faces(&settler, |grid, face| {
+        self.visit_faces(patches, &settler, |grid, face| {
             let tiles = &grid.survey.tiles;
             let expected: usize = tiles.iter().filter(|tile| face.may_own(tile)).map(|tile| tile.points as usize).sum();
             let side = ((expected / LANES) as f64).sqrt().clamp(4.0, 1024.0) as usize;
@@ -197,7 +199,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::{Camera, CameraGrid as _, LightsGrid as _, PerspectiveGrid, Triangles, View};
+    use crate::{Camera, CameraGrid as _, LightsGrid as _, PerspectiveGrid, SimdLevel, Triangles, View};
 
     #[test]
     fn every_point_that_is_seen_is_somewhere() {
@@ -215,12 +217,13 @@ mod tests {
         let mut seen = SeenPixels::default();
         let mut camera_grid = PerspectiveGrid::default();
         let shot = Shot { offset_pixels, ..Shot::new(triangles, view) };
-        camera_grid.build(&shot).expect("a small image");
-        camera_grid.trace(&shot, &mut seen);
+        let mut patches = Patches::default();
+        patches.update(triangles, SimdLevel::default());
+        camera_grid.build(&shot, &patches).expect("a small image");
+        camera_grid.trace(&shot, &patches, &mut seen);
         let (mut grid, mut located) = (LightGrid::default(), LightCells::default());
-        grid.build(triangles);
         grid.survey(&shot, &seen);
-        grid.locate(&shot, &seen, &LightSource::Point { position: Vec3::new(2.0, 3.0, 0.0) }, &mut located);
+        grid.locate(&shot, &patches, &seen, &LightSource::Point { position: Vec3::new(2.0, 3.0, 0.0) }, &mut located);
         assert_eq!(located.faces.len(), 1);
         let mut points = 0;
         for (index, cell) in located.of_pixels.iter().enumerate() {

@@ -40,11 +40,11 @@ use std::time::Instant;
 use fearless_simd::dispatch;
 use rayon::prelude::*;
 
+use crate::LightSource;
 use crate::grids::LightsGrid;
 use crate::patches::Patches;
 use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, Work};
 use crate::simd::SimdLevel;
-use crate::{LightSource, Triangles};
 use face::Face;
 pub use locate::{LightCell, LightCells, LightFace};
 use points::TILE_BLOCKS;
@@ -56,12 +56,11 @@ use worker::{Worker, share_evenly};
 
 /// Which points that the camera sees a light reaches, rebuilt for every frame and light.
 ///
-/// Patches take about 12 bytes a triangle, and 12 more for where a light sees them; each thread's tile about two
-/// megabytes, whatever the image. Keep it and use it again: its memory is reused.
+/// Where a light sees patches takes about 12 bytes a triangle; each thread's tile about two megabytes, whatever the image.
+/// Keep it and use it again: its memory is reused.
 #[derive(Default)]
 pub struct LightGrid {
     level: SimdLevel,
-    patches: Patches,
     survey: Survey,
     faces: Vec<Face>,
     on_face: FacePatches,
@@ -86,7 +85,12 @@ impl LightGrid {
     ///
     /// # Panics
     /// If `survey` wasn't called for these pixels.
-    fn visit_faces(&mut self, settler: &Settler<'_>, mut visit: impl FnMut(&mut Self, &Face)) -> bool {
+    fn visit_faces(
+        &mut self,
+        patches: &Patches,
+        settler: &Settler<'_>,
+        mut visit: impl FnMut(&mut Self, &Face),
+    ) -> bool {
         let Settler { image, light, .. } = *settler;
         assert!(self.survey.slots == image.seen.triangle.len(), "another image was surveyed");
         self.counts = Counts::default();
@@ -98,7 +102,7 @@ impl LightGrid {
             let start = Instant::now();
             face.choose_point_error(&self.survey.rays, &self.survey.tiles);
             let farthest = face.farthest(&self.survey.tiles);
-            self.on_face.project(face, farthest, &self.patches, settler);
+            self.on_face.project(face, farthest, patches, settler);
             self.seconds.project += start.elapsed().as_secs_f64();
             visit(self, face);
         }
@@ -112,9 +116,9 @@ impl LightGrid {
     }
 
     /// Finds which points of a face are in shadow: a word for each block.
-    fn trace(&mut self, face: &Face, settler: &Settler<'_>, shadowed: &mut [u16]) {
+    fn trace(&mut self, face: &Face, patches: &Patches, settler: &Settler<'_>, shadowed: &mut [u16]) {
         let start = Instant::now();
-        let Self { patches, survey, on_face, workers, shares, outliers, counts, .. } = self;
+        let Self { survey, on_face, workers, shares, outliers, counts, .. } = self;
         workers.resize_with(rayon::current_num_threads(), Worker::default);
         share_evenly(workers);
         let (tiles, threads) = (&survey.tiles, workers.len());
@@ -160,22 +164,30 @@ fn next_tile(shares: &[Mutex<[usize; 2]>], worker: usize) -> Option<usize> {
 }
 
 impl LightsGrid for LightGrid {
-    fn build(&mut self, triangles: Triangles<'_>) {
-        self.patches.update(triangles, self.level);
+    fn level_for_patches(&self) -> Option<SimdLevel> {
+        Some(self.level)
     }
 
     fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
         self.survey.find(shot, seen, self.level);
     }
 
-    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
+    fn shadow(
+        &mut self,
+        shot: &Shot<'_>,
+        patches: &Patches,
+        seen: &SeenPixels,
+        light: &LightSource,
+        mask: &mut LightMask,
+    ) -> Work {
         mask.resize(seen.order());
         let shadowed = mask.blocks_mut();
         shadowed.fill(0);
-        let (built, asked) = (self.patches.triangles(), shot.triangles.len());
-        assert!(built == asked, "built of {built} triangles, and asked about {asked}");
+        patches.expect(shot.triangles);
         let settler = self.settler(SeenImage { shot, seen }, light);
-        let is_light = self.visit_faces(&settler, |grid, face| grid.trace(face, &settler, shadowed));
+        let is_light = self.visit_faces(patches, &settler, |grid, face| {
+            grid.trace(face, patches, &settler, shadowed);
+        });
         let start = Instant::now();
         if is_light {
             self.outliers.extend_from_slice(&self.survey.unknown);
@@ -186,20 +198,33 @@ impl LightsGrid for LightGrid {
         Work { counts: self.counts, seconds: self.seconds }
     }
 
-    fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
-        self.locate_points(shot, seen, light, cells);
+    fn locate(
+        &mut self,
+        shot: &Shot<'_>,
+        patches: &Patches,
+        seen: &SeenPixels,
+        light: &LightSource,
+        cells: &mut LightCells,
+    ) {
+        self.locate_points(shot, patches, seen, light, cells);
     }
 
     fn bytes(&self) -> Bytes {
         let workers: usize = self.workers.iter().map(Worker::bytes).sum();
         Bytes {
-            triangles: self.patches.bytes() + self.on_face.bytes(),
+            triangles: self.on_face.bytes(),
             points: self.survey.bytes() + workers + self.outliers.capacity() * size_of::<u32>(),
         }
     }
 
-    fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
-        self.patches.validate(shot.triangles)?;
-        validate::validate(self, shot, seen, light)
+    fn validate(
+        &mut self,
+        shot: &Shot<'_>,
+        patches: &Patches,
+        seen: &SeenPixels,
+        light: &LightSource,
+    ) -> Result<(), String> {
+        patches.validate(shot.triangles)?;
+        validate::validate(self, shot, patches, seen, light)
     }
 }

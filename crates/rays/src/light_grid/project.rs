@@ -2,15 +2,15 @@ use std::sync::Mutex;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f64x8};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use super::boxes::{FaceBox, SixteenBoxes};
 use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN};
 use super::large::LargeTriangles;
 use super::settle::Settler;
-use crate::patches::{Patches, SixteenBoxes as WorldBoxes, gather};
+use crate::patches::{Patches, SixteenBoxes as WorldBoxes};
 use crate::simd::SimdLevel;
-use crate::simd::lanes::quads;
+use crate::simd::lanes::{load_places, quads};
 use crate::simd::vectors::{LANES, Vectors, dot, largest, minus, narrow, splat, splat_vector, widen};
 
 /// Sixteens of patches that one thread takes at once.
@@ -44,7 +44,6 @@ impl FacePatches {
             face,
             sides: Sides::new(face, farthest),
             patches,
-            positions: image.shot.triangles.positions,
             of_large: Mutex::new(of_large),
             level: *level,
         };
@@ -129,7 +128,6 @@ struct Projector<'a> {
     face: &'a Face,
     sides: Sides,
     patches: &'a Patches,
-    positions: &'a [Vec3],
     of_large: Mutex<&'a mut Vec<u32>>,
     level: SimdLevel,
 }
@@ -193,14 +191,13 @@ impl Projector<'_> {
     #[inline(always)]
     fn project_patch<S: Simd>(&self, simd: S, number: usize, vertices: &mut [[f32; 4]]) -> Projected {
         let face = self.face;
-        let patch = self.patches.get(number);
         let infinity = splat(simd, f32::INFINITY);
         let (mut low_x, mut high_x, mut low_y, mut high_y) = (infinity, -infinity, infinity, -infinity);
         let (mut farthest, mut nearest) = (infinity, -infinity);
         let mut outside = [u64::MAX; 5];
         let mut sum = splat(simd, 0.0);
-        for (indices, vertices) in patch.vertices.chunks_exact(LANES).zip(vertices.chunks_exact_mut(LANES)) {
-            let [low, high] = widen(gather(simd, self.positions, indices));
+        for (places, vertices) in self.patches.places(number).iter().zip(vertices.chunks_exact_mut(LANES)) {
+            let [low, high] = widen(load_places(simd, places));
             let (low, low_codes) = project_eight(simd, face, low);
             let (high, high_codes) = project_eight(simd, face, high);
             let [x, y, nearness] = narrow(low, high);

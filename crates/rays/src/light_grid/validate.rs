@@ -12,6 +12,7 @@ use super::test::{PartPoints, QUEUE, enqueue, may_touch};
 use super::trace::Tracer;
 use super::worker::{Tile, Worker};
 use crate::LightSource;
+use crate::patches::Patches;
 use crate::predicate::ShadowRay;
 use crate::shot::{SeenImage, SeenPixels, Shot};
 use crate::simd::vectors::LANES;
@@ -30,6 +31,7 @@ use crate::simd::vectors::LANES;
 pub(super) fn validate(
     grid: &mut LightGrid,
     shot: &Shot<'_>,
+    patches: &Patches,
     seen: &SeenPixels,
     light: &LightSource,
 ) -> Result<(), String> {
@@ -39,9 +41,9 @@ pub(super) fn validate(
     let rays: Vec<_> = (0..slots).map(|index| shot.shadow_ray(seen, index, light)).collect();
     let (mut result, mut number) = (Ok(()), 0);
     let mut outliers = Vec::new();
-    let is_light = grid.visit_faces(&settler, |grid, face| {
+    let is_light = grid.visit_faces(patches, &settler, |grid, face| {
         if result.is_ok() {
-            let tracer = Tracer::new(face, &grid.survey, &grid.patches, &grid.on_face, &settler);
+            let tracer = Tracer::new(face, &grid.survey, patches, &grid.on_face, &settler);
             let mut worker = Worker::default();
             let tiles = (0..grid.survey.tiles.len()).filter(|&tile| face.may_own(&grid.survey.tiles[tile]));
             result = tiles

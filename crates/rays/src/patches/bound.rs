@@ -1,17 +1,23 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16};
-use glam::Vec3;
-use rayon::prelude::*;
+use std::sync::PoisonError;
 
-use super::Patches;
-use crate::simd::SimdLevel;
+use fearless_simd::{Simd, dispatch, f32x4, f32x16, u8x64, u32x16};
+use glam::Vec3;
+
+use super::{MOST_TRIANGLES, MOST_VERTICES, Patches};
+use crate::Triangles;
+use crate::simd::lanes::{bits_of, transposed};
 use crate::simd::vectors::{LANES, splat};
+use crate::simd::{SimdLevel, each};
 
 /// Where patches are: boxes, sixteen together. 24 bytes a patch.
 #[derive(Debug, Default)]
 pub(crate) struct WorldBounds {
     pub(crate) sixteens: Vec<SixteenBoxes>,
 }
+
+/// The coordinates of sixteen vertices of a patch, axis by axis.
+pub(crate) type Places = [[f32; LANES]; 3];
 
 /// Lowest and highest coordinates of sixteen patches. A patch with a vertex that isn't finite has NaN; where there is no
 /// patch, low is above high.
@@ -24,6 +30,13 @@ pub(crate) struct SixteenBoxes {
 
 impl SixteenBoxes {
     const EMPTY: Self = Self { low: [[f32::INFINITY; LANES]; 3], high: [[f32::NEG_INFINITY; LANES]; 3] };
+
+    /// Lowest and highest coordinates of one.
+    #[inline(always)]
+    pub(crate) fn get(&self, lane: usize) -> [[f32; 3]; 2] {
+        let lane = lane % LANES;
+        [&self.low, &self.high].map(|[x, y, z]| [x[lane], y[lane], z[lane]])
+    }
 }
 
 impl WorldBounds {
@@ -48,62 +61,155 @@ impl WorldBounds {
 }
 
 impl Patches {
-    /// Finds where patches are.
-    pub(super) fn bound(&mut self, positions: &[Vec3], level: SimdLevel) {
+    /// Finds where patches and their vertices are, and which triangles no ray can hit.
+    pub(super) fn bound(&mut self, triangles: Triangles<'_>, level: SimdLevel) {
         let mut sixteens = std::mem::take(&mut self.bounds.sixteens);
+        let mut places = std::mem::take(&mut self.places);
         sixteens.resize(self.len().div_ceil(LANES), SixteenBoxes::EMPTY);
-        let patches = &*self;
-        sixteens.par_iter_mut().enumerate().with_min_len(8).for_each(|(sixteen, boxes)| {
-            dispatch!(level.0, simd => patches.bound_sixteen(simd, positions, sixteen * LANES, boxes));
-        });
+        places.resize(self.vertex_count() / LANES, Places::default());
+        let bounding = Bounding { patches: self, positions: triangles.positions, level };
+        bounding.bound(0, &mut sixteens, &mut places);
         self.bounds.sixteens = sixteens;
+        self.places = places;
+        self.omit(triangles);
+    }
+
+    /// Notes which of those that are suspected, or in no patch, are triangles that no ray can hit.
+    fn omit(&mut self, triangles: Triangles<'_>) {
+        let Self { suspects, omitted, in_none, .. } = self;
+        let suspects = suspects.get_mut().unwrap_or_else(PoisonError::into_inner);
+        suspects.extend_from_slice(in_none);
+        suspects.sort_unstable();
+        omitted.clear();
+        for id in suspects.drain(..) {
+            if let Err(why) = triangles.usable_corners(id) {
+                omitted.note(id, why);
+            }
+        }
+    }
+
+    fn suspect(&self, ids: impl Iterator<Item = u32>) {
+        self.suspects.lock().unwrap_or_else(PoisonError::into_inner).extend(ids);
+    }
+}
+
+struct Bounding<'a> {
+    patches: &'a Patches,
+    positions: &'a [Vec3],
+    level: SimdLevel,
+}
+
+impl Bounding<'_> {
+    /// Bounds the sixteens from `first` on; in halves, so that threads share them.
+    fn bound(&self, first: usize, sixteens: &mut [SixteenBoxes], places: &mut [Places]) {
+        const CHUNK: usize = 8;
+        let start = |sixteen: usize| self.patches.first_vertex((sixteen * LANES).min(self.patches.len())) / LANES;
+        if sixteens.len() > CHUNK {
+            let middle = sixteens.len() / 2;
+            let (low, high) = sixteens.split_at_mut(middle);
+            let (low_places, high_places) = places.split_at_mut(start(first + middle) - start(first));
+            rayon::join(|| self.bound(first, low, low_places), || self.bound(first + middle, high, high_places));
+            return;
+        }
+        let mut rest = places;
+        for (sixteen, boxes) in sixteens.iter_mut().enumerate() {
+            let sixteen = first + sixteen;
+            let (places, after) = rest.split_at_mut(start(sixteen + 1) - start(sixteen));
+            rest = after;
+            dispatch!(self.level.0, simd => self.bound_sixteen(simd, sixteen * LANES, boxes, places));
+        }
     }
 
     /// Finds where the sixteen patches from `first` on are.
     #[inline(always)]
-    fn bound_sixteen<S: Simd>(&self, simd: S, positions: &[Vec3], first: usize, boxes: &mut SixteenBoxes) {
+    fn bound_sixteen<S: Simd>(&self, simd: S, first: usize, boxes: &mut SixteenBoxes, mut places: &mut [Places]) {
         *boxes = SixteenBoxes::EMPTY;
-        for number in first..self.len().min(first + LANES) {
-            let (low, high) = bounds(simd, positions, self.get(number).vertices);
+        for number in first..self.patches.len().min(first + LANES) {
+            let patch = self.patches.get(number);
+            let (of_patch, rest) = places.split_at_mut(patch.vertices.len() / LANES);
+            places = rest;
+            let (low, high, hashes) = bounds(simd, self.positions, patch.vertices, of_patch);
             for axis in 0..3 {
                 boxes.low[axis][number - first] = low[axis];
                 boxes.high[axis][number - first] = high[axis];
+            }
+            // What a patch is filled up with has one vertex three times, and no id.
+            let all = low[0].is_nan();
+            let mut suspected = 0;
+            for (sixteen, corners) in patch.corners.as_chunks().0.iter().enumerate() {
+                let suspects = if all { 0xffff } else { suspects(simd, hashes, corners) };
+                suspected |= suspects << (sixteen * LANES);
+            }
+            suspected &= u64::MAX >> (MOST_TRIANGLES - patch.count);
+            if suspected != 0 {
+                self.patches.suspect(bits_of(suspected).map(|triangle| patch.ids[triangle]));
             }
         }
     }
 }
 
-/// The coordinates of up to 16 vertices; those that are beyond the list's end are NaN.
+/// Which of 16 triangles may have two corners in the same place, given two bytes of a hash of the places of vertices.
 #[inline(always)]
-pub(crate) fn gather<S: Simd>(simd: S, positions: &[Vec3], vertices: &[u32]) -> [f32x16<S>; 3] {
-    let mut axes = [[f32::NAN; LANES]; 3];
-    for (lane, &vertex) in vertices.iter().enumerate().take(LANES) {
-        let position = positions.get(vertex as usize).copied().unwrap_or(Vec3::NAN);
-        axes[0][lane] = position.x;
-        axes[1][lane] = position.y;
-        axes[2][lane] = position.z;
-    }
-    let [x, y, z] = axes;
-    [f32x16::simd_from(simd, x), f32x16::simd_from(simd, y), f32x16::simd_from(simd, z)]
+fn suspects<S: Simd>(simd: S, hashes: [u8x64<S>; 2], corners: &[[u8; 4]; LANES]) -> u64 {
+    let corners = u8x64::from_slice(simd, corners.as_flattened());
+    let hashes = [hashes[0].swizzle_dyn(corners), hashes[1].swizzle_dyn(corners)];
+    let (low, high) = (hashes[0].bitcast::<u32x16<S>>(), hashes[1].bitcast::<u32x16<S>>());
+    let first = u32x16::splat(simd, 0xff);
+    let differ = |shift: u32| (low ^ (low >> shift)) | (high ^ (high >> shift));
+    let zero = u32x16::splat(simd, 0);
+    // The first and the second, the second and the third, the first and the third.
+    let same = (differ(8) & first).simd_eq(zero)
+        | (differ(8) & (first << 8)).simd_eq(zero)
+        | (differ(16) & first).simd_eq(zero);
+    same.to_bitmask()
 }
 
-/// The lowest and highest coordinates of a patch's vertices, a multiple of 16; NaN if one isn't finite.
+/// The coordinates of 16 vertices; those that are beyond the list's end are NaN.
 #[inline(always)]
-fn bounds<S: Simd>(simd: S, positions: &[Vec3], vertices: &[u32]) -> ([f32; 3], [f32; 3]) {
+fn gather<S: Simd>(simd: S, positions: &[Vec3], vertices: &[u32; LANES]) -> [f32x16<S>; 3] {
+    transposed(
+        #[inline(always)]
+        |lane| {
+            let position = positions.get(vertices[lane] as usize).copied().unwrap_or(Vec3::NAN);
+            f32x4::simd_from(simd, [position.x, position.y, position.z, 0.0])
+        },
+    )
+}
+
+/// Brings a patch's vertices, a multiple of 16, to `places`. Their lowest and highest coordinates, NaN if one isn't finite; and
+/// two bytes of a hash for each, which is the same for those at the same place.
+#[inline(always)]
+fn bounds<S: Simd>(
+    simd: S,
+    positions: &[Vec3],
+    vertices: &[u32],
+    places: &mut [Places],
+) -> ([f32; 3], [f32; 3], [u8x64<S>; 2]) {
     let (infinity, zero) = (splat(simd, f32::INFINITY), splat(simd, 0.0));
     let (mut low, mut high) = ([infinity; 3], [-infinity; 3]);
     // Zero times what isn't finite is NaN, and stays so in sums.
     let mut spoilt = zero;
-    for sixteen in vertices.chunks_exact(LANES) {
-        let [x, y, z] = gather(simd, positions, sixteen);
+    let mut hashes = [[0; MOST_VERTICES]; 2];
+    for (sixteen, (indices, place)) in vertices.as_chunks().0.iter().zip(places).enumerate() {
+        let [x, y, z] = gather(simd, positions, indices);
+        *place = [x.into(), y.into(), z.into()];
         low = [low[0].min(x), low[1].min(y), low[2].min(z)];
         high = [high[0].max(x), high[1].max(y), high[2].max(z)];
         spoilt += (x * zero + y * zero) + z * zero;
+        // Minus zero plus zero is zero.
+        let bits = each!(axis in [x, y, z] => (axis + zero).bitcast::<u32x16<S>>());
+        let hash = bits[0] * 0x9E37_79B1 + bits[1] * 0x85EB_CA77 + bits[2] * 0xC2B2_AE3D;
+        let hash: [u32; LANES] = hash.into();
+        for (lane, hash) in hash.into_iter().enumerate() {
+            hashes[0][sixteen * LANES % MOST_VERTICES + lane] = (hash >> 24) as u8;
+            hashes[1][sixteen * LANES % MOST_VERTICES + lane] = (hash >> 16) as u8;
+        }
     }
+    let hashes = [u8x64::simd_from(simd, hashes[0]), u8x64::simd_from(simd, hashes[1])];
     let is_finite = spoilt.simd_eq(spoilt).all_true();
     if !is_finite {
-        return ([f32::NAN; 3], [f32::NAN; 3]);
+        return ([f32::NAN; 3], [f32::NAN; 3], hashes);
     }
     let lowest = [low[0].reduce_min(), low[1].reduce_min(), low[2].reduce_min()];
-    (lowest, [high[0].reduce_max(), high[1].reduce_max(), high[2].reduce_max()])
+    (lowest, [high[0].reduce_max(), high[1].reduce_max(), high[2].reduce_max()], hashes)
 }

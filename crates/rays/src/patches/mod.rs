@@ -15,9 +15,13 @@ mod region;
 mod tests;
 mod validate;
 
-use crate::Triangles;
+use std::ops::Range;
+use std::sync::Mutex;
+
 use crate::simd::SimdLevel;
-pub(crate) use bound::{SixteenBoxes, WorldBounds, gather};
+use crate::simd::lanes::LANES;
+use crate::{Omitted, Triangles};
+pub(crate) use bound::{Places, SixteenBoxes, WorldBounds};
 use fingerprint::fingerprint;
 use group::Groups;
 use order::Curve;
@@ -32,11 +36,11 @@ pub(crate) const MOST_VERTICES: usize = 64;
 /// apart, tracing a light takes 12 % (5 ms) longer where it is 1.16, and 33 % where it is 1.84; grouping takes 8 ms.
 const WORSE: f32 = 1.1;
 
-/// The triangles of a frame in patches, and where these are. About 12 bytes a triangle, and 32 a patch.
+/// The triangles of a frame in patches, and where these and their vertices are. About 21 bytes a triangle, and 32 a patch.
 ///
 /// Triangles with a vertex that doesn't exist are in none.
 #[derive(Debug, Default)]
-pub(crate) struct Patches {
+pub struct Patches {
     /// Where each patch's vertices and triangles begin, and at the end where the last one's end: multiples of 16.
     starts: Vec<Start>,
     /// Indices of positions. Patches are filled up with their first vertex.
@@ -58,8 +62,16 @@ pub(crate) struct Patches {
     /// Whether the last frame had another index buffer than the one before.
     is_changing: bool,
     groups: Groups,
+    /// For each sixteen of `ids`, where their patch's vertices begin.
+    first_vertices: Vec<u32>,
+    /// Triangles that no ray can hit, in patches or not.
+    omitted: Omitted,
+    /// Triangles that may be such, in no order.
+    suspects: Mutex<Vec<u32>>,
     /// How large boxes were when triangles were grouped.
     spread: f32,
+    /// Where the vertices are, sixteen by sixteen.
+    places: Vec<Places>,
     /// Where the patches are in the world.
     pub(crate) bounds: WorldBounds,
 }
@@ -96,7 +108,7 @@ impl Patches {
     /// Growing takes as long as a few frames: it is worth it from the second frame with the same index buffer on.
     pub(crate) fn update(&mut self, triangles: Triangles<'_>, level: SimdLevel) {
         let fingerprint = fingerprint(triangles.indices);
-        let is_new = !self.are_of(triangles, fingerprint);
+        let (is_new, was_grown) = (!self.are_of(triangles, fingerprint), self.are_grown);
         self.fingerprint = fingerprint;
         let was_changing = std::mem::replace(&mut self.is_changing, is_new);
         if is_new {
@@ -108,7 +120,10 @@ impl Patches {
         } else if !self.are_grown && !self.are_loose() {
             self.grow(triangles);
         }
-        self.bound(triangles.positions, level);
+        if is_new || was_grown != self.are_grown {
+            self.number_vertices();
+        }
+        self.bound(triangles, level);
         if self.are_grown {
             return;
         }
@@ -118,8 +133,19 @@ impl Patches {
             self.spread = spread;
         } else if spread > WORSE * self.spread {
             self.group(triangles);
-            self.bound(triangles.positions, level);
+            self.number_vertices();
+            self.bound(triangles, level);
             self.spread = self.bounds.spread(unit);
+        }
+    }
+
+    /// Notes where the vertices of each sixteen triangles begin.
+    fn number_vertices(&mut self) {
+        let Self { starts, first_vertices, .. } = self;
+        first_vertices.clear();
+        for patch in starts.windows(2) {
+            let sixteens = (patch[1].triangle - patch[0].triangle) as usize / LANES;
+            first_vertices.extend(std::iter::repeat_n(patch[0].vertex, sixteens));
         }
     }
 
@@ -138,9 +164,18 @@ impl Patches {
             && !self.in_none.iter().any(in_range)
     }
 
-    /// How many triangles the frame has, counting those in no patch.
-    pub(crate) fn triangles(&self) -> usize {
-        self.triangles
+    /// Checks that these are patches of some triangles.
+    ///
+    /// # Panics
+    /// If they are of another number of triangles.
+    pub(crate) fn expect(&self, triangles: Triangles<'_>) {
+        let (built, asked) = (self.triangles, triangles.len());
+        assert!(built == asked, "built of {built} triangles, and asked about {asked}");
+    }
+
+    /// The triangles of the frame that no ray can hit.
+    pub(crate) fn omitted(&self) -> &Omitted {
+        &self.omitted
     }
 
     /// How many patches there are.
@@ -161,9 +196,36 @@ impl Patches {
         }
     }
 
+    /// Where a patch's vertices are in the world.
+    #[inline(always)]
+    pub(crate) fn places(&self, number: usize) -> &[Places] {
+        let Range { start, end } = self.vertex_range(number);
+        &self.places[start / LANES..end / LANES]
+    }
+
+    /// Where a patch's triangles are in a list of all patches' triangles, each patch filled up to a multiple of 16.
+    #[inline(always)]
+    pub(crate) fn first_slot(&self, number: usize) -> usize {
+        self.starts[number].triangle as usize
+    }
+
+    /// The id of a triangle given by its slot in that list, and its corners in a list of all patches' vertices.
+    #[inline(always)]
+    pub(crate) fn triangle(&self, slot: u32) -> (u32, [u32; 3]) {
+        let slot = slot as usize;
+        let first = self.first_vertices[slot / LANES];
+        let [a, b, c, _] = self.corners[slot].map(u32::from);
+        (self.ids[slot], [first + a, first + b, first + c])
+    }
+
+    /// Where a patch's vertices begin in that list; that of the patch after the last one is where they end.
+    pub(crate) fn first_vertex(&self, number: usize) -> usize {
+        self.starts[number].vertex as usize
+    }
+
     /// Where a patch's vertices are in a list of all patches' vertices.
     #[inline(always)]
-    pub(crate) fn vertex_range(&self, number: usize) -> std::ops::Range<usize> {
+    pub(crate) fn vertex_range(&self, number: usize) -> Range<usize> {
         self.starts[number].vertex as usize..self.starts[number + 1].vertex as usize
     }
 
@@ -178,6 +240,8 @@ impl Patches {
             + self.vertices.capacity() * size_of::<u32>()
             + self.corners.capacity() * size_of::<[u8; 4]>()
             + self.ids.capacity() * size_of::<u32>()
+            + self.first_vertices.capacity() * size_of::<u32>()
+            + self.places.capacity() * size_of::<Places>()
             + self.in_none.capacity() * size_of::<u32>()
             + self.groups.bytes()
             + self.bounds.bytes()

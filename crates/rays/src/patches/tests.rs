@@ -89,7 +89,7 @@ fn adversarial() -> Vec<(&'static str, Mesh)> {
 fn grown(mesh: &Mesh) -> Patches {
     let mut patches = Patches::default();
     patches.grow(triangles(mesh));
-    patches.bound(&mesh.0, SimdLevel::default());
+    patches.bound(triangles(mesh), SimdLevel::default());
     patches
 }
 

@@ -1,7 +1,8 @@
 //! Sixteen triangles, or points, at once.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x4, f32x16};
+use fearless_simd::{Level, Simd, f32x4, f32x16, u8x64, u32x16};
+use glam::Vec3;
 
 /// Triangles, samples or points handled at once.
 pub(crate) const LANES: usize = 16;
@@ -18,6 +19,12 @@ pub(crate) fn load<S: Simd>(simd: S, values: &[f32; LANES]) -> f32x16<S> {
     f32x16::simd_from(simd, *values)
 }
 
+/// Sixteen numbers of each axis as vectors.
+#[inline(always)]
+pub(crate) fn load_places<S: Simd>(simd: S, [x, y, z]: &[[f32; LANES]; 3]) -> [f32x16<S>; 3] {
+    [load(simd, x), load(simd, y), load(simd, z)]
+}
+
 /// The positions of a word's bits, the lowest first.
 #[inline(always)]
 pub(crate) fn bits_of(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
@@ -27,6 +34,18 @@ pub(crate) fn bits_of(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
         bits &= bits.wrapping_sub(1);
         (bit < 64).then_some(bit)
     })
+}
+
+/// The coordinates of up to sixteen points, NaN where there are fewer.
+#[inline(always)]
+pub(crate) fn sixteen_of<S: Simd>(simd: S, points: &[Vec3]) -> [f32x16<S>; 3] {
+    let mut axes = [[f32::NAN; LANES]; 3];
+    for (lane, point) in points.iter().enumerate().take(LANES) {
+        axes[0][lane] = point.x;
+        axes[1][lane] = point.y;
+        axes[2][lane] = point.z;
+    }
+    [load(simd, &axes[0]), load(simd, &axes[1]), load(simd, &axes[2])]
 }
 
 /// Lane by lane the least of three vectors.
@@ -96,17 +115,60 @@ pub(crate) fn load_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
 /// # Panics
 /// If there are fewer than 16 triangles, or a corner is out of range.
 #[inline(always)]
-pub(crate) fn load_local_corner<S: Simd>(
+pub(crate) fn load_local_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
     simd: S,
-    vertices: &[[f32; 4]],
+    vertices: &[V],
     corners: &[[u8; 4]],
     corner: usize,
 ) -> [f32x16<S>; 3] {
-    let vertex = |lane: usize| f32x4::simd_from(simd, vertices[usize::from(corners[lane][corner])]);
-    let a = vertex(0).combine(vertex(1)).combine(vertex(2).combine(vertex(3)));
-    let b = vertex(4).combine(vertex(5)).combine(vertex(6).combine(vertex(7)));
-    let c = vertex(8).combine(vertex(9)).combine(vertex(10).combine(vertex(11)));
-    let d = vertex(12).combine(vertex(13)).combine(vertex(14).combine(vertex(15)));
+    transposed(
+        #[inline(always)]
+        |lane| f32x4::simd_from(simd, vertices[usize::from(corners[lane][corner])].into()),
+    )
+}
+
+/// How many numbers a [`look_up`] chooses from.
+pub(crate) const TABLE: usize = 4 * LANES;
+
+/// Those numbers of a table that each index, below [`TABLE`], stands for.
+#[inline(always)]
+pub(crate) fn look_up<S: Simd>(simd: S, table: &[f32; TABLE], indices: u32x16<S>) -> f32x16<S> {
+    if !has_fast_permutes(simd) {
+        let indices: [u32; LANES] = indices.into();
+        let mut found = [0.0; LANES];
+        for (found, index) in found.iter_mut().zip(indices) {
+            *found = table[index as usize % TABLE];
+        }
+        return load(simd, &found);
+    }
+    let quarter = |number: usize| f32x16::from_slice(simd, &table[number * LANES..(number + 1) * LANES]);
+    let half = u32x16::splat(simd, TABLE as u32 / 2);
+    let in_high = indices.simd_ge(half);
+    let of_half = in_high.select(indices - half, indices);
+    // Each number's four bytes.
+    let bytes = (of_half * 0x0404_0404 + 0x0302_0100).bitcast::<u8x64<S>>();
+    let low = quarter(0).concat_swizzle_dyn(quarter(1), bytes);
+    in_high.select(quarter(2).concat_swizzle_dyn(quarter(3), bytes), low)
+}
+
+/// Whether bytes of two registers can be permuted at once; otherwise that takes longer than loading them one by one.
+#[inline(always)]
+fn has_fast_permutes<S: Simd>(simd: S) -> bool {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    let is_fast = matches!(simd.level(), Level::Avx512(_));
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    let is_fast = false;
+    is_fast
+}
+
+/// The first three numbers of each of 16 quads. Combining registers avoids a store and a load through memory, which wait
+/// for each other.
+#[inline(always)]
+pub(crate) fn transposed<S: Simd>(quad: impl Fn(usize) -> f32x4<S>) -> [f32x16<S>; 3] {
+    let a = quad(0).combine(quad(1)).combine(quad(2).combine(quad(3)));
+    let b = quad(4).combine(quad(5)).combine(quad(6).combine(quad(7)));
+    let c = quad(8).combine(quad(9)).combine(quad(10).combine(quad(11)));
+    let d = quad(12).combine(quad(13)).combine(quad(14).combine(quad(15)));
     let (even_low, even_high) = (a.unzip_low(b), c.unzip_low(d));
     let (odd_low, odd_high) = (a.unzip_high(b), c.unzip_high(d));
     [even_low.unzip_low(even_high), odd_low.unzip_low(odd_high), even_low.unzip_high(even_high)]

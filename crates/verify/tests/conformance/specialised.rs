@@ -61,6 +61,7 @@ fn patches_are_right_in_every_frame() {
 fn work_of_pixels_adds_up() {
     let (case, mut work, mut seen) = (soup_and_ball(), PixelWork::default(), SeenPixels::default());
     let mut direct = DirectGrids::default();
+    direct.build(case.shot().triangles);
     for _ in 0..2 {
         let Work { counts, .. } = direct.see_counting(&case.shot(), &mut seen, &mut work).expect("a small image");
         assert_eq!(counts, see(&mut direct, &case.shot()).1.counts);

@@ -18,6 +18,7 @@ use crate::camera_grid::pixel_space::{PixelSpace, Vertex};
 use crate::camera_grid::tile::Tile;
 use crate::grids::CameraGrid;
 use crate::listed::sorted::Sorted;
+use crate::patches::Patches;
 use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot};
 use crate::{ImageTooLarge, Omitted, SimdLevel, TileOrder};
 pub use cells::{Cells, ImpossibleCells};
@@ -91,21 +92,21 @@ impl ListedGrid {
 }
 
 impl CameraGrid for ListedGrid {
-    fn build(&mut self, shot: &Shot<'_>) -> Result<Seconds, ImageTooLarge> {
+    fn build(&mut self, shot: &Shot<'_>, _: &Patches) -> Result<Seconds, ImageTooLarge> {
         Self::build(self, shot)
     }
 
-    fn trace(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Counts {
+    fn trace(&mut self, shot: &Shot<'_>, _: &Patches, seen: &mut SeenPixels) -> Counts {
         self.trace_tiles(shot, seen, &mut vec![[]; self.order().slots()])
     }
 
-    fn trace_counting(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels, work: &mut PixelWork) -> Counts {
+    fn trace_counting(&mut self, shot: &Shot<'_>, _: &Patches, seen: &mut SeenPixels, work: &mut PixelWork) -> Counts {
         let work = work.start(self.order());
         self.trace_tiles(shot, seen, work)
     }
 
-    fn omitted(&self) -> &Omitted {
-        &self.omitted
+    fn omitted(&self) -> Option<&Omitted> {
+        Some(&self.omitted)
     }
 
     fn bytes(&self) -> usize {
@@ -116,7 +117,7 @@ impl CameraGrid for ListedGrid {
             + self.scratch.len() * size_of::<Tile>()
     }
 
-    fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
+    fn validate(&self, shot: &Shot<'_>, _: &Patches) -> Result<(), String> {
         Self::validate(self, shot)
     }
 }

@@ -4,7 +4,7 @@ use glam::IVec2;
 
 use super::ListedGrid;
 use crate::camera_grid::general::{General, Square};
-use crate::camera_grid::lanes::{LANES, splat};
+use crate::camera_grid::lanes::{Corners, LANES, splat};
 use crate::camera_grid::samples::{BLOCKS, SAMPLES};
 use crate::camera_grid::tile::{Batch, Tile, queued};
 use crate::camera_grid::trace::{Placed, TileTrace, Tiles};
@@ -27,7 +27,7 @@ impl ListedGrid {
             return Counts::default();
         };
         let mut scratch = std::mem::take(&mut self.scratch);
-        let tiles = Tiles { shot, space: &space, vertices: &self.vertices };
+        let tiles = Tiles { shot, space: &space };
         let counted = tiles.trace(&mut scratch, seen, work, |tile, index, triangle, inverse_depth| {
             let cells = &self.tiles[index];
             tile.tally.pairs = cells.items().len() as u64;
@@ -201,7 +201,9 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         }
         let Waiting { ids, sorting_tiles, batch, .. } = waiting;
         let (ids, all) = (&ids[..count], (1 << count) - 1);
-        let placed = self.tile.place(simd, ids);
+        let corners = Corners::of_ids(simd, &self.grid.vertices, self.tile.at.shot.triangles, ids);
+        let mut placed = self.tile.place(simd, corners);
+        placed.seen &= all;
         let ordinary = min3(placed.corners.inverse_depth).simd_gt(splat(simd, 0.0)).to_bitmask() & all;
         // How far outside of a triangle's bounds the samples are that test it: in a block, or a sorting tile, that the
         // bounds reach into.

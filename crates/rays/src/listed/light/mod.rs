@@ -21,6 +21,7 @@ use std::time::Instant;
 
 use crate::grids::LightsGrid;
 use crate::listed::sorted::Sorted;
+use crate::patches::Patches;
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
 use crate::{LightCells, LightSource, SimdLevel};
 use cells::{Axis, Cells};
@@ -200,7 +201,14 @@ impl LightsGrid for ListedLightGrid {
         self.pass.survey.find(shot, seen, self.pass.level);
     }
 
-    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
+    fn shadow(
+        &mut self,
+        shot: &Shot<'_>,
+        _: &Patches,
+        seen: &SeenPixels,
+        light: &LightSource,
+        mask: &mut LightMask,
+    ) -> Work {
         let Self { pass, lists } = self;
         pass.shadow(shot, seen, light, mask, |pass, settler| {
             let mut last = Instant::now();
@@ -220,7 +228,7 @@ impl LightsGrid for ListedLightGrid {
         })
     }
 
-    fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
+    fn locate(&mut self, shot: &Shot<'_>, _: &Patches, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
         let Self { pass, lists } = self;
         cells.start(seen.order());
         // A light that is none has no face.
@@ -236,7 +244,7 @@ impl LightsGrid for ListedLightGrid {
         Bytes { triangles: triangles + points + self.lists.bytes(), points: 0 }
     }
 
-    fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
+    fn validate(&mut self, shot: &Shot<'_>, _: &Patches, seen: &SeenPixels, light: &LightSource) -> Result<(), String> {
         let Self { pass, lists } = self;
         let mut result = Ok(());
         pass.visit_faces(shot, seen, light, |pass, settler| {
