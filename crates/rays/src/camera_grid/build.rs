@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, mask32x16};
+use fearless_simd::{Simd, dispatch, f32x16, i32x16, mask32x16};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -23,7 +23,7 @@ impl PerspectiveGrid {
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
     pub(super) fn build(&mut self, shot: &Shot<'_>) -> Result<(), ImageTooLarge> {
         ImageTooLarge::check(&shot.view)?;
-        let space = PixelSpace::new(&shot.view, shot.offset_pixels);
+        let space = PixelSpace::new(shot);
         self.space = Some(space);
         self.triangle_count = shot.triangles.len();
         project(self.level, &space, shot.triangles, &mut self.vertices);
@@ -187,10 +187,14 @@ impl SetUp<'_> {
     ) {
         // Coordinates are below four, so their own rounding is below 4 half ulps.
         let error = bounds.error + splat(simd, 4.0 * HALF_ULP);
-        const OVERHANG_PIXELS: f32 = 0.01;
+        // Pixels are as far outside of the bounds as their samples may be from them, and samples as far again.
+        let shift = self.space.shifts.reach();
+        let overhang = 0.01 + 2.0 * shift;
         let x = each!(x in corners.x => x - bounds.x[0]);
         let y = each!(y in corners.y => y - bounds.y[0]);
-        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, 1.0, OVERHANG_PIXELS);
+        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, 1.0 + shift, overhang);
+        let odd_columns = is_odd(simd, bounds.x[0], self.space.middle.x);
+        let odd_rows = is_odd(simd, bounds.y[0], self.space.middle.y);
         let certain = setup.is_certain(simd);
         let tiny = mask32x16::from_bitmask(simd, tiny_lanes);
         let columns: [f32; LANES] = bounds.x[0].into();
@@ -198,7 +202,14 @@ impl SetUp<'_> {
         for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
             let (right, down) = (splat(simd, dx as f32), splat(simd, dy as f32));
             let valid = (bounds.x[0] + right).simd_le(bounds.x[1]) & (bounds.y[0] + down).simd_le(bounds.y[1]) & tiny;
-            let edges = setup.edges(right, down);
+            let edges = if shift == 0.0 {
+                setup.edges(right, down)
+            } else {
+                let odd_columns = if dx == 1 { !odd_columns } else { odd_columns };
+                let odd_rows = if dy == 1 { !odd_rows } else { odd_rows };
+                let [x, y] = self.space.shifts.of_sixteen(simd, odd_columns, odd_rows);
+                setup.edges(right + x, down + y)
+            };
             let (lowest, highest) = (min3(edges), max3(edges));
             // Where the area's sign isn't certain, a miss takes two edge functions with opposite certain signs.
             let missed = lowest.simd_lt(-setup.bound) & (certain | highest.simd_gt(setup.bound));
@@ -304,4 +315,12 @@ impl SetUp<'_> {
         let middle = self.space.middle;
         [tile(x0, middle.x), tile(x1, middle.x), tile(y0, middle.y), tile(y1, middle.y)]
     }
+}
+
+/// Whether integers in pixel space, of which the image's first is `-middle`, stand for odd columns or rows.
+#[inline(always)]
+fn is_odd<S: Simd>(simd: S, at: f32x16<S>, middle: i32) -> mask32x16<S> {
+    let one = i32x16::splat(simd, 1);
+    let number: i32x16<S> = (at + splat(simd, middle as f32)).to_int();
+    (number & one).simd_eq(one)
 }
