@@ -57,8 +57,8 @@ pub use listed::{
 };
 pub use ray::{Hit, Ray};
 pub use shot::{
-    Bytes, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds, SeenPixels,
-    Shifts, Shot, Sides, TileOrder, Work,
+    Bytes, Cone, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds,
+    SeenPixels, Shifts, Shot, Sides, TileOrder, Work,
 };
 pub use simd::SimdLevel;
 pub use single::{SingleRays, Visit};

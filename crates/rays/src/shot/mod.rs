@@ -4,6 +4,7 @@
 //! are answers, in [`TileOrder`]; [`Work`] is what they took.
 
 mod camera_rays;
+mod cone;
 mod eight_points;
 mod light_mask;
 mod opacity;
@@ -20,6 +21,7 @@ use glam::DVec2;
 use crate::predicate::{HitPoint, ShadowRay, crossing};
 use crate::{LightSource, Ray, Triangles, View};
 pub(crate) use camera_rays::CameraRays;
+pub use cone::Cone;
 pub(crate) use eight_points::{EightPoints, EightTriangles, cross};
 pub use light_mask::LightMask;
 pub use opacity::{MaskAnswers, MaskPoints, Opacity, Opaque};

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, Vec3};
 use umbrage_rays::{Camera, Projection, Shifts, View};
-use umbrage_verify::lights::{around, point, sun};
+use umbrage_verify::lights::around;
 use umbrage_verify::views::{camera, placed, view};
 use umbrage_verify::{Case, MIXED_SIDES, Random, TestMesh};
 
@@ -55,7 +55,8 @@ pub(super) fn all() -> Vec<Case> {
         if number == 0 {
             ask("several tiles", &soup, view(look, 140, 68));
         }
-        let lights = [point(Vec3::new(0.5, 3.0, 1.0)), sun(0.3, -1.0, 0.2)];
+        // A spot and a sun.
+        let lights = [lights[6], lights[7]];
         for (scale, offset) in [(1e-3, Vec3::splat(3e-3)), (300.0, FAR)] {
             let (mesh, view) = (room(7).placed(scale, offset), view(placed(camera(), scale, offset), 19, 15));
             let case = Case::new("a room elsewhere", mesh, view, &around(scale, offset)[..2]);
