@@ -76,7 +76,7 @@ pub(crate) struct Ours {
     seen: SeenPixels,
     /// One for each light.
     masks: Vec<LightMask>,
-    /// What the last sample's camera and lights took.
+    /// What the camera and lights of the samples took that were traced last.
     pub(crate) work: [Work; 2],
 }
 
@@ -91,8 +91,8 @@ impl Ours {
         time(&mut times.build, || structure.build(shot.frame.triangles()));
         masks.resize(shot.lights.len(), LightMask::default());
         let opacities = shot.opacities();
-        for &offset_pixels in &shot.offsets_pixels {
-            let question = shot.question(&opacities, offset_pixels);
+        for samples in &shot.samples {
+            let question = shot.question(&opacities, samples);
             *of_camera = time(&mut times.see, || structure.see(&question, seen))?;
             // What grids for one sample's rays are built by is a part of seeing.
             let Seconds { project, list, sort, .. } = of_camera.seconds;
@@ -105,7 +105,7 @@ impl Ours {
         Ok(times)
     }
 
-    /// What a pixel showed at the last sample; `None` for nothing.
+    /// What a pixel of the image of all samples showed that were traced last; `None` for nothing.
     pub(crate) fn pixel(&self, x: u32, y: u32) -> Option<Pixel> {
         let triangle = self.seen.triangle_at(x, y);
         let is_lit = self.masks.last().is_some_and(|mask| mask.is_lit(x, y));

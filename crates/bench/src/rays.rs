@@ -18,7 +18,7 @@ pub(crate) type Hits = Vec<Option<Hit>>;
 /// The rays of a shot's first sample: squares of 16×16 pixels, and squares of 4×4 in these.
 pub(crate) fn of_camera(shot: &Shot<'_>) -> Vec<Ray> {
     let (width, height) = (shot.view.width, shot.view.height);
-    let offset = shot.offsets_pixels[0];
+    let first = shot.samples[0].as_slice()[0];
     let squares = |side: u32, [x, y]: [u32; 2], step: u32| {
         (0..side)
             .step_by(step as usize)
@@ -27,7 +27,7 @@ pub(crate) fn of_camera(shot: &Shot<'_>) -> Vec<Ray> {
     let tiles = (0..height).step_by(16).flat_map(|y| (0..width).step_by(16).map(move |x| [x, y]));
     let blocks = tiles.flat_map(|corner| squares(16, corner, 4));
     let pixels = blocks.flat_map(|corner| squares(4, corner, 1)).filter(|&[x, y]| x < width && y < height);
-    pixels.map(|[x, y]| shot.view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y)).collect()
+    pixels.map(|[x, y]| first.ray(&shot.view, x, y)).collect()
 }
 
 /// What rays hit first.

@@ -4,10 +4,10 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use glam::{DVec2, Quat, Vec3};
-use umbrage::rays::{Bounds, Camera, LightSource, Opacity, Opaque, Sides, View};
+use glam::{Quat, Vec3};
+use umbrage::rays::{Bounds, Camera, LightSource, Opacity, Opaque, Ray, Sides, View};
 use umbrage::scene::Frame;
-use umbrage::{Sample, Scene};
+use umbrage::{Samples, Scene};
 
 /// Scenes of the gallery nearly all of whose triangles move or change, or that the camera moves through.
 pub(crate) const GALLERY: [&str; 7] =
@@ -103,8 +103,8 @@ impl fmt::Display for Lights {
 pub(crate) struct Shot<'a> {
     pub(crate) frame: &'a Frame,
     pub(crate) view: View,
-    /// Where in each pixel the rays of each sample go through.
-    pub(crate) offsets_pixels: Vec<DVec2>,
+    /// Samples of each pixel, as our structures trace them together.
+    pub(crate) samples: Vec<Samples>,
     pub(crate) lights: Vec<LightSource>,
     /// Of all triangles.
     pub(crate) bounds: Bounds,
@@ -134,7 +134,7 @@ impl<'a> Shot<'a> {
         let mut shot = Self {
             frame,
             view: View { camera, width, height },
-            offsets_pixels: Sample::all(samples).map(|sample| sample.offset_pixels).collect(),
+            samples: Samples::all(samples, true).collect(),
             lights: sources,
             bounds: frame.triangles().bounds(),
             masks: false,
@@ -147,6 +147,19 @@ impl<'a> Shot<'a> {
 }
 
 impl Shot<'_> {
+    /// All samples, each of them alone.
+    pub(crate) fn each_alone(&self) -> Vec<Samples> {
+        self.samples.iter().flat_map(Samples::as_slice).map(|&sample| Samples::one(sample)).collect()
+    }
+
+    /// The ray of a pixel at the last sample, and where that is in the image of all samples that are traced with it.
+    pub(crate) fn last_ray(&self, x: u32, y: u32) -> (Ray, [u32; 2]) {
+        let samples = &self.samples[self.samples.len() - 1];
+        let which = samples.as_slice().len() - 1;
+        let ([column, row], side) = (samples.quarter(which), samples.side());
+        (samples.as_slice()[which].ray(&self.view, x, y), [side * x + column, side * y + row])
+    }
+
     /// Leaves lights away, or adds the first one, turned around the scene, until there are `count`.
     pub(crate) fn make_lights(&mut self, count: u32) {
         let Self { lights, bounds, .. } = self;
@@ -165,16 +178,17 @@ impl Shot<'_> {
         }
     }
 
-    /// One sample of each pixel.
+    /// Some samples of each pixel.
     pub(crate) fn question<'a>(
         &'a self,
         [opacity, shadow_opacity]: &'a [Box<dyn Opacity + '_>; 2],
-        offset_pixels: DVec2,
+        samples: &Samples,
     ) -> umbrage::rays::Shot<'a> {
         let question = umbrage::rays::Shot::new(self.frame.triangles(), self.view);
         // Others know no single-sided triangles.
         let sides = Sides::Both;
-        umbrage::rays::Shot { offset_pixels, opacity: &**opacity, shadow_opacity: &**shadow_opacity, sides, ..question }
+        let [opacity, shadow_opacity] = [&**opacity, &**shadow_opacity];
+        samples.question(umbrage::rays::Shot { opacity, shadow_opacity, sides, ..question })
     }
 }
 

@@ -1,9 +1,9 @@
 use std::array::from_fn;
 
 use fearless_simd::{Level, Simd, dispatch};
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
-use umbrage_rays::{Bounds, LightSource, View};
+use umbrage_rays::{Bounds, LightSource, Shot};
 
 use crate::packet::{RayHitPacket, Valid, WIDTH};
 use crate::posed::Posed;
@@ -35,17 +35,19 @@ struct Seen {
     triangle: [u32; WIDTH],
 }
 
-/// The camera's rays in f32: origin and direction are linear in the pixel.
+/// The camera's rays in f32: origin and direction are linear in where they go through the image.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelRays {
     width: u32,
     height: u32,
+    /// Where the rays of a packet go through it: columns and rows.
+    lanes: [[f32; WIDTH]; 2],
     origin: Linear,
     direction: Linear,
     is_parallel: bool,
 }
 
-/// A vector for each pixel: `first` + column · `right` + row · `down`.
+/// A vector for each ray: `first` + column · `right` + row · `down`.
 #[derive(Clone, Copy, Debug)]
 struct Linear {
     first: Vec3,
@@ -62,20 +64,20 @@ enum Shadows {
     Along(Vec3),
 }
 
-/// Columns and rows of a packet's pixels.
-const COLUMNS: [f32; WIDTH] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
-const ROWS: [f32; WIDTH] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0, 3.0];
-
 /// Where shadow rays end, the point being at one: they must not hit the surface that the point is on, and Embree's hits
 /// are not exact.
 const BEFORE_POINT: f32 = 1.0 - 1e-4;
 
 impl PixelRays {
-    /// The rays of `view` through a point of each pixel, from (0, 0) at its upper left to (1, 1).
+    /// The rays of the pixels of `shot`.
     #[must_use]
-    pub fn new(view: &View, offset_pixels: DVec2) -> Self {
+    pub fn new(shot: &Shot<'_>) -> Self {
+        let &Shot { view, offset_pixels, shifts, .. } = shot;
         let [first, right, down] =
             [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(x, y)| view.ray(offset_pixels.x + x, offset_pixels.y + y));
+        let lane = |lane: usize| (lane as u32 % PACKET_SIDE, lane as u32 / PACKET_SIDE);
+        let columns = from_fn(|index| lane(index).0 as f32 + shifts.at(lane(index).0, lane(index).1).x as f32);
+        let rows = from_fn(|index| lane(index).1 as f32 + shifts.at(lane(index).0, lane(index).1).y as f32);
         let origin = Linear {
             first: first.origin.as_vec3(),
             right: (right.origin - first.origin).as_vec3(),
@@ -87,7 +89,7 @@ impl PixelRays {
             down: (down.direction - first.direction).as_vec3(),
         };
         let is_parallel = origin.right != Vec3::ZERO || origin.down != Vec3::ZERO;
-        Self { width: view.width, height: view.height, origin, direction, is_parallel }
+        Self { width: view.width, height: view.height, lanes: [columns, rows], origin, direction, is_parallel }
     }
 
     /// Tiles in a row.
@@ -129,9 +131,9 @@ fn every_second_bit(bits: u32) -> u32 {
 impl Linear {
     /// One component of the vectors of the packet whose first pixel is (x, y).
     #[inline(always)]
-    fn fill(&self, axis: usize, [x, y]: [u32; 2], into: &mut [f32; WIDTH]) {
+    fn fill(&self, axis: usize, [x, y]: [u32; 2], [columns, rows]: &[[f32; WIDTH]; 2], into: &mut [f32; WIDTH]) {
         let first = self.first[axis] + self.right[axis] * x as f32 + self.down[axis] * y as f32;
-        *into = from_fn(|lane| first + (self.right[axis] * COLUMNS[lane] + self.down[axis] * ROWS[lane]));
+        *into = from_fn(|lane| first + (self.right[axis] * columns[lane] + self.down[axis] * rows[lane]));
     }
 }
 
@@ -225,14 +227,14 @@ fn see_tile<S: Simd>(
 ) {
     let mut packet = RayHitPacket::default();
     for axis in 0..3 {
-        rays.origin.fill(axis, [0, 0], &mut packet.ray.origin[axis]);
+        rays.origin.fill(axis, [0, 0], &rays.lanes, &mut packet.ray.origin[axis]);
     }
     for (index, seen) in seen.iter_mut().enumerate() {
         let corner = rays.corner(tile, index);
         for axis in 0..3 {
-            rays.direction.fill(axis, corner, &mut packet.ray.direction[axis]);
+            rays.direction.fill(axis, corner, &rays.lanes, &mut packet.ray.direction[axis]);
             if rays.is_parallel {
-                rays.origin.fill(axis, corner, &mut packet.ray.origin[axis]);
+                rays.origin.fill(axis, corner, &rays.lanes, &mut packet.ray.origin[axis]);
             }
         }
         packet.forget_hits();
@@ -269,9 +271,9 @@ fn shadow_tile<S: Simd>(
         }
         let corner = rays.corner(tile, index);
         for axis in 0..3 {
-            rays.direction.fill(axis, corner, &mut point);
+            rays.direction.fill(axis, corner, &rays.lanes, &mut point);
             if rays.is_parallel {
-                rays.origin.fill(axis, corner, &mut start[axis]);
+                rays.origin.fill(axis, corner, &rays.lanes, &mut start[axis]);
             }
             let point = from_fn(|lane| start[axis][lane] + point[lane] * seen.t[lane]);
             match shadows {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec2, Vec3, Vec4};
 use umbrage_peers::{BuildMethod, Embree, Error, Image, Layout, PixelRays, Posed, Quality, Scene, TinyBvh, TinyScene};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Bounds, Camera, LightSource, Opacity as _, View};
+use umbrage_rays::{Bounds, Camera, LightSource, Opacity as _, Shifts, Shot, Triangles, View};
 use umbrage_scene::{Alpha, Frame, Material, Materials, Mesh};
 use umbrage_verify::{Oracle, TestMesh};
 
@@ -64,12 +64,19 @@ fn view() -> View {
     View { camera, width: SIDE, height: SIDE }
 }
 
+/// Rays that are neither through the middles of pixels nor through the same point of all.
+fn shot(triangles: Triangles<'_>) -> Shot<'_> {
+    let shifts = [(-0.25, 0.125), (0.25, -0.375), (0.5, 0.0), (0.0, 0.5)].map(DVec2::from);
+    let shifts = Shifts::new(shifts).expect("possible shifts");
+    Shot { offset_pixels: OFFSET_PIXELS, shifts, ..Shot::new(triangles, view()) }
+}
+
 impl Case {
     fn new(frame: Frame, light: LightSource) -> Self {
         let oracle = Oracle::new(frame.triangles());
         let truth = |pixel| {
             let (x, y) = (pixel % SIDE, pixel / SIDE);
-            let ray = view().ray(f64::from(x) + OFFSET_PIXELS.x, f64::from(y) + OFFSET_PIXELS.y);
+            let ray = shot(frame.triangles()).ray(x, y);
             let hit = oracle.nearest(&ray, |hit| frame.camera_opacity().stops(hit.triangle, hit.barycentric))?;
             let shadow_ray = ShadowRay::new(&light, HitPoint::new(&ray, hit.t));
             let is_blocked =
@@ -86,7 +93,7 @@ impl Case {
     fn assert_agrees(&self, scene: &mut Scene) {
         let posed = self.posed();
         scene.build(&posed).expect("a scene");
-        let (mut image, rays) = (Image::default(), PixelRays::new(&view(), OFFSET_PIXELS));
+        let (mut image, rays) = (Image::default(), PixelRays::new(&shot(self.frame.triangles())));
         image.see(&rays, |valid, packet| scene.nearest(valid, packet));
         image.shadow(&rays, self.light(), |valid, packet| scene.occluded(valid, packet));
         self.assert_shown(&posed, &image);
@@ -97,7 +104,7 @@ impl Case {
         let posed = self.posed();
         scene.pose(&posed).expect("opaque triangles");
         scene.build();
-        let (mut image, rays) = (Image::default(), PixelRays::new(&view(), OFFSET_PIXELS));
+        let (mut image, rays) = (Image::default(), PixelRays::new(&shot(self.frame.triangles())));
         image.see(&rays, |valid, packet| scene.nearest(valid, packet));
         image.shadow(&rays, self.light(), |valid, packet| scene.occluded(valid, packet));
         self.assert_shown(&posed, &image);
@@ -171,7 +178,7 @@ fn a_scene_of_masks_alone_can_be_built() {
     scene.build(&posed).expect("a scene");
     let view = View { camera: Camera::look_at(Vec3::Z * 5.0, Vec3::ZERO, Vec3::Y, 0.5), width: 16, height: 16 };
     let mut image = Image::default();
-    image.see(&PixelRays::new(&view, DVec2::splat(0.5)), |valid, packet| scene.nearest(valid, packet));
+    image.see(&PixelRays::new(&Shot::new(frame.triangles(), view)), |valid, packet| scene.nearest(valid, packet));
     assert!((0..16).all(|at| image.seen(at, at).is_none()));
 }
 

@@ -58,8 +58,8 @@ pub use listed::{
 pub use patches::Patches;
 pub use ray::{Hit, Ray};
 pub use shot::{
-    Bytes, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds, SeenPixels,
-    Shot, Sides, TileOrder, Work,
+    Bytes, Cone, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds,
+    SeenPixels, Shifts, Shot, Sides, TileOrder, Work,
 };
 pub use simd::SimdLevel;
 pub use single::{SingleRays, Visit};

@@ -16,7 +16,7 @@ pub enum LightSource {
         direction: Vec3,
         /// Half-angle inside which the light has its full strength.
         inner_radians: f32,
-        /// Half-angle outside which there is no light; above `inner_radians`, at most π/2.
+        /// Half-angle outside which there is no light ([`Cone`](crate::Cone)); above `inner_radians`, at most π/2.
         outer_radians: f32,
     },
     /// Parallel light from infinitely far away.

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::shot::{LightMask, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
+use crate::shot::{Cone, LightMask, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
 use crate::{Hit, LightSource, SingleRays};
 
 /// Finds what each pixel sees, as [`Structure::see`](crate::Structure::see) does.
@@ -36,13 +36,15 @@ pub fn shadow(
     for (light, mask) in lights.iter().zip(masks) {
         let opacity: &dyn Opacity = &OpacityOfSides::of_light(shot, light);
         let stops = |id: u32, barycentric: [f32; 2]| opacity.is_stopped_at(id, barycentric);
+        let cone = Cone::of(light);
         mask.resize(seen.order());
         mask.blocks_mut().par_iter_mut().enumerate().for_each(|(block, lit)| {
             *lit = 0;
             for lane in 0..TileOrder::BLOCK_PIXELS {
                 let index = block * TileOrder::BLOCK_PIXELS + lane;
                 let Some(ray) = shot.shadow_ray(seen, index, light) else { continue };
-                let is_lit = !rays.blocked(shot.triangles, &ray, seen.triangle[index], &stops);
+                let is_in_cone = cone.is_none_or(|cone| cone.contains(ray.point()));
+                let is_lit = is_in_cone && !rays.blocked(shot.triangles, &ray, seen.triangle[index], &stops);
                 *lit |= u16::from(is_lit) << lane;
             }
         });

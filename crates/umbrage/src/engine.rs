@@ -8,7 +8,7 @@ use umbrage_scene::{Frame, Light, Scene};
 
 use crate::background::Surroundings;
 use crate::cpu::Cpu;
-use crate::sampling::Sample;
+use crate::sampling::Samples;
 use crate::{Error, Film, Settings, Stats};
 
 /// A frame, and what the settings say is around it.
@@ -66,22 +66,27 @@ pub(crate) trait Engine: Debug + Send + Sync {
         1
     }
 
-    /// Finds the triangle that each pixel shows at a sample.
-    fn see(&mut self, _staged: &Staged<'_>, _sample: &Sample, _stats: &mut Stats) -> Result<(), Error> {
+    /// Whether four samples of a pixel are traced together, rather than one after the other.
+    fn traces_four(&self, _view: &View) -> bool {
+        false
+    }
+
+    /// Finds the triangle that each pixel shows at some samples.
+    fn see(&mut self, _staged: &Staged<'_>, _samples: &Samples, _stats: &mut Stats) -> Result<(), Error> {
         Ok(())
     }
 
     /// Finds which of the points that pixels show each light reaches.
-    fn shadow(&mut self, _staged: &Staged<'_>, _sample: &Sample, _stats: &mut Stats) -> Result<(), Error> {
+    fn shadow(&mut self, _staged: &Staged<'_>, _samples: &Samples, _stats: &mut Stats) -> Result<(), Error> {
         Ok(())
     }
 
-    /// Adds each pixel's radiance at a sample to the film, or to what [develop](Self::develop) brings there.
+    /// Adds each pixel's radiance at these samples to the film, or to what [develop](Self::develop) brings there.
     fn shade(
         &mut self,
         staged: &Staged<'_>,
         band: usize,
-        sample: &Sample,
+        samples: &Samples,
         film: &mut Film,
         stats: &mut Stats,
     ) -> Result<(), Error>;
@@ -115,12 +120,12 @@ pub(crate) trait Engine: Debug + Send + Sync {
     /// For each light, which pixels it lit at the last sample.
     fn light_masks(&self) -> &[LightMask];
 
-    /// What the camera was as work for the CPU's grid, at the last sample; zero where there is none.
+    /// What the camera was as work for the CPU's grid, at the samples that were traced last; zero where there is none.
     fn camera_work(&self) -> Work {
         Work::default()
     }
 
-    /// What each light that casts shadows was as work for the CPU's grid, at the last sample; empty where there is none.
+    /// What each light that casts shadows was as work for the CPU's grid, at the samples that were traced last; empty where there is none.
     fn light_work(&self) -> &[Work] {
         &[]
     }

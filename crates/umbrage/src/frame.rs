@@ -4,7 +4,7 @@ use umbrage_scene::{Frame, Scene, check_lights};
 
 use crate::background::Surroundings;
 use crate::engine::{Engine, Output};
-use crate::sampling::Sample;
+use crate::sampling::Samples;
 use crate::{Error, Renderer, Settings, Stats};
 
 /// What is rendered.
@@ -36,10 +36,10 @@ impl Renderer {
         film.clear(output.fetched(&staged.view))?;
         stats.time("build", || engine.build(&staged, output))?;
         for band in 0..engine.bands() {
-            for sample in Sample::all(settings.samples) {
-                engine.see(&staged, &sample, stats)?;
-                engine.shadow(&staged, &sample, stats)?;
-                engine.shade(&staged, band, &sample, film, stats)?;
+            for samples in Samples::all(settings.samples, engine.traces_four(&staged.view)) {
+                engine.see(&staged, &samples, stats)?;
+                engine.shadow(&staged, &samples, stats)?;
+                engine.shade(&staged, band, &samples, film, stats)?;
             }
             engine.develop(&staged, band, output, film, stats)?;
         }

@@ -30,7 +30,8 @@
 //!   [`Blocker`] for each light, is all about one pixel.
 //! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], is what a frame cost; [`Work`] what the camera
 //!   or a light was to do, and [`WorkCounts`] what each pixel was, which [`HeatScale`] colours.
-//! - [`Sample`] is which ray of a pixel is traced, for those who trace the same ones themselves.
+//! - [`Sample`] is which ray of a pixel is traced, and [`Samples`] which of them together, for those who trace the same
+//!   ones themselves.
 //! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has what they
 //!   are made of, and frames of one's own.
 //! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit.
@@ -75,7 +76,7 @@ pub use open::{open, open_with};
 pub use panorama::Panorama;
 pub use probe::{Blocker, Probe};
 pub use renderer::Renderer;
-pub use sampling::Sample;
+pub use sampling::{Sample, Samples};
 pub use settings::{CameraChoice, Settings, ToneMap};
 pub use sides::Sides;
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};

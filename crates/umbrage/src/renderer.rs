@@ -135,13 +135,13 @@ impl Renderer {
         &self.stats
     }
 
-    /// What the camera was as work for its grid, at the last frame's last sample; zero without a grid.
+    /// What the camera was as work for its grid, at the samples of the last frame that were traced last; zero without a grid.
     #[must_use]
     pub fn camera_work(&self) -> Work {
         self.engine.camera_work()
     }
 
-    /// What each light was as work for its grid, at the last frame's last sample; empty without a grid.
+    /// What each light was as work for its grid, at the samples of the last frame that were traced last; empty without a grid.
     #[must_use]
     pub fn light_work(&self) -> &[Work] {
         self.engine.light_work()

@@ -1,5 +1,5 @@
 use glam::DVec2;
-use umbrage_rays::{Ray, View};
+use umbrage_rays::{Ray, Shifts, Shot, View};
 
 /// One of the rays that each pixel casts: the same one in all pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,18 +19,92 @@ impl Sample {
     /// All samples of a pixel: a Hammersley set, which has one in each of `count` columns and each of `count` rows. A
     /// single sample is in the middle.
     pub fn all(count: u32) -> impl Iterator<Item = Self> {
-        let side = f64::from(count);
-        (0..count).map(move |index| {
-            let row = rank_of_mirrored_bits(index, count);
-            let offset_pixels = DVec2::new((f64::from(index) + 0.5) / side, (f64::from(row) + 0.5) / side);
-            Self { index, of: count, offset_pixels }
-        })
+        (0..count).map(move |index| Self::number(index, count))
+    }
+
+    fn number(index: u32, of: u32) -> Self {
+        let (row, side) = (rank_of_mirrored_bits(index, of), f64::from(of));
+        let offset_pixels = DVec2::new((f64::from(index) + 0.5) / side, (f64::from(row) + 0.5) / side);
+        Self { index, of, offset_pixels }
     }
 
     /// The ray of the pixel in column `x` and row `y`.
     #[must_use]
     pub fn ray(&self, view: &View, x: u32, y: u32) -> Ray {
         view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y)
+    }
+}
+
+/// Samples of each pixel that are traced together: one, or four, each of which is in another quarter of the pixel.
+///
+/// To structures, four are the pixels of an image with twice as many columns and rows: they are built once for all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Samples {
+    /// By number; of four, the one at 2 i + j is in the quarter in column i and row j.
+    samples: [Sample; 4],
+    are_four: bool,
+    offset_pixels: DVec2,
+    shifts: Shifts,
+}
+
+impl Samples {
+    /// A single one.
+    #[must_use]
+    pub fn one(sample: Sample) -> Self {
+        let Sample { offset_pixels, .. } = sample;
+        Self { samples: [sample; 4], are_four: false, offset_pixels, shifts: Shifts::NONE }
+    }
+
+    /// All samples of a pixel, four by four where `by_four` and that can be: where their number is a power of two from 4 to
+    /// 4096. Others aren't at points that f32 has in all pixels of a tile, and stay alone.
+    pub fn all(count: u32, by_four: bool) -> impl Iterator<Item = Self> {
+        let groups = count / 4;
+        let by_four =
+            by_four && count.is_multiple_of(4) && (0..groups).all(|group| Self::four(group, groups).is_some());
+        (0..if by_four { groups } else { count }).map(move |index| {
+            let four = if by_four { Self::four(index, groups) } else { None };
+            four.unwrap_or_else(|| Self::one(Sample::number(index, count)))
+        })
+    }
+
+    /// Four of 4 × `groups` samples.
+    ///
+    /// The first half of a Hammersley set is on the left of the pixel. Half of its numbers are even, and come before the odd
+    /// ones when they are sorted by mirrored bits: these are above. So two neighbours of the first half, the first of them
+    /// even, and two of the second are in four different quarters.
+    fn four(group: u32, groups: u32) -> Option<Self> {
+        let number = |index: u32| Sample::number(2 * group + index, 4 * groups);
+        let samples = [number(0), number(1), number(2 * groups), number(2 * groups + 1)];
+        let [a, b, c, d] = samples.map(|sample| sample.offset_pixels);
+        let (offset_pixels, shifts) = Shifts::of_quarters([a, c, b, d])?;
+        Some(Self { samples, are_four: true, offset_pixels, shifts })
+    }
+
+    /// The samples, in the order of their numbers.
+    #[must_use]
+    pub fn as_slice(&self) -> &[Sample] {
+        if self.are_four { &self.samples } else { &self.samples[..1] }
+    }
+
+    /// How many samples there are along a pixel's sides: one or two.
+    #[must_use]
+    pub fn side(&self) -> u32 {
+        1 + u32::from(self.are_four)
+    }
+
+    /// Where sample number `which` of these is in the pixel: its column and row.
+    #[must_use]
+    pub fn quarter(&self, which: usize) -> [u32; 2] {
+        if self.are_four { [which as u32 / 2, which as u32 % 2] } else { [0; 2] }
+    }
+
+    /// The question of what these samples see, as one image, given that about an image's pixels.
+    #[must_use]
+    pub fn question<'a>(&self, shot: Shot<'a>) -> Shot<'a> {
+        let &Self { offset_pixels, shifts, .. } = self;
+        let View { camera, width, height } = shot.view;
+        let view = View { camera, width: width * self.side(), height: height * self.side() };
+        Shot { view, offset_pixels, shifts, ..shot }
     }
 }
 
@@ -41,11 +115,46 @@ fn rank_of_mirrored_bits(sample: u32, samples: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+    use umbrage_rays::{Camera, Projection, Triangles};
+
     use super::*;
 
     #[test]
     fn one_sample_is_in_the_middle() {
         assert!(Sample::all(1).eq([Sample::MIDDLE]));
+    }
+
+    #[test]
+    fn samples_are_together_or_alone() {
+        for count in 1..=70 {
+            let together: Vec<Samples> = Samples::all(count, true).collect();
+            assert_eq!(together.len() as u32 * 4 == count, count.is_power_of_two() && count >= 4, "{count}");
+            let mut samples: Vec<Sample> = together.iter().flat_map(|some| some.as_slice().to_vec()).collect();
+            samples.sort_unstable_by_key(|sample| sample.index);
+            assert!(samples.into_iter().eq(Sample::all(count)), "{count}");
+            assert!(Samples::all(count, false).eq(Sample::all(count).map(Samples::one)), "{count}");
+        }
+        assert_eq!(Samples::all(4096, true).count(), 1024);
+    }
+
+    #[test]
+    fn four_samples_are_four_pixels() {
+        let camera = Camera::look_at(Vec3::new(3.1, -1.7, 2.3), Vec3::ZERO, Vec3::Y, 0.83);
+        let parallel = Camera { projection: Projection::Orthographic { half_height: 1.7 }, ..camera };
+        for (camera, count) in [(camera, 4), (parallel, 4), (camera, 8), (camera, 64)] {
+            let view = View { camera, width: 1921, height: 1083 };
+            for samples in Samples::all(count, true) {
+                let shot = samples.question(Shot::new(Triangles::default(), view));
+                for (which, sample) in samples.as_slice().iter().enumerate() {
+                    let [i, j] = samples.quarter(which);
+                    for [x, y] in [[0, 0], [7, 1082], [1920, 511]] {
+                        // Bit for bit.
+                        assert_eq!(shot.ray(2 * x + i, 2 * y + j), sample.ray(&view, x, y));
+                    }
+                }
+            }
+        }
     }
 
     #[test]

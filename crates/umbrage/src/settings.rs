@@ -67,7 +67,9 @@ impl Settings {
     /// About how many bytes a picture takes until it is written, beside what the scene takes.
     #[must_use]
     pub fn picture_bytes(&self) -> u64 {
-        Self::BYTES_OF_PIXEL as u64 * u64::from(self.width) * u64::from(self.height)
+        // What four samples see that are traced together takes 32 bytes in place of 8.
+        let of_four = if self.samples < 4 { 0 } else { 24 };
+        (Self::BYTES_OF_PIXEL as u64 + of_four) * u64::from(self.width) * u64::from(self.height)
     }
 
     /// What the camera sees of a frame.

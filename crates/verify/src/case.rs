@@ -1,7 +1,7 @@
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
-use umbrage_rays::{Hit, LightSource, Opacity, Opaque, SeenPixels, Shot, Sides, View};
+use umbrage_rays::{Cone, Hit, LightSource, Opacity, Opaque, SeenPixels, Shifts, Shot, Sides, View};
 
 use crate::views::OFFSET_PIXELS;
 use crate::{Oracle, TestMesh};
@@ -16,6 +16,8 @@ pub struct Case {
     pub view: View,
     /// Where in each pixel its ray goes through.
     pub offset_pixels: DVec2,
+    /// By how much more each ray is shifted.
+    pub shifts: Shifts,
     /// Each with shadows.
     pub lights: Vec<LightSource>,
     /// What stops camera rays.
@@ -53,6 +55,7 @@ impl Case {
             mesh,
             view,
             offset_pixels: OFFSET_PIXELS,
+            shifts: Shifts::NONE,
             lights: lights.into(),
             opacity: Box::new(Opaque),
             shadow_opacity: Box::new(Opaque),
@@ -67,6 +70,7 @@ impl Case {
             triangles: self.mesh.triangles(),
             view: self.view,
             offset_pixels: self.offset_pixels,
+            shifts: self.shifts,
             opacity: &*self.opacity,
             shadow_opacity: &*self.shadow_opacity,
             sides: self.sides,
@@ -101,8 +105,11 @@ impl Case {
             let hit = oracle.nearest(&ray, is_stopped)?;
             let lit = self.lights.iter().map(|light| {
                 let shadow_ray = ShadowRay::new(light, HitPoint::new(&ray, hit.t));
+                let is_in_cone = Cone::of(light).is_none_or(|cone| cone.contains(shadow_ray.point()));
                 let is_there = |id| stops_light(self.sides, light, &shadow_ray, id, shot.triangles.corners(id));
-                !oracle.blocked(&shadow_ray, hit.triangle, |id, at| is_there(id) && stops(shot.shadow_opacity, id, at))
+                is_in_cone
+                    && !oracle
+                        .blocked(&shadow_ray, hit.triangle, |id, at| is_there(id) && stops(shot.shadow_opacity, id, at))
             });
             Some((hit.triangle, lit.collect()))
         })

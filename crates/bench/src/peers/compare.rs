@@ -1,4 +1,4 @@
-use umbrage::rays::{Ray, predicate};
+use umbrage::rays::predicate;
 use umbrage_peers::{Image, Posed};
 
 use crate::grids::Ours;
@@ -24,19 +24,18 @@ impl Differences {
         /// How far distances may differ that count as the same: eight roundings of f32.
         const SAME: f64 = 8.0 * f32::EPSILON as f64;
         let view = &shot.view;
-        let offset = shot.offsets_pixels.last().copied().unwrap_or_default();
         for y in 0..view.height {
             for x in 0..view.width {
-                let (our, their) = (ours.pixel(x, y), theirs.seen(x, y));
+                let (ray, [column, row]) = shot.last_ray(x, y);
+                let (our, their) = (ours.pixel(column, row), theirs.seen(column, row));
                 self.points += u64::from(our.is_some());
                 match (our, their) {
                     (None, None) => {}
                     (Some(our), Some((name, t))) => {
                         if our.triangle == posed.triangle(name) {
-                            self.shadow += u64::from(our.is_lit != theirs.is_lit(x, y));
+                            self.shadow += u64::from(our.is_lit != theirs.is_lit(column, row));
                             continue;
                         }
-                        let ray: Ray = view.ray(f64::from(x) + offset.x, f64::from(y) + offset.y);
                         let hit = predicate::hit(&ray, shot.frame.triangles(), our.triangle);
                         let is_tie = hit.is_some_and(|hit| (hit.t - f64::from(t)).abs() <= SAME * hit.t);
                         *(if is_tie { &mut self.triangle_at_same_distance } else { &mut self.triangle }) += 1;

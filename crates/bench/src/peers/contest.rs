@@ -13,6 +13,7 @@ use crate::grids::{Ours, Times};
 use crate::median::median;
 use crate::shot::{Shot, name};
 use crate::table::{Row, row};
+use umbrage::Samples;
 
 /// The others' libraries.
 #[derive(Debug)]
@@ -143,11 +144,12 @@ impl Outcome {
     }
 }
 
-const METHODS: [(&str, BuildMethod); 4] = [
-    ("Embree low, new", BuildMethod { quality: Quality::Low, kept: false }),
-    ("Embree low, kept", BuildMethod { quality: Quality::Low, kept: true }),
-    ("Embree med, new", BuildMethod { quality: Quality::Medium, kept: false }),
-    ("Embree med, kept", BuildMethod { quality: Quality::Medium, kept: true }),
+/// Each with its name where packets have rays of all samples that are traced together, and where of one.
+const METHODS: [([&str; 2], BuildMethod); 4] = [
+    (["Embree low, new", "Embree low, new, by sample"], BuildMethod { quality: Quality::Low, kept: false }),
+    (["Embree low, kept", "Embree low, kept, by sample"], BuildMethod { quality: Quality::Low, kept: true }),
+    (["Embree med, new", "Embree med, new, by sample"], BuildMethod { quality: Quality::Medium, kept: false }),
+    (["Embree med, kept", "Embree med, kept, by sample"], BuildMethod { quality: Quality::Medium, kept: true }),
 ];
 
 const LAYOUTS: [(&str, Layout); 2] = [("tinybvh, 2-wide", Layout::Binary), ("tinybvh, 8-wide", Layout::Wide)];
@@ -201,7 +203,13 @@ pub(super) fn hold(
     let numbers = flags.lights.len();
     let mut frame = Frame::default();
     let mut grids = Side::new("grids", flags.our_side()?, numbers);
-    let mut sides = METHODS.map(|(name, method)| Side::new(name, EmbreeSide::new(embree, method), numbers));
+    let are_together = Samples::all(flags.samples, true).any(|samples| samples.side() > 1);
+    let mut sides = Vec::new();
+    for by_sample in [false, true].into_iter().filter(|by_sample| are_together || !by_sample) {
+        sides.extend(METHODS.map(|(names, method)| {
+            Side::new(names[usize::from(by_sample)], EmbreeSide::new(embree, method, by_sample), numbers)
+        }));
+    }
     let layouts =
         tinybvh.iter().flat_map(|library| LAYOUTS.map(|(name, layout)| (name, TinySide::new(library, layout))));
     let mut tiny_sides: Vec<_> = layouts.map(|(name, side)| Side::new(name, side, numbers)).collect();
@@ -240,7 +248,7 @@ pub(super) fn hold(
     }
     drop(last_posed);
     let outcome = |index: usize| {
-        let mut embree = sides.each_ref().map(|side| side.summary(index, flags.rounds)).to_vec();
+        let mut embree: Vec<_> = sides.iter().map(|side| side.summary(index, flags.rounds)).collect();
         embree.sort_by(|a, b| a.frame.total_cmp(&b.frame));
         let tinybvh = tiny_sides.iter().zip(&tiny_differences);
         let tinybvh = tinybvh.map(|(side, differences)| (side.summary(index, flags.rounds), differences[index]));

@@ -10,27 +10,32 @@ use umbrage_peers::{
 
 use crate::grids::{Times, time};
 use crate::shot::Shot;
+use umbrage::Samples;
 
 /// Embree, with one way to build its hierarchy.
 #[derive(Debug)]
 pub(super) struct EmbreeSide {
     scene: Scene,
+    /// Whether packets have rays of one sample, even where our structures trace several together.
+    by_sample: bool,
     pub(super) image: Image,
 }
 
 impl EmbreeSide {
-    pub(super) fn new(embree: &Arc<Embree>, method: BuildMethod) -> Self {
-        Self { scene: Scene::new(embree, method), image: Image::default() }
+    pub(super) fn new(embree: &Arc<Embree>, method: BuildMethod, by_sample: bool) -> Self {
+        Self { scene: Scene::new(embree, method), by_sample, image: Image::default() }
     }
 
     pub(super) fn trace(&mut self, shot: &Shot<'_>, posed: &Arc<Posed>) -> Result<Times> {
-        let Self { scene, image } = self;
+        let Self { scene, by_sample, image } = self;
         let mut times = Times::default();
         scene.clear();
         time(&mut times.build, || scene.build(posed))?;
         let nearest = |valid: &_, packet: &mut _| scene.nearest(valid, packet);
         let occluded = |valid: &_, packet: &mut _| scene.occluded(valid, packet);
-        trace_all(shot, image, None, &mut times, nearest, occluded);
+        let alone = if *by_sample { shot.each_alone() } else { Vec::new() };
+        let samples = if *by_sample { &alone } else { &shot.samples };
+        trace_all(shot, samples, image, None, &mut times, nearest, occluded);
         Ok(times)
     }
 }
@@ -55,7 +60,7 @@ impl TinySide {
         time(&mut times.build, || scene.build());
         let nearest = |valid: &_, packet: &mut _| scene.nearest(valid, packet);
         let occluded = |valid: &_, packet: &mut _| scene.occluded(valid, packet);
-        trace_all(shot, image, None, &mut times, nearest, occluded);
+        trace_all(shot, &shot.samples, image, None, &mut times, nearest, occluded);
         Ok(times)
     }
 }
@@ -69,22 +74,24 @@ pub(super) fn make_rays(image: &mut Image, shot: &Shot<'_>, seen: &Image) -> Tim
     let occluded = |_: &_, packet: &mut _| {
         black_box(packet);
     };
-    trace_all(shot, image, Some(seen), &mut times, nearest, occluded);
+    trace_all(shot, &shot.samples, image, Some(seen), &mut times, nearest, occluded);
     times
 }
 
-/// Has the rays of all samples and lights traced by `nearest` and `occluded`. Shadows are those of what `image` sees, or else of
+/// Has the rays of `all` samples and lights traced by `nearest` and `occluded`. Shadows are those of what `image` sees, or else of
 /// what `seen` has.
 fn trace_all(
     shot: &Shot<'_>,
+    all: &[Samples],
     image: &mut Image,
     seen: Option<&Image>,
     times: &mut Times,
     nearest: impl Fn(&Valid, &mut RayHitPacket) + Sync,
     occluded: impl Fn(&Valid, &mut RayHitPacket) + Sync,
 ) {
-    for &offset_pixels in &shot.offsets_pixels {
-        let rays = PixelRays::new(&shot.view, offset_pixels);
+    let opacities = shot.opacities();
+    for samples in all {
+        let rays = PixelRays::new(&shot.question(&opacities, samples));
         time(&mut times.see, || image.see(&rays, &nearest));
         seen.into_iter().for_each(|seen| image.clone_hits_from(seen));
         for light in &shot.lights {

@@ -14,4 +14,7 @@ struct Light {
     slots: u32,
     // A bound on the coordinates that rays start from.
     reach: f32,
+    // A spot's cone: away from the light, and the squared cosine of its half-angle as F64.
+    axis: vec3<f32>,
+    squared_cosine: vec2<u32>,
 }

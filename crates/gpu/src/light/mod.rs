@@ -1,4 +1,4 @@
-//! A light's grid, rebuilt for every frame and light: `survey` for all lights, then for each one `choose`, `map`, `spread`,
+//! A light's grid, rebuilt for every frame and light: `survey` for all lights, then for each one `cone`, `choose`, `map`, `spread`,
 //! `sort`, `project`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`.
 
 mod parameters;
@@ -6,7 +6,7 @@ mod points;
 mod shadows;
 
 use glam::DVec2;
-use umbrage_rays::LightSource;
+use umbrage_rays::{Cone, LightSource};
 
 use crate::fit::{NEEDS_PAIRS, NEEDS_UNDECIDED, NEEDS_WORDS, Needs, Room};
 use crate::grid::header::{HEADER_TRIANGLE_GROUPS, HEADER_VERTEX_GROUPS, HEADER_WORDS};
@@ -44,6 +44,8 @@ pub struct LightGrid {
     parameters: Vec<Buffer>,
     /// For each light whether anything keeps it away.
     casts_shadow: Vec<bool>,
+    /// Which lights reach no farther than a cone.
+    have_cones: Vec<bool>,
     spaces: Buffer,
     header: Buffer,
     sizes: Buffer,
@@ -75,6 +77,7 @@ impl LightGrid {
             point_view: Buffer::uniform(gpu, "view of points"),
             parameters: Vec::new(),
             casts_shadow: Vec::new(),
+            have_cones: Vec::new(),
             spaces: Buffer::storage(gpu, "light spaces"),
             header: Buffer::storage(gpu, "light header"),
             sizes: Buffer::sizes(gpu, "light dispatch sizes"),
@@ -114,6 +117,8 @@ impl LightGrid {
         }
         self.casts_shadow.clear();
         self.casts_shadow.extend(lights.iter().map(Option::is_some));
+        self.have_cones.clear();
+        self.have_cones.extend(lights.iter().map(|light| light.as_ref().and_then(Cone::of).is_some()));
         for ((buffer, light), number) in self.parameters.iter_mut().zip(lights).zip(0..) {
             let Some(light) = light else { continue };
             let sides = [side_of_one, side_of_six];
@@ -139,9 +144,14 @@ impl LightGrid {
         }
         self.points.record_survey(gpu, recorder, &self.point_view, geometry, seen);
         let mask_words = u64::from(self.mask_words);
-        for ((light, casts_shadow), number) in self.parameters.iter().zip(&self.casts_shadow).zip(0..) {
+        let kinds = self.casts_shadow.iter().zip(&self.have_cones);
+        for ((light, (casts_shadow, has_cone)), number) in self.parameters.iter().zip(kinds).zip(0..) {
             // Lit as long as nothing is found that keeps the light away.
             recorder.copy_range((self.points.bits(), 0), (&self.lit, number * mask_words), mask_words);
+            if *has_cone {
+                let lit = (&self.lit, self.mask_words * 32);
+                self.shadows.record_cone(gpu, recorder, [light, &self.point_view], geometry, seen, lit);
+            }
             if *casts_shadow {
                 self.record_light(gpu, recorder, geometry, seen, light, number);
             } else {

@@ -1,5 +1,6 @@
 use bytemuck::{Pod, Zeroable};
-use umbrage_rays::{LightSource, View};
+use glam::DVec3;
+use umbrage_rays::{Cone, LightSource, View};
 
 use crate::Geometry;
 
@@ -17,6 +18,10 @@ pub(super) struct LightParameters {
     slots: u32,
     reach: f32,
     unused: u32,
+    axis: [f32; 3],
+    unused_of_axis: u32,
+    squared_cosine: [u32; 2],
+    unused_of_cosine: [u32; 2],
 }
 
 impl LightParameters {
@@ -32,6 +37,8 @@ impl LightParameters {
             LightSource::Point { position } | LightSource::Spot { position, .. } => (position, 0),
             LightSource::Directional { direction } => (direction, 1),
         };
+        let everywhere = Cone { apex: DVec3::ZERO, axis: DVec3::ZERO, squared_cosine: 0.0 };
+        let cone = Cone::of(light).unwrap_or(everywhere);
         // Of an orthographic camera, rays start beside it.
         let beside = match view.camera.projection {
             umbrage_rays::Projection::Perspective { .. } => 0.0,
@@ -50,6 +57,10 @@ impl LightParameters {
             slots,
             reach: view.camera.position.abs().max_element() + beside,
             unused: 0,
+            axis: cone.axis.as_vec3().to_array(),
+            unused_of_axis: 0,
+            squared_cosine: bytemuck::cast(cone.squared_cosine),
+            unused_of_cosine: [0; 2],
         }
     }
 }
@@ -62,7 +73,7 @@ mod tests {
 
     #[test]
     fn lights_are_those_of_the_shaders() {
-        let shader = module(&link("light::settle"));
+        let shader = module(&link("light::cone"));
         let layout = layout!(LightParameters {
             vector,
             is_directional,
@@ -73,6 +84,8 @@ mod tests {
             mask,
             slots,
             reach,
+            axis,
+            squared_cosine,
         });
         assert_eq!(differences(&shader, &Layout { name: "Light", ..layout }), [""; 0]);
     }

@@ -2,9 +2,10 @@ use crate::grid::header::HEADER_BLOCK_GROUPS;
 use crate::link::shared_constants;
 use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// The stages `balance`, `trace` and `settle` of a light: which points have a triangle before them.
+/// The stages `cone`, `balance`, `trace` and `settle` of a light: which points have a triangle before them.
 #[derive(Debug)]
 pub(super) struct Shadows {
+    cone: Kernel,
     balance: Kernel,
     size_blocks: Kernel,
     trace: Kernel,
@@ -32,6 +33,7 @@ impl Shadows {
         let [balance, size_blocks] = Kernel::all(gpu, "light::balance", ["balance", "size_blocks"], &[]);
         let [trace, size_settle] = Kernel::all(gpu, "light::trace", ["trace", "size_settle"], &[]);
         Self {
+            cone: Kernel::new(gpu, "light::cone", "cone", &[]),
             balance,
             size_blocks,
             trace,
@@ -70,6 +72,21 @@ impl Shadows {
 
     pub(super) fn record_clear(&self, recorder: &mut Recorder<'_>) {
         recorder.clear_words(&self.undecided, UNDECIDED_FIRST);
+    }
+
+    /// Of a light that has a cone.
+    pub(super) fn record_cone(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        [light, view]: [&Buffer; 2],
+        geometry: &Geometry,
+        seen: &Buffer,
+        (lit, slots): (&Buffer, u32),
+    ) {
+        let buffers = [light, view, geometry.triangles(), geometry.positions(), seen, lit];
+        let groups = Groups::Flat(slots.div_ceil(64));
+        recorder.stage("light cone", |pass| self.cone.dispatch(gpu, pass, &buffers, groups));
     }
 
     /// `read` are the light, the ends of triangles and of points, the header and the spread of columns.

@@ -31,7 +31,7 @@ impl PerspectiveGrid {
         const MOST_RANGES: usize = 32;
         ImageTooLarge::check(&shot.view)?;
         patches.expect(shot.triangles);
-        let space = PixelSpace::new(&shot.view, shot.offset_pixels);
+        let space = PixelSpace::new(shot);
         self.space = Some(space);
         self.triangle_count = shot.triangles.len();
         self.vertices.resize(patches.vertex_count() + 1, Vertex::AWKWARD);
@@ -244,7 +244,7 @@ impl SetUp<'_> {
         lanes: u64,
     ) {
         let lanes = mask32x16::from_bitmask(simd, lanes);
-        let tiny = Tiny::new(simd, corners, bounds);
+        let tiny = Tiny::new(simd, self.space, corners, bounds);
         let columns: [f32; LANES] = bounds.x[0].into();
         let rows: [f32; LANES] = bounds.y[0].into();
         for sample in Tiny::<S>::SAMPLES {

@@ -11,7 +11,7 @@ use super::pixel_space::PixelSpace;
 use crate::simd::each;
 use crate::simd::lanes::{bits_of, min3};
 
-/// How far samples are from the middle of their tile, along each axis.
+/// How far samples are from the middle of their tile, along each axis, but for their shifts.
 const REACH: f32 = (Bins::TILE - 1) as f32 / 2.0;
 
 /// The first columns of 16 tiles in a row.
@@ -43,8 +43,9 @@ impl Bins {
         [x0, x1, y0, y1]: [i32; 4],
     ) {
         let Linear { a, b, c, bound, gradient, .. } = triangle;
-        let reach = each!(edge in [0, 1, 2] => splat(simd, REACH * (a[edge].abs() + b[edge].abs()) + 4.0 * bound));
-        let rise = REACH * (gradient[0].abs() + gradient[1].abs()) + 2.0 * triangle.depth_error;
+        let samples = REACH + space.shifts.reach();
+        let reach = each!(edge in [0, 1, 2] => splat(simd, samples * (a[edge].abs() + b[edge].abs()) + 4.0 * bound));
+        let rise = samples * (gradient[0].abs() + gradient[1].abs()) + 2.0 * triangle.depth_error;
         let (zero, nearest) = (splat(simd, 0.0), splat(simd, triangle.nearest));
         for first in (x0..=x1).step_by(LANES) {
             let count = (x1 - first + 1).min(LANES as i32);

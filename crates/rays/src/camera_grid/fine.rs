@@ -175,7 +175,7 @@ impl<const N: usize> TileTrace<'_, N> {
         let first = self.at.corner - self.at.space.middle;
         let (left, top) = (splat(simd, first.x as f32), splat(simd, first.y as f32));
         let bounds = PixelBounds::new(simd, self.at.space, &corners);
-        let tiny = Tiny::new(simd, &corners, &bounds);
+        let tiny = Tiny::new(simd, self.at.space, &corners, &bounds);
         let ids = u32x16::simd_from(simd, ids);
         // What is hit at any of the four samples, without a branch.
         let (mut index, mut triangle, mut hits) = ([0; ROOM], [0; ROOM], 0);

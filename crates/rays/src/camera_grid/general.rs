@@ -16,8 +16,10 @@ pub(crate) struct General {
     /// Whether the edge functions' common sign at a hit is known: a sample with one below zero is missed.
     pub(crate) oriented: bool,
     pub(crate) depth: Depth,
-    /// Lowest and highest x, and y, of a sample that may be hit.
+    /// Lowest and highest x, and y, of a pixel whose sample may be hit.
     limits: [[f64; 2]; 2],
+    /// How far along an axis samples may be from their pixels.
+    pub(crate) shift: f64,
 }
 
 /// What a general triangle's depth is as a function of the sample.
@@ -41,14 +43,14 @@ pub(crate) enum Depth {
     },
 }
 
-/// Samples in a square part of pixel space.
+/// Pixels in a square part of pixel space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Square {
     /// The leftmost column.
     pub(crate) x: i32,
     /// The uppermost row.
     pub(crate) y: i32,
-    /// Samples a side.
+    /// Pixels a side.
     pub(crate) side: i32,
 }
 
@@ -94,11 +96,13 @@ impl General {
             let error = 2.0 * (bounds[0] * reach[0] + bounds[1] * reach[1] + bounds[2] * reach[2]) * 2.0 / constant;
             Depth::linear(space, plane, error, relative_error, |plane, error| Depth::Direct { plane, error })
         };
+        let shift = f64::from(space.shifts.reach());
         let limits = if is_perspective { limits(space, [a, b, c], reach) } else { NO_LIMITS };
-        Self { edges, bounds, oriented, depth, limits }
+        let limits = limits.map(|[low, high]| [low - shift, high + shift]);
+        Self { edges, bounds, oriented, depth, limits, shift }
     }
 
-    /// Lowest and highest x, and y, of a sample that may be hit, in pixel space.
+    /// Lowest and highest x, and y, of a pixel whose sample may be hit, in pixel space.
     pub(crate) fn limits(&self) -> [[f64; 2]; 2] {
         self.limits
     }
@@ -117,7 +121,7 @@ impl General {
         let (mut positive, mut negative) = (self.oriented, false);
         for (edge, &bound) in self.edges.iter().zip(&self.bounds) {
             let middle = edge.dot(center);
-            let reach = half * (edge.x.abs() + edge.y.abs()) + 2.0 * bound;
+            let reach = (half + self.shift) * (edge.x.abs() + edge.y.abs()) + 2.0 * bound;
             positive |= middle > reach;
             negative |= middle < -reach;
         }
@@ -187,7 +191,8 @@ fn are_outside(space: &PixelSpace, vertices: [DVec3; 3], reach: [f64; 3]) -> boo
         vertices.iter().zip(reach).all(|(&vertex, reach)| beyond(vertex) > relative_error * reach)
     };
     let beyond_sides = |axis: usize, middle: i32, side: u32| {
-        let (first, last) = (-f64::from(middle), f64::from(side) - 1.0 - f64::from(middle));
+        let shift = f64::from(space.shifts.reach());
+        let (first, last) = (-f64::from(middle) - shift, f64::from(side) - 1.0 - f64::from(middle) + shift);
         all(&|vertex| first * vertex.z - vertex[axis]) || all(&|vertex| vertex[axis] - last * vertex.z)
     };
     all(&|vertex| -vertex.z) || beyond_sides(0, space.middle.x, width) || beyond_sides(1, space.middle.y, height)
@@ -238,5 +243,48 @@ impl Square {
     pub(crate) fn quarters(self) -> [Self; 4] {
         let side = self.side / 2;
         [(0, 0), (side, 0), (0, side), (side, side)].map(|(x, y)| Self { x: self.x + x, y: self.y + y, side })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::predicate::crossing;
+    use crate::random::Random;
+    use crate::shot::{Shifts, Shot};
+    use crate::{Camera, Projection, Triangles, View};
+
+    #[test]
+    fn nothing_is_hit_in_squares_that_are_missed() {
+        let camera = Camera::look_at(Vec3::new(0.3, -0.2, 2.0), Vec3::ZERO, Vec3::Y, 0.9);
+        let parallel = Camera { projection: Projection::Orthographic { half_height: 1.0 }, ..camera };
+        let shifts = [(-0.5, 0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, -0.5)].map(DVec2::from);
+        let mut random = Random::new(1);
+        for camera in [camera, parallel] {
+            let view = View { camera, width: 64, height: 64 };
+            let shifts = Shifts::new(shifts).expect("possible shifts");
+            let shot = Shot { shifts, ..Shot::new(Triangles::default(), view) };
+            let space = PixelSpace::new(&shot);
+            let (mut missed, mut hit) = (0, 0);
+            for step in 0..4000 {
+                // From less than a pixel to all of the image, and through the eye plane.
+                let size = [0.01, 0.03, 0.1, 5.0][step % 4];
+                let mut point = || Vec3::from_array([(); 3].map(|()| random.signed() as f32));
+                let middle = point();
+                let corners = [middle, middle + point() * size, middle + point() * size];
+                let triangle = General::new(&space, corners);
+                let side = [1, 2, 4][step % 3];
+                for (x, y) in (0..64).step_by(16).flat_map(|y| (0..64).step_by(4).map(move |x| (x, y))) {
+                    let square = Square { x: x as i32 - space.middle.x, y: y as i32 - space.middle.y, side };
+                    let mut pixels = (0..side as u32 * side as u32).map(|k| (x + k % side as u32, y + k / side as u32));
+                    let is_hit = |(x, y)| crossing(&shot.ray(x, y), corners).is_some_and(|crossing| crossing.t > 0.0);
+                    let is_missed = triangle.misses(square);
+                    let is_hit = pixels.any(is_hit);
+                    assert!(!(is_missed && is_hit), "{corners:?} in {square:?}");
+                    (missed, hit) = (missed + u32::from(is_missed), hit + u32::from(is_hit));
+                }
+            }
+            assert!(missed > 10_000 && hit > 1000, "{missed} missed, {hit} hit");
+        }
     }
 }

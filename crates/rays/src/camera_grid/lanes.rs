@@ -92,13 +92,14 @@ pub(crate) fn largest<S: Simd>(x: [f32x16<S>; 3], y: [f32x16<S>; 3]) -> f32x16<S
     max3(x).max(max3(y)).max(-(min3(x).min(min3(y))))
 }
 
-/// The lowest and highest of three corners' coordinates, widened by `error` and rounded to the samples between.
+/// The lowest and highest of three corners' coordinates, widened by `error`, which counts how far samples are from
+/// integers, and rounded to the pixels between.
 #[inline(always)]
 pub(crate) fn sample_range<S: Simd>(corners: [f32x16<S>; 3], error: f32x16<S>) -> [f32x16<S>; 2] {
     [(min3(corners) - error).ceil(), (max3(corners) + error).floor()]
 }
 
-/// Samples of the image that 16 triangles may hit.
+/// Pixels of the image whose samples 16 triangles may hit.
 pub(crate) struct PixelBounds<S: Simd> {
     pub(crate) x: [f32x16<S>; 2],
     pub(crate) y: [f32x16<S>; 2],
@@ -113,8 +114,9 @@ impl<S: Simd> PixelBounds<S> {
         // The second half ulp is for the rounding of a sum of a coordinate and its error.
         let error = largest * splat(simd, 2.1 * HALF_ULP) + splat(simd, 1.1 * Vertex::ERROR_PIXELS);
         let (width, height) = space.size();
-        let x = clamp(simd, sample_range(corners.x, error), space.middle.x, width);
-        let y = clamp(simd, sample_range(corners.y, error), space.middle.y, height);
+        let beside = error + splat(simd, space.shifts.reach());
+        let x = clamp(simd, sample_range(corners.x, beside), space.middle.x, width);
+        let y = clamp(simd, sample_range(corners.y, beside), space.middle.y, height);
         Self { x, y, error }
     }
 

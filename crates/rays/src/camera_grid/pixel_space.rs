@@ -3,9 +3,10 @@ use fearless_simd::{Simd, f32x16, f64x8};
 use glam::{DVec2, DVec3, IVec2, Vec3};
 
 use crate::predicate::{is_front_along, is_front_from};
+use crate::shot::{Shifts, Shot};
 use crate::simd::lanes::{LANES, quads, sixteen_of, splat};
 use crate::simd::vectors::{Vectors, narrow, widen};
-use crate::{Camera, Projection, Ray, Sides, View};
+use crate::{Camera, Projection, Sides, View};
 
 /// Half the distance from one to the next f32: the relative error of one rounding.
 pub(crate) const HALF_ULP: f32 = f32::EPSILON / 2.0;
@@ -13,7 +14,7 @@ pub(crate) const HALF_ULP: f32 = f32::EPSILON / 2.0;
 /// A vertex in pixel space: x, y, inverse depth and a zero that fills it to a quarter of a 16-wide register. 16 bytes.
 ///
 /// x and y count in pixels to the right and downwards from the sample at [`PixelSpace::middle`], so that samples have
-/// integer coordinates. They are wrong by at most |x| · [`HALF_ULP`] (|y| · `HALF_ULP`) + [`Vertex::ERROR_PIXELS`].
+/// integer coordinates, but for the image's [`Shifts`], which are exact. They are wrong by at most |x| · [`HALF_ULP`] (|y| · `HALF_ULP`) + [`Vertex::ERROR_PIXELS`].
 ///
 /// The inverse depth has a relative error below 1.01 `HALF_ULP`. It is [`Vertex::BEHIND`] for a vertex that is certainly
 /// behind the eye, and otherwise negative for one that is near its plane, too far to the side or not finite. Then x and
@@ -41,17 +42,19 @@ impl Vertex {
     ///
     /// Camera coordinates are wrong by 2⁻⁴⁵ of the largest coordinate r of the vertex in relation to the eye (see
     /// [`PixelSpace::camera_point`]), and r ≤ 1.01 z (1 + 2 g), where g bounds |x/z| and |y/z|. With s pixels a unit of
-    /// x/z, that makes 1.02 s (1 + 2g)(1 + g) 2⁻⁴⁵ pixels. A ray's direction is wrong by ten f64 roundings an axis,
-    /// which makes s (1 + g)(1 + 2g) 2⁻⁴⁸ pixels. Since [`PixelSpace::guard`] keeps s (1 + 2g)² below 2²⁴, the sum is
-    /// below 2⁻²⁰; the doubled bound also covers the few f64 roundings of coordinates below 2²³ pixels.
+    /// x/z, that makes 1.02 s (1 + 2g)(1 + g) 2⁻⁴⁵ pixels. A ray's direction is wrong by ten f64 roundings an axis (two
+    /// of which are for its place in the pixel), which makes s (1 + g)(1 + 2g) 2⁻⁴⁸ pixels. Since
+    /// [`PixelSpace::guard`] keeps s (1 + 2g)² below 2²⁴, the sum is below 2⁻²⁰; the doubled bound also covers the few
+    /// f64 roundings of coordinates below 2²³ pixels.
     pub(crate) const ERROR_PIXELS: f32 = 1.0 / (1 << 19) as f32;
 }
 
-/// The rays of one frame's camera as integer points in a plane.
+/// The rays of one frame's camera as points in a plane: integer ones, but for shifts of at most a half.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelSpace {
     view: View,
-    offset_pixels: DVec2,
+    /// How far samples are from integer points.
+    pub(crate) shifts: Shifts,
     pub(super) eye: DVec3,
     /// Rows of the inverse of the matrix of the camera's axes.
     pub(super) camera_from_world: [DVec3; 3],
@@ -74,7 +77,8 @@ pub(crate) struct PixelSpace {
 }
 
 impl PixelSpace {
-    pub(crate) fn new(view: &View, offset_pixels: DVec2) -> Self {
+    pub(crate) fn new(shot: &Shot<'_>) -> Self {
+        let &Shot { ref view, offset_pixels, shifts, .. } = shot;
         let Camera { position, right, up, forward, projection } = view.camera;
         let [right, up, forward] = [right, up, forward].map(Vec3::as_dvec3);
         let determinant = right.dot(up.cross(forward));
@@ -109,7 +113,7 @@ impl PixelSpace {
         let guard = if rigid && is_perspective && scale > 0.0 && sees_inside_guard { guard } else { -1.0 };
         Self {
             view: *view,
-            offset_pixels,
+            shifts,
             eye,
             camera_from_world,
             scale,
@@ -180,11 +184,6 @@ impl PixelSpace {
     /// Image width and height in pixels.
     pub(crate) fn size(&self) -> (u32, u32) {
         (self.view.width, self.view.height)
-    }
-
-    /// The ray of the pixel in column `x` and row `y`.
-    pub(crate) fn ray(&self, x: u32, y: u32) -> Ray {
-        self.view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y)
     }
 
     /// What one over the depth of ordinary vertices is: far from where it or its slopes, 10¹² times as large at most, leave

@@ -8,19 +8,13 @@ use super::general::{Depth, General, Square};
 use super::lanes::LANES;
 use super::pixel_space::PixelSpace;
 use crate::predicate::{crossing, settle};
-use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder, TileWork};
+use crate::shot::{BlockSamples, Counts, Kind, SeenPixels, Shot, TileOrder, TileWork};
 use crate::simd::lanes::bits_of;
 
 /// Blocks of 4×4 samples a side of a tile.
 pub(crate) const BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 /// Samples of a tile.
 pub(crate) const SAMPLES: usize = TileOrder::TILE_PIXELS;
-
-/// The samples of a block in relation to its first.
-pub(crate) const COLUMNS: [f32; LANES] = [0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3.];
-pub(crate) const ROWS: [f32; LANES] = [0., 0., 0., 0., 1., 1., 1., 1., 2., 2., 2., 2., 3., 3., 3., 3.];
-const HALF_COLUMNS: [f64; 8] = [0., 1., 2., 3., 0., 1., 2., 3.];
-const HALF_ROWS: [f64; 8] = [0., 0., 0., 0., 1., 1., 1., 1.];
 
 /// The nearest hits found so far in one tile of the [`TileOrder`], in blocks of 4×4 samples. 49 KB.
 #[repr(C, align(64))]
@@ -30,6 +24,8 @@ pub(crate) struct Samples {
     /// Upper bounds.
     pub(crate) high: [f32; SAMPLES],
     pub(crate) triangle: [u32; SAMPLES],
+    /// Where the samples of each block are in it.
+    pub(crate) of_block: BlockSamples,
     pub(crate) undecided: Vec<Undecided>,
 }
 
@@ -45,7 +41,13 @@ pub(crate) struct Undecided {
 
 impl Default for Samples {
     fn default() -> Self {
-        Self { low: [0.0; SAMPLES], high: [0.0; SAMPLES], triangle: [SeenPixels::NONE; SAMPLES], undecided: Vec::new() }
+        Self {
+            low: [0.0; SAMPLES],
+            high: [0.0; SAMPLES],
+            triangle: [SeenPixels::NONE; SAMPLES],
+            of_block: BlockSamples::default(),
+            undecided: Vec::new(),
+        }
     }
 }
 
@@ -66,7 +68,7 @@ impl Samples {
         }
     }
 
-    /// Tests a general triangle against the samples of one block, the first of which is in the corner of `square`. With
+    /// Tests a general triangle against the samples of one block, whose first pixel is in the corner of `square`. With
     /// `questioned`, the predicate has to settle every hit.
     #[inline(always)]
     pub(crate) fn test_general<S: Simd>(
@@ -79,8 +81,10 @@ impl Samples {
         square: Square,
     ) {
         for half in [0, 8] {
-            let x = f64x8::splat(simd, f64::from(square.x)) + f64x8::simd_from(simd, HALF_COLUMNS);
-            let y = f64x8::splat(simd, f64::from(square.y) + (half / 4) as f64) + f64x8::simd_from(simd, HALF_ROWS);
+            let eight =
+                |numbers: &[f32; LANES]| -> [f64; 8] { std::array::from_fn(|lane| f64::from(numbers[half + lane])) };
+            let x = f64x8::splat(simd, f64::from(square.x)) + f64x8::simd_from(simd, eight(&self.of_block.columns));
+            let y = f64x8::splat(simd, f64::from(square.y)) + f64x8::simd_from(simd, eight(&self.of_block.rows));
             let at = |plane: glam::DVec3| {
                 f64x8::splat(simd, plane.x) * x + (f64x8::splat(simd, plane.y) * y + f64x8::splat(simd, plane.z))
             };
@@ -174,7 +178,7 @@ impl TileOfShot<'_> {
             return f32::NAN;
         }
         let (x, y) = self.pixel(index);
-        let (ray, corners) = (self.space.ray(x, y), self.shot.triangles.corners(id));
+        let (ray, corners) = (self.shot.ray(x, y), self.shot.triangles.corners(id));
         let of_predicate = || crossing(&ray, corners).map(|crossing| SeenPixels::inverse_of(crossing.t));
         depth::inverse_depth(&ray, corners).or_else(of_predicate).unwrap_or(f32::NAN)
     }

@@ -72,7 +72,7 @@ impl PixelSpace {
     /// z by 2⁻²³, and so x/z by 2⁻²³ (1 + g), which is what corners stay away from the limits of ordinary vertices.
     /// Pixels of vertices are wrong by 2⁻²⁴ |x| + [`Vertex::ERROR_PIXELS`], are taken for wrong by
     /// [`PixelBounds`](super::lanes::PixelBounds), 2.1 · 2⁻²⁴ |x| + 1.1 `ERROR_PIXELS`, and those of corners by another
-    /// `ERROR_PIXELS`: less than four of each.
+    /// `ERROR_PIXELS`: less than four of each. Pixels are as far outside as their samples may be from them.
     #[inline(always)]
     pub(crate) fn sight<S: Simd>(&self, simd: S, [low, high]: [[f32; 3]; 2]) -> Sight {
         const ROUNDED: f64 = 1.0 / (1 << 23) as f64;
@@ -114,6 +114,7 @@ impl PixelSpace {
         let (x, y) = ([x.reduce_min(), x.reduce_max()], [y.reduce_min(), y.reduce_max()]);
         let pixels = |[low, high]: [f64; 2], middle: i32, side: u32| {
             let error = 4.0 * (f64::from(HALF_ULP) * low.abs().max(high.abs()) + f64::from(Vertex::ERROR_PIXELS));
+            let error = error + f64::from(self.shifts.reach());
             let (middle, last) = (f64::from(middle), f64::from(side) - 1.0);
             [(low - error).ceil() + middle, (high + error).floor() + middle].map(|at| at.clamp(-1.0, last + 1.0))
         };
@@ -134,9 +135,10 @@ impl PixelSpace {
     #[inline(always)]
     fn beyond<S: Simd>(&self, simd: S, [x, y, z]: Vectors<S>) -> [[f64x8<S>; 2]; 2] {
         let (width, height) = self.size();
+        let shift = f64::from(self.shifts.reach());
         let from_axis = |axis: f64, middle: i32, side: u32| {
             let first = -f64::from(middle) - axis;
-            [f64x8::splat(simd, first), f64x8::splat(simd, first + f64::from(side) - 1.0)]
+            [f64x8::splat(simd, first - shift), f64x8::splat(simd, first + f64::from(side) - 1.0 + shift)]
         };
         let [left, right] = from_axis(self.axis_pixels.x, self.middle.x, width);
         let [top, bottom] = from_axis(self.axis_pixels.y, self.middle.y, height);

@@ -10,8 +10,8 @@ use super::fine::Waiting;
 use super::general::{General, Square};
 use super::lanes::{DepthPlane, LANES, Setup, splat};
 use super::pixel_space::HALF_ULP;
-use super::samples::{BLOCKS, COLUMNS, ROWS, SAMPLES, Samples, Undecided};
-use crate::shot::SeenPixels;
+use super::samples::{BLOCKS, SAMPLES, Samples, Undecided};
+use crate::shot::{SeenPixels, Shifts};
 use crate::simd::lanes::{bits_of, max3, min3};
 use crate::simd::{each, vectorized};
 pub(crate) use masked::MaskWeights;
@@ -23,6 +23,8 @@ pub(crate) const HALF: i32 = Bins::TILE as i32 / 2;
 #[repr(C, align(64))]
 pub(crate) struct Tile {
     pub(crate) samples: Samples,
+    /// How far along an axis samples may be from integer coordinates.
+    shift: f32,
     /// The lowest of `low` in each block.
     pub(crate) farthest: [f32; BLOCKS * BLOCKS],
     /// A bit for each block, row by row, whose `farthest` was found before samples of it were seen nearer.
@@ -67,6 +69,7 @@ impl Default for Tile {
     fn default() -> Self {
         Self {
             samples: Samples::default(),
+            shift: 0.0,
             farthest: [0.0; BLOCKS * BLOCKS],
             changed: [0; BLOCKS],
             queue: [0; LANES * BLOCKS * BLOCKS],
@@ -129,17 +132,22 @@ impl Batch {
 /// Tile-local coordinates of each block's first column.
 const FIRST_COLUMNS: [f32; BLOCKS] =
     [-32., -28., -24., -20., -16., -12., -8., -4., 0., 4., 8., 12., 16., 20., 24., 28.];
-/// Tile-local coordinates of a block's samples.
-#[inline(always)]
-fn coordinates<S: Simd>(simd: S, block: usize) -> [f32x16<S>; 2] {
-    let (column, row) = ((block % BLOCKS) as i32, (block / BLOCKS) as i32);
-    [
-        f32x16::simd_from(simd, COLUMNS) + splat(simd, (4 * column - HALF) as f32),
-        f32x16::simd_from(simd, ROWS) + splat(simd, (4 * row - HALF) as f32),
-    ]
-}
-
 impl Tile {
+    /// Tile-local coordinates of a block's samples, exactly.
+    #[inline(always)]
+    fn coordinates<S: Simd>(&self, simd: S, block: usize) -> [f32x16<S>; 2] {
+        let (column, row) = ((block % BLOCKS) as i32, (block / BLOCKS) as i32);
+        [
+            f32x16::from_slice(simd, &self.samples.of_block.columns) + splat(simd, (4 * column - HALF) as f32),
+            f32x16::from_slice(simd, &self.samples.of_block.rows) + splat(simd, (4 * row - HALF) as f32),
+        ]
+    }
+
+    /// Takes over where the samples of an image are.
+    pub(crate) fn place_samples(&mut self, shifts: &Shifts) {
+        (self.samples.of_block, self.shift) = (shifts.block(), shifts.reach());
+    }
+
     pub(crate) fn clear(&mut self) {
         self.samples.clear();
         self.farthest.fill(0.0);
@@ -212,7 +220,7 @@ impl Tile {
         let all = mask32x16::splat(simd, true);
         for entry in 0..covered {
             let (lane, block) = lane_and_block(self.covered[entry]);
-            self.take_nearer(simd, batch, lane, block, coordinates(simd, block), [all, all]);
+            self.take_nearer(simd, batch, lane, block, [all, all]);
         }
         self.test_queue::<S, CERTAIN>(simd, batch, waiting, u64::MAX);
         [waiting, covered]
@@ -242,7 +250,7 @@ impl Tile {
             let inside = if decided >> lane & 1 == 1 { inside } else { 0 };
             let masks = [u64::from(possible), u64::from(inside)];
             let masks = [mask32x16::from_bitmask(simd, masks[0]), mask32x16::from_bitmask(simd, masks[1])];
-            self.take_nearer(simd, batch, lane, block, coordinates(simd, block), masks);
+            self.take_nearer(simd, batch, lane, block, masks);
         }
     }
 
@@ -258,14 +266,15 @@ impl Tile {
     ) -> (usize, usize) {
         const MIDDLE: f32 = 1.5;
         let columns = f32x16::simd_from(simd, FIRST_COLUMNS) + splat(simd, MIDDLE);
-        // From a block's middle to a corner. Four bounds cover the roundings here and in the test itself.
+        // From a block's middle to its farthest sample. Four bounds cover the roundings here and in the test itself.
+        let farthest_sample = MIDDLE + self.shift;
         let (a, b) = (&batch.a, &batch.b);
         let reach = each!(edge in [0, 1, 2] => {
-            splat(simd, MIDDLE * (a[edge][lane].abs() + b[edge][lane].abs()) + 4.0 * batch.bound[lane])
+            splat(simd, farthest_sample * (a[edge][lane].abs() + b[edge][lane].abs()) + 4.0 * batch.bound[lane])
         });
         // The same for the depth, whose error counts the roundings of one sum like this.
         let gradient = [batch.gradient[0][lane], batch.gradient[1][lane]];
-        let rise = MIDDLE * (gradient[0].abs() + gradient[1].abs()) + 2.0 * batch.depth_error[lane];
+        let rise = farthest_sample * (gradient[0].abs() + gradient[1].abs()) + 2.0 * batch.depth_error[lane];
         let along_row = columns * splat(simd, gradient[0]) + splat(simd, batch.inverse_depth[lane] + rise);
         let nearest = splat(simd, batch.nearest[lane]);
         let within_bounds = (2 << x1) - (1 << x0);
@@ -297,7 +306,7 @@ impl Tile {
     #[inline(always)]
     fn possible_hits<S: Simd, const CERTAIN: bool>(&self, simd: S, batch: &Batch, queued: u32) -> PossibleHits {
         let (lane, block) = lane_and_block(queued);
-        let [x, y] = coordinates(simd, block);
+        let [x, y] = self.coordinates(simd, block);
         let edges = batch.edges(simd, lane, x, y);
         let (lowest, bound) = (min3(edges), splat(simd, batch.bound[lane]));
         let mut missed = lowest.simd_lt(-bound);
@@ -322,9 +331,9 @@ impl Tile {
         batch: &Batch,
         lane: usize,
         block: usize,
-        [x, y]: [f32x16<S>; 2],
         [possible, inside]: [mask32x16<S>; 2],
     ) {
+        let [x, y] = self.coordinates(simd, block);
         let at = |values: &[f32; LANES]| splat(simd, values[lane]);
         let depth = at(&batch.inverse_depth) + (x * at(&batch.gradient[0]) + y * at(&batch.gradient[1]));
         let error = at(&batch.depth_error);

@@ -1,8 +1,9 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, mask32x16};
+use fearless_simd::{Simd, f32x16, i32x16, mask32x16};
 
 use super::lanes::{Corners, PixelBounds, Setup, splat};
-use super::pixel_space::HALF_ULP;
+use super::pixel_space::{HALF_ULP, PixelSpace};
+use crate::shot::Shifts;
 use crate::simd::each;
 use crate::simd::lanes::{max3, min3};
 
@@ -11,6 +12,9 @@ pub(crate) struct Tiny<S: Simd> {
     setup: Setup<S>,
     certain: mask32x16<S>,
     first_depth: f32x16<S>,
+    shifts: Shifts,
+    /// Whether the column, and the row, of the first of its pixels is odd.
+    odd: [mask32x16<S>; 2],
 }
 
 /// Which of sixteen tiny triangles are hit at one of their samples.
@@ -37,22 +41,33 @@ impl<S: Simd> Tiny<S> {
     }
 
     #[inline(always)]
-    pub(crate) fn new(simd: S, corners: &Corners<S>, bounds: &PixelBounds<S>) -> Self {
+    pub(crate) fn new(simd: S, space: &PixelSpace, corners: &Corners<S>, bounds: &PixelBounds<S>) -> Self {
         // Coordinates are below four, so their own rounding is below 4 half ulps.
         let error = bounds.error + splat(simd, 4.0 * HALF_ULP);
-        const OVERHANG_PIXELS: f32 = 0.01;
+        // Pixels are as far outside of the bounds as their samples may be from them, and samples as far again.
+        let shift = space.shifts.reach();
+        let overhang = 0.01 + 2.0 * shift;
         let x = each!(x in corners.x => x - bounds.x[0]);
         let y = each!(y in corners.y => y - bounds.y[0]);
-        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, 1.0, OVERHANG_PIXELS);
+        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, 1.0 + shift, overhang);
         let certain = setup.is_certain(simd);
-        Self { setup, certain, first_depth: corners.inverse_depth[0] }
+        let odd = [is_odd(simd, bounds.x[0], space.middle.x), is_odd(simd, bounds.y[0], space.middle.y)];
+        Self { setup, certain, first_depth: corners.inverse_depth[0], shifts: space.shifts, odd }
     }
 
     /// Tests those triangles that have a `valid` sample in this column and row.
     #[inline(always)]
     pub(crate) fn hits(&self, simd: S, (column, row): (i32, i32), valid: mask32x16<S>) -> TinyHits<S> {
-        let Self { ref setup, certain, first_depth } = *self;
-        let edges = setup.edges(splat(simd, column as f32), splat(simd, row as f32));
+        let Self { ref setup, certain, first_depth, ref shifts, odd } = *self;
+        let (right, down) = (splat(simd, column as f32), splat(simd, row as f32));
+        let edges = if shifts.reach() == 0.0 {
+            setup.edges(right, down)
+        } else {
+            let odd_columns = if column == 1 { !odd[0] } else { odd[0] };
+            let odd_rows = if row == 1 { !odd[1] } else { odd[1] };
+            let [x, y] = shifts.of_sixteen(simd, odd_columns, odd_rows);
+            setup.edges(right + x, down + y)
+        };
         let (lowest, highest) = (min3(edges), max3(edges));
         // Where the area's sign isn't certain, a miss takes two edge functions with opposite certain signs.
         let missed = lowest.simd_lt(-setup.bound) & (certain | highest.simd_gt(setup.bound));
@@ -65,4 +80,12 @@ impl<S: Simd> Tiny<S> {
             high: certain.select(depth + setup.depth_error, nearest),
         }
     }
+}
+
+/// Whether integers in pixel space, of which the image's first is `-middle`, stand for odd columns or rows.
+#[inline(always)]
+fn is_odd<S: Simd>(simd: S, at: f32x16<S>, middle: i32) -> mask32x16<S> {
+    let one = i32x16::splat(simd, 1);
+    let number: i32x16<S> = (at + splat(simd, middle as f32)).to_int();
+    (number & one).simd_eq(one)
 }

@@ -91,6 +91,7 @@ impl Tiles<'_> {
             let mut tile = scratch[thread].lock().unwrap_or_else(PoisonError::into_inner);
             let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
             let at = TileOfShot { shot, space, corner };
+            tile.place_samples(&space.shifts);
             let (tile, work, tally) = (&mut *tile, TileWork(work), Counts::default());
             let mut trace = TileTrace { at, tile, work, tally };
             search(&mut trace, index, triangle, inverse_depth);
@@ -116,7 +117,7 @@ pub(crate) struct Placed<S: Simd> {
     /// How wrong a corner may be in the image, and here.
     corner_error: f32x16<S>,
     error: f32x16<S>,
-    /// First and last column, then row, of the samples that each may hit.
+    /// First and last column, then row, of the pixels whose samples each may hit.
     columns: [f32x16<S>; 2],
     rows: [f32x16<S>; 2],
     /// A bit for each triangle that may hit a sample of the tile that is in the image.
@@ -268,7 +269,8 @@ impl<const N: usize> TileTrace<'_, N> {
             largest(corners.x, corners.y) * splat(simd, 1.01 * HALF_ULP) + splat(simd, 1.01 * Vertex::ERROR_PIXELS);
         let error = corner_error + largest(x, y) * splat(simd, 1.01 * HALF_ULP);
         // The same again for the sums of coordinates and their errors.
-        let (columns, rows) = (sample_range(x, error + error), sample_range(y, error + error));
+        let beside = error + error + splat(simd, self.at.space.shifts.reach());
+        let (columns, rows) = (sample_range(x, beside), sample_range(y, beside));
         let (width, height) = self.at.space.size();
         let last = IVec2::new(width as i32, height as i32) - 1 - self.at.corner - HALF;
         let seen = overlaps(simd, columns, last.x) & overlaps(simd, rows, last.y);
@@ -276,8 +278,8 @@ impl<const N: usize> TileTrace<'_, N> {
         Placed { corners, x, y, corner_error, error, columns, rows, seen }
     }
 
-    /// Sets them up for samples that are no farther outside of their bounds than `overhang`; a bit for each whose orientation
-    /// is certain.
+    /// Sets them up for samples of pixels that are no farther outside of their bounds than `overhang`; a bit for each whose
+    /// orientation is certain.
     #[inline(always)]
     pub(crate) fn set_up<S: Simd>(
         &self,
@@ -289,9 +291,12 @@ impl<const N: usize> TileTrace<'_, N> {
     ) -> (Setup<S>, u64) {
         let &Placed { ref corners, x, y, corner_error, error, columns, rows, .. } = placed;
         let origin = (self.at.corner - self.at.space.middle + HALF).as_vec2().to_array();
-        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, HALF as f32, overhang);
+        // Bounds are those of pixels, which are as far outside as samples may be from them, and samples as far again.
+        let shift = self.at.space.shifts.reach();
+        let (samples, overhang) = (HALF as f32 + shift, overhang + 2.0 * shift);
+        let setup = Setup::new(simd, x, y, corners.inverse_depth, error, samples, overhang);
         let certain = setup.is_certain(simd);
-        let plane = DepthPlane::new(simd, corners, corner_error, origin, HALF as f32);
+        let plane = DepthPlane::new(simd, corners, corner_error, origin, samples);
         batch.fill(simd, &setup, &plane, certain);
         batch.ids[..ids.len()].copy_from_slice(ids);
         let ranges = [block_range(simd, columns[0], columns[1]), block_range(simd, rows[0], rows[1])];
@@ -326,7 +331,8 @@ impl<const N: usize> TileTrace<'_, N> {
         let mut waiting = 0;
         for &id in ids {
             let triangle = General::new(self.at.space, self.at.shot.triangles.corners(id));
-            let linear = if masked { None } else { triangle.linear(middle, f64::from(HALF)) };
+            let reach = f64::from(HALF) + f64::from(self.at.space.shifts.reach());
+            let linear = if masked { None } else { triangle.linear(middle, reach) };
             if let Some(linear) = linear {
                 batch.set(waiting, &linear, id);
                 waiting += 1;

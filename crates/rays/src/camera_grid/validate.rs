@@ -69,7 +69,7 @@ impl PerspectiveGrid {
                 if of_patch.is_none() && (is_listed || fragments[tile].binary_search(&(id, index)).is_ok()) {
                     return Ok(());
                 }
-                match crossing(&space.ray(x, y), corners) {
+                match crossing(&shot.ray(x, y), corners) {
                     Some(crossing) if crossing.t > 0.0 && (crossing.front || sides.has_back(id)) => {
                         let is_within = |&(pixels, nearest): &(PixelBox, f32)| {
                             pixels.contains(x, y) && crossing.t.recip() <= f64::from(nearest)
@@ -86,5 +86,39 @@ impl PerspectiveGrid {
                 }
             })
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, Vec3};
+
+    use super::*;
+    use crate::random::Random;
+    use crate::shot::Shifts;
+    use crate::{Camera, SimdLevel, Triangles, View};
+
+    #[test]
+    fn triangles_are_listed_where_they_have_a_tiles_corner_alone() {
+        let mut random = Random::new(1);
+        let mut point = || Vec3::from_array([(); 3].map(|()| random.signed() as f32));
+        let mut positions = Vec::new();
+        for step in 0..600 {
+            let [middle, across, along] = [(); 3].map(|()| point());
+            let width = [0.005, 0.1, 1.0][step % 3];
+            positions.extend([middle, middle + across * 3.0, middle + across + along * width]);
+        }
+        let indices: Vec<[u32; 3]> = (0..600).map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner)).collect();
+        let triangles = Triangles { positions: &positions, indices: &indices };
+        let mut patches = Patches::default();
+        patches.update(triangles, SimdLevel::default());
+        let camera = Camera::look_at(Vec3::new(0.3, 0.2, 4.0), Vec3::ZERO, Vec3::Y, 0.5);
+        let shifts = [(-0.5, 0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, -0.5)].map(DVec2::from);
+        for shifts in [Shifts::NONE, Shifts::new(shifts).expect("possible shifts")] {
+            let shot = Shot { shifts, ..Shot::new(triangles, View { camera, width: 512, height: 448 }) };
+            let mut grid = PerspectiveGrid::default();
+            grid.build(&shot, &patches).expect("a small image");
+            assert_eq!(grid.validate(&shot, &patches), Ok(()), "{shifts:?}");
+        }
     }
 }

@@ -161,7 +161,10 @@ impl Structure for KdTree {
             ray_by_ray::shadow(self, shot, seen, lights, masks);
         } else {
             shot.expect_masks(seen, lights, masks);
-            lights.iter().zip(masks).for_each(|(light, mask)| self.shadow_packets(shot, seen, light, mask));
+            for (light, mask) in lights.iter().zip(masks) {
+                self.shadow_packets(shot, seen, light, mask);
+                mask.keep_in_cone(light, shot, seen, self.level);
+            }
         }
         Work::default()
     }

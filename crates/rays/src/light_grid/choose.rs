@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3};
 use super::face::{Face, POINT_LIMIT};
 use super::survey::Tile;
 use crate::LightSource;
-use crate::shot::CameraRays;
+use crate::shot::{CameraRays, Cone};
 
 /// Faces are never scaled by more than this: it keeps what f64 loses small beside what f32 does.
 const LARGEST_SCALE: f64 = (1 << 18) as f64;
@@ -30,6 +30,11 @@ impl Side {
         Self { axis: 2, is_positive: true },
         Self { axis: 2, is_positive: false },
     ];
+
+    fn axes(self) -> [DVec3; 3] {
+        let forward = DVec3::AXES[self.axis] * if self.is_positive { 1.0 } else { -1.0 };
+        [DVec3::AXES[(self.axis + 1) % 3], DVec3::AXES[(self.axis + 2) % 3], forward]
+    }
 }
 
 /// The faces through which a light sees all points of `tiles`; `None` where the light is no light at all and reaches
@@ -39,9 +44,12 @@ pub(crate) fn choose(light: &LightSource, rays: &CameraRays, tiles: &[Tile], fac
     match *light {
         LightSource::Point { position } | LightSource::Spot { position, .. } => {
             let origin = position.is_finite().then(|| position.as_dvec3())?;
-            match in_one(origin, rays.step_x, tiles) {
-                Some(face) => faces.push(face),
-                None => faces.extend(Side::ALL.iter().filter_map(|&side| on_side(origin, side, tiles))),
+            if let Some((axes, widest)) = Cone::of(light).and_then(|cone| around_cone(&cone, rays.step_x)) {
+                faces.extend(seen_within(origin, axes, widest, tiles));
+            } else if let Some(face) = in_one(origin, rays.step_x, tiles) {
+                faces.push(face);
+            } else {
+                faces.extend(Side::ALL.iter().filter_map(|side| seen_within(origin, side.axes(), 1.0, tiles)));
             }
         }
         LightSource::Directional { direction } => {
@@ -121,7 +129,7 @@ fn in_one(origin: DVec3, along: DVec3, tiles: &[Tile]) -> Option<Face> {
         let v = corner - origin;
         DVec2::new(right.dot(v), up.dot(v)) / forward.dot(v)
     });
-    Some(perspective(origin, [right, up, forward], &Rectangle::around(seen, 1.0 / LARGEST_SCALE), nearest, false))
+    Some(perspective(origin, [right, up, forward], &Rectangle::around(seen, 1.0 / LARGEST_SCALE), nearest, None))
 }
 
 fn perspective(
@@ -129,13 +137,13 @@ fn perspective(
     [right, up, forward]: [DVec3; 3],
     rectangle: &Rectangle,
     near: f64,
-    is_side: bool,
+    widest: Option<f64>,
 ) -> Face {
     let scale = rectangle.half.recip();
-    // Where the neighbouring sides begin, and half as much as points may be outside of the face.
+    // Where other sides of a cube begin, or the cone ends, and half as much as points may be outside of the face.
     let overlap = 0.5 * (POINT_LIMIT - 1.0);
-    let owned = |axis: usize| {
-        let end = |sign: f64| (sign - rectangle.middle[axis]) * scale[axis] + sign * overlap;
+    let owned = |axis: usize, widest: f64| {
+        let end = |sign: f64| (sign * widest - rectangle.middle[axis]) * scale[axis] + sign * overlap;
         [end(-1.0), end(1.0)]
     };
     Face {
@@ -146,15 +154,23 @@ fn perspective(
         near,
         is_parallel: false,
         scale: scale.extend(1.0),
-        owned: is_side.then(|| [owned(0), owned(1)]),
+        owned: widest.map(|widest| [owned(0, widest), owned(1, widest)]),
         point_error: 0.0,
     }
 }
 
-/// The face on one side of a cube around the light, if it sees anything.
-fn on_side(origin: DVec3, side: Side, tiles: &[Tile]) -> Option<Face> {
-    let forward = DVec3::AXES[side.axis] * if side.is_positive { 1.0 } else { -1.0 };
-    let (right, up) = (DVec3::AXES[(side.axis + 1) % 3], DVec3::AXES[(side.axis + 2) % 3]);
+/// The axes of a face around a cone, and how wide it is, as a tangent; `None` if it is too wide for one.
+fn around_cone(cone: &Cone, along: DVec3) -> Option<([DVec3; 3], f64)> {
+    let forward = cone.axis.try_normalize()?;
+    // Far more than what rounding makes of the cone's edge, for the predicate or when points are shaded.
+    let squared_cosine = cone.squared_cosine / cone.axis.length_squared() - 4e-5;
+    let widest = (1.0 / squared_cosine - 1.0).sqrt();
+    let (right, up) = across(forward, along);
+    (squared_cosine > 0.0 && widest < WIDEST).then_some(([right, up, forward], widest))
+}
+
+/// The face that sees what is at most `widest` aside, as a tangent, if it sees anything: a side of a cube with one.
+fn seen_within(origin: DVec3, [right, up, forward]: [DVec3; 3], widest: f64, tiles: &[Tile]) -> Option<Face> {
     let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     let (mut nearest, mut farthest) = (f64::INFINITY, 0.0_f64);
     for tile in filled(tiles) {
@@ -166,11 +182,12 @@ fn on_side(origin: DVec3, side: Side, tiles: &[Tile]) -> Option<Face> {
             continue;
         }
         farthest = farthest.max(farthest_here);
-        let (mut low, mut high) = (DVec2::NEG_ONE, DVec2::ONE);
+        let limit = DVec2::splat(widest);
+        let (mut low, mut high) = (-limit, limit);
         if nearest_here > 0.0 {
             let seen = corners.map(|v| DVec2::new(right.dot(v), up.dot(v)) / forward.dot(v));
-            low = seen.into_iter().fold(DVec2::INFINITY, DVec2::min).max(DVec2::NEG_ONE);
-            high = seen.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max).min(DVec2::ONE);
+            low = seen.into_iter().fold(DVec2::INFINITY, DVec2::min).max(-limit);
+            high = seen.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max).min(limit);
             if low.cmpgt(high).any() {
                 continue;
             }
@@ -184,7 +201,7 @@ fn on_side(origin: DVec3, side: Side, tiles: &[Tile]) -> Option<Face> {
     let rectangle = Rectangle::around([min, max].into_iter(), 1.0 / LARGEST_SCALE);
     // Any depth will do: it only keeps numbers of a size.
     let near = if nearest > 0.0 { nearest } else { farthest * 1e-3 };
-    Some(perspective(origin, [right, up, forward], &rectangle, near.max(f64::MIN_POSITIVE), true))
+    Some(perspective(origin, [right, up, forward], &rectangle, near.max(f64::MIN_POSITIVE), Some(widest)))
 }
 
 /// The face of light that travels along `direction`.

@@ -43,7 +43,7 @@ use rayon::prelude::*;
 use crate::LightSource;
 use crate::grids::LightsGrid;
 use crate::patches::Patches;
-use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, Work};
+use crate::shot::{Bytes, Cone, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, Work};
 use crate::simd::SimdLevel;
 use face::Face;
 pub use locate::{LightCell, LightCells, LightFace};
@@ -109,6 +109,15 @@ impl LightGrid {
         self.counts.faces = faces.len() as u64;
         self.faces = faces;
         is_light
+    }
+
+    /// Notes tiles that none of a cone's faces has points of as in shadow, so that none of these is asked about.
+    fn leave_out(&self, shadowed: &mut [u16]) {
+        let is_on_none = |tile: &survey::Tile| !self.faces.iter().any(|face| face.may_own(tile));
+        let tiles = self.survey.tiles.iter().zip(shadowed.chunks_exact_mut(TILE_BLOCKS));
+        for (_, blocks) in tiles.filter(|(tile, _)| !tile.has_unknown && is_on_none(tile)) {
+            blocks.fill(u16::MAX);
+        }
     }
 
     fn settler<'a>(&self, image: SeenImage<'a>, light: &'a LightSource) -> Settler<'a> {
@@ -188,12 +197,16 @@ impl LightsGrid for LightGrid {
         let is_light = self.visit_faces(patches, &settler, |grid, face| {
             grid.trace(face, patches, &settler, shadowed);
         });
+        if Cone::of(light).is_some() {
+            self.leave_out(shadowed);
+        }
         let start = Instant::now();
         if is_light {
             self.outliers.extend_from_slice(&self.survey.unknown);
             self.counts.outliers = settle_outliers(&mut self.outliers, shot, seen, light, shadowed);
         }
         seen.light_the_rest(shadowed, self.level);
+        mask.keep_in_cone(light, shot, seen, self.level);
         self.seconds.settle = start.elapsed().as_secs_f64();
         Work { counts: self.counts, seconds: self.seconds }
     }

@@ -103,8 +103,12 @@ impl<'a> TileMap<'a> {
                 *error += origin.abs() * of_divisor;
             }
         }
+        let samples = rays.shifts.block();
         let offsets = rows.map(|row| {
-            std::array::from_fn(|pixel| (row[COLUMN] * (pixel % 4) as f64 + row[ROW] * (pixel / 4) as f64) as f32)
+            std::array::from_fn(|pixel| {
+                let (column, line) = (f64::from(samples.columns[pixel]), f64::from(samples.rows[pixel]));
+                (row[COLUMN] * column + row[ROW] * line) as f32
+            })
         });
         let everything = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
         let owned = face.owned.unwrap_or(everything);

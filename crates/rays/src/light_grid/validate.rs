@@ -14,7 +14,7 @@ use super::worker::{Tile, Worker};
 use crate::LightSource;
 use crate::patches::Patches;
 use crate::predicate::ShadowRay;
-use crate::shot::{SeenImage, SeenPixels, Shot};
+use crate::shot::{Cone, SeenImage, SeenPixels, Shot};
 use crate::simd::vectors::LANES;
 
 /// Brings what the pixels of `shot` have `seen` to each face of a light, and checks it. All triangles are taken to be opaque.
@@ -58,7 +58,9 @@ pub(super) fn validate(
     for &index in outliers.iter().chain(&grid.survey.unknown) {
         found[index as usize] = true;
     }
-    let is_lost = |&index: &usize| seen.triangle[index] != SeenPixels::NONE && !found[index];
+    let cone = Cone::of(light);
+    let is_reached = |ray: &ShadowRay| cone.is_none_or(|cone| cone.contains(ray.point()));
+    let is_lost = |&index: &usize| !found[index] && rays[index].as_ref().is_some_and(is_reached);
     match (0..slots).filter(|_| is_light).find(is_lost) {
         Some(index) => Err(format!("the point of pixel {index} is on no face")),
         None => Ok(()),

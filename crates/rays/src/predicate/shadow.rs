@@ -117,6 +117,12 @@ impl ShadowRay {
         }
     }
 
+    /// The point.
+    #[must_use]
+    pub fn point(&self) -> DVec3 {
+        self.point.position
+    }
+
     /// Whether the triangle `corners` shadows the point, and if so the weights of its second and third corner where
     /// the segment crosses it.
     ///

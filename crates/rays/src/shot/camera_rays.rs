@@ -1,6 +1,6 @@
 use glam::DVec3;
 
-use super::{SeenPixels, Shot, TileOrder};
+use super::{SeenPixels, Shifts, Shot, TileOrder};
 use crate::{Camera, Projection};
 
 /// The constants of [`View::ray`](crate::View::ray).
@@ -16,6 +16,7 @@ pub(crate) struct CameraRays {
     pub(crate) forward: DVec3,
     pub(crate) is_perspective: bool,
     pub(crate) order: TileOrder,
+    pub(crate) shifts: Shifts,
     /// Largest component of any direction.
     pub(crate) largest_direction: f64,
     /// Largest coordinate of any origin.
@@ -49,12 +50,13 @@ impl CameraRays {
             forward,
             is_perspective,
             order: TileOrder::new(shot.view.width, shot.view.height),
+            shifts: shot.shifts,
             largest_direction: if is_perspective { direction + across } else { direction },
             largest_origin: if is_perspective { origin } else { origin + across },
         }
     }
 
-    /// The origin and the direction of the ray of the pixel in a column and row.
+    /// The origin and the direction of the ray of the pixel in a column and row, its shift included.
     ///
     /// Each component has four roundings: it is wrong by at most 4 half ulps of the largest one.
     pub(crate) fn ray(&self, column: f64, row: f64) -> (DVec3, DVec3) {
@@ -68,8 +70,9 @@ impl CameraRays {
         let (x, y) = self.order.column_and_row(first);
         let last = f64::from(TileOrder::TILE - 1);
         // The tile's own border, so that rounding can't lose a point, and depths as wrong as they may be.
-        let columns = [f64::from(x) - 0.25, f64::from(x) + last + 0.25];
-        let rows = [f64::from(y) - 0.25, f64::from(y) + last + 0.25];
+        let border = 0.25 + f64::from(self.shifts.reach());
+        let columns = [f64::from(x) - border, f64::from(x) + last + border];
+        let rows = [f64::from(y) - border, f64::from(y) + last + border];
         const ERROR: f64 = 2.0 * SeenPixels::RELATIVE_ERROR as f64;
         let t = [(1.0 - ERROR) / f64::from(depths[1]), (1.0 + ERROR) / f64::from(depths[0])];
         std::array::from_fn(|corner| {

@@ -1,6 +1,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8, mask64x8};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::{CameraRays, SeenImage, SeenPixels};
 use crate::Triangles;
@@ -104,9 +104,13 @@ impl<S: Simd> EightPoints<S> {
 /// Each component has four roundings: it is wrong by at most 4 × [`ROUNDING`] × the largest one.
 #[inline(always)]
 fn eight_rays<S: Simd>(simd: S, rays: &CameraRays, indices: [u32; 8]) -> (Vectors<S>, Vectors<S>) {
-    let pixels = indices.map(|index| rays.order.column_and_row(index as usize));
-    let columns = f64x8::simd_from(simd, pixels.map(|(column, _)| f64::from(column)));
-    let rows = f64x8::simd_from(simd, pixels.map(|(_, row)| f64::from(row)));
+    // Sums with shifts are exact.
+    let pixels = indices.map(|index| {
+        let (column, row) = rays.order.column_and_row(index as usize);
+        DVec2::new(f64::from(column), f64::from(row)) + rays.shifts.at(column, row)
+    });
+    let columns = f64x8::simd_from(simd, pixels.map(|pixel| pixel.x));
+    let rows = f64x8::simd_from(simd, pixels.map(|pixel| pixel.y));
     let (step_x, step_y) = (splat_vector(simd, rays.step_x), splat_vector(simd, rays.step_y));
     let corner = splat_vector(simd, rays.corner);
     let varying = [

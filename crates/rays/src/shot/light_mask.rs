@@ -3,7 +3,7 @@ use super::{SeenPixels, TileOrder};
 /// Which pixels of an image a light reaches: the answer of [`Structure::shadow`](crate::Structure::shadow).
 ///
 /// One bit a pixel, in [`TileOrder`]. It is set where the pixel shows a triangle and no other one stands between that point
-/// and the light. The light's cone and range play no part.
+/// and the light. A spot's doesn't reach beyond its [`Cone`](crate::Cone); a light's range plays no part.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LightMask {
     order: TileOrder,

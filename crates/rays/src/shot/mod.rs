@@ -4,11 +4,13 @@
 //! are answers, in [`TileOrder`]; [`Work`] is what they took.
 
 mod camera_rays;
+mod cone;
 mod eight_points;
 mod light_mask;
 mod opacity;
 mod pixel_work;
 mod seen;
+mod shifts;
 mod sides;
 mod statistics;
 mod tile_order;
@@ -19,12 +21,15 @@ use glam::DVec2;
 use crate::predicate::{HitPoint, ShadowRay, crossing};
 use crate::{LightSource, Ray, Triangles, View};
 pub(crate) use camera_rays::CameraRays;
+pub use cone::Cone;
 pub(crate) use eight_points::{EightPoints, EightTriangles, cross};
 pub use light_mask::LightMask;
 pub use opacity::{MaskAnswers, MaskPoints, Opacity, Opaque};
 pub(crate) use pixel_work::{Kind, TileWork};
 pub use pixel_work::{PixelCounts, PixelWork};
 pub use seen::SeenPixels;
+pub(crate) use shifts::BlockSamples;
+pub use shifts::Shifts;
 pub(crate) use sides::OpacityOfSides;
 pub use sides::Sides;
 pub use statistics::Statistics;
@@ -41,6 +46,8 @@ pub struct Shot<'a> {
     pub view: View,
     /// The point of each pixel that its ray goes through: from (0, 0), the upper left corner, to (1, 1).
     pub offset_pixels: DVec2,
+    /// By how much more each ray is shifted.
+    pub shifts: Shifts,
     /// What stops camera rays.
     pub opacity: &'a dyn Opacity,
     /// What stops shadow rays.
@@ -55,6 +62,7 @@ impl std::fmt::Debug for Shot<'_> {
             .field("triangles", &self.triangles.len())
             .field("view", &self.view)
             .field("offset_pixels", &self.offset_pixels)
+            .field("shifts", &self.shifts)
             .field("sides", &self.sides)
             .finish_non_exhaustive()
     }
@@ -64,14 +72,22 @@ impl<'a> Shot<'a> {
     /// Rays through the middle of each pixel, with opaque triangles of two sides.
     #[must_use]
     pub fn new(triangles: Triangles<'a>, view: View) -> Self {
-        let offset_pixels = DVec2::splat(0.5);
-        Self { triangles, view, offset_pixels, opacity: &Opaque, shadow_opacity: &Opaque, sides: Sides::Both }
+        Self {
+            triangles,
+            view,
+            offset_pixels: DVec2::splat(0.5),
+            shifts: Shifts::NONE,
+            opacity: &Opaque,
+            shadow_opacity: &Opaque,
+            sides: Sides::Both,
+        }
     }
 
     /// The ray through the pixel in column `x` and row `y`.
     #[must_use]
     pub fn ray(&self, x: u32, y: u32) -> Ray {
-        self.view.ray(f64::from(x) + self.offset_pixels.x, f64::from(y) + self.offset_pixels.y)
+        let shift = self.shifts.at(x, y);
+        self.view.ray(f64::from(x) + self.offset_pixels.x + shift.x, f64::from(y) + self.offset_pixels.y + shift.y)
     }
 
     /// The segment between `light` and the point that a pixel, given by its [index](TileOrder::index), shows; `None` where

@@ -211,6 +211,7 @@ impl Structure for UniformGrid {
         let mut counts = Counts::default();
         for (light, mask) in lights.iter().zip(masks) {
             counts += Self::shadow(self, shot, seen, light, mask);
+            mask.keep_in_cone(light, shot, seen, self.level);
         }
         Work { counts, seconds: Seconds::default() }
     }

@@ -103,12 +103,14 @@ impl CameraTrace<'_> {
     fn load<S: Simd>(&self, simd: S, bundle: &mut Bundle, first: usize, blocks: &[u16], part: u16) {
         bundle.count = blocks.len();
         bundle.blocks[..blocks.len()].copy_from_slice(blocks);
+        let samples = self.rays.shifts.block();
+        let (all_columns, all_rows) = (samples.columns.map(f64::from), samples.rows.map(f64::from));
         for (index, &block) in blocks.iter().enumerate() {
             let (column, row) = self.order.column_and_row(first + usize::from(block) * LANES);
             for half in 0..2 {
-                let columns = f64x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0]) + f64::from(column);
-                let rows = f64x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]) + f64::from(row + 2 * half);
-                let lanes = half as usize * 8..half as usize * 8 + 8;
+                let lanes = half * 8..half * 8 + 8;
+                let columns = f64x8::from_slice(simd, &all_columns[lanes.clone()]) + f64::from(column);
+                let rows = f64x8::from_slice(simd, &all_rows[lanes.clone()]) + f64::from(row);
                 for (axis, vectors) in bundle.vectors[index].iter_mut().enumerate() {
                     // As `CameraRays::ray` has it, to the last bit.
                     let CameraRays { step_x, step_y, corner, position, .. } = &self.rays;

@@ -1,23 +1,26 @@
 //! The CPU engine: a frame's stages on the threads of the current rayon pool.
 
 mod copies;
+mod samples;
 mod see;
 mod shade;
 mod shadow;
 
 use std::mem;
+use std::sync::OnceLock;
 
 use umbrage_rays::{
-    self as rays, Bvh, Bytes, DirectGrids, Hit, LightMask, LightSource, Opacity as _, Ray, SeenPixels, Shot, SimdLevel,
-    SingleRays, Structure as _, Triangles, View, Work, predicate,
+    self as rays, Bvh, Bytes, DirectGrids, Hit, ImageTooLarge, LightMask, LightSource, Opacity as _, Ray, SeenPixels,
+    Shot, SimdLevel, SingleRays, Structure as _, TileOrder, Triangles, View, Work, predicate,
 };
 use umbrage_scene::{Frame, FrameOpacity, Light, Scene};
 
 use copies::Copies;
+use samples::OneSample;
 use shadow::Casting;
 
 use crate::engine::{Engine, Output, Staged};
-use crate::sampling::Sample;
+use crate::sampling::{Sample, Samples};
 use crate::sides::TriangleSides;
 use crate::{Error, Film, Settings, Settled, Sides, Stats, Structure, WorkCounts};
 
@@ -35,10 +38,14 @@ pub(crate) struct Cpu {
     sides: TriangleSides,
     /// How many mirrors light may come by.
     bounces: u32,
-    /// What each pixel sees at the current sample.
+    /// Which samples of each pixel were traced last.
+    samples: Samples,
+    /// What each pixel sees at these: each of four is a pixel here.
     seen: SeenPixels,
-    /// For each light, which pixels it lights at the current sample.
+    /// For each light, what of that it lights.
     masks: Vec<LightMask>,
+    /// Both for the last sample alone, where several were traced together and somebody asks.
+    last: OnceLock<(SeenPixels, Vec<LightMask>)>,
     casting: Casting,
     shadow_rays: u64,
     /// Tests of camera rays, and of shadow rays, that the predicate settled, over all samples.
@@ -63,8 +70,10 @@ impl Cpu {
             bvh: Bvh::default(),
             sides: TriangleSides::default(),
             bounces: 0,
+            samples: Samples::one(Sample::MIDDLE),
             seen: SeenPixels::default(),
             masks: Vec::new(),
+            last: OnceLock::new(),
             casting: Casting::default(),
             shadow_rays: 0,
             settled_tests: [0; 2],
@@ -99,7 +108,7 @@ impl Cpu {
         self.choose(&Settings::default(), false)?;
         self.prepare(frame, Sides::default());
         let last = mem::take(&mut self.seen);
-        let result = self.see_pixels(frame, view, &Sample::MIDDLE);
+        let result = self.see_pixels(frame, view, &Samples::one(Sample::MIDDLE));
         let seen = mem::replace(&mut self.seen, last);
         Ok(result.map(|()| seen)?)
     }
@@ -115,13 +124,14 @@ impl Cpu {
         self.choose(&Settings::default(), false)?;
         self.prepare(frame, Sides::default());
         let last = (mem::replace(&mut self.seen, seen.clone()), mem::take(&mut self.masks));
-        self.shadow_points(frame, lights, view, &Sample::MIDDLE);
+        self.shadow_points(frame, lights, view, &Samples::one(Sample::MIDDLE));
         let masks = mem::take(&mut self.masks);
         (self.seen, self.masks) = last;
         Ok(masks)
     }
 
-    /// Counts the work of seeing through the middles of pixels, and locates what is seen in a light's grid.
+    /// Counts the work of seeing through the middles of pixels, and locates what is seen in a light's grid; what is known of
+    /// the last frame's pixels stays.
     pub(crate) fn count_alone(
         &mut self,
         frame: &Frame,
@@ -133,13 +143,28 @@ impl Cpu {
         self.choose(settings, false)?;
         self.prepare(frame, settings.sides);
         let opacities = opacities(frame);
-        let shot = shot(self.copies.triangles(frame), &opacities, view, &Sample::MIDDLE, self.sides.get());
+        let middle = Samples::one(Sample::MIDDLE);
+        let shot = shot(self.copies.triangles(frame), &opacities, view, &middle, self.sides.get());
         let specialised = self.structure.specialised().ok_or(Error::CountsOfStructure)?;
-        self.camera_work = specialised.see_counting(&shot, &mut self.seen, &mut counts.pixels)?;
+        let mut seen = SeenPixels::default();
+        self.camera_work = specialised.see_counting(&shot, &mut seen, &mut counts.pixels)?;
         if let Some(light) = light {
-            specialised.locate(&shot, &self.seen, light, &mut counts.cells);
+            specialised.locate(&shot, &seen, light, &mut counts.cells);
         }
         Ok(())
+    }
+
+    /// What the last sample saw and had lit, where it wasn't traced alone.
+    fn last_sample(&self) -> Option<&(SeenPixels, Vec<LightMask>)> {
+        let Self { samples, seen, masks, last, .. } = self;
+        let side = samples.side();
+        (side > 1).then(|| {
+            last.get_or_init(|| {
+                let (width, height) = seen.order().size();
+                let pixels = TileOrder::new(width / side, height / side);
+                OneSample::new(seen.order(), samples, samples.as_slice().len() - 1).alone(pixels, seen, masks)
+            })
+        })
     }
 
     /// What finds the hits of rays that come one at a time.
@@ -179,12 +204,21 @@ impl Engine for Cpu {
         Ok(())
     }
 
-    fn see(&mut self, staged: &Staged<'_>, sample: &Sample, stats: &mut Stats) -> Result<(), Error> {
-        Ok(stats.time("see", || self.see_pixels(staged.frame, &staged.view, sample))?)
+    /// In images of up to eight million pixels, a screen of 4K: what four see takes 32 bytes for each.
+    fn traces_four(&self, view: &View) -> bool {
+        const MOST_PIXELS: u64 = 1 << 23;
+        let pixels = u64::from(view.width) * u64::from(view.height);
+        pixels <= MOST_PIXELS && view.width.max(view.height) <= ImageTooLarge::LARGEST_SIDE / 2
     }
 
-    fn shadow(&mut self, staged: &Staged<'_>, sample: &Sample, stats: &mut Stats) -> Result<(), Error> {
-        stats.time("shadow", || self.shadow_points(staged.frame, staged.lights, &staged.view, sample));
+    fn see(&mut self, staged: &Staged<'_>, samples: &Samples, stats: &mut Stats) -> Result<(), Error> {
+        self.samples = *samples;
+        self.last = OnceLock::new();
+        Ok(stats.time("see", || self.see_pixels(staged.frame, &staged.view, samples))?)
+    }
+
+    fn shadow(&mut self, staged: &Staged<'_>, samples: &Samples, stats: &mut Stats) -> Result<(), Error> {
+        stats.time("shadow", || self.shadow_points(staged.frame, staged.lights, &staged.view, samples));
         Ok(())
     }
 
@@ -192,11 +226,11 @@ impl Engine for Cpu {
         &mut self,
         staged: &Staged<'_>,
         _band: usize,
-        sample: &Sample,
+        samples: &Samples,
         film: &mut Film,
         stats: &mut Stats,
     ) -> Result<(), Error> {
-        stats.time("shade", || self.shade_pixels(staged, sample, film));
+        stats.time("shade", || self.shade_pixels(staged, samples, film));
         Ok(())
     }
 
@@ -205,11 +239,11 @@ impl Engine for Cpu {
     }
 
     fn seen(&self) -> &SeenPixels {
-        &self.seen
+        self.last_sample().map_or(&self.seen, |(seen, _)| seen)
     }
 
     fn light_masks(&self) -> &[LightMask] {
-        &self.masks
+        self.last_sample().map_or(&self.masks, |(_, masks)| masks)
     }
 
     fn camera_work(&self) -> Work {
@@ -238,16 +272,15 @@ fn opacities(frame: &Frame) -> [FrameOpacity<'_>; 2] {
     [frame.camera_opacity(), frame.shadow_opacity()]
 }
 
-/// A sample of each pixel, as a question to a structure.
+/// Samples of each pixel, as a question to a structure.
 fn shot<'a>(
     triangles: Triangles<'a>,
     [opacity, shadow_opacity]: &'a [FrameOpacity<'a>; 2],
     view: &View,
-    sample: &Sample,
+    samples: &Samples,
     sides: rays::Sides<'a>,
 ) -> Shot<'a> {
-    let offset_pixels = sample.offset_pixels;
-    Shot { triangles, view: *view, offset_pixels, opacity, shadow_opacity, sides }
+    samples.question(Shot { opacity, shadow_opacity, sides, ..Shot::new(triangles, *view) })
 }
 
 /// Whether a ray that meets a triangle there is stopped by it: by its side, and where it isn't cut away.

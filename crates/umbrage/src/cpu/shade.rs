@@ -8,22 +8,23 @@ use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{Hit, LightMask, Ray, SeenPixels, Sides, SingleRays, TileOrder};
 use umbrage_scene::{Frame, Light};
 
+use super::samples::OneSample;
 use super::shadow::is_blocked;
 use super::{Cpu, hit_of, stops};
 use crate::Film;
 use crate::background::Surroundings;
 use crate::engine::Staged;
-use crate::sampling::Sample;
+use crate::sampling::Samples;
 use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, vector_of};
 use crate::shade::{Block, BlockHits, BlockRays, Footprint, SeenReflectance, Surface, arriving};
 
 impl Cpu {
-    /// Adds each pixel's radiance at the current sample to the film.
-    pub(super) fn shade_pixels(&self, staged: &Staged<'_>, sample: &Sample, film: &mut Film) {
+    /// Adds each pixel's radiance at the current samples to the film, in the order of their numbers.
+    pub(super) fn shade_pixels(&self, staged: &Staged<'_>, samples: &Samples, film: &mut Film) {
         let Staged { frame, lights, ref view, surroundings, .. } = *staged;
         let Self { masks: lit, seen, sides, bounces, .. } = self;
         let (sides, bounces, rays_onward) = (sides.get(), *bounces, self.single_rays());
-        let (level, footprint) = (Level::from(self.level), Footprint::new(view, sample.of));
+        let (level, footprint) = (Level::from(self.level), Footprint::new(view, samples.as_slice()[0].of));
         let shading = Shading { rays_onward, lit, seen, frame, lights, surroundings, footprint, sides, bounces };
         let Film { color, depth, normal, triangle, .. } = film;
         let rows = TileOrder::BLOCK as usize * view.width as usize;
@@ -33,9 +34,12 @@ impl Cpu {
             let y = strip as u32 * TileOrder::BLOCK;
             let mut film = Strip { color, depth, normal, triangle };
             for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
-                let block = Block { view, sample, corner: [x, y] };
-                let shaded = dispatch!(level, simd => shading.shade(simd, &block));
-                film.add(&block, &shaded);
+                for (which, sample) in samples.as_slice().iter().enumerate() {
+                    let block = Block { view, sample, corner: [x, y] };
+                    let one = OneSample::new(seen.order(), samples, which);
+                    let shaded = dispatch!(level, simd => shading.shade(simd, &block, &one));
+                    film.add(&block, &shaded);
+                }
             }
         });
     }
@@ -76,11 +80,11 @@ impl Shading<'_> {
     /// What the camera rays of a block see, through blended and transmissive surfaces to what is behind them, and in
     /// mirrors.
     #[inline(always)]
-    fn shade<S: Simd>(&self, simd: S, block: &Block<'_>) -> Shaded {
+    fn shade<S: Simd>(&self, simd: S, block: &Block<'_>, one_sample: &OneSample) -> Shaded {
         let (nothing, one) = (Vectors::splat(simd, Vec3::ZERO), Vectors::splat(simd, Vec3::ONE));
-        let first = self.seen.order().index(block.corner[0], block.corner[1]);
+        let slots = one_sample.slots(block.corner);
         let rays = BlockRays::new(simd, block);
-        let next = BlockHits::of_seen(simd, self.frame, block, &rays, &self.seen.triangle[first..first + LANES]);
+        let next = BlockHits::of_seen(simd, self.frame, block, &rays, &slots.of(&self.seen.triangle));
         let mut path = Path { rays, next, through: one, from_mirrors: None };
         let mut mirrors: Vec<Path<S>> = Vec::new();
         let (mut shown, mut depth, mut normal, mut triangle) = (0, f32x16::splat(simd, 0.0), nothing, [0; LANES]);
@@ -94,7 +98,7 @@ impl Shading<'_> {
                 let Some(hits) = next else { break };
                 let met = Met::new(simd, self, &rays, &hits, through, bounces_left > 0);
                 let lit = |light: usize| match &found {
-                    None => self.lit[light].blocks()[first / LANES],
+                    None => slots.lit(&self.lit[light]),
                     Some(found) => self.lit_onward(&ray, light, found),
                 };
                 let radiance = self.reflected(simd, &met, lit);

@@ -6,7 +6,7 @@ use umbrage_rays::{Hit, LightMask, LightSource, Opacity as _, Ray, SeenPixels, S
 use umbrage_scene::{Frame, Light};
 
 use super::{Cpu, opacities, shot};
-use crate::sampling::Sample;
+use crate::sampling::Samples;
 
 /// The lights that cast shadows, and their masks while these are found.
 #[derive(Debug, Default)]
@@ -17,10 +17,10 @@ pub(super) struct Casting {
 
 impl Cpu {
     /// Finds which of the points that pixels show each light reaches.
-    pub(super) fn shadow_points(&mut self, frame: &Frame, lights: &[Light], view: &View, sample: &Sample) {
+    pub(super) fn shadow_points(&mut self, frame: &Frame, lights: &[Light], view: &View, samples: &Samples) {
         let Self { structure, copies, seen, masks, casting, shadow_rays, settled_tests, sides, .. } = self;
         let opacities = opacities(frame);
-        let shot = shot(copies.triangles(frame), &opacities, view, sample, sides.get());
+        let shot = shot(copies.triangles(frame), &opacities, view, samples, sides.get());
         masks.resize(lights.len(), LightMask::default());
         let Casting { sources, masks: of_sources } = casting;
         sources.clear();

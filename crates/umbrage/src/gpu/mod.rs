@@ -34,7 +34,7 @@ use umbrage_rays::{LightMask, SeenPixels};
 use umbrage_scene::{Frame, Light, Scene};
 
 use crate::engine::{Engine, Output, Staged};
-use crate::sampling::Sample;
+use crate::sampling::{Sample, Samples};
 use crate::{CameraChoice, Error, Film, Settings, Settled, Stats};
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
@@ -161,6 +161,29 @@ impl GpuEngine {
         Err(GpuError::OutOfMemory(format!("a frame's lists have outgrown their buffers {} times", Self::MOST_TRIES)))
     }
 
+    /// One sample of a band: layer by layer where the scene is seen through.
+    fn shade_sample(
+        &mut self,
+        staged: &Staged<'_>,
+        band: &Band,
+        sample: &Sample,
+        stats: &mut Stats,
+    ) -> Result<(), GpuError> {
+        if sample.index == 0 {
+            self.planes.prepare(&self.gpu, band.size(), true, self.is_see_through)?;
+        }
+        self.layer(staged.lights, band, sample, true, stats)?;
+        if !self.is_see_through {
+            return Ok(());
+        }
+        for _ in 1..Self::MOST_LAYERS {
+            if !self.layer(staged.lights, band, sample, false, stats)? {
+                break;
+            }
+        }
+        self.shade_surroundings(band, sample, stats)
+    }
+
     /// What is around the scene, seen through all layers.
     fn shade_surroundings(&mut self, band: &Band, sample: &Sample, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, lights, shade, planes, nothing, .. } = self;
@@ -264,29 +287,20 @@ impl Engine for GpuEngine {
         self.bands.len()
     }
 
-    /// Adds a sample to the film on the GPU: sees, shadows and shades, layer by layer where the scene is seen through.
+    /// Adds samples to the film on the GPU, one after the other: sees, shadows and shades.
     fn shade(
         &mut self,
         staged: &Staged<'_>,
         band: usize,
-        sample: &Sample,
+        samples: &Samples,
         _film: &mut Film,
         stats: &mut Stats,
     ) -> Result<(), Error> {
         let band = self.bands[band].clone();
-        if sample.index == 0 {
-            self.planes.prepare(&self.gpu, band.size(), true, self.is_see_through)?;
+        for sample in samples.as_slice() {
+            self.shade_sample(staged, &band, sample, stats)?;
         }
-        self.layer(staged.lights, &band, sample, true, stats)?;
-        if !self.is_see_through {
-            return Ok(());
-        }
-        for _ in 1..Self::MOST_LAYERS {
-            if !self.layer(staged.lights, &band, sample, false, stats)? {
-                break;
-            }
-        }
-        Ok(self.shade_surroundings(&band, sample, stats)?)
+        Ok(())
     }
 
     fn develop(

@@ -12,6 +12,8 @@
 //!   line through L along d meets the triangle, L is strictly on the side of its plane that d comes from, and the whole box
 //!   strictly on the side that d goes to. Parallel light along v does where the line through P along −v meets it, and the
 //!   whole box is strictly on the side that −v comes from.
+//! - **Cone.** A spot at L with the axis a and the half-angle θ lights P where a · d > 0 and (a · d)² ≥ cos² θ |a|² |d|², with
+//!   d = P − L, all of it in f64 from left to right.
 
 mod real;
 mod scenes;
@@ -157,6 +159,20 @@ impl Point {
         if sides.all(|side| side == first) { first } else { Ordering::Equal }
     }
 
+    /// Whether a light shines towards the point at all.
+    #[must_use]
+    pub fn is_in_cone(&self, light: &LightSource) -> bool {
+        let LightSource::Spot { position, direction, outer_radians, .. } = *light else { return true };
+        let [d, a] = [self.position - position.as_dvec3(), direction.as_dvec3()].map(|v| v.to_array());
+        let sum = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let cosine = f64::from(outer_radians).cos().max(0.0);
+        let squared_cosine = cosine * cosine * sum(a, a);
+        if !position.is_finite() || !squared_cosine.is_finite() || direction == Vec3::ZERO {
+            return true;
+        }
+        sum(a, d) > 0.0 && sum(a, d) * sum(a, d) >= squared_cosine * sum(d, d)
+    }
+
     /// Whether a triangle other than the point's own leaves it in shadow: where the light falls on its front, from which its
     /// corners are seen counterclockwise, and if it has a back on the other side too.
     #[must_use]
@@ -207,8 +223,9 @@ pub fn truth_of_some(case: &Case, every: u32) -> Truth {
         let (t, own) = hits.min_by(|a, b| a.partial_cmp(b).expect("numbers"))?;
         let point = Point::new(&ray, t);
         let is_shadowed = |light: &LightSource, id, corners| point.is_shadowed(light, corners, case.sides.has_back(id));
-        let is_lit =
-            |light: &LightSource| !usable.iter().any(|&(id, corners)| id != own && is_shadowed(light, id, corners));
+        let is_lit = |light: &LightSource| {
+            point.is_in_cone(light) && !usable.iter().any(|&(id, corners)| id != own && is_shadowed(light, id, corners))
+        };
         Some((own, case.lights.iter().map(is_lit).collect()))
     })
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
 use umbrage_rays::{
-    Hit, LightCells, LightMask, PixelWork, SeenPixels, SimdLevel, SingleRays, Specialised, Structure, TileOrder,
+    Cone, Hit, LightCells, LightMask, PixelWork, SeenPixels, SimdLevel, SingleRays, Specialised, Structure, TileOrder,
 };
 use umbrage_verify::{Case, Truth, referee};
 
@@ -224,7 +224,10 @@ fn compare_single_rays(case: &Case, truth: &Truth, rays: &dyn SingleRays) -> Res
                 is_there && (opacity.is_opaque(id) || opacity.stops(id, at))
             };
             let is_blocked = rays.blocked(triangles, &shadow_ray, hit.triangle, &stops);
-            ensure(is_blocked != lit[index], || format!("{light:?}: the shadow ray of ({x}, {y}) is {is_blocked}"))?;
+            let is_in_cone = Cone::of(light).is_none_or(|cone| cone.contains(shadow_ray.point()));
+            ensure((is_in_cone && !is_blocked) == lit[index], || {
+                format!("{light:?}: the shadow ray of ({x}, {y}) is {is_blocked}")
+            })?;
         }
     }
     Ok(())

@@ -23,6 +23,7 @@ macro_rules! tests {
             #[test] fn opacity() { check(MAKE, &cases::OPACITY) }
             #[test] fn sides() { check(MAKE, &cases::SIDES) }
             #[test] fn patches() { check(MAKE, &cases::PATCHES) }
+            #[test] fn samples() { check(MAKE, &cases::SAMPLES) }
             #[test] fn aimed() { check(MAKE, &cases::AIMED) }
             #[test] fn crowds() { check(MAKE, &cases::CROWDS) }
             #[test] fn single_rays() { single_rays::check(MAKE) }

@@ -74,11 +74,11 @@ impl Trial {
         time(&mut spent[1], || match way {
             Way::Packets => {
                 let opacities = shot.opacities();
-                *counts = grid.see(&shot.question(&opacities, shot.offsets_pixels[0]), seen);
+                *counts = grid.see(&shot.question(&opacities, &shot.samples[0]), seen);
             }
             Way::Single => {
                 let opacities = shot.opacities();
-                ray_by_ray::see(&*grid, &shot.question(&opacities, shot.offsets_pixels[0]), seen);
+                ray_by_ray::see(&*grid, &shot.question(&opacities, &shot.samples[0]), seen);
             }
         });
         if is_counted {

@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 
-use super::{BLOCKS, Batch, HALF, PossibleHits, Tile, coordinates, lane_and_block};
+use super::{BLOCKS, Batch, HALF, PossibleHits, Tile, lane_and_block};
 use crate::camera_grid::lanes::{Corners, LANES, Setup, largest, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace};
 use crate::shot::{MaskPoints, Opacity};
@@ -49,7 +49,8 @@ impl MaskWeights {
         let of_corners = |edge: usize| setup.a[edge].abs() + setup.b[edge].abs();
         let slopes = of_corners(0) + of_corners(1) + of_corners(2);
         let size = (max3(x) - min3(x)) + (max3(y) - min3(y));
-        let rounding = size * (largest(x, y) + splat(simd, HALF as f32)) * splat(simd, 15.0 * HALF_ULP);
+        let samples = HALF as f32 + space.shifts.reach();
+        let rounding = size * (largest(x, y) + splat(simd, samples)) * splat(simd, 15.0 * HALF_ULP);
         let axis = space.axis_pixels.abs().max_element() as f32;
         let steepness = (largest(corners.x, corners.y) + splat(simd, axis)) * splat(simd, 2.0 / space.scale as f32);
         let reach = (steepness + splat(simd, 1.0)) * setup.nearest / min3(corners.inverse_depth);
@@ -132,11 +133,11 @@ impl Tile {
         if possible == 0 {
             return;
         }
-        let [x, y] = coordinates(simd, block);
+        let [x, y] = self.coordinates(simd, block);
         let points = weights.points(simd, lane, batch.edges(simd, lane, x, y), possible);
         let answers = opacity.which_stop(batch.ids[lane], &points);
         let masks = [u64::from(possible & !answers.cut), u64::from(inside & answers.opaque)];
         let masks = [mask32x16::from_bitmask(simd, masks[0]), mask32x16::from_bitmask(simd, masks[1])];
-        self.take_nearer(simd, batch, lane, block, [x, y], masks);
+        self.take_nearer(simd, batch, lane, block, masks);
     }
 }

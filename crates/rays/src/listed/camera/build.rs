@@ -21,7 +21,7 @@ impl ListedGrid {
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
     pub(super) fn build(&mut self, shot: &Shot<'_>) -> Result<Seconds, ImageTooLarge> {
         ImageTooLarge::check(&shot.view)?;
-        let space = PixelSpace::new(&shot.view, shot.offset_pixels);
+        let space = PixelSpace::new(shot);
         self.space = Some(space);
         self.triangle_count = shot.triangles.len();
         let start = Instant::now();

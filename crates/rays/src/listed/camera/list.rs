@@ -103,7 +103,7 @@ impl List<'_> {
         }
         if square.side > self.cells.sorting_tile() as i32 {
             square.quarters().into_iter().for_each(|quarter| self.list_square(listed, quarter));
-        } else if let Some(nearest) = listed.general.depth.nearest_in(square) {
+        } else if let Some(nearest) = listed.general.nearest_in(square) {
             let slice = self.slices.of(nearest.min(listed.nearest));
             self.push(listed.id, at.map(|at| at as u32 >> self.cells.sorting_bits), slice);
         }
@@ -120,20 +120,21 @@ impl List<'_> {
     }
 }
 
-impl Depth {
+impl General {
     /// Upper bound of the inverse depth of hits in a square; `None` where they are all behind the eye.
     fn nearest_in(&self, square: Square) -> Option<f32> {
         let half = 0.5 * f64::from(square.side - 1);
         let center = DVec3::new(f64::from(square.x) + half, f64::from(square.y) + half, 1.0);
+        let half = half + self.shift;
         // Twice the error covers the roundings here, which it counts once for any sample.
         let bounds = |plane: DVec3, error: f64| {
             let (middle, reach) = (plane.dot(center), half * (plane.x.abs() + plane.y.abs()) + 2.0 * error);
             (middle + reach).is_finite().then_some([middle - reach, middle + reach])
         };
-        let nearest = match *self {
-            Self::Unknown => f64::INFINITY,
-            Self::Inverse { plane, error } => bounds(plane, error).map_or(f64::INFINITY, |[_, high]| high),
-            Self::Direct { plane, error } => match bounds(plane, error) {
+        let nearest = match self.depth {
+            Depth::Unknown => f64::INFINITY,
+            Depth::Inverse { plane, error } => bounds(plane, error).map_or(f64::INFINITY, |[_, high]| high),
+            Depth::Direct { plane, error } => match bounds(plane, error) {
                 Some([_, high]) if high < 0.0 => return None,
                 Some([low, _]) if low > 0.0 => 1.0 / low,
                 _ => f64::INFINITY,

@@ -42,7 +42,7 @@ impl ListedGrid {
         (0..triangles.len() as u32).try_for_each(|id| {
             let Ok(corners) = triangles.usable_corners(id) else { return Ok(()) };
             check_pixels(space, &General::new(space, corners), Square::around_image(space), &|x, y| {
-                let Some(crossing) = crossing(&space.ray(x, y), corners) else { return Ok(()) };
+                let Some(crossing) = crossing(&shot.ray(x, y), corners) else { return Ok(()) };
                 if crossing.t <= 0.0 || !(crossing.front || sides.has_back(id)) {
                     return Ok(());
                 }

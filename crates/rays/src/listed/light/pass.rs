@@ -83,6 +83,7 @@ impl LightPass {
         let lit = mask.blocks_mut();
         lit.copy_from_slice(&self.shadowed);
         seen.light_the_rest(lit, self.level);
+        mask.keep_in_cone(light, shot, seen, self.level);
         Work { counts: self.counts, seconds: self.seconds }
     }
 

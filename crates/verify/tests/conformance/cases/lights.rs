@@ -1,10 +1,12 @@
 //! Lights in every bad place, and points that no face of a light can hold.
 
+use std::f32::consts::FRAC_PI_2;
+
 use glam::Vec3;
-use umbrage_rays::{Camera, LightSource};
+use umbrage_rays::{Camera, LightSource, View};
 use umbrage_verify::lights::{around, in_bad_places, point, sun};
-use umbrage_verify::views::{camera, parallel_camera, placed, telescope, view};
-use umbrage_verify::{Case, Random, Sheet, SheetShape, TestMesh};
+use umbrage_verify::views::{OFFSET_PIXELS, camera, parallel_camera, placed, telescope, view};
+use umbrage_verify::{Case, Oracle, Random, Sheet, SheetShape, TestMesh};
 
 use super::{FAR, room};
 use crate::check::Known;
@@ -54,7 +56,44 @@ pub(super) fn of_all_kinds() -> Vec<Case> {
     ];
     let below = Camera::look_at(Vec3::new(0.3, -3.5, 1.0), Vec3::new(0.0, -0.5, 0.0), Vec3::X, 0.8);
     cases.push(Case::new("barely in front of what is seen", floor, view(below, 29, 21), &lights));
+    for camera in [camera(), parallel_camera()] {
+        cases.push(Case::new("cones", room(9), view(camera, 33, 29), &cones(&view(camera, 33, 29))));
+    }
     cases
+}
+
+/// Spots of all widths: some that end at what a pixel shows to the last bits, some around everything and some away from it.
+fn cones(view: &View) -> Vec<LightSource> {
+    let spot = |position: Vec3, direction: Vec3, outer_radians: f32| LightSource::Spot {
+        position,
+        direction,
+        inner_radians: 0.5 * outer_radians,
+        outer_radians,
+    };
+    let (above, aside) = (Vec3::new(2.0, 3.0, 1.0), Vec3::new(-0.2, 0.95, 0.3));
+    let mut cones = vec![
+        spot(above, -above.normalize(), 1e-4),
+        spot(above, -above.normalize(), 0.03),
+        spot(above, -above.normalize(), 1.3),
+        spot(above, Vec3::Y, 0.7),
+        spot(aside, Vec3::new(0.6, -0.8, 0.0), 0.9),
+        spot(aside, Vec3::NEG_Y, FRAC_PI_2),
+        spot(Vec3::new(0.1, -0.999, 0.2), Vec3::X, 0.2),
+        spot(above, -3.0 * above, 0.2),
+        spot(above, Vec3::ZERO, 0.2),
+        spot(above, Vec3::NAN, 0.2),
+        spot(Vec3::NAN, Vec3::X, 0.2),
+    ];
+    let mesh = room(9);
+    let oracle = Oracle::new(mesh.triangles());
+    for (x, y) in [(13.0, 20.0), (16.0, 22.0), (20.0, 14.0)] {
+        let ray = view.ray(x + OFFSET_PIXELS.x, y + OFFSET_PIXELS.y);
+        let Some(hit) = oracle.nearest(&ray, |_| true) else { continue };
+        let axis = (Vec3::new(0.3, -0.9, -0.1) - above).normalize();
+        let to = ray.origin + ray.direction * hit.t - above.as_dvec3();
+        cones.push(spot(above, axis, to.angle_between(axis.as_dvec3()) as f32));
+    }
+    cones
 }
 
 pub(super) fn that_no_face_holds() -> Vec<Known> {

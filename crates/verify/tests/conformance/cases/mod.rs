@@ -6,6 +6,7 @@ mod crowds;
 mod lights;
 mod opacity;
 mod patches;
+mod samples;
 mod seams;
 mod triangles;
 
@@ -32,6 +33,7 @@ pub(crate) static LATTICES: LazyLock<Vec<Known>> = LazyLock::new(|| known(seams:
 pub(crate) static OPACITY: LazyLock<Vec<Known>> = LazyLock::new(|| known(opacity::of_masks()));
 pub(crate) static SIDES: LazyLock<Vec<Known>> = LazyLock::new(|| known(opacity::of_sides()));
 pub(crate) static PATCHES: LazyLock<Vec<Known>> = LazyLock::new(|| known(patches::of_bad_shapes()));
+pub(crate) static SAMPLES: LazyLock<Vec<Known>> = LazyLock::new(|| known(samples::all()));
 pub(crate) static AIMED: LazyLock<Vec<Known>> = LazyLock::new(|| known(aimed::all()));
 pub(crate) static CROWDS: LazyLock<Vec<Known>> = LazyLock::new(crowds::all);
 

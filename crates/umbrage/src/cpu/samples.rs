@@ -1,0 +1,160 @@
+//! One sample of each pixel, out of the image that all samples make which were traced together.
+
+use std::array;
+
+use umbrage_rays::{LightMask, SeenPixels, TileOrder};
+
+use crate::sampling::Samples;
+use crate::shade::lanes::{Each, LANES};
+
+/// Where a sample of each pixel is among what all of them see.
+#[derive(Clone, Copy)]
+pub(super) struct OneSample {
+    /// Of the image of all samples.
+    order: TileOrder,
+    /// Samples along a pixel's sides.
+    side: u32,
+    /// The sample's column and row in the pixel.
+    quarter: [u32; 2],
+}
+
+/// Where one sample is of each pixel of a block.
+pub(super) struct Slots {
+    slots: Each<usize>,
+    /// Whether they are one block of samples as well.
+    are_block: bool,
+}
+
+impl OneSample {
+    /// Sample number `which` of those whose image has this order.
+    pub(super) fn new(order: TileOrder, samples: &Samples, which: usize) -> Self {
+        Self { order, side: samples.side(), quarter: samples.quarter(which) }
+    }
+
+    /// Where it is of the pixels of the block with this corner, which is in the image.
+    #[inline(always)]
+    pub(super) fn slots(&self, [x, y]: [u32; 2]) -> Slots {
+        let Self { order, side, quarter: [column, row] } = *self;
+        let first = order.index(side * x, side * y);
+        let slots = array::from_fn(|lane| {
+            let (x, y) = (x + lane as u32 % TileOrder::BLOCK, y + lane as u32 / TileOrder::BLOCK);
+            if side == 1 { first + lane } else { order.index(side * x + column, side * y + row) }
+        });
+        Slots { slots, are_block: side == 1 }
+    }
+
+    /// What this sample of the pixels of an image sees and has lit, by itself.
+    pub(super) fn alone(
+        &self,
+        pixels: TileOrder,
+        seen: &SeenPixels,
+        masks: &[LightMask],
+    ) -> (SeenPixels, Vec<LightMask>) {
+        let (width, height) = pixels.size();
+        let (mut alone, mut alone_masks) = (SeenPixels::default(), vec![LightMask::default(); masks.len()]);
+        alone.resize(width, height);
+        alone_masks.iter_mut().for_each(|mask| mask.resize(pixels));
+        for block in 0..pixels.slots() / LANES {
+            let (x, y) = pixels.column_and_row(block * LANES);
+            let slots = (x < width && y < height).then(|| self.slots([x, y]));
+            let lanes = block * LANES..(block + 1) * LANES;
+            let none = ([SeenPixels::NONE; LANES], [f32::NAN; LANES]);
+            let of_block = |slots: &Slots| (slots.of(&seen.triangle), slots.of(&seen.inverse_depth));
+            let (triangles, inverse_depths) = slots.as_ref().map_or(none, of_block);
+            alone.triangle[lanes.clone()].copy_from_slice(&triangles);
+            alone.inverse_depth[lanes].copy_from_slice(&inverse_depths);
+            for (alone, mask) in alone_masks.iter_mut().zip(masks) {
+                alone.blocks_mut()[block] = slots.as_ref().map_or(0, |slots| slots.lit(mask));
+            }
+        }
+        (alone, alone_masks)
+    }
+}
+
+impl Slots {
+    /// What these samples have of what all have.
+    #[inline(always)]
+    pub(super) fn of<T: Copy>(&self, all: &[T]) -> Each<T> {
+        self.slots.map(|slot| all[slot])
+    }
+
+    /// Which of them a light reaches, the first in the lowest bit.
+    #[inline(always)]
+    pub(super) fn lit(&self, mask: &LightMask) -> u16 {
+        let words = mask.blocks();
+        if self.are_block {
+            return words[self.slots[0] / LANES];
+        }
+        self.slots.iter().rev().fold(0, |bits, slot| bits << 1 | (words[slot / LANES] >> (slot % LANES) & 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use umbrage_rays::SimdLevel;
+
+    use super::*;
+    use crate::background::Surroundings;
+    use crate::cpu::Cpu;
+    use crate::engine::{Engine as _, Output};
+    use crate::{Film, Settings, Stats, Structure};
+
+    /// What the samples of a frame show and have lit, by their numbers.
+    type Shown = Vec<(SeenPixels, Vec<LightMask>)>;
+
+    /// Renders a frame, four samples at once or one after the other.
+    fn render(name: &str, settings: &Settings, by_four: bool) -> (Film, Shown, [u64; 2]) {
+        let frame = crate::open(name).and_then(|scene| scene.at(0.4)).expect("a frame");
+        let surroundings = Surroundings::new(&settings.background);
+        let staged = settings.stage(&frame, &surroundings).expect("a camera");
+        let (mut engine, mut film, mut stats) =
+            (Cpu::with_level(SimdLevel::default()), Film::default(), Stats::default());
+        film.clear([settings.width, settings.height]).expect("little memory");
+        engine.build(&staged, Output::Film).expect("a structure");
+        let mut shown = vec![(SeenPixels::default(), Vec::new()); settings.samples as usize];
+        for samples in Samples::all(settings.samples, by_four) {
+            engine.see(&staged, &samples, &mut stats).expect("a small image");
+            engine.shadow(&staged, &samples, &mut stats).expect("lights");
+            engine.shade(&staged, 0, &samples, &mut film, &mut stats).expect("a film");
+            let pixels = TileOrder::new(settings.width, settings.height);
+            for (which, sample) in samples.as_slice().iter().enumerate() {
+                let one = OneSample::new(engine.seen.order(), &samples, which);
+                shown[sample.index as usize] = one.alone(pixels, &engine.seen, &engine.masks);
+            }
+        }
+        let (seen, masks) = shown.last().expect("a sample");
+        assert!(engine.seen().triangle == seen.triangle && engine.light_masks() == masks, "the last sample's");
+        let rays = [engine.shadow_rays, stats.stages.len() as u64];
+        (film, shown, rays)
+    }
+
+    #[test]
+    fn four_samples_at_once_show_what_four_do() {
+        let scenes = ["demo:glass?triangles=600", "demo:statue?triangles=9000", "demo:forest?triangles=3000"];
+        let structures = [Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh];
+        let of_scenes =
+            scenes.into_iter().flat_map(|name| [4, 8].map(|samples| (name, Structure::Perspective, samples)));
+        let of_structures = structures.into_iter().map(|structure| (scenes[2], structure, 4));
+        for (name, structure, samples) in of_scenes.chain(of_structures) {
+            // More than one tile along each axis, none of them whole.
+            let settings = Settings { width: 70, height: 67, samples, structure, bounces: 1, ..Settings::default() };
+            let place = format!("{samples} samples of {name} through {structure:?}");
+            let (film, shown, rays) = render(name, &settings, true);
+            let (expected, expected_shown, expected_rays) = render(name, &settings, false);
+            assert_eq!(rays, expected_rays, "{place}");
+            for (index, (shown, expected)) in shown.iter().zip(&expected_shown).enumerate() {
+                assert!(shown.0.triangle == expected.0.triangle, "{place}: other triangles at {index}");
+                assert!(shown.1 == expected.1, "{place}: other shadows at {index}");
+                assert!(shown.1.iter().any(|mask| mask.count() > 100), "{place}: dark");
+            }
+            assert_eq!((film.depth, film.triangle), (expected.depth, expected.triangle), "{place}");
+            assert_eq!(film.normal, expected.normal, "{place}");
+            if samples == 4 {
+                assert_eq!(film.color, expected.color, "{place}");
+            }
+            // Of more than four, sums come about in another order.
+            let is_near = film.color.iter().zip(&expected.color).all(|(a, b)| a.abs_diff_eq(*b, 1e-5 * b.length()));
+            assert!(is_near, "{place}: other colours");
+        }
+    }
+}
