@@ -16,7 +16,7 @@ use super::tiny::{Tiny, TinyHits};
 use super::{ImageTooLarge, PerspectiveGrid, PixelBox};
 use crate::patches::{Patch, Patches};
 use crate::shot::{Opacity, Shot, Sides, TileOrder};
-use crate::simd::lanes::{bits_of, load_places, max3, min3};
+use crate::simd::lanes::{bits_of, load_positions, max3, min3};
 use crate::simd::vectorized;
 use crate::{SimdLevel, Triangles};
 
@@ -62,7 +62,9 @@ pub(crate) fn project(level: SimdLevel, space: &PixelSpace, triangles: Triangles
         *last = Vertex::AWKWARD;
     }
     let chunks = vertices.par_chunks_mut(CHUNK).zip(triangles.positions.par_chunks(CHUNK));
-    chunks.for_each(|(vertices, positions)| dispatch!(level.0, simd => vectorized!(simd => space.project(simd, positions, vertices))));
+    chunks.for_each(|(vertices, positions)| {
+        dispatch!(level.0, simd => vectorized!(simd => space.project(simd, positions, vertices)));
+    });
 }
 
 /// Sorts patches, and triangles of those that are large or awkward, to tiles.
@@ -143,8 +145,8 @@ impl Listing<'_> {
         let shown = Shown::new(space, shot);
         let mut set_up = SetUp { space, triangles: shot.triangles, opacity, sides: shot.sides, shown, bins };
         vectorized!(simd => {
-            for (vertices, places) in vertices.chunks_exact_mut(LANES).zip(self.patches.places(number)) {
-                space.project_sixteen(simd, load_places(simd, places), vertices);
+            for (vertices, positions) in vertices.chunks_exact_mut(LANES).zip(self.patches.positions(number)) {
+                space.project_sixteen(simd, load_positions(simd, positions), vertices);
             }
             for first in (0..patch.count).step_by(LANES) {
                 let corners = Corners::of_patch(simd, vertices, &patch.corners[first..first + LANES]);

@@ -12,7 +12,7 @@ use super::tiny::Tiny;
 use super::trace::{ListedPatches, TileTrace};
 use crate::patches::MOST_VERTICES;
 use crate::shot::Kind;
-use crate::simd::lanes::{bits_of, load_places};
+use crate::simd::lanes::{bits_of, load_positions};
 use crate::simd::{each, vectorized};
 
 const TINY: usize = 0;
@@ -113,8 +113,8 @@ impl<const N: usize> TileTrace<'_, N> {
         self.tally.pairs += patch.count as u64;
         self.work.add(Kind::Pairs, 0..SAMPLES, patch.count as u32);
         let mut vertices = [[0.0; MOST_VERTICES]; 3];
-        for (sixteen, places) in listed.patches.places(number).iter().enumerate() {
-            let axes = space.project_ordinary(simd, load_places(simd, places));
+        for (sixteen, positions) in listed.patches.positions(number).iter().enumerate() {
+            let axes = space.project_ordinary(simd, load_positions(simd, positions));
             for (axis, to) in axes.into_iter().zip(&mut vertices) {
                 axis.store_slice(&mut to[sixteen * LANES % MOST_VERTICES..][..LANES]);
             }

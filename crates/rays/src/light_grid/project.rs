@@ -10,7 +10,7 @@ use super::large::LargeTriangles;
 use super::settle::Settler;
 use crate::patches::{Patches, SixteenBoxes as WorldBoxes};
 use crate::simd::SimdLevel;
-use crate::simd::lanes::{load_places, quads};
+use crate::simd::lanes::{load_positions, quads};
 use crate::simd::vectors::{LANES, Vectors, dot, largest, minus, narrow, splat, splat_vector, widen};
 
 /// Sixteens of patches that one thread takes at once.
@@ -196,8 +196,8 @@ impl Projector<'_> {
         let (mut farthest, mut nearest) = (infinity, -infinity);
         let mut outside = [u64::MAX; 5];
         let mut sum = splat(simd, 0.0);
-        for (places, vertices) in self.patches.places(number).iter().zip(vertices.chunks_exact_mut(LANES)) {
-            let [low, high] = widen(load_places(simd, places));
+        for (positions, vertices) in self.patches.positions(number).iter().zip(vertices.chunks_exact_mut(LANES)) {
+            let [low, high] = widen(load_positions(simd, positions));
             let (low, low_codes) = project_eight(simd, face, low);
             let (high, high_codes) = project_eight(simd, face, high);
             let [x, y, nearness] = narrow(low, high);

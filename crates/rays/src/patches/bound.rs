@@ -17,7 +17,7 @@ pub(crate) struct WorldBounds {
 }
 
 /// The coordinates of sixteen vertices of a patch, axis by axis.
-pub(crate) type Places = [[f32; LANES]; 3];
+pub(crate) type SixteenPositions = [[f32; LANES]; 3];
 
 /// Lowest and highest coordinates of sixteen patches. A patch with a vertex that isn't finite has NaN; where there is no
 /// patch, low is above high.
@@ -64,13 +64,13 @@ impl Patches {
     /// Finds where patches and their vertices are, and which triangles no ray can hit.
     pub(super) fn bound(&mut self, triangles: Triangles<'_>, level: SimdLevel) {
         let mut sixteens = std::mem::take(&mut self.bounds.sixteens);
-        let mut places = std::mem::take(&mut self.places);
+        let mut positions = std::mem::take(&mut self.positions);
         sixteens.resize(self.len().div_ceil(LANES), SixteenBoxes::EMPTY);
-        places.resize(self.vertex_count() / LANES, Places::default());
+        positions.resize(self.vertex_count() / LANES, SixteenPositions::default());
         let bounding = Bounding { patches: self, positions: triangles.positions, level };
-        bounding.bound(0, &mut sixteens, &mut places);
+        bounding.bound(0, &mut sixteens, &mut positions);
         self.bounds.sixteens = sixteens;
-        self.places = places;
+        self.positions = positions;
         self.omit(triangles);
     }
 
@@ -101,33 +101,39 @@ struct Bounding<'a> {
 
 impl Bounding<'_> {
     /// Bounds the sixteens from `first` on; in halves, so that threads share them.
-    fn bound(&self, first: usize, sixteens: &mut [SixteenBoxes], places: &mut [Places]) {
+    fn bound(&self, first: usize, sixteens: &mut [SixteenBoxes], positions: &mut [SixteenPositions]) {
         const CHUNK: usize = 8;
         let start = |sixteen: usize| self.patches.first_vertex((sixteen * LANES).min(self.patches.len())) / LANES;
         if sixteens.len() > CHUNK {
             let middle = sixteens.len() / 2;
             let (low, high) = sixteens.split_at_mut(middle);
-            let (low_places, high_places) = places.split_at_mut(start(first + middle) - start(first));
-            rayon::join(|| self.bound(first, low, low_places), || self.bound(first + middle, high, high_places));
+            let (low_positions, high_positions) = positions.split_at_mut(start(first + middle) - start(first));
+            rayon::join(|| self.bound(first, low, low_positions), || self.bound(first + middle, high, high_positions));
             return;
         }
-        let mut rest = places;
+        let mut rest = positions;
         for (sixteen, boxes) in sixteens.iter_mut().enumerate() {
             let sixteen = first + sixteen;
-            let (places, after) = rest.split_at_mut(start(sixteen + 1) - start(sixteen));
+            let (positions, after) = rest.split_at_mut(start(sixteen + 1) - start(sixteen));
             rest = after;
-            dispatch!(self.level.0, simd => self.bound_sixteen(simd, sixteen * LANES, boxes, places));
+            dispatch!(self.level.0, simd => self.bound_sixteen(simd, sixteen * LANES, boxes, positions));
         }
     }
 
     /// Finds where the sixteen patches from `first` on are.
     #[inline(always)]
-    fn bound_sixteen<S: Simd>(&self, simd: S, first: usize, boxes: &mut SixteenBoxes, mut places: &mut [Places]) {
+    fn bound_sixteen<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        boxes: &mut SixteenBoxes,
+        mut positions: &mut [SixteenPositions],
+    ) {
         *boxes = SixteenBoxes::EMPTY;
         for number in first..self.patches.len().min(first + LANES) {
             let patch = self.patches.get(number);
-            let (of_patch, rest) = places.split_at_mut(patch.vertices.len() / LANES);
-            places = rest;
+            let (of_patch, rest) = positions.split_at_mut(patch.vertices.len() / LANES);
+            positions = rest;
             let (low, high, hashes) = bounds(simd, self.positions, patch.vertices, of_patch);
             for axis in 0..3 {
                 boxes.low[axis][number - first] = low[axis];
@@ -176,23 +182,23 @@ fn gather<S: Simd>(simd: S, positions: &[Vec3], vertices: &[u32; LANES]) -> [f32
     )
 }
 
-/// Brings a patch's vertices, a multiple of 16, to `places`. Their lowest and highest coordinates, NaN if one isn't finite; and
-/// two bytes of a hash for each, which is the same for those at the same place.
+/// Brings a patch's vertices, a multiple of 16, `into` its own order. Their lowest and highest coordinates, NaN if one isn't
+/// finite; and two bytes of a hash for each, which is the same for those at the same place.
 #[inline(always)]
 fn bounds<S: Simd>(
     simd: S,
     positions: &[Vec3],
     vertices: &[u32],
-    places: &mut [Places],
+    into: &mut [SixteenPositions],
 ) -> ([f32; 3], [f32; 3], [u8x64<S>; 2]) {
     let (infinity, zero) = (splat(simd, f32::INFINITY), splat(simd, 0.0));
     let (mut low, mut high) = ([infinity; 3], [-infinity; 3]);
     // Zero times what isn't finite is NaN, and stays so in sums.
     let mut spoilt = zero;
     let mut hashes = [[0; MOST_VERTICES]; 2];
-    for (sixteen, (indices, place)) in vertices.as_chunks().0.iter().zip(places).enumerate() {
+    for (sixteen, (indices, to)) in vertices.as_chunks().0.iter().zip(into).enumerate() {
         let [x, y, z] = gather(simd, positions, indices);
-        *place = [x.into(), y.into(), z.into()];
+        *to = [x.into(), y.into(), z.into()];
         low = [low[0].min(x), low[1].min(y), low[2].min(z)];
         high = [high[0].max(x), high[1].max(y), high[2].max(z)];
         spoilt += (x * zero + y * zero) + z * zero;

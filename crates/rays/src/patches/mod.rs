@@ -21,7 +21,7 @@ use std::sync::Mutex;
 use crate::simd::SimdLevel;
 use crate::simd::lanes::LANES;
 use crate::{Omitted, Triangles};
-pub(crate) use bound::{Places, SixteenBoxes, WorldBounds};
+pub(crate) use bound::{SixteenBoxes, SixteenPositions, WorldBounds};
 use fingerprint::fingerprint;
 use group::Groups;
 use order::Curve;
@@ -71,7 +71,7 @@ pub struct Patches {
     /// How large boxes were when triangles were grouped.
     spread: f32,
     /// Where the vertices are, sixteen by sixteen.
-    places: Vec<Places>,
+    positions: Vec<SixteenPositions>,
     /// Where the patches are in the world.
     pub(crate) bounds: WorldBounds,
 }
@@ -198,9 +198,9 @@ impl Patches {
 
     /// Where a patch's vertices are in the world.
     #[inline(always)]
-    pub(crate) fn places(&self, number: usize) -> &[Places] {
+    pub(crate) fn positions(&self, number: usize) -> &[SixteenPositions] {
         let Range { start, end } = self.vertex_range(number);
-        &self.places[start / LANES..end / LANES]
+        &self.positions[start / LANES..end / LANES]
     }
 
     /// Where a patch's triangles are in a list of all patches' triangles, each patch filled up to a multiple of 16.
@@ -241,7 +241,7 @@ impl Patches {
             + self.corners.capacity() * size_of::<[u8; 4]>()
             + self.ids.capacity() * size_of::<u32>()
             + self.first_vertices.capacity() * size_of::<u32>()
-            + self.places.capacity() * size_of::<Places>()
+            + self.positions.capacity() * size_of::<SixteenPositions>()
             + self.in_none.capacity() * size_of::<u32>()
             + self.groups.bytes()
             + self.bounds.bytes()

@@ -21,7 +21,7 @@ pub(crate) fn load<S: Simd>(simd: S, values: &[f32; LANES]) -> f32x16<S> {
 
 /// Sixteen numbers of each axis as vectors.
 #[inline(always)]
-pub(crate) fn load_places<S: Simd>(simd: S, [x, y, z]: &[[f32; LANES]; 3]) -> [f32x16<S>; 3] {
+pub(crate) fn load_positions<S: Simd>(simd: S, [x, y, z]: &[[f32; LANES]; 3]) -> [f32x16<S>; 3] {
     [load(simd, x), load(simd, y), load(simd, z)]
 }
 
