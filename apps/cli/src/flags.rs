@@ -10,6 +10,7 @@ use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
 use umbrage::{EngineKind, HeatKind, Settings, Sides, ToneMap};
 
 use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice};
+use crate::staging::OrbitingLights;
 use crate::values::{self, FrameRange, Size};
 
 // Lines of examples have at most 80 characters, since longer ones are broken.
@@ -238,9 +239,16 @@ pub(crate) struct RenderFlags {
     /// light away. Without a strength, it is as bright as full sunlight: at the scene's centre, or where the spot points to
     #[arg(long = "light", value_name = "LIGHT")]
     pub(crate) lights: Vec<LightSpec>,
-    /// Move the first light once round the scene's vertical axis over the frames
-    #[arg(long)]
-    pub(crate) orbit_light: bool,
+    /// Move lights once round the scene's vertical axis over the frames: the first, all, or those of a list of numbers
+    /// from 0, such as 0,2
+    #[arg(
+        long,
+        value_name = "first|all|N,N",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "first"
+    )]
+    pub(crate) orbit_light: Option<OrbitingLights>,
     /// What is behind and around the scene: sky, #rrggbb, linear R,G,B, or a latitude-longitude image
     #[arg(long, value_name = "sky|COLOR|FILE", default_value = "sky")]
     pub(crate) background: BackgroundSpec,

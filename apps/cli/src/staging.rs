@@ -1,3 +1,6 @@
+use std::collections::BTreeSet;
+use std::str::FromStr;
+
 use glam::{Quat, Vec3};
 use umbrage::rays::LightSource;
 use umbrage::scene::{Frame, Light, NamedCamera};
@@ -10,7 +13,7 @@ use crate::job::Job;
 /// The cameras and lights of the command line, moment by moment.
 pub(crate) struct Staging {
     settings: Settings,
-    orbit_light: bool,
+    orbiting: Option<OrbitingLights>,
     /// The middle of the scene over its whole animation.
     center: Vec3,
     /// The scene at the last moment, in memory that is used again.
@@ -25,7 +28,7 @@ impl Staging {
         let mut settings = job.settings.clone();
         // The frame says which cameras there are, and where the scene is.
         if matches!(job.flags.camera, Some(CameraSpec::Listed(_)))
-            || job.flags.orbit_light
+            || job.flags.orbit_light.is_some()
             || !job.flags.lights.is_empty()
         {
             scene.pose(first_seconds, &mut frame)?;
@@ -35,27 +38,76 @@ impl Staging {
         if !job.flags.lights.is_empty() {
             settings.lights = Some(job.flags.lights.iter().map(|light| light.light(center)).collect());
         }
-        Ok(Self { settings, orbit_light: job.flags.orbit_light, center, frame })
+        Ok(Self { settings, orbiting: job.flags.orbit_light.clone(), center, frame })
     }
 
-    /// The settings for a moment; `turn` says how far an orbiting light has come, 1 being once round.
+    /// The settings for a moment; `turn` says how far orbiting lights have come, 1 being once round.
     ///
     /// # Errors
-    /// Where the scene can't be posed.
+    /// Where the scene can't be posed, or lacks a light that is to orbit.
     pub(crate) fn settings(&mut self, scene: &Scene, seconds: f64, turn: f64) -> Result<Settings, Failure> {
         let mut settings = self.settings.clone();
-        let own_lights = self.orbit_light && settings.lights.is_none();
-        if own_lights {
-            scene.pose(seconds, &mut self.frame)?;
-        }
-        if self.orbit_light {
-            let mut lights: Vec<Light> = settings.lights.take().unwrap_or_else(|| self.frame.lights.clone());
-            if let Some(first) = lights.first_mut() {
-                first.source = orbited(first.source, self.center, turn);
+        let Some(orbiting) = &self.orbiting else { return Ok(settings) };
+        let mut lights: Vec<Light> = match settings.lights.take() {
+            Some(lights) => lights,
+            None => {
+                scene.pose(seconds, &mut self.frame)?;
+                self.frame.lights.clone()
             }
-            settings.lights = Some(lights);
+        };
+        for number in orbiting.numbers(lights.len())? {
+            lights[number].source = orbited(lights[number].source, self.center, turn);
         }
+        settings.lights = Some(lights);
         Ok(settings)
+    }
+}
+
+/// Which lights `--orbit-light` moves.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum OrbitingLights {
+    First,
+    All,
+    Numbered(Vec<usize>),
+}
+
+impl FromStr for OrbitingLights {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text {
+            "first" => Ok(Self::First),
+            "all" => Ok(Self::All),
+            list => {
+                let numbers: Result<BTreeSet<usize>, _> = list.split(',').map(|number| number.trim().parse()).collect();
+                let numbers = numbers.map_err(|_| "`first`, `all` or numbers from 0 are needed, such as 0,2")?;
+                Ok(Self::Numbered(numbers.into_iter().collect()))
+            }
+        }
+    }
+}
+
+impl OrbitingLights {
+    /// Which of so many lights. Where there are none, none moves.
+    ///
+    /// # Errors
+    /// Where a numbered light isn't there.
+    fn numbers(&self, count: usize) -> Result<Vec<usize>, Failure> {
+        match self {
+            Self::First => Ok((0..count.min(1)).collect()),
+            Self::All => Ok((0..count).collect()),
+            Self::Numbered(numbers) => match numbers.iter().find(|&&number| number >= count) {
+                None => Ok(numbers.clone()),
+                Some(missing) => {
+                    let hint = match count {
+                        0 => "the scene has no light; give one with --light".to_owned(),
+                        1 => "the scene has one light, number 0".to_owned(),
+                        _ => format!("the scene has {count} lights, numbers 0 to {}", count - 1),
+                    };
+                    Err(Failure::input(format!("--orbit-light: the scene has no light {missing}"), hint))
+                }
+            },
+        }
     }
 }
 
@@ -111,6 +163,18 @@ mod tests {
         }
         let Failure::Input { message, hint } = chosen("3").unwrap_err() else { panic!() };
         assert!(message.contains("no camera `3`") && hint.unwrap().contains("1 `left`"));
+    }
+
+    #[test]
+    fn lights_that_orbit_are_the_first_all_or_numbered() {
+        let parsed = |text: &str| text.parse::<OrbitingLights>();
+        for (text, numbers) in [("first", vec![0]), ("all", vec![0, 1, 2]), ("2,0,2", vec![0, 2])] {
+            assert_eq!(parsed(text).unwrap().numbers(3).unwrap(), numbers);
+        }
+        assert_eq!(OrbitingLights::First.numbers(0).unwrap(), []);
+        let Failure::Input { message, hint } = parsed("1,3").unwrap().numbers(3).unwrap_err() else { panic!() };
+        assert!(message.contains("no light 3") && hint.unwrap().contains("0 to 2"));
+        assert!(parsed("").is_err() && parsed("-1").is_err() && parsed("both").is_err());
     }
 
     #[test]

@@ -140,6 +140,25 @@ fn an_orbiting_light_goes_round_once() {
 }
 
 #[test]
+fn several_lights_orbit_together() {
+    let place = Workplace::new();
+    let flags =
+        ["render", "scene.gltf", "--background", "#000000", "--size", "16x12", "--frames", "0..2", "-o", "%d.png"];
+    let lamps = ["--light", "point:1,2,3:9:1,0,0", "--light", "point:2,1,3:9:0,1,0"];
+    // How much red and green there is once both lamps that move are behind the triangle.
+    let behind = |orbiting: &str| {
+        place.succeed(&[&flags[..], &lamps, &[orbiting]].concat());
+        let pixels = decode_png(&place.path("1.png"));
+        [0, 1].map(|channel| pixels.iter().map(|pixel| u32::from(pixel[channel])).sum::<u32>() > 0)
+    };
+    assert_eq!(behind("--orbit-light"), [false, true]);
+    assert_eq!(behind("--orbit-light=1"), [true, false]);
+    assert_eq!(behind("--orbit-light=all"), [false, false]);
+    let error = place.fail(2, &[&flags[..], &lamps, &["--orbit-light=2"]].concat());
+    assert!(error.contains("no light 2") && error.contains("2 lights, numbers 0 to 1"), "{error}");
+}
+
+#[test]
 fn pictures_follow_exposure_tone_map_and_background() {
     let place = Workplace::new();
     let plain = place.picture(&[]);
