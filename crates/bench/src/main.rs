@@ -9,6 +9,7 @@ mod gpu;
 mod grids;
 mod measure;
 mod median;
+mod papers;
 mod peers;
 mod plot;
 mod rays;
@@ -44,7 +45,9 @@ const EXAMPLES: &str = "Examples:
   umbrage-bench growth --plot growth.svg --plot-bytes memory.svg
       10 K to 10 M triangles, images of up to 4096x4096 pixels, 1 to 64 lights
   umbrage-bench breakdown --plot breakdown.svg
-      One of the paper's experiments, as a table and a chart";
+      One of the paper's experiments, as a table and a chart
+  umbrage-bench papers --files scenes
+      All of them, into docs/papers, beside what was measured the last time";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -54,6 +57,10 @@ enum Command {
     Peers(peers::PeersFlags),
     /// Incoherent rays: one diffuse bounce through every structure for all rays, and through Embree
     Bounce(bounce::BounceFlags),
+    /// Measure some of the papers' experiments and write their tables to docs/papers
+    Paper(papers::PaperFlags),
+    /// Measure all of them, and say what differs from the tables that are there
+    Papers(papers::PapersFlags),
     /// Table 1 of the paper: what building and tracing take, beside the paper's own numbers
     Table1(experiments::Table1Flags),
     /// Figure 10 of the paper: which stages a frame's time goes to
@@ -117,6 +124,8 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Window(flags) => window::run(&flags),
         Command::Peers(flags) => peers::run(&flags),
         Command::Bounce(flags) => bounce::run(&flags),
+        Command::Paper(flags) => flags.run(),
+        Command::Papers(flags) => flags.run(),
         Command::Table1(flags) => flags.run(),
         Command::Breakdown(flags) => flags.run(),
         Command::Distance(flags) => flags.run(),

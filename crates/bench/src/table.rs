@@ -1,4 +1,4 @@
-//! One table in three forms.
+//! One table in four forms.
 
 use std::io::{self, Write};
 
@@ -14,6 +14,8 @@ pub(crate) enum Form {
     Csv,
     /// JSON
     Json,
+    /// A table for documents
+    Markdown,
 }
 
 /// One value of a row.
@@ -81,19 +83,21 @@ macro_rules! row {
 }
 pub(crate) use row;
 
-/// Rows under titles, written as they come; JSON at the end.
+/// Rows under titles, written as they come; JSON, and a document's notes, at the end.
 #[derive(Debug)]
 pub(crate) struct Table {
     form: Form,
     /// How wide each column is, in characters; empty before the first row.
     widths: Vec<usize>,
     rows: Vec<Value>,
+    /// What stands below a document's table.
+    below: Vec<String>,
 }
 
 impl Table {
     /// Writes under which `conditions` was measured, for people.
     pub(crate) fn start(form: Form, conditions: &str) -> io::Result<Self> {
-        let table = Self { form, widths: Vec::new(), rows: Vec::new() };
+        let mut table = Self { form, widths: Vec::new(), rows: Vec::new(), below: Vec::new() };
         table.note(conditions)?;
         Ok(table)
     }
@@ -111,21 +115,44 @@ impl Table {
             return Ok(());
         }
         let titles: Vec<Cell> = titles.into_iter().map(Cell::Text).collect();
-        let lines = is_first.then_some(&titles).into_iter().chain([&cells]);
-        lines
-            .map(|line| if self.form == Form::Csv { separated(line) } else { self.aligned(line) })
-            .try_for_each(write_line)
+        if is_first {
+            self.write_row(&titles)?;
+            if self.form == Form::Markdown {
+                write_line(format!("|{}", " --- |".repeat(titles.len())))?;
+            }
+        }
+        self.write_row(&cells)
     }
 
-    /// Writes a line between rows or below them, for people only.
-    pub(crate) fn note(&self, text: &str) -> io::Result<()> {
-        if self.form == Form::Table { write_line(text) } else { Ok(()) }
+    fn write_row(&self, cells: &[Cell]) -> io::Result<()> {
+        write_line(match self.form {
+            Form::Csv => separated(cells),
+            Form::Markdown => barred(cells),
+            Form::Table | Form::Json => self.aligned(cells),
+        })
     }
 
-    /// Writes notes below, a line each, and what is left.
-    pub(crate) fn finish(self, notes: &[&str]) -> io::Result<()> {
+    /// Writes a line between rows or below them, for people only. Nothing can stand between the rows of a document.
+    pub(crate) fn note(&mut self, text: &str) -> io::Result<()> {
+        match self.form {
+            Form::Table => write_line(text),
+            Form::Markdown if self.widths.is_empty() => write_line(format!("{text}\n")),
+            Form::Markdown => {
+                self.below.push(text.to_owned());
+                Ok(())
+            }
+            Form::Csv | Form::Json => Ok(()),
+        }
+    }
+
+    /// Writes notes below the table, a line each, and what is left.
+    pub(crate) fn finish(mut self, notes: &[&str]) -> io::Result<()> {
         notes.iter().try_for_each(|note| self.note(note))?;
-        if self.form == Form::Json { write_line(format!("{:#}", Value::Array(self.rows))) } else { Ok(()) }
+        match self.form {
+            Form::Json => write_line(format!("{:#}", Value::Array(self.rows))),
+            Form::Markdown if !self.below.is_empty() => write_line(format!("\n{}", self.below.join("\n"))),
+            _ => Ok(()),
+        }
     }
 
     /// The first column is aligned to the left.
@@ -153,6 +180,12 @@ fn width(column: usize, title: &str, cell: &Cell) -> usize {
 /// Writes a line to standard output, which may be closed.
 fn write_line(text: impl AsRef<str>) -> io::Result<()> {
     writeln!(io::stdout(), "{}", text.as_ref())
+}
+
+/// A row of a document's table.
+fn barred(row: &[Cell]) -> String {
+    let cells = row.iter().map(|cell| format!(" {} |", cell.text().replace('|', "\\|").replace('_', " ")));
+    format!("|{}", cells.collect::<String>())
 }
 
 fn separated(row: &[Cell]) -> String {
@@ -190,10 +223,11 @@ mod tests {
 
     #[test]
     fn rows_are_aligned_and_separated() {
-        let table = Table { form: Form::Table, widths: vec![6, 7], rows: Vec::new() };
+        let table = Table { form: Form::Table, widths: vec![6, 7], rows: Vec::new(), below: Vec::new() };
         let row = ["a,\"b".into(), Cell::Number(1.25, 1)];
         assert_eq!(table.aligned(&row), "a,\"b       1.2");
         assert_eq!(separated(&row), "\"a,\"\"b\",1.2");
+        assert_eq!(barred(&row), "| a,\"b | 1.2 |");
         assert_eq!(separated(&[Cell::Nothing, Cell::Count(7)]), ",7");
         assert_eq!(row![("ms", 1.25), ("none", None::<usize>)][1], ("none".to_owned(), Cell::Nothing));
     }

@@ -64,7 +64,7 @@ impl TrianglesFlags {
         let mut table = self.output.start(&conditions)?;
         let mut bars = Vec::new();
         for address in &self.scenes {
-            let costs = self.measure(address, &table).with_context(|| format!("scene {address}"))?;
+            let costs = self.measure(address, &mut table).with_context(|| format!("scene {address}"))?;
             for test in &costs {
                 table.push(row(name(address), test))?;
                 let title = format!("{}, {}, {}", short_name(address), test.rays, test.name);
@@ -76,7 +76,7 @@ impl TrianglesFlags {
         self.output.finish(table, &NOTES, &chart)
     }
 
-    fn measure(&self, address: &str, table: &Table) -> Result<Vec<Costs>> {
+    fn measure(&self, address: &str, table: &mut Table) -> Result<Vec<Costs>> {
         let scene = umbrage::open(address)?;
         let mut frame = Frame::default();
         scene.pose(0.5 * scene.duration_seconds(), &mut frame)?;

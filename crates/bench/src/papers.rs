@@ -1,0 +1,288 @@
+//! The papers' experiments all over again: each table goes to a file of its own, with what it was measured by and on, and
+//! what differs from the last time is said.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::thread::available_parallelism;
+
+use anyhow::{Context, Result, bail, ensure};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// A table or figure of a paper that a command measures.
+struct Experiment {
+    /// The command's name, and the file's.
+    name: &'static str,
+    title: &'static str,
+    /// Which paper, and where in it.
+    source: &'static str,
+    flags: &'static [&'static str],
+    /// Whether it takes `--files`.
+    takes_files: bool,
+    draws: bool,
+    needs_statistics: bool,
+}
+
+impl Experiment {
+    const fn new(name: &'static str, title: &'static str, source: &'static str) -> Self {
+        Self { name, title, source, flags: &[], takes_files: false, draws: false, needs_statistics: false }
+    }
+
+    const fn drawn(self) -> Self {
+        Self { draws: true, ..self }
+    }
+
+    const fn counted(self) -> Self {
+        Self { needs_statistics: true, ..self }
+    }
+
+    const fn with_files(self) -> Self {
+        Self { takes_files: true, ..self }
+    }
+}
+
+const GUNTURY: &str = "Guntury and Narayanan 2010";
+
+/// In the papers' order.
+const EXPERIMENTS: [Experiment; 18] = [
+    Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
+        .with_files()
+        .drawn(),
+    Experiment::new("breakdown", "Where a frame's time goes", "Guntury and Narayanan 2010, Figure 10")
+        .with_files()
+        .drawn(),
+    Experiment::new("distance", "A light that moves away", "Guntury and Narayanan 2010, Figure 11").drawn(),
+    Experiment::new("mapping", "Indirect mapping", GUNTURY).drawn(),
+    Experiment::new("cells", "Sizes of cells", GUNTURY).drawn(),
+    Experiment::new("growth", "Growth with triangles, pixels and lights", GUNTURY).drawn(),
+    Experiment::new("packets", "Packets against single rays", "Wald et al. 2006, Table 3 and Figure 7").drawn(),
+    Experiment::new("culling", "What the mailbox and the frustum spare", "Wald et al. 2006, Tables 1 and 4").counted(),
+    Experiment::new("density", "Cells for each triangle", "Wald et al. 2006, Figure 6").drawn(),
+    Experiment::new("resolution", "More pixels", "Wald et al. 2006, section 4.2"),
+    Experiment::new("nested", "Grids in cells", "Wald et al. 2006, section 6"),
+    Experiment::new("kd-traversals", "Traversals of the kd-tree", "Horn et al. 2007, Tables 1 and 2"),
+    Experiment::new("kd-bounces", "Mirror bounces", "Horn et al. 2007, Figure 2").drawn(),
+    Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, chapter 4"),
+    Experiment::new("kd-entries", "Entry points and culling", "Rahikainen 2013, chapter 4"),
+    Experiment::new("kd-frames", "kd-trees for moving scenes", "Rahikainen 2013, chapter 5"),
+    Experiment::new("triangles", "Ray-triangle tests", "Rahikainen 2013, chapter 3"),
+    Experiment::new("bounce", "Incoherent rays", "Rahikainen 2013, chapter 7"),
+];
+
+#[derive(Args, Debug)]
+pub(crate) struct PaperFlags {
+    /// Experiments, by the names of their commands, such as table1
+    #[arg(required = true, value_parser = names())]
+    names: Vec<String>,
+    #[command(flatten)]
+    common: PapersFlags,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct PapersFlags {
+    /// Folder of the real scenes, for the experiments that take them
+    #[arg(long, value_name = "DIR")]
+    files: Option<PathBuf>,
+    /// The folder that the tables are written to, a file each; charts go to `images` beside it
+    #[arg(long, value_name = "DIR", default_value = "docs/papers")]
+    docs: PathBuf,
+}
+
+fn names() -> clap::builder::PossibleValuesParser {
+    clap::builder::PossibleValuesParser::new(EXPERIMENTS.iter().map(|experiment| experiment.name))
+}
+
+impl PaperFlags {
+    pub(crate) fn run(&self) -> Result<()> {
+        self.common.measure(|name| self.names.iter().any(|wanted| wanted == name))
+    }
+}
+
+impl PapersFlags {
+    pub(crate) fn run(&self) -> Result<()> {
+        self.measure(|_| true)
+    }
+
+    fn measure(&self, is_wanted: impl Fn(&str) -> bool) -> Result<()> {
+        let wanted: Vec<_> = EXPERIMENTS.iter().filter(|experiment| is_wanted(experiment.name)).collect();
+        fs::create_dir_all(&self.docs).with_context(|| format!("could not make {}", self.docs.display()))?;
+        let progress = ProgressBar::new(wanted.len() as u64);
+        progress.set_style(ProgressStyle::with_template("{bar:22} {pos} of {len}: {msg}, {elapsed}")?);
+        for experiment in wanted {
+            progress.set_message(experiment.name);
+            progress.tick();
+            let said = self.measure_one(experiment).with_context(|| format!("experiment {}", experiment.name))?;
+            progress.suspend(|| println!("{}: {said}", experiment.name));
+            progress.inc(1);
+        }
+        progress.finish_and_clear();
+        Ok(())
+    }
+
+    /// Writes an experiment's file, and says what is different in it.
+    fn measure_one(&self, experiment: &Experiment) -> Result<String> {
+        if experiment.needs_statistics && !cfg!(feature = "statistics") {
+            return Ok("left as it is; build with --features statistics to have it counted".to_owned());
+        }
+        let path = self.docs.join(experiment.name).with_extension("md");
+        let stored = fs::read_to_string(&path).unwrap_or_default();
+        let document = self.document(experiment)?;
+        fs::write(&path, &document).with_context(|| format!("could not write {}", path.display()))?;
+        Ok(if stored.is_empty() { "new".to_owned() } else { differences(&stored, &document).to_string() })
+    }
+
+    fn document(&self, experiment: &Experiment) -> Result<String> {
+        let Experiment { name, title, source, .. } = experiment;
+        let mut arguments: Vec<String> = vec![(*name).to_owned()];
+        arguments.extend(experiment.flags.iter().map(|&flag| flag.to_owned()));
+        let mut shown = arguments.clone();
+        if let (true, Some(files)) = (experiment.takes_files, &self.files) {
+            arguments.extend(["--files".to_owned(), path_text(files)?]);
+            shown.extend(["--files", "SCENES"].map(str::to_owned));
+        }
+        if experiment.draws {
+            let images = self.docs.parent().unwrap_or(Path::new(".")).join("images");
+            fs::create_dir_all(&images).with_context(|| format!("could not make {}", images.display()))?;
+            arguments.extend(["--plot".to_owned(), path_text(&images.join(name).with_extension("svg"))?]);
+        }
+        arguments.extend(["--form", "markdown"].map(str::to_owned));
+        // Each in a process of its own, so that none finds the memory of another.
+        let program = std::env::current_exe().context("this program isn't found")?;
+        let output = Command::new(program).args(&arguments).stderr(Stdio::inherit()).output()?;
+        ensure!(output.status.success(), "`umbrage-bench {}` failed", arguments.join(" "));
+        let table = String::from_utf8(output.stdout).context("its table is no text")?;
+        let mut text = format!("# {title}\n\n{source}. `umbrage-bench {}`, commit {}, ", shown.join(" "), commit());
+        let cores = available_parallelism().map_or(1, usize::from);
+        let _ = write!(
+            text,
+            "{}, {cores} {}.\n\n{}",
+            processor(),
+            if cores == 1 { "core" } else { "cores" },
+            table.trim_end()
+        );
+        if experiment.draws {
+            let _ = write!(text, "\n\n![{title}](../images/{name}.svg)");
+        }
+        Ok(text + "\n")
+    }
+}
+
+fn path_text(path: &Path) -> Result<String> {
+    match path.to_str() {
+        Some(text) => Ok(text.to_owned()),
+        None => bail!("{} is no text", path.display()),
+    }
+}
+
+/// The commit that the working directory is at, and whether it has changed since.
+fn commit() -> String {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).stderr(Stdio::null()).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let Some(commit) = git(&["rev-parse", "--short=10", "HEAD"]) else { return "unknown".to_owned() };
+    let is_changed =
+        git(&["status", "--porcelain", "--", "*.rs", "*.wgsl", "*.toml"]).is_none_or(|text| !text.is_empty());
+    if is_changed { format!("{commit} and changes") } else { commit }
+}
+
+/// What the processor calls itself, where the system says so.
+fn processor() -> String {
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    name.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
+}
+
+/// How two tables differ.
+#[derive(Debug, Default, PartialEq)]
+struct Differences {
+    /// Ratios of new numbers to old ones, with their rows and columns, the farthest from one first.
+    ratios: Vec<(f64, String)>,
+    /// Whether there are other rows or columns.
+    is_other_table: bool,
+}
+
+/// How a document's table differs from that of a stored one.
+fn differences(stored: &str, document: &str) -> Differences {
+    let [stored, new] = [stored, document].map(cells);
+    let Some((titles, rows)) = new.split_first() else { return Differences::default() };
+    let mut differences = Differences { is_other_table: stored.first() != Some(titles), ..Differences::default() };
+    if differences.is_other_table {
+        return differences;
+    }
+    differences.is_other_table = stored.len() != new.len();
+    for (old, new) in stored[1..].iter().zip(rows) {
+        for ((title, old), value) in titles.iter().zip(old).zip(new) {
+            match (old.parse::<f64>(), value.parse::<f64>()) {
+                (Ok(old), Ok(value)) if old > 0.0 && value > 0.0 => {
+                    differences.ratios.push((value / old, format!("{} {title}", new[0])));
+                }
+                (Ok(_), Ok(_)) => {}
+                _ => differences.is_other_table |= old != value,
+            }
+        }
+    }
+    let distance = |ratio: &(f64, String)| ratio.0.ln().abs();
+    differences.ratios.sort_by(|a, b| distance(b).total_cmp(&distance(a)));
+    differences
+}
+
+/// The cells of a Markdown table, row by row, its titles first.
+fn cells(document: &str) -> Vec<Vec<&str>> {
+    let rows = document.lines().filter_map(|line| line.strip_prefix("| ")?.strip_suffix(" |"));
+    rows.map(|row| row.split(" | ").map(str::trim).collect())
+        .filter(|row: &Vec<&str>| !row[0].starts_with("--"))
+        .collect()
+}
+
+impl std::fmt::Display for Differences {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        /// What two runs of the same differ by.
+        const NOISE: f64 = 1.3;
+        if self.is_other_table {
+            f.write_str("other rows, columns or words than in the stored table; ")?;
+        }
+        let far = |ratio: f64| !(1.0 / NOISE..=NOISE).contains(&ratio);
+        let count = self.ratios.iter().filter(|(ratio, _)| far(*ratio)).count();
+        write!(f, "{count} of {} numbers differ by more than {NOISE} times", self.ratios.len())?;
+        for (ratio, what) in self.ratios.iter().take_while(|(ratio, _)| far(*ratio)).take(5) {
+            write!(f, "\n    {what}: {ratio:.2} of what it was")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STORED: &str =
+        "# Title\n\n| scene | n | ms |\n| --- | --- | --- |\n| cloth | 4 | 2.0 |\n| hall | 5 | 0.0 |\n";
+
+    #[test]
+    fn what_differs_is_said() {
+        assert_eq!(differences(STORED, STORED).to_string(), "0 of 3 numbers differ by more than 1.3 times");
+        let slower = STORED.replace("2.0", "3.0");
+        let said = differences(STORED, &slower).to_string();
+        assert!(said.starts_with("1 of 3") && said.ends_with("cloth ms: 1.50 of what it was"), "{said}");
+        for other in
+            [STORED.replace("cloth", "clothes"), STORED.replace("| ms", "| s"), STORED.replace("| hall", "hall")]
+        {
+            assert!(differences(STORED, &other).is_other_table, "{other}");
+        }
+    }
+
+    #[test]
+    fn experiments_are_commands() {
+        let command = <crate::Flags as clap::CommandFactory>::command();
+        for experiment in EXPERIMENTS {
+            let command = command.find_subcommand(experiment.name).unwrap();
+            let takes = |flag: &str| command.get_arguments().any(|argument| argument.get_id() == flag);
+            assert!(takes("form"), "{}", experiment.name);
+            assert!(takes("files") || !experiment.takes_files, "{}", experiment.name);
+            assert!(takes("plot") || !experiment.draws, "{}", experiment.name);
+        }
+    }
+}
