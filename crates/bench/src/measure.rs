@@ -66,6 +66,11 @@ fn light_stages(grids: &Ours) -> Vec<(&'static str, f64)> {
 }
 
 impl Costs {
+    /// Milliseconds of a stage of the light grid's own; zero where its form doesn't have it.
+    pub(crate) fn light_stage(&self, name: &str) -> f64 {
+        self.light_stages.iter().find(|stage| stage.0 == name).map_or(0.0, |stage| stage.1)
+    }
+
     fn new(triangles: usize, grids: &Ours, log: &Log) -> Self {
         let of = |stage: fn(&Times) -> f64| median(log.iter().map(|(times, _)| stage(times)));
         let mut light_stages = light_stages(grids);

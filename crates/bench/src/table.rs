@@ -114,8 +114,9 @@ impl Table {
             self.rows.push(Value::Object(pairs.collect::<Map<_, _>>()));
             return Ok(());
         }
-        let titles: Vec<Cell> = titles.into_iter().map(Cell::Text).collect();
         if is_first {
+            let worded = |title: String| if self.form == Form::Markdown { title.replace('_', " ") } else { title };
+            let titles: Vec<Cell> = titles.into_iter().map(|title| Cell::Text(worded(title))).collect();
             self.write_row(&titles)?;
             if self.form == Form::Markdown {
                 write_line(format!("|{}", " --- |".repeat(titles.len())))?;
@@ -184,7 +185,7 @@ fn write_line(text: impl AsRef<str>) -> io::Result<()> {
 
 /// A row of a document's table.
 fn barred(row: &[Cell]) -> String {
-    let cells = row.iter().map(|cell| format!(" {} |", cell.text().replace('|', "\\|").replace('_', " ")));
+    let cells = row.iter().map(|cell| format!(" {} |", cell.text().replace('|', "\\|")));
     format!("|{}", cells.collect::<String>())
 }
 

@@ -87,20 +87,16 @@ impl DistanceFlags {
     }
 }
 
-/// Rearranging, projecting, listing, tracing and settling, and all of it. The direct form doesn't list triangles, and its
-/// `sort` is that of points.
-fn times(costs: &Costs) -> [(&'static str, Option<f64>); 6] {
-    let of = |name: &str| costs.light_stages.iter().find(|stage| stage.0 == name).map(|stage| stage.1);
-    let list = of("list").zip(of("sort")).map(|(list, sort)| list + sort);
-    let of_points = if list.is_some() { of("points") } else { of("sort") };
-    let rearranging = [of("survey"), of("map"), of_points].into_iter().flatten().sum();
-    let shadow = costs.survey + costs.shadow;
+/// Rearranging, projecting, listing, tracing and settling, and all of it. The direct form lists nothing, and rearranges as it
+/// traces.
+fn times(costs: &Costs) -> [(&'static str, f64); 6] {
+    let sum = |stages: &[&str]| stages.iter().map(|stage| costs.light_stage(stage)).sum();
     [
-        ("rearranging", Some(rearranging)),
-        ("project", of("project")),
-        ("list", list),
-        ("trace", of("trace")),
-        ("settle", of("settle")),
-        ("shadow", Some(shadow)),
+        ("rearranging", sum(&["survey", "map", "points"])),
+        ("project", sum(&["project"])),
+        ("list", sum(&["list", "sort"])),
+        ("trace", sum(&["trace"])),
+        ("settle", sum(&["settle"])),
+        ("shadow", costs.survey + costs.shadow),
     ]
 }
