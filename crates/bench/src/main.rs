@@ -81,6 +81,8 @@ enum Command {
     Density(experiments::DensityFlags),
     /// Grids inside of its cells, for scenes of uneven density
     Nested(experiments::NestedFlags),
+    /// Its sections 2.4, 3 and 4.6: macrocells, exact insertion, and packets of shadow rays that are split
+    GridOptions(experiments::GridOptionsFlags),
     /// Its section 4.2: how the time grows with the image
     Resolution(experiments::ResolutionFlags),
     /// Its Tables 1 and 4: what the mailbox and frustum culling spare (needs the feature `statistics`)
@@ -136,6 +138,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Packets(flags) => flags.run(),
         Command::Density(flags) => flags.run(),
         Command::Nested(flags) => flags.run(),
+        Command::GridOptions(flags) => flags.run(),
         Command::Resolution(flags) => flags.run(),
         Command::Culling(flags) => flags.run(),
         Command::KdBuilders(flags) => flags.run(),

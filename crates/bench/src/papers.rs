@@ -13,8 +13,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 /// A table or figure of a paper that a command measures.
 struct Experiment {
-    /// The command's name, and the file's.
+    /// The file's name.
     name: &'static str,
+    /// The command's.
+    command: &'static str,
     title: &'static str,
     /// Which paper, and where in it.
     source: &'static str,
@@ -27,7 +29,21 @@ struct Experiment {
 
 impl Experiment {
     const fn new(name: &'static str, title: &'static str, source: &'static str) -> Self {
-        Self { name, title, source, flags: &[], takes_files: false, draws: false, needs_statistics: false }
+        Self {
+            name,
+            command: name,
+            title,
+            source,
+            flags: &[],
+            takes_files: false,
+            draws: false,
+            needs_statistics: false,
+        }
+    }
+
+    /// Measured by another command than the one of its name, or with flags.
+    const fn by(self, command: &'static str, flags: &'static [&'static str]) -> Self {
+        Self { command, flags, ..self }
     }
 
     const fn drawn(self) -> Self {
@@ -43,37 +59,41 @@ impl Experiment {
     }
 }
 
-const GUNTURY: &str = "Guntury and Narayanan 2010";
-
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 18] = [
+const EXPERIMENTS: [Experiment; 20] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
+    Experiment::new("two-lights", "A frame with two lights", "Guntury and Narayanan 2010, section 5")
+        .by("table1", &["demo:forest", "--lights", "2"]),
     Experiment::new("breakdown", "Where a frame's time goes", "Guntury and Narayanan 2010, Figure 10")
         .with_files()
         .drawn(),
     Experiment::new("distance", "A light that moves away", "Guntury and Narayanan 2010, Figure 11").drawn(),
-    Experiment::new("mapping", "Indirect mapping", GUNTURY).drawn(),
-    Experiment::new("cells", "Sizes of cells", GUNTURY).drawn(),
-    Experiment::new("growth", "Growth with triangles, pixels and lights", GUNTURY).drawn(),
+    Experiment::new("mapping", "Indirect mapping", "Guntury and Narayanan 2010, section 3.2")
+        .by("mapping", &["--all-blocks"])
+        .drawn(),
+    Experiment::new("cells", "Sizes of cells", "Guntury and Narayanan 2010, section 3").drawn(),
+    Experiment::new("growth", "Growth with triangles, pixels and lights", "Guntury and Narayanan 2010, section 5")
+        .drawn(),
     Experiment::new("packets", "Packets against single rays", "Wald et al. 2006, Table 3 and Figure 7").drawn(),
     Experiment::new("culling", "What the mailbox and the frustum spare", "Wald et al. 2006, Tables 1 and 4").counted(),
     Experiment::new("density", "Cells for each triangle", "Wald et al. 2006, Figure 6").drawn(),
     Experiment::new("resolution", "More pixels", "Wald et al. 2006, section 4.2"),
-    Experiment::new("nested", "Grids in cells", "Wald et al. 2006, section 6"),
+    Experiment::new("grid-options", "Macrocells, insertion, splits", "Wald et al. 2006, sections 2.4, 3 and 4.6"),
+    Experiment::new("nested", "Grids in cells", "Wald et al. 2006, section 2.4"),
     Experiment::new("kd-traversals", "Traversals of the kd-tree", "Horn et al. 2007, Tables 1 and 2"),
     Experiment::new("kd-bounces", "Mirror bounces", "Horn et al. 2007, Figure 2").drawn(),
-    Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, chapter 4"),
-    Experiment::new("kd-entries", "Entry points and culling", "Rahikainen 2013, chapter 4"),
-    Experiment::new("kd-frames", "kd-trees for moving scenes", "Rahikainen 2013, chapter 5"),
-    Experiment::new("triangles", "Ray-triangle tests", "Rahikainen 2013, chapter 3"),
-    Experiment::new("bounce", "Incoherent rays", "Rahikainen 2013, chapter 7"),
+    Experiment::new("triangles", "Ray-triangle tests", "Rahikainen 2013, section 2.1"),
+    Experiment::new("bounce", "Incoherent rays", "Rahikainen 2013, section 3.2"),
+    Experiment::new("kd-entries", "Entry points and culling", "Rahikainen 2013, sections 3.3 and 5"),
+    Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),
+    Experiment::new("kd-frames", "kd-trees for moving scenes", "Rahikainen 2013, section 4.2"),
 ];
 
 #[derive(Args, Debug)]
 pub(crate) struct PaperFlags {
-    /// Experiments, by the names of their commands, such as table1
+    /// Experiments, by the names of their files, such as table1
     #[arg(required = true, value_parser = names())]
     names: Vec<String>,
     #[command(flatten)]
@@ -134,8 +154,8 @@ impl PapersFlags {
     }
 
     fn document(&self, experiment: &Experiment) -> Result<String> {
-        let Experiment { name, title, source, .. } = experiment;
-        let mut arguments: Vec<String> = vec![(*name).to_owned()];
+        let Experiment { name, command, title, source, .. } = experiment;
+        let mut arguments: Vec<String> = vec![(*command).to_owned()];
         arguments.extend(experiment.flags.iter().map(|&flag| flag.to_owned()));
         let mut shown = arguments.clone();
         if let (true, Some(files)) = (experiment.takes_files, &self.files) {
@@ -278,7 +298,7 @@ mod tests {
     fn experiments_are_commands() {
         let command = <crate::Flags as clap::CommandFactory>::command();
         for experiment in EXPERIMENTS {
-            let command = command.find_subcommand(experiment.name).unwrap();
+            let command = command.find_subcommand(experiment.command).unwrap();
             let takes = |flag: &str| command.get_arguments().any(|argument| argument.get_id() == flag);
             assert!(takes("form"), "{}", experiment.name);
             assert!(takes("files") || !experiment.takes_files, "{}", experiment.name);

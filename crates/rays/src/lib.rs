@@ -65,7 +65,7 @@ pub use simd::SimdLevel;
 pub use single::{SingleRays, Visit};
 pub use structure::{Specialised, Structure};
 pub use triangles::{Omitted, OmittedKind, Triangles};
-pub use uniform::{ImpossibleUniformOptions, PacketSide, UniformGrid, UniformOptions};
+pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};
 
 /// What `umbrage-study` needs of the crate's inside. Not part of the public API.
 #[doc(hidden)]

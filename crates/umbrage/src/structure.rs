@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use umbrage_rays::{
-    Bvh, Cells, Choice, DirectGrids, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, ListedGrids,
+    Bvh, Cells, Choice, DirectGrids, Insertion, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, ListedGrids,
     ListedLightOptions, ListedOptions, PacketSide, SimdLevel, UniformGrid, UniformOptions, UnknownChoice,
 };
 
@@ -191,6 +191,19 @@ impl Structure {
             OptionValues::Positive,
             Self::Grid(options) => options.cells_per_triangle,
             |value| options.cells_per_triangle = value.parse().ok()?),
+        option!("grid", "grid-macrocell", "Cells a side of macrocells, by which empty space is skipped; 1 does without",
+            OptionValues::Whole(1..=UniformOptions::LARGEST_MACROCELL),
+            Self::Grid(options) => options.macrocell,
+            |value| options.macrocell = whole(value)?),
+        option!("grid", "grid-insertion", "Which cells list a triangle",
+            OptionValues::Names(Insertion::names),
+            Self::Grid(options) => options.insertion,
+            |value| options.insertion = value.parse().ok()?),
+        option!("grid", "grid-spread",
+            "Split packets of shadow rays where inverse depths differ by more than this part of the first",
+            OptionValues::Positive,
+            Self::Grid(options) => options.shadow_spread,
+            |value| options.shadow_spread = value.parse().ok().filter(|spread: &f32| *spread > 0.0 && spread.is_finite())?),
         option!("grid", "grid-nested",
             "Let cells that list more than so many triangles hold grids of their own, for scenes of very uneven density; \
              auto: more than 64, and only in scenes with surfaces that one sees through",

@@ -1,8 +1,8 @@
 //! The structures that are tested, with their options: adding one is one line of the table.
 
 pub use umbrage_rays::{
-    Bvh, Clipping, DirectGrids, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal, KdTreeOptions, PacketSide,
-    SimdLevel, Structure, UniformOptions,
+    Bvh, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal, KdTreeOptions,
+    PacketSide, SimdLevel, Structure, UniformOptions,
 };
 use umbrage_rays::{
     Cells, KdPacketOptions, KdTree, ListedGrids, ListedLightOptions, ListedOptions, SahCosts, UniformGrid,
@@ -24,10 +24,10 @@ macro_rules! structures {
             listed_large_tiles: |level| listed(level, [64, 1, 3], true, [5, 16, 7]);
             uniform: |level| uniform(level, UniformOptions::DEFAULT);
             uniform_two: |level| uniform(level, UniformOptions { packet: PacketSide::Two, cells_per_triangle: 0.3, macrocell: 1, ..UniformOptions::DEFAULT });
-            uniform_four: |level| uniform(level, UniformOptions { packet: PacketSide::Four, ..UniformOptions::DEFAULT });
+            uniform_four: |level| uniform(level, UniformOptions { packet: PacketSide::Four, insertion: Insertion::Exact, shadow_spread: 1e-4, ..UniformOptions::DEFAULT });
             uniform_eight_dense: |level| uniform(level, UniformOptions { packet: PacketSide::Eight, cells_per_triangle: 60.0, macrocell: 4, ..UniformOptions::DEFAULT });
             uniform_nested: |level| uniform(level, UniformOptions { packet: PacketSide::Sixteen, cells_per_triangle: 0.3, nested_above: Some(8), ..UniformOptions::DEFAULT });
-            uniform_nested_all: |level| uniform(level, UniformOptions { packet: PacketSide::Eight, cells_per_triangle: 0.5, macrocell: 2, nested_above: Some(1) });
+            uniform_nested_all: |level| uniform(level, UniformOptions { packet: PacketSide::Eight, cells_per_triangle: 0.5, macrocell: 2, nested_above: Some(1), insertion: Insertion::Exact, shadow_spread: 10.0 });
             kd_presorted: |level| kd(level, KdTreeOptions::DEFAULT, KdPacketWidth::Sixteen, KdMailbox::None);
             kd_resorting: |level| kd(level, KdTreeOptions { builder: KdBuilder::Resorting, layout: KdLayout::Subtrees, traversal: KdTraversal::Restart, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Four, KdMailbox::None);
             kd_nested: |level| kd(level, KdTreeOptions { builder: KdBuilder::Nested, clipping: Clipping::Boxes, traversal: KdTraversal::PushDown, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Eight, KdMailbox::Ring);

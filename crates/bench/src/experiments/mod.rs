@@ -21,4 +21,4 @@ pub(crate) use kd_tree::{
 pub(crate) use mapping::MappingFlags;
 pub(crate) use table1::Table1Flags;
 pub(crate) use triangles::TrianglesFlags;
-pub(crate) use uniform::{CullingFlags, DensityFlags, NestedFlags, PacketsFlags, ResolutionFlags};
+pub(crate) use uniform::{CullingFlags, DensityFlags, GridOptionsFlags, NestedFlags, PacketsFlags, ResolutionFlags};

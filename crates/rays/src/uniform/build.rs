@@ -3,8 +3,9 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use rayon::prelude::*;
 
-use super::UniformGrid;
 use super::lattice::{CellBox, Lattice, VertexCells};
+use super::overlap::ExactTriangle;
+use super::{Insertion, UniformGrid};
 use crate::{Bounds, Omitted, Triangles};
 
 /// Triangles that a thread takes at once.
@@ -38,9 +39,9 @@ impl UniformGrid {
         self.survey(triangles);
         let lattice = self.choose_lattice(triangles);
         self.lattice = Some(lattice);
-        self.count(&lattice);
+        self.count(triangles, &lattice);
         self.scan();
-        self.scatter(&lattice);
+        self.scatter(triangles, &lattice);
         let end = self.ids.len() as u32;
         sort(&self.starts[..lattice.len()], end, &mut self.ids);
         self.macrocells.mark(&lattice, self.options.macrocell, &self.starts);
@@ -126,14 +127,14 @@ impl UniformGrid {
 
     /// Counts each cell's triangles, two cells on, so that [`scatter`](Self::scatter) moves starts to where they
     /// belong.
-    fn count(&mut self, lattice: &Lattice) {
-        let Self { starts, boxes, .. } = self;
+    fn count(&mut self, triangles: Triangles<'_>, lattice: &Lattice) {
+        let Self { starts, boxes, options, .. } = self;
         let len = lattice.len() + 2;
         starts.truncate(len);
         starts.par_chunks_mut(CHUNK_CELLS).for_each(|starts| starts.iter_mut().for_each(|start| *start.get_mut() = 0));
         resize(starts, len, AtomicU32::default);
         let starts = &*starts;
-        for_each_reference(lattice, boxes, |cell, _| {
+        for_each_reference(triangles, lattice, boxes, options.insertion, |cell, _| {
             starts[cell + 2].fetch_add(1, Relaxed);
         });
     }
@@ -146,8 +147,8 @@ impl UniformGrid {
     }
 
     /// Writes each triangle's id into its cells.
-    fn scatter(&self, lattice: &Lattice) {
-        for_each_reference(lattice, &self.boxes, |cell, id| {
+    fn scatter(&self, triangles: Triangles<'_>, lattice: &Lattice) {
+        for_each_reference(triangles, lattice, &self.boxes, self.options.insertion, |cell, id| {
             let index = self.starts[cell + 1].fetch_add(1, Relaxed);
             self.ids[index as usize].store(id, Relaxed);
         });
@@ -184,11 +185,39 @@ pub(super) fn scan(starts: &mut [AtomicU32], sums: &mut Vec<u32>) -> u32 {
     starts.last_mut().map_or(0, |last| *last.get_mut())
 }
 
-/// Calls `visit` with each cell's index and the id of each triangle whose box overlaps it, on all threads.
-fn for_each_reference(lattice: &Lattice, boxes: &[CellBox], visit: impl Fn(usize, u32) + Sync) {
+/// Calls `visit` with each cell's index and the id of each triangle in it, on all threads.
+fn for_each_reference(
+    triangles: Triangles<'_>,
+    lattice: &Lattice,
+    boxes: &[CellBox],
+    insertion: Insertion,
+    visit: impl Fn(usize, u32) + Sync,
+) {
     boxes.par_chunks(CHUNK).enumerate().for_each(|(chunk, boxes)| {
         for (index, cells) in boxes.iter().enumerate() {
-            lattice.for_each_of(cells, |cell| visit(cell, (chunk * CHUNK + index) as u32));
+            let id = (chunk * CHUNK + index) as u32;
+            for_each_cell(triangles, lattice, (id, cells), insertion, |cell| visit(cell, id));
+        }
+    });
+}
+
+/// Calls `visit` with the index of each cell that lists the triangle `id`, whose box overlaps `cells`.
+#[inline(always)]
+pub(super) fn for_each_cell(
+    triangles: Triangles<'_>,
+    lattice: &Lattice,
+    (id, cells): (u32, &CellBox),
+    insertion: Insertion,
+    mut visit: impl FnMut(usize),
+) {
+    // One or two cells of a box are mostly all the triangle's own.
+    if insertion == Insertion::Boxes || cells.len() <= 2 {
+        return lattice.for_each_of(cells, |_, cell| visit(cell));
+    }
+    let triangle = ExactTriangle::new(lattice, triangles.corners(id));
+    lattice.for_each_of(cells, |at, cell| {
+        if triangle.overlaps(at) {
+            visit(cell);
         }
     });
 }

@@ -126,13 +126,13 @@ impl Lattice {
         (z as usize * self.cells.y as usize + y as usize) * self.cells.x as usize + x as usize
     }
 
-    /// Calls `visit` with the index of each cell of a box.
+    /// Calls `visit` with each cell of a box and its index.
     #[inline(always)]
-    pub(super) fn for_each_of(&self, cells: &CellBox, mut visit: impl FnMut(usize)) {
+    pub(super) fn for_each_of(&self, cells: &CellBox, mut visit: impl FnMut([u32; 3], usize)) {
         for z in cells.range(2) {
             for y in cells.range(1) {
                 let row = self.index(0, y, z);
-                cells.range(0).for_each(|x| visit(row + x as usize));
+                cells.range(0).for_each(|x| visit([x, y, z], row + x as usize));
             }
         }
     }

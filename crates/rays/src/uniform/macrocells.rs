@@ -49,7 +49,8 @@ impl Blocks<'_> {
     /// Whether some cell of the macrocell holds a triangle.
     #[inline(always)]
     pub(super) fn is_occupied(&self, x: u32, y: u32, z: u32) -> bool {
-        self.occupied[((z * self.count.y + y) * self.count.x + x) as usize]
+        // Macrocells of one cell are none, and nothing is skipped.
+        self.side == 1 || self.occupied[((z * self.count.y + y) * self.count.x + x) as usize]
     }
 }
 

@@ -13,6 +13,7 @@ mod frustum;
 mod lattice;
 mod macrocells;
 mod nested;
+mod overlap;
 mod see;
 mod shadow;
 mod slices;
@@ -23,7 +24,8 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
-use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenPixels, Shot, Work};
+use crate::choices;
+use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenPixels, Shot, Tally, Work};
 use crate::{Bounds, ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles};
 use build::Chunk;
 pub use bundle::PacketSide;
@@ -34,24 +36,53 @@ use macrocells::Macrocells;
 use nested::Nested;
 pub use slices::{Beam, Scratch, Visitor};
 
+/// How triangles come into cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Insertion {
+    /// Into each cell that their bounding box overlaps: what the paper found to be faster in all.
+    #[default]
+    Boxes,
+    /// Into each cell that they overlap themselves: fewer references, and more work for each.
+    Exact,
+}
+
+choices! { Insertion, "insertion":
+    "boxes" => Boxes, "into each cell that a triangle's bounding box overlaps";
+    "exact" => Exact, "into each cell that the triangle itself overlaps";
+}
+
 /// What a [`UniformGrid`] is like.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UniformOptions {
     /// λ of the paper's §3: cells for each triangle.
     pub cells_per_triangle: f64,
-    /// M of the paper's §2.4: cells along an edge of a macrocell.
+    /// M of the paper's §2.4: cells along an edge of a macrocell; 1 does without macrocells.
     pub macrocell: u32,
+    /// How triangles come into cells (§3).
+    pub insertion: Insertion,
     /// How many rays are traced together.
     pub packet: PacketSide,
     /// Cells that list more triangles than this hold grids of their own where that pays, and so may those grids' cells: for
     /// scenes of very uneven density. `None`: no cell does.
     pub nested_above: Option<u32>,
+    /// The part of a point's inverse distance from the camera by which others' may differ that shadow rays are traced with
+    /// (§4.6): packets are split at silhouettes.
+    ///
+    /// From 1/50 to 1/16 is about the best on all of the gallery: 1/4 takes 1.3 times as long in `demo:cloth` and 2.4 times
+    /// in `demo:shatter`, 1 up to eleven times.
+    pub shadow_spread: f32,
 }
 
 impl UniformOptions {
     /// The paper's, but for larger packets.
-    pub const DEFAULT: Self =
-        Self { cells_per_triangle: 6.0, macrocell: 6, packet: PacketSide::ThirtyTwo, nested_above: None };
+    pub const DEFAULT: Self = Self {
+        cells_per_triangle: 6.0,
+        macrocell: 6,
+        insertion: Insertion::Boxes,
+        packet: PacketSide::ThirtyTwo,
+        nested_above: None,
+        shadow_spread: 0.05,
+    };
 
     /// The same, with grids inside of crowded cells.
     ///
@@ -59,18 +90,24 @@ impl UniformOptions {
     /// busy cores packets of 512² rays to such a ball took 40 ms instead of 7800 ms, single ones 3.8 µs instead of 6500 µs
     /// and builds 47 ms instead of 10 ms, with 146 bytes a triangle instead of 51. Even scenes have no such cells.
     pub const NESTED: Self = Self { nested_above: Some(64), ..Self::DEFAULT };
+
+    /// The most cells along an edge of a macrocell.
+    pub const LARGEST_MACROCELL: u32 = 64;
 }
 
 impl UniformOptions {
     /// Whether a grid can be like this.
     ///
     /// # Errors
-    /// If λ isn't above zero and finite, macrocells aren't of 1 to 64 cells along an edge, or cells that list a single
-    /// triangle should hold grids.
+    /// If λ or the spread isn't above zero and finite, macrocells aren't of 1 to 64 cells along an edge, or cells that list
+    /// a single triangle should hold grids.
     pub fn check(self) -> Result<(), ImpossibleUniformOptions> {
-        let Self { cells_per_triangle, macrocell, nested_above, .. } = self;
-        let is_dense = cells_per_triangle > 0.0 && cells_per_triangle.is_finite();
-        let is_possible = is_dense && (1..=64).contains(&macrocell) && nested_above != Some(0);
+        let Self { cells_per_triangle, macrocell, nested_above, shadow_spread, .. } = self;
+        let is_positive = |number: f64| number > 0.0 && number.is_finite();
+        let is_possible = is_positive(cells_per_triangle)
+            && is_positive(shadow_spread.into())
+            && (1..=Self::LARGEST_MACROCELL).contains(&macrocell)
+            && nested_above != Some(0);
         if is_possible { Ok(()) } else { Err(ImpossibleUniformOptions(self)) }
     }
 }
@@ -84,8 +121,8 @@ impl Default for UniformOptions {
 /// Options that no uniform grid can have.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "a uniform grid can't have {} cells a triangle and macrocells of {}³ cells{}",
-    .0.cells_per_triangle, .0.macrocell,
+    "a uniform grid can't have {} cells a triangle, macrocells of {}³ cells and shadow packets of spread {}{}",
+    .0.cells_per_triangle, .0.macrocell, .0.shadow_spread,
     .0.nested_above.map_or(String::new(), |above| format!(", and grids inside of cells of more than {above} triangles"))
 )]
 pub struct ImpossibleUniformOptions(pub UniformOptions);
@@ -118,6 +155,8 @@ pub struct UniformGrid {
     chunks: Vec<Chunk>,
     bounds: Bounds,
     omitted: Omitted,
+    /// What single rays took.
+    visits: Tally,
     /// One for each thread.
     workers: Vec<Mutex<Box<Worker>>>,
 }
@@ -183,6 +222,12 @@ impl UniformGrid {
     #[must_use]
     pub fn nested_references(&self) -> usize {
         self.nested.references()
+    }
+
+    /// What single rays took since the last time, and forgets it. All zeros without the feature `statistics`.
+    #[must_use]
+    pub fn take_visits(&self) -> Counts {
+        self.visits.take()
     }
 
     /// Whether two grids list the same triangles in the same cells, in the same order.

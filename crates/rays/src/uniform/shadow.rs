@@ -20,12 +20,6 @@ use crate::simd::lanes::bits_of;
 /// Words of a tile: one for each block.
 const TILE_BLOCKS: usize = TileOrder::TILE_PIXELS / TileOrder::BLOCK_PIXELS;
 
-/// The part of a hit's inverse depth by which others may differ that are traced with it (Wald et al. 2006, §4.6).
-///
-/// From 1/50 to 1/16 is about the best on all of the gallery: 1/4 takes 1.3 times as long in `demo:cloth` and 2.4 times in
-/// `demo:shatter`, 1 up to eleven times.
-const MOST_SPREAD: f32 = 0.05;
-
 impl UniformGrid {
     /// Finds which of the points that the pixels of `shot` have `seen` are lit by `light`.
     ///
@@ -160,7 +154,7 @@ impl LightTrace<'_> {
         };
         let group = Group::of(direction);
         let is_parallel = matches!(self.light, LightSource::Directional { .. });
-        bundle.start_group(simd, group, (block, lane), !is_parallel, Some(MOST_SPREAD));
+        bundle.start_group(simd, group, (block, lane), !is_parallel, Some(self.grid.options.shadow_spread));
         let packet = if group.has(direction) {
             Some(if is_parallel { self.column(simd, bundle, direction) } else { self.fan(simd, bundle) })
         } else {

@@ -8,6 +8,7 @@ use super::UniformGrid;
 use super::cells::Cells;
 use super::lattice::Lattice;
 use super::macrocells::Blocks;
+use crate::shot::Steps;
 use crate::{Ray, Triangles, Visit};
 
 impl Visit for UniformGrid {
@@ -24,7 +25,9 @@ impl Visit for UniformGrid {
         test: impl FnMut(u32, &mut f64) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let Some(cells) = self.scene_cells() else { return ControlFlow::Continue(()) };
-        let mut search = Search { ray, t_max: ray.t_max, mailbox: [u32::MAX; MAILBOX], test };
+        let mut steps = Steps::new(&self.visits);
+        steps.note(|counts| counts.rays += 1);
+        let mut search = Search { ray, t_max: ray.t_max, mailbox: [u32::MAX; MAILBOX], steps, test };
         search.visit(&cells, &self.ids)
     }
 }
@@ -35,6 +38,7 @@ struct Search<'a, F> {
     /// Nothing behind it matters.
     t_max: f64,
     mailbox: [u32; MAILBOX],
+    steps: Steps<'a>,
     test: F,
 }
 
@@ -57,6 +61,7 @@ impl<F: FnMut(u32, &mut f64) -> ControlFlow<()>> Search<'_, F> {
             }
             let [x, y, z] = walk.cell.to_array().map(|at| at as u32);
             let index = cells.lattice.index(x, y, z);
+            self.steps.note(|counts| counts.cells += 1);
             let listed = cells.listed(index, index);
             if listed.len() <= cells.most {
                 self.test(listed)?;
@@ -83,7 +88,10 @@ impl<F: FnMut(u32, &mut f64) -> ControlFlow<()>> Search<'_, F> {
     fn test(&mut self, ids: &[AtomicU32]) -> ControlFlow<()> {
         for id in ids.iter().map(|id| id.load(Relaxed)) {
             // Neighbouring cells mostly share triangles.
-            if std::mem::replace(&mut self.mailbox[id as usize % MAILBOX], id) != id {
+            if std::mem::replace(&mut self.mailbox[id as usize % MAILBOX], id) == id {
+                self.steps.note(|counts| counts.mailbox_hits += 1);
+            } else {
+                self.steps.note(|counts| counts.tests += 1);
                 (self.test)(id, &mut self.t_max)?;
             }
         }

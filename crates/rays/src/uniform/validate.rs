@@ -3,6 +3,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use glam::{DVec3, Vec3};
 
 use super::UniformGrid;
+use super::build::for_each_cell;
 use super::cells::Cells;
 use super::lattice::Lattice;
 use crate::Triangles;
@@ -12,7 +13,7 @@ impl UniformGrid {
     ///
     /// # Errors
     /// Names the first cell or triangle that breaks a rule: every usable triangle is in each cell that its grown box
-    /// overlaps, and nowhere else; ids ascend in each cell; macrocells are occupied
+    /// (or, with [`Insertion::Exact`](super::Insertion::Exact), it itself) overlaps, and nowhere else; ids ascend in each cell; macrocells are occupied
     /// if one of their cells is; references are no more than the limit, and as many again in grids inside of cells; and
     /// such a grid is inside of one cell, reaches around what of the cell's triangles is in it, and lists all of them.
     pub fn check(&self, triangles: Triangles<'_>) -> Result<(), String> {
@@ -64,7 +65,9 @@ impl UniformGrid {
             }
         }
         for (&id, &found) in listed.iter().zip(&found) {
-            let expected = lattice.cells_around(triangles.corners(id)).len();
+            let mut expected = 0;
+            let around = lattice.cells_around(triangles.corners(id));
+            for_each_cell(triangles, lattice, (id, &around), self.options.insertion, |_| expected += 1);
             if found != expected {
                 return Err(format!("triangle {id} is in {found} cells instead of {expected}"));
             }

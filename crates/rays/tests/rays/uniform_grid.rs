@@ -1,7 +1,7 @@
 //! The uniform grid, ray by ray, against the hierarchy and the predicate asked about every triangle.
 
 use glam::{DVec3, Vec3};
-use umbrage_rays::{Bvh, Hit, Ray, SingleRays as _, Structure as _, Triangles, UniformGrid, UniformOptions};
+use umbrage_rays::{Bvh, Hit, Insertion, Ray, SingleRays as _, Structure as _, Triangles, UniformGrid, UniformOptions};
 
 use crate::support::{self, Mesh, Random, nearest_of_all as nearest, random_ray};
 
@@ -12,7 +12,7 @@ fn corner_of(grid: &UniformGrid, cell: [u32; 3]) -> DVec3 {
 }
 
 /// Grids of every kind.
-fn options() -> [UniformOptions; 6] {
+fn options() -> [UniformOptions; 8] {
     let plain = UniformOptions::DEFAULT;
     let nested = UniformOptions { nested_above: Some(8), ..plain };
     [
@@ -23,6 +23,8 @@ fn options() -> [UniformOptions; 6] {
         UniformOptions { cells_per_triangle: 0.1, ..nested },
         UniformOptions { cells_per_triangle: 0.5, macrocell: 2, ..nested },
         UniformOptions { nested_above: Some(1), ..plain },
+        UniformOptions { insertion: Insertion::Exact, ..plain },
+        UniformOptions { insertion: Insertion::Exact, ..nested },
     ]
 }
 
@@ -268,6 +270,17 @@ fn large_triangles_do_not_fill_memory() {
 }
 
 #[test]
+fn exact_insertion_makes_fewer_references() {
+    let mesh = Mesh::soup(&mut Random(3), 2000, 0.3);
+    let references = [Insertion::Boxes, Insertion::Exact].map(|insertion| {
+        let grid = grid(mesh.triangles(), UniformOptions { insertion, ..UniformOptions::DEFAULT });
+        assert!(insertion.to_string().parse() == Ok(insertion));
+        grid.references()
+    });
+    assert!(3 * references[1] < 2 * references[0], "{references:?}");
+}
+
+#[test]
 fn impossible_options_are_refused() {
     let mut grid = UniformGrid::default();
     for cells_per_triangle in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -276,6 +289,9 @@ fn impossible_options_are_refused() {
     }
     for macrocell in [0, 65] {
         assert!(grid.set_options(UniformOptions { macrocell, ..UniformOptions::DEFAULT }).is_err());
+    }
+    for shadow_spread in [0.0, -0.1, f32::NAN, f32::INFINITY] {
+        assert!(grid.set_options(UniformOptions { shadow_spread, ..UniformOptions::DEFAULT }).is_err());
     }
     let nested = UniformOptions { nested_above: Some(0), ..UniformOptions::DEFAULT };
     assert!(grid.set_options(nested).unwrap_err().to_string().contains("more than 0 triangles"));

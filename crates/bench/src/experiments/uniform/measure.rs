@@ -1,5 +1,5 @@
 use anyhow::{Context, Result};
-use umbrage::rays::{Counts, SeenPixels, Structure as _, UniformGrid, UniformOptions, ray_by_ray};
+use umbrage::rays::{Counts, LightMask, SeenPixels, Structure as _, UniformGrid, UniformOptions, ray_by_ray};
 use umbrage::scene::Frame;
 
 use crate::flags::AnimationFlags;
@@ -12,6 +12,8 @@ use crate::shot::{Lights, Shot, moments};
 pub(super) enum Way {
     /// In packets, as the options say.
     Packets,
+    /// In packets, and so are the first light's.
+    PacketsAndShadows,
     /// One at a time, from cell to cell.
     Single,
 }
@@ -27,6 +29,7 @@ pub(super) struct Costs {
     pub(super) bytes: usize,
     pub(super) build: f64,
     pub(super) see: f64,
+    pub(super) shadow: f64,
     /// Of the last frame.
     pub(super) counts: Counts,
 }
@@ -55,32 +58,36 @@ struct Trial {
     grid: UniformGrid,
     way: Way,
     seen: SeenPixels,
+    mask: LightMask,
     counts: Counts,
-    /// Milliseconds to build, and to see.
-    times: Vec<[f64; 2]>,
+    /// Milliseconds to build, to see and to shadow.
+    times: Vec<[f64; 3]>,
 }
 
 impl Trial {
     fn new((options, way): (UniformOptions, Way), flags: &AnimationFlags) -> Result<Self> {
         let mut grid = UniformGrid::with_level(flags.simd.unwrap_or_default());
         grid.set_options(options)?;
-        Ok(Self { grid, way, seen: SeenPixels::default(), counts: Counts::default(), times: Vec::new() })
+        let (seen, mask) = (SeenPixels::default(), LightMask::default());
+        Ok(Self { grid, way, seen, mask, counts: Counts::default(), times: Vec::new() })
     }
 
     fn run(&mut self, shot: &Shot<'_>, is_counted: bool) {
-        let Self { grid, way, seen, counts, times } = self;
-        let (triangles, mut spent) = (shot.frame.triangles(), [0.0; 2]);
+        let Self { grid, way, seen, mask, counts, times } = self;
+        let (triangles, mut spent) = (shot.frame.triangles(), [0.0; 3]);
         time(&mut spent[0], || grid.build(triangles));
+        let opacities = shot.opacities();
+        let question = shot.question(&opacities, &shot.samples[0]);
         time(&mut spent[1], || match way {
-            Way::Packets => {
-                let opacities = shot.opacities();
-                *counts = grid.see(&shot.question(&opacities, &shot.samples[0]), seen);
-            }
+            Way::Packets | Way::PacketsAndShadows => *counts = grid.see(&question, seen),
             Way::Single => {
-                let opacities = shot.opacities();
-                ray_by_ray::see(&*grid, &shot.question(&opacities, &shot.samples[0]), seen);
+                ray_by_ray::see(&*grid, &question, seen);
+                *counts = grid.take_visits();
             }
         });
+        if let (Way::PacketsAndShadows, Some(light)) = (way, shot.lights.first()) {
+            time(&mut spent[2], || grid.shadow(&question, seen, light, mask));
+        }
         if is_counted {
             times.push(spent);
         }
@@ -90,6 +97,7 @@ impl Trial {
         let of = |stage: usize| median(self.times.iter().map(|times| times[stage]));
         let references = self.grid.references() + self.grid.nested_references();
         let (nested_grids, bytes) = (self.grid.nested_grids(), self.grid.bytes().triangles);
-        Costs { triangles, references, nested_grids, bytes, build: of(0), see: of(1), counts: self.counts }
+        let [build, see, shadow] = [0, 1, 2].map(of);
+        Costs { triangles, references, nested_grids, bytes, build, see, shadow, counts: self.counts }
     }
 }

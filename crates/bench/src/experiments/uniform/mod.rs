@@ -4,11 +4,13 @@ mod culling;
 mod density;
 mod measure;
 mod nested;
+mod options;
 mod packets;
 mod resolution;
 
 pub(crate) use culling::CullingFlags;
 pub(crate) use density::DensityFlags;
 pub(crate) use nested::NestedFlags;
+pub(crate) use options::GridOptionsFlags;
 pub(crate) use packets::PacketsFlags;
 pub(crate) use resolution::ResolutionFlags;

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::super::build::{CHUNK, CHUNK_CELLS, resize, scan, sort};
+use super::super::build::{CHUNK, CHUNK_CELLS, for_each_cell, resize, scan, sort};
 use super::super::lattice::{CellBox, Lattice};
 use super::super::{UniformGrid, UniformOptions, macrocells};
 use super::{Nested, NestedGrid};
@@ -87,7 +87,7 @@ impl UniformGrid {
             nested.find(&self.starts, 0..lattice.len());
             nested.list_crowds(&self.starts, [(lattice, 0)].into_iter(), 0);
             nested.plan(triangles, &self.ids, &self.options, usable);
-            let mut level = nested.add_level(Some(&self.ids), &self.options);
+            let mut level = nested.add_level(triangles, Some(&self.ids), &self.options);
             for _ in 1..MOST_LEVELS {
                 if level.is_empty() {
                     break;
@@ -127,7 +127,7 @@ impl Nested {
         self.list_crowds(&starts, parents, self.scene_intervals);
         self.plan(triangles, &ids, options, usable);
         (self.starts, self.ids, self.grids) = (starts, ids, grids);
-        self.add_level(None, options)
+        self.add_level(triangles, None, options)
     }
 
     /// Finds the cells that list many triangles.
@@ -198,7 +198,12 @@ impl Nested {
 
     /// Adds the grids that were chosen, which are returned. The crowds' triangles are in `scene_ids`, if they are the
     /// scene's cells', else in those of grids that were added before.
-    fn add_level(&mut self, scene_ids: Option<&[AtomicU32]>, options: &UniformOptions) -> Range<usize> {
+    fn add_level(
+        &mut self,
+        triangles: Triangles<'_>,
+        scene_ids: Option<&[AtomicU32]>,
+        options: &UniformOptions,
+    ) -> Range<usize> {
         let (first_grid, first_cell, first_id) = (self.grids.len(), self.cell_count, self.references);
         let first_macrocell = self.add_grids(options);
         let Self { grids, starts, ids, occupied, building, .. } = self;
@@ -220,7 +225,10 @@ impl Nested {
             let boxes = &boxes[crowd.first_box..][..crowd.len()];
             ids[crowd.range()].par_chunks(CHUNK).zip(boxes.par_chunks(CHUNK)).for_each(|(ids, boxes)| {
                 for (id, cells) in ids.iter().zip(boxes) {
-                    grid.lattice.for_each_of(cells, |cell| work(grid.first as usize + cell, id.load(Relaxed)));
+                    let id = id.load(Relaxed);
+                    for_each_cell(triangles, &grid.lattice, (id, cells), options.insertion, |cell| {
+                        work(grid.first as usize + cell, id);
+                    });
                 }
             });
         };
