@@ -165,6 +165,7 @@ fn flag(option: &'static StructureOption, heading: &'static str) -> Arg {
         OptionValues::Whole(range) => ("N", format!(", {} to {}", range.start(), range.end()), Vec::new()),
         OptionValues::WholeOrAuto(_) => ("N", String::new(), Vec::new()),
         OptionValues::Positive => ("NUMBER", ", above 0".to_owned(), Vec::new()),
+        OptionValues::Share => ("NUMBER", ", 0 to 1".to_owned(), Vec::new()),
     };
     let flag = flag.value_name(value_name).help(format!("{}{range} [default: {default}]", option.about));
     if names.is_empty() {

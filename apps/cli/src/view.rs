@@ -104,6 +104,7 @@ mod tests {
                     OptionValues::Whole(range) => vec![range.start().to_string(), range.end().to_string()],
                     OptionValues::WholeOrAuto(range) => vec![range.start().to_string(), "auto".to_owned()],
                     OptionValues::Positive => vec!["0.1".to_owned(), "33.3".to_owned()],
+                    OptionValues::Share => vec!["0".to_owned(), "0.3".to_owned()],
                     OptionValues::Switch => vec!["true".to_owned(), "false".to_owned()],
                 };
                 for value in values {

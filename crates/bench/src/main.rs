@@ -89,6 +89,8 @@ enum Command {
     Culling(experiments::CullingFlags),
     /// The kd-tree's builders: how long they take, how good the tree is, and how fast rays go through it
     KdBuilders(experiments::KdBuildersFlags),
+    /// The surface area heuristic without its parts: clipping, the bonus for empty space, mailboxes, when to stop
+    KdAblations(experiments::KdAblationsFlags),
     /// Horn et al. 2007, Tables 1 and 2: traversals of the kd-tree, one ray at a time and in packets
     KdTraversals(experiments::KdTraversalsFlags),
     /// Its Figure 2: how mirror bounces slow rays down
@@ -142,6 +144,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Resolution(flags) => flags.run(),
         Command::Culling(flags) => flags.run(),
         Command::KdBuilders(flags) => flags.run(),
+        Command::KdAblations(flags) => flags.run(),
         Command::KdTraversals(flags) => flags.run(),
         Command::KdBounces(flags) => flags.run(),
         Command::KdEntries(flags) => flags.run(),

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage::rays::predicate::HitPoint;
-use umbrage::rays::{Hit, KdTree, Ray, SingleRays as _, Triangles};
+use umbrage::rays::{Hit, KdTree, LightSource, Ray, SingleRays as _, Triangles};
 
 use crate::shot::Shot;
 
@@ -53,6 +53,21 @@ pub(crate) fn mirrored(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits) -> V
         Some(same_for_all(origin, direction - normal * (2.0 * normal.dot(direction))))
     };
     rays.iter().zip(hits).filter_map(mirrored).collect()
+}
+
+/// The rays from what rays hit to a light; of the first light, or of one from above.
+pub(crate) fn to_light(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits, light: Option<&LightSource>) -> Vec<Ray> {
+    let to_light = |(ray, hit): (&Ray, &Option<Hit>)| {
+        let (point, _) = point_off(triangles, ray, hit.as_ref()?);
+        Some(match light {
+            Some(LightSource::Point { position } | LightSource::Spot { position, .. }) => {
+                Ray { t_max: 1.0, ..same_for_all(point, position.as_dvec3() - point) }
+            }
+            Some(LightSource::Directional { direction }) => same_for_all(point, -direction.as_dvec3()),
+            None => same_for_all(point, DVec3::Y),
+        })
+    };
+    rays.iter().zip(hits).filter_map(to_light).collect()
 }
 
 /// A hit's point, far enough from the surface for single precision, and the normal on the ray's side.

@@ -98,7 +98,7 @@ mod tests {
     use std::str::FromStr;
 
     use super::*;
-    use crate::{KdBuilder, KdLayout, KdTraversal, PacketSide};
+    use crate::{Clipping, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal, PacketSide};
 
     fn is_a_table<T: Choice + Debug + Display + FromStr<Err = UnknownChoice>>() {
         for &(name, value, about) in T::CHOICES {
@@ -118,6 +118,9 @@ mod tests {
         is_a_table::<KdBuilder>();
         is_a_table::<KdLayout>();
         is_a_table::<KdTraversal>();
+        is_a_table::<Clipping>();
+        is_a_table::<KdPacketWidth>();
+        is_a_table::<KdMailbox>();
         is_a_table::<PacketSide>();
     }
 

@@ -7,8 +7,9 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use umbrage_rays::{
-    Bvh, Cells, Choice, DirectGrids, Insertion, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, ListedGrids,
-    ListedLightOptions, ListedOptions, PacketSide, SimdLevel, UniformGrid, UniformOptions, UnknownChoice,
+    Bvh, Cells, Choice, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal,
+    KdTree, KdTreeOptions, ListedGrids, ListedLightOptions, ListedOptions, PacketSide, SahCosts, SimdLevel,
+    UniformGrid, UniformOptions, UnknownChoice,
 };
 
 use crate::Error;
@@ -137,6 +138,8 @@ pub enum OptionValues {
     WholeOrAuto(RangeInclusive<u32>),
     /// A finite number above 0.
     Positive,
+    /// A number from 0 to 1.
+    Share,
     /// `true` or `false`.
     Switch,
 }
@@ -218,16 +221,50 @@ impl Structure {
             OptionValues::Names(KdBuilder::names),
             Self::KdTree(options) => options.builder,
             |value| options.builder = value.parse().ok()?),
+        option!("kdtree", "kd-clipping", "What is kept of a triangle that a plane cuts",
+            OptionValues::Names(Clipping::names),
+            Self::KdTree(options) => options.clipping,
+            |value| options.clipping = value.parse().ok()?),
+        option!("kdtree", "kd-step-cost", "What the surface area heuristic charges for a step to a child",
+            OptionValues::Positive,
+            Self::KdTree(options) => options.costs.step,
+            |value| options.costs.step = value.parse().ok()?),
+        option!("kdtree", "kd-test-cost", "What it charges for the test of a triangle",
+            OptionValues::Positive,
+            Self::KdTree(options) => options.costs.test,
+            |value| options.costs.test = value.parse().ok()?),
+        option!("kdtree", "kd-empty-cost", "What the costs of a plane that cuts off empty space are multiplied with",
+            OptionValues::Share,
+            Self::KdTree(options) => options.costs.empty,
+            |value| options.costs.empty = value.parse().ok()?),
+        option!("kdtree", "kd-charge-twice",
+            "Charge for two tests of a triangle on both sides of a plane, although rays remember the first",
+            OptionValues::Switch,
+            Self::KdTree(options) => !options.costs.mailbox,
+            |value| options.costs.mailbox = value != "true"),
+        option!("kdtree", "kd-failures",
+            "How many planes on the way to a leaf may cost more than they save",
+            OptionValues::Whole(0..=SahCosts::MOST_FAILURES),
+            Self::KdTree(options) => options.costs.failures,
+            |value| options.costs.failures = whole(value)?),
         option!("kdtree", "kd-layout", "How nodes lie in memory",
             OptionValues::Names(KdLayout::names),
             Self::KdTree(options) => options.layout,
             |value| options.layout = value.parse().ok()?),
-        option!("kdtree", "kd-traversal", "How single rays are led to leaves",
+        option!("kdtree", "kd-traversal", "How rays are led to leaves, alone and in packets",
             OptionValues::Names(KdTraversal::names),
             Self::KdTree(options) => options.traversal,
             |value| options.traversal = value.parse().ok()?),
+        option!("kdtree", "kd-packet", "Camera and shadow rays of a packet",
+            OptionValues::Names(KdPacketWidth::names),
+            Self::KdTree(options) => options.packets.width,
+            |value| options.packets.width = value.parse().ok()?),
+        option!("kdtree", "kd-mailbox", "Which triangles packets remember to have tested",
+            OptionValues::Names(KdMailbox::names),
+            Self::KdTree(options) => options.packets.mailbox,
+            |value| options.packets.mailbox = value.parse().ok()?),
         option!("kdtree", "kd-lazy",
-            "Build nodes of fewer triangles than this when a ray first reaches them; 0 builds all at once",
+            "Build nodes of fewer triangles than this when rays first reach them; 0 builds all at once",
             OptionValues::Whole(0..=KdTreeOptions::MOST_LAZY),
             Self::KdTree(options) => options.lazy_below,
             |value| options.lazy_below = whole(value)?),
@@ -290,6 +327,10 @@ impl OptionValues {
             Self::Positive => {
                 let is_positive = value.parse().is_ok_and(|value: f64| value > 0.0 && value.is_finite());
                 is_positive.then_some(()).ok_or_else(|| "give a number above 0".to_owned())
+            }
+            Self::Share => {
+                let is_share = value.parse().is_ok_and(|value: f64| (0.0..=1.0).contains(&value));
+                is_share.then_some(()).ok_or_else(|| "give a number from 0 to 1".to_owned())
             }
             Self::Switch => {
                 matches!(value, "true" | "false").then_some(()).ok_or_else(|| "give `true` or `false`".to_owned())
@@ -385,6 +426,7 @@ mod tests {
                 vec![range.end().to_string(), 48.min(*range.end()).to_string()]
             }
             OptionValues::Positive => vec!["0.25".to_owned(), "100".to_owned()],
+            OptionValues::Share => vec!["0".to_owned(), "0.3".to_owned(), "1".to_owned()],
             OptionValues::Switch => vec!["true".to_owned(), "false".to_owned()],
         }
     }
@@ -439,6 +481,11 @@ mod tests {
             ("kdtree:kd-builder=fast", "choose one of naive"),
             ("kdtree:kd-traversal=short-stack:49", "1 to 48"),
             ("kdtree:kd-lazy=4097", "from 0 to 4096"),
+            ("kdtree:kd-packet=5", "choose one of 4, 8, 16"),
+            ("kdtree:kd-test-cost=0", "a number above 0"),
+            ("kdtree:kd-empty-cost=1.5", "a number from 0 to 1"),
+            ("kdtree:kd-empty-cost=NaN", "a number from 0 to 1"),
+            ("kdtree:kd-charge-twice=no", "`true` or `false`"),
         ] {
             let refused = text.parse::<Structure>().unwrap_err().to_string();
             assert!(refused.contains(why), "{text}: {refused}");

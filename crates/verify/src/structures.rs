@@ -35,8 +35,13 @@ macro_rules! structures {
             kd_binned: |level| kd(level, KdTreeOptions { costs: LARGE_LEAVES, ..KdTreeOptions::FAST }, KdPacketWidth::Sixteen, KdMailbox::Ring);
             kd_streaming: |level| kd(level, KdTreeOptions { builder: KdBuilder::Streaming, traversal: KdTraversal::ShortStack(3), ..KdTreeOptions::DEFAULT }, KdPacketWidth::Four, KdMailbox::Hashed);
             kd_adaptive: |level| kd(level, KdTreeOptions { builder: KdBuilder::Adaptive, clipping: Clipping::Boxes, layout: KdLayout::Subtrees, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Eight, KdMailbox::None);
+            kd_spatial: |level| kd(level, KdTreeOptions { builder: KdBuilder::SpatialMedian, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Sixteen, KdMailbox::Hashed);
+            kd_spatial_in_turn: |level| kd(level, KdTreeOptions { builder: KdBuilder::SpatialInTurn, lazy_below: 50, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Four, KdMailbox::Ring);
+            kd_object: |level| kd(level, KdTreeOptions { builder: KdBuilder::ObjectMedian, clipping: Clipping::Boxes, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Eight, KdMailbox::None);
+            kd_object_in_turn: |level| kd(level, KdTreeOptions { builder: KdBuilder::ObjectInTurn, traversal: KdTraversal::PushDown, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Sixteen, KdMailbox::Ring);
             kd_lazy: |level| kd(level, KdTreeOptions { layout: KdLayout::Subtrees, lazy_below: 40, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Sixteen, KdMailbox::None);
-            kd_lazy_binned: |level| kd(level, KdTreeOptions { traversal: KdTraversal::ShortStack(2), lazy_below: 1000, ..KdTreeOptions::FAST }, KdPacketWidth::Sixteen, KdMailbox::None);
+            kd_lazy_binned: |level| kd(level, KdTreeOptions { traversal: KdTraversal::ShortStack(3), lazy_below: 1000, ..KdTreeOptions::FAST }, KdPacketWidth::Four, KdMailbox::Hashed);
+            kd_lazy_restart: |level| kd(level, KdTreeOptions { traversal: KdTraversal::Restart, lazy_below: 100, ..KdTreeOptions::FAST }, KdPacketWidth::Eight, KdMailbox::Ring);
             hierarchy: |_| Box::new(Bvh::default());
         }
     };
@@ -76,7 +81,7 @@ pub fn uniform(level: SimdLevel, options: UniformOptions) -> Box<dyn Structure> 
 #[must_use]
 pub fn kd(level: SimdLevel, options: KdTreeOptions, width: KdPacketWidth, mailbox: KdMailbox) -> Box<dyn Structure> {
     let mut tree = KdTree::with_level(level);
-    tree.set_options(options).expect("possible options");
-    tree.set_packet_options(KdPacketOptions { width, mailbox });
+    let packets = KdPacketOptions { width, mailbox };
+    tree.set_options(KdTreeOptions { packets, ..options }).expect("possible options");
     Box::new(tree)
 }

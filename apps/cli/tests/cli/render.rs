@@ -275,7 +275,18 @@ fn kd_trees_change_no_pixel() {
     for flags in [
         &["--kd-builder", "naive", "--kd-layout", "subtrees"][..],
         &["--kd-traversal", "short-stack:3", "--kd-lazy", "100"],
-        &["--kd-traversal", "restart"],
+        &["--kd-traversal", "restart", "--kd-packet", "8", "--kd-mailbox", "ring", "--kd-clipping", "boxes"],
+        &[
+            "--kd-packet",
+            "4",
+            "--kd-step-cost",
+            "3",
+            "--kd-test-cost",
+            "0.5",
+            "--kd-empty-cost",
+            "0",
+            "--kd-charge-twice",
+        ],
     ] {
         assert_eq!(render(&[&tree, flags].concat()), first, "{flags:?}");
     }
@@ -284,6 +295,9 @@ fn kd_trees_change_no_pixel() {
     assert!(refused(&["--structure", "kdtree", "--kd-builder", "best"]).contains("presorted"));
     assert!(refused(&["--structure", "kdtree", "--kd-traversal", "short-stack:0"]).contains("1 to 48"));
     assert!(refused(&["--structure", "kdtree", "--kd-lazy", "5000"]).contains("4096"));
+    assert!(refused(&["--structure", "kdtree", "--kd-packet", "5"]).contains("16"));
+    assert!(refused(&["--structure", "kdtree", "--kd-empty-cost", "1.1"]).contains("0 to 1"));
+    assert!(refused(&["--structure", "kdtree", "--kd-test-cost", "inf"]).contains("above 0"));
 }
 
 #[test]

@@ -116,6 +116,11 @@ fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
             ui.add(Slider::new(&mut number, DENSITIES).logarithmic(true).text(label)).on_hover_text(*about);
             number.to_string()
         }
+        OptionValues::Share => {
+            let mut number = value.parse::<f64>().unwrap_or_default();
+            ui.add(Slider::new(&mut number, 0.0..=1.0).text(label)).on_hover_text(*about);
+            number.to_string()
+        }
         OptionValues::Switch => {
             let mut is_on = value == "true";
             ui.checkbox(&mut is_on, label).on_hover_text(*about);

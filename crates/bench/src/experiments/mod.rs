@@ -16,7 +16,7 @@ pub(crate) use cells::CellsFlags;
 pub(crate) use distance::DistanceFlags;
 pub(crate) use growth::GrowthFlags;
 pub(crate) use kd_tree::{
-    KdBouncesFlags, KdBuildersFlags, KdEntriesFlags, KdFramesFlags, KdGpuFlags, KdTraversalsFlags,
+    KdAblationsFlags, KdBouncesFlags, KdBuildersFlags, KdEntriesFlags, KdFramesFlags, KdGpuFlags, KdTraversalsFlags,
 };
 pub(crate) use mapping::MappingFlags;
 pub(crate) use table1::Table1Flags;

@@ -25,7 +25,7 @@ mod traverse;
 mod validate;
 
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Tally, Work};
-use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles, ray_by_ray};
+use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles};
 pub use build::{Candidate, Cell, Job};
 use build::{Deferred, Pool, Reused};
 pub use extent::{Extent, Plane, Reference, Sides};
@@ -46,7 +46,6 @@ pub use statistics::KdTreeCounts;
 #[derive(Default)]
 pub struct KdTree {
     options: KdTreeOptions,
-    packet_options: KdPacketOptions,
     level: SimdLevel,
     /// Empty before the first build.
     nodes: Nodes,
@@ -98,11 +97,6 @@ impl KdTree {
         self.options
     }
 
-    /// Whether subtrees are built when a ray reaches them, of which packets know nothing.
-    fn is_lazy(&self) -> bool {
-        self.options.lazy_below != 0
-    }
-
     /// All nodes.
     #[doc(hidden)]
     #[must_use]
@@ -148,23 +142,15 @@ impl Structure for KdTree {
     }
 
     fn see(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Result<Work, ImageTooLarge> {
-        if self.is_lazy() {
-            ray_by_ray::see(self, shot, seen);
-        } else {
-            self.see_packets(shot, seen);
-        }
+        self.see_packets(shot, seen);
         Ok(Work::default())
     }
 
     fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work {
-        if self.is_lazy() {
-            ray_by_ray::shadow(self, shot, seen, lights, masks);
-        } else {
-            shot.expect_masks(seen, lights, masks);
-            for (light, mask) in lights.iter().zip(masks) {
-                self.shadow_packets(shot, seen, light, mask);
-                mask.keep_in_cone(light, shot, seen, self.level);
-            }
+        shot.expect_masks(seen, lights, masks);
+        for (light, mask) in lights.iter().zip(masks) {
+            self.shadow_packets(shot, seen, light, mask);
+            mask.keep_in_cone(light, shot, seen, self.level);
         }
         Work::default()
     }

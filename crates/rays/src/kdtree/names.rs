@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{KdBuilder, KdLayout, KdTraversal};
+use super::{Clipping, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal};
 use crate::{Choice, UnknownChoice, choices};
 
 choices! { KdBuilder, "kd-tree builder":
@@ -15,11 +15,32 @@ choices! { KdBuilder, "kd-tree builder":
     "binned" => Binned, "compares 16 planes across each axis: by far the fastest";
     "streaming" => Streaming, "compares 1024 planes, level after level";
     "adaptive" => Adaptive, "compares eight planes, and eight more where counts change";
+    "spatial-median" => SpatialMedian, "halves the longest side: for comparison";
+    "spatial-in-turn" => SpatialInTurn, "halves x, y and z in turn: for comparison";
+    "object-median" => ObjectMedian, "halves the triangles across the longest side: for comparison";
+    "object-in-turn" => ObjectInTurn, "halves the triangles across x, y and z in turn: for comparison";
 }
 
 choices! { KdLayout, "kd-tree layout":
     "depth-first" => DepthFirst, "the left child follows its parent";
     "subtrees" => Subtrees, "cache lines hold subtrees";
+}
+
+choices! { Clipping, "kd-tree clipping":
+    "boxes" => Boxes, "a triangle's box is cut at the plane";
+    "triangles" => Triangles, "it is shrunk around the triangle's part on each side";
+}
+
+choices! { KdPacketWidth, "kd-tree packet":
+    "4" => Four, "4 rays";
+    "8" => Eight, "8 rays";
+    "16" => Sixteen, "16 rays";
+}
+
+choices! { KdMailbox, "kd-tree mailbox":
+    "none" => None, "remembers nothing";
+    "ring" => Ring, "remembers the last eight triangles";
+    "hashed" => Hashed, "remembers the last triangle of each of 64 hashes";
 }
 
 impl KdTraversal {

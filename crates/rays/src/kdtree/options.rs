@@ -1,8 +1,10 @@
+use super::KdPacketOptions;
 use super::node::Nodes;
 
 /// How the planes of a [`KdTree`](super::KdTree) are found.
 ///
-/// The first five find the plane of least cost among the faces of all triangles' boxes, and so make the same tree.
+/// The first five find the plane of least cost among the faces of all triangles' boxes, and so make the same tree. The last
+/// four ask for no costs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdBuilder {
     /// Counts the triangles on both sides of each plane anew: O(N²). For small scenes only.
@@ -28,6 +30,15 @@ pub enum KdBuilder {
     /// Eight uniform samples, eight more where counts change, and a quadratic fit between them (Hunt et al., *Fast kd-tree
     /// Construction with an Adaptive Error-Bounded Heuristic*, 2006).
     Adaptive,
+    /// The middle of the cell's longest side, until four triangles are left or the tree is as deep as it may be: what was usual
+    /// before planes had costs (thesis, chapter 4). For comparison, as the next three.
+    SpatialMedian,
+    /// As `SpatialMedian`, across x, y and z in turn.
+    SpatialInTurn,
+    /// Half of the triangles on each side, across the cell's longest side.
+    ObjectMedian,
+    /// As `ObjectMedian`, across x, y and z in turn.
+    ObjectInTurn,
 }
 
 /// How tightly triangles' boxes are kept when planes cut them.
@@ -51,7 +62,7 @@ pub enum KdLayout {
     Subtrees,
 }
 
-/// How single rays are led to leaves.
+/// How rays are led to leaves, alone and in packets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdTraversal {
     /// With a stack of all far children that wait.
@@ -131,6 +142,14 @@ pub struct SahCosts {
     pub empty: f64,
     /// Whether a triangle on both sides costs a ray through both only one test.
     pub mailbox: bool,
+    /// How many planes on the way to a leaf may cost more than they bring: what follows may be worth it. 0 ends where the best
+    /// plane costs more than a leaf does; [`MOST_FAILURES`](Self::MOST_FAILURES) where the tree is as deep as it may be.
+    pub failures: u32,
+}
+
+impl SahCosts {
+    /// As many as there can be: planes may cost what they will.
+    pub const MOST_FAILURES: u32 = Nodes::MAX_DEPTH as u32;
 }
 
 /// What a [`KdTree`](super::KdTree) is like.
@@ -144,9 +163,11 @@ pub struct KdTreeOptions {
     pub costs: SahCosts,
     /// How nodes lie in memory.
     pub layout: KdLayout,
-    /// How single rays are led to leaves.
+    /// How rays are led to leaves, alone and in packets.
     pub traversal: KdTraversal,
-    /// Nodes of fewer triangles are built when a ray first reaches them, by the thread that traces it; 0 where all is built
+    /// How rays go together.
+    pub packets: KdPacketOptions,
+    /// Nodes of fewer triangles are built when a ray or packet first reaches them, by the thread that traces it; 0 where all is built
     /// at once. The tree and its answers are the same. Rays that look at only a part of a scene are served sooner; those
     /// through many subtrees take up to a third longer. What was built is in [`KdTreeCounts`](super::KdTreeCounts).
     pub lazy_below: u32,
@@ -157,9 +178,10 @@ impl KdTreeOptions {
     pub const DEFAULT: Self = Self {
         builder: KdBuilder::Presorted,
         clipping: Clipping::Triangles,
-        costs: SahCosts { step: 1.0, test: 2.0, empty: 0.8, mailbox: true },
+        costs: SahCosts { step: 1.0, test: 2.0, empty: 0.8, mailbox: true, failures: 2 },
         layout: KdLayout::DepthFirst,
         traversal: KdTraversal::Stack,
+        packets: KdPacketOptions::DEFAULT,
         lazy_below: 0,
     };
 
@@ -173,10 +195,10 @@ impl KdTreeOptions {
     ///
     /// # Errors
     /// If a cost isn't finite or below zero, the test's cost is zero, the factor for empty space isn't between zero and one,
-    /// a short stack has no entry or more than [`KdTraversal::MOST_ENTRIES`], or nodes of more than
+    /// more than [`MOST_FAILURES`](SahCosts::MOST_FAILURES) planes may fail, a short stack has no entry or more than [`KdTraversal::MOST_ENTRIES`], or nodes of more than
     /// [`MOST_LAZY`](Self::MOST_LAZY) triangles are to be built lazily.
     pub fn check(self) -> Result<(), ImpossibleKdTreeOptions> {
-        let SahCosts { step, test, empty, .. } = self.costs;
+        let SahCosts { step, test, empty, failures, .. } = self.costs;
         let is_cost = |cost: f64| cost.is_finite() && cost >= 0.0;
         let has_entries = match self.traversal {
             KdTraversal::ShortStack(entries) => (1..=KdTraversal::MOST_ENTRIES).contains(&entries),
@@ -184,7 +206,7 @@ impl KdTreeOptions {
         };
         let is_lazy_enough = self.lazy_below <= Self::MOST_LAZY;
         let is_possible = is_cost(step) && is_cost(test) && test > 0.0 && (0.0..=1.0).contains(&empty);
-        let is_possible = is_possible && has_entries && is_lazy_enough;
+        let is_possible = is_possible && failures <= SahCosts::MOST_FAILURES && has_entries && is_lazy_enough;
         if is_possible { Ok(()) } else { Err(ImpossibleKdTreeOptions(self)) }
     }
 }
@@ -198,8 +220,8 @@ impl Default for KdTreeOptions {
 /// Options that no kd-tree can have.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "a kd-tree can't have costs of {} a step and {} a test, {} of them for empty space, traversal {:?} and lazy nodes of \
-     fewer than {} triangles",
-    .0.costs.step, .0.costs.test, .0.costs.empty, .0.traversal, .0.lazy_below
+    "a kd-tree can't have costs of {} a step and {} a test, {} of them for empty space, {} planes that fail, traversal \
+     {:?} and lazy nodes of fewer than {} triangles",
+    .0.costs.step, .0.costs.test, .0.costs.empty, .0.costs.failures, .0.traversal, .0.lazy_below
 )]
 pub struct ImpossibleKdTreeOptions(pub KdTreeOptions);

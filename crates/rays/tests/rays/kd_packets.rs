@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec3, Vec3Swizzles};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Hit, KdBuilder, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray,
-    SahCosts, SimdLevel, Triangles,
+    Choice as _, Hit, KdBuilder, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions,
+    LightSource, Ray, SahCosts, SimdLevel, Triangles,
 };
 
 use crate::support::{self, Mesh, Random, blocked_by_any, blocks, nearest_of_all, random_ray, scene};
@@ -20,12 +20,12 @@ const TRAVERSALS: [KdTraversal; 5] = [
 /// Each width with each traversal.
 fn forms() -> Vec<(KdTraversal, KdPacketOptions)> {
     let mut forms = Vec::new();
-    for width in KdPacketWidth::ALL {
+    for width in KdPacketWidth::all() {
         let options = KdPacketOptions { width, ..KdPacketOptions::default() };
         forms.extend(TRAVERSALS.map(|traversal| (traversal, options)));
     }
     for (place, (_, options)) in forms.iter_mut().enumerate() {
-        options.mailbox = KdMailbox::ALL[place % 3];
+        options.mailbox = [KdMailbox::None, KdMailbox::Ring, KdMailbox::Hashed][place % 3];
     }
     forms
 }
@@ -55,8 +55,8 @@ fn check(mesh: &Mesh, rays: &[Ray]) -> usize {
     let expected: Vec<_> = rays.iter().map(|ray| nearest_of_all(triangles, ray, |_| true)).collect();
     for mut tree in trees(triangles) {
         for (traversal, options) in forms() {
-            tree.set_options(KdTreeOptions { traversal, ..tree.options() }).expect("possible options");
-            tree.set_packet_options(options);
+            tree.set_options(KdTreeOptions { traversal, packets: options, ..tree.options() })
+                .expect("possible options");
             let mut hits = vec![None; rays.len()];
             tree.nearest_of_packet(triangles, rays, |_| true, &mut hits);
             if let Some(wrong) = (0..rays.len()).find(|&place| bits(&hits)[place] != bits(&expected)[place]) {
@@ -203,8 +203,8 @@ fn any_number_of_triangles_and_rays_is_answered() {
         for rays in [0, 1, 2, 5, 15, 17, 33, 257, 300] {
             let rays: Vec<_> = (0..rays).map(|_| random_ray(&mut random, 3.0)).collect();
             let (traversal, options) = forms[(random.bits() % forms.len() as u64) as usize];
-            tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).expect("possible options");
-            tree.set_packet_options(options);
+            tree.set_options(KdTreeOptions { traversal, packets: options, ..KdTreeOptions::DEFAULT })
+                .expect("possible options");
             // What was there before is forgotten.
             let mut hits = vec![Some(Hit { t: 0.0, triangle: 0, barycentric: [0.0; 2] }); rays.len()];
             tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut hits);
@@ -277,8 +277,8 @@ fn all_levels_hit_what_the_predicate_says() {
     for level in SimdLevel::available() {
         let mut tree = tree(level, mesh.triangles(), KdTreeOptions::DEFAULT);
         for (traversal, options) in forms() {
-            tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).expect("possible options");
-            tree.set_packet_options(options);
+            tree.set_options(KdTreeOptions { traversal, packets: options, ..KdTreeOptions::DEFAULT })
+                .expect("possible options");
             let mut hits = vec![None; rays.len()];
             tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut hits);
             assert_eq!(bits(&hits), bits(&expected), "{level}, {traversal:?}, {options:?}");
@@ -294,8 +294,8 @@ fn hits_that_do_not_count_are_passed_through() {
     let mut tree = tree(SimdLevel::default(), mesh.triangles(), KdTreeOptions::DEFAULT);
     let mut hits = 0;
     for (traversal, options) in forms() {
-        tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).expect("possible options");
-        tree.set_packet_options(options);
+        tree.set_options(KdTreeOptions { traversal, packets: options, ..KdTreeOptions::DEFAULT })
+            .expect("possible options");
         let rays = fan(&mut random, 8, 0.6);
         let expected: Vec<_> = rays.iter().map(|ray| nearest_of_all(mesh.triangles(), ray, counts)).collect();
         let mut found = vec![None; rays.len()];
@@ -331,8 +331,8 @@ fn points_are_shadowed_as_the_predicate_says() {
         let expected: Vec<_> = rays.iter().zip(&own).map(|(ray, &own)| blocks(ray, own)).collect();
         for mut tree in trees(triangles) {
             for (traversal, options) in forms() {
-                tree.set_options(KdTreeOptions { traversal, ..tree.options() }).expect("possible options");
-                tree.set_packet_options(options);
+                tree.set_options(KdTreeOptions { traversal, packets: options, ..tree.options() })
+                    .expect("possible options");
                 let mut blocked = vec![true; rays.len()];
                 tree.blocked_of_packet(triangles, &rays, &own, counts, &mut blocked);
                 assert_eq!(blocked, expected, "{light:?}, {traversal:?}, {options:?}");
@@ -351,8 +351,8 @@ fn packets_take_nothing_from_the_heap() {
     let rays = fan(&mut random, 26, 1.0);
     let mut tree = tree(SimdLevel::default(), mesh.triangles(), KdTreeOptions::DEFAULT);
     for (traversal, options) in forms() {
-        tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).expect("possible options");
-        tree.set_packet_options(options);
+        tree.set_options(KdTreeOptions { traversal, packets: options, ..KdTreeOptions::DEFAULT })
+            .expect("possible options");
         let mut hits = vec![None; rays.len()];
         let before = allocations::on_this_thread();
         tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut hits);
@@ -378,16 +378,16 @@ fn packets_share_what_single_rays_do_alone() {
         .collect();
     let mut tree = tree(SimdLevel::default(), mesh.triangles(), KdTreeOptions::DEFAULT);
     let mut visits = |traversal, options| {
-        tree.set_options(KdTreeOptions { traversal, ..KdTreeOptions::DEFAULT }).expect("possible options");
-        tree.set_packet_options(options);
+        tree.set_options(KdTreeOptions { traversal, packets: options, ..KdTreeOptions::DEFAULT })
+            .expect("possible options");
         let mut hits = vec![None; rays.len()];
         tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut hits);
         assert!(hits.iter().flatten().count() > 1000);
         tree.take_visits()
     };
     let default = KdPacketOptions::default();
-    let [four, eight, sixteen] =
-        KdPacketWidth::ALL.map(|width| visits(KdTraversal::Stack, KdPacketOptions { width, ..default }));
+    let [four, eight, sixteen] = [KdPacketWidth::Four, KdPacketWidth::Eight, KdPacketWidth::Sixteen]
+        .map(|width| visits(KdTraversal::Stack, KdPacketOptions { width, ..default }));
     let fall = |visits: [u64; 4]| assert!(visits.is_sorted_by(|a, b| a > b), "{visits:?}");
     fall([four, eight, sixteen, umbrage_rays::Counts::default()].map(|visits| visits.nodes));
     fall([four, eight, sixteen, umbrage_rays::Counts::default()].map(|visits| visits.packets));
@@ -403,7 +403,7 @@ fn packets_share_what_single_rays_do_alone() {
     assert!(restart.restarts > three.restarts && whole.restarts == 0 && sixteen.restarts == 0, "{whole:?}");
     // More than with single rays, since packets spread near the leaves (Horn et al. 2007, §3.3).
     assert!(three.nodes as f64 <= 1.7 * sixteen.nodes as f64, "{three:?} {sixteen:?}");
-    let [none, ring, hashed] =
-        KdMailbox::ALL.map(|mailbox| visits(KdTraversal::Stack, KdPacketOptions { mailbox, ..default }));
+    let [none, ring, hashed] = [KdMailbox::None, KdMailbox::Ring, KdMailbox::Hashed]
+        .map(|mailbox| visits(KdTraversal::Stack, KdPacketOptions { mailbox, ..default }));
     assert!(none.tests > ring.tests && ring.tests >= hashed.tests, "{none:?} {ring:?} {hashed:?}");
 }

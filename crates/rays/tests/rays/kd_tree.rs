@@ -2,22 +2,11 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::{
-    Clipping, Hit, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, Ray, SahCosts, SingleRays as _,
-    Structure as _, Triangles,
+    Choice as _, Clipping, Hit, KdBuilder, KdLayout, KdTraversal, KdTree, KdTreeOptions, Ray, SahCosts,
+    SingleRays as _, Structure as _, Triangles,
 };
 
 use crate::support::{self, Mesh, Random, blocks, nearest_of_all as nearest, random_ray, scene};
-
-const BUILDERS: [KdBuilder; 8] = [
-    KdBuilder::Naive,
-    KdBuilder::Resorting,
-    KdBuilder::Presorted,
-    KdBuilder::Nested,
-    KdBuilder::InPlace,
-    KdBuilder::Binned,
-    KdBuilder::Streaming,
-    KdBuilder::Adaptive,
-];
 
 const EXACT: [KdBuilder; 5] =
     [KdBuilder::Naive, KdBuilder::Resorting, KdBuilder::Presorted, KdBuilder::Nested, KdBuilder::InPlace];
@@ -46,9 +35,9 @@ fn with(builder: KdBuilder) -> KdTreeOptions {
 /// Trees of each builder and layout, some with other costs and some that are built where rays reach them.
 fn trees(triangles: Triangles<'_>) -> Vec<KdTree> {
     let mut options = Vec::new();
-    for builder in BUILDERS {
+    for builder in KdBuilder::all() {
         options.push(with(builder));
-        let costs = SahCosts { step: 0.1, test: 10.0, empty: 0.3, mailbox: builder == KdBuilder::Binned };
+        let costs = SahCosts { step: 0.1, test: 10.0, empty: 0.3, mailbox: builder == KdBuilder::Binned, failures: 1 };
         let clipping = if builder == KdBuilder::Adaptive { Clipping::Triangles } else { Clipping::Boxes };
         options.push(KdTreeOptions { clipping, costs, layout: KdLayout::Subtrees, ..with(builder) });
         options.push(KdTreeOptions { lazy_below: 100, ..with(builder) });
@@ -159,7 +148,7 @@ fn trees_do_not_depend_on_threads_or_on_what_was_built_before() {
     // Large enough for clusters and for nodes whose children are built on two threads.
     let mut mesh = Mesh::bumpy_ball(Vec3::ZERO, 1.0, 90);
     mesh.append(&Mesh::soup(&mut random, 2000, 0.01));
-    for builder in BUILDERS.into_iter().filter(|&builder| builder != KdBuilder::Naive) {
+    for builder in KdBuilder::all().filter(|&builder| builder != KdBuilder::Naive) {
         let first = tree(mesh.triangles(), with(builder));
         let mut again = tree(Mesh::soup(&mut random, 500, 0.1).triangles(), with(builder));
         for threads in [1, 2, 3, 7] {
@@ -189,7 +178,7 @@ fn many_triangles_in_one_place_do_not_fill_memory() {
     equal.indices = vec![equal.indices[0]; COUNT];
     let mut large = Mesh::default();
     (0..COUNT / 10).for_each(|_| large.push([random.point(), random.point(), random.point()]));
-    for builder in BUILDERS.into_iter().filter(|&builder| builder != KdBuilder::Naive) {
+    for builder in KdBuilder::all().filter(|&builder| builder != KdBuilder::Naive) {
         for mesh in [&equal, &large] {
             let tree = tree(mesh.triangles(), with(builder));
             let per_triangle = tree.bytes().triangles / mesh.indices.len();
@@ -229,6 +218,41 @@ fn costs_are_those_of_the_formula() {
 }
 
 #[test]
+fn planes_may_fail_as_often_as_is_said() {
+    let mesh = Mesh::soup(&mut Random(18), 1000, 0.3);
+    let [never, twice, always] = [0, 2, SahCosts::MOST_FAILURES].map(|failures| {
+        let costs = SahCosts { step: 10.0, test: 1.0, failures, ..KdTreeOptions::DEFAULT.costs };
+        tree(mesh.triangles(), KdTreeOptions { costs, ..KdTreeOptions::DEFAULT }).counts()
+    });
+    assert!(never.leaves < twice.leaves && twice.leaves < always.leaves, "{never:?} {twice:?} {always:?}");
+    assert!(never.depth <= twice.depth && twice.depth <= always.depth, "{never:?} {twice:?} {always:?}");
+}
+
+#[test]
+fn medians_halve_cells_or_triangles() {
+    use KdBuilder::{ObjectInTurn, ObjectMedian, SpatialInTurn, SpatialMedian};
+    // Small triangles at the points of a lattice, whose columns are equally far from each other or each twice as far.
+    let lattice = |column: fn(i32) -> f32| {
+        let mut mesh = Mesh::default();
+        for index in 0..64 {
+            let at = Vec3::new(column(index % 4), (index / 4 % 4) as f32, (index / 16) as f32);
+            mesh.push([at, at + 0.1 * Vec3::X, at + 0.1 * Vec3::Y + 0.1 * Vec3::Z]);
+        }
+        mesh
+    };
+    let shape = |mesh: &Mesh, builder| {
+        let counts = tree(mesh.triangles(), with(builder)).counts();
+        (counts.depth, counts.leaves, counts.references)
+    };
+    let (even, uneven) = (lattice(|column| column as f32), lattice(|column| 9.0 * (2.0_f32).powi(column)));
+    for builder in [SpatialMedian, SpatialInTurn, ObjectMedian, ObjectInTurn] {
+        assert_eq!(shape(&even, builder), (4, 16, 64), "{builder}");
+    }
+    assert_eq!(shape(&uneven, ObjectInTurn), (4, 16, 64));
+    assert!(shape(&uneven, SpatialInTurn).0 > 4 && shape(&uneven, SpatialMedian).0 > 4);
+}
+
+#[test]
 fn impossible_options_are_refused() {
     let mut tree = KdTree::default();
     let costs = KdTreeOptions::DEFAULT.costs;
@@ -238,6 +262,7 @@ fn impossible_options_are_refused() {
         SahCosts { test: f64::INFINITY, ..costs },
         SahCosts { empty: 1.5, ..costs },
         SahCosts { empty: f64::NAN, ..costs },
+        SahCosts { failures: SahCosts::MOST_FAILURES + 1, ..costs },
     ] {
         let options = KdTreeOptions { costs, ..KdTreeOptions::DEFAULT };
         assert!(tree.set_options(options).unwrap_err().to_string().contains("a kd-tree can't have"));

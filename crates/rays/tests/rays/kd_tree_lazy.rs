@@ -4,7 +4,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    KdBuilder, KdTree, KdTreeCounts, KdTreeOptions, LightSource, Ray, SingleRays as _, Structure as _, Triangles,
+    Choice as _, KdBuilder, KdPacketOptions, KdPacketWidth, KdTree, KdTreeCounts, KdTreeOptions, LightSource, Ray,
+    SingleRays as _, Structure as _, Triangles,
 };
 
 use crate::support::{self, Mesh, Random};
@@ -130,6 +131,66 @@ fn the_way_of_traversing_may_change_while_subtrees_wait() {
         assert_eq!(lazy.nearest(mesh.triangles(), ray, &|_| true), eager.nearest(mesh.triangles(), ray, &|_| true));
     }
     lazy.check(mesh.triangles()).expect("a valid tree");
+}
+
+/// Each traversal with each width, as lead packets through both trees.
+fn packets_through(trees: &mut [KdTree; 2], mut each: impl FnMut(&mut [KdTree; 2], KdTreeOptions)) {
+    use umbrage_rays::KdTraversal::{PushDown, Restart, ShortStack, Stack};
+    for traversal in [Stack, Restart, PushDown, ShortStack(3)] {
+        for width in KdPacketWidth::all() {
+            let packets = KdPacketOptions { width, ..KdPacketOptions::DEFAULT };
+            let options = trees.each_ref().map(|tree| KdTreeOptions { traversal, packets, ..tree.options() });
+            for (tree, options) in trees.iter_mut().zip(options) {
+                tree.set_options(options).expect("possible options");
+            }
+            each(trees, options[1]);
+        }
+    }
+}
+
+#[test]
+fn packets_build_what_they_reach() {
+    let mesh = scene();
+    let triangles = mesh.triangles();
+    let (rays, light) = (rays(500), LightSource::Directional { direction: Vec3::new(0.3, -0.9, 0.2) });
+    for builder in [KdBuilder::Presorted, KdBuilder::Binned] {
+        let mut trees = pair(triangles, builder, 300);
+        packets_through(&mut trees, |trees, options| {
+            trees[1].build(triangles);
+            let mut hits = [vec![None; rays.len()], vec![None; rays.len()]];
+            for (tree, hits) in trees.iter().zip(&mut hits) {
+                tree.nearest_of_packet(triangles, &rays, |hit| !hit.triangle.is_multiple_of(7), hits);
+            }
+            assert_eq!(hits[1], hits[0], "{options:?}");
+            let KdTreeCounts { deferred, reached, .. } = trees[1].counts();
+            assert!(reached > 10 && reached < deferred, "{reached} of {deferred}, {options:?}");
+            let seen: Vec<_> = rays.iter().zip(&hits[0]).filter_map(|(ray, hit)| Some((ray, (*hit)?))).collect();
+            let shadow_rays: Vec<_> =
+                seen.iter().map(|(ray, hit)| ShadowRay::new(&light, HitPoint::new(ray, hit.t))).collect();
+            let own: Vec<_> = seen.iter().map(|(_, hit)| hit.triangle).collect();
+            let blocked = trees.each_ref().map(|tree| {
+                let mut blocked = vec![false; own.len()];
+                tree.blocked_of_packet(triangles, &shadow_rays, &own, |_, _| true, &mut blocked);
+                blocked
+            });
+            assert!(blocked[1] == blocked[0] && blocked[0].contains(&true) && blocked[0].contains(&false));
+            trees[1].check(triangles).expect("a valid tree");
+        });
+    }
+}
+
+#[cfg(feature = "statistics")]
+#[test]
+fn packets_take_the_same_steps_through_subtrees_as_through_one_tree() {
+    let mesh = scene();
+    let rays = rays(500);
+    packets_through(&mut pair(mesh.triangles(), KdBuilder::Presorted, 300), |trees, options| {
+        let [eager, lazy] = trees.each_ref().map(|tree| {
+            tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut vec![None; rays.len()]);
+            tree.take_visits()
+        });
+        assert!(eager == lazy && eager.nodes > 1000, "{options:?}: {eager:?}, {lazy:?}");
+    });
 }
 
 #[cfg(feature = "statistics")]

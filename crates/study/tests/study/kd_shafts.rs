@@ -14,7 +14,7 @@ use crate::support::{self, Mesh, Random, blocked_by_any, blocks, nearest_of_all,
 fn forms() -> Vec<ShaftOptions> {
     let leads = || KdCulling::ALL.into_iter().map(ShaftLead::Shaft).chain([ShaftLead::Packets]);
     let forms = KdEntry::ALL.into_iter().flat_map(|entry| leads().map(move |lead| (entry, lead)));
-    let mailboxes = KdMailbox::ALL.into_iter().cycle();
+    let mailboxes = [KdMailbox::None, KdMailbox::Ring, KdMailbox::Hashed].into_iter().cycle();
     forms.zip(mailboxes).map(|((entry, lead), mailbox)| ShaftOptions { entry, lead, mailbox }).collect()
 }
 
@@ -26,8 +26,8 @@ fn trees(triangles: Triangles<'_>, level: SimdLevel) -> [KdTree; 2] {
     let ways = [(KdPacketWidth::Sixteen, KdTreeOptions::DEFAULT), (KdPacketWidth::Four, binned)];
     ways.map(|(width, options)| {
         let mut tree = KdTree::with_level(level);
-        tree.set_options(options).expect("possible options");
-        tree.set_packet_options(KdPacketOptions { width, ..KdPacketOptions::default() });
+        let packets = KdPacketOptions { width, ..KdPacketOptions::DEFAULT };
+        tree.set_options(KdTreeOptions { packets, ..options }).expect("possible options");
         tree.build(triangles);
         tree
     })

@@ -30,11 +30,11 @@ impl KdBuildersFlags {
         let mut bars = Vec::new();
         for address in &self.scenes {
             let frame = frame(address)?;
-            let mut trials = self.trials(&frame, address)?;
-            let exact = trials.iter().position(|trial| trial.builder == KdBuilder::Presorted);
-            let exact = exact.map(|at| trials[at].costs);
-            for trial in &mut trials {
-                table.push(trial.row(name(address), frame.triangles().len(), exact.as_ref()))?;
+            let trials = self.trials(&frame, address)?;
+            let exact = trials.iter().find(|trial| trial.builder == KdBuilder::Presorted);
+            for trial in &trials {
+                let builder = ("builder", trial.builder.name());
+                table.push(trial.row(name(address), frame.triangles().len(), builder, exact))?;
                 let bar = format!("{} {}", short_name(address), trial.builder);
                 bars.push(Bar { name: bar, heights: vec![trial.build] });
             }
@@ -42,7 +42,8 @@ impl KdBuildersFlags {
         let notes = [
             "build_1, build: milliseconds with one thread and with all; mtri_s: millions of triangles a second with all.",
             "sah_cost: what a ray is expected to cost; references and bytes for each triangle; camera_us, diffuse_us: rays",
-            "a microsecond, one at a time; time_ratio: what both kinds of rays take, over the exact builder's tree.",
+            "a microsecond, one at a time, packets_us the camera's in packets; time_ratio: what both kinds of rays take alone,",
+            "packet_ratio: what the camera's take in packets, over the exact builder's tree.",
             "The thesis (Rahikainen 2013, chapter 4): an exact O(N log N) build of the Bunny's 70 K triangles took 3.2 s.",
         ];
         let (title, parts) = ("Builders of kd-trees", vec!["all threads".to_owned()]);
@@ -55,22 +56,50 @@ impl KdBuildersFlags {
         let is_for =
             |builder: &KdBuilder| MOST_FOR.iter().all(|(slow, most)| slow != builder || triangles.len() <= *most);
         let builders: Vec<KdBuilder> = KdBuilder::all().filter(is_for).collect();
-        let camera = of_camera(&Shot::new(frame, address, self.common.size, 1, Lights::First));
+        let rays = TrialRays::new(frame, address, self.common.size)?;
+        let options = |builder| KdTreeOptions { builder, ..KdTreeOptions::DEFAULT };
+        builders.into_iter().map(|builder| Trial::new(frame, options(builder), &rays, self.common.rounds)).collect()
+    }
+}
+
+/// Camera rays, and one diffuse bounce of each that hits.
+pub(super) struct TrialRays {
+    pub(super) camera: Vec<Ray>,
+    diffuse: Vec<Ray>,
+}
+
+impl TrialRays {
+    pub(super) fn new(frame: &Frame, address: &str, size: [u32; 2]) -> Result<Self> {
+        let triangles = frame.triangles();
+        let camera = of_camera(&Shot::new(frame, address, size, 1, Lights::First));
         let mut first = KdTree::default();
         first.set_options(KdTreeOptions::FAST)?;
         first.build(triangles);
         let diffuse = scattered(triangles, &camera, &hits_of(&first, triangles, &camera));
-        drop(first);
-        builders.into_iter().map(|builder| self.trial(frame, builder, [&camera, &diffuse])).collect()
+        Ok(Self { camera, diffuse })
     }
+}
 
-    fn trial(&self, frame: &Frame, builder: KdBuilder, rays: [&[Ray]; 2]) -> Result<Trial> {
+/// What a tree is like, and takes.
+pub(super) struct Trial {
+    builder: KdBuilder,
+    /// Milliseconds with one thread, and with all.
+    build_alone: f64,
+    build: f64,
+    counts: umbrage::rays::KdTreeCounts,
+    bytes: usize,
+    /// Of the camera's rays and of scattered ones, alone; of the camera's in packets.
+    pub(super) costs: [Cost; 3],
+}
+
+impl Trial {
+    pub(super) fn new(frame: &Frame, options: KdTreeOptions, rays: &TrialRays, rounds: u32) -> Result<Self> {
         let triangles = frame.triangles();
         let mut tree = KdTree::default();
-        tree.set_options(KdTreeOptions { builder, ..KdTreeOptions::DEFAULT })?;
+        tree.set_options(options)?;
         let alone = ThreadPoolBuilder::new().num_threads(1).build().context("a thread")?;
         let mut times = [Vec::new(), Vec::new()];
-        for round in 0..=self.common.rounds {
+        for round in 0..=rounds {
             let mut spent = [0.0; 2];
             time(&mut spent[0], || alone.install(|| tree.build(triangles)));
             time(&mut spent[1], || tree.build(triangles));
@@ -79,41 +108,31 @@ impl KdBuildersFlags {
             }
         }
         let way = Way { traversal: KdTraversal::Stack, packets: None, shafts: None };
-        let mut costs = Vec::new();
-        for rays in rays {
-            costs.extend(race(&mut tree, triangles, rays, &[way], self.common.rounds)?);
-        }
+        let in_packets = Way { packets: Some(options.packets), ..way };
+        let mut cost = |rays: &[Ray], way| Ok(race(&mut tree, triangles, rays, &[way], rounds)?[0]);
+        let costs: Result<_> =
+            [cost(&rays.camera, way), cost(&rays.diffuse, way), cost(&rays.camera, in_packets)].into_iter().collect();
+        let costs: Vec<Cost> = costs?;
         let [build_alone, build] = times.map(median);
-        Ok(Trial {
-            builder,
+        Ok(Self {
+            builder: options.builder,
             build_alone,
             build,
             counts: tree.counts(),
             bytes: tree.bytes().triangles,
-            costs: [costs[0], costs[1]],
+            costs: [costs[0], costs[1], costs[2]],
         })
     }
-}
 
-struct Trial {
-    builder: KdBuilder,
-    /// Milliseconds.
-    build_alone: f64,
-    build: f64,
-    counts: umbrage::rays::KdTreeCounts,
-    bytes: usize,
-    /// Of the camera's rays and of scattered ones.
-    costs: [Cost; 2],
-}
-
-impl Trial {
-    fn row(&self, scene: &str, triangles: usize, exact: Option<&[Cost; 2]>) -> Row {
+    /// Columns for `what` of a scene, and what rays take, over `first`.
+    pub(super) fn row(&self, scene: &str, triangles: usize, what: (&'static str, &str), first: Option<&Self>) -> Row {
         let each = |number: f64| number / (triangles as f64).max(1.0);
-        let seconds = |costs: &[Cost; 2]| costs.iter().map(|cost| 1.0 / cost.rate).sum::<f64>();
+        let seconds = |trial: &Self| trial.costs[..2].iter().map(|cost| 1.0 / cost.rate).sum::<f64>();
+        let rate = |cost: &Cost| Cell::Number(cost.rate, 3);
         row![
             ("scene", scene),
             ("triangles", triangles),
-            ("builder", self.builder.name()),
+            (what.0, what.1),
             ("build_1", Cell::Number(self.build_alone, 1)),
             ("build", Cell::Number(self.build, 1)),
             ("speedup", self.build_alone / self.build),
@@ -122,9 +141,11 @@ impl Trial {
             ("depth", self.counts.depth),
             ("references", each(self.counts.references as f64)),
             ("bytes", Cell::Number(each(self.bytes as f64), 0)),
-            ("camera_us", Cell::Number(self.costs[0].rate, 3)),
-            ("diffuse_us", Cell::Number(self.costs[1].rate, 3)),
-            ("time_ratio", exact.map(|exact| seconds(&self.costs) / seconds(exact))),
+            ("camera_us", rate(&self.costs[0])),
+            ("diffuse_us", rate(&self.costs[1])),
+            ("packets_us", rate(&self.costs[2])),
+            ("time_ratio", first.map(|first| seconds(self) / seconds(first))),
+            ("packet_ratio", first.map(|first| first.costs[2].rate / self.costs[2].rate)),
         ]
     }
 }

@@ -1,6 +1,6 @@
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::{Counts, KdMailbox, KdPacketOptions, KdTraversal};
+use umbrage::rays::{Choice as _, Counts, KdMailbox, KdPacketOptions, KdTraversal};
 use umbrage_study::shaft::{KdCulling, KdEntry, ShaftLead, ShaftOptions};
 
 use super::measure::{Cost, KdFlags, Way, frame, race, tree};
@@ -52,7 +52,7 @@ fn forms() -> Vec<ShaftOptions> {
     let entries = KdEntry::ALL.map(of(ShaftLead::Packets)).into_iter().chain(KdEntry::ALL.map(of(shaft.lead)));
     let leads = KdCulling::ALL.map(ShaftLead::Shaft).into_iter().filter(|&lead| lead != shaft.lead);
     let culled = leads.map(|lead| ShaftOptions { lead, ..shaft });
-    let kept = KdMailbox::ALL.into_iter().filter(|&mailbox| mailbox != shaft.mailbox);
+    let kept = KdMailbox::all().filter(move |&mailbox| mailbox != shaft.mailbox);
     entries.chain(culled).chain(kept.map(|mailbox| ShaftOptions { mailbox, ..shaft })).collect()
 }
 

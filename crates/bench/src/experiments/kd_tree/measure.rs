@@ -88,10 +88,8 @@ pub(super) struct Cost {
 
 impl Way {
     fn trace(self, tree: &mut KdTree, triangles: Triangles<'_>, rays: &[Ray], hits: &mut Hits) -> Result<Counts> {
-        tree.set_options(KdTreeOptions { traversal: self.traversal, ..tree.options() })?;
-        if let Some(options) = self.packets {
-            tree.set_packet_options(options);
-        }
+        let packets = self.packets.unwrap_or_default();
+        tree.set_options(KdTreeOptions { traversal: self.traversal, packets, ..tree.options() })?;
         hits.resize(rays.len(), None);
         let tree = &*tree;
         let chunks = rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET));

@@ -1,5 +1,6 @@
 //! The experiments of Horn et al. 2007 and of the thesis with kd-trees, one a file.
 
+mod ablations;
 mod bounces;
 mod builders;
 mod entries;
@@ -8,6 +9,7 @@ mod gpu;
 mod measure;
 mod traversals;
 
+pub(crate) use ablations::KdAblationsFlags;
 pub(crate) use bounces::KdBouncesFlags;
 pub(crate) use builders::KdBuildersFlags;
 pub(crate) use entries::KdEntriesFlags;

@@ -1,6 +1,6 @@
 use super::sah::{Candidate, Cell, Measure};
 use super::space::{Frame, Space};
-use super::{Job, adaptive, naive, resorting};
+use super::{Job, adaptive, median, naive, resorting};
 use crate::kdtree::KdBuilder;
 use crate::kdtree::layout::Branch;
 
@@ -28,7 +28,8 @@ impl Job<'_> {
         // Small nodes are split exactly: there, counting exactly takes no longer.
         let is_small = builder == KdBuilder::Adaptive && count <= adaptive::EXACT_FROM;
         let builder = if is_small { KdBuilder::Presorted } else { builder };
-        let has_events = !matches!(builder, KdBuilder::Naive | KdBuilder::Resorting | KdBuilder::Adaptive);
+        let counts_anew = matches!(builder, KdBuilder::Naive | KdBuilder::Resorting | KdBuilder::Adaptive);
+        let has_events = !counts_anew && !builder.takes_medians();
         if has_events && !is_listed {
             space.list_events(at);
         }
@@ -67,6 +68,7 @@ impl Job<'_> {
             KdBuilder::Naive => naive::best(measure, references),
             KdBuilder::Resorting => resorting::best(measure, references, |one| (one.extent, 1), &mut space.events[0]),
             KdBuilder::Adaptive => adaptive::best(measure, references),
+            builder if builder.takes_medians() => median::best(&measure, references, cell.depth, builder),
             _ => space.sweep(measure, at),
         }
     }

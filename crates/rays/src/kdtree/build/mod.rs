@@ -5,6 +5,7 @@ mod binned;
 mod deferred;
 mod grow;
 mod in_place;
+mod median;
 mod naive;
 mod nested;
 mod presorted;

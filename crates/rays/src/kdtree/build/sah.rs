@@ -145,10 +145,6 @@ impl AxisMeasure {
 }
 
 impl Heuristic {
-    /// How many planes on the way to a leaf may cost more than they bring: what follows may be worth it. In Sibenik two
-    /// instead of none save 7 % of the tests for 3 % more nodes on the way; in the Bunny nothing changes.
-    const MOST_FAILURES: u32 = 2;
-
     /// For `count` triangles; the depth is at most 5 + 1.2 log₂ N, k₁ and k₂ of the thesis' §4.1 (Havran 2000). Five levels
     /// more double the nodes of Sibenik, and no ray gets faster.
     pub(super) fn new(costs: SahCosts, count: usize) -> Self {
@@ -165,7 +161,7 @@ impl Heuristic {
     /// Cost of a cell of `count` triangles that is cut in two (thesis, equation 4.6, and for mailboxes Hunt 2008).
     #[inline(always)]
     fn cost(&self, count: f64, [left, right]: [f64; 2], shares: [f64; 2]) -> f64 {
-        let SahCosts { step, test, empty, mailbox } = self.costs;
+        let SahCosts { step, test, empty, mailbox, .. } = self.costs;
         let twice = if mailbox { (left + right - count) * (shares[0] + shares[1] - 1.0) } else { 0.0 };
         let cost = step + test * (left * shares[0] + right * shares[1] - twice);
         if left == 0.0 || right == 0.0 { cost * empty } else { cost }
@@ -177,7 +173,7 @@ impl Heuristic {
         let best = best?;
         let failures = cell.failures + u32::from(best.cost >= self.costs.test * count as f64);
         let most = 2.0 * (count as f64).max(1.0);
-        if cell.depth >= self.max_depth || failures > Self::MOST_FAILURES || most > cell.budget {
+        if cell.depth >= self.max_depth || failures > self.costs.failures || most > cell.budget {
             return None;
         }
         let depth = cell.depth + 1;

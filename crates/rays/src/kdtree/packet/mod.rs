@@ -2,7 +2,8 @@
 //!
 //! `rays` holds up to 256 rays in f32, and says why nothing is missed; `scale` is the coordinates of that. `filter` leaves
 //! out what rays certainly miss, `tester` asks the predicate about the rest. `step` is what 4, 8 or 16 rays do at a node, in
-//! their lanes; `stack` and `trail` lead them to leaves. `see` traces the rays of a camera's pixels and of a light. `options`
+//! their lanes; `stack` and `trail` lead them to leaves, of subtrees
+//! that are built then among them. `see` traces the rays of a camera's pixels and of a light. `options`
 //! says what there is to choose.
 
 mod filter;
@@ -31,22 +32,11 @@ pub use tester::Ask;
 use tester::{MOST_PAIRS, Mailbox, Pairs, Tester};
 
 impl KdTree {
-    /// Says how packets are led from now on.
-    pub fn set_packet_options(&mut self, options: KdPacketOptions) {
-        self.packet_options = options;
-    }
-
-    /// How packets are led.
-    #[must_use]
-    pub fn packet_options(&self) -> KdPacketOptions {
-        self.packet_options
-    }
-
     /// Does what [`nearest`](crate::SingleRays::nearest) does for each of `rays`, which may start anywhere and go anywhere: the hit of
     /// each is written to the same index of `hits`, `None` for a miss.
     ///
-    /// Rays in a row are led to leaves together as the [packet options](Self::set_packet_options) and the tree's
-    /// [traversal](super::KdTreeOptions::traversal) say: it pays where neighbours run side by side.
+    /// Rays in a row are led to leaves together as the tree's [options](super::KdTreeOptions) say: it pays where neighbours
+    /// run side by side.
     ///
     /// # Panics
     /// If there are more or fewer `hits` than `rays`.
@@ -179,20 +169,20 @@ impl KdTree {
     /// Leads prepared rays to leaves below the node at `root`, in packets.
     #[doc(hidden)]
     pub fn visit_from(&self, triangles: Triangles<'_>, rays: &mut Rays, root: u32, ask: &mut Ask<'_>) {
-        let mut stack = [Waiting::default(); super::node::Nodes::MAX_DEPTH];
+        let mut stack = [Waiting::at_root(self); super::node::Nodes::MAX_DEPTH];
         let tester = Tester {
             tree: self,
             triangles,
             scale: Scale::of(&self.extent),
             ask,
             pairs: Pairs::default(),
-            mailbox: Mailbox::new(self.packet_options.mailbox),
+            mailbox: Mailbox::new(self.options.packets.mailbox),
             steps: Steps::new(&self.visits),
         };
         let mut packets = Packets { rays, stack: &mut stack, root, tester };
         let level = self.level.into();
         // Each width is dispatched by itself, since all of them together would become one huge function.
-        match self.packet_options.width {
+        match self.options.packets.width {
             KdPacketWidth::Four => dispatch!(level, simd => packets.visit::<_, f32x4<_>>(simd)),
             KdPacketWidth::Eight => dispatch!(level, simd => packets.visit::<_, f32x8<_>>(simd)),
             KdPacketWidth::Sixteen => dispatch!(level, simd => packets.visit::<_, f32x16<_>>(simd)),
@@ -201,15 +191,15 @@ impl KdTree {
 }
 
 /// Up to 256 rays that are traced, and what with.
-struct Packets<'a, 'b> {
-    rays: &'a mut Rays,
-    stack: &'a mut Stack,
+struct Packets<'a, 'b, 'c> {
+    rays: &'c mut Rays,
+    stack: &'c mut Stack<'a>,
     /// The node where they begin.
     root: u32,
     tester: Tester<'a, 'b>,
 }
 
-impl Packets<'_, '_> {
+impl Packets<'_, '_, '_> {
     /// Leads all rays to leaves, as many at once as `V` has lanes.
     #[inline(always)]
     fn visit<S: Simd, V: Wide<S>>(&mut self, simd: S) {

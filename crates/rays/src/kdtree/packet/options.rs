@@ -10,11 +10,6 @@ pub enum KdPacketWidth {
     Sixteen,
 }
 
-impl KdPacketWidth {
-    /// All widths, the smallest first.
-    pub const ALL: [Self; 3] = [Self::Four, Self::Eight, Self::Sixteen];
-}
-
 /// Which triangles a packet remembers to have tested.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdMailbox {
@@ -25,11 +20,6 @@ pub enum KdMailbox {
     /// The last one of each hash.
     #[default]
     Hashed,
-}
-
-impl KdMailbox {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::None, Self::Ring, Self::Hashed];
 }
 
 /// How packets of rays are led through a [`KdTree`](super::super::KdTree). Nothing of it changes what they hit.
@@ -46,10 +36,21 @@ impl KdMailbox {
 /// | 16 with a short stack of 3 | 274 | 1280 | 235 | 164 | 1048 | 100 |
 ///
 /// Times of equal work differ by a tenth or more from run to run. What bounces have in common pays for no packets in Sibenik.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KdPacketOptions {
     /// How many rays are led to leaves together.
     pub width: KdPacketWidth,
     /// What packets remember.
     pub mailbox: KdMailbox,
+}
+
+impl KdPacketOptions {
+    /// Sixteen rays, which remember triangles by a hash.
+    pub const DEFAULT: Self = Self { width: KdPacketWidth::Sixteen, mailbox: KdMailbox::Hashed };
+}
+
+impl Default for KdPacketOptions {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
 }

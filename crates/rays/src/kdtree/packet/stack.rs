@@ -5,12 +5,15 @@ use super::filter::{Wide, load};
 use super::rays::{LANES, Rays};
 use super::step::{Way, Within, backward, begin, way};
 use super::tester::Tester;
+use crate::KdTree;
 use crate::kdtree::node::Nodes;
 
 /// A child that waits, and the members of a packet in its cell. 192 bytes.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 #[repr(align(64))]
-pub(super) struct Waiting {
+pub(super) struct Waiting<'a> {
+    /// The tree that it is a node of: a whole one, or a subtree that was built when a ray reached it.
+    pub(super) tree: &'a KdTree,
     enter: [f32; LANES],
     leave: [f32; LANES],
     pub(super) members: u16,
@@ -19,10 +22,15 @@ pub(super) struct Waiting {
     pub(super) level: u32,
 }
 
-impl Waiting {
+impl<'a> Waiting<'a> {
+    /// A whole tree, with no member in it.
+    pub(super) fn at_root(tree: &'a KdTree) -> Self {
+        Self { tree, enter: [0.0; LANES], leave: [0.0; LANES], members: 0, index: 0, level: 0 }
+    }
+
     #[inline(always)]
-    pub(super) fn put<S: Simd, V: Wide<S>>(&mut self, index: u32, level: u32, within: &Within<V>) {
-        (self.index, self.level, self.members) = (index, level, within.members as u16);
+    pub(super) fn put<S: Simd, V: Wide<S>>(&mut self, tree: &'a KdTree, index: u32, level: u32, within: &Within<V>) {
+        (self.tree, self.index, self.level, self.members) = (tree, index, level, within.members as u16);
         within.enter.store_slice(&mut self.enter[..V::LEN]);
         within.leave.store_slice(&mut self.leave[..V::LEN]);
     }
@@ -38,21 +46,21 @@ impl Waiting {
 }
 
 /// All children that wait.
-pub(super) type Stack = [Waiting; Nodes::MAX_DEPTH];
+pub(super) type Stack<'a> = [Waiting<'a>; Nodes::MAX_DEPTH];
 
 /// Leads the rays from `first` on to leaves below the node at `root`, with a stack (Wald et al., *Interactive Rendering with
 /// Coherent Ray Tracing*, 2001). Rays may have any directions (Reshetov, *Omnidirectional ray tracing traversal algorithm for
 /// kd-trees*, 2006): the child that is nearer for most of them comes first.
 #[inline(always)]
-pub(super) fn visit<S: Simd, V: Wide<S>>(
+pub(super) fn visit<'a, S: Simd, V: Wide<S>>(
     simd: S,
     rays: &mut Rays,
     first: usize,
     root: u32,
-    stack: &mut Stack,
-    tester: &mut Tester<'_, '_>,
+    stack: &mut Stack<'a>,
+    tester: &mut Tester<'a, '_>,
 ) {
-    let (tree, scale) = (tester.tree, tester.scale);
+    let (mut tree, scale) = (tester.tree, tester.scale);
     let mut within = begin::<S, V>(simd, rays, first);
     if within.members == 0 {
         return;
@@ -64,6 +72,10 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     loop {
         let node = tree.nodes.get(index);
         if node.is_leaf() {
+            if node.is_deferred() {
+                (tree, index) = (tester.subtree(tree, node), 0);
+                continue;
+            }
             tester.leaf::<S, V>(simd, rays, first, &tree.ids[node.ids()], within.members);
             let end = load::<S, V>(simd, &rays.leave, first);
             loop {
@@ -78,7 +90,7 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
                 }
             }
             within.leave = within.leave.min(end);
-            index = stack[waiting].index;
+            (tree, index) = (stack[waiting].tree, stack[waiting].index);
             continue;
         }
         tester.steps.note(|visits| visits.nodes += 1);
@@ -90,10 +102,10 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
             Way::Both([of_left, of_right]) => {
                 let turned = (backward::<S, V>(rays, plane.axis % 3, first) & within.members).count_ones();
                 if 2 * turned > within.members.count_ones() {
-                    stack[waiting].put(left, 0, &of_left);
+                    stack[waiting].put(tree, left, 0, &of_left);
                     (index, within) = (right, of_right);
                 } else {
-                    stack[waiting].put(right, 0, &of_right);
+                    stack[waiting].put(tree, right, 0, &of_right);
                     (index, within) = (left, of_left);
                 }
                 waiting += 1;

@@ -4,6 +4,7 @@ use super::KdMailbox;
 use super::filter::{Filter, Wide};
 use super::rays::Rays;
 use super::scale::Scale;
+use crate::kdtree::node::Node;
 use crate::shot::Steps;
 use crate::simd::lanes::bits_of;
 use crate::{KdTree, Triangles};
@@ -54,7 +55,13 @@ pub(super) struct Tester<'a, 'b> {
     pub(super) steps: Steps<'a>,
 }
 
-impl Tester<'_, '_> {
+impl<'a> Tester<'a, '_> {
+    /// The subtree in the place of a leaf of a tree, whose cell it has.
+    #[cold]
+    pub(super) fn subtree(&self, tree: &'a KdTree, leaf: Node) -> &'a KdTree {
+        tree.reach(self.triangles, leaf.ids().start)
+    }
+
     /// Tests the `members` of the rays from `first` on against triangles.
     #[inline(always)]
     pub(super) fn leaf<S: Simd, V: Wide<S>>(

@@ -16,16 +16,16 @@ use crate::simd::each;
 /// signs. Here a bit for each level says whether the packet is in the second of two children. The way there is the same each
 /// time, since it doesn't depend on what was hit. `order` says for each axis which child is the second one.
 #[inline(always)]
-pub(super) fn visit<S: Simd, V: Wide<S>>(
+pub(super) fn visit<'a, S: Simd, V: Wide<S>>(
     simd: S,
     rays: &mut Rays,
     first: usize,
     root: u32,
-    positions: &mut Stack,
-    tester: &mut Tester<'_, '_>,
+    positions: &mut Stack<'a>,
+    tester: &mut Tester<'a, '_>,
     Trail { stack: mut waiting, pushes_down }: Trail,
 ) {
-    let (tree, scale) = (tester.tree, tester.scale);
+    let (mut tree, scale) = (tester.tree, tester.scale);
     let mut within = begin::<S, V>(simd, rays, first);
     if within.members == 0 {
         return;
@@ -34,14 +34,18 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
     tester.mailbox.clear();
     let order = Order::new::<S, V>(rays, first, within.members);
     let (mut index, mut level) = (root, 0_u32);
-    let mut root = Waiting::default();
-    root.put(index, level, &within);
+    let mut root = Waiting::at_root(tree);
+    root.put(tree, index, level, &within);
     let (mut trail, mut open) = (0_u64, 0_u64);
     // Rays that have ended.
     let mut ended = 0_u64;
     loop {
         let node = tree.nodes.get(index);
         let mut is_done = node.is_leaf();
+        if is_done && node.is_deferred() {
+            (tree, index) = (tester.subtree(tree, node), 0);
+            continue;
+        }
         if is_done {
             let end = load::<S, V>(simd, &rays.leave, first);
             let members = within.members & within.enter.simd_le(end).to_bitmask();
@@ -68,7 +72,7 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
                         is_done = is_over(simd, rays, first, &within);
                     } else {
                         if let Some(slot) = waiting.push() {
-                            positions[slot].put(far, level, &of_far);
+                            positions[slot].put(tree, far, level, &of_far);
                         }
                         open |= bit;
                         (index, within) = (near, of_near);
@@ -86,17 +90,19 @@ pub(super) fn visit<S: Simd, V: Wide<S>>(
             trail = trail & ((1 << deepest) - 1) | 1 << deepest;
             if let Some(slot) = waiting.pop() {
                 let position = &positions[slot];
-                (index, level, within) = (position.index, position.level, position.within(simd));
+                (tree, index, level) = (position.tree, position.index, position.level);
+                within = position.within(simd);
                 is_done = is_over(simd, rays, first, &within);
             } else {
                 tester.steps.note(|visits| visits.restarts += 1);
-                (index, level, within) = (root.index, root.level, root.within(simd));
+                (tree, index, level) = (root.tree, root.index, root.level);
+                within = root.within(simd);
                 open = 0;
                 is_done = false;
             }
         }
         if pushes_down && open == 0 {
-            root.put(index, level, &within);
+            root.put(tree, index, level, &within);
         }
     }
 }

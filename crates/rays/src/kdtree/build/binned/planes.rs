@@ -148,7 +148,7 @@ fn least<S: Simd>(simd: S, node: &Node<'_>, planes: &[f32x16<S>; 3], counts: [[f
 /// What planes across an axis cost; infinity outside of the node.
 #[inline(always)]
 fn cost<S: Simd>(simd: S, node: &Node<'_>, axis: usize, at: f32x16<S>, [left, right]: [f32x16<S>; 2]) -> f32x16<S> {
-    let SahCosts { step, test, empty, mailbox } = *node.costs;
+    let SahCosts { step, test, empty, mailbox, .. } = *node.costs;
     let extent = node.extent;
     let side = |axis: usize| f64::from(extent.max[axis]) - f64::from(extent.min[axis]);
     let (length, a, b) = (side(axis), side((axis + 1) % 3), side((axis + 2) % 3));
