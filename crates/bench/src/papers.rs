@@ -60,7 +60,7 @@ impl Experiment {
 }
 
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 20] = [
+const EXPERIMENTS: [Experiment; 21] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
@@ -88,6 +88,7 @@ const EXPERIMENTS: [Experiment; 20] = [
     Experiment::new("bounce", "Incoherent rays", "Rahikainen 2013, section 3.2"),
     Experiment::new("kd-entries", "Entry points and culling", "Rahikainen 2013, sections 3.3 and 5"),
     Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),
+    Experiment::new("kd-ablations", "kd-trees without parts of the heuristic", "Rahikainen 2013, section 4.1"),
     Experiment::new("kd-frames", "kd-trees for moving scenes", "Rahikainen 2013, section 4.2"),
 ];
 
