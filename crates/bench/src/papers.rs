@@ -77,7 +77,9 @@ const EXPERIMENTS: [Experiment; 21] = [
     Experiment::new("growth", "Growth with triangles, pixels and lights", "Guntury and Narayanan 2010, section 5")
         .drawn(),
     Experiment::new("packets", "Packets against single rays", "Wald et al. 2006, Table 3 and Figure 7").drawn(),
-    Experiment::new("culling", "What the mailbox and the frustum spare", "Wald et al. 2006, Tables 1 and 4").counted(),
+    Experiment::new("culling", "What the mailbox and the frustum spare", "Wald et al. 2006, Tables 1 and 4")
+        .by("culling", &["--frames", "1"])
+        .counted(),
     Experiment::new("density", "Cells for each triangle", "Wald et al. 2006, Figure 6").drawn(),
     Experiment::new("resolution", "More pixels", "Wald et al. 2006, section 4.2"),
     Experiment::new("grid-options", "Macrocells, insertion, splits", "Wald et al. 2006, sections 2.4, 3 and 4.6"),
