@@ -10,6 +10,8 @@ pub mod kdtree;
 #[allow(dead_code, reason = "some of it is for other tests")]
 #[path = "../../gpu/tests/gpu/layout.rs"]
 mod layout;
+pub mod light_buffer;
+pub mod queue;
 pub mod shaft;
 pub mod triangle;
 pub mod uniform;

@@ -4,6 +4,8 @@ mod kd_background;
 mod kd_hierarchy;
 mod kd_shafts;
 mod kd_two_level;
+mod light_buffer;
+mod queues;
 #[path = "../../../rays/tests/rays/support/mod.rs"]
 mod support;
 mod triangle_tests;
