@@ -40,7 +40,8 @@ const MODULES: &[(&str, &str)] = modules! {
     "camera::" in "camera/": balance nodes settle trace work;
     "exact::" in "exact/": camera corners double expansion mask predicate shadow single vector;
     "grid::" in "grid/": fixed header list project set_up space;
-    "light::" in "light/": assign balance blocks cells choose cone light map points settle sort spread survey trace;
+    "light::" in "light/": assign balance blocks cells choose cone light map points seen_point settle sort spread survey
+        trace;
     "mask::" in "mask/": exact filter flags table;
     "pose::" in "pose/": pose;
     "primitives::" in "primitives/": scan workgroup_scan;
