@@ -97,7 +97,7 @@ impl<const K: usize> Args for StructureFlags<K> {
                 Arg::new("structure")
                     .long("structure")
                     .value_name("NAME")
-                    .help("What finds the triangles that rays hit on the CPU; the picture is the same with each")
+                    .help("What finds the triangles that rays hit; the picture is the same with each. GPUs have perspective and kdtree")
                     .default_value(default)
                     .value_parser(named_structure(names)),
             ),

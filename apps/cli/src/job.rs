@@ -78,13 +78,15 @@ impl Job {
 
 /// Whether what is asked of the engine is its to do.
 fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
-    let is_of_cpu = flags.simd.is_some() || structure != Structure::Perspective;
     match flags.engine {
         EngineKind::Gpu if flags.bounces > 0 => {
             Err(Failure::input("mirrors are followed on the CPU alone", "leave out --engine or --bounces"))
         }
-        EngineKind::Gpu if is_of_cpu => {
-            Err(Failure::input("a GPU has no choice of SIMD level or structure", "leave out --simd and --structure"))
+        EngineKind::Gpu if flags.simd.is_some() => {
+            Err(Failure::input("a GPU has no choice of SIMD level", "leave out --engine or --simd"))
+        }
+        EngineKind::Gpu => {
+            structure.check_on_gpu().map_err(|error| Failure::input(error.to_string(), "leave it out, or --engine"))
         }
         EngineKind::Cpu if flags.device.is_some() => Err(Failure::gpu_named_for_cpu()),
         _ => Ok(()),

@@ -83,12 +83,13 @@ const EXPERIMENTS: [Experiment; 21] = [
     Experiment::new("resolution", "More pixels", "Wald et al. 2006, section 4.2"),
     Experiment::new("grid-options", "Macrocells, insertion, splits", "Wald et al. 2006, sections 2.4, 3 and 4.6"),
     Experiment::new("nested", "Grids in cells", "Wald et al. 2006, section 2.4"),
-    Experiment::new("kd-traversals", "Traversals of the kd-tree", "Horn et al. 2007, Tables 1 and 2"),
+    Experiment::new("kd-traversals", "Traversals of the kd-tree", "Horn et al. 2007, Table 2"),
     Experiment::new("kd-bounces", "Mirror bounces", "Horn et al. 2007, Figure 2").drawn(),
     Experiment::new("triangles", "Ray-triangle tests", "Rahikainen 2013, section 2.1"),
     Experiment::new("bounce", "Incoherent rays", "Rahikainen 2013, section 3.2"),
     Experiment::new("kd-entries", "Entry points and culling", "Rahikainen 2013, sections 3.3 and 5"),
     Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),
+    Experiment::new("kd-ablations", "The surface area heuristic, part by part", "Rahikainen 2013, section 4.1"),
     Experiment::new("kd-frames", "kd-trees for moving scenes", "Rahikainen 2013, section 4.2"),
 ];
 

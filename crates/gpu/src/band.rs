@@ -22,13 +22,13 @@ impl From<&View> for Band {
 }
 
 impl Band {
-    /// The most that any stage holds for a pixel in one buffer: three planes of the film.
-    const PIXEL_BYTES: u64 = 48;
+    /// The most that any stage of the grids and of shading holds for a pixel in one buffer: three planes of the film.
+    pub const PIXEL_BYTES: u64 = 48;
 
-    /// Bands of a view that fit a device, from the top.
-    pub fn all(gpu: &Gpu, view: &View) -> impl Iterator<Item = Self> + use<> {
+    /// Bands of a view that fit a device, from the top, where no stage holds more than so many bytes for a pixel in one buffer.
+    pub fn all(gpu: &Gpu, view: &View, pixel_bytes: u64) -> impl Iterator<Item = Self> + use<> {
         let width = u64::from(view.width.next_multiple_of(TileOrder::TILE));
-        let rows = gpu.max_binding_bytes() / (width * Self::PIXEL_BYTES);
+        let rows = gpu.max_binding_bytes() / (width * pixel_bytes);
         let rows = (rows as u32).min(view.height.next_multiple_of(TileOrder::TILE)) / TileOrder::TILE * TileOrder::TILE;
         // Where not even one row of tiles fits, buffers will say so.
         let (view, rows) = (*view, rows.max(TileOrder::TILE));

@@ -13,6 +13,7 @@ mod error;
 mod fit;
 mod geometry;
 mod grid;
+pub mod kdtree;
 mod kernel;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]
@@ -46,6 +47,7 @@ pub use wgpu;
 /// What `umbrage-study` and tests need of the crate's inside. Not part of the public API.
 #[doc(hidden)]
 pub mod internals {
+    pub use crate::kdtree::light_words;
     pub use crate::link::link_with;
     pub use crate::view::ExactView;
 }

@@ -40,6 +40,8 @@ const MODULES: &[(&str, &str)] = modules! {
     "camera::" in "camera/": balance nodes settle trace work;
     "exact::" in "exact/": camera corners double expansion mask predicate shadow single vector;
     "grid::" in "grid/": fixed header list project set_up space;
+    "kdtree::" in "kdtree/": ask fit levels light line lit packet rays read records seen settle shape stack tester trail
+        write;
     "light::" in "light/": assign balance blocks cells choose cone light map points seen_point settle sort spread survey
         trace;
     "mask::" in "mask/": exact filter flags table;
@@ -155,9 +157,10 @@ mod tests {
     use super::*;
 
     /// What the stages declare that modules import from them.
-    const OF_STAGES: [(&str, &str); 5] = [
+    const OF_STAGES: [(&str, &str); 6] = [
         ("point_view", "var<uniform> point_view: PointView;"),
         ("masks", "var<storage, read> masks: array<u32>;"),
+        ("records", "var<storage, read_write> records: array<u32>;"),
         ("positions", "var<storage, read> positions: array<u32>;"),
         ("triangles", "var<storage, read> triangles: array<vec4<u32>>;"),
         ("vertices", "var<storage, read> vertices: array<vec4<u32>>;"),

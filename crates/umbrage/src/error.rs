@@ -77,6 +77,12 @@ pub enum Error {
     /// A GPU was asked to follow mirrors.
     #[error("mirrors are followed on the CPU alone: a GPU takes 0 bounces")]
     BouncesOnGpu,
+    /// A GPU was asked for a structure that is the CPU's alone.
+    #[error("a GPU has its own grids and the kd-tree, but not `{0}`")]
+    StructureOnGpu(&'static str),
+    /// A GPU was asked for a kd-tree with an option that is the CPU's alone.
+    #[error("a kd-tree on a GPU has no option `{0}`")]
+    KdOptionOnGpu(&'static str),
     /// The CPU was asked for a texture.
     #[error("only a GPU renders to a texture")]
     TextureOnCpu,
@@ -114,6 +120,8 @@ impl Error {
                 | Self::UniformOptions(_)
                 | Self::KdTreeOptions(_)
                 | Self::BouncesOnGpu
+                | Self::StructureOnGpu(_)
+                | Self::KdOptionOnGpu(_)
                 | Self::CountsOfStructure
         )
     }

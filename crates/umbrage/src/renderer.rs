@@ -33,7 +33,7 @@ impl Renderer {
 
     /// A renderer that works on a GPU. Triangles and shadows are the CPU's; colours differ by rounding.
     ///
-    /// [`Settings::structure`] doesn't matter to it: a GPU has the perspective grid.
+    /// Where [`Settings::structure`] is a kd-tree, the CPU builds it and the GPU traces it; all others stand for the GPU's grids.
     ///
     /// # Errors
     /// Where the device has no memory for fixed tables.

@@ -60,6 +60,21 @@ impl Structure {
         }
     }
 
+    /// Whether a GPU finds triangles so, rather than by its grids.
+    ///
+    /// # Errors
+    /// If it doesn't, or would ignore an option.
+    pub fn check_on_gpu(&self) -> Result<(), Error> {
+        match *self {
+            Self::KdTree(KdTreeOptions { lazy_below: 1.., .. }) => Err(Error::KdOptionOnGpu("kd-lazy")),
+            Self::KdTree(KdTreeOptions { packets, .. }) if packets.mailbox != KdMailbox::default() => {
+                Err(Error::KdOptionOnGpu("kd-mailbox"))
+            }
+            Self::Perspective | Self::KdTree(_) => Ok(()),
+            _ => Err(Error::StructureOnGpu(self.name())),
+        }
+    }
+
     /// An empty structure of this kind that uses the instructions of `level`; `sends_rays_onward` where single rays go through
     /// it as well as the camera's and the lights'.
     pub(crate) fn make(

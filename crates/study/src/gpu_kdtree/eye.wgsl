@@ -1,12 +1,12 @@
 // Stage `eye`: the camera's rays, in blocks of 8×8 pixels so that packets stay together, and an empty film.
 
-import package::dispatch::{Invocation, flat_group, groups_of};
+import package::dispatch::{Invocation, flat_group};
 import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::exact::double::{F64, F64_ZERO};
 import package::kdtree::records::{
-    NO_TRIANGLE, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORDS_GROUPS, RECORDS_PACKETS, RECORD_OWN, RECORD_TAG,
-    record_start,
+    NO_TRIANGLE, RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORD_OWN, RECORD_TAG, record_start,
 };
+import package::kdtree::write::{put_header, put_number, put_vector};
 
 struct KdEye {
     view: ExactView,
@@ -22,24 +22,13 @@ struct KdEye {
 const EYE_HALF = F64(0u, 0x3fe00000u);
 const EYE_ONE = F64(0u, 0x3ff00000u);
 
-fn put_number(word: u32, number: F64) {
-    records[word] = number.x;
-    records[word + 1u] = number.y;
-}
-
 @compute @workgroup_size(64)
 fn eye(at: Invocation) {
     let block = flat_group(at);
     let columns = (kd_eye.view.width + 7u) / 8u;
     let blocks = columns * ((kd_eye.view.height + 7u) / 8u);
     if block == 0u && at.lane == 0u {
-        let by_64 = groups_of(blocks);
-        let by_packet = groups_of((blocks * 64u + kd_eye.packet - 1u) / kd_eye.packet);
-        records[RECORDS_COUNT] = blocks * 64u;
-        for (var axis = 0u; axis < 3u; axis++) {
-            records[RECORDS_GROUPS + axis] = by_64[axis];
-            records[RECORDS_PACKETS + axis] = by_packet[axis];
-        }
+        put_header(blocks * 64u, kd_eye.packet);
     }
     if block >= blocks {
         return;
@@ -49,12 +38,8 @@ fn eye(at: Invocation) {
     let is_inside = column < kd_eye.view.width && row < kd_eye.view.height;
     let ray = exact_pixel_ray(kd_eye.view, column, row, EYE_HALF, EYE_HALF);
     let word = record_start(block * 64u + at.lane);
-    put_number(word, ray.origin.x);
-    put_number(word + 2u, ray.origin.y);
-    put_number(word + 4u, ray.origin.z);
-    put_number(word + 6u, ray.direction.x);
-    put_number(word + 8u, ray.direction.y);
-    put_number(word + 10u, ray.direction.z);
+    put_vector(word, ray.origin);
+    put_vector(word + RAY_DIRECTION, ray.direction);
     // Beside the image the interval is empty.
     put_number(word + RAY_T_MIN, select(EYE_ONE, F64_ZERO, is_inside));
     put_number(word + RAY_T_MAX, select(F64_ZERO, F64(0u, 0x7ff00000u), is_inside));

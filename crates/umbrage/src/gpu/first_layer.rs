@@ -1,6 +1,8 @@
 use rayon::prelude::*;
-use umbrage_gpu::{Band, Buffer, CameraGrid, Gpu, GpuError, LightGrid, Recorder};
+use umbrage_gpu::{Band, Buffer, Gpu, GpuError, Recorder};
 use umbrage_rays::{LightMask, SeenPixels, TileOrder};
+
+use super::finder::Found;
 
 /// What pixels show first and which lights reach it, kept on the GPU: shading and later layers replace it.
 #[derive(Debug)]
@@ -14,23 +16,15 @@ impl FirstLayer {
         Self { seen: Buffer::storage(gpu, "first seen"), lit: Buffer::storage(gpu, "first lit") }
     }
 
-    /// Records that what the grids have found is kept.
+    /// Records that what was found is kept.
     ///
     /// # Errors
     /// Where it needs more than one buffer of the device has room for.
-    pub(super) fn record(
-        &mut self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        camera: &CameraGrid,
-        lights: &LightGrid,
-    ) -> Result<(), GpuError> {
-        for (kept, found, words) in [
-            (&mut self.seen, camera.seen(), camera.slots()),
-            (&mut self.lit, lights.lit(), u64::from(lights.light_count()) * u64::from(lights.mask_words())),
-        ] {
+    pub(super) fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, found: &Found<'_>) -> Result<(), GpuError> {
+        let Found { seen, slots, lit, lit_words } = *found;
+        for (kept, buffer, words) in [(&mut self.seen, seen, slots), (&mut self.lit, lit, lit_words)] {
             kept.reserve(gpu, 4 * words)?;
-            recorder.copy_words(found, kept, words);
+            recorder.copy_words(buffer, kept, words);
         }
         Ok(())
     }

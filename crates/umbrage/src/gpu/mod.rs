@@ -16,6 +16,7 @@
 //! # Ok::<(), umbrage::Error>(())
 //! ```
 
+mod finder;
 mod first_layer;
 mod geometry;
 mod picture;
@@ -29,13 +30,14 @@ pub use rig::tables as rig_tables;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
-use umbrage_gpu::{Band, Buffer, CameraGrid, CameraOptions, Fit, Groups, LightGrid, Recorder, Sight};
+use umbrage_gpu::{Band, Buffer, Groups, Recorder, Sight};
 use umbrage_rays::{LightMask, SeenPixels};
 use umbrage_scene::{Frame, Light, Scene};
 
 use crate::engine::{Engine, Output, Staged};
 use crate::sampling::{Sample, Samples};
-use crate::{CameraChoice, Error, Film, Settings, Settled, Stats};
+use crate::{CameraChoice, Error, Film, Settings, Settled, Stats, Structure};
+use finder::{Finders, Found, Question};
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
 use picture::Picture;
@@ -48,10 +50,8 @@ pub(crate) struct GpuEngine {
     gpu: Gpu,
     rig: FrameRig,
     geometry: FrameGeometry,
-    camera: CameraGrid,
-    lights: LightGrid,
+    finders: Finders,
     tables: Tables,
-    fit: Fit,
     shade: Shade,
     planes: FilmPlanes,
     /// What pixels show first.
@@ -90,10 +90,8 @@ impl GpuEngine {
         Ok(Self {
             rig: FrameRig::new(&gpu)?,
             geometry: FrameGeometry::new(&gpu),
-            camera: CameraGrid::new(&gpu, CameraOptions::default()),
-            lights: LightGrid::new(&gpu),
+            finders: Finders::new(&gpu),
             tables: Tables::default(),
-            fit: Fit::new(&gpu),
             shade: Shade::new(&gpu)?,
             planes: FilmPlanes::new(&gpu),
             first: FirstLayer::new(&gpu),
@@ -124,38 +122,36 @@ impl GpuEngine {
         is_first: bool,
         stats: &mut Stats,
     ) -> Result<bool, GpuError> {
-        let Self { gpu, rig, geometry, camera, lights, fit, shade, planes, .. } = self;
-        let geometry = geometry.geometry();
+        let Self { gpu, rig, geometry, finders, shade, planes, .. } = self;
+        let (geometry, finder) = (geometry.geometry(), finders.chosen_mut());
         let sources: Vec<_> = frame_lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect();
-        let sight = Sight { is_behind: !is_first };
+        let (sight, offset_pixels) = (Sight { is_behind: !is_first }, sample.offset_pixels);
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
         shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
         for _ in 0..Self::MOST_TRIES {
-            camera.prepare(gpu, geometry, band.clone(), sample.offset_pixels, sight)?;
-            lights.prepare(gpu, geometry, band.clone(), sample.offset_pixels, &sources)?;
-            fit.prepare(gpu, camera, lights, shade.groups())?;
+            let (lights, groups) = (&sources[..], shade.groups());
+            finder.prepare(gpu, &Question { geometry, band, offset_pixels, sight, lights, groups })?;
             let mut recorder = Recorder::new(gpu);
             rig.record(gpu, &mut recorder, geometry, shade);
-            camera.record(gpu, &mut recorder, geometry);
-            lights.record(gpu, &mut recorder, geometry, camera.seen());
-            fit.record(gpu, &mut recorder, camera, lights);
+            finder.record(gpu, &mut recorder, geometry);
             if is_first {
-                self.first.record(gpu, &mut recorder, camera, lights)?;
+                self.first.record(gpu, &mut recorder, &finder.found())?;
             }
             let (positions, triangles) = (geometry.positions(), geometry.triangles());
-            let inputs = ShadeInputs { seen: camera.seen(), lit: lights.lit(), positions, triangles };
-            recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, fit.groups()));
+            let Found { seen, lit, .. } = finder.found();
+            let inputs = ShadeInputs { seen, lit, positions, triangles };
+            recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, finder.groups()));
             if self.is_see_through {
-                camera.keep(gpu, &mut recorder)?;
+                finder.keep(gpu, &mut recorder)?;
             }
             let times = recorder.submit()()?;
             rig.finish();
-            if camera.finish(gpu)? & lights.finish(gpu)? {
+            if finder.finish(gpu)? {
                 times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
                 if is_first {
-                    count_settled(&mut self.settled, camera, lights);
+                    finder.count_settled(&mut self.settled);
                 }
-                return Ok(is_first || camera.sees_any());
+                return Ok(is_first || finder.sees_any());
             }
         }
         Err(GpuError::OutOfMemory(format!("a frame's lists have outgrown their buffers {} times", Self::MOST_TRIES)))
@@ -186,14 +182,14 @@ impl GpuEngine {
 
     /// What is around the scene, seen through all layers.
     fn shade_surroundings(&mut self, band: &Band, sample: &Sample, stats: &mut Stats) -> Result<(), GpuError> {
-        let Self { gpu, geometry, lights, shade, planes, nothing, .. } = self;
+        let Self { gpu, geometry, finders, shade, planes, nothing, .. } = self;
         let none = vec![SeenPixels::NONE; band.order().slots()];
         nothing.write(gpu, &none)?;
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first: false, is_last: true };
         shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
         let geometry = geometry.geometry();
         let (positions, triangles) = (geometry.positions(), geometry.triangles());
-        let inputs = ShadeInputs { seen: nothing, lit: lights.lit(), positions, triangles };
+        let inputs = ShadeInputs { seen: nothing, lit: finders.chosen().found().lit, positions, triangles };
         let mut recorder = Recorder::new(gpu);
         recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
         recorder.submit()()?.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
@@ -238,12 +234,21 @@ impl GpuEngine {
 
 impl Engine for GpuEngine {
     fn check(&self, settings: &Settings, _output: Output) -> Result<(), Error> {
-        if settings.bounces > 0 { Err(Error::BouncesOnGpu) } else { Ok(()) }
+        match settings.structure {
+            _ if settings.bounces > 0 => Err(Error::BouncesOnGpu),
+            Structure::KdTree(_) => settings.structure.check_on_gpu(),
+            _ => Ok(()),
+        }
     }
 
     /// Where a rig moves the scene, its vertices are posed on the GPU alone, unless a camera is made from them.
     fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings, frame: &mut Frame) -> Result<(), Error> {
         self.uploaded_before = self.gpu.uploaded_bytes();
+        self.finders.choose(&self.gpu, settings.structure);
+        if self.finders.chosen().needs_vertices() {
+            self.rig.leave();
+            return Ok(scene.pose(seconds, frame)?);
+        }
         self.rig.animate(scene, seconds, frame)?;
         if settings.camera == CameraChoice::Default && frame.cameras.is_empty() {
             self.rig.pose_on_cpu(frame);
@@ -259,6 +264,7 @@ impl Engine for GpuEngine {
     /// Brings what is new of a frame to the GPU.
     fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error> {
         let Staged { frame, lights, view, settings, .. } = *staged;
+        self.finders.choose(&self.gpu, settings.structure);
         if !self.is_finished {
             // What a frame that failed has uploaded may not be there.
             self.geometry.forget();
@@ -279,7 +285,9 @@ impl Engine for GpuEngine {
         self.seen.inverse_depth.fill(f32::NAN);
         self.lit.resize(lights.len(), LightMask::default());
         self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
-        self.bands = Band::all(&self.gpu, &view).collect();
+        let finder = self.finders.chosen_mut();
+        finder.build(&self.gpu, frame)?;
+        self.bands = Band::all(&self.gpu, &view, finder.pixel_bytes()).collect();
         Ok(())
     }
 
@@ -341,11 +349,12 @@ impl Engine for GpuEngine {
         stats.vertices = self.geometry.geometry().vertex_count() as usize;
         stats.shadow_rays = self.shadow_rays;
         stats.count_settled(self.settled.map(Some));
-        stats.structure_bytes = (self.camera.structure_bytes() + self.lights.structure_bytes()) as usize;
-        stats.point_bytes = self.lights.point_bytes() as usize;
+        let [triangles, points, pixels] = self.finders.chosen().bytes();
+        stats.structure_bytes = triangles as usize;
+        stats.point_bytes = points as usize;
         stats.frame_bytes += self.rig.bytes() as usize;
         let film = self.planes.planes().bytes() + self.planes.triangle().bytes();
-        stats.pixel_bytes += (self.camera.pixel_bytes() + film + self.picture.bytes()) as usize;
+        stats.pixel_bytes += (pixels + film + self.picture.bytes()) as usize;
         stats.count_omitted(&self.rig.omitted(&self.gpu, frame)?);
         stats.uploaded_bytes = self.gpu.uploaded_bytes() - self.uploaded_before;
         Ok(())
@@ -357,12 +366,4 @@ impl Engine for GpuEngine {
 #[must_use]
 pub fn screen_levels() -> &'static [f32; 256] {
     crate::screen::Levels::get().least()
-}
-
-/// Adds what the predicate settled for the grids' last frame.
-fn count_settled([of_camera, of_lights]: &mut [Settled; 2], camera: &CameraGrid, lights: &LightGrid) {
-    let work = camera.work();
-    of_camera.tests += u64::from(work.undecided_hits);
-    of_camera.rays = of_camera.rays.map(|rays| rays + u64::from(work.undecided_pixels));
-    of_lights.tests += lights.work().iter().map(|work| u64::from(work.undecided)).sum::<u64>();
 }

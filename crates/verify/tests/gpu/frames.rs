@@ -12,7 +12,7 @@ use crate::common::{renderer, small_renderer};
 
 /// How two engines' pictures differ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Differences {
+pub(crate) struct Differences {
     pixels: usize,
     /// Pixels with another triangle.
     triangles: usize,
@@ -23,7 +23,7 @@ struct Differences {
 }
 
 impl Differences {
-    fn between(cpu: &Renderer, gpu: &Renderer, settings: &Settings) -> Self {
+    pub(crate) fn between(cpu: &Renderer, gpu: &Renderer, settings: &Settings) -> Self {
         let Settings { width, height, .. } = *settings;
         let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         let is_other = |&(x, y): &(u32, u32)| cpu.seen().triangle_at(x, y) != gpu.seen().triangle_at(x, y);
@@ -44,14 +44,14 @@ impl Differences {
     }
 
     /// Triangles and shadows are the same; colours are as far as f32 carries, see `gpu_shade`.
-    fn expect_none(&self, name: &str) {
+    pub(crate) fn expect_none(&self, name: &str) {
         println!("{name}: {self:?}");
         assert_eq!((self.triangles, self.shadows), (0, 0), "{name}: {self:?}");
         assert!(self.colors <= self.pixels / 10_000, "{name}: {self:?}");
     }
 }
 
-fn compare(name: &str, gpu: &mut Renderer, scene: &Scene, moment: f64, settings: &Settings) -> Differences {
+pub(crate) fn compare(name: &str, gpu: &mut Renderer, scene: &Scene, moment: f64, settings: &Settings) -> Differences {
     let seconds = moment * scene.duration_seconds();
     let mut cpu = Renderer::default();
     for renderer in [&mut cpu, gpu] {
@@ -60,7 +60,7 @@ fn compare(name: &str, gpu: &mut Renderer, scene: &Scene, moment: f64, settings:
     Differences::between(&cpu, gpu, settings)
 }
 
-fn sized(width: u32, height: u32) -> Settings {
+pub(crate) fn sized(width: u32, height: u32) -> Settings {
     Settings { width, height, ..Settings::default() }
 }
 

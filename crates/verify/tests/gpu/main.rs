@@ -7,6 +7,7 @@ mod builder;
 mod common;
 mod failures;
 mod frames;
+mod kdtree;
 mod own_frames;
 mod pose;
 mod shade;

@@ -6,10 +6,12 @@ import package::dispatch::{Invocation, flat_index, groups_of};
 import package::exact::corners::{corner_bits};
 import package::exact::double::{F64, f64_equal, f64_less};
 import package::exact::expansion::{ExpansionTerms};
-import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_t};
+import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_is_front, exact_t};
 import package::exact::shadow::{exact_blocked_by};
 import package::kdtree::read::{read_number, read_point, read_ray, read_shadow};
 import package::kdtree::records::{HIT_WORDS, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, record_start};
+import package::mask::exact::{is_there_exactly};
+import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED, TRIANGLE_SHADOW_MASKED};
 
 @group(0) @binding(0) var<storage, read> records: array<u32>;
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
@@ -17,6 +19,7 @@ import package::kdtree::records::{HIT_WORDS, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT
 @group(0) @binding(3) var<storage, read_write> traced: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read_write> undecided_hits: array<u32>;
 @group(0) @binding(5) var<storage, read_write> hits: array<u32>;
+@group(0) @binding(6) var<storage, read> masks: array<u32>;
 
 // As in `tester.wgsl`.
 const UNDECIDED_COUNT: u32 = 0u;
@@ -31,6 +34,16 @@ const SETTLE_INFINITE = F64(0u, 0x7ff00000u);
 // How many hits there was room for.
 fn undecided_count() -> u32 {
     return min(undecided_hits[UNDECIDED_COUNT], (arrayLength(&undecided_hits) - UNDECIDED_FIRST) / UNDECIDED_WORDS);
+}
+
+// Whether the point where a triangle is met is there, and on a side that the triangle has.
+fn is_there(id: u32, edges: ExactEdges, meets_backs: bool, is_shadow: bool) -> bool {
+    let kind = triangles[id].w;
+    if (kind & TRIANGLE_ONE_SIDED) != 0u && exact_is_front(edges) == meets_backs {
+        return false;
+    }
+    let is_masked = (kind & select(TRIANGLE_MASKED, TRIANGLE_SHADOW_MASKED, is_shadow)) != 0u;
+    return !is_masked || is_there_exactly(triangles[id], exact_barycentric(edges), is_shadow);
 }
 
 @compute @workgroup_size(1)
@@ -57,7 +70,7 @@ fn settle_hits(at: Invocation) {
         let ray = read_ray(word);
         var terms: ExpansionTerms;
         let edges = exact_edges(&terms, ray, corner_bits(undecided_hits[base]));
-        if edges.side != 0 {
+        if edges.side != 0 && is_there(undecided_hits[base], edges, false, false) {
             let found = exact_t(&terms, ray, edges);
             if f64_less(read_number(word + RAY_T_MIN), found) && f64_less(found, read_number(word + RAY_T_MAX)) {
                 t = found;
@@ -117,7 +130,8 @@ fn settle_blocked(at: Invocation) {
     let shadow = read_shadow(word, read_point(word));
     var terms: ExpansionTerms;
     var edges: ExactEdges;
-    if exact_blocked_by(&terms, shadow, corner_bits(undecided_hits[base]), &edges) {
+    let id = undecided_hits[base];
+    if exact_blocked_by(&terms, shadow, corner_bits(id), &edges) && is_there(id, edges, shadow.from_point, true) {
         atomicOr(&traced[4u * number], 1u);
     }
 }

@@ -3,7 +3,7 @@ use umbrage_rays::KdTree;
 
 use super::words::{KdTreeForm, write_words};
 
-use umbrage_gpu::{Buffer, Gpu, GpuError};
+use crate::{Buffer, Gpu, GpuError};
 
 /// A kd-tree that the CPU has built, on the GPU: 8 bytes a node and 4 a reference, as there.
 #[derive(Debug)]
@@ -101,7 +101,8 @@ impl KdNodes {
     }
 
     /// The largest coordinate of any triangle that can be hit, or zero.
-    pub(super) fn reach(&self) -> f32 {
+    #[must_use]
+    pub fn reach(&self) -> f32 {
         self.reach
     }
 
@@ -121,8 +122,8 @@ impl KdNodes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu_kdtree::link;
     use crate::layout::{differences, layout, module};
+    use crate::link::link;
 
     #[test]
     fn the_shape_is_that_of_the_shaders() {

@@ -1,9 +1,8 @@
 use umbrage_rays::{Counts, Hit, KdTraversal};
 
-use super::kernel;
 use super::records::{KdRecords, number};
 use super::tree::KdNodes;
-use umbrage_gpu::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// How rays are led through the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,10 +87,10 @@ impl KdTracer {
     /// Ready to answer.
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
-        let settle = |entry| kernel(gpu, "kdtree::settle", entry, &[]);
+        let settle = |entry| Kernel::new(gpu, "kdtree::settle", entry, &[]);
         Self {
             options,
-            lines: both(|is_shadow| kernel(gpu, "kdtree::line", "line", &[is_shadow])),
+            lines: both(|is_shadow| Kernel::new(gpu, "kdtree::line", "line", &[is_shadow])),
             walks: walks(gpu, options),
             size_undecided: settle("size_undecided"),
             settle_undecided: [settle("settle_hits"), settle("settle_blocked")],
@@ -208,8 +207,8 @@ impl KdTracer {
         ];
         let walk_groups = if self.options.packet.is_some() { packets } else { groups };
         recorder.stage(walk, |pass| self.walks[which].dispatch(gpu, pass, &buffers, walk_groups));
-        let buffers =
-            [rays.buffer(), geometry.triangles(), geometry.positions(), &self.traced, &self.undecided, &self.hits];
+        let (triangles, positions, masks) = (geometry.triangles(), geometry.positions(), geometry.masks().buffer());
+        let buffers = [rays.buffer(), triangles, positions, &self.traced, &self.undecided, &self.hits, masks];
         recorder.stage("settle", |pass| self.size_undecided.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
         recorder.copy_words(&self.undecided, &self.undecided_sizes, Self::UNDECIDED_HEADER);
         recorder.stage("settle", |pass| {
@@ -275,6 +274,17 @@ impl KdTracer {
         &self.traced
     }
 
+    /// What each use has needed: how many hits were left undecided, at the start of its header.
+    pub(super) fn needs(&self) -> &Buffer {
+        &self.needs
+    }
+
+    /// How many undecided hits there is room for.
+    pub(super) fn room(&self) -> u32 {
+        let hits = (self.undecided.bytes() / 4).saturating_sub(Self::UNDECIDED_HEADER) / Self::UNDECIDED_WORDS;
+        hits.min(u64::from(u32::MAX)) as u32
+    }
+
     /// What each of `count` rays hit first, read back.
     ///
     /// # Errors
@@ -321,7 +331,7 @@ fn walks(gpu: &Gpu, options: KdTracerOptions) -> [Kernel; 2] {
         KdTracerOptions { traversal: KdTraversal::Stack, .. } => ("kdtree::stack", "by_stack", &[]),
         _ => ("kdtree::trail", "by_trail", &short),
     };
-    both(|is_shadow| kernel(gpu, path, entry, &[constants, &[counts, is_shadow]].concat()))
+    both(|is_shadow| Kernel::new(gpu, path, entry, &[constants, &[counts, is_shadow]].concat()))
 }
 
 /// What `kernel` makes for nearest hits and for shadows, given the constant that says which.

@@ -1,7 +1,7 @@
 use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{LightSource, Ray};
 
-use umbrage_gpu::{Buffer, Gpu, GpuError, Recorder};
+use crate::{Buffer, Gpu, GpuError, Recorder};
 
 /// Rays, or questions about shadows, in a buffer on the GPU: 80 bytes each.
 #[derive(Debug)]
@@ -13,15 +13,16 @@ pub struct KdRecords {
 }
 
 impl KdRecords {
-    /// As in `records.wgsl`.
-    pub(super) const HEADER: u64 = 8;
+    /// Words of the header, as in `records.wgsl`.
+    pub const HEADER: u64 = 8;
     const WORDS: usize = 20;
     const LANES: u32 = 64;
-    /// Words where workgroups for records, and for packets of them, are.
-    pub(super) const GROUPS: u32 = 1;
+    /// The word where workgroups for records are …
+    pub const GROUPS: u32 = 1;
+    /// … and for packets of them.
     pub(super) const PACKETS: u32 = 4;
     /// Stands for no triangle.
-    pub(super) const NO_TRIANGLE: u32 = u32::MAX;
+    pub const NO_TRIANGLE: u32 = u32::MAX;
 
     /// Nothing yet.
     #[must_use]
@@ -105,11 +106,13 @@ impl KdRecords {
     }
 
     /// Lets dispatches take their sizes from what the header says now.
-    pub(super) fn record_sizes(&self, recorder: &mut Recorder<'_>) {
+    pub fn record_sizes(&self, recorder: &mut Recorder<'_>) {
         recorder.copy_words(&self.records, &self.sizes, Self::HEADER);
     }
 
-    pub(super) fn sizes(&self) -> &Buffer {
+    /// What dispatches take their sizes from.
+    #[must_use]
+    pub fn sizes(&self) -> &Buffer {
         &self.sizes
     }
 
@@ -170,7 +173,8 @@ pub(super) fn number(words: &[u32], index: usize) -> f64 {
 }
 
 /// The vector of a light in bits of f32, and whether it is a direction.
-pub(super) fn light_words(light: &LightSource) -> [u32; 4] {
+#[must_use]
+pub fn light_words(light: &LightSource) -> [u32; 4] {
     let (vector, is_directional) = match *light {
         LightSource::Point { position } | LightSource::Spot { position, .. } => (position, 0),
         LightSource::Directional { direction } => (direction, 1),

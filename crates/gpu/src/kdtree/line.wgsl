@@ -10,7 +10,9 @@ import package::exact::vector::{
     F64Vector, f64_largest_magnitude, f64_vector_add, f64_vector_from_f32_bits, f64_vector_scale, f64_vector_turned,
 };
 import package::kdtree::read::{read_number, read_point, read_ray, read_shadow};
-import package::kdtree::records::{RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, RECORD_OWN, record_start};
+import package::kdtree::records::{
+    NO_TRIANGLE, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, RECORD_OWN, RECORD_TAG, record_start,
+};
 import package::kdtree::shape::{KdShape};
 
 @group(0) @binding(0) var<uniform> kd_shape: KdShape;
@@ -89,9 +91,18 @@ fn line_slabs(start: F64Vector, along: F64Vector, enter: F64, leave: F64, scale:
     return slabs;
 }
 
-// Writes a line: where `ray` is in the interval, leaving out the triangle `own`. `error` is how wrong the end of the interval
-// is as a point, on any axis.
-fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, own: u32) {
+// Writes a line that meets nothing.
+fn write_missed(number: u32, packed_own: u32) {
+    let to = 1u + 4u * number;
+    lines[to] = vec4(0u);
+    lines[to + 1u] = vec4(0u);
+    lines[to + 2u] = vec4(0u, 0u, bitcast<u32>(LINE_MISS), 0u);
+    lines[to + 3u] = vec4(0u, 0u, packed_own | 2u, 0u);
+}
+
+// Writes a line: where `ray` is in the interval, leaving out the triangle `own`, and of triangles with one side the other one
+// where it `meets_backs`. `error` is how wrong the end of the interval is as a point, on any axis.
+fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, own: u32, meets_backs: bool) {
     let to = 1u + 4u * number;
     let packed_own = own << 2u;
     let scale = F64(0u, kd_shape.scale_high);
@@ -114,10 +125,7 @@ fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, ow
     let is_lost = slabs.is_lost || !f64_is_finite(enter) || !f64_is_finite(leave) || !f64_is_finite(blur)
         || f64_less(F64(0u, 0x3fa00000u), blur);
     if slabs.is_missed || (!is_lost && f64_less(leave, enter)) {
-        lines[to] = vec4(0u);
-        lines[to + 1u] = vec4(0u);
-        lines[to + 2u] = vec4(0u, 0u, bitcast<u32>(LINE_MISS), 0u);
-        lines[to + 3u] = vec4(0u, 0u, packed_own | 2u, 0u);
+        write_missed(number, packed_own);
         return;
     }
     if is_lost {
@@ -125,7 +133,7 @@ fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, ow
         lines[to] = vec4(0u, 0u, 0u, far);
         lines[to + 1u] = vec4(0u, 0u, 0u, far);
         lines[to + 2u] = vec4(0u, 0u, far, far);
-        lines[to + 3u] = vec4(0u, 0u, packed_own | 2u, 0u);
+        lines[to + 3u] = vec4(0u, 0u, packed_own | 2u, u32(meets_backs));
         return;
     }
 
@@ -168,7 +176,7 @@ fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, ow
     lines[to + 2u] = vec4(
         f64_to_f32_bits(slope_x), f64_to_f32_bits(slope_y), f64_to_f32_bits(length), bitcast<u32>(most_doubt),
     );
-    lines[to + 3u] = vec4(f64_to_f32_bits(first), f64_to_f32_bits(last), packed_own | axis, 0u);
+    lines[to + 3u] = vec4(f64_to_f32_bits(first), f64_to_f32_bits(last), packed_own | axis, u32(meets_backs));
 }
 
 @compute @workgroup_size(64)
@@ -185,9 +193,16 @@ fn line(at: Invocation) {
     if KD_IS_SHADOW {
         let point = read_point(word);
         let shadow = read_shadow(word, point);
+        // Nothing shadows a point at the light.
+        let is_at_light = f64_is_zero(f64_largest_magnitude(shadow.ray.direction));
+        if is_at_light || records[word + RECORD_TAG] == NO_TRIANGLE {
+            write_missed(number, own << 2u);
+            return;
+        }
         let t_max = select(LINE_ONE, F64(0u, 0x7ff00000u), shadow.from_point);
-        write_line(number, shadow.ray, F64_ZERO, t_max, point.error, own);
+        write_line(number, shadow.ray, F64_ZERO, t_max, point.error, own, shadow.from_point);
     } else {
-        write_line(number, read_ray(word), read_number(word + RAY_T_MIN), read_number(word + RAY_T_MAX), F64_ZERO, own);
+        let t_min = read_number(word + RAY_T_MIN);
+        write_line(number, read_ray(word), t_min, read_number(word + RAY_T_MAX), F64_ZERO, own, false);
     }
 }

@@ -1,6 +1,7 @@
 // What all traversals share: the tree, lines through it, and the tests of leaves. The bounds are derived in `mod.rs`.
 
 import package::kdtree::shape::{KdShape};
+import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED, TRIANGLE_SHADOWLESS, TRIANGLE_SHADOW_MASKED};
 
 @group(0) @binding(0) var<uniform> kd_shape: KdShape;
 @group(0) @binding(1) var<storage, read> kd_nodes: array<vec2<u32>>;
@@ -46,6 +47,8 @@ struct KdRay {
     last: f32,
     own: u32,
     axis: u32,
+    // Of triangles with one side: whether rays meet the back and not the front, as those from points to a light do.
+    meets_backs: bool,
     number: u32,
     // What planes' t may be wrong by, on each axis.
     doubt: vec3<f32>,
@@ -91,6 +94,7 @@ fn kd_ray(number: u32) -> KdRay {
     ray.last = bitcast<f32>(fourth.y);
     ray.own = fourth.z >> 2u;
     ray.axis = fourth.z & 3u;
+    ray.meets_backs = fourth.w != 0u;
     ray.number = number;
     ray.doubt = ray.margin * abs(ray.inverse);
     ray.held = NOTHING;
@@ -182,6 +186,8 @@ struct KdMeeting {
     upper: f32,
     // By how much the line certainly runs through the plane, a length of its normal being one.
     steepness: f32,
+    // Above zero where the line certainly comes from the back, below zero where it comes from the front.
+    turn: f32,
 }
 
 // Tests a triangle as Woop, Benthin and Wald do ("Watertight ray/triangle intersection", 2013): in a space sheared so that the
@@ -214,8 +220,9 @@ fn kd_meet(ray: ptr<function, KdRay>, id: u32) -> KdMeeting {
     let t_error = 10.0 * KD_UNIT + 2.0 * (*ray).blur;
     let nearest = min(t.x, min(t.y, t.z));
     let farthest = max(t.x, max(t.y, t.z));
-    var meeting = KdMeeting(false, false, nearest - t_error, farthest + t_error, 0.0);
+    var meeting = KdMeeting(false, false, nearest - t_error, farthest + t_error, 0.0, 0.0);
     if lowest > bound || highest < -bound {
+        meeting.turn = lowest * inverse;
         let sum = edges.x + edges.y + edges.z;
         let steepness = abs(sum) - 5.0 * bound;
         if steepness > 0.0 {
@@ -296,9 +303,17 @@ fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>) {
         if KD_COUNTS {
             (*ray).visits.z += 1u;
         }
-        let meeting = kd_meet(ray, id);
-        if meeting.is_missed {
+        let kind = triangles[id].w;
+        if KD_IS_SHADOW && (kind & TRIANGLE_SHADOWLESS) != 0u {
             continue;
+        }
+        var meeting = kd_meet(ray, id);
+        let is_other_side = select(meeting.turn > 0.0, meeting.turn < 0.0, (*ray).meets_backs);
+        if meeting.is_missed || ((kind & TRIANGLE_ONE_SIDED) != 0u && is_other_side) {
+            continue;
+        }
+        if (kind & select(TRIANGLE_MASKED, TRIANGLE_SHADOW_MASKED, KD_IS_SHADOW)) != 0u {
+            meeting.is_certain = false;
         }
         if KD_IS_SHADOW {
             kd_note_shadow(ray, id, meeting);

@@ -20,7 +20,8 @@ const SHADOW_LIGHT: u32 = 8u;
 const SHADOW_IS_DIRECTIONAL: u32 = 11u;
 const SHADOW_COLOR: u32 = 12u;
 
-// Of both: the triangle that doesn't count, and a number of the asker's own.
+// Of both: the triangle that doesn't count, and a number of the asker's own; `NO_TRIANGLE` where nothing is asked about a
+// shadow.
 const RECORD_OWN: u32 = 16u;
 const RECORD_TAG: u32 = 17u;
 

@@ -1,0 +1,289 @@
+use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
+use umbrage_rays::{Cone, KdTree, LightSource};
+
+use super::records::{KdRecords, light_words};
+use super::tracer::{KdTracer, KdTracerOptions, KdTracerWork};
+use super::tree::KdNodes;
+use crate::grid::words;
+use crate::view::PointView;
+use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder, Sight};
+
+/// What each pixel of a camera sees, and which lights reach that, found through a kd-tree: what a
+/// [`CameraGrid`](crate::CameraGrid) and a [`LightGrid`](crate::LightGrid) find.
+#[derive(Debug)]
+pub struct KdSight {
+    tracer: KdTracer,
+    nodes: KdNodes,
+    make_rays: Kernel,
+    see: Kernel,
+    ask: Kernel,
+    light: Kernel,
+    fit: Kernel,
+    point_view: Buffer,
+    ray_parameters: Buffer,
+    /// One for each light: all are in use in one submission.
+    lights: Vec<Buffer>,
+    /// For each light whether anything keeps it away.
+    casts_shadow: Vec<bool>,
+    /// The camera's rays, then the questions of one light after the other.
+    records: KdRecords,
+    seen: Buffer,
+    /// What pixels showed before, where what is behind that is asked for.
+    front: Buffer,
+    lit: Buffer,
+    sees_any: Buffer,
+    room: Buffer,
+    sizes_if_all_fits: Buffer,
+    sizes: Buffer,
+    slots: u32,
+    has_seen_any: bool,
+}
+
+/// As in `rays.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct KdRays {
+    packet: u32,
+    sees_behind: u32,
+}
+
+/// As in `light.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct KdLight {
+    vector: [u32; 3],
+    is_directional: u32,
+    axis: [f32; 3],
+    has_cone: u32,
+    squared_cosine: [u32; 2],
+    casts_shadow: u32,
+    packet: u32,
+    mask: u32,
+    unused: [u32; 3],
+}
+
+/// As in `fit.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct KdFit {
+    room: u32,
+    uses: u32,
+    groups: u32,
+}
+
+impl KdSight {
+    /// The most that it holds for a pixel in one buffer: a ray, and its share of a header.
+    pub const PIXEL_BYTES: u64 = 96;
+
+    /// Ready to build.
+    #[must_use]
+    pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
+        let kernel = |path, entry| Kernel::new(gpu, path, entry, &[]);
+        Self {
+            tracer: KdTracer::new(gpu, options),
+            nodes: KdNodes::new(gpu),
+            make_rays: kernel("kdtree::rays", "rays"),
+            see: kernel("kdtree::seen", "see"),
+            ask: kernel("kdtree::ask", "ask"),
+            light: kernel("kdtree::lit", "lit"),
+            fit: kernel("kdtree::fit", "fit"),
+            point_view: Buffer::uniform(gpu, "view of points"),
+            ray_parameters: Buffer::uniform(gpu, "rays"),
+            lights: Vec::new(),
+            casts_shadow: Vec::new(),
+            records: KdRecords::new(gpu),
+            seen: Buffer::storage(gpu, "seen"),
+            front: Buffer::storage(gpu, "seen before"),
+            lit: Buffer::storage(gpu, "lit"),
+            sees_any: Buffer::storage(gpu, "whether any is seen"),
+            room: Buffer::uniform(gpu, "room"),
+            sizes_if_all_fits: Buffer::storage(gpu, "whether all fits"),
+            sizes: Buffer::sizes(gpu, "dispatch sizes of what fits"),
+            slots: 0,
+            has_seen_any: false,
+        }
+    }
+
+    /// Says how rays are led from now on.
+    pub fn set_options(&mut self, gpu: &Gpu, options: KdTracerOptions) {
+        self.tracer.set_options(gpu, options);
+    }
+
+    /// Takes over the tree of a frame.
+    ///
+    /// # Errors
+    /// Where it needs more than one buffer of the device has room for.
+    pub fn build(&mut self, gpu: &Gpu, tree: &KdTree) -> Result<(), GpuError> {
+        self.nodes.write(gpu, tree)
+    }
+
+    /// Makes ready for a frame of all or some rows of an image: parameters and room. `None` stands for a light that nothing
+    /// keeps away. `groups` workgroups follow if all fits.
+    ///
+    /// # Errors
+    /// Where something needs more than one buffer of the device has room for.
+    pub fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        band: &Band,
+        offset_pixels: DVec2,
+        sight: Sight,
+        lights: &[Option<LightSource>],
+        groups: u32,
+    ) -> Result<(), GpuError> {
+        self.slots = band.order().slots() as u32;
+        let (slots, packet) = (self.slots, self.tracer.options().lanes());
+        self.point_view.write(gpu, &[PointView::new(band, offset_pixels)])?;
+        let sees_behind = u32::from(sight.is_behind);
+        self.ray_parameters.write(gpu, &[KdRays { packet, sees_behind }])?;
+        self.lights.truncate(lights.len());
+        while self.lights.len() < lights.len() {
+            self.lights.push(Buffer::uniform(gpu, "light"));
+        }
+        self.casts_shadow.clear();
+        self.casts_shadow.extend(lights.iter().map(Option::is_some));
+        for ((buffer, light), number) in self.lights.iter_mut().zip(lights).zip(0..) {
+            let cone = light.as_ref().and_then(Cone::of);
+            let [x, y, z, is_directional] = light.as_ref().map_or([0; 4], light_words);
+            let parameters = KdLight {
+                vector: [x, y, z],
+                is_directional,
+                axis: cone.map_or([0.0; 3], |cone| cone.axis.as_vec3().to_array()),
+                has_cone: u32::from(cone.is_some()),
+                squared_cosine: words(cone.map_or(0.0, |cone| cone.squared_cosine)),
+                casts_shadow: u32::from(light.is_some()),
+                packet,
+                mask: number * (slots / 32),
+                unused: [0; 3],
+            };
+            buffer.write(gpu, &[parameters])?;
+        }
+        self.records.reserve(gpu, slots)?;
+        self.seen.reserve(gpu, 4 * u64::from(slots))?;
+        self.front.reserve(gpu, 4 * u64::from(slots))?;
+        self.lit.reserve(gpu, (u64::from(slots) / 8 * lights.len() as u64).max(16))?;
+        self.sees_any.reserve(gpu, 16)?;
+        self.sizes_if_all_fits.reserve(gpu, 16)?;
+        self.sizes.reserve(gpu, 16)?;
+        let uses = 1 + self.casts_shadow.iter().filter(|casts| **casts).count() as u32;
+        self.tracer.prepare(gpu, slots, uses)?;
+        self.room.write(gpu, &[KdFit { room: self.tracer.room(), uses, groups }])
+    }
+
+    /// Records all stages.
+    pub fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry) {
+        let Self { tracer, nodes, records, seen, front, point_view, .. } = self;
+        let slots = Groups::Flat(self.slots.div_ceil(64));
+        recorder.clear(&self.sees_any);
+        let buffers =
+            [point_view, &self.ray_parameters, geometry.triangles(), geometry.positions(), front, records.buffer()];
+        recorder.stage("rays", |pass| self.make_rays.dispatch(gpu, pass, &buffers, slots));
+        tracer.record_nearest(gpu, recorder, geometry, nodes, records);
+        let buffers = [records.buffer(), tracer.hits(), seen, &self.sees_any];
+        recorder.stage("seen", |pass| self.see.dispatch(gpu, pass, &buffers, slots));
+        for (light, casts_shadow) in self.lights.iter().zip(&self.casts_shadow) {
+            let buffers = [light, point_view, tracer.hits(), records.buffer()];
+            recorder.stage("ask", |pass| self.ask.dispatch(gpu, pass, &buffers, slots));
+            if *casts_shadow {
+                tracer.record_blocked(gpu, recorder, geometry, nodes, records);
+            }
+            let buffers = [light, records.buffer(), tracer.shadows(), &self.lit];
+            recorder.stage("lit", |pass| self.light.dispatch(gpu, pass, &buffers, slots));
+        }
+        let buffers = [&self.room, tracer.needs(), &self.sizes_if_all_fits];
+        recorder.stage("fit", |pass| self.fit.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
+        recorder.copy_words(&self.sizes_if_all_fits, &self.sizes, 3);
+    }
+
+    /// As many workgroups as were prepared if all fits, else none.
+    #[must_use]
+    pub fn groups(&self) -> Groups<'_> {
+        Groups::Indirect(&self.sizes, 0)
+    }
+
+    /// Keeps what pixels show, for a next frame that asks what is [behind](Sight::is_behind).
+    pub fn keep(&self, recorder: &mut Recorder<'_>) {
+        recorder.copy_words(&self.seen, &self.front, u64::from(self.slots));
+    }
+
+    /// Waits for the frame and looks at what it needed. Where that was more than there was room for, makes room and answers
+    /// false: then the frame has to be done again.
+    ///
+    /// # Errors
+    /// Where the device is lost, or more is needed than one of its buffers has room for.
+    pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
+        self.has_seen_any = self.sees_any.read::<u32>(gpu, 1)?[0] != 0;
+        self.tracer.finish(gpu)
+    }
+
+    /// Whether the last finished frame saw anything.
+    #[must_use]
+    pub fn sees_any(&self) -> bool {
+        self.has_seen_any
+    }
+
+    /// What the last finished frame took: its camera's rays, then each light that casts shadows.
+    #[must_use]
+    pub fn work(&self) -> &[KdTracerWork] {
+        self.tracer.work()
+    }
+
+    /// As [`CameraGrid::seen`](crate::CameraGrid::seen).
+    #[must_use]
+    pub fn seen(&self) -> &Buffer {
+        &self.seen
+    }
+
+    /// As [`LightGrid::lit`](crate::LightGrid::lit).
+    #[must_use]
+    pub fn lit(&self) -> &Buffer {
+        &self.lit
+    }
+
+    /// How many slots [`KdSight::seen`] has.
+    #[must_use]
+    pub fn slots(&self) -> u64 {
+        self.slots.into()
+    }
+
+    /// How many lights the last prepared frame has.
+    #[must_use]
+    pub fn light_count(&self) -> u32 {
+        self.lights.len() as u32
+    }
+
+    /// Bytes on the GPU for triangles.
+    #[must_use]
+    pub fn structure_bytes(&self) -> u64 {
+        self.nodes.bytes()
+    }
+
+    /// Bytes on the GPU for pixels, and for rays under way.
+    #[must_use]
+    pub fn pixel_bytes(&self) -> u64 {
+        [self.records.buffer(), &self.seen, &self.front, &self.lit].into_iter().map(Buffer::bytes).sum::<u64>()
+            + self.tracer.bytes()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{differences, layout, module};
+    use crate::link::link;
+
+    #[test]
+    fn parameters_are_those_of_the_shaders() {
+        let light =
+            layout!(KdLight { vector, is_directional, axis, has_cone, squared_cosine, casts_shadow, packet, mask });
+        for (path, layout) in [
+            ("kdtree::rays", layout!(KdRays { packet, sees_behind })),
+            ("kdtree::ask", light.clone()),
+            ("kdtree::lit", light),
+            ("kdtree::fit", layout!(KdFit { room, uses, groups })),
+        ] {
+            assert_eq!(differences(&module(&link(path)), &layout), [""; 0], "{path}");
+        }
+    }
+}

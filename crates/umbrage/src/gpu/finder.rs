@@ -1,0 +1,272 @@
+use std::fmt::Debug;
+
+use glam::DVec2;
+use umbrage_gpu::kdtree::{KdSight, KdTracerOptions};
+use umbrage_gpu::{
+    Band, Buffer, CameraGrid, CameraOptions, Fit, Geometry, Gpu, GpuError, Groups, LightGrid, Recorder, Sight,
+};
+use umbrage_rays::{KdPacketOptions, KdPacketWidth, KdTree, KdTreeOptions, LightSource, SimdLevel};
+use umbrage_scene::Frame;
+
+use crate::{Settled, Structure};
+
+/// What finds what pixels see and which lights reach it, rebuilt for every frame.
+pub(super) trait Finder: Debug + Send + Sync {
+    /// Whether it is built from a frame's vertices on the CPU.
+    fn needs_vertices(&self) -> bool {
+        false
+    }
+
+    /// Rebuilds what serves all layers of a frame.
+    fn build(&mut self, _gpu: &Gpu, _frame: &Frame) -> Result<(), GpuError> {
+        Ok(())
+    }
+
+    /// Makes ready for a layer: parameters and room.
+    fn prepare(&mut self, gpu: &Gpu, question: &Question<'_>) -> Result<(), GpuError>;
+
+    /// Records all stages.
+    fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry);
+
+    /// What was found.
+    fn found(&self) -> Found<'_>;
+
+    /// As many workgroups as were asked for if there was room for everything, else none.
+    fn groups(&self) -> Groups<'_>;
+
+    /// Records that what pixels show is kept, for a next layer behind it.
+    fn keep(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>) -> Result<(), GpuError>;
+
+    /// Waits for the layer. Where there was too little room, makes more and answers false.
+    fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError>;
+
+    /// Whether any pixel of the last finished layer shows anything.
+    fn sees_any(&self) -> bool;
+
+    /// Adds what the predicate settled for the last finished layer, of camera rays and of shadow rays.
+    fn count_settled(&self, settled: &mut [Settled; 2]);
+
+    /// Bytes on the GPU for triangles, for points and for pixels.
+    fn bytes(&self) -> [u64; 3];
+
+    /// The most that any stage holds for a pixel in one buffer.
+    fn pixel_bytes(&self) -> u64 {
+        Band::PIXEL_BYTES
+    }
+}
+
+/// What a layer is about.
+pub(super) struct Question<'a> {
+    pub(super) geometry: &'a Geometry,
+    pub(super) band: &'a Band,
+    pub(super) offset_pixels: DVec2,
+    pub(super) sight: Sight,
+    /// `None` for lights that nothing keeps away.
+    pub(super) lights: &'a [Option<LightSource>],
+    /// Workgroups that shade.
+    pub(super) groups: u32,
+}
+
+/// What a layer shows, in the order of [`TileOrder`](umbrage_rays::TileOrder).
+pub(super) struct Found<'a> {
+    /// Each slot's triangle.
+    pub(super) seen: &'a Buffer,
+    pub(super) slots: u64,
+    /// For each light a bit a slot.
+    pub(super) lit: &'a Buffer,
+    pub(super) lit_words: u64,
+}
+
+/// What there is to find with. Kernels take long to compile, so what was used once is kept.
+#[derive(Debug)]
+pub(super) struct Finders {
+    grids: Grids,
+    tree: Option<TreeOfFrame>,
+    takes_tree: bool,
+}
+
+impl Finders {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        Self { grids: Grids::new(gpu), tree: None, takes_tree: false }
+    }
+
+    /// Has what [`Settings::structure`](crate::Settings::structure) asks for find triangles from now on: the kd-tree, or the
+    /// grids for all others.
+    pub(super) fn choose(&mut self, gpu: &Gpu, structure: Structure) {
+        self.takes_tree = matches!(structure, Structure::KdTree(_));
+        if let Structure::KdTree(options) = structure {
+            self.tree.get_or_insert_with(|| TreeOfFrame::new(gpu, options)).set_options(gpu, options);
+        }
+    }
+
+    pub(super) fn chosen(&self) -> &dyn Finder {
+        match &self.tree {
+            Some(tree) if self.takes_tree => tree,
+            _ => &self.grids,
+        }
+    }
+
+    pub(super) fn chosen_mut(&mut self) -> &mut dyn Finder {
+        match &mut self.tree {
+            Some(tree) if self.takes_tree => tree,
+            _ => &mut self.grids,
+        }
+    }
+}
+
+/// Grids for the camera and for each light.
+#[derive(Debug)]
+struct Grids {
+    camera: CameraGrid,
+    lights: LightGrid,
+    fit: Fit,
+}
+
+impl Grids {
+    fn new(gpu: &Gpu) -> Self {
+        Self { camera: CameraGrid::new(gpu, CameraOptions::default()), lights: LightGrid::new(gpu), fit: Fit::new(gpu) }
+    }
+}
+
+impl Finder for Grids {
+    fn prepare(&mut self, gpu: &Gpu, question: &Question<'_>) -> Result<(), GpuError> {
+        let Question { geometry, band, offset_pixels, sight, lights, groups } = *question;
+        self.camera.prepare(gpu, geometry, band.clone(), offset_pixels, sight)?;
+        self.lights.prepare(gpu, geometry, band.clone(), offset_pixels, lights)?;
+        self.fit.prepare(gpu, &self.camera, &self.lights, groups)
+    }
+
+    fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry) {
+        let Self { camera, lights, fit } = self;
+        camera.record(gpu, recorder, geometry);
+        lights.record(gpu, recorder, geometry, camera.seen());
+        fit.record(gpu, recorder, camera, lights);
+    }
+
+    fn found(&self) -> Found<'_> {
+        let Self { camera, lights, .. } = self;
+        let lit_words = u64::from(lights.light_count()) * u64::from(lights.mask_words());
+        Found { seen: camera.seen(), slots: camera.slots(), lit: lights.lit(), lit_words }
+    }
+
+    fn groups(&self) -> Groups<'_> {
+        self.fit.groups()
+    }
+
+    fn keep(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>) -> Result<(), GpuError> {
+        self.camera.keep(gpu, recorder)
+    }
+
+    fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
+        Ok(self.camera.finish(gpu)? & self.lights.finish(gpu)?)
+    }
+
+    fn sees_any(&self) -> bool {
+        self.camera.sees_any()
+    }
+
+    fn count_settled(&self, [of_camera, of_lights]: &mut [Settled; 2]) {
+        let work = self.camera.work();
+        of_camera.tests += u64::from(work.undecided_hits);
+        of_camera.rays = of_camera.rays.map(|rays| rays + u64::from(work.undecided_pixels));
+        of_lights.tests += self.lights.work().iter().map(|work| u64::from(work.undecided)).sum::<u64>();
+    }
+
+    fn bytes(&self) -> [u64; 3] {
+        let triangles = self.camera.structure_bytes() + self.lights.structure_bytes();
+        [triangles, self.lights.point_bytes(), self.camera.pixel_bytes()]
+    }
+}
+
+/// A kd-tree that the CPU builds.
+#[derive(Debug)]
+struct TreeOfFrame {
+    tree: KdTree,
+    options: KdTreeOptions,
+    sight: KdSight,
+}
+
+impl TreeOfFrame {
+    fn new(gpu: &Gpu, options: KdTreeOptions) -> Self {
+        let tree = KdTree::with_level(SimdLevel::default());
+        Self { tree, options, sight: KdSight::new(gpu, tracer_options(options)) }
+    }
+
+    fn set_options(&mut self, gpu: &Gpu, options: KdTreeOptions) {
+        self.options = options;
+        self.sight.set_options(gpu, tracer_options(options));
+    }
+}
+
+/// The same way through the tree as on the CPU, with packets as wide.
+fn tracer_options(KdTreeOptions { traversal, packets, .. }: KdTreeOptions) -> KdTracerOptions {
+    let KdPacketOptions { width, .. } = packets;
+    let lanes = match width {
+        KdPacketWidth::Four => 4,
+        KdPacketWidth::Eight => 8,
+        KdPacketWidth::Sixteen => 16,
+    };
+    KdTracerOptions { traversal, packet: Some(lanes), ..KdTracerOptions::DEFAULT }
+}
+
+impl Finder for TreeOfFrame {
+    fn needs_vertices(&self) -> bool {
+        true
+    }
+
+    fn build(&mut self, gpu: &Gpu, frame: &Frame) -> Result<(), GpuError> {
+        // Settings are checked before anything is rendered.
+        self.tree.set_options(self.options).ok();
+        self.tree.build(frame.triangles());
+        self.sight.build(gpu, &self.tree)
+    }
+
+    fn prepare(&mut self, gpu: &Gpu, question: &Question<'_>) -> Result<(), GpuError> {
+        let Question { band, offset_pixels, sight, lights, groups, .. } = *question;
+        self.sight.prepare(gpu, band, offset_pixels, sight, lights, groups)
+    }
+
+    fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry) {
+        self.sight.record(gpu, recorder, geometry);
+    }
+
+    fn found(&self) -> Found<'_> {
+        let Self { sight, .. } = self;
+        let lit_words = u64::from(sight.light_count()) * sight.slots() / 32;
+        Found { seen: sight.seen(), slots: sight.slots(), lit: sight.lit(), lit_words }
+    }
+
+    fn groups(&self) -> Groups<'_> {
+        self.sight.groups()
+    }
+
+    fn keep(&mut self, _gpu: &Gpu, recorder: &mut Recorder<'_>) -> Result<(), GpuError> {
+        self.sight.keep(recorder);
+        Ok(())
+    }
+
+    fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
+        self.sight.finish(gpu)
+    }
+
+    fn sees_any(&self) -> bool {
+        self.sight.sees_any()
+    }
+
+    /// Of how many camera rays isn't counted.
+    fn count_settled(&self, [of_camera, of_lights]: &mut [Settled; 2]) {
+        of_camera.rays = None;
+        for work in self.sight.work() {
+            let settled = if work.is_shadow { &mut *of_lights } else { &mut *of_camera };
+            settled.tests += u64::from(work.undecided_hits);
+        }
+    }
+
+    fn bytes(&self) -> [u64; 3] {
+        [self.sight.structure_bytes(), 0, self.sight.pixel_bytes()]
+    }
+
+    fn pixel_bytes(&self) -> u64 {
+        KdSight::PIXEL_BYTES
+    }
+}
