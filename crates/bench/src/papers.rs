@@ -60,7 +60,7 @@ impl Experiment {
 }
 
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 21] = [
+const EXPERIMENTS: [Experiment; 22] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
