@@ -164,12 +164,14 @@ fn flag(option: &'static StructureOption, heading: &'static str) -> Arg {
         OptionValues::Names(names) => ("NAME", String::new(), names()),
         OptionValues::Whole(range) => ("N", format!(", {} to {}", range.start(), range.end()), Vec::new()),
         OptionValues::WholeOrAuto(_) => ("N", String::new(), Vec::new()),
+        OptionValues::Rectangle => ("DEGREES", String::new(), Vec::new()),
         OptionValues::Positive => ("NUMBER", ", above 0".to_owned(), Vec::new()),
         OptionValues::Share => ("NUMBER", ", 0 to 1".to_owned(), Vec::new()),
     };
+    let is_rectangle = matches!(option.values, OptionValues::Rectangle);
     let flag = flag.value_name(value_name).help(format!("{}{range} [default: {default}]", option.about));
     if names.is_empty() {
-        flag.allow_negative_numbers(true).value_parser(parse)
+        flag.allow_negative_numbers(true).allow_hyphen_values(is_rectangle).value_parser(parse)
     } else {
         flag.value_parser(Named { names, parse })
     }

@@ -103,6 +103,7 @@ mod tests {
                     OptionValues::Names(names) => names().iter().map(|(name, _)| (*name).to_owned()).collect(),
                     OptionValues::Whole(range) => vec![range.start().to_string(), range.end().to_string()],
                     OptionValues::WholeOrAuto(range) => vec![range.start().to_string(), "auto".to_owned()],
+                    OptionValues::Rectangle => vec!["auto".to_owned(), "-30:30:-20:20.5".to_owned()],
                     OptionValues::Positive => vec!["0.1".to_owned(), "33.3".to_owned()],
                     OptionValues::Share => vec!["0".to_owned(), "0.3".to_owned()],
                     OptionValues::Switch => vec!["true".to_owned(), "false".to_owned()],

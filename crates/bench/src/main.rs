@@ -67,6 +67,8 @@ enum Command {
     Breakdown(experiments::BreakdownFlags),
     /// Figure 11 of the paper: shadows of a light that moves away
     Distance(experiments::DistanceFlags),
+    /// The light grid's cells of the paper: one spherical map for each light, beside faces and the direct form
+    LightMaps(experiments::LightMapsFlags),
     /// How time and memory grow with triangles, pixels and lights
     Growth(experiments::GrowthFlags),
     /// Indirect mapping: sorting to small tiles, tracing by larger ones
@@ -133,6 +135,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Table1(flags) => flags.run(),
         Command::Breakdown(flags) => flags.run(),
         Command::Distance(flags) => flags.run(),
+        Command::LightMaps(flags) => flags.run(),
         Command::Growth(flags) => flags.run(),
         Command::Mapping(flags) => flags.run(),
         Command::Cells(flags) => flags.run(),

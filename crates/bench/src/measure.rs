@@ -24,8 +24,9 @@ pub(crate) struct Costs {
     pub(crate) light_stages: Vec<(&'static str, f64)>,
     /// Bytes that the grids hold in the end.
     pub(crate) bytes: Bytes,
-    /// What the last frame's camera took.
+    /// What the last frame's camera took, and its lights.
     pub(crate) counts: Counts,
+    pub(crate) light_counts: Counts,
 }
 
 /// Traces frames of the scene at `address`, with its first light, through grids of each of `forms` in turn. `arrange` may
@@ -87,6 +88,7 @@ impl Costs {
             light_stages,
             bytes: grids.bytes(),
             counts: grids.work[0].counts,
+            light_counts: grids.work[1].counts,
         }
     }
 }

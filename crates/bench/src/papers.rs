@@ -60,7 +60,7 @@ impl Experiment {
 }
 
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 21] = [
+const EXPERIMENTS: [Experiment; 22] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
@@ -69,6 +69,7 @@ const EXPERIMENTS: [Experiment; 21] = [
     Experiment::new("breakdown", "Where a frame's time goes", "Guntury and Narayanan 2010, Figure 10")
         .with_files()
         .drawn(),
+    Experiment::new("light-maps", "Light maps", "Guntury and Narayanan 2010, section 4.1").with_files().drawn(),
     Experiment::new("distance", "A light that moves away", "Guntury and Narayanan 2010, Figure 11").drawn(),
     Experiment::new("mapping", "Indirect mapping", "Guntury and Narayanan 2010, section 3.2")
         .by("mapping", &["--all-blocks"])

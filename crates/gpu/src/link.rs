@@ -42,7 +42,8 @@ const MODULES: &[(&str, &str)] = modules! {
     "grid::" in "grid/": fixed header list project set_up space;
     "kdtree::" in "kdtree/": ask fit levels light line lit packet rays read records seen settle shape stack tester trail
         write;
-    "light::" in "light/": assign balance blocks cells choose cone light map points settle sort spread survey trace;
+    "light::" in "light/": assign balance blocks cells choose cone light map points seen_point settle sort spread survey
+        trace;
     "mask::" in "mask/": exact filter flags table;
     "pose::" in "pose/": pose;
     "primitives::" in "primitives/": scan workgroup_scan;

@@ -53,7 +53,8 @@ pub use kdtree::{
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace, LightGrid};
 pub use listed::{
-    Cells, ImpossibleCells, ImpossibleLightCells, ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptions,
+    Cells, ImpossibleCells, ImpossibleLightCells, LightClamp, LightMapping, ListedGrid, ListedLightGrid,
+    ListedLightOptions, ListedOptions, NoLightClamp,
 };
 pub use patches::Patches;
 pub use ray::{Hit, Ray};

@@ -8,8 +8,8 @@ use std::str::FromStr;
 
 use umbrage_rays::{
     Bvh, Cells, Choice, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal,
-    KdTree, KdTreeOptions, ListedGrids, ListedLightOptions, ListedOptions, PacketSide, SahCosts, SimdLevel,
-    UniformGrid, UniformOptions, UnknownChoice,
+    KdTree, KdTreeOptions, LightClamp, LightMapping, ListedGrids, ListedLightOptions, ListedOptions, PacketSide,
+    SahCosts, SimdLevel, UniformGrid, UniformOptions, UnknownChoice,
 };
 
 use crate::Error;
@@ -151,6 +151,8 @@ pub enum OptionValues {
     Whole(RangeInclusive<u32>),
     /// A whole number, or `auto`.
     WholeOrAuto(RangeInclusive<u32>),
+    /// The four angles of a [`LightClamp`] in degrees, or `auto`.
+    Rectangle,
     /// A finite number above 0.
     Positive,
     /// A number from 0 to 1.
@@ -195,16 +197,31 @@ impl Structure {
         option!("listed", "light-cells", "Cells a side of the light grids",
             OptionValues::Whole(1..=ListedLightOptions::MOST_CELLS),
             Self::Listed { light, .. } => light.cells(),
-            |value| *light = ListedLightOptions::new(whole(value)?, light.points(), light.triangles()).ok()?),
+            |value| *light = light.with_sizes(whole(value)?, light.points(), light.triangles()).ok()?),
         option!("listed", "light-rays",
             "The most shadow rays in a block of work of the light grids, the paper's r; a multiple of 16",
             OptionValues::Whole(1..=ListedLightOptions::LARGEST_BLOCK),
             Self::Listed { light, .. } => light.points(),
-            |value| *light = ListedLightOptions::new(light.cells(), whole(value)?, light.triangles()).ok()?),
+            |value| *light = light.with_sizes(light.cells(), whole(value)?, light.triangles()).ok()?),
         option!("listed", "light-triangles", "The most triangles in a block of work of the light grids",
             OptionValues::Whole(1..=ListedLightOptions::LARGEST_BLOCK),
             Self::Listed { light, .. } => light.triangles(),
-            |value| *light = ListedLightOptions::new(light.cells(), light.points(), whole(value)?).ok()?),
+            |value| *light = light.with_sizes(light.cells(), light.points(), whole(value)?).ok()?),
+        option!("listed", "light-slices", "Depth slices of the light grids",
+            OptionValues::Whole(1..=ListedLightOptions::MOST_SLICES),
+            Self::Listed { light, .. } => light.slices(),
+            |value| *light = light.with_slices(whole(value)?)?),
+        option!("listed", "light-map", "How lights that are somewhere see points and triangles",
+            OptionValues::Names(LightMapping::names),
+            Self::Listed { light, .. } => light.map,
+            |value| light.map = value.parse().ok()?),
+        option!("listed", "light-clamp",
+            "Angles that a spherical light map divides into cells: the lowest and highest α, and β, in degrees around the \
+             light's forward direction, as -30:30:-20:20; what is outside is in the border cells, and auto: those at \
+             which the camera sees something",
+            OptionValues::Rectangle,
+            Self::Listed { light, .. } => light.clamp.map_or_else(|| "auto".to_owned(), |clamp| clamp.to_string()),
+            |value| light.clamp = value.parse().ok()),
         option!("grid", "grid-density", "Cells for each triangle, λ of the paper",
             OptionValues::Positive,
             Self::Grid(options) => options.cells_per_triangle,
@@ -336,13 +353,17 @@ impl OptionValues {
                 is_known.then_some(()).ok_or_else(|| format!("choose one of {known}"))
             }
             Self::Whole(range) | Self::WholeOrAuto(range) if in_range(range) => Ok(()),
-            Self::WholeOrAuto(_) if value == "auto" => Ok(()),
+            Self::WholeOrAuto(_) | Self::Rectangle if value == "auto" => Ok(()),
             Self::Whole(range) => Err(format!("give a whole number from {} to {}", range.start(), range.end())),
             Self::WholeOrAuto(range) => Err(format!("give `auto` or a whole number from {} on", range.start())),
             Self::Positive => {
                 let is_positive = value.parse().is_ok_and(|value: f64| value > 0.0 && value.is_finite());
                 is_positive.then_some(()).ok_or_else(|| "give a number above 0".to_owned())
             }
+            Self::Rectangle => match value.parse::<LightClamp>() {
+                Ok(_) => Ok(()),
+                Err(none) => Err(none.to_string()),
+            },
             Self::Share => {
                 let is_share = value.parse().is_ok_and(|value: f64| (0.0..=1.0).contains(&value));
                 is_share.then_some(()).ok_or_else(|| "give a number from 0 to 1".to_owned())
@@ -441,6 +462,7 @@ mod tests {
                 vec![range.end().to_string(), 48.min(*range.end()).to_string()]
             }
             OptionValues::Positive => vec!["0.25".to_owned(), "100".to_owned()],
+            OptionValues::Rectangle => vec!["auto".to_owned(), "-30:30:-20:20.5".to_owned()],
             OptionValues::Share => vec!["0".to_owned(), "0.3".to_owned(), "1".to_owned()],
             OptionValues::Switch => vec!["true".to_owned(), "false".to_owned()],
         }
@@ -492,6 +514,8 @@ mod tests {
             ("grid:grid-nested=0", "`auto` or a whole number from 1 on"),
             ("listed:sorting-tile=7", "choose one of 8, 16, 32, 64"),
             ("listed:slices=65", "from 1 to 64"),
+            ("listed:light-clamp=10:-10:0:20", "from -180 to 180, as -30:30:-20:20"),
+            ("listed:light-clamp=0:10:0", "as -30:30:-20:20"),
             ("listed:whole-tiles=", "`true` or `false`"),
             ("kdtree:kd-builder=fast", "choose one of naive"),
             ("kdtree:kd-traversal=short-stack:49", "1 to 48"),

@@ -2,10 +2,10 @@
 
 pub use umbrage_rays::{
     Bvh, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal, KdTreeOptions,
-    PacketSide, SimdLevel, Structure, UniformOptions,
+    LightClamp, PacketSide, SimdLevel, Structure, UniformOptions,
 };
 use umbrage_rays::{
-    Cells, KdPacketOptions, KdTree, ListedGrids, ListedLightOptions, ListedOptions, SahCosts, UniformGrid,
+    Cells, KdPacketOptions, KdTree, LightMapping, ListedGrids, ListedLightOptions, ListedOptions, SahCosts, UniformGrid,
 };
 
 /// Makes an empty structure.
@@ -17,11 +17,15 @@ macro_rules! structures {
     ($($call:tt)+) => {
         $($call)+! {
             direct: |level| Box::new(DirectGrids::with_level(level));
-            listed: |level| listed(level, [16, 4, 8], true, [192, 256, 512]);
-            listed_small_tiles: |level| listed(level, [8, 1, 1], true, [7, 16, 16]);
-            listed_many_slices: |level| listed(level, [16, 2, 64], false, [1, 4096, 33]);
-            listed_whole_blocks: |level| listed(level, [8, 8, 7], false, [64, 48, 5]);
-            listed_large_tiles: |level| listed(level, [64, 1, 3], true, [5, 16, 7]);
+            listed: |level| listed(level, [16, 4, 8], true, [192, 256, 512, 1]);
+            listed_small_tiles: |level| listed(level, [8, 1, 1], true, [7, 16, 16, 32]);
+            listed_many_slices: |level| listed(level, [16, 2, 64], false, [1, 4096, 33, 2]);
+            listed_whole_blocks: |level| listed(level, [8, 8, 7], false, [64, 48, 5, 1]);
+            listed_large_tiles: |level| listed(level, [64, 1, 3], true, [5, 16, 7, 9]);
+            spherical: |level| spherical(level, [192, 256, 512, 1], None);
+            spherical_slices: |level| spherical(level, [33, 16, 40, 16], None);
+            spherical_clamped: |level| spherical(level, [64, 32, 16, 3], LightClamp::new([-40.0, 20.0, 5.0, 170.0]));
+            spherical_cell: |level| spherical(level, [1, 4096, 4096, 32], None);
             uniform: |level| uniform(level, UniformOptions::DEFAULT);
             uniform_two: |level| uniform(level, UniformOptions { packet: PacketSide::Two, cells_per_triangle: 0.3, macrocell: 1, ..UniformOptions::DEFAULT });
             uniform_four: |level| uniform(level, UniformOptions { packet: PacketSide::Four, insertion: Insertion::Exact, shadow_spread: 1e-4, ..UniformOptions::DEFAULT });
@@ -59,14 +63,26 @@ structures!(list);
 /// Costs that make leaves of many triangles.
 pub const LARGE_LEAVES: SahCosts = SahCosts { step: 10.0, test: 1.0, ..KdTreeOptions::DEFAULT.costs };
 
-/// Pixels a side of a sorting tile, those a side of a tracing tile, and slices; cells, points and triangles of a light's blocks.
+/// Pixels a side of a sorting tile, those a side of a tracing tile, and slices; cells, points and triangles of a light's
+/// blocks, and its slices.
 #[must_use]
-pub fn listed(level: SimdLevel, camera: [u32; 3], skips_blocks: bool, light: [u32; 3]) -> Box<dyn Structure> {
+pub fn listed(level: SimdLevel, camera: [u32; 3], skips_blocks: bool, light: [u32; 4]) -> Box<dyn Structure> {
     let [tile, tiles, slices] = camera;
     let cells = Cells::new(tile, tiles, slices).expect("possible cells");
-    let [side, points, triangles] = light;
-    let light = ListedLightOptions::new(side, points, triangles).expect("possible cells");
-    Box::new(ListedGrids::with_options(level, ListedOptions { cells, skips_blocks }, light))
+    Box::new(ListedGrids::with_options(level, ListedOptions { cells, skips_blocks }, light_cells(light)))
+}
+
+/// A light's grid of angles, of cells as [`listed`] has them.
+#[must_use]
+pub fn spherical(level: SimdLevel, light: [u32; 4], clamp: Option<LightClamp>) -> Box<dyn Structure> {
+    let mut light = light_cells(light);
+    (light.map, light.clamp) = (LightMapping::Spherical, clamp);
+    Box::new(ListedGrids::with_options(level, ListedOptions::DEFAULT, light))
+}
+
+fn light_cells([side, points, triangles, slices]: [u32; 4]) -> ListedLightOptions {
+    let sizes = ListedLightOptions::new(side, points, triangles).expect("possible cells");
+    sizes.with_slices(slices).expect("possible slices")
 }
 
 /// A uniform grid.

@@ -79,6 +79,8 @@ fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
     /// The least and greatest numbers of cells for each triangle, and of triangles in nested grids' cells, that make sense.
     const DENSITIES: RangeInclusive<f64> = 0.1..=100.0;
     const MOST: u32 = 4096;
+    /// A rectangle of angles to begin with.
+    const WIDE: [f32; 4] = [-45.0, 45.0, -45.0, 45.0];
     let StructureOption { name, about, values, .. } = option;
     let label = name.strip_prefix("kd-").unwrap_or(name).replace('-', " ");
     match values {
@@ -110,6 +112,20 @@ fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
             let slider = Slider::new(&mut number, least..=MOST).logarithmic(true).text(label).custom_formatter(named);
             ui.add(slider).on_hover_text(*about);
             if number == least { "auto".to_owned() } else { number.to_string() }
+        }
+        OptionValues::Rectangle => {
+            let mut is_auto = value == "auto";
+            ui.checkbox(&mut is_auto, format!("{label}: auto")).on_hover_text(*about);
+            let mut degrees = value.split(':').map(|number| number.parse::<f32>().ok());
+            let mut degrees = WIDE.map(|wide| degrees.next().flatten().unwrap_or(wide));
+            if !is_auto {
+                ui.horizontal(|ui| {
+                    for number in &mut degrees {
+                        ui.add(DragValue::new(number).range(-180.0..=180.0).suffix("°"));
+                    }
+                });
+            }
+            if is_auto { "auto".to_owned() } else { degrees.map(|number| number.to_string()).join(":") }
         }
         OptionValues::Positive => {
             let mut number = value.parse::<f64>().unwrap_or(*DENSITIES.start());

@@ -5,6 +5,7 @@ mod cells;
 mod distance;
 mod growth;
 mod kd_tree;
+mod light_maps;
 mod mapping;
 mod sweep;
 mod table1;
@@ -18,6 +19,7 @@ pub(crate) use growth::GrowthFlags;
 pub(crate) use kd_tree::{
     KdAblationsFlags, KdBouncesFlags, KdBuildersFlags, KdEntriesFlags, KdFramesFlags, KdGpuFlags, KdTraversalsFlags,
 };
+pub(crate) use light_maps::LightMapsFlags;
 pub(crate) use mapping::MappingFlags;
 pub(crate) use table1::Table1Flags;
 pub(crate) use triangles::TrianglesFlags;

@@ -1,8 +1,8 @@
-// Stage `choose`: the faces of a light's grid, from the box around all points. One where the light sees the box well
-// from outside, else the six of a cube around it.
+// Stage `choose`: the faces of a light's grid, from the box around all points. One around a spot's cone, or where the light
+// sees the box well from outside, else the six of a cube around it.
 
 import package::dispatch::{groups_of};
-import package::exact::double::{f64_from_f32_bits};
+import package::exact::double::{f64_from_f32_bits, f64_to_f32_bits};
 import package::grid::header::{HEADER_FACES, HEADER_TRIANGLE_GROUPS, HEADER_VERTEX_GROUPS};
 import package::grid::space::{Raster, Space, from_ordered_bits};
 import package::light::cells::{BINS, BIN_FRACTION_BITS};
@@ -39,6 +39,8 @@ fn choose() {
     } else if light.is_directional == 1u {
         let middle = 0.5 * low + 0.5 * high;
         write_space(0u, fitted(along(light.vector), middle, low, high, true), middle, light.side_of_one);
+    } else if tangent_of_cone() < WIDEST {
+        write_space(0u, around_cone(low, high), light.vector, light.side_of_one);
     } else {
         let towards = 0.5 * low + 0.5 * high - light.vector;
         let face = fitted(along(towards), light.vector, low, high, false);
@@ -54,6 +56,36 @@ fn choose() {
     header[HEADER_FACES] = faces;
     write_groups(HEADER_VERTEX_GROUPS, (light.vertices + 255u) / 256u, faces);
     write_groups(HEADER_TRIANGLE_GROUPS, (light.triangles + 255u) / 256u, faces);
+}
+
+// Of a spot's half-angle; very large where there is none.
+fn tangent_of_cone() -> f32 {
+    let largest = max(max(abs(light.axis.x), abs(light.axis.y)), abs(light.axis.z));
+    if !(largest > 1e-15 && largest < 1e15) {
+        return 1e30;
+    }
+    // Rounded down by far more than f32 loses, or the cone's own edge does.
+    let squared_cosine = bitcast<f32>(f64_to_f32_bits(light.squared_cosine)) / dot(light.axis, light.axis) - 4e-5;
+    return select(1e30, sqrt(max(1.0 / squared_cosine - 1.0, 0.0)), squared_cosine > 1e-3);
+}
+
+// The face around a spot's cone, of which no more than the box of all points covers.
+fn around_cone(low: vec3<f32>, high: vec3<f32>) -> Face {
+    let axes = along(light.axis);
+    let widest = vec2<f32>(tangent_of_cone() * (1.0 + MARGIN));
+    let of_box = fitted(axes, light.vector, low, high, false);
+    var face = axes;
+    face.low = -widest;
+    face.high = widest;
+    let cut_low = max(face.low, of_box.low);
+    let cut_high = min(face.high, of_box.high);
+    // Where the box isn't before the light, or is wholly outside, the cone remains.
+    if all(abs(of_box.low) <= vec2<f32>(WIDEST)) && all(abs(of_box.high) <= vec2<f32>(WIDEST))
+        && all(cut_low + 1e-5 < cut_high) {
+        face.low = cut_low;
+        face.high = cut_high;
+    }
+    return face;
 }
 
 fn write_groups(word: u32, count: u32, faces: u32) {

@@ -1,14 +1,12 @@
-// Stage `cone`: what is outside of a spot's cone isn't lit, whatever is in between. An invocation has a slot.
+// Stage `cone`: what is outside of a spot's cone isn't lit, whatever is in between, and is no point of its grid. An
+// invocation has a slot.
 
 import package::dispatch::{Invocation, flat_index};
-import package::exact::corners::{corner_bits};
 import package::exact::double::{f64_is_above_zero, f64_less, f64_multiply};
-import package::exact::expansion::{ExpansionTerms};
-import package::exact::predicate::{exact_edges, exact_t};
-import package::exact::shadow::{exact_point};
 import package::exact::vector::{f64_dot, f64_vector_from_f32_bits, f64_vector_subtract};
 import package::light::light::{Light};
-import package::point_view::{PointView, ray_of_slot};
+import package::light::seen_point::{seen_point};
+import package::point_view::{PointView};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<uniform> point_view: PointView;
@@ -28,10 +26,7 @@ fn cone(at: Invocation) {
     if (atomicLoad(&lit[mask]) & bit) == 0u {
         return;
     }
-    let ray = ray_of_slot(slot);
-    var terms: ExpansionTerms;
-    let edges = exact_edges(&terms, ray, corner_bits(seen[slot]));
-    let point = exact_point(ray, exact_t(&terms, ray, edges));
+    let point = seen_point(slot, seen[slot]);
     let v = f64_vector_subtract(point.position, f64_vector_from_f32_bits(bitcast<vec3<u32>>(light.vector)));
     // In the order of the Rust crate's `Cone::contains`.
     let along = f64_dot(f64_vector_from_f32_bits(bitcast<vec3<u32>>(light.axis)), v);

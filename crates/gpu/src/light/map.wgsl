@@ -15,7 +15,8 @@ import package::light::points::{POINT_NONE, UNDECIDED_COUNT, UNDECIDED_FIRST, UN
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> spaces: array<Space>;
 @group(0) @binding(2) var<storage, read> header: array<u32>;
-@group(0) @binding(3) var<storage, read> point_bits: array<u32>;
+// Which points there are: of a spot those in its cone.
+@group(0) @binding(3) var<storage, read> lit: array<u32>;
 @group(0) @binding(4) var<storage, read> points: array<u32>;
 // Fixed-point x and y, key and face of each slot.
 @group(0) @binding(5) var<storage, read_write> mapped: array<vec4<u32>>;
@@ -29,7 +30,7 @@ fn map(at: Invocation) {
         return;
     }
     var face = POINT_NONE;
-    if (point_bits[slot / 32u] >> (slot & 31u) & 1u) == 1u {
+    if (lit[light.mask + slot / 32u] >> (slot & 31u) & 1u) == 1u {
         face = map_point(slot);
     }
     if face == POINT_NONE {

@@ -175,7 +175,7 @@ impl LightGrid {
         shadows.record_clear(recorder);
         points.record_choose(gpu, recorder, light, spaces, header);
         recorder.copy_words(header, sizes, HEADER_WORDS);
-        points.record_sort(gpu, recorder, light, spaces, header, [seen, shadows.undecided()]);
+        points.record_sort(gpu, recorder, light, spaces, header, [seen, lit, shadows.undecided()]);
 
         recorder.stage("light project", |pass| {
             let groups = Groups::Indirect(sizes, HEADER_VERTEX_GROUPS);

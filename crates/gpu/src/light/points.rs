@@ -103,13 +103,13 @@ impl Points {
         light: &Buffer,
         spaces: &Buffer,
         header: &Buffer,
-        [seen, undecided]: [&Buffer; 2],
+        [seen, lit, undecided]: [&Buffer; 3],
     ) {
-        let Self { bits, points, mapped, sorted, spread, cells, farthest, .. } = self;
+        let Self { points, mapped, sorted, spread, cells, farthest, .. } = self;
         recorder.clear(spread);
         recorder.clear_words(cells, u64::from(self.cell_count));
         recorder.clear_words(farthest, u64::from(self.cell_count));
-        let map = [light, spaces, header, bits, points, mapped, spread, undecided];
+        let map = [light, spaces, header, lit, points, mapped, spread, undecided];
         let groups = Groups::Flat(self.slots.div_ceil(64));
         recorder.stage("map", |pass| self.map.dispatch(gpu, pass, &map, groups));
         recorder.stage("spread", |pass| {

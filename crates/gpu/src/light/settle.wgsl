@@ -3,13 +3,14 @@
 import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
 import package::exact::expansion::{ExpansionTerms};
-import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_is_front, exact_t};
-import package::exact::shadow::{exact_blocked_by, exact_point, exact_shadow};
+import package::exact::predicate::{ExactEdges, exact_barycentric, exact_is_front};
+import package::exact::shadow::{exact_blocked_by, exact_shadow};
 import package::light::light::{Light};
 import package::light::points::{UNDECIDED_COUNT, UNDECIDED_FIRST, UNDECIDED_PAGE, UNDECIDED_PAGE_TRIANGLES};
+import package::light::seen_point::{seen_point};
 import package::mask::exact::{is_there_exactly};
 import package::mask::flags::{TRIANGLE_ONE_SIDED, TRIANGLE_SHADOWLESS, TRIANGLE_SHADOW_MASKED};
-import package::point_view::{PointView, ray_of_slot};
+import package::point_view::{PointView};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<uniform> point_view: PointView;
@@ -33,11 +34,9 @@ fn settle(at: Invocation) {
     if (atomicLoad(&lit[mask]) & bit) == 0u {
         return;
     }
-    let ray = ray_of_slot(slot);
     var terms: ExpansionTerms;
     let own = seen[slot];
-    let own_edges = exact_edges(&terms, ray, corner_bits(own));
-    let point = exact_point(ray, exact_t(&terms, ray, own_edges));
+    let point = seen_point(slot, own);
     let shadow = exact_shadow(light.is_directional == 1u, bitcast<vec3<u32>>(light.vector), point);
 
     var first = undecided[word + 1u];

@@ -73,7 +73,7 @@ fn corners(tiles: &[Tile]) -> impl Iterator<Item = DVec3> {
 ///
 /// Along the image's rows, the points of 4×4 pixels fill more of their bounds: 5 to 20 % fewer tests of 16 points in the
 /// cloth, the statue, the marbles and the hall than along any other, but 7 % more in the forest and 21 % in the shards.
-fn across(forward: DVec3, along: DVec3) -> (DVec3, DVec3) {
+pub(crate) fn across(forward: DVec3, along: DVec3) -> (DVec3, DVec3) {
     let right = (along - forward * forward.dot(along)).normalize_or_zero();
     let is_across = right.is_normalized() && forward.dot(right).abs() < 1e-9;
     let right = if is_across { right } else { forward.any_orthonormal_vector() };

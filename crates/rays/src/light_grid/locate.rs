@@ -106,38 +106,42 @@ impl LightCells {
         self.points.clear();
     }
 
-    /// Adds a face with columns and rows of cells. `located` has the pixel index of each of its points, its
-    /// column and row, and its nearness.
+    /// Adds a face with columns and rows of cells, made from its points' least and largest distances. `located` has the pixel
+    /// index of each of its points, its column and row, and its distance.
     pub(crate) fn add_face(
         &mut self,
-        face: &Face,
         [columns, rows]: [usize; 2],
+        face: impl FnOnce([f32; 2]) -> LightFace,
         located: impl Iterator<Item = (usize, [usize; 2], f32)>,
     ) {
         let number = self.faces.len() as u16;
         let first = self.points.len();
         self.points.resize(first + columns * rows, 0);
-        let mut nearness = [f32::INFINITY, f32::NEG_INFINITY];
+        let mut distances = [f32::INFINITY, f32::NEG_INFINITY];
         for (index, [column, row], at) in located {
-            nearness = [nearness[0].min(at), nearness[1].max(at)];
+            distances = [distances[0].min(at), distances[1].max(at)];
             // What lies beyond the image's border is nobody's pixel, and what another face has is counted there.
             if self.order.pixel(index).is_some() && self.of_pixels[index].is_none() {
                 self.of_pixels[index] = Some(LightCell { face: number, column: column as u16, row: row as u16 });
                 self.points[first + row * columns + column] += 1;
             }
         }
-        let [far, near] = if nearness[0] <= nearness[1] { nearness } else { [1.0; 2] };
         self.firsts.push(first);
-        self.faces.push(LightFace {
-            columns: columns as u32,
-            rows: rows as u32,
-            near: face.corners_at(f64::from(near)),
-            far: face.corners_at(f64::from(far)),
-        });
+        self.faces.push(face(if distances[0] <= distances[1] { distances } else { [-1.0; 2] }));
     }
 }
 
 impl Face {
+    /// The face with so many columns and rows, whose points are at these nearnesses at most and at least.
+    pub(crate) fn light_face(&self, [columns, rows]: [usize; 2], [near, far]: [f32; 2]) -> LightFace {
+        LightFace {
+            columns: columns as u32,
+            rows: rows as u32,
+            near: self.corners_at(f64::from(near)),
+            far: self.corners_at(f64::from(far)),
+        }
+    }
+
     /// The world positions of the face's corners at a nearness.
     fn corners_at(&self, nearness: f64) -> [Vec3; 4] {
         let world_from_face = DMat3::from_cols(self.x, self.y, self.z).transpose().inverse();
@@ -184,12 +188,13 @@ impl LightGrid {
                         points.extend(bits_of(members).map(|lane| {
                             let of_block = &blocks[block];
                             let index = (tile * TILE_BLOCKS + block) * LANES + lane;
-                            (index, [cell(of_block.x[lane]), cell(of_block.y[lane])], of_block.nearness[lane])
+                            (index, [cell(of_block.x[lane]), cell(of_block.y[lane])], -of_block.nearness[lane])
                         }));
                     }
                 }
             }
-            located.add_face(face, [side; 2], points.into_iter());
+            let as_light_face = |distances: [f32; 2]| face.light_face([side; 2], distances.map(|distance| -distance));
+            located.add_face([side; 2], as_light_face, points.into_iter());
         });
     }
 }

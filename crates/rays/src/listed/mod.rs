@@ -7,4 +7,4 @@ mod light;
 mod sorted;
 
 pub use camera::{Cells, ImpossibleCells, ListedGrid, ListedOptions};
-pub use light::{ImpossibleLightCells, ListedLightGrid, ListedLightOptions};
+pub use light::{ImpossibleLightCells, LightClamp, LightMapping, ListedLightGrid, ListedLightOptions, NoLightClamp};

@@ -49,7 +49,7 @@ impl Cone {
     /// square by (2 |along| + d) d, and the squared length by (4 |v| + 4 e) e; more than twice as much is taken, and what
     /// roundings may make of either square.
     #[inline(always)]
-    fn divide<S: Simd>(&self, simd: S, points: &EightPoints<S>) -> [u64; 2] {
+    pub(crate) fn divide<S: Simd>(&self, simd: S, points: &EightPoints<S>) -> [u64; 2] {
         let along = dot(splat_vector(simd, self.axis), points.offset);
         let squared = dot(points.offset, points.offset);
         let error = points.error * 4.0;

@@ -55,9 +55,9 @@ impl KdGpuFlags {
         }
         let mut table = self.common.start_on(adapter)?;
         let experiments = [
-            ("Table 1", KdPrimary::Rasterised, &BOTH[..], 0..=1),
             ("Table 2", KdPrimary::Traced, &TABLE_2[..], 0..=0),
             ("Figure 2", KdPrimary::Traced, &BOTH[..], 1..=self.bounces),
+            ("Table 1", KdPrimary::Rasterised, &BOTH[..], 0..=1),
         ];
         for address in &self.scenes {
             let trial = Trial::new(&gpu, address, self.common.size)?;

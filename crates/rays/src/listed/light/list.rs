@@ -1,36 +1,37 @@
-use std::ops::Range as Ids;
+use std::ops::RangeInclusive;
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::dispatch;
 use rayon::prelude::*;
 
-use super::cells::Cells;
+use super::cells::Axis;
+use super::map::LightMap;
 use super::pass::LightPass;
-use super::plane::{Plane, planes};
 use super::points::PointRow;
-use super::small::{BATCH, Batch, Mapped};
 use super::trace::LARGE;
 use super::{Bins, Entry, Lists};
 use crate::Triangles;
-use crate::light_grid::face::VertexErrors;
 use crate::listed::sorted::Sorted;
 use crate::shot::{Counts, OpacityOfSides};
-use crate::simd::lanes::bits_of;
-use crate::simd::vectors::LANES;
 
 /// What one range of triangles has in cells.
-#[derive(Default)]
-pub(super) struct Range {
+pub(super) struct Range<M: LightMap> {
     pub(super) bins: Bins,
     /// Its large triangles; their entries count from the range's first one.
-    large: Vec<(u32, Plane)>,
+    pub(super) large: Vec<(u32, M::Large)>,
     /// How many large triangles earlier ranges have.
     large_before: u32,
-    batch: Batch,
+    pub(super) batch: M::Batch,
 }
 
-impl Range {
+impl<M: LightMap> Default for Range<M> {
+    fn default() -> Self {
+        Self { bins: Bins::default(), large: Vec::new(), large_before: 0, batch: M::Batch::default() }
+    }
+}
+
+impl<M: LightMap> Range<M> {
     pub(super) fn bytes(&self) -> usize {
-        size_of::<Self>() + self.bins.bytes() + self.large.capacity() * size_of::<(u32, Plane)>()
+        size_of::<Self>() + self.bins.bytes() + self.large.capacity() * size_of::<(u32, M::Large)>()
     }
 
     /// The entries of a row, with large triangles counted from the first of all.
@@ -41,15 +42,14 @@ impl Range {
     }
 }
 
-impl Lists {
-    /// Lists each triangle in the cells that it may shadow points of.
+impl<M: LightMap> Lists<M> {
+    /// Lists each triangle in the cells that it may shadow points of, in the slice where it begins.
     pub(super) fn list(&mut self, pass: &mut LightPass, triangles: Triangles<'_>, opacity: &OpacityOfSides<'_>) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
-        let Self { cells, point_rows, ranges, large, .. } = self;
-        let vertex_errors = VertexErrors::new(&pass.face);
-        let mapped = Mapped { face: &pass.face, vertex_errors, cells, vertices: &pass.vertices };
-        let listing = Listing { mapped, triangles, opacity, margin: cells.margin, point_rows };
+        let Self { map, axes, slices, point_rows, ranges, large, .. } = self;
+        let [across, down] = *axes;
+        let listing = Listing { map, triangles, opacity, across, down, slices: *slices, point_rows };
         let count = triangles.len();
         // Ranges don't depend on the number of threads.
         ranges.resize_with(count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES), Range::default);
@@ -57,8 +57,10 @@ impl Lists {
         let level = pass.level.0;
         ranges.par_iter_mut().enumerate().with_max_len(1).for_each(|(index, range)| {
             let ids = (index * length).min(count)..((index + 1) * length).min(count);
-            dispatch!(level, simd => listing.run(simd, range, ids));
-            range.bins.sort(cells.down.count);
+            range.bins.unsorted.clear();
+            range.large.clear();
+            dispatch!(level, simd => M::list(simd, &listing, range, ids));
+            range.bins.sort(down.count);
         });
         large.clear();
         for range in ranges {
@@ -68,93 +70,52 @@ impl Lists {
         pass.counts.large_triangles += large.len() as u64;
     }
 
-    /// Sorts pairs of triangles and cells by cell.
+    /// Sorts pairs of triangles and cells by cell, and in a cell by slice.
     pub(super) fn sort_pairs(&mut self, counts: &mut Counts) {
-        let Self { cells, ranges, triangle_rows, .. } = self;
-        triangle_rows.resize_with(cells.down.count, Sorted::default);
+        let Self { axes: [across, down], slices, ranges, triangle_rows, .. } = self;
+        triangle_rows.resize_with(down.count, Sorted::default);
         triangle_rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(row, triangles)| {
             let entries = ranges.iter().flat_map(|range| range.row(row));
-            triangles.sort(cells.across.count, entries.map(|entry| entry.column_and_item()));
+            triangles.sort(across.count * slices.count, entries.map(|entry| entry.key_and_item()));
         });
         counts.pairs += triangle_rows.iter().map(|row| row.items().len() as u64).sum::<u64>();
     }
 }
 
 /// What triangles are listed in.
-struct Listing<'a> {
-    mapped: Mapped<'a>,
-    triangles: Triangles<'a>,
-    opacity: &'a OpacityOfSides<'a>,
-    /// How far a point may be from its cell.
-    margin: f32,
-    point_rows: &'a [PointRow],
+pub(super) struct Listing<'a, M: LightMap> {
+    pub(super) map: &'a M,
+    pub(super) triangles: Triangles<'a>,
+    pub(super) opacity: &'a OpacityOfSides<'a>,
+    pub(super) across: Axis,
+    pub(super) down: Axis,
+    slices: Axis,
+    point_rows: &'a [PointRow<M::Points>],
 }
 
-impl Listing<'_> {
+impl<M: LightMap> Listing<'_, M> {
+    /// Lists an item that is nowhere nearer to the light than `nearest` in those cells of some columns and rows that have a
+    /// point as far away.
     #[inline(always)]
-    fn run<S: Simd>(&self, simd: S, range: &mut Range, ids: Ids<usize>) {
-        range.bins.unsorted.clear();
-        range.large.clear();
-        let end = ids.end;
-        for first in ids.step_by(LANES) {
-            let triangles = &self.triangles.indices[first..end.min(first + LANES)];
-            let survivors = range.batch.set_up(simd, &self.mapped, triangles, 0);
-            for lane in bits_of(survivors.small) {
-                let id = (first + lane) as u32;
-                if self.opacity.is_there(id) {
-                    self.list_small(range, lane, id);
-                }
-            }
-            for lane in bits_of(survivors.large) {
-                self.list_large(range, (first + lane) as u32);
-            }
-        }
-    }
-
-    /// Lists the triangle in a lane of the batch in the cells that its bounds cover.
-    #[inline(always)]
-    fn list_small(&self, range: &mut Range, lane: usize, id: u32) {
-        let Range { bins, batch, .. } = range;
-        let Cells { across, down, .. } = self.mapped.cells;
-        let range = |[low, high]: &[[f32; BATCH]; 2]| [low[lane] - self.margin, high[lane] + self.margin];
-        let [left, right] = range(&batch.x_range).map(|at| across.cell(at));
-        let [top, bottom] = range(&batch.y_range).map(|at| down.cell(at));
-        let columns = left..=right;
-        for row in top..=bottom {
+    pub(super) fn list(
+        &self,
+        bins: &mut Bins,
+        columns: &RangeInclusive<usize>,
+        rows: RangeInclusive<usize>,
+        nearest: f32,
+        item: u32,
+    ) {
+        let slice = self.slices.cell(nearest);
+        for row in rows {
             let farthest = &self.point_rows[row].farthest[columns.clone()];
             for (column, &farthest) in columns.clone().zip(farthest) {
-                if farthest < batch.nearest[lane] {
-                    bins.unsorted.push(Entry { column: column as u16, row: row as u16, item: id });
+                if nearest < farthest {
+                    bins.unsorted.push(Entry {
+                        key: (column * self.slices.count + slice) as u16,
+                        row: row as u16,
+                        item,
+                    });
                 }
-            }
-        }
-    }
-
-    /// Lists a triangle row by row in the cells that it covers itself.
-    #[cold]
-    #[inline(never)]
-    fn list_large(&self, range: &mut Range, id: u32) {
-        let Ok(corners) = self.triangles.usable_corners(id) else { return };
-        if !self.opacity.is_there(id) {
-            return;
-        }
-        let cells = self.mapped.cells;
-        for plane in planes(self.mapped.face, corners).into_iter().flatten() {
-            let item = LARGE | range.large.len() as u32;
-            let before = range.bins.unsorted.len();
-            let [low, high] = plane.bounds[1];
-            for row in cells.down.cell(low - self.margin)..=cells.down.cell(high + self.margin) {
-                let Some(([left, right], nearest)) = plane.span(cells, row) else { continue };
-                let columns = cells.across.cell(left - self.margin)..=cells.across.cell(right + self.margin);
-                let farthest = &self.point_rows[row].farthest[columns.clone()];
-                for (column, &farthest) in columns.zip(farthest) {
-                    if farthest < nearest {
-                        range.bins.unsorted.push(Entry { column: column as u16, row: row as u16, item });
-                    }
-                }
-            }
-            if range.bins.unsorted.len() > before {
-                range.large.push((id, plane));
             }
         }
     }

@@ -6,12 +6,10 @@ use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 use super::Lists;
+use super::map::LightMap;
 use super::pass::LightPass;
-use super::plane::Plane;
 use super::points::{Group, PointRow};
-use super::small::Mapped;
-use super::worker::Worker;
-use crate::light_grid::face::VertexErrors;
+use super::worker::{Open, Worker};
 use crate::light_grid::settle::Settler;
 use crate::listed::sorted::Sorted;
 use crate::shot::Counts;
@@ -25,26 +23,28 @@ pub(super) const LARGE: u32 = 1 << 31;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Job {
     row: u32,
+    column: u32,
     /// First and last but one among the row's groups.
     groups: [u32; 2],
     /// First and last but one among the row's triangles.
     triangles: [u32; 2],
 }
 
-impl Lists {
+impl<M: LightMap> Lists<M> {
     /// Splits cells into jobs of at most as many points and triangles as the options say: boundaries between cells are
     /// the paper's hard ones, others its soft ones.
     pub(super) fn split(&mut self, counts: &mut Counts) {
-        let Self { options, cells, point_rows, triangle_rows, jobs, .. } = self;
-        let (points, triangles) = (options.points as usize / LANES, options.triangles as usize);
+        let Self { options, axes, slices, point_rows, triangle_rows, jobs, .. } = self;
+        let (points, triangles) = (options.points() as usize / LANES, options.triangles() as usize);
         jobs.clear();
         for (row, (in_points, in_triangles)) in point_rows.iter().zip(&*triangle_rows).enumerate() {
-            for column in 0..cells.across.count {
+            for column in 0..axes[0].count {
                 let groups = in_points.of_cell(column);
                 counts.cells += u64::from(!groups.is_empty());
+                let keys = column * slices.count..(column + 1) * slices.count;
                 for groups in parts(groups, points) {
-                    for triangles in parts(in_triangles.range(column..column + 1), triangles) {
-                        jobs.push(Job { row: row as u32, groups, triangles });
+                    for triangles in parts(in_triangles.range(keys.clone()), triangles) {
+                        jobs.push(Job { row: row as u32, column: column as u32, groups, triangles });
                     }
                 }
             }
@@ -53,17 +53,16 @@ impl Lists {
     }
 
     /// Tests each job's points against its triangles.
-    pub(super) fn test(&self, pass: &mut LightPass, settler: &Settler<'_>) {
+    pub(super) fn test(&mut self, pass: &LightPass, settler: &Settler<'_>) {
         const TAKEN_AT_ONCE: usize = 16;
-        let Self { cells, point_rows, triangle_rows, large, jobs, .. } = self;
-        let LightPass { level, face, vertices, members, workers, .. } = pass;
-        let level = level.0;
-        let mapped = Mapped { face, vertex_errors: VertexErrors::new(face), cells, vertices };
-        let tester = Tester { mapped, point_rows, triangle_rows, large, settler };
+        let Self { map, slices, point_rows, triangle_rows, large, jobs, workers, .. } = self;
+        let level = pass.level.0;
+        let tester = Tester { map, slices: slices.count, point_rows, triangle_rows, large, settler };
+        let jobs = &*jobs;
         workers.resize_with(rayon::current_num_threads(), Worker::default);
         let next = AtomicUsize::new(0);
         workers.par_iter_mut().for_each(|worker| {
-            worker.start(members);
+            worker.start(&pass.members);
             loop {
                 let first = next.fetch_add(TAKEN_AT_ONCE, Ordering::Relaxed);
                 if first >= jobs.len() {
@@ -86,50 +85,64 @@ fn parts(range: Range<usize>, most: usize) -> impl Iterator<Item = [u32; 2]> {
 }
 
 /// What testing a job needs to know.
-struct Tester<'a> {
-    mapped: Mapped<'a>,
-    point_rows: &'a [PointRow],
+struct Tester<'a, M: LightMap> {
+    map: &'a M,
+    slices: usize,
+    point_rows: &'a [PointRow<M::Points>],
     triangle_rows: &'a [Sorted<u32>],
-    large: &'a [(u32, Plane)],
+    large: &'a [(u32, M::Large)],
     settler: &'a Settler<'a>,
 }
 
-impl Tester<'_> {
+impl<M: LightMap> Tester<'_, M> {
     #[inline(always)]
-    fn test<S: Simd>(&self, simd: S, worker: &mut Worker, job: &Job) {
+    fn test<S: Simd>(&self, simd: S, worker: &mut Worker<M::Batch>, job: &Job) {
         let [first, end] = job.groups.map(|group| group as usize);
         let groups = &self.point_rows[job.row as usize].groups[first..end];
         let [first, end] = job.triangles.map(|triangle| triangle as usize);
-        let triangles = &self.triangle_rows[job.row as usize].items()[first..end];
-        let indices = self.settler.image.shot.triangles.indices;
-        for items in triangles.chunks(LANES) {
-            let mut corners = [[u32::MAX; 3]; LANES];
+        let of_row = &self.triangle_rows[job.row as usize];
+        let keys = job.column as usize * self.slices;
+        worker.open.clear();
+        worker.open.extend(groups.iter().map(|group| Open {
+            points: open_points(&worker.shadowed, group),
+            // Triangles of later slices are behind all of its points.
+            end: of_row.range(keys..keys + group.slice as usize + 1).end,
+        }));
+        for (chunk, items) in of_row.items()[first..end].chunks(LANES).enumerate() {
+            if worker.open.iter().all(|open| open.points == 0) {
+                break;
+            }
+            let mut ids = [u32::MAX; LANES];
             let mut any_small = false;
-            for (corners, &item) in corners.iter_mut().zip(items) {
+            for (id, &item) in ids.iter_mut().zip(items) {
                 if item & LARGE == 0 {
-                    *corners = indices[item as usize];
+                    *id = item;
                     any_small = true;
                 }
             }
+            let triangles = self.settler.image.shot.triangles;
             let small =
-                if any_small { worker.batch.set_up(simd, &self.mapped, &corners[..items.len()], 0).small } else { 0 };
+                if any_small { self.map.set_up(simd, triangles, &ids[..items.len()], &mut worker.batch) } else { 0 };
             for (lane, &item) in items.iter().enumerate() {
-                if item & LARGE != 0 {
-                    let (id, plane) = &self.large[(item & !LARGE) as usize];
-                    for group in groups {
-                        worker.counts.tests += 1;
-                        let (certain, possible) = plane.test(simd, &group.points, group.errors);
-                        if possible.any_true() {
-                            self.note(worker, group, *id, certain.to_bitmask(), possible.to_bitmask());
-                        }
+                let at = first + chunk * LANES + lane;
+                if item & LARGE == 0 && small >> lane & 1 == 0 {
+                    continue;
+                }
+                let large = (item & LARGE != 0).then(|| &self.large[(item & !LARGE) as usize]);
+                let id = large.map_or(item, |(id, _)| *id);
+                for (number, group) in groups.iter().enumerate() {
+                    let Open { points, end } = worker.open[number];
+                    // The paper's shadow bit (§4.4): a point in shadow asks no more.
+                    if points == 0 || end <= at {
+                        continue;
                     }
-                } else if small >> lane & 1 == 1 {
-                    for group in groups {
-                        worker.counts.tests += 1;
-                        let (certain, possible) = worker.batch.test(simd, lane, &group.points, group.errors);
-                        if possible.any_true() {
-                            self.note(worker, group, item, certain.to_bitmask(), possible.to_bitmask());
-                        }
+                    worker.counts.tests += 1;
+                    let (certain, possible) = match large {
+                        Some((_, large)) => M::test_large(simd, large, &group.points),
+                        None => M::test(simd, &worker.batch, lane, &group.points),
+                    };
+                    if possible.any_true() {
+                        self.note(worker, number, group, id, certain.to_bitmask(), possible.to_bitmask());
                     }
                 }
             }
@@ -139,17 +152,26 @@ impl Tester<'_> {
 
     /// Notes which points of a group a triangle certainly shadows, of those that it possibly does.
     #[inline(always)]
-    fn note(&self, worker: &mut Worker, group: &Group, id: u32, certain: u64, possible: u64) {
-        let Worker { shadowed, undecided, counts, .. } = worker;
-        for lane in bits_of(possible & ((1 << group.count) - 1)) {
+    fn note(
+        &self,
+        worker: &mut Worker<M::Batch>,
+        number: usize,
+        group: &Group<M::Points>,
+        id: u32,
+        certain: u64,
+        possible: u64,
+    ) {
+        let Worker { shadowed, undecided, counts, open, .. } = worker;
+        let open = &mut open[number].points;
+        for lane in bits_of(possible & u64::from(*open)) {
             let index = group.indices[lane];
-            let (word, bit) = (index as usize / LANES, index as usize % LANES);
-            if shadowed[word] >> bit & 1 == 1 || self.settler.image.seen.triangle[index as usize] == id {
+            if self.settler.image.seen.triangle[index as usize] == id {
                 continue;
             }
             let is_certain = certain >> lane & 1 == 1;
             if is_certain && self.settler.image.shot.shadow_opacity.is_opaque(id) {
-                shadowed[word] |= 1 << bit;
+                *open &= !(1 << lane);
+                shadowed[index as usize / LANES] |= 1 << (index as usize % LANES);
             } else {
                 counts.undecided += u64::from(!is_certain);
                 counts.masked += u64::from(is_certain);
@@ -157,4 +179,14 @@ impl Tester<'_> {
             }
         }
     }
+}
+
+/// Which of a group's points aren't known to be in shadow.
+#[inline(always)]
+fn open_points<P>(shadowed: &[u16], group: &Group<P>) -> u16 {
+    let indices = group.indices[..group.count as usize].iter().enumerate();
+    indices.fold(0, |open, (lane, &index)| {
+        let is_shadowed = shadowed[index as usize / LANES] >> (index as usize % LANES) & 1;
+        open | (1 - is_shadowed) << lane
+    })
 }

@@ -1,11 +1,13 @@
 use super::Lists;
+use super::map::LightMap;
 use super::trace::LARGE;
 use crate::light_grid::settle::Settler;
 use crate::shot::SeenImage;
 
-impl Lists {
+impl<M: LightMap> Lists<M> {
     /// Checks the cells of a face that was built for the settler's light and what pixels have seen. Each of its points,
-    /// which are `members` of the blocks, is in one cell, and each triangle that shadows a point is listed there.
+    /// which are `members` of the blocks, is in one cell, and each triangle that shadows a point is listed there, in
+    /// its slice or one before.
     ///
     /// It asks the predicate about every triangle and point, so it takes long for large images.
     ///
@@ -14,10 +16,12 @@ impl Lists {
     pub(super) fn validate(&self, members: &[u16], settler: &Settler<'_>) -> Result<(), String> {
         let mut members = members.to_vec();
         for (row, (points, triangles)) in self.point_rows.iter().zip(&self.triangle_rows).enumerate() {
-            for column in 0..self.cells.across.count {
-                let mut listed: Vec<u32> = triangles.of(column..column + 1).iter().map(|&item| self.id(item)).collect();
-                listed.sort_unstable();
+            for column in 0..self.axes[0].count {
+                let first = column * self.slices.count;
                 for group in &points.groups[points.of_cell(column)] {
+                    let before_points = triangles.of(first..first + group.slice as usize + 1);
+                    let mut listed: Vec<u32> = before_points.iter().map(|&item| self.id(item)).collect();
+                    listed.sort_unstable();
                     for &index in &group.indices[..group.count as usize] {
                         let (block, bit) = (index as usize / 16, index as usize % 16);
                         if members[block] >> bit & 1 == 0 {

@@ -1,4 +1,8 @@
-use super::small::Batch;
+use rayon::prelude::*;
+
+use super::Lists;
+use super::map::LightMap;
+use super::pass::LightPass;
 use crate::light_grid::settle::Settler;
 use crate::shot::Counts;
 use crate::simd::vectors::LANES;
@@ -8,19 +12,30 @@ const MOST_UNDECIDED: usize = 1 << 15;
 
 /// What one thread has found out about the points of a face.
 #[derive(Default)]
-pub(crate) struct Worker {
+pub(super) struct Worker<B> {
     /// For each block which of its lanes needn't be tested any more: those in shadow, and those without a point of the
     /// face.
-    pub(crate) shadowed: Vec<u16>,
+    pub(super) shadowed: Vec<u16>,
+    /// The groups of the job that is tested.
+    pub(super) open: Vec<Open>,
     /// Pairs of a point's index and a triangle that the filter couldn't decide.
-    pub(crate) undecided: Vec<[u32; 2]>,
-    pub(crate) batch: Batch,
-    pub(crate) counts: Counts,
+    pub(super) undecided: Vec<[u32; 2]>,
+    pub(super) batch: B,
+    pub(super) counts: Counts,
 }
 
-impl Worker {
+/// What is left of a group.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Open {
+    /// Which of its points aren't known to be in shadow.
+    pub(super) points: u16,
+    /// Where triangles end, in the row's list, that may shadow them.
+    pub(super) end: usize,
+}
+
+impl<B> Worker<B> {
     /// Forgets what was found, and takes the `members` of each block for unshadowed.
-    pub(crate) fn start(&mut self, members: &[u16]) {
+    pub(super) fn start(&mut self, members: &[u16]) {
         self.shadowed.clear();
         self.shadowed.extend(members.iter().map(|members| !members));
         self.undecided.clear();
@@ -30,14 +45,42 @@ impl Worker {
 
     /// Settles the undecided pairs when there are many.
     #[inline(always)]
-    pub(crate) fn settle_if_many(&mut self, settler: &Settler<'_>) {
+    pub(super) fn settle_if_many(&mut self, settler: &Settler<'_>) {
         if self.undecided.len() >= MOST_UNDECIDED {
             self.counts.settled += settler.settle(&self.undecided, 0, &mut self.shadowed);
             self.undecided.clear();
         }
     }
 
-    pub(crate) fn bytes(&self) -> usize {
-        self.shadowed.capacity() * size_of::<u16>() + self.undecided.capacity() * size_of::<[u32; 2]>()
+    pub(super) fn bytes(&self) -> usize {
+        self.shadowed.capacity() * size_of::<u16>()
+            + self.open.capacity() * size_of::<Open>()
+            + self.undecided.capacity() * size_of::<[u32; 2]>()
+    }
+}
+
+impl<M: LightMap> Lists<M> {
+    /// Settles what the threads couldn't decide, in equal parts, adds up what they counted, and brings together which points
+    /// they found in shadow on a face.
+    pub(super) fn settle(&mut self, pass: &mut LightPass, settler: &Settler<'_>) {
+        let workers = &mut self.workers;
+        let LightPass { undecided, counts, shadowed, members, .. } = pass;
+        undecided.clear();
+        for worker in workers.iter_mut() {
+            undecided.append(&mut worker.undecided);
+            *counts += worker.counts;
+        }
+        let share = undecided.len().div_ceil(workers.len()).max(8);
+        let shares = workers.par_iter_mut().zip(undecided.par_chunks(share));
+        counts.settled += shares.map(|(worker, pairs)| settler.settle(pairs, 0, &mut worker.shadowed)).sum::<u64>();
+
+        const CHUNK: usize = 4096;
+        let chunks = shadowed.par_chunks_mut(CHUNK).zip(members.par_chunks(CHUNK)).enumerate();
+        chunks.for_each(|(chunk, (shadowed, members))| {
+            for worker in workers.iter() {
+                let found = &worker.shadowed[chunk * CHUNK..][..shadowed.len()];
+                shadowed.iter_mut().zip(found).zip(members).for_each(|((all, found), members)| *all |= found & members);
+            }
+        });
     }
 }

@@ -58,6 +58,12 @@ impl Grids {
         }
     }
 
+    /// How many faces each light has.
+    pub(crate) fn faces(&mut self, case: &Case) -> Vec<u32> {
+        self.shown(case, 0).expect("a small scene");
+        self.lights.work().iter().map(|work| work.faces).collect()
+    }
+
     /// What a form shows; with lights for the first one alone, as they see nothing of the camera's grid.
     fn shown(&mut self, case: &Case, form: usize) -> Result<Truth, GpuError> {
         let Self { gpu, geometry, cameras, lights } = self;

@@ -1,6 +1,7 @@
 //! Lights in every bad place.
 
 use glam::Vec3;
+use umbrage_rays::LightSource;
 use umbrage_verify::TestMesh;
 use umbrage_verify::lights::{in_bad_places, point, sun};
 use umbrage_verify::views::{camera, parallel_camera, placed, telescope, view};
@@ -20,6 +21,34 @@ fn lights_on_behind_and_grazing_surfaces() {
             let view = view(placed(camera, scale, offset), 17, 13);
             grids.check(&format!("scale {scale} at {offset}, {:?}", camera.projection), &case(&mesh, view, &half));
         }
+    }
+}
+
+#[test]
+fn spots_in_the_middle_have_a_face_around_their_cone() {
+    let Some(mut grids) = grids() else { return };
+    let room = TestMesh::room();
+    for (scale, offset) in WORLDS {
+        let mesh = room.clone().placed(scale, offset);
+        let position = offset + Vec3::new(0.3, 0.4, 0.2) * scale;
+        let spot = |outer_radians: f32, direction: Vec3| {
+            let inner_radians = 0.5 * outer_radians;
+            LightSource::Spot { position, direction, inner_radians, outer_radians }
+        };
+        // The last two are too wide for one, or shine away from all that is seen.
+        let lights = [
+            spot(0.01, Vec3::new(-0.3, -1.0, -0.2)),
+            spot(0.2, Vec3::NEG_Y),
+            spot(0.7, Vec3::new(1e6, -2e6, 5e5)),
+            spot(1.2, Vec3::new(-1e-6, -1e-6, 0.0)),
+            spot(1.5, Vec3::NEG_Y),
+            spot(0.3, camera().forward * -1.0),
+        ];
+        let case = case(&mesh, view(placed(camera(), scale, offset), 40, 30), &lights);
+        grids.check(&format!("spots at scale {scale} and {offset}"), &case);
+        let faces = grids.faces(&case);
+        assert_eq!(faces[..4], [1; 4], "scale {scale} at {offset}");
+        assert_eq!(faces[4], 6, "scale {scale} at {offset}");
     }
 }
 

@@ -2,7 +2,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
-use super::cells::Cells;
+use super::Cells;
 use crate::light_grid::block::{Block, BlockErrors};
 use crate::light_grid::face::{Face, HALF_ULP, POINT_LIMIT, ROUNDING, VERTEX_MARGIN};
 use crate::light_grid::large::predicate_error;
@@ -26,12 +26,12 @@ pub(crate) struct Plane {
     depth_error: f32,
     steepness: f32,
     /// Where the triangle is, in X and Y: lowest and highest.
-    pub(crate) bounds: [[f32; 2]; 2],
+    pub(super) bounds: [[f32; 2]; 2],
 }
 
 /// The planes of a triangle: none if it can't shadow a point of the face, two if the light may be in its plane, so
 /// that it isn't known on which side it is.
-pub(crate) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
+pub(super) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
     let world = corners.map(Vec3::as_dvec3);
     let relative = world.map(|corner| corner - face.origin);
     let mut points = world.map(|corner| face.homogeneous(corner));
@@ -153,7 +153,7 @@ const GROW: f32 = 1e-5;
 impl Plane {
     /// Lowest and highest X of the part of the triangle that may overlap a row of cells, and the most nearness that it has
     /// there.
-    pub(crate) fn span(&self, cells: &Cells, row: usize) -> Option<([f32; 2], f32)> {
+    pub(super) fn span(&self, cells: &Cells, row: usize) -> Option<([f32; 2], f32)> {
         let [low_y, high_y] = cells.row_range(row);
         let (low_y, high_y) = ((low_y - GROW).max(self.bounds[1][0]), (high_y + GROW).min(self.bounds[1][1]));
         let most = |slope: f32| (slope * low_y).max(slope * high_y);
@@ -181,9 +181,9 @@ impl Plane {
         Some(([low, high], nearest))
     }
 
-    /// As [`Batch::test`](super::small::Batch::test).
+    /// As [`Batch::test`](super::Batch::test).
     #[inline(always)]
-    pub(crate) fn test<S: Simd>(&self, simd: S, block: &Block, error: BlockErrors) -> (mask32x16<S>, mask32x16<S>) {
+    pub(super) fn test<S: Simd>(&self, simd: S, block: &Block, error: BlockErrors) -> (mask32x16<S>, mask32x16<S>) {
         let (x, y) = (f32x16::simd_from(simd, block.x), f32x16::simd_from(simd, block.y));
         let [first, second, third] = self.edges;
         let (e0, e1, e2) = (line(simd, first, x, y), line(simd, second, x, y), line(simd, third, x, y));

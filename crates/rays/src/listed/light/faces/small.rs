@@ -1,14 +1,13 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
-use super::cells::Cells;
 use crate::light_grid::block::{Block, BlockErrors};
 use crate::light_grid::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
 use crate::simd::lanes::{max3, min3};
 use crate::simd::vectors::{LANES, load_corner, splat};
 
 /// Triangles set up before their points are tested.
-pub(crate) const BATCH: usize = 64;
+pub(super) const BATCH: usize = 64;
 
 /// A triangle is small when it is narrower than this many columns, and lower than this many rows of cells.
 const SMALL_COLUMNS: u16 = 24;
@@ -33,19 +32,20 @@ const NEARNESS_ERROR: f32 = 8.0 * EPSILON;
 
 /// What triangles are set up on.
 pub(crate) struct Mapped<'a> {
-    pub(crate) face: &'a Face,
-    pub(crate) vertex_errors: VertexErrors,
-    pub(crate) cells: &'a Cells,
-    /// As [`project`](super::project) leaves them.
-    pub(crate) vertices: &'a [[f32; 4]],
+    pub(super) face: &'a Face,
+    pub(super) vertex_errors: VertexErrors,
+    /// Columns, and rows, of cells.
+    pub(super) side: usize,
+    /// As [`project`](super::project::project) leaves them.
+    pub(super) vertices: &'a [[f32; 4]],
 }
 
 /// What setting up 16 triangles makes of them.
 pub(crate) struct Survivors {
     /// Which are in the batch.
-    pub(crate) small: u64,
+    pub(super) small: u64,
     /// Which must be tested in another way.
-    pub(crate) large: u64,
+    pub(super) large: u64,
 }
 
 /// Triangles as the filter wants them, by field. 112 bytes each.
@@ -67,10 +67,10 @@ pub(crate) struct Batch {
     /// in W. Infinite where the area is too uncertain for any verdict.
     depth_error: [[f32; BATCH]; 2],
     /// Lowest and highest X, and Y, grown by the vertices' error.
-    pub(crate) x_range: [[f32; BATCH]; 2],
-    pub(crate) y_range: [[f32; BATCH]; 2],
+    pub(super) x_range: [[f32; BATCH]; 2],
+    pub(super) y_range: [[f32; BATCH]; 2],
     /// Of the nearest corner, grown by its error.
-    pub(crate) nearest: [f32; BATCH],
+    pub(super) nearest: [f32; BATCH],
 }
 
 impl Default for Batch {
@@ -101,14 +101,14 @@ fn store<S: Simd>(slot: usize, field: &mut [f32; BATCH], value: f32x16<S>) {
 impl Batch {
     /// Sets up at most 16 triangles in the slots from `slot` on, a multiple of 16.
     #[inline(always)]
-    pub(crate) fn set_up<S: Simd>(
+    pub(super) fn set_up<S: Simd>(
         &mut self,
         simd: S,
         on: &Mapped<'_>,
         triangles: &[[u32; 3]],
         slot: usize,
     ) -> Survivors {
-        let &Mapped { face, vertex_errors, cells, vertices } = on;
+        let &Mapped { face, vertex_errors, side, vertices } = on;
         let mut padded = [[u32::MAX; 3]; LANES];
         let all = triangles.try_into().unwrap_or_else(|_| {
             padded[..triangles.len()].copy_from_slice(triangles);
@@ -140,10 +140,10 @@ impl Batch {
 
         let margin = splat(simd, VERTEX_MARGIN);
         let (x_range, y_range) = ([x_min - margin, x_max + margin], [y_min - margin, y_max + margin]);
-        let [columns, rows] = [cells.across.count, cells.down.count].map(|count| 2.0 / count as f32);
+        let cell = 2.0 / side as f32;
         // Those whose bounds are NaN aren't small.
-        let is_small = (x_range[1] - x_range[0]).simd_lt(splat(simd, columns * f32::from(SMALL_COLUMNS)))
-            & (y_range[1] - y_range[0]).simd_lt(splat(simd, rows * f32::from(SMALL_ROWS)));
+        let is_small = (x_range[1] - x_range[0]).simd_lt(splat(simd, cell * f32::from(SMALL_COLUMNS)))
+            & (y_range[1] - y_range[0]).simd_lt(splat(simd, cell * f32::from(SMALL_ROWS)));
         let grown = nearest + nearest.abs() * splat(simd, 8.0 * NEARNESS_ERROR);
         let grown = if face.is_parallel { grown + splat(simd, 8.0 * NEARNESS_ERROR) } else { grown };
         let limit = splat(simd, FACE_LIMIT as f32);
@@ -222,7 +222,7 @@ impl Batch {
     /// Tests a triangle against a block: which of its points it shadows for certain, and which possibly, among them all
     /// of the former. Points on the triangle itself may be among the latter.
     #[inline(always)]
-    pub(crate) fn test<S: Simd>(
+    pub(super) fn test<S: Simd>(
         &self,
         simd: S,
         triangle: usize,

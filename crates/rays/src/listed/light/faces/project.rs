@@ -3,9 +3,9 @@ use fearless_simd::{Simd, dispatch, f32x16};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::pass::LightPass;
 use crate::light_grid::face::Face;
 use crate::light_grid::project::project_eight;
+use crate::simd::SimdLevel;
 use crate::simd::vectors::{LANES, narrow, widen};
 
 const CHUNK_VERTICES: usize = 2048;
@@ -17,23 +17,18 @@ const CHUNK_VERTICES: usize = 2048;
 /// the light and the face's points.
 const UNUSABLE: [f32; 4] = [f32::NAN, f32::NAN, f32::NAN, 0.0];
 
-impl LightPass {
-    /// Maps all vertices to the face, each once, and lists one after them that stands for all that don't exist.
-    pub(crate) fn project(&mut self, positions: &[Vec3]) {
-        let Self { vertices, face, level, .. } = self;
-        vertices.resize(positions.len() + 1, UNUSABLE);
-        vertices[positions.len()] = UNUSABLE;
-        let (face, level) = (&*face, level.0);
-        let chunks =
-            vertices[..positions.len()].par_chunks_mut(CHUNK_VERTICES).zip(positions.par_chunks(CHUNK_VERTICES));
-        chunks.for_each(|(vertices, positions)| {
-            dispatch!(level, simd => project(simd, face, positions, vertices));
-        });
-    }
+/// Maps all vertices to a face, each once, and lists one after them that stands for all that don't exist.
+pub(super) fn project(face: &Face, positions: &[Vec3], vertices: &mut Vec<[f32; 4]>, level: SimdLevel) {
+    vertices.resize(positions.len() + 1, UNUSABLE);
+    vertices[positions.len()] = UNUSABLE;
+    let chunks = vertices[..positions.len()].par_chunks_mut(CHUNK_VERTICES).zip(positions.par_chunks(CHUNK_VERTICES));
+    chunks.for_each(|(vertices, positions)| {
+        dispatch!(level.0, simd => project_chunk(simd, face, positions, vertices));
+    });
 }
 
 #[inline(always)]
-fn project<S: Simd>(simd: S, face: &Face, positions: &[Vec3], vertices: &mut [[f32; 4]]) {
+fn project_chunk<S: Simd>(simd: S, face: &Face, positions: &[Vec3], vertices: &mut [[f32; 4]]) {
     for (positions, vertices) in positions.chunks(LANES).zip(vertices.chunks_mut(LANES)) {
         let mut axes = [[f32::NAN; LANES]; 3];
         for (lane, position) in positions.iter().enumerate() {

@@ -1,0 +1,215 @@
+//! Lights that see all around them by two angles (Guntury and Narayanan 2010, §4.1): one grid for a light anywhere.
+//!
+//! With v an offset from the light, and x, y and z its parts along the light's axes right, up and forward, α = atan2(x, z)
+//! and β = atan2(y, z). Where one of them is constant is half a plane through the light, which ends at the line along up
+//! or right, so cells are four-sided frusta. z is positive where both are less than a right angle, and negative where both are
+//! more. All directions in the plane z = 0 are in the four corners where both are right angles: cells there are long.
+
+mod angles;
+mod batch;
+mod points;
+mod vertices;
+
+use std::ops::{Range as Ids, RangeInclusive};
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, mask32x16};
+use glam::{DVec3, Vec3};
+
+use super::ListedLightOptions;
+use super::cells::Axis;
+use super::list::{Listing, Range};
+use super::map::{LightMap, Place};
+use super::pass::LightPass;
+use crate::light_grid::choose::across;
+use crate::light_grid::survey::Survey;
+use crate::shot::{Cone, SeenImage};
+use crate::simd::SimdLevel;
+use crate::simd::lanes::bits_of;
+use crate::simd::vectors::{LANES, splat};
+use crate::{LightFace, LightSource, Triangles};
+use angles::Arc;
+use batch::{Batch, Corners};
+use points::{Offsets, Seen, SpherePoints};
+
+/// What a light sees all around it.
+///
+/// Positions are offsets from the light, times a power of two that makes the farthest point's about one.
+#[derive(Debug, Default)]
+pub(super) struct Sphere {
+    frame: Frame,
+    cone: Option<Cone>,
+    blocks: Vec<Offsets>,
+    seen: Seen,
+    vertices: vertices::Vertices,
+}
+
+/// The light's axes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Frame {
+    light: Vec3,
+    right: DVec3,
+    up: DVec3,
+    forward: DVec3,
+    /// A power of two.
+    scale: f64,
+}
+
+impl Frame {
+    /// That of a light at `light` which shines `forward`, or else looks at the middle of what is seen.
+    fn new(light: Vec3, forward: Option<DVec3>, survey: &Survey) -> Self {
+        let origin = light.as_dvec3();
+        let filled = || survey.tiles.iter().filter(|tile| tile.points > 0);
+        let towards = filled().map(|tile| (tile.corners.iter().sum::<DVec3>() * 0.125 - origin).normalize_or_zero());
+        let forward = forward.or_else(|| towards.sum::<DVec3>().try_normalize()).unwrap_or(DVec3::Z);
+        let (right, _) = across(forward, survey.rays.step_x);
+        let corners = filled().flat_map(|tile| tile.corners);
+        let farthest = corners.map(|corner| (corner - origin).abs().max_element()).fold(1e-30, f64::max);
+        let exponent = farthest.log2().ceil().clamp(-126.0, 126.0);
+        Self { light, right, up: right.cross(forward), forward, scale: (-exponent).exp2() }
+    }
+}
+
+impl LightMap for Sphere {
+    type Points = SpherePoints;
+    type Batch = Batch;
+    /// All are set up when they are tested.
+    type Large = ();
+
+    fn choose(&mut self, light: &LightSource, survey: &Survey, _: &ListedLightOptions) -> Option<usize> {
+        let (position, forward) = match *light {
+            LightSource::Point { position } => (position, None),
+            LightSource::Spot { position, direction, .. } => (position, direction.as_dvec3().try_normalize()),
+            LightSource::Directional { .. } => return None,
+        };
+        self.cone = Cone::of(light);
+        self.frame = Frame::new(position, forward.filter(|forward| forward.is_finite()), survey);
+        position.is_finite().then_some(1)
+    }
+
+    fn map(&mut self, _: usize, image: &SeenImage<'_>, pass: &mut LightPass) {
+        let Self { frame, cone, blocks, seen, .. } = self;
+        *seen = points::map(frame, cone.as_ref(), image, blocks, pass);
+    }
+
+    fn divide(&mut self, _: &LightPass, options: &ListedLightOptions) -> [Axis; 2] {
+        let ranges = options.clamp.map_or(self.seen.angles, super::LightClamp::radians);
+        ranges.map(|range| Axis::new(range, options.cells() as usize))
+    }
+
+    fn project(&mut self, positions: &[Vec3], level: SimdLevel) {
+        self.vertices.project(&self.frame, positions, level);
+    }
+
+    #[inline(always)]
+    fn place(&self, index: u32) -> Place {
+        self.blocks[index as usize / LANES].place(index as usize % LANES)
+    }
+
+    #[inline(always)]
+    fn gather(&self, indices: &[u32]) -> SpherePoints {
+        SpherePoints::gather(&self.blocks, indices)
+    }
+
+    #[inline(always)]
+    fn list<S: Simd>(simd: S, listing: &Listing<'_, Self>, range: &mut Range<Self>, ids: Ids<usize>) {
+        let Self { frame, vertices, seen, .. } = listing.map;
+        let margins = seen.margins();
+        let farthest = splat(simd, seen.farthest);
+        let end = ids.end;
+        for first in ids.step_by(LANES) {
+            let triangles = &listing.triangles.indices[first..end.min(first + LANES)];
+            let mut padded = [[u32::MAX; 3]; LANES];
+            padded[..triangles.len()].copy_from_slice(triangles);
+            let nearest = Corners::load(simd, frame, vertices, &padded).nearest(simd);
+            // Written so that NaN is near enough.
+            let mut left = !nearest.simd_gt(farthest).to_bitmask() & ((1 << triangles.len()) - 1);
+            let angles = vertices.angles(simd, &padded);
+            for (of_corners, range) in angles.iter().zip(seen.angles) {
+                left &= !outside(simd, of_corners, range).to_bitmask();
+            }
+            if left == 0 {
+                continue;
+            }
+            let nearest: [f32; LANES] = nearest.into();
+            let angles: [[[f32; LANES]; 3]; 2] = angles.map(|corners| corners.map(Into::into));
+            for lane in bits_of(left) {
+                let id = (first + lane) as u32;
+                if listing.opacity.is_there(id) && listing.triangles.usable_corners(id).is_ok() {
+                    let arcs = [0, 1].map(|plane| {
+                        let of_corners = angles[plane].map(|lanes| lanes[lane]);
+                        Arc::of(of_corners, margins[plane]).parts()
+                    });
+                    let columns = cells_of(arcs[0], seen.angles[0], listing.across);
+                    let rows = cells_of(arcs[1], seen.angles[1], listing.down);
+                    for columns in columns.into_iter().flatten() {
+                        for rows in rows.iter().flatten() {
+                            listing.list(&mut range.bins, &columns, rows.clone(), nearest[lane], id);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn set_up<S: Simd>(&self, simd: S, triangles: Triangles<'_>, ids: &[u32], batch: &mut Batch) -> u64 {
+        let mut corners = [[u32::MAX; 3]; LANES];
+        for (corners, &id) in corners.iter_mut().zip(ids) {
+            if let Some(&of_triangle) = triangles.indices.get(id as usize) {
+                *corners = of_triangle;
+            }
+        }
+        batch.set_up(simd, &Corners::load(simd, &self.frame, &self.vertices, &corners));
+        (1 << ids.len()) - 1
+    }
+
+    #[inline(always)]
+    fn test<S: Simd>(simd: S, batch: &Batch, lane: usize, points: &SpherePoints) -> (mask32x16<S>, mask32x16<S>) {
+        batch.test(simd, lane, points)
+    }
+
+    #[inline(always)]
+    fn test_large<S: Simd>(simd: S, (): &(), _: &SpherePoints) -> (mask32x16<S>, mask32x16<S>) {
+        let none = mask32x16::splat(simd, false);
+        (none, none)
+    }
+
+    /// Without a rectangle: all corners are where the light is.
+    fn light_face(&self, [columns, rows]: [usize; 2], _: [f32; 2]) -> LightFace {
+        let corners = [self.frame.light; 4];
+        LightFace { columns: columns as u32, rows: rows as u32, near: corners, far: corners }
+    }
+
+    fn bytes(&self) -> usize {
+        self.blocks.capacity() * size_of::<Offsets>() + self.vertices.bytes()
+    }
+}
+
+/// Which triangles are certainly outside of a range of angles, from their corners': those that don't reach around the
+/// light.
+#[inline(always)]
+fn outside<S: Simd>(simd: S, corners: &[fearless_simd::f32x16<S>; 3], [low, high]: [f32; 2]) -> mask32x16<S> {
+    let least = crate::simd::lanes::min3(*corners);
+    let most = crate::simd::lanes::max3(*corners);
+    // Within much less than half a turn, and beyond by far more than anything is wrong: what is left is decided one by one.
+    let margin = 1e-3 + 1e-3 * low.abs().max(high.abs());
+    let sum = corners[0] + corners[1] + corners[2];
+    let is_narrow = (most - least).simd_lt(splat(simd, 3.0)) & sum.simd_eq(sum);
+    is_narrow & (least.simd_gt(splat(simd, high + margin)) | most.simd_lt(splat(simd, low - margin)))
+}
+
+/// The cells of an axis that the parts of an arc are in, of those within the angles of points.
+fn cells_of(parts: [[f32; 2]; 2], [low, high]: [f32; 2], axis: Axis) -> [Option<RangeInclusive<usize>>; 2] {
+    let of_part = |[start, end]: [f32; 2]| {
+        let is_seen = start <= end && start <= high && end >= low;
+        is_seen.then(|| axis.cell(start)..=axis.cell(end))
+    };
+    match parts.map(of_part) {
+        // Neither twice.
+        [Some(a), Some(b)] if a.start() <= b.end() && b.start() <= a.end() => {
+            [Some(*a.start().min(b.start())..=*a.end().max(b.end())), None]
+        }
+        apart => apart,
+    }
+}

@@ -1,0 +1,121 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x16, f64x8};
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::Frame;
+use super::angles::atan2;
+use crate::simd::SimdLevel;
+use crate::simd::lanes::{load_corner, quads, sixteen_of};
+use crate::simd::vectors::{LANES, Vectors, dot, largest, minus, narrow, splat, splat_vector, widen};
+
+const CHUNK_VERTICES: usize = 2048;
+
+/// A vertex that is none.
+const UNUSABLE: [f32; 4] = [f32::NAN; 4];
+
+/// Angles are known where what they are of is more than this, in relation to the offset's largest part: then they are wrong
+/// by at most [`ANGLE_ERROR`](super::angles::ANGLE_ERROR) of themselves, and by 2⁻²³.
+///
+/// In f64 an offset and its parts along the light's axes are wrong by 16 roundings of the offset's largest part, which
+/// moves an angle by at most twice that, over the larger of the two parts that it is of.
+const SMALLEST_PART: f64 = 1.0 / (1 << 24) as f64;
+
+/// All vertices, and one after them that stands for all that don't exist. 32 bytes each.
+#[derive(Debug, Default)]
+pub(super) struct Vertices {
+    /// In world coordinates.
+    positions: Vec<[f32; 4]>,
+    /// α and β: NaN where one isn't known.
+    angles: Vec<[f32; 4]>,
+}
+
+impl Vertices {
+    pub(super) fn bytes(&self) -> usize {
+        (self.positions.capacity() + self.angles.capacity()) * size_of::<[f32; 4]>()
+    }
+
+    /// Brings all vertices to the light's frame.
+    pub(super) fn project(&mut self, frame: &Frame, positions: &[Vec3], level: SimdLevel) {
+        for quads in [&mut self.positions, &mut self.angles] {
+            quads.resize(positions.len() + 1, UNUSABLE);
+            quads[positions.len()] = UNUSABLE;
+        }
+        let quads = self.positions.par_chunks_mut(CHUNK_VERTICES).zip(self.angles.par_chunks_mut(CHUNK_VERTICES));
+        let chunks = positions.par_chunks(CHUNK_VERTICES).zip(quads);
+        chunks.for_each(|(positions, (copies, angles))| {
+            dispatch!(level.0, simd => project(simd, frame, positions, copies, angles));
+        });
+    }
+
+    /// One corner of 16 triangles.
+    #[inline(always)]
+    pub(super) fn corner<S: Simd>(&self, simd: S, triangles: &[[u32; 3]; LANES], corner: usize) -> [f32x16<S>; 3] {
+        let [x, y, z, _] = load_corner(simd, &self.positions, triangles, corner);
+        [x, y, z]
+    }
+
+    /// α and β of the corners of 16 triangles.
+    #[inline(always)]
+    pub(super) fn angles<S: Simd>(&self, simd: S, triangles: &[[u32; 3]; LANES]) -> [[f32x16<S>; 3]; 2] {
+        let [a0, b0, ..] = load_corner(simd, &self.angles, triangles, 0);
+        let [a1, b1, ..] = load_corner(simd, &self.angles, triangles, 1);
+        let [a2, b2, ..] = load_corner(simd, &self.angles, triangles, 2);
+        [[a0, a1, a2], [b0, b1, b2]]
+    }
+}
+
+#[inline(always)]
+fn project<S: Simd>(simd: S, frame: &Frame, positions: &[Vec3], copies: &mut [[f32; 4]], angles: &mut [[f32; 4]]) {
+    let nan = splat(simd, f32::NAN);
+    for (index, positions) in positions.chunks(LANES).enumerate() {
+        let of_world = sixteen_of(simd, positions);
+        let [low, high] = widen(of_world);
+        let (low, low_angles) = parts(simd, frame, low);
+        let (high, high_angles) = parts(simd, frame, high);
+        let [x, y, z] = narrow(low, high);
+        let is_known = |plane: usize| {
+            let bits = low_angles[plane] | high_angles[plane] << 8;
+            fearless_simd::mask32x16::from_bitmask(simd, bits)
+        };
+        let alpha = is_known(0).select(atan2(simd, x, z), nan);
+        let beta = is_known(1).select(atan2(simd, y, z), nan);
+        let [x, y, z] = of_world;
+        let mut both = [[[0.0; 4]; LANES]; 2];
+        for (to, from) in both.iter_mut().zip([quads([x, y, z, nan]), quads([alpha, beta, nan, nan])]) {
+            for (quad, to) in from.into_iter().zip(to.as_flattened_mut().chunks_exact_mut(LANES)) {
+                quad.store_slice(to);
+            }
+        }
+        let first = index * LANES;
+        copies[first..first + positions.len()].copy_from_slice(&both[0][..positions.len()]);
+        angles[first..first + positions.len()].copy_from_slice(&both[1][..positions.len()]);
+    }
+}
+
+/// The parts of eight positions along the light's axes, scaled, and for which α and β are known.
+#[inline(always)]
+fn parts<S: Simd>(simd: S, frame: &Frame, position: Vectors<S>) -> (Vectors<S>, [u64; 2]) {
+    let offset = minus(position, splat_vector(simd, frame.light.as_dvec3()));
+    let scale = f64x8::splat(simd, frame.scale);
+    let parts = along_axes(simd, frame, offset);
+    let parts = [parts[0] * scale, parts[1] * scale, parts[2] * scale];
+    // Nor where f32 would lose bits, or has none.
+    let least = (largest(offset) * scale * SMALLEST_PART).max(f64x8::splat(simd, 1e-30));
+    let (x, y, z) = (parts[0].abs(), parts[1].abs(), parts[2].abs());
+    let is_finite = x.max(y).max(z).simd_lt(f64x8::splat(simd, 1e38));
+    let known =
+        [(x.max(z).simd_gt(least) & is_finite).to_bitmask(), (y.max(z).simd_gt(least) & is_finite).to_bitmask()];
+    (parts, known)
+}
+
+/// The parts of eight offsets along the light's axes, wrong by at most 8 roundings of the largest part of the offset.
+#[inline(always)]
+pub(super) fn along_axes<S: Simd>(simd: S, frame: &Frame, offset: Vectors<S>) -> Vectors<S> {
+    let Frame { right, up, forward, .. } = *frame;
+    [
+        dot(offset, splat_vector(simd, right)),
+        dot(offset, splat_vector(simd, up)),
+        dot(offset, splat_vector(simd, forward)),
+    ]
+}
