@@ -103,6 +103,10 @@ enum Command {
     KdFrames(experiments::KdFramesFlags),
     /// Horn et al. 2007 on a GPU: frames that are traced throughout, and those with rasterised primary hits
     KdGpu(experiments::KdGpuFlags),
+    /// Haines and Greenberg's light buffer: shadow rays from what a diffuse bounce hits
+    LightBuffer(experiments::LightBufferFlags),
+    /// How threads come by their work: locks, counters, in turn, fewer at a time, and stealing
+    Queues(experiments::QueuesFlags),
     /// What can be trusted: twenty-two figures, each beside what others publish; writes docs/trust.md
     Trust(trust::TrustFlags),
     /// How many pictures a second the window plays, and what the interface adds to each
@@ -153,6 +157,8 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::KdEntries(flags) => flags.run(),
         Command::KdFrames(flags) => flags.run(),
         Command::KdGpu(flags) => flags.run(),
+        Command::LightBuffer(flags) => flags.run(),
+        Command::Queues(flags) => flags.run(),
     }
     .map(|()| ExitCode::SUCCESS)
 }

@@ -60,7 +60,7 @@ impl Experiment {
 }
 
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 22] = [
+const EXPERIMENTS: [Experiment; 24] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
@@ -91,6 +91,8 @@ const EXPERIMENTS: [Experiment; 22] = [
     Experiment::new("kd-traversals", "Traversals of the kd-tree", "Horn et al. 2007, Table 2"),
     Experiment::new("kd-bounces", "Mirror bounces", "Horn et al. 2007, Figure 2").drawn(),
     Experiment::new("triangles", "Ray-triangle tests", "Rahikainen 2013, section 2.1"),
+    Experiment::new("light-buffer", "The light buffer", "Rahikainen 2013, section 2.3"),
+    Experiment::new("queues", "Queues of work", "Parker et al. 1999"),
     Experiment::new("bounce", "Incoherent rays", "Rahikainen 2013, section 3.2"),
     Experiment::new("kd-entries", "Entry points and culling", "Rahikainen 2013, sections 3.3 and 5"),
     Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),

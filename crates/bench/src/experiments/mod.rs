@@ -5,8 +5,10 @@ mod cells;
 mod distance;
 mod growth;
 mod kd_tree;
+mod light_buffer;
 mod light_maps;
 mod mapping;
+mod queues;
 mod sweep;
 mod table1;
 mod triangles;
@@ -19,8 +21,10 @@ pub(crate) use growth::GrowthFlags;
 pub(crate) use kd_tree::{
     KdAblationsFlags, KdBouncesFlags, KdBuildersFlags, KdEntriesFlags, KdFramesFlags, KdGpuFlags, KdTraversalsFlags,
 };
+pub(crate) use light_buffer::LightBufferFlags;
 pub(crate) use light_maps::LightMapsFlags;
 pub(crate) use mapping::MappingFlags;
+pub(crate) use queues::QueuesFlags;
 pub(crate) use table1::Table1Flags;
 pub(crate) use triangles::TrianglesFlags;
 pub(crate) use uniform::{CullingFlags, DensityFlags, GridOptionsFlags, NestedFlags, PacketsFlags, ResolutionFlags};
