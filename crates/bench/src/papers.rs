@@ -70,7 +70,9 @@ const EXPERIMENTS: [Experiment; 24] = [
         .with_files()
         .drawn(),
     Experiment::new("light-maps", "Light maps", "Guntury and Narayanan 2010, section 4.1").with_files().drawn(),
-    Experiment::new("distance", "A light that moves away", "Guntury and Narayanan 2010, Figure 11").drawn(),
+    Experiment::new("distance", "A light that moves away", "Guntury and Narayanan 2010, Figure 11")
+        .by("distance", &["--frames", "3"])
+        .drawn(),
     Experiment::new("mapping", "Indirect mapping", "Guntury and Narayanan 2010, section 3.2")
         .by("mapping", &["--all-blocks"])
         .drawn(),
@@ -91,8 +93,10 @@ const EXPERIMENTS: [Experiment; 24] = [
     Experiment::new("kd-traversals", "Traversals of the kd-tree", "Horn et al. 2007, Table 2"),
     Experiment::new("kd-bounces", "Mirror bounces", "Horn et al. 2007, Figure 2").drawn(),
     Experiment::new("triangles", "Ray-triangle tests", "Rahikainen 2013, section 2.1"),
-    Experiment::new("light-buffer", "The light buffer", "Rahikainen 2013, section 2.3"),
-    Experiment::new("queues", "Queues of work", "Parker et al. 1999"),
+    Experiment::new("light-buffer", "The light buffer", "Rahikainen 2013, section 2.3")
+        .by("light-buffer", &["--size", "512x512", "--frames", "3"]),
+    Experiment::new("queues", "Queues of work", "Parker et al. 1999")
+        .by("queues", &["--size", "512x512", "--frames", "3"]),
     Experiment::new("bounce", "Incoherent rays", "Rahikainen 2013, section 3.2"),
     Experiment::new("kd-entries", "Entry points and culling", "Rahikainen 2013, sections 3.3 and 5"),
     Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),
