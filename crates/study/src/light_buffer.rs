@@ -10,9 +10,9 @@ use umbrage_rays::{Ray, Triangles, Visit};
 /// The triangles around a light, listed by direction. [Rays](Visit) have to start at the light, as shadow rays do that come
 /// from it.
 ///
-/// **Why nothing is missed.** Positions in relation to the light are wrong by a rounding each. Cells are grown by [`MARGIN`],
+/// **Why nothing is missed.** Positions in relation to the light are wrong by a rounding each. Cells are grown by `MARGIN`,
 /// and a triangle is left out of a cell only where all of its corners are beyond one of the cell's sides by more than
-/// [`ROUNDINGS`] of the scene's reach. Points that are so near to the light that their direction may be wrong by a tenth of
+/// `ROUNDINGS` of the scene's reach. Points that are so near to the light that their direction may be wrong by a tenth of
 /// the margin are compared with all triangles.
 ///
 /// What is hidden behind a covering triangle is behind it for the predicate too, for points that are known to within 10⁻⁸ of
