@@ -181,6 +181,10 @@ mod tests {
                     stage.push_str(&format!("@group(0) @binding({binding}) {declaration}\n"));
                 }
             }
+            // The stage names the type of what it declares, though the module may not.
+            if stage.contains(": PointView;") && !text.contains("PointView") {
+                stage.insert_str(0, "import package::point_view::{PointView};\n");
+            }
             let text = link_text(&stage);
             let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|error| {
                 panic!("{path}: {}", error.emit_to_string(&text));
