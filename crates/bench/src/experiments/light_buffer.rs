@@ -5,9 +5,9 @@ use clap::Args;
 use rayon::prelude::*;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
 use umbrage::rays::{Bvh, KdTree, KdTreeOptions, LightSource, SingleRays, Structure as _};
-use umbrage::scene::Frame;
 use umbrage_study::light_buffer::LightBuffer;
 
+use super::kd_tree::frame;
 use crate::flags::ImageFlags;
 use crate::grids::time;
 use crate::median::median;
@@ -31,9 +31,7 @@ impl LightBufferFlags {
     pub(crate) fn run(&self) -> Result<()> {
         let mut table = self.common.start_without_chart()?;
         for address in &self.scenes {
-            let scene = umbrage::open(address)?;
-            let mut frame = Frame::default();
-            scene.pose(0.4 * scene.duration_seconds(), &mut frame)?;
+            let frame = frame(address)?;
             let triangles = frame.triangles();
             let mut shot = Shot::new(&frame, address, self.common.size, 1, Lights::First);
             shot.make_lights(1);

@@ -6,9 +6,9 @@ use anyhow::Result;
 use clap::Args;
 use rayon::prelude::*;
 use umbrage::rays::{KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles};
-use umbrage::scene::Frame;
 use umbrage_study::queue::Queue;
 
+use super::kd_tree::frame;
 use crate::flags::ImageFlags;
 use crate::grids::time;
 use crate::median::median;
@@ -35,9 +35,7 @@ impl QueuesFlags {
     pub(crate) fn run(&self) -> Result<()> {
         let mut table = self.common.start_without_chart()?;
         for address in &self.scenes {
-            let scene = umbrage::open(address)?;
-            let mut frame = Frame::default();
-            scene.pose(0.4 * scene.duration_seconds(), &mut frame)?;
+            let frame = frame(address)?;
             let mut tree = KdTree::default();
             tree.set_options(KdTreeOptions::FAST)?;
             tree.build(frame.triangles());

@@ -1,9 +1,9 @@
 // Stage `ask`: for each slot that shows something in a light's reach, whether anything is between.
 
 import package::dispatch::{Invocation, flat_index};
-import package::exact::double::{F64, f64_is_above_zero, f64_less, f64_multiply};
+import package::exact::cone::{exact_is_in_cone};
+import package::exact::double::{F64};
 import package::exact::shadow::{exact_point};
-import package::exact::vector::{F64Vector, f64_dot, f64_vector_from_f32_bits, f64_vector_subtract};
 import package::kdtree::light::{KdLight};
 import package::kdtree::records::{
     HIT_WORDS, NO_TRIANGLE, RECORD_LANES, RECORD_OWN, RECORD_TAG, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT,
@@ -35,7 +35,8 @@ fn ask(at: Invocation) {
     }
     let t = F64(hits[slot * HIT_WORDS + 2u], hits[slot * HIT_WORDS + 3u]);
     let point = exact_point(ray_of_slot(slot), t);
-    if kd_light.has_cone != 0u && !is_in_cone(point.position) {
+    if kd_light.has_cone != 0u
+        && !exact_is_in_cone(point.position, kd_light.vector, kd_light.axis, kd_light.squared_cosine) {
         return;
     }
     put_vector(word, point.position);
@@ -45,12 +46,4 @@ fn ask(at: Invocation) {
     }
     records[word + SHADOW_IS_DIRECTIONAL] = kd_light.is_directional;
     records[word + RECORD_TAG] = slot;
-}
-
-// In the order of the Rust crate's `Cone::contains`.
-fn is_in_cone(position: F64Vector) -> bool {
-    let v = f64_vector_subtract(position, f64_vector_from_f32_bits(kd_light.vector));
-    let along = f64_dot(f64_vector_from_f32_bits(kd_light.axis), v);
-    let least = f64_multiply(kd_light.squared_cosine, f64_dot(v, v));
-    return f64_is_above_zero(along) && !f64_less(f64_multiply(along, along), least);
 }

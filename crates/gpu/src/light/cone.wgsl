@@ -2,8 +2,7 @@
 // invocation has a slot.
 
 import package::dispatch::{Invocation, flat_index};
-import package::exact::double::{f64_is_above_zero, f64_less, f64_multiply};
-import package::exact::vector::{f64_dot, f64_vector_from_f32_bits, f64_vector_subtract};
+import package::exact::cone::{exact_is_in_cone};
 import package::light::light::{Light};
 import package::light::seen_point::{seen_point};
 import package::point_view::{PointView};
@@ -27,11 +26,8 @@ fn cone(at: Invocation) {
         return;
     }
     let point = seen_point(slot, seen[slot]);
-    let v = f64_vector_subtract(point.position, f64_vector_from_f32_bits(bitcast<vec3<u32>>(light.vector)));
-    // In the order of the Rust crate's `Cone::contains`.
-    let along = f64_dot(f64_vector_from_f32_bits(bitcast<vec3<u32>>(light.axis)), v);
-    let least = f64_multiply(light.squared_cosine, f64_dot(v, v));
-    if !f64_is_above_zero(along) || f64_less(f64_multiply(along, along), least) {
+    let spot = bitcast<vec3<u32>>(light.vector);
+    if !exact_is_in_cone(point.position, spot, bitcast<vec3<u32>>(light.axis), light.squared_cosine) {
         atomicAnd(&lit[mask], ~bit);
     }
 }

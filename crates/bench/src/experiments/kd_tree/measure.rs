@@ -55,7 +55,7 @@ impl KdFlags {
 }
 
 /// A moment of the scene at `address`.
-pub(super) fn frame(address: &str) -> Result<Frame> {
+pub(in crate::experiments) fn frame(address: &str) -> Result<Frame> {
     let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
     Ok(scene.at(0.4 * scene.duration_seconds())?)
 }

@@ -15,4 +15,5 @@ pub(crate) use builders::KdBuildersFlags;
 pub(crate) use entries::KdEntriesFlags;
 pub(crate) use frames::KdFramesFlags;
 pub(crate) use gpu::KdGpuFlags;
+pub(super) use measure::frame;
 pub(crate) use traversals::KdTraversalsFlags;
