@@ -15,19 +15,34 @@ pub(crate) const PACKET: usize = 256;
 /// What rays hit.
 pub(crate) type Hits = Vec<Option<Hit>>;
 
+/// Where the rays of a packet's upper left, upper right, lower left and lower right pixel are in it.
+pub(crate) const PACKET_CORNERS: [usize; 4] = [0, 51, 204, 255];
+
 /// The rays of a shot's first sample: squares of 16×16 pixels, and squares of 4×4 in these.
 pub(crate) fn of_camera(shot: &Shot<'_>) -> Vec<Ray> {
+    in_squares(shot, &[16, 4])
+}
+
+/// As [`of_camera`], in squares of 128×128 pixels and of 32×32 in these; those at the image's edges may have fewer.
+pub(crate) fn of_camera_by_tiles(shot: &Shot<'_>) -> Vec<Ray> {
+    in_squares(shot, &[128, 32, 16, 4])
+}
+
+/// The rays of a shot's first sample in squares with such sides, each in the one before.
+fn in_squares(shot: &Shot<'_>, sides: &[u32]) -> Vec<Ray> {
     let (width, height) = (shot.view.width, shot.view.height);
     let first = shot.samples[0].as_slice()[0];
-    let squares = |side: u32, [x, y]: [u32; 2], step: u32| {
-        (0..side)
-            .step_by(step as usize)
-            .flat_map(move |down| (0..side).step_by(step as usize).map(move |right| [x + right, y + down]))
-    };
-    let tiles = (0..height).step_by(16).flat_map(|y| (0..width).step_by(16).map(move |x| [x, y]));
-    let blocks = tiles.flat_map(|corner| squares(16, corner, 4));
-    let pixels = blocks.flat_map(|corner| squares(4, corner, 1)).filter(|&[x, y]| x < width && y < height);
-    pixels.map(|[x, y]| first.ray(&shot.view, x, y)).collect()
+    let mut corners = vec![[0, 0]];
+    let mut outer = [width, height];
+    for &side in sides.iter().chain(&[1]) {
+        let within = |[x, y]: [u32; 2]| {
+            let steps = move |end: u32| (0..end).step_by(side as usize);
+            steps(outer[1]).flat_map(move |down| steps(outer[0]).map(move |right| [x + right, y + down]))
+        };
+        corners = corners.into_iter().flat_map(within).filter(|&[x, y]| x < width && y < height).collect();
+        outer = [side; 2];
+    }
+    corners.into_iter().map(|[x, y]| first.ray(&shot.view, x, y)).collect()
 }
 
 /// What rays hit first.

@@ -12,13 +12,14 @@ mod search;
 mod shaft;
 
 use fearless_simd::{Simd, dispatch};
-use umbrage_rays::internals::{Ask, LANES, Rays, Scale};
+use umbrage_rays::internals::{Ask, Extent, LANES, Rays, Scale};
 use umbrage_rays::predicate::ShadowRay;
 use umbrage_rays::{Counts, Hit, KdTree, Ray, Triangles};
 
 use beam::Beam;
 pub use options::{KdCulling, KdEntry, ShaftLead, ShaftOptions};
-use search::{Met, Search};
+pub use search::EntryPoint;
+use search::Search;
 use shaft::{Axes, Bundle};
 
 /// Does what [`KdTree::nearest_of_packet`] does, by shafts, and says what these took: shafts as `packets`, triangles that they
@@ -34,9 +35,25 @@ pub fn nearest_of_shafts(
     stops: impl Fn(&Hit) -> bool,
     hits: &mut [Option<Hit>],
 ) -> Counts {
+    nearest_of_shafts_below(&EntryPoint::root(tree), tree, triangles, rays, options, stops, hits)
+}
+
+/// Does what [`nearest_of_shafts`] does, of rays all of which begin at `entry`.
+///
+/// # Panics
+/// If there are more or fewer `hits` than `rays`.
+pub fn nearest_of_shafts_below(
+    entry: &EntryPoint,
+    tree: &KdTree,
+    triangles: Triangles<'_>,
+    rays: &[Ray],
+    options: ShaftOptions,
+    stops: impl Fn(&Hit) -> bool,
+    hits: &mut [Option<Hit>],
+) -> Counts {
     let mut visits = Counts::default();
     tree.nearest_by(triangles, rays, stops, hits, |ask| {
-        visits = visit(tree, triangles, options, &|index| rays[index], rays.len(), ask);
+        visits = visit((tree, entry), triangles, options, &|index| rays[index], rays.len(), ask);
     });
     visits
 }
@@ -55,13 +72,14 @@ pub fn blocked_of_shafts(
 ) -> Counts {
     let mut visits = Counts::default();
     tree.blocked_by(triangles, rays, own, stops, blocked, |ask| {
-        visits = visit(tree, triangles, options, &|index| rays[index].ray, rays.len(), ask);
+        let entry = EntryPoint::root(tree);
+        visits = visit((tree, &entry), triangles, options, &|index| rays[index].ray, rays.len(), ask);
     });
     visits
 }
 
 fn visit(
-    tree: &KdTree,
+    (tree, entry): (&KdTree, &EntryPoint),
     triangles: Triangles<'_>,
     options: ShaftOptions,
     ray: &dyn Fn(usize) -> Ray,
@@ -70,7 +88,8 @@ fn visit(
 ) -> Counts {
     let mut visits = Counts::default();
     tree.prepare(ray, count, ask, &mut |rays, ask| {
-        let mut shafts = Shafts { tree, triangles, scale: Scale::of(&tree.extent()), options, visits: &mut visits };
+        let mut shafts =
+            Shafts { tree, entry, triangles, scale: Scale::of(&tree.extent()), options, visits: &mut visits };
         let met = dispatch!(tree.level().into(), simd => shafts.visit(simd, rays, ask));
         if let Some(root) = met {
             tree.visit_from(triangles, rays, root, ask);
@@ -82,6 +101,7 @@ fn visit(
 /// What shafts are led through.
 struct Shafts<'a> {
     tree: &'a KdTree,
+    entry: &'a EntryPoint,
     triangles: Triangles<'a>,
     scale: Scale,
     options: ShaftOptions,
@@ -94,46 +114,46 @@ impl Shafts<'_> {
     #[inline(always)]
     fn visit<S: Simd>(&mut self, simd: S, rays: &mut Rays, ask: &mut Ask<'_>) -> Option<u32> {
         if self.options.entry == KdEntry::Root && self.options.lead == ShaftLead::Packets {
-            return Some(0);
+            return Some(self.begin(rays, self.entry.node, self.entry.cell));
         }
-        let Some(axes) = Axes::of(simd, rays) else { return Some(0) };
+        let Some(axes) = Axes::of(simd, rays) else {
+            return Some(self.begin(rays, self.entry.node, self.entry.cell));
+        };
         let mut bundle = Bundle::around(simd, rays, axes);
-        let Self { tree, triangles, scale, options, visits } = self;
+        let Self { tree, entry, triangles, scale, options, visits } = self;
         let ShaftOptions { entry: kind, lead, mailbox } = *options;
-        let start = Search { tree, triangles: *triangles, scale, shaft: &bundle.whole, kind, visits }.start()?;
+        let start = Search { tree, triangles: *triangles, scale, shaft: &bundle.whole, kind, visits }.start(entry)?;
         match lead {
             ShaftLead::Shaft(culling) => {
                 let mut beam = Beam::new(tree, *triangles, *scale, culling, mailbox, visits);
                 beam.visit(simd, rays, &mut bundle, &start, ask);
                 None
             }
-            ShaftLead::Packets => {
-                clip(tree, scale, rays, &start);
-                Some(start.node)
-            }
+            ShaftLead::Packets => Some(self.begin(rays, start.node, start.cell)),
         }
     }
-}
 
-/// Clips rays to the cell of a node, as on the way to a child. All leaves that matter are below that node.
-fn clip(tree: &KdTree, scale: &Scale, rays: &mut Rays, start: &Met) {
-    let (cell, whole) = (start.cell, tree.extent());
-    for axis in 0..3 {
-        for (at, is_low) in [(cell.min[axis], true), (cell.max[axis], false)] {
-            if at == if is_low { whole.min[axis] } else { whole.max[axis] } {
-                continue;
-            }
-            let at = scale.coordinate(at, axis);
-            for ray in 0..rays.count.next_multiple_of(LANES) {
-                let inverse = rays.inverse[axis][ray];
-                let (crossing, doubt) = ((at - rays.origin[axis][ray]) * inverse, rays.doubt[axis][ray]);
-                if (inverse < 0.0) == is_low {
-                    rays.leave[ray] = rays.leave[ray].min(crossing + doubt);
-                } else {
-                    rays.enter[ray] = rays.enter[ray].max(crossing - doubt);
+    /// Clips rays to the cell of a node, as on the way to a child, and has them begin there. All leaves that matter are below it.
+    fn begin(&self, rays: &mut Rays, node: u32, cell: Extent) -> u32 {
+        let (scale, whole) = (self.scale, self.tree.extent());
+        for axis in 0..3 {
+            for (at, is_low) in [(cell.min[axis], true), (cell.max[axis], false)] {
+                if at == if is_low { whole.min[axis] } else { whole.max[axis] } {
+                    continue;
+                }
+                let at = scale.coordinate(at, axis);
+                for ray in 0..rays.count.next_multiple_of(LANES) {
+                    let inverse = rays.inverse[axis][ray];
+                    let (crossing, doubt) = ((at - rays.origin[axis][ray]) * inverse, rays.doubt[axis][ray]);
+                    if (inverse < 0.0) == is_low {
+                        rays.leave[ray] = rays.leave[ray].min(crossing + doubt);
+                    } else {
+                        rays.enter[ray] = rays.enter[ray].max(crossing - doubt);
+                    }
                 }
             }
         }
+        node
     }
 }
 

@@ -1,5 +1,5 @@
 use umbrage_rays::internals::{Extent, Nodes, Scale};
-use umbrage_rays::{Counts, KdTree, Triangles};
+use umbrage_rays::{Counts, KdTree, Ray, Triangles};
 
 use super::KdEntry;
 use super::shaft::Shaft;
@@ -13,9 +13,9 @@ pub(super) struct Met {
 }
 
 impl Met {
-    /// The root, along a whole shaft.
-    pub(super) fn root(tree: &KdTree, shaft: &Shaft) -> Self {
-        Self { node: 0, cell: tree.extent(), within: [shaft.from, shaft.to].map(f64::from) }
+    /// Where rays enter the tree, along a whole shaft.
+    fn entry(entry: &EntryPoint, shaft: &Shaft) -> Self {
+        Self { node: entry.node, cell: entry.cell, within: [shaft.from, shaft.to].map(f64::from) }
     }
 
     /// The left and the right child of an inner node; `None` where the shaft doesn't meet it.
@@ -28,6 +28,48 @@ impl Met {
         let [in_left, in_right] = shaft.parts(scale, plane, self.within);
         let child = |node, cell, within: [f64; 2]| (within[0] <= within[1]).then_some(Self { node, cell, within });
         [child(left, below, in_left), child(right, above, in_right)]
+    }
+}
+
+/// A node below which are all triangles that some rays may hit.
+#[derive(Clone, Copy, Debug)]
+pub struct EntryPoint {
+    pub(super) node: u32,
+    pub(super) cell: Extent,
+}
+
+impl EntryPoint {
+    /// That of all rays.
+    #[must_use]
+    pub fn root(tree: &KdTree) -> Self {
+        Self { node: 0, cell: tree.extent() }
+    }
+
+    /// Whether it spares rays some of the way from another one.
+    #[must_use]
+    pub fn is_below(&self, other: &Self) -> bool {
+        self.node != other.node
+    }
+
+    /// That of all rays between four that begin at `self`, those of a tile's corners say: rays that cross each plane between
+    /// those that cross it at the corners of a rectangle. `None` where none of them can hit anything. Adds what it
+    /// takes to `visits`.
+    #[must_use]
+    pub fn of_tile(
+        &self,
+        tree: &KdTree,
+        triangles: Triangles<'_>,
+        corners: &[Ray; 4],
+        kind: KdEntry,
+        visits: &mut Counts,
+    ) -> Option<Self> {
+        if self.cell.is_empty() {
+            return None;
+        }
+        let scale = Scale::of(&tree.extent());
+        let Some(shaft) = Shaft::between_corners(&scale, &tree.extent(), corners) else { return Some(*self) };
+        let mut search = Search { tree, triangles, scale: &scale, shaft: &shaft, kind, visits };
+        search.start(self).map(|met| Self { node: met.node, cell: met.cell })
     }
 }
 
@@ -50,13 +92,13 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The lowest node below which are all leaves that matter; `None` where there are none.
+    /// The lowest node, at an entry or below it, below which are all leaves that matter; `None` where there are none.
     ///
     /// First the first such leaf is looked for, and nodes are kept on the way there whose other child the shaft meets too. If
     /// there is a leaf that matters below that child, rays can't begin below the node. MLRTA looks at these nodes from below,
     /// one after the other; AEPSA from above, and stops at the first, which is the one that MLRTA finds last.
-    pub(super) fn start(&mut self) -> Option<Met> {
-        let root = Met::root(self.tree, self.shaft);
+    pub(super) fn start(&mut self, entry: &EntryPoint) -> Option<Met> {
+        let root = Met::entry(entry, self.shaft);
         if self.kind == KdEntry::Root {
             return Some(root);
         }

@@ -1,7 +1,8 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 
-use umbrage_rays::internals::{HALF_ULP, LANES, MOST_RAYS, Plane, Rays, Scale, load};
+use umbrage_rays::Ray;
+use umbrage_rays::internals::{Extent, HALF_ULP, LANES, MOST_RAYS, Plane, Rays, Scale, load};
 
 use super::bits_of;
 use super::search::Met;
@@ -18,6 +19,9 @@ const SHORTEST: f32 = 1e-3;
 /// More than what rounding does to ways along the axis, which are one at most.
 const SLACK: f64 = 1e-9;
 
+/// For each axis the order in which it is the last one.
+const ORDERS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
 /// The order of axes in which a shaft's own is the last one, and where rays run along that.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axes {
@@ -32,7 +36,7 @@ impl Axes {
     #[inline(always)]
     pub(super) fn of<S: Simd>(simd: S, rays: &Rays) -> Option<Self> {
         let mut best: Option<(f32, Self)> = None;
-        for (axis, order) in [[1, 2, 0], [2, 0, 1], [0, 1, 2]].into_iter().enumerate() {
+        for (axis, order) in ORDERS.into_iter().enumerate() {
             let mut low = f32x16::splat(simd, f32::INFINITY);
             let mut high = f32x16::splat(simd, f32::NEG_INFINITY);
             for first in (0..rays.count).step_by(LANES) {
@@ -136,6 +140,48 @@ impl Shaft {
     fn between(axes: Axes, [from, to]: [f32; 2], near: [f32; 4], far: [f32; 4]) -> Self {
         let rate = [0, 1, 2, 3].map(|face| (far[face] - near[face]) / (to - from));
         Self { axes, from, to, at: near, rate }
+    }
+
+    /// Around all rays between four, as far as they are in a tree's bounds; `None` where those don't agree about the sign of an
+    /// axis, one runs almost across it, or they come from too far away.
+    ///
+    /// Where lines cross a plane, those between others cross it between them.
+    pub(super) fn between_corners(scale: &Scale, extent: &Extent, corners: &[Ray; 4]) -> Option<Self> {
+        let steepness = |axis: usize, sign: f64| {
+            let steepness = corners.iter().map(|ray| sign * ray.direction[axis] / ray.direction.abs().max_element());
+            steepness.fold(f64::INFINITY, f64::min)
+        };
+        let signed = (0..3).flat_map(|axis| [1.0, -1.0].map(|sign| (steepness(axis, sign), axis, sign)));
+        let (least, axis, sign) = signed.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let axes = Axes { order: ORDERS[axis], sign: sign as f32 };
+        let unit = f64::from(scale.unit);
+        let origins = corners.map(|ray| {
+            let [u, v, w] = axes.order.map(|axis| (ray.origin[axis] - f64::from(scale.middle[axis])) * unit);
+            [u, v, w * sign]
+        });
+        let reach = origins.iter().flatten().fold(0.0_f64, |reach, at| reach.max(at.abs()));
+        // f64 gives away less than 2⁻⁴⁸ of the way from an origin; as much as that are eight times `Rays::moved`.
+        let margin = 256.0 * f64::from(HALF_ULP) + reach / (1_u64 << 45) as f64;
+        if !(least > f64::from(LEAST) && margin < 1.0) {
+            return None;
+        }
+        let ends = [extent.min[axis], extent.max[axis]].map(|at| scale.coordinate(at, axis) * axes.sign);
+        let first = origins.iter().fold(f64::INFINITY, |first, origin| first.min(origin[2]));
+        let from = first.max(f64::from(ends[0].min(ends[1]))) - margin;
+        let to = (f64::from(ends[0].max(ends[1])) + margin).max(from + f64::from(SHORTEST));
+        let rectangle = |way: f64| {
+            let mut rectangle = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
+            for (ray, origin) in corners.iter().zip(&origins) {
+                for side in 0..2 {
+                    let slope = ray.direction[axes.order[side]] / (ray.direction[axis] * sign);
+                    let at = origin[side] + (way - origin[2]) * slope;
+                    rectangle[2 * side] = rectangle[2 * side].min(at - margin);
+                    rectangle[2 * side + 1] = rectangle[2 * side + 1].max(at + margin);
+                }
+            }
+            rectangle.map(|face| face as f32)
+        };
+        Some(Self::between(axes, [from as f32, to as f32], rectangle(from), rectangle(to)))
     }
 
     /// Where a face is.

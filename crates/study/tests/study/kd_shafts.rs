@@ -6,7 +6,10 @@ use umbrage_rays::{
     Hit, KdBuilder, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray,
     SahCosts, SimdLevel, Triangles,
 };
-use umbrage_study::shaft::{KdCulling, KdEntry, ShaftLead, ShaftOptions, blocked_of_shafts, nearest_of_shafts};
+use umbrage_study::shaft::{
+    EntryPoint, KdCulling, KdEntry, ShaftLead, ShaftOptions, blocked_of_shafts, nearest_of_shafts,
+    nearest_of_shafts_below,
+};
 
 use crate::support::{self, Mesh, Random, blocked_by_any, blocks, nearest_of_all, random_ray, scene};
 
@@ -92,6 +95,54 @@ fn coherent_rays_hit_what_the_predicate_says() {
         hits += check_levels(&mesh, &fan(&mut random, side, width), &SimdLevel::available(), counts);
     }
     assert!(hits > 400, "{hits}");
+}
+
+/// Tiles of four packets of 16×16 rays, which begin where their tile's corners say, and again where their own say.
+#[test]
+fn rays_that_begin_with_their_tile_hit_what_the_predicate_says() {
+    const SIDE: usize = 32;
+    let mut random = Random(21);
+    let meshes = [scene(&mut random), Mesh::floor(3, 2.0), Mesh::soup(&mut random, 3, 0.2), Mesh::default()];
+    let (mut hits, mut lower, mut nothing) = (0, 0, 0);
+    let corners = |rays: &[Ray], [left, top]: [usize; 2], side: usize| -> [Ray; 4] {
+        [[0, 0], [1, 0], [0, 1], [1, 1]]
+            .map(|[right, down]| rays[(top + down * (side - 1)) * SIDE + left + right * (side - 1)])
+    };
+    for (mesh, width, seen_from) in meshes.iter().flat_map(|mesh| {
+        let (from, far) = (Vec3::ZERO, Vec3::new(1e6, -3e5, 2e6));
+        [(mesh, 0.3, from), (mesh, 1.2, from), (mesh, 0.02, from), (mesh, 0.4, far), (mesh, 9.0, from)]
+    }) {
+        let mut rays = fan(&mut random, SIDE as u32, width);
+        if seen_from != Vec3::ZERO {
+            rays.iter_mut().for_each(|ray| ray.origin -= ray.direction * 1e5);
+        }
+        let triangles = mesh.triangles();
+        for (tree, kind) in trees(triangles, SimdLevel::default()).iter().zip([1, 2].map(|kind| KdEntry::ALL[kind])) {
+            let root = EntryPoint::root(tree);
+            let mut visits = umbrage_rays::Counts::default();
+            let mut of_tile = |entry: &EntryPoint, corners| entry.of_tile(tree, triangles, &corners, kind, &mut visits);
+            let whole = of_tile(&root, corners(&rays, [0, 0], SIDE));
+            for part in [[0, 0], [16, 0], [0, 16], [16, 16]] {
+                let entry = whole.and_then(|whole| of_tile(&whole, corners(&rays, part, 16)));
+                let of_part = |index: usize| rays[(part[1] + index / 16) * SIDE + part[0] + index % 16];
+                let packet: Vec<_> = (0..256).map(of_part).collect();
+                let expected: Vec<_> = packet.iter().map(|ray| nearest_of_all(triangles, ray, |_| true)).collect();
+                hits += expected.iter().flatten().count();
+                let Some(entry) = entry else {
+                    assert_eq!(bits(&expected), vec![None; 256], "{kind:?}");
+                    nothing += 1;
+                    continue;
+                };
+                lower += usize::from(entry.is_below(&root));
+                for options in forms() {
+                    let mut found = vec![None; 256];
+                    let _ = nearest_of_shafts_below(&entry, tree, triangles, &packet, options, |_| true, &mut found);
+                    assert_eq!(bits(&found), bits(&expected), "{kind:?} {options:?}");
+                }
+            }
+        }
+    }
+    assert!(hits > 3000 && lower > 5 && nothing > 10, "{hits} {lower} {nothing}");
 }
 
 #[test]

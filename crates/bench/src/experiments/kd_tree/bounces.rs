@@ -30,7 +30,9 @@ impl KdBouncesFlags {
         let packets = Some(KdPacketOptions::default());
         let ways: Vec<Way> = TRAVERSALS
             .iter()
-            .flat_map(|&traversal| [None, packets].map(|packets| Way { traversal, packets, shafts: None }))
+            .flat_map(|&traversal| {
+                [None, packets].map(|packets| Way { traversal, packets, shafts: None, tiles: false })
+            })
             .collect();
         for address in &self.scenes {
             let frame = frame(address)?;

@@ -107,7 +107,7 @@ impl Trial {
                 times.iter_mut().zip(spent).for_each(|(times, spent)| times.push(spent));
             }
         }
-        let way = Way { traversal: KdTraversal::Stack, packets: None, shafts: None };
+        let way = Way { traversal: KdTraversal::Stack, packets: None, shafts: None, tiles: false };
         let in_packets = Way { packets: Some(options.packets), ..way };
         let mut cost = |rays: &[Ray], way| Ok(race(&mut tree, triangles, rays, &[way], rounds)?[0]);
         let costs: Result<_> =

@@ -3,14 +3,16 @@ use std::hint::black_box;
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::rays::{Counts, KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles};
+use umbrage::rays::{
+    Counts, Hit, KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles,
+};
 use umbrage::scene::Frame;
-use umbrage_study::shaft::{ShaftOptions, nearest_of_shafts};
+use umbrage_study::shaft::{EntryPoint, ShaftOptions, nearest_of_shafts, nearest_of_shafts_below};
 
 use crate::flags::{OutputFlags, size, use_threads};
 use crate::grids::time;
 use crate::median::median;
-use crate::rays::{Hits, PACKET};
+use crate::rays::{Hits, PACKET, PACKET_CORNERS};
 use crate::table::Table;
 
 /// Flags of every experiment with kd-trees.
@@ -75,7 +77,13 @@ pub(super) struct Way {
     pub(super) packets: Option<KdPacketOptions>,
     /// Shafts around packets, if there are any.
     pub(super) shafts: Option<ShaftOptions>,
+    /// Whether packets begin where their tile of [`TILE_PACKETS`] does, as `shafts` look for it.
+    pub(super) tiles: bool,
 }
+
+/// Packets of a tile of 128×128 pixels, and of each of the 16 parts that it is split into.
+const TILE_PACKETS: usize = 64;
+const PART_PACKETS: usize = 4;
 
 /// What a way cost.
 #[derive(Clone, Copy, Debug)]
@@ -92,6 +100,12 @@ impl Way {
         tree.set_options(KdTreeOptions { traversal: self.traversal, packets, ..tree.options() })?;
         hits.resize(rays.len(), None);
         let tree = &*tree;
+        if let (Some(options), true) = (self.shafts, self.tiles) {
+            let tiles =
+                rays.par_chunks_exact(TILE_PACKETS * PACKET).zip(hits.par_chunks_exact_mut(TILE_PACKETS * PACKET));
+            let visits = tiles.map(|(rays, hits)| trace_tile(tree, triangles, rays, options, hits));
+            return Ok(visits.reduce(Counts::default, sum));
+        }
         let chunks = rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET));
         let visits = chunks.map(|(rays, hits)| match (self.packets, self.shafts) {
             (_, Some(options)) => nearest_of_shafts(tree, triangles, rays, options, |_| true, hits),
@@ -107,6 +121,36 @@ impl Way {
         });
         Ok(visits.reduce(Counts::default, sum))
     }
+}
+
+/// Traces a tile's rays from where it begins; each part's rays from where that does, and so each packet's (Reshetov et al. 2005).
+fn trace_tile(
+    tree: &KdTree,
+    triangles: Triangles<'_>,
+    rays: &[Ray],
+    options: ShaftOptions,
+    hits: &mut [Option<Hit>],
+) -> Counts {
+    let mut visits = Counts::default();
+    let root = EntryPoint::root(tree);
+    hits.fill(None);
+    // The first ray of the first packet, and so on.
+    let corners = |rays: &[Ray], packets: [usize; 4]| -> [Ray; 4] {
+        [0, 1, 2, 3].map(|corner| rays[packets[corner] * PACKET + PACKET_CORNERS[corner]])
+    };
+    let of_tile = [[0, 0], [3, 1], [12, 2], [15, 3]].map(|[part, packet]| part * PART_PACKETS + packet);
+    let Some(entry) = root.of_tile(tree, triangles, &corners(rays, of_tile), options.entry, &mut visits) else {
+        return visits;
+    };
+    let parts = rays.chunks_exact(PART_PACKETS * PACKET).zip(hits.chunks_exact_mut(PART_PACKETS * PACKET));
+    for (rays, hits) in parts {
+        let corners = corners(rays, [0, 1, 2, 3]);
+        let Some(entry) = entry.of_tile(tree, triangles, &corners, options.entry, &mut visits) else { continue };
+        for (rays, hits) in rays.chunks_exact(PACKET).zip(hits.chunks_exact_mut(PACKET)) {
+            visits += nearest_of_shafts_below(&entry, tree, triangles, rays, options, |_| true, hits);
+        }
+    }
+    visits
 }
 
 fn sum(mut counts: Counts, others: Counts) -> Counts {

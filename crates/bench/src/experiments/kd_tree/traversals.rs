@@ -42,7 +42,7 @@ impl KdTraversalsFlags {
             let kinds = [("camera", &camera), ("shadow", &shadow), ("mirror", &mirrored), ("diffuse", &scattered)];
             for (kind, rays) in kinds {
                 for (width, packets) in widths() {
-                    let ways = TRAVERSALS.map(|traversal| Way { traversal, packets, shafts: None });
+                    let ways = TRAVERSALS.map(|traversal| Way { traversal, packets, shafts: None, tiles: false });
                     let costs = race(&mut tree, triangles, rays, &ways, self.common.rounds)?;
                     for (at, (way, cost)) in ways.iter().zip(&costs).enumerate() {
                         let row = row([name(address), kind, width], way.traversal, cost, &costs[0], rays.len());
