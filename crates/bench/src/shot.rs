@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use glam::{Quat, Vec3};
-use umbrage::rays::{Bounds, Camera, LightSource, Opacity, Opaque, Ray, Sides, View};
+use umbrage::rays::{Bounds, Camera, LightSource, Opacity, Opaque, Projection, Ray, Sides, View};
 use umbrage::scene::Frame;
 use umbrage::{Samples, Scene};
 
@@ -158,6 +158,15 @@ impl Shot<'_> {
         let which = samples.as_slice().len() - 1;
         let ([column, row], side) = (samples.quarter(which), samples.side());
         (samples.as_slice()[which].ray(&self.view, x, y), [side * x + column, side * y + row])
+    }
+
+    /// Makes the camera's view so many times narrower.
+    pub(crate) fn narrow(&mut self, times: f32) {
+        match &mut self.view.camera.projection {
+            Projection::Perspective { tan_half_height: size } | Projection::Orthographic { half_height: size } => {
+                *size /= times;
+            }
+        }
     }
 
     /// Leaves lights away, or adds the first one, turned around the scene, until there are `count`.

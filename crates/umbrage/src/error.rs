@@ -78,11 +78,16 @@ pub enum Error {
     #[error("mirrors are followed on the CPU alone: a GPU takes 0 bounces")]
     BouncesOnGpu,
     /// A GPU was asked for a structure that is the CPU's alone.
-    #[error("a GPU has its own grids and the kd-tree, but not `{0}`")]
+    #[error("a GPU has grids of its own (`listed`, or without a name) and the kd-tree, but not `{0}`")]
     StructureOnGpu(&'static str),
-    /// A GPU was asked for a kd-tree with an option that is the CPU's alone.
-    #[error("a kd-tree on a GPU has no option `{0}`")]
-    KdOptionOnGpu(&'static str),
+    /// A GPU was asked for a structure with an option that is the CPU's alone.
+    #[error("`{0}` on a GPU has no option `{1}`")]
+    OptionOnGpu(&'static str, &'static str),
+    /// A GPU was asked for other tiles than it has.
+    #[error(
+        "a GPU traces tiles of 16 pixels a side: sorting tiles have 8 or 16, and 2 or 1 of them a side make a tracing tile"
+    )]
+    TilesOnGpu,
     /// The CPU was asked for a texture.
     #[error("only a GPU renders to a texture")]
     TextureOnCpu,
@@ -121,7 +126,8 @@ impl Error {
                 | Self::KdTreeOptions(_)
                 | Self::BouncesOnGpu
                 | Self::StructureOnGpu(_)
-                | Self::KdOptionOnGpu(_)
+                | Self::OptionOnGpu(..)
+                | Self::TilesOnGpu
                 | Self::CountsOfStructure
         )
     }

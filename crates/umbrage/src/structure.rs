@@ -66,9 +66,19 @@ impl Structure {
     /// If it doesn't, or would ignore an option.
     pub fn check_on_gpu(&self) -> Result<(), Error> {
         match *self {
-            Self::KdTree(KdTreeOptions { lazy_below: 1.., .. }) => Err(Error::KdOptionOnGpu("kd-lazy")),
+            Self::KdTree(KdTreeOptions { lazy_below: 1.., .. }) => Err(Error::OptionOnGpu(self.name(), "kd-lazy")),
             Self::KdTree(KdTreeOptions { packets, .. }) if packets.mailbox != KdMailbox::default() => {
-                Err(Error::KdOptionOnGpu("kd-mailbox"))
+                Err(Error::OptionOnGpu(self.name(), "kd-mailbox"))
+            }
+            Self::Listed { camera: ListedOptions { cells, .. }, .. } => {
+                const TAKEN: [&str; 3] = ["sorting-tile", "tracing-tiles", "slices"];
+                if let Some((option, _)) = self.changed_options().find(|(option, _)| !TAKEN.contains(&option.name)) {
+                    return Err(Error::OptionOnGpu(self.name(), option.name));
+                }
+                let (tile, tiles) = (cells.sorting_tile(), cells.tracing_tiles());
+                let by_default = with_sorting_tile(Cells::DEFAULT, tile).map(|cells| cells.tracing_tiles());
+                let is_traced = matches!(tile, 8 | 16) && (tile * tiles == 16 || Some(tiles) == by_default);
+                if is_traced { Ok(()) } else { Err(Error::TilesOnGpu) }
             }
             Self::Perspective | Self::KdTree(_) => Ok(()),
             _ => Err(Error::StructureOnGpu(self.name())),

@@ -38,7 +38,7 @@ macro_rules! structures {
             kd_in_place: |level| kd(level, KdTreeOptions { builder: KdBuilder::InPlace, traversal: KdTraversal::ShortStack(1), ..KdTreeOptions::DEFAULT }, KdPacketWidth::Sixteen, KdMailbox::Hashed);
             kd_binned: |level| kd(level, KdTreeOptions { costs: LARGE_LEAVES, ..KdTreeOptions::FAST }, KdPacketWidth::Sixteen, KdMailbox::Ring);
             kd_streaming: |level| kd(level, KdTreeOptions { builder: KdBuilder::Streaming, traversal: KdTraversal::ShortStack(3), ..KdTreeOptions::DEFAULT }, KdPacketWidth::Four, KdMailbox::Hashed);
-            kd_adaptive: |level| kd(level, KdTreeOptions { builder: KdBuilder::Adaptive, clipping: Clipping::Boxes, layout: KdLayout::Subtrees, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Eight, KdMailbox::None);
+            kd_adaptive: |level| kd(level, KdTreeOptions { builder: KdBuilder::Adaptive, clipping: Clipping::Boxes, layout: KdLayout::Scattered, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Eight, KdMailbox::None);
             kd_spatial: |level| kd(level, KdTreeOptions { builder: KdBuilder::SpatialMedian, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Sixteen, KdMailbox::Hashed);
             kd_spatial_in_turn: |level| kd(level, KdTreeOptions { builder: KdBuilder::SpatialInTurn, lazy_below: 50, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Four, KdMailbox::Ring);
             kd_object: |level| kd(level, KdTreeOptions { builder: KdBuilder::ObjectMedian, clipping: Clipping::Boxes, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Eight, KdMailbox::None);

@@ -299,7 +299,10 @@ fn kd_trees_change_no_pixel() {
     assert!(refused(&["--structure", "kdtree", "--kd-empty-cost", "1.1"]).contains("0 to 1"));
     assert!(refused(&["--structure", "kdtree", "--kd-test-cost", "inf"]).contains("above 0"));
     let on_gpu = |flags: &[&str]| refused(&[&["--engine", "gpu", "--structure"], flags].concat());
-    assert!(on_gpu(&["listed"]).contains("not `listed`"));
+    assert!(on_gpu(&["grid"]).contains("not `grid`"));
+    assert!(on_gpu(&["listed", "--light-rays", "16"]).contains("no option `light-rays`"));
+    assert!(on_gpu(&["listed", "--sorting-tile", "32"]).contains("8 or 16"));
+    assert!(on_gpu(&["listed", "--tracing-tiles", "2"]).contains("16 pixels a side"));
     assert!(on_gpu(&["kdtree", "--kd-lazy", "9"]).contains("no option `kd-lazy`"));
     assert!(on_gpu(&["kdtree", "--kd-mailbox", "none"]).contains("no option `kd-mailbox`"));
 }

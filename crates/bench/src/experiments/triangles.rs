@@ -9,7 +9,7 @@ use umbrage::rays::{Projection, SimdLevel};
 use umbrage::scene::Frame;
 use umbrage_study::triangle::{
     Badouel, BadouelBundle, HavelHerout, KenslerShirley, MollerTrumbore, MollerTrumboreBundle, Plucker, PluckerBundle,
-    Shevtsov,
+    Shevtsov, Wachter,
 };
 
 use crate::flags::{OutputFlags, size};
@@ -46,8 +46,9 @@ const NOTES: [&str; 4] = [
 ];
 
 /// What papers report of a test in relation to Möller and Trumbore's, as the thesis cites it.
-const REPORTED: [(&str, &str); 6] = [
+const REPORTED: [(&str, &str); 7] = [
     ("Badouel (Wald)", "2.1-2.3 eye, 1.9-2.0 shadow (Wald 04); 1.003 (Komatsu 08)"),
+    ("Wächter", "faster than floating-point comparisons (Wächter 04), no ratio"),
     ("Plücker", "1.025 (Komatsu 08); 1.2 over Badouel (Benthin 06)"),
     ("Shevtsov et al.", "among the three fastest (Rahikainen 13), no ratio"),
     ("Havel–Herout", "fastest in general (Rahikainen 13), no ratio"),
@@ -98,6 +99,7 @@ impl TrianglesFlags {
         contest.add::<MollerTrumbore>();
         contest.add::<KenslerShirley>();
         contest.add::<Badouel>();
+        contest.add::<Wachter>();
         contest.add::<Plucker>();
         contest.add::<Shevtsov>();
         contest.add::<HavelHerout>();

@@ -111,6 +111,11 @@ impl CameraGrid {
         }
     }
 
+    /// Cuts the next frames' grids into other cells.
+    pub fn set_options(&mut self, options: CameraOptions) {
+        self.options = options;
+    }
+
     /// Makes ready for a frame of all or some rows of an image: parameters and room.
     ///
     /// # Errors

@@ -70,7 +70,7 @@ mod tests {
         let mut nodes = vec![[7, 7]];
         let mut tree = KdTree::default();
         assert!(write_words(&tree, &mut nodes).min[0] > 0.0 && nodes.is_empty());
-        for layout in [KdLayout::DepthFirst, KdLayout::Subtrees] {
+        for layout in [KdLayout::DepthFirst, KdLayout::Subtrees, KdLayout::Scattered] {
             tree.set_options(KdTreeOptions { layout, ..KdTreeOptions::DEFAULT }).expect("possible options");
             tree.build(triangles);
             let form = write_words(&tree, &mut nodes);

@@ -99,6 +99,7 @@ impl KdTree {
                 }
             }
             KdLayout::Subtrees => lay_out_subtrees(&branch.nodes, nodes),
+            KdLayout::Scattered => lay_out_scattered(&branch.nodes, nodes),
         }
     }
 }
@@ -149,6 +150,29 @@ fn lay_out_subtrees(branch: &[Node], nodes: &mut Nodes) {
             index += 2;
         }
         waiting[below..].reverse();
+    }
+}
+
+/// Lays out pairs of children in an order that is as good as random, and always the same.
+fn lay_out_scattered(branch: &[Node], nodes: &mut Nodes) {
+    let pairs = branch.iter().filter(|node| !node.is_leaf()).count();
+    let mut starts: Vec<u32> = (1..=pairs as u32).map(|pair| 2 * pair).collect();
+    let mut state = 1_u64;
+    for last in (1..pairs).rev() {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        starts.swap(last, ((state >> 32) * (last as u64 + 1) >> 32) as usize);
+    }
+    // The root has a pair of its own, whose second slot is never read.
+    nodes.grow_to(2 * (pairs + 1));
+    let mut waiting = vec![(0, 0)];
+    while let Some((node, slot)) = waiting.pop() {
+        if branch[node].is_leaf() {
+            nodes.set(slot, branch[node]);
+            continue;
+        }
+        let start = starts.pop().expect("a pair for each inner node");
+        nodes.set(slot, Node::inner(branch[node].plane(), start));
+        waiting.extend(children(branch, node).into_iter().zip(start as usize..));
     }
 }
 

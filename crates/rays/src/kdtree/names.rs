@@ -24,6 +24,7 @@ choices! { KdBuilder, "kd-tree builder":
 choices! { KdLayout, "kd-tree layout":
     "depth-first" => DepthFirst, "the left child follows its parent";
     "subtrees" => Subtrees, "cache lines hold subtrees";
+    "scattered" => Scattered, "pairs of children anywhere: for comparison";
 }
 
 choices! { Clipping, "kd-tree clipping":

@@ -60,6 +60,8 @@ pub enum KdLayout {
     DepthFirst,
     /// Cache lines hold subtrees (Havran, *Heuristic Ray Shooting Algorithms*, 2000; the thesis' ordinary subtrees).
     Subtrees,
+    /// Pairs of children anywhere, in an order without meaning: what the others are worth, by comparison.
+    Scattered,
 }
 
 /// How rays are led to leaves, alone and in packets.

@@ -39,7 +39,8 @@ fn trees(triangles: Triangles<'_>) -> Vec<KdTree> {
         options.push(with(builder));
         let costs = SahCosts { step: 0.1, test: 10.0, empty: 0.3, mailbox: builder == KdBuilder::Binned, failures: 1 };
         let clipping = if builder == KdBuilder::Adaptive { Clipping::Triangles } else { Clipping::Boxes };
-        options.push(KdTreeOptions { clipping, costs, layout: KdLayout::Subtrees, ..with(builder) });
+        let layout = if builder == KdBuilder::Adaptive { KdLayout::Scattered } else { KdLayout::Subtrees };
+        options.push(KdTreeOptions { clipping, costs, layout, ..with(builder) });
         options.push(KdTreeOptions { lazy_below: 100, ..with(builder) });
     }
     options.into_iter().map(|options| tree(triangles, options)).collect()
@@ -163,10 +164,11 @@ fn trees_do_not_depend_on_threads_or_on_what_was_built_before() {
 fn layouts_hold_the_same_tree() {
     let mut random = Random(15);
     let mesh = Mesh::soup(&mut random, 600, 0.05);
-    let [first, second] = [KdLayout::DepthFirst, KdLayout::Subtrees]
+    let [first, second, third] = [KdLayout::DepthFirst, KdLayout::Subtrees, KdLayout::Scattered]
         .map(|layout| tree(mesh.triangles(), KdTreeOptions { layout, ..KdTreeOptions::DEFAULT }));
     assert_eq!(first.counts(), second.counts());
-    assert!(!first.is_same_as(&second));
+    assert_eq!(first.counts(), third.counts());
+    assert!(!first.is_same_as(&second) && !second.is_same_as(&third));
 }
 
 #[test]

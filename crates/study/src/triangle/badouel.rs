@@ -38,6 +38,16 @@ impl Badouel {
         Self { plane: [plane[0], plane[1], distance], weights: [weight(second, 1.0), weight(first, -1.0)], axis }
     }
 
+    /// Where rays meet the plane.
+    #[inline(always)]
+    fn plane_of<L: Lanes>(&self, rays: &Rays<L>) -> L {
+        let [p, q, r] = self.axis.order();
+        let (origin, direction) = (&rays.origin, &rays.direction);
+        let slope = direction[p] * self.plane[0] + direction[q] * self.plane[1] + direction[r];
+        let height = -(origin[p] * self.plane[0] + origin[q] * self.plane[1] + origin[r] - self.plane[2]);
+        height / slope
+    }
+
     /// Whether points of the plane, given by two coordinates, are in the triangle, and their weights; `None` if none
     /// is.
     #[inline(always)]
@@ -63,17 +73,50 @@ impl TriangleTest for Badouel {
 
     #[inline(always)]
     fn hit<L: Lanes>(&self, rays: &Rays<L>) -> Option<Hits<L>> {
-        let [p, q, r] = self.axis.order();
+        let [p, q, _] = self.axis.order();
         let (origin, direction) = (&rays.origin, &rays.direction);
-        let slope = direction[p] * self.plane[0] + direction[q] * self.plane[1] + direction[r];
-        let height = -(origin[p] * self.plane[0] + origin[q] * self.plane[1] + origin[r] - self.plane[2]);
-        let t = height / slope;
+        let t = self.plane_of(rays);
         let mask = rays.t_min.is_below(t) & t.is_below(rays.t_max);
         if !mask.any() {
             return None;
         }
         let (mask, barycentric) = self.weights(mask, origin[p] + t * direction[p], origin[q] + t * direction[q])?;
         mask.any().then_some(Hits { mask, t, barycentric })
+    }
+}
+
+/// Badouel's test with comparisons of integers (Wächter, *Realtime Ray Tracing*, 2004; Rahikainen 2013, §2.1): bits of negative
+/// numbers and of NaN, taken as unsigned numbers, are larger than those of all others, so that one comparison says whether
+/// t is in its interval, and one each whether weights and their sum are from zero to one. 40 bytes.
+///
+/// The ray's interval begins at a finite t and doesn't end at NaN. A weight of −0 is outside.
+#[derive(Clone, Copy, Debug)]
+pub struct Wachter(Badouel);
+
+impl TriangleTest for Wachter {
+    const NAME: &'static str = "Wächter";
+
+    #[inline(always)]
+    fn new(corners: [Vec3; 3]) -> Self {
+        Self(Badouel::prepare(corners))
+    }
+
+    #[inline(always)]
+    fn hit<L: Lanes>(&self, rays: &Rays<L>) -> Option<Hits<L>> {
+        let (Self(triangle), origin, direction) = (self, &rays.origin, &rays.direction);
+        let t = triangle.plane_of(rays);
+        let mask = (t - rays.t_min).is_within(rays.t_max - rays.t_min);
+        if !mask.any() {
+            return None;
+        }
+        let [p, q, _] = triangle.axis.order();
+        let [p, q] = [origin[p] + t * direction[p], origin[q] + t * direction[q]];
+        let [first, second] = triangle.weights;
+        let v = p * first[0] + q * first[1] + first[2];
+        let w = p * second[0] + q * second[1] + second[2];
+        let one = v.splat(1.0);
+        let mask = mask & v.is_up_to(one) & w.is_up_to(one) & (v + w).is_up_to(one);
+        mask.any().then_some(Hits { mask, t, barycentric: [v, w] })
     }
 }
 

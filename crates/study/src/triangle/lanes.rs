@@ -3,7 +3,7 @@
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, mask32x16};
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 use glam::Vec3;
 
 /// An `f32` for each ray: one, or the sixteen of an [`f32x16`].
@@ -31,6 +31,12 @@ pub trait Lanes:
     fn is_below(self, other: Self) -> Self::Mask;
     /// Whether `self <= other`; no for NaN.
     fn is_at_most(self, other: Self) -> Self::Mask;
+
+    /// Whether `self` is from 0 to `other`, which is positive; no for −0 and NaN. As unsigned numbers, bits of these are larger
+    /// than those of all other numbers, so that one comparison of integers says all.
+    fn is_up_to(self, other: Self) -> Self::Mask;
+    /// Whether `self` is above 0 and below `other`, which is positive, by one comparison of integers as well.
+    fn is_within(self, other: Self) -> Self::Mask;
 
     /// Whether `self >= 0`; no for NaN.
     #[inline(always)]
@@ -87,6 +93,16 @@ impl Lanes for f32 {
     fn is_at_most(self, other: Self) -> bool {
         self <= other
     }
+
+    #[inline(always)]
+    fn is_up_to(self, other: Self) -> bool {
+        self.to_bits() <= other.to_bits()
+    }
+
+    #[inline(always)]
+    fn is_within(self, other: Self) -> bool {
+        self.to_bits().wrapping_sub(1) < other.to_bits().wrapping_sub(1)
+    }
 }
 
 impl<S: Simd> Lanes for f32x16<S> {
@@ -110,6 +126,16 @@ impl<S: Simd> Lanes for f32x16<S> {
     #[inline(always)]
     fn is_at_most(self, other: Self) -> mask32x16<S> {
         self.simd_le(other)
+    }
+
+    #[inline(always)]
+    fn is_up_to(self, other: Self) -> mask32x16<S> {
+        self.bitcast::<u32x16<S>>().simd_le(other.bitcast::<u32x16<S>>())
+    }
+
+    #[inline(always)]
+    fn is_within(self, other: Self) -> mask32x16<S> {
+        (self.bitcast::<u32x16<S>>() - 1).simd_lt(other.bitcast::<u32x16<S>>() - 1)
     }
 }
 

@@ -10,6 +10,7 @@
 //! | [`MollerTrumbore`] | 36 | nothing: the corners |
 //! | [`KenslerShirley`] | 36 | nothing: the corners |
 //! | [`Badouel`] | 40 | plane and two linear functions in a projection |
+//! | [`Wachter`] | 40 | as [`Badouel`] |
 //! | [`Shevtsov`] | 40 | plane, two edges and a corner in a projection |
 //! | [`HavelHerout`] | 48 | three planes |
 //! | [`Plucker`] | 88 | three lines and the plane |
@@ -30,7 +31,7 @@
 //! | Möller–Trumbore and its bundle form, Kensler–Shirley, fans | 16 ε E D (R + E) / \|n · D\| | 16 ε E² R / \|n · D\| |
 //! | Plücker's | 16 ε M² D / \|n · D\| | 16 ε E² M / \|n · D\| |
 //! | its bundle form | 16 ε R² D / \|n · D\| | 16 ε E² R / \|n · D\| |
-//! | Badouel, Shevtsov, Havel–Herout | 16 ε (M / E) (E² / N)² (1 + N D / \|n · D\|) | 16 ε E² M / \|n · D\| |
+//! | Badouel, Wächter, Shevtsov, Havel–Herout | 16 ε (M / E) (E² / N)² (1 + N D / \|n · D\|) | 16 ε E² M / \|n · D\| |
 //! | Badouel's bundle form | the same with R for M | 16 ε E² R / \|n · D\| |
 //!
 //! The factor is an estimate, not a proof: up to 14 roundings lie between input and result, and random triangles, slivers
@@ -49,7 +50,7 @@ mod shevtsov;
 
 use glam::Vec3;
 
-pub use badouel::{Badouel, BadouelBundle};
+pub use badouel::{Badouel, BadouelBundle, Wachter};
 pub use fan::{Fans, TriangleFan};
 pub use havel_herout::HavelHerout;
 pub use kensler_shirley::KenslerShirley;

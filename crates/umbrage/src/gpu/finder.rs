@@ -93,6 +93,7 @@ impl Finders {
     /// Has what [`Settings::structure`](crate::Settings::structure) asks for find triangles from now on: the kd-tree, or the
     /// grids for all others.
     pub(super) fn choose(&mut self, gpu: &Gpu, structure: Structure) {
+        self.grids.camera.set_options(camera_options(structure));
         self.takes_tree = matches!(structure, Structure::KdTree(_));
         if let Structure::KdTree(options) = structure {
             self.tree.get_or_insert_with(|| TreeOfFrame::new(gpu, options)).set_options(gpu, options);
@@ -112,6 +113,12 @@ impl Finders {
             _ => &mut self.grids,
         }
     }
+}
+
+/// The paper's form as it was asked for, of settings that were checked; its default for all else.
+fn camera_options(structure: Structure) -> CameraOptions {
+    let Structure::Listed { camera, .. } = structure else { return CameraOptions::default() };
+    CameraOptions { mapping: (16 / camera.cells.sorting_tile()).clamp(1, 2), slices: camera.cells.slices() }
 }
 
 /// Grids for the camera and for each light.

@@ -151,6 +151,22 @@ fn samples_back_faces_and_parallel_views() {
 }
 
 #[test]
+fn grids_are_cut_into_the_cells_that_are_asked_for() {
+    let scene = umbrage::open("demo:hall?triangles=3000").expect("a scene of the gallery");
+    let Some(mut gpu) = renderer() else { return };
+    for options in ["sorting-tile=8", "slices=1", "sorting-tile=8,tracing-tiles=2,slices=32"] {
+        let settings =
+            Settings { structure: format!("listed:{options}").parse().expect("a structure"), ..sized(90, 60) };
+        compare(options, &mut gpu, &scene, 0.0, &settings).expect_none(options);
+    }
+    for options in ["sorting-tile=64", "tracing-tiles=2", "whole-tiles=true", "light-map=spherical"] {
+        let settings =
+            Settings { structure: format!("listed:{options}").parse().expect("a structure"), ..sized(20, 20) };
+        assert!(gpu.render(&scene, 0.0, &settings).is_err_and(|error| error.is_of_settings()), "{options}");
+    }
+}
+
+#[test]
 fn lights_without_shadows_reach_everything() {
     let scene = umbrage::open("demo:hall?triangles=3000").expect("a scene of the gallery");
     let own = scene.at(0.0).expect("a frame").lights;

@@ -2,7 +2,7 @@ use anyhow::Result;
 use clap::Args;
 use umbrage::rays::{KdPacketOptions, KdTraversal};
 
-use super::measure::{KdFlags, Way, frame, race, tree};
+use super::measure::{Grouping, KdFlags, Way, frame, race, tree};
 use crate::plot::{LineChart, Scale, Series};
 use crate::rays::{hits_of, mirrored, of_camera};
 use crate::shot::{Lights, Shot, name, short_name};
@@ -31,7 +31,7 @@ impl KdBouncesFlags {
         let ways: Vec<Way> = TRAVERSALS
             .iter()
             .flat_map(|&traversal| {
-                [None, packets].map(|packets| Way { traversal, packets, shafts: None, tiles: false })
+                [None, packets].map(|packets| Way { traversal, packets, shafts: None, grouping: Grouping::Neighbours })
             })
             .collect();
         for address in &self.scenes {

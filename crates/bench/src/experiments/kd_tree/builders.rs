@@ -4,7 +4,7 @@ use rayon::ThreadPoolBuilder;
 use umbrage::rays::{Choice, KdBuilder, KdTraversal, KdTree, KdTreeOptions, Ray, Structure as _};
 use umbrage::scene::Frame;
 
-use super::measure::{Cost, KdFlags, Way, frame, race};
+use super::measure::{Cost, Grouping, KdFlags, Way, frame, race};
 use crate::grids::time;
 use crate::median::median;
 use crate::plot::{Bar, BarChart};
@@ -107,7 +107,7 @@ impl Trial {
                 times.iter_mut().zip(spent).for_each(|(times, spent)| times.push(spent));
             }
         }
-        let way = Way { traversal: KdTraversal::Stack, packets: None, shafts: None, tiles: false };
+        let way = Way { traversal: KdTraversal::Stack, packets: None, shafts: None, grouping: Grouping::Neighbours };
         let in_packets = Way { packets: Some(options.packets), ..way };
         let mut cost = |rays: &[Ray], way| Ok(race(&mut tree, triangles, rays, &[way], rounds)?[0]);
         let costs: Result<_> =

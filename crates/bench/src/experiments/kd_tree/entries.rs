@@ -3,7 +3,7 @@ use clap::Args;
 use umbrage::rays::{Choice as _, Counts, KdMailbox, KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, SahCosts};
 use umbrage_study::shaft::{KdCulling, KdEntry, ShaftLead, ShaftOptions};
 
-use super::measure::{Cost, KdFlags, Way, frame, race};
+use super::measure::{Cost, Grouping, KdFlags, Way, frame, race};
 use crate::rays::{hits_of, mirrored, of_camera_by_tiles};
 use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, Row, row};
@@ -70,21 +70,21 @@ fn forms(has_tiles: bool) -> impl Iterator<Item = Way> {
     let shaft = ShaftOptions::default();
     let leads = [ShaftLead::Packets, shaft.lead];
     let entries = leads.into_iter().flat_map(move |lead| {
-        let of_packets = KdEntry::ALL.map(|entry| (entry, false));
+        let of_packets = KdEntry::ALL.map(|entry| (entry, Grouping::Neighbours));
         let of_tiles = KdEntry::ALL.into_iter().filter(move |&entry| has_tiles && entry != KdEntry::Root);
-        let all = of_packets.into_iter().chain(of_tiles.map(|entry| (entry, true)));
-        all.map(move |(entry, tiles)| (ShaftOptions { entry, lead, ..shaft }, tiles))
+        let all = of_packets.into_iter().chain(of_tiles.map(|entry| (entry, Grouping::Tiles)));
+        all.map(move |(entry, grouping)| (ShaftOptions { entry, lead, ..shaft }, grouping))
     });
     let culled = KdCulling::ALL.map(ShaftLead::Shaft).into_iter().filter(move |&lead| lead != shaft.lead);
-    let culled = culled.map(move |lead| (ShaftOptions { lead, ..shaft }, false));
+    let culled = culled.map(move |lead| (ShaftOptions { lead, ..shaft }, Grouping::Neighbours));
     let kept = KdMailbox::all().filter(move |&mailbox| mailbox != shaft.mailbox);
-    let kept = kept.map(move |mailbox| (ShaftOptions { mailbox, ..shaft }, false));
+    let kept = kept.map(move |mailbox| (ShaftOptions { mailbox, ..shaft }, Grouping::Neighbours));
     let packets = Some(KdPacketOptions::default());
-    entries.chain(culled).chain(kept).map(move |(shafts, tiles)| Way {
+    entries.chain(culled).chain(kept).map(move |(shafts, grouping)| Way {
         traversal: KdTraversal::Stack,
         packets,
         shafts: Some(shafts),
-        tiles,
+        grouping,
     })
 }
 
@@ -102,7 +102,7 @@ fn row([scene, kind, tree]: [&str; 3], of_leaf: f64, way: &Way, cost: &Cost, fir
         ("of_leaf", Cell::Number(of_leaf, 1)),
         ("width", width),
         ("entry", format!("{entry:?}")),
-        ("begins", if way.tiles { "tile" } else { "packet" }),
+        ("begins", if way.grouping == Grouping::Tiles { "tile" } else { "packet" }),
         ("culling", culling),
         ("mailbox", format!("{mailbox:?}")),
         ("rays_us", Cell::Number(cost.rate, 3)),

@@ -20,8 +20,15 @@ pub(crate) struct KdFramesFlags {
     /// Frames a second of the animation
     #[arg(long, value_name = "FPS", default_value = "24")]
     fps: f64,
+    /// How many times narrower the camera's view is than the scene's: rays then see little of it
+    #[arg(long, value_name = "TIMES", default_value = "1", value_parser = times)]
+    zoom: f32,
     #[command(flatten)]
     common: KdFlags,
+}
+
+fn times(text: &str) -> Result<f32, &'static str> {
+    text.parse().ok().filter(|times: &f32| times.is_finite() && *times > 0.0).ok_or("a number above zero is needed")
 }
 
 impl KdFramesFlags {
@@ -34,7 +41,9 @@ impl KdFramesFlags {
             let mut trials = Trial::all(frame.triangles())?;
             for number in 0..=self.common.rounds {
                 scene.pose((f64::from(number) / self.fps) % scene.duration_seconds().max(1e-9), &mut frame)?;
-                let rays = of_camera(&Shot::new(&frame, address, self.common.size, 1, Lights::First));
+                let mut shot = Shot::new(&frame, address, self.common.size, 1, Lights::First);
+                shot.narrow(self.zoom);
+                let rays = of_camera(&shot);
                 let mut expected: Option<Hits> = None;
                 for trial in &mut trials {
                     let hits = trial.run(frame.triangles(), &rays, number > 0)?;

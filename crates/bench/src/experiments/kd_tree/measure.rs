@@ -77,8 +77,19 @@ pub(super) struct Way {
     pub(super) packets: Option<KdPacketOptions>,
     /// Shafts around packets, if there are any.
     pub(super) shafts: Option<ShaftOptions>,
-    /// Whether packets begin where their tile of [`TILE_PACKETS`] does, as `shafts` look for it.
-    pub(super) tiles: bool,
+    pub(super) grouping: Grouping,
+}
+
+/// Which rays go together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Grouping {
+    /// Neighbours.
+    Neighbours,
+    /// Neighbours that run towards the same sides along all axes, as packets must where the near child is the same for all
+    /// (Wald et al. 2001).
+    Signs,
+    /// Neighbours that begin where their tile of [`TILE_PACKETS`] does, as shafts look for it.
+    Tiles,
 }
 
 /// Packets of a tile of 128×128 pixels, and of each of the 16 parts that it is split into.
@@ -100,7 +111,7 @@ impl Way {
         tree.set_options(KdTreeOptions { traversal: self.traversal, packets, ..tree.options() })?;
         hits.resize(rays.len(), None);
         let tree = &*tree;
-        if let (Some(options), true) = (self.shafts, self.tiles) {
+        if let (Some(options), Grouping::Tiles) = (self.shafts, self.grouping) {
             let tiles =
                 rays.par_chunks_exact(TILE_PACKETS * PACKET).zip(hits.par_chunks_exact_mut(TILE_PACKETS * PACKET));
             let visits = tiles.map(|(rays, hits)| trace_tile(tree, triangles, rays, options, hits));
@@ -109,6 +120,10 @@ impl Way {
         let chunks = rays.par_chunks(PACKET).zip(hits.par_chunks_mut(PACKET));
         let visits = chunks.map(|(rays, hits)| match (self.packets, self.shafts) {
             (_, Some(options)) => nearest_of_shafts(tree, triangles, rays, options, |_| true, hits),
+            (Some(_), None) if self.grouping == Grouping::Signs => {
+                trace_by_signs(tree, triangles, rays, hits);
+                Counts::default()
+            }
             (Some(_), None) => {
                 tree.nearest_of_packet(triangles, rays, |_| true, hits);
                 Counts::default()
@@ -151,6 +166,24 @@ fn trace_tile(
         }
     }
     visits
+}
+
+/// Traces those rays together that run towards the same sides.
+fn trace_by_signs(tree: &KdTree, triangles: Triangles<'_>, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    let mut alike: [(Vec<usize>, Vec<Ray>); 8] = Default::default();
+    for (index, ray) in rays.iter().enumerate() {
+        let signs = ray.direction.to_array().map(|component| usize::from(component.is_sign_negative()));
+        let (indices, group) = &mut alike[signs[0] | signs[1] << 1 | signs[2] << 2];
+        indices.push(index);
+        group.push(*ray);
+    }
+    for (indices, group) in &alike {
+        let mut found = vec![None; group.len()];
+        tree.nearest_of_packet(triangles, group, |_| true, &mut found);
+        for (&index, hit) in indices.iter().zip(found) {
+            hits[index] = hit;
+        }
+    }
 }
 
 fn sum(mut counts: Counts, others: Counts) -> Counts {

@@ -2,7 +2,7 @@ use anyhow::Result;
 use clap::Args;
 use umbrage::rays::{Counts, KdPacketOptions, KdPacketWidth, KdTraversal};
 
-use super::measure::{Cost, KdFlags, Way, frame, race, tree};
+use super::measure::{Cost, Grouping, KdFlags, Way, frame, race, tree};
 use crate::plot::{LineChart, Scale, Series};
 use crate::rays::{hits_of, mirrored, of_camera, scattered, to_light};
 use crate::shot::{Lights, Shot, name};
@@ -42,10 +42,16 @@ impl KdTraversalsFlags {
             let kinds = [("camera", &camera), ("shadow", &shadow), ("mirror", &mirrored), ("diffuse", &scattered)];
             for (kind, rays) in kinds {
                 for (width, packets) in widths() {
-                    let ways = TRAVERSALS.map(|traversal| Way { traversal, packets, shafts: None, tiles: false });
+                    let neighbours = Grouping::Neighbours;
+                    let mut ways: Vec<Way> = TRAVERSALS
+                        .map(|traversal| Way { traversal, packets, shafts: None, grouping: neighbours })
+                        .into();
+                    if packets.is_some() {
+                        ways.push(Way { grouping: Grouping::Signs, ..ways[0] });
+                    }
                     let costs = race(&mut tree, triangles, rays, &ways, self.common.rounds)?;
                     for (at, (way, cost)) in ways.iter().zip(&costs).enumerate() {
-                        let row = row([name(address), kind, width], way.traversal, cost, &costs[0], rays.len());
+                        let row = row([name(address), kind, width], way, cost, &costs[0], rays.len());
                         table.push(row)?;
                         if packets.is_none() {
                             Series::add(&mut series, &format!("{} {kind}", name(address)), [at as f64, cost.rate]);
@@ -57,7 +63,8 @@ impl KdTraversalsFlags {
         let notes = [
             "rays_us: rays a microsecond; of_stack: that over the full stack's. nodes, leaves, tests: for each ray, of",
             "packets for each of their rays' packet (with the feature `statistics`); node_ratio: over the full stack's.",
-            "Shadow rays ask for the nearest hit, as in the paper. Horn et al. 2007, §4 and §5.1.1: packets of four with a stack",
+            "together: neighbours, whichever way they run (omnidirectional), or those that run towards the same sides, as packets",
+            "of one near child need it. Shadow rays ask for the nearest hit, as in the paper. Horn et al. 2007, §4 and §5.1.1: packets of four with a stack",
             "of three entries visit less than 3 % more nodes than with a full one.",
         ];
         let x_title = "full stack, restart, push-down, short stacks of 2, 3, 4 and 8";
@@ -73,7 +80,7 @@ fn widths() -> [(&'static str, Option<KdPacketOptions>); 4] {
     [("1", None), ("4", of(KdPacketWidth::Four)), ("8", of(KdPacketWidth::Eight)), ("16", of(KdPacketWidth::Sixteen))]
 }
 
-fn row([scene, kind, width]: [&str; 3], traversal: KdTraversal, cost: &Cost, stack: &Cost, rays: usize) -> Row {
+fn row([scene, kind, width]: [&str; 3], way: &Way, cost: &Cost, stack: &Cost, rays: usize) -> Row {
     let packets = rays as f64 / width.parse::<f64>().unwrap_or(1.0);
     let each = |number: u64| Cell::Number(number as f64 / packets, 1);
     let of_ray = |pick: fn(&Counts) -> u64| cost.visits.map(|visits| each(pick(&visits)));
@@ -81,7 +88,8 @@ fn row([scene, kind, width]: [&str; 3], traversal: KdTraversal, cost: &Cost, sta
     row![
         ("scene", scene),
         ("rays", kind),
-        ("traversal", traversal.to_string()),
+        ("traversal", way.traversal.to_string()),
+        ("together", if way.grouping == Grouping::Signs { "by signs" } else { "neighbours" }),
         ("width", width),
         ("rays_us", Cell::Number(cost.rate, 3)),
         ("of_stack", cost.rate / stack.rate),
