@@ -89,7 +89,7 @@ impl TriangleTest for Badouel {
 /// numbers and of NaN, taken as unsigned numbers, are larger than those of all others, so that one comparison says whether
 /// t is in its interval, and one each whether weights and their sum are from zero to one. 40 bytes.
 ///
-/// The ray's interval begins at a finite t and doesn't end at NaN. A weight of −0 is outside.
+/// The ray's interval isn't empty and begins at a finite t. A weight of −0 is outside.
 #[derive(Clone, Copy, Debug)]
 pub struct Wachter(Badouel);
 

@@ -422,8 +422,8 @@ fn the_interval_is_open() {
     for subject in subjects() {
         for (interval, is_hit) in cases {
             // Integers compare with numbers alone, as its documentation says.
-            let has_numbers = interval[0].is_finite() && !interval[1].is_nan();
-            if subject.name == Wachter::NAME && !has_numbers {
+            let is_interval = interval[0].is_finite() && interval[0] < interval[1];
+            if subject.name == Wachter::NAME && !is_interval {
                 continue;
             }
             let line = Line { interval, ..line };
