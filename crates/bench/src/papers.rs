@@ -59,8 +59,11 @@ impl Experiment {
     }
 }
 
+const LIGHT_TRIANGLES: [&str; 9] =
+    ["demo:hall", "demo:statue", "demo:forest", "--slices", "1", "--triangles", "32,128,512,4096", "--frames", "3"];
+
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 24] = [
+const EXPERIMENTS: [Experiment; 26] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
@@ -70,6 +73,8 @@ const EXPERIMENTS: [Experiment; 24] = [
         .with_files()
         .drawn(),
     Experiment::new("light-maps", "Light maps", "Guntury and Narayanan 2010, section 4.1").with_files().drawn(),
+    Experiment::new("light-triangles", "Cells of many triangles, in blocks", "Guntury and Narayanan 2010, section 5")
+        .by("light-maps", &LIGHT_TRIANGLES),
     Experiment::new("distance", "A light that moves away", "Guntury and Narayanan 2010, Figure 11")
         .by("distance", &["--frames", "3"])
         .drawn(),
@@ -102,6 +107,9 @@ const EXPERIMENTS: [Experiment; 24] = [
     Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),
     Experiment::new("kd-ablations", "The surface area heuristic, part by part", "Rahikainen 2013, section 4.1"),
     Experiment::new("kd-frames", "kd-trees for moving scenes", "Rahikainen 2013, section 4.2"),
+    // About one triangle in sixty is seen.
+    Experiment::new("kd-seen", "kd-trees of which little is seen", "Hunt, Mark and Fussell 2007")
+        .by("kd-frames", &["demo:shatter", "demo:statue", "--zoom", "16", "--rounds", "3"]),
 ];
 
 #[derive(Args, Debug)]

@@ -111,8 +111,12 @@ impl CameraGrid {
         }
     }
 
-    /// Cuts the next frames' grids into other cells.
-    pub fn set_options(&mut self, options: CameraOptions) {
+    /// Cuts the next frames' grids into other cells. Another mapping is compiled anew.
+    pub fn set_options(&mut self, gpu: &Gpu, options: CameraOptions) {
+        if options.mapping != self.options.mapping {
+            self.balance = Balance::new(gpu, options.mapping);
+            self.trace = Trace::new(gpu, options.mapping);
+        }
         self.options = options;
     }
 

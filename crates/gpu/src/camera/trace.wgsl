@@ -73,7 +73,7 @@ fn record(slot: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
     if (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && shows_back(edges, raster) {
         rect = 0xfffffu;
     }
-    let about_middle = u32(middle.x) << 24u | u32(middle.y) << 28u;
+    let about_middle = (u32(middle.x) << 24u) | (u32(middle.y) << 28u);
     let flags = rect | select(0u, FLAG_ORIENTED, edges.is_oriented) | about_middle;
     record_a[slot] = vec4<f32>(edges.a, edges.edge_error);
     record_b[slot] = vec4<f32>(edges.b, edges.key_error);
@@ -83,7 +83,7 @@ fn record(slot: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
 
 // Five bits each: first column and row, last column and row.
 fn bits_of_rect(first: vec2<i32>, last: vec2<i32>) -> u32 {
-    return u32(first.x) | u32(first.y) << 5u | u32(last.x) << 10u | u32(last.y) << 15u;
+    return u32(first.x) | (u32(first.y) << 5u) | (u32(last.x) << 10u) | (u32(last.y) << 15u);
 }
 
 fn push_node(best: ptr<function, Best>, id: u32, key: f32) {
@@ -337,7 +337,7 @@ fn front_of(pixel: vec2<u32>) -> Front {
 
 // Where the result of a pixel of a block of a cut tile is.
 fn partial_word(block: u32, lane: u32) -> u32 {
-    let slots = ((u32(space.raster.columns) + 63u) >> 6u) * ((u32(space.raster.rows) + 63u) >> 6u) << 12u;
+    let slots = (((u32(space.raster.columns) + 63u) >> 6u) * ((u32(space.raster.rows) + 63u) >> 6u)) << 12u;
     return slots + (block * 256u + lane) * 4u;
 }
 

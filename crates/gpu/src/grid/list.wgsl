@@ -162,8 +162,8 @@ fn split(face: u32, id: u32, listed: Listed, count: u32) {
         }
         atomicStore(&large[base], id);
         atomicStore(&large[base + 1u], face);
-        atomicStore(&large[base + 2u], u32(listed.tiles.first.y) << 16u | u32(listed.tiles.first.x));
-        atomicStore(&large[base + 3u], u32(listed.tiles.last.y) << 16u | u32(listed.tiles.last.x));
+        atomicStore(&large[base + 2u], (u32(listed.tiles.first.y) << 16u) | u32(listed.tiles.first.x));
+        atomicStore(&large[base + 3u], (u32(listed.tiles.last.y) << 16u) | u32(listed.tiles.last.x));
         atomicStore(&large[base + 4u], listed.slice);
         atomicStore(&large[base + 5u], chunk);
         atomicStore(&large[base + 6u], listed.nearest);
@@ -180,8 +180,8 @@ fn list_large(entry: u32, lane: u32, is_scatter: bool) {
     }
     let id = atomicLoad(&large[base]);
     let face = atomicLoad(&large[base + 1u]);
-    let first = vec2<u32>(atomicLoad(&large[base + 2u])) >> vec2<u32>(0u, 16u) & vec2<u32>(0xffffu);
-    let last = vec2<u32>(atomicLoad(&large[base + 3u])) >> vec2<u32>(0u, 16u) & vec2<u32>(0xffffu);
+    let first = (vec2<u32>(atomicLoad(&large[base + 2u])) >> vec2<u32>(0u, 16u)) & vec2<u32>(0xffffu);
+    let last = (vec2<u32>(atomicLoad(&large[base + 3u])) >> vec2<u32>(0u, 16u)) & vec2<u32>(0xffffu);
     let slice = atomicLoad(&large[base + 4u]);
     let chunk = atomicLoad(&large[base + 5u]);
     let nearest = atomicLoad(&large[base + 6u]);

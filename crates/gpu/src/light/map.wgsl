@@ -30,7 +30,7 @@ fn map(at: Invocation) {
         return;
     }
     var face = POINT_NONE;
-    if (lit[light.mask + slot / 32u] >> (slot & 31u) & 1u) == 1u {
+    if ((lit[light.mask + slot / 32u] >> (slot & 31u)) & 1u) == 1u {
         face = map_point(slot);
     }
     if face == POINT_NONE {

@@ -66,5 +66,5 @@ fn column(before: u32, step: f32, bin: u32, side: u32) -> u32 {
     let of_points = u32(f32(before) * step);
     let even = (bin << 20u) / BINS;
     let part = of_points - (of_points >> EVEN_BITS) + (even >> EVEN_BITS);
-    return min((part >> 8u) * side >> 12u, side - 1u);
+    return min(((part >> 8u) * side) >> 12u, side - 1u);
 }

@@ -169,7 +169,7 @@ fn trace(at: Invocation) {
         let own = sorted[light.slots + number / 4u][number & 3u];
         let key_error = 4.0 * U * abs(key) + raster.depth_error;
         point = Point(bitcast<vec2<i32>>(found.xy), key, key_error, own, found.w);
-        is_dark = (atomicLoad(&lit[light.mask + point.pixel / 32u]) >> (point.pixel & 31u) & 1u) == 0u;
+        is_dark = ((atomicLoad(&lit[light.mask + point.pixel / 32u]) >> (point.pixel & 31u)) & 1u) == 0u;
     }
     for (var first = first_pair; first < end_pair; first += BATCH) {
         if first + at.lane < end_pair {

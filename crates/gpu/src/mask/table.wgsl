@@ -40,7 +40,7 @@ fn mask_vertices(triangle: vec4<u32>, word: u32) -> vec3<u32> {
 }
 
 fn mask_byte(index: u32) -> u32 {
-    return masks[masks[MASKS_OPACITIES] + index / 4u] >> (8u * (index & 3u)) & 0xffu;
+    return (masks[masks[MASKS_OPACITIES] + index / 4u] >> (8u * (index & 3u))) & 0xffu;
 }
 
 fn mask_bytes(indices: vec4<u32>) -> vec4<u32> {

@@ -54,5 +54,5 @@ fn develop(at: Invocation) {
     }
     let levels = vec3<u32>(develop_level(shown.x), develop_level(shown.y), develop_level(shown.z));
     let word = pixel / develop_settings.width * develop_settings.row_pixels + pixel % develop_settings.width;
-    develop_image[word] = levels.x | levels.y << 8u | levels.z << 16u | 0xff000000u;
+    develop_image[word] = levels.x | (levels.y << 8u) | (levels.z << 16u) | 0xff000000u;
 }

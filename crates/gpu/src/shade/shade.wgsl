@@ -93,5 +93,5 @@ fn reflected(surface: Surface, slot: u32) -> vec3<f32> {
 
 fn is_lit(light: u32, slot: u32) -> bool {
     let word = shade_lit[light * shade_sample.words_per_light + slot / 32u];
-    return (word >> (slot % 32u) & 1u) == 1u;
+    return ((word >> (slot % 32u)) & 1u) == 1u;
 }

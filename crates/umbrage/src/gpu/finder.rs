@@ -93,7 +93,7 @@ impl Finders {
     /// Has what [`Settings::structure`](crate::Settings::structure) asks for find triangles from now on: the kd-tree, or the
     /// grids for all others.
     pub(super) fn choose(&mut self, gpu: &Gpu, structure: Structure) {
-        self.grids.camera.set_options(camera_options(structure));
+        self.grids.camera.set_options(gpu, camera_options(structure));
         self.takes_tree = matches!(structure, Structure::KdTree(_));
         if let Structure::KdTree(options) = structure {
             self.tree.get_or_insert_with(|| TreeOfFrame::new(gpu, options)).set_options(gpu, options);
