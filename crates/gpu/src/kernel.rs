@@ -1,4 +1,4 @@
-use crate::link::{link, link_text};
+use crate::link::{link, link_text, shared_constants};
 use crate::{Buffer, Gpu};
 
 /// One entry point of a shader, ready to run.
@@ -9,10 +9,15 @@ pub struct Kernel {
     layout: wgpu::BindGroupLayout,
 }
 
+shared_constants! { "dispatch":
+    /// Workgroups of a row.
+    GROUPS_OF_ROW: u32 = 1 << 10;
+}
+
 /// How many workgroups run.
 #[derive(Clone, Copy, Debug)]
 pub enum Groups<'a> {
-    /// So many, in as many rows as the device needs; shaders get their number from `flat_group`.
+    /// So many, in rows, the last of which may have more; shaders get their number from `flat_group`.
     Flat(u32),
     /// As the three u32 say that start at a word of a buffer.
     Indirect(&'a Buffer, u32),
@@ -100,8 +105,7 @@ impl Kernel {
         match groups {
             Groups::Flat(0) => {}
             Groups::Flat(count) => {
-                let rows = count.div_ceil(gpu.device.limits().max_compute_workgroups_per_dimension);
-                pass.dispatch_workgroups(count.div_ceil(rows), rows, 1);
+                pass.dispatch_workgroups(count.min(GROUPS_OF_ROW), count.div_ceil(GROUPS_OF_ROW), 1);
             }
             Groups::Indirect(counts, word) => pass.dispatch_workgroups_indirect(counts.raw(), u64::from(word) * 4),
         }

@@ -195,12 +195,34 @@ mod tests {
         }
     }
 
+    /// Browsers read WGSL by Tint or by naga. Tint wants parentheses that naga does without, and proves that barriers are met
+    /// by whole workgroups.
+    #[test]
+    fn tint_takes_every_stage() {
+        let folder = std::env::temp_dir().join(format!("umbrage-wgsl-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let mut stages = 0;
+        for (path, _) in MODULES.iter().filter(|(_, text)| text.contains("@compute")) {
+            let file = folder.join(format!("{}.wgsl", path.replace("::", "_")));
+            std::fs::write(&file, link(path)).expect("a file");
+            let read = std::process::Command::new("tint").args(["--format", "wgsl"]).arg(&file).output();
+            let Ok(read) = read else {
+                eprintln!("not checked: there is no command `tint`");
+                break;
+            };
+            assert!(read.status.success(), "{path}: {}", String::from_utf8_lossy(&read.stderr));
+            stages += 1;
+        }
+        std::fs::remove_dir_all(&folder).expect("removed");
+        assert!(stages == 0 || stages > 20, "{stages} stages");
+    }
+
     #[test]
     fn a_module_is_joined_once_and_before_its_users() {
         let text = link_text(
             "import package::dispatch::{Invocation, flat_group};\n\
              import package::primitives::workgroup_scan::{\n    scan_workgroup,\n};\n\
-             fn last(at: Invocation) { flat_group(at); scan_workgroup(); }",
+             fn last(at: Invocation) { flat_group(at.group); scan_workgroup(); }",
         );
         assert_eq!(text.matches("fn flat_group").count(), 1);
         assert!(text.find("fn flat_group") < text.find("fn last"));

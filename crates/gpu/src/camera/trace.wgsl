@@ -35,8 +35,11 @@ const RECORDS: u32 = 128u;
 // Edges in a few words, and the pixels of the tile that the triangle may touch.
 var<workgroup> record_a: array<vec4<f32>, RECORDS>;
 var<workgroup> record_b: array<vec4<f32>, RECORDS>;
-var<workgroup> record_c: array<vec4<f32>, RECORDS>;
-var<workgroup> record_d: array<vec4<f32>, RECORDS>;
+var<workgroup> record_c: array<vec3<f32>, RECORDS>;
+var<workgroup> record_d: array<vec3<f32>, RECORDS>;
+// Its id, and where in the tile it is. Integers are no numbers: bits of small ones would be taken for zero.
+var<workgroup> record_id: array<u32, RECORDS>;
+var<workgroup> record_flags: array<u32, RECORDS>;
 var<workgroup> unfinished: atomic<u32>;
 var<workgroup> goes_on: u32;
 
@@ -77,8 +80,10 @@ fn record(slot: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
     let flags = rect | select(0u, FLAG_ORIENTED, edges.is_oriented) | about_middle;
     record_a[slot] = vec4<f32>(edges.a, edges.edge_error);
     record_b[slot] = vec4<f32>(edges.b, edges.key_error);
-    record_c[slot] = vec4<f32>(edges.c, bitcast<f32>(id));
-    record_d[slot] = vec4<f32>(edges.key, bitcast<f32>(flags));
+    record_c[slot] = edges.c;
+    record_d[slot] = edges.key;
+    record_id[slot] = id;
+    record_flags[slot] = flags;
 }
 
 // Five bits each: first column and row, last column and row.
@@ -147,7 +152,7 @@ fn leave_undecided(best: ptr<function, Best>, id: u32, nearest: f32, is_hit: boo
 
 // Whether a pixel may be on a triangle.
 fn may_hit(slot: u32, pixel: vec2<i32>) -> bool {
-    let flags = bitcast<u32>(record_d[slot].w);
+    let flags = record_flags[slot];
     let rect = vec4<i32>((vec4<u32>(flags) >> vec4<u32>(0u, 5u, 10u, 15u)) & vec4<u32>(31u));
     let edge = edges_at(slot, offset_in_record(flags, pixel));
     let error = record_a[slot].w;
@@ -161,7 +166,7 @@ fn offset_in_record(flags: u32, pixel: vec2<i32>) -> vec2<f32> {
 }
 
 fn edges_at(slot: u32, p: vec2<f32>) -> vec3<f32> {
-    return record_a[slot].xyz * p.x + record_b[slot].xyz * p.y + record_c[slot].xyz;
+    return record_a[slot].xyz * p.x + record_b[slot].xyz * p.y + record_c[slot];
 }
 
 // Tests records from `first` on against a pixel: first all for whether they may be hit, then those that may. So the rest
@@ -176,12 +181,12 @@ fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, p
             let slot = first + start + firstTrailingBit(candidates);
             candidates &= candidates - 1u;
             let d = record_d[slot];
-            let flags = bitcast<u32>(d.w);
+            let flags = record_flags[slot];
             let p = offset_in_record(flags, pixel);
             let edge = edges_at(slot, p);
             var is_hit = (flags & FLAG_ORIENTED) != 0u && min(min(edge.x, edge.y), edge.z) > record_a[slot].w;
             let key = d.x * p.x + d.y * p.y + d.z;
-            let id = bitcast<u32>(record_c[slot].w);
+            let id = record_id[slot];
             // Loops of one turn at most: software adapters skip them where no pixel needs them.
             var is_masked = is_hit && (triangles[id].w & TRIANGLE_MASKED) != 0u;
             var is_cut = false;
@@ -251,14 +256,14 @@ fn local_pixel(lane: u32) -> vec2<u32> {
 }
 
 @compute @workgroup_size(256)
-fn trace(at: Invocation) {
+fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let raster = space.raster;
-    let block = block_at(flat_group(at));
+    let block = block_at(flat_group(group));
     if block.blocks == 0u {
         return;
     }
     let tile_first = block.tile_first;
-    let local = local_pixel(at.lane);
+    let local = local_pixel(lane);
     let side = TRACING_TILE / MAPPING;
     let sub = local / side;
     let pixel = tile_first + local;
@@ -274,7 +279,7 @@ fn trace(at: Invocation) {
     // Each sorting tile has its share of the records.
     let share = RECORDS / (MAPPING * MAPPING);
     let own = sub.y * MAPPING + sub.x;
-    let filled = at.lane / share;
+    let filled = lane / share;
     let own_list = list_of(tile_first / side + sub, block.number);
     let filled_sub = vec2<u32>(filled % MAPPING, filled / MAPPING);
     let filled_list = list_of(tile_first / side + filled_sub, block.number);
@@ -283,11 +288,11 @@ fn trace(at: Invocation) {
     var best = Best(NONE, 0.0, 0.0, NONE, slot_of_pixel(pixel, u32(raster.columns)));
     var slice = 0u;
     for (var batch = 0u; batch < BLOCK_PAIRS; batch += share) {
-        let pair = filled_list.x + batch + at.lane % share;
-        if at.lane < RECORDS && pair < filled_list.y {
-            record(at.lane, pairs[pair], filled_first, raster);
+        let pair = filled_list.x + batch + lane % share;
+        if lane < RECORDS && pair < filled_list.y {
+            record(lane, pairs[pair], filled_first, raster);
         }
-        if at.lane == 0u {
+        if lane == 0u {
             atomicStore(&unfinished, 0u);
         }
         workgroupBarrier();
@@ -302,7 +307,7 @@ fn trace(at: Invocation) {
             }
         }
         workgroupBarrier();
-        if at.lane == 0u {
+        if lane == 0u {
             goes_on = atomicLoad(&unfinished);
         }
         if workgroupUniformLoad(&goes_on) == 0u {
@@ -310,7 +315,7 @@ fn trace(at: Invocation) {
         }
     }
     if block.blocks > 1u {
-        let word = partial_word(block.first_partial + block.number, at.lane);
+        let word = partial_word(block.first_partial + block.number, lane);
         if word + 4u <= arrayLength(&seen) {
             seen[word] = best.triangle;
             seen[word + 1u] = bitcast<u32>(best.key);
@@ -383,7 +388,7 @@ fn write_seen(best: Best, front: u32) {
 @compute @workgroup_size(256)
 fn merge(at: Invocation) {
     let raster = space.raster;
-    let block = block_at(flat_group(at));
+    let block = block_at(flat_group(at.group));
     // The first of a cut tile's blocks.
     if block.number != 0u || block.blocks < 2u {
         return;

@@ -231,7 +231,7 @@ fn count_small(at: Invocation) {
 
 @compute @workgroup_size(64)
 fn count_large(at: Invocation) {
-    list_large(flat_group(at), at.lane, false);
+    list_large(flat_group(at.group), at.lane, false);
 }
 
 @compute @workgroup_size(256)
@@ -244,7 +244,7 @@ fn scatter_small(at: Invocation) {
 
 @compute @workgroup_size(64)
 fn scatter_large(at: Invocation) {
-    list_large(flat_group(at), at.lane, true);
+    list_large(flat_group(at.group), at.lane, true);
 }
 
 // The size of the dispatch that takes the chunks.

@@ -4,7 +4,7 @@
 // the distance from one to the next f32; WGSL may contract products and sums, which loses less, not more. Bounds are
 // therefore sums over the magnitudes of terms, and don't depend on an order of operations.
 
-import package::grid::space::{Raster, VERTEX_HOMOGENEOUS, VERTEX_NOWHERE, VERTEX_REGULAR};
+import package::grid::space::{Raster, VERTEX_HOMOGENEOUS, VERTEX_NOWHERE, VERTEX_REGULAR, power_of_two};
 
 // Half the distance from one to the next f32.
 const U: f32 = 5.9604645e-8;
@@ -12,6 +12,12 @@ const INFINITE: f32 = 3.0e38;
 const SMALLEST_KEY: f32 = 1.0e-37;
 // 2⁻⁴⁹: what F64 loses in the product of a matrix row and a position.
 const ORTHOGRAPHIC_ROUNDING: f32 = 1.7763568e-15;
+
+// Whether a number isn't negative and is neither infinite nor NaN: nothing is certain by one that is. Its bits say so, since
+// compilers may take it that there are none.
+fn is_finite(number: f32) -> bool {
+    return bitcast<u32>(number) < 0x7f000000u;
+}
 
 struct Corners {
     a: vec4<u32>,
@@ -114,7 +120,7 @@ fn homogeneous(vertex: vec4<u32>, raster: Raster) -> vec3<f32> {
         let position = bitcast<vec3<f32>>(vertex.xyz);
         return select(position, vec3<f32>(position.xy, 1.0), raster.is_orthographic == 1u);
     }
-    let position = vec2<f32>(bitcast<vec2<i32>>(vertex.xy)) * exp2(-f32(raster.fraction_bits));
+    let position = vec2<f32>(bitcast<vec2<i32>>(vertex.xy)) * power_of_two(-i32(raster.fraction_bits));
     let depth = select(1.0 / bitcast<f32>(vertex.z), 1.0, raster.is_orthographic == 1u);
     return vec3<f32>(position * depth, depth);
 }
@@ -132,7 +138,7 @@ fn inverse_power_of_two(number: f32) -> f32 {
 
 // The triangle near the fixed-point position `origin`, for p within `reach` pixels of it on each axis.
 fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -> Edges {
-    let unit = exp2(-f32(raster.fraction_bits));
+    let unit = power_of_two(-i32(raster.fraction_bits));
     if corners.kind == VERTEX_REGULAR {
         let a = bitcast<vec2<i32>>(corners.a.xy);
         let b = bitcast<vec2<i32>>(corners.b.xy);
@@ -153,7 +159,7 @@ fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -
         let largest = max(max(abs(a), abs(b)), max(abs(c), abs(middle)));
         let error = unit * corner_error(corners, raster) + 8.0 * U * max(largest.x, largest.y);
         // `depth_error` is for positions below 2³⁰ units.
-        let depth_error = raster.depth_error * (1.0 + max(largest.x, largest.y) * exp2(f32(raster.fraction_bits) - 30.0));
+        let depth_error = raster.depth_error * (1.0 + max(largest.x, largest.y) * power_of_two(i32(raster.fraction_bits) - 30));
         let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z));
         return flat_edges(Sides(a, b, c, c - b, a - c, b - a), error, keys, depth_error, reach);
     }
@@ -210,7 +216,7 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach
     let largest_key = max(abs(nearest), abs(farthest_key));
     let range = nearest - farthest_key;
 
-    if !(edge_error < INFINITE) || !(largest_key < INFINITE) {
+    if !is_finite(edge_error) || !is_finite(largest_key) {
         return undecided_edges();
     }
     var edges: Edges;
@@ -220,8 +226,8 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach
     edges.edge_error = edge_error;
     edges.is_oriented = is_oriented;
     edges.is_negative = area < 0.0;
-    // Each key has a relative error of one rounding and of the projection.
-    let key_rounding = 4.0 * U * largest_key + depth_error;
+    // Each key has a relative error of one rounding and of the projection. The sum below has four more, in whatever order.
+    let key_rounding = 8.0 * U * largest_key + depth_error;
     edges.nearest = nearest + key_rounding;
 
     // key = A + (wb · (B − A) + wc · (C − A)) / area, with weights that are wrong by `edge_error` and at most the area
@@ -246,7 +252,7 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach
 
 fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -> Edges {
     // Origins are whole pixels, so f32 has them exactly.
-    let unit = exp2(-f32(raster.fraction_bits));
+    let unit = power_of_two(-i32(raster.fraction_bits));
     let middle = vec2<f32>(origin) * unit;
     // Weights don't depend on a common factor, and products of three coordinates stay in f32's range by one.
     let largest = max(largest_of(corners.a, raster), max(largest_of(corners.b, raster), largest_of(corners.c, raster)));
@@ -279,8 +285,7 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     let volume_error = 1.25 * (2.0 * from_middle * slope_error + depth * constant_error
         + 3.0 * aside_error * 2.0 * from_middle * depth + 2.0 * depth_error * from_middle * from_middle
         + 24.0 * U * from_middle * from_middle * depth);
-    // A NaN is not below anything: then nothing is certain.
-    if !(edge_error < INFINITE) {
+    if !is_finite(edge_error) {
         return undecided_edges();
     }
     let sign = select(-1.0, 1.0, volume > 0.0);

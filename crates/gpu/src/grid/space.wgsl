@@ -50,6 +50,12 @@ const VERTEX_HOMOGENEOUS: u32 = 1u;
 // A coordinate isn't finite: no ray meets its triangles.
 const VERTEX_NOWHERE: u32 = 2u;
 
+// 2 to an integer from −126 to 127, from its bits: `exp2` may be wrong by 3 + 2 · |exponent| units in the last place (WGSL,
+// accuracy of built-in functions).
+fn power_of_two(exponent: i32) -> f32 {
+    return bitcast<f32>(u32(exponent + 127) << 23u);
+}
+
 // Floats as integers in the same order.
 fn ordered_bits(value: f32) -> u32 {
     let bits = bitcast<u32>(value);

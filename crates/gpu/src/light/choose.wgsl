@@ -4,7 +4,7 @@
 import package::dispatch::{groups_of};
 import package::exact::double::{f64_from_f32_bits, f64_to_f32_bits};
 import package::grid::header::{HEADER_FACES, HEADER_TRIANGLE_GROUPS, HEADER_VERTEX_GROUPS};
-import package::grid::space::{Raster, Space, from_ordered_bits};
+import package::grid::space::{Raster, Space, from_ordered_bits, power_of_two};
 import package::light::cells::{BINS, BIN_FRACTION_BITS};
 import package::light::light::{Light};
 import package::light::points::{BOUNDS_LOW};
@@ -153,7 +153,7 @@ fn cube_face(number: u32) -> Face {
 
 fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
     let fraction_bits = BIN_FRACTION_BITS;
-    let unit = exp2(f32(fraction_bits));
+    let unit = power_of_two(i32(fraction_bits));
     let scale = f32(BINS) * unit / (face.high - face.low);
     var raster: Raster;
     raster.columns = i32(BINS);

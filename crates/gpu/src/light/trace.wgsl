@@ -3,9 +3,9 @@
 // A workgroup has a block: up to 64 points of a cell, one each, and triangles that it takes in batches through workgroup
 // memory. What the filter leaves undecided is noted for `settle`.
 
-import package::dispatch::{Invocation, flat_group, groups_of};
+import package::dispatch::{flat_group, groups_of};
 import package::grid::set_up::{U, corner_error, corners_of, edges_near, shows_back};
-import package::grid::space::{Raster, Space, VERTEX_REGULAR};
+import package::grid::space::{Raster, Space, VERTEX_REGULAR, power_of_two};
 import package::light::blocks::{LIGHT_BLOCKS_FIRST, LIGHT_BLOCK_WORDS};
 import package::light::cells::{BIN_FRACTION_BITS, BIN_UNIT};
 import package::light::light::{Light};
@@ -28,8 +28,10 @@ const BATCH: u32 = 64u;
 
 var<workgroup> record_a: array<vec4<f32>, BATCH>;
 var<workgroup> record_b: array<vec4<f32>, BATCH>;
-var<workgroup> record_c: array<vec4<f32>, BATCH>;
-var<workgroup> record_d: array<vec4<f32>, BATCH>;
+var<workgroup> record_c: array<vec3<f32>, BATCH>;
+var<workgroup> record_d: array<vec3<f32>, BATCH>;
+// An id is no number: the bits of a small one would be taken for zero.
+var<workgroup> record_id: array<u32, BATCH>;
 // The middle of where a triangle is in the cell, and how far that reaches, in fixed-point.
 var<workgroup> record_box: array<vec4<i32>, BATCH>;
 var<workgroup> still_lit: atomic<u32>;
@@ -62,14 +64,15 @@ fn record(slot: u32, id: u32, face: u32, cell_low: vec2<i32>, cell_high: vec2<i3
     let middle = low + (high - low) / 2;
     // Empty where the triangle is beside the cell, or shows a side that isn't there.
     let half = select(vec2<i32>(-1), high - middle, all(high > low));
-    let reach = f32(max(half.x, half.y)) * exp2(-f32(raster.fraction_bits));
+    let reach = f32(max(half.x, half.y)) * power_of_two(-i32(raster.fraction_bits));
     let edges = edges_near(corners, middle, max(reach, 0.0), raster);
     let is_gone = (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && shows_back(edges, raster);
     // The sign of the error tells whether the triangle's winding is certain.
     record_a[slot] = vec4<f32>(edges.a, select(-edges.edge_error, edges.edge_error, edges.is_oriented));
     record_b[slot] = vec4<f32>(edges.b, edges.key_error);
-    record_c[slot] = vec4<f32>(edges.c, bitcast<f32>(id));
-    record_d[slot] = vec4<f32>(edges.key, 0.0);
+    record_c[slot] = edges.c;
+    record_d[slot] = edges.key;
+    record_id[slot] = id;
     record_box[slot] = vec4<i32>(middle, select(half, vec2<i32>(-1), is_gone));
 }
 
@@ -78,7 +81,7 @@ fn offset_in_record(slot: u32, point: Point) -> vec2<f32> {
 }
 
 fn edges_at(slot: u32, p: vec2<f32>) -> vec3<f32> {
-    return record_a[slot].xyz * p.x + record_b[slot].xyz * p.y + record_c[slot].xyz;
+    return record_a[slot].xyz * p.x + record_b[slot].xyz * p.y + record_c[slot];
 }
 
 fn key_at(slot: u32, p: vec2<f32>) -> f32 {
@@ -94,7 +97,7 @@ fn may_shadow(slot: u32, point: Point) -> bool {
     let is_beside = min(min(edge.x, edge.y), edge.z) < -abs(error)
         && (error > 0.0 || max(max(edge.x, edge.y), edge.z) > abs(error));
     let is_behind = key_at(slot, p) + record_b[slot].w < point.key - point.key_error;
-    return is_in_box && !is_beside && !is_behind && bitcast<u32>(record_c[slot].w) != point.own;
+    return is_in_box && !is_beside && !is_behind && record_id[slot] != point.own;
 }
 
 fn does_shadow(slot: u32, point: Point) -> bool {
@@ -115,7 +118,7 @@ fn test_batch(point: Point, count: u32, face: u32) -> bool {
         while candidates != 0u {
             let slot = start + firstTrailingBit(candidates);
             candidates &= candidates - 1u;
-            let id = bitcast<u32>(record_c[slot].w);
+            let id = record_id[slot];
             let is_certain = does_shadow(slot, point);
             var answer = select(MASK_UNDECIDED, MASK_THERE, is_certain);
             // A loop of one turn at most: software adapters skip it where no point needs it.
@@ -147,8 +150,8 @@ fn leave_undecided(pixel: u32, id: u32) {
 }
 
 @compute @workgroup_size(64)
-fn trace(at: Invocation) {
-    let block = flat_group(at);
+fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let block = flat_group(group);
     if block >= blocks[0] {
         return;
     }
@@ -160,7 +163,7 @@ fn trace(at: Invocation) {
     let low = vec2<i32>(i32(blocks[entry + 5u]), i32(blocks[entry + 6u])) << vec2<u32>(BIN_FRACTION_BITS);
     let high = vec2<i32>(i32(blocks[entry + 7u]), i32(blocks[entry + 8u])) << vec2<u32>(BIN_FRACTION_BITS);
 
-    let number = blocks[entry + 1u] + at.lane;
+    let number = blocks[entry + 1u] + lane;
     var is_dark = number >= blocks[entry + 2u];
     var point = Point(vec2<i32>(0), 0.0, 0.0, 0u, 0u);
     if !is_dark {
@@ -172,10 +175,10 @@ fn trace(at: Invocation) {
         is_dark = ((atomicLoad(&lit[light.mask + point.pixel / 32u]) >> (point.pixel & 31u)) & 1u) == 0u;
     }
     for (var first = first_pair; first < end_pair; first += BATCH) {
-        if first + at.lane < end_pair {
-            record(at.lane, pairs[first + at.lane], face, low, high, raster);
+        if first + lane < end_pair {
+            record(lane, pairs[first + lane], face, low, high, raster);
         }
-        if at.lane == 0u {
+        if lane == 0u {
             atomicStore(&still_lit, 0u);
         }
         workgroupBarrier();
@@ -188,7 +191,7 @@ fn trace(at: Invocation) {
             }
         }
         workgroupBarrier();
-        if at.lane == 0u {
+        if lane == 0u {
             goes_on = atomicLoad(&still_lit);
         }
         if workgroupUniformLoad(&goes_on) == 0u {

@@ -21,7 +21,7 @@ struct ScanSize {
 // Sums each page.
 @compute @workgroup_size(256)
 fn scan_reduce(at: Invocation) {
-    let page = flat_group(at);
+    let page = flat_group(at.group);
     var sum = 0u;
     for (var row = 0u; row < SCAN_DEPTH; row++) {
         let index = page * SCAN_PAGE + row * SCAN_WIDTH + at.lane;
@@ -61,7 +61,7 @@ fn scan_starts(@builtin(local_invocation_index) lane: u32) {
 // Scans each page from its start on.
 @compute @workgroup_size(256)
 fn scan_spread(at: Invocation) {
-    let page = flat_group(at);
+    let page = flat_group(at.group);
     let first = page * SCAN_PAGE + at.lane * SCAN_DEPTH;
     var values: array<u32, SCAN_DEPTH>;
     var sum = 0u;

@@ -45,7 +45,7 @@ fn rows_of_workgroups_take_everything() {
         @group(0) @binding(0) var<storage, read_write> taken: array<atomic<u32>>;\n\
         @compute @workgroup_size(1) fn take(at: Invocation) {\n\
             atomicAdd(&taken[0], 1u);\n\
-            atomicMax(&taken[1], flat_group(at) + 1u);\n\
+            atomicMax(&taken[1], flat_group(at.group) + 1u);\n\
         }\n";
     let take = Kernel::of_text(&gpu, text, "take", &[]);
     for count in [0, 1, 65_535, 65_536, 131_071, 1 << 18] {
@@ -54,7 +54,7 @@ fn rows_of_workgroups_take_everything() {
         recorder.stage("take", |pass| take.dispatch(&gpu, pass, &[&taken], Groups::Flat(count)));
         recorder.submit()().expect("done");
         let [groups, last] = taken.read::<[u32; 2]>(&gpu, 1).expect("read")[0];
-        // Rows are as long as each other: a few may be more than asked for.
-        assert!((count..=count + count / 65_535).contains(&groups) && last == groups, "{groups} groups for {count}");
+        // The last row may have more than are asked for.
+        assert!((count..count.max(1) + 1024).contains(&groups) && last == groups, "{groups} groups for {count}");
     }
 }

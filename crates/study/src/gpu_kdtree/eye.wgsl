@@ -24,7 +24,7 @@ const EYE_ONE = F64(0u, 0x3ff00000u);
 
 @compute @workgroup_size(64)
 fn eye(at: Invocation) {
-    let block = flat_group(at);
+    let block = flat_group(at.group);
     let columns = (kd_eye.view.width + 7u) / 8u;
     let blocks = columns * ((kd_eye.view.height + 7u) / 8u);
     if block == 0u && at.lane == 0u {

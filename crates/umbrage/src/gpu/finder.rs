@@ -165,7 +165,8 @@ impl Finder for Grids {
     }
 
     fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        Ok(self.camera.finish(gpu)? & self.lights.finish(gpu)?)
+        // Points of a picture that didn't fit aren't any: what lights needed for them says nothing.
+        Ok(self.camera.finish(gpu)? && self.lights.finish(gpu)?)
     }
 
     fn sees_any(&self) -> bool {

@@ -150,6 +150,16 @@ fn samples_back_faces_and_parallel_views() {
     }
 }
 
+/// The first try has too little room for the camera's lists, and its points are none: lights mustn't make room for them.
+#[test]
+fn lists_of_a_large_picture_grow_to_what_they_need() {
+    let Some(mut gpu) = renderer() else { return };
+    let scene = umbrage::open("demo:hall").expect("a scene of the gallery");
+    compare("hall", &mut gpu, &scene, 0.0, &sized(320, 320)).expect_none("hall");
+    let bytes = gpu.stats().structure_bytes;
+    assert!(bytes < 48 << 20, "{bytes} bytes");
+}
+
 #[test]
 fn grids_are_cut_into_the_cells_that_are_asked_for() {
     let scene = umbrage::open("demo:hall?triangles=3000").expect("a scene of the gallery");
