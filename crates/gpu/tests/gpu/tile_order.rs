@@ -6,14 +6,16 @@ use umbrage_rays::TileOrder;
 use crate::common;
 
 const TEXT: &str = "\
+import package::dispatch::{Invocation, flat_index};
 import package::tile_order::{pixel_of_slot, slot_of_pixel};
 @group(0) @binding(0) var<uniform> size: vec4<u32>;
 @group(0) @binding(1) var<storage, read_write> found: array<vec3<u32>>;
 @compute @workgroup_size(64)
-fn find(@builtin(global_invocation_id) at: vec3<u32>) {
-    if at.x < size.y {
-        let pixel = pixel_of_slot(at.x, size.x);
-        found[at.x] = vec3<u32>(pixel, slot_of_pixel(pixel, size.x));
+fn find(at: Invocation) {
+    let slot = flat_index(at, 64u);
+    if slot < size.y {
+        let pixel = pixel_of_slot(slot, size.x);
+        found[slot] = vec3<u32>(pixel, slot_of_pixel(pixel, size.x));
     }
 }
 ";
