@@ -13,4 +13,5 @@ mod render;
 mod seams;
 mod sides;
 mod steady;
+mod textures;
 mod watertight;
