@@ -64,6 +64,9 @@ impl Failure {
 
 impl From<scene::Error> for Failure {
     fn from(error: scene::Error) -> Self {
+        if matches!(error, scene::Error::TextureFile(_)) {
+            return Self::Work(error.to_string());
+        }
         let missing = matches!(&error, scene::Error::Read { source, .. } if source.kind() == io::ErrorKind::NotFound);
         let hint = "a scene is a file, a folder of numbered files or `demo:NAME`; `umbrage info` lists the demos";
         Self::Input { message: error.to_string(), hint: missing.then(|| hint.to_owned()) }

@@ -178,7 +178,16 @@ impl OpeningFlags {
             Some(name) => Clip::Named(name.to_owned()),
         };
         let max_memory = self.max_memory.map_or(OpenOptions::default().max_memory, |most| most.as_u64());
-        OpenOptions { clip, sequence_fps: self.sequence_fps, allow_outside: self.allow_outside, max_memory }
+        let Self { sequence_fps, allow_outside, .. } = *self;
+        OpenOptions { clip, sequence_fps, allow_outside, max_memory, texture_memory: None }
+    }
+}
+
+impl RenderFlags {
+    /// How the scene is opened.
+    pub(crate) fn open_options(&self) -> OpenOptions {
+        let texture_memory = self.texture_memory.map(|most| most.as_u64());
+        OpenOptions { texture_memory, ..self.scene.opening.options() }
     }
 }
 
@@ -284,6 +293,11 @@ pub(crate) struct RenderFlags {
     /// How many colours raw video has
     #[arg(long, default_value = "420", value_parser = choice::<Chroma>())]
     pub(crate) chroma: Chroma,
+    /// The most memory that the texels of the scene's textures may take, 64KiB or more: they are in a temporary file (in
+    /// TMPDIR, or else the system's folder for such files), from which they are read in tiles of 32x32 where the picture
+    /// needs them. The picture is the same. For files, on the CPU [default: all textures are in memory]
+    #[arg(long, value_name = "SIZE", value_parser = memory)]
+    pub(crate) texture_memory: Option<ByteSize>,
     /// SIMD instructions for the grids: sse2, sse4.2, avx2 or avx512, as far as this machine has them; the picture is
     /// the same [default: the widest]
     #[arg(long, value_name = "LEVEL")]

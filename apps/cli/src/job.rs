@@ -82,6 +82,9 @@ fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
         EngineKind::Gpu if flags.bounces > 0 => {
             Err(Failure::input("mirrors are followed on the CPU alone", "leave out --engine or --bounces"))
         }
+        EngineKind::Gpu | EngineKind::Auto if flags.texture_memory.is_some() => {
+            Err(Failure::input("a GPU has all textures in its own memory", "leave out --engine or --texture-memory"))
+        }
         EngineKind::Gpu if flags.simd.is_some() => {
             Err(Failure::input("a GPU has no choice of SIMD level", "leave out --engine or --simd"))
         }

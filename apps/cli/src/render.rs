@@ -15,7 +15,7 @@ use crate::staging::Staging;
 
 pub(crate) fn run(job: &Job) -> Result<(), Failure> {
     use_threads(job.flags.scene.threads)?;
-    let scene = umbrage::open_with(&job.scene, &job.flags.scene.opening.options())?;
+    let scene = umbrage::open_with(&job.scene, &job.flags.open_options())?;
     if !job.flags.quiet {
         for warning in scene.warnings() {
             say(format_args!("warning: {warning}"));

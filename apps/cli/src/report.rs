@@ -3,6 +3,7 @@ use std::path::Path;
 
 use indicatif::HumanCount;
 use serde::Serialize;
+use umbrage::scene::TextureTraffic;
 use umbrage::{Settings, Settled, Stage, Stats};
 
 /// What a render cost, frame by frame.
@@ -122,6 +123,13 @@ impl Report {
         }
         line("frame", per(stats.frame_bytes, stats.triangles, "triangle"));
         line("pixels", per(stats.pixel_bytes, self.width as usize * self.height as usize, "pixel"));
+        if let Some(TextureTraffic { found, loaded, resident_bytes, file_bytes }) = stats.textures {
+            line("textures on demand", String::new());
+            line("tiles loaded", thousands(loaded));
+            line("tiles found in memory", thousands(found));
+            line("bytes in memory", thousands(resident_bytes));
+            line("bytes in the file", thousands(file_bytes));
+        }
         for omitted in &stats.omitted {
             let _ = writeln!(
                 text,

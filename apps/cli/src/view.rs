@@ -141,7 +141,13 @@ mod tests {
         let look_at = LookAt { position: Vec3::new(-1.5, 0.1, 9.0), target: Vec3::ONE, fov_degrees: 33.3 };
         for camera in [None, Some(CameraSpec::Listed("2".to_owned())), Some(CameraSpec::LookAt(look_at))] {
             for clip in [Clip::Auto, Clip::All, Clip::Rest, Clip::Named("walk 'n' run".to_owned())] {
-                let options = &OpenOptions { clip, sequence_fps: 12.5, allow_outside: true, max_memory: 1 << 30 };
+                let options = &OpenOptions {
+                    clip,
+                    sequence_fps: 12.5,
+                    allow_outside: true,
+                    max_memory: 1 << 30,
+                    ..OpenOptions::default()
+                };
                 let (scene, seconds) = (Path::new("it's a scene.glb"), 1.25);
                 let (settings, engine) = (&settings, &EngineChoice::Cpu);
                 let job = job(&CommandLine { scene, options, seconds, camera: camera.clone(), settings, engine });

@@ -41,6 +41,10 @@ pub enum Error {
         /// What would take how much, and of what.
         cause: String,
     },
+    /// The temporary file of textures on demand ([`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory)) can't
+    /// be made, written or read.
+    #[error("the temporary file for textures (--texture-memory): {0}")]
+    TextureFile(String),
     /// A scene was asked for at a moment that is none.
     #[error("a moment of {0} seconds: it must be a finite number")]
     Moment(f64),

@@ -112,6 +112,7 @@ impl Frame {
             + mesh.tex_coords.iter().map(|coords| size_of_val(coords.as_slice())).sum::<usize>()
             + size_of_val(mesh.colors.as_slice())
             + self.materials.textures.iter().map(Texture::bytes).sum::<usize>()
+            + self.materials.texture_traffic().map_or(0, |traffic| traffic.resident_bytes as usize)
     }
 
     /// The file's first camera, or else one that sees the whole scene over the whole animation, for an image of

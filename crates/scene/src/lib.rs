@@ -29,4 +29,4 @@ pub use light::Light;
 pub use material::{Alpha, Material, Materials, TextureUse, Volume};
 pub use opacity::{FrameOpacity, OpaquePart};
 pub use scene::{Animated, Animation, Clip, OpenOptions, Scene};
-pub use texture::{ColorSpace, Filter, Texture, Wrap};
+pub use texture::{ColorSpace, Filter, Texture, TextureTraffic, Wrap};

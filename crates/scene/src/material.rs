@@ -1,6 +1,7 @@
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
-use crate::Texture;
+use crate::texture::TilePool;
+use crate::{Error, Texture, TextureTraffic};
 
 /// Every material and texture of a scene.
 #[derive(Clone, Debug, Default)]
@@ -9,6 +10,31 @@ pub struct Materials {
     pub materials: Vec<Material>,
     /// What [`TextureUse::texture`] points to.
     pub textures: Vec<Texture>,
+}
+
+impl Materials {
+    /// What was read so far of textures on demand ([`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory)) by
+    /// all who have them; `None` where all textures are in memory.
+    #[must_use]
+    pub fn texture_traffic(&self) -> Option<TextureTraffic> {
+        self.tile_pool().map(TilePool::traffic)
+    }
+
+    /// Whether all that was read of the textures so far is what is in them.
+    ///
+    /// # Errors
+    /// [`Error::TextureFile`], where the file of textures on demand couldn't be read: some texels were black then.
+    pub fn check_textures(&self) -> Result<(), Error> {
+        match self.tile_pool().and_then(TilePool::failure) {
+            Some(why) => Err(Error::TextureFile(why.to_owned())),
+            None => Ok(()),
+        }
+    }
+
+    /// The textures of a file have one pool.
+    fn tile_pool(&self) -> Option<&TilePool> {
+        self.textures.iter().find_map(Texture::tile_pool).map(|pool| &**pool)
+    }
 }
 
 /// A glTF 2.0 metallic-roughness material. Colours are linear; a texture multiplies its factor.

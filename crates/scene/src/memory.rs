@@ -9,6 +9,8 @@ use std::sync::{Arc, LazyLock, OnceLock};
 use bytesize::ByteSize;
 use sysinfo::{MemoryRefreshKind, System};
 
+use crate::texture::TilePool;
+
 /// Half of the memory that this process may have: the machine's, or the container's where that is less. 4 GiB where it isn't known.
 pub(crate) static DEFAULT_BYTES: LazyLock<u64> = LazyLock::new(|| {
     let half = System::new().map(|mut system| {
@@ -20,37 +22,90 @@ pub(crate) static DEFAULT_BYTES: LazyLock<u64> = LazyLock::new(|| {
 });
 
 /// What is left of the memory that a scene's files may take, for all who read them. What is taken isn't given back, so
-/// that it doesn't depend on anybody's speed whether a file can be opened.
+/// that it doesn't depend on anybody's speed whether a file can be opened: but for [what is made in passing](Budget::in_passing).
 #[derive(Clone, Debug)]
-pub(crate) struct Budget(Arc<Account>);
+pub(crate) struct Budget {
+    account: Arc<Account>,
+    /// Bytes taken in passing, on top of those of the account.
+    passing: Option<Arc<AtomicU64>>,
+}
+
+/// What opening a file may take.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits {
+    pub(crate) bytes: u64,
+    /// Bytes of textures' texels in memory; `None` for all of them.
+    pub(crate) texture_bytes: Option<u64>,
+}
 
 #[derive(Debug)]
 struct Account {
-    bytes: u64,
+    limits: Limits,
     taken: AtomicU64,
     refusal: OnceLock<String>,
+    /// Made for the first texture.
+    pool: OnceLock<Result<Arc<TilePool>, String>>,
 }
 
 /// Without an end.
 impl Default for Budget {
     fn default() -> Self {
-        Self::new(u64::MAX)
+        Self::new(Limits { bytes: u64::MAX, texture_bytes: None })
     }
 }
 
 impl Budget {
-    pub(crate) fn new(bytes: u64) -> Self {
-        Self(Arc::new(Account { bytes, taken: AtomicU64::new(0), refusal: OnceLock::new() }))
+    pub(crate) fn new(limits: Limits) -> Self {
+        let account = Account { limits, taken: AtomicU64::new(0), refusal: OnceLock::new(), pool: OnceLock::new() };
+        Self { account: Arc::new(account), passing: None }
     }
 
     /// How many bytes there were at first.
     pub(crate) fn all(&self) -> u64 {
-        self.0.bytes
+        self.account.limits.bytes
     }
 
     /// Why something was refused, if anything was.
     pub(crate) fn refusal(&self) -> Option<&str> {
-        self.0.refusal.get().map(String::as_str)
+        self.account.refusal.get().map(String::as_str)
+    }
+
+    /// What went wrong with the file of textures on demand, if anything did.
+    pub(crate) fn texture_failure(&self) -> Option<&str> {
+        match self.account.pool.get()? {
+            Ok(pool) => pool.failure(),
+            Err(why) => Some(why),
+        }
+    }
+
+    /// Whether textures are kept on demand, so that images are in memory one at a time.
+    pub(crate) fn keeps_textures_on_demand(&self) -> bool {
+        self.account.limits.texture_bytes.is_some()
+    }
+
+    /// Where the texels of textures are kept; `None` for memory.
+    ///
+    /// # Errors
+    /// Says in words why there is no file for them.
+    pub(crate) fn tile_pool(&self) -> Result<Option<&Arc<TilePool>>, String> {
+        let Some(bytes) = self.account.limits.texture_bytes else { return Ok(None) };
+        let pool = self.account.pool.get_or_init(|| TilePool::new(bytes).map(Arc::new));
+        pool.as_ref().map(Some).map_err(String::clone)
+    }
+
+    /// The same budget for one texture: where textures are kept on demand, what it takes is taken only until the texture
+    /// is made, and so that of the next one can be as much. Only one may be made at a time.
+    pub(crate) fn in_passing(&self) -> Self {
+        let passing = self.keeps_textures_on_demand().then(Arc::default);
+        Self { account: Arc::clone(&self.account), passing }
+    }
+
+    /// Takes memory that is kept, whatever else is taken in passing.
+    ///
+    /// # Errors
+    /// As [`Budget::take`].
+    pub(crate) fn keep(&self, bytes: u64, what: impl Display) -> Result<(), String> {
+        Self { account: Arc::clone(&self.account), passing: None }.take(bytes, what)
     }
 
     /// Takes memory for `what`, before it is allocated.
@@ -58,12 +113,16 @@ impl Budget {
     /// # Errors
     /// Says in words that there isn't enough left.
     pub(crate) fn take(&self, bytes: u64, what: impl Display) -> Result<(), String> {
-        let Account { bytes: all, taken, .. } = &*self.0;
-        let fits = |taken: u64| taken.checked_add(bytes).filter(|sum| sum <= all);
+        let (taken, others) = match &self.passing {
+            None => (&self.account.taken, 0),
+            Some(passing) => (&**passing, self.account.taken.load(Ordering::Relaxed)),
+        };
+        let left = self.all().saturating_sub(others);
+        let fits = |taken: u64| taken.checked_add(bytes).filter(|sum| *sum <= left);
         match taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits) {
             Ok(_) => Ok(()),
             Err(taken) => {
-                let [bytes, taken, all] = [bytes, taken, *all].map(ByteSize::b);
+                let [bytes, taken, all] = [bytes, others + taken, self.all()].map(ByteSize::b);
                 Err(self.refuse(format!(
                     "{what} would take {bytes}, where {taken} of {all} are taken already; allow more (--max-memory)"
                 )))
@@ -116,7 +175,7 @@ impl Budget {
     }
 
     fn refuse(&self, why: String) -> String {
-        self.0.refusal.get_or_init(|| why.clone());
+        self.account.refusal.get_or_init(|| why.clone());
         why
     }
 }
@@ -127,7 +186,7 @@ mod tests {
 
     #[test]
     fn what_is_taken_is_gone() {
-        let budget = Budget::new(1000);
+        let budget = Budget::new(Limits { bytes: 1000, texture_bytes: None });
         budget.take(600, "the first").unwrap();
         assert_eq!(budget.refusal(), None);
         let refusal = budget.take(401, "the second").unwrap_err();
@@ -143,13 +202,13 @@ mod tests {
 
     #[test]
     fn lists_and_maps_take_what_they_hold() {
-        let budget = Budget::new(10_000);
+        let budget = Budget::new(Limits { bytes: 10_000, texture_bytes: None });
         let (mut list, mut map) = (Vec::new(), HashMap::new());
         for number in 0..1000_u32 {
             budget.reserve(&mut list, 1, "a list").unwrap();
             list.push(number);
         }
-        assert_eq!(budget.0.taken.load(Ordering::Relaxed), 4 * list.capacity() as u64);
+        assert_eq!(budget.account.taken.load(Ordering::Relaxed), 4 * list.capacity() as u64);
         assert!(budget.reserve(&mut list, 10_000, "a list").is_err() && list.capacity() < 5000);
         let error = (0..10_000_u32).find_map(|number| {
             let refused = budget.reserve_map(&mut map, 1, "a map").err();

@@ -2,10 +2,11 @@ use std::fmt::Debug;
 use std::path::Path;
 use std::sync::Arc;
 
+use bytesize::ByteSize;
 use glam::Vec3;
 use umbrage_rays::{Bounds, LightSource};
 
-use crate::memory::{Budget, DEFAULT_BYTES};
+use crate::memory::{Budget, DEFAULT_BYTES, Limits};
 use crate::rig::{Pose, Rig};
 use crate::{Error, Frame, Light};
 use crate::{gltf::GltfScene, obj, obj::SharedMaterials, ply, sequence::Sequence, still::Still, stl};
@@ -71,11 +72,34 @@ pub struct OpenOptions {
     ///
     /// Half of the memory that the process may have is the default, or 4 GiB where that isn't known.
     pub max_memory: u64,
+    /// How many bytes of textures' texels may be in memory at a time, at least [`OpenOptions::MIN_TEXTURE_MEMORY`]; `None`
+    /// for all of them.
+    ///
+    /// Then the texels, decoded one image at a time, are in a temporary file, and tiles of 32×32 of them come into memory
+    /// when they are read; colours and masks are the same. The file is in the system's folder for temporary files (`TMPDIR`,
+    /// else `/tmp` on Unix), which should be on a disk: some systems have it in memory. Four bytes a tile, a thousandth of
+    /// all texels, stay in memory. Each file of a sequence may take so many.
+    pub texture_memory: Option<u64>,
 }
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { clip: Clip::Auto, sequence_fps: 24.0, allow_outside: false, max_memory: *DEFAULT_BYTES }
+        Self {
+            clip: Clip::Auto,
+            sequence_fps: 24.0,
+            allow_outside: false,
+            max_memory: *DEFAULT_BYTES,
+            texture_memory: None,
+        }
+    }
+}
+
+impl OpenOptions {
+    /// The fewest bytes of texels that may be in memory: fifteen tiles.
+    pub const MIN_TEXTURE_MEMORY: u64 = 64 << 10;
+
+    pub(crate) fn limits(&self) -> Limits {
+        Limits { bytes: self.max_memory, texture_bytes: self.texture_memory }
     }
 }
 
@@ -116,15 +140,21 @@ impl Scene {
     /// Opens a scene with options.
     ///
     /// # Errors
-    /// As [`Scene::open`], and where `options` name a clip that the file doesn't have or allow less memory than it takes.
+    /// As [`Scene::open`], and where `options` name a clip that the file doesn't have or allow less memory than it takes, or
+    /// there is no room for textures on demand.
     pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
         let address = address.as_ref();
+        if let Some(bytes) = options.texture_memory.filter(|&bytes| bytes < OpenOptions::MIN_TEXTURE_MEMORY) {
+            let [bytes, least] = [bytes, OpenOptions::MIN_TEXTURE_MEMORY].map(ByteSize::b);
+            let cause = format!("textures in {bytes} of memory: give {least} or more (--texture-memory)");
+            return Err(Error::address(address.display().to_string(), cause));
+        }
         if let Some(sequence) = Sequence::find(address, options)? {
             return Self::new(Box::new(sequence));
         }
         match Format::of(address) {
             Some(Format::Gltf) => {
-                let scene = within(address, options.max_memory, |budget| GltfScene::open(address, options, budget));
+                let scene = within(address, options.limits(), |budget| GltfScene::open(address, options, budget));
                 Self::new(Box::new(scene?))
             }
             _ => Self::new(Box::new(read_still(address, &mut SharedMaterials::new(options))?)),
@@ -280,7 +310,7 @@ impl Format {
 
 /// Reads a file whose triangles don't move; its materials may be shared with the last one's.
 pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
-    within(path, shared.max_memory, |budget| match Format::of(path) {
+    within(path, shared.limits, |budget| match Format::of(path) {
         Some(Format::Obj) => obj::read(path, shared, budget),
         Some(Format::Ply) => ply::read(path, budget),
         Some(Format::Stl) => stl::read(path, budget),
@@ -294,12 +324,15 @@ pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<St
     })
 }
 
-/// Reads a file within a budget of bytes. Where that was too little, this is what went wrong, whatever came of it.
-fn within<T>(path: &Path, bytes: u64, read: impl FnOnce(&Budget) -> Result<T, Error>) -> Result<T, Error> {
-    let budget = Budget::new(bytes);
+/// Reads a file within limits. Where those were too low, this is what went wrong, whatever came of it.
+fn within<T>(path: &Path, limits: Limits, read: impl FnOnce(&Budget) -> Result<T, Error>) -> Result<T, Error> {
+    let budget = Budget::new(limits);
     let result = read(&budget);
-    match budget.refusal() {
-        Some(cause) => Err(Error::Memory { path: path.to_owned(), cause: cause.to_owned() }),
+    if let Some(cause) = budget.refusal() {
+        return Err(Error::Memory { path: path.to_owned(), cause: cause.to_owned() });
+    }
+    match budget.texture_failure() {
+        Some(cause) => Err(Error::TextureFile(cause.to_owned())),
         None => result,
     }
 }

@@ -1,17 +1,26 @@
+use std::borrow::Cow;
 use std::io::Cursor;
-use std::sync::{LazyLock, OnceLock};
+use std::sync::{Arc, LazyLock, OnceLock};
 
 use glam::{Vec2, Vec4};
 use image::ImageDecoder;
 
 use crate::memory::Budget;
+use level::Level;
 
+mod level;
 mod opacity;
+mod pool;
+mod positioned;
 mod wrap;
+
+pub use pool::TextureTraffic;
+pub(crate) use pool::TilePool;
 
 /// An image with its smaller copies (mip levels), and how it is read between and beyond its texels.
 ///
-/// Four bytes a texel, and a third more for the smaller copies.
+/// Four bytes a texel, and a third more for the smaller copies: in memory, or where the scene was opened so
+/// ([`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory)), in a file from which tiles are read on demand.
 #[derive(Clone, Debug)]
 pub struct Texture {
     /// Its name or path in the file; may be empty.
@@ -54,13 +63,6 @@ pub enum ColorSpace {
     Linear,
 }
 
-#[derive(Clone, Debug)]
-struct Level {
-    width: u32,
-    height: u32,
-    texels: Vec<[u8; 4]>,
-}
-
 impl Texture {
     /// A texture from rows of RGBA texels, the upper row first.
     ///
@@ -77,7 +79,7 @@ impl Texture {
     ) -> Self {
         assert!(width > 0 && height > 0, "a texture has at least one texel");
         assert_eq!(texels.len() as u64, u64::from(width) * u64::from(height), "one value for each texel");
-        let mut levels = vec![Level { width, height, texels }];
+        let mut levels = vec![Level::new([width, height], texels)];
         while let Some(smaller) = levels.last().and_then(|level| level.halved(space)) {
             levels.push(smaller);
         }
@@ -111,7 +113,19 @@ impl Texture {
         wrap: [Wrap; 2],
     ) -> Result<Self, String> {
         let (size, texels) = Self::decode_texels(bytes, budget)?;
-        Ok(Self::new(name, size, texels, space, filter, wrap))
+        Self::new(name, size, texels, space, filter, wrap).kept_by(budget)
+    }
+
+    /// The same texture with its texels where the budget has them kept.
+    ///
+    /// # Errors
+    /// Says in words why they can't be kept there.
+    pub(crate) fn kept_by(mut self, budget: &Budget) -> Result<Self, String> {
+        let Some(pool) = budget.tile_pool()? else { return Ok(self) };
+        let levels = self.levels.into_iter().map(|level| level.on_demand(pool));
+        self.levels = levels.collect::<Result<_, _>>()?;
+        budget.keep(self.bytes() as u64, "the tables of textures on demand")?;
+        Ok(self)
     }
 
     /// Takes the memory of an image of a size: all of its levels, and what will be known of their opacity.
@@ -167,8 +181,10 @@ impl Texture {
 
     /// The image and its smaller copies, each half as wide and high as the one before, rounded down but at least 1: RGBA
     /// texels in rows, the upper row first.
-    pub fn levels(&self) -> impl ExactSizeIterator<Item = &[[u8; 4]]> {
-        self.levels.iter().map(|level| level.texels.as_slice())
+    ///
+    /// Those of a texture on demand are read from its file.
+    pub fn levels(&self) -> impl ExactSizeIterator<Item = Cow<'_, [[u8; 4]]>> {
+        self.levels.iter().map(Level::rows)
     }
 
     /// What its numbers mean.
@@ -189,11 +205,17 @@ impl Texture {
         self.wrap
     }
 
-    /// Bytes taken by the texels of all levels, and by what is known of their opacity.
+    /// Bytes taken by the texels of all levels, and by what is known of their opacity; of a texture on demand by what says
+    /// where its tiles are.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let opacities = self.opacities.get().map_or(0, |opacities| size_of_val(opacities.as_slice()));
-        opacities + self.levels.iter().map(|level| size_of_val(level.texels.as_slice())).sum::<usize>()
+        opacities + self.levels.iter().map(Level::bytes).sum::<usize>()
+    }
+
+    /// Where its texels are, unless they are all in memory.
+    pub(crate) fn tile_pool(&self) -> Option<&Arc<TilePool>> {
+        self.levels[0].pool()
     }
 
     /// The linear colour at `coords`, averaged over about `footprint_texels` texels of the full image.
@@ -216,45 +238,18 @@ impl Texture {
     fn nearest(&self, level: &Level, coords: Vec2) -> Vec4 {
         let x = self.wrap[0].nearest(coords.x * level.width as f32, level.width);
         let y = self.wrap[1].nearest(coords.y * level.height as f32, level.height);
-        self.space.decode(level.texels[y * level.width as usize + x])
+        self.space.decode(level.texel(x, y))
     }
 
     /// Mixed from the four nearest texels.
     #[inline]
     fn mixed(&self, level: &Level, coords: Vec2) -> Vec4 {
-        let ([west, east], right) = self.wrap[0].mixed(coords.x * level.width as f32, level.width);
+        let (columns, right) = self.wrap[0].mixed(coords.x * level.width as f32, level.width);
         let (rows, down) = self.wrap[1].mixed(coords.y * level.height as f32, level.height);
-        let [north, south] = rows.map(|y| y * level.width as usize);
         let colors = self.space.values();
-        let upper = decode(colors, level.texels[north + west]).lerp(decode(colors, level.texels[north + east]), right);
-        let lower = decode(colors, level.texels[south + west]).lerp(decode(colors, level.texels[south + east]), right);
+        let [upper, lower] =
+            level.four(columns, rows).map(|[west, east]| decode(colors, west).lerp(decode(colors, east), right));
         upper.lerp(lower, down)
-    }
-}
-
-impl Level {
-    /// The level of half the size, rounded down; `None` after a level of one texel.
-    fn halved(&self, space: ColorSpace) -> Option<Self> {
-        if self.width == 1 && self.height == 1 {
-            return None;
-        }
-        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
-        let texel = |x: u32, y: u32| {
-            let (x, y) = (x.min(self.width - 1), y.min(self.height - 1));
-            space.decode(self.texels[y as usize * self.width as usize + x as usize])
-        };
-        let texels = (0..height)
-            .flat_map(|y| (0..width).map(move |x| (2 * x, 2 * y)))
-            .map(|(x, y)| {
-                let four = [texel(x, y), texel(x + 1, y), texel(x, y + 1), texel(x + 1, y + 1)];
-                // Colours count by their opacity, so that what a mask hides doesn't bleed into what it shows.
-                let opacity: f32 = four.iter().map(|texel| texel.w).sum();
-                let mean = four.iter().sum::<Vec4>() * 0.25;
-                let weighted = four.iter().map(|texel| *texel * texel.w).sum::<Vec4>() / opacity;
-                space.encode(if opacity > 0.0 && space == ColorSpace::Srgb { weighted.with_w(mean.w) } else { mean })
-            })
-            .collect();
-        Some(Self { width, height, texels })
     }
 }
 

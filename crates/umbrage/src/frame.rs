@@ -44,6 +44,7 @@ impl Renderer {
             engine.develop(&staged, band, output, film, stats)?;
         }
         film.average(settings.samples);
+        frame.materials.check_textures()?;
 
         stats.count(&staged, film, engine)
     }

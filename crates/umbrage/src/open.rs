@@ -15,11 +15,17 @@ pub fn open(address: impl AsRef<Path>) -> Result<Scene, Error> {
 /// As [`open`], with options.
 ///
 /// # Errors
-/// As [`open`], and where `options` name a clip that the file doesn't have.
+/// As [`open`], and where `options` name a clip that the file doesn't have, or want textures of the gallery on demand:
+/// these are made in memory, of a few megabytes.
 pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Scene, Error> {
     let address = address.as_ref();
     let text = address.to_string_lossy();
     let is_demo = text.starts_with(gallery::PREFIX);
+    if is_demo && options.texture_memory.is_some() {
+        let cause =
+            "the built-in scenes make their few textures in memory; leave out --texture-memory, which is for files";
+        return Err(Error::Address { address: text.into_owned(), cause: cause.to_owned() });
+    }
     let scene = if is_demo { gallery::open(&text)? } else { Scene::open_with(address, options)? };
     match &options.clip {
         // An animation without a name is number 0.

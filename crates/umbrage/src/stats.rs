@@ -2,6 +2,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 use umbrage_rays::Omitted;
+use umbrage_scene::TextureTraffic;
 
 use crate::engine::{Engine, Staged};
 use crate::{Error, Film};
@@ -36,6 +37,8 @@ pub struct Stats {
     pub pixel_bytes: usize,
     /// Bytes that went to the GPU for this frame; zero on the CPU.
     pub uploaded_bytes: u64,
+    /// What textures on demand have read since the scene was opened, and hold; `None` where all textures are in memory.
+    pub textures: Option<TextureTraffic>,
     /// Triangles that no ray can hit, by reason; reasons that left out none are left away.
     pub omitted: Vec<OmittedTriangles>,
 }
@@ -105,6 +108,7 @@ impl Stats {
         self.lights = lights.len();
         self.camera_rays = u64::from(view.width) * u64::from(view.height) * u64::from(settings.samples);
         self.frame_bytes = frame.bytes();
+        self.textures = frame.materials.texture_traffic();
         self.pixel_bytes = film.bytes();
         engine.count(frame, self)
     }

@@ -38,6 +38,10 @@ fn wrong_flags_name_what_is_right() {
         (&["--max-memory", "much"], "--max-memory"),
         (&["--max-memory", "1kB"], "--max-memory"),
         (&["--max-memory", "1GB", "--size", "4096x4096"], "a picture of 4096x4096 takes about 1.5 GiB"),
+        (&["--texture-memory", "much"], "--texture-memory"),
+        (&["--texture-memory", "65535"], "give 64.0 KiB or more"),
+        (&["--texture-memory", "1MB", "--engine", "gpu"], "a GPU has all textures in its own memory"),
+        (&["--texture-memory", "1MB", "--engine", "auto"], "a GPU has all textures in its own memory"),
         (&["--no-such-flag"], "--no-such-flag"),
     ] {
         let stderr = place.fail(2, &[&["render", "scene.gltf", "--size", "8x8"], flags].concat());
@@ -52,6 +56,8 @@ fn wrong_scenes_are_bad_input() {
     let missing = place.fail(2, &["render", "none.glb"]);
     assert!(missing.contains("none.glb") && missing.contains("hint: "), "{missing}");
     assert!(place.fail(2, &["render", "demo:no-such-demo"]).contains("no-such-demo"));
+    let on_demand = place.fail(2, &["render", "demo:cloth", "--texture-memory", "1MB"]);
+    assert!(on_demand.contains("make their few textures in memory"), "{on_demand}");
     let unknown = place.fail(2, &["render", "demo:cloth", "--animation", "nothing"]);
     assert!(unknown.contains("no animation `nothing`"), "{unknown}");
     fs::write(place.path("broken.glb"), b"glTF\x02").unwrap();

@@ -172,19 +172,45 @@ fn a_disk_that_fills_up_keeps_what_was_whole() {
     assert!(whole > 0 && !left.iter().any(|name| is_partial(name)), "{left:?}");
 }
 
-#[cfg(target_os = "linux")]
-#[test]
-fn what_the_system_has_no_memory_for_is_said() {
-    let place = Workplace::new();
-    // One image of zeros, 4096 by 4096, beside a file that names it.
+/// Writes `textured.gltf`, and beside it the image of zeros that it names.
+fn write_textured(place: &Workplace, side: u32) {
     let scene = fs::read_to_string(place.path("scene.gltf")).unwrap();
     let textured = scene
         .replace(r#""baseColorFactor""#, r#""baseColorTexture": {"index": 0}, "baseColorFactor""#)
         .replace(r#""scene": 0,"#, r#""scene": 0, "images": [{"uri": "i.png"}], "textures": [{"source": 0}],"#);
     fs::write(place.path("textured.gltf"), textured).unwrap();
-    let mut encoder = png::Encoder::new(File::create(place.path("i.png")).unwrap(), 4096, 4096);
+    let mut encoder = png::Encoder::new(File::create(place.path("i.png")).unwrap(), side, side);
     encoder.set_compression(png::Compression::Fastest);
-    encoder.write_header().unwrap().write_image_data(&vec![0; 4096 * 4096]).unwrap();
+    encoder.write_header().unwrap().write_image_data(&vec![0; (side * side) as usize]).unwrap();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn textures_need_room_for_their_file() {
+    let place = Workplace::new();
+    write_textured(&place, 256);
+    let render = "umbrage render textured.gltf --size 8x8 --quiet -o a.png --texture-memory 64KiB";
+    let (status, stderr) = shell(&place, &format!("TMPDIR=none {render}"));
+    assert_eq!(status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("it is in none: free some room there, name another folder (TMPDIR)"), "{stderr}");
+    fs::create_dir(place.path("small")).unwrap();
+    if !shell(&place, "mount -t tmpfs -o size=128k none small 2>/dev/null").0.success() {
+        eprintln!("skipped: this user may not mount a small disk");
+        return;
+    }
+    let (status, stderr) = shell(&place, &format!("TMPDIR=small {render}"));
+    let left = fs::read_dir(place.path("small")).unwrap().count();
+    assert!(shell(&place, "umount small").0.success());
+    assert_eq!((status.code(), left), (Some(1), 0), "{stderr}");
+    assert!(stderr.contains("No space left on device") && stderr.contains("(TMPDIR)"), "{stderr}");
+    assert!(!place.path("a.png").exists());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_the_system_has_no_memory_for_is_said() {
+    let place = Workplace::new();
+    write_textured(&place, 4096);
     File::create(place.path("long.ply")).unwrap().set_len(3 << 30).unwrap();
     let limited = "ulimit -v 1500000; umbrage render --threads 1 --quiet -o a.png";
     for (line, code, part) in [

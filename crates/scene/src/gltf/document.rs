@@ -121,18 +121,18 @@ impl Document {
     ///
     /// # Errors
     /// Says in words why there are none.
-    pub(super) fn fetch(&self, uri: &str, limit: u64, bytes: &mut Vec<u8>) -> Result<(), String> {
+    pub(super) fn fetch(&self, uri: &str, limit: u64, bytes: &mut Vec<u8>, budget: &Budget) -> Result<(), String> {
         // Bytes in base64 are shorter than that.
-        self.budget.take(uri.len() as u64, "a URI's bytes")?;
+        budget.take(uri.len() as u64, "a URI's bytes")?;
         let path = match uri::resolve(&self.folder, uri)? {
             Resource::Embedded(mut embedded) => {
-                self.budget.reserve(bytes, embedded.len(), "a URI's bytes")?;
+                budget.reserve(bytes, embedded.len(), "a URI's bytes")?;
                 bytes.append(&mut embedded);
                 return Ok(());
             }
             Resource::File(path) => path,
         };
-        let read = folder::append(&path, limit, bytes, &self.budget);
+        let read = folder::append(&path, limit, bytes, budget);
         read.map_err(|error| format!("{}: {error}", path.display()))
     }
 
@@ -142,7 +142,7 @@ impl Document {
             let location = format_args!("buffers[{index}]");
             let range = if let Some(uri) = &buffer.uri {
                 let first = bytes.len();
-                self.fetch(uri, buffer.byte_length.0, &mut bytes)
+                self.fetch(uri, buffer.byte_length.0, &mut bytes, &self.budget)
                     .map_err(|cause| self.malformed(format_args!("{location}.uri"), cause))?;
                 first..bytes.len()
             } else {

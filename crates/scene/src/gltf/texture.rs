@@ -64,8 +64,12 @@ impl Textures {
         Ok(Some(number))
     }
 
-    /// Decodes the images, in parallel: a texture for each number, or why there is none.
+    /// Decodes the images: a texture for each number, or why there is none. In parallel, but one at a time where textures
+    /// are kept on demand, so that no two images are in memory.
     pub(super) fn decode(self, document: &Document) -> Vec<Result<Texture, String>> {
+        if document.budget.keeps_textures_on_demand() {
+            return self.readings.iter().map(|reading| decode(document, reading)).collect();
+        }
         self.readings.into_par_iter().map(|reading| decode(document, &reading)).collect()
     }
 }
@@ -82,6 +86,7 @@ fn decode(document: &Document, reading: &Reading) -> Result<Texture, String> {
         (None, Some(uri)) if !embedded(uri) => uri.clone(),
         _ => location.clone(),
     };
+    let budget = document.budget.in_passing();
     let mut fetched = Vec::new();
     let bytes = match (json.buffer_view, &json.uri) {
         (Some(view), _) => {
@@ -89,12 +94,12 @@ fn decode(document: &Document, reading: &Reading) -> Result<Texture, String> {
             view.map_err(|error| error.to_string())?.0
         }
         (None, Some(uri)) => {
-            document.fetch(uri, MAX_BYTES, &mut fetched).map_err(|cause| format!("{location}: {cause}"))?;
+            document.fetch(uri, MAX_BYTES, &mut fetched, &budget).map_err(|cause| format!("{location}: {cause}"))?;
             &fetched
         }
         (None, None) => return Err(format!("{location}: it has neither a bufferView nor a uri")),
     };
-    Texture::decode_within(&document.budget, name, bytes, reading.space, reading.filter, reading.wrap)
+    Texture::decode_within(&budget, name, bytes, reading.space, reading.filter, reading.wrap)
         .map_err(|cause| format!("{location}: {cause}"))
 }
 

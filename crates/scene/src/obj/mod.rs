@@ -12,7 +12,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::folder::{self, Folder};
-use crate::memory::Budget;
+use crate::memory::{Budget, Limits};
 use crate::{Error, Materials, OpenOptions, still::Still};
 use geometry::Geometry;
 
@@ -53,18 +53,18 @@ pub(crate) fn read(path: &Path, shared: &mut SharedMaterials, budget: &Budget) -
 }
 
 /// The materials of the last file read, for a next one that asks for the same.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct SharedMaterials {
     last: Option<(Wanted, Arc<Materials>)>,
     allow_outside: bool,
     /// Of each file.
-    pub(crate) max_memory: u64,
+    pub(crate) limits: Limits,
 }
 
 impl SharedMaterials {
     /// None yet, of files that are opened so.
-    pub(crate) fn new(&OpenOptions { allow_outside, max_memory, .. }: &OpenOptions) -> Self {
-        Self { last: None, allow_outside, max_memory }
+    pub(crate) fn new(options: &OpenOptions) -> Self {
+        Self { last: None, allow_outside: options.allow_outside, limits: options.limits() }
     }
 }
 

@@ -68,7 +68,7 @@ impl TextureLoader {
         if let Some(&made) = self.made.get(&key) {
             return made;
         }
-        let made = match Texture::from_recipe(&key.0, wrap, &self.budget) {
+        let made = match Texture::from_recipe(&key.0, wrap, &self.budget.in_passing()) {
             Ok(texture) => {
                 self.textures.push(texture);
                 // Never truncated: four billion textures don't fit in memory.
@@ -100,7 +100,7 @@ impl Texture {
             }
         };
         let name = recipe.first_path().map(|path| path.display().to_string()).unwrap_or_default();
-        Ok(Self::new(name, image.size, image.texels, space, Filter::Linear, [wrap, wrap]))
+        Self::new(name, image.size, image.texels, space, Filter::Linear, [wrap, wrap]).kept_by(budget)
     }
 }
 

@@ -21,7 +21,7 @@ pub(crate) struct Sequence {
 }
 
 /// The files read last, so that posing a moment twice, or two neighbours in turn, reads nothing again.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Recent {
     /// With their indices in `paths`; the latest last.
     stills: Vec<(usize, Arc<Still>)>,

@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 
-use super::{Filter, Level, Texture, Wrap};
+use super::{Filter, Texture};
 
 /// Half the distance from one to the next f32: the relative error of one rounding.
 const HALF_ULP: f32 = f32::EPSILON / 2.0;
@@ -18,17 +18,20 @@ impl Texture {
     /// The opacity at coordinates counted in texels.
     fn opacity_at(&self, coords: Vec2) -> f32 {
         let level = &self.levels[0];
-        let texel = |x: usize, y: usize| f32::from(level.texels[y * level.width as usize + x][3]) / 255.0;
+        let opacity = |texel: [u8; 4]| f32::from(texel[3]) / 255.0;
         match self.filter {
             Filter::Nearest => {
-                texel(self.wrap[0].nearest(coords.x, level.width), self.wrap[1].nearest(coords.y, level.height))
+                let x = self.wrap[0].nearest(coords.x, level.width);
+                opacity(level.texel(x, self.wrap[1].nearest(coords.y, level.height)))
             }
             Filter::Linear => {
-                let ([west, east], right) = self.wrap[0].mixed(coords.x, level.width);
-                let ([north, south], down) = self.wrap[1].mixed(coords.y, level.height);
+                let (columns, right) = self.wrap[0].mixed(coords.x, level.width);
+                let (rows, down) = self.wrap[1].mixed(coords.y, level.height);
                 let mix = |from: f32, to: f32, part: f32| from * (1.0 - part) + to * part;
-                let upper = mix(texel(west, north), texel(east, north), right);
-                let lower = mix(texel(west, south), texel(east, south), right);
+                let [upper, lower] = level.four(columns, rows).map(|row| {
+                    let [west, east] = row.map(opacity);
+                    mix(west, east, right)
+                });
                 mix(upper, lower, down)
             }
         }
@@ -50,13 +53,14 @@ impl Texture {
         if (x1 - x0 + 1).saturating_mul(y1 - y0 + 1) > MOST_CELLS {
             return None;
         }
-        let cells = self.opacities.get_or_init(|| self.levels[0].opacities(self.filter, self.wrap));
         let [width, height] = self.size();
+        let cells = self.cells();
         let (mut least, mut greatest) = (u8::MAX, 0);
         for y in y0..=y1 {
-            let row = self.wrap[1].cell(y, height, self.filter) * width as usize;
+            let y = self.wrap[1].cell(y, height, self.filter);
             for x in x0..=x1 {
-                let [low, high] = cells[row + self.wrap[0].cell(x, width, self.filter)];
+                let x = self.wrap[0].cell(x, width, self.filter);
+                let [low, high] = cells.map_or_else(|| self.cell(x, y), |cells| cells[y * width as usize + x]);
                 (least, greatest) = (least.min(low), greatest.max(high));
             }
         }
@@ -74,21 +78,32 @@ impl Texture {
         const ROUNDING: f32 = 32.0 * HALF_ULP;
         Some([(low - ROUNDING).max(0.0), high + ROUNDING])
     }
-}
 
-impl Level {
-    /// For each upper left one of four texels that are mixed, the least and the greatest opacity of them.
-    fn opacities(&self, filter: Filter, wrap: [Wrap; 2]) -> Vec<[u8; 2]> {
-        let opacity = |x: u32, y: u32| self.texels[y as usize * self.width as usize + x as usize][3];
-        let cells = (0..self.height).flat_map(|y| (0..self.width).map(move |x| (x, y)));
-        let bounds = cells.map(|(x, y)| match filter {
-            Filter::Nearest => [opacity(x, y); 2],
+    /// What [`cell`](Self::cell) says of all texels; `None` where these aren't in memory either.
+    #[inline]
+    fn cells(&self) -> Option<&[[u8; 2]]> {
+        let level = &self.levels[0];
+        level.pool().is_none().then(|| {
+            &**self.opacities.get_or_init(|| {
+                let rows = 0..level.height as usize;
+                let all = rows.flat_map(|y| (0..level.width as usize).map(move |x| (x, y)));
+                all.map(|(x, y)| self.cell(x, y)).collect()
+            })
+        })
+    }
+
+    /// The least and the greatest opacity of the four texels that are mixed, of which one is the upper left; where nothing
+    /// is mixed, of that one.
+    fn cell(&self, x: usize, y: usize) -> [u8; 2] {
+        let level = &self.levels[0];
+        match self.filter {
+            Filter::Nearest => [level.texel(x, y)[3]; 2],
             Filter::Linear => {
-                let (right, below) = (wrap[0].next(x, self.width), wrap[1].next(y, self.height));
-                let four = [opacity(x, y), opacity(right, y), opacity(x, below), opacity(right, below)];
-                four.into_iter().fold([u8::MAX, 0], |[least, greatest], one| [least.min(one), greatest.max(one)])
+                let columns = [x, self.wrap[0].next(x as u32, level.width) as usize];
+                let rows = [y, self.wrap[1].next(y as u32, level.height) as usize];
+                let four = level.four(columns, rows).into_iter().flatten().map(|texel| texel[3]);
+                four.fold([u8::MAX, 0], |[least, greatest], one| [least.min(one), greatest.max(one)])
             }
-        });
-        bounds.collect()
+        }
     }
 }

@@ -13,3 +13,4 @@ mod gltf_reader;
 mod memory;
 mod opacity;
 mod pose_allocations;
+mod textures_on_demand;

@@ -181,7 +181,7 @@ pub(super) fn wrap(texture: &Texture) -> [u32; 2] {
 }
 
 fn add_texture(texels: &mut Texels, texture: &Texture) -> u32 {
-    texels.add(texture.levels().map(|level| level.iter().map(|texel| u32::from_le_bytes(*texel))))
+    texels.add(texture.levels().map(|level| level.into_owned().into_iter().map(u32::from_le_bytes)))
 }
 
 fn add_panorama(texels: &mut Texels, panorama: &Panorama) -> u32 {

@@ -14,4 +14,5 @@ mod render;
 mod seams;
 mod sides;
 mod steady;
+mod textures;
 mod watertight;

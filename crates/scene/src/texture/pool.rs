@@ -1,0 +1,313 @@
+//! Tiles of textures in a temporary file, some of which are in memory: textures on demand (Peachey, *Texture on Demand*,
+//! 1990).
+
+use std::env;
+use std::fs::File;
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{OnceLock, PoisonError, RwLock, RwLockWriteGuard, TryLockError};
+use std::thread;
+
+use bytesize::ByteSize;
+use serde::Serialize;
+
+use super::positioned::{read_exact_at, write_all_at};
+use crate::OpenOptions;
+
+/// Texels along each side of a tile.
+pub(super) const SIDE: usize = 32;
+/// Texels of a tile, in rows.
+pub(super) const TEXELS: usize = SIDE * SIDE;
+const TILE_BYTES: usize = 4 * TEXELS;
+
+/// Where tiles of textures are: all of them in a file without a name, which goes when it is closed, and those that were
+/// read last in memory, in a fixed number of slots.
+///
+/// Who needs a tile looks into the slot where it was last, which is right while the slot says that it holds that tile. If
+/// it doesn't, the hand of a clock finds a slot that nobody read since it last passed, and the tile is read into that. Each
+/// slot has its own lock, held by many readers or by one who loads, and nobody waits for a second lock with one in hand.
+///
+/// 4 KiB a slot for its tile and 40 bytes more; four bytes a tile of the file are kept beside the pool, by the levels
+/// that have the tiles.
+#[derive(Debug)]
+pub(crate) struct TilePool {
+    file: File,
+    /// How many there are in the file.
+    tiles: AtomicU64,
+    /// How many tiles may be in memory.
+    most_slots: usize,
+    /// Made for the first tile that is read, no more than there are tiles.
+    slots: OnceLock<Box<[Slot]>>,
+    hand: AtomicUsize,
+    loaded: AtomicU64,
+    failure: OnceLock<String>,
+}
+
+#[derive(Debug, Default)]
+struct Slot {
+    resident: RwLock<Resident>,
+    /// Whether it was read since the hand last passed.
+    is_used: AtomicBool,
+    /// How often a tile was found in it.
+    found: AtomicU64,
+}
+
+#[derive(Debug)]
+struct Resident {
+    tile: u64,
+    /// Empty before the first tile.
+    texels: Vec<[u8; 4]>,
+}
+
+/// No tile.
+const NONE: u64 = u64::MAX;
+
+impl Default for Resident {
+    fn default() -> Self {
+        Self { tile: NONE, texels: Vec::new() }
+    }
+}
+
+/// In which slot of a pool a tile was last.
+#[derive(Debug)]
+pub(super) struct LastSlot(AtomicU32);
+
+impl Default for LastSlot {
+    fn default() -> Self {
+        Self(AtomicU32::new(u32::MAX))
+    }
+}
+
+/// What textures on demand ([`OpenOptions::texture_memory`]) read so far, and what they hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct TextureTraffic {
+    /// How often a tile of 32×32 texels was found in memory.
+    pub found: u64,
+    /// How often one was read from the file.
+    pub loaded: u64,
+    /// Bytes of the tiles that are in memory, with what is kept for each slot.
+    pub resident_bytes: u64,
+    /// Bytes of all tiles, in the file.
+    pub file_bytes: u64,
+}
+
+impl TilePool {
+    /// A pool of at most `bytes` in memory.
+    ///
+    /// # Errors
+    /// Says in words that so many are too few, or why there is no temporary file.
+    pub(crate) fn new(bytes: u64) -> Result<Self, String> {
+        let file = tempfile::tempfile().map_err(|error| refused("making it failed", &error))?;
+        Ok(Self::with_file(file, bytes))
+    }
+
+    /// A pool with a file of one's own.
+    pub(super) fn with_file(file: File, bytes: u64) -> Self {
+        let bytes = usize::try_from(bytes.max(OpenOptions::MIN_TEXTURE_MEMORY)).unwrap_or(usize::MAX);
+        Self {
+            file,
+            tiles: AtomicU64::new(0),
+            most_slots: (bytes / Self::BYTES_OF_SLOT).min(u32::MAX as usize),
+            slots: OnceLock::new(),
+            hand: AtomicUsize::new(0),
+            loaded: AtomicU64::new(0),
+            failure: OnceLock::new(),
+        }
+    }
+
+    const BYTES_OF_SLOT: usize = TILE_BYTES + size_of::<Slot>();
+
+    /// What went wrong with the file first, if anything did: then some texels are black that shouldn't be.
+    pub(crate) fn failure(&self) -> Option<&str> {
+        self.failure.get().map(String::as_str)
+    }
+
+    pub(crate) fn traffic(&self) -> TextureTraffic {
+        let slots = self.slots.get().map_or(&[][..], |slots| slots);
+        let filled = self.hand.load(Ordering::Relaxed).min(slots.len());
+        TextureTraffic {
+            found: slots.iter().map(|slot| slot.found.load(Ordering::Relaxed)).sum(),
+            loaded: self.loaded.load(Ordering::Relaxed),
+            resident_bytes: (filled * TILE_BYTES + size_of_val(slots)) as u64,
+            file_bytes: self.tiles.load(Ordering::Relaxed) * TILE_BYTES as u64,
+        }
+    }
+
+    /// Makes room for tiles at the end of the file, and gives the number of the first.
+    pub(super) fn reserve(&self, tiles: u64) -> u64 {
+        self.tiles.fetch_add(tiles, Ordering::Relaxed)
+    }
+
+    /// Writes tiles from number `first` on.
+    ///
+    /// # Errors
+    /// Says in words why it failed, as [`TilePool::failure`] does from then on.
+    pub(super) fn write(&self, first: u64, tiles: &[[u8; 4]]) -> Result<(), String> {
+        write_all_at(&self.file, tiles.as_flattened(), first * TILE_BYTES as u64).map_err(|error| {
+            let all = ByteSize::b(self.tiles.load(Ordering::Relaxed) * TILE_BYTES as u64);
+            let why = refused(&format!("writing the first {all} failed"), &error);
+            self.failure.get_or_init(|| why.clone());
+            why
+        })
+    }
+
+    /// Reads tiles from number `first` on past the pool; black ones where that fails, see [`TilePool::failure`].
+    pub(super) fn read_past(&self, first: u64, tiles: &mut [[u8; 4]]) {
+        if let Err(error) = read_exact_at(&self.file, tiles.as_flattened_mut(), first * TILE_BYTES as u64) {
+            self.failure.get_or_init(|| refused("reading it failed", &error));
+            tiles.fill([0; 4]);
+        }
+    }
+
+    /// What `get` finds in a tile, which may be where `last` says.
+    #[inline]
+    pub(super) fn read<R>(&self, tile: u64, last: &LastSlot, get: impl FnOnce(&[[u8; 4]]) -> R) -> R {
+        let slots = self.slots();
+        if let Some(slot) = slots.get(last.0.load(Ordering::Relaxed) as usize) {
+            let resident = slot.resident.read().unwrap_or_else(PoisonError::into_inner);
+            if resident.tile == tile {
+                if !slot.is_used.load(Ordering::Relaxed) {
+                    slot.is_used.store(true, Ordering::Relaxed);
+                }
+                slot.found.fetch_add(1, Ordering::Relaxed);
+                return get(&resident.texels);
+            }
+        }
+        self.load(slots, tile, last, get)
+    }
+
+    #[cold]
+    fn load<R>(&self, slots: &[Slot], tile: u64, last: &LastSlot, get: impl FnOnce(&[[u8; 4]]) -> R) -> R {
+        let (index, mut resident) = self.free_slot(slots);
+        let Resident { tile: held, texels } = &mut *resident;
+        *held = NONE;
+        texels.resize(TEXELS, [0; 4]);
+        self.read_past(tile, texels);
+        *held = tile;
+        self.loaded.fetch_add(1, Ordering::Relaxed);
+        slots[index].is_used.store(true, Ordering::Relaxed);
+        last.0.store(index as u32, Ordering::Relaxed);
+        get(texels)
+    }
+
+    /// A slot whose tile may go, which is ours alone.
+    fn free_slot<'a>(&self, slots: &'a [Slot]) -> (usize, RwLockWriteGuard<'a, Resident>) {
+        loop {
+            for _ in 0..2 * slots.len() {
+                let index = self.hand.fetch_add(1, Ordering::Relaxed) % slots.len();
+                let slot = &slots[index];
+                if slot.is_used.swap(false, Ordering::Relaxed) {
+                    continue;
+                }
+                match slot.resident.try_write() {
+                    Ok(resident) => return (index, resident),
+                    Err(TryLockError::Poisoned(poisoned)) => return (index, poisoned.into_inner()),
+                    Err(TryLockError::WouldBlock) => {}
+                }
+            }
+            // More threads load than there are slots.
+            thread::yield_now();
+        }
+    }
+
+    #[inline]
+    fn slots(&self) -> &[Slot] {
+        self.slots.get_or_init(|| {
+            let tiles = usize::try_from(self.tiles.load(Ordering::Relaxed)).unwrap_or(usize::MAX);
+            (0..self.most_slots.min(tiles).max(1)).map(|_| Slot::default()).collect()
+        })
+    }
+}
+
+/// Why there is no use of the temporary file, and what can be done.
+fn refused(what: &str, error: &io::Error) -> String {
+    format!(
+        "{what}: {error}; it is in {}: free some room there, name another folder (TMPDIR), or hold all textures in memory",
+        env::temp_dir().display()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pool of the fewest slots over tiles of one number each.
+    fn pool(tiles: u8) -> (TilePool, Vec<LastSlot>) {
+        let pool = TilePool::new(OpenOptions::MIN_TEXTURE_MEMORY).unwrap();
+        assert_eq!(pool.reserve(u64::from(tiles)), 0);
+        for tile in 0..tiles {
+            pool.write(u64::from(tile), &[[tile; 4]; TEXELS]).unwrap();
+        }
+        (pool, (0..tiles).map(|_| LastSlot::default()).collect())
+    }
+
+    #[test]
+    fn tiles_come_and_stay_while_they_are_read() {
+        let (pool, last) = pool(60);
+        assert_eq!(pool.traffic(), TextureTraffic { file_bytes: 60 << 12, ..TextureTraffic::default() });
+        let first = |tile: usize| pool.read(tile as u64, &last[tile], |texels| texels[TEXELS - 1][0]);
+        // What is read all the time stays; the others go one after the other.
+        for _ in 0..2 {
+            for tile in 1..60 {
+                assert_eq!((first(0), first(tile)), (0, tile as u8));
+            }
+        }
+        let traffic = pool.traffic();
+        assert_eq!(traffic.found + traffic.loaded, 4 * 59);
+        assert!((1 + 2 * 59..=2 + 2 * 59).contains(&traffic.loaded), "{traffic:?}");
+        assert!(traffic.resident_bytes <= OpenOptions::MIN_TEXTURE_MEMORY, "{traffic:?}");
+    }
+
+    #[test]
+    fn a_pool_that_has_room_for_all_loads_each_once() {
+        let (pool, last) = pool(12);
+        for tile in (0..12).chain(0..12) {
+            assert_eq!(pool.read(tile, &last[tile as usize], |texels| texels[0][3]), tile as u8);
+        }
+        let TextureTraffic { found, loaded, .. } = pool.traffic();
+        assert_eq!((found, loaded), (12, 12));
+        // No slot is made that no tile needs.
+        assert_eq!(pool.slots().len(), 12);
+    }
+
+    #[test]
+    fn threads_read_what_they_ask_for() {
+        let (pool, last) = pool(200);
+        let read = |thread: u64| {
+            for step in 0..4_000 {
+                let tile = (step * (2 * thread + 1) + thread) % 200;
+                assert_eq!(pool.read(tile, &last[tile as usize], |texels| texels[7][1]), tile as u8);
+            }
+        };
+        // More of them than slots.
+        thread::scope(|scope| {
+            for thread in 0..24 {
+                scope.spawn(move || read(thread));
+            }
+        });
+        let TextureTraffic { found, loaded, .. } = pool.traffic();
+        assert_eq!(found + loaded, 24 * 4_000);
+    }
+
+    #[test]
+    fn a_file_that_is_cut_off_is_told_and_reads_black() {
+        let (pool, last) = pool(3);
+        pool.file.set_len(2 << 12).unwrap();
+        assert_eq!(pool.read(1, &last[1], |texels| texels[0]), [1; 4]);
+        assert_eq!(pool.failure(), None);
+        assert_eq!(pool.read(2, &last[2], |texels| texels[0]), [0; 4]);
+        assert!(pool.failure().is_some_and(|why| why.starts_with("reading it failed")));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_says_what_to_do() {
+        let full = File::options().write(true).open("/dev/full").unwrap();
+        let pool = TilePool::with_file(full, 1 << 20);
+        let first = pool.reserve(256);
+        let why = pool.write(first, &[[0; 4]; TEXELS]).unwrap_err();
+        assert!(why.starts_with("writing the first 1.0 MiB failed: No space left on device"), "{why}");
+        assert!(why.contains("free some room there, name another folder (TMPDIR)"), "{why}");
+        assert_eq!(pool.failure(), Some(&why[..]));
+    }
+}
