@@ -63,7 +63,7 @@ const LIGHT_TRIANGLES: [&str; 9] =
     ["demo:hall", "demo:statue", "demo:forest", "--slices", "1", "--triangles", "32,128,512,4096", "--frames", "3"];
 
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 26] = [
+const EXPERIMENTS: [Experiment; 27] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
@@ -110,6 +110,7 @@ const EXPERIMENTS: [Experiment; 26] = [
     // About one triangle in sixty is seen.
     Experiment::new("kd-seen", "kd-trees of which little is seen", "Hunt, Mark and Fussell 2007")
         .by("kd-frames", &["demo:shatter", "demo:statue", "--zoom", "16", "--rounds", "3"]),
+    Experiment::new("kd-moving", "kd-trees that outlive a frame", "Rahikainen 2013, section 4.2").with_files(),
 ];
 
 #[derive(Args, Debug)]

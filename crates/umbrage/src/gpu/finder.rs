@@ -94,8 +94,8 @@ impl Finders {
     /// grids for all others.
     pub(super) fn choose(&mut self, gpu: &Gpu, structure: Structure) {
         self.grids.camera.set_options(gpu, camera_options(structure));
-        self.takes_tree = matches!(structure, Structure::KdTree(_));
-        if let Structure::KdTree(options) = structure {
+        self.takes_tree = matches!(structure, Structure::KdTree(..));
+        if let Structure::KdTree(options, _) = structure {
             self.tree.get_or_insert_with(|| TreeOfFrame::new(gpu, options)).set_options(gpu, options);
         }
     }
