@@ -160,7 +160,7 @@ fn lay_out_scattered(branch: &[Node], nodes: &mut Nodes) {
     let mut state = 1_u64;
     for last in (1..pairs).rev() {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        starts.swap(last, ((state >> 32) * (last as u64 + 1) >> 32) as usize);
+        starts.swap(last, (((state >> 32) * (last as u64 + 1)) >> 32) as usize);
     }
     // The root has a pair of its own, whose second slot is never read.
     nodes.grow_to(2 * (pairs + 1));
