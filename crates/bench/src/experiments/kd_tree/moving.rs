@@ -43,7 +43,8 @@ const FILES: [&str; 5] =
     ["vintage_fan.glb", "robot_arm.glb", "robot_expressive.glb", "cesium_man.glb", "elephant_gallop.glb"];
 
 /// Scenes of more triangles aren't parted into clusters.
-const MOST_CLUSTERED: usize = 100_000;
+const MOST_CLUSTERED: usize = 20_000;
+const CLUSTERS: ClusterOptions = ClusterOptions { most: 16, rounds: 4, residual: 1.0 / 256.0 };
 
 impl KdMovingFlags {
     pub(crate) fn run(&self) -> Result<()> {
@@ -164,7 +165,7 @@ impl Trial {
         trials.push(prepared("fuzzy, bones", frame.parts())?);
         if rest.len() <= MOST_CLUSTERED {
             let mut milliseconds = 0.0;
-            let of_triangle = time(&mut milliseconds, || clusters(rest.indices, poses, ClusterOptions::default()));
+            let of_triangle = time(&mut milliseconds, || clusters(rest.indices, poses, CLUSTERS));
             let mut trial = prepared("fuzzy, clusters", Parts { of_triangle: &of_triangle, objects: &[] })?;
             trial.prepare = trial.prepare.map(|prepare| prepare + milliseconds);
             let (part_of_triangle, object_of_part) = (of_triangle, Vec::new());
