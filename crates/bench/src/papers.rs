@@ -102,7 +102,9 @@ const EXPERIMENTS: [Experiment; 25] = [
     Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),
     Experiment::new("kd-ablations", "The surface area heuristic, part by part", "Rahikainen 2013, section 4.1"),
     Experiment::new("kd-frames", "kd-trees for moving scenes", "Rahikainen 2013, section 4.2"),
-    Experiment::new("kd-moving", "kd-trees that outlive a frame", "Rahikainen 2013, section 4.2").with_files(),
+    Experiment::new("kd-moving", "kd-trees that outlive a frame", "Rahikainen 2013, section 4.2")
+        .by("kd-moving", &["--rounds", "4", "--poses", "24"])
+        .with_files(),
 ];
 
 #[derive(Args, Debug)]
