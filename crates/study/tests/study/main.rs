@@ -5,6 +5,7 @@ mod kd_hierarchy;
 mod kd_shafts;
 mod kd_two_level;
 mod light_buffer;
+mod on_demand;
 mod queues;
 #[path = "../../../rays/tests/rays/support/mod.rs"]
 mod support;
