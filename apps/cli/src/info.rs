@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use umbrage::gallery::{DEMOS, DemoScene};
 use umbrage::gpu::Adapter;
-use umbrage::rays::{KdTree, KdTreeCounts, KdTreeOptions, LightSource, Structure as _};
+use umbrage::rays::{KdRebuild, KdTree, KdTreeCounts, KdTreeOptions, LightSource, Structure as _};
 use umbrage::scene::Frame;
 use umbrage::{OmittedTriangles, Scene, Structure};
 
@@ -77,7 +77,10 @@ pub(crate) fn run(flags: InfoFlags) -> Result<(), Failure> {
     let frame = scene.at(0.0)?;
     let mut contents = Contents::of(&address, &scene, &frame);
     let mut text = contents.text();
-    if let (true, Structure::KdTree(options)) = (flags.structure, flags.kd_tree.structure()?) {
+    if let (true, Structure::KdTree(options, rebuild)) = (flags.structure, flags.kd_tree.structure()?) {
+        if rebuild != KdRebuild::Whole {
+            return Err(Failure::input("the kd-tree of one frame isn't rebuilt", "leave out `--kd-rebuild`"));
+        }
         let (structure, lines) = kd_tree(&frame, options)?;
         contents.structure = Some(structure);
         text.push_str(&lines);

@@ -88,7 +88,7 @@ impl Ours {
     pub(crate) fn trace(&mut self, shot: &Shot<'_>) -> Result<Times> {
         let Self { structure, seen, masks, work: [of_camera, of_lights] } = self;
         let mut times = Times::default();
-        time(&mut times.build, || structure.build(shot.frame.triangles()));
+        time(&mut times.build, || structure.build_parts(shot.frame.triangles(), shot.frame.parts()));
         masks.resize(shot.lights.len(), LightMask::default());
         let opacities = shot.opacities();
         for samples in &shot.samples {

@@ -101,6 +101,8 @@ enum Command {
     KdEntries(experiments::KdEntriesFlags),
     /// Moving scenes through kd-trees that are built anew, as rays need them, from a hierarchy, or beside tracing
     KdFrames(experiments::KdFramesFlags),
+    /// Moving scenes through kd-trees that outlive a frame: two levels, groups, boxes over poses; and Embree's refit
+    KdMoving(experiments::KdMovingFlags),
     /// Horn et al. 2007 on a GPU: frames that are traced throughout, and those with rasterised primary hits
     KdGpu(experiments::KdGpuFlags),
     /// Haines and Greenberg's light buffer: shadow rays from what a diffuse bounce hits
@@ -158,6 +160,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::KdBounces(flags) => flags.run(),
         Command::KdEntries(flags) => flags.run(),
         Command::KdFrames(flags) => flags.run(),
+        Command::KdMoving(flags) => flags.run(),
         Command::KdGpu(flags) => flags.run(),
         Command::LightBuffer(flags) => flags.run(),
         Command::OnDemand(flags) => flags.run(),

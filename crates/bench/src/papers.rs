@@ -60,7 +60,7 @@ impl Experiment {
 }
 
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 25] = [
+const EXPERIMENTS: [Experiment; 26] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
@@ -104,6 +104,7 @@ const EXPERIMENTS: [Experiment; 25] = [
     Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),
     Experiment::new("kd-ablations", "The surface area heuristic, part by part", "Rahikainen 2013, section 4.1"),
     Experiment::new("kd-frames", "kd-trees for moving scenes", "Rahikainen 2013, section 4.2"),
+    Experiment::new("kd-moving", "kd-trees that outlive a frame", "Rahikainen 2013, section 4.2").with_files(),
 ];
 
 #[derive(Args, Debug)]

@@ -103,7 +103,7 @@ fn train(builder: &mut MeshBuilder, triangles: usize, detail: Detail) -> Vec<([u
         .map(|shaft| {
             let first = builder.positions.len();
             let length = HALF_CASE.z - 0.5 * WALL;
-            along_z(builder.paint(STEEL), -length, |builder| {
+            along_z(builder.part().paint(STEEL), -length, |builder| {
                 builder.cylinder(SHAFT_RADIUS, 2.0 * length, detail.quads(12, 3));
             });
             for gear in all[..count].iter().filter(|gear| gear.shaft == shaft) {

@@ -43,7 +43,7 @@ fn open(triangles: usize) -> Pose {
     books(&mut builder, triangles.saturating_sub(taken));
     let [chandeliers @ .., globe] = moving.map(|part| {
         let first = builder.positions.len();
-        builder.instance(&part, Affine3A::IDENTITY);
+        builder.part().instance(&part, Affine3A::IDENTITY);
         first..builder.positions.len()
     });
     let still = builder.finish();

@@ -32,11 +32,12 @@ fn open(triangles: usize) -> Pose {
     let count = (budget / ball_triangles(0)).clamp(1, MARBLES);
     for (marble, fineness) in fineness_of_balls(&vec![1.0; count], budget).into_iter().enumerate() {
         let first = builder.positions.len();
-        builder.paint(FINISHES[(marble * 7 + marble / 5) % FINISHES.len()]);
+        builder.part().paint(FINISHES[(marble * 7 + marble / 5) % FINISHES.len()]);
         let radius = FALL.radii[marble];
         builder.ball(Vec3::ZERO, radius, fineness);
         marbles.push(first..builder.positions.len());
     }
+    builder.still();
     for (board, [low, high]) in BOARDS.into_iter().enumerate() {
         builder.paint(if board == 0 { FELT } else { WALNUT }).cuboid(low, high);
     }

@@ -27,6 +27,7 @@ mod light;
 mod light_grid;
 mod listed;
 mod packet;
+mod parts;
 mod patches;
 pub mod predicate;
 #[cfg(test)]
@@ -47,8 +48,9 @@ pub use camera_grid::{ImageTooLarge, PerspectiveGrid};
 pub use choice::{Choice, UnknownChoice};
 pub use grids::{CameraGrid, DirectGrids, Grids, LightsGrid, ListedGrids};
 pub use kdtree::{
-    Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal,
-    KdTree, KdTreeCounts, KdTreeOptions, SahCosts,
+    BackgroundKdTree, Clipping, HierarchyKdTree, ImpossibleBackground, ImpossibleKdTreeOptions, KdAge, KdBuilder,
+    KdLayout, KdMailbox, KdMoved, KdPacketOptions, KdPacketWidth, KdRebuild, KdTraversal, KdTree, KdTreeCounts,
+    KdTreeOptions, RebuildPolicy, SahCosts, TwoLevelCounts, TwoLevelKdTree,
 };
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace, LightGrid};
@@ -56,6 +58,7 @@ pub use listed::{
     Cells, ImpossibleCells, ImpossibleLightCells, LightClamp, LightMapping, ListedGrid, ListedLightGrid,
     ListedLightOptions, ListedOptions, NoLightClamp,
 };
+pub use parts::Parts;
 pub use patches::Patches;
 pub use ray::{Hit, Ray};
 pub use shot::{
@@ -72,8 +75,7 @@ pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, 
 #[doc(hidden)]
 pub mod internals {
     pub use crate::kdtree::{
-        Ask, Branch, Candidate, Cell, Extent, Filter, HALF_ULP, Job, LANES, MOST_RAYS, Node, Nodes, Plane, Rays,
-        Reference, Scale, Sides, Wide, load,
+        Ask, Extent, Filter, HALF_ULP, LANES, MOST_RAYS, Node, Nodes, Plane, Rays, Scale, Wide, fit, load,
     };
     pub use crate::packet::{Group, Planes};
     pub use crate::shot::Statistics;

@@ -1,5 +1,5 @@
 use crate::shot::{Bytes, LightMask, PixelWork, SeenPixels, Shot, Work};
-use crate::{ImageTooLarge, LightCells, LightSource, Omitted, SingleRays, Triangles};
+use crate::{ImageTooLarge, LightCells, LightSource, Omitted, Parts, SingleRays, Triangles};
 
 /// What finds the triangles that rays hit. Every structure gives the same answers, which are the predicate's: bit for bit
 /// the same on any number of threads and at every SIMD level.
@@ -10,6 +10,11 @@ pub trait Structure: std::fmt::Debug + Send + Sync {
     /// Rebuilds what serves all shots of a frame, on the threads of the current rayon pool. Structures that are made for the
     /// rays of one shot are rebuilt by the methods that trace these.
     fn build(&mut self, triangles: Triangles<'_>);
+
+    /// The same, where it is known which triangles move together. Only structures that outlive a frame use that.
+    fn build_parts(&mut self, triangles: Triangles<'_>, _parts: Parts<'_>) {
+        self.build(triangles);
+    }
 
     /// Finds what each pixel of `shot` sees; its triangles are those of the last [`build`](Self::build).
     ///

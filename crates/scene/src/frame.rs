@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
-use umbrage_rays::{Bounds, Camera, Triangles};
+use umbrage_rays::{Bounds, Camera, Parts, Triangles};
 
 use crate::{Light, Material, Materials, Texture};
 
@@ -40,6 +40,11 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Index of each triangle's material in [`Materials::materials`], in range.
     pub material_of_triangle: Vec<u32>,
+    /// The part of each triangle, for [`Parts`]: all that doesn't move is one, and so is what hangs on one animated node or mostly
+    /// follows one joint of a skin. Empty where that isn't known.
+    pub part_of_triangle: Vec<u32>,
+    /// The object of each part, for [`Parts`]: parts of one skin are of one object. Empty where each part is an object.
+    pub object_of_part: Vec<u32>,
     /// Two sets of texture coordinates for each vertex, (0, 0) being the image's upper left corner. A set that
     /// nothing has is empty.
     pub tex_coords: [Vec<Vec2>; 2],
@@ -88,6 +93,12 @@ impl Frame {
         Triangles { positions: &self.positions, indices: &self.mesh.triangles }
     }
 
+    /// Which of them move together, as far as is known.
+    #[must_use]
+    pub fn parts(&self) -> Parts<'_> {
+        Parts { of_triangle: &self.mesh.part_of_triangle, objects: &self.mesh.object_of_part }
+    }
+
     /// Bytes held by vertices, triangles and textures.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -97,6 +108,7 @@ impl Frame {
             + size_of_val(self.tangents.as_slice())
             + size_of_val(mesh.triangles.as_slice())
             + size_of_val(mesh.material_of_triangle.as_slice())
+            + size_of_val(mesh.part_of_triangle.as_slice())
             + mesh.tex_coords.iter().map(|coords| size_of_val(coords.as_slice())).sum::<usize>()
             + size_of_val(mesh.colors.as_slice())
             + self.materials.textures.iter().map(Texture::bytes).sum::<usize>()

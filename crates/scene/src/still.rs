@@ -32,7 +32,8 @@ impl Vertices {
         materials: Arc<Materials>,
     ) -> Frame {
         let Self { positions, normals, tex_coords, colors } = self;
-        let mesh = Mesh { triangles, material_of_triangle, tex_coords: [tex_coords, Vec::new()], colors };
+        let mesh =
+            Mesh { triangles, material_of_triangle, tex_coords: [tex_coords, Vec::new()], colors, ..Mesh::default() };
         Frame { positions, normals, mesh: Arc::new(mesh), materials, ..Frame::default() }
     }
 }

@@ -4,8 +4,8 @@
 //! predicate as the product. A part whose time comes moves into `umbrage-rays` or `umbrage-gpu`.
 #![forbid(unsafe_code)]
 
+pub mod clusters;
 pub mod gpu_kdtree;
-pub mod kdtree;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]
 #[path = "../../gpu/tests/gpu/layout.rs"]

@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use umbrage_rays::{ImageTooLarge, ImpossibleKdTreeOptions, ImpossibleUniformOptions};
+use umbrage_rays::{ImageTooLarge, ImpossibleBackground, ImpossibleKdTreeOptions, ImpossibleUniformOptions, KdRebuild};
 use umbrage_scene::BadFrame;
 
 use crate::Settings;
@@ -74,6 +74,12 @@ pub enum Error {
     /// The kd-tree can't be built so.
     #[error(transparent)]
     KdTreeOptions(#[from] ImpossibleKdTreeOptions),
+    /// The kd-tree can't be built beside tracing.
+    #[error(transparent)]
+    BackgroundKdTree(#[from] ImpossibleBackground),
+    /// A kd-tree that outlives its frame was asked for with an option that is of others alone.
+    #[error("a kd-tree has no option `{0}` with `kd-rebuild` {1}")]
+    KdOptionOfRebuild(&'static str, KdRebuild),
     /// A GPU was asked to follow mirrors.
     #[error("mirrors are followed on the CPU alone: a GPU takes 0 bounces")]
     BouncesOnGpu,
@@ -122,6 +128,7 @@ impl Error {
                 | Self::BouncesOnGpu
                 | Self::StructureOnGpu(_)
                 | Self::KdOptionOnGpu(_)
+                | Self::KdOptionOfRebuild(..)
                 | Self::CountsOfStructure
         )
     }

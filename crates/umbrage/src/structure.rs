@@ -7,9 +7,10 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use umbrage_rays::{
-    Bvh, Cells, Choice, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal,
-    KdTree, KdTreeOptions, LightClamp, LightMapping, ListedGrids, ListedLightOptions, ListedOptions, PacketSide,
-    SahCosts, SimdLevel, UniformGrid, UniformOptions, UnknownChoice,
+    BackgroundKdTree, Bvh, Cells, Choice, Clipping, DirectGrids, HierarchyKdTree, Insertion, KdBuilder, KdLayout,
+    KdMailbox, KdMoved, KdPacketWidth, KdRebuild, KdTraversal, KdTree, KdTreeOptions, LightClamp, LightMapping,
+    ListedGrids, ListedLightOptions, ListedOptions, PacketSide, SahCosts, SimdLevel, TwoLevelKdTree, UniformGrid,
+    UniformOptions, UnknownChoice,
 };
 
 use crate::Error;
@@ -30,8 +31,8 @@ pub enum Structure {
     /// One uniform grid for all rays, traced in packets. Where the frame has surfaces that let one see what is behind them,
     /// crowded cells hold grids of their own even if the options don't say so.
     Grid(UniformOptions),
-    /// One kd-tree for all rays.
-    KdTree(KdTreeOptions),
+    /// One kd-tree for all rays, and what is done about it when triangles are elsewhere in the next frame.
+    KdTree(KdTreeOptions, KdRebuild),
     /// One bounding volume hierarchy for all rays.
     Bvh,
 }
@@ -43,7 +44,7 @@ impl Structure {
     pub const GRID: Self = Self::Grid(UniformOptions::DEFAULT);
 
     /// The kd-tree that is built fastest.
-    pub const KD_TREE: Self = Self::KdTree(KdTreeOptions::FAST);
+    pub const KD_TREE: Self = Self::KdTree(KdTreeOptions::FAST, KdRebuild::Whole);
 
     /// Whether it is made for the rays of one camera and each light, whose cells and work can be shown.
     #[must_use]
@@ -55,7 +56,7 @@ impl Structure {
     pub(crate) fn check(&self) -> Result<(), Error> {
         match *self {
             Self::Grid(options) => Ok(options.check()?),
-            Self::KdTree(options) => Ok(options.check()?),
+            Self::KdTree(options, rebuild) => check_kd_tree(options, rebuild),
             _ => Ok(()),
         }
     }
@@ -66,11 +67,12 @@ impl Structure {
     /// If it doesn't, or would ignore an option.
     pub fn check_on_gpu(&self) -> Result<(), Error> {
         match *self {
-            Self::KdTree(KdTreeOptions { lazy_below: 1.., .. }) => Err(Error::KdOptionOnGpu("kd-lazy")),
-            Self::KdTree(KdTreeOptions { packets, .. }) if packets.mailbox != KdMailbox::default() => {
+            Self::KdTree(_, rebuild) if rebuild != KdRebuild::Whole => Err(Error::KdOptionOnGpu("kd-rebuild")),
+            Self::KdTree(KdTreeOptions { lazy_below: 1.., .. }, _) => Err(Error::KdOptionOnGpu("kd-lazy")),
+            Self::KdTree(KdTreeOptions { packets, .. }, _) if packets.mailbox != KdMailbox::default() => {
                 Err(Error::KdOptionOnGpu("kd-mailbox"))
             }
-            Self::Perspective | Self::KdTree(_) => Ok(()),
+            Self::Perspective | Self::KdTree(..) => Ok(()),
             _ => Err(Error::StructureOnGpu(self.name())),
         }
     }
@@ -94,13 +96,51 @@ impl Structure {
                 grid.set_options(options)?;
                 Box::new(grid)
             }
-            Self::KdTree(options) => {
-                let mut tree = KdTree::with_level(level);
-                tree.set_options(options)?;
-                Box::new(tree)
-            }
+            Self::KdTree(options, rebuild) => make_kd_tree(level, options, rebuild)?,
             Self::Bvh => Box::new(Bvh::default()),
         })
+    }
+}
+
+/// Whether there is such a kd-tree: nothing is left to be built where triangles may have moved, and rays go one by one then.
+fn check_kd_tree(options: KdTreeOptions, rebuild: KdRebuild) -> Result<(), Error> {
+    options.check()?;
+    match rebuild {
+        KdRebuild::Whole | KdRebuild::Hierarchy => Ok(()),
+        _ if options.lazy_below > 0 => Err(Error::KdOptionOfRebuild("kd-lazy", rebuild)),
+        _ => Ok(()),
+    }
+}
+
+fn make_kd_tree(
+    level: SimdLevel,
+    options: KdTreeOptions,
+    rebuild: KdRebuild,
+) -> Result<Box<dyn umbrage_rays::Structure>, Error> {
+    let two_level = |moved| -> Result<Box<dyn umbrage_rays::Structure>, Error> {
+        let mut trees = TwoLevelKdTree::with_level(level, moved);
+        trees.set_options(options)?;
+        Ok(Box::new(trees))
+    };
+    match rebuild {
+        KdRebuild::Whole => {
+            let mut tree = KdTree::with_level(level);
+            tree.set_options(options)?;
+            Ok(Box::new(tree))
+        }
+        KdRebuild::Hierarchy => {
+            let mut tree = HierarchyKdTree::with_level(level);
+            tree.set_options(options)?;
+            Ok(Box::new(tree))
+        }
+        KdRebuild::Background => {
+            let mut tree = BackgroundKdTree::new(rayon::current_num_threads())?.at_level(level);
+            tree.set_options(options)?;
+            Ok(Box::new(tree))
+        }
+        KdRebuild::TwoLevel => two_level(KdMoved::Transform),
+        KdRebuild::Groups => two_level(KdMoved::Rebuild),
+        KdRebuild::Fuzzy => two_level(KdMoved::Enclose),
     }
 }
 
@@ -251,54 +291,58 @@ impl Structure {
             |value| options.packet = value.parse().ok()?),
         option!("kdtree", "kd-builder", "How planes are found",
             OptionValues::Names(KdBuilder::names),
-            Self::KdTree(options) => options.builder,
+            Self::KdTree(options, _) => options.builder,
             |value| options.builder = value.parse().ok()?),
         option!("kdtree", "kd-clipping", "What is kept of a triangle that a plane cuts",
             OptionValues::Names(Clipping::names),
-            Self::KdTree(options) => options.clipping,
+            Self::KdTree(options, _) => options.clipping,
             |value| options.clipping = value.parse().ok()?),
         option!("kdtree", "kd-step-cost", "What the surface area heuristic charges for a step to a child",
             OptionValues::Positive,
-            Self::KdTree(options) => options.costs.step,
+            Self::KdTree(options, _) => options.costs.step,
             |value| options.costs.step = value.parse().ok()?),
         option!("kdtree", "kd-test-cost", "What it charges for the test of a triangle",
             OptionValues::Positive,
-            Self::KdTree(options) => options.costs.test,
+            Self::KdTree(options, _) => options.costs.test,
             |value| options.costs.test = value.parse().ok()?),
         option!("kdtree", "kd-empty-cost", "What the costs of a plane that cuts off empty space are multiplied with",
             OptionValues::Share,
-            Self::KdTree(options) => options.costs.empty,
+            Self::KdTree(options, _) => options.costs.empty,
             |value| options.costs.empty = value.parse().ok()?),
         option!("kdtree", "kd-charge-twice",
             "Charge for two tests of a triangle on both sides of a plane, although rays remember the first",
             OptionValues::Switch,
-            Self::KdTree(options) => !options.costs.mailbox,
+            Self::KdTree(options, _) => !options.costs.mailbox,
             |value| options.costs.mailbox = value != "true"),
         option!("kdtree", "kd-failures",
             "How many planes on the way to a leaf may cost more than they save",
             OptionValues::Whole(0..=SahCosts::MOST_FAILURES),
-            Self::KdTree(options) => options.costs.failures,
+            Self::KdTree(options, _) => options.costs.failures,
             |value| options.costs.failures = whole(value)?),
         option!("kdtree", "kd-layout", "How nodes lie in memory",
             OptionValues::Names(KdLayout::names),
-            Self::KdTree(options) => options.layout,
+            Self::KdTree(options, _) => options.layout,
             |value| options.layout = value.parse().ok()?),
         option!("kdtree", "kd-traversal", "How rays are led to leaves, alone and in packets",
             OptionValues::Names(KdTraversal::names),
-            Self::KdTree(options) => options.traversal,
+            Self::KdTree(options, _) => options.traversal,
             |value| options.traversal = value.parse().ok()?),
         option!("kdtree", "kd-packet", "Camera and shadow rays of a packet",
             OptionValues::Names(KdPacketWidth::names),
-            Self::KdTree(options) => options.packets.width,
+            Self::KdTree(options, _) => options.packets.width,
             |value| options.packets.width = value.parse().ok()?),
         option!("kdtree", "kd-mailbox", "Which triangles packets remember to have tested",
             OptionValues::Names(KdMailbox::names),
-            Self::KdTree(options) => options.packets.mailbox,
+            Self::KdTree(options, _) => options.packets.mailbox,
             |value| options.packets.mailbox = value.parse().ok()?),
+        option!("kdtree", "kd-rebuild", "What is done when triangles are elsewhere in the next frame",
+            OptionValues::Names(KdRebuild::names),
+            Self::KdTree(_, rebuild) => rebuild,
+            |value| *rebuild = value.parse().ok()?),
         option!("kdtree", "kd-lazy",
             "Build nodes of fewer triangles than this when rays first reach them; 0 builds all at once",
             OptionValues::Whole(0..=KdTreeOptions::MOST_LAZY),
-            Self::KdTree(options) => options.lazy_below,
+            Self::KdTree(options, _) => options.lazy_below,
             |value| options.lazy_below = whole(value)?),
     ];
 
@@ -489,7 +533,7 @@ mod tests {
         for &(name, structure, _) in Structure::CHOICES {
             assert_eq!((structure.to_string().as_str(), name.parse()), (name, Ok(structure)));
         }
-        let tuned = Structure::KdTree(KdTreeOptions { lazy_below: 64, ..KdTreeOptions::FAST });
+        let tuned = Structure::KdTree(KdTreeOptions { lazy_below: 64, ..KdTreeOptions::FAST }, KdRebuild::Whole);
         assert_eq!(tuned.to_string(), "kdtree:kd-lazy=64");
         assert_eq!(tuned.name(), "kdtree");
     }
@@ -502,6 +546,17 @@ mod tests {
         let before = listed;
         let refused = listed.set_option("tracing-tiles", "2").unwrap_err();
         assert!(refused.to_string().contains("64 pixels") && listed == before, "{refused}");
+    }
+
+    #[test]
+    fn trees_that_outlive_a_frame_are_not_lazy() {
+        for &(name, rebuild, _) in KdRebuild::CHOICES {
+            let lazy: Structure = format!("kdtree:kd-rebuild={name},kd-lazy=64").parse().unwrap();
+            let is_built_anew = matches!(rebuild, KdRebuild::Whole | KdRebuild::Hierarchy);
+            assert_eq!(lazy.check().is_ok(), is_built_anew, "{name}");
+            assert!(is_built_anew || lazy.check().unwrap_err().to_string().contains("no option `kd-lazy`"));
+            assert!(Structure::KdTree(KdTreeOptions::FAST, rebuild).check().is_ok());
+        }
     }
 
     #[test]
@@ -519,6 +574,7 @@ mod tests {
             ("listed:whole-tiles=", "`true` or `false`"),
             ("kdtree:kd-builder=fast", "choose one of naive"),
             ("kdtree:kd-traversal=short-stack:49", "1 to 48"),
+            ("kdtree:kd-rebuild=never", "choose one of whole, hierarchy, background"),
             ("kdtree:kd-lazy=4097", "from 0 to 4096"),
             ("kdtree:kd-packet=5", "choose one of 4, 8, 16"),
             ("kdtree:kd-test-cost=0", "a number above 0"),

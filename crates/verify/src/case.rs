@@ -1,7 +1,7 @@
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
-use umbrage_rays::{Cone, Hit, LightSource, Opacity, Opaque, SeenPixels, Shifts, Shot, Sides, View};
+use umbrage_rays::{Cone, Hit, LightSource, Opacity, Opaque, Parts, SeenPixels, Shifts, Shot, Sides, View};
 
 use crate::views::OFFSET_PIXELS;
 use crate::{Oracle, TestMesh};
@@ -26,6 +26,8 @@ pub struct Case {
     pub shadow_opacity: Box<dyn Opacity + Send>,
     /// Which sides of triangles stop rays.
     pub sides: Sides<'static>,
+    /// The part of each triangle, for structures that outlive a frame; they may be anything.
+    pub part_of_triangle: Vec<u32>,
 }
 
 /// [`Sides`] of which more than half of the triangles have both, up to the 4096th; all that come later do.
@@ -50,6 +52,7 @@ impl Case {
     /// Opaque triangles of two sides, seen through about the middle of each pixel.
     #[must_use]
     pub fn new(name: impl Into<String>, mesh: TestMesh, view: View, lights: &[LightSource]) -> Self {
+        let part_of_triangle = (0..mesh.indices.len() as u32).map(|id| id / 5 % 3).collect();
         Self {
             name: name.into(),
             mesh,
@@ -60,7 +63,14 @@ impl Case {
             opacity: Box::new(Opaque),
             shadow_opacity: Box::new(Opaque),
             sides: Sides::Both,
+            part_of_triangle,
         }
+    }
+
+    /// What moves together.
+    #[must_use]
+    pub fn parts(&self) -> Parts<'_> {
+        Parts { of_triangle: &self.part_of_triangle, objects: &[] }
     }
 
     /// The question to a structure.

@@ -1,11 +1,12 @@
 //! The structures that are tested, with their options: adding one is one line of the table.
 
-pub use umbrage_rays::{
-    Bvh, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal, KdTreeOptions,
-    LightClamp, PacketSide, SimdLevel, Structure, UniformOptions,
-};
 use umbrage_rays::{
-    Cells, KdPacketOptions, KdTree, LightMapping, ListedGrids, ListedLightOptions, ListedOptions, SahCosts, UniformGrid,
+    BackgroundKdTree, Cells, HierarchyKdTree, KdPacketOptions, KdTree, LightMapping, ListedGrids, ListedLightOptions,
+    ListedOptions, SahCosts, TwoLevelKdTree, UniformGrid,
+};
+pub use umbrage_rays::{
+    Bvh, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal,
+    KdTreeOptions, LightClamp, PacketSide, SimdLevel, Structure, UniformOptions,
 };
 
 /// Makes an empty structure.
@@ -46,6 +47,11 @@ macro_rules! structures {
             kd_lazy: |level| kd(level, KdTreeOptions { layout: KdLayout::Subtrees, lazy_below: 40, ..KdTreeOptions::DEFAULT }, KdPacketWidth::Sixteen, KdMailbox::None);
             kd_lazy_binned: |level| kd(level, KdTreeOptions { traversal: KdTraversal::ShortStack(3), lazy_below: 1000, ..KdTreeOptions::FAST }, KdPacketWidth::Four, KdMailbox::Hashed);
             kd_lazy_restart: |level| kd(level, KdTreeOptions { traversal: KdTraversal::Restart, lazy_below: 100, ..KdTreeOptions::FAST }, KdPacketWidth::Eight, KdMailbox::Ring);
+            kd_from_hierarchy: |level| from_hierarchy(level, KdTreeOptions { lazy_below: 40, ..KdTreeOptions::FAST });
+            kd_background: |level| background(level);
+            kd_two_level: |level| two_level(level, KdMoved::Transform, KdTreeOptions::FAST);
+            kd_groups: |level| two_level(level, KdMoved::Rebuild, KdTreeOptions { traversal: KdTraversal::ShortStack(2), ..KdTreeOptions::DEFAULT });
+            kd_fuzzy: |level| two_level(level, KdMoved::Enclose, KdTreeOptions::FAST);
             hierarchy: |_| Box::new(Bvh::default());
         }
     };
@@ -100,4 +106,29 @@ pub fn kd(level: SimdLevel, options: KdTreeOptions, width: KdPacketWidth, mailbo
     let packets = KdPacketOptions { width, mailbox };
     tree.set_options(KdTreeOptions { packets, ..options }).expect("possible options");
     Box::new(tree)
+}
+
+/// A kd-tree that is built from what the first one says.
+#[must_use]
+pub fn from_hierarchy(level: SimdLevel, options: KdTreeOptions) -> Box<dyn Structure> {
+    let mut tree = HierarchyKdTree::with_level(level);
+    tree.set_options(options).expect("possible options");
+    Box::new(tree)
+}
+
+/// A kd-tree that is built beside tracing.
+///
+/// # Panics
+/// If threads can't be started.
+#[must_use]
+pub fn background(level: SimdLevel) -> Box<dyn Structure> {
+    Box::new(BackgroundKdTree::new(1).expect("a thread").at_level(level))
+}
+
+/// A kd-tree for each part.
+#[must_use]
+pub fn two_level(level: SimdLevel, moved: KdMoved, options: KdTreeOptions) -> Box<dyn Structure> {
+    let mut trees = TwoLevelKdTree::with_level(level, moved);
+    trees.set_options(options).expect("possible options");
+    Box::new(trees)
 }

@@ -20,7 +20,8 @@ pub(crate) use cells::CellsFlags;
 pub(crate) use distance::DistanceFlags;
 pub(crate) use growth::GrowthFlags;
 pub(crate) use kd_tree::{
-    KdAblationsFlags, KdBouncesFlags, KdBuildersFlags, KdEntriesFlags, KdFramesFlags, KdGpuFlags, KdTraversalsFlags,
+    KdAblationsFlags, KdBouncesFlags, KdBuildersFlags, KdEntriesFlags, KdFramesFlags, KdGpuFlags, KdMovingFlags,
+    KdTraversalsFlags,
 };
 pub(crate) use light_buffer::LightBufferFlags;
 pub(crate) use light_maps::LightMapsFlags;

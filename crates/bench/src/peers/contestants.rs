@@ -14,19 +14,19 @@ use umbrage::Samples;
 
 /// Embree, with one way to build its hierarchy.
 #[derive(Debug)]
-pub(super) struct EmbreeSide {
+pub(crate) struct EmbreeSide {
     scene: Scene,
     /// Whether packets have rays of one sample, even where our structures trace several together.
     by_sample: bool,
-    pub(super) image: Image,
+    pub(crate) image: Image,
 }
 
 impl EmbreeSide {
-    pub(super) fn new(embree: &Arc<Embree>, method: BuildMethod, by_sample: bool) -> Self {
+    pub(crate) fn new(embree: &Arc<Embree>, method: BuildMethod, by_sample: bool) -> Self {
         Self { scene: Scene::new(embree, method), by_sample, image: Image::default() }
     }
 
-    pub(super) fn trace(&mut self, shot: &Shot<'_>, posed: &Arc<Posed>) -> Result<Times> {
+    pub(crate) fn trace(&mut self, shot: &Shot<'_>, posed: &Arc<Posed>) -> Result<Times> {
         let Self { scene, by_sample, image } = self;
         let mut times = Times::default();
         scene.clear();

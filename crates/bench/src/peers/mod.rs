@@ -17,6 +17,7 @@ use crate::median::geometric_mean;
 use crate::shot::{Lights, viewpoints};
 use crate::table::{Form, Table};
 use contest::{Libraries, Ratios};
+pub(crate) use contestants::EmbreeSide;
 
 #[derive(Debug, Args)]
 pub(crate) struct PeersFlags {

@@ -60,7 +60,7 @@ pub(super) fn allocations(_: &Effort) -> Result<Finding> {
             })
         });
         let (one, four) = (one?, four?);
-        let builds_anew = matches!(structure, Structure::KdTree(_) | Structure::Bvh);
+        let builds_anew = matches!(structure, Structure::KdTree(..) | Structure::Bvh);
         holds &= one == four && (builds_anew || one == 0);
         found.push(format!("{name} {one}"));
     }

@@ -40,6 +40,8 @@ pub(crate) struct MeshBuilder {
     colors: Vec<Vec4>,
     /// What the mesh is made of so far.
     stuff: Vec<Stuff>,
+    /// The first triangle of each part but the first, and which of the frame's parts it is.
+    parts: Vec<(usize, u32)>,
     material: u32,
     tint: Vec3,
 }
@@ -62,9 +64,23 @@ impl MeshBuilder {
             material_of_triangle: Vec::new(),
             colors: Vec::new(),
             stuff: Vec::new(),
+            parts: Vec::new(),
             material: 0,
             tint: Vec3::ONE,
         }
+    }
+
+    /// What follows moves together, by itself.
+    pub(crate) fn part(&mut self) -> &mut Self {
+        let last = self.parts.iter().map(|(_, part)| *part).max().unwrap_or(0);
+        self.parts.push((self.triangles.len(), last + 1));
+        self
+    }
+
+    /// What follows doesn't move, as what came before the first [`part`](Self::part).
+    pub(crate) fn still(&mut self) -> &mut Self {
+        self.parts.push((self.triangles.len(), 0));
+        self
     }
 
     /// What follows is of `paint`, without a tint.
@@ -184,11 +200,19 @@ impl MeshBuilder {
         if !self.colors.is_empty() {
             self.colors.resize(self.positions.len(), Vec4::ONE);
         }
+        let mut part_of_triangle = Vec::new();
+        if !self.parts.is_empty() {
+            let ends = self.parts.iter().map(|(first, _)| *first).chain([self.triangles.len()]);
+            let parts = [0].into_iter().chain(self.parts.iter().map(|(_, part)| *part));
+            parts.zip(ends).for_each(|(part, end)| part_of_triangle.resize(end, part));
+        }
         let mesh = Mesh {
             triangles: self.triangles,
+            part_of_triangle,
             material_of_triangle: self.material_of_triangle,
             tex_coords: [self.tex_coords, Vec::new()],
             colors: self.colors,
+            ..Mesh::default()
         };
         Frame {
             positions: self.positions,

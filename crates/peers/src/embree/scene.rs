@@ -22,6 +22,9 @@ pub enum Quality {
     Low,
     /// By the binned surface area heuristic.
     Medium,
+    /// As `Medium` in the first frame; in others, boxes of that hierarchy are fitted to where the triangles are. For a scene that is
+    /// kept, whose triangles stay joined to the same vertices.
+    Refit,
 }
 
 /// Embree's hierarchy over a frame's triangles.
@@ -39,6 +42,8 @@ struct Built {
     /// The triangles that are asked about, where there are any.
     asked: Option<Handle>,
     posed: Arc<Posed>,
+    /// What Embree has the indices of, where it fits boxes: others would have it build.
+    joined: Option<Arc<Posed>>,
 }
 
 // From `rtcore_common.h`, `rtcore_buffer.h`, `rtcore_geometry.h` and `rtcore_scene.h`.
@@ -83,14 +88,18 @@ impl Scene {
         let functions = &self.embree.functions;
         if let Some(built) = &mut self.built {
             let positions = posed.positions();
-            // SAFETY: the handles are alive. The buffers have as many items as is said and are kept by `built.posed`, as
-            // is what the filters are given; old ones are released only after Embree was given these.
+            let is_joined = built.joined.is_some();
+            // SAFETY: the handles are alive. The buffers have as many items as is said and are kept by `built.posed`, or
+            // the indices by `built.joined`, as is what the filters are given; old ones are released only after Embree was
+            // given these.
             unsafe {
                 let share = |geometry, indices: &[[u32; 3]]| {
                     let share = functions.set_shared_buffer;
                     let (vertices, corners) = (positions.as_ptr().cast(), indices.as_ptr().cast());
                     share(geometry, VERTEX_BUFFER, 0, FORMAT_FLOAT3, vertices, 0, 12, positions.len());
-                    share(geometry, INDEX_BUFFER, 0, FORMAT_UINT3, corners, 0, 12, indices.len());
+                    if !is_joined {
+                        share(geometry, INDEX_BUFFER, 0, FORMAT_UINT3, corners, 0, 12, indices.len());
+                    }
                 };
                 share(built.opaque, posed.opaque());
                 (functions.commit_geometry)(built.opaque);
@@ -102,6 +111,9 @@ impl Scene {
                 (functions.commit_scene)(built.scene);
             }
             built.posed = Arc::clone(posed);
+            if self.method.quality == Quality::Refit {
+                built.joined.get_or_insert_with(|| Arc::clone(posed));
+            }
         }
         self.embree.check("build a scene").inspect_err(|_| self.release())
     }
@@ -112,6 +124,7 @@ impl Scene {
         let quality = match self.method.quality {
             Quality::Low => 0,
             Quality::Medium => 1,
+            Quality::Refit => 3,
         };
         let failed =
             || self.embree.check("make a scene").err().unwrap_or(Error::Failed { what: "make a scene", code: 0 });
@@ -136,9 +149,10 @@ impl Scene {
                 (functions.set_intersect_filter)(asked, Some(keep_solid));
                 (functions.set_occluded_filter)(asked, Some(keep_casting));
             }
-            (functions.set_scene_quality)(scene, quality);
+            // Scenes have no quality for that.
+            (functions.set_scene_quality)(scene, quality.min(1));
             (functions.set_scene_flags)(scene, if self.method.kept { DYNAMIC } else { 0 });
-            Ok(Built { scene, opaque, asked, posed: Arc::clone(posed) })
+            Ok(Built { scene, opaque, asked, posed: Arc::clone(posed), joined: None })
         }
     }
 

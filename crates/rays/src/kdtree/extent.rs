@@ -95,7 +95,7 @@ pub struct Plane {
 
 /// A triangle in a cell: its id, and a box around the part of it in that cell. 28 bytes.
 #[derive(Clone, Copy, Debug)]
-pub struct Reference {
+pub(crate) struct Reference {
     /// Around the part in the cell.
     pub extent: Extent,
     /// The triangle's.
@@ -104,7 +104,7 @@ pub struct Reference {
 
 /// On which sides of a plane a reference is listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sides {
+pub(crate) enum Sides {
     /// Below.
     Left,
     /// Above.
@@ -116,7 +116,7 @@ pub enum Sides {
 impl Reference {
     /// Where it belongs; inside the plane, where `planar_left` says.
     #[inline(always)]
-    pub fn sides(&self, plane: Plane, planar_left: bool) -> Sides {
+    pub(crate) fn sides(&self, plane: Plane, planar_left: bool) -> Sides {
         let (low, high) = (self.extent.min[plane.axis], self.extent.max[plane.axis]);
         if high < plane.at || (high == plane.at && (low < high || planar_left)) {
             Sides::Left
@@ -128,7 +128,12 @@ impl Reference {
     }
 
     /// The parts below and above a plane that goes through the box; `None` where the triangle certainly isn't.
-    pub fn cut(&self, plane: Plane, clipping: Clipping, corners: impl FnOnce() -> [Vec3; 3]) -> [Option<Self>; 2] {
+    pub(crate) fn cut(
+        &self,
+        plane: Plane,
+        clipping: Clipping,
+        corners: impl FnOnce() -> [Vec3; 3],
+    ) -> [Option<Self>; 2] {
         let halves = self.extent.cut(plane);
         let parts = match clipping {
             Clipping::Boxes => halves.map(Some),

@@ -6,7 +6,7 @@ use super::{KdLayout, KdTree};
 /// A subtree as builders make it: nodes depth first. An inner node holds the distance to its right child, a leaf how many ids
 /// it has; these follow the ids of the leaves before.
 #[derive(Debug, Default)]
-pub struct Branch {
+pub(crate) struct Branch {
     nodes: Vec<Node>,
     ids: Vec<u32>,
     /// Of the leaves that subtrees replace later, in order.
@@ -33,7 +33,7 @@ impl Reused for Branch {
 
 impl Branch {
     /// Adds a leaf.
-    pub fn push_leaf(&mut self, ids: impl Iterator<Item = u32>) {
+    pub(crate) fn push_leaf(&mut self, ids: impl Iterator<Item = u32>) {
         let start = self.ids.len();
         self.ids.extend(ids);
         self.nodes.push(Node::leaf(0, (self.ids.len() - start) as u32));
@@ -50,19 +50,19 @@ impl Branch {
     }
 
     /// Adds an inner node, whose left child is what is added next; its index.
-    pub fn open(&mut self, plane: Plane) -> usize {
+    pub(crate) fn open(&mut self, plane: Plane) -> usize {
         self.nodes.push(Node::inner(plane, 0));
         self.nodes.len() - 1
     }
 
     /// Says that what is added next is the right child of the inner node at `index`.
-    pub fn turn_right(&mut self, index: usize) {
+    pub(crate) fn turn_right(&mut self, index: usize) {
         let distance = (self.nodes.len() - index) as u32;
         self.nodes[index] = Node::inner(self.nodes[index].plane(), distance);
     }
 
     /// Adds a whole subtree.
-    pub fn append(&mut self, other: &Self) {
+    pub(crate) fn append(&mut self, other: &Self) {
         self.nodes.extend_from_slice(&other.nodes);
         self.ids.extend_from_slice(&other.ids);
         self.deferred.extend_from_slice(&other.deferred);

@@ -4,7 +4,7 @@
 //!
 //! `extent` holds boxes and cuts triangles' boxes at planes, `build` finds the planes, `node` and `layout` say how nodes lie
 //! in memory, `traverse` leads rays to leaves. `packet` does so for packets of them. `options` says what there is to
-//! choose and `names` what that is called, `statistics` what came of it.
+//! choose and `names` what that is called, `statistics` what came of it. `moving` has trees that outlive a frame.
 //!
 //! **Why nothing is missed.** Planes are f32 and so are the corners of triangles, and both are compared as they are: a
 //! triangle with a part strictly on one side of a plane is listed on that side, one inside the plane on either of them. So
@@ -16,6 +16,7 @@
 mod build;
 mod extent;
 mod layout;
+mod moving;
 mod names;
 mod node;
 mod options;
@@ -26,12 +27,18 @@ mod validate;
 
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Tally, Work};
 use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles};
-pub use build::{Candidate, Cell, Job};
+pub(crate) use build::{Candidate, Cell, Job};
 use build::{Deferred, Pool, Reused};
-pub use extent::{Extent, Plane, Reference, Sides};
-pub use layout::Branch;
+pub use extent::{Extent, Plane};
+pub(crate) use extent::{Reference, Sides};
+pub(crate) use layout::Branch;
+pub use moving::KdRebuild;
+pub use moving::background::{BackgroundKdTree, ImpossibleBackground, KdAge, RebuildPolicy};
+pub use moving::hierarchy::HierarchyKdTree;
+pub use moving::two_level::{KdMoved, TwoLevelCounts, TwoLevelKdTree, fit};
 pub use node::{Node, Nodes};
 pub use options::{Clipping, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdTraversal, KdTreeOptions, SahCosts};
+use packet::PacketRays as _;
 pub use packet::{
     Ask, Filter, HALF_ULP, KdMailbox, KdPacketOptions, KdPacketWidth, LANES, MOST_RAYS, Rays, Scale, Wide, load,
 };
@@ -147,11 +154,7 @@ impl Structure for KdTree {
     }
 
     fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work {
-        shot.expect_masks(seen, lights, masks);
-        for (light, mask) in lights.iter().zip(masks) {
-            self.shadow_packets(shot, seen, light, mask);
-            mask.keep_in_cone(light, shot, seen, self.level);
-        }
+        self.shadow_all(shot, seen, lights, masks);
         Work::default()
     }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Clipping, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal};
+use super::{Clipping, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdRebuild, KdTraversal};
 use crate::{Choice, UnknownChoice, choices};
 
 choices! { KdBuilder, "kd-tree builder":
@@ -29,6 +29,15 @@ choices! { KdLayout, "kd-tree layout":
 choices! { Clipping, "kd-tree clipping":
     "boxes" => Boxes, "a triangle's box is cut at the plane";
     "triangles" => Triangles, "it is shrunk around the triangle's part on each side";
+}
+
+choices! { KdRebuild, "kd-tree rebuild":
+    "whole" => Whole, "from scratch for each frame, by any builder";
+    "hierarchy" => Hierarchy, "the same, from what the first frame's tree says about which triangles lie together";
+    "background" => Background, "beside tracing, while rays go through an earlier tree";
+    "two-level" => TwoLevel, "a tree for each object: kept where the object moved as a whole, else built again";
+    "groups" => Groups, "a tree for each object, built again where the object moved: a gkDtree";
+    "fuzzy" => Fuzzy, "a tree for each part, over boxes that hold its triangles in all frames so far";
 }
 
 choices! { KdPacketWidth, "kd-tree packet":

@@ -1,7 +1,10 @@
 //! The crate's tests, as one program: linking one takes less time than linking sixteen.
 
+mod kd_background;
+mod kd_hierarchy;
 mod kd_packets;
 mod kd_tree;
 mod kd_tree_lazy;
+mod kd_two_level;
 mod support;
 mod uniform_grid;

@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
+use super::bodies::Bodies;
 use super::parts::Parts;
 use super::rest::Rest;
 use crate::Mesh;
@@ -15,8 +16,10 @@ impl Parts {
         let mut all = Mesh {
             triangles: Vec::with_capacity(triangles),
             material_of_triangle: Vec::with_capacity(triangles),
+            part_of_triangle: Vec::with_capacity(triangles),
             ..Mesh::default()
         };
+        let mut bodies = Bodies::new(&self.matrices, rest);
         for part in &self.parts {
             let primitive = &self.primitives[part.shape as usize];
             let Mesh { triangles, tex_coords, colors, .. } = &primitive.mesh;
@@ -26,6 +29,7 @@ impl Parts {
                 if is_mirrored { [a, c, b] } else { [a, b, c] }
             }));
             all.material_of_triangle.resize(all.triangles.len(), primitive.material.unwrap_or(default_material));
+            bodies.add(part, &primitive.shape, triangles, &mut all);
             let end = part.first_vertex as usize + primitive.shape.positions.len();
             for (all, own) in all.tex_coords.iter_mut().zip(tex_coords) {
                 extend(all, own, Vec2::ZERO, end, vertices);

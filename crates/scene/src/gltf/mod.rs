@@ -1,12 +1,14 @@
 //! glTF 2.0: reading and posing.
 //!
 //! `document` reads files, `accessor` their bytes. `nodes`, `skin`, `animation`, `primitive`, `material` and `attached`
-//! read what their names say; `parts` puts meshes and nodes together and makes a rig of the result. `pose` finds the
+//! read what their names say; `parts` puts meshes and nodes together and makes a rig of the result, `bodies` says what of it
+//! moves together. `pose` finds the
 //! moving nodes at a moment; the rig poses the vertices that follow them.
 
 mod accessor;
 mod animation;
 mod attached;
+mod bodies;
 mod curve;
 mod document;
 mod expand;

@@ -160,7 +160,7 @@ impl Parts {
             (None, _) => 1,
         };
         // What meshes and frames hold of them.
-        document.take_for::<([u32; 3], u32)>(copies.saturating_mul(triangles), &location)?;
+        document.take_for::<([u32; 3], [u32; 2])>(copies.saturating_mul(triangles), &location)?;
         document.take_for::<([Vec3; 2], [Vec2; 2], [Vec4; 2])>(copies.saturating_mul(vertices), &location)?;
         document.take_for::<Part>(copies, &location)?;
         let added = match (joints, *rigid) {

@@ -48,6 +48,17 @@ impl Influences {
         sets.iter().flatten().flat_map(|influences| influences.joints).max().map(u32::from)
     }
 
+    /// The joint that a triangle follows most, by all three corners; the lowest of several.
+    pub(crate) fn main_joint(sets: &[Vec<Self>], corners: [u32; 3]) -> u16 {
+        let of_corners = || sets.iter().flat_map(|set| corners.map(|corner| set[corner as usize]));
+        let weight = |joint: u16| -> f32 {
+            let all = of_corners().flat_map(|all| all.joints.into_iter().zip(all.weights));
+            all.filter(|&(other, _)| other == joint).map(|(_, weight)| weight).sum()
+        };
+        let joints = of_corners().flat_map(|all| all.joints);
+        joints.max_by(|&a, &b| weight(a).total_cmp(&weight(b)).then(b.cmp(&a))).unwrap_or(0)
+    }
+
     /// Adds this vertex's share of the transforms in `joints`, its skin's, to `sum`.
     pub(crate) fn add_to(&self, sum: &mut Affine3A, joints: &[Affine3A]) {
         for (&joint, &weight) in self.joints.iter().zip(&self.weights) {

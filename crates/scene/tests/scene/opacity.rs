@@ -41,6 +41,7 @@ impl Leaf {
             material_of_triangle: vec![0],
             tex_coords: [self.tex_coords.map(Vec2::from).to_vec(), Vec::new()],
             colors,
+            ..Mesh::default()
         };
         let materials = Materials { materials: vec![material], textures: vec![texture] };
         Frame { mesh: Arc::new(mesh), materials: Arc::new(materials), ..Frame::default() }

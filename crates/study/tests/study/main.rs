@@ -1,9 +1,7 @@
 //! Experiments on the CPU, as one program; those on the GPU are in `gpu`.
 
-mod kd_background;
-mod kd_hierarchy;
+mod clusters;
 mod kd_shafts;
-mod kd_two_level;
 mod light_buffer;
 mod on_demand;
 mod queues;

@@ -100,7 +100,7 @@ impl Cpu {
     fn prepare(&mut self, frame: &Frame, sides: Sides) {
         self.sides.find(frame, sides);
         self.copies.find(frame, self.sides.get());
-        self.structure.build(self.copies.triangles(frame));
+        self.structure.build_parts(self.copies.triangles(frame), frame.parts());
     }
 
     /// Finds what pixels show through their middles; what is known of the last frame's pixels stays.

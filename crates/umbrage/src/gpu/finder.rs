@@ -93,8 +93,8 @@ impl Finders {
     /// Has what [`Settings::structure`](crate::Settings::structure) asks for find triangles from now on: the kd-tree, or the
     /// grids for all others.
     pub(super) fn choose(&mut self, gpu: &Gpu, structure: Structure) {
-        self.takes_tree = matches!(structure, Structure::KdTree(_));
-        if let Structure::KdTree(options) = structure {
+        self.takes_tree = matches!(structure, Structure::KdTree(..));
+        if let Structure::KdTree(options, _) = structure {
             self.tree.get_or_insert_with(|| TreeOfFrame::new(gpu, options)).set_options(gpu, options);
         }
     }

@@ -236,7 +236,7 @@ impl Engine for GpuEngine {
     fn check(&self, settings: &Settings, _output: Output) -> Result<(), Error> {
         match settings.structure {
             _ if settings.bounces > 0 => Err(Error::BouncesOnGpu),
-            Structure::KdTree(_) => settings.structure.check_on_gpu(),
+            Structure::KdTree(..) => settings.structure.check_on_gpu(),
             _ => Ok(()),
         }
     }

@@ -65,6 +65,18 @@ pub(crate) fn check(make: Make, cases: &[Known]) {
     }
 }
 
+/// Compares frame after frame with the truth, at every SIMD level with one structure.
+pub(crate) fn check_sequence(make: Make, frames: &[Known]) {
+    for level in SimdLevel::available() {
+        let mut asked = Asked::new(make(level));
+        for known in frames {
+            if let Err(wrong) = asked.compare(known) {
+                panic!("{}, with {level}: {wrong}", known.case.name);
+            }
+        }
+    }
+}
+
 /// Compares two frames of each case with the truth, for every SIMD level and on one and more threads: in the second, what a
 /// structure has made of the triangles may be something else.
 pub(crate) fn check_frames(make: Make, cases: &[Known]) {
@@ -73,7 +85,7 @@ pub(crate) fn check_frames(make: Make, cases: &[Known]) {
         let threads = [1, 3][number % 2];
         on_threads(threads, || {
             for (known, frame) in cases.iter().flat_map(|known| [1, 2].map(|frame| (known, frame))) {
-                asked.structure.build(known.case.mesh.triangles());
+                asked.structure.build_parts(known.case.mesh.triangles(), known.case.parts());
                 if let Err(wrong) = asked.compare_images(known) {
                     panic!("{}, frame {frame}, with {level} on {threads} threads: {wrong}", known.case.name);
                 }
@@ -110,7 +122,7 @@ impl Asked {
         let Known { case, truth, .. } = known;
         // What a structure builds of triangles that it has seen before may be something else: every second case is.
         for _ in 0..=case.mesh.indices.len() % 2 {
-            self.structure.build(case.mesh.triangles());
+            self.structure.build_parts(case.mesh.triangles(), case.parts());
         }
         self.compare_images(known)?;
         self.validate(case)?;

@@ -27,7 +27,7 @@ fn crowd(soup: usize, rings: u32, width: u32, height: u32, lights: &[LightSource
 /// A frame, and what seeing it took; what shadows take depends on which thread finds a first one.
 fn frame(structure: &mut dyn Structure, case: &Case, seen: &mut SeenPixels, masks: &mut [LightMask]) -> Counts {
     let shot = case.shot();
-    structure.build(shot.triangles);
+    structure.build_parts(shot.triangles, case.parts());
     let Work { counts, .. } = structure.see(&shot, seen).expect("a small image");
     structure.shadow(&shot, seen, &case.lights, masks);
     counts
@@ -73,7 +73,7 @@ pub(crate) fn allocate_nothing_when_steady(name: &str, make: Make) {
             let is_first = masks[0].count() == 0;
             let before = allocations::on_this_thread();
             if is_rebuilt || is_first {
-                structure.build(shot.triangles);
+                structure.build_parts(shot.triangles, case.parts());
             }
             structure.see(&shot, &mut seen).expect("a small image");
             structure.shadow(&shot, &seen, &lights, &mut masks);

@@ -5,7 +5,8 @@ macro_rules! tests {
         $(mod $name {
             use umbrage_verify::structures::*;
 
-            use crate::{cases, check::check, frames, single_rays};
+            use crate::check::{check, check_sequence};
+            use crate::{cases, frames, single_rays};
 
             const MAKE: Make = $make;
 
@@ -26,6 +27,7 @@ macro_rules! tests {
             #[test] fn samples() { check(MAKE, &cases::SAMPLES) }
             #[test] fn aimed() { check(MAKE, &cases::AIMED) }
             #[test] fn crowds() { check(MAKE, &cases::CROWDS) }
+            #[test] fn moving() { check_sequence(MAKE, &cases::MOVING) }
             #[test] fn single_rays() { single_rays::check(MAKE) }
             #[test] fn every_number_of_threads_and_level() { frames::are_the_same_everywhere(MAKE) }
             #[test] fn validation() { frames::notice_moved_triangles(MAKE) }

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 use umbrage::gallery::DEMOS;
-use umbrage::rays::{Camera, KdPacketOptions, KdPacketWidth, KdTraversal, KdTreeOptions, LightSource, Projection};
+use umbrage::rays::{
+    Camera, KdPacketOptions, KdPacketWidth, KdRebuild, KdTraversal, KdTreeOptions, LightSource, Projection,
+};
 use umbrage::scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Texture, TextureUse, Wrap};
 use umbrage::{Renderer, Settings, Sides, Structure};
 use umbrage_verify::{Random, real_scene};
@@ -17,7 +19,10 @@ fn kd_tree(number: usize) -> Structure {
     let traversals = [KdTraversal::Stack, KdTraversal::ShortStack(3), KdTraversal::Restart, KdTraversal::PushDown];
     let widths = [KdPacketWidth::Sixteen, KdPacketWidth::Four, KdPacketWidth::Eight];
     let packets = KdPacketOptions { width: widths[number % 3], ..KdPacketOptions::DEFAULT };
-    Structure::KdTree(KdTreeOptions { traversal: traversals[number % 4], packets, ..KdTreeOptions::FAST })
+    Structure::KdTree(
+        KdTreeOptions { traversal: traversals[number % 4], packets, ..KdTreeOptions::FAST },
+        KdRebuild::Whole,
+    )
 }
 
 fn with_tree(width: u32, height: u32) -> Settings {

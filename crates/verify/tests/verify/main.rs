@@ -6,6 +6,7 @@ mod fuzz;
 mod gltf_scenes;
 mod matrix;
 mod mirrors;
+mod moving;
 mod papers;
 mod predicate;
 mod referee;

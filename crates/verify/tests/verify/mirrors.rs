@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
-use umbrage::rays::{Camera, KdBuilder, KdTreeOptions, SimdLevel, UniformOptions};
+use umbrage::rays::{Camera, KdBuilder, KdRebuild, KdTreeOptions, SimdLevel, UniformOptions};
 use umbrage::scene::{Frame, Material, Materials, Mesh};
 use umbrage::{Background, Error, Renderer, Settings, Structure};
 use umbrage_verify::{Random, TestMesh};
@@ -102,7 +102,7 @@ fn every_structure_and_level_shows_the_same_in_mirrors() {
         Structure::GRID,
         Structure::Grid(UniformOptions::NESTED),
         Structure::KD_TREE,
-        Structure::KdTree(presorted),
+        Structure::KdTree(presorted, KdRebuild::Whole),
         Structure::Bvh,
     ];
     for structure in structures {

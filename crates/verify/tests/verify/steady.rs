@@ -29,7 +29,7 @@ fn steady_frames_take_nothing_from_the_heap() {
                 allocations(&frame, &settings)
             });
             // Trees are built anew for a frame, in memory of their own: see, shadow and shade take nothing.
-            let is_tree = matches!(structure, Structure::KdTree(_) | Structure::Bvh);
+            let is_tree = matches!(structure, Structure::KdTree(..) | Structure::Bvh);
             assert!(is_tree || of_samples[0] == 0, "{name}, {structure_name}: {of_samples:?}");
             assert_eq!(of_samples[0], of_samples[1], "{name}, {structure_name}");
         }

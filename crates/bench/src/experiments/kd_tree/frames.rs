@@ -1,9 +1,11 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::rays::{Hit, KdBuilder, KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles};
+use umbrage::rays::{
+    BackgroundKdTree, HierarchyKdTree, Hit, KdBuilder, KdTree, KdTreeOptions, Ray, SingleRays as _, Structure as _,
+    Triangles,
+};
 use umbrage::scene::Frame;
-use umbrage_study::kdtree::{BackgroundKdTree, SceneHierarchy, build_from};
 
 use super::measure::KdFlags;
 use crate::grids::time;
@@ -61,7 +63,7 @@ enum Rebuild {
     /// Anew.
     Anew(Box<KdTree>),
     /// From the hierarchy that the first frame's tree leaves.
-    From(Box<KdTree>, SceneHierarchy),
+    From(Box<HierarchyKdTree>),
     /// On threads of its own.
     Beside(Box<BackgroundKdTree>),
 }
@@ -86,9 +88,13 @@ impl Trial {
         };
         let exact = KdTreeOptions { builder: KdBuilder::Presorted, ..KdTreeOptions::FAST };
         let lazy = |options| KdTreeOptions { lazy_below: 1_000, ..options };
-        let mut first = KdTree::default();
-        first.build(triangles);
-        let hierarchy = SceneHierarchy::of_tree(&first, triangles.len());
+        let from = |options: KdTreeOptions| -> Result<Rebuild> {
+            let mut tree = Box::<HierarchyKdTree>::default();
+            tree.set_options(KdTreeOptions::DEFAULT)?;
+            tree.build(triangles);
+            tree.set_options(options)?;
+            Ok(Rebuild::From(tree))
+        };
         let mut beside = Box::new(BackgroundKdTree::new(0)?);
         beside.set_options(KdTreeOptions::FAST)?;
         let rebuilds = [
@@ -96,8 +102,8 @@ impl Trial {
             ("binned, lazy", Rebuild::Anew(tree(lazy(KdTreeOptions::FAST))?)),
             ("presorted", Rebuild::Anew(tree(exact)?)),
             ("presorted, lazy", Rebuild::Anew(tree(lazy(exact))?)),
-            ("from hierarchy", Rebuild::From(tree(KdTreeOptions::FAST)?, hierarchy.clone())),
-            ("hierarchy, lazy", Rebuild::From(tree(lazy(KdTreeOptions::FAST))?, hierarchy)),
+            ("from hierarchy", from(KdTreeOptions::FAST)?),
+            ("hierarchy, lazy", from(lazy(KdTreeOptions::FAST))?),
             ("beside tracing", Rebuild::Beside(beside)),
         ];
         let trial =
@@ -110,23 +116,22 @@ impl Trial {
         let age = time(&mut spent[0], || -> Result<_> {
             match &mut self.rebuild {
                 Rebuild::Anew(tree) => tree.build(triangles),
-                Rebuild::From(tree, hierarchy) => build_from(tree, triangles, hierarchy)?,
+                Rebuild::From(tree) => tree.build(triangles),
                 Rebuild::Beside(trees) => return Ok(Some(trees.advance(triangles))),
             }
             Ok(None)
         })?;
         let hits = time(&mut spent[1], || match &self.rebuild {
-            Rebuild::Anew(tree) | Rebuild::From(tree, _) => trace(rays, |ray| tree.nearest(triangles, ray, &|_| true)),
+            Rebuild::Anew(tree) => trace(rays, |ray| tree.nearest(triangles, ray, &|_| true)),
+            Rebuild::From(tree) => trace(rays, |ray| tree.tree().nearest(triangles, ray, &|_| true)),
             Rebuild::Beside(trees) => trace(rays, |ray| trees.nearest(triangles, ray, &|_| true)),
         });
         if is_counted {
             self.times.push(spent);
             self.ages.push(age.map_or(0.0, |age| f64::from(age.frames)));
             self.built.push(match &self.rebuild {
-                Rebuild::Anew(tree) | Rebuild::From(tree, _) => {
-                    let counts = tree.counts();
-                    if counts.deferred == 0 { 1.0 } else { counts.reached as f64 / counts.deferred as f64 }
-                }
+                Rebuild::Anew(tree) => parts_built(tree),
+                Rebuild::From(tree) => parts_built(tree.tree()),
                 Rebuild::Beside(_) => f64::from(u8::from(age.is_some_and(|age| age.frames == 0))),
             });
         }
@@ -154,6 +159,12 @@ impl Trial {
             ("differ", self.differ),
         ]
     }
+}
+
+/// How much of a tree was built.
+fn parts_built(tree: &KdTree) -> f64 {
+    let counts = tree.counts();
+    if counts.deferred == 0 { 1.0 } else { counts.reached as f64 / counts.deferred as f64 }
 }
 
 fn trace(rays: &[Ray], nearest: impl Fn(&Ray) -> Option<Hit> + Sync + Send) -> Hits {

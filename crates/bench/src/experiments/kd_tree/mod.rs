@@ -7,6 +7,7 @@ mod entries;
 mod frames;
 mod gpu;
 mod measure;
+mod moving;
 mod traversals;
 
 pub(crate) use ablations::KdAblationsFlags;
@@ -16,4 +17,5 @@ pub(crate) use entries::KdEntriesFlags;
 pub(crate) use frames::KdFramesFlags;
 pub(crate) use gpu::KdGpuFlags;
 pub(super) use measure::frame;
+pub(crate) use moving::KdMovingFlags;
 pub(crate) use traversals::KdTraversalsFlags;

@@ -99,6 +99,7 @@ impl Leaf {
             material_of_triangle: vec![0],
             tex_coords: [self.tex_coords.to_vec(), Vec::new()],
             colors: self.vertex_opacities.map(|opacity| Vec4::ONE.with_w(opacity)).to_vec(),
+            ..Mesh::default()
         };
         let materials = Materials { materials: vec![material], textures: vec![texture] };
         Frame { mesh: Arc::new(mesh), materials: Arc::new(materials), ..Frame::default() }

@@ -24,12 +24,12 @@ use super::{Clipping, KdBuilder, KdTree, KdTreeOptions};
 use crate::Triangles;
 use binned::Arena;
 pub(super) use deferred::Deferred;
-pub use sah::{Candidate, Cell};
+pub(crate) use sah::{Candidate, Cell};
 use sah::{Heuristic, Measure};
 use space::{Frame, Space};
 
 /// What all parts of a build share.
-pub struct Job<'a> {
+pub(crate) struct Job<'a> {
     /// What the tree is built over.
     pub triangles: Triangles<'a>,
     /// How boxes are cut.
@@ -110,8 +110,11 @@ impl KdTree {
 
     /// Replaces the tree by what `build` adds to a branch. `build` is given how many triangles can be hit, and returns the box
     /// around them.
-    #[doc(hidden)]
-    pub fn build_by(&mut self, triangles: Triangles<'_>, build: impl FnOnce(&Job<'_>, usize, &mut Branch) -> Extent) {
+    pub(crate) fn build_by(
+        &mut self,
+        triangles: Triangles<'_>,
+        build: impl FnOnce(&Job<'_>, usize, &mut Branch) -> Extent,
+    ) {
         let count = self.start(triangles);
         let heuristic = Heuristic::new(self.options.costs, count);
         let KdTreeOptions { clipping, lazy_below, .. } = self.options;
@@ -138,8 +141,7 @@ impl KdTree {
     }
 
     /// Replaces the tree by one over boxes: its leaves list the boxes' ids instead of triangles'.
-    #[doc(hidden)]
-    pub fn build_over_boxes(&mut self, boxes: &[Reference]) {
+    pub(crate) fn build_over_boxes(&mut self, boxes: &[Reference]) {
         let heuristic = Heuristic::new(self.options.costs, boxes.len());
         let triangles = Triangles::default();
         let job = Job { triangles, clipping: Clipping::Boxes, heuristic, lazy_below: 0, pool: &self.pool };
@@ -207,13 +209,13 @@ impl Job<'_> {
 impl Job<'_> {
     /// The cell of a root with so many triangles.
     #[must_use]
-    pub fn root_cell(&self, extent: Extent, count: usize) -> Cell {
+    pub(crate) fn root_cell(&self, extent: Extent, count: usize) -> Cell {
         Heuristic::root(extent, count)
     }
 
     /// The best plane across a cell for boxes, each of which counts as so many triangles.
     #[must_use]
-    pub fn best_of_boxes(&self, cell: &Cell, boxes: &[(Extent, u32)]) -> Option<Candidate> {
+    pub(crate) fn best_of_boxes(&self, cell: &Cell, boxes: &[(Extent, u32)]) -> Option<Candidate> {
         let count = boxes.iter().map(|&(_, weight)| weight as usize).sum();
         let measure = Measure::new(&self.heuristic, cell.extent, count);
         resorting::best(measure, boxes, |&of_box| of_box, &mut Vec::new())
@@ -222,12 +224,12 @@ impl Job<'_> {
     /// The two cells of the best plane, unless a leaf of `count` triangles is better. Once triangles are parted,
     /// [`Cell::share`] says how many references each may have.
     #[must_use]
-    pub fn split(&self, cell: &Cell, count: usize, best: Candidate) -> Option<[Cell; 2]> {
+    pub(crate) fn split(&self, cell: &Cell, count: usize, best: Candidate) -> Option<[Cell; 2]> {
         self.heuristic.split(cell, count, Some(best)).map(|(_, cells)| cells)
     }
 
     /// Adds the subtree of references in order of id. `reach` is the largest magnitude of a coordinate of the whole tree.
-    pub fn grow_references(
+    pub(crate) fn grow_references(
         &self,
         references: &[Reference],
         reach: f32,

@@ -13,7 +13,7 @@ pub(super) struct Heuristic {
 
 /// A cell to be split.
 #[derive(Clone, Copy, Debug)]
-pub struct Cell {
+pub(crate) struct Cell {
     /// Its box.
     pub extent: Extent,
     pub(super) depth: u32,
@@ -25,7 +25,7 @@ pub struct Cell {
 
 /// A plane, and what it costs.
 #[derive(Clone, Copy, Debug)]
-pub struct Candidate {
+pub(crate) struct Candidate {
     /// By the heuristic.
     pub cost: f64,
     /// Where it is.
@@ -186,7 +186,7 @@ impl Cell {
     ///
     /// A cell is split only if it may hold twice what it does. So each child may hold what it does, whatever the triangles are
     /// like, and all leaves together hold no more than the root may.
-    pub fn share(mut cells: [Self; 2], counts: [usize; 2]) -> [Self; 2] {
+    pub(crate) fn share(mut cells: [Self; 2], counts: [usize; 2]) -> [Self; 2] {
         let weights = counts.map(|count| count.max(1) as f64);
         for (cell, weight) in cells.iter_mut().zip(weights) {
             cell.budget *= weight / (weights[0] + weights[1]);

@@ -27,6 +27,7 @@ pub use filter::{Filter, Wide, load};
 pub use options::{KdMailbox, KdPacketOptions, KdPacketWidth};
 pub use rays::{HALF_ULP, LANES, MOST_RAYS, Rays};
 pub use scale::Scale;
+pub(crate) use see::{NO_RAY, PacketRays, SQUARE_PIXELS};
 use stack::{Stack, Waiting};
 pub use tester::Ask;
 use tester::{MOST_PAIRS, Mailbox, Pairs, Tester};

@@ -3,21 +3,38 @@ use rayon::prelude::*;
 
 use crate::predicate::{self, HitPoint, ShadowRay};
 use crate::shot::{LightMask, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
-use crate::{Hit, KdTree, LightSource, Ray};
+use crate::{Hit, KdTree, LightSource, Ray, SimdLevel, Triangles};
 
 /// Blocks along an edge of a tile, and of a square of pixels whose rays are traced together.
 const TILE_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 const SQUARE_BLOCKS: usize = 4;
 
 /// Pixels of a square.
-const SQUARE_PIXELS: usize = SQUARE_BLOCKS * SQUARE_BLOCKS * TileOrder::BLOCK_PIXELS;
+pub(crate) const SQUARE_PIXELS: usize = SQUARE_BLOCKS * SQUARE_BLOCKS * TileOrder::BLOCK_PIXELS;
 
 /// Fills the packet where there are fewer rays.
-const NO_RAY: Ray = Ray { origin: DVec3::ZERO, direction: DVec3::X, t_min: 0.0, t_max: 0.0 };
+pub(crate) const NO_RAY: Ray = Ray { origin: DVec3::ZERO, direction: DVec3::X, t_min: 0.0, t_max: 0.0 };
 
-impl KdTree {
+/// What answers a packet of rays, as [`KdTree::nearest_of_packet`] and [`KdTree::blocked_of_packet`] do.
+pub(crate) trait PacketRays: Sync {
+    /// Which instructions are used.
+    fn level(&self) -> SimdLevel;
+
+    /// Finds what each ray hits, of at most 256.
+    fn nearest(&self, triangles: Triangles<'_>, rays: &[Ray], stops: impl Fn(&Hit) -> bool, hits: &mut [Option<Hit>]);
+
+    /// Finds which points are shadowed, of at most 256.
+    fn blocked(
+        &self,
+        triangles: Triangles<'_>,
+        rays: &[ShadowRay],
+        own: &[u32],
+        stops: impl Fn(u32, [f32; 2]) -> bool,
+        blocked: &mut [bool],
+    );
+
     /// Finds what each pixel of `shot` sees by tracing packets of neighbouring pixels' rays.
-    pub(crate) fn see_packets(&self, shot: &Shot<'_>, seen: &mut SeenPixels) {
+    fn see_packets(&self, shot: &Shot<'_>, seen: &mut SeenPixels) {
         let opacity: &dyn Opacity = &OpacityOfSides::of_camera(shot);
         seen.resize(shot.view.width, shot.view.height);
         let order = seen.order();
@@ -38,7 +55,7 @@ impl KdTree {
                 let mut hits = [None; SQUARE_PIXELS];
                 let hits = &mut hits[..pixels.count];
                 let stops = |hit: &Hit| opacity.is_stopped_at(hit.triangle, hit.barycentric);
-                self.nearest_of_packet(shot.triangles, &rays[..pixels.count], stops, hits);
+                self.nearest(shot.triangles, &rays[..pixels.count], stops, hits);
                 for (&index, hit) in pixels.indices.iter().zip(hits) {
                     if let Some(hit) = hit {
                         triangle[usize::from(index)] = hit.triangle;
@@ -49,8 +66,17 @@ impl KdTree {
         });
     }
 
+    /// Does what [`Structure::shadow`](crate::Structure::shadow) does.
+    fn shadow_all(&self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) {
+        shot.expect_masks(seen, lights, masks);
+        for (light, mask) in lights.iter().zip(masks) {
+            self.shadow_packets(shot, seen, light, mask);
+            mask.keep_in_cone(light, shot, seen, self.level());
+        }
+    }
+
     /// Finds which of the points that the pixels of `shot` have `seen` are lit by `light`. Packets are those of the pixels.
-    pub(crate) fn shadow_packets(&self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) {
+    fn shadow_packets(&self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) {
         shot.expect_size(seen);
         mask.resize(seen.order());
         let (triangles, order) = (shot.triangles, seen.order());
@@ -76,7 +102,7 @@ impl KdTree {
                         continue;
                     }
                     let (pairs, mut hits) = (&pairs[..points.count], [None; SQUARE_PIXELS]);
-                    predicate::hits(self.level.into(), triangles, &rays, pairs, &mut hits);
+                    predicate::hits(self.level().into(), triangles, &rays, pairs, &mut hits);
                     let mut own = [u32::MAX; SQUARE_PIXELS];
                     let mut shadow_rays = [ShadowRay::new(light, HitPoint::new(&rays[0], 0.0)); SQUARE_PIXELS];
                     // A camera's ray meets what it has seen.
@@ -87,7 +113,7 @@ impl KdTree {
                     }
                     let mut blocked = [false; SQUARE_PIXELS];
                     let (count, blocked) = (points.count, &mut blocked[..points.count]);
-                    self.blocked_of_packet(triangles, &shadow_rays[..count], &own[..count], stops, blocked);
+                    self.blocked(triangles, &shadow_rays[..count], &own[..count], stops, blocked);
                     for (&index, &blocked) in points.indices.iter().zip(&*blocked) {
                         let (block, bit) = (usize::from(index) / 16, index % 16);
                         lit[block] |= u16::from(!blocked) << bit;
@@ -95,6 +121,27 @@ impl KdTree {
                 }
             },
         );
+    }
+}
+
+impl PacketRays for KdTree {
+    fn level(&self) -> SimdLevel {
+        self.level
+    }
+
+    fn nearest(&self, triangles: Triangles<'_>, rays: &[Ray], stops: impl Fn(&Hit) -> bool, hits: &mut [Option<Hit>]) {
+        self.nearest_of_packet(triangles, rays, stops, hits);
+    }
+
+    fn blocked(
+        &self,
+        triangles: Triangles<'_>,
+        rays: &[ShadowRay],
+        own: &[u32],
+        stops: impl Fn(u32, [f32; 2]) -> bool,
+        blocked: &mut [bool],
+    ) {
+        self.blocked_of_packet(triangles, rays, own, stops, blocked);
     }
 }
 

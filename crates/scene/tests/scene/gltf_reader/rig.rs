@@ -113,3 +113,26 @@ fn scenes_without_a_rig_leave_the_frame_alone() {
     assert!(scene.pose_rig(0.7, &mut frame, &mut Pose::default()).unwrap().is_none());
     assert_eq!((frame.positions, frame.seconds), (before, 0.5));
 }
+
+#[test]
+fn parts_are_what_moves_together() {
+    let mut file = varied();
+    // On the animated node.
+    file.json["nodes"][3]["children"] = json!([6]);
+    let frame = file.at(0.0);
+    let parts = frame.parts();
+    // All that is still is one part, and the skin's triangle follows joint 1 most.
+    assert_eq!(parts.of_triangle, [0, 1, 2, 3, 0, 0, 3]);
+    assert_eq!(parts.objects, [0, 1, 2, 3]);
+
+    // A second triangle of the skin that follows joint 0 is another part of that object.
+    let mut file = varied();
+    let joints = file.accessor(U8, "VEC4", 3, &[0; 12]);
+    let mut other = file.json["meshes"][1]["primitives"][0].clone();
+    other["attributes"]["JOINTS_0"] = json!(joints);
+    file.json["meshes"][1]["primitives"].as_array_mut().unwrap().push(other);
+    let frame = file.at(0.0);
+    assert_eq!(frame.parts().of_triangle, [0, 1, 2, 3, 4, 0, 0, 0]);
+    assert_eq!(frame.parts().objects, [0, 1, 1, 2, 3]);
+    assert_eq!(frame.parts().object_of(2), 1);
+}

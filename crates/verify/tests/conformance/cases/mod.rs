@@ -4,6 +4,7 @@ mod aimed;
 mod cameras;
 mod crowds;
 mod lights;
+mod moving;
 mod opacity;
 mod patches;
 mod samples;
@@ -35,6 +36,7 @@ pub(crate) static SIDES: LazyLock<Vec<Known>> = LazyLock::new(|| known(opacity::
 pub(crate) static PATCHES: LazyLock<Vec<Known>> = LazyLock::new(|| known(patches::of_bad_shapes()));
 pub(crate) static SAMPLES: LazyLock<Vec<Known>> = LazyLock::new(|| known(samples::all()));
 pub(crate) static AIMED: LazyLock<Vec<Known>> = LazyLock::new(|| known(aimed::all()));
+pub(crate) static MOVING: LazyLock<Vec<Known>> = LazyLock::new(moving::frames);
 pub(crate) static CROWDS: LazyLock<Vec<Known>> = LazyLock::new(crowds::all);
 
 /// Coordinates with few bits left.

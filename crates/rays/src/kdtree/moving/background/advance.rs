@@ -3,8 +3,8 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use umbrage_rays::internals::Extent;
-use umbrage_rays::{KdTree, KdTreeOptions, Structure as _, Triangles};
+use crate::kdtree::Extent;
+use crate::{KdTree, KdTreeOptions, Structure as _, Triangles};
 
 use super::{BackgroundKdTree, Built, KdAge};
 

@@ -3,8 +3,10 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, KdBuilder, KdLayout, KdTreeOptions, LightSource, Ray, SingleRays as _, Triangles};
-use umbrage_study::kdtree::{BackgroundKdTree, ImpossibleBackground, RebuildPolicy};
+use umbrage_rays::{
+    BackgroundKdTree, Hit, ImpossibleBackground, KdBuilder, KdLayout, KdTreeOptions, LightSource, Ray, RebuildPolicy,
+    SingleRays as _, Structure as _, Triangles,
+};
 
 use crate::support::{self, Mesh, Random, blocked_by_any, nearest_of_all as nearest};
 
@@ -41,7 +43,7 @@ fn at(rest: &Mesh, time: f32) -> Mesh {
 }
 
 fn check(tree: &BackgroundKdTree, triangles: Triangles<'_>, rays: &[Ray]) -> usize {
-    tree.validate(triangles).unwrap_or_else(|broken| panic!("{broken}"));
+    tree.check(triangles).unwrap_or_else(|broken| panic!("{broken}"));
     assert_eq!(tree.omitted(), &triangles.omitted());
     let bits = |hit: &Option<Hit>| hit.map(|hit| (hit.triangle, hit.t.to_bits(), hit.barycentric));
     let is_hit = rays.par_iter().map(|ray| {

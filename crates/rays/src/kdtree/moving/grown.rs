@@ -13,8 +13,8 @@
 
 use std::ops::{ControlFlow, Range};
 
-use umbrage_rays::internals::{Extent, Nodes, Plane};
-use umbrage_rays::{KdTree, Ray};
+use crate::kdtree::{Extent, Nodes, Plane};
+use crate::{KdTree, Ray};
 
 /// What a ray's traversal begins with.
 pub(super) enum Start {

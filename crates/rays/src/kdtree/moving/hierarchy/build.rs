@@ -11,10 +11,10 @@
 //! other side of that face, to which its group has gone as well.
 
 use rayon::prelude::*;
-use umbrage_rays::internals::{Branch, Candidate, Cell, Extent, Job, Plane, Reference, Sides};
-use umbrage_rays::{Clipping, KdBuilder, KdTree, Triangles};
 
-use super::hierarchy::{ImpossibleHierarchy, SceneHierarchy};
+use super::groups::SceneHierarchy;
+use crate::kdtree::{Branch, Candidate, Cell, Extent, Job, Plane, Reference, Sides};
+use crate::{Clipping, KdBuilder, KdTree, Triangles};
 
 /// Nodes of fewer triangles are built as the options say.
 const OPEN_BELOW: u64 = 512;
@@ -55,22 +55,9 @@ struct Hierarchical<'a> {
 }
 
 /// As [`KdTree::build`], with `hierarchy` to say which triangles lie together: the upper nodes are found in a time
-/// that hardly depends on how many triangles there are, the lower ones as the options say. Any hierarchy gives a right
-/// tree, and one that is as good as others' where groups are compact.
-///
-/// # Errors
-/// If the hierarchy is of another number of triangles; then the tree stays as it was.
-///
-/// # Panics
-/// As [`KdTree::build`].
-pub fn build_from(
-    tree: &mut KdTree,
-    triangles: Triangles<'_>,
-    hierarchy: &SceneHierarchy,
-) -> Result<(), ImpossibleHierarchy> {
-    if hierarchy.len() != triangles.len() {
-        return Err(ImpossibleHierarchy { hierarchy: hierarchy.len(), frame: triangles.len() });
-    }
+/// that hardly depends on how many triangles there are, the lower ones as the options say. Any hierarchy of as many triangles
+/// gives a right tree, and one that is as good as others' where groups are compact.
+pub(super) fn build_from(tree: &mut KdTree, triangles: Triangles<'_>, hierarchy: &SceneHierarchy) {
     let options = tree.options();
     tree.build_by(triangles, |job, count, out| {
         let groups = boxes(triangles, hierarchy);
@@ -85,7 +72,6 @@ pub fn build_from(
         all.grow(vec![root], job.root_cell(extent, count), out);
         extent
     });
-    Ok(())
 }
 
 /// The box around the triangles of each group that can be hit, and how many these are.

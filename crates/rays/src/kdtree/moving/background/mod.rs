@@ -1,5 +1,5 @@
 //! A kd-tree that is built again on threads of its own while rays are traced through the one before (Yang, Xu and Zhao, *Ray
-//! Tracing Dynamic Scenes using fast KD-tree Base on Multi-Core Architecture*, 2008; thesis §4.3).
+//! Tracing Dynamic Scenes using fast KD-tree Base on Multi-Core Architecture*, 2008; thesis §4.2).
 //!
 //! A new tree is ready some frames after the one that it was built for, and triangles have moved since. Yang et al. deform their
 //! tree, and don't say what rays may miss. Here the older tree stays as it is: for each of its nodes it is measured how far
@@ -8,7 +8,7 @@
 //! surface area heuristic judges that: the cost of the tree with its grown cells, in parts of what it was when it was built,
 //! says when to build again, and when not to use it at all.
 //!
-//! `advance` moves on to a frame, `trace` leads rays, and `kdtree::grown` says why nothing is missed: for a triangle now at
+//! `advance` moves on to a frame, `trace` leads rays, and `grown` says why nothing is missed: for a triangle now at
 //! weights w₁ a + w₂ b + w₃ c of its corners, the same point at rest is no farther away along an axis than the corner that has
 //! moved most.
 
@@ -21,8 +21,12 @@ use std::sync::mpsc::Receiver;
 
 use glam::Vec3;
 
-use umbrage_rays::internals::Extent;
-use umbrage_rays::{ImpossibleKdTreeOptions, KdTree, KdTreeOptions, Omitted, Structure as _};
+use crate::kdtree::Extent;
+use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
+use crate::{
+    ImageTooLarge, ImpossibleKdTreeOptions, KdTree, KdTreeOptions, LightSource, Omitted, SimdLevel, SingleRays,
+    Structure, Triangles, ray_by_ray,
+};
 
 /// When a [`BackgroundKdTree`] is built again: by what rays through it are expected to cost, in parts of what they did when it
 /// was built.
@@ -140,6 +144,20 @@ impl BackgroundKdTree {
         })
     }
 
+    /// The same with packets that use the instructions of `level`, as rays do where nothing has moved.
+    #[must_use]
+    pub fn at_level(mut self, level: SimdLevel) -> Self {
+        for built in [&mut self.current].into_iter().chain(&mut self.spare) {
+            built.tree = KdTree::with_level(level);
+        }
+        self
+    }
+
+    /// Whether triangles are where they were when the tree was built.
+    fn is_still(&self) -> bool {
+        self.drift.first().is_none_or(|&drift| drift == 0.0)
+    }
+
     /// Says how trees are built that are begun from now on. None is [lazy](KdTreeOptions::lazy_below), and where triangles have
     /// moved all are traversed with a stack.
     ///
@@ -163,18 +181,46 @@ impl BackgroundKdTree {
         self.policy = policy;
         Ok(())
     }
+}
 
-    /// The triangles of the current frame that no ray can hit.
-    #[must_use]
-    pub fn omitted(&self) -> &Omitted {
+impl Structure for BackgroundKdTree {
+    fn build(&mut self, triangles: Triangles<'_>) {
+        self.advance(triangles);
+    }
+
+    fn see(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Result<Work, ImageTooLarge> {
+        if self.is_still() {
+            return self.current.tree.see(shot, seen);
+        }
+        ray_by_ray::see(self, shot, seen);
+        Ok(Work::default())
+    }
+
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work {
+        if self.is_still() {
+            return self.current.tree.shadow(shot, seen, lights, masks);
+        }
+        ray_by_ray::shadow(self, shot, seen, lights, masks);
+        Work::default()
+    }
+
+    fn omitted(&self) -> &Omitted {
         &self.omitted
     }
 
-    /// Bytes held, counting what is only used while building; not those of a tree that is being built.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        let drift = self.drift.capacity() + self.triangle_drift.capacity();
-        self.current.bytes() + self.spare.as_ref().map_or(0, Built::bytes) + drift * size_of::<f32>()
+    /// Not those of a tree that is being built.
+    fn bytes(&self) -> Bytes {
+        let drift = (self.drift.capacity() + self.triangle_drift.capacity()) * size_of::<f32>();
+        let triangles = self.current.bytes() + self.spare.as_ref().map_or(0, Built::bytes) + drift;
+        Bytes { triangles, points: 0 }
+    }
+
+    fn validate(&mut self, shot: &Shot<'_>, _: &SeenPixels, _: &[LightSource]) -> Result<(), String> {
+        self.check(shot.triangles)
+    }
+
+    fn single_rays(&self) -> Option<&dyn SingleRays> {
+        Some(self)
     }
 }
 

@@ -3,9 +3,9 @@
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::hit;
 use umbrage_rays::{
-    Bvh, Clipping, Hit, KdBuilder, KdLayout, KdTree, KdTreeOptions, Ray, SingleRays as _, Structure as _, Triangles,
+    Clipping, HierarchyKdTree, Hit, KdBuilder, KdLayout, KdTree, KdTreeOptions, Ray, SingleRays as _, Structure as _,
+    Triangles,
 };
-use umbrage_study::kdtree::{ImpossibleHierarchy, ImpossibleObjects, SceneHierarchy, build_from};
 
 use crate::support::{self, Mesh, Random, blocks, is_usable};
 
@@ -19,27 +19,21 @@ fn scene(random: &mut Random) -> Mesh {
     mesh
 }
 
-/// Of objects, of a bounding volume hierarchy, of a tree, and of what has nothing to do with where triangles are.
-fn hierarchies(triangles: Triangles<'_>) -> Vec<SceneHierarchy> {
-    let count = triangles.len() as u32;
-    let mut bvh = Bvh::default();
-    bvh.build(triangles);
-    let mut tree = KdTree::default();
-    tree.build(triangles);
-    let [third, half] = [count / 3, count / 2];
-    vec![
-        SceneHierarchy::of_objects([0..third, third..third, third..half, half..count]).expect("objects in order"),
-        SceneHierarchy::of_bvh(&bvh, triangles.len()),
-        SceneHierarchy::of_tree(&tree, triangles.len()),
-        SceneHierarchy::of_objects((0..count).map(|id| id..id + 1)).expect("objects in order"),
-    ]
+/// Where a first frame may have had the triangles: where they are, and where that has nothing to do with it.
+fn first_frames(mesh: &Mesh) -> [Mesh; 2] {
+    let mut random = Random(50);
+    let mut elsewhere = mesh.clone();
+    elsewhere.positions.iter_mut().for_each(|position| *position = random.point());
+    [mesh.clone(), elsewhere]
 }
 
-fn build(triangles: Triangles<'_>, hierarchy: &SceneHierarchy, options: KdTreeOptions) -> KdTree {
-    let mut tree = KdTree::default();
+/// A tree of what the first frame left.
+fn build(triangles: Triangles<'_>, first: &Mesh, options: KdTreeOptions) -> HierarchyKdTree {
+    let mut tree = HierarchyKdTree::default();
     tree.set_options(options).expect("possible options");
-    build_from(&mut tree, triangles, hierarchy).expect("a hierarchy of these triangles");
-    tree.check(triangles).unwrap_or_else(|broken| panic!("{options:?}: {broken}"));
+    tree.build(Triangles { positions: &first.positions, ..triangles });
+    tree.build(triangles);
+    tree.tree().check(triangles).unwrap_or_else(|broken| panic!("{options:?}: {broken}"));
     tree
 }
 
@@ -61,12 +55,13 @@ fn nearest(triangles: Triangles<'_>, ray: &Ray) -> Option<Hit> {
 }
 
 /// Compares trees of all hierarchies and options with the predicate; how many rays hit.
-fn check(mesh: &Mesh, hierarchies: &[SceneHierarchy], rays: &[Ray]) -> usize {
+fn check(mesh: &Mesh, first_frames: &[Mesh], rays: &[Ray]) -> usize {
     let triangles = mesh.triangles();
     let expected: Vec<_> = rays.iter().map(|ray| nearest(triangles, ray)).collect();
-    for hierarchy in hierarchies {
+    for first in first_frames {
         for options in options() {
-            let tree = build(triangles, hierarchy, options);
+            let tree = build(triangles, first, options);
+            let tree = tree.tree();
             assert_eq!(tree.omitted(), &triangles.omitted());
             for (ray, expected) in rays.iter().zip(&expected) {
                 assert_eq!(tree.nearest(triangles, ray, &|_| true), *expected, "{ray:?}, {options:?}");
@@ -91,7 +86,7 @@ fn rays_hit_what_the_predicate_says() {
     let mesh = scene(&mut random);
     let mut rays = random_rays(&mut random, 100, 4.0);
     rays.extend(support::grazing_rays(mesh.triangles(), &mut random, 60));
-    assert!(check(&mesh, &hierarchies(mesh.triangles()), &rays) > 150);
+    assert!(check(&mesh, &first_frames(&mesh), &rays) > 150);
 }
 
 #[test]
@@ -110,7 +105,7 @@ fn rays_in_planes_and_along_axes_hit_what_the_predicate_says() {
             rays.push(Ray::new(origin - diagonal * 8.0, diagonal));
         }
     }
-    assert!(check(&mesh, &hierarchies(mesh.triangles()), &rays) > 200);
+    assert!(check(&mesh, &first_frames(&mesh), &rays) > 200);
 }
 
 /// A hierarchy of one frame serves another in which everything is elsewhere, other triangles can't be hit and others can.
@@ -118,30 +113,27 @@ fn rays_in_planes_and_along_axes_hit_what_the_predicate_says() {
 fn hierarchies_of_earlier_frames_serve_later_ones() {
     let mut random = Random(53);
     let mut mesh = scene(&mut random);
-    let hierarchies = hierarchies(mesh.triangles());
+    let first_frames = first_frames(&mesh);
     for position in &mut mesh.positions {
         *position = Vec3::new(position.y, position.z * 0.5, position.x + position.y * position.y);
     }
     mesh.positions[5] = Vec3::new(0.3, 0.2, -0.5);
     mesh.positions[70].z = f32::INFINITY;
-    let last = mesh.indices.len() - 1;
-    mesh.indices[last] = [7, 9, 8];
     let rays = random_rays(&mut random, 100, 4.0);
-    assert!(check(&mesh, &hierarchies, &rays) > 30);
+    assert!(check(&mesh, &first_frames, &rays) > 30);
 }
 
 #[test]
 fn any_number_of_triangles_is_hit_and_rebuilt() {
     let mut random = Random(54);
-    let mut tree = KdTree::default();
+    let mut tree = HierarchyKdTree::default();
     for count in (0..20).chain([700, 0, 1500, 5]) {
         let mesh = Mesh::soup(&mut random, count, 0.1);
-        for hierarchy in hierarchies(mesh.triangles()) {
-            assert!(hierarchy.len() == count && hierarchy.is_empty() == (count == 0));
-            build_from(&mut tree, mesh.triangles(), &hierarchy).expect("a hierarchy of these triangles");
-            tree.check(mesh.triangles()).expect("a valid tree");
+        for first in first_frames(&mesh).iter().chain([&mesh]) {
+            tree.build(first.triangles());
+            tree.tree().check(first.triangles()).expect("a valid tree");
             for ray in random_rays(&mut random, 10, 3.0) {
-                assert_eq!(tree.nearest(mesh.triangles(), &ray, &|_| true), nearest(mesh.triangles(), &ray));
+                assert_eq!(tree.tree().nearest(first.triangles(), &ray, &|_| true), nearest(first.triangles(), &ray));
             }
         }
     }
@@ -164,7 +156,7 @@ fn flat_huge_and_equal_triangles_are_hit() {
         [&equal, &line, &large, &flat].map(|mesh| (mesh, mesh)).into_iter().chain([(&huge, &flat), (&tiny, &flat)])
     {
         let rays = random_rays(&mut random, 20, 3.0);
-        check(mesh, &hierarchies(like.triangles()), &rays);
+        check(mesh, &first_frames(like), &rays);
     }
 }
 
@@ -177,29 +169,14 @@ fn trees_are_as_good_as_the_exact_one_and_do_not_depend_on_threads() {
     let triangles = mesh.triangles();
     let mut exact = KdTree::default();
     exact.build(triangles);
-    for (hierarchy, most) in hierarchies(triangles).iter().zip([1.15, 1.08, 1.08, 1.08]) {
-        let first = build(triangles, hierarchy, KdTreeOptions::DEFAULT);
-        let [cost, best] = [first.counts().sah_cost, exact.counts().sah_cost];
+    for (first_frame, most) in first_frames(&mesh).iter().zip([1.08, 1.08]) {
+        let first = build(triangles, first_frame, KdTreeOptions::DEFAULT);
+        let [cost, best] = [first.tree().counts().sah_cost, exact.counts().sah_cost];
         assert!(cost < best * most, "{cost} {best}");
-        let mut again = KdTree::default();
         for threads in [1, 2, 3, 7] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            pool.install(|| build_from(&mut again, triangles, hierarchy)).expect("a hierarchy of these triangles");
-            assert!(again.is_same_as(&first), "{threads} threads");
+            let again = pool.install(|| build(triangles, first_frame, KdTreeOptions::DEFAULT));
+            assert!(again.tree().is_same_as(first.tree()), "{threads} threads");
         }
     }
-}
-
-#[test]
-fn impossible_hierarchies_are_refused() {
-    assert_eq!(SceneHierarchy::of_objects([0..3, 4..5]).unwrap_err(), ImpossibleObjects::Order(1));
-    assert_eq!(SceneHierarchy::of_objects(std::iter::once(1..3)).unwrap_err(), ImpossibleObjects::Order(0));
-    let hierarchy = SceneHierarchy::of_objects([0..3, 3..7]).expect("objects in order");
-    let mesh = Mesh::floor(2, 1.0);
-    let mut tree = KdTree::default();
-    tree.build(mesh.triangles());
-    let error = build_from(&mut tree, mesh.triangles(), &hierarchy).unwrap_err();
-    assert_eq!(error, ImpossibleHierarchy { hierarchy: 7, frame: 8 });
-    assert!(error.to_string().contains("7 triangles"));
-    tree.check(mesh.triangles()).expect("still the tree that it was");
 }

@@ -1,5 +1,5 @@
-use umbrage_rays::Triangles;
-use umbrage_rays::internals::Extent;
+use crate::Triangles;
+use crate::kdtree::Extent;
 
 use super::BackgroundKdTree;
 
@@ -7,10 +7,10 @@ impl BackgroundKdTree {
     /// Checks the tree against the triangles of the current frame.
     ///
     /// # Errors
-    /// Names the first triangle or node that breaks a rule: the tree [is valid](umbrage_rays::Structure::validate) for the triangles that it
+    /// Names the first triangle or node that breaks a rule: the tree [is valid](crate::Structure::validate) for the triangles that it
     /// was built over; those are the frame's, but for where they are; the box holds all of them; and no node has moved less
     /// than a triangle that it lists, or than a child.
-    pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
+    pub fn check(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let Self { current, drift, extent, .. } = self;
         let rest = Triangles { positions: &current.positions, indices: &current.indices };
         current.tree.check(rest)?;

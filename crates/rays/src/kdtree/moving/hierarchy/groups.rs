@@ -1,15 +1,11 @@
-use std::ops::Range;
+use crate::KdTree;
 
-use umbrage_rays::{Bvh, KdTree};
-
-use super::ImpossibleObjects;
-
-/// Which triangles of a scene lie together, in groups of groups: a scene graph, or what is left of a structure that was built
+/// Which triangles of a scene lie together, in groups of groups: what is left of a tree that was built
 /// for an earlier frame. It doesn't say where they are, so nothing gets wrong when they move.
 ///
-/// [`build_from`](super::build_from) builds a tree of it. About 6 bytes a triangle.
+/// About 6 bytes a triangle.
 #[derive(Clone, Debug, Default)]
-pub struct SceneHierarchy {
+pub(super) struct SceneHierarchy {
     /// Triangle ids, leaf after leaf; each once.
     order: Vec<u32>,
     /// Depth first.
@@ -25,74 +21,16 @@ struct Group {
     next: u32,
 }
 
-/// A hierarchy that isn't of a frame's triangles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the hierarchy has {hierarchy} triangles, and the frame has {frame}")]
-pub struct ImpossibleHierarchy {
-    /// Triangles of the hierarchy.
-    pub hierarchy: usize,
-    /// Triangles of the frame.
-    pub frame: usize,
-}
-
 impl SceneHierarchy {
-    /// Larger groups that aren't parted are halved in the order of ids.
+    /// Leaves of more triangles are parted in the order of ids.
     const LARGEST: usize = 16;
-
-    /// Of objects, by ids of their triangles. Triangles of an object whose ids are close should lie close together, as those
-    /// of meshes mostly do.
-    ///
-    /// # Errors
-    /// If an object's triangles don't follow those of the object before.
-    pub fn of_objects(objects: impl IntoIterator<Item = Range<u32>>) -> Result<Self, ImpossibleObjects> {
-        let mut hierarchy = Self::default();
-        let root = hierarchy.open();
-        let mut end = 0;
-        for (index, object) in objects.into_iter().enumerate() {
-            if object.start != end || object.end < object.start {
-                return Err(ImpossibleObjects::Order(index));
-            }
-            end = object.end;
-            hierarchy.halve(object);
-        }
-        hierarchy.close(root);
-        Ok(hierarchy)
-    }
-
-    /// Of a bounding volume hierarchy that was built over some frame's `triangle_count` triangles.
-    ///
-    /// # Panics
-    /// If it was built over more.
-    #[must_use]
-    pub fn of_bvh(bvh: &Bvh, triangle_count: usize) -> Self {
-        #[derive(Clone)]
-        enum Step {
-            Enter(usize),
-            Leave(usize),
-        }
-        let nodes = bvh.nodes();
-        let mut hierarchy = Rest::new(triangle_count);
-        let mut steps = vec![Step::Enter(0); usize::from(!nodes.is_empty())];
-        while let Some(step) = steps.pop() {
-            match step {
-                Step::Leave(group) => hierarchy.all.close(group),
-                Step::Enter(index) if nodes[index].is_leaf() => hierarchy.leaf(bvh.triangles_of(&nodes[index])),
-                Step::Enter(index) => {
-                    let child = nodes[index].first_index as usize;
-                    steps.extend([Step::Leave(hierarchy.all.open()), Step::Enter(child + 1), Step::Enter(child)]);
-                }
-            }
-        }
-        hierarchy.finish()
-    }
 
     /// Of a kd-tree that was built over some frame's `triangle_count` triangles; a triangle of several leaves belongs to the
     /// first.
     ///
     /// # Panics
     /// If it was built over more.
-    #[must_use]
-    pub fn of_tree(tree: &KdTree, triangle_count: usize) -> Self {
+    pub(super) fn of_tree(tree: &KdTree, triangle_count: usize) -> Self {
         let mut hierarchy = Rest::new(triangle_count);
         if tree.nodes().len() > 0 {
             hierarchy.below(tree, 0);
@@ -101,15 +39,12 @@ impl SceneHierarchy {
     }
 
     /// How many triangles there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.order.len()
     }
 
-    /// Whether there are no triangles.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.order.is_empty()
+    pub(super) fn bytes(&self) -> usize {
+        self.order.capacity() * size_of::<u32>() + self.groups.capacity() * size_of::<Group>()
     }
 
     /// Groups that hold triangles or other groups; the root is the first.
@@ -143,18 +78,6 @@ impl SceneHierarchy {
     fn close(&mut self, group: usize) {
         self.groups[group].end = self.order.len() as u32;
         self.groups[group].next = self.groups.len() as u32;
-    }
-
-    fn halve(&mut self, ids: Range<u32>) {
-        let group = self.open();
-        if ids.len() <= Self::LARGEST {
-            self.order.extend(ids);
-        } else {
-            let middle = ids.start + (ids.end - ids.start) / 2;
-            self.halve(ids.start..middle);
-            self.halve(middle..ids.end);
-        }
-        self.close(group);
     }
 }
 

@@ -1,9 +1,9 @@
 use std::ops::ControlFlow;
 
-use umbrage_rays::{Ray, Triangles, Visit};
+use crate::{Ray, Triangles, Visit};
 
 use super::BackgroundKdTree;
-use crate::kdtree::grown::{self, Line, Start};
+use crate::kdtree::moving::grown::{self, Line, Start};
 
 /// What sums of planes and drifts may be wrong by, for each unit of the largest coordinate: four roundings.
 const ROUNDING: f64 = 1.0 / (1_u64 << 50) as f64;
@@ -20,7 +20,7 @@ impl Visit for BackgroundKdTree {
         test: impl FnMut(u32, &mut f64) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let tree = &self.current.tree;
-        if self.drift.first().is_none_or(|&drift| drift == 0.0) {
+        if self.is_still() {
             return tree.visit(Triangles::default(), ray, test);
         }
         let start = match Line::start(&self.extent, ray) {

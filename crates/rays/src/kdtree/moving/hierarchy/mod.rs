@@ -1,0 +1,89 @@
+//! A tree that is built anew for each frame, from what the first frame's tree says about which triangles lie together.
+//!
+//! `groups` is what it says, and `build` makes trees of that.
+
+mod build;
+mod groups;
+
+use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
+use crate::{
+    ImageTooLarge, ImpossibleKdTreeOptions, KdTree, KdTreeOptions, LightSource, Omitted, SimdLevel, SingleRays,
+    Structure, Triangles,
+};
+use build::build_from;
+use groups::SceneHierarchy;
+
+/// A kd-tree that is built for each frame from a hierarchy, which is left of the tree of the first frame of some triangles and serves
+/// as long as they are joined to the same vertices (Hunt, Mark and Fussell, *Fast and lazy build of acceleration structures from scene hierarchies*,
+/// 2007; thesis §4.2).
+#[derive(Debug, Default)]
+pub struct HierarchyKdTree {
+    tree: KdTree,
+    hierarchy: SceneHierarchy,
+    /// Of the frames that the hierarchy is for.
+    indices: Vec<[u32; 3]>,
+}
+
+impl HierarchyKdTree {
+    /// An empty tree whose packets use the instructions of `level`.
+    #[must_use]
+    pub fn with_level(level: SimdLevel) -> Self {
+        Self { tree: KdTree::with_level(level), ..Self::default() }
+    }
+
+    /// Says how trees are built and traversed from now on.
+    ///
+    /// # Errors
+    /// As [`KdTree::set_options`].
+    pub fn set_options(&mut self, options: KdTreeOptions) -> Result<(), ImpossibleKdTreeOptions> {
+        self.tree.set_options(options)
+    }
+
+    /// The tree of the last frame.
+    #[must_use]
+    pub fn tree(&self) -> &KdTree {
+        &self.tree
+    }
+}
+
+impl Structure for HierarchyKdTree {
+    fn build(&mut self, triangles: Triangles<'_>) {
+        if self.hierarchy.len() == triangles.len() && self.indices == triangles.indices {
+            build_from(&mut self.tree, triangles, &self.hierarchy);
+            return;
+        }
+        let options = self.tree.options();
+        // What waits for rays isn't known to lie together.
+        self.tree.set_options(KdTreeOptions { lazy_below: 0, ..options }).expect("options that were checked");
+        self.tree.build(triangles);
+        self.hierarchy = SceneHierarchy::of_tree(&self.tree, triangles.len());
+        self.indices.clear();
+        self.indices.extend_from_slice(triangles.indices);
+        self.tree.set_options(options).expect("options that were checked");
+    }
+
+    fn see(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Result<Work, ImageTooLarge> {
+        self.tree.see(shot, seen)
+    }
+
+    fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work {
+        self.tree.shadow(shot, seen, lights, masks)
+    }
+
+    fn omitted(&self) -> &Omitted {
+        self.tree.omitted()
+    }
+
+    fn bytes(&self) -> Bytes {
+        let own = self.hierarchy.bytes() + self.indices.capacity() * size_of::<[u32; 3]>();
+        Bytes { triangles: self.tree.bytes().triangles + own, points: 0 }
+    }
+
+    fn validate(&mut self, shot: &Shot<'_>, _: &SeenPixels, _: &[LightSource]) -> Result<(), String> {
+        self.tree.check(shot.triangles)
+    }
+
+    fn single_rays(&self) -> Option<&dyn SingleRays> {
+        Some(&self.tree)
+    }
+}

@@ -1,0 +1,65 @@
+//! Which triangles move together: all that hangs on one animated node, and those that mostly follow the same joint.
+
+use std::collections::HashMap;
+
+use super::matrices::Matrices;
+use super::rest::Rest;
+use crate::Mesh;
+use crate::rig::{Influences, Part, Placement, Shape};
+
+/// What moves by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Object {
+    /// All that doesn't move.
+    Still,
+    /// What hangs on an animated node, and on no other one below it.
+    Node(u32),
+    /// What morphs: the part with this first vertex.
+    Morphed(u32),
+    /// What follows a skin, by its first matrix.
+    Skin(u32),
+}
+
+/// The objects and parts of a mesh, as they come.
+pub(super) struct Bodies<'a> {
+    matrices: &'a Matrices,
+    /// By node, the animated one that it hangs on.
+    animated: HashMap<u32, u32>,
+    objects: HashMap<Object, u32>,
+    /// By object, and joint of a skin.
+    parts: HashMap<(Object, u16), u32>,
+}
+
+impl<'a> Bodies<'a> {
+    pub(super) fn new(matrices: &'a Matrices, rest: &Rest) -> Self {
+        let mut animated = HashMap::new();
+        for moving in &rest.moving {
+            let above = moving.parent.filter(|_| moving.slot.is_none()).and_then(|parent| animated.get(&parent));
+            let own = above.copied().unwrap_or(moving.node);
+            animated.insert(moving.node, own);
+        }
+        Self { matrices, animated, objects: HashMap::new(), parts: HashMap::new() }
+    }
+
+    /// Says for each triangle of a part, which the mesh ends with, what it moves with.
+    pub(super) fn add(&mut self, part: &Part, shape: &Shape, triangles: &[[u32; 3]], mesh: &mut Mesh) {
+        let object = match part.placement {
+            _ if !shape.morph_targets.is_empty() => Object::Morphed(part.first_vertex),
+            _ if !part.moves => Object::Still,
+            Placement::Skinned { first_matrix } => Object::Skin(first_matrix),
+            Placement::Rigid { matrix } => {
+                let node = self.matrices.moving[matrix as usize].node;
+                Object::Node(self.animated.get(&node).copied().unwrap_or(node))
+            }
+        };
+        let is_skinned = matches!(object, Object::Skin(_));
+        mesh.part_of_triangle.extend(triangles.iter().map(|&corners| {
+            let joint = if is_skinned { Influences::main_joint(&shape.influences, corners) } else { 0 };
+            *self.parts.entry((object, joint)).or_insert_with(|| {
+                let next = self.objects.len() as u32;
+                mesh.object_of_part.push(*self.objects.entry(object).or_insert(next));
+                mesh.object_of_part.len() as u32 - 1
+            })
+        }));
+    }
+}
