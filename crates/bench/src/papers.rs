@@ -60,7 +60,7 @@ impl Experiment {
 }
 
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 25] = [
+const EXPERIMENTS: [Experiment; 26] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
@@ -97,6 +97,8 @@ const EXPERIMENTS: [Experiment; 25] = [
         .by("light-buffer", &["--size", "512x512", "--frames", "3"]),
     Experiment::new("queues", "Queues of work", "Parker et al. 1999")
         .by("queues", &["--size", "512x512", "--frames", "3"]),
+    Experiment::new("on-demand", "Geometry on demand", "Rahikainen 2013, section 3.1")
+        .by("on-demand", &["--size", "256x256", "--frames", "1"]),
     Experiment::new("bounce", "Incoherent rays", "Rahikainen 2013, section 3.2"),
     Experiment::new("kd-entries", "Entry points and culling", "Rahikainen 2013, sections 3.3 and 5"),
     Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),
