@@ -107,6 +107,8 @@ enum Command {
     KdGpu(experiments::KdGpuFlags),
     /// Haines and Greenberg's light buffer: shadow rays from what a diffuse bounce hits
     LightBuffer(experiments::LightBufferFlags),
+    /// A scene larger than the memory: parts of it on disk, rays one by one, in queues and in generations
+    OnDemand(experiments::OnDemandFlags),
     /// How threads come by their work: locks, counters, in turn, fewer at a time, and stealing
     Queues(experiments::QueuesFlags),
     /// What can be trusted: twenty-two figures, each beside what others publish; writes docs/trust.md
@@ -161,6 +163,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::KdMoving(flags) => flags.run(),
         Command::KdGpu(flags) => flags.run(),
         Command::LightBuffer(flags) => flags.run(),
+        Command::OnDemand(flags) => flags.run(),
         Command::Queues(flags) => flags.run(),
     }
     .map(|()| ExitCode::SUCCESS)

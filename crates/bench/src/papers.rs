@@ -63,7 +63,7 @@ const LIGHT_TRIANGLES: [&str; 9] =
     ["demo:hall", "demo:statue", "demo:forest", "--slices", "1", "--triangles", "32,128,512,4096", "--frames", "3"];
 
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 27] = [
+const EXPERIMENTS: [Experiment; 28] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
@@ -102,6 +102,8 @@ const EXPERIMENTS: [Experiment; 27] = [
         .by("light-buffer", &["--size", "512x512", "--frames", "3"]),
     Experiment::new("queues", "Queues of work", "Parker et al. 1999")
         .by("queues", &["--size", "512x512", "--frames", "3"]),
+    Experiment::new("on-demand", "Geometry on demand", "Rahikainen 2013, section 3.1")
+        .by("on-demand", &["--size", "256x256", "--frames", "1"]),
     Experiment::new("bounce", "Incoherent rays", "Rahikainen 2013, section 3.2"),
     Experiment::new("kd-entries", "Entry points and culling", "Rahikainen 2013, sections 3.3 and 5"),
     Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),
@@ -110,7 +112,9 @@ const EXPERIMENTS: [Experiment; 27] = [
     // About one triangle in sixty is seen.
     Experiment::new("kd-seen", "kd-trees of which little is seen", "Hunt, Mark and Fussell 2007")
         .by("kd-frames", &["demo:shatter", "demo:statue", "--zoom", "16", "--rounds", "3"]),
-    Experiment::new("kd-moving", "kd-trees that outlive a frame", "Rahikainen 2013, section 4.2").with_files(),
+    Experiment::new("kd-moving", "kd-trees that outlive a frame", "Rahikainen 2013, section 4.2")
+        .by("kd-moving", &["--rounds", "4", "--poses", "24"])
+        .with_files(),
 ];
 
 #[derive(Args, Debug)]

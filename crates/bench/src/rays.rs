@@ -54,16 +54,23 @@ pub(crate) fn hits_of(tree: &KdTree, triangles: Triangles<'_>, rays: &[Ray]) -> 
 /// the same every time.
 pub(crate) fn scattered(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits) -> Vec<Ray> {
     let scattered = |(number, (ray, hit)): (usize, (&Ray, &Option<Hit>))| {
-        let (origin, normal) = point_off(triangles, ray, hit.as_ref()?);
-        Some(same_for_all(origin, normal + on_sphere(number as u64)))
+        let hit = hit.as_ref()?;
+        Some(scattered_ray(number, ray, hit, triangles.corners(hit.triangle)))
     };
     rays.iter().zip(hits).enumerate().filter_map(scattered).collect()
+}
+
+/// The ray of a diffuse bounce from what ray `number` hits on a triangle.
+pub(crate) fn scattered_ray(number: usize, ray: &Ray, hit: &Hit, corners: [Vec3; 3]) -> Ray {
+    let (origin, normal) = point_off(corners, ray, hit);
+    same_for_all(origin, normal + on_sphere(number as u64))
 }
 
 /// The rays of a mirror bounce: one from each hit, as if every triangle were a flat mirror.
 pub(crate) fn mirrored(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits) -> Vec<Ray> {
     let mirrored = |(ray, hit): (&Ray, &Option<Hit>)| {
-        let (origin, normal) = point_off(triangles, ray, hit.as_ref()?);
+        let hit = hit.as_ref()?;
+        let (origin, normal) = point_off(triangles.corners(hit.triangle), ray, hit);
         let direction = ray.direction.normalize();
         Some(same_for_all(origin, direction - normal * (2.0 * normal.dot(direction))))
     };
@@ -73,7 +80,8 @@ pub(crate) fn mirrored(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits) -> V
 /// The rays from what rays hit to a light; of the first light, or of one from above.
 pub(crate) fn to_light(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits, light: Option<&LightSource>) -> Vec<Ray> {
     let to_light = |(ray, hit): (&Ray, &Option<Hit>)| {
-        let (point, _) = point_off(triangles, ray, hit.as_ref()?);
+        let hit = hit.as_ref()?;
+        let (point, _) = point_off(triangles.corners(hit.triangle), ray, hit);
         Some(match light {
             Some(LightSource::Point { position } | LightSource::Spot { position, .. }) => {
                 Ray { t_max: 1.0, ..same_for_all(point, position.as_dvec3() - point) }
@@ -86,8 +94,8 @@ pub(crate) fn to_light(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits, ligh
 }
 
 /// A hit's point, far enough from the surface for single precision, and the normal on the ray's side.
-fn point_off(triangles: Triangles<'_>, ray: &Ray, hit: &Hit) -> (DVec3, DVec3) {
-    let [a, b, c] = triangles.corners(hit.triangle).map(Vec3::as_dvec3);
+fn point_off(corners: [Vec3; 3], ray: &Ray, hit: &Hit) -> (DVec3, DVec3) {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
     let normal = (b - a).cross(c - a).normalize();
     let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
     let point = HitPoint::new(ray, hit.t).position;

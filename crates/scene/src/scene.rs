@@ -78,7 +78,8 @@ pub struct OpenOptions {
     /// Then the texels, decoded one image at a time, are in a temporary file, and tiles of 32×32 of them come into memory
     /// when they are read; colours and masks are the same. The file is in the system's folder for temporary files (`TMPDIR`,
     /// else `/tmp` on Unix), which should be on a disk: some systems have it in memory. Four bytes a tile, a thousandth of
-    /// all texels, stay in memory. Each file of a sequence may take so many.
+    /// all texels, stay in memory. Each file of a sequence may take so many. Of [`OpenOptions::max_memory`] a texture takes its
+    /// part only while it is made.
     pub texture_memory: Option<u64>,
 }
 

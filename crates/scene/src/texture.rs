@@ -247,9 +247,10 @@ impl Texture {
         let (columns, right) = self.wrap[0].mixed(coords.x * level.width as f32, level.width);
         let (rows, down) = self.wrap[1].mixed(coords.y * level.height as f32, level.height);
         let colors = self.space.values();
-        let [upper, lower] =
-            level.four(columns, rows).map(|[west, east]| decode(colors, west).lerp(decode(colors, east), right));
-        upper.lerp(lower, down)
+        level.mixed(columns, rows, |four| {
+            let [upper, lower] = four.map(|[west, east]| decode(colors, west).lerp(decode(colors, east), right));
+            upper.lerp(lower, down)
+        })
     }
 }
 

@@ -11,6 +11,7 @@ pub mod gpu_kdtree;
 #[path = "../../gpu/tests/gpu/layout.rs"]
 mod layout;
 pub mod light_buffer;
+pub mod on_demand;
 pub mod queue;
 pub mod shaft;
 pub mod triangle;

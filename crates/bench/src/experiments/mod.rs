@@ -8,6 +8,7 @@ mod kd_tree;
 mod light_buffer;
 mod light_maps;
 mod mapping;
+mod on_demand;
 mod queues;
 mod sweep;
 mod table1;
@@ -25,6 +26,7 @@ pub(crate) use kd_tree::{
 pub(crate) use light_buffer::LightBufferFlags;
 pub(crate) use light_maps::LightMapsFlags;
 pub(crate) use mapping::MappingFlags;
+pub(crate) use on_demand::OnDemandFlags;
 pub(crate) use queues::QueuesFlags;
 pub(crate) use table1::Table1Flags;
 pub(crate) use triangles::TrianglesFlags;

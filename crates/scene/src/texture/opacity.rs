@@ -28,11 +28,13 @@ impl Texture {
                 let (columns, right) = self.wrap[0].mixed(coords.x, level.width);
                 let (rows, down) = self.wrap[1].mixed(coords.y, level.height);
                 let mix = |from: f32, to: f32, part: f32| from * (1.0 - part) + to * part;
-                let [upper, lower] = level.four(columns, rows).map(|row| {
-                    let [west, east] = row.map(opacity);
-                    mix(west, east, right)
-                });
-                mix(upper, lower, down)
+                level.mixed(columns, rows, |four| {
+                    let [upper, lower] = four.map(|row| {
+                        let [west, east] = row.map(opacity);
+                        mix(west, east, right)
+                    });
+                    mix(upper, lower, down)
+                })
             }
         }
     }
@@ -101,8 +103,10 @@ impl Texture {
             Filter::Linear => {
                 let columns = [x, self.wrap[0].next(x as u32, level.width) as usize];
                 let rows = [y, self.wrap[1].next(y as u32, level.height) as usize];
-                let four = level.four(columns, rows).into_iter().flatten().map(|texel| texel[3]);
-                four.fold([u8::MAX, 0], |[least, greatest], one| [least.min(one), greatest.max(one)])
+                level.mixed(columns, rows, |four| {
+                    let opacities = four.as_flattened().iter().map(|texel| texel[3]);
+                    opacities.fold([u8::MAX, 0], |[least, greatest], one| [least.min(one), greatest.max(one)])
+                })
             }
         }
     }

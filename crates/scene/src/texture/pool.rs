@@ -27,7 +27,7 @@ const TILE_BYTES: usize = 4 * TEXELS;
 /// it doesn't, the hand of a clock finds a slot that nobody read since it last passed, and the tile is read into that. Each
 /// slot has its own lock, held by many readers or by one who loads, and nobody waits for a second lock with one in hand.
 ///
-/// 4 KiB a slot for its tile and 40 bytes more; four bytes a tile of the file are kept beside the pool, by the levels
+/// 4 KiB a slot for its tile and 64 bytes more; four bytes a tile of the file are kept beside the pool, by the levels
 /// that have the tiles.
 #[derive(Debug)]
 pub(crate) struct TilePool {

@@ -3,6 +3,7 @@
 mod clusters;
 mod kd_shafts;
 mod light_buffer;
+mod on_demand;
 mod queues;
 #[path = "../../../rays/tests/rays/support/mod.rs"]
 mod support;

@@ -27,16 +27,16 @@ fn write_panes(folder: &Path) {
     for pane in 0..PANES {
         let (z, lean) = (-(pane as f32), 0.3 * pane as f32);
         for (x, y) in [(-2, -2), (2, -2), (2, 2), (-2, 2)] {
-            writeln!(obj, "v {x} {y} {}", z + lean * y as f32).expect("written");
+            writeln!(obj, "v {x} {y} {}", z + lean * y as f32).expect("a string");
         }
         let corners: Vec<_> = (1..=4).map(|corner| format!("{}/{corner}", 4 * pane + corner)).collect();
-        writeln!(obj, "usemtl m{pane}\nf {}", corners.join(" ")).expect("written");
-        writeln!(library, "newmtl m{pane}\nPr 0.3\nmap_Kd c{pane}.tga\nmap_Pr r.tga\nnorm n.tga").expect("written");
+        writeln!(obj, "usemtl m{pane}\nf {}", corners.join(" ")).expect("a string");
+        writeln!(library, "newmtl m{pane}\nPr 0.3\nmap_Kd c{pane}.tga\nmap_Pr r.tga\nnorm n.tga").expect("a string");
         if pane + 1 < PANES {
-            writeln!(library, "map_d c{pane}.tga").expect("written");
+            writeln!(library, "map_d c{pane}.tga").expect("a string");
         }
         let size = [150 + 70 * pane as u16, 333 - 40 * pane as u16];
-        fs::write(folder.join(format!("c{pane}.tga")), noise(size, pane)).expect("written");
+        fs::write(folder.join(format!("c{pane}.tga")), noise(size, pane)).expect("room for a file");
     }
     for (name, content) in [
         ("a.obj", obj.as_bytes()),
@@ -44,7 +44,7 @@ fn write_panes(folder: &Path) {
         ("r.tga", &noise([257, 99], 7)),
         ("n.tga", &noise([64, 400], 8)),
     ] {
-        fs::write(folder.join(name), content).expect("written");
+        fs::write(folder.join(name), content).expect("room for a file");
     }
 }
 
@@ -58,15 +58,15 @@ fn bits(film: &Film) -> impl PartialEq + use<> {
 
 #[test]
 fn pictures_are_the_same_for_all_pools_and_threads() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().expect("what a test needs");
     write_panes(folder.path());
     let render = |texture_memory: Option<u64>, threads: usize, samples: u32| {
         let options = OpenOptions { texture_memory, ..OpenOptions::default() };
-        let scene = umbrage::open_with(folder.path().join("a.obj"), &options).expect("a scene");
+        let scene = umbrage::open_with(folder.path().join("a.obj"), &options).expect("what a test needs");
         let settings = Settings { width: 120, height: 90, samples, ..Settings::default() };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("what a test needs");
         let mut renderer = Renderer::default();
-        let film = pool.install(|| renderer.render(&scene, 0.0, &settings).expect("a frame").clone());
+        let film = pool.install(|| renderer.render(&scene, 0.0, &settings).expect("what a test needs").clone());
         let Stats { textures, frame_bytes, .. } = *renderer.stats();
         (bits(&film), textures, frame_bytes)
     };
@@ -88,21 +88,21 @@ fn pictures_are_the_same_for_all_pools_and_threads() {
 
 #[test]
 fn sequences_have_a_pool_for_each_file() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().expect("what a test needs");
     write_panes(folder.path());
-    let obj = fs::read_to_string(folder.path().join("a.obj")).expect("read");
-    fs::copy(folder.path().join("a.mtl"), folder.path().join("b.mtl")).expect("copied");
-    fs::write(folder.path().join("f1.obj"), &obj).expect("written");
-    fs::write(folder.path().join("f2.obj"), obj.replace("a.mtl", "b.mtl")).expect("written");
+    let obj = fs::read_to_string(folder.path().join("a.obj")).expect("what a test needs");
+    fs::copy(folder.path().join("a.mtl"), folder.path().join("b.mtl")).expect("what a test needs");
+    fs::write(folder.path().join("f1.obj"), &obj).expect("room for a file");
+    fs::write(folder.path().join("f2.obj"), obj.replace("a.mtl", "b.mtl")).expect("room for a file");
     let frames = |texture_memory: Option<u64>| -> [Frame; 2] {
         let options = OpenOptions { texture_memory, sequence_fps: 1.0, ..OpenOptions::default() };
-        let scene = umbrage::open_with(folder.path().join("f%d.obj"), &options).expect("a scene");
-        [0.0, 1.0].map(|seconds| scene.at(seconds).expect("a moment"))
+        let scene = umbrage::open_with(folder.path().join("f%d.obj"), &options).expect("what a test needs");
+        [0.0, 1.0].map(|seconds| scene.at(seconds).expect("what a test needs"))
     };
     let settings = Settings { width: 40, height: 30, ..Settings::default() };
     for (held, on_demand) in frames(None).iter().zip(&frames(Some(OpenOptions::MIN_TEXTURE_MEMORY))) {
-        let [held, on_demand] =
-            [held, on_demand].map(|frame| bits(Renderer::default().render_frame(frame, &settings).expect("a frame")));
+        let [held, on_demand] = [held, on_demand]
+            .map(|frame| bits(Renderer::default().render_frame(frame, &settings).expect("what a test needs")));
         assert!(held == on_demand);
     }
 }
