@@ -66,27 +66,21 @@ impl Structure {
     /// # Errors
     /// If it doesn't, or would ignore an option.
     pub fn check_on_gpu(&self) -> Result<(), Error> {
-        match *self {
-            Self::KdTree(_, rebuild) if rebuild != KdRebuild::Whole => {
-                Err(Error::OptionOnGpu(self.name(), "kd-rebuild"))
-            }
-            Self::KdTree(KdTreeOptions { lazy_below: 1.., .. }, _) => Err(Error::OptionOnGpu(self.name(), "kd-lazy")),
-            Self::KdTree(KdTreeOptions { packets, .. }, _) if packets.mailbox != KdMailbox::default() => {
-                Err(Error::OptionOnGpu(self.name(), "kd-mailbox"))
-            }
-            Self::Listed { camera: ListedOptions { cells, .. }, .. } => {
-                const TAKEN: [&str; 3] = ["sorting-tile", "tracing-tiles", "slices"];
-                if let Some((option, _)) = self.changed_options().find(|(option, _)| !TAKEN.contains(&option.name)) {
-                    return Err(Error::OptionOnGpu(self.name(), option.name));
-                }
-                let (tile, tiles) = (cells.sorting_tile(), cells.tracing_tiles());
-                let by_default = with_sorting_tile(Cells::DEFAULT, tile).map(|cells| cells.tracing_tiles());
-                let is_traced = matches!(tile, 8 | 16) && (tile * tiles == 16 || Some(tiles) == by_default);
-                if is_traced { Ok(()) } else { Err(Error::TilesOnGpu) }
-            }
-            Self::Perspective | Self::KdTree(..) => Ok(()),
-            _ => Err(Error::StructureOnGpu(self.name())),
+        let is_taken = |name: &str| match self {
+            Self::KdTree(..) => !["kd-rebuild", "kd-lazy", "kd-mailbox"].contains(&name),
+            _ => ["sorting-tile", "tracing-tiles", "slices"].contains(&name),
+        };
+        if !matches!(self, Self::Perspective | Self::Listed { .. } | Self::KdTree(..)) {
+            return Err(Error::StructureOnGpu(self.name()));
         }
+        if let Some((option, _)) = self.changed_options().find(|(option, _)| !is_taken(option.name)) {
+            return Err(Error::OptionOnGpu(self.name(), option.name));
+        }
+        let Self::Listed { camera: ListedOptions { cells, .. }, .. } = self else { return Ok(()) };
+        let (tile, tiles) = (cells.sorting_tile(), cells.tracing_tiles());
+        let by_default = with_sorting_tile(Cells::DEFAULT, tile).map(|cells| cells.tracing_tiles());
+        let is_traced = matches!(tile, 8 | 16) && (tile * tiles == 16 || Some(tiles) == by_default);
+        if is_traced { Ok(()) } else { Err(Error::TilesOnGpu) }
     }
 
     /// An empty structure of this kind that uses the instructions of `level`; `sends_rays_onward` where single rays go through
