@@ -83,8 +83,7 @@ impl Level {
 
     /// What `mix` makes of the texels in two columns of two rows.
     ///
-    /// A function of them rather than they: textures in memory are then read straight into registers, which shading of
-    /// textured scenes is a twentieth faster for.
+    /// A function of them rather than they, so that textures in memory are read straight into registers.
     #[inline]
     pub(super) fn mixed<R>(
         &self,
