@@ -52,7 +52,7 @@ macro_rules! structures {
             kd_two_level: |level| two_level(level, KdMoved::Transform, KdTreeOptions::FAST);
             kd_groups: |level| two_level(level, KdMoved::Rebuild, KdTreeOptions { traversal: KdTraversal::ShortStack(2), ..KdTreeOptions::DEFAULT });
             kd_fuzzy: |level| two_level(level, KdMoved::Enclose, KdTreeOptions::FAST);
-            hierarchy: |_| Box::new(Bvh::default());
+            hierarchy: |level| Box::new(Bvh::with_level(level));
         }
     };
 }

@@ -1,44 +1,343 @@
-use glam::{Vec3, Vec3A};
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::leaf_collapser::collapse;
-use obvhs::ploc::{PlocSearchDistance, SortPrecision};
+use glam::Vec3;
 use rayon::prelude::*;
 
-use super::Bvh;
+use super::leaf::Leaf;
+use super::split::{Bins, Extent, Item, Split, middles};
+use super::{Bvh, Child, Node, WIDTH};
 use crate::Triangles;
 
-impl Bvh {
-    /// Most triangles in a leaf.
-    pub(super) const LEAF_TRIANGLES: u32 = 4;
+/// What building takes, kept for the next time.
+#[derive(Default)]
+pub(super) struct Builder {
+    items: Vec<Item>,
+    /// Where items go when many of them are divided, from where they come back when these are.
+    spare: Vec<Item>,
+    top: Vec<Node>,
+    subtrees: Vec<Subtree>,
+}
 
-    /// Replaces the hierarchy by one over `triangles`, on all threads of the current pool.
+/// What one thread builds by itself. Nodes and leaves are numbered from zero.
+#[derive(Default)]
+struct Subtree {
+    nodes: Vec<Node>,
+    /// The first item of each leaf, and how many it has.
+    leaves: Vec<(u32, u32)>,
+    bins: Bins,
+}
+
+/// Items that become a node or a leaf.
+struct Range<'a> {
+    items: &'a mut [Item],
+    /// As much room, to divide them.
+    spare: &'a mut [Item],
+    extent: Extent,
+}
+
+/// From this depth on, nodes are divided into halves, so that no input makes the hierarchy much deeper.
+const DEEP: usize = 40;
+
+/// Items that a thread looks at by itself when all divide a node.
+const CHUNK: usize = 1 << 13;
+
+impl Builder {
+    pub(super) fn bytes(&self) -> usize {
+        let of_subtree = |tree: &Subtree| {
+            tree.nodes.capacity() * size_of::<Node>() + tree.leaves.capacity() * size_of::<(u32, u32)>()
+        };
+        (self.items.capacity() + self.spare.capacity()) * size_of::<Item>()
+            + self.top.capacity() * size_of::<Node>()
+            + self.subtrees.iter().map(of_subtree).sum::<usize>()
+    }
+}
+
+impl Bvh {
+    /// Replaces the hierarchy by one over `triangles`, on all threads of the current pool. It is the same for any number of
+    /// them.
     pub fn build(&mut self, triangles: Triangles<'_>) {
-        self.collect_boxes(triangles);
-        let mut order = std::mem::take(&mut self.tree.primitive_indices);
-        order.clear();
-        order.extend(0..self.boxes.len() as u32);
-        self.builder.build_with_bvh(&mut self.tree, PlocSearchDistance::Low, &self.boxes, order, SortPrecision::U64, 2);
-        const TRAVERSAL_COST: f32 = 1.0;
-        collapse(&mut self.tree, Self::LEAF_TRIANGLES, TRAVERSAL_COST);
+        self.omitted = triangles.omitted();
+        self.scale = scale_of(triangles.positions);
+        let Self { nodes, leaves, scale, builder, omitted, .. } = self;
+        let scale = *scale;
+        builder.collect(triangles, omitted.total() > 0, scale);
+        let Builder { items, spare, top, subtrees } = builder;
+        top.clear();
+        if items.is_empty() {
+            nodes.clear();
+            leaves.clear();
+            return;
+        }
+        spare.resize(items.len(), Item::default());
+        let extent = items.par_chunks(CHUNK).map(bounds).reduce(|| Extent::EMPTY, Extent::union);
+        let mut trees = Vec::new();
+        let whole = Range { items, spare, extent };
+        divide_top(whole, top, &mut trees);
+        subtrees.resize_with(subtrees.len().max(trees.len()), Subtree::default);
+        trees.par_iter_mut().zip(&mut *subtrees).for_each(|(range, subtree)| subtree.build(range));
+
+        // Where each subtree's nodes and leaves belong.
+        let mut starts = Vec::with_capacity(trees.len());
+        let mut next = (top.len(), 0);
+        for subtree in &subtrees[..trees.len()] {
+            starts.push(next);
+            next = (next.0 + subtree.nodes.len(), next.1 + subtree.leaves.len());
+        }
+        nodes.resize(next.0, Node::EMPTY);
+        leaves.resize(next.1, Leaf::EMPTY);
+        let (into_top, mut into_nodes) = nodes.split_at_mut(top.len());
+        for (into, node) in into_top.iter_mut().zip(&*top) {
+            *into = *node;
+            for child in into.children.iter_mut().filter(|child| **child != Child::NONE && child.0 & Child::LEAF != 0) {
+                // Subtrees are numbered as leaves.
+                let number = (child.0 & !Child::LEAF) as usize;
+                *child = Child::node(starts[number].0);
+            }
+        }
+        let mut into_leaves = leaves.as_mut_slice();
+        let mut copies = Vec::with_capacity(trees.len());
+        for ((range, subtree), &start) in trees.iter().zip(&*subtrees).zip(&starts) {
+            let nodes;
+            let leaves;
+            (nodes, into_nodes) = into_nodes.split_at_mut(subtree.nodes.len());
+            (leaves, into_leaves) = into_leaves.split_at_mut(subtree.leaves.len());
+            copies.push((&*range.items, subtree, start, nodes, leaves));
+        }
+        copies.into_par_iter().for_each(|(items, subtree, start, nodes, leaves)| {
+            for (into, node) in nodes.iter_mut().zip(&subtree.nodes) {
+                let children =
+                    node.children.map(|child| if child == Child::NONE { child } else { child.moved(start.0, start.1) });
+                *into = Node { children, ..*node };
+            }
+            for (leaf, &(first, count)) in leaves.iter_mut().zip(&subtree.leaves) {
+                let ids = items[first as usize..][..count as usize].iter().map(Item::id);
+                leaf.fill(ids, |id| triangles.corners(id).map(|corner| corner * scale));
+            }
+        });
+    }
+}
+
+impl Builder {
+    /// The boxes of all triangles that can be hit, in order of id.
+    fn collect(&mut self, triangles: Triangles<'_>, some_are_omitted: bool, scale: f32) {
+        let item = |id: u32, corners: [Vec3; 3]| {
+            let [a, b, c] = corners.map(|corner| (corner * scale).extend(0.0));
+            Item::new(Extent { low: a.min(b).min(c), high: a.max(b).max(c) }, id)
+        };
+        let all = 0..triangles.len() as u32;
+        if some_are_omitted {
+            self.items.clear();
+            self.items.extend(all.filter_map(|id| Some(item(id, triangles.usable_corners(id).ok()?))));
+        } else {
+            all.into_par_iter()
+                .with_min_len(CHUNK)
+                .map(|id| item(id, triangles.corners(id)))
+                .collect_into_vec(&mut self.items);
+        }
+    }
+}
+
+/// Divides the items of a node that many threads build, until there are enough ranges for all of them.
+fn divide_top<'a>(whole: Range<'a>, top: &mut Vec<Node>, trees: &mut Vec<Range<'a>>) {
+    // Whatever the number of threads.
+    const MOST_TREES: usize = 64;
+    let largest = (whole.items.len() / MOST_TREES).clamp(1 << 10, 1 << 15);
+    if whole.items.len() <= largest {
+        trees.push(whole);
+        return;
+    }
+    divide_top_node(whole, largest, 0, top, trees);
+}
+
+fn divide_top_node<'a>(
+    whole: Range<'a>,
+    largest: usize,
+    depth: usize,
+    top: &mut Vec<Node>,
+    trees: &mut Vec<Range<'a>>,
+) -> Child {
+    let index = top.len();
+    top.push(Node::EMPTY);
+    let children = children_of(whole, largest, |range| {
+        let split = if depth < DEEP { best_split_on_all_threads(range.items) } else { None };
+        range.divided(split)
+    });
+    for (slot, child) in children.into_iter().enumerate() {
+        top[index].set_bounds(slot, child.extent);
+        top[index].children[slot] = if child.items.len() > largest {
+            divide_top_node(child, largest, depth + 1, top, trees)
+        } else {
+            trees.push(child);
+            Child(Child::LEAF | (trees.len() - 1) as u32)
+        };
+    }
+    Child::node(index)
+}
+
+/// The children of a node: the largest that has more than `enough` items is divided until there are enough children.
+fn children_of<'a>(
+    whole: Range<'a>,
+    enough: usize,
+    mut divide: impl FnMut(Range<'a>) -> [Range<'a>; 2],
+) -> Vec<Range<'a>> {
+    let mut children = Vec::with_capacity(WIDTH);
+    children.push(whole);
+    while children.len() < WIDTH {
+        let divisible = children.iter().enumerate().filter(|(_, child)| child.items.len() > enough);
+        let Some((index, _)) = divisible.max_by(|(_, a), (_, b)| a.extent.area().total_cmp(&b.extent.area())) else {
+            break;
+        };
+        let [first, second] = divide(children.swap_remove(index));
+        children.push(first);
+        children.push(second);
+    }
+    children
+}
+
+fn best_split_on_all_threads(items: &[Item]) -> Option<Split> {
+    let middles = items.par_chunks(CHUNK).map(middles).reduce(|| Extent::EMPTY, Extent::union);
+    let none = || {
+        let mut bins = Bins::default();
+        bins.clear(middles, items.len());
+        bins
+    };
+    let bins = items.par_chunks(CHUNK).fold(none, |mut bins, items| {
+        bins.fill(items);
+        bins
+    });
+    let merge = |mut bins: Bins, other: Bins| {
+        bins.merge(&other);
+        bins
+    };
+    bins.reduce(none, merge).best()
+}
+
+impl<'a> Range<'a> {
+    /// Both parts of it, on all threads; halves where there is no way to divide it.
+    fn divided(self, split: Option<Split>) -> [Self; 2] {
+        let Some(split) = split else { return self.halves() };
+        let (items, spare) = (self.spare, self.items);
+        let (mut first, mut second) = items.split_at_mut(split.first);
+        let counts: Vec<usize> = spare.par_chunks(CHUNK).map(|items| split.count_first(items)).collect();
+        let mut parts = Vec::with_capacity(counts.len());
+        for (from, count) in spare.chunks(CHUNK).zip(counts) {
+            let into;
+            let others;
+            (into, first) = first.split_at_mut(count);
+            (others, second) = second.split_at_mut(from.len() - count);
+            parts.push((from, [into, others]));
+        }
+        parts.into_par_iter().for_each(|(from, into)| split.scatter(from, &mut { into }));
+        Self { items, spare, extent: self.extent }.cut(split.first, split.extents)
     }
 
-    /// The boxes of all triangles that can be hit, in order of id.
-    fn collect_boxes(&mut self, triangles: Triangles<'_>) {
-        self.omitted = triangles.omitted();
-        self.ids.clear();
-        self.boxes.clear();
-        let all = 0..triangles.len() as u32;
-        if self.omitted.total() == 0 {
-            self.ids.extend(all);
-        } else {
-            self.ids.extend(all.filter(|&id| triangles.usable_corners(id).is_ok()));
+    /// Its first and its second half.
+    fn halves(self) -> [Self; 2] {
+        let middle = self.items.len() / 2;
+        let (first, second) = self.items.split_at(middle);
+        let extents = [bounds(first), bounds(second)];
+        self.cut(middle, extents)
+    }
+
+    fn cut(self, at: usize, [first, second]: [Extent; 2]) -> [Self; 2] {
+        let (items, spare) = (self.items.split_at_mut(at), self.spare.split_at_mut(at));
+        [
+            Self { items: items.0, spare: spare.0, extent: first },
+            Self { items: items.1, spare: spare.1, extent: second },
+        ]
+    }
+}
+
+/// The box around all items.
+fn bounds(items: &[Item]) -> Extent {
+    items.iter().fold(Extent::EMPTY, |extent, item| extent.union(item.extent()))
+}
+
+/// A range of a subtree's items.
+#[derive(Clone, Copy)]
+struct Part {
+    start: usize,
+    end: usize,
+    extent: Extent,
+}
+
+impl Part {
+    fn len(&self) -> usize {
+        self.end - self.start
+    }
+}
+
+impl Subtree {
+    fn build(&mut self, range: &mut Range<'_>) {
+        self.nodes.clear();
+        self.leaves.clear();
+        let whole = Part { start: 0, end: range.items.len(), extent: range.extent };
+        self.node(range.items, whole, 0);
+    }
+
+    fn node(&mut self, items: &mut [Item], whole: Part, depth: usize) -> Child {
+        let index = self.nodes.len();
+        self.nodes.push(Node::EMPTY);
+        let mut children = [whole; WIDTH];
+        let mut count = 1;
+        while count < WIDTH {
+            let mut widest: Option<(f32, usize)> = None;
+            for (slot, child) in children[..count].iter().enumerate() {
+                let area = child.extent.area();
+                if child.len() > Leaf::LANES && widest.is_none_or(|(most, _)| area > most) {
+                    widest = Some((area, slot));
+                }
+            }
+            let Some((_, slot)) = widest else { break };
+            [children[slot], children[count]] = self.divide(items, children[slot], depth);
+            count += 1;
         }
-        self.scale = scale_of(triangles.positions);
-        let scale = self.scale;
-        self.ids
-            .par_iter()
-            .map(|&id| box_around(triangles.corners(id).map(|corner| Vec3A::from(corner * scale))))
-            .collect_into_vec(&mut self.boxes);
+        for (slot, part) in children[..count].iter().enumerate() {
+            let child = if part.len() > Leaf::LANES {
+                self.node(items, *part, depth + 1)
+            } else {
+                self.leaves.push((part.start as u32, part.len() as u32));
+                Child::leaf(self.leaves.len() - 1, part.len())
+            };
+            let node = &mut self.nodes[index];
+            node.set_bounds(slot, part.extent);
+            node.children[slot] = child;
+        }
+        Child::node(index)
+    }
+
+    /// Divides a part of the items.
+    fn divide(&mut self, items: &mut [Item], part: Part, depth: usize) -> [Part; 2] {
+        let items = &mut items[part.start..part.end];
+        let split = if depth < DEEP {
+            self.bins.clear(middles(items), items.len());
+            self.bins.fill(items);
+            self.bins.best()
+        } else {
+            None
+        };
+        let (first, extents) = match split {
+            Some(split) => {
+                split.partition(items);
+                (split.first, split.extents)
+            }
+            None => {
+                let (first, second) = items.split_at(items.len() / 2);
+                (first.len(), [bounds(first), bounds(second)])
+            }
+        };
+        let middle = part.start + first;
+        [
+            Part { start: part.start, end: middle, extent: extents[0] },
+            Part { start: middle, end: part.end, extent: extents[1] },
+        ]
+    }
+}
+
+impl Node {
+    fn set_bounds(&mut self, slot: usize, extent: Extent) {
+        for axis in 0..3 {
+            self.bounds[2 * axis][slot] = extent.low[axis];
+            self.bounds[2 * axis + 1][slot] = extent.high[axis];
+        }
     }
 }
 
@@ -52,8 +351,4 @@ fn scale_of(positions: &[Vec3]) -> f32 {
         reach > HUGE && reach.is_finite()
     });
     if is_huge { SCALE } else { 1.0 }
-}
-
-fn box_around([a, b, c]: [Vec3A; 3]) -> Aabb {
-    Aabb::new(a.min(b).min(c), a.max(b).max(c))
 }

@@ -1,50 +1,104 @@
-//! A bounding volume hierarchy for all rays: the baseline that other structures are compared with.
+//! A bounding volume hierarchy for all rays, for those above all that have nothing in common.
 //!
-//! Built by obvhs (PLOC: Meister and Bittner, *Parallel Locally-Ordered Clustering*, 2018); traversal is ours, since it
-//! must never cull what the [predicate](crate::predicate) would hit.
+//! Nodes have up to eight children, whose boxes a ray is tested against at once (Wald, Benthin and Boulos, *Getting rid of
+//! packets*, 2008); leaves hold the corners of up to eight triangles, tested at once as well. Both tests are f32's and err only
+//! towards a hit, so the [predicate](crate::predicate) is asked about the triangle that a ray hits and few others.
 
 mod build;
+mod leaf;
+mod line;
+mod split;
 mod trace;
 mod validate;
 
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::node::Bvh2Node;
-use obvhs::ploc::PlocBuilder;
-
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
-use crate::{ImageTooLarge, LightSource, Omitted, SingleRays, Structure, Triangles, ray_by_ray};
+use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles, ray_by_ray};
+use build::Builder;
+use leaf::Leaf;
+
+/// Most children of a node.
+const WIDTH: usize = 8;
 
 /// A bounding volume hierarchy over one frame's triangles.
 ///
-/// About 210 bytes a triangle, counting what is only used while building. Keep it and rebuild it: its memory is reused.
+/// Keep it and rebuild it: its memory is reused.
 #[derive(Default)]
 pub struct Bvh {
-    tree: Bvh2,
-    builder: PlocBuilder,
-    boxes: Vec<obvhs::aabb::Aabb>,
-    /// What coordinates are multiplied with in all boxes: a power of two.
+    level: SimdLevel,
+    /// The root first; empty where there are no triangles.
+    nodes: Vec<Node>,
+    leaves: Vec<Leaf>,
+    /// What coordinates are multiplied with in all boxes and leaves: a power of two.
     scale: f32,
-    /// Triangle id of each box.
-    ids: Vec<u32>,
+    builder: Builder,
     omitted: Omitted,
 }
 
-debug_some!(Bvh as bvh: "triangles" => bvh.ids.len(), "nodes" => bvh.tree.nodes.len());
+debug_some!(Bvh as bvh: "nodes" => bvh.nodes.len(), "leaves" => bvh.leaves.len());
 
-impl Bvh {
-    /// All nodes, the root first.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn nodes(&self) -> &[Bvh2Node] {
-        &self.tree.nodes
+/// An inner node: 224 bytes.
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+struct Node {
+    /// The lowest and the highest x of each child's box, then y, then z. Where there is no child, the box is inside out and
+    /// infinite, so no ray meets it.
+    bounds: [[f32; WIDTH]; 6],
+    children: [Child; WIDTH],
+}
+
+impl Node {
+    const EMPTY: Self = {
+        let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+        Self { bounds: [low, high, low, high, low, high], children: [Child::NONE; WIDTH] }
+    };
+}
+
+/// A node's index; or, with the highest bit, that of a leaf, and below it how many triangles that has, less one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Child(u32);
+
+impl Child {
+    const ROOT: Self = Self(0);
+    const NONE: Self = Self(u32::MAX);
+    const LEAF: u32 = 1 << 31;
+    const COUNT_BITS: u32 = 3;
+
+    fn node(index: usize) -> Self {
+        Self(index as u32)
     }
 
-    /// The ids of a leaf's triangles.
-    #[doc(hidden)]
-    pub fn triangles_of(&self, leaf: &Bvh2Node) -> impl Iterator<Item = u32> {
-        let first = leaf.first_index as usize;
-        let indices = &self.tree.primitive_indices[first..first + leaf.prim_count as usize];
-        indices.iter().map(|&index| self.ids[index as usize])
+    fn leaf(index: usize, triangles: usize) -> Self {
+        debug_assert!((1..=Leaf::LANES).contains(&triangles), "a leaf of {triangles} triangles");
+        Self(Self::LEAF | (index as u32) << Self::COUNT_BITS | (triangles as u32 - 1))
+    }
+
+    /// The node; or the leaf, and a bit for each of its triangles.
+    #[inline(always)]
+    fn kind(self) -> Kind {
+        if self.0 & Self::LEAF == 0 {
+            return Kind::Node(self.0 as usize);
+        }
+        let index = (self.0 & !Self::LEAF) >> Self::COUNT_BITS;
+        let last = self.0 & ((1 << Self::COUNT_BITS) - 1);
+        Kind::Leaf { index: index as usize, lanes: (2 << last) - 1 }
+    }
+
+    /// The same child where other nodes and leaves come before it.
+    fn moved(self, nodes: usize, leaves: usize) -> Self {
+        Self(self.0 + if self.0 & Self::LEAF == 0 { nodes } else { leaves << Self::COUNT_BITS } as u32)
+    }
+}
+
+enum Kind {
+    Node(usize),
+    Leaf { index: usize, lanes: u32 },
+}
+
+impl Bvh {
+    /// Uses the instructions of a level instead of the widest; answers are the same bit for bit.
+    #[must_use]
+    pub fn with_level(level: SimdLevel) -> Self {
+        Self { level, ..Self::default() }
     }
 }
 
@@ -68,13 +122,9 @@ impl Structure for Bvh {
     }
 
     fn bytes(&self) -> Bytes {
-        let triangles = size_of_val(self.tree.nodes.as_slice())
-            + size_of_val(self.tree.primitive_indices.as_slice())
-            + size_of_val(self.builder.current_nodes.as_slice())
-            + size_of_val(self.builder.next_nodes.as_slice())
-            + size_of_val(self.builder.mortons.as_slice())
-            + size_of_val(self.boxes.as_slice())
-            + size_of_val(self.ids.as_slice());
+        let triangles = self.nodes.capacity() * size_of::<Node>()
+            + self.leaves.capacity() * size_of::<Leaf>()
+            + self.builder.bytes();
         Bytes { triangles, points: 0 }
     }
 

@@ -1,141 +1,316 @@
 use std::ops::ControlFlow;
 
-use glam::Vec3A;
-use obvhs::bvh2::node::Bvh2Node;
+use fearless_simd::{Simd, dispatch};
 
-use super::Bvh;
-use crate::{Ray, Triangles, Visit};
+use super::leaf::{Found, Leaf};
+use super::line::{Line, Slabs};
+use super::{Bvh, Child, Kind, Node, WIDTH};
+use crate::predicate::{ShadowRay, hit, hit_of_near};
+use crate::simd::lanes::bits_of;
+use crate::{Hit, Ray, SingleRays, Triangles};
 
-impl Visit for Bvh {
-    fn reach(&self) -> f32 {
-        let root = self.tree.nodes.first();
-        root.map_or(0.0, |root| root.aabb.min.abs().max(root.aabb.max.abs()).max_element() / self.scale)
+impl SingleRays for Bvh {
+    fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
+        let line = match self.start(ray) {
+            Start::Miss => return None,
+            Start::Everything => None,
+            Start::Line(line) => Some(line),
+        };
+        let Some(line) = line else { return self.nearest_of_all(triangles, ray, stops) };
+        let mut nearest = Nearest {
+            triangles,
+            ray,
+            stops,
+            line: &line,
+            best: None,
+            waiting: Waiting::default(),
+            lazy: true,
+            passed: false,
+        };
+        dispatch!(self.level.into(), simd => self.nearest_at(simd, &mut nearest));
+        if nearest.passed {
+            // What lets the ray through has hidden others.
+            nearest.lazy = false;
+            dispatch!(self.level.into(), simd => self.nearest_at(simd, &mut nearest));
+        }
+        nearest.best
     }
 
-    /// Calls `test` with every triangle whose box `ray` may meet before `t_max`, nearer boxes first. `test` may lower
-    /// `t_max` or break off.
-    fn visit(
+    fn blocked(
         &self,
-        _: Triangles<'_>,
-        ray: &Ray,
-        mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>,
-    ) -> ControlFlow<()> {
-        let Some(root) = self.tree.nodes.first() else { return ControlFlow::Continue(()) };
-        let slabs = Slabs::new(ray, f64::from(self.scale));
-        let mut t_max = ray.t_max;
-        if slabs.enter(root, t_max).is_none() {
-            return ControlFlow::Continue(());
+        triangles: Triangles<'_>,
+        shadow_ray: &ShadowRay,
+        own: u32,
+        stops: &dyn Fn(u32, [f32; 2]) -> bool,
+    ) -> bool {
+        let blocks = |id: u32| {
+            id != own && shadow_ray.blocked_by(triangles.corners(id)).is_some_and(|barycentric| stops(id, barycentric))
+        };
+        match self.start(&shadow_ray.ray) {
+            Start::Miss => false,
+            Start::Everything => self.ids().any(blocks),
+            Start::Line(line) => dispatch!(self.level.into(), simd => self.blocked_at(simd, &line, blocks)),
         }
-        self.visit_below(0, &slabs, &mut t_max, &mut test)
+    }
+}
+
+/// What a ray's traversal begins with.
+enum Start {
+    Miss,
+    /// Numbers so large that f32 can't hold them: all triangles are asked about.
+    Everything,
+    Line(Line),
+}
+
+/// Triangles that a ray may hit, about which the predicate hasn't been asked yet.
+#[derive(Default)]
+struct Waiting {
+    ids: [u32; Waiting::MOST],
+    earliest: [f32; Waiting::MOST],
+    count: usize,
+}
+
+impl Waiting {
+    const MOST: usize = 8;
+}
+
+struct Nearest<'a> {
+    triangles: Triangles<'a>,
+    ray: &'a Ray,
+    line: &'a Line,
+    stops: &'a dyn Fn(&Hit) -> bool,
+    best: Option<Hit>,
+    waiting: Waiting,
+    /// Whether a triangle that is certainly met ends the ray before the predicate and `stops` are asked.
+    lazy: bool,
+    /// Whether a hit that had ended the ray let it through.
+    passed: bool,
+}
+
+impl Nearest<'_> {
+    #[inline(always)]
+    fn take(&mut self, leaf: &Leaf, found: &Found, far: &mut f32) {
+        for lane in bits_of(found.possible) {
+            let lane = lane % Leaf::LANES;
+            if found.earliest[lane] > *far {
+                continue;
+            }
+            if self.waiting.count == Waiting::MOST {
+                self.settle(far);
+            }
+            let at = self.waiting.count % Waiting::MOST;
+            self.waiting.ids[at] = leaf.ids[lane];
+            self.waiting.earliest[at] = found.earliest[lane];
+            self.waiting.count += 1;
+            if self.lazy && found.certain >> lane & 1 == 1 {
+                *far = far.min(found.latest[lane]);
+            }
+        }
+        if !self.lazy {
+            self.settle(far);
+        }
+    }
+
+    /// Asks the predicate about all that wait.
+    #[inline(never)]
+    fn settle(&mut self, far: &mut f32) {
+        let count = std::mem::take(&mut self.waiting.count);
+        for (&id, &earliest) in self.waiting.ids[..count].iter().zip(&self.waiting.earliest) {
+            if earliest > *far {
+                continue;
+            }
+            let Some(hit) = hit_of_near(self.ray, self.triangles.corners(id), id) else { continue };
+            if self.best.is_some_and(|best| (best.t, best.triangle) <= (hit.t, hit.triangle)) {
+                continue;
+            }
+            if (self.stops)(&hit) {
+                *far = far.min(self.line.at_least(hit.t));
+                self.best = Some(hit);
+            } else {
+                self.passed = true;
+            }
+        }
     }
 }
 
 impl Bvh {
-    fn visit_below(
+    fn start(&self, ray: &Ray) -> Start {
+        // What isn't a number rules nothing out on the way, and would be tested with all triangles.
+        if !ray.is_sound() || self.nodes.is_empty() {
+            return Start::Miss;
+        }
+        Line::new(ray, self.scale).map_or(Start::Everything, Start::Line)
+    }
+
+    /// The ids of all triangles, leaf by leaf.
+    #[doc(hidden)]
+    pub fn ids(&self) -> impl Iterator<Item = u32> {
+        self.nodes
+            .iter()
+            .flat_map(|node| node.leaves())
+            .flat_map(move |(leaf, lanes)| bits_of(lanes).map(move |lane| self.leaves[leaf].ids[lane]))
+    }
+
+    #[cold]
+    fn nearest_of_all(&self, triangles: Triangles<'_>, ray: &Ray, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
+        let hits = self.ids().filter_map(|id| hit(ray, triangles, id)).filter(|hit| stops(hit));
+        hits.min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)))
+    }
+
+    #[inline(always)]
+    fn nearest_at<S: Simd>(&self, simd: S, nearest: &mut Nearest<'_>) {
+        let mut far = nearest.line.far;
+        let line = nearest.line;
+        let _ = self.visit(
+            simd,
+            line,
+            &mut far,
+            #[inline(always)]
+            |leaf, found, far| {
+                nearest.take(leaf, found, far);
+                ControlFlow::Continue(())
+            },
+        );
+        nearest.settle(&mut far);
+    }
+
+    #[inline(always)]
+    fn blocked_at<S: Simd>(&self, simd: S, line: &Line, blocks: impl Fn(u32) -> bool) -> bool {
+        let mut far = line.far;
+        let visited = self.visit(
+            simd,
+            line,
+            &mut far,
+            #[inline(always)]
+            |leaf, found, _| {
+                let is_blocked = bits_of(found.possible).any(|lane| blocks(leaf.ids[lane % Leaf::LANES]));
+                if is_blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            },
+        );
+        visited.is_break()
+    }
+
+    /// Calls `test` with what a line may hit in leaves before `far`, nearer boxes first. It may lower `far` or break off.
+    #[inline(always)]
+    fn visit<S: Simd>(
         &self,
-        subtree: u32,
-        slabs: &Slabs,
-        t_max: &mut f64,
-        test: &mut impl FnMut(u32, &mut f64) -> ControlFlow<()>,
+        simd: S,
+        line: &Line,
+        far: &mut f32,
+        mut test: impl FnMut(&Leaf, &Found, &mut f32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        const STACK: usize = 64;
-        let mut stack = [(0_u32, 0.0_f32); STACK];
-        let mut waiting = 0;
-        let mut next = Some(subtree);
-        while let Some(index) = next.take() {
-            let node = &self.tree.nodes[index as usize];
-            if node.is_leaf() {
-                let first = node.first_index as usize;
-                for &index in &self.tree.primitive_indices[first..first + node.prim_count as usize] {
-                    test(self.ids[index as usize], t_max)?;
-                }
-            } else {
-                let children = [node.first_index, node.first_index + 1];
-                let enters = children.map(|child| slabs.enter(&self.tree.nodes[child as usize], *t_max));
-                let near = match enters {
-                    [Some(left), Some(right)] => {
-                        let (near, far, far_enters) = if left <= right { (0, 1, right) } else { (1, 0, left) };
-                        if waiting == STACK {
-                            // Deeper than any tree that isn't degenerate: a stack of its own for the far side.
-                            self.visit_below(children[far], slabs, t_max, test)?;
-                        } else {
-                            stack[waiting] = (children[far], far_enters);
-                            waiting += 1;
-                        }
-                        Some(near)
+        let slabs = Slabs::new(simd, line);
+        let mut stack = Stack::default();
+        let mut next = Entered { enter: line.near, child: Child::ROOT };
+        loop {
+            match next.child.kind() {
+                Kind::Leaf { index, lanes } => {
+                    let leaf = &self.leaves[index];
+                    if let Some(found) = leaf.find(simd, line, lanes, *far) {
+                        test(leaf, &found, far)?;
                     }
-                    [Some(_), None] => Some(0),
-                    [None, Some(_)] => Some(1),
-                    [None, None] => None,
-                };
-                next = near.map(|near| children[near]);
+                }
+                Kind::Node(index) => {
+                    let node = &self.nodes[index];
+                    let (enter, mut met) = slabs.enter(simd, node, *far);
+                    if met != 0 {
+                        let enter: [f32; WIDTH] = enter.into();
+                        next = Entered::first_of(&mut met, node, &enter);
+                        if met != 0 {
+                            stack.make_room();
+                            let base = stack.waiting;
+                            while met != 0 {
+                                let mut other = Entered::first_of(&mut met, node, &enter);
+                                if other.enter < next.enter {
+                                    std::mem::swap(&mut next, &mut other);
+                                }
+                                stack.insert(base, other);
+                            }
+                        }
+                        continue;
+                    }
+                }
             }
-            while next.is_none() && waiting > 0 {
-                waiting -= 1;
-                let (index, enters) = stack[waiting];
-                next = (!slabs.is_beyond(enters, *t_max)).then_some(index);
+            loop {
+                let Some(top) = stack.pop() else { return ControlFlow::Continue(()) };
+                // What isn't a number is visited.
+                if !(top.enter > *far) {
+                    next = top;
+                    break;
+                }
             }
         }
-        ControlFlow::Continue(())
     }
 }
 
-/// A ray prepared for box tests in f32 that err only towards a hit.
-///
-/// With ε = 2⁻²⁴, rounding moves the origin by ε·|o| and each slab's t by 3 ε·|t|: from the difference, the reciprocal
-/// and the product. Boxes are grown by more than twice the one, and intervals by more than twice the other.
-struct Slabs {
-    /// What is taken from a box's lowest corner: the origin, and what the box grows by.
-    above_origin: Vec3A,
-    /// What is taken from a box's highest corner: the origin, less what the box grows by.
-    below_origin: Vec3A,
-    inverse: Vec3A,
-    /// The ray's own t, times this, is the t of the box tests.
-    scale: f64,
-    t_min: f32,
+/// A child that a ray comes to.
+#[derive(Clone, Copy, Debug, Default)]
+struct Entered {
+    enter: f32,
+    child: Child,
 }
 
-impl Slabs {
-    const RELATIVE_MARGIN: f32 = 4.0 * f32::EPSILON;
+impl Entered {
+    /// The child of the lowest bit, which is taken away.
+    #[inline(always)]
+    fn first_of(met: &mut u64, node: &Node, enter: &[f32; WIDTH]) -> Self {
+        let slot = met.trailing_zeros() as usize % WIDTH;
+        *met &= *met - 1;
+        Self { enter: enter[slot], child: node.children[slot] }
+    }
+}
 
-    /// For boxes whose coordinates are `unit` times those of the ray.
-    fn new(ray: &Ray, unit: f64) -> Self {
-        let length = ray.direction.abs().max_element();
-        let direction = ray.direction / length;
-        let scale = length * unit;
-        // A ray along a slab has no crossing with it: a finite stand-in for 1/0 gives it one that is so far away, for
-        // every box that holds the ray once grown by `SMALLEST`, that it doesn't matter.
-        const STEEPEST: f64 = 1e38;
-        const SMALLEST: f32 = 1e-20;
-        let inverse = direction.to_array().map(|component| {
-            let inverse = component.signum() * component.abs().recip().min(STEEPEST);
-            inverse as f32
-        });
-        let origin = Vec3A::from((ray.origin * unit).as_vec3());
-        let growth = origin.abs() * (2.0 * f32::EPSILON) + SMALLEST;
-        let t_min = (ray.t_min * scale) as f32;
-        Self {
-            above_origin: origin + growth,
-            below_origin: origin - growth,
-            inverse: Vec3A::from_array(inverse),
-            scale,
-            t_min: t_min - t_min.abs() * Self::RELATIVE_MARGIN,
+/// Children that wait, the nearest of a node last.
+struct Stack {
+    entries: [Entered; Stack::ROOM],
+    waiting: usize,
+    /// Those that came before where there was no more room: deeper than any hierarchy that isn't degenerate.
+    earlier: Vec<Entered>,
+}
+
+impl Default for Stack {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { entries: [Entered::default(); Self::ROOM], waiting: 0, earlier: Vec::new() }
+    }
+}
+
+impl Stack {
+    const ROOM: usize = 64;
+
+    /// Makes room for the children of a node.
+    #[inline(always)]
+    fn make_room(&mut self) {
+        if self.waiting + WIDTH > Self::ROOM {
+            self.put_aside();
         }
     }
 
-    /// Where the ray may enter a node's box at the earliest; `None` when it certainly misses it before `t_max`.
-    fn enter(&self, node: &Bvh2Node, t_max: f64) -> Option<f32> {
-        let first = (node.aabb.min - self.above_origin) * self.inverse;
-        let second = (node.aabb.max - self.below_origin) * self.inverse;
-        let (near, far) = (first.min(second), first.max(second));
-        let enter = (near - near.abs() * Self::RELATIVE_MARGIN).max_element().max(self.t_min);
-        let leave = (far + far.abs() * Self::RELATIVE_MARGIN).min_element();
-        // What overflows is no number, and above nothing.
-        let is_missed = enter > leave || self.is_beyond(enter, t_max);
-        (!is_missed).then_some(enter)
+    #[cold]
+    #[inline(never)]
+    fn put_aside(&mut self) {
+        self.earlier.extend(&self.entries[..self.waiting]);
+        self.waiting = 0;
     }
 
-    fn is_beyond(&self, enter: f32, t_max: f64) -> bool {
-        f64::from(enter) > t_max * self.scale
+    /// Adds a child to those from `base` on, which stay in order.
+    #[inline(always)]
+    fn insert(&mut self, base: usize, entered: Entered) {
+        let mut at = self.waiting;
+        while at > base && self.entries[(at - 1) % Self::ROOM].enter < entered.enter {
+            self.entries[at % Self::ROOM] = self.entries[(at - 1) % Self::ROOM];
+            at -= 1;
+        }
+        self.entries[at % Self::ROOM] = entered;
+        self.waiting += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Entered> {
+        if self.waiting == 0 {
+            return self.earlier.pop();
+        }
+        self.waiting -= 1;
+        Some(self.entries[self.waiting % Self::ROOM])
     }
 }

@@ -1,43 +1,72 @@
-use glam::Vec3A;
+use glam::Vec3;
 
-use super::Bvh;
+use super::{Bvh, Child, Kind, Node};
 use crate::Triangles;
+use crate::simd::lanes::bits_of;
+
+impl Node {
+    /// The boxes of its children.
+    fn children(&self) -> impl Iterator<Item = (Child, Vec3, Vec3)> {
+        let corner =
+            |slot: usize, high: usize| Vec3::from_array([0, 1, 2].map(|axis| self.bounds[2 * axis + high][slot]));
+        let children = self.children.iter().enumerate().filter(|(_, child)| **child != Child::NONE);
+        children.map(move |(slot, &child)| (child, corner(slot, 0), corner(slot, 1)))
+    }
+
+    /// The leaves among its children, and a bit for each of their triangles.
+    pub(super) fn leaves(&self) -> impl Iterator<Item = (usize, u32)> {
+        self.children().filter_map(|(child, ..)| match child.kind() {
+            Kind::Leaf { index, lanes } => Some((index, lanes)),
+            Kind::Node(_) => None,
+        })
+    }
+}
 
 impl Bvh {
     /// Checks the hierarchy against the triangles that it was built over.
     ///
     /// # Errors
-    /// Names the first node or triangle that breaks a rule: every usable triangle is in exactly one leaf, every box
-    /// holds its children or triangles, and every node but the root has one parent.
+    /// Names the first node or triangle that breaks a rule: every usable triangle is in exactly one leaf as it is, every box
+    /// holds its children or triangles, and every node and leaf but the root has one parent.
     pub fn check(&self, triangles: Triangles<'_>) -> Result<(), String> {
-        let nodes = &self.tree.nodes;
         let mut seen = vec![0_u32; triangles.len()];
-        let mut parents = vec![0_u32; nodes.len()];
-        for (index, node) in nodes.iter().enumerate() {
-            if node.is_leaf() {
-                let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
-                let listed =
-                    self.tree.primitive_indices.get(range).ok_or_else(|| format!("leaf {index} is out of range"))?;
-                for &box_index in listed {
-                    let id = *self.ids.get(box_index as usize).ok_or_else(|| format!("leaf {index} has no id"))?;
-                    seen[id as usize] += 1;
-                    let inside = |corner: Vec3A| node.aabb.min.cmple(corner).all() && corner.cmple(node.aabb.max).all();
-                    if !triangles.corners(id).map(|corner| Vec3A::from(corner * self.scale)).into_iter().all(inside) {
-                        return Err(format!("triangle {id} sticks out of leaf {index}"));
+        let mut parents = [vec![0_u32; self.nodes.len()], vec![0_u32; self.leaves.len()]];
+        for (index, node) in self.nodes.iter().enumerate() {
+            for (child, low, high) in node.children() {
+                let holds = |corner: Vec3| low.cmple(corner).all() && corner.cmple(high).all();
+                match child.kind() {
+                    Kind::Node(below) => {
+                        let Some(node) = self.nodes.get(below) else {
+                            return Err(format!("no child {below} of {index}"));
+                        };
+                        parents[0][below] += 1;
+                        if !node.children().all(|(_, low, high)| holds(low) && holds(high)) {
+                            return Err(format!("node {below} sticks out of its parent {index}"));
+                        }
                     }
-                }
-            } else {
-                for child in [node.first_index as usize, node.first_index as usize + 1] {
-                    let below = nodes.get(child).ok_or_else(|| format!("child {child} of {index} is out of range"))?;
-                    parents[child] += 1;
-                    if !(node.aabb.min.cmple(below.aabb.min).all() && below.aabb.max.cmple(node.aabb.max).all()) {
-                        return Err(format!("node {child} sticks out of its parent {index}"));
+                    Kind::Leaf { index: below, lanes } => {
+                        let Some(leaf) = self.leaves.get(below) else {
+                            return Err(format!("no leaf {below} of {index}"));
+                        };
+                        parents[1][below] += 1;
+                        for lane in bits_of(lanes) {
+                            let id = leaf.ids[lane];
+                            let count = seen.get_mut(id as usize).ok_or_else(|| format!("leaf {below} has no id"))?;
+                            *count += 1;
+                            let corners = triangles.corners(id).map(|corner| corner * self.scale);
+                            if leaf.corners(lane) != corners || !corners.into_iter().all(holds) {
+                                return Err(format!("triangle {id} sticks out of leaf {below}, or is another"));
+                            }
+                        }
                     }
                 }
             }
         }
-        if let Some(node) = parents.iter().skip(1).position(|&count| count != 1) {
-            return Err(format!("node {} has {} parents", node + 1, parents[node + 1]));
+        for (what, parents) in ["node", "leaf"].into_iter().zip(&parents) {
+            let roots = usize::from(what == "node");
+            if let Some(index) = parents.iter().skip(roots).position(|&count| count != 1) {
+                return Err(format!("{what} {} has {} parents", index + roots, parents[index + roots]));
+            }
         }
         for (id, &count) in seen.iter().enumerate() {
             let expected = u32::from(triangles.usable_corners(id as u32).is_ok());

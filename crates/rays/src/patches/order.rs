@@ -1,7 +1,6 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
-use obvhs::ploc::morton::morton_encode_u32;
 use rayon::prelude::*;
 
 use crate::Triangles;
@@ -161,8 +160,16 @@ impl Curve {
             let size = across.abs();
             let bent = if size <= 1.0 { size } else { 2.0 - 1.0 / size };
             let step = 2.0 * QUARTER + QUARTER * bent.copysign(across);
-            ((step.max(0.0).min(LAST as f32) + TO_BITS).to_bits() & LAST) as u16
+            (step.max(0.0).min(LAST as f32) + TO_BITS).to_bits() & LAST
         });
-        morton_encode_u32(x, y, z)
+        spread(x) | spread(y) << 1 | spread(z) << 2
     }
+}
+
+/// A step's bits with two zeros between them.
+fn spread(step: u32) -> u32 {
+    let step = (step | step << 16) & 0x0300_00ff;
+    let step = (step | step << 8) & 0x0300_f00f;
+    let step = (step | step << 4) & 0x030c_30c3;
+    (step | step << 2) & 0x0924_9249
 }

@@ -52,8 +52,16 @@ pub fn crossing(ray: &Ray, corners: [Vec3; 3]) -> Option<Crossing> {
 #[inline]
 #[must_use]
 pub fn hit(ray: &Ray, triangles: Triangles<'_>, id: u32) -> Option<Hit> {
-    let Crossing { t, barycentric, .. } = crossing(ray, triangles.corners(id))?;
-    (ray.t_min < t && t < ray.t_max).then_some(Hit { t, triangle: id, barycentric })
+    let corners = triangles.corners(id);
+    if is_missed(ray.origin, ray.direction, corners) { None } else { hit_of_near(ray, corners, id) }
+}
+
+/// As [`hit`], without looking first whether the line clearly misses the triangle: for those that it probably meets.
+#[inline]
+pub(crate) fn hit_of_near(ray: &Ray, corners: [Vec3; 3], id: u32) -> Option<Hit> {
+    let edges = Edges::of_near(ray.origin, ray.direction, corners)?;
+    let t = edges.t();
+    (ray.t_min < t && t < ray.t_max).then(|| Hit { t, triangle: id, barycentric: edges.barycentric() })
 }
 
 /// Whether rays of a `direction` meet a triangle on the side from which its corners are seen counterclockwise; false

@@ -1,5 +1,6 @@
 //! The crate's tests, as one program: linking one takes less time than linking sixteen.
 
+mod hierarchy;
 mod kd_background;
 mod kd_hierarchy;
 mod kd_packets;

@@ -1,0 +1,192 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
+use glam::Vec3;
+
+use super::line::Line;
+use crate::simd::each;
+
+/// Up to eight triangles: 320 bytes.
+///
+/// **Which are missed.** Along a ray the scene falls into a plane, in which the ray is the origin: with k the axis of the
+/// direction's largest component and i another one, xᵢ = Δᵢ − r Δₖ for a corner p, where Δ = p − o and r = dᵢ / dₖ. The edge
+/// functions of the predicate are, but for a common factor, E = x₁ y₂ − x₂ y₁ in that plane. A triangle is missed if two of
+/// them have certain and different signs, and certainly met if all three have certain signs that are the same.
+///
+/// **How wrong that may be.** Let ε = 2⁻²⁴, z = |Δₖ|, a = |x| + |y| of a corner, and let rounding have moved the origin by no
+/// more than ε b on an axis, where b is the line's `blur`. Of x, the roundings of Δᵢ are ε |Δᵢ| ≤ ε (|x| + z), those of r, of
+/// Δₖ and of their product ε z each, and that of the difference ε |x|; the origin's are 2 ε b. Together they are less than
+/// e = 16 ε (a + z + b), of which the largest of the three corners is taken, by a factor of three. An edge function is then
+/// wrong by no more than e (a₁ + a₂ + 2 e) / 2, and its own roundings are 2 ε a₁ a₂: less than δ = e (a₁ + a₂ + a₃ + 3 e) for
+/// all three. What underflows is less than `SMALLEST`.
+///
+/// **Where they are met.** t = Σ E z / Σ E, with z along the ray. Where the triangle is met, it is between the least and the
+/// largest z, each wrong by less than e / 3. With s the difference of these, weights that are wrong by δ move it by no more
+/// than 3 δ s / (|Σ E| − 3 δ), and the roundings of sums, products and quotient by 8 ε max |z| < e. As it isn't moved by more
+/// than s either, that is less than 2 e + s min(1, 16 δ / |Σ E|): where |Σ E| > 12 δ the quotient is below 4 δ s / |Σ E|, and
+/// elsewhere 16 δ / |Σ E| is above one.
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+pub(super) struct Leaf {
+    /// For each axis the coordinates of all first corners, of all second and of all third ones, scaled.
+    corners: [[[f32; Leaf::LANES]; 3]; 3],
+    pub(super) ids: [u32; Leaf::LANES],
+}
+
+/// Triangles of a leaf that a ray may hit.
+pub(super) struct Found {
+    /// A bit for each.
+    pub(super) possible: u32,
+    /// Those of them that the line certainly meets after the ray begins.
+    pub(super) certain: u32,
+    /// Where a hit is, at the earliest and at the latest.
+    pub(super) earliest: [f32; Leaf::LANES],
+    pub(super) latest: [f32; Leaf::LANES],
+}
+
+impl Leaf {
+    pub(super) const LANES: usize = 8;
+
+    pub(super) const EMPTY: Self = Self { corners: [[[0.0; Self::LANES]; 3]; 3], ids: [u32::MAX; Self::LANES] };
+
+    const ERROR: f32 = 16.0 / (1 << 24) as f32;
+    const SMALLEST: f32 = 1e-36;
+
+    /// Replaces the triangles by others, whose corners are scaled.
+    pub(super) fn fill(&mut self, ids: impl Iterator<Item = u32>, corners: impl Fn(u32) -> [Vec3; 3]) {
+        for (lane, id) in ids.enumerate() {
+            self.ids[lane] = id;
+            for (number, corner) in corners(id).into_iter().enumerate() {
+                for axis in 0..3 {
+                    self.corners[axis][number][lane] = corner[axis];
+                }
+            }
+        }
+    }
+
+    /// The scaled corners in a lane.
+    pub(super) fn corners(&self, lane: usize) -> [Vec3; 3] {
+        let corner = |number: usize| Vec3::from_array([0, 1, 2].map(|axis| self.corners[axis][number][lane]));
+        [corner(0), corner(1), corner(2)]
+    }
+
+    /// Which of the triangles in some lanes a ray may hit before `far`.
+    #[inline(always)]
+    pub(super) fn find<S: Simd>(&self, simd: S, line: &Line, lanes: u32, far: f32) -> Option<Found> {
+        let [i, j, k] = line.axes;
+        let z = self.offsets(simd, line, k);
+        let x = each!((x, z) in pairs(self.offsets(simd, line, i), z) => x - z * line.slopes[0]);
+        let y = each!((y, z) in pairs(self.offsets(simd, line, j), z) => y - z * line.slopes[1]);
+        let edges = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+        let aside = each!((x, y) in pairs(x, y) => x.abs() + y.abs());
+        let [a, b, c] = each!((aside, z) in pairs(aside, z) => aside + z.abs());
+        let error = (a.max(b).max(c) + line.blur) * Self::ERROR;
+        let doubt = error * (aside[0] + aside[1] + aside[2] + error * 3.0) + Self::SMALLEST;
+        let (lowest, highest) = (edges[0].min(edges[1]).min(edges[2]), edges[0].max(edges[1]).max(edges[2]));
+        let missed = lowest.simd_lt(-doubt) & highest.simd_gt(doubt);
+        let mut possible = !(missed.to_bitmask() as u32) & lanes;
+        if possible == 0 {
+            return None;
+        }
+        let sure = lowest.simd_gt(doubt) | highest.simd_lt(-doubt);
+        let z = each!(z in z => z * line.sign);
+        let (first, last) = (z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2]));
+        let one = f32x8::splat(simd, 1.0);
+        let inverse = one / (edges[0] + edges[1] + edges[2]);
+        // Not the sum of products by its inverse: these may underflow, weights don't matter where they do.
+        let [a, b, c] = each!((edge, z) in pairs(edges, z) => (edge * inverse) * z);
+        let t = a + b + c;
+        let moved = error * 2.0 + (last - first) * (doubt * inverse.abs() * 16.0).min(one);
+        let earliest = sure.select(t - moved, first - error);
+        let latest = sure.select(t + moved, last + error);
+        let outside = earliest.simd_gt(far) | latest.simd_lt(line.near);
+        possible &= !(outside.to_bitmask() as u32);
+        // Not at the ray's beginning, which `near` may be before.
+        let certain = (sure & earliest.simd_gt(line.after)).to_bitmask() as u32 & possible;
+        if possible == 0 {
+            return None;
+        }
+        Some(Found { possible, certain, earliest: earliest.into(), latest: latest.into() })
+    }
+
+    /// How far all corners are from the line's origin along an axis.
+    #[inline(always)]
+    fn offsets<S: Simd>(&self, simd: S, line: &Line, axis: usize) -> [f32x8<S>; 3] {
+        each!(corner in &self.corners[axis] => f32x8::from_slice(simd, corner) - line.origin[axis])
+    }
+}
+
+#[inline(always)]
+fn pairs<T: Copy>(a: [T; 3], b: [T; 3]) -> [(T, T); 3] {
+    [(a[0], b[0]), (a[1], b[1]), (a[2], b[2])]
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+    use glam::DVec3;
+
+    use super::*;
+    use crate::predicate::crossing;
+    use crate::random::Random;
+    use crate::{Ray, SimdLevel};
+
+    fn point(random: &mut Random) -> DVec3 {
+        DVec3::new(random.signed(), random.signed(), random.signed())
+    }
+
+    #[test]
+    fn verdicts_and_distances_are_the_predicates() {
+        let mut random = Random::new(7);
+        let (mut met, mut missed, mut left_out, mut certain) = (0, 0, 0, 0);
+        for round in 0..40_000 {
+            // Worlds and triangles of all sizes, and triangles far from the middle of theirs.
+            let world = f64::exp2(30.0 * random.signed());
+            let middle = point(&mut random) * world;
+            let size = world * f64::exp2(-16.0 * random.unit());
+            let corners: Vec<[Vec3; 3]> = (0..Leaf::LANES)
+                .map(|_| {
+                    // Of all shapes: some are slivers.
+                    let [a, b, c] = [0; 3].map(|_| middle + point(&mut random) * size);
+                    let thin = f64::exp2(-20.0 * random.unit());
+                    [a, b, if round % 2 == 0 { c } else { a.lerp(b, random.signed()) + (c - a) * thin }]
+                        .map(DVec3::as_vec3)
+                })
+                .collect();
+            let [a, b, c] = corners[round % Leaf::LANES].map(Vec3::as_dvec3);
+            // At an edge, at a corner, or somewhere near.
+            let (u, v) = (random.unit(), random.signed());
+            let target = [a.lerp(b, u), c, a + (b - a) * u + (c - a) * v][round % 3];
+            let mut origin = point(&mut random) * world;
+            if round % 5 == 0 {
+                origin = origin.as_vec3().as_dvec3();
+            }
+            let ray = Ray::new(origin, (target - origin) * f64::exp2(20.0 * random.signed()));
+            let ray = Ray { t_min: if round % 4 == 0 { f64::NEG_INFINITY } else { 0.0 }, ..ray };
+            let line = Line::new(&ray, 1.0).expect("a line");
+            let mut leaf = Leaf::EMPTY;
+            leaf.fill(0..Leaf::LANES as u32, |id| corners[id as usize]);
+            for level in SimdLevel::available() {
+                let found = dispatch!(level.into(), simd => leaf.find(simd, &line, 0xff, f32::INFINITY));
+                for (lane, &corners) in corners.iter().enumerate() {
+                    let found = found.as_ref().filter(|found| found.possible >> lane & 1 == 1);
+                    let is_certain = found.is_some_and(|found| found.certain >> lane & 1 == 1);
+                    let hit = crossing(&ray, corners).filter(|crossing| crossing.t > ray.t_min);
+                    certain += u32::from(is_certain);
+                    let Some(hit) = hit else {
+                        assert!(!is_certain, "{ray:?} misses {corners:?}");
+                        missed += 1;
+                        left_out += u32::from(found.is_none());
+                        continue;
+                    };
+                    met += 1;
+                    let found = found.unwrap_or_else(|| panic!("{ray:?} meets {corners:?} at {level}"));
+                    let t = hit.t * line.scale();
+                    let range = f64::from(found.earliest[lane])..=f64::from(found.latest[lane]);
+                    assert!(range.contains(&t), "{ray:?} meets {corners:?} at {t}, not in {range:?}");
+                }
+            }
+        }
+        assert!(met > 100_000 && missed > 100_000, "{met} met, {missed} missed");
+        assert!(left_out > missed / 2 && certain > met / 4, "{left_out} left out, {certain} certain");
+    }
+}

@@ -1,0 +1,229 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
+
+use super::Node;
+use crate::Ray;
+use crate::simd::each;
+
+/// A ray prepared for boxes and triangles in f32. Its t is the distance along the axis k of the direction's largest component,
+/// in scaled coordinates.
+///
+/// **How a box is left out.** With ε = 2⁻²⁴, rounding moves the origin by ε |o| and each slab's t by 3 ε |t|: from the
+/// difference, the reciprocal and the product. Boxes are grown by more than twice the one, and intervals by more than twice the
+/// other. What overflows is no number, which leaves nothing out.
+#[derive(Clone, Copy)]
+pub(super) struct Line {
+    pub(super) origin: [f32; 3],
+    /// What is taken from the coordinate at which a ray enters a box: the origin, and what the box grows by.
+    enter_origin: [f32; 3],
+    /// What is taken from the coordinate at which it leaves.
+    leave_origin: [f32; 3],
+    inverse: [f32; 3],
+    /// 1 where the ray goes down an axis.
+    is_backward: [usize; 3],
+    /// The two other axes, and k.
+    pub(super) axes: [usize; 3],
+    /// How far the ray goes along the two other axes for one step along k.
+    pub(super) slopes: [f32; 2],
+    /// 1 or −1: the direction along k.
+    pub(super) sign: f32,
+    /// The origin's largest coordinate if f32 can't hold the origin, else next to nothing.
+    pub(super) blur: f32,
+    /// The ray's own t, times this, is the t here.
+    scale: f64,
+    /// At most the least t, and at least the largest.
+    pub(super) near: f32,
+    pub(super) far: f32,
+    /// At least the least t.
+    pub(super) after: f32,
+}
+
+/// Boxes' intervals grow by this share of t.
+const RELATIVE_MARGIN: f32 = 4.0 * f32::EPSILON;
+
+impl Line {
+    /// For coordinates that are `unit` times those of the ray; `None` where they are beyond f32's.
+    pub(super) fn new(ray: &Ray, unit: f32) -> Option<Self> {
+        // A ray along a slab has no crossing with it: a finite stand-in for 1/0 gives it one that is so far away, for
+        // every box that holds the ray once grown by `SMALLEST`, that it doesn't matter.
+        const STEEPEST: f64 = 1e38;
+        const SMALLEST: f32 = 1e-20;
+        const FARTHEST: f64 = 1e30;
+        let unit = f64::from(unit);
+        let size = ray.direction.abs().to_array();
+        let k = if size[0] >= size[1] && size[0] >= size[2] {
+            0
+        } else if size[1] >= size[2] {
+            1
+        } else {
+            2
+        };
+        let axes = [(k + 1) % 3, (k + 2) % 3, k];
+        let scaled = (ray.origin * unit).to_array();
+        if !(scaled[0].abs().max(scaled[1].abs()).max(scaled[2].abs()) < FARTHEST) {
+            return None;
+        }
+        let length = size[k];
+        let mut line = Self {
+            origin: [0.0; 3],
+            enter_origin: [0.0; 3],
+            leave_origin: [0.0; 3],
+            inverse: [0.0; 3],
+            is_backward: [0; 3],
+            axes,
+            slopes: [
+                (ray.direction[axes[0]] / ray.direction[k]) as f32,
+                (ray.direction[axes[1]] / ray.direction[k]) as f32,
+            ],
+            sign: 1.0_f32.copysign(ray.direction[k] as f32),
+            blur: LEAST_BLUR,
+            scale: length * unit,
+            near: 0.0,
+            far: 0.0,
+            after: 0.0,
+        };
+        for axis in 0..3 {
+            let origin = scaled[axis] as f32;
+            let inverse = (length / ray.direction[axis].abs()).min(STEEPEST) as f32;
+            let growth = origin.abs() * (2.0 * f32::EPSILON) + SMALLEST;
+            let is_backward = ray.direction[axis].is_sign_negative();
+            let (inverse, growth) = if is_backward { (-inverse, -growth) } else { (inverse, growth) };
+            line.origin[axis] = origin;
+            line.inverse[axis] = inverse;
+            line.enter_origin[axis] = origin + growth;
+            line.leave_origin[axis] = origin - growth;
+            line.is_backward[axis] = usize::from(is_backward);
+            if f64::from(origin) != scaled[axis] {
+                line.blur = line.blur.max(origin.abs());
+            }
+        }
+        line.near = line.at_most(ray.t_min);
+        line.after = line.at_least(ray.t_min);
+        line.far = line.at_least(ray.t_max);
+        Some(line)
+    }
+
+    /// A number here that is at least a t of the ray.
+    pub(super) fn at_least(&self, t: f64) -> f32 {
+        ((t * self.scale) as f32).next_up().next_up()
+    }
+
+    #[cfg(test)]
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    fn at_most(&self, t: f64) -> f32 {
+        ((t * self.scale) as f32).next_down().next_down()
+    }
+}
+
+/// The origin is taken to be off by eight roundings of this at least: more than what scaling loses of coordinates.
+const LEAST_BLUR: f32 = 1.0 / (1_u128 << 100) as f32;
+
+/// What boxes are tested with, in all lanes.
+pub(super) struct Slabs<S: Simd> {
+    enter_origin: [f32x8<S>; 3],
+    leave_origin: [f32x8<S>; 3],
+    inverse: [f32x8<S>; 3],
+    /// Which of a node's bounds a ray comes to first.
+    first: [usize; 3],
+    near: f32x8<S>,
+}
+
+impl<S: Simd> Slabs<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, line: &Line) -> Self {
+        Self {
+            enter_origin: each!(origin in line.enter_origin => f32x8::splat(simd, origin)),
+            leave_origin: each!(origin in line.leave_origin => f32x8::splat(simd, origin)),
+            inverse: each!(inverse in line.inverse => f32x8::splat(simd, inverse)),
+            first: [line.is_backward[0] & 1, line.is_backward[1] & 1, line.is_backward[2] & 1],
+            near: f32x8::splat(simd, line.near),
+        }
+    }
+
+    /// Where a ray may enter the boxes of a node's children at the earliest, and a bit for each that it doesn't certainly miss
+    /// before `far`.
+    #[inline(always)]
+    pub(super) fn enter(&self, simd: S, node: &Node, far: f32) -> (f32x8<S>, u64) {
+        let [x, y, z] = each!(axis in [0, 1, 2] => {
+            let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + self.first[axis]]);
+            (bound - self.enter_origin[axis]) * self.inverse[axis]
+        });
+        let enter = x.max(y).max(z);
+        let [x, y, z] = each!(axis in [0, 1, 2] => {
+            let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + (1 - self.first[axis])]);
+            (bound - self.leave_origin[axis]) * self.inverse[axis]
+        });
+        let leave = x.min(y).min(z);
+        const MORE: f32 = 1.0 + RELATIVE_MARGIN;
+        const LESS: f32 = 1.0 - RELATIVE_MARGIN;
+        let enter = (enter * LESS).min(enter * MORE).max(self.near);
+        let leave = (leave * LESS).max(leave * MORE).min(f32x8::splat(simd, far));
+        let missed = enter.simd_gt(leave).to_bitmask();
+        (enter, !missed & 0xff)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+    use glam::{DVec3, Vec3};
+
+    use super::*;
+    use crate::SimdLevel;
+    use crate::random::Random;
+
+    #[test]
+    fn no_box_is_left_out_that_a_ray_enters() {
+        let mut random = Random::new(8);
+        let mut point = |round: usize| {
+            let point = DVec3::new(random.signed(), random.signed(), random.signed());
+            // Some are in planes of boxes, and some rays along axes.
+            if round % 3 == 0 { (point * 2.0).round() } else { point }
+        };
+        let mut left_out = 0;
+        for round in 0..100_000_usize {
+            let world = f64::exp2((round % 61) as f64 - 30.0);
+            let (origin, target) = (point(round) * world, point(round) * world);
+            let ray = Ray::new(origin, (target - origin) * f64::exp2((round % 40) as f64 - 20.0));
+            if ray.direction == DVec3::ZERO {
+                continue;
+            }
+            // One whose corner, edge or inside has the target, and one anywhere.
+            let half = (point(round) * world).abs() * f64::exp2(-((round % 17) as f64));
+            let away = half * point(0).clamp(DVec3::NEG_ONE, DVec3::ONE);
+            let mut node = Node::EMPTY;
+            let boxes = [(target - away, half), (point(1) * world, half)];
+            for (slot, (middle, half)) in boxes.into_iter().enumerate() {
+                // Rounded outward.
+                let bounds = [(middle - half).as_vec3(), (middle + half).as_vec3()];
+                for axis in 0..3 {
+                    node.bounds[2 * axis][slot] = bounds[0][axis].next_down();
+                    node.bounds[2 * axis + 1][slot] = bounds[1][axis].next_up();
+                }
+            }
+            let line = Line::new(&ray, 1.0).expect("a line");
+            for level in SimdLevel::available() {
+                let (enter, met) = dispatch!(level.into(), simd => {
+                    let (enter, met) = Slabs::new(simd, &line).enter(simd, &node, line.far);
+                    (<[f32; 8]>::from(enter), met)
+                });
+                assert!(met & 1 == 1, "{ray:?} goes to {target} in {:?}", boxes[0]);
+                let t = (target - origin).abs().max_element();
+                assert!(f64::from(enter[0]) <= t, "{ray:?} comes to {target} at {t} and not {}", enter[0]);
+                assert!(met & 0xfc == 0, "there are no other boxes");
+                left_out += u32::from(met & 2 == 0);
+            }
+        }
+        assert!(left_out > 50_000, "{left_out}");
+    }
+
+    #[test]
+    fn what_f32_cannot_hold_has_no_line() {
+        for origin in [DVec3::splat(1e300), DVec3::X * -1e36] {
+            assert!(Line::new(&Ray::new(origin, Vec3::ONE.as_dvec3()), 1.0).is_none());
+        }
+    }
+}
