@@ -60,7 +60,7 @@ impl Line {
         };
         let axes = [(k + 1) % 3, (k + 2) % 3, k];
         let scaled = (ray.origin * unit).to_array();
-        if !(scaled[0].abs().max(scaled[1].abs()).max(scaled[2].abs()) < FARTHEST) {
+        if scaled.iter().any(|coordinate| coordinate.abs() > FARTHEST) {
             return None;
         }
         let length = size[k];
@@ -82,8 +82,8 @@ impl Line {
             far: 0.0,
             after: 0.0,
         };
-        for axis in 0..3 {
-            let origin = scaled[axis] as f32;
+        for (axis, scaled) in scaled.into_iter().enumerate() {
+            let origin = scaled as f32;
             let inverse = (length / ray.direction[axis].abs()).min(STEEPEST) as f32;
             let growth = origin.abs() * (2.0 * f32::EPSILON) + SMALLEST;
             let is_backward = ray.direction[axis].is_sign_negative();
@@ -93,7 +93,7 @@ impl Line {
             line.enter_origin[axis] = origin + growth;
             line.leave_origin[axis] = origin - growth;
             line.is_backward[axis] = usize::from(is_backward);
-            if f64::from(origin) != scaled[axis] {
+            if f64::from(origin) != scaled {
                 line.blur = line.blur.max(origin.abs());
             }
         }

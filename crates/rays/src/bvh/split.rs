@@ -154,11 +154,10 @@ impl Bins {
     #[inline(always)]
     pub(super) fn fill(&mut self, items: &[Item]) {
         for item in items {
-            let bins = self.steps.of(item);
-            for axis in 0..3 {
-                let extent = &mut self.extents[axis][bins[axis]];
+            for (axis, bin) in self.steps.of(item).into_iter().enumerate() {
+                let extent = &mut self.extents[axis][bin];
                 *extent = extent.union(item.extent());
-                self.counts[axis][bins[axis]] += 1;
+                self.counts[axis][bin] += 1;
             }
         }
     }
@@ -221,10 +220,8 @@ impl Split {
         let mut first = 0;
         for index in 0..items.len() {
             // Without a branch, which nobody could guess.
-            let item = items[index];
-            items[index] = items[first];
-            items[first] = item;
-            first += usize::from(self.is_first(&item));
+            items.swap(index, first);
+            first += usize::from(self.is_first(&items[first]));
         }
         debug_assert_eq!(first, self.first);
     }

@@ -147,7 +147,7 @@ impl Bvh {
     pub fn ids(&self) -> impl Iterator<Item = u32> {
         self.nodes
             .iter()
-            .flat_map(|node| node.leaves())
+            .flat_map(Node::leaves)
             .flat_map(move |(leaf, lanes)| bits_of(lanes).map(move |lane| self.leaves[leaf].ids[lane]))
     }
 
@@ -234,7 +234,8 @@ impl Bvh {
             loop {
                 let Some(top) = stack.pop() else { return ControlFlow::Continue(()) };
                 // What isn't a number is visited.
-                if !(top.enter > *far) {
+                let is_behind = top.enter > *far;
+                if !is_behind {
                     next = top;
                     break;
                 }
