@@ -1,6 +1,7 @@
 //! The CPU engine: a frame's stages on the threads of the current rayon pool.
 
 mod copies;
+mod met;
 mod onward;
 mod samples;
 mod see;

@@ -2,21 +2,23 @@ use std::array;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x16, mask32x16};
-use glam::{DVec3, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, LightMask, Ray, SeenPixels, Sides, SingleRays, TileOrder};
+use umbrage_rays::{Hit, LightMask, SeenPixels, Sides, SingleRays, TileOrder};
 use umbrage_scene::{Frame, Light};
 
-use super::onward::{Meeting, Onward, Path, Queue, Shadow};
+use super::met::Met;
+use super::onward::{Lanes, Meeting, Onward, Path, Queue, Shadow};
 use super::samples::OneSample;
 use super::{Cpu, hit_of};
 use crate::Film;
 use crate::background::Surroundings;
 use crate::engine::Staged;
 use crate::sampling::Samples;
-use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, each, lanes_of, put, vector_of};
-use crate::shade::{Block, BlockHits, BlockRays, Footprint, SeenReflectance, Surface, arriving};
+use crate::shade::glass::Media;
+use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, each, lanes_of, vector_of};
+use crate::shade::{Block, BlockHits, BlockRays, Footprint};
 
 impl Cpu {
     /// Adds each pixel's radiance at the current samples to the film, in the order of their numbers.
@@ -55,7 +57,7 @@ pub(super) struct Shading<'a> {
     pub(super) frame: &'a Frame,
     pub(super) lights: &'a [Light],
     surroundings: &'a Surroundings<'a>,
-    footprint: Footprint,
+    pub(super) footprint: Footprint,
     pub(super) sides: Sides<'a>,
     /// How many mirrors light may come by.
     bounces: u32,
@@ -94,7 +96,7 @@ impl Shading<'_> {
         let met = Met::new(simd, self, &rays, &hits, through, each(self.bounces > 0));
         let mut radiance = self.own_radiance(simd, &met);
         for (light, lit) in self.lights.iter().zip(self.lit) {
-            let lit = slots.lit(lit) & met.shown & !met.surface.unlit;
+            let lit = slots.lit(lit) & met.lit_lanes();
             if lit != 0 {
                 let (reflected, faces) = met.reflected(simd, light);
                 let is_lit = faces & mask32x16::from_bitmask(simd, lit.into());
@@ -103,15 +105,15 @@ impl Shading<'_> {
         }
         let color = self.seen_color(simd, &rays, &met, through, radiance).store();
         let passing = met.passing(simd, through);
-        let behind = met.shown & passing.largest().simd_gt(0.0).to_bitmask() as u16;
-        if met.traced | behind != 0 {
+        if met.leads_on(passing) {
             let meeting = |lane: usize| {
                 let (ray, [x, y]) = (block.ray(lane), block.pixel(lane));
                 let pixel = (y - block.corner[1]) * block.view.width + x;
-                let path = Path { pixel, through: Vec3::ONE, travelled: 0.0, bounces: 0, layers: 0 };
+                let media = Media::default();
+                let path = Path { pixel, through: Vec3::ONE, travelled: 0.0, bounces: 0, layers: 0, media };
                 hit_of(self.frame, &ray, hits.triangle[lane]).map(|hit| Meeting { ray, hit, path })
             };
-            go_on(&meeting, [met.traced, behind], &met.mirrors(&rays, &hits), &passing.store(), queue);
+            self.go_on(&meeting, &met.ways(&rays, &hits, through, passing), queue);
         }
         // Opaque where numbers overflow.
         let coverage = 1.0 - (passing.x + passing.y + passing.z) / 3.0;
@@ -137,7 +139,7 @@ impl Shading<'_> {
         shadows: &mut Vec<Shadow>,
         film: &mut Strip<'_>,
     ) {
-        let lanes = Lanes::new(onward, found);
+        let lanes = Lanes::new(onward, found, &self.frame.materials.materials);
         let through = Vectors::load(simd, &lanes.through);
         let rays = BlockRays::of_rays(simd, &lanes.rays, f32x16::from_slice(simd, &lanes.travelled));
         let Some(hits) = BlockHits::of_found(simd, self.frame, &rays, &lanes.found) else {
@@ -155,7 +157,7 @@ impl Shading<'_> {
         for (number, light) in self.lights.iter().enumerate() {
             let (reflected, faces) = met.reflected(simd, light);
             let reflected = (reflected * through.scaled(met.surface.opacity)).at_most_brightest();
-            let lit = met.shown & !met.surface.unlit & (faces & reflected.is_something()).to_bitmask() as u16;
+            let lit = met.lit_lanes() & (faces & reflected.is_something()).to_bitmask() as u16;
             let reflected = reflected.store();
             for lane in lanes_of(lit) {
                 let Some(Meeting { ray, hit, path }) = meeting(lane) else { continue };
@@ -170,9 +172,8 @@ impl Shading<'_> {
             }
         }
         let passing = met.passing(simd, through);
-        let behind = met.shown & passing.largest().simd_gt(0.0).to_bitmask() as u16;
-        if met.traced | behind != 0 {
-            go_on(&meeting, [met.traced, behind], &met.mirrors(&rays, &hits), &passing.store(), queue);
+        if met.leads_on(passing) {
+            self.go_on(&meeting, &met.ways(&rays, &hits, through, passing), queue);
         }
         // What is seen in mirrors hides nothing of the background.
         let hidden = through - passing;
@@ -201,16 +202,20 @@ impl Shading<'_> {
     }
 
     /// Radiance that surfaces send along the rays by themselves and from what is around the scene. What is seen in mirrors
-    /// that are followed is left out.
+    /// and through glass that are followed is left out.
     #[inline(always)]
     fn own_radiance<S: Simd>(&self, simd: S, met: &Met<S>) -> Vectors<S> {
-        let Met { surface, seen, mirrored, traced, .. } = met;
+        let Met { surface, seen, mirrored, .. } = met;
+        let nothing = Vectors::splat(simd, Vec3::ZERO);
         let mut surrounding = self.surroundings.blurred(simd, *mirrored, surface.reflectance.roughness());
-        if *traced != 0 {
-            let nothing = Vectors::splat(simd, Vec3::ZERO);
-            surrounding = Vectors::select(mask32x16::from_bitmask(simd, (*traced).into()), nothing, surrounding);
+        let followed = met.mirrors | met.glass & surface.reflectance.is_mirror().to_bitmask() as u16;
+        if followed != 0 {
+            surrounding = Vectors::select(mask32x16::from_bitmask(simd, followed.into()), nothing, surrounding);
         }
-        let ambient = seen.ambient(self.surroundings.irradiance(simd, surface.normal), surrounding);
+        let mut ambient = seen.ambient(self.surroundings.irradiance(simd, surface.normal), surrounding);
+        if met.is_inside() != 0 {
+            ambient = Vectors::select(mask32x16::from_bitmask(simd, met.is_inside().into()), nothing, ambient);
+        }
         let radiance = surface.emitted + ambient.scaled(surface.ambient_occlusion);
         if surface.unlit == 0 {
             return radiance;
@@ -228,133 +233,6 @@ impl Shaded {
         normal: [[0.0; LANES]; 3],
         triangle: [0; LANES],
     };
-}
-
-/// Rays that go on, lane by lane. Lanes without a ray have one that points somewhere, meets nothing, and none of whose light
-/// comes through.
-struct Lanes {
-    rays: Each<Ray>,
-    found: Each<Option<Hit>>,
-    through: [Each<f32>; 3],
-    travelled: Each<f32>,
-    bounces: Each<u32>,
-}
-
-impl Lanes {
-    fn new(onward: &[Onward], found: &[Option<Hit>]) -> Self {
-        let mut lanes = Self {
-            rays: [Ray::new(DVec3::ZERO, DVec3::Z); LANES],
-            found: [None; LANES],
-            through: [[0.0; LANES]; 3],
-            travelled: [0.0; LANES],
-            bounces: [0; LANES],
-        };
-        for (lane, (Onward { ray, path, .. }, found)) in onward.iter().zip(found).enumerate() {
-            (lanes.rays[lane], lanes.found[lane]) = (*ray, *found);
-            (lanes.travelled[lane], lanes.bounces[lane]) = (path.travelled, path.bounces);
-            put(lane, path.through, &mut lanes.through);
-        }
-        lanes
-    }
-}
-
-/// What sixteen rays meet.
-struct Met<S: Simd> {
-    surface: Surface<S>,
-    seen: SeenReflectance<S>,
-    /// Where mirrors send the rays.
-    mirrored: Vectors<S>,
-    /// How much of what is there reaches the camera.
-    mirrored_through: Vectors<S>,
-    /// The lanes that meet anything.
-    shown: u16,
-    /// The lanes whose mirrors are followed.
-    traced: u16,
-}
-
-/// What is in mirrors, lane by lane.
-struct Mirrors {
-    /// Where it is.
-    direction: [Each<f32>; 3],
-    /// How much of it reaches the camera.
-    through: [Each<f32>; 3],
-    /// How far it is from there to the camera.
-    travelled: Each<f32>,
-}
-
-impl<S: Simd> Met<S> {
-    #[inline(always)]
-    fn new(
-        simd: S,
-        shading: &Shading<'_>,
-        rays: &BlockRays<S>,
-        hits: &BlockHits<S>,
-        through: Vectors<S>,
-        follows_mirrors: Each<bool>,
-    ) -> Self {
-        /// Less than half of what a picture of 8 bits can show of white: panes behind panes would mirror each other endlessly.
-        const LEAST: f32 = 0.002;
-        let surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint);
-        let seen = surface.reflectance.seen(simd, surface.normal, surface.view);
-        let mirrored = surface.normal.scaled(2.0 * surface.view.dot(surface.normal)) - surface.view;
-        let mirrored_through = through.scaled(surface.opacity) * seen.specular();
-        let follows_mirrors = follows_mirrors.iter().rev().fold(0_u16, |bits, &follows| bits << 1 | u16::from(follows));
-        let mut traced = 0;
-        if follows_mirrors != 0 {
-            // A bent normal may mirror rays into the triangle.
-            let is_outside = surface.geometric_normal.dot(mirrored).simd_gt(0.0);
-            let is_seen = mirrored_through.largest().simd_gt(LEAST);
-            let is_traced = surface.reflectance.is_mirror() & is_outside & is_seen;
-            traced = is_traced.to_bitmask() as u16 & follows_mirrors & hits.shown & !surface.unlit;
-        }
-        Self { surface, seen, mirrored, mirrored_through, shown: hits.shown, traced }
-    }
-
-    /// Radiance that a light adds where it reaches the surface, and the lanes that it can reach.
-    #[inline(always)]
-    fn reflected(&self, simd: S, light: &Light) -> (Vectors<S>, mask32x16<S>) {
-        let Self { surface, seen, .. } = self;
-        let arriving = arriving(simd, light, surface.position);
-        let cosine = surface.normal.dot(arriving.towards).max(0.0);
-        // Light from behind the triangle lights its other side, whatever the bent normal says.
-        let faces = surface.geometric_normal.dot(arriving.towards).simd_gt(0.0);
-        (seen.evaluate(simd, arriving.towards) * arriving.irradiance.scaled(cosine), faces)
-    }
-
-    /// How much of what is straight behind reaches the camera.
-    #[inline(always)]
-    fn passing(&self, simd: S, through: Vectors<S>) -> Vectors<S> {
-        let Self { surface, shown, .. } = self;
-        let passing = Vectors::splat(simd, Vec3::ONE).lerp(surface.transmitted, surface.opacity);
-        Vectors::select(mask32x16::from_bitmask(simd, (*shown).into()), through * passing, through)
-    }
-
-    #[inline(always)]
-    fn mirrors(&self, rays: &BlockRays<S>, hits: &BlockHits<S>) -> Mirrors {
-        let (direction, through) = (self.mirrored.store(), self.mirrored_through.store());
-        Mirrors { direction, through, travelled: (rays.travelled + hits.depth).into() }
-    }
-}
-
-/// Queues the rays that go on from what sixteen have met: into mirrors from some lanes, and straight on from others.
-#[cold]
-fn go_on(
-    meeting: &dyn Fn(usize) -> Option<Meeting>,
-    [mirrors, behind]: [u16; 2],
-    mirrored: &Mirrors,
-    passing: &[Each<f32>; 3],
-    queue: &mut Vec<Onward>,
-) {
-    for lane in lanes_of(mirrors | behind) {
-        let Some(meeting) = meeting(lane) else { continue };
-        if mirrors >> lane & 1 == 1 {
-            let Mirrors { direction, through, travelled } = mirrored;
-            queue.push(meeting.towards(vector_of(lane, direction), vector_of(lane, through), travelled[lane]));
-        }
-        if behind >> lane & 1 == 1 {
-            queue.push(meeting.behind(vector_of(lane, passing)));
-        }
-    }
 }
 
 /// Some rows of the film, as many as a block has.
