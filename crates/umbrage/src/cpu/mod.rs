@@ -7,6 +7,7 @@ mod samples;
 mod see;
 mod shade;
 mod shadow;
+mod tint;
 
 use std::mem;
 use std::sync::OnceLock;

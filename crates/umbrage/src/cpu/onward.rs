@@ -6,7 +6,7 @@ use std::mem;
 use fearless_simd::{Level, dispatch};
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, Opacity as _, Ray};
+use umbrage_rays::{Hit, Ray};
 use umbrage_scene::Material;
 
 use super::met::{LEAST, Ways};
@@ -114,8 +114,9 @@ impl Queue {
                 dispatch!(level, simd => shading.shade_onward(simd, now, found, next, shadows, film));
             }
             for shadow in shadows.drain(..) {
-                if !shading.is_blocked(&shadow) {
-                    film.add(shadow.pixel, shadow.radiance, 0.0);
+                let Shadow { ray, triangle, light, pixel, radiance } = shadow;
+                if let Some(tint) = shading.arriving_through(&shading.lights[light], &ray, triangle) {
+                    film.add(pixel, radiance * tint, 0.0);
                 }
             }
         }
@@ -140,14 +141,6 @@ impl Shading<'_> {
                     && stops(self.frame, ray, other, self.sides)
             }),
         }
-    }
-
-    fn is_blocked(&self, shadow: &Shadow) -> bool {
-        let (triangles, opacity) = (self.frame.triangles(), self.frame.shadow_opacity());
-        let source = &self.lights[shadow.light].source;
-        self.rays_onward.blocked(triangles, &shadow.ray, shadow.triangle, &|id, barycentric| {
-            self.sides.stop_light(source, id, triangles.corners(id)) && opacity.stops(id, barycentric)
-        })
     }
 }
 

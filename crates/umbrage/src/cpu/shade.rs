@@ -27,7 +27,8 @@ impl Cpu {
         let Self { masks: lit, seen, sides, bounces, .. } = self;
         let (sides, bounces, rays_onward) = (sides.get(), *bounces, self.single_rays());
         let (level, footprint) = (Level::from(self.level), Footprint::new(view, samples.as_slice()[0].of));
-        let shading = Shading { rays_onward, lit, seen, frame, lights, surroundings, footprint, sides, bounces };
+        let tints = bounces > 0 && frame.is_see_through();
+        let shading = Shading { rays_onward, lit, seen, frame, lights, surroundings, footprint, sides, bounces, tints };
         let Film { color, depth, normal, triangle, .. } = film;
         let rows = TileOrder::BLOCK as usize * view.width as usize;
         let planes = color.par_chunks_mut(rows).zip(depth.par_chunks_mut(rows));
@@ -61,6 +62,8 @@ pub(super) struct Shading<'a> {
     pub(super) sides: Sides<'a>,
     /// How many mirrors light may come by.
     bounces: u32,
+    /// Whether what is seen through colours the light that comes through it to others.
+    pub(super) tints: bool,
 }
 
 /// What the camera rays of a block saw.
@@ -95,24 +98,28 @@ impl Shading<'_> {
         let through = Vectors::splat(simd, Vec3::ONE);
         let met = Met::new(simd, self, &rays, &hits, through, each(self.bounces > 0));
         let mut radiance = self.own_radiance(simd, &met);
+        let meeting = |lane: usize| {
+            let (ray, [x, y]) = (block.ray(lane), block.pixel(lane));
+            let pixel = (y - block.corner[1]) * block.view.width + x;
+            let media = Media::default();
+            let path = Path { pixel, through: Vec3::ONE, travelled: 0.0, bounces: 0, layers: 0, media };
+            hit_of(self.frame, &ray, hits.triangle[lane]).map(|hit| Meeting { ray, hit, path })
+        };
         for (light, lit) in self.lights.iter().zip(self.lit) {
             let lit = slots.lit(lit) & met.lit_lanes();
             if lit != 0 {
-                let (reflected, faces) = met.reflected(simd, light);
+                let (mut reflected, faces) = met.reflected(simd, light);
                 let is_lit = faces & mask32x16::from_bitmask(simd, lit.into());
+                if self.tints && light.casts_shadow {
+                    let tint = self.tints(&meeting, light, is_lit.to_bitmask() as u16);
+                    reflected = reflected * Vectors::load(simd, &tint);
+                }
                 radiance = Vectors::select(is_lit, radiance + reflected, radiance);
             }
         }
         let color = self.seen_color(simd, &rays, &met, through, radiance).store();
         let passing = met.passing(simd, through);
         if met.leads_on(passing) {
-            let meeting = |lane: usize| {
-                let (ray, [x, y]) = (block.ray(lane), block.pixel(lane));
-                let pixel = (y - block.corner[1]) * block.view.width + x;
-                let media = Media::default();
-                let path = Path { pixel, through: Vec3::ONE, travelled: 0.0, bounces: 0, layers: 0, media };
-                hit_of(self.frame, &ray, hits.triangle[lane]).map(|hit| Meeting { ray, hit, path })
-            };
             self.go_on(&meeting, &met.ways(&rays, &hits, through, passing), queue);
         }
         // Opaque where numbers overflow.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3, Vec4};
 use umbrage::rays::predicate::{HitPoint, hit};
-use umbrage::rays::{Camera, Hit, Ray, View};
-use umbrage::scene::{Frame, Material, Materials, Mesh, Volume};
+use umbrage::rays::{Camera, Hit, LightSource, Ray, View};
+use umbrage::scene::{Frame, Light, Material, Materials, Mesh, Volume};
 use umbrage::{Background, Renderer, Settings, Structure};
 use umbrage_verify::{Random, TestMesh};
 
@@ -293,4 +293,38 @@ fn dispersion_parts_colors() {
     assert_eq!(colorful(0.0), 0);
     let parted = colorful(5.0);
     assert!(parted > 20, "{parted} pixels");
+}
+
+#[test]
+fn stained_glass_colors_the_light_behind_it() {
+    let stain = Vec3::new(0.9, 0.5, 0.2);
+    let lit = |with_glass: bool, bounces: u32| {
+        let mut maker = Maker::default();
+        let floor = |x: f32, z: f32| Vec3::new(x * 9.0, 0.0, z * 9.0);
+        maker.quad([floor(-1.0, 1.0), floor(1.0, 1.0), floor(1.0, -1.0), floor(-1.0, -1.0)], 1);
+        if with_glass {
+            maker.cuboid(Vec3::new(-9.0, 3.0, -9.0), Vec3::new(9.0, 3.5, 9.0), 0);
+        }
+        let mut frame = maker.frame(vec![glass(1.5, stain), Material::clay()]);
+        let source = LightSource::Point { position: Vec3::new(0.0, 5.0, 0.0) };
+        let (name, color) = ("lamp".into(), Vec3::ONE);
+        frame.lights = vec![Light { name, source, color, intensity: 40.0, range: None, casts_shadow: true }];
+        let camera = Camera::look_at(Vec3::new(0.1, 2.5, 0.0), Vec3::ZERO, Vec3::Z, 1.0);
+        let settings = settings(camera, Vec3::ZERO, bounces);
+        let view = View { camera, width: settings.width, height: settings.height };
+        let points = (0..settings.width * settings.height).map(|pixel| {
+            let ray = view.ray(f64::from(pixel % settings.width) + 0.5, f64::from(pixel / settings.width) + 0.5);
+            ray.origin - ray.direction * (ray.origin.y / ray.direction.y)
+        });
+        points.zip(colors(&frame, &settings)).collect::<Vec<_>>()
+    };
+    let open = lit(false, 1);
+    for ((point, open), (_, behind)) in open.iter().zip(lit(true, 1)) {
+        let slant = (point.length_squared() + 25.0).sqrt() / 5.0;
+        let length = (0.5 * slant) as f32;
+        let expected = *open * Vec3::from_array(stain.to_array().map(|left| left.powf(length))) * 0.96 * 0.96;
+        assert!(behind.abs_diff_eq(expected, 1e-4), "{behind} at {point} instead of {expected}");
+    }
+    // Without bounces, glass is in nobody's way.
+    assert!(lit(true, 0) == lit(false, 0));
 }
