@@ -7,7 +7,8 @@ use umbrage_scene::Material;
 /// index of refraction is `ratio` times that of the medium behind it: Fresnel's equations. All of it beyond the critical angle.
 pub(crate) fn reflected_part(cosine: f64, ratio: f64) -> f64 {
     let behind = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
-    if !(behind > 0.0) {
+    // An index without end leaves no number.
+    if behind.is_nan() || behind <= 0.0 {
         return 1.0;
     }
     let behind = behind.sqrt();
