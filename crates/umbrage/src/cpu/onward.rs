@@ -13,7 +13,7 @@ use super::met::{LEAST, Ways};
 use super::shade::{Shading, Strip};
 use super::stops;
 use crate::shade::glass::{Media, attenuation, reflected_part, refracted};
-use crate::shade::lanes::{Each, LANES, lanes_of, put, vector_of};
+use crate::shade::lanes::{BRIGHTEST, Each, LANES, lanes_of, put, vector_of};
 
 /// How many surfaces one behind the other are seen through.
 const MOST_LAYERS: u32 = 32;
@@ -116,7 +116,9 @@ impl Queue {
             for shadow in shadows.drain(..) {
                 let Shadow { ray, triangle, light, pixel, radiance } = shadow;
                 if let Some(tint) = shading.arriving_through(&shading.lights[light], &ray, triangle) {
-                    film.add(pixel, radiance * tint, 0.0);
+                    // What has overflowed, or is no number, is as bright as can be.
+                    let bounded = (radiance * tint).map(|channel| channel.min(BRIGHTEST).max(-BRIGHTEST));
+                    film.add(pixel, bounded, 0.0);
                 }
             }
         }
@@ -195,7 +197,7 @@ impl Shading<'_> {
             };
             if ways.behind & bit != 0 {
                 // Where glass isn't followed any further, it is as thin as a pane.
-                let is_left = ways.volume & bit != 0 && media != Media::default();
+                let is_left = ways.volume & bit != 0 && !media.is_empty();
                 let media = if is_left { across() } else { media };
                 queue.push(meeting.behind(vector_of(lane, &ways.passing), media));
             }

@@ -27,7 +27,7 @@ pub(crate) fn refracted(direction: DVec3, normal: DVec3, ratio: f64) -> Option<D
 }
 
 /// The materials that a ray is inside of, the last entered last. Of more than there is room for, the first is forgotten.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Media {
     materials: [u32; Media::MOST],
     count: u8,
@@ -35,6 +35,11 @@ pub(crate) struct Media {
 
 impl Media {
     const MOST: usize = 4;
+
+    /// Whether the ray is in the open.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
 
     /// The material around the ray; `None` in the open.
     pub(crate) fn innermost(&self) -> Option<u32> {
@@ -140,7 +145,7 @@ mod tests {
         assert_eq!(inside.innermost(), Some(3));
         assert_eq!(inside.across(7, false).innermost(), Some(3));
         assert_eq!(inside.across(3, false).innermost(), Some(7));
-        assert_eq!(inside.across(3, false).across(7, false), Media::default().across(9, false));
+        assert!(inside.across(3, false).across(7, false).is_empty() && Media::default().across(9, false).is_empty());
         let deep = (0..9).fold(Media::default(), |media, material| media.across(material, true));
         let out = (6..9).rev().fold(deep, |media, material| media.across(material, false));
         assert_eq!((deep.innermost(), out.innermost()), (Some(8), Some(5)));
