@@ -26,7 +26,7 @@ const RENDER_EXAMPLES: &str = "
       Numbered frames with depth, normals and triangle ids
   umbrage render demo:forest --format y4m -o - | ffmpeg -i - forest.mp4
       The whole animation, through an encoder; its colours are BT.709's
-  umbrage render demo:glass --bounces 4 -o mirrors.png
+  umbrage render demo:glass --bounces 8 -o glass.png
       With what smooth surfaces mirror
   umbrage render demo:stadium --camera 9,4,9:0,1,0:30 --light sun:-1,-2,-1
       One's own camera and light
@@ -281,7 +281,8 @@ pub(crate) struct RenderFlags {
     /// Which sides of triangles there are; what shows another is seen through, and lets light through
     #[arg(long, value_name = "SIDES", default_value = "file", value_parser = choice::<Sides>())]
     pub(crate) sides: Sides,
-    /// Mirrors that light may come by, one after the other, 0 to 1024: with 0, smooth surfaces show the background alone
+    /// Mirrors and surfaces of glass that light may come by, one after the other, 0 to 1024: with 0, mirrors show the
+    /// background alone, and glass refracts nothing
     #[arg(long, value_name = "N", default_value = "0", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]
     pub(crate) bounces: u32,
     /// How brightness that no screen can show becomes colours that it can

@@ -174,10 +174,24 @@ pub(crate) fn check_light(light: &Light) -> Result<(), &'static str> {
 
 pub(crate) fn check_material(material: &Material) -> Result<(), &'static str> {
     let Material {
-        base_color, metallic, roughness, emissive, normal_scale, occlusion_strength, transmission, ior, ..
+        base_color,
+        metallic,
+        roughness,
+        emissive,
+        normal_scale,
+        occlusion_strength,
+        transmission,
+        ior,
+        dispersion,
+        ref volume,
+        ..
     } = *material;
-    let numbers = [metallic, roughness, normal_scale, occlusion_strength, transmission, ior];
-    let is_finite = base_color.is_finite() && emissive.is_finite() && numbers.iter().all(|number| number.is_finite());
+    let numbers =
+        [metallic, roughness, normal_scale, occlusion_strength, transmission, ior, dispersion, volume.thickness];
+    let is_finite = base_color.is_finite()
+        && emissive.is_finite()
+        && volume.attenuation_color.is_finite()
+        && numbers.iter().all(|number| number.is_finite());
     if is_finite { Ok(()) } else { Err("one of its numbers is not finite") }
 }
 

@@ -76,6 +76,8 @@ pub struct Material {
     pub transmission_texture: Option<TextureUse>,
     /// Index of refraction (`KHR_materials_ior`).
     pub ior: f32,
+    /// How much more blue light is refracted than red, by 20 over Abbe's number (`KHR_materials_dispersion`).
+    pub dispersion: f32,
     /// What is inside (`KHR_materials_volume`).
     pub volume: Volume,
 }
@@ -102,12 +104,20 @@ impl Default for Material {
             transmission: 0.0,
             transmission_texture: None,
             ior: 1.5,
+            dispersion: 0.0,
             volume: Volume::default(),
         }
     }
 }
 
 impl Material {
+    /// Whether its surfaces are where a volume begins and ends that light goes through, rather than thin walls. They have both
+    /// sides then, as `KHR_materials_volume` says.
+    #[must_use]
+    pub fn bounds_volume(&self) -> bool {
+        self.transmission > 0.0 && self.volume.thickness > 0.0
+    }
+
     /// What a surface is shown in whose file says nothing of materials: rough, light grey and two-sided.
     #[must_use]
     pub fn clay() -> Self {

@@ -1,8 +1,8 @@
-use glam::{Vec2, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use umbrage_rays::{MaskAnswers, MaskPoints, Opacity};
 
-use crate::{Alpha, Frame, Material, Texture};
+use crate::{Alpha, Frame, Material, Texture, TextureUse};
 
 impl Frame {
     /// The material of a triangle.
@@ -55,6 +55,30 @@ impl Frame {
     #[must_use]
     pub fn shadow_opacity(&self) -> FrameOpacity<'_> {
         FrameOpacity::new(self, true)
+    }
+
+    /// How much of the light behind a point of a triangle comes straight through, of red, green and blue: what opacity leaves
+    /// of it, and what is transmitted rather than mirrored at the front.
+    #[must_use]
+    pub fn passing(&self, triangle: u32, barycentric: [f32; 2]) -> Vec3 {
+        let material = self.material(triangle);
+        let tex_coords = self.tex_coords(triangle, barycentric);
+        let read = |texture: Option<TextureUse>| {
+            texture.map_or(Vec4::ONE, |texture| {
+                self.materials.textures[texture.texture as usize].sample(texture.image_coords(tex_coords), 0.0)
+            })
+        };
+        let texel = read(material.base_color_texture);
+        let color = material.base_color * self.vertex_color(triangle, barycentric) * texel;
+        let opacity = match material.alpha {
+            Alpha::Opaque => 1.0,
+            Alpha::Blend => color.w.clamp(0.0, 1.0),
+            Alpha::Mask { cutoff } => f32::from(self.opacity(triangle, barycentric) >= cutoff),
+        };
+        let mirrored = ((material.ior - 1.0) / (material.ior + 1.0)).powi(2);
+        let metallic = material.metallic * read(material.metallic_roughness_texture).z;
+        let transmission = material.transmission * read(material.transmission_texture).x * (1.0 - metallic);
+        Vec3::splat(1.0 - opacity) + color.truncate() * (opacity * transmission * (1.0 - mirrored))
     }
 
     /// Opacity of a point of a triangle, read from the full-size texture: the same for every ray that asks.

@@ -22,9 +22,10 @@ pub struct Settings {
     pub structure: Structure,
     /// Which sides of triangles stop rays.
     pub sides: Sides,
-    /// How many mirrors, one after the other, light may come by to the camera, 0 to [`Settings::MAX_BOUNCES`]: smooth
-    /// surfaces show what is before them. With 0, in the last mirror, and where less than 0.002 of what they show reaches
-    /// the camera, they show the background alone. On the CPU.
+    /// How many mirrors, and surfaces of glass, one after the other, light may come by to the camera, 0 to
+    /// [`Settings::MAX_BOUNCES`]: smooth surfaces show what is before them, and what bounds a volume of glass refracts what is
+    /// behind it. With 0, and in the last of them, mirrors show the background alone, and all glass is as thin as a pane. What
+    /// less than 0.002 of reaches the camera isn't followed. On the CPU.
     pub bounces: u32,
     /// What is behind and around the scene.
     pub background: Background,

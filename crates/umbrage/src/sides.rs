@@ -7,7 +7,8 @@ use umbrage_scene::{Frame, Material};
 /// What shows a side that isn't there is seen through, and lets light through.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sides {
-    /// The front, and the back where the material is [double-sided](umbrage_scene::Material::double_sided).
+    /// The front, and the back where the material is [double-sided](umbrage_scene::Material::double_sided) or
+    /// [bounds a volume](umbrage_scene::Material::bounds_volume).
     #[default]
     File,
     /// Both, whatever the material.
@@ -26,7 +27,7 @@ impl Sides {
     /// Whether the triangles of a material have a back.
     pub(crate) fn have_back(self, material: &Material) -> bool {
         match self {
-            Self::File => material.double_sided,
+            Self::File => material.double_sided || material.bounds_volume(),
             Self::Both => true,
             Self::Front => false,
         }

@@ -34,7 +34,7 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
     });
     if choices.engine == EngineChoice::Cpu {
         structure(choices, &mut app.notices, ui);
-        ui.add(Slider::new(&mut choices.bounces, 0..=16).text("Mirrors in a row"));
+        ui.add(Slider::new(&mut choices.bounces, 0..=16).text("Mirrors and glass in a row"));
     }
     ComboBox::from_label("Sides").selected_text(choices.sides.name()).width(150.0).show_ui(ui, |ui| {
         for &(name, sides, about) in Sides::CHOICES {

@@ -1,7 +1,7 @@
 // A point of a surface with everything that shading needs: crates/umbrage/src/shade/surface.rs.
 
 import package::shade::attributes::{material_of, tex_coords_of, vertex_color_at, vertex_normal_at, vertex_tangent_at};
-import package::shade::brdf::{Reflectance, reflectance_of};
+import package::shade::brdf::{Reflectance, reflectance_of, reflectance_view};
 import package::shade::hit::{Triangle, hit_of, perp_dot, ray_direction, triangle_of};
 import package::shade::tables::{
     TEXTURES, TEXTURE_BASE_COLOR, TEXTURE_EMISSIVE, TEXTURE_METALLIC_ROUGHNESS, TEXTURE_NORMAL, TEXTURE_OCCLUSION,
@@ -84,6 +84,11 @@ fn surface_at(id: u32, across: vec2<f32>) -> Surface {
     surface.base_color = base_color.xyz;
     surface.opacity = select(1.0, clamp(base_color.w, 0.0, 1.0), shade_materials[material].is_blended != 0u);
     surface.transmitted = base_color.xyz * transmission;
+    if transmission > 0.0 {
+        // What the surface mirrors doesn't pass.
+        let seen = reflectance_view(surface.reflectance, max(dot(surface.normal, surface.view), 1e-4));
+        surface.transmitted *= 1.0 - seen.specular;
+    }
     surface.emitted = shade_materials[material].emissive * texels[TEXTURE_EMISSIVE].xyz;
     surface.ambient_occlusion = 1.0 + shade_materials[material].occlusion_strength * (occlusion - 1.0);
     surface.is_unlit = shade_materials[material].is_unlit != 0u;

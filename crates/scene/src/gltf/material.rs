@@ -162,6 +162,9 @@ impl Reader<'_> {
                 attenuation_color: Vec3::from_array(volume.attenuation_color.0),
             };
         }
+        if let Some(dispersion) = json.others.get("KHR_materials_dispersion").and_then(|json| json.get("dispersion")) {
+            material.dispersion = dispersion.as_f64().unwrap_or(f64::NAN) as f32;
+        }
         if let Some(glossy) = &json.pbr_specular_glossiness {
             self.specular_glossiness(glossy, material, &format!("{location}.KHR_materials_pbrSpecularGlossiness"))?;
         }

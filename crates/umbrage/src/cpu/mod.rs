@@ -1,10 +1,13 @@
 //! The CPU engine: a frame's stages on the threads of the current rayon pool.
 
 mod copies;
+mod met;
+mod onward;
 mod samples;
 mod see;
 mod shade;
 mod shadow;
+mod tint;
 
 use std::mem;
 use std::sync::OnceLock;

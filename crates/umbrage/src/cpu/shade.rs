@@ -2,21 +2,23 @@ use std::array;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x16, mask32x16};
-use glam::{DVec3, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
-use umbrage_rays::predicate::HitPoint;
-use umbrage_rays::{Hit, LightMask, Ray, SeenPixels, Sides, SingleRays, TileOrder};
+use umbrage_rays::predicate::{HitPoint, ShadowRay};
+use umbrage_rays::{Hit, LightMask, SeenPixels, Sides, SingleRays, TileOrder};
 use umbrage_scene::{Frame, Light};
 
+use super::met::Met;
+use super::onward::{Lanes, Meeting, Onward, Path, Queue, Shadow};
 use super::samples::OneSample;
-use super::shadow::is_blocked;
-use super::{Cpu, hit_of, stops};
+use super::{Cpu, hit_of};
 use crate::Film;
 use crate::background::Surroundings;
 use crate::engine::Staged;
 use crate::sampling::Samples;
-use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, vector_of};
-use crate::shade::{Block, BlockHits, BlockRays, Footprint, SeenReflectance, Surface, arriving};
+use crate::shade::glass::Media;
+use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, each, lanes_of, vector_of};
+use crate::shade::{Block, BlockHits, BlockRays, Footprint};
 
 impl Cpu {
     /// Adds each pixel's radiance at the current samples to the film, in the order of their numbers.
@@ -25,48 +27,52 @@ impl Cpu {
         let Self { masks: lit, seen, sides, bounces, .. } = self;
         let (sides, bounces, rays_onward) = (sides.get(), *bounces, self.single_rays());
         let (level, footprint) = (Level::from(self.level), Footprint::new(view, samples.as_slice()[0].of));
-        let shading = Shading { rays_onward, lit, seen, frame, lights, surroundings, footprint, sides, bounces };
+        let tints = bounces > 0 && frame.is_see_through();
+        let shading = Shading { rays_onward, lit, seen, frame, lights, surroundings, footprint, sides, bounces, tints };
         let Film { color, depth, normal, triangle, .. } = film;
         let rows = TileOrder::BLOCK as usize * view.width as usize;
         let planes = color.par_chunks_mut(rows).zip(depth.par_chunks_mut(rows));
         let planes = planes.zip(normal.par_chunks_mut(rows)).zip(triangle.par_chunks_mut(rows));
-        planes.enumerate().for_each(|(strip, (((color, depth), normal), triangle))| {
+        planes.enumerate().for_each_init(Queue::default, |queue, (strip, (((color, depth), normal), triangle))| {
             let y = strip as u32 * TileOrder::BLOCK;
             let mut film = Strip { color, depth, normal, triangle };
-            for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
-                for (which, sample) in samples.as_slice().iter().enumerate() {
+            for (which, sample) in samples.as_slice().iter().enumerate() {
+                let one = OneSample::new(seen.order(), samples, which);
+                for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
                     let block = Block { view, sample, corner: [x, y] };
-                    let one = OneSample::new(seen.order(), samples, which);
-                    let shaded = dispatch!(level, simd => shading.shade(simd, &block, &one));
-                    film.add(&block, &shaded);
+                    let shaded = dispatch!(level, simd => shading.shade_seen(simd, &block, &one, &mut queue.next));
+                    film.add_block(&block, &shaded);
                 }
+                queue.follow(level, &shading, &mut film);
             }
         });
     }
 }
 
 /// What shading one sample needs.
-struct Shading<'a> {
+pub(super) struct Shading<'a> {
     /// For rays that go on behind what was seen, or from mirrors.
-    rays_onward: &'a dyn SingleRays,
+    pub(super) rays_onward: &'a dyn SingleRays,
     lit: &'a [LightMask],
     seen: &'a SeenPixels,
-    frame: &'a Frame,
-    lights: &'a [Light],
+    pub(super) frame: &'a Frame,
+    pub(super) lights: &'a [Light],
     surroundings: &'a Surroundings<'a>,
-    footprint: Footprint,
-    sides: Sides<'a>,
+    pub(super) footprint: Footprint,
+    pub(super) sides: Sides<'a>,
     /// How many mirrors light may come by.
     bounces: u32,
+    /// Whether what is seen through colours the light that comes through it to others.
+    pub(super) tints: bool,
 }
 
-/// What the rays of a block saw.
+/// What the camera rays of a block saw.
 struct Shaded {
-    /// Radiance.
+    /// Radiance, without what comes by rays that go on.
     color: [Each<f32>; 3],
-    /// How much of the background is hidden.
+    /// How much of what is behind it is hidden.
     coverage: Each<f32>,
-    /// What they saw first; there is nothing of it in lanes that show nothing.
+    /// The lanes that saw a triangle; there is nothing of it in the others.
     shown: u16,
     depth: Each<f32>,
     normal: [Each<f32>; 3],
@@ -74,245 +80,170 @@ struct Shaded {
 }
 
 impl Shading<'_> {
-    /// How many such surfaces one behind the other are seen through.
-    const MOST_LAYERS: usize = 32;
-
-    /// What the camera rays of a block see, through blended and transmissive surfaces to what is behind them, and in
-    /// mirrors.
+    /// What the camera rays of a block see; what goes on from there waits in the queue.
     #[inline(always)]
-    fn shade<S: Simd>(&self, simd: S, block: &Block<'_>, one_sample: &OneSample) -> Shaded {
-        let (nothing, one) = (Vectors::splat(simd, Vec3::ZERO), Vectors::splat(simd, Vec3::ONE));
+    fn shade_seen<S: Simd>(
+        &self,
+        simd: S,
+        block: &Block<'_>,
+        one_sample: &OneSample,
+        queue: &mut Vec<Onward>,
+    ) -> Shaded {
         let slots = one_sample.slots(block.corner);
         let rays = BlockRays::new(simd, block);
-        let next = BlockHits::of_seen(simd, self.frame, block, &rays, &slots.of(&self.seen.triangle));
-        let mut path = Path { rays, next, through: one, from_mirrors: None };
-        let mut mirrors: Vec<Path<S>> = Vec::new();
-        let (mut shown, mut depth, mut normal, mut triangle) = (0, f32x16::splat(simd, 0.0), nothing, [0; LANES]);
-        let (mut color, mut behind_all) = (nothing, nothing);
-        loop {
-            let Path { rays, mut next, mut through, from_mirrors } = path;
-            let ray = |lane| from_mirrors.as_ref().map_or_else(|| block.ray(lane), |from| from.rays[lane]);
-            let mut found = from_mirrors.as_ref().map(|from| from.found);
-            let bounces_left = self.bounces - from_mirrors.as_ref().map_or(0, |from| from.bounces);
-            for layer in 0..Self::MOST_LAYERS {
-                let Some(hits) = next else { break };
-                let met = Met::new(simd, self, &rays, &hits, through, bounces_left > 0);
-                let lit = |light: usize| match &found {
-                    None => slots.lit(&self.lit[light]),
-                    Some(found) => self.lit_onward(&ray, light, found),
-                };
-                let radiance = self.reflected(simd, &met, lit);
-                let is_shown = mask32x16::from_bitmask(simd, hits.shown.into());
-                color += Vectors::select(is_shown, radiance * through.scaled(met.surface.opacity), nothing);
-                if met.traced != 0 {
-                    let mirrored = met.mirrored.store();
-                    let from =
-                        self.follow_mirrors(&ray, met.traced, &mirrored, found.as_ref(), &hits.triangle, bounces_left);
-                    let rays = BlockRays::of_rays(simd, &from.rays, rays.travelled + hits.depth);
-                    let next = BlockHits::of_found(simd, self.frame, &rays, &from.found);
-                    let is_traced = mask32x16::from_bitmask(simd, met.traced.into());
-                    let through = Vectors::select(is_traced, met.mirrored_through, nothing);
-                    mirrors.push(Path { rays, next, through, from_mirrors: Some(from) });
+        let Some(hits) = BlockHits::of_seen(simd, self.frame, block, &rays, &slots.of(&self.seen.triangle)) else {
+            let color = self.surroundings.radiance(simd, rays.unit_direction()).at_most_brightest().store();
+            return Shaded { color, ..Shaded::NOTHING };
+        };
+        let through = Vectors::splat(simd, Vec3::ONE);
+        let met = Met::new(simd, self, &rays, &hits, through, each(self.bounces > 0));
+        let mut radiance = self.own_radiance(simd, &met);
+        let meeting = |lane: usize| {
+            let (ray, [x, y]) = (block.ray(lane), block.pixel(lane));
+            let pixel = (y - block.corner[1]) * block.view.width + x;
+            let media = Media::default();
+            let path = Path { pixel, through: Vec3::ONE, travelled: 0.0, bounces: 0, layers: 0, media };
+            hit_of(self.frame, &ray, hits.triangle[lane]).map(|hit| Meeting { ray, hit, path })
+        };
+        for (light, lit) in self.lights.iter().zip(self.lit) {
+            let lit = slots.lit(lit) & met.lit_lanes();
+            if lit != 0 {
+                let (mut reflected, faces) = met.reflected(simd, light);
+                let is_lit = faces & mask32x16::from_bitmask(simd, lit.into());
+                if self.tints && light.casts_shadow {
+                    let tint = self.tints(&meeting, light, is_lit.to_bitmask() as u16);
+                    reflected = reflected * Vectors::load(simd, &tint);
                 }
-                let passing = one.lerp(met.surface.transmitted, met.surface.opacity);
-                through = Vectors::select(is_shown, through * passing, through);
-                if layer == 0 && from_mirrors.is_none() {
-                    (shown, depth, normal, triangle) = (hits.shown, hits.depth, met.surface.normal, hits.triangle);
-                }
-                let seen_through = hits.shown & through.largest().simd_gt(0.0).to_bitmask() as u16;
-                if seen_through == 0 {
-                    break;
-                }
-                let behind = self.behind(&ray, seen_through, found.as_ref(), &hits.triangle);
-                next = BlockHits::of_found(simd, self.frame, &rays, &behind);
-                found = Some(behind);
+                radiance = Vectors::select(is_lit, radiance + reflected, radiance);
             }
-            if through.largest().simd_gt(0.0).any_true() {
-                color += self.surroundings.radiance(simd, rays.unit_direction()) * through;
-            }
-            if from_mirrors.is_none() {
-                behind_all = through;
-            }
-            let Some(next_path) = mirrors.pop() else { break };
-            path = next_path;
         }
+        let color = self.seen_color(simd, &rays, &met, through, radiance).store();
+        let passing = met.passing(simd, through);
+        if met.leads_on(passing) {
+            self.go_on(&meeting, &met.ways(&rays, &hits, through, passing), queue);
+        }
+        // Opaque where numbers overflow.
+        let coverage = 1.0 - (passing.x + passing.y + passing.z) / 3.0;
         Shaded {
-            color: color.at_most_brightest().store(),
-            // Opaque where numbers overflow.
-            coverage: (1.0 - (behind_all.x + behind_all.y + behind_all.z) / 3.0)
-                .min_precise(1.0)
-                .max_precise(-BRIGHTEST)
-                .into(),
-            shown,
-            depth: depth.min_precise(f32::MAX).into(),
-            normal: normal.store(),
-            triangle,
+            color,
+            coverage: coverage.min_precise(1.0).max_precise(-BRIGHTEST).into(),
+            shown: hits.shown,
+            depth: hits.depth.min_precise(f32::MAX).into(),
+            normal: met.surface.normal.store(),
+            triangle: hits.triangle,
         }
     }
 
-    /// Radiance that surfaces send along the rays, by themselves and from the lights that reach them; `lit` gives the
-    /// lanes that a light reaches. What is seen in mirrors that are followed is left out.
+    /// Adds to the film what up to sixteen rays see that go on from others. What goes on from there waits in the queue, and
+    /// what lights add until it is known whether they reach it.
     #[inline(always)]
-    fn reflected<S: Simd>(&self, simd: S, met: &Met<S>, lit: impl Fn(usize) -> u16) -> Vectors<S> {
-        let Met { surface, seen, mirrored, shown, traced, .. } = met;
-        let normal = surface.normal;
-        let mut surrounding = self.surroundings.blurred(simd, *mirrored, surface.reflectance.roughness());
-        if *traced != 0 {
-            let nothing = Vectors::splat(simd, Vec3::ZERO);
-            surrounding = Vectors::select(mask32x16::from_bitmask(simd, (*traced).into()), nothing, surrounding);
-        }
-        let ambient = seen.ambient(self.surroundings.irradiance(simd, normal), surrounding);
-        let mut radiance = surface.emitted + ambient.scaled(surface.ambient_occlusion);
+    pub(super) fn shade_onward<S: Simd>(
+        &self,
+        simd: S,
+        onward: &[Onward],
+        found: &[Option<Hit>],
+        queue: &mut Vec<Onward>,
+        shadows: &mut Vec<Shadow>,
+        film: &mut Strip<'_>,
+    ) {
+        let lanes = Lanes::new(onward, found, &self.frame.materials.materials);
+        let through = Vectors::load(simd, &lanes.through);
+        let rays = BlockRays::of_rays(simd, &lanes.rays, f32x16::from_slice(simd, &lanes.travelled));
+        let Some(hits) = BlockHits::of_found(simd, self.frame, &rays, &lanes.found) else {
+            let color = self.surroundings.radiance(simd, rays.unit_direction()) * through;
+            film.add_lanes(onward, &color.at_most_brightest().store(), &[0.0; LANES]);
+            return;
+        };
+        let met = Met::new(simd, self, &rays, &hits, through, lanes.bounces.map(|bounces| bounces < self.bounces));
+        let meeting = |lane: usize| {
+            let Onward { ray, path, .. } = onward[lane];
+            found[lane].map(|hit| Meeting { ray, hit, path })
+        };
+        let radiance = self.own_radiance(simd, &met);
+        let color = self.seen_color(simd, &rays, &met, through, radiance).store();
         for (number, light) in self.lights.iter().enumerate() {
-            let lit = lit(number) & *shown & !surface.unlit;
-            if lit == 0 {
-                continue;
+            let (reflected, faces) = met.reflected(simd, light);
+            let reflected = (reflected * through.scaled(met.surface.opacity)).at_most_brightest();
+            let lit = met.lit_lanes() & (faces & reflected.is_something()).to_bitmask() as u16;
+            let reflected = reflected.store();
+            for lane in lanes_of(lit) {
+                let Some(Meeting { ray, hit, path }) = meeting(lane) else { continue };
+                let radiance = vector_of(lane, &reflected);
+                if light.casts_shadow {
+                    let ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
+                    let (triangle, pixel) = (hit.triangle, path.pixel);
+                    shadows.push(Shadow { ray, triangle, light: number, pixel, radiance });
+                } else {
+                    film.add(path.pixel, radiance, 0.0);
+                }
             }
-            let arriving = arriving(simd, light, surface.position);
-            let cosine = normal.dot(arriving.towards).max(0.0);
-            // Light from behind the triangle lights its other side, whatever the bent normal says.
-            let faces = surface.geometric_normal.dot(arriving.towards).simd_gt(0.0);
-            let is_lit = faces & mask32x16::from_bitmask(simd, lit.into());
-            let reflected = seen.evaluate(simd, arriving.towards) * arriving.irradiance.scaled(cosine);
-            radiance = Vectors::select(is_lit, radiance + reflected, radiance);
         }
+        let passing = met.passing(simd, through);
+        if met.leads_on(passing) {
+            self.go_on(&meeting, &met.ways(&rays, &hits, through, passing), queue);
+        }
+        // What is seen in mirrors hides nothing of the background.
+        let hidden = through - passing;
+        let coverage = ((hidden.x + hidden.y + hidden.z) / 3.0).min_precise(1.0).max_precise(-BRIGHTEST);
+        let is_seen = |bounces: u32| if bounces == 0 { 1.0 } else { 0.0 };
+        let coverage = coverage * f32x16::from_slice(simd, &lanes.bounces.map(is_seen));
+        film.add_lanes(onward, &color, &coverage.into());
+    }
+
+    /// What rays show of surfaces of such a radiance, and of what is around the scene where they meet nothing.
+    #[inline(always)]
+    fn seen_color<S: Simd>(
+        &self,
+        simd: S,
+        rays: &BlockRays<S>,
+        met: &Met<S>,
+        through: Vectors<S>,
+        radiance: Vectors<S>,
+    ) -> Vectors<S> {
+        let color = radiance * through.scaled(met.surface.opacity);
+        if met.shown == u16::MAX {
+            return color.at_most_brightest();
+        }
+        let around = self.surroundings.radiance(simd, rays.unit_direction()) * through;
+        Vectors::select(mask32x16::from_bitmask(simd, met.shown.into()), color, around).at_most_brightest()
+    }
+
+    /// Radiance that surfaces send along the rays by themselves and from what is around the scene. What is seen in mirrors
+    /// and through glass that are followed is left out.
+    #[inline(always)]
+    fn own_radiance<S: Simd>(&self, simd: S, met: &Met<S>) -> Vectors<S> {
+        let Met { surface, seen, mirrored, .. } = met;
+        let nothing = Vectors::splat(simd, Vec3::ZERO);
+        let mut surrounding = self.surroundings.blurred(simd, *mirrored, surface.reflectance.roughness());
+        let followed = met.mirrors | met.glass & surface.reflectance.is_mirror().to_bitmask() as u16;
+        if followed != 0 {
+            surrounding = Vectors::select(mask32x16::from_bitmask(simd, followed.into()), nothing, surrounding);
+        }
+        let mut ambient = seen.ambient(self.surroundings.irradiance(simd, surface.normal), surrounding);
+        if met.is_inside() != 0 {
+            ambient = Vectors::select(mask32x16::from_bitmask(simd, met.is_inside().into()), nothing, ambient);
+        }
+        let radiance = surface.emitted + ambient.scaled(surface.ambient_occlusion);
         if surface.unlit == 0 {
             return radiance;
         }
         Vectors::select(mask32x16::from_bitmask(simd, surface.unlit.into()), surface.base_color, radiance)
     }
-
-    /// What some lanes show behind what they have `found` so far, or behind the triangles that they show first.
-    #[cold]
-    fn behind(
-        &self,
-        ray: &dyn Fn(usize) -> Ray,
-        lanes: u16,
-        found: Option<&Each<Option<Hit>>>,
-        first: &Each<u32>,
-    ) -> Each<Option<Hit>> {
-        let mut behind = [None; LANES];
-        for lane in lanes_of(lanes) {
-            let ray = ray(lane);
-            // The exact distance, so that the same surface isn't met again.
-            let hit = found.map_or_else(|| hit_of(self.frame, &ray, first[lane]), |found| found[lane]);
-            let Some(hit) = hit else { continue };
-            let stops = |hit: &Hit| stops(self.frame, &ray, hit, self.sides);
-            behind[lane] = self.rays_onward.nearest(self.frame.triangles(), &Ray { t_min: hit.t, ..ray }, &stops);
-        }
-        behind
-    }
-
-    /// What some lanes show in the mirrors that they have `found`, or that they show `first`, in the directions `mirrored`.
-    #[cold]
-    fn follow_mirrors(
-        &self,
-        ray: &dyn Fn(usize) -> Ray,
-        lanes: u16,
-        mirrored: &[Each<f32>; 3],
-        found: Option<&Each<Option<Hit>>>,
-        first: &Each<u32>,
-        bounces_left: u32,
-    ) -> FromMirrors {
-        // Lanes without a ray get one that points somewhere.
-        let mut from = FromMirrors {
-            rays: [Ray::new(DVec3::ZERO, DVec3::Z); LANES],
-            found: [None; LANES],
-            bounces: self.bounces - bounces_left + 1,
-        };
-        let triangles = self.frame.triangles();
-        for lane in lanes_of(lanes) {
-            let ray = ray(lane);
-            let hit = found.map_or_else(|| hit_of(self.frame, &ray, first[lane]), |found| found[lane]);
-            let Some(hit) = hit else { continue };
-            let point = HitPoint::new(&ray, hit.t);
-            let ray = Ray::new(point.position, vector_of(lane, mirrored).as_dvec3());
-            from.rays[lane] = ray;
-            // As with shadows: neither the mirror itself nor what the point touches, as far as anybody can tell.
-            from.found[lane] = self.rays_onward.nearest(triangles, &ray, &|other| {
-                other.triangle != hit.triangle
-                    && !point.is_on(triangles.corners(other.triangle))
-                    && stops(self.frame, &ray, other, self.sides)
-            });
-        }
-        from
-    }
-
-    /// The lanes whose `found` hits a light reaches.
-    #[cold]
-    fn lit_onward(&self, ray: &dyn Fn(usize) -> Ray, light: usize, found: &Each<Option<Hit>>) -> u16 {
-        let light = &self.lights[light];
-        let is_lit =
-            |lane: usize, hit: &Hit| !is_blocked(self.rays_onward, self.frame, self.sides, light, &ray(lane), hit);
-        (0..LANES)
-            .filter(|&lane| found[lane].is_some_and(|hit| is_lit(lane, &hit)))
-            .fold(0, |lit, lane| lit | 1 << lane)
-    }
 }
 
-/// What sixteen rays meet next.
-struct Met<S: Simd> {
-    surface: Surface<S>,
-    seen: SeenReflectance<S>,
-    /// Where mirrors send the rays.
-    mirrored: Vectors<S>,
-    /// How much of what is there reaches the camera.
-    mirrored_through: Vectors<S>,
-    /// The lanes that meet anything.
-    shown: u16,
-    /// The lanes whose mirrors are followed.
-    traced: u16,
-}
-
-impl<S: Simd> Met<S> {
-    #[inline(always)]
-    fn new(
-        simd: S,
-        shading: &Shading<'_>,
-        rays: &BlockRays<S>,
-        hits: &BlockHits<S>,
-        through: Vectors<S>,
-        follows_mirrors: bool,
-    ) -> Self {
-        /// Less than half of what a picture of 8 bits can show of white: panes behind panes would mirror each other endlessly.
-        const LEAST: f32 = 0.002;
-        let surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint);
-        let seen = surface.reflectance.seen(simd, surface.normal, surface.view);
-        let mirrored = surface.normal.scaled(2.0 * surface.view.dot(surface.normal)) - surface.view;
-        let mirrored_through = through.scaled(surface.opacity) * seen.specular();
-        let mut traced = 0;
-        if follows_mirrors {
-            // A bent normal may mirror rays into the triangle.
-            let is_outside = surface.geometric_normal.dot(mirrored).simd_gt(0.0);
-            let is_seen = mirrored_through.largest().simd_gt(LEAST);
-            let is_traced = surface.reflectance.is_mirror() & is_outside & is_seen;
-            traced = is_traced.to_bitmask() as u16 & hits.shown & !surface.unlit;
-        }
-        Self { surface, seen, mirrored, mirrored_through, shown: hits.shown, traced }
-    }
-}
-
-/// Sixteen ways from the camera on.
-struct Path<S: Simd> {
-    rays: BlockRays<S>,
-    /// What they meet next.
-    next: Option<BlockHits<S>>,
-    /// How much of what they meet reaches the camera; zero in lanes without a ray.
-    through: Vectors<S>,
-    /// `None` for the camera's own rays.
-    from_mirrors: Option<FromMirrors>,
-}
-
-/// Rays that come from mirrors.
-struct FromMirrors {
-    rays: Each<Ray>,
-    found: Each<Option<Hit>>,
-    /// How many mirrors are behind them.
-    bounces: u32,
+impl Shaded {
+    const NOTHING: Self = Self {
+        color: [[0.0; LANES]; 3],
+        coverage: [0.0; LANES],
+        shown: 0,
+        depth: [0.0; LANES],
+        normal: [[0.0; LANES]; 3],
+        triangle: [0; LANES],
+    };
 }
 
 /// Some rows of the film, as many as a block has.
-struct Strip<'a> {
+pub(super) struct Strip<'a> {
     color: &'a mut [Vec4],
     depth: &'a mut [f32],
     normal: &'a mut [Vec3],
@@ -320,7 +251,18 @@ struct Strip<'a> {
 }
 
 impl Strip<'_> {
-    fn add(&mut self, block: &Block<'_>, shaded: &Shaded) {
+    /// Adds to a pixel what it shows, and how much that hides of what is behind.
+    pub(super) fn add(&mut self, pixel: u32, radiance: Vec3, coverage: f32) {
+        self.color[pixel as usize] += radiance.extend(coverage);
+    }
+
+    fn add_lanes(&mut self, onward: &[Onward], color: &[Each<f32>; 3], coverage: &Each<f32>) {
+        for (lane, onward) in onward.iter().enumerate() {
+            self.add(onward.path.pixel, vector_of(lane, color), coverage[lane]);
+        }
+    }
+
+    fn add_block(&mut self, block: &Block<'_>, shaded: &Shaded) {
         let pixels: Each<usize> = array::from_fn(|lane| {
             let [column, row] = block.pixel(lane);
             ((row - block.corner[1]) * block.view.width + column) as usize

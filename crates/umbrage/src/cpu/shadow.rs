@@ -1,8 +1,7 @@
 use std::mem;
 
 use rayon::prelude::*;
-use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, LightMask, LightSource, Opacity as _, Ray, SeenPixels, Sides, SingleRays, View};
+use umbrage_rays::{LightMask, LightSource, SeenPixels, View};
 use umbrage_scene::{Frame, Light};
 
 use super::{Cpu, opacities, shot};
@@ -41,23 +40,4 @@ impl Cpu {
         let points = seen.triangle.par_iter().filter(|&&triangle| triangle != SeenPixels::NONE).count();
         *shadow_rays += (points * sources.len()) as u64;
     }
-}
-
-/// Whether something stands between `light` and the point that `ray` has hit.
-pub(super) fn is_blocked(
-    rays: &dyn SingleRays,
-    frame: &Frame,
-    sides: Sides<'_>,
-    light: &Light,
-    ray: &Ray,
-    hit: &Hit,
-) -> bool {
-    if !light.casts_shadow {
-        return false;
-    }
-    let shadow_ray = ShadowRay::new(&light.source, HitPoint::new(ray, hit.t));
-    let (triangles, opacity) = (frame.triangles(), frame.shadow_opacity());
-    rays.blocked(triangles, &shadow_ray, hit.triangle, &|id, barycentric| {
-        sides.stop_light(&light.source, id, triangles.corners(id)) && opacity.stops(id, barycentric)
-    })
 }

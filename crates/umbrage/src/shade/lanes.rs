@@ -150,6 +150,12 @@ impl<S: Simd> Vectors<S> {
         self.x.max(self.y).max(self.z)
     }
 
+    /// Where not all of x, y and z are zero.
+    #[inline(always)]
+    pub(crate) fn is_something(self) -> mask32x16<S> {
+        !(self.x.simd_eq(0.0) & self.y.simd_eq(0.0) & self.z.simd_eq(0.0))
+    }
+
     /// [`BRIGHTEST`] for what is brighter, and for what has overflowed and is no number.
     #[inline(always)]
     pub(crate) fn at_most_brightest(self) -> Self {

@@ -2,6 +2,7 @@
 //! light that reaches them.
 
 mod brdf;
+pub(crate) mod glass;
 mod hits;
 mod irradiance;
 pub(crate) mod lanes;

@@ -19,6 +19,8 @@ pub(super) struct Paint {
     pub(super) bumps: Bumps,
     /// The lanes of blended materials, the first in the lowest bit.
     pub(super) blended: u16,
+    /// The lanes whose surface bounds a volume.
+    pub(super) volume: u16,
     pub(super) unlit: u16,
 }
 
@@ -84,6 +86,7 @@ impl Paint {
                 bitangent_sign: [0.0; LANES],
             },
             blended: if material.alpha == Alpha::Blend { u16::MAX } else { 0 },
+            volume: if material.bounds_volume() { u16::MAX } else { 0 },
             unlit: if material.unlit { u16::MAX } else { 0 },
         }
     }
@@ -99,6 +102,7 @@ impl Paint {
         put(lane, material.emissive, &mut self.emitted);
         let bit = 1 << lane;
         self.blended = self.blended & !bit | if material.alpha == Alpha::Blend { bit } else { 0 };
+        self.volume = self.volume & !bit | if material.bounds_volume() { bit } else { 0 };
         self.unlit = self.unlit & !bit | if material.unlit { bit } else { 0 };
     }
 

@@ -51,11 +51,15 @@ pub(crate) struct Surface<S: Simd> {
     pub(crate) base_color: Vectors<S>,
     /// How much of what is behind the surface hides; 1 but for blended materials.
     pub(crate) opacity: f32x16<S>,
-    /// What passes through of the light from behind, as through a thin pane, where the surface is opaque otherwise.
+    /// What passes through of the light from behind that the surface does not mirror, where it is opaque otherwise.
     pub(crate) transmitted: Vectors<S>,
     pub(crate) emitted: Vectors<S>,
     /// How much of the light from all around arrives, 0 … 1.
     pub(crate) ambient_occlusion: f32x16<S>,
+    /// The lanes in which a volume of glass begins or ends, the first in the lowest bit.
+    pub(crate) volume: u16,
+    /// The lanes that show the front of their triangle.
+    pub(crate) front: u16,
     /// The lanes that are shown in their base colour whatever the light, the first in the lowest bit.
     pub(crate) unlit: u16,
 }
@@ -93,6 +97,8 @@ impl<S: Simd> Surface<S> {
             transmitted: base_color.scaled(transmission),
             emitted: Vectors::load(simd, &paint.emitted),
             ambient_occlusion: f32x16::from_slice(simd, &paint.ambient_occlusion),
+            volume: paint.volume,
+            front: facet.shows_front.to_bitmask() as u16,
             unlit: paint.unlit,
         }
     }
@@ -104,6 +110,7 @@ struct Facet<S: Simd> {
     front: Vectors<S>,
     /// On the side of the ray's origin.
     geometric_normal: Vectors<S>,
+    shows_front: mask32x16<S>,
     /// Area of the ray's cone on the surface, in triangle areas.
     covered_triangles: f32x16<S>,
 }
@@ -121,7 +128,7 @@ impl<S: Simd> Facet<S> {
         let width = footprint.width_at(hits.depth + rays.travelled);
         let cosine = geometric_normal.dot(view).max(0.01);
         let covered_triangles = 2.0 * width * width / (cosine * doubled_area.length());
-        Self { front, geometric_normal, covered_triangles }
+        Self { front, geometric_normal, shows_front: !is_behind, covered_triangles }
     }
 
     /// The shading normal: interpolated between the vertices, bent by the normal texture, and on the side of the ray.

@@ -3,6 +3,7 @@
 mod copies;
 mod files_scenes;
 mod fuzz;
+mod glass;
 mod gltf_scenes;
 mod matrix;
 mod mirrors;

@@ -1,0 +1,160 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, mask32x16};
+use glam::Vec3;
+use umbrage_scene::Light;
+
+use super::shade::Shading;
+use crate::shade::lanes::{Each, Vectors};
+use crate::shade::{BlockHits, BlockRays, SeenReflectance, Surface, arriving};
+
+/// Less of what is in mirrors and glass isn't followed: it is less than half of what a picture of 8 bits can show of white, and
+/// panes behind panes would mirror each other endlessly.
+pub(super) const LEAST: f32 = 0.002;
+
+/// What sixteen rays meet.
+pub(super) struct Met<S: Simd> {
+    pub(super) surface: Surface<S>,
+    pub(super) seen: SeenReflectance<S>,
+    /// Where mirrors send the rays.
+    pub(super) mirrored: Vectors<S>,
+    /// How much of what is there reaches the camera.
+    pub(super) mirrored_through: Vectors<S>,
+    /// The lanes that meet anything.
+    pub(super) shown: u16,
+    /// The lanes whose mirrors are followed.
+    pub(super) mirrors: u16,
+    /// The lanes in which light is followed into glass or out of it.
+    pub(super) glass: u16,
+}
+
+impl<S: Simd> Met<S> {
+    #[inline(always)]
+    pub(super) fn new(
+        simd: S,
+        shading: &Shading<'_>,
+        rays: &BlockRays<S>,
+        hits: &BlockHits<S>,
+        through: Vectors<S>,
+        follows: Each<bool>,
+    ) -> Self {
+        let surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint);
+        let seen = surface.reflectance.seen(simd, surface.normal, surface.view);
+        let mirrored = surface.normal.scaled(2.0 * surface.view.dot(surface.normal)) - surface.view;
+        let mirrored_through = through.scaled(surface.opacity) * seen.specular();
+        let follows = follows.iter().rev().fold(0_u16, |bits, &follows| bits << 1 | u16::from(follows));
+        let (mut mirrors, mut glass) = (0, 0);
+        if follows != 0 {
+            let lanes = follows & hits.shown & !surface.unlit;
+            glass = lanes & surface.volume & surface.transmitted.is_something().to_bitmask() as u16;
+            // A bent normal may mirror rays into the triangle.
+            let is_outside = surface.geometric_normal.dot(mirrored).simd_gt(0.0);
+            let is_seen = mirrored_through.largest().simd_gt(LEAST);
+            mirrors = (surface.reflectance.is_mirror() & is_outside & is_seen).to_bitmask() as u16 & lanes & !glass;
+        }
+        Self { surface, seen, mirrored, mirrored_through, shown: hits.shown, mirrors, glass }
+    }
+
+    /// The lanes that show glass from inside, where light comes only from where it is followed to.
+    #[inline(always)]
+    pub(super) fn is_inside(&self) -> u16 {
+        self.glass & !self.surface.front
+    }
+
+    /// The lanes that lights can light.
+    #[inline(always)]
+    pub(super) fn lit_lanes(&self) -> u16 {
+        self.shown & !self.surface.unlit & !self.is_inside()
+    }
+
+    /// Radiance that a light adds where it reaches the surface, and the lanes that it can reach.
+    #[inline(always)]
+    pub(super) fn reflected(&self, simd: S, light: &Light) -> (Vectors<S>, mask32x16<S>) {
+        let Self { surface, seen, .. } = self;
+        let arriving = arriving(simd, light, surface.position);
+        let cosine = surface.normal.dot(arriving.towards).max(0.0);
+        // Light from behind the triangle lights its other side, whatever the bent normal says.
+        let faces = surface.geometric_normal.dot(arriving.towards).simd_gt(0.0);
+        (seen.evaluate(simd, arriving.towards) * arriving.irradiance.scaled(cosine), faces)
+    }
+
+    /// How much of what is straight behind reaches the camera.
+    #[inline(always)]
+    pub(super) fn passing(&self, simd: S, through: Vectors<S>) -> Vectors<S> {
+        let Self { surface, seen, shown, glass, .. } = self;
+        let one = Vectors::splat(simd, Vec3::ONE);
+        // What the surface mirrors doesn't pass.
+        let mut transmitted = surface.transmitted * (one - seen.specular());
+        if *glass != 0 {
+            let nothing = Vectors::splat(simd, Vec3::ZERO);
+            transmitted = Vectors::select(mask32x16::from_bitmask(simd, (*glass).into()), nothing, transmitted);
+        }
+        let passing = one.lerp(transmitted, surface.opacity);
+        Vectors::select(mask32x16::from_bitmask(simd, (*shown).into()), through * passing, through)
+    }
+
+    /// The lanes in which something straight behind is seen.
+    #[inline(always)]
+    pub(super) fn behind(&self, passing: Vectors<S>) -> u16 {
+        self.shown & passing.largest().simd_gt(0.0).to_bitmask() as u16
+    }
+
+    /// Whether rays go on from here.
+    #[inline(always)]
+    pub(super) fn leads_on(&self, passing: Vectors<S>) -> bool {
+        self.mirrors | self.glass | self.behind(passing) != 0
+    }
+
+    #[inline(always)]
+    pub(super) fn ways(
+        &self,
+        rays: &BlockRays<S>,
+        hits: &BlockHits<S>,
+        through: Vectors<S>,
+        passing: Vectors<S>,
+    ) -> Ways {
+        let Self { surface, mirrors, glass, .. } = self;
+        let [mirrors, glass, behind, volume, front] =
+            [*mirrors, *glass, self.behind(passing), surface.volume, surface.front];
+        Ways {
+            mirrors,
+            glass,
+            behind,
+            volume,
+            front,
+            is_smooth: surface.reflectance.is_mirror().to_bitmask() as u16,
+            mirrored: self.mirrored.store(),
+            mirrored_through: self.mirrored_through.store(),
+            passing: passing.store(),
+            surface_through: through.scaled(surface.opacity).store(),
+            transmitted: surface.transmitted.store(),
+            normal: surface.normal.store(),
+            geometric_normal: surface.geometric_normal.store(),
+            travelled: (rays.travelled + hits.depth).into(),
+        }
+    }
+}
+
+/// From where light comes to what sixteen rays have met, lane by lane.
+pub(super) struct Ways {
+    /// The lanes with a mirror that is followed, with glass, and with something straight behind.
+    pub(super) mirrors: u16,
+    pub(super) glass: u16,
+    pub(super) behind: u16,
+    /// The lanes whose surface bounds a volume, whose front is seen, and that are smooth.
+    pub(super) volume: u16,
+    pub(super) front: u16,
+    pub(super) is_smooth: u16,
+    /// Where mirrors lead, and how much of what is there reaches the camera.
+    pub(super) mirrored: [Each<f32>; 3],
+    pub(super) mirrored_through: [Each<f32>; 3],
+    /// How much of what is straight behind reaches the camera.
+    pub(super) passing: [Each<f32>; 3],
+    /// How much of what the surface sends does.
+    pub(super) surface_through: [Each<f32>; 3],
+    /// What the surface lets through of light from behind.
+    pub(super) transmitted: [Each<f32>; 3],
+    pub(super) normal: [Each<f32>; 3],
+    pub(super) geometric_normal: [Each<f32>; 3],
+    /// How far it is from the surface to the camera.
+    pub(super) travelled: Each<f32>,
+}

@@ -1,0 +1,249 @@
+//! Rays that go on from what others have met, to what is behind it, in mirrors or through glass: queued, and answered
+//! together.
+
+use std::mem;
+
+use fearless_simd::{Level, dispatch};
+use glam::{DVec3, Vec3};
+use umbrage_rays::predicate::{HitPoint, ShadowRay};
+use umbrage_rays::{Hit, Ray};
+use umbrage_scene::Material;
+
+use super::met::{LEAST, Ways};
+use super::shade::{Shading, Strip};
+use super::stops;
+use crate::shade::glass::{Media, attenuation, reflected_part, refracted};
+use crate::shade::lanes::{BRIGHTEST, Each, LANES, lanes_of, put, vector_of};
+
+/// How many surfaces one behind the other are seen through.
+const MOST_LAYERS: u32 = 32;
+
+/// What becomes of the light that comes along a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Path {
+    /// The pixel that shows it, by its index in a [`Strip`].
+    pub(super) pixel: u32,
+    /// How much of it reaches the camera.
+    pub(super) through: Vec3,
+    /// How far it goes from the ray's origin to the camera.
+    pub(super) travelled: f32,
+    /// By how many mirrors, and how often into glass or out of it, it comes.
+    pub(super) bounces: u32,
+    /// Through how many surfaces it comes to the last of these.
+    pub(super) layers: u32,
+    /// What it goes through along the ray.
+    pub(super) media: Media,
+}
+
+/// A ray that goes on from what another has met.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Onward {
+    pub(super) ray: Ray,
+    pub(super) path: Path,
+    from: From,
+}
+
+/// Where a ray starts.
+#[derive(Clone, Copy, Debug)]
+enum From {
+    /// On the line of the ray that it continues, behind what that has met.
+    Behind,
+    /// At a point of a triangle.
+    Surface { point: HitPoint, triangle: u32 },
+}
+
+/// What a ray has met, and what becomes of the light that comes from there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Meeting {
+    pub(super) ray: Ray,
+    pub(super) hit: Hit,
+    pub(super) path: Path,
+}
+
+impl Meeting {
+    /// The ray that goes straight on into some `media`, of whose light so much comes `through`.
+    pub(super) fn behind(&self, through: Vec3, media: Media) -> Onward {
+        let ray = Ray { t_min: self.hit.t, ..self.ray };
+        let path = Path { through, layers: self.path.layers + 1, media, ..self.path };
+        Onward { ray, path, from: From::Behind }
+    }
+
+    /// The ray that starts in a `direction` of about unit length into some `media`, of whose light so much comes `through`, and
+    /// goes so far to the camera.
+    pub(super) fn towards(&self, direction: DVec3, through: Vec3, media: Media, travelled: f32) -> Onward {
+        let point = HitPoint::new(&self.ray, self.hit.t);
+        let ray = Ray::new(point.position, direction);
+        let path = Path { through, travelled, bounces: self.path.bounces + 1, layers: 0, media, ..self.path };
+        Onward { ray, path, from: From::Surface { point, triangle: self.hit.triangle } }
+    }
+}
+
+/// What a light adds to a pixel, unless something is in between.
+pub(super) struct Shadow {
+    pub(super) ray: ShadowRay,
+    /// The triangle that the point is on.
+    pub(super) triangle: u32,
+    /// Which light it is.
+    pub(super) light: usize,
+    pub(super) pixel: u32,
+    pub(super) radiance: Vec3,
+}
+
+/// Rays that wait to be answered, from generation to generation. What is shaded is added in the order of the queue, so that
+/// pictures don't depend on the order in which its rays are answered.
+#[derive(Default)]
+pub(super) struct Queue {
+    /// Those that are answered next.
+    pub(super) next: Vec<Onward>,
+    /// Those that are being answered, and what they meet.
+    now: Vec<Onward>,
+    found: Vec<Option<Hit>>,
+    shadows: Vec<Shadow>,
+}
+
+impl Queue {
+    /// Answers all rays, and those that go on from these, and adds what they see to the film.
+    pub(super) fn follow(&mut self, level: Level, shading: &Shading<'_>, film: &mut Strip<'_>) {
+        let Self { next, now, found, shadows } = self;
+        while !next.is_empty() {
+            mem::swap(next, now);
+            next.clear();
+            found.clear();
+            found.extend(now.iter().map(|onward| shading.nearest(onward)));
+            for (now, found) in now.chunks(LANES).zip(found.chunks(LANES)) {
+                dispatch!(level, simd => shading.shade_onward(simd, now, found, next, shadows, film));
+            }
+            for shadow in shadows.drain(..) {
+                let Shadow { ray, triangle, light, pixel, radiance } = shadow;
+                if let Some(tint) = shading.arriving_through(&shading.lights[light], &ray, triangle) {
+                    // What has overflowed, or is no number, is as bright as can be.
+                    let bounded = (radiance * tint).map(|channel| channel.min(BRIGHTEST).max(-BRIGHTEST));
+                    film.add(pixel, bounded, 0.0);
+                }
+            }
+        }
+    }
+}
+
+impl Shading<'_> {
+    /// What a ray meets.
+    fn nearest(&self, Onward { ray, path, from }: &Onward) -> Option<Hit> {
+        if path.layers >= MOST_LAYERS {
+            return None;
+        }
+        let triangles = self.frame.triangles();
+        match from {
+            From::Behind => {
+                self.rays_onward.nearest(triangles, ray, &|other| stops(self.frame, ray, other, self.sides))
+            }
+            // As with shadows: neither the surface itself nor what the point touches, as far as anybody can tell.
+            From::Surface { point, triangle } => self.rays_onward.nearest(triangles, ray, &|other| {
+                other.triangle != *triangle
+                    && !point.is_on(triangles.corners(other.triangle))
+                    && stops(self.frame, ray, other, self.sides)
+            }),
+        }
+    }
+}
+
+/// Rays that go on, lane by lane. Lanes without a ray have one that points somewhere, meets nothing, and none of whose light
+/// comes through.
+pub(super) struct Lanes {
+    pub(super) rays: Each<Ray>,
+    pub(super) found: Each<Option<Hit>>,
+    pub(super) through: [Each<f32>; 3],
+    pub(super) travelled: Each<f32>,
+    pub(super) bounces: Each<u32>,
+}
+
+impl Lanes {
+    pub(super) fn new(onward: &[Onward], found: &[Option<Hit>], materials: &[Material]) -> Self {
+        let mut lanes = Self {
+            rays: [Ray::new(DVec3::ZERO, DVec3::Z); LANES],
+            found: [None; LANES],
+            through: [[0.0; LANES]; 3],
+            travelled: [0.0; LANES],
+            bounces: [0; LANES],
+        };
+        for (lane, (Onward { ray, path, .. }, found)) in onward.iter().zip(found).enumerate() {
+            (lanes.rays[lane], lanes.found[lane]) = (*ray, *found);
+            (lanes.travelled[lane], lanes.bounces[lane]) = (path.travelled, path.bounces);
+            let mut through = path.through;
+            if let (Some(hit), Some(medium)) = (found, path.media.innermost()) {
+                let distance = (hit.t - ray.t_min) * ray.direction.length();
+                through *= attenuation(&materials[medium as usize], distance as f32);
+            }
+            put(lane, through, &mut lanes.through);
+        }
+        lanes
+    }
+}
+
+impl Shading<'_> {
+    /// Queues the rays that go on from what sixteen have met.
+    #[cold]
+    pub(super) fn go_on(&self, meeting: &dyn Fn(usize) -> Option<Meeting>, ways: &Ways, queue: &mut Vec<Onward>) {
+        for lane in lanes_of(ways.mirrors | ways.glass | ways.behind) {
+            let Some(meeting) = meeting(lane) else { continue };
+            let (bit, media) = (1 << lane, meeting.path.media);
+            if ways.mirrors & bit != 0 {
+                let direction = vector_of(lane, &ways.mirrored).as_dvec3();
+                let through = vector_of(lane, &ways.mirrored_through);
+                queue.push(meeting.towards(direction, through, media, ways.travelled[lane]));
+            }
+            let across = || {
+                let material = self.frame.mesh.material_of_triangle[meeting.hit.triangle as usize];
+                media.across(material, ways.front & bit != 0)
+            };
+            if ways.behind & bit != 0 {
+                // Where glass isn't followed any further, it is as thin as a pane.
+                let is_left = ways.volume & bit != 0 && !media.is_empty();
+                let media = if is_left { across() } else { media };
+                queue.push(meeting.behind(vector_of(lane, &ways.passing), media));
+            }
+            if ways.glass & bit != 0 {
+                self.go_through_glass(&meeting, lane, ways, across(), queue);
+            }
+        }
+    }
+
+    /// Queues what a surface of glass mirrors, and what is refracted to it from the media behind.
+    fn go_through_glass(&self, meeting: &Meeting, lane: usize, ways: &Ways, behind: Media, queue: &mut Vec<Onward>) {
+        let Meeting { ray, hit, path } = meeting;
+        let materials = &self.frame.materials.materials;
+        let material = self.frame.mesh.material_of_triangle[hit.triangle as usize];
+        let from_front = ways.front >> lane & 1 == 1;
+        let [normal, geometric_normal] =
+            [&ways.normal, &ways.geometric_normal].map(|normal| vector_of(lane, normal).as_dvec3().normalize());
+        let direction = ray.direction.normalize();
+        let cosine = (-direction.dot(normal)).clamp(0.0, 1.0);
+        let through = vector_of(lane, &ways.surface_through);
+        let transmitted = vector_of(lane, &ways.transmitted);
+        let colors: &[(Vec3, f64)] = if path.media.disperse(material, materials) {
+            &[(Vec3::X, -1.0), (Vec3::Y, 0.0), (Vec3::Z, 1.0)]
+        } else {
+            &[(Vec3::ONE, 0.0)]
+        };
+        let mut mirrored = Vec3::ZERO;
+        for &(channels, color) in colors {
+            let ratio = path.media.ratio(material, from_front, materials, color);
+            let reflected = reflected_part(cosine, ratio) as f32;
+            mirrored += through * channels * reflected;
+            let through = through * channels * transmitted * (1.0 - reflected);
+            if through.max_element() > LEAST {
+                let by =
+                    |normal: DVec3| refracted(direction, normal, ratio).filter(|to| to.dot(geometric_normal) < 0.0);
+                // A bent normal may refract rays out of the triangle.
+                if let Some(direction) = by(normal).or_else(|| by(geometric_normal)) {
+                    queue.push(meeting.towards(direction, through, behind, ways.travelled[lane]));
+                }
+            }
+        }
+        if ways.is_smooth >> lane & 1 == 1 && mirrored.max_element() > LEAST {
+            let direction = direction + normal * (2.0 * cosine);
+            if direction.dot(geometric_normal) > 0.0 {
+                queue.push(meeting.towards(direction, mirrored, path.media, ways.travelled[lane]));
+            }
+        }
+    }
+}
