@@ -181,7 +181,7 @@ mod tests {
         let mut point = |round: usize| {
             let point = DVec3::new(random.signed(), random.signed(), random.signed());
             // Some are in planes of boxes, and some rays along axes.
-            if round % 3 == 0 { (point * 2.0).round() } else { point }
+            if round.is_multiple_of(3) { (point * 2.0).round() } else { point }
         };
         let mut left_out = 0;
         for round in 0..100_000_usize {
@@ -199,9 +199,9 @@ mod tests {
             for (slot, (middle, half)) in boxes.into_iter().enumerate() {
                 // Rounded outward.
                 let bounds = [(middle - half).as_vec3(), (middle + half).as_vec3()];
-                for axis in 0..3 {
-                    node.bounds[2 * axis][slot] = bounds[0][axis].next_down();
-                    node.bounds[2 * axis + 1][slot] = bounds[1][axis].next_up();
+                for (axis, (low, high)) in bounds[0].to_array().into_iter().zip(bounds[1].to_array()).enumerate() {
+                    node.bounds[2 * axis][slot] = low.next_down();
+                    node.bounds[2 * axis + 1][slot] = high.next_up();
                 }
             }
             let line = Line::new(&ray, 1.0).expect("a line");

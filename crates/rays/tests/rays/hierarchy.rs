@@ -153,7 +153,7 @@ fn points_are_in_shadow_where_the_predicate_says() {
     let (mut shadowed, mut lit) = (0, 0);
     for mesh in [scene(&mut random), blocks(&mut random, 60)] {
         let triangles = mesh.triangles();
-        let counts = |id: u32, barycentric: [f32; 2]| id % 5 > 0 || barycentric[0] > 0.3;
+        let counts = |id: u32, barycentric: [f32; 2]| !id.is_multiple_of(5) || barycentric[0] > 0.3;
         let hits: Vec<(Ray, Hit)> = (0..400)
             .filter_map(|_| {
                 let ray = random_ray(&mut random, 3.0);
