@@ -13,7 +13,7 @@ use super::met::{LEAST, Ways};
 use super::shade::{Shading, Strip};
 use super::stops;
 use crate::shade::glass::{Media, attenuation, reflected_part, refracted};
-use crate::shade::lanes::{BRIGHTEST, Each, LANES, lanes_of, put, vector_of};
+use crate::shade::lanes::{Each, LANES, at_most_brightest, lanes_of, put, vector_of};
 
 /// How many surfaces one behind the other are seen through.
 const MOST_LAYERS: u32 = 32;
@@ -116,9 +116,7 @@ impl Queue {
             for shadow in shadows.drain(..) {
                 let Shadow { ray, triangle, light, pixel, radiance } = shadow;
                 if let Some(tint) = shading.arriving_through(&shading.lights[light], &ray, triangle) {
-                    // What has overflowed, or is no number, is as bright as can be.
-                    let bounded = (radiance * tint).map(|channel| channel.min(BRIGHTEST).max(-BRIGHTEST));
-                    film.add(pixel, bounded, 0.0);
+                    film.add(pixel, (radiance * tint).map(at_most_brightest), 0.0);
                 }
             }
         }

@@ -203,6 +203,11 @@ impl<S: Simd> Wide<S> {
     }
 }
 
+/// [`BRIGHTEST`] for what is brighter, and for what has overflowed and is no number.
+pub(crate) fn at_most_brightest(radiance: f32) -> f32 {
+    if radiance.is_nan() { BRIGHTEST } else { radiance.clamp(-BRIGHTEST, BRIGHTEST) }
+}
+
 /// The lanes whose bit is set, the first in the lowest bit.
 pub(crate) fn lanes_of(bits: u16) -> impl Iterator<Item = usize> {
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
