@@ -28,6 +28,10 @@ const RENDER_EXAMPLES: &str = "
       The whole animation, through an encoder; its colours are BT.709's
   umbrage render demo:glass --bounces 8 -o glass.png
       With what smooth surfaces mirror
+  umbrage render demo:marbles --samples 64 --aperture 0.2 --light-radius 0.3
+      A lens that is sharp at one depth only, and shadows with soft edges
+  umbrage render demo:shatter --time 1 --shutter 0.02 --samples 64
+      What moves leaves streaks, as on film with an open shutter
   umbrage render demo:stadium --camera 9,4,9:0,1,0:30 --light sun:-1,-2,-1
       One's own camera and light
   umbrage render demo:marbles --frames 0..24 --orbit-light -o orbit.apng
@@ -235,17 +239,31 @@ pub(crate) struct RenderFlags {
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub(crate) size: Size,
-    /// Camera rays for each pixel
+    /// Camera rays for each pixel, which are spread over the lens, the open shutter and the lights as well
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::samples())]
     pub(crate) samples: u32,
+    /// Diameter of the camera's lens in world units: with 0, everything is sharp. Needs --samples
+    #[arg(long, value_name = "DIAMETER", default_value = "0", value_parser = values::from_zero)]
+    pub(crate) aperture: f32,
+    /// Depth at which the lens has everything sharp, in world units [default: that of what the middle of the picture shows]
+    #[arg(long, value_name = "DEPTH", value_parser = values::above_zero, requires = "aperture")]
+    pub(crate) focus: Option<f32>,
+    /// How long the shutter is open, half before and half after each frame's moment: what moves leaves a streak. Needs
+    /// --samples
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = values::seconds)]
+    pub(crate) shutter: f64,
+    /// Radius of all lights that have none of their own (`:radius=R` of --light): in world units, of suns in degrees (the
+    /// sun's is 0.27). Shadows have soft edges. Needs --samples
+    #[arg(long, value_name = "R", default_value = "0", value_parser = values::from_zero)]
+    pub(crate) light_radius: f32,
     /// A camera of the scene by name or by number from 0, or a new one at X,Y,Z that looks at another point, with
     /// its vertical field of view in degrees (40) [default: the scene's first, else one that sees everything]
     #[arg(long, value_name = "NAME|NUMBER|X,Y,Z:X,Y,Z[:FOV]", allow_hyphen_values = true)]
     pub(crate) camera: Option<CameraSpec>,
     /// A light in place of the scene's; may be given several times:
     /// point:X,Y,Z[:CANDELA[:R,G,B]], sun:DX,DY,DZ[:LUX[:R,G,B]] that travels along DX,DY,DZ, or
-    /// spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full angle; with :noshadow at its end nothing keeps the
-    /// light away. Without a strength, it is as bright as full sunlight: at the scene's centre, or where the spot points to
+    /// spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full angle; then, if wanted, :radius=R in world units, of
+    /// suns in degrees, and :noshadow, with which nothing keeps the light away. Without a strength, it is as bright as full sunlight: at the scene's centre, or where the spot points to
     #[arg(long = "light", value_name = "LIGHT")]
     pub(crate) lights: Vec<LightSpec>,
     /// Move lights once round the scene's vertical axis over the frames: the first, all, or those of a list of numbers

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use bytesize::ByteSize;
 use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
 use umbrage::rays::Choice;
-use umbrage::spec::BackgroundSpec;
+use umbrage::spec::{BackgroundSpec, LightSpec};
 use umbrage::{Background, EngineKind, Settings, Structure};
 
 use crate::failure::Failure;
@@ -38,6 +38,7 @@ impl Job {
     pub(crate) fn new(flags: RenderFlags) -> Result<Self, Failure> {
         let structure = flags.structure.structure()?;
         engine(&flags, structure)?;
+        samples(&flags)?;
         let (scene, default_seconds) = flags.scene.address();
         let (target, format) = target(flags.output.clone(), flags.format, flags.frames.is_some())?;
         let moments = match (&flags.frames, flags.time) {
@@ -51,6 +52,10 @@ impl Job {
             width: flags.size.width,
             height: flags.size.height,
             samples: flags.samples,
+            aperture: flags.aperture,
+            focus: flags.focus,
+            shutter_seconds: flags.shutter,
+            light_radius: flags.light_radius,
             structure,
             sides: flags.sides,
             bounces: flags.bounces,
@@ -93,6 +98,23 @@ fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
         }
         EngineKind::Cpu if flags.device.is_some() => Err(Failure::gpu_named_for_cpu()),
         _ => Ok(()),
+    }
+}
+
+/// Whether there are samples to spread over what they should be spread over.
+fn samples(flags: &RenderFlags) -> Result<(), Failure> {
+    let spread = [
+        ("--aperture", flags.aperture > 0.0),
+        ("--shutter", flags.shutter > 0.0),
+        ("--light-radius", flags.light_radius > 0.0),
+        ("--light with a radius", flags.lights.iter().any(LightSpec::is_wide)),
+    ];
+    match spread.into_iter().find(|(_, is_asked)| *is_asked && flags.samples == 1) {
+        Some((what, _)) => {
+            let message = format!("{what}: a single sample has everything sharp");
+            Err(Failure::input(message, "give more, such as --samples 64"))
+        }
+        None => Ok(()),
     }
 }
 
@@ -209,6 +231,20 @@ mod tests {
         let (frames, second_of) = job.frames(0.0);
         assert_eq!(frames, 12..14);
         assert_eq!(second_of(12), 0.5);
+    }
+
+    #[test]
+    fn one_sample_is_not_spread() {
+        for flags in [
+            &["--aperture", "0.1"][..],
+            &["--shutter", "0.02"],
+            &["--light-radius", "0.5"],
+            &["--light", "point:0,2,0:radius=0.1"],
+        ] {
+            let Failure::Input { message, hint } = job(flags).unwrap_err() else { panic!() };
+            assert!(message.contains(flags[0]) && hint.unwrap().contains("--samples 64"), "{message}");
+            job(&[flags, &["--samples", "2"]].concat()).unwrap();
+        }
     }
 
     #[test]

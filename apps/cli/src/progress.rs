@@ -14,15 +14,21 @@ pub(crate) struct Progress {
 }
 
 const PATIENCE: Duration = Duration::from_secs(2);
+const TICK: Duration = Duration::from_millis(200);
+/// How finely the part of a single frame is told.
+const STEPS: u64 = 1000;
 
 impl Progress {
-    /// Starts to wait for `frames` frames; a `quiet` one never shows.
-    pub(crate) fn start(frames: u32, quiet: bool) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(u64::from(frames)), ProgressDrawTarget::hidden());
-        let template = if frames > 1 {
-            "{wide_bar} frame {pos} of {len}, {eta} left"
-        } else {
-            "{spinner} rendering, {elapsed} so far"
+    /// Starts to wait for `frames` frames; a `quiet` one never shows. Of a single frame, `part` says how much of it is done
+    /// where that comes in steps.
+    pub(crate) fn start(frames: u32, part: Option<umbrage::Progress>, quiet: bool) -> Self {
+        let part = part.filter(|_| frames == 1);
+        let steps = if part.is_some() { STEPS } else { u64::from(frames) };
+        let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::hidden());
+        let template = match (frames, &part) {
+            (1, None) => "{spinner} rendering, {elapsed} so far",
+            (1, Some(_)) => "{wide_bar} {percent} %, {eta} left",
+            _ => "{wide_bar} frame {pos} of {len}, {eta} left",
         };
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
@@ -35,7 +41,11 @@ impl Progress {
         let patience = thread::spawn(move || {
             if ended.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
                 shown.set_draw_target(ProgressDrawTarget::stderr());
-                shown.enable_steady_tick(Duration::from_millis(200));
+                shown.enable_steady_tick(TICK);
+            }
+            let Some(part) = part else { return };
+            while ended.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
+                shown.set_position((part.part() * STEPS as f32) as u64);
             }
         });
         Self { bar, over: Some(over), patience: Some(patience) }

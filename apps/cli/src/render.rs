@@ -37,7 +37,8 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     let mut staging = Staging::new(job, scene, second_of(frames.start))?;
     let (mut renderer, engine) = engine::renderer(job)?;
     report.engine = engine;
-    let progress = Progress::start(frames.end - frames.start, job.flags.quiet);
+    let in_steps = (job.settings.samples > 1).then(|| renderer.progress());
+    let progress = Progress::start(frames.end - frames.start, in_steps, job.flags.quiet);
     for frame in frames.clone() {
         let seconds = second_of(frame);
         let turn = if frames.len() > 1 {

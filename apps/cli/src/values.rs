@@ -76,6 +76,17 @@ pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| "give seconds from 0, such as 1.5".to_owned())
 }
 
+/// A finite number, not negative.
+pub(crate) fn from_zero(text: &str) -> Result<f32, String> {
+    let number = text.parse::<f32>().ok().filter(|number| number.is_finite() && *number >= 0.0);
+    number.ok_or_else(|| "give a number from 0, such as 0.1".to_owned())
+}
+
+/// A finite number above zero.
+pub(crate) fn above_zero(text: &str) -> Result<f32, String> {
+    from_zero(text).ok().filter(|number| *number > 0.0).ok_or_else(|| "give a number above 0, such as 2.5".to_owned())
+}
+
 /// Files of a sequence for each second.
 pub(crate) fn sequence_fps(text: &str) -> Result<f64, String> {
     let fps = text.parse::<f64>().ok().filter(|fps| (0.01..=1000.0).contains(fps));
@@ -117,6 +128,7 @@ mod tests {
     #[test]
     fn numbers_are_finite() {
         assert!(seconds("-1").is_err() && seconds("nan").is_err() && seconds("0.5") == Ok(0.5));
+        assert!(from_zero("-0.1").is_err() && from_zero("inf").is_err() && above_zero("0").is_err());
         assert!(sequence_fps("0").is_err() && exposure_stops("inf").is_err());
     }
 }

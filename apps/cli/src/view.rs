@@ -125,6 +125,10 @@ mod tests {
             on_cpu(Settings { background, ..Settings::default() });
         }
         on_cpu(Settings { width: 7, height: 5, samples: 9, exposure_stops: -0.3, ..Settings::default() });
+        let spread = Settings { samples: 2, aperture: 0.1, shutter_seconds: 0.3, ..Settings::default() };
+        for focus in [None, Some(1.2)] {
+            on_cpu(Settings { focus, light_radius: 0.7, ..spread.clone() });
+        }
         for sides in umbrage::Sides::all() {
             on_cpu(Settings { sides, bounces: 3, ..Settings::default() });
         }
@@ -136,8 +140,12 @@ mod tests {
     #[test]
     fn scenes_cameras_and_lights_are_copied_as_they_are_shown() {
         let light = |text: &str| text.parse::<LightSpec>().unwrap().light(Vec3::ZERO);
-        let lights = vec![light("point:0.1,2,0"), light("sun:0,-1,0:5:1,0.5,0:noshadow"), light("spot:0,3,0:0,0,0:60")];
-        let settings = Settings { lights: Some(lights.clone()), ..Settings::default() };
+        let lights = vec![
+            light("point:0.1,2,0:radius=0.3"),
+            light("sun:0,-1,0:5:1,0.5,0:noshadow"),
+            light("spot:0,3,0:0,0,0:60"),
+        ];
+        let settings = Settings { lights: Some(lights.clone()), samples: 2, ..Settings::default() };
         let look_at = LookAt { position: Vec3::new(-1.5, 0.1, 9.0), target: Vec3::ONE, fov_degrees: 33.3 };
         for camera in [None, Some(CameraSpec::Listed("2".to_owned())), Some(CameraSpec::LookAt(look_at))] {
             for clip in [Clip::Auto, Clip::All, Clip::Rest, Clip::Named("walk 'n' run".to_owned())] {

@@ -20,6 +20,11 @@ pub(crate) struct Choices {
     pub(crate) sides: Sides,
     pub(crate) bounces: u32,
     pub(crate) samples: u32,
+    pub(crate) aperture: f32,
+    /// `None` for what is in the middle of the picture.
+    pub(crate) focus: Option<f32>,
+    pub(crate) shutter_seconds: f64,
+    pub(crate) light_radius: f32,
     pub(crate) resolution: Resolution,
     pub(crate) exposure_stops: f32,
     #[serde(with = "as_text")]
@@ -75,13 +80,19 @@ mod as_text {
 
 impl Default for Choices {
     fn default() -> Self {
-        let Settings { sides, bounces, samples, exposure_stops, tone_map, .. } = Settings::default();
+        let Settings { sides, bounces, samples, aperture, focus, shutter_seconds, light_radius, .. } =
+            Settings::default();
+        let Settings { exposure_stops, tone_map, .. } = Settings::default();
         Self {
             engine: EngineChoice::default(),
             structures: Structures::default(),
             sides,
             bounces,
             samples,
+            aperture,
+            focus,
+            shutter_seconds,
+            light_radius,
             resolution: Resolution::default(),
             exposure_stops,
             tone_map,
@@ -147,6 +158,10 @@ impl Choices {
             width,
             height,
             samples: self.samples.clamp(1, Settings::MAX_SAMPLES),
+            aperture: self.aperture,
+            focus: self.focus,
+            shutter_seconds: self.shutter_seconds,
+            light_radius: self.light_radius,
             structure,
             sides: self.sides,
             bounces,

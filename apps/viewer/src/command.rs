@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use umbrage::rays::Choice;
-use umbrage::scene::{Clip, OpenOptions};
+use umbrage::scene::{Clip, Light, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
 use umbrage::{Background, EngineKind, OptionValues, Settings, Structure};
 
@@ -74,12 +74,18 @@ impl CommandLine<'_> {
         if settings.lights.as_ref().is_some_and(Vec::is_empty) {
             return Err("The command has no way to render without any light.".to_owned());
         }
+        // One sample has everything sharp.
+        let is_spread = settings.samples > 1;
         for light in settings.lights.iter().flatten() {
+            let light = &Light { radius: if is_spread { light.radius } else { 0.0 }, ..light.clone() };
             let light = LightSpec::try_from(light).map_err(|why| format!("The command can't say this: {why}."))?;
             flag(&mut line, "light", &light.to_string());
         }
         if settings.samples != default.samples {
             flag(&mut line, "samples", &settings.samples.to_string());
+        }
+        if is_spread {
+            spread(&mut line, settings);
         }
         match self.engine {
             EngineChoice::Cpu => structure(&mut line, settings.structure),
@@ -108,6 +114,23 @@ impl CommandLine<'_> {
             Background::Image(_) => return Err("The command can't say which image is around the scene.".to_owned()),
         }
         Ok(line)
+    }
+}
+
+/// What samples are spread over.
+fn spread(line: &mut String, settings: &Settings) {
+    let Settings { aperture, focus, shutter_seconds, light_radius, .. } = *settings;
+    if aperture > 0.0 {
+        flag(line, "aperture", &aperture.to_string());
+        if let Some(focus) = focus {
+            flag(line, "focus", &focus.to_string());
+        }
+    }
+    if shutter_seconds > 0.0 {
+        flag(line, "shutter", &shutter_seconds.to_string());
+    }
+    if light_radius > 0.0 {
+        flag(line, "light-radius", &light_radius.to_string());
     }
 }
 

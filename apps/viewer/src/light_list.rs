@@ -124,6 +124,7 @@ mod tests {
             intensity: 1.0,
             range: None,
             casts_shadow: true,
+            radius: 0.0,
         };
         list.follow(&[sun(Vec3::NEG_Y)]);
         list.follow(&[sun(Vec3::NEG_X)]);

@@ -169,6 +169,10 @@ pub(crate) fn check_light(light: &Light) -> Result<(), &'static str> {
     if light.range.is_some_and(|range| range.is_nan() || range <= 0.0) {
         return Err("its range is not above zero");
     }
+    let most = if position.is_some() { f32::MAX } else { Light::MAX_SUN_RADIUS_DEGREES };
+    if !(0.0..=most).contains(&light.radius) {
+        return Err("its radius is not from 0 to any finite number, or of a directional light to 45 degrees");
+    }
     Ok(())
 }
 

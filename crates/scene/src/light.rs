@@ -18,4 +18,12 @@ pub struct Light {
     pub range: Option<f32>,
     /// Whether triangles keep its light away from what is behind them.
     pub casts_shadow: bool,
+    /// How large it is: the radius of its ball in world units, for a directional light that of its disk in the sky, in
+    /// degrees. With 0, all its light comes from one point; otherwise shadows have soft edges, where samples are many.
+    pub radius: f32,
+}
+
+impl Light {
+    /// The largest [radius](Self::radius) of a directional light.
+    pub const MAX_SUN_RADIUS_DEGREES: f32 = 45.0;
 }

@@ -214,8 +214,9 @@ impl Scene {
         Ok(Some(rig))
     }
 
-    /// The moment before the animation's end that looks as `seconds`.
-    fn looped(&self, seconds: f64) -> f64 {
+    /// The moment within the animation that looks as `seconds`.
+    #[must_use]
+    pub fn looped(&self, seconds: f64) -> f64 {
         let duration = self.duration_seconds();
         if seconds > duration && duration > 0.0 { seconds % duration } else { seconds.max(0.0) }
     }
@@ -350,6 +351,7 @@ fn light_above(bounds: Bounds) -> Light {
         intensity: intensity_at(offset.length()),
         range: None,
         casts_shadow: true,
+        radius: 0.0,
     }
 }
 

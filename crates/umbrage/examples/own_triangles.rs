@@ -27,6 +27,7 @@ fn main() -> Result<(), Error> {
         intensity: 3.0,
         range: None,
         casts_shadow: true,
+        radius: 0.0,
     }];
 
     let camera = Camera::look_at(Vec3::new(0.0, 1.0, 1.6), Vec3::ZERO, Vec3::Y, 0.8);

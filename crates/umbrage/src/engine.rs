@@ -52,13 +52,16 @@ pub(crate) trait Engine: Debug + Send + Sync {
     /// Refuses what this engine can't do, before anything of the last frame is touched.
     fn check(&self, settings: &Settings, output: Output) -> Result<(), Error>;
 
-    /// Brings a frame to a moment. A GPU may keep its vertices to itself, see [`Engine::whole_frame`].
+    /// Begins a frame: forgets what was counted of the last one.
+    fn begin(&mut self, settings: &Settings);
+
+    /// Brings a frame to a moment, or to another one that its picture is made of. A GPU may keep its vertices to itself, see [`Engine::whole_frame`].
     fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings, frame: &mut Frame) -> Result<(), Error>;
 
     /// Makes ready for a frame that comes with its vertices, in place of [animating](Self::animate) one.
     fn adopt(&mut self) {}
 
-    /// Rebuilds what serves all samples of a frame.
+    /// Rebuilds what serves all samples of a moment.
     fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error>;
 
     /// In how many bands of rows the frame is rendered, one after the other: the CPU has room for all of it.

@@ -65,6 +65,26 @@ pub enum Error {
     /// [`Settings::samples`] is 0 or more than [`Settings::MAX_SAMPLES`].
     #[error("{0} samples a pixel: there must be 1 to {limit}", limit = Settings::MAX_SAMPLES)]
     Samples(u32),
+    /// A number of the settings is below zero, or none.
+    #[error("{0} is not a number from 0")]
+    NotFromZero(&'static str),
+    /// [`Settings::focus`] is not above zero.
+    #[error("the focus is not a depth above 0")]
+    Focus,
+    /// The focus should be on what is in the middle of the picture, and neither that nor the scene's middle is before the
+    /// camera.
+    #[error("there is nothing to focus on in the middle of the picture: give the focus as a depth")]
+    NoFocus,
+    /// A camera with parallel rays was given a lens.
+    #[error("a parallel camera has no lens: it takes an aperture of 0")]
+    ParallelLens,
+    /// A frame, which is one moment, was to be seen through an open shutter.
+    #[error("a frame of your own is one moment: it takes a shutter of 0 seconds")]
+    ShutterOfFrame,
+    /// [`Settings::light_radius`] is more than [`Light::MAX_SUN_RADIUS_DEGREES`](umbrage_scene::Light::MAX_SUN_RADIUS_DEGREES),
+    /// and there is a sun.
+    #[error("a sun's radius is at most {limit} degrees", limit = umbrage_scene::Light::MAX_SUN_RADIUS_DEGREES)]
+    SunRadius,
     /// [`Settings::bounces`] is more than [`Settings::MAX_BOUNCES`].
     #[error("{0} bounces: there must be at most {limit}", limit = Settings::MAX_BOUNCES)]
     Bounces(u32),
@@ -127,6 +147,12 @@ impl Error {
                 | Self::NotFinite(_)
                 | Self::ImageSize { .. }
                 | Self::Samples(_)
+                | Self::NotFromZero(_)
+                | Self::Focus
+                | Self::NoFocus
+                | Self::ParallelLens
+                | Self::ShutterOfFrame
+                | Self::SunRadius
                 | Self::Bounces(_)
                 | Self::UniformOptions(_)
                 | Self::KdTreeOptions(_)

@@ -4,6 +4,7 @@ use umbrage_scene::{Frame, Scene, check_lights};
 
 use crate::background::Surroundings;
 use crate::engine::{Engine, Output};
+use crate::exposure::{Exposure, Spread};
 use crate::sampling::Samples;
 use crate::{Error, Renderer, Settings, Stats};
 
@@ -17,29 +18,48 @@ pub(crate) enum Subject<'a> {
 }
 
 impl Renderer {
-    /// Renders a frame to the film or to a texture: animate, build, see, shadow, shade, develop.
+    /// Renders a frame to the film or to a texture: animate, build, see, shadow, shade, develop. Where it is seen through a
+    /// wide lens or an open shutter, or lit from more than points, it is the mean of exact frames, each at another point
+    /// of these.
     pub(crate) fn render_subject(
         &mut self,
         subject: Subject<'_>,
         settings: &Settings,
         output: Output,
     ) -> Result<(), Error> {
-        let Self { engine, posed, view, film, stats } = self;
+        let Self { engine, posed, view, film, stats, progress } = self;
         let engine = engine.as_mut();
         settings.check()?;
         engine.check(settings, output)?;
-        let frame = animate(engine, subject, settings, posed, stats)?;
-        let surroundings = Surroundings::new(&settings.background);
-        let staged = settings.stage(frame, &surroundings)?;
+        subject.check(settings)?;
+        stats.start();
+        engine.begin(settings);
+        progress.set(0.0);
 
+        let surroundings = Surroundings::new(&settings.background);
+        let mut frame = animate(engine, subject, settings, posed, stats)?;
+        let mut staged = settings.stage(frame, &surroundings)?;
+        let spread = Spread::new(&staged, || engine.whole_frame(frame))?;
         *view = Some(staged.view);
         film.clear(output.fetched(&staged.view))?;
         stats.time("build", || engine.build(&staged, output))?;
+        let by_four = engine.traces_four(&staged.view) && !spread.is_wide();
+        let mut posed_at = 0.0;
         for band in 0..engine.bands() {
-            for samples in Samples::all(settings.samples, engine.traces_four(&staged.view)) {
-                engine.see(&staged, &samples, stats)?;
-                engine.shadow(&staged, &samples, stats)?;
-                engine.shade(&staged, band, &samples, film, stats)?;
+            for (samples, number) in Samples::all(settings.samples, by_four).zip(0..) {
+                let exposure = Exposure::new(number, &samples);
+                if exposure.seconds(&spread) != posed_at {
+                    posed_at = exposure.seconds(&spread);
+                    frame = animate(engine, subject.after(posed_at), settings, posed, stats)?;
+                    staged = settings.stage(frame, &surroundings)?;
+                    stats.time("build", || engine.build(&staged, output))?;
+                }
+                let mut lights = Vec::new();
+                let (exposed, samples) = exposure.of(&staged, &samples, &spread, &mut lights);
+                engine.see(&exposed, &samples, stats)?;
+                engine.shadow(&exposed, &samples, stats)?;
+                engine.shade(&exposed, band, &samples, film, stats)?;
+                progress.set(samples.part_up_to(number, band, engine.bands()));
             }
             engine.develop(&staged, band, output, film, stats)?;
         }
@@ -47,6 +67,23 @@ impl Renderer {
         frame.materials.check_textures()?;
 
         stats.count(&staged, film, engine)
+    }
+}
+
+impl Subject<'_> {
+    /// Finds what is wrong with a frame before anything of the last one is touched.
+    fn check(self, settings: &Settings) -> Result<(), Error> {
+        let Self::Frame(frame) = self else { return Ok(()) };
+        frame.check_lit_by(settings.lights(frame))?;
+        settings.view(frame)?;
+        if settings.shutter_seconds > 0.0 { Err(Error::ShutterOfFrame) } else { Ok(()) }
+    }
+
+    /// The same so many seconds later, or before, but not beyond the animation's start and end.
+    fn after(self, seconds: f64) -> Self {
+        let Self::Moment(scene, moment) = self else { return self };
+        let duration = scene.duration_seconds();
+        if duration > 0.0 { Self::Moment(scene, (scene.looped(moment) + seconds).clamp(0.0, duration)) } else { self }
     }
 }
 
@@ -60,7 +97,6 @@ fn animate<'a>(
 ) -> Result<&'a Frame, Error> {
     match subject {
         Subject::Moment(scene, seconds) => {
-            stats.start();
             stats.time("animate", || engine.animate(scene, seconds, settings, posed))?;
             if let Some(lights) = &settings.lights {
                 posed.lights.clone_from(lights);
@@ -69,10 +105,6 @@ fn animate<'a>(
             Ok(posed)
         }
         Subject::Frame(frame) => {
-            // What is wrong with it is found before anything of the last frame is touched.
-            frame.check_lit_by(settings.lights(frame))?;
-            settings.view(frame)?;
-            stats.start();
             engine.adopt();
             let Frame { mesh, lights, cameras, .. } = posed;
             // An empty one takes memory anew.

@@ -20,6 +20,7 @@
 //! All that is public, and what it is for:
 //!
 //! - [`Renderer`] renders scenes and frames, and answers what is seen and lit; [`Error`] says why it doesn't.
+//!   [`Progress`] says how far a frame has come.
 //! - [`Settings`] say how: [`CameraChoice`] from where, [`Structure`] through what, [`Sides`] which of triangles,
 //!   [`Background`] (with [`Panorama`] for images) before what, [`ToneMap`] how bright.
 //! - [`StructureOption`] lists what can be chosen of a structure by name, within [`OptionValues`], or else
@@ -45,6 +46,7 @@ mod choices;
 mod cpu;
 mod engine;
 mod error;
+mod exposure;
 mod film;
 mod frame;
 #[cfg(feature = "gpu")]
@@ -75,7 +77,7 @@ pub use heat_scale::HeatScale;
 pub use open::{open, open_with};
 pub use panorama::Panorama;
 pub use probe::{Blocker, Probe};
-pub use renderer::Renderer;
+pub use renderer::{Progress, Renderer};
 pub use sampling::{Sample, Samples};
 pub use settings::{CameraChoice, Settings, ToneMap};
 pub use sides::Sides;

@@ -70,6 +70,18 @@ impl Probe {
     }
 }
 
+/// The depth of what is in the middle of a view's image, or else of the middle of the scene; `None` where that is behind the
+/// camera.
+pub(crate) fn middle_depth(frame: &Frame, view: &View, sides: Sides) -> Option<f64> {
+    let mut of_triangles = TriangleSides::default();
+    of_triangles.find(frame, sides);
+    let ray = view.ray(0.5 * f64::from(view.width), 0.5 * f64::from(view.height));
+    let hit = nearest(frame, &ray, of_triangles.get());
+    let Camera { position, forward, .. } = view.camera;
+    let of_scene = || (frame.animation_bounds.center() - position).as_dvec3().dot(forward.as_dvec3());
+    Some(hit.map_or_else(of_scene, |hit| hit.t)).filter(|depth| depth.is_finite() && *depth > 0.0)
+}
+
 fn nearest(frame: &Frame, ray: &Ray, sides: rays::Sides<'_>) -> Option<Hit> {
     let triangles = frame.triangles();
     let hits = (0..triangles.len() as u32).into_par_iter().filter_map(|id| {

@@ -1,3 +1,6 @@
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use umbrage_rays::{LightMask, SeenPixels, SimdLevel, View, Work};
 use umbrage_scene::{Frame, Scene};
 
@@ -15,6 +18,23 @@ pub struct Renderer {
     pub(crate) view: Option<View>,
     pub(crate) film: Film,
     pub(crate) stats: Stats,
+    pub(crate) progress: Progress,
+}
+
+/// How far a frame has come, for whoever waits for it on another thread.
+#[derive(Clone, Debug, Default)]
+pub struct Progress(Arc<AtomicU32>);
+
+impl Progress {
+    /// The part of the frame's samples that are done, from 0 to 1.
+    #[must_use]
+    pub fn part(&self) -> f32 {
+        f32::from_bits(self.0.load(Ordering::Relaxed))
+    }
+
+    pub(crate) fn set(&self, part: f32) {
+        self.0.store(part.to_bits(), Ordering::Relaxed);
+    }
 }
 
 /// On the CPU, with the widest instructions that it has.
@@ -44,7 +64,7 @@ impl Renderer {
 
     fn with_engine(engine: impl Engine + 'static) -> Self {
         let (posed, film, stats) = (Frame::default(), Film::default(), Stats::default());
-        Self { engine: Box::new(engine), posed, view: None, film, stats }
+        Self { engine: Box::new(engine), posed, view: None, film, stats, progress: Progress::default() }
     }
 
     /// Renders `scene` at a moment, on the threads of the current rayon pool.
@@ -102,6 +122,7 @@ impl Renderer {
     ///     intensity: 30.0,
     ///     range: None,
     ///     casts_shadow: true,
+    ///     radius: 0.0,
     /// }];
     ///
     /// let camera = Camera::look_at(Vec3::new(0.0, 2.0, 4.0), Vec3::ZERO, Vec3::Y, 0.8);
@@ -133,6 +154,12 @@ impl Renderer {
     #[must_use]
     pub fn stats(&self) -> &Stats {
         &self.stats
+    }
+
+    /// How far the frame has come that is being rendered.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        self.progress.clone()
     }
 
     /// What the camera was as work for its grid, at the samples of the last frame that were traced last; zero without a grid.
@@ -172,7 +199,7 @@ impl Renderer {
         &self.posed
     }
 
-    /// The scene at the moment that was rendered last, lit as the settings say; empty after [`Renderer::render_frame`],
+    /// The scene at the moment that was rendered last, with an open shutter the last sample's; lit as the settings say; empty after [`Renderer::render_frame`],
     /// whose frame you have. Vertices that only a GPU has are posed for this.
     #[must_use]
     pub fn frame(&self) -> &Frame {

@@ -8,7 +8,8 @@ pub struct Sample {
     pub index: u32,
     /// Of how many.
     pub of: u32,
-    /// Where in the pixel, from (0, 0) at its upper left to (1, 1).
+    /// Where in the pixel, from (0, 0) at its upper left to (1, 1); outside of it where the camera is at another point of its
+    /// lens.
     pub offset_pixels: DVec2,
 }
 
@@ -96,6 +97,19 @@ impl Samples {
     #[must_use]
     pub fn quarter(&self, which: usize) -> [u32; 2] {
         if self.are_four { [which as u32 / 2, which as u32 % 2] } else { [0; 2] }
+    }
+
+    /// The same ones, whose rays go through other points of the image: so many pixels to the right and downwards.
+    pub(crate) fn shifted(mut self, pixels: DVec2) -> Self {
+        self.samples.iter_mut().for_each(|sample| sample.offset_pixels += pixels);
+        self.offset_pixels += pixels * f64::from(self.side());
+        self
+    }
+
+    /// How much of a frame is done with these, which are number `number` of those of band `band`.
+    pub(crate) fn part_up_to(&self, number: u32, band: usize, bands: usize) -> f32 {
+        let groups = self.samples[0].of / self.as_slice().len() as u32;
+        (band as f32 + (number + 1) as f32 / groups as f32) / bands as f32
     }
 
     /// The question of what these samples see, as one image, given that about an image's pixels.

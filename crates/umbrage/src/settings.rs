@@ -13,7 +13,21 @@ pub struct Settings {
     /// Height of the image in pixels, 1 to [`Settings::MAX_SIDE`].
     pub height: u32,
     /// Camera rays for each pixel, spread evenly over it, 1 to [`Settings::MAX_SAMPLES`].
+    ///
+    /// They are spread over the lens, the time that the shutter is open, and the lights as well. A single one is in the
+    /// middle of all of these, and so has everything sharp.
     pub samples: u32,
+    /// Diameter of the camera's lens in world units, from 0, where everything is sharp. Parallel cameras have none.
+    pub aperture: f32,
+    /// Depth at which the lens has everything sharp, in world units, above 0; `None` for that of what is in the middle of
+    /// the image, or else of the middle of the scene.
+    pub focus: Option<f32>,
+    /// How long the shutter is open, in seconds from 0: half of that before the frame's moment, and half after it, but not
+    /// beyond the animation's start and end. Of scenes alone.
+    pub shutter_seconds: f64,
+    /// Radius of the lights that have [none of their own](Light::radius), from 0: in world units, of directional lights in
+    /// degrees.
+    pub light_radius: f32,
     /// From where the scene is seen.
     pub camera: CameraChoice,
     /// The lights; `None` for the scene's own.
@@ -41,6 +55,10 @@ impl Default for Settings {
             width: 1280,
             height: 720,
             samples: 1,
+            aperture: 0.0,
+            focus: None,
+            shutter_seconds: 0.0,
+            light_radius: 0.0,
             camera: CameraChoice::Default,
             lights: None,
             structure: Structure::default(),
@@ -115,6 +133,18 @@ impl Settings {
         self.structure.check()?;
         if !(1..=Self::MAX_SAMPLES).contains(&samples) {
             return Err(Error::Samples(samples));
+        }
+        for (what, number) in [
+            ("the aperture", f64::from(self.aperture)),
+            ("the shutter's time", self.shutter_seconds),
+            ("the lights' radius", f64::from(self.light_radius)),
+        ] {
+            if !(number.is_finite() && number >= 0.0) {
+                return Err(Error::NotFromZero(what));
+            }
+        }
+        if self.focus.is_some_and(|focus| !(focus.is_finite() && focus > 0.0)) {
+            return Err(Error::Focus);
         }
         if bounces > Self::MAX_BOUNCES {
             return Err(Error::Bounces(bounces));

@@ -6,6 +6,7 @@ use eframe::egui::{self, ComboBox, DragValue, Slider};
 use glam::Vec3;
 use umbrage::gpu::Adapter;
 use umbrage::rays::{Choice, KdBuilder};
+use umbrage::scene::Light;
 use umbrage::spec::BackgroundSpec;
 use umbrage::{OptionValues, Settings, Sides, Structure, StructureOption, ToneMap};
 
@@ -145,6 +146,36 @@ fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
     }
 }
 
+/// What samples are spread over, where there is more than one, in a scene of some size.
+fn spread(choices: &mut Choices, size: f32, ui: &mut egui::Ui) {
+    if choices.samples < 2 {
+        return;
+    }
+    let mut number = |name: &str, about: &str, number: DragValue<'_>| {
+        ui.horizontal(|ui| {
+            let label = ui.label(name).on_hover_text(about).id;
+            ui.add(number).labelled_by(label);
+        });
+    };
+    let speed = 0.001 * size;
+    let sharp = "Diameter of the lens: with 0, everything is sharp";
+    number("Aperture", sharp, DragValue::new(&mut choices.aperture).range(0.0..=f32::MAX).speed(speed));
+    let about = "How long the shutter is open: what moves leaves a streak";
+    let shutter = DragValue::new(&mut choices.shutter_seconds).range(0.0..=60.0).speed(0.001).suffix(" s");
+    number("Shutter", about, shutter);
+    let about = "Of lights without a radius of their own, of suns in degrees: shadows have soft edges";
+    let radius = DragValue::new(&mut choices.light_radius).range(0.0..=Light::MAX_SUN_RADIUS_DEGREES).speed(speed);
+    number("Lights' radius", about, radius);
+    if choices.aperture > 0.0 {
+        let mut is_given = choices.focus.is_some();
+        ui.checkbox(&mut is_given, "Focus at a depth").on_hover_text("Otherwise on what is in the middle");
+        choices.focus = is_given.then(|| choices.focus.unwrap_or(size));
+        if let Some(focus) = &mut choices.focus {
+            ui.add(DragValue::new(focus).range(1e-3 * size..=f32::MAX).speed(speed).suffix(" deep"));
+        }
+    }
+}
+
 /// This machine's adapters, asked for once.
 fn adapters(ui: &egui::Ui) -> Vec<Adapter> {
     ui.ctx().memory_mut(|memory| {
@@ -153,12 +184,14 @@ fn adapters(ui: &egui::Ui) -> Vec<Adapter> {
 }
 
 pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
+    let size = app.focus().size;
     let choices = &mut app.kept.choices;
     resolution(choices, ui);
     ui.horizontal(|ui| {
         let label = ui.label("Samples per pixel").id;
         ui.add(DragValue::new(&mut choices.samples).range(1..=Settings::MAX_SAMPLES).speed(0.1)).labelled_by(label);
     });
+    spread(choices, size, ui);
     ui.add(Slider::new(&mut choices.exposure_stops, -8.0..=8.0).text("Exposure, stops"));
     ComboBox::from_label("Tone map").selected_text(choices.tone_map.name()).show_ui(ui, |ui| {
         for &(name, tone_map, about) in ToneMap::CHOICES {

@@ -89,6 +89,13 @@ fn edit(ui: &mut egui::Ui, light: &mut Light, size: f32) {
         let field = DragValue::new(&mut light.intensity).range(0.0..=1e12).speed(speed).suffix(unit_name);
         ui.add(field).labelled_by(label);
     });
+    let is_sun = matches!(light.source, LightSource::Directional { .. });
+    let (most, suffix) = if is_sun { (Light::MAX_SUN_RADIUS_DEGREES, "°") } else { (1e12, "") };
+    ui.horizontal(|ui| {
+        let label = ui.label("Radius").on_hover_text("Soft edges of its shadows, where a pixel has several samples").id;
+        let speed = if is_sun { 0.01 } else { 0.001 * size };
+        ui.add(DragValue::new(&mut light.radius).range(0.0..=most).speed(speed).suffix(suffix)).labelled_by(label);
+    });
     match &mut light.source {
         LightSource::Point { position } => vector(ui, "Position", position, size),
         LightSource::Directional { direction } => way(ui, direction),

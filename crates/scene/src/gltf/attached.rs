@@ -81,6 +81,7 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
                     intensity: json.intensity,
                     range: json.range.filter(|&range| range > 0.0 && range.is_finite()),
                     casts_shadow: true,
+                    radius: 0.0,
                 };
                 lights.push(NodeLight { node: number as u32, light });
             }

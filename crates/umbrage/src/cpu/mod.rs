@@ -84,7 +84,7 @@ impl Cpu {
         }
     }
 
-    /// Takes over what the settings say, and forgets the last frame's counts. `sends_rays_onward` where single rays go
+    /// Takes over what the settings say. `sends_rays_onward` where single rays go
     /// through the structure as well.
     fn choose(&mut self, settings: &Settings, sends_rays_onward: bool) -> Result<(), Error> {
         let made_of = (settings.structure, sends_rays_onward);
@@ -93,13 +93,16 @@ impl Cpu {
             self.made_of = made_of;
         }
         self.bounces = settings.bounces;
-        self.shadow_rays = 0;
-        self.settled_tests = [0; 2];
-        self.camera_work = Work::default();
         Ok(())
     }
 
-    /// Builds what serves all samples of a frame.
+    fn forget_counts(&mut self) {
+        self.shadow_rays = 0;
+        self.settled_tests = [0; 2];
+        self.camera_work = Work::default();
+    }
+
+    /// Builds what serves all samples of a moment.
     fn prepare(&mut self, frame: &Frame, sides: Sides) {
         self.sides.find(frame, sides);
         self.copies.find(frame, self.sides.get());
@@ -108,6 +111,7 @@ impl Cpu {
 
     /// Finds what pixels show through their middles; what is known of the last frame's pixels stays.
     pub(crate) fn seen_alone(&mut self, frame: &Frame, view: &View) -> Result<SeenPixels, Error> {
+        self.forget_counts();
         self.choose(&Settings::default(), false)?;
         self.prepare(frame, Sides::default());
         let last = mem::take(&mut self.seen);
@@ -124,6 +128,7 @@ impl Cpu {
         view: &View,
         seen: &SeenPixels,
     ) -> Result<Vec<LightMask>, Error> {
+        self.forget_counts();
         self.choose(&Settings::default(), false)?;
         self.prepare(frame, Sides::default());
         let last = (mem::replace(&mut self.seen, seen.clone()), mem::take(&mut self.masks));
@@ -143,6 +148,7 @@ impl Cpu {
         light: Option<&LightSource>,
         counts: &mut WorkCounts,
     ) -> Result<(), Error> {
+        self.forget_counts();
         self.choose(settings, false)?;
         self.prepare(frame, settings.sides);
         let opacities = opacities(frame);
@@ -189,6 +195,10 @@ impl Engine for Cpu {
             #[cfg(feature = "gpu")]
             Output::Texture => Err(Error::TextureOnCpu),
         }
+    }
+
+    fn begin(&mut self, _settings: &Settings) {
+        self.forget_counts();
     }
 
     fn animate(&mut self, scene: &Scene, seconds: f64, _settings: &Settings, frame: &mut Frame) -> Result<(), Error> {

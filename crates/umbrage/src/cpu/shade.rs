@@ -321,6 +321,7 @@ mod tests {
             intensity,
             range: None,
             casts_shadow: true,
+            radius: 0.0,
         };
         let clay = Material { base_color: Vec4::splat(1.0), ..Material::default() };
         let huge = f32::MAX;

@@ -241,10 +241,22 @@ impl Engine for GpuEngine {
         }
     }
 
-    /// Where a rig moves the scene, its vertices are posed on the GPU alone, unless a camera is made from them.
-    fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings, frame: &mut Frame) -> Result<(), Error> {
+    fn begin(&mut self, settings: &Settings) {
         self.uploaded_before = self.gpu.uploaded_bytes();
         self.finders.choose(&self.gpu, settings.structure);
+        if !self.is_finished {
+            // What a frame that failed has uploaded may not be there.
+            self.geometry.forget();
+            self.tables = Tables::default();
+            self.rig.forget();
+        }
+        self.is_finished = false;
+        self.shadow_rays = 0;
+        self.settled = [Settled { rays: Some(0), ..Settled::default() }, Settled::default()];
+    }
+
+    /// Where a rig moves the scene, its vertices are posed on the GPU alone, unless a camera is made from them.
+    fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings, frame: &mut Frame) -> Result<(), Error> {
         if self.finders.chosen().needs_vertices() {
             self.rig.leave();
             return Ok(scene.pose(seconds, frame)?);
@@ -257,25 +269,14 @@ impl Engine for GpuEngine {
     }
 
     fn adopt(&mut self) {
-        self.uploaded_before = self.gpu.uploaded_bytes();
         self.rig.leave();
     }
 
     /// Brings what is new of a frame to the GPU.
     fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error> {
         let Staged { frame, lights, view, settings, .. } = *staged;
-        self.finders.choose(&self.gpu, settings.structure);
-        if !self.is_finished {
-            // What a frame that failed has uploaded may not be there.
-            self.geometry.forget();
-            self.tables = Tables::default();
-            self.rig.forget();
-        }
-        self.is_finished = false;
         self.is_see_through = frame.is_see_through();
-        self.shadow_rays = 0;
         self.shadowing_lights = lights.iter().filter(|light| light.casts_shadow).count() as u64;
-        self.settled = [Settled { rays: Some(0), ..Settled::default() }, Settled::default()];
         let rig = self.rig.rig().map(Arc::as_ref);
         self.geometry.upload(&self.gpu, frame, rig, settings.sides)?;
         self.tables.upload(&self.gpu, staged, rig, &mut self.shade)?;
@@ -304,7 +305,8 @@ impl Engine for GpuEngine {
         _film: &mut Film,
         stats: &mut Stats,
     ) -> Result<(), Error> {
-        let band = self.bands[band].clone();
+        let band = Band { view: staged.view, ..self.bands[band].clone() };
+        self.tables.upload_lights(&self.gpu, staged.lights, &mut self.shade)?;
         for sample in samples.as_slice() {
             self.shade_sample(staged, &band, sample, stats)?;
         }

@@ -23,6 +23,7 @@ pub(super) struct Tables {
     panorama: Option<Arc<Panorama>>,
     /// Where the panorama's list of levels is.
     panorama_word: u32,
+    lights: Vec<Light>,
 }
 
 impl Tables {
@@ -46,7 +47,22 @@ impl Tables {
         self.mesh = None;
         shade.set_attributes(gpu, &attributes(frame, rig), is_same_mesh)?;
         self.mesh = Some(Arc::clone(&frame.mesh));
-        shade.set_lights(gpu, &lights.iter().map(light).collect::<Vec<_>>())
+        self.lights.clear();
+        self.upload_lights(gpu, lights, shade)
+    }
+
+    /// Brings lights to the GPU, where they aren't those that are there.
+    ///
+    /// # Errors
+    /// Where they are more than the device allows.
+    pub(super) fn upload_lights(&mut self, gpu: &Gpu, lights: &[Light], shade: &mut Shade) -> Result<(), GpuError> {
+        if self.lights == lights && !lights.is_empty() {
+            return Ok(());
+        }
+        self.lights.clear();
+        shade.set_lights(gpu, &lights.iter().map(light).collect::<Vec<_>>())?;
+        self.lights.extend_from_slice(lights);
+        Ok(())
     }
 
     /// Brings materials with their textures, and the panorama, where any is new.

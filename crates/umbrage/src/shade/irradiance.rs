@@ -79,7 +79,7 @@ mod tests {
     use crate::shade::lanes::{Each, vector_of};
 
     fn light(source: LightSource, range: Option<f32>) -> Light {
-        Light { name: "".into(), source, color: Vec3::ONE, intensity: 8.0, range, casts_shadow: true }
+        Light { name: "".into(), source, color: Vec3::ONE, intensity: 8.0, range, casts_shadow: true, radius: 0.0 }
     }
 
     /// Direction towards the light and irradiance; `None` where that is zero.

@@ -9,7 +9,8 @@ use umbrage_scene::Light;
 use super::{Words, number, vector};
 
 /// A light: `point:X,Y,Z`, `sun:DX,DY,DZ` that travels along DX,DY,DZ, or `spot:X,Y,Z:X,Y,Z:DEGREES` from a point to
-/// another with the cone's full angle; then, if wanted, `:STRENGTH` in candela or lux, `:R,G,B` and `:noshadow`.
+/// another with the cone's full angle; then, if wanted, `:STRENGTH` in candela or lux, `:R,G,B`, `:radius=R` in world units or,
+/// of a sun, degrees, and `:noshadow`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightSpec {
     source: LightSource,
@@ -18,6 +19,7 @@ pub struct LightSpec {
     /// In candela or lux.
     intensity: Option<f32>,
     color: Vec3,
+    radius: f32,
     casts_shadow: bool,
 }
 
@@ -28,7 +30,13 @@ impl LightSpec {
     /// A white light that casts shadows, as bright as full sunlight at the middle of the scene.
     #[must_use]
     pub fn new(source: LightSource) -> Self {
-        Self { source, target: None, intensity: None, color: Vec3::ONE, casts_shadow: true }
+        Self { source, target: None, intensity: None, color: Vec3::ONE, radius: 0.0, casts_shadow: true }
+    }
+
+    /// Whether it is more than a point.
+    #[must_use]
+    pub fn is_wide(&self) -> bool {
+        self.radius > 0.0
     }
 
     /// The light in a scene around `center`.
@@ -50,6 +58,7 @@ impl LightSpec {
             intensity,
             range: None,
             casts_shadow: self.casts_shadow,
+            radius: self.radius,
         }
     }
 }
@@ -77,8 +86,8 @@ impl TryFrom<&Light> for LightSpec {
         if light.range.is_some() {
             return Err(UnspeakableLight::Range);
         }
-        let Light { source, color, casts_shadow, .. } = *light;
-        Ok(Self { source, target: None, intensity: Some(light.intensity), color, casts_shadow })
+        let Light { source, color, radius, casts_shadow, .. } = *light;
+        Ok(Self { source, target: None, intensity: Some(light.intensity), color, radius, casts_shadow })
     }
 }
 
@@ -96,6 +105,9 @@ impl fmt::Display for LightSpec {
         if let Some(intensity) = self.intensity {
             write!(f, ":{intensity}:{}", Words(self.color))?;
         }
+        if self.radius > 0.0 {
+            write!(f, ":radius={}", self.radius)?;
+        }
         f.write_str(if self.casts_shadow { "" } else { ":noshadow" })
     }
 }
@@ -107,6 +119,10 @@ impl FromStr for LightSpec {
         let (text, casts_shadow) = match text.strip_suffix(":noshadow") {
             Some(rest) => (rest, false),
             None => (text, true),
+        };
+        let (text, radius) = match text.rsplit_once(":radius=") {
+            Some((rest, radius)) => (rest, number(radius)?),
+            None => (text, 0.0),
         };
         let parts: Vec<&str> = text.split(':').collect();
         let (source, target, rest) = match parts[..] {
@@ -122,7 +138,7 @@ impl FromStr for LightSpec {
             }
             _ => {
                 return Err("give point:X,Y,Z, sun:DX,DY,DZ or spot:X,Y,Z:X,Y,Z:DEGREES, then if wanted \
-                            :STRENGTH or :STRENGTH:R,G,B, then if wanted :noshadow"
+                            :STRENGTH or :STRENGTH:R,G,B, then if wanted :radius=R and :noshadow"
                     .to_owned());
             }
         };
@@ -135,7 +151,13 @@ impl FromStr for LightSpec {
         if intensity.is_some_and(|intensity| intensity < 0.0) || color.min_element() < 0.0 {
             return Err("a light's strength and colour aren't below zero".to_owned());
         }
-        Ok(Self { source, target, intensity, color, casts_shadow })
+        if radius < 0.0 {
+            return Err("a light's radius isn't below zero".to_owned());
+        }
+        if matches!(source, LightSource::Directional { .. }) && radius > Light::MAX_SUN_RADIUS_DEGREES {
+            return Err(format!("a sun's radius is at most {} degrees", Light::MAX_SUN_RADIUS_DEGREES));
+        }
+        Ok(Self { source, target, intensity, color, radius, casts_shadow })
     }
 }
 
@@ -185,6 +207,9 @@ mod tests {
             ("point:1,2,3:-1", "below zero"),
             ("point:1,2,3:1:1,1,1:1", "too much"),
             ("sun:0,0,0", "no length"),
+            ("point:1,2,3:radius=x", "`x` is not a number"),
+            ("point:1,2,3:radius=-1", "below zero"),
+            ("sun:0,-1,0:radius=46", "45 degrees"),
             ("spot:0,3,0:0,3,0:60", "no length"),
             ("spot:0,3,0:0,0,0:0", "0.1 to 180"),
             ("spot:0,3,0:0,0,0", "give point:"),
@@ -203,16 +228,24 @@ mod tests {
             intensity: 12.3,
             range: None,
             casts_shadow: true,
+            radius: 0.0,
         };
         let said = |light: &Light| LightSpec::try_from(light).map(|spec| spec.to_string());
         assert_eq!(said(&light).unwrap(), "point:0.1,-2,0.0000001:12.3:1,0.5,0.25");
+        let wide = Light { radius: 0.25, ..light.clone() };
+        assert!(said(&wide).unwrap().ends_with(":radius=0.25"));
         let hidden = Light { casts_shadow: false, ..light.clone() };
         assert!(said(&hidden).unwrap().ends_with(":noshadow"));
         assert_eq!(said(&Light { range: Some(3.0), ..light }), Err(UnspeakableLight::Range));
         let source = "spot:0,3,0:0,0,0:60".parse::<LightSpec>().unwrap().light(Vec3::ZERO);
         let again: LightSpec = said(&source).unwrap().parse().unwrap();
         assert_eq!(again.light(Vec3::ZERO).intensity, source.intensity);
-        for text in ["point:0,2,0", "sun:0,-1,0:5:1,0.5,0:noshadow", "spot:0,3,0:0,0,0:60:3:1,1,1"] {
+        for text in [
+            "point:0,2,0",
+            "point:0,2,0:radius=0.5",
+            "sun:0,-1,0:5:1,0.5,0:radius=0.27:noshadow",
+            "spot:0,3,0:0,0,0:60:3:1,1,1",
+        ] {
             let spec: LightSpec = text.parse().unwrap();
             assert_eq!(spec.to_string().parse(), Ok(spec), "{text}");
         }

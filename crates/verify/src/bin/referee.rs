@@ -107,6 +107,7 @@ fn of_gpu(renderer: &mut Renderer, case: &Case, truth: &Truth) -> Result<(), Str
             intensity: 1.0,
             range: None,
             casts_shadow: true,
+            radius: 0.0,
         })
         .collect();
     let settings = Settings {

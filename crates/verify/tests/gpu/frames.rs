@@ -150,6 +150,23 @@ fn samples_back_faces_and_parallel_views() {
     }
 }
 
+#[test]
+fn points_of_a_lens_of_time_and_of_lights() {
+    let Some(mut gpu) = renderer() else { return };
+    for name in ["demo:cloth?triangles=3000", "demo:hall?triangles=3000"] {
+        let scene = umbrage::open(name).expect("a scene of the gallery");
+        let sharp = Settings { samples: 3, ..sized(90, 60) };
+        for settings in [
+            Settings { aperture: 0.3, ..sharp.clone() },
+            Settings { light_radius: 0.5, ..sharp.clone() },
+            Settings { shutter_seconds: 0.1, ..sharp.clone() },
+            Settings { aperture: 0.2, focus: Some(1.0), light_radius: 0.5, shutter_seconds: 0.1, ..sharp },
+        ] {
+            compare(name, &mut gpu, &scene, 0.5, &settings).expect_none(name);
+        }
+    }
+}
+
 /// The first try has too little room for the camera's lists, and its points are none: lights mustn't make room for them.
 #[test]
 fn lists_of_a_large_picture_grow_to_what_they_need() {

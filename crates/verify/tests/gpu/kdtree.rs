@@ -84,6 +84,7 @@ fn spots_and_several_lights() {
         intensity: 20.0,
         range: None,
         casts_shadow,
+        radius: 0.0,
     };
     let position = middle + Vec3::new(0.4, 3.0, 0.7);
     let direction = (middle - position).normalize();
@@ -138,8 +139,15 @@ fn cloud() -> Frame {
 fn masks_sides_and_layers() {
     let Some(mut gpu) = renderer() else { return };
     let (frame, mut cpu) = (cloud(), Renderer::default());
-    let light =
-        |source| Light { name: "".into(), source, color: Vec3::ONE, intensity: 20.0, range: None, casts_shadow: true };
+    let light = |source| Light {
+        name: "".into(),
+        source,
+        color: Vec3::ONE,
+        intensity: 20.0,
+        range: None,
+        casts_shadow: true,
+        radius: 0.0,
+    };
     let sun = light(LightSource::Directional { direction: Vec3::new(0.3, -0.9, 0.2).normalize() });
     let lamp = light(LightSource::Point { position: Vec3::new(0.1, 0.2, 2.0) });
     for number in 0..3 {

@@ -1,6 +1,7 @@
 //! Tests of what the CPU does, as one program; those of the GPU engine are in `gpu`.
 
 mod copies;
+mod exposure;
 mod files_scenes;
 mod fuzz;
 mod glass;

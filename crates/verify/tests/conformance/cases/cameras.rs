@@ -1,7 +1,7 @@
 //! Cameras of every kind, images of every size, and worlds near and far, huge and tiny.
 
 use glam::{DVec2, Vec3};
-use umbrage_rays::{Camera, Projection, View};
+use umbrage_rays::{Camera, LightSource, Projection, View};
 use umbrage_verify::lights::{around, point, sun};
 use umbrage_verify::views::{camera, parallel_camera, placed, telescope, view};
 use umbrage_verify::{Case, Random, TestMesh};
@@ -57,6 +57,27 @@ pub(super) fn of_all_kinds() -> Vec<Case> {
     odd.into_iter().for_each(|camera| ask("out of square", &mesh, view(camera, 16, 12)));
     let offset_pixels = DVec2::new(1e3, -1e12);
     cases.push(Case { offset_pixels, ..Case::new("beside all pixels", mesh, view(look(), 16, 12), &lights) });
+    cases.extend(from_points_of_a_lens(&lights));
+    cases
+}
+
+/// The camera moves across its axis, and its image the other way: farther, the nearer what is in focus.
+fn from_points_of_a_lens(lights: &[LightSource]) -> Vec<Case> {
+    let mut mesh = room(7);
+    mesh.append(&TestMesh::soup(&mut Random::new(5), 30, 0.1));
+    let mut cases = Vec::new();
+    for (focus, x, y) in [(4.0, 0.1, 0.2), (0.5, -0.3, 0.1), (0.05, 0.2, -0.2), (1e-3, 0.3, 0.3)] {
+        let position = look().position + look().right * x + look().up * y;
+        // Turned to where something is, so that rays from far beside the image see it too.
+        let target = position + look().forward + look().right * (x / focus) + look().up * (y / focus);
+        for camera in [Camera { position, ..look() }, Camera::look_at(position, target, Vec3::Y, 0.9)] {
+            let view = view(camera, 41, 26);
+            let slope = DVec2::new(f64::from(-x), f64::from(y)) / f64::from(focus);
+            let shift = slope * f64::from(view.height) / (2.0 * f64::from(0.45_f32.tan()));
+            let case = Case::new("from a point of a lens", mesh.clone(), view, lights);
+            cases.push(Case { offset_pixels: case.offset_pixels + (shift * 1024.0).round() / 1024.0, ..case });
+        }
+    }
     cases
 }
 

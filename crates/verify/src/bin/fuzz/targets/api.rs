@@ -94,7 +94,15 @@ impl Dice<'_> {
             _ => LightSource::Spot { position, direction, inner_radians, outer_radians: 2.0 * inner_radians },
         };
         let (range, casts_shadow) = (self.one_in(3).then(|| 5.0 * self.number().abs()), !self.one_in(4));
-        Light { name: "".into(), source, color: self.vector(), intensity: 10.0 * self.number(), range, casts_shadow }
+        Light {
+            name: "".into(),
+            source,
+            color: self.vector(),
+            intensity: 10.0 * self.number(),
+            range,
+            casts_shadow,
+            radius: 0.0,
+        }
     }
 
     fn camera(&mut self) -> Camera {
@@ -131,7 +139,7 @@ impl Dice<'_> {
         let vertex = self.random.below(vertices);
         let triangle = self.random.below(mesh.triangles.len());
         let material = &mut materials.materials[self.random.below(of_materials)];
-        match self.random.below(24) {
+        match self.random.below(27) {
             0..4 => frame.positions[vertex] = self.vector() * 3.0,
             4 => frame.normals = (0..vertices).map(|_| self.vector().normalize_or_zero()).collect(),
             5 => frame.tangents = (0..vertices).map(|_| self.vector().extend(1.0)).collect(),
@@ -152,6 +160,9 @@ impl Dice<'_> {
             20 => settings.bounces = self.index(3),
             21 => settings.background = Background::Color(self.vector()),
             22 => settings.exposure_stops = self.number(),
+            23 => (settings.samples, settings.aperture) = (2, self.number()),
+            24 => (settings.samples, settings.light_radius) = (2, self.number().abs()),
+            25 => settings.lights = Some(vec![Light { radius: self.number(), ..self.light() }]),
             _ => settings.camera = CameraChoice::Scene(self.index(2) as usize),
         }
     }

@@ -1,0 +1,276 @@
+//! What a lens, an open shutter and lights with a size do, as far as formulas say.
+
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use umbrage::rays::{Camera, LightSource, Projection};
+use umbrage::scene::{Animated, Frame, Light, Material, Materials, Mesh, Scene};
+use umbrage::{Background, Error, Film, Renderer, Settings, Structure};
+
+/// Four corners in the plane z = `z`, white without any light.
+fn white(least: Vec2, most: Vec2, z: f32) -> Frame {
+    frame(&[[least.extend(z), Vec3::new(most.x, least.y, z), most.extend(z), Vec3::new(least.x, most.y, z)]], true)
+}
+
+fn frame(quads: &[[Vec3; 4]], unlit: bool) -> Frame {
+    let first = (0..).step_by(4).take(quads.len());
+    let triangles: Vec<[u32; 3]> = first.flat_map(|i| [[i, i + 1, i + 2], [i, i + 2, i + 3]]).collect();
+    let material =
+        Material { base_color: Vec3::ONE.extend(1.0), roughness: 1.0, unlit, double_sided: true, ..Material::clay() };
+    let mesh = Mesh { material_of_triangle: vec![0; triangles.len()], triangles, ..Mesh::default() };
+    let materials = Materials { materials: vec![material], textures: Vec::new() };
+    let positions = quads.concat();
+    Frame { positions, mesh: Arc::new(mesh), materials: Arc::new(materials), ..Frame::default() }
+}
+
+/// From z = 0 along −z, on a black ground: a hundred pixels for each unit of x/z.
+fn settings(samples: u32) -> Settings {
+    let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 2.0 * 0.2_f32.atan());
+    let background = Background::Color(Vec3::ZERO);
+    Settings { width: 300, height: 40, samples, camera: camera.into(), background, ..Settings::default() }
+}
+
+fn render(frame: &Frame, settings: &Settings) -> Film {
+    Renderer::default().render_frame(frame, settings).expect("a picture").clone()
+}
+
+/// The part of a uniform unit disk that is left of x.
+fn left_of(x: f32) -> f32 {
+    let x = x.clamp(-1.0, 1.0);
+    0.5 + (x * (1.0 - x * x).sqrt() + x.asin()) / PI
+}
+
+/// Compares a row of values between 0 and 1 with an edge that is blurred by a disk of `radius` pixels.
+fn expect_disk(values: &[f32], edge: f32, radius: f32, name: &str) {
+    let mut largest = 0.0_f32;
+    for (column, &value) in values.iter().enumerate() {
+        let expected = left_of((edge - (column as f32 + 0.5)) / radius);
+        largest = largest.max((value - expected).abs());
+    }
+    let partly: Vec<usize> = (0..values.len()).filter(|&x| values[x] > 2e-3 && values[x] < 0.998).collect();
+    let width = partly.last().zip(partly.first()).map_or(0, |(last, first)| last - first + 1) as f32;
+    println!("{name}: {width} pixels of {}, off by {largest} at most", 2.0 * radius);
+    assert!(largest < 0.02, "{name}: off by {largest}");
+    assert!(width <= 2.0 * radius + 1.5 && width > 1.7 * radius, "{name}: {width} pixels of {}", 2.0 * radius);
+}
+
+fn row(film: &Film) -> Vec<f32> {
+    let first = (film.height / 2 * film.width) as usize;
+    film.color[first..first + film.width as usize].iter().map(|color| color.x).collect()
+}
+
+#[test]
+fn the_circle_of_confusion_is_that_of_the_formula() {
+    for (aperture, focus, depth) in [(0.5, 2.0, 6.0), (0.8, 5.0, 2.5), (0.3, 40.0, 1.0)] {
+        let half = white(Vec2::new(-1e3, -1e3), Vec2::new(0.0, 1e3), -depth);
+        let settings = Settings { aperture, focus: Some(focus), ..settings(1024) };
+        let film = render(&half, &settings);
+        let pixels_per_slope = 100.0;
+        let radius = 0.5 * aperture * (depth - focus).abs() / (depth * focus) * pixels_per_slope;
+        expect_disk(&row(&film), 150.0, radius, &format!("a lens of {aperture} with focus {focus} at {depth}"));
+    }
+}
+
+#[test]
+fn what_is_in_focus_is_sharp() {
+    let square = white(Vec2::new(-0.5, -0.5), Vec2::new(0.497, 0.511), -3.0);
+    let sharp = settings(64);
+    let expected = render(&square, &sharp);
+    // Without a number, the focus is on what is in the middle.
+    for focus in [Some(3.0), None] {
+        let film = render(&square, &Settings { aperture: 1.5, focus, ..sharp.clone() });
+        assert!(film.color == expected.color, "{focus:?}");
+    }
+    let blurred = render(&square, &Settings { aperture: 1.5, focus: Some(2.5), ..sharp.clone() });
+    assert!(blurred.color != expected.color);
+}
+
+/// A floor at y = 0, seen from below a roof that is above all that is left of x = 0, at a height of one.
+fn under_a_roof(source: LightSource, radius: f32, settings: &Settings) -> Vec<f32> {
+    let flat = |least: Vec2, most: Vec2, y: f32| {
+        [[least.x, least.y], [most.x, least.y], [most.x, most.y], [least.x, most.y]].map(|[x, z]| Vec3::new(x, y, z))
+    };
+    let floor = flat(Vec2::splat(-50.0), Vec2::splat(50.0), 0.0);
+    let roof = flat(Vec2::splat(-50.0), Vec2::new(0.0, 50.0), 1.0);
+    let camera = Camera {
+        position: Vec3::Y * 0.5,
+        projection: Projection::Orthographic { half_height: 0.08 },
+        ..Camera::look_at(Vec3::Y, Vec3::ZERO, Vec3::Z, 1.0)
+    };
+    // The image's right is to the left of this camera, which looks down.
+    let camera = Camera { right: Vec3::NEG_X, up: Vec3::Z, forward: Vec3::NEG_Y, ..camera };
+    let settings = Settings { height: 16, camera: camera.into(), ..settings.clone() };
+    let rows = [false, true].map(|has_roof| {
+        let quads = if has_roof { vec![floor, roof] } else { vec![floor] };
+        let mut frame = frame(&quads, false);
+        frame.lights = vec![Light {
+            name: "".into(),
+            source,
+            color: Vec3::ONE,
+            intensity: 5.0,
+            range: None,
+            casts_shadow: true,
+            radius,
+        }];
+        row(&render(&frame, &settings))
+    });
+    rows[0].iter().zip(&rows[1]).map(|(open, roofed)| roofed / open).collect()
+}
+
+#[test]
+fn penumbras_are_as_wide_as_the_formula_says() {
+    let settings = settings(1024);
+    // 16 rows are 0.16 units.
+    let pixels_per_unit = 100.0;
+    let lamp = LightSource::Point { position: Vec3::new(0.0, 6.0, 0.0) };
+    let lit = under_a_roof(lamp, 0.75, &settings);
+    // The edge is 5 below the light and 1 above the floor.
+    expect_disk(&lit, 150.0, 0.75 / 5.0 * pixels_per_unit, "a lamp");
+    let sun = LightSource::Directional { direction: Vec3::NEG_Y };
+    for degrees in [2.0_f32, 15.0, 25.0] {
+        let lit = under_a_roof(sun, degrees, &settings);
+        expect_disk(&lit, 150.0, degrees.to_radians().tan() * pixels_per_unit, &format!("a sun of {degrees} degrees"));
+    }
+    // A radius that all lights have is the same.
+    let of_all = under_a_roof(lamp, 0.0, &Settings { light_radius: 0.75, ..settings.clone() });
+    assert!(of_all == under_a_roof(lamp, 0.75, &settings));
+}
+
+#[test]
+fn large_lamps_are_as_bright_as_points() {
+    let floor =
+        [Vec3::new(-9.0, 0.0, -9.0), Vec3::new(-9.0, 0.0, 9.0), Vec3::new(9.0, 0.0, 9.0), Vec3::new(9.0, 0.0, -9.0)];
+    let mut frame = frame(&[floor], false);
+    let light = Light {
+        name: "".into(),
+        source: LightSource::Point { position: Vec3::new(0.3, 2.0, 0.2) },
+        color: Vec3::ONE,
+        intensity: 3.0,
+        range: None,
+        casts_shadow: true,
+        radius: 0.0,
+    };
+    let camera = Camera::look_at(Vec3::new(0.0, 4.0, 6.0), Vec3::ZERO, Vec3::Y, 0.7);
+    let settings = Settings { width: 40, height: 30, camera: camera.into(), ..settings(1024) };
+    let [small, large] = [0.0, 1.0].map(|radius| {
+        frame.lights = vec![Light { radius, ..light.clone() }];
+        render(&frame, &settings)
+    });
+    for (small, large) in small.color.iter().zip(&large.color).filter(|(small, _)| small.w == 1.0) {
+        // The floor isn't perfectly diffuse: what it mirrors differs.
+        assert!((large.x / small.x - 1.0).abs() < 0.03, "{large} for {small}");
+    }
+}
+
+/// A white square that is `WIDTH` wide and moves along x.
+#[derive(Debug)]
+struct Moving;
+
+impl Moving {
+    const WIDTH: f32 = 0.2;
+    const SPEED: f64 = 2.0;
+}
+
+impl Animated for Moving {
+    fn duration_seconds(&self) -> f64 {
+        1.0
+    }
+
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), umbrage::scene::Error> {
+        let x = (Self::SPEED * (seconds - 0.5)) as f32;
+        let Frame { positions, mesh, materials, .. } = white(Vec2::new(x, -1.0), Vec2::new(x + Self::WIDTH, 1.0), -1.0);
+        (frame.positions, frame.mesh, frame.materials) = (positions, mesh, materials);
+        Ok(())
+    }
+}
+
+fn of_moving(seconds: f64, settings: &Settings) -> Vec<f32> {
+    let scene = Scene::new(Box::new(Moving)).expect("a scene");
+    row(Renderer::default().render(&scene, seconds, settings).expect("a picture"))
+}
+
+#[test]
+fn streaks_are_as_long_as_the_way() {
+    let shutter_seconds = 0.4;
+    let settings = Settings { shutter_seconds, ..settings(1024) };
+    let row = of_moving(0.5, &settings);
+    // 100 pixels a unit: a way of 80 pixels, half of it before the middle, of what is 20 wide.
+    let way = (100.0 * Moving::SPEED * shutter_seconds) as f32;
+    let width = 100.0 * Moving::WIDTH;
+    for (column, value) in row.iter().enumerate() {
+        let x = column as f32 + 0.5 - 150.0;
+        let passed = (x + 0.5 * way).min(0.5 * way + width - x).clamp(0.0, width);
+        assert!((value - passed / way).abs() < 0.02, "{value} for {} at {x}", passed / way);
+    }
+    let shown = row.iter().filter(|value| **value > 0.0).count() as f32;
+    assert!((shown - (way + width)).abs() <= 1.0, "{shown} pixels");
+    // At the animation's start it stands for the half of the time before that, and isn't where it ends.
+    let row = of_moving(0.0, &settings);
+    let at_start = &row[50..70];
+    assert!(at_start.iter().all(|value| *value > 0.5), "{at_start:?}");
+    assert!(row[150..].iter().all(|value| *value == 0.0));
+}
+
+/// All at once.
+fn everything(samples: u32) -> Settings {
+    let structure = Structure::default();
+    Settings {
+        width: 70,
+        height: 50,
+        samples,
+        structure,
+        aperture: 0.2,
+        shutter_seconds: 0.1,
+        light_radius: 0.4,
+        ..Settings::default()
+    }
+}
+
+#[test]
+fn pictures_are_the_same_on_any_number_of_threads_and_through_every_structure() {
+    let scene = umbrage::open("demo:cloth?triangles=2000").expect("a scene of the gallery");
+    let render =
+        |settings: &Settings| Renderer::default().render(&scene, 1.0, settings).expect("a picture").color.clone();
+    let expected = render(&everything(6));
+    assert!(expected != render(&everything(1)));
+    for threads in [1, 2, 3, 7] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        assert!(pool.install(|| render(&everything(6))) == expected, "{threads} threads");
+    }
+    for structure in [Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh] {
+        assert!(render(&Settings { structure, ..everything(6) }) == expected, "{structure:?}");
+    }
+}
+
+#[test]
+fn a_single_sample_has_everything_sharp() {
+    let scene = umbrage::open("demo:cloth?triangles=2000").expect("a scene of the gallery");
+    let mut renderer = Renderer::default();
+    let settings = everything(1);
+    let expected = Settings { aperture: 0.0, shutter_seconds: 0.0, light_radius: 0.0, ..settings.clone() };
+    let expected = renderer.render(&scene, 1.0, &expected).expect("a picture").color.clone();
+    assert!(renderer.render(&scene, 1.0, &settings).expect("a picture").color == expected);
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let square = white(Vec2::splat(-1.0), Vec2::splat(1.0), -3.0);
+    let refused = |settings: Settings| {
+        let error = Renderer::default().render_frame(&square, &settings).expect_err("refused");
+        assert!(error.is_of_settings(), "{error}");
+        error
+    };
+    for number in [-1.0, f32::NAN, f32::INFINITY] {
+        assert!(matches!(refused(Settings { aperture: number, ..settings(2) }), Error::NotFromZero(_)));
+        assert!(matches!(refused(Settings { light_radius: number, ..settings(2) }), Error::NotFromZero(_)));
+        assert!(matches!(refused(Settings { shutter_seconds: number.into(), ..settings(2) }), Error::NotFromZero(_)));
+        assert!(matches!(refused(Settings { focus: Some(number), ..settings(2) }), Error::Focus));
+    }
+    assert!(matches!(refused(Settings { shutter_seconds: 0.1, ..settings(2) }), Error::ShutterOfFrame));
+    let behind = Camera::look_at(Vec3::NEG_Z * 4.0, Vec3::NEG_Z * 9.0, Vec3::Y, 1.0);
+    let wide = Settings { aperture: 0.1, ..settings(2) };
+    assert!(matches!(refused(Settings { camera: behind.into(), ..wide.clone() }), Error::NoFocus));
+    let parallel = Camera { projection: Projection::Orthographic { half_height: 1.0 }, ..behind };
+    assert!(matches!(refused(Settings { camera: parallel.into(), ..wide }), Error::ParallelLens));
+}
