@@ -3,26 +3,49 @@ use rayon::prelude::*;
 
 use super::leaf::Leaf;
 use super::split::{Bins, Extent, Item, Split, middles};
-use super::{Bvh, Child, Node, WIDTH};
+use super::{Bvh, Child, Kind, Node, WIDTH};
 use crate::Triangles;
 
 /// What building takes, kept for the next time.
 #[derive(Default)]
 pub(super) struct Builder {
-    items: Vec<Item>,
+    pub(super) items: Vec<Item>,
     /// Where items go when many of them are divided, from where they come back when these are.
     spare: Vec<Item>,
     top: Vec<Node>,
     subtrees: Vec<Subtree>,
 }
 
+/// Nodes over items, of which the subtrees haven't been put together. In the top, leaves stand for subtrees.
+pub(super) struct Built<'a> {
+    top: &'a [Node],
+    trees: Vec<Range<'a>>,
+    subtrees: &'a [Subtree],
+    /// The first node of each subtree, where the top's come before all of them, and its first leaf.
+    starts: Vec<[usize; 2]>,
+    pub(super) nodes: usize,
+    pub(super) leaves: usize,
+}
+
 /// What one thread builds by itself. Nodes and leaves are numbered from zero.
 #[derive(Default)]
 struct Subtree {
     nodes: Vec<Node>,
-    /// The first item of each leaf, and how many it has.
-    leaves: Vec<(u32, u32)>,
+    leaves: Vec<LeafItems>,
     bins: Bins,
+}
+
+/// The items of a leaf.
+#[derive(Clone, Copy)]
+struct LeafItems {
+    first: u32,
+    count: u32,
+}
+
+impl LeafItems {
+    fn of(self, items: &[Item]) -> &[Item] {
+        &items[self.first as usize..][..self.count as usize]
+    }
 }
 
 /// Items that become a node or a leaf.
@@ -42,7 +65,7 @@ const CHUNK: usize = 1 << 13;
 impl Builder {
     pub(super) fn bytes(&self) -> usize {
         let of_subtree = |tree: &Subtree| {
-            tree.nodes.capacity() * size_of::<Node>() + tree.leaves.capacity() * size_of::<(u32, u32)>()
+            tree.nodes.capacity() * size_of::<Node>() + tree.leaves.capacity() * size_of::<LeafItems>()
         };
         (self.items.capacity() + self.spare.capacity()) * size_of::<Item>()
             + self.top.capacity() * size_of::<Node>()
@@ -54,68 +77,97 @@ impl Bvh {
     /// Replaces the hierarchy by one over `triangles`, on all threads of the current pool. It is the same for any number of
     /// them.
     pub fn build(&mut self, triangles: Triangles<'_>) {
-        self.omitted = triangles.omitted();
         self.scale = scale_of(triangles.positions);
-        let Self { nodes, leaves, scale, builder, omitted, .. } = self;
+        if !self.build_of_patches(triangles) {
+            self.build_of_triangles(triangles);
+        }
+    }
+
+    fn build_of_triangles(&mut self, triangles: Triangles<'_>) {
+        self.omitted = triangles.omitted();
+        let Self { nodes, leaves, scale, root, builder, omitted, .. } = self;
         let scale = *scale;
         builder.collect(triangles, omitted.total() > 0, scale);
-        let Builder { items, spare, top, subtrees } = builder;
-        top.clear();
-        if items.is_empty() {
-            nodes.clear();
-            leaves.clear();
-            return;
-        }
-        spare.resize(items.len(), Item::default());
-        let extent = items.par_chunks(CHUNK).map(bounds).reduce(|| Extent::EMPTY, Extent::union);
-        let mut trees = Vec::new();
-        let whole = Range { items, spare, extent };
-        divide_top(whole, top, &mut trees);
-        subtrees.resize_with(subtrees.len().max(trees.len()), Subtree::default);
-        trees.par_iter_mut().zip(&mut *subtrees).for_each(|(range, subtree)| subtree.build(range));
-
-        // Where each subtree's nodes and leaves belong.
-        let mut starts = Vec::with_capacity(trees.len());
-        let mut next = (top.len(), 0);
-        for subtree in &subtrees[..trees.len()] {
-            starts.push(next);
-            next = (next.0 + subtree.nodes.len(), next.1 + subtree.leaves.len());
-        }
-        nodes.resize(next.0, Node::EMPTY);
-        leaves.resize(next.1, Leaf::EMPTY);
-        let (into_top, mut into_nodes) = nodes.split_at_mut(top.len());
-        for (into, node) in into_top.iter_mut().zip(&*top) {
-            *into = *node;
-            for child in into.children.iter_mut().filter(|child| **child != Child::NONE && child.0 & Child::LEAF != 0) {
-                // Subtrees are numbered as leaves.
-                let number = (child.0 & !Child::LEAF) as usize;
-                *child = Child::node(starts[number].0);
-            }
-        }
-        let mut into_leaves = leaves.as_mut_slice();
-        let mut copies = Vec::with_capacity(trees.len());
-        for ((range, subtree), &start) in trees.iter().zip(&*subtrees).zip(&starts) {
-            let nodes;
+        let built = builder.build(Leaf::LANES);
+        nodes.resize(built.nodes, Node::EMPTY);
+        leaves.resize(built.leaves, Leaf::EMPTY);
+        *root = Child::node(0);
+        built.write_nodes(nodes, 0, |leaf, items| Child::leaf(leaf, items.len()));
+        let mut rest = leaves.as_mut_slice();
+        let into = built.trees.iter().zip(built.subtrees).map(|(range, subtree)| {
             let leaves;
-            (nodes, into_nodes) = into_nodes.split_at_mut(subtree.nodes.len());
-            (leaves, into_leaves) = into_leaves.split_at_mut(subtree.leaves.len());
-            copies.push((&*range.items, subtree, start, nodes, leaves));
-        }
-        copies.into_par_iter().for_each(|(items, subtree, start, nodes, leaves)| {
-            for (into, node) in nodes.iter_mut().zip(&subtree.nodes) {
-                let children =
-                    node.children.map(|child| if child == Child::NONE { child } else { child.moved(start.0, start.1) });
-                *into = Node { children, ..*node };
-            }
-            for (leaf, &(first, count)) in leaves.iter_mut().zip(&subtree.leaves) {
-                let ids = items[first as usize..][..count as usize].iter().map(Item::id);
+            (leaves, rest) = std::mem::take(&mut rest).split_at_mut(subtree.leaves.len());
+            (&*range.items, subtree, leaves)
+        });
+        into.collect::<Vec<_>>().into_par_iter().for_each(|(items, subtree, leaves)| {
+            for (leaf, part) in leaves.iter_mut().zip(&subtree.leaves) {
+                let ids = part.of(items).iter().map(Item::id);
                 leaf.fill(ids, |id| triangles.corners(id).map(|corner| corner * scale));
             }
         });
     }
 }
 
+impl Built<'_> {
+    /// Writes all nodes, before which there are others: the top's, whose first one is the root, then those of each subtree.
+    /// `child` says what stands for a leaf, given by its number and its items.
+    pub(super) fn write_nodes(
+        &self,
+        nodes: &mut [Node],
+        before: usize,
+        child: impl Fn(usize, &[Item]) -> Child + Sync,
+    ) {
+        let (into_top, mut rest) = nodes.split_at_mut(self.top.len());
+        for (into, node) in into_top.iter_mut().zip(self.top) {
+            let subtree_of = |child: Child| match child.kind() {
+                _ if child == Child::NONE => child,
+                Kind::Node(index) => Child::node(before + index),
+                Kind::Leaf { index, .. } => Child::node(before + self.starts[index][0]),
+            };
+            *into = Node { children: node.children.map(subtree_of), ..*node };
+        }
+        let into = self.trees.iter().zip(self.subtrees).zip(&self.starts).map(|((range, subtree), &start)| {
+            let nodes;
+            (nodes, rest) = std::mem::take(&mut rest).split_at_mut(subtree.nodes.len());
+            (&*range.items, subtree, start, nodes)
+        });
+        into.collect::<Vec<_>>().into_par_iter().for_each(|(items, subtree, [first_node, first_leaf], nodes)| {
+            for (into, node) in nodes.iter_mut().zip(&subtree.nodes) {
+                let moved = |of: Child| match of.kind() {
+                    _ if of == Child::NONE => of,
+                    Kind::Node(index) => Child::node(before + first_node + index),
+                    Kind::Leaf { index, .. } => child(first_leaf + index, subtree.leaves[index].of(items)),
+                };
+                *into = Node { children: node.children.map(moved), ..*node };
+            }
+        });
+    }
+}
+
 impl Builder {
+    /// Builds nodes over all items, with leaves of `most` of them.
+    pub(super) fn build(&mut self, most: usize) -> Built<'_> {
+        let Self { items, spare, top, subtrees } = self;
+        top.clear();
+        spare.resize(items.len(), Item::default());
+        let extent = items.par_chunks(CHUNK).map(bounds).reduce(|| Extent::EMPTY, Extent::union);
+        let mut trees = Vec::new();
+        if !items.is_empty() {
+            divide_top(Range { items, spare, extent }, most, top, &mut trees);
+        }
+        subtrees.resize_with(subtrees.len().max(trees.len()), Subtree::default);
+        trees.par_iter_mut().zip(&mut *subtrees).for_each(|(range, subtree)| subtree.build(range, most));
+        let (mut nodes, mut leaves) = (top.len(), 0);
+        let starts = subtrees[..trees.len()].iter().map(|subtree| {
+            let start = [nodes, leaves];
+            (nodes, leaves) = (nodes + subtree.nodes.len(), leaves + subtree.leaves.len());
+            start
+        });
+        let starts = starts.collect();
+        let subtrees = &subtrees[..trees.len()];
+        Built { top, trees, subtrees, starts, nodes, leaves }
+    }
+
     /// The boxes of all triangles that can be hit, in order of id.
     fn collect(&mut self, triangles: Triangles<'_>, some_are_omitted: bool, scale: f32) {
         let item = |id: u32, corners: [Vec3; 3]| {
@@ -136,7 +188,7 @@ impl Builder {
 }
 
 /// Divides the items of a node that many threads build, until there are enough ranges for all of them.
-fn divide_top<'a>(whole: Range<'a>, top: &mut Vec<Node>, trees: &mut Vec<Range<'a>>) {
+fn divide_top<'a>(whole: Range<'a>, most: usize, top: &mut Vec<Node>, trees: &mut Vec<Range<'a>>) {
     // Whatever the number of threads.
     const MOST_TREES: usize = 64;
     let largest = (whole.items.len() / MOST_TREES).clamp(1 << 10, 1 << 15);
@@ -144,12 +196,12 @@ fn divide_top<'a>(whole: Range<'a>, top: &mut Vec<Node>, trees: &mut Vec<Range<'
         trees.push(whole);
         return;
     }
-    divide_top_node(whole, largest, 0, top, trees);
+    divide_top_node(whole, [largest, most], 0, top, trees);
 }
 
 fn divide_top_node<'a>(
     whole: Range<'a>,
-    largest: usize,
+    [largest, most]: [usize; 2],
     depth: usize,
     top: &mut Vec<Node>,
     trees: &mut Vec<Range<'a>>,
@@ -157,16 +209,16 @@ fn divide_top_node<'a>(
     let index = top.len();
     top.push(Node::EMPTY);
     let children = children_of(whole, largest, |range| {
-        let split = if depth < DEEP { best_split_on_all_threads(range.items) } else { None };
+        let split = if depth < DEEP { best_split_on_all_threads(range.items, most) } else { None };
         range.divided(split)
     });
     for (slot, child) in children.into_iter().enumerate() {
         top[index].set_bounds(slot, child.extent);
         top[index].children[slot] = if child.items.len() > largest {
-            divide_top_node(child, largest, depth + 1, top, trees)
+            divide_top_node(child, [largest, most], depth + 1, top, trees)
         } else {
             trees.push(child);
-            Child(Child::LEAF | (trees.len() - 1) as u32)
+            Child::leaf(trees.len() - 1, 1)
         };
     }
     Child::node(index)
@@ -192,7 +244,7 @@ fn children_of<'a>(
     children
 }
 
-fn best_split_on_all_threads(items: &[Item]) -> Option<Split> {
+fn best_split_on_all_threads(items: &[Item], most: usize) -> Option<Split> {
     let middles = items.par_chunks(CHUNK).map(middles).reduce(|| Extent::EMPTY, Extent::union);
     let none = || {
         let mut bins = Bins::default();
@@ -207,7 +259,7 @@ fn best_split_on_all_threads(items: &[Item]) -> Option<Split> {
         bins.merge(&other);
         bins
     };
-    bins.reduce(none, merge).best()
+    bins.reduce(none, merge).best(most)
 }
 
 impl<'a> Range<'a> {
@@ -266,14 +318,14 @@ impl Part {
 }
 
 impl Subtree {
-    fn build(&mut self, range: &mut Range<'_>) {
+    fn build(&mut self, range: &mut Range<'_>, most: usize) {
         self.nodes.clear();
         self.leaves.clear();
         let whole = Part { start: 0, end: range.items.len(), extent: range.extent };
-        self.node(range.items, whole, 0);
+        self.node(range.items, whole, most, 0);
     }
 
-    fn node(&mut self, items: &mut [Item], whole: Part, depth: usize) -> Child {
+    fn node(&mut self, items: &mut [Item], whole: Part, most: usize, depth: usize) -> Child {
         let index = self.nodes.len();
         self.nodes.push(Node::EMPTY);
         let mut children = [whole; WIDTH];
@@ -282,19 +334,19 @@ impl Subtree {
             let mut widest: Option<(f32, usize)> = None;
             for (slot, child) in children[..count].iter().enumerate() {
                 let area = child.extent.area();
-                if child.len() > Leaf::LANES && widest.is_none_or(|(most, _)| area > most) {
+                if child.len() > most && widest.is_none_or(|(most, _)| area > most) {
                     widest = Some((area, slot));
                 }
             }
             let Some((_, slot)) = widest else { break };
-            [children[slot], children[count]] = self.divide(items, children[slot], depth);
+            [children[slot], children[count]] = self.divide(items, children[slot], most, depth);
             count += 1;
         }
         for (slot, part) in children[..count].iter().enumerate() {
-            let child = if part.len() > Leaf::LANES {
-                self.node(items, *part, depth + 1)
+            let child = if part.len() > most {
+                self.node(items, *part, most, depth + 1)
             } else {
-                self.leaves.push((part.start as u32, part.len() as u32));
+                self.leaves.push(LeafItems { first: part.start as u32, count: part.len() as u32 });
                 Child::leaf(self.leaves.len() - 1, part.len())
             };
             let node = &mut self.nodes[index];
@@ -305,12 +357,12 @@ impl Subtree {
     }
 
     /// Divides a part of the items.
-    fn divide(&mut self, items: &mut [Item], part: Part, depth: usize) -> [Part; 2] {
+    fn divide(&mut self, items: &mut [Item], part: Part, most: usize, depth: usize) -> [Part; 2] {
         let items = &mut items[part.start..part.end];
         let split = if depth < DEEP {
             self.bins.clear(middles(items), items.len());
             self.bins.fill(items);
-            self.bins.best()
+            self.bins.best(most)
         } else {
             None
         };
@@ -333,7 +385,7 @@ impl Subtree {
 }
 
 impl Node {
-    fn set_bounds(&mut self, slot: usize, extent: Extent) {
+    pub(super) fn set_bounds(&mut self, slot: usize, extent: Extent) {
         for axis in 0..3 {
             self.bounds[2 * axis][slot] = extent.low[axis];
             self.bounds[2 * axis + 1][slot] = extent.high[axis];

@@ -1,6 +1,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use super::line::Line;
 use crate::simd::each;
@@ -54,11 +54,17 @@ impl Leaf {
     /// Replaces the triangles by others, whose corners are scaled.
     pub(super) fn fill(&mut self, ids: impl Iterator<Item = u32>, corners: impl Fn(u32) -> [Vec3; 3]) {
         for (lane, id) in ids.enumerate() {
-            self.ids[lane] = id;
-            for (number, corner) in corners(id).into_iter().enumerate() {
-                for axis in 0..3 {
-                    self.corners[axis][number][lane] = corner[axis];
-                }
+            self.set(lane, id, corners(id).map(|corner| corner.extend(0.0)));
+        }
+    }
+
+    /// Replaces one triangle, whose corners are scaled.
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, id: u32, corners: [Vec4; 3]) {
+        self.ids[lane] = id;
+        for (number, corner) in corners.into_iter().enumerate() {
+            for axis in 0..3 {
+                self.corners[axis][number][lane] = corner[axis];
             }
         }
     }

@@ -7,6 +7,7 @@
 mod build;
 mod leaf;
 mod line;
+mod patched;
 mod split;
 mod trace;
 mod validate;
@@ -15,6 +16,7 @@ use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
 use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles, ray_by_ray};
 use build::Builder;
 use leaf::Leaf;
+use patched::Patched;
 
 /// Most children of a node.
 const WIDTH: usize = 8;
@@ -25,12 +27,14 @@ const WIDTH: usize = 8;
 #[derive(Default)]
 pub struct Bvh {
     level: SimdLevel,
-    /// The root first; empty where there are no triangles.
+    /// Empty where there are no triangles.
     nodes: Vec<Node>,
+    root: Child,
     leaves: Vec<Leaf>,
     /// What coordinates are multiplied with in all boxes and leaves: a power of two.
     scale: f32,
     builder: Builder,
+    patched: Patched,
     omitted: Omitted,
 }
 
@@ -58,7 +62,6 @@ impl Node {
 struct Child(u32);
 
 impl Child {
-    const ROOT: Self = Self(0);
     const NONE: Self = Self(u32::MAX);
     const LEAF: u32 = 1 << 31;
     const COUNT_BITS: u32 = 3;
@@ -81,11 +84,6 @@ impl Child {
         let index = (self.0 & !Self::LEAF) >> Self::COUNT_BITS;
         let last = self.0 & ((1 << Self::COUNT_BITS) - 1);
         Kind::Leaf { index: index as usize, lanes: (2 << last) - 1 }
-    }
-
-    /// The same child where other nodes and leaves come before it.
-    fn moved(self, nodes: usize, leaves: usize) -> Self {
-        Self(self.0 + if self.0 & Self::LEAF == 0 { nodes } else { leaves << Self::COUNT_BITS } as u32)
     }
 }
 
@@ -124,7 +122,8 @@ impl Structure for Bvh {
     fn bytes(&self) -> Bytes {
         let triangles = self.nodes.capacity() * size_of::<Node>()
             + self.leaves.capacity() * size_of::<Leaf>()
-            + self.builder.bytes();
+            + self.builder.bytes()
+            + self.patched.bytes();
         Bytes { triangles, points: 0 }
     }
 

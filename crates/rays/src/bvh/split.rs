@@ -1,7 +1,5 @@
 use glam::Vec4;
 
-use super::leaf::Leaf;
-
 /// A triangle while the hierarchy is built: its box, scaled.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Item {
@@ -26,7 +24,7 @@ impl Item {
 
     /// Twice the middle of the box.
     #[inline(always)]
-    fn middle(&self) -> Vec4 {
+    pub(super) fn middle(&self) -> Vec4 {
         self.low + self.high
     }
 }
@@ -172,11 +170,11 @@ impl Bins {
         }
     }
 
-    /// Where the surface area heuristic divides them best; `None` if all middles are in one bin.
+    /// Where the surface area heuristic divides them best, for leaves of `most` items; `None` if all middles are in one bin.
     #[inline(always)]
-    pub(super) fn best(&self) -> Option<Split> {
+    pub(super) fn best(&self, most: usize) -> Option<Split> {
         let count = self.steps.count;
-        let cost = |extent: &Extent, items: u32| extent.area() * items.div_ceil(Leaf::LANES as u32) as f32;
+        let cost = |extent: &Extent, items: u32| extent.area() * items.div_ceil(most as u32) as f32;
         let (mut least, mut best) = (f32::INFINITY, None);
         for axis in 0..3 {
             if self.steps.scale[axis] == 0.0 {

@@ -201,7 +201,7 @@ impl Bvh {
     ) -> ControlFlow<()> {
         let slabs = Slabs::new(simd, line);
         let mut stack = Stack::default();
-        let mut next = Entered { enter: line.near, child: Child::ROOT };
+        let mut next = Entered { enter: line.near, child: self.root };
         loop {
             match next.child.kind() {
                 Kind::Leaf { index, lanes } => {

@@ -139,6 +139,7 @@ impl Patches {
 
     /// Forgets all patches; the frame has so many triangles.
     pub(super) fn clear(&mut self, triangles: usize) {
+        self.made += 1;
         self.starts.clear();
         self.vertices.clear();
         self.corners.clear();

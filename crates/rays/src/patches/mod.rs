@@ -61,6 +61,8 @@ pub struct Patches {
     are_grown: bool,
     /// Whether the last frame had another index buffer than the one before.
     is_changing: bool,
+    /// How often patches were made anew.
+    made: u64,
     groups: Groups,
     /// For each sixteen of `ids`, where their patch's vertices begin.
     first_vertices: Vec<u32>,
@@ -176,6 +178,16 @@ impl Patches {
     /// The triangles of the frame that no ray can hit.
     pub(crate) fn omitted(&self) -> &Omitted {
         &self.omitted
+    }
+
+    /// How often patches were made anew: which triangles are together stays the same while this does.
+    pub(crate) fn made(&self) -> u64 {
+        self.made
+    }
+
+    /// Whether the last frame had another index buffer than the one before, so that patches may not last.
+    pub(crate) fn is_changing(&self) -> bool {
+        self.is_changing
     }
 
     /// How many patches there are.

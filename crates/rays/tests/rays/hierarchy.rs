@@ -1,6 +1,6 @@
 //! The hierarchy, ray by ray, against the predicate asked about every triangle.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec3Swizzles as _};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Bvh, Hit, LightSource, Ray, SimdLevel, SingleRays as _, Triangles};
 
@@ -9,11 +9,20 @@ use crate::support::{
     rays_with_intervals, scene,
 };
 
-fn built(level: SimdLevel, triangles: Triangles<'_>) -> Bvh {
-    let mut bvh = Bvh::with_level(level);
+/// Built for the first time, and then of patches that were made when all vertices were elsewhere.
+fn built(level: SimdLevel, triangles: Triangles<'_>) -> [Bvh; 2] {
+    let elsewhere: Vec<Vec3> = triangles.positions.iter().rev().map(|position| position.yzx()).collect();
+    [0, 3].map(|frames| {
+        let mut bvh = Bvh::with_level(level);
+        (0..frames).for_each(|_| bvh.build(Triangles { positions: &elsewhere, ..triangles }));
+        build(&mut bvh, triangles);
+        bvh
+    })
+}
+
+fn build(bvh: &mut Bvh, triangles: Triangles<'_>) {
     bvh.build(triangles);
     bvh.check(triangles).expect("a sound hierarchy");
-    bvh
 }
 
 /// Compares the hierarchy at each level with the predicate for each ray, with everything opaque and with holes; how many rays
@@ -27,9 +36,10 @@ fn check(mesh: &Mesh, rays: &[Ray]) -> usize {
     for stops in stops {
         let expected: Vec<_> = rays.iter().map(|ray| nearest_of_all(triangles, ray, stops)).collect();
         for level in SimdLevel::available() {
-            let bvh = built(level, triangles);
-            for (ray, &expected) in rays.iter().zip(&expected) {
-                assert_eq!(bits(bvh.nearest(triangles, ray, stops)), bits(expected), "{ray:?} at {level}");
+            for bvh in built(level, triangles) {
+                for (ray, &expected) in rays.iter().zip(&expected) {
+                    assert_eq!(bits(bvh.nearest(triangles, ray, stops)), bits(expected), "{ray:?} at {level}");
+                }
             }
         }
         count += expected.iter().flatten().count();
@@ -104,7 +114,7 @@ fn few_triangles_and_odd_ones_are_found() {
         Ray { t_max: f64::NAN, ..Ray::new(DVec3::ZERO, DVec3::X) },
     ];
     let mesh = scene(&mut random);
-    let bvh = built(SimdLevel::default(), mesh.triangles());
+    let [bvh, _] = built(SimdLevel::default(), mesh.triangles());
     for ray in nowhere {
         let expected = if ray.origin.is_finite() && ray.direction.is_finite() && ray.direction != DVec3::ZERO {
             nearest_of_all(mesh.triangles(), &ray, |_| true)
@@ -121,13 +131,14 @@ fn a_million_copies_of_a_triangle_are_one_hit() {
     mesh.push([Vec3::X, Vec3::Y, Vec3::Z]);
     mesh.indices = vec![[0, 1, 2]; 1_000_000];
     let triangles = mesh.triangles();
-    let bvh = built(SimdLevel::default(), triangles);
-    let ray = Ray::new(DVec3::ZERO, DVec3::ONE);
-    assert_eq!(bvh.nearest(triangles, &ray, &|_| true).map(|hit| hit.triangle), Some(0));
-    assert_eq!(bvh.nearest(triangles, &ray, &|hit| hit.triangle > 70).map(|hit| hit.triangle), Some(71));
-    let light = LightSource::Point { position: Vec3::ZERO };
-    let shadow_ray = ShadowRay::new(&light, HitPoint { position: DVec3::ONE, error: 0.0 });
-    assert!(bvh.blocked(triangles, &shadow_ray, 5, &|_, _| true));
+    for bvh in built(SimdLevel::default(), triangles) {
+        let ray = Ray::new(DVec3::ZERO, DVec3::ONE);
+        assert_eq!(bvh.nearest(triangles, &ray, &|_| true).map(|hit| hit.triangle), Some(0));
+        assert_eq!(bvh.nearest(triangles, &ray, &|hit| hit.triangle > 70).map(|hit| hit.triangle), Some(71));
+        let light = LightSource::Point { position: Vec3::ZERO };
+        let shadow_ray = ShadowRay::new(&light, HitPoint { position: DVec3::ONE, error: 0.0 });
+        assert!(bvh.blocked(triangles, &shadow_ray, 5, &|_, _| true));
+    }
 }
 
 #[test]
@@ -167,7 +178,7 @@ fn points_are_in_shadow_where_the_predicate_says() {
             LightSource::Directional { direction: Vec3::NEG_Y },
         ];
         for level in SimdLevel::available() {
-            let bvh = built(level, triangles);
+            let [_, bvh] = built(level, triangles);
             for light in &lights {
                 for (ray, hit) in &hits {
                     let shadow_ray = ShadowRay::new(light, HitPoint::new(ray, hit.t));
@@ -193,9 +204,10 @@ fn the_hierarchy_is_the_same_for_any_number_of_threads() {
         .into_iter()
         .map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            let bvh = pool.install(|| built(SimdLevel::default(), triangles));
+            let bvhs = pool.install(|| built(SimdLevel::default(), triangles));
             // Triangles come in the order of nodes and leaves.
-            let order: Vec<u32> = bvh.ids().collect();
+            let order: Vec<u32> = bvhs.iter().flat_map(Bvh::ids).collect();
+            let [bvh, _] = bvhs;
             (
                 format!("{bvh:?}"),
                 order,
