@@ -27,7 +27,7 @@ const RENDER_EXAMPLES: &str = "
   umbrage render demo:forest --format y4m -o - | ffmpeg -i - forest.mp4
       The whole animation, through an encoder; its colours are BT.709's
   umbrage render demo:glass --bounces 8 -o glass.png
-      With what smooth surfaces mirror
+      With what smooth surfaces mirror, and what is seen through glass
   umbrage render demo:marbles --samples 64 --aperture 0.2 --light-radius 0.3
       A lens that is sharp at one depth only, and shadows with soft edges
   umbrage render demo:shatter --time 1 --shutter 0.02 --samples 64

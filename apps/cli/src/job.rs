@@ -85,7 +85,7 @@ impl Job {
 fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
     match flags.engine {
         EngineKind::Gpu if flags.bounces > 0 => {
-            Err(Failure::input("mirrors are followed on the CPU alone", "leave out --engine or --bounces"))
+            Err(Failure::input("mirrors and glass are followed on the CPU alone", "leave out --engine or --bounces"))
         }
         EngineKind::Gpu | EngineKind::Auto if flags.texture_memory.is_some() => {
             Err(Failure::input("a GPU has all textures in its own memory", "leave out --engine or --texture-memory"))

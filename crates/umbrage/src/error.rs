@@ -101,7 +101,7 @@ pub enum Error {
     #[error("a kd-tree has no option `{0}` with `kd-rebuild` {1}")]
     KdOptionOfRebuild(&'static str, KdRebuild),
     /// A GPU was asked to follow mirrors.
-    #[error("mirrors are followed on the CPU alone: a GPU takes 0 bounces")]
+    #[error("mirrors and glass are followed on the CPU alone: a GPU takes 0 bounces")]
     BouncesOnGpu,
     /// A GPU was asked for a structure that is the CPU's alone.
     #[error("a GPU has grids of its own (`listed`, or without a name) and the kd-tree, but not `{0}`")]

@@ -51,7 +51,7 @@ pub(crate) struct Surface<S: Simd> {
     pub(crate) base_color: Vectors<S>,
     /// How much of what is behind the surface hides; 1 but for blended materials.
     pub(crate) opacity: f32x16<S>,
-    /// What passes through of the light from behind that the surface does not mirror, where it is opaque otherwise.
+    /// What passes through of the light from behind where the surface is opaque otherwise, but for what it mirrors.
     pub(crate) transmitted: Vectors<S>,
     pub(crate) emitted: Vectors<S>,
     /// How much of the light from all around arrives, 0 … 1.
