@@ -5,7 +5,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use umbrage::output::{Chroma, Format, FrameRate};
 use umbrage::rays::SimdLevel;
-use umbrage::scene::{Clip, OpenOptions};
+use umbrage::scene::{Clip, Ground, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
 use umbrage::{EngineKind, HeatKind, Settings, Sides, ToneMap};
 
@@ -32,6 +32,8 @@ const RENDER_EXAMPLES: &str = "
       A lens that is sharp at one depth only, and shadows with soft edges
   umbrage render demo:shatter --time 1 --shutter 0.02 --samples 64
       What moves leaves streaks, as on film with an open shutter
+  umbrage render model.glb --ground shadow --background none -o model.png
+      A model and its shadow, to be put over another picture
   umbrage render demo:stadium --camera 9,4,9:0,1,0:30 --light sun:-1,-2,-1
       One's own camera and light
   umbrage render demo:marbles --frames 0..24 --orbit-light -o orbit.apng
@@ -167,6 +169,10 @@ pub(crate) struct OpeningFlags {
     /// [default: half of what there is]
     #[arg(long, value_name = "SIZE", value_parser = memory)]
     pub(crate) max_memory: Option<ByteSize>,
+    /// A floor under the scene, at its lowest point or at a height: `shadow` shows only the shadows on it, `matte` is light
+    /// grey
+    #[arg(long, value_name = "shadow|matte[:HEIGHT]")]
+    pub(crate) ground: Option<Ground>,
 }
 
 fn memory(text: &str) -> Result<ByteSize, &'static str> {
@@ -182,8 +188,8 @@ impl OpeningFlags {
             Some(name) => Clip::Named(name.to_owned()),
         };
         let max_memory = self.max_memory.map_or(OpenOptions::default().max_memory, |most| most.as_u64());
-        let Self { sequence_fps, allow_outside, .. } = *self;
-        OpenOptions { clip, sequence_fps, allow_outside, max_memory, texture_memory: None }
+        let Self { sequence_fps, allow_outside, ground, .. } = *self;
+        OpenOptions { clip, sequence_fps, allow_outside, max_memory, ground, texture_memory: None }
     }
 }
 
@@ -276,8 +282,9 @@ pub(crate) struct RenderFlags {
         default_missing_value = "first"
     )]
     pub(crate) orbit_light: Option<OrbitingLights>,
-    /// What is behind and around the scene: sky, #rrggbb, linear R,G,B, or a latitude-longitude image
-    #[arg(long, value_name = "sky|COLOR|FILE", default_value = "sky")]
+    /// What is behind and around the scene: sky, #rrggbb, linear R,G,B, or a latitude-longitude image; `none` is the sky's
+    /// light on what is transparent where the scene isn't, in .png, .apng and .exr
+    #[arg(long, value_name = "sky|none|COLOR|FILE", default_value = "sky")]
     pub(crate) background: BackgroundSpec,
     /// Brightness: each stop doubles it
     #[arg(

@@ -180,7 +180,7 @@ fn bit_depths(format: Format, bits: Option<u8>) -> Result<(BitDepth, FloatDepth)
 
 fn background(spec: &BackgroundSpec, max_memory: u64) -> Result<Background, Failure> {
     spec.open_within(max_memory).map_err(|error| {
-        let hint = "a background is `sky`, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
+        let hint = "a background is `sky`, `none`, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
         Failure::input(format!("--background: {error}"), hint)
     })
 }

@@ -48,7 +48,7 @@ mod tests {
     use clap::Parser;
     use glam::Vec3;
     use umbrage::rays::{Choice, LightSource};
-    use umbrage::scene::{Clip, OpenOptions};
+    use umbrage::scene::{Clip, Ground, OpenOptions};
     use umbrage::spec::{CameraSpec, LightSpec, LookAt};
     use umbrage::{Background, EngineKind, OptionValues, Settings, Structure, ToneMap};
     use umbrage_viewer::{CommandLine, EngineChoice};
@@ -121,7 +121,7 @@ mod tests {
         for tone_map in ToneMap::all() {
             on_cpu(Settings { tone_map, ..Settings::default() });
         }
-        for background in [Background::Sky, Background::Color(Vec3::new(0.1, 0.25, 3.0))] {
+        for background in [Background::Sky, Background::Transparent, Background::Color(Vec3::new(0.1, 0.25, 3.0))] {
             on_cpu(Settings { background, ..Settings::default() });
         }
         on_cpu(Settings { width: 7, height: 5, samples: 9, exposure_stops: -0.3, ..Settings::default() });
@@ -154,6 +154,7 @@ mod tests {
                     sequence_fps: 12.5,
                     allow_outside: true,
                     max_memory: 1 << 30,
+                    ground: Some(Ground { height: Some(-0.5), ..Ground::default() }),
                     ..OpenOptions::default()
                 };
                 let (scene, seconds) = (Path::new("it's a scene.glb"), 1.25);

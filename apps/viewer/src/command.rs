@@ -110,6 +110,7 @@ impl CommandLine<'_> {
         }
         match &settings.background {
             Background::Sky => {}
+            Background::Transparent => flag(&mut line, "background", &BackgroundSpec::Transparent.to_string()),
             Background::Color(color) => flag(&mut line, "background", &BackgroundSpec::Color(*color).to_string()),
             Background::Image(_) => return Err("The command can't say which image is around the scene.".to_owned()),
         }
@@ -146,6 +147,9 @@ fn opening(line: &mut String, options: &OpenOptions) {
     }
     if options.allow_outside {
         line.push_str(" --allow-outside");
+    }
+    if let Some(ground) = options.ground {
+        flag(line, "ground", &ground.to_string());
     }
     if options.max_memory != OpenOptions::default().max_memory {
         flag(line, "max-memory", &options.max_memory.to_string());

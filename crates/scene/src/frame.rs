@@ -50,6 +50,8 @@ pub struct Mesh {
     pub tex_coords: [Vec<Vec2>; 2],
     /// Linear colour and opacity of each vertex, which multiply the material's. Empty when all are white.
     pub colors: Vec<Vec4>,
+    /// How many triangles, which are the last ones, are a [`Ground`](crate::Ground) that was put under the scene.
+    pub ground_triangles: usize,
 }
 
 /// A camera that came with a scene.
@@ -128,10 +130,12 @@ impl Frame {
     pub fn framing_camera(&self, aspect: f32) -> Camera {
         const FORWARD: Vec3 = Vec3::new(-0.5, -0.4, -1.0);
         const VERTICAL_FOV_RADIANS: f32 = 0.7;
-        let triangles = self.triangles();
+        // Without a ground: it reaches far beyond.
+        let indices = &self.mesh.triangles[..self.mesh.triangles.len().saturating_sub(self.mesh.ground_triangles)];
+        let triangles = Triangles { indices, ..self.triangles() };
         if self.animation_bounds.is_empty() || triangles.bounds() == self.animation_bounds {
             // Nothing moves, as far as is known: the triangles themselves make a tighter view than their box.
-            let vertices = self.mesh.triangles.as_flattened().iter();
+            let vertices = indices.as_flattened().iter();
             let corners = vertices.filter_map(|&vertex| self.positions.get(vertex as usize).copied());
             Camera::framing(corners, FORWARD, aspect, VERTICAL_FOV_RADIANS)
         } else {

@@ -80,6 +80,9 @@ pub struct Material {
     pub dispersion: f32,
     /// What is inside (`KHR_materials_volume`).
     pub volume: Volume,
+    /// Whether only the shadows on it are seen: it looks like what is around the scene, darker by as much of the light as
+    /// something keeps away. All else of the material then says nothing.
+    pub catches_shadows: bool,
 }
 
 impl Default for Material {
@@ -106,6 +109,7 @@ impl Default for Material {
             ior: 1.5,
             dispersion: 0.0,
             volume: Volume::default(),
+            catches_shadows: false,
         }
     }
 }

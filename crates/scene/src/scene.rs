@@ -6,9 +6,10 @@ use bytesize::ByteSize;
 use glam::Vec3;
 use umbrage_rays::{Bounds, LightSource};
 
+use crate::ground::Grounded;
 use crate::memory::{Budget, DEFAULT_BYTES, Limits};
 use crate::rig::{Pose, Rig};
-use crate::{Error, Frame, Light};
+use crate::{Error, Frame, Ground, Light};
 use crate::{gltf::GltfScene, obj, obj::SharedMaterials, ply, sequence::Sequence, still::Still, stl};
 
 /// What has a look at every moment, and becomes a scene by [`Scene::new`]: the content of a file, or your own.
@@ -55,6 +56,7 @@ pub struct Scene {
     animation_bounds: Bounds,
     /// Lights the frames of a file that has no light of its own.
     light_above: Light,
+    ground: Option<Grounded>,
 }
 
 /// How a scene is opened.
@@ -81,6 +83,8 @@ pub struct OpenOptions {
     /// all texels, stay in memory. Each file of a sequence may take so many. Of [`OpenOptions::max_memory`] a texture takes its
     /// part only while it is made.
     pub texture_memory: Option<u64>,
+    /// A floor under the scene.
+    pub ground: Option<Ground>,
 }
 
 impl Default for OpenOptions {
@@ -91,6 +95,7 @@ impl Default for OpenOptions {
             allow_outside: false,
             max_memory: *DEFAULT_BYTES,
             texture_memory: None,
+            ground: None,
         }
     }
 }
@@ -150,16 +155,16 @@ impl Scene {
             let cause = format!("textures in {bytes} of memory: give {least} or more (--texture-memory)");
             return Err(Error::address(address.display().to_string(), cause));
         }
-        if let Some(sequence) = Sequence::find(address, options)? {
-            return Self::new(Box::new(sequence));
-        }
-        match Format::of(address) {
-            Some(Format::Gltf) => {
-                let scene = within(address, options.limits(), |budget| GltfScene::open(address, options, budget));
-                Self::new(Box::new(scene?))
-            }
-            _ => Self::new(Box::new(read_still(address, &mut SharedMaterials::new(options))?)),
-        }
+        let source: Box<dyn Animated> = if let Some(sequence) = Sequence::find(address, options)? {
+            Box::new(sequence)
+        } else if Format::of(address) == Some(Format::Gltf) {
+            Box::new(within(address, options.limits(), |budget| GltfScene::open(address, options, budget))?)
+        } else {
+            Box::new(read_still(address, &mut SharedMaterials::new(options))?)
+        };
+        let mut scene = Self::new(source)?;
+        scene.set_ground(options.ground);
+        Ok(scene)
     }
 
     /// The scene of what has a look at every moment.
@@ -168,7 +173,18 @@ impl Scene {
     /// Where one of a few moments, at which it is posed to find its bounds, can't be had.
     pub fn new(source: Box<dyn Animated>) -> Result<Self, Error> {
         let animation_bounds = animation_bounds(&*source)?;
-        Ok(Self { source, animation_bounds, light_above: light_above(animation_bounds) })
+        Ok(Self { source, animation_bounds, light_above: light_above(animation_bounds), ground: None })
+    }
+
+    /// Puts a ground under the scene, in place of the last one, or takes that away.
+    pub fn set_ground(&mut self, ground: Option<Ground>) {
+        self.ground = ground.map(|ground| Grounded::new(ground, self.animation_bounds));
+    }
+
+    /// The ground that was put under the scene.
+    #[must_use]
+    pub fn ground(&self) -> Option<Ground> {
+        self.ground.as_ref().map(|grounded| grounded.ground)
     }
 
     /// The scene at a moment. Moments after the end play the animation again from its start.
@@ -193,6 +209,9 @@ impl Scene {
         begin(frame);
         self.source.pose(self.looped(seconds), frame)?;
         self.finish(seconds, frame);
+        if let Some(grounded) = &self.ground {
+            grounded.put_under(frame);
+        }
         Ok(())
     }
 
@@ -203,7 +222,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::at`].
-    pub fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) -> Result<Option<&Arc<Rig>>, Error> {
+    pub fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) -> Result<Option<Arc<Rig>>, Error> {
         let Some(rig) = self.source.rig() else { return Ok(None) };
         if !seconds.is_finite() {
             return Err(Error::Moment(seconds));
@@ -211,7 +230,10 @@ impl Scene {
         begin(frame);
         self.source.pose_rig(self.looped(seconds), frame, pose)?;
         self.finish(seconds, frame);
-        Ok(Some(rig))
+        Ok(Some(match &self.ground {
+            Some(grounded) => grounded.put_under_rig(rig, frame, pose),
+            None => Arc::clone(rig),
+        }))
     }
 
     /// The moment within the animation that looks as `seconds`.

@@ -19,6 +19,9 @@ pub enum Background {
     /// A soft sky: bluer towards the zenith, hazy at the horizon, grey below it.
     #[default]
     Sky,
+    /// Nothing: what rays that hit nothing see is left to whoever puts the picture over another one, by the
+    /// [coverage](crate::Film::color) of its pixels. The scene is lit as by the sky, and mirrors that.
+    Transparent,
     /// A latitude–longitude image.
     Image(Arc<Panorama>),
 }
@@ -51,7 +54,7 @@ impl Background {
     fn around<S: Simd>(&self, simd: S, direction: Vectors<S>, softness: f32x16<S>, width: f32x16<S>) -> Vectors<S> {
         match self {
             Self::Color(color) => Vectors::splat(simd, *color),
-            Self::Sky => sky(simd, direction.y, softness),
+            Self::Sky | Self::Transparent => sky(simd, direction.y, softness),
             Self::Image(panorama) => Vectors::load(simd, &read_each(panorama, &direction.store(), &width.into())),
         }
     }
@@ -116,6 +119,12 @@ impl<'a> Surroundings<'a> {
     #[cfg(feature = "gpu")]
     pub(crate) fn irradiance_coefficients(&self) -> &[Vec3; 9] {
         &self.irradiance
+    }
+
+    /// Whether they aren't seen but in mirrors.
+    #[inline(always)]
+    pub(crate) fn are_transparent(&self) -> bool {
+        matches!(self.background, Background::Transparent)
     }
 
     /// Radiance from unit directions.

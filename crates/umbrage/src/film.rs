@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use umbrage_rays::SeenPixels;
 
-use crate::{Error, Settings};
+use crate::{Background, Error, Settings};
 
 /// What a render gathered for each pixel, in rows from the upper left corner.
 #[derive(Clone, Debug, Default)]
@@ -31,8 +31,10 @@ pub struct Image {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// The pixels.
+    /// The pixels. Where there is an `alpha`, colours are those of what covers them, however little that is.
     pub pixels: Vec<[u16; 3]>,
+    /// How much of each pixel is covered; empty where all of all pixels is.
+    pub alpha: Vec<u16>,
 }
 
 impl Film {
@@ -97,11 +99,24 @@ impl Film {
     #[must_use]
     pub fn develop(&self, settings: &Settings) -> Image {
         let exposure = settings.exposure_stops.exp2();
-        let encode = |color: &Vec4| {
-            let shown = settings.tone_map.apply(color.truncate() * exposure);
-            shown.to_array().map(|linear| (encoded_srgb(linear) * f32::from(u16::MAX)).round() as u16)
+        let level = |part: f32| (part * f32::from(u16::MAX)).round() as u16;
+        let encode = |radiance: Vec3| {
+            settings.tone_map.apply(radiance * exposure).to_array().map(|linear| level(encoded_srgb(linear)))
         };
-        Image { width: self.width, height: self.height, pixels: self.color.par_iter().map(encode).collect() }
+        let Self { width, height, ref color, .. } = *self;
+        if settings.background != Background::Transparent {
+            let pixels = color.par_iter().map(|color| encode(color.truncate())).collect();
+            return Image { width, height, pixels, alpha: Vec::new() };
+        }
+        let covering = |color: &Vec4| {
+            // What covers so little that its level is zero has no colour, and what mirrors the sky in thin air is no more than
+            // whole.
+            let coverage = color.w.clamp(0.0, 1.0);
+            let alpha = level(coverage);
+            if alpha == 0 { ([0; 3], 0) } else { (encode(color.truncate() / coverage), alpha) }
+        };
+        let (pixels, alpha) = color.par_iter().map(covering).unzip();
+        Image { width, height, pixels, alpha }
     }
 
     /// Bytes held for the pixels.

@@ -26,7 +26,8 @@ pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Sce
             "the built-in scenes make their few textures in memory; leave out --texture-memory, which is for files";
         return Err(Error::Address { address: text.into_owned(), cause: cause.to_owned() });
     }
-    let scene = if is_demo { gallery::open(&text)? } else { Scene::open_with(address, options)? };
+    let mut scene = if is_demo { gallery::open(&text)? } else { Scene::open_with(address, options)? };
+    scene.set_ground(options.ground);
     match &options.clip {
         // An animation without a name is number 0.
         Clip::Named(name) if scene.animations().is_empty() && (name != "0" || scene.duration_seconds() == 0.0) => {

@@ -158,7 +158,7 @@ impl Settings {
         }
         match self.background {
             Background::Color(color) if !color.is_finite() => Err(Error::NotFinite("the background's colour")),
-            Background::Color(_) | Background::Sky | Background::Image(_) => Ok(()),
+            Background::Color(_) | Background::Sky | Background::Transparent | Background::Image(_) => Ok(()),
         }
     }
 }

@@ -146,7 +146,7 @@ fn sheet(tiles: &[Tile], flags: &Flags) -> Result<Image, String> {
             }
         }
     }
-    Ok(Image { width, height, pixels })
+    Ok(Image { width, height, pixels, ..Image::default() })
 }
 
 /// From a line of text to the next one: a letter and a gap.

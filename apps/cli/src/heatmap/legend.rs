@@ -70,7 +70,7 @@ mod tests {
         for width in [1, 16, 100, 2000] {
             let height = Legend::height(width);
             let pixels = vec![[0; 3]; (width * height) as usize];
-            let mut image = Image { width, height, pixels };
+            let mut image = Image { width, height, pixels, ..Image::default() };
             Legend { title: "CELLS", scale: HeatScale::up_to(90), highest: 1000 }.draw(&mut image, 0);
             assert!(image.pixels.iter().any(|&pixel| pixel != [0; 3]));
         }

@@ -72,7 +72,7 @@ fn picture(counts: &[u32], size: Size, title: &str, max: Option<u32>) -> Image {
     let background = std::iter::repeat_n([0; 3], Legend::height(size.width) as usize * size.width as usize);
     let colors = counts.iter().map(|&count| scale.color(count).map(sixteen_bits));
     let height = size.height + Legend::height(size.width);
-    let mut image = Image { width: size.width, height, pixels: colors.chain(background).collect() };
+    let mut image = Image { width: size.width, height, pixels: colors.chain(background).collect(), ..Image::default() };
     let title = format!("{title}  {}", summary.text());
     Legend { title: &title, scale, highest: summary.highest }.draw(&mut image, size.height);
     image

@@ -6,7 +6,7 @@ use eframe::egui::{self, ComboBox, DragValue, Slider};
 use glam::Vec3;
 use umbrage::gpu::Adapter;
 use umbrage::rays::{Choice, KdBuilder};
-use umbrage::scene::Light;
+use umbrage::scene::{Ground, GroundSurface, Light, OpenOptions};
 use umbrage::spec::BackgroundSpec;
 use umbrage::{OptionValues, Settings, Sides, Structure, StructureOption, ToneMap};
 
@@ -198,16 +198,47 @@ pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
             ui.selectable_value(&mut choices.tone_map, tone_map, name).on_hover_text(about);
         }
     });
+    surroundings(&mut choices.surroundings, ui);
+    ground(app, ui);
+}
+
+/// What is around the scene.
+fn surroundings(chosen: &mut BackgroundSpec, ui: &mut egui::Ui) {
+    let name = match chosen {
+        BackgroundSpec::Sky => "Sky",
+        BackgroundSpec::Transparent => "None",
+        BackgroundSpec::Color(_) => "Colour",
+        BackgroundSpec::File(_) => "Image",
+    };
     ui.horizontal(|ui| {
-        let mut is_sky = choices.surroundings == BackgroundSpec::Sky;
-        if ui.checkbox(&mut is_sky, "Sky").changed() {
-            choices.surroundings = if is_sky { BackgroundSpec::Sky } else { BackgroundSpec::Color(Vec3::splat(0.2)) };
-        }
-        if let BackgroundSpec::Color(color) = &mut choices.surroundings {
+        ComboBox::from_label("Background").selected_text(name).width(150.0).show_ui(ui, |ui| {
+            ui.selectable_value(chosen, BackgroundSpec::Sky, "Sky");
+            ui.selectable_value(chosen, BackgroundSpec::Transparent, "None").on_hover_text("Transparent in pictures");
+            if ui.selectable_label(name == "Colour", "Colour").clicked() && name != "Colour" {
+                *chosen = BackgroundSpec::Color(Vec3::splat(0.2));
+            }
+        });
+        if let BackgroundSpec::Color(color) = chosen {
             ui.color_edit_button_rgb(color.as_mut());
-            ui.label("Background");
         }
     });
+}
+
+/// A floor under the scene, which is opened again with another one.
+fn ground(app: &mut App, ui: &mut egui::Ui) {
+    let Some(open) = &app.open else { return };
+    let before = open.options.ground;
+    let mut surface = before.map(|ground| ground.surface);
+    ComboBox::from_label("Ground").selected_text(surface.map_or("none", Choice::name)).width(150.0).show_ui(ui, |ui| {
+        ui.selectable_value(&mut surface, None, "none");
+        for &(name, choice, about) in GroundSurface::CHOICES {
+            ui.selectable_value(&mut surface, Some(choice), name).on_hover_text(about);
+        }
+    });
+    if surface != before.map(|ground| ground.surface) {
+        let ground = surface.map(|surface| Ground { surface, ..before.unwrap_or_default() });
+        app.reopen(Some(OpenOptions { ground, ..open.options.clone() }));
+    }
 }
 
 fn resolution(choices: &mut Choices, ui: &mut egui::Ui) {

@@ -14,6 +14,11 @@ import package::shade::tables::{
 };
 import package::tile_order::{pixel_of_slot};
 
+// In place of no light at all, so that the darkest surfaces are whole.
+const LEAST_IRRADIANCE: f32 = 1e-30;
+// So that sums are finite.
+const MOST_IRRADIANCE: f32 = 1e30;
+
 @compute @workgroup_size(64)
 fn shade(at: Invocation) {
     let slot = flat_index(at, 64u);
@@ -30,15 +35,23 @@ fn shade(at: Invocation) {
     if shade_sample.is_first_layer == 0u {
         through = shade_film[shade_sample.through_plane + pixel].xyz;
     }
+    // Whether what is behind is seen, rather than the surroundings alone.
+    var is_through = any(through != vec3<f32>(0.0));
     // Normal and depth.
     var first = vec4<f32>(0.0, 0.0, 0.0, shade_sample.miss_depth);
     if id != NO_TRIANGLE && max(through.x, max(through.y, through.z)) > 0.0 {
         let surface = surface_at(id, across);
-        color = reflected(surface, slot) * (through * surface.opacity);
-        through *= mix(vec3<f32>(1.0), surface.transmitted, surface.opacity);
+        if surface.catches_shadows {
+            through *= caught_light(surface, slot);
+            is_through = false;
+        } else {
+            color = reflected(surface, slot) * (through * surface.opacity);
+            through *= mix(vec3<f32>(1.0), surface.transmitted, surface.opacity);
+            is_through = any(through != vec3<f32>(0.0));
+        }
         first = vec4<f32>(surface.normal, surface.depth);
     }
-    if all(through == vec3<f32>(0.0)) && shade_sample.is_last_layer == 0u {
+    if !is_through && shade_sample.is_last_layer == 0u {
         shade_seen[slot] = NO_TRIANGLE;
     }
     var coverage = 0.0;
@@ -89,6 +102,22 @@ fn reflected(surface: Surface, slot: u32) -> vec3<f32> {
         }
     }
     return radiance;
+}
+
+// Which part of its light reaches a surface of which only shadows are seen: crates/umbrage/src/cpu/caught.rs.
+fn caught_light(surface: Surface, slot: u32) -> vec3<f32> {
+    var light_sum = surroundings_irradiance(surface.normal) + vec3<f32>(LEAST_IRRADIANCE);
+    var all_light = light_sum;
+    for (var light = 0u; light < shade_scene.light_count; light++) {
+        let arriving = arriving_light(shade_lights[light], surface.corner, surface.from_corner);
+        let facing = arriving.irradiance * dot(surface.normal, arriving.towards);
+        let irradiance = clamp(facing, vec3<f32>(0.0), vec3<f32>(MOST_IRRADIANCE));
+        all_light += irradiance;
+        if is_lit(light, slot) && dot(surface.geometric_normal, arriving.towards) > 0.0 {
+            light_sum += irradiance;
+        }
+    }
+    return light_sum / all_light;
 }
 
 fn is_lit(light: u32, slot: u32) -> bool {

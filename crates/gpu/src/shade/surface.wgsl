@@ -31,6 +31,8 @@ struct Surface {
     // How much of the light from all around arrives, 0 … 1.
     ambient_occlusion: f32,
     is_unlit: bool,
+    // Whether only the shadows on it are seen.
+    catches_shadows: bool,
 }
 
 // A triangle as the ray sees it.
@@ -92,6 +94,7 @@ fn surface_at(id: u32, across: vec2<f32>) -> Surface {
     surface.emitted = shade_materials[material].emissive * texels[TEXTURE_EMISSIVE].xyz;
     surface.ambient_occlusion = 1.0 + shade_materials[material].occlusion_strength * (occlusion - 1.0);
     surface.is_unlit = shade_materials[material].is_unlit != 0u;
+    surface.catches_shadows = shade_materials[material].catches_shadows != 0u;
     return surface;
 }
 

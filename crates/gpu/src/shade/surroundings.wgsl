@@ -1,10 +1,15 @@
 // What is around the scene, as it is seen, as it lights and as it is mirrored: crates/umbrage/src/background.rs.
 
 import package::shade::panorama::{panorama_radiance};
-import package::shade::tables::{SURROUNDINGS_IMAGE, SURROUNDINGS_SKY, shade_scene};
+import package::shade::tables::{
+    SURROUNDINGS_COLOR, SURROUNDINGS_IMAGE, SURROUNDINGS_TRANSPARENT, shade_scene,
+};
 
-// Radiance from a unit direction.
+// What is seen in a unit direction.
 fn surroundings_radiance(direction: vec3<f32>) -> vec3<f32> {
+    if shade_scene.surroundings.kind == SURROUNDINGS_TRANSPARENT {
+        return vec3<f32>(0.0);
+    }
     return surroundings_around(direction, 0.05, 0.0);
 }
 
@@ -15,13 +20,13 @@ fn surroundings_blurred(direction: vec3<f32>, roughness: f32) -> vec3<f32> {
 
 // The sky with its horizon blurred over `softness`, or the panorama over `width` of its circumference.
 fn surroundings_around(direction: vec3<f32>, softness: f32, width: f32) -> vec3<f32> {
-    if shade_scene.surroundings.kind == SURROUNDINGS_SKY {
-        return sky_radiance(direction.y, softness);
+    if shade_scene.surroundings.kind == SURROUNDINGS_COLOR {
+        return shade_scene.surroundings.color;
     }
     if shade_scene.surroundings.kind == SURROUNDINGS_IMAGE {
         return panorama_radiance(direction, width);
     }
-    return shade_scene.surroundings.color;
+    return sky_radiance(direction.y, softness);
 }
 
 // Irradiance of a surface with a unit normal, from all of the background above it.

@@ -94,7 +94,8 @@ pub struct ShadeSurroundings {
     pub irradiance: [[f32; 4]; 9],
     /// Radiance of [`ShadeSurroundings::COLOR`].
     pub color: [f32; 3],
-    /// [`ShadeSurroundings::COLOR`], [`ShadeSurroundings::SKY`] or [`ShadeSurroundings::IMAGE`].
+    /// [`ShadeSurroundings::COLOR`], [`ShadeSurroundings::SKY`], [`ShadeSurroundings::IMAGE`] or
+    /// [`ShadeSurroundings::TRANSPARENT`].
     pub kind: u32,
     /// Width and height of the panorama's full image.
     pub panorama_size: [u32; 2],
@@ -111,6 +112,8 @@ impl ShadeSurroundings {
     pub const SKY: u32 = 1;
     /// `kind` of a latitude–longitude image.
     pub const IMAGE: u32 = 2;
+    /// `kind` of the sky that lights and is mirrored, but isn't seen.
+    pub const TRANSPARENT: u32 = 3;
 }
 
 /// What is the same for all pixels of a frame: 208 bytes.
@@ -231,8 +234,8 @@ pub struct ShadeMaterial {
     pub is_blended: u32,
     /// 1 where the base colour is shown whatever the light, else 0.
     pub is_unlit: u32,
-    #[doc(hidden)]
-    pub padding: u32,
+    /// 1 where only the shadows on it are seen, else 0.
+    pub catches_shadows: u32,
     /// By use: [`ShadeMaterial::BASE_COLOR`] …
     pub textures: [ShadeTexture; 6],
 }

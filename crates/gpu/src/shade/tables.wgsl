@@ -10,6 +10,7 @@ const PROJECTION_ORTHOGRAPHIC: u32 = 1u;
 const SURROUNDINGS_COLOR: u32 = 0u;
 const SURROUNDINGS_SKY: u32 = 1u;
 const SURROUNDINGS_IMAGE: u32 = 2u;
+const SURROUNDINGS_TRANSPARENT: u32 = 3u;
 
 const LIGHT_POINT: u32 = 0u;
 const LIGHT_SPOT: u32 = 1u;
@@ -104,6 +105,7 @@ struct ShadeMaterial {
     occlusion_strength: f32,
     is_blended: u32,
     is_unlit: u32,
+    catches_shadows: u32,
     textures: array<ShadeTexture, TEXTURES>,
 }
 

@@ -1,6 +1,7 @@
 //! Which primitive is shown where: every copy of a primitive is a part with triangles and vertices of its own.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json;
@@ -16,7 +17,7 @@ use super::nodes::Nodes;
 use super::primitive::{Primitive, triangle_count};
 use super::rest::Rest;
 use crate::Error;
-use crate::rig::{Influences, Part, Placement, Rig, Shape};
+use crate::rig::{Influences, Part, Placement, Rig};
 
 /// The most triangles that a scene may have once all copies of its meshes are made. A `u32` counts their vertices, too, of
 /// which no primitive keeps any that its triangles don't use.
@@ -189,7 +190,7 @@ impl Parts {
         let channels = animations.channels.iter().zip(&rest.slot_of_channel);
         let morphing = channels.filter(|(channel, _)| channel.property == Property::MorphTargetWeights);
         let morphing: HashSet<u32> = morphing.map(|(_, &first_weight)| first_weight).collect();
-        let shapes: Vec<Shape> = self.primitives.into_iter().map(|primitive| primitive.shape).collect();
+        let shapes: Vec<_> = self.primitives.into_iter().map(|primitive| Arc::new(primitive.shape)).collect();
         let Matrices { moving: mut matrices, still, .. } = self.matrices;
         let moving_matrices = matrices.len();
         matrices.extend(still);

@@ -4,16 +4,18 @@ mod influences;
 mod morph;
 mod pose;
 
+use std::sync::Arc;
+
 use glam::{Affine3A, Vec3, Vec4};
 
 pub use self::influences::Influences;
 pub use self::morph::{Deltas, MorphTarget};
 
 /// What a scene's vertices are made from, which stays the same in every pose.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Rig {
     /// What parts are copies of.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<Arc<Shape>>,
     /// In the order of their vertices, which have no gaps.
     pub parts: Vec<Part>,
     /// How many vertices all parts have together.

@@ -3,6 +3,7 @@ use fearless_simd::{Simd, mask32x16};
 use glam::Vec3;
 use umbrage_scene::Light;
 
+use super::caught::Caught;
 use super::shade::Shading;
 use crate::shade::lanes::{Each, Vectors};
 use crate::shade::{BlockHits, BlockRays, SeenReflectance, Surface, arriving};
@@ -15,6 +16,8 @@ pub(super) const LEAST: f32 = 0.002;
 pub(super) struct Met<S: Simd> {
     pub(super) surface: Surface<S>,
     pub(super) seen: SeenReflectance<S>,
+    /// Of surfaces of which only shadows are seen.
+    pub(super) caught: Option<Caught<S>>,
     /// Where mirrors send the rays.
     pub(super) mirrored: Vectors<S>,
     /// How much of what is there reaches the camera.
@@ -35,23 +38,25 @@ impl<S: Simd> Met<S> {
         rays: &BlockRays<S>,
         hits: &BlockHits<S>,
         through: Vectors<S>,
-        follows: Each<bool>,
+        bounces: &Each<u32>,
     ) -> Self {
         let surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint);
         let seen = surface.reflectance.seen(simd, surface.normal, surface.view);
         let mirrored = surface.normal.scaled(2.0 * surface.view.dot(surface.normal)) - surface.view;
         let mirrored_through = through.scaled(surface.opacity) * seen.specular();
-        let follows = follows.iter().rev().fold(0_u16, |bits, &follows| bits << 1 | u16::from(follows));
+        let follows = bounces.iter().rev().fold(0_u16, |bits, &by| bits << 1 | u16::from(by < shading.bounces));
         let (mut mirrors, mut glass) = (0, 0);
         if follows != 0 {
-            let lanes = follows & hits.shown & !surface.unlit;
+            let lanes = follows & hits.shown & !surface.unlit & !surface.catches;
             glass = lanes & surface.volume & surface.transmitted.is_something().to_bitmask() as u16;
             // A bent normal may mirror rays into the triangle.
             let is_outside = surface.geometric_normal.dot(mirrored).simd_gt(0.0);
             let is_seen = mirrored_through.largest().simd_gt(LEAST);
             mirrors = (surface.reflectance.is_mirror() & is_outside & is_seen).to_bitmask() as u16 & lanes & !glass;
         }
-        Self { surface, seen, mirrored, mirrored_through, shown: hits.shown, mirrors, glass }
+        let around = || shading.around(simd, rays, bounces);
+        let caught = if surface.catches == 0 { None } else { Some(Caught::new(simd, shading, &surface, around())) };
+        Self { surface, seen, caught, mirrored, mirrored_through, shown: hits.shown, mirrors, glass }
     }
 
     /// The lanes that show glass from inside, where light comes only from where it is followed to.
@@ -74,7 +79,22 @@ impl<S: Simd> Met<S> {
         let cosine = surface.normal.dot(arriving.towards).max(0.0);
         // Light from behind the triangle lights its other side, whatever the bent normal says.
         let faces = surface.geometric_normal.dot(arriving.towards).simd_gt(0.0);
-        (seen.evaluate(simd, arriving.towards) * arriving.irradiance.scaled(cosine), faces)
+        let reflected = seen.evaluate(simd, arriving.towards) * arriving.irradiance.scaled(cosine);
+        match &self.caught {
+            Some(caught) => {
+                (Vectors::select(caught.lanes, caught.around * self.caught_share(simd, light), reflected), faces)
+            }
+            None => (reflected, faces),
+        }
+    }
+
+    /// Which part of the light on surfaces that only catch shadows a light sends; zero in other lanes.
+    #[inline(always)]
+    pub(super) fn caught_share(&self, simd: S, light: &Light) -> Vectors<S> {
+        match &self.caught {
+            Some(caught) => caught.share(simd, &self.surface, light),
+            None => Vectors::splat(simd, Vec3::ZERO),
+        }
     }
 
     /// How much of what is straight behind reaches the camera.

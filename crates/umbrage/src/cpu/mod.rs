@@ -1,5 +1,6 @@
 //! The CPU engine: a frame's stages on the threads of the current rayon pool.
 
+mod caught;
 mod copies;
 mod met;
 mod onward;

@@ -87,6 +87,8 @@ pub(super) struct Shadow {
     pub(super) light: usize,
     pub(super) pixel: u32,
     pub(super) radiance: Vec3,
+    /// How much more of the background it hides.
+    pub(super) coverage: f32,
 }
 
 /// Rays that wait to be answered, from generation to generation. What is shaded is added in the order of the queue, so that
@@ -114,9 +116,9 @@ impl Queue {
                 dispatch!(level, simd => shading.shade_onward(simd, now, found, next, shadows, film));
             }
             for shadow in shadows.drain(..) {
-                let Shadow { ray, triangle, light, pixel, radiance } = shadow;
+                let Shadow { ray, triangle, light, pixel, radiance, coverage } = shadow;
                 if let Some(tint) = shading.arriving_through(&shading.lights[light], &ray, triangle) {
-                    film.add(pixel, (radiance * tint).map(at_most_brightest), 0.0);
+                    film.add(pixel, (radiance * tint).map(at_most_brightest), coverage * tint.element_sum() / 3.0);
                 }
             }
         }

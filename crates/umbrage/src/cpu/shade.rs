@@ -17,7 +17,7 @@ use crate::background::Surroundings;
 use crate::engine::Staged;
 use crate::sampling::Samples;
 use crate::shade::glass::Media;
-use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, each, lanes_of, vector_of};
+use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, vector_of};
 use crate::shade::{Block, BlockHits, BlockRays, Footprint};
 
 impl Cpu {
@@ -57,11 +57,11 @@ pub(super) struct Shading<'a> {
     seen: &'a SeenPixels,
     pub(super) frame: &'a Frame,
     pub(super) lights: &'a [Light],
-    surroundings: &'a Surroundings<'a>,
+    pub(super) surroundings: &'a Surroundings<'a>,
     pub(super) footprint: Footprint,
     pub(super) sides: Sides<'a>,
     /// How many mirrors light may come by.
-    bounces: u32,
+    pub(super) bounces: u32,
     /// Whether what is seen through colours the light that comes through it to others.
     pub(super) tints: bool,
 }
@@ -92,12 +92,13 @@ impl Shading<'_> {
         let slots = one_sample.slots(block.corner);
         let rays = BlockRays::new(simd, block);
         let Some(hits) = BlockHits::of_seen(simd, self.frame, block, &rays, &slots.of(&self.seen.triangle)) else {
-            let color = self.surroundings.radiance(simd, rays.unit_direction()).at_most_brightest().store();
+            let color = self.around(simd, &rays, &[0; LANES]).at_most_brightest().store();
             return Shaded { color, ..Shaded::NOTHING };
         };
         let through = Vectors::splat(simd, Vec3::ONE);
-        let met = Met::new(simd, self, &rays, &hits, through, each(self.bounces > 0));
+        let met = Met::new(simd, self, &rays, &hits, through, &[0; LANES]);
         let mut radiance = self.own_radiance(simd, &met);
+        let mut caught_light = met.caught.as_ref().map(|caught| caught.ambient);
         let meeting = |lane: usize| {
             let (ray, [x, y]) = (block.ray(lane), block.pixel(lane));
             let pixel = (y - block.corner[1]) * block.view.width + x;
@@ -110,20 +111,28 @@ impl Shading<'_> {
             if lit != 0 {
                 let (mut reflected, faces) = met.reflected(simd, light);
                 let is_lit = faces & mask32x16::from_bitmask(simd, lit.into());
+                let mut tint = through;
                 if self.tints && light.casts_shadow {
-                    let tint = self.tints(&meeting, light, is_lit.to_bitmask() as u16);
-                    reflected = reflected * Vectors::load(simd, &tint);
+                    tint = Vectors::load(simd, &self.tints(&meeting, light, is_lit.to_bitmask() as u16));
+                    reflected = reflected * tint;
                 }
                 radiance = Vectors::select(is_lit, radiance + reflected, radiance);
+                if let Some(sum) = &mut caught_light {
+                    *sum = Vectors::select(is_lit, *sum + met.caught_share(simd, light) * tint, *sum);
+                }
             }
         }
-        let color = self.seen_color(simd, &rays, &met, through, radiance).store();
+        let color = self.seen_color(simd, &rays, &met, through, radiance, &[0; LANES]).store();
         let passing = met.passing(simd, through);
         if met.leads_on(passing) {
             self.go_on(&meeting, &met.ways(&rays, &hits, through, passing), queue);
         }
+        let bare = match (&met.caught, caught_light) {
+            (Some(caught), Some(light)) => Vectors::select(caught.lanes, light, passing),
+            _ => passing,
+        };
         // Opaque where numbers overflow.
-        let coverage = 1.0 - (passing.x + passing.y + passing.z) / 3.0;
+        let coverage = 1.0 - bare.mean();
         Shaded {
             color,
             coverage: coverage.min_precise(1.0).max_precise(-BRIGHTEST).into(),
@@ -150,31 +159,35 @@ impl Shading<'_> {
         let through = Vectors::load(simd, &lanes.through);
         let rays = BlockRays::of_rays(simd, &lanes.rays, f32x16::from_slice(simd, &lanes.travelled));
         let Some(hits) = BlockHits::of_found(simd, self.frame, &rays, &lanes.found) else {
-            let color = self.surroundings.radiance(simd, rays.unit_direction()) * through;
+            let color = self.around(simd, &rays, &lanes.bounces) * through;
             film.add_lanes(onward, &color.at_most_brightest().store(), &[0.0; LANES]);
             return;
         };
-        let met = Met::new(simd, self, &rays, &hits, through, lanes.bounces.map(|bounces| bounces < self.bounces));
+        let met = Met::new(simd, self, &rays, &hits, through, &lanes.bounces);
         let meeting = |lane: usize| {
             let Onward { ray, path, .. } = onward[lane];
             found[lane].map(|hit| Meeting { ray, hit, path })
         };
         let radiance = self.own_radiance(simd, &met);
-        let color = self.seen_color(simd, &rays, &met, through, radiance).store();
+        let color = self.seen_color(simd, &rays, &met, through, radiance, &lanes.bounces).store();
+        // What is seen in mirrors hides nothing of the background.
+        let is_straight = f32x16::from_slice(simd, &lanes.bounces.map(|bounces| if bounces == 0 { 1.0 } else { 0.0 }));
         for (number, light) in self.lights.iter().enumerate() {
             let (reflected, faces) = met.reflected(simd, light);
             let reflected = (reflected * through.scaled(met.surface.opacity)).at_most_brightest();
-            let lit = met.lit_lanes() & (faces & reflected.is_something()).to_bitmask() as u16;
-            let reflected = reflected.store();
+            let share = met.caught_share(simd, light);
+            let adds = reflected.is_something() | share.is_something();
+            let lit = met.lit_lanes() & (faces & adds).to_bitmask() as u16;
+            let (reflected, bare) = (reflected.store(), Each::from((share * through).mean() * is_straight));
             for lane in lanes_of(lit) {
                 let Some(Meeting { ray, hit, path }) = meeting(lane) else { continue };
-                let radiance = vector_of(lane, &reflected);
+                let (radiance, coverage) = (vector_of(lane, &reflected), -bare[lane]);
                 if light.casts_shadow {
                     let ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
                     let (triangle, pixel) = (hit.triangle, path.pixel);
-                    shadows.push(Shadow { ray, triangle, light: number, pixel, radiance });
+                    shadows.push(Shadow { ray, triangle, light: number, pixel, radiance, coverage });
                 } else {
-                    film.add(path.pixel, radiance, 0.0);
+                    film.add(path.pixel, radiance, coverage);
                 }
             }
         }
@@ -182,12 +195,12 @@ impl Shading<'_> {
         if met.leads_on(passing) {
             self.go_on(&meeting, &met.ways(&rays, &hits, through, passing), queue);
         }
-        // What is seen in mirrors hides nothing of the background.
-        let hidden = through - passing;
-        let coverage = ((hidden.x + hidden.y + hidden.z) / 3.0).min_precise(1.0).max_precise(-BRIGHTEST);
-        let is_seen = |bounces: u32| if bounces == 0 { 1.0 } else { 0.0 };
-        let coverage = coverage * f32x16::from_slice(simd, &lanes.bounces.map(is_seen));
-        film.add_lanes(onward, &color, &coverage.into());
+        let bare = match &met.caught {
+            Some(caught) => Vectors::select(caught.lanes, caught.ambient * through, passing),
+            None => passing,
+        };
+        let coverage = (through - bare).mean().min_precise(1.0).max_precise(-BRIGHTEST);
+        film.add_lanes(onward, &color, &(coverage * is_straight).into());
     }
 
     /// What rays show of surfaces of such a radiance, and of what is around the scene where they meet nothing.
@@ -199,13 +212,25 @@ impl Shading<'_> {
         met: &Met<S>,
         through: Vectors<S>,
         radiance: Vectors<S>,
+        bounces: &Each<u32>,
     ) -> Vectors<S> {
         let color = radiance * through.scaled(met.surface.opacity);
         if met.shown == u16::MAX {
             return color.at_most_brightest();
         }
-        let around = self.surroundings.radiance(simd, rays.unit_direction()) * through;
+        let around = self.around(simd, rays, bounces) * through;
         Vectors::select(mask32x16::from_bitmask(simd, met.shown.into()), color, around).at_most_brightest()
+    }
+
+    /// What is around the scene where rays meet nothing that have come by so many mirrors.
+    #[inline(always)]
+    pub(super) fn around<S: Simd>(&self, simd: S, rays: &BlockRays<S>, bounces: &Each<u32>) -> Vectors<S> {
+        let radiance = self.surroundings.radiance(simd, rays.unit_direction());
+        if !self.surroundings.are_transparent() {
+            return radiance;
+        }
+        let is_seen = f32x16::from_slice(simd, &bounces.map(|bounces| bounces.min(1) as f32));
+        radiance.scaled(is_seen)
     }
 
     /// Radiance that surfaces send along the rays by themselves and from what is around the scene. What is seen in mirrors
@@ -223,7 +248,10 @@ impl Shading<'_> {
         if met.is_inside() != 0 {
             ambient = Vectors::select(mask32x16::from_bitmask(simd, met.is_inside().into()), nothing, ambient);
         }
-        let radiance = surface.emitted + ambient.scaled(surface.ambient_occlusion);
+        let mut radiance = surface.emitted + ambient.scaled(surface.ambient_occlusion);
+        if let Some(caught) = &met.caught {
+            radiance = Vectors::select(caught.lanes, caught.around * caught.ambient, radiance);
+        }
         if surface.unlit == 0 {
             return radiance;
         }

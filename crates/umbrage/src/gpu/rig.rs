@@ -49,7 +49,7 @@ impl FrameRig {
         frame: &mut Frame,
     ) -> Result<(), umbrage_scene::Error> {
         self.whole.take();
-        self.rig = scene.pose_rig(seconds, frame, &mut self.pose)?.cloned();
+        self.rig = scene.pose_rig(seconds, frame, &mut self.pose)?;
         if self.rig.is_none() { scene.pose(seconds, frame) } else { Ok(()) }
     }
 
@@ -161,7 +161,7 @@ pub fn tables(rig: &Rig) -> RigTables {
             moves: part.moves,
         }
     });
-    RigTables::new(rig.shapes.iter().map(shape), &parts.collect::<Vec<_>>())
+    RigTables::new(rig.shapes.iter().map(|of| shape(of)), &parts.collect::<Vec<_>>())
 }
 
 fn shape(shape: &Shape) -> RigShape<'_> {

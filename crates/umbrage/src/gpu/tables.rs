@@ -75,7 +75,7 @@ impl Tables {
     ) -> Result<(), GpuError> {
         let panorama = match background {
             Background::Image(panorama) => Some(panorama),
-            Background::Color(_) | Background::Sky => None,
+            Background::Color(_) | Background::Sky | Background::Transparent => None,
         };
         let has_materials = self.materials.as_ref().is_some_and(|old| Arc::ptr_eq(old, materials));
         let has_panorama = panorama.is_none_or(|new| self.panorama.as_ref().is_some_and(|old| Arc::ptr_eq(old, new)));
@@ -100,6 +100,7 @@ impl Tables {
                 ShadeSurroundings { kind: ShadeSurroundings::COLOR, color: color.to_array(), ..all }
             }
             Background::Sky => ShadeSurroundings { kind: ShadeSurroundings::SKY, ..all },
+            Background::Transparent => ShadeSurroundings { kind: ShadeSurroundings::TRANSPARENT, ..all },
             Background::Image(panorama) => ShadeSurroundings {
                 kind: ShadeSurroundings::IMAGE,
                 panorama_size: panorama.size().map(|side| side as u32),
@@ -166,8 +167,8 @@ fn material(material: &Material, textures: &[Texture], words: &[u32]) -> ShadeMa
         occlusion_strength: material.occlusion_strength,
         is_blended: u32::from(material.alpha == Alpha::Blend),
         is_unlit: u32::from(material.unlit),
+        catches_shadows: u32::from(material.catches_shadows),
         textures: uses,
-        ..ShadeMaterial::default()
     }
 }
 

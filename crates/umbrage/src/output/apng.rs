@@ -1,5 +1,6 @@
 use std::io;
 
+use super::png::Channels;
 use super::writer::{Animation, Sink};
 use super::{BitDepth, FrameRate, png};
 use crate::Image;
@@ -12,9 +13,15 @@ pub(crate) struct ApngWriter {
 
 impl ApngWriter {
     /// Starts an animation of exactly `frames` frames (at least one), each `size` pixels wide and high.
-    pub(crate) fn new(sink: Sink, size: [u32; 2], frames: u32, rate: FrameRate, depth: BitDepth) -> io::Result<Self> {
+    pub(crate) fn new(
+        sink: Sink,
+        size: [u32; 2],
+        frames: u32,
+        rate: FrameRate,
+        channels: Channels,
+    ) -> io::Result<Self> {
         let [delay_numerator, delay_denominator] = delay(rate);
-        let mut encoder = png::encoder(sink, size, depth);
+        let mut encoder = png::encoder(sink, size, channels);
         // A file that promises more frames than it holds is an error rather than a file.
         encoder.validate_sequence(true);
         let encoder = encoder
@@ -22,7 +29,7 @@ impl ApngWriter {
             .and_then(|()| encoder.set_frame_delay(delay_numerator, delay_denominator))
             .and_then(|()| encoder.write_header())
             .map_err(png::failure)?;
-        Ok(Self { encoder, depth })
+        Ok(Self { encoder, depth: channels.depth })
     }
 }
 
@@ -56,8 +63,17 @@ mod tests {
 
     use super::*;
 
+    fn opaque(depth: BitDepth) -> Channels {
+        Channels { depth, has_alpha: false }
+    }
+
     fn picture(shade: u16) -> Image {
-        Image { width: 3, height: 2, pixels: (0..6).map(|pixel| [shade, pixel * 10_000, 65_535 - shade]).collect() }
+        Image {
+            width: 3,
+            height: 2,
+            pixels: (0..6).map(|pixel| [shade, pixel * 10_000, 65_535 - shade]).collect(),
+            ..Image::default()
+        }
     }
 
     #[test]
@@ -66,7 +82,7 @@ mod tests {
         let path = folder.path().join("a.apng");
         let rate = FrameRate::new(30_000, 1001).unwrap();
         let sink = BufWriter::new(Box::new(File::create(&path).unwrap()) as _);
-        let mut writer = ApngWriter::new(sink, [3, 2], 3, rate, BitDepth::Sixteen).unwrap();
+        let mut writer = ApngWriter::new(sink, [3, 2], 3, rate, opaque(BitDepth::Sixteen)).unwrap();
         let pictures = [picture(0), picture(300), picture(65_535)];
         for picture in &pictures {
             writer.write(picture).unwrap();
@@ -88,7 +104,7 @@ mod tests {
     #[test]
     fn too_few_frames_are_an_error() {
         let sink = BufWriter::new(Box::new(io::sink()) as _);
-        let mut writer = ApngWriter::new(sink, [3, 2], 2, FrameRate::default(), BitDepth::Eight).unwrap();
+        let mut writer = ApngWriter::new(sink, [3, 2], 2, FrameRate::default(), opaque(BitDepth::Eight)).unwrap();
         writer.write(&picture(9)).unwrap();
         assert!(Box::new(writer).finish().is_err());
     }

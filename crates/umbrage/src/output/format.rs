@@ -25,6 +25,12 @@ impl Format {
         Self::all().find(|format| format.name().eq_ignore_ascii_case(extension))
     }
 
+    /// Whether its files can say how much of a pixel is covered.
+    #[must_use]
+    pub fn has_alpha(self) -> bool {
+        matches!(self, Self::Png | Self::Apng | Self::Exr)
+    }
+
     /// Whether one file holds all frames.
     #[must_use]
     pub fn is_animation(self) -> bool {

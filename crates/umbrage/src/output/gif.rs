@@ -95,7 +95,7 @@ mod tests {
             [x * 65_535 / (side - 1), y * 65_535 / (side - 1), (x + y) * 65_535 / (2 * side - 2)]
                 .map(|level| level as u16)
         };
-        Image { width: side, height: side, pixels: (0..side * side).map(pixel).collect() }
+        Image { width: side, height: side, pixels: (0..side * side).map(pixel).collect(), ..Image::default() }
     }
 
     fn decode(path: &Path) -> Vec<(u16, Vec<[u8; 3]>)> {

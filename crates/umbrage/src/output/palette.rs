@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn few_colours_are_kept_exactly() {
         let pixels = (0..256_u16).map(|pixel| [pixel % 16 * 17, pixel / 16 * 17, 128].map(|level| level * 257));
-        let image = Image { width: 16, height: 16, pixels: pixels.collect() };
+        let image = Image { width: 16, height: 16, pixels: pixels.collect(), ..Image::default() };
         let mut palette = Palette::of(&image);
         let bytes = palette.bytes();
         for (index, &pixel) in image.pixels.iter().enumerate() {

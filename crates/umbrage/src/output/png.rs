@@ -22,15 +22,27 @@ pub(super) fn write(image: &Image, path: &Path, depth: BitDepth) -> Result<(), E
 }
 
 fn encode(image: &Image, target: impl Write, depth: BitDepth) -> Result<(), EncodingError> {
-    let mut writer = encoder(target, [image.width, image.height], depth).write_header()?;
+    let has_alpha = !image.alpha.is_empty();
+    let mut writer = encoder(target, [image.width, image.height], Channels { depth, has_alpha }).write_header()?;
     writer.write_image_data(&rows(image, depth))?;
     writer.finish()
 }
 
+/// What a PNG says of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Channels {
+    pub(crate) depth: BitDepth,
+    pub(crate) has_alpha: bool,
+}
+
 /// An encoder for sRGB pictures of one size, in pixels.
-pub(crate) fn encoder<W: Write>(target: W, [width, height]: [u32; 2], depth: BitDepth) -> Encoder<'static, W> {
+pub(crate) fn encoder<W: Write>(
+    target: W,
+    [width, height]: [u32; 2],
+    Channels { depth, has_alpha }: Channels,
+) -> Encoder<'static, W> {
     let mut encoder = Encoder::new(target, width, height);
-    encoder.set_color(ColorType::Rgb);
+    encoder.set_color(if has_alpha { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(match depth {
         BitDepth::Eight => ::png::BitDepth::Eight,
         BitDepth::Sixteen => ::png::BitDepth::Sixteen,
@@ -41,7 +53,14 @@ pub(crate) fn encoder<W: Write>(target: W, [width, height]: [u32; 2], depth: Bit
 
 /// The picture's rows as a PNG holds them: sixteen bits are big-endian.
 pub(crate) fn rows(image: &Image, depth: BitDepth) -> Vec<u8> {
-    let levels = image.pixels.as_flattened();
+    let with_alpha: Vec<[u16; 4]>;
+    let levels = if image.alpha.is_empty() {
+        image.pixels.as_flattened()
+    } else {
+        let pixels = image.pixels.iter().zip(&image.alpha);
+        with_alpha = pixels.map(|(&[red, green, blue], &alpha)| [red, green, blue, alpha]).collect();
+        with_alpha.as_flattened()
+    };
     match depth {
         BitDepth::Eight => levels.iter().map(|&level| eight_bits(level)).collect(),
         BitDepth::Sixteen => levels.iter().flat_map(|level| level.to_be_bytes()).collect(),
@@ -65,7 +84,7 @@ mod tests {
     /// Every channel takes many values, and no row or column is like another.
     fn picture() -> Image {
         let pixels = (0..6 * 5).map(|pixel: u16| [pixel * 2184, 65_535 - pixel * 1999, pixel.wrapping_mul(7919)]);
-        Image { width: 6, height: 5, pixels: pixels.collect() }
+        Image { width: 6, height: 5, pixels: pixels.collect(), ..Image::default() }
     }
 
     fn coded(depth: BitDepth) -> (::png::OutputInfo, Vec<u8>) {
@@ -84,6 +103,21 @@ mod tests {
         assert_eq!(info.bit_depth, ::png::BitDepth::Sixteen);
         let levels: Vec<u16> = rows.chunks(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]])).collect();
         assert_eq!(levels, picture().pixels.as_flattened());
+    }
+
+    #[test]
+    fn alpha_comes_back() {
+        let alpha: Vec<u16> = (0..30).map(|pixel| pixel * 2200).collect();
+        let image = Image { alpha: alpha.clone(), ..picture() };
+        let mut bytes = Vec::new();
+        encode(&image, &mut bytes, BitDepth::Sixteen).unwrap();
+        let mut reader = ::png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
+        let mut rows = vec![0; reader.output_buffer_size().unwrap()];
+        assert_eq!(reader.next_frame(&mut rows).unwrap().color_type, ColorType::Rgba);
+        for ((pixel, color), alpha) in rows.chunks(8).zip(&image.pixels).zip(alpha) {
+            let levels = [0, 2, 4, 6].map(|byte| u16::from_be_bytes([pixel[byte], pixel[byte + 1]]));
+            assert_eq!(levels, [color[0], color[1], color[2], alpha]);
+        }
     }
 
     #[test]

@@ -7,9 +7,10 @@ use umbrage_rays::Choice;
 use super::apng::ApngWriter;
 use super::gif::{self, GifWriter};
 use super::partial_file::{self, PartialFile};
+use super::png::Channels;
 use super::y4m::Y4mWriter;
 use super::{BitDepth, Chroma, Error, FloatDepth, Format, FrameRate, NumberedPath, exr, png};
-use crate::{Film, Image, Settings};
+use crate::{Background, Film, Image, Settings};
 
 /// Where pictures go.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,6 +81,11 @@ impl Writer {
         if frames.is_empty() || settings.width == 0 || settings.height == 0 {
             return Err(Error::unsuitable(path, "there is nothing to write: no frame, or frames without pixels"));
         }
+        let has_alpha = settings.background == Background::Transparent;
+        if has_alpha && !format.has_alpha() {
+            let cause = format!("{} files can't say what is transparent: write .png, .apng or .exr", format.name());
+            return Err(Error::unsuitable(path, cause));
+        }
         if let Target::Path(path) = target {
             partial_file::sweep(path);
         }
@@ -91,7 +97,8 @@ impl Writer {
             }
             Format::Apng => {
                 let count = frames.end - frames.start;
-                Kind::animation(target, |sink| ApngWriter::new(sink, size, count, rate, bit_depth))?
+                let channels = Channels { depth: bit_depth, has_alpha };
+                Kind::animation(target, |sink| ApngWriter::new(sink, size, count, rate, channels))?
             }
             Format::Y4m => Kind::animation(target, |sink| Y4mWriter::new(sink, size, rate, chroma))?,
         };
@@ -256,6 +263,10 @@ mod tests {
             |name: &str, format, frames| create(&folder.path().join(name), format, frames).err().unwrap().to_string();
         assert!(refused("a.png", Format::Png, 0..2).contains("a_%04d.png"));
         assert!(refused("a.gif", Format::Gif, 2..2).contains("nothing to write"));
+        let transparent = Settings { background: Background::Transparent, ..settings() };
+        let target = Target::Path(folder.path().join("a.gif"));
+        let refusal = Writer::create(&target, Format::Gif, &(0..1), &transparent, &Options::default());
+        assert!(refusal.err().unwrap().to_string().contains("write .png, .apng or .exr"));
         assert!(refused("none/a.png", Format::Png, 0..1).contains("there is no folder"));
         assert!(refused("", Format::Exr, 0..1).contains("is a folder"));
         let stdout = Writer::create(&Target::Stdout, Format::Png, &(0..1), &settings(), &Options::default());

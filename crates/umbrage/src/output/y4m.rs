@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn colour_bars_have_the_standards_codes() {
         for (pixel, codes) in BARS {
-            let image = Image { width: 1, height: 1, pixels: vec![pixel] };
+            let image = Image { width: 1, height: 1, pixels: vec![pixel], ..Image::default() };
             for chroma in [Chroma::Full, Chroma::Quarter] {
                 let mut planes = Vec::new();
                 append_planes(&image, chroma, &mut planes);
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn full_chroma_keeps_every_pixel() {
-        let image = Image { width: 8, height: 1, pixels: BARS.map(|(pixel, _)| pixel).to_vec() };
+        let image = Image { width: 8, height: 1, pixels: BARS.map(|(pixel, _)| pixel).to_vec(), ..Image::default() };
         let mut planes = Vec::new();
         append_planes(&image, Chroma::Full, &mut planes);
         let expected: Vec<u8> = (0..3).flat_map(|plane| BARS.map(|(_, codes)| codes[plane])).collect();
@@ -156,7 +156,12 @@ mod tests {
     fn quarter_chroma_averages_blocks_and_rounds_odd_sizes_up() {
         let (red, blue) = ([FULL, 0, 0], [0, 0, FULL]);
         // Two red and two blue pixels, a red and a blue one; below, two blue pixels and a red one.
-        let image = Image { width: 3, height: 3, pixels: vec![red, blue, red, blue, red, blue, blue, blue, red] };
+        let image = Image {
+            width: 3,
+            height: 3,
+            pixels: vec![red, blue, red, blue, red, blue, blue, blue, red],
+            ..Image::default()
+        };
         let mut planes = Vec::new();
         append_planes(&image, Chroma::Quarter, &mut planes);
         let mixed = [(102.34_f32 + 240.0) / 2.0, (240.0 + 117.73) / 2.0].map(|code| code.round() as u8);

@@ -150,6 +150,12 @@ impl<S: Simd> Vectors<S> {
         self.x.max(self.y).max(self.z)
     }
 
+    /// The mean of x, y and z.
+    #[inline(always)]
+    pub(crate) fn mean(self) -> f32x16<S> {
+        (self.x + self.y + self.z) / 3.0
+    }
+
     /// Where not all of x, y and z are zero.
     #[inline(always)]
     pub(crate) fn is_something(self) -> mask32x16<S> {

@@ -22,6 +22,8 @@ pub(super) struct Paint {
     /// The lanes whose surface bounds a volume.
     pub(super) volume: u16,
     pub(super) unlit: u16,
+    /// The lanes that show nothing but shadows.
+    pub(super) catches: u16,
 }
 
 /// What normal textures say.
@@ -88,6 +90,7 @@ impl Paint {
             blended: if material.alpha == Alpha::Blend { u16::MAX } else { 0 },
             volume: if material.bounds_volume() { u16::MAX } else { 0 },
             unlit: if material.unlit { u16::MAX } else { 0 },
+            catches: if material.catches_shadows { u16::MAX } else { 0 },
         }
     }
 
@@ -104,6 +107,7 @@ impl Paint {
         self.blended = self.blended & !bit | if material.alpha == Alpha::Blend { bit } else { 0 };
         self.volume = self.volume & !bit | if material.bounds_volume() { bit } else { 0 };
         self.unlit = self.unlit & !bit | if material.unlit { bit } else { 0 };
+        self.catches = self.catches & !bit | if material.catches_shadows { bit } else { 0 };
     }
 
     /// Multiplies a lane's material by its textures.

@@ -62,6 +62,8 @@ pub(crate) struct Surface<S: Simd> {
     pub(crate) front: u16,
     /// The lanes that are shown in their base colour whatever the light, the first in the lowest bit.
     pub(crate) unlit: u16,
+    /// The lanes of which only the shadows on them are seen.
+    pub(crate) catches: u16,
 }
 
 impl<S: Simd> Surface<S> {
@@ -99,7 +101,8 @@ impl<S: Simd> Surface<S> {
             ambient_occlusion: f32x16::from_slice(simd, &paint.ambient_occlusion),
             volume: paint.volume,
             front: facet.shows_front.to_bitmask() as u16,
-            unlit: paint.unlit,
+            unlit: paint.unlit & !paint.catches,
+            catches: paint.catches,
         }
     }
 }

@@ -9,12 +9,14 @@ use super::{Words, vector};
 use crate::panorama::linear_from_srgb;
 use crate::{Background, Error};
 
-/// What is behind and around a scene: `sky`, `#rrggbb`, linear `R,G,B`, or the path of a latitude–longitude image.
+/// What is behind and around a scene: `sky`, `none`, `#rrggbb`, linear `R,G,B`, or the path of a latitude–longitude image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum BackgroundSpec {
     /// The sky.
     #[default]
     Sky,
+    /// Nothing, and the sky's light.
+    Transparent,
     /// A linear colour.
     Color(Vec3),
     /// An image.
@@ -37,6 +39,7 @@ impl BackgroundSpec {
     pub fn open_within(&self, max_memory: u64) -> Result<Background, Error> {
         match self {
             Self::Sky => Ok(Background::Sky),
+            Self::Transparent => Ok(Background::Transparent),
             Self::Color(color) => Ok(Background::Color(*color)),
             Self::File(path) => Background::open_within(path, max_memory),
         }
@@ -47,6 +50,7 @@ impl fmt::Display for BackgroundSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Sky => f.write_str("sky"),
+            Self::Transparent => f.write_str("none"),
             Self::Color(color) => Words(*color).fmt(f),
             Self::File(path) => path.display().fmt(f),
         }
@@ -57,8 +61,10 @@ impl FromStr for BackgroundSpec {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        if text == "sky" {
-            return Ok(Self::Sky);
+        match text {
+            "sky" => return Ok(Self::Sky),
+            "none" => return Ok(Self::Transparent),
+            _ => {}
         }
         if let Some(digits) = text.strip_prefix('#') {
             return hexadecimal_color(digits)
@@ -89,13 +95,14 @@ mod tests {
     #[test]
     fn backgrounds_are_colours_or_files() {
         assert_eq!("sky".parse(), Ok(BackgroundSpec::Sky));
+        assert_eq!("none".parse(), Ok(BackgroundSpec::Transparent));
         assert_eq!("#ff0000".parse(), Ok(BackgroundSpec::Color(Vec3::X)));
         assert_eq!("0,0.5,2".parse(), Ok(BackgroundSpec::Color(Vec3::new(0.0, 0.5, 2.0))));
         assert_eq!("a,b.hdr".parse(), Ok(BackgroundSpec::File("a,b.hdr".into())));
         for bad in ["#12345", "#+12345", "0,-1,0"] {
             assert!(bad.parse::<BackgroundSpec>().is_err(), "{bad}");
         }
-        for text in ["sky", "0.1,0.2,3", "a,b.hdr"] {
+        for text in ["sky", "none", "0.1,0.2,3", "a,b.hdr"] {
             assert_eq!(text.parse::<BackgroundSpec>().unwrap().to_string(), text);
         }
     }

@@ -6,6 +6,7 @@ mod files_scenes;
 mod fuzz;
 mod glass;
 mod gltf_scenes;
+mod ground;
 mod matrix;
 mod mirrors;
 mod moving;

@@ -1,7 +1,7 @@
 use glam::Vec3;
 use serde_json::json;
 use umbrage_scene::rig::{Placement, Pose};
-use umbrage_scene::{Animated, Clip, Error, Frame, Scene};
+use umbrage_scene::{Animated, Clip, Error, Frame, Ground, GroundSurface, Scene};
 
 use crate::builder::{Builder, U8};
 
@@ -57,6 +57,31 @@ fn a_rig_poses_what_its_scene_does() {
         assert_eq!((frame.seconds, frame.animation_bounds), (seconds, expected.animation_bounds));
     }
     assert_ne!(scene.at(0.0).unwrap().positions, scene.at(0.3).unwrap().positions);
+}
+
+#[test]
+fn a_ground_is_under_what_a_rig_poses() {
+    let mut scene = varied().open().unwrap();
+    let bare = scene.at(0.3).unwrap();
+    scene.set_ground(Some(Ground { surface: GroundSurface::Shadow, height: None }));
+    for seconds in [0.0, 0.3, 1.0] {
+        let (frame, _) = posed_by_rig(&scene, seconds);
+        let expected = scene.at(seconds).unwrap();
+        assert_eq!(frame.positions, expected.positions);
+        assert_eq!(frame.normals, expected.normals);
+        assert_eq!(frame.mesh.triangles, expected.mesh.triangles);
+        frame.check().unwrap();
+    }
+    let frame = scene.at(0.3).unwrap();
+    assert_eq!(frame.positions[..bare.positions.len()], bare.positions);
+    let corners = &frame.positions[bare.positions.len()..];
+    assert!(corners.len() == 4 && corners.iter().all(|corner| corner.y == bare.animation_bounds.min.y));
+    assert_eq!(frame.mesh.part_of_triangle.len(), frame.mesh.triangles.len());
+    assert_eq!(frame.camera(1.5), bare.camera(1.5));
+    // Steady frames share what was made.
+    assert!(std::sync::Arc::ptr_eq(&frame.mesh, &scene.at(0.7).unwrap().mesh));
+    scene.set_ground(None);
+    assert_eq!(scene.at(0.3).unwrap().positions, bare.positions);
 }
 
 #[test]

@@ -123,6 +123,7 @@ fn varied_panels() -> Frame {
         Material { alpha: Alpha::Blend, base_color_texture: color, ..plain.clone() },
         Material { transmission: 0.9, roughness: 0.1, ..plain.clone() },
         Material { transmission: 0.8, transmission_texture: quantity, ..plain.clone() },
+        Material { catches_shadows: true, ..plain.clone() },
         plain,
     ];
     let mut frame = panels(materials, textures, 4);
@@ -187,6 +188,7 @@ fn materials_and_layers_look_the_same_with_every_light_in_all_surroundings() {
     let color = Background::Color(Vec3::new(0.2, 0.4, 0.1));
     for (name, background) in [
         ("sky", Background::Sky),
+        ("transparent", Background::Transparent),
         ("black", Background::Color(Vec3::ZERO)),
         ("colour", color),
         ("panorama", panorama()),

@@ -1,0 +1,182 @@
+//! A floor under what has none.
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::{Affine3A, Vec2, Vec3, Vec4};
+use umbrage_rays::{Bounds, choices};
+
+use crate::rig::{Part, Placement, Pose, Rig, Shape};
+use crate::{Frame, Material, Materials, Mesh};
+
+/// A level floor under a scene, so that it has something to stand on and its shadows something to fall on: `shadow` or
+/// `matte`, then, if wanted, `:HEIGHT`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ground {
+    /// What it looks like.
+    pub surface: GroundSurface,
+    /// Its height along +Y, in world units; `None` for the lowest point of the scene over its animation, as far as that is
+    /// known without posing every moment.
+    pub height: Option<f32>,
+}
+
+/// What a ground looks like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GroundSurface {
+    /// Only the shadows on it are seen: what is around the scene, darker.
+    #[default]
+    Shadow,
+    /// Rough and light grey.
+    Matte,
+}
+
+choices! { GroundSurface, "ground":
+    "shadow" => Shadow, "only the shadows on it are seen";
+    "matte" => Matte, "rough and light grey";
+}
+
+impl fmt::Display for Ground {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.height {
+            None => write!(f, "{}", self.surface),
+            Some(height) => write!(f, "{}:{height}", self.surface),
+        }
+    }
+}
+
+impl FromStr for Ground {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (surface, height) = text.split_once(':').map_or((text, None), |(surface, height)| (surface, Some(height)));
+        let surface = surface.parse().map_err(|error: umbrage_rays::UnknownChoice| error.to_string())?;
+        let height = height.map(|height| match height.parse::<f32>() {
+            Ok(height) if height.is_finite() => Ok(height),
+            _ => Err(format!("`{height}` is no height: give a number, as in {surface}:0.5")),
+        });
+        Ok(Self { surface, height: height.transpose()? })
+    }
+}
+
+impl Ground {
+    /// How far it reaches from the middle of the scene, in halves of the scene's diagonal. From where one sees the whole scene
+    /// it ends close to the horizon, and shadows are whole until a light is 2° above it.
+    const REACH: f32 = 30.0;
+
+    fn material(self) -> Material {
+        let grey = Material { name: "ground".into(), base_color: Vec4::new(0.5, 0.5, 0.5, 1.0), ..Material::default() };
+        Material { catches_shadows: self.surface == GroundSurface::Shadow, ..grey }
+    }
+
+    /// Its corners, counterclockwise from above; `None` where there is nothing that it could be under.
+    fn corners(self, scene: Bounds) -> Option<[Vec3; 4]> {
+        let (center, reach) = (scene.center(), 0.5 * Self::REACH * scene.size().length());
+        let height = self.height.unwrap_or(scene.min.y);
+        let corner = |x: f32, z: f32| Vec3::new(center.x + x * reach, height, center.z + z * reach);
+        let corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
+        (reach > 0.0 && corners.iter().all(|corner| corner.is_finite())).then_some(corners)
+    }
+}
+
+/// What a ground makes of the frames of a scene: theirs with two triangles more, which come last.
+#[derive(Debug)]
+pub(crate) struct Grounded {
+    pub(crate) ground: Ground,
+    corners: Option<[Vec3; 4]>,
+    /// What was made of a mesh and of materials last: they usually stay the same.
+    mesh: Mutex<Option<Extended<Mesh>>>,
+    materials: Mutex<Option<Extended<Materials>>>,
+    rig: Mutex<Option<Extended<Rig>>>,
+}
+
+#[derive(Debug)]
+struct Extended<T> {
+    /// Held, so that no other takes its address.
+    from: Arc<T>,
+    to: Arc<T>,
+}
+
+impl Grounded {
+    pub(crate) fn new(ground: Ground, scene: Bounds) -> Self {
+        let corners = if scene.is_empty() { None } else { ground.corners(scene) };
+        Self { ground, corners, mesh: Mutex::default(), materials: Mutex::default(), rig: Mutex::default() }
+    }
+
+    /// Puts the ground under a frame whose vertices are there.
+    pub(crate) fn put_under(&self, frame: &mut Frame) {
+        let Some(corners) = self.corners else { return };
+        let vertices = frame.positions.len();
+        frame.positions.extend(corners);
+        if !frame.normals.is_empty() {
+            frame.normals.extend([Vec3::ZERO; 4]);
+        }
+        if !frame.tangents.is_empty() {
+            frame.tangents.extend([Vec4::ZERO; 4]);
+        }
+        self.extend_surfaces(frame, vertices);
+    }
+
+    /// Puts the ground under a frame whose vertices a rig moves, and gives the rig that moves the ground's as well.
+    pub(crate) fn put_under_rig(&self, rig: &Arc<Rig>, frame: &mut Frame, pose: &mut Pose) -> Arc<Rig> {
+        let Some(corners) = self.corners else { return Arc::clone(rig) };
+        self.extend_surfaces(frame, rig.vertices);
+        let matrix = pose.matrices.len() as u32;
+        pose.matrices.push(Affine3A::IDENTITY);
+        extended(&self.rig, rig, |rig| {
+            let mut rig = rig.clone();
+            let placement = Placement::Rigid { matrix };
+            let (shape, first_vertex) = (rig.shapes.len() as u32, rig.vertices as u32);
+            rig.shapes.push(Arc::new(Shape { positions: corners.into(), ..Shape::default() }));
+            rig.parts.push(Part { shape, first_vertex, first_weight: 0, placement, moves: false });
+            rig.vertices += corners.len();
+            rig
+        })
+    }
+
+    fn extend_surfaces(&self, frame: &mut Frame, first_vertex: usize) {
+        let material = frame.materials.materials.len() as u32;
+        frame.materials = extended(&self.materials, &frame.materials, |materials| {
+            let mut materials = materials.clone();
+            materials.materials.push(self.ground.material());
+            materials
+        });
+        frame.mesh = extended(&self.mesh, &frame.mesh, |mesh| with_two_triangles(mesh, first_vertex as u32, material));
+    }
+}
+
+/// What `extend` makes of `from`, made again only for another one.
+fn extended<T>(last: &Mutex<Option<Extended<T>>>, from: &Arc<T>, extend: impl FnOnce(&T) -> T) -> Arc<T> {
+    let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*last {
+        Some(last) if Arc::ptr_eq(&last.from, from) => Arc::clone(&last.to),
+        _ => {
+            let to = Arc::new(extend(from));
+            *last = Some(Extended { from: Arc::clone(from), to: Arc::clone(&to) });
+            to
+        }
+    }
+}
+
+fn with_two_triangles(mesh: &Mesh, first_vertex: u32, material: u32) -> Mesh {
+    let mut mesh = mesh.clone();
+    let [a, b, c, d] = [0, 1, 2, 3].map(|corner| first_vertex + corner);
+    mesh.triangles.extend([[a, b, c], [a, c, d]]);
+    mesh.material_of_triangle.extend([material; 2]);
+    if let Some(last) = mesh.part_of_triangle.iter().max().copied() {
+        mesh.part_of_triangle.extend([last + 1; 2]);
+        if let Some(object) = mesh.object_of_part.iter().max().copied() {
+            mesh.object_of_part.push(object + 1);
+        }
+    }
+    for coords in &mut mesh.tex_coords {
+        if !coords.is_empty() {
+            coords.extend([Vec2::ZERO; 4]);
+        }
+    }
+    if !mesh.colors.is_empty() {
+        mesh.colors.extend([Vec4::ONE; 4]);
+    }
+    mesh.ground_triangles = 2;
+    mesh
+}
