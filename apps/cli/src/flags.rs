@@ -28,12 +28,18 @@ const RENDER_EXAMPLES: &str = "
       The whole animation, through an encoder; its colours are BT.709's
   umbrage render demo:glass --bounces 8 -o glass.png
       With what smooth surfaces mirror, and what is seen through glass
+  umbrage render demo:hall --samples 64 --ambient-occlusion 1.5
+      Darker corners
+  umbrage render demo:marbles --samples 64 --bounces 2 --gloss
+      Blurred reflections
   umbrage render demo:marbles --samples 64 --aperture 0.2 --light-radius 0.3
       A lens that is sharp at one depth only, and shadows with soft edges
   umbrage render demo:shatter --time 1 --shutter 0.02 --samples 64
       What moves leaves streaks, as on film with an open shutter
   umbrage render model.glb --ground shadow --background none -o model.png
       A model and its shadow, to be put over another picture
+  umbrage render model.glb --ground matte --sky-shadows --samples 64
+      Soft shadows of all the sky
   umbrage render demo:stadium --camera 9,4,9:0,1,0:30 --light sun:-1,-2,-1
       One's own camera and light
   umbrage render demo:marbles --frames 0..24 --orbit-light -o orbit.apng
@@ -262,6 +268,9 @@ pub(crate) struct RenderFlags {
     /// sun's is 0.27). Shadows have soft edges. Needs --samples
     #[arg(long, value_name = "R", default_value = "0", value_parser = values::from_zero)]
     pub(crate) light_radius: f32,
+    /// Light from all around (--background) casts shadows, too: each sample has one direction of it. Needs --samples
+    #[arg(long)]
+    pub(crate) sky_shadows: bool,
     /// A camera of the scene by name or by number from 0, or a new one at X,Y,Z that looks at another point, with
     /// its vertical field of view in degrees (40) [default: the scene's first, else one that sees everything]
     #[arg(long, value_name = "NAME|NUMBER|X,Y,Z:X,Y,Z[:FOV]", allow_hyphen_values = true)]
@@ -310,6 +319,17 @@ pub(crate) struct RenderFlags {
     /// background alone, and glass refracts nothing
     #[arg(long, value_name = "N", default_value = "0", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]
     pub(crate) bounces: u32,
+    /// Less than this part of what mirrors and glass show isn't followed any further
+    #[arg(long, value_name = "PART", default_value = "0.002", value_parser = values::from_zero)]
+    pub(crate) least_contribution: f32,
+    /// Rough surfaces mirror as well, blurred: each sample follows one direction of their highlights. Needs --bounces and
+    /// --samples
+    #[arg(long)]
+    pub(crate) gloss: bool,
+    /// Light from all around doesn't come from where something is nearer than this, in world units: each sample looks in one
+    /// direction. Needs --samples
+    #[arg(long, value_name = "RADIUS", default_value = "0", value_parser = values::from_zero, conflicts_with = "sky_shadows")]
+    pub(crate) ambient_occlusion: f32,
     /// How brightness that no screen can show becomes colours that it can
     #[arg(long, value_name = "NAME", default_value = "neutral", value_parser = choice::<ToneMap>())]
     pub(crate) tone_map: ToneMap,

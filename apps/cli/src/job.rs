@@ -56,9 +56,13 @@ impl Job {
             focus: flags.focus,
             shutter_seconds: flags.shutter,
             light_radius: flags.light_radius,
+            sky_shadows: flags.sky_shadows,
             structure,
             sides: flags.sides,
             bounces: flags.bounces,
+            least_contribution: flags.least_contribution,
+            gloss: flags.gloss,
+            ambient_occlusion: flags.ambient_occlusion,
             background: background(&flags.background, flags.scene.opening.options().max_memory)?,
             exposure_stops: flags.exposure,
             tone_map: flags.tone_map,
@@ -87,6 +91,10 @@ fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
         EngineKind::Gpu if flags.bounces > 0 => {
             Err(Failure::input("mirrors and glass are followed on the CPU alone", "leave out --engine or --bounces"))
         }
+        EngineKind::Gpu if flags.ambient_occlusion > 0.0 => Err(Failure::input(
+            "ambient occlusion is the CPU's alone",
+            "leave out --engine, or use --sky-shadows instead",
+        )),
         EngineKind::Gpu | EngineKind::Auto if flags.texture_memory.is_some() => {
             Err(Failure::input("a GPU has all textures in its own memory", "leave out --engine or --texture-memory"))
         }
@@ -107,12 +115,18 @@ fn samples(flags: &RenderFlags) -> Result<(), Failure> {
         ("--aperture", flags.aperture > 0.0),
         ("--shutter", flags.shutter > 0.0),
         ("--light-radius", flags.light_radius > 0.0),
+        ("--sky-shadows", flags.sky_shadows),
+        ("--gloss", flags.gloss),
+        ("--ambient-occlusion", flags.ambient_occlusion > 0.0),
         ("--light with a radius", flags.lights.iter().any(LightSpec::is_wide)),
     ];
     match spread.into_iter().find(|(_, is_asked)| *is_asked && flags.samples == 1) {
         Some((what, _)) => {
             let message = format!("{what}: a single sample has everything sharp");
             Err(Failure::input(message, "give more, such as --samples 64"))
+        }
+        None if flags.gloss && flags.bounces == 0 => {
+            Err(Failure::input("--gloss: no mirrors are followed", "say how many in a row, such as --bounces 2"))
         }
         None => Ok(()),
     }
@@ -239,6 +253,9 @@ mod tests {
             &["--aperture", "0.1"][..],
             &["--shutter", "0.02"],
             &["--light-radius", "0.5"],
+            &["--sky-shadows"],
+            &["--gloss", "--bounces", "1"],
+            &["--ambient-occlusion", "1"],
             &["--light", "point:0,2,0:radius=0.1"],
         ] {
             let Failure::Input { message, hint } = job(flags).unwrap_err() else { panic!() };

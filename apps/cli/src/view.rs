@@ -125,9 +125,15 @@ mod tests {
             on_cpu(Settings { background, ..Settings::default() });
         }
         on_cpu(Settings { width: 7, height: 5, samples: 9, exposure_stops: -0.3, ..Settings::default() });
-        let spread = Settings { samples: 2, aperture: 0.1, shutter_seconds: 0.3, ..Settings::default() };
+        let spread =
+            Settings { samples: 2, aperture: 0.1, shutter_seconds: 0.3, sky_shadows: true, ..Settings::default() };
         for focus in [None, Some(1.2)] {
             on_cpu(Settings { focus, light_radius: 0.7, ..spread.clone() });
+        }
+        for gloss in [false, true] {
+            let (ambient_occlusion, least_contribution) = (0.3, 0.01);
+            let drawn = Settings { gloss, ambient_occlusion, least_contribution, bounces: 2, ..Settings::default() };
+            on_cpu(Settings { samples: 2, ..drawn });
         }
         for sides in umbrage::Sides::all() {
             on_cpu(Settings { sides, bounces: 3, ..Settings::default() });

@@ -25,6 +25,10 @@ pub(crate) struct Choices {
     pub(crate) focus: Option<f32>,
     pub(crate) shutter_seconds: f64,
     pub(crate) light_radius: f32,
+    pub(crate) sky_shadows: bool,
+    /// On the CPU.
+    pub(crate) ambient_occlusion: f32,
+    pub(crate) gloss: bool,
     pub(crate) resolution: Resolution,
     pub(crate) exposure_stops: f32,
     #[serde(with = "as_text")]
@@ -82,7 +86,7 @@ impl Default for Choices {
     fn default() -> Self {
         let Settings { sides, bounces, samples, aperture, focus, shutter_seconds, light_radius, .. } =
             Settings::default();
-        let Settings { exposure_stops, tone_map, .. } = Settings::default();
+        let Settings { sky_shadows, ambient_occlusion, gloss, exposure_stops, tone_map, .. } = Settings::default();
         Self {
             engine: EngineChoice::default(),
             structures: Structures::default(),
@@ -93,6 +97,9 @@ impl Default for Choices {
             focus,
             shutter_seconds,
             light_radius,
+            sky_shadows,
+            ambient_occlusion,
+            gloss,
             resolution: Resolution::default(),
             exposure_stops,
             tone_map,
@@ -149,10 +156,12 @@ impl Choices {
     /// The settings of a picture for a screen of so many pixels, but for its camera and lights.
     pub(crate) fn settings(&self, screen: [u32; 2]) -> Settings {
         let [width, height] = self.resolution.size(screen);
-        // A GPU has one structure, and follows no mirrors.
-        let (structure, bounces) = match self.engine {
-            EngineChoice::Cpu => (self.structures.chosen(), self.bounces.min(Settings::MAX_BOUNCES)),
-            EngineChoice::Gpu(_) => (Structure::Perspective, 0),
+        // A GPU has one structure, follows no mirrors, and looks for nothing near.
+        let (structure, bounces, ambient_occlusion) = match self.engine {
+            EngineChoice::Cpu => {
+                (self.structures.chosen(), self.bounces.min(Settings::MAX_BOUNCES), self.ambient_occlusion)
+            }
+            EngineChoice::Gpu(_) => (Structure::Perspective, 0, 0.0),
         };
         Settings {
             width,
@@ -162,6 +171,9 @@ impl Choices {
             focus: self.focus,
             shutter_seconds: self.shutter_seconds,
             light_radius: self.light_radius,
+            sky_shadows: self.sky_shadows,
+            ambient_occlusion: if self.sky_shadows { 0.0 } else { ambient_occlusion },
+            gloss: self.gloss && bounces > 0,
             structure,
             sides: self.sides,
             bounces,

@@ -99,6 +99,9 @@ impl CommandLine<'_> {
         if settings.bounces != default.bounces {
             flag(&mut line, "bounces", &settings.bounces.to_string());
         }
+        if settings.least_contribution != default.least_contribution {
+            flag(&mut line, "least-contribution", &settings.least_contribution.to_string());
+        }
         if settings.sides != default.sides {
             flag(&mut line, "sides", settings.sides.name());
         }
@@ -132,6 +135,15 @@ fn spread(line: &mut String, settings: &Settings) {
     }
     if light_radius > 0.0 {
         flag(line, "light-radius", &light_radius.to_string());
+    }
+    if settings.sky_shadows {
+        line.push_str(" --sky-shadows");
+    }
+    if settings.ambient_occlusion > 0.0 {
+        flag(line, "ambient-occlusion", &settings.ambient_occlusion.to_string());
+    }
+    if settings.gloss {
+        line.push_str(" --gloss");
     }
 }
 

@@ -133,6 +133,20 @@ impl<'a> Surroundings<'a> {
         self.background.around(simd, direction, f32x16::splat(simd, SHARPEST), f32x16::splat(simd, 0.0))
     }
 
+    /// Mean radiance around unit directions, over about so much of the circumference.
+    #[inline(always)]
+    pub(crate) fn mean<S: Simd>(&self, simd: S, direction: Vectors<S>, width: f32) -> Vectors<S> {
+        self.background.around(simd, direction, f32x16::splat(simd, SHARPEST), f32x16::splat(simd, width))
+    }
+
+    /// Irradiance of surfaces that face upwards.
+    pub(crate) fn irradiance_from_above(&self) -> Vec3 {
+        let of_lanes: [Each<f32>; 3] = dispatch!(Level::new(), simd => {
+            self.irradiance(simd, Vectors::splat(simd, Vec3::Y)).store()
+        });
+        vector_of(0, &of_lanes)
+    }
+
     /// Irradiance of surfaces with unit normals, from all of the background above them.
     #[inline(always)]
     pub(crate) fn irradiance<S: Simd>(&self, simd: S, normal: Vectors<S>) -> Vectors<S> {

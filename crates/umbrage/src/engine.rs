@@ -17,6 +17,9 @@ pub(crate) struct Staged<'a> {
     pub(crate) frame: &'a Frame,
     /// In place of the frame's own.
     pub(crate) lights: &'a [Light],
+    /// How many of these, which are the last ones, are light from all around in a single direction: surfaces scatter it, but
+    /// don't mirror it.
+    pub(crate) sky_lights: usize,
     pub(crate) view: View,
     pub(crate) settings: &'a Settings,
     pub(crate) surroundings: &'a Surroundings<'a>,

@@ -103,6 +103,9 @@ pub enum Error {
     /// A GPU was asked to follow mirrors.
     #[error("mirrors and glass are followed on the CPU alone: a GPU takes 0 bounces")]
     BouncesOnGpu,
+    /// A GPU was asked for ambient occlusion.
+    #[error("ambient occlusion is the CPU's alone: shadows of the sky are a GPU's as well")]
+    OcclusionOnGpu,
     /// A GPU was asked for a structure that is the CPU's alone.
     #[error("a GPU has grids of its own (`listed`, or without a name) and the kd-tree, but not `{0}`")]
     StructureOnGpu(&'static str),
@@ -157,6 +160,7 @@ impl Error {
                 | Self::UniformOptions(_)
                 | Self::KdTreeOptions(_)
                 | Self::BouncesOnGpu
+                | Self::OcclusionOnGpu
                 | Self::StructureOnGpu(_)
                 | Self::OptionOnGpu(..)
                 | Self::TilesOnGpu

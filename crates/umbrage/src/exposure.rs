@@ -8,18 +8,21 @@ use umbrage_rays::{Camera, LightSource, Projection, View};
 use umbrage_scene::{Frame, Light};
 
 use crate::engine::Staged;
+use crate::points::{disk, pair};
 use crate::probe::middle_depth;
 use crate::sampling::Samples;
+use crate::sky::SkyLights;
 use crate::{Error, Settings};
 
 /// What a frame's samples spread over, beside their pixels.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(crate) struct Spread {
     shutter_seconds: f64,
     /// In place of a radius of zero.
     light_radius: f32,
     lens: Option<Lens>,
     has_wide_lights: bool,
+    sky: Option<SkyLights>,
 }
 
 /// A thin lens: what is at its focus is sharp.
@@ -36,7 +39,7 @@ impl Spread {
     /// # Errors
     /// Where the camera has no lens, nothing says where its focus is, or a sun fills more than the sky.
     pub(crate) fn new<'a>(staged: &Staged<'_>, whole: impl FnOnce() -> &'a Frame) -> Result<Self, Error> {
-        let Settings { samples, aperture, focus, shutter_seconds, light_radius, .. } = *staged.settings;
+        let Settings { samples, aperture, focus, shutter_seconds, light_radius, sky_shadows, .. } = *staged.settings;
         let lens = (samples > 1 && aperture > 0.0).then(|| {
             if matches!(staged.view.camera.projection, Projection::Orthographic { .. }) {
                 return Err(Error::ParallelLens);
@@ -49,13 +52,16 @@ impl Spread {
             return Err(Error::SunRadius);
         }
         let has_wide_lights = staged.lights.iter().any(|light| light.radius.max(light_radius) > 0.0);
-        Ok(Self { shutter_seconds, light_radius, lens: lens.transpose()?, has_wide_lights })
+        let points = (0..samples).map(|number| pair(number, Exposure::SKY));
+        let has_sky = sky_shadows && samples > 1;
+        let sky = has_sky.then(|| SkyLights::new(staged.surroundings, points)).flatten();
+        Ok(Self { shutter_seconds, light_radius, lens: lens.transpose()?, has_wide_lights, sky })
     }
 
     /// Whether there is anything to spread over. Then each sample is traced alone: of four that are traced together, all would
     /// be at the same point of it, which makes more noise in the same time but in small images (docs/effects.md).
     pub(crate) fn is_wide(&self) -> bool {
-        self.lens.is_some() || self.has_wide_lights || self.shutter_seconds > 0.0
+        self.lens.is_some() || self.has_wide_lights || self.sky.is_some() || self.shutter_seconds > 0.0
     }
 
     /// The radius of a light.
@@ -77,6 +83,7 @@ impl Exposure {
     const LENS: u32 = 0;
     const MOMENT: u32 = 1;
     const FIRST_LIGHT: u32 = 2;
+    const SKY: u32 = u32::MAX / 4;
 
     /// Exposure `number` of some.
     pub(crate) fn new(number: u32, samples: &Samples) -> Self {
@@ -106,12 +113,16 @@ impl Exposure {
             let (view, shift_pixels) = lens.seen_through(disk(pair(self.number, Self::LENS)), &staged.view);
             (exposed.view, samples) = (view, samples.shifted(shift_pixels));
         }
-        if spread.has_wide_lights {
+        if spread.has_wide_lights || spread.sky.is_some() {
             lights.clear();
             lights.extend(staged.lights.iter().zip((Self::FIRST_LIGHT..).step_by(2)).map(|(light, dimension)| {
                 let source = self.point_of(light.source, spread.radius_of(light), dimension);
                 Light { source, ..light.clone() }
             }));
+            if let Some(sky) = &spread.sky {
+                lights.push(sky.light(pair(self.number, Self::SKY)));
+                exposed.sky_lights = 1;
+            }
             exposed.lights = lights;
         }
         (exposed, samples)
@@ -171,72 +182,10 @@ impl Lens {
     }
 }
 
-/// From the unit square to the unit disk, uniformly: the first number is the squared distance from its middle.
-fn disk(square: DVec2) -> DVec2 {
-    DVec2::from_angle(TAU * square.y) * square.x.sqrt()
-}
-
-/// Point `number` of a sequence in the unit square, another one for each dimension: Sobol's first two dimensions, scrambled
-/// and in another order each time, by hashes that stand for Owen's random trees (Burley, Practical Hash-based Owen Scrambling,
-/// JCGT 9(4), 2020). Each 2ᵏ points that follow each other from a multiple of 2ᵏ on are spread evenly.
-fn pair(number: u32, dimension: u32) -> DVec2 {
-    let seed = |purpose: u32| mixed(dimension.wrapping_mul(3).wrapping_add(purpose).wrapping_add(1));
-    let number = scrambled(number, seed(0));
-    let unit = |bits: u32| (f64::from(bits) + 0.5) / (1_u64 << u32::BITS) as f64;
-    DVec2::new(unit(scrambled(number.reverse_bits(), seed(1))), unit(scrambled(second_sobol(number), seed(2))))
-}
-
-/// The second dimension of Sobol's sequence.
-fn second_sobol(number: u32) -> u32 {
-    let columns = std::iter::successors(Some(1_u32 << 31), |column| Some(column ^ (column >> 1)));
-    let of_bits = (0..u32::BITS).zip(columns).filter(|(bit, _)| number >> bit & 1 == 1);
-    of_bits.fold(0, |sum, (_, column)| sum ^ column)
-}
-
-/// Flips each bit or not, by a hash of those above it.
-fn scrambled(bits: u32, seed: u32) -> u32 {
-    let mut x = bits.reverse_bits();
-    x ^= x.wrapping_mul(0x3d20_adea);
-    x = x.wrapping_add(seed);
-    x = x.wrapping_mul((seed >> 16) | 1);
-    x ^= x.wrapping_mul(0x0552_6c56);
-    x ^= x.wrapping_mul(0x53a2_2864);
-    x.reverse_bits()
-}
-
-/// A hash of a number (the finaliser of `MurmurHash3`).
-fn mixed(number: u32) -> u32 {
-    let mut x = number.wrapping_mul(0x9e37_79b9);
-    x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
-    x = (x ^ (x >> 13)).wrapping_mul(0xc2b2_ae35);
-    x ^ (x >> 16)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::sampling::Sample;
-
-    #[test]
-    fn points_are_spread_evenly_in_every_dimension_and_apart() {
-        for dimension in 0..9 {
-            let points: Vec<DVec2> = (0..64).map(|number| pair(number, dimension)).collect();
-            // Of 64 points, each of 8 × 8 squares, of 2 × 32 and of 64 × 1 stripes has one.
-            for columns in [1.0, 2.0, 8.0, 32.0, 64.0] {
-                let cell = |point: &DVec2| ((point.x * columns) as u32, (point.y * 64.0 / columns) as u32);
-                let mut cells: Vec<_> = points.iter().map(cell).collect();
-                cells.sort_unstable();
-                cells.dedup();
-                assert_eq!(cells.len(), 64, "{dimension}: {columns} columns");
-            }
-        }
-        // Two dimensions aren't the same, nor each other's mirror images.
-        for (one, other) in [(0, 1), (0, 2), (1, 2), (2, 3), (3, 4)] {
-            let product = |number| (pair(number, one).x - 0.5) * (pair(number, other).x - 0.5);
-            let correlation = 12.0 * (0..256).map(product).sum::<f64>() / 256.0;
-            assert!(correlation.abs() < 0.25, "{one}, {other}: {correlation}");
-        }
-    }
 
     #[test]
     fn balls_look_like_even_disks_from_everywhere() {

@@ -28,6 +28,9 @@ pub struct Settings {
     /// Radius of the lights that have [none of their own](Light::radius), from 0: in world units, of directional lights in
     /// degrees.
     pub light_radius: f32,
+    /// Whether light from all around casts shadows, too: each sample has one direction of it. With a single sample, it comes
+    /// from everywhere without any.
+    pub sky_shadows: bool,
     /// From where the scene is seen.
     pub camera: CameraChoice,
     /// The lights; `None` for the scene's own.
@@ -38,9 +41,19 @@ pub struct Settings {
     pub sides: Sides,
     /// How many mirrors, and surfaces of glass, one after the other, light may come by to the camera, 0 to
     /// [`Settings::MAX_BOUNCES`]: smooth surfaces show what is before them, and what bounds a volume of glass refracts what is
-    /// behind it. With 0, and in the last of them, mirrors show the background alone, and all glass is as thin as a pane. What
-    /// less than 0.002 of reaches the camera isn't followed. On the CPU.
+    /// behind it. With 0, and in the last of them, mirrors show the background alone, and all glass is as thin as a pane. On
+    /// the CPU.
     pub bounces: u32,
+    /// What less than this part of would reach the camera isn't followed, from 0: by default half of what a picture of 8 bits can
+    /// show of white.
+    pub least_contribution: f32,
+    /// Whether rough surfaces show what is around them as smooth ones do, but blurred: each sample of a pixel follows one
+    /// direction of the highlight. Otherwise, and with a single sample, they show the background alone.
+    pub gloss: bool,
+    /// How near something must be to keep light from all around away, in world units: each sample of a pixel looks that far in one
+    /// direction. With 0, and with a single sample, nothing does. On the CPU; instead of it [`sky_shadows`](Self::sky_shadows)
+    /// looks as far as the scene reaches.
+    pub ambient_occlusion: f32,
     /// What is behind and around the scene.
     pub background: Background,
     /// Brightness in photographic stops: each step doubles it.
@@ -59,11 +72,15 @@ impl Default for Settings {
             focus: None,
             shutter_seconds: 0.0,
             light_radius: 0.0,
+            sky_shadows: false,
             camera: CameraChoice::Default,
             lights: None,
             structure: Structure::default(),
             sides: Sides::File,
             bounces: 0,
+            least_contribution: 0.002,
+            gloss: false,
+            ambient_occlusion: 0.0,
             background: Background::Sky,
             exposure_stops: 0.0,
             tone_map: ToneMap::PbrNeutral,
@@ -121,7 +138,7 @@ impl Settings {
     ) -> Result<Staged<'a>, Error> {
         let view = self.view(frame)?;
         check_camera(&view.camera).map_err(Error::Camera)?;
-        Ok(Staged { frame, lights: self.lights(frame), view, settings: self, surroundings })
+        Ok(Staged { frame, lights: self.lights(frame), sky_lights: 0, view, settings: self, surroundings })
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {
@@ -138,6 +155,8 @@ impl Settings {
             ("the aperture", f64::from(self.aperture)),
             ("the shutter's time", self.shutter_seconds),
             ("the lights' radius", f64::from(self.light_radius)),
+            ("the reach of ambient occlusion", f64::from(self.ambient_occlusion)),
+            ("the least contribution", f64::from(self.least_contribution)),
         ] {
             if !(number.is_finite() && number >= 0.0) {
                 return Err(Error::NotFromZero(what));

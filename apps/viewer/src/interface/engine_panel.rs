@@ -36,6 +36,10 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
     if choices.engine == EngineChoice::Cpu {
         structure(choices, &mut app.notices, ui);
         ui.add(Slider::new(&mut choices.bounces, 0..=16).text("Mirrors and glass in a row"));
+        if choices.bounces > 0 && choices.samples > 1 {
+            ui.checkbox(&mut choices.gloss, "Blurred mirrors")
+                .on_hover_text("Each sample has one direction of highlights");
+        }
     }
     ComboBox::from_label("Sides").selected_text(choices.sides.name()).width(150.0).show_ui(ui, |ui| {
         for &(name, sides, about) in Sides::CHOICES {
@@ -166,6 +170,13 @@ fn spread(choices: &mut Choices, size: f32, ui: &mut egui::Ui) {
     let about = "Of lights without a radius of their own, of suns in degrees: shadows have soft edges";
     let radius = DragValue::new(&mut choices.light_radius).range(0.0..=Light::MAX_SUN_RADIUS_DEGREES).speed(speed);
     number("Lights' radius", about, radius);
+    if choices.engine == EngineChoice::Cpu && !choices.sky_shadows {
+        let about = "Light from all around doesn't come from where something is nearer: with 0, nothing is";
+        let reach = DragValue::new(&mut choices.ambient_occlusion).range(0.0..=f32::MAX).speed(speed);
+        number("Ambient occlusion", about, reach);
+    }
+    ui.checkbox(&mut choices.sky_shadows, "Shadows of the sky")
+        .on_hover_text("Each sample has one direction of its light");
     if choices.aperture > 0.0 {
         let mut is_given = choices.focus.is_some();
         ui.checkbox(&mut is_given, "Focus at a depth").on_hover_text("Otherwise on what is in the middle");

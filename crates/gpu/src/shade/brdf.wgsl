@@ -66,7 +66,12 @@ fn reflectance_evaluate(
     let fresnel = fresnel_schlick(reflectance.f0, dot(view, half_way));
     let a2 = reflectance.alpha * reflectance.alpha;
     let specular = fresnel * (ggx_distribution(a2, n_h) * smith_visibility(a2, n_l, seen.n_v));
-    return reflectance.diffuse / BRDF_PI * (1.0 - seen.specular) + specular * seen.scattered_again;
+    return reflectance_diffuse(reflectance, seen) + specular * seen.scattered_again;
+}
+
+// Reflected radiance of the diffuse layer for each unit of irradiance.
+fn reflectance_diffuse(reflectance: Reflectance, seen: ReflectanceView) -> vec3<f32> {
+    return reflectance.diffuse / BRDF_PI * (1.0 - seen.specular);
 }
 
 // Reflected radiance under even light from all sides: `irradiance` around the normal, over π, for the diffuse layer and

@@ -4,7 +4,7 @@
 // pixel, and after the last one the surroundings are seen through them.
 
 import package::dispatch::{Invocation, flat_index};
-import package::shade::brdf::{reflectance_ambient, reflectance_evaluate, reflectance_view};
+import package::shade::brdf::{reflectance_ambient, reflectance_diffuse, reflectance_evaluate, reflectance_view};
 import package::shade::hit::{ray_across, ray_direction};
 import package::shade::irradiance::{arriving_light};
 import package::shade::surface::{Surface, surface_at};
@@ -84,7 +84,7 @@ fn reflected(surface: Surface, slot: u32) -> vec3<f32> {
     let ambient = reflectance_ambient(
         surface.reflectance,
         reflectance_view(surface.reflectance, max(n_v, 0.0)).specular,
-        surroundings_irradiance(normal),
+        ambient_irradiance(normal),
         surroundings_blurred(reflect(-view, normal), surface.reflectance.roughness),
     );
     let seen = reflectance_view(surface.reflectance, max(n_v, 1e-4));
@@ -96,9 +96,12 @@ fn reflected(surface: Surface, slot: u32) -> vec3<f32> {
         let arriving = arriving_light(shade_lights[light], surface.corner, surface.from_corner);
         // Light from behind the triangle lights its other side, whatever the bent normal says.
         if dot(surface.geometric_normal, arriving.towards) > 0.0 {
-            let cosine = max(dot(normal, arriving.towards), 0.0);
-            radiance += reflectance_evaluate(surface.reflectance, seen, normal, view, arriving.towards)
-                * arriving.irradiance * cosine;
+            let irradiance = arriving.irradiance * max(dot(normal, arriving.towards), 0.0);
+            if is_of_sky(light) {
+                radiance += reflectance_diffuse(surface.reflectance, seen) * irradiance;
+            } else {
+                radiance += reflectance_evaluate(surface.reflectance, seen, normal, view, arriving.towards) * irradiance;
+            }
         }
     }
     return radiance;
@@ -106,18 +109,34 @@ fn reflected(surface: Surface, slot: u32) -> vec3<f32> {
 
 // Which part of its light reaches a surface of which only shadows are seen: crates/umbrage/src/cpu/caught.rs.
 fn caught_light(surface: Surface, slot: u32) -> vec3<f32> {
-    var light_sum = surroundings_irradiance(surface.normal) + vec3<f32>(LEAST_IRRADIANCE);
-    var all_light = light_sum;
+    var light_sum = ambient_irradiance(surface.normal) + vec3<f32>(LEAST_IRRADIANCE);
+    // The sky's lights have as much in all.
+    var all_light = surroundings_irradiance(surface.normal) + vec3<f32>(LEAST_IRRADIANCE);
     for (var light = 0u; light < shade_scene.light_count; light++) {
         let arriving = arriving_light(shade_lights[light], surface.corner, surface.from_corner);
         let facing = arriving.irradiance * dot(surface.normal, arriving.towards);
         let irradiance = clamp(facing, vec3<f32>(0.0), vec3<f32>(MOST_IRRADIANCE));
-        all_light += irradiance;
+        if !is_of_sky(light) {
+            all_light += irradiance;
+        }
         if is_lit(light, slot) && dot(surface.geometric_normal, arriving.towards) > 0.0 {
             light_sum += irradiance;
         }
     }
     return light_sum / all_light;
+}
+
+// From all around, unless it comes by lights.
+fn ambient_irradiance(normal: vec3<f32>) -> vec3<f32> {
+    if shade_scene.sky_light_count > 0u {
+        return vec3<f32>(0.0);
+    }
+    return surroundings_irradiance(normal);
+}
+
+// Whether a light is that from all around in one direction.
+fn is_of_sky(light: u32) -> bool {
+    return light + shade_scene.sky_light_count >= shade_scene.light_count;
 }
 
 fn is_lit(light: u32, slot: u32) -> bool {

@@ -145,16 +145,17 @@ impl Shade {
         self.of_scene.surroundings = surroundings;
     }
 
-    /// Replaces the lights.
+    /// Replaces the lights, of which the last `sky_lights` are [light from all around](ShadeScene::sky_light_count).
     ///
     /// # Errors
     /// Where there are more than [`ShadeLight::MOST`].
-    pub fn set_lights(&mut self, gpu: &Gpu, lights: &[ShadeLight]) -> Result<(), GpuError> {
+    pub fn set_lights(&mut self, gpu: &Gpu, lights: &[ShadeLight], sky_lights: usize) -> Result<(), GpuError> {
         if lights.len() > ShadeLight::MOST {
             let [bytes, limit] = [lights.len(), ShadeLight::MOST].map(|count| (count * size_of::<ShadeLight>()) as u64);
             return Err(GpuError::TooLarge { what: format!("shading {} lights", lights.len()), bytes, limit });
         }
         self.of_scene.light_count = lights.len() as u32;
+        self.of_scene.sky_light_count = sky_lights as u32;
         self.lights.write(gpu, lights)
     }
 

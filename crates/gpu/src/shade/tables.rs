@@ -134,8 +134,9 @@ pub struct ShadeScene {
     pub tex_coord_words: [u32; 2],
     /// How many lights there are.
     pub light_count: u32,
-    #[doc(hidden)]
-    pub padding: u32,
+    /// How many of these, which are the last ones, are light from all around in a single direction, which is only scattered:
+    /// then there is none from everywhere.
+    pub sky_light_count: u32,
 }
 
 impl ShadeScene {

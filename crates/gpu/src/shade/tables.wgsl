@@ -79,6 +79,7 @@ struct ShadeScene {
     color_word: u32,
     tex_coord_words: vec2<u32>,
     light_count: u32,
+    sky_light_count: u32,
 }
 
 struct ShadeLight {

@@ -27,7 +27,7 @@ fn a_scene_without_triangles_shows_its_surroundings() {
     let texels = Texels::new(&[0.0; 256], &[[[0.0; 2]; Texels::ALBEDO_SIDE]; Texels::ALBEDO_SIDE]);
     shade.set_materials(&gpu, &[], &texels).expect("room");
     shade.set_attributes(&gpu, &Attributes::default(), false).expect("room");
-    shade.set_lights(&gpu, &[]).expect("room");
+    shade.set_lights(&gpu, &[], 0).expect("room");
     let surroundings =
         ShadeSurroundings { kind: ShadeSurroundings::COLOR, color: COLOR.to_array(), ..ShadeSurroundings::default() };
     shade.set_surroundings(surroundings);

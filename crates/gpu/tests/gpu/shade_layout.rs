@@ -41,6 +41,7 @@ fn structs_are_those_of_the_shaders() {
             color_word,
             tex_coord_words,
             light_count,
+            sky_light_count,
         }),
         layout!(ShadeLight { position, kind, direction, range, emitted, outer_cosine, cosine_span }),
         layout!(ShadeMaterial {
@@ -54,6 +55,7 @@ fn structs_are_those_of_the_shaders() {
             occlusion_strength,
             is_blended,
             is_unlit,
+            catches_shadows,
             textures,
         }),
         layout!(ShadeTexture {

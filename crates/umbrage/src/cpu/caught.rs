@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 use umbrage_scene::Light;
 
-use super::shade::Shading;
+use super::shade::{AroundLight, Shading};
 use crate::shade::lanes::Vectors;
 use crate::shade::{Surface, arriving};
 
@@ -16,8 +16,10 @@ pub(super) struct Caught<S: Simd> {
     pub(super) lanes: mask32x16<S>,
     /// What is around the scene behind them.
     pub(super) around: Vectors<S>,
-    /// Which part of all of their light comes from around the scene.
+    /// Which part of all of their light comes from around the scene, whatever is in between.
     pub(super) ambient: Vectors<S>,
+    /// The same where nothing near may be in between.
+    pub(super) near: Vectors<S>,
     /// One over the irradiance from all around and from all lights, were nothing in between.
     inverse: Vectors<S>,
 }
@@ -29,12 +31,19 @@ impl<S: Simd> Caught<S> {
         /// In place of no light at all, so that the darkest surfaces are whole.
         const LEAST: Vec3 = Vec3::splat(1e-30);
         let ambient = shading.surroundings.irradiance(simd, surface.normal) + Vectors::splat(simd, LEAST);
-        let lights = shading.lights.iter().map(|light| irradiance(simd, surface, light));
+        // That of the sky's lights, over all samples, is the ambient one.
+        let lights = shading.lights[..shading.first_sky_light].iter().map(|light| irradiance(simd, surface, light));
         let sum = lights.fold(ambient, |sum, light| (sum + light).at_most_brightest());
         let one = f32x16::splat(simd, 1.0);
         let inverse = Vectors { x: one / sum.x, y: one / sum.y, z: one / sum.z };
         let lanes = mask32x16::from_bitmask(simd, surface.catches.into());
-        Self { lanes, around, ambient: ambient * inverse, inverse }
+        let (share, nothing) = (ambient * inverse, Vectors::splat(simd, Vec3::ZERO));
+        let [ambient, near] = match shading.around_light() {
+            AroundLight::Even => [share, nothing],
+            AroundLight::Near => [nothing, share],
+            AroundLight::Lights => [nothing; 2],
+        };
+        Self { lanes, around, ambient, near, inverse }
     }
 
     /// Which part of all of their light comes from a light that nothing keeps away; zero in lanes of other surfaces.

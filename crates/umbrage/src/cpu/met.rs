@@ -1,16 +1,12 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, mask32x16};
+use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 use umbrage_scene::Light;
 
 use super::caught::Caught;
 use super::shade::Shading;
-use crate::shade::lanes::{Each, Vectors};
-use crate::shade::{BlockHits, BlockRays, SeenReflectance, Surface, arriving};
-
-/// Less of what is in mirrors and glass isn't followed: it is less than half of what a picture of 8 bits can show of white, and
-/// panes behind panes would mirror each other endlessly.
-pub(super) const LEAST: f32 = 0.002;
+use crate::shade::lanes::{BRIGHTEST, Each, Vectors};
+use crate::shade::{BlockHits, BlockRays, Gloss, SeenReflectance, Surface, arriving};
 
 /// What sixteen rays meet.
 pub(super) struct Met<S: Simd> {
@@ -40,19 +36,25 @@ impl<S: Simd> Met<S> {
         through: Vectors<S>,
         bounces: &Each<u32>,
     ) -> Self {
-        let surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint);
+        let mut surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint);
+        // Lanes that meet nothing have a surface without a meaning.
+        surface.catches &= hits.shown;
         let seen = surface.reflectance.seen(simd, surface.normal, surface.view);
         let mirrored = surface.normal.scaled(2.0 * surface.view.dot(surface.normal)) - surface.view;
         let mirrored_through = through.scaled(surface.opacity) * seen.specular();
-        let follows = bounces.iter().rev().fold(0_u16, |bits, &by| bits << 1 | u16::from(by < shading.bounces));
+        let follows = bounces.iter().rev().fold(0_u16, |bits, &by| bits << 1 | u16::from(by < shading.follows.bounces));
         let (mut mirrors, mut glass) = (0, 0);
         if follows != 0 {
             let lanes = follows & hits.shown & !surface.unlit & !surface.catches;
             glass = lanes & surface.volume & surface.transmitted.is_something().to_bitmask() as u16;
             // A bent normal may mirror rays into the triangle.
             let is_outside = surface.geometric_normal.dot(mirrored).simd_gt(0.0);
-            let is_seen = mirrored_through.largest().simd_gt(LEAST);
-            mirrors = (surface.reflectance.is_mirror() & is_outside & is_seen).to_bitmask() as u16 & lanes & !glass;
+            let is_seen = mirrored_through.largest().simd_gt(shading.follows.least);
+            let mut is_followed = surface.reflectance.is_mirror() & is_outside;
+            if shading.follows.gloss {
+                is_followed |= !surface.reflectance.is_mirror();
+            }
+            mirrors = (is_followed & is_seen).to_bitmask() as u16 & lanes & !glass;
         }
         let around = || shading.around(simd, rays, bounces);
         let caught = if surface.catches == 0 { None } else { Some(Caught::new(simd, shading, &surface, around())) };
@@ -71,15 +73,17 @@ impl<S: Simd> Met<S> {
         self.shown & !self.surface.unlit & !self.is_inside()
     }
 
-    /// Radiance that a light adds where it reaches the surface, and the lanes that it can reach.
+    /// Radiance that a light adds where it reaches the surface, and the lanes that it can reach. Light from all around is only
+    /// scattered.
     #[inline(always)]
-    pub(super) fn reflected(&self, simd: S, light: &Light) -> (Vectors<S>, mask32x16<S>) {
+    pub(super) fn reflected(&self, simd: S, light: &Light, is_of_sky: bool) -> (Vectors<S>, mask32x16<S>) {
         let Self { surface, seen, .. } = self;
         let arriving = arriving(simd, light, surface.position);
         let cosine = surface.normal.dot(arriving.towards).max(0.0);
         // Light from behind the triangle lights its other side, whatever the bent normal says.
         let faces = surface.geometric_normal.dot(arriving.towards).simd_gt(0.0);
-        let reflected = seen.evaluate(simd, arriving.towards) * arriving.irradiance.scaled(cosine);
+        let reflected = if is_of_sky { seen.diffuse() } else { seen.evaluate(simd, arriving.towards) };
+        let reflected = reflected * arriving.irradiance.scaled(cosine);
         match &self.caught {
             Some(caught) => {
                 (Vectors::select(caught.lanes, caught.around * self.caught_share(simd, light), reflected), faces)
@@ -94,6 +98,16 @@ impl<S: Simd> Met<S> {
         match &self.caught {
             Some(caught) => caught.share(simd, &self.surface, light),
             None => Vectors::splat(simd, Vec3::ZERO),
+        }
+    }
+
+    /// How much less of the background surfaces hide that only catch shadows where a part of their light reaches them.
+    #[inline(always)]
+    pub(super) fn bare(&self, simd: S, share: Vectors<S>, through: Vectors<S>) -> f32x16<S> {
+        let nothing = f32x16::splat(simd, 0.0);
+        match &self.caught {
+            Some(caught) => caught.lanes.select((share * through).mean(), nothing).min_precise(BRIGHTEST),
+            None => nothing,
         }
     }
 
@@ -131,6 +145,7 @@ impl<S: Simd> Met<S> {
         hits: &BlockHits<S>,
         through: Vectors<S>,
         passing: Vectors<S>,
+        has_gloss: bool,
     ) -> Ways {
         let Self { surface, mirrors, glass, .. } = self;
         let [mirrors, glass, behind, volume, front] =
@@ -150,6 +165,7 @@ impl<S: Simd> Met<S> {
             normal: surface.normal.store(),
             geometric_normal: surface.geometric_normal.store(),
             travelled: (rays.travelled + hits.depth).into(),
+            gloss: has_gloss.then(|| self.seen.gloss()),
         }
     }
 }
@@ -177,4 +193,6 @@ pub(super) struct Ways {
     pub(super) geometric_normal: [Each<f32>; 3],
     /// How far it is from the surface to the camera.
     pub(super) travelled: Each<f32>,
+    /// How rough surfaces mirror, where that is followed.
+    pub(super) gloss: Option<Gloss>,
 }

@@ -40,8 +40,7 @@ pub(crate) struct Cpu {
     bvh: Bvh,
     /// Which sides of the frame's triangles stop rays.
     sides: TriangleSides,
-    /// How many mirrors light may come by.
-    bounces: u32,
+    follows: Follows,
     /// Which samples of each pixel were traced last.
     samples: Samples,
     /// What each pixel sees at these: each of four is a pixel here.
@@ -50,11 +49,34 @@ pub(crate) struct Cpu {
     masks: Vec<LightMask>,
     /// Both for the last sample alone, where several were traced together and somebody asks.
     last: OnceLock<(SeenPixels, Vec<LightMask>)>,
+    /// How many of these, the last ones, are of light from all around.
+    sky_lights: usize,
     casting: Casting,
     shadow_rays: u64,
     /// Tests of camera rays, and of shadow rays, that the predicate settled, over all samples.
     settled_tests: [u64; 2],
     camera_work: Work,
+}
+
+/// Which rays go on from what others have met.
+#[derive(Clone, Copy, Debug, Default)]
+struct Follows {
+    /// How many mirrors light may come by.
+    bounces: u32,
+    /// Less of what is in mirrors and glass isn't followed: panes behind panes would mirror each other endlessly.
+    least: f32,
+    /// Whether rough surfaces mirror as well.
+    gloss: bool,
+    /// How far light from all around is looked for; 0 where nothing keeps it away.
+    around: f32,
+}
+
+impl Follows {
+    fn new(settings: &Settings) -> Self {
+        let Settings { bounces, least_contribution: least, gloss, ambient_occlusion, samples, .. } = *settings;
+        let are_several = samples > 1;
+        Self { bounces, least, gloss: gloss && are_several, around: if are_several { ambient_occlusion } else { 0.0 } }
+    }
 }
 
 impl Default for Cpu {
@@ -73,10 +95,11 @@ impl Cpu {
             copies: Copies::default(),
             bvh: Bvh::default(),
             sides: TriangleSides::default(),
-            bounces: 0,
+            follows: Follows::default(),
             samples: Samples::one(Sample::MIDDLE),
             seen: SeenPixels::default(),
             masks: Vec::new(),
+            sky_lights: 0,
             last: OnceLock::new(),
             casting: Casting::default(),
             shadow_rays: 0,
@@ -93,7 +116,7 @@ impl Cpu {
             self.structure = settings.structure.make(self.level, sends_rays_onward)?;
             self.made_of = made_of;
         }
-        self.bounces = settings.bounces;
+        self.follows = Follows::new(settings);
         Ok(())
     }
 
@@ -209,7 +232,7 @@ impl Engine for Cpu {
     /// Structures that are made for the rays of one sample are rebuilt by the stages that trace them.
     fn build(&mut self, staged: &Staged<'_>, _output: Output) -> Result<(), Error> {
         let Staged { frame, settings, .. } = *staged;
-        let sends_rays_onward = frame.is_see_through() || settings.bounces > 0;
+        let sends_rays_onward = frame.is_see_through() || settings.bounces > 0 || Follows::new(settings).around > 0.0;
         self.choose(settings, sends_rays_onward)?;
         self.prepare(frame, settings.sides);
         if sends_rays_onward && self.structure.single_rays().is_none() {
@@ -232,6 +255,7 @@ impl Engine for Cpu {
     }
 
     fn shadow(&mut self, staged: &Staged<'_>, samples: &Samples, stats: &mut Stats) -> Result<(), Error> {
+        self.sky_lights = staged.sky_lights;
         stats.time("shadow", || self.shadow_points(staged.frame, staged.lights, &staged.view, samples));
         Ok(())
     }
@@ -257,7 +281,8 @@ impl Engine for Cpu {
     }
 
     fn light_masks(&self) -> &[LightMask] {
-        self.last_sample().map_or(&self.masks, |(_, masks)| masks)
+        let masks = self.last_sample().map_or(&self.masks, |(_, masks)| masks);
+        &masks[..masks.len() - self.sky_lights]
     }
 
     fn camera_work(&self) -> Work {

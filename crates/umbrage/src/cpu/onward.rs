@@ -4,15 +4,18 @@
 use std::mem;
 
 use fearless_simd::{Level, dispatch};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, Ray};
+use umbrage_rays::{Hit, LightSource, Ray};
 use umbrage_scene::Material;
 
-use super::met::{LEAST, Ways};
+use super::met::Ways;
 use super::shade::{Shading, Strip};
 use super::stops;
+use crate::points::pair_of_pixel;
+use crate::shade::Gloss;
 use crate::shade::glass::{Media, attenuation, reflected_part, refracted};
+use crate::shade::gloss::{scattered, unshadowed, unshadowed_behind, visible_normal};
 use crate::shade::lanes::{Each, LANES, at_most_brightest, lanes_of, put, vector_of};
 
 /// How many surfaces one behind the other are seen through.
@@ -23,6 +26,8 @@ const MOST_LAYERS: u32 = 32;
 pub(super) struct Path {
     /// The pixel that shows it, by its index in a [`Strip`].
     pub(super) pixel: u32,
+    /// The pixel among all, and the number of its sample: what is drawn for this path.
+    pub(super) drawn: Drawn,
     /// How much of it reaches the camera.
     pub(super) through: Vec3,
     /// How far it goes from the ray's origin to the camera.
@@ -33,6 +38,25 @@ pub(super) struct Path {
     pub(super) layers: u32,
     /// What it goes through along the ray.
     pub(super) media: Media,
+}
+
+/// What tells the points apart that are drawn for paths.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drawn {
+    pub(super) pixel: u32,
+    pub(super) sample: u32,
+}
+
+impl Path {
+    /// Each generation of a path takes points of its own.
+    const POINTS: u32 = 2;
+    const FACET: u32 = 0;
+    const AROUND: u32 = 1;
+
+    /// A point of the unit square for a purpose at the end of the path.
+    fn point(&self, purpose: u32) -> DVec2 {
+        pair_of_pixel(self.drawn.sample, self.drawn.pixel, self.bounces * Self::POINTS + purpose)
+    }
 }
 
 /// A ray that goes on from what another has met.
@@ -83,8 +107,8 @@ pub(super) struct Shadow {
     pub(super) ray: ShadowRay,
     /// The triangle that the point is on.
     pub(super) triangle: u32,
-    /// Which light it is.
-    pub(super) light: usize,
+    /// From where it comes.
+    pub(super) source: LightSource,
     pub(super) pixel: u32,
     pub(super) radiance: Vec3,
     /// How much more of the background it hides.
@@ -100,13 +124,15 @@ pub(super) struct Queue {
     /// Those that are being answered, and what they meet.
     now: Vec<Onward>,
     found: Vec<Option<Hit>>,
-    shadows: Vec<Shadow>,
+    /// What is to be added where nothing is in between.
+    pub(super) shadows: Vec<Shadow>,
 }
 
 impl Queue {
     /// Answers all rays, and those that go on from these, and adds what they see to the film.
     pub(super) fn follow(&mut self, level: Level, shading: &Shading<'_>, film: &mut Strip<'_>) {
         let Self { next, now, found, shadows } = self;
+        shading.light(shadows, film);
         while !next.is_empty() {
             mem::swap(next, now);
             next.clear();
@@ -115,17 +141,43 @@ impl Queue {
             for (now, found) in now.chunks(LANES).zip(found.chunks(LANES)) {
                 dispatch!(level, simd => shading.shade_onward(simd, now, found, next, shadows, film));
             }
-            for shadow in shadows.drain(..) {
-                let Shadow { ray, triangle, light, pixel, radiance, coverage } = shadow;
-                if let Some(tint) = shading.arriving_through(&shading.lights[light], &ray, triangle) {
-                    film.add(pixel, (radiance * tint).map(at_most_brightest), coverage * tint.element_sum() / 3.0);
-                }
-            }
+            shading.light(shadows, film);
         }
     }
 }
 
 impl Shading<'_> {
+    /// Adds what lights send that nothing keeps away.
+    fn light(&self, shadows: &mut Vec<Shadow>, film: &mut Strip<'_>) {
+        for Shadow { ray, triangle, source, pixel, radiance, coverage } in shadows.drain(..) {
+            if let Some(tint) = self.arriving_through(&source, &ray, triangle) {
+                // Nothing, of however much.
+                let covered =
+                    if coverage == 0.0 { 0.0 } else { at_most_brightest(coverage * tint.element_sum() / 3.0) };
+                film.add(pixel, (radiance * tint).map(at_most_brightest), covered);
+            }
+        }
+    }
+
+    /// Queues what light from all around adds to a surface with this unit normal, unless something is near in a direction of
+    /// it.
+    pub(super) fn look_around(
+        &self,
+        meeting: &Meeting,
+        normal: DVec3,
+        radiance: Vec3,
+        coverage: f32,
+        shadows: &mut Vec<Shadow>,
+    ) {
+        let Meeting { ray, hit, path } = meeting;
+        let point = HitPoint::new(ray, hit.t);
+        let direction = scattered(normal, path.point(Path::AROUND));
+        let position = (point.position + direction * f64::from(self.follows.around)).as_vec3();
+        let source = LightSource::Point { position: position.clamp(Vec3::MIN, Vec3::MAX) };
+        let (triangle, pixel) = (hit.triangle, path.pixel);
+        shadows.push(Shadow { ray: ShadowRay::new(&source, point), triangle, source, pixel, radiance, coverage });
+    }
+
     /// What a ray meets.
     fn nearest(&self, Onward { ray, path, from }: &Onward) -> Option<Hit> {
         if path.layers >= MOST_LAYERS {
@@ -187,9 +239,16 @@ impl Shading<'_> {
             let Some(meeting) = meeting(lane) else { continue };
             let (bit, media) = (1 << lane, meeting.path.media);
             if ways.mirrors & bit != 0 {
-                let direction = vector_of(lane, &ways.mirrored).as_dvec3();
-                let through = vector_of(lane, &ways.mirrored_through);
-                queue.push(meeting.towards(direction, through, media, ways.travelled[lane]));
+                match &ways.gloss {
+                    Some(gloss) if ways.is_smooth & bit == 0 => {
+                        queue.extend(mirrored_roughly(&meeting, lane, ways, gloss));
+                    }
+                    _ => {
+                        let direction = vector_of(lane, &ways.mirrored).as_dvec3();
+                        let through = vector_of(lane, &ways.mirrored_through);
+                        queue.push(meeting.towards(direction, through, media, ways.travelled[lane]));
+                    }
+                }
             }
             let across = || {
                 let material = self.frame.mesh.material_of_triangle[meeting.hit.triangle as usize];
@@ -216,6 +275,14 @@ impl Shading<'_> {
         let [normal, geometric_normal] =
             [&ways.normal, &ways.geometric_normal].map(|normal| vector_of(lane, normal).as_dvec3().normalize());
         let direction = ray.direction.normalize();
+        let is_smooth = ways.is_smooth >> lane & 1 == 1;
+        let roughness = ways.gloss.as_ref().filter(|_| !is_smooth).map(|gloss| f64::from(gloss.alpha[lane]));
+        let (shading_normal, mut normal) = (normal, normal);
+        if let Some(alpha) = roughness {
+            normal = visible_normal(-direction, shading_normal, alpha, path.point(Path::FACET));
+        }
+        let unshadowed =
+            |to: DVec3| roughness.map_or(1.0, |alpha| unshadowed_behind(alpha, to.dot(shading_normal).abs()) as f32);
         let cosine = (-direction.dot(normal)).clamp(0.0, 1.0);
         let through = vector_of(lane, &ways.surface_through);
         let transmitted = vector_of(lane, &ways.transmitted);
@@ -230,20 +297,38 @@ impl Shading<'_> {
             let reflected = reflected_part(cosine, ratio) as f32;
             mirrored += through * channels * reflected;
             let through = through * channels * transmitted * (1.0 - reflected);
-            if through.max_element() > LEAST {
+            if through.max_element() > self.follows.least {
                 let by =
                     |normal: DVec3| refracted(direction, normal, ratio).filter(|to| to.dot(geometric_normal) < 0.0);
                 // A bent normal may refract rays out of the triangle.
                 if let Some(direction) = by(normal).or_else(|| by(geometric_normal)) {
+                    let through = through * unshadowed(direction);
                     queue.push(meeting.towards(direction, through, behind, ways.travelled[lane]));
                 }
             }
         }
-        if ways.is_smooth >> lane & 1 == 1 && mirrored.max_element() > LEAST {
+        if (is_smooth || roughness.is_some()) && mirrored.max_element() > self.follows.least {
             let direction = direction + normal * (2.0 * cosine);
             if direction.dot(geometric_normal) > 0.0 {
+                let mirrored = mirrored * unshadowed(direction);
                 queue.push(meeting.towards(direction, mirrored, path.media, ways.travelled[lane]));
             }
         }
     }
+}
+
+/// The ray that one of the small mirrors sends on that a rough surface is made of; `None` where it would go into the surface.
+fn mirrored_roughly(meeting: &Meeting, lane: usize, ways: &Ways, gloss: &Gloss) -> Option<Onward> {
+    let [normal, geometric_normal] =
+        [&ways.normal, &ways.geometric_normal].map(|normal| vector_of(lane, normal).as_dvec3().normalize());
+    let (view, alpha) = (-meeting.ray.direction.normalize(), f64::from(gloss.alpha[lane]));
+    let facet = visible_normal(view, normal, alpha, meeting.path.point(Path::FACET));
+    let cosine = view.dot(facet);
+    let direction = facet * (2.0 * cosine) - view;
+    if direction.dot(normal) <= 0.0 || direction.dot(geometric_normal) <= 0.0 {
+        return None;
+    }
+    let kept = unshadowed(alpha, view.dot(normal).max(1e-4), direction.dot(normal)) as f32;
+    let through = vector_of(lane, &ways.surface_through) * gloss.reflected(lane, cosine as f32) * kept;
+    Some(meeting.towards(direction, through, meeting.path.media, ways.travelled[lane]))
 }

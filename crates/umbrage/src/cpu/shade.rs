@@ -9,9 +9,9 @@ use umbrage_rays::{Hit, LightMask, SeenPixels, Sides, SingleRays, TileOrder};
 use umbrage_scene::{Frame, Light};
 
 use super::met::Met;
-use super::onward::{Lanes, Meeting, Onward, Path, Queue, Shadow};
+use super::onward::{Drawn, Lanes, Meeting, Onward, Path, Queue, Shadow};
 use super::samples::OneSample;
-use super::{Cpu, hit_of};
+use super::{Cpu, Follows, hit_of};
 use crate::Film;
 use crate::background::Surroundings;
 use crate::engine::Staged;
@@ -23,12 +23,25 @@ use crate::shade::{Block, BlockHits, BlockRays, Footprint};
 impl Cpu {
     /// Adds each pixel's radiance at the current samples to the film, in the order of their numbers.
     pub(super) fn shade_pixels(&self, staged: &Staged<'_>, samples: &Samples, film: &mut Film) {
-        let Staged { frame, lights, ref view, surroundings, .. } = *staged;
-        let Self { masks: lit, seen, sides, bounces, .. } = self;
-        let (sides, bounces, rays_onward) = (sides.get(), *bounces, self.single_rays());
+        let Staged { frame, lights, sky_lights, ref view, surroundings, .. } = *staged;
+        let Self { masks: lit, seen, sides, follows, .. } = self;
+        let (sides, follows, rays_onward) = (sides.get(), *follows, self.single_rays());
         let (level, footprint) = (Level::from(self.level), Footprint::new(view, samples.as_slice()[0].of));
-        let tints = bounces > 0 && frame.is_see_through();
-        let shading = Shading { rays_onward, lit, seen, frame, lights, surroundings, footprint, sides, bounces, tints };
+        let tints = follows.bounces > 0 && frame.is_see_through();
+        let first_sky_light = lights.len() - sky_lights;
+        let shading = Shading {
+            rays_onward,
+            lit,
+            seen,
+            frame,
+            lights,
+            first_sky_light,
+            surroundings,
+            footprint,
+            sides,
+            follows,
+            tints,
+        };
         let Film { color, depth, normal, triangle, .. } = film;
         let rows = TileOrder::BLOCK as usize * view.width as usize;
         let planes = color.par_chunks_mut(rows).zip(depth.par_chunks_mut(rows));
@@ -40,7 +53,7 @@ impl Cpu {
                 let one = OneSample::new(seen.order(), samples, which);
                 for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
                     let block = Block { view, sample, corner: [x, y] };
-                    let shaded = dispatch!(level, simd => shading.shade_seen(simd, &block, &one, &mut queue.next));
+                    let shaded = dispatch!(level, simd => shading.shade_seen(simd, &block, &one, queue));
                     film.add_block(&block, &shaded);
                 }
                 queue.follow(level, &shading, &mut film);
@@ -57,13 +70,25 @@ pub(super) struct Shading<'a> {
     seen: &'a SeenPixels,
     pub(super) frame: &'a Frame,
     pub(super) lights: &'a [Light],
+    /// The number of the first that is light from all around in one direction.
+    pub(super) first_sky_light: usize,
     pub(super) surroundings: &'a Surroundings<'a>,
     pub(super) footprint: Footprint,
     pub(super) sides: Sides<'a>,
-    /// How many mirrors light may come by.
-    pub(super) bounces: u32,
+    pub(super) follows: Follows,
     /// Whether what is seen through colours the light that comes through it to others.
     pub(super) tints: bool,
+}
+
+/// How light comes from all around.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum AroundLight {
+    /// All of it to every surface.
+    Even,
+    /// Where nothing is near.
+    Near,
+    /// By lights.
+    Lights,
 }
 
 /// What the camera rays of a block saw.
@@ -82,13 +107,7 @@ struct Shaded {
 impl Shading<'_> {
     /// What the camera rays of a block see; what goes on from there waits in the queue.
     #[inline(always)]
-    fn shade_seen<S: Simd>(
-        &self,
-        simd: S,
-        block: &Block<'_>,
-        one_sample: &OneSample,
-        queue: &mut Vec<Onward>,
-    ) -> Shaded {
+    fn shade_seen<S: Simd>(&self, simd: S, block: &Block<'_>, one_sample: &OneSample, queue: &mut Queue) -> Shaded {
         let slots = one_sample.slots(block.corner);
         let rays = BlockRays::new(simd, block);
         let Some(hits) = BlockHits::of_seen(simd, self.frame, block, &rays, &slots.of(&self.seen.triangle)) else {
@@ -103,13 +122,14 @@ impl Shading<'_> {
             let (ray, [x, y]) = (block.ray(lane), block.pixel(lane));
             let pixel = (y - block.corner[1]) * block.view.width + x;
             let media = Media::default();
-            let path = Path { pixel, through: Vec3::ONE, travelled: 0.0, bounces: 0, layers: 0, media };
+            let drawn = Drawn { pixel: y * block.view.width + x, sample: block.sample.index };
+            let path = Path { pixel, drawn, through: Vec3::ONE, travelled: 0.0, bounces: 0, layers: 0, media };
             hit_of(self.frame, &ray, hits.triangle[lane]).map(|hit| Meeting { ray, hit, path })
         };
-        for (light, lit) in self.lights.iter().zip(self.lit) {
+        for ((number, light), lit) in self.lights.iter().enumerate().zip(self.lit) {
             let lit = slots.lit(lit) & met.lit_lanes();
             if lit != 0 {
-                let (mut reflected, faces) = met.reflected(simd, light);
+                let (mut reflected, faces) = met.reflected(simd, light, number >= self.first_sky_light);
                 let is_lit = faces & mask32x16::from_bitmask(simd, lit.into());
                 let mut tint = through;
                 if self.tints && light.casts_shadow {
@@ -125,7 +145,10 @@ impl Shading<'_> {
         let color = self.seen_color(simd, &rays, &met, through, radiance, &[0; LANES]).store();
         let passing = met.passing(simd, through);
         if met.leads_on(passing) {
-            self.go_on(&meeting, &met.ways(&rays, &hits, through, passing), queue);
+            self.go_on(&meeting, &met.ways(&rays, &hits, through, passing, self.follows.gloss), &mut queue.next);
+        }
+        if self.around_light() == AroundLight::Near {
+            self.look_around_from(simd, &met, through, f32x16::splat(simd, 1.0), &meeting, &mut queue.shadows);
         }
         let bare = match (&met.caught, caught_light) {
             (Some(caught), Some(light)) => Vectors::select(caught.lanes, light, passing),
@@ -173,19 +196,19 @@ impl Shading<'_> {
         // What is seen in mirrors hides nothing of the background.
         let is_straight = f32x16::from_slice(simd, &lanes.bounces.map(|bounces| if bounces == 0 { 1.0 } else { 0.0 }));
         for (number, light) in self.lights.iter().enumerate() {
-            let (reflected, faces) = met.reflected(simd, light);
+            let (reflected, faces) = met.reflected(simd, light, number >= self.first_sky_light);
             let reflected = (reflected * through.scaled(met.surface.opacity)).at_most_brightest();
             let share = met.caught_share(simd, light);
             let adds = reflected.is_something() | share.is_something();
             let lit = met.lit_lanes() & (faces & adds).to_bitmask() as u16;
-            let (reflected, bare) = (reflected.store(), Each::from((share * through).mean() * is_straight));
+            let (reflected, bare) = (reflected.store(), Each::from(met.bare(simd, share, through) * is_straight));
             for lane in lanes_of(lit) {
                 let Some(Meeting { ray, hit, path }) = meeting(lane) else { continue };
                 let (radiance, coverage) = (vector_of(lane, &reflected), -bare[lane]);
                 if light.casts_shadow {
                     let ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
-                    let (triangle, pixel) = (hit.triangle, path.pixel);
-                    shadows.push(Shadow { ray, triangle, light: number, pixel, radiance, coverage });
+                    let (triangle, source, pixel) = (hit.triangle, light.source, path.pixel);
+                    shadows.push(Shadow { ray, triangle, source, pixel, radiance, coverage });
                 } else {
                     film.add(path.pixel, radiance, coverage);
                 }
@@ -193,7 +216,10 @@ impl Shading<'_> {
         }
         let passing = met.passing(simd, through);
         if met.leads_on(passing) {
-            self.go_on(&meeting, &met.ways(&rays, &hits, through, passing), queue);
+            self.go_on(&meeting, &met.ways(&rays, &hits, through, passing, self.follows.gloss), queue);
+        }
+        if self.around_light() == AroundLight::Near {
+            self.look_around_from(simd, &met, through, is_straight, &meeting, shadows);
         }
         let bare = match &met.caught {
             Some(caught) => Vectors::select(caught.lanes, caught.ambient * through, passing),
@@ -222,6 +248,46 @@ impl Shading<'_> {
         Vectors::select(mask32x16::from_bitmask(simd, met.shown.into()), color, around).at_most_brightest()
     }
 
+    /// How light from all around comes.
+    #[inline(always)]
+    pub(super) fn around_light(&self) -> AroundLight {
+        if self.first_sky_light < self.lights.len() {
+            AroundLight::Lights
+        } else if self.follows.around > 0.0 {
+            AroundLight::Near
+        } else {
+            AroundLight::Even
+        }
+    }
+
+    /// Queues what light from all around adds to surfaces where nothing is near.
+    #[inline(always)]
+    fn look_around_from<S: Simd>(
+        &self,
+        simd: S,
+        met: &Met<S>,
+        through: Vectors<S>,
+        is_straight: f32x16<S>,
+        meeting: &dyn Fn(usize) -> Option<Meeting>,
+        shadows: &mut Vec<Shadow>,
+    ) {
+        let Met { surface, seen, caught, .. } = met;
+        let irradiance = self.surroundings.irradiance(simd, surface.normal).scaled(surface.ambient_occlusion);
+        let mut scattered = (seen.diffuse() * irradiance * through.scaled(surface.opacity)).at_most_brightest();
+        let mut bare = f32x16::splat(simd, 0.0);
+        if let Some(caught) = caught {
+            scattered = Vectors::select(caught.lanes, caught.around * caught.near * through, scattered);
+            bare = met.bare(simd, caught.near, through) * is_straight;
+        }
+        let lanes = met.lit_lanes() & (scattered.is_something().to_bitmask() as u16 | surface.catches);
+        let (scattered, bare, normal) = (scattered.store(), Each::from(bare), surface.normal.store());
+        for lane in lanes_of(lanes) {
+            let Some(meeting) = meeting(lane) else { continue };
+            let normal = vector_of(lane, &normal).as_dvec3().normalize();
+            self.look_around(&meeting, normal, vector_of(lane, &scattered), -bare[lane], shadows);
+        }
+    }
+
     /// What is around the scene where rays meet nothing that have come by so many mirrors.
     #[inline(always)]
     pub(super) fn around<S: Simd>(&self, simd: S, rays: &BlockRays<S>, bounces: &Each<u32>) -> Vectors<S> {
@@ -240,11 +306,14 @@ impl Shading<'_> {
         let Met { surface, seen, mirrored, .. } = met;
         let nothing = Vectors::splat(simd, Vec3::ZERO);
         let mut surrounding = self.surroundings.blurred(simd, *mirrored, surface.reflectance.roughness());
-        let followed = met.mirrors | met.glass & surface.reflectance.is_mirror().to_bitmask() as u16;
+        let is_mirror = surface.reflectance.is_mirror().to_bitmask() as u16;
+        let followed = met.mirrors | if self.follows.gloss { met.glass } else { met.glass & is_mirror };
         if followed != 0 {
             surrounding = Vectors::select(mask32x16::from_bitmask(simd, followed.into()), nothing, surrounding);
         }
-        let mut ambient = seen.ambient(self.surroundings.irradiance(simd, surface.normal), surrounding);
+        let is_even = self.around_light() == AroundLight::Even;
+        let irradiance = if is_even { self.surroundings.irradiance(simd, surface.normal) } else { nothing };
+        let mut ambient = seen.ambient(irradiance, surrounding);
         if met.is_inside() != 0 {
             ambient = Vectors::select(mask32x16::from_bitmask(simd, met.is_inside().into()), nothing, ambient);
         }
@@ -322,17 +391,20 @@ mod tests {
         for name in ["demo:forest?triangles=3000", "demo:glass?triangles=600", "demo:hall?triangles=3000"] {
             let scene = crate::open(name).unwrap();
             // Sides that no block divides.
-            let settings = Settings { width: 61, height: 47, samples: 2, ..Settings::default() };
-            let films = SimdLevel::available()
-                .into_iter()
-                .map(|level| Renderer::with_simd_level(level).render(&scene, 0.4, &settings).unwrap().clone());
-            let films: Vec<Film> = films.collect();
-            assert!(films[0].triangle.iter().any(|&triangle| triangle != Film::NO_TRIANGLE));
-            for film in &films {
-                assert_eq!(film.color, films[0].color, "{name}");
-                assert_eq!(film.depth, films[0].depth, "{name}");
-                assert_eq!(film.normal, films[0].normal, "{name}");
-                assert_eq!(film.triangle, films[0].triangle, "{name}");
+            let plain = Settings { width: 61, height: 47, samples: 2, ..Settings::default() };
+            let drawn = Settings { bounces: 2, gloss: true, ambient_occlusion: 0.5, ..plain.clone() };
+            for settings in [plain, drawn] {
+                let films = SimdLevel::available()
+                    .into_iter()
+                    .map(|level| Renderer::with_simd_level(level).render(&scene, 0.4, &settings).unwrap().clone());
+                let films: Vec<Film> = films.collect();
+                assert!(films[0].triangle.iter().any(|&triangle| triangle != Film::NO_TRIANGLE));
+                for film in &films {
+                    assert_eq!(film.color, films[0].color, "{name}");
+                    assert_eq!(film.depth, films[0].depth, "{name}");
+                    assert_eq!(film.normal, films[0].normal, "{name}");
+                    assert_eq!(film.triangle, films[0].triangle, "{name}");
+                }
             }
         }
     }

@@ -15,11 +15,11 @@ impl Shading<'_> {
     /// something there lets nothing pass. Light goes straight: what glass refracts elsewhere isn't followed.
     ///
     /// Where rays aren't followed into glass, all that doesn't stop light lets all of it pass.
-    pub(super) fn arriving_through(&self, light: &Light, ray: &ShadowRay, triangle: u32) -> Option<Vec3> {
+    pub(super) fn arriving_through(&self, source: &LightSource, ray: &ShadowRay, triangle: u32) -> Option<Vec3> {
         let (triangles, opacity) = (self.frame.triangles(), self.frame.shadow_opacity());
         let passed = RefCell::new(Vec::new());
         let is_blocked = self.rays_onward.blocked(triangles, ray, triangle, &|id, barycentric| {
-            if !self.sides.stop_light(&light.source, id, triangles.corners(id)) {
+            if !self.sides.stop_light(source, id, triangles.corners(id)) {
                 return false;
             }
             let stops = opacity.stops(id, barycentric);
@@ -28,7 +28,7 @@ impl Shading<'_> {
             }
             stops
         });
-        (!is_blocked).then(|| self.tint(light, ray.point(), passed.into_inner()))
+        (!is_blocked).then(|| self.tint(source, ray.point(), passed.into_inner()))
     }
 
     /// What reaches some lanes of a light that is known to reach them.
@@ -43,13 +43,13 @@ impl Shading<'_> {
         for lane in lanes_of(lanes) {
             let Some(Meeting { ray, hit, .. }) = meeting(lane) else { continue };
             let ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
-            put(lane, self.arriving_through(light, &ray, hit.triangle).unwrap_or(Vec3::ZERO), &mut tints);
+            put(lane, self.arriving_through(&light.source, &ray, hit.triangle).unwrap_or(Vec3::ZERO), &mut tints);
         }
         tints
     }
 
     /// What is left of light that passes through triangles on its straight way to a point.
-    fn tint(&self, light: &Light, point: DVec3, mut passed: Vec<(u32, [f32; 2])>) -> Vec3 {
+    fn tint(&self, source: &LightSource, point: DVec3, mut passed: Vec<(u32, [f32; 2])>) -> Vec3 {
         // The same product whatever the order in which a structure comes to them, and how often.
         passed.sort_unstable_by_key(|&(id, _)| id);
         passed.dedup_by_key(|&mut (id, _)| id);
@@ -64,7 +64,7 @@ impl Shading<'_> {
             let [a, b, c] = self.frame.triangles().corners(id).map(Vec3::as_dvec3);
             let [v, w] = barycentric.map(f64::from);
             let crossing = a + (b - a) * v + (c - a) * w;
-            let towards_light = match light.source {
+            let towards_light = match *source {
                 LightSource::Directional { direction } => -direction.as_dvec3(),
                 LightSource::Point { position } | LightSource::Spot { position, .. } => position.as_dvec3() - crossing,
             };

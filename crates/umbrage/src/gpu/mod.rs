@@ -236,6 +236,7 @@ impl Engine for GpuEngine {
     fn check(&self, settings: &Settings, _output: Output) -> Result<(), Error> {
         match settings.structure {
             _ if settings.bounces > 0 => Err(Error::BouncesOnGpu),
+            _ if settings.ambient_occlusion > 0.0 => Err(Error::OcclusionOnGpu),
             Structure::KdTree(..) | Structure::Listed { .. } => settings.structure.check_on_gpu(),
             _ => Ok(()),
         }
@@ -306,7 +307,7 @@ impl Engine for GpuEngine {
         stats: &mut Stats,
     ) -> Result<(), Error> {
         let band = Band { view: staged.view, ..self.bands[band].clone() };
-        self.tables.upload_lights(&self.gpu, staged.lights, &mut self.shade)?;
+        self.tables.upload_lights(&self.gpu, staged, &mut self.shade)?;
         for sample in samples.as_slice() {
             self.shade_sample(staged, &band, sample, stats)?;
         }

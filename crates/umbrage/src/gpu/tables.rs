@@ -24,6 +24,7 @@ pub(super) struct Tables {
     /// Where the panorama's list of levels is.
     panorama_word: u32,
     lights: Vec<Light>,
+    sky_lights: usize,
 }
 
 impl Tables {
@@ -39,7 +40,7 @@ impl Tables {
         rig: Option<&Rig>,
         shade: &mut Shade,
     ) -> Result<(), GpuError> {
-        let Staged { frame, lights, surroundings, .. } = *staged;
+        let Staged { frame, surroundings, .. } = *staged;
         self.upload_images(gpu, &frame.materials, surroundings.background(), shade)?;
         shade.set_surroundings(self.surroundings(surroundings));
         let is_same_mesh = self.mesh.as_ref().is_some_and(|mesh| Arc::ptr_eq(mesh, &frame.mesh));
@@ -48,19 +49,21 @@ impl Tables {
         shade.set_attributes(gpu, &attributes(frame, rig), is_same_mesh)?;
         self.mesh = Some(Arc::clone(&frame.mesh));
         self.lights.clear();
-        self.upload_lights(gpu, lights, shade)
+        self.upload_lights(gpu, staged, shade)
     }
 
     /// Brings lights to the GPU, where they aren't those that are there.
     ///
     /// # Errors
     /// Where they are more than the device allows.
-    pub(super) fn upload_lights(&mut self, gpu: &Gpu, lights: &[Light], shade: &mut Shade) -> Result<(), GpuError> {
-        if self.lights == lights && !lights.is_empty() {
+    pub(super) fn upload_lights(&mut self, gpu: &Gpu, staged: &Staged<'_>, shade: &mut Shade) -> Result<(), GpuError> {
+        let Staged { lights, sky_lights, .. } = *staged;
+        if self.lights == lights && self.sky_lights == sky_lights && !lights.is_empty() {
             return Ok(());
         }
         self.lights.clear();
-        shade.set_lights(gpu, &lights.iter().map(light).collect::<Vec<_>>())?;
+        shade.set_lights(gpu, &lights.iter().map(light).collect::<Vec<_>>(), sky_lights)?;
+        self.sky_lights = sky_lights;
         self.lights.extend_from_slice(lights);
         Ok(())
     }

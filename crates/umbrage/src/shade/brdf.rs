@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 
-use super::lanes::Vectors;
+use super::lanes::{Each, Vectors, vector_of};
 use super::specular_albedo::{fifth_power, specular_albedo, visibility};
 
 /// The metallic-roughness model of glTF 2.0 (appendix B), Lambert below a GGX microfacet layer, with two losses of
@@ -35,6 +35,26 @@ pub(crate) struct SeenReflectance<S: Simd> {
     /// rough metals lose up to half of their light (Turquin, *Practical Multiple Scattering Compensation for Microfacet
     /// Models*, 2019).
     scattered_again: Vectors<S>,
+}
+
+/// How surfaces mirror, lane by lane.
+pub(crate) struct Gloss {
+    /// GGX width.
+    pub(crate) alpha: Each<f32>,
+    /// Specular reflectance at normal incidence.
+    pub(crate) f0: [Each<f32>; 3],
+    /// What light that bounces several times between microfacets adds, as a factor.
+    pub(crate) scattered_again: [Each<f32>; 3],
+}
+
+impl Gloss {
+    /// How much of light a small mirror of a lane reflects that it meets with such a cosine.
+    pub(crate) fn reflected(&self, lane: usize, cosine: f32) -> Vec3 {
+        let f0 = vector_of(lane, &self.f0);
+        let missing = (1.0 - cosine).clamp(0.0, 1.0);
+        let schlick = missing * missing * missing * missing * missing;
+        (f0 + (Vec3::ONE - f0) * schlick) * vector_of(lane, &self.scattered_again)
+    }
 }
 
 impl<S: Simd> Reflectance<S> {
@@ -115,6 +135,19 @@ impl<S: Simd> SeenReflectance<S> {
         self.diffuse * irradiance + self.specular * reflected
     }
 
+    /// How it mirrors, lane by lane.
+    #[inline(always)]
+    pub(crate) fn gloss(&self) -> Gloss {
+        let Reflectance { alpha, f0, .. } = self.reflectance;
+        Gloss { alpha: alpha.into(), f0: f0.store(), scattered_again: self.scattered_again.store() }
+    }
+
+    /// Reflected radiance of the diffuse layer for each unit of irradiance.
+    #[inline(always)]
+    pub(crate) fn diffuse(&self) -> Vectors<S> {
+        self.diffuse
+    }
+
     /// How much of what is in the mirror direction the specular layer shows.
     #[inline(always)]
     pub(crate) fn specular(&self) -> Vectors<S> {
@@ -142,7 +175,7 @@ mod tests {
     use fearless_simd::{Level, dispatch};
 
     use super::*;
-    use crate::shade::lanes::{Each, LANES, put, vector_of};
+    use crate::shade::lanes::{LANES, put};
 
     #[derive(Clone, Copy)]
     struct Material {

@@ -3,6 +3,7 @@
 
 mod brdf;
 pub(crate) mod glass;
+pub(crate) mod gloss;
 mod hits;
 mod irradiance;
 pub(crate) mod lanes;
@@ -11,7 +12,7 @@ mod rays;
 mod specular_albedo;
 mod surface;
 
-pub(crate) use brdf::{Reflectance, SeenReflectance};
+pub(crate) use brdf::{Gloss, Reflectance, SeenReflectance};
 pub(crate) use hits::BlockHits;
 pub(crate) use irradiance::arriving;
 pub(crate) use rays::{Block, BlockRays};

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use umbrage::gallery::DEMOS;
 use umbrage::rays::{Camera, Projection};
-use umbrage::scene::{Light, Scene};
-use umbrage::{Film, Renderer, Settings, Structure};
+use umbrage::scene::{Ground, GroundSurface, Light, Scene};
+use umbrage::{Background, Film, Renderer, Settings, Structure};
 use umbrage_verify::real_scene;
 
 use crate::common::{renderer, small_renderer};
@@ -151,7 +151,7 @@ fn samples_back_faces_and_parallel_views() {
 }
 
 #[test]
-fn points_of_a_lens_of_time_and_of_lights() {
+fn points_of_a_lens_of_time_of_lights_and_of_the_sky() {
     let Some(mut gpu) = renderer() else { return };
     for name in ["demo:cloth?triangles=3000", "demo:hall?triangles=3000"] {
         let scene = umbrage::open(name).expect("a scene of the gallery");
@@ -160,10 +160,28 @@ fn points_of_a_lens_of_time_and_of_lights() {
             Settings { aperture: 0.3, ..sharp.clone() },
             Settings { light_radius: 0.5, ..sharp.clone() },
             Settings { shutter_seconds: 0.1, ..sharp.clone() },
+            Settings { sky_shadows: true, ..sharp.clone() },
             Settings { aperture: 0.2, focus: Some(1.0), light_radius: 0.5, shutter_seconds: 0.1, ..sharp },
         ] {
             compare(name, &mut gpu, &scene, 0.5, &settings).expect_none(name);
         }
+    }
+}
+
+#[test]
+fn grounds_under_what_moves_and_what_doesnt() {
+    let Some(mut gpu) = renderer() else { return };
+    for name in ["demo:marbles?triangles=3000", "demo:glass?triangles=600"] {
+        let mut scene = umbrage::open(name).expect("a scene of the gallery");
+        for surface in [GroundSurface::Shadow, GroundSurface::Matte] {
+            scene.set_ground(Some(Ground { surface, height: None }));
+            for background in [Background::Sky, Background::Transparent] {
+                let settings = Settings { background, ..sized(90, 60) };
+                compare(name, &mut gpu, &scene, 0.5, &settings).expect_none(name);
+            }
+        }
+        let settings = Settings { samples: 3, sky_shadows: true, ..sized(90, 60) };
+        compare(name, &mut gpu, &scene, 0.5, &settings).expect_none(name);
     }
 }
 

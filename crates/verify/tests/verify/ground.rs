@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{Vec3, Vec4};
 use umbrage::rays::{Camera, LightSource};
 use umbrage::scene::{Animated, Error, Frame, Ground, GroundSurface, Light, Material, Materials, Mesh, Scene};
-use umbrage::{Background, Film, Renderer, Settings, Structure};
+use umbrage::{Background, Film, Panorama, Renderer, Settings, Structure};
 
 /// A square of 2 by 2 above y = 0, and whatever else `others` are.
 #[derive(Debug)]
@@ -86,6 +86,12 @@ fn a_ground_is_darker_by_the_light_that_is_kept_away() {
     for color in lit {
         assert!(color.abs_diff_eq(around.extend(0.0), 1e-6), "{color}");
     }
+    // At the end of the ground, which is seen from close above it, nothing is in the way either.
+    let camera = Camera::look_at(Vec3::new(0.0, 0.5, 0.0), Vec3::new(40.0, 0.0, 7.0), Vec3::Y, 0.2).into();
+    let far = film(&scene(Vec::new()), &Settings { camera, ..settings(Background::Color(around)) });
+    let shows_ground = |triangle: &&u32| **triangle != Film::NO_TRIANGLE;
+    assert!((100..SIDE * SIDE - 100).contains(&(far.triangle.iter().filter(shows_ground).count() as u32)));
+    assert!(far.color.iter().all(|color| color.abs_diff_eq(around.extend(0.0), 1e-6)));
 }
 
 #[test]
@@ -154,4 +160,88 @@ fn all_structures_show_the_same_ground() {
         let shown = film(&scene(Vec::new()), &Settings { structure, ..settings(Background::Sky) });
         assert!(shown.color == expected.color, "{structure:?}");
     }
+}
+
+#[test]
+fn shadows_of_all_the_sky_are_the_part_of_it_that_is_hidden() {
+    let camera = Camera::look_at(Vec3::new(0.0, 0.6, 6.0), Vec3::ZERO, Vec3::Y, 0.01);
+    let background = Background::Color(Vec3::new(0.8, 0.4, 0.2));
+    let evenly = Settings {
+        width: 15,
+        height: 15,
+        samples: 2048,
+        sky_shadows: true,
+        lights: Some(Vec::new()),
+        camera: camera.into(),
+        ..settings(background.clone())
+    };
+    let shown = film(&scene(Vec::new()), &evenly);
+    // Below the middle of the square: four rectangles of 1 by 1 at a height of 1 over their corner, each of which hides so much
+    // of what lights the ground (Howell's catalogue of configuration factors, B-4).
+    let hidden = 4.0 * 2.0 * (0.5_f32.sqrt() * 0.5_f32.sqrt().atan()) / (2.0 * PI);
+    let middle = shown.color[15 * 7 + 7];
+    assert!((middle.w - hidden).abs() < 0.02, "{middle}, not {hidden}");
+    let expected = Vec3::new(0.8, 0.4, 0.2) * (1.0 - middle.w);
+    assert!(middle.truncate().abs_diff_eq(expected, 2e-3), "{middle}, not {expected}");
+
+    // Where nothing hides the sky, and there is no sky to be hidden.
+    let lit = |settings: &Settings| {
+        let above = Camera::look_at(Vec3::new(20.0, 9.0, 0.0), Vec3::new(20.0, 0.0, 0.1), Vec3::Y, 0.05);
+        film(&scene(Vec::new()), &Settings { samples: 64, camera: above.into(), ..settings.clone() })
+    };
+    for background in [background, Background::Sky] {
+        let shown = lit(&Settings { background: background.clone(), ..evenly.clone() });
+        for color in shown.color {
+            assert!(color.w.abs() < 0.01, "{color} under {background:?}");
+        }
+    }
+    let none = lit(&Settings { background: Background::Color(Vec3::ZERO), ..evenly });
+    assert!(none.color.iter().all(|color| color.truncate() == Vec3::ZERO));
+}
+
+#[test]
+fn light_from_all_around_is_as_much_with_shadows_where_nothing_casts_any() {
+    let texels = (0..64 * 32).map(|texel| Vec3::new(0.2, 0.3, 0.5) * if texel % 64 < 20 { 3.0 } else { 1.0 });
+    let panorama = Arc::new(Panorama::new(64, 32, texels.collect()).expect("a panorama"));
+    for background in [Background::Sky, Background::Image(panorama)] {
+        for normal in [Vec3::Y, Vec3::new(0.6, 0.0, 0.8), Vec3::new(-0.8, 0.6, 0.0), Vec3::new(0.0, -0.8, 0.6)] {
+            let (right, up) = normal.any_orthonormal_pair();
+            let corners = vec![-right - up, right - up, right + up, up - right];
+            let frame = Frame::from_triangles(corners, vec![[0, 1, 2], [0, 2, 3]]);
+            let camera = Camera::look_at(normal * 9.0, Vec3::ZERO, right, 0.02).into();
+            let background = background.clone();
+            let even = Settings { width: 2, height: 2, samples: 512, camera, background, ..Settings::default() };
+            let color = |settings: &Settings| {
+                Renderer::default().render_frame(&frame, settings).expect("a picture").color[0].truncate()
+            };
+            let (expected, shown) = (color(&even), color(&Settings { sky_shadows: true, ..even }));
+            let difference = ((shown - expected) / expected).abs().max_element();
+            // Without shadows, light is that of nine harmonics.
+            assert!(difference < 0.06, "{shown} is {difference} off {expected} at {normal}");
+        }
+    }
+}
+
+#[test]
+fn what_is_bright_around_the_scene_casts_the_darkest_shadow() {
+    // A sun in the sky of an image, 45° above +X.
+    let bright = (8 * 64 + 48, Vec3::splat(2e3));
+    let texels = (0..64 * 32).map(|texel| if texel == bright.0 { bright.1 } else { Vec3::splat(0.1) }).collect();
+    let background = Background::Image(Arc::new(Panorama::new(64, 32, texels).expect("a panorama")));
+    let camera = Camera::look_at(Vec3::new(0.0, 20.0, 0.1), Vec3::ZERO, Vec3::Y, 0.35);
+    let settings = Settings {
+        width: 65,
+        height: 65,
+        samples: 64,
+        sky_shadows: true,
+        lights: Some(Vec::new()),
+        camera: camera.into(),
+        background,
+        ..Settings::default()
+    };
+    let shown = film(&scene(Vec::new()), &settings);
+    // 3.5 units to the side of the middle are half the picture: the shadow is from -2 to 0, the square hides half of it.
+    let coverage = |x: f32| shown.color[65 * 32 + (32.0 + x * 65.0 / 7.07) as usize].w;
+    assert!(coverage(-1.5) > 0.85, "{}", coverage(-1.5));
+    assert!(coverage(1.8) < 0.1 && coverage(-2.6) < 0.1, "{} and {}", coverage(1.8), coverage(-2.6));
 }

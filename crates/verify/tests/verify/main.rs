@@ -5,6 +5,7 @@ mod exposure;
 mod files_scenes;
 mod fuzz;
 mod glass;
+mod gloss;
 mod gltf_scenes;
 mod ground;
 mod matrix;

@@ -96,7 +96,7 @@ fn shape(numbers: Numbers, vertices: usize, sets: usize, random: &mut Random) ->
 fn rig(numbers: Numbers, random: &mut Random) -> Rig {
     let sizes = [1, 3, 64, 65, 200, 7, 1000];
     let shapes: Vec<_> =
-        sizes.into_iter().enumerate().map(|(place, size)| shape(numbers, size, place % 3, random)).collect();
+        sizes.into_iter().enumerate().map(|(place, size)| Arc::new(shape(numbers, size, place % 3, random))).collect();
     let mut parts = Vec::new();
     let mut vertices = 0;
     for copy in 0..20 {

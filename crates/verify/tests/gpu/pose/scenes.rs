@@ -55,7 +55,7 @@ fn compare_moments(posing: &mut Posing, scene: &Scene, name: &str) {
         let seconds = part * scene.duration_seconds();
         scene.pose(seconds, &mut frame).unwrap_or_else(|error| panic!("{error}"));
         let rig = scene.pose_rig(seconds, &mut bare, &mut pose).expect("a pose").expect("a rig");
-        let posed = posing.pose(rig, &pose).unwrap_or_else(|error| panic!("{error}"));
+        let posed = posing.pose(&rig, &pose).unwrap_or_else(|error| panic!("{error}"));
         let difference = Difference::between(&frame, &posed);
         difference.expect_rounding(&format!("{name} at {part}"));
         assert_eq!((bare.lights.len(), bare.cameras.len()), (frame.lights.len(), frame.cameras.len()), "{name}");
