@@ -87,7 +87,7 @@ fn a_ground_is_darker_by_the_light_that_is_kept_away() {
         assert!(color.abs_diff_eq(around.extend(0.0), 1e-6), "{color}");
     }
     // At the end of the ground, which is seen from close above it, nothing is in the way either.
-    let camera = Camera::look_at(Vec3::new(0.0, 0.5, 0.0), Vec3::new(40.0, 0.0, 7.0), Vec3::Y, 0.2).into();
+    let camera = Camera::look_at(Vec3::new(0.0, 0.5, 0.0), Vec3::new(40.0, 0.25, 7.0), Vec3::Y, 0.2).into();
     let far = film(&scene(Vec::new()), &Settings { camera, ..settings(Background::Color(around)) });
     let shows_ground = |triangle: &&u32| **triangle != Film::NO_TRIANGLE;
     assert!((100..SIDE * SIDE - 100).contains(&(far.triangle.iter().filter(shows_ground).count() as u32)));
