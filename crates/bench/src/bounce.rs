@@ -1,20 +1,20 @@
-//! Rays that share nothing: one diffuse bounce from what a camera sees.
+//! Rays that share nothing: diffuse bounces from what a camera sees.
 
 use std::hint::black_box;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use rayon::prelude::*;
-use umbrage::rays::{Bvh, Hit, KdTree, KdTreeOptions, Ray, Structure, UniformGrid, UniformOptions};
+use umbrage::rays::{Bvh, Hit, KdTree, Ray, SingleRays as _, Structure, UniformGrid, UniformOptions};
 use umbrage::scene::Frame;
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
 
 use crate::flags::{SceneFlags, size};
 use crate::grids::time;
-use crate::median::median;
+use crate::median::{geometric_mean, median};
 use crate::rays::{self, PACKET};
-use crate::shot::{Lights, Shot, name};
+use crate::shot::{Lights, Shot, moments, name};
 use crate::table::{Form, Row, Table, row};
 
 #[derive(Debug, Args)]
@@ -24,12 +24,15 @@ pub(crate) struct BounceFlags {
     /// Width and height in pixels; each pixel that shows something gives one ray
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
     size: [u32; 2],
-    /// How often everyone traces the rays, in turn
+    /// Frames of each scene's animation in which everyone builds and traces, in turn; one more comes first and doesn't count
     #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
-    /// Trace the rays in packets of the uniform grid as well, 256 together: it takes minutes
-    #[arg(long)]
-    packets: bool,
+    /// Bounces, each from what the rays of the last one hit
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=16))]
+    bounces: u32,
+    /// Who takes part besides the hierarchy and Embree [default: all but packets of the uniform grid]
+    #[arg(long, value_enum, value_name = "NAME", value_delimiter = ',')]
+    with: Option<Vec<Other>>,
     /// Embree's library [default: the system's]
     #[arg(long, value_name = "PATH", env = "UMBRAGE_EMBREE")]
     embree: Option<std::path::PathBuf>,
@@ -38,48 +41,68 @@ pub(crate) struct BounceFlags {
     form: Form,
 }
 
+/// Structures that may take part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Other {
+    /// None of them
+    None,
+    /// The kd-tree, one ray at a time
+    KdTree,
+    /// The kd-tree, by packets of 16
+    KdPackets,
+    /// The uniform grid
+    Grid,
+    /// Uniform grids with grids in cells
+    NestedGrids,
+    /// The uniform grid, 256 rays together: it takes minutes
+    GridPackets,
+}
+
 pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
     let embree = Embree::load(flags.embree.as_deref(), rayon::current_num_threads())?;
     let [width, height] = flags.size;
     let conditions = format!(
-        "one diffuse bounce from {width}x{height} pixels, threads {}, medians of {} rounds in milliseconds",
+        "diffuse bounces from {width}x{height} pixels, threads {}, medians of {} frames in milliseconds",
         rayon::current_num_threads(),
         flags.rounds
     );
     let mut table = Table::start(flags.form, &conditions)?;
+    let mut wholes = Vec::new();
     for address in flags.scenes.addresses() {
         let scene = umbrage::open(&address).with_context(|| format!("scene {address}"))?;
+        let mut race = Race::new(&embree, flags)?;
         let mut frame = Frame::default();
-        scene.pose(0.4 * scene.duration_seconds(), &mut frame)?;
-        let shot = Shot::new(&frame, &address, flags.size, 1, Lights::First);
-        let camera = rays::of_camera(&shot);
-        let mut tree = KdTree::default();
-        tree.set_options(KdTreeOptions::FAST)?;
-        tree.build(frame.triangles());
-        let rays = rays::scattered(frame.triangles(), &camera, &rays::hits_of(&tree, frame.triangles(), &camera));
-        let mut race = Race::new(&frame, &rays, &embree, flags.packets)?;
-        (0..=flags.rounds).try_for_each(|round| race.run(round > 0))?;
-        for runner in &race.runners {
-            table.push(runner.row(name(&address), &race))?;
+        for (seconds, is_counted) in moments(&scene, flags.rounds) {
+            scene.pose(seconds, &mut frame)?;
+            let shot = Shot::new(&frame, &address, flags.size, 1, Lights::First);
+            race.run(&shot, is_counted)?;
+        }
+        for bounce in 0..flags.bounces as usize {
+            for runner in &race.runners {
+                table.push(race.row(runner, bounce, name(&address), frame.triangles().len()))?;
+            }
+            wholes.push(race.exact().whole(bounce) / race.fastest_embree(bounce));
         }
     }
+    let mean = format!("Geometric mean of the hierarchy's whole_ratio: {:.2}.", geometric_mean(wholes));
     table.finish(&[
-        "rays_us: rays a microsecond; ratio: that over single rays of Embree with medium build quality; differ:",
+        "build: for each frame anew; rays_us: rays a microsecond; ratio: that over single rays of Embree with medium build",
+        "quality; whole_us: the same with the build in the time; whole_ratio: that over the faster of Embree's two; differ:",
         "rays whose hit is another triangle than the predicate's, or none. All triangles opaque, single precision rays.",
+        &mean,
     ])?;
     Ok(())
 }
 
-/// Whose hits the others' are compared with.
+/// Whose hits the others' are compared with, and where rays of the next bounce begin.
 const EXACT: &str = "bvh";
 
 /// What the rays hit: an id, or `u32::MAX`.
 type Hits = Vec<u32>;
 
-struct Race<'a> {
-    frame: &'a Frame,
-    posed: Arc<Posed>,
-    rays: &'a [Ray],
+struct Race {
+    bounces: usize,
+    /// Embree's two come first.
     runners: Vec<Runner>,
 }
 
@@ -87,8 +110,18 @@ struct Runner {
     name: &'static str,
     tracer: Tracer,
     hits: Hits,
-    /// Milliseconds to build, and to trace.
-    times: Vec<[f64; 2]>,
+    /// What each bounce took in each frame.
+    taken: Vec<Vec<Taken>>,
+}
+
+/// What a bounce took, in milliseconds.
+#[derive(Clone, Copy)]
+struct Taken {
+    rays: usize,
+    build: f64,
+    trace: f64,
+    /// Rays that hit something else than the predicate says.
+    differ: usize,
 }
 
 /// What traces rays.
@@ -100,38 +133,90 @@ enum Tracer {
     GridPackets(Box<UniformGrid>),
 }
 
-impl<'a> Race<'a> {
-    fn new(frame: &'a Frame, rays: &'a [Ray], embree: &Arc<Embree>, packets: bool) -> Result<Self> {
-        let mut nested = Box::<UniformGrid>::default();
-        nested.set_options(UniformOptions::NESTED)?;
-        let scene = |quality| umbrage_peers::Scene::new(embree, BuildMethod { quality, kept: true });
-        let tracers = [
-            ("embree medium", Tracer::Embree(scene(Quality::Medium))),
-            ("embree low", Tracer::Embree(scene(Quality::Low))),
+impl Race {
+    fn new(embree: &Arc<Embree>, flags: &BounceFlags) -> Result<Self> {
+        let scene = |quality| Tracer::Embree(umbrage_peers::Scene::new(embree, BuildMethod { quality, kept: true }));
+        let mut tracers = vec![
+            ("embree medium", scene(Quality::Medium)),
+            ("embree low", scene(Quality::Low)),
             (EXACT, Tracer::Single(Box::<Bvh>::default())),
-            ("kd-tree", Tracer::Single(Box::<KdTree>::default())),
-            ("kd-tree by 16", Tracer::KdPackets(Box::default())),
-            ("grid", Tracer::Single(Box::<UniformGrid>::default())),
-            ("nested grids", Tracer::Single(nested)),
         ];
-        let tracers = tracers.into_iter().chain(packets.then(|| ("grid packets", Tracer::GridPackets(Box::default()))));
-        let runner = |(name, tracer)| Runner { name, tracer, hits: Hits::new(), times: Vec::new() };
-        let runners = tracers.map(runner).collect();
-        Ok(Self { frame, posed: Arc::new(Posed::new(frame, false)?), rays, runners })
+        let usual = [Other::KdTree, Other::KdPackets, Other::Grid, Other::NestedGrids];
+        for other in flags.with.as_deref().unwrap_or(&usual) {
+            tracers.push(match other {
+                Other::None => continue,
+                Other::KdTree => ("kd-tree", Tracer::Single(Box::<KdTree>::default())),
+                Other::KdPackets => ("kd-tree by 16", Tracer::KdPackets(Box::default())),
+                Other::Grid => ("grid", Tracer::Single(Box::<UniformGrid>::default())),
+                Other::NestedGrids => {
+                    let mut nested = Box::<UniformGrid>::default();
+                    nested.set_options(UniformOptions::NESTED)?;
+                    ("nested grids", Tracer::Single(nested))
+                }
+                Other::GridPackets => ("grid packets", Tracer::GridPackets(Box::default())),
+            });
+        }
+        let bounces = flags.bounces as usize;
+        let taken = vec![Vec::new(); bounces];
+        let runner = |(name, tracer)| Runner { name, tracer, hits: Hits::new(), taken: taken.clone() };
+        Ok(Self { bounces, runners: tracers.into_iter().map(runner).collect() })
     }
 
-    fn run(&mut self, is_counted: bool) -> Result<()> {
-        let Self { frame, posed, rays, runners } = self;
-        for Runner { tracer, hits, times, .. } in runners {
-            let mut spent = [0.0; 2];
-            time(&mut spent[0], || tracer.build(frame, posed))?;
-            time(&mut spent[1], || tracer.trace(frame, posed, rays, hits));
-            black_box(&hits);
-            if is_counted {
-                times.push(spent);
+    /// Builds and traces a frame.
+    fn run(&mut self, shot: &Shot<'_>, is_counted: bool) -> Result<()> {
+        let Self { bounces, runners } = self;
+        let (frame, triangles) = (shot.frame, shot.frame.triangles());
+        let posed = Arc::new(Posed::new(frame, false)?);
+        let mut builds = vec![0.0; runners.len()];
+        for (Runner { tracer, .. }, build) in runners.iter_mut().zip(&mut builds) {
+            time(build, || tracer.build(frame, &posed))?;
+        }
+        let mut structure = Bvh::default();
+        structure.build(triangles);
+        let mut rays = rays::of_camera(shot);
+        for bounce in 0..*bounces {
+            rays = rays::scattered(triangles, &rays, &rays::hits_of(&structure, triangles, &rays));
+            let mut traces = vec![0.0; runners.len()];
+            for (Runner { tracer, hits, .. }, trace) in runners.iter_mut().zip(&mut traces) {
+                time(trace, || tracer.trace(frame, &posed, &rays, hits));
+                black_box(&hits);
+            }
+            let exact: Hits = rays.par_iter().map(|ray| id(structure.nearest(triangles, ray, &|_| true))).collect();
+            for (Runner { hits, taken, .. }, (&build, trace)) in runners.iter_mut().zip(builds.iter().zip(traces)) {
+                let differ = exact.iter().zip(&*hits).filter(|(exact, hit)| exact != hit).count();
+                if is_counted {
+                    taken[bounce].push(Taken { rays: rays.len(), build, trace, differ });
+                }
             }
         }
         Ok(())
+    }
+
+    fn exact(&self) -> &Runner {
+        &self.runners[2]
+    }
+
+    /// What the faster of Embree's two does with the build in the time, in rays a microsecond.
+    fn fastest_embree(&self, bounce: usize) -> f64 {
+        self.runners[0].whole(bounce).max(self.runners[1].whole(bounce))
+    }
+
+    fn row(&self, runner: &Runner, bounce: usize, scene: &str, triangles: usize) -> Row {
+        let of = |get: fn(&Taken) -> f64| runner.median(bounce, get);
+        row![
+            ("scene", scene),
+            ("triangles", triangles),
+            ("bounce", bounce + 1),
+            ("rays", of(|taken| taken.rays as f64) as usize),
+            ("structure", runner.name),
+            ("build", of(|taken| taken.build)),
+            ("trace", of(|taken| taken.trace)),
+            ("rays_us", runner.rate(bounce)),
+            ("ratio", runner.rate(bounce) / self.runners[0].rate(bounce)),
+            ("whole_us", runner.whole(bounce)),
+            ("whole_ratio", runner.whole(bounce) / self.fastest_embree(bounce)),
+            ("differ", runner.taken[bounce].iter().map(|taken| taken.differ).sum::<usize>()),
+        ]
     }
 }
 
@@ -188,21 +273,17 @@ fn by_packets(rays: &[Ray], hits: &mut Hits, nearest: impl Fn(&[Ray], &mut [Opti
 }
 
 impl Runner {
-    fn row(&self, scene: &str, race: &Race<'_>) -> Row {
-        let of = |stage: usize| median(self.times.iter().map(|times| times[stage]));
-        let rate = |runner: &Self| race.rays.len() as f64 / (1e3 * median(runner.times.iter().map(|times| times[1])));
-        let exact = race.runners.iter().find(|runner| runner.name == EXACT);
-        let differ = exact.map(|exact| exact.hits.iter().zip(&self.hits).filter(|(exact, hit)| exact != hit).count());
-        row![
-            ("scene", scene),
-            ("triangles", race.frame.triangles().len()),
-            ("rays", race.rays.len()),
-            ("structure", self.name),
-            ("build", of(0)),
-            ("trace", of(1)),
-            ("rays_us", rate(self)),
-            ("ratio", rate(self) / rate(&race.runners[0])),
-            ("differ", differ),
-        ]
+    fn median(&self, bounce: usize, get: impl Fn(&Taken) -> f64) -> f64 {
+        median(self.taken[bounce].iter().map(get))
+    }
+
+    /// Rays a microsecond.
+    fn rate(&self, bounce: usize) -> f64 {
+        self.median(bounce, |taken| taken.rays as f64 / (1e3 * taken.trace))
+    }
+
+    /// The same with the build in the time.
+    fn whole(&self, bounce: usize) -> f64 {
+        self.median(bounce, |taken| taken.rays as f64 / (1e3 * (taken.build + taken.trace)))
     }
 }

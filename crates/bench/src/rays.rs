@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage::rays::predicate::HitPoint;
-use umbrage::rays::{Hit, KdTree, LightSource, Ray, SingleRays as _, Triangles};
+use umbrage::rays::{Hit, LightSource, Ray, SingleRays, Triangles};
 
 use crate::shot::Shot;
 
@@ -46,8 +46,8 @@ fn in_squares(shot: &Shot<'_>, sides: &[u32]) -> Vec<Ray> {
 }
 
 /// What rays hit first.
-pub(crate) fn hits_of(tree: &KdTree, triangles: Triangles<'_>, rays: &[Ray]) -> Hits {
-    rays.par_iter().with_min_len(PACKET).map(|ray| tree.nearest(triangles, ray, &|_| true)).collect()
+pub(crate) fn hits_of(structure: &dyn SingleRays, triangles: Triangles<'_>, rays: &[Ray]) -> Hits {
+    rays.par_iter().with_min_len(PACKET).map(|ray| structure.nearest(triangles, ray, &|_| true)).collect()
 }
 
 /// The rays of a diffuse bounce: one from each hit, in a direction whose cosine with the normal is as likely as it is large;
