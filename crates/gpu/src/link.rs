@@ -47,8 +47,8 @@ const MODULES: &[(&str, &str)] = modules! {
     "mask::" in "mask/": exact filter flags table;
     "pose::" in "pose/": pose;
     "primitives::" in "primitives/": scan workgroup_scan;
-    "shade::" in "shade/": attributes brdf develop hit irradiance panorama rows shade shown specular_albedo surface
-        surroundings tables texture tone_map;
+    "shade::" in "shade/": attributes brdf coat develop facet film grooves hit irradiance layers microfacet painted panorama
+        rows shade sheen shown specular_albedo surface surroundings tables texture tone_map;
 };
 
 /// A shader's whole text.

@@ -88,7 +88,10 @@ impl Frame {
         check_indices(["triangle", "vertex"], &self.mesh.triangles, |corners| *corners, self.positions.len())?;
         let of_triangle = &self.mesh.material_of_triangle;
         check_indices(["triangle", "material"], of_triangle, |&material| [material], materials.len())?;
-        let used = |material: &Material| material.textures().into_iter().flatten().map(|used| used.texture);
+        let used = |material: &Material| {
+            let of_layers = material.layers.as_ref().map_or([None; 10], |layers| layers.textures());
+            material.textures().into_iter().chain(of_layers).flatten().map(|used| used.texture)
+        };
         check_indices(["material", "texture"], materials, used, textures.len())?;
         for (material, of) in materials.iter().enumerate() {
             check_material(of).map_err(|cause| BadFrame::Material { material, cause })?;
@@ -188,6 +191,7 @@ pub(crate) fn check_material(material: &Material) -> Result<(), &'static str> {
         ior,
         dispersion,
         ref volume,
+        ref layers,
         ..
     } = *material;
     let numbers =
@@ -195,6 +199,7 @@ pub(crate) fn check_material(material: &Material) -> Result<(), &'static str> {
     let is_finite = base_color.is_finite()
         && emissive.is_finite()
         && volume.attenuation_color.is_finite()
+        && layers.as_ref().is_none_or(|layers| layers.is_finite())
         && numbers.iter().all(|number| number.is_finite());
     if is_finite { Ok(()) } else { Err("one of its numbers is not finite") }
 }

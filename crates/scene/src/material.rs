@@ -1,7 +1,7 @@
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
 use crate::texture::TilePool;
-use crate::{Error, Texture, TextureTraffic};
+use crate::{Error, Layers, Texture, TextureTraffic};
 
 /// Every material and texture of a scene.
 #[derive(Clone, Debug, Default)]
@@ -83,6 +83,8 @@ pub struct Material {
     /// Whether only the shadows on it are seen: it looks like what is around the scene, darker by as much of the light as
     /// something keeps away. All else of the material then says nothing.
     pub catches_shadows: bool,
+    /// What few materials have; `None` for nothing of it.
+    pub layers: Option<Box<Layers>>,
 }
 
 impl Default for Material {
@@ -110,6 +112,7 @@ impl Default for Material {
             dispersion: 0.0,
             volume: Volume::default(),
             catches_shadows: false,
+            layers: None,
         }
     }
 }
@@ -128,7 +131,7 @@ impl Material {
         Self { base_color: Vec4::new(0.7, 0.7, 0.7, 1.0), double_sided: true, ..Self::default() }
     }
 
-    /// All of its textures.
+    /// All of its textures, but those of its layers.
     #[inline]
     #[must_use]
     pub fn textures(&self) -> [Option<TextureUse>; 7] {

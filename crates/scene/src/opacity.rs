@@ -2,7 +2,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use umbrage_rays::{MaskAnswers, MaskPoints, Opacity};
 
-use crate::{Alpha, Frame, Material, Texture, TextureUse};
+use crate::{Alpha, Clearcoat, Frame, Layers, Material, Texture, TextureUse};
 
 impl Frame {
     /// The material of a triangle.
@@ -75,10 +75,17 @@ impl Frame {
             Alpha::Blend => color.w.clamp(0.0, 1.0),
             Alpha::Mask { cutoff } => f32::from(self.opacity(triangle, barycentric) >= cutoff),
         };
-        let mirrored = ((material.ior - 1.0) / (material.ior + 1.0)).powi(2);
+        let ahead = ((material.ior - 1.0) / (material.ior + 1.0)).powi(2);
+        let entering = material.layers.as_ref().map_or(1.0 - ahead, |layers| {
+            let Layers { specular, clearcoat, .. } = &**layers;
+            let color = specular.color * read(specular.color_texture).truncate();
+            let weight = (specular.factor * read(specular.texture).w).clamp(0.0, 1.0);
+            let coat = (clearcoat.factor * read(clearcoat.texture).x).clamp(0.0, 1.0);
+            (1.0 - (color * ahead).max_element().clamp(0.0, 1.0) * weight) * (1.0 - Clearcoat::F0 * coat)
+        });
         let metallic = material.metallic * read(material.metallic_roughness_texture).z;
         let transmission = material.transmission * read(material.transmission_texture).x * (1.0 - metallic);
-        Vec3::splat(1.0 - opacity) + color.truncate() * (opacity * transmission * (1.0 - mirrored))
+        Vec3::splat(1.0 - opacity) + color.truncate() * (opacity * transmission * entering)
     }
 
     /// Opacity of a point of a triangle, read from the full-size texture: the same for every ray that asks.

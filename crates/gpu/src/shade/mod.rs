@@ -15,6 +15,6 @@ pub use film::FilmPlanes;
 pub use shown::Shown;
 pub use stage::{Attributes, Layer, Moving, Shade, ShadeInputs};
 pub use tables::{
-    DevelopSettings, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture,
+    DevelopSettings, ShadeLayers, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture,
 };
 pub use texels::Texels;

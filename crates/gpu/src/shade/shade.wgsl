@@ -7,8 +7,9 @@ import package::dispatch::{Invocation, flat_index};
 import package::shade::brdf::{reflectance_ambient, reflectance_diffuse, reflectance_evaluate, reflectance_view};
 import package::shade::hit::{ray_across, ray_direction};
 import package::shade::irradiance::{arriving_light};
+import package::shade::layers::{LAYERS, layers_ambient, layers_lit, layers_scattered, layers_surrounding};
 import package::shade::surface::{Surface, surface_at};
-import package::shade::surroundings::{surroundings_blurred, surroundings_irradiance, surroundings_radiance};
+import package::shade::surroundings::{surroundings_irradiance, surroundings_radiance};
 import package::shade::tables::{
     NO_TRIANGLE, NO_WORD, shade_film, shade_lights, shade_lit, shade_sample, shade_scene, shade_seen,
 };
@@ -81,14 +82,20 @@ fn reflected(surface: Surface, slot: u32) -> vec3<f32> {
     let normal = surface.normal;
     let view = surface.view;
     let n_v = dot(normal, view);
-    let ambient = reflectance_ambient(
+    let irradiance = ambient_irradiance(normal);
+    var ambient = reflectance_ambient(
         surface.reflectance,
-        reflectance_view(surface.reflectance, max(n_v, 0.0)).specular,
-        ambient_irradiance(normal),
-        surroundings_blurred(reflect(-view, normal), surface.reflectance.roughness),
+        reflectance_view(surface.reflectance, max(n_v, 0.0), surface.layers),
+        irradiance,
+        layers_surrounding(surface.layers, surface.reflectance.roughness, normal, view),
     );
-    let seen = reflectance_view(surface.reflectance, max(n_v, 1e-4));
-    var radiance = surface.emitted + ambient * surface.ambient_occlusion;
+    var emitted = surface.emitted;
+    if LAYERS && surface.layers.is_there {
+        ambient += layers_ambient(surface.layers, view, irradiance);
+        emitted *= surface.layers.below_coat;
+    }
+    let seen = reflectance_view(surface.reflectance, max(n_v, 1e-4), surface.layers);
+    var radiance = emitted + ambient * surface.ambient_occlusion;
     for (var light = 0u; light < shade_scene.light_count; light++) {
         if !is_lit(light, slot) {
             continue;
@@ -98,9 +105,18 @@ fn reflected(surface: Surface, slot: u32) -> vec3<f32> {
         if dot(surface.geometric_normal, arriving.towards) > 0.0 {
             let irradiance = arriving.irradiance * max(dot(normal, arriving.towards), 0.0);
             if is_of_sky(light) {
-                radiance += reflectance_diffuse(surface.reflectance, seen) * irradiance;
+                var scattered = reflectance_diffuse(surface.reflectance, seen);
+                if LAYERS && surface.layers.is_there {
+                    scattered += layers_scattered(surface.layers);
+                }
+                radiance += scattered * irradiance;
             } else {
-                radiance += reflectance_evaluate(surface.reflectance, seen, normal, view, arriving.towards) * irradiance;
+                let layers = surface.layers;
+                let towards = arriving.towards;
+                radiance += reflectance_evaluate(surface.reflectance, seen, normal, view, towards, layers) * irradiance;
+                if LAYERS && layers.is_there {
+                    radiance += layers_lit(layers, view, towards) * arriving.irradiance;
+                }
             }
         }
     }

@@ -9,6 +9,9 @@ use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
 #[derive(Debug)]
 pub struct Shade {
     kernel: Kernel,
+    /// The kernel for materials with layers, compiled where one is; and whether any is.
+    layered: Option<Kernel>,
+    is_layered: bool,
     rows: Kernel,
     sample: Buffer,
     scene: Buffer,
@@ -114,6 +117,8 @@ impl Shade {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let mut shade = Self {
             kernel: Kernel::new(gpu, "shade::shade", "shade", &[]),
+            layered: None,
+            is_layered: false,
             rows: Kernel::new(gpu, "shade::rows", "rows", &[]),
             sample: Buffer::uniform(gpu, "shade sample"),
             scene: Buffer::uniform(gpu, "shade scene"),
@@ -136,6 +141,10 @@ impl Shade {
     /// # Errors
     /// Where they are more than the device allows in one buffer.
     pub fn set_materials(&mut self, gpu: &Gpu, materials: &[ShadeMaterial], texels: &Texels) -> Result<(), GpuError> {
+        self.is_layered = materials.iter().any(|material| material.layer_bits != 0);
+        if self.is_layered && self.layered.is_none() {
+            self.layered = Some(Kernel::new(gpu, "shade::shade", "shade", &[("LAYERS", 1.0)]));
+        }
         self.materials.write(gpu, materials)?;
         self.texels.write(gpu, texels.words())
     }
@@ -272,6 +281,7 @@ impl Shade {
         if self.is_start_of_film && film.first_plane().is_some() {
             self.rows.dispatch(gpu, pass, &[&self.size, seen, film.triangle()], groups);
         }
-        self.kernel.dispatch(gpu, pass, &buffers, groups);
+        let kernel = self.layered.as_ref().filter(|_| self.is_layered).unwrap_or(&self.kernel);
+        kernel.dispatch(gpu, pass, &buffers, groups);
     }
 }

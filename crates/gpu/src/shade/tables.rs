@@ -211,7 +211,7 @@ impl ShadeLight {
     }
 }
 
-/// A metallic-roughness material: 448 bytes. Colours are linear; a texture multiplies its factor.
+/// A metallic-roughness material: 1184 bytes. Colours are linear; a texture multiplies its factor.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ShadeMaterial {
@@ -237,8 +237,59 @@ pub struct ShadeMaterial {
     pub is_unlit: u32,
     /// 1 where only the shadows on it are seen, else 0.
     pub catches_shadows: u32,
+    /// Which of the layers it has: a sum of [`ShadeLayers::SPECULAR`] …
+    pub layer_bits: u32,
+    #[doc(hidden)]
+    pub padding: [u32; 3],
+    /// What lies on its surface and in it.
+    pub layers: ShadeLayers,
     /// By use: [`ShadeMaterial::BASE_COLOR`] …
-    pub textures: [ShadeTexture; 6],
+    pub textures: [ShadeTexture; 16],
+}
+
+/// What few materials have: 80 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct ShadeLayers {
+    /// What mirroring straight ahead is multiplied by.
+    pub specular_color: [f32; 3],
+    /// How much of what isn't metal mirrors, 0 … 1.
+    pub specular: f32,
+    /// What fibres reflect, 0 … 1.
+    pub sheen_color: [f32; 3],
+    /// How far fibres lean, 0 … 1.
+    pub sheen_roughness: f32,
+    /// How much of the surface is lacquered, 0 … 1.
+    pub coat: f32,
+    /// Perceptual roughness of the lacquer.
+    pub coat_roughness: f32,
+    /// Scale of its normal texture's x and y.
+    pub coat_normal_scale: f32,
+    /// How strongly highlights are stretched, 0 … 1.
+    pub stretch: f32,
+    /// Cosine and sine of what the direction of the stretch is turned by.
+    pub stretch_turn: [f32; 2],
+    /// How much of what is mirrored a thin film colours, 0 … 1.
+    pub film: f32,
+    /// The film's index of refraction, at least 1.
+    pub film_ior: f32,
+    /// Its thickness where its texture has 0 and 1.
+    pub film_nanometers: [f32; 2],
+    #[doc(hidden)]
+    pub padding: [u32; 2],
+}
+
+impl ShadeLayers {
+    /// Bit of another strength or colour of mirroring.
+    pub const SPECULAR: u32 = 1;
+    /// Bit of lacquer.
+    pub const COAT: u32 = 2;
+    /// Bit of fibres.
+    pub const SHEEN: u32 = 4;
+    /// Bit of stretched highlights.
+    pub const GROOVES: u32 = 8;
+    /// Bit of a thin film.
+    pub const FILM: u32 = 16;
 }
 
 impl ShadeMaterial {
@@ -254,6 +305,26 @@ impl ShadeMaterial {
     pub const EMISSIVE: usize = 4;
     /// Index in `textures` of transmission in red.
     pub const TRANSMISSION: usize = 5;
+    /// Index in `textures` of specular strength in alpha.
+    pub const SPECULAR: usize = 6;
+    /// Index in `textures` of specular colour (sRGB).
+    pub const SPECULAR_COLOR: usize = 7;
+    /// Index in `textures` of lacquer in red.
+    pub const COAT: usize = 8;
+    /// Index in `textures` of the lacquer's roughness in green.
+    pub const COAT_ROUGHNESS: usize = 9;
+    /// Index in `textures` of the lacquer's normals.
+    pub const COAT_NORMAL: usize = 10;
+    /// Index in `textures` of the fibres' colour (sRGB).
+    pub const SHEEN_COLOR: usize = 11;
+    /// Index in `textures` of the fibres' roughness in alpha.
+    pub const SHEEN_ROUGHNESS: usize = 12;
+    /// Index in `textures` of the stretch: its direction in red and green, its strength in blue.
+    pub const GROOVES: usize = 13;
+    /// Index in `textures` of the film in red.
+    pub const FILM: usize = 14;
+    /// Index in `textures` of the film's thickness in green.
+    pub const FILM_THICKNESS: usize = 15;
 }
 
 /// A texture as a material uses it: 64 bytes. All zero where there is none.

@@ -23,12 +23,33 @@ const TEXTURE_NORMAL: u32 = 2u;
 const TEXTURE_OCCLUSION: u32 = 3u;
 const TEXTURE_EMISSIVE: u32 = 4u;
 const TEXTURE_TRANSMISSION: u32 = 5u;
+// So many, and behind them those of layers.
 const TEXTURES: u32 = 6u;
+const TEXTURE_SPECULAR: u32 = 6u;
+const TEXTURE_SPECULAR_COLOR: u32 = 7u;
+const TEXTURE_COAT: u32 = 8u;
+const TEXTURE_COAT_ROUGHNESS: u32 = 9u;
+const TEXTURE_COAT_NORMAL: u32 = 10u;
+const TEXTURE_SHEEN_COLOR: u32 = 11u;
+const TEXTURE_SHEEN_ROUGHNESS: u32 = 12u;
+const TEXTURE_GROOVES: u32 = 13u;
+const TEXTURE_FILM: u32 = 14u;
+const TEXTURE_FILM_THICKNESS: u32 = 15u;
+const ALL_TEXTURES: u32 = 16u;
+
+// Bits of a material's layers.
+const LAYER_SPECULAR: u32 = 1u;
+const LAYER_COAT: u32 = 2u;
+const LAYER_SHEEN: u32 = 4u;
+const LAYER_GROOVES: u32 = 8u;
+const LAYER_FILM: u32 = 16u;
 
 // Where fixed tables are in shade_texels.
 const LINEAR_FROM_SRGB_WORD: u32 = 0u;
 const SPECULAR_ALBEDO_WORD: u32 = 256u;
 const SPECULAR_ALBEDO_SIDE: u32 = 24u;
+// As large as the other.
+const SHEEN_ALBEDO_WORD: u32 = 1408u;
 
 // The camera rays of one sample, and which layer of surfaces they meet.
 struct ShadeSample {
@@ -107,7 +128,28 @@ struct ShadeMaterial {
     is_blended: u32,
     is_unlit: u32,
     catches_shadows: u32,
-    textures: array<ShadeTexture, TEXTURES>,
+    // Which layers it has: LAYER_SPECULAR …
+    layer_bits: u32,
+    layers: ShadeLayers,
+    textures: array<ShadeTexture, ALL_TEXTURES>,
+}
+
+// What lies on a material's surface and in it, as far as its bits say.
+struct ShadeLayers {
+    specular_color: vec3<f32>,
+    specular: f32,
+    sheen_color: vec3<f32>,
+    sheen_roughness: f32,
+    coat: f32,
+    coat_roughness: f32,
+    coat_normal_scale: f32,
+    // How strongly highlights are stretched, and the cosine and sine of what the direction is turned by.
+    stretch: f32,
+    stretch_turn: vec2<f32>,
+    film: f32,
+    film_ior: f32,
+    // Where its texture has 0 and 1.
+    film_nanometers: vec2<f32>,
 }
 
 // A texture as a material uses it.

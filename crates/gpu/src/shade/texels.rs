@@ -9,18 +9,23 @@ impl Texels {
     pub const LINEAR_FROM_SRGB_WORD: u32 = 0;
     /// Where the table of specular albedo is.
     pub const SPECULAR_ALBEDO_WORD: u32 = 256;
-    /// Entries along each side of the table of specular albedo.
+    /// Where the table of the sheen's albedo is.
+    pub const SHEEN_ALBEDO_WORD: u32 = 1408;
+    /// Entries along each side of the tables of albedo.
     pub const ALBEDO_SIDE: usize = 24;
 
-    /// No images yet, behind two fixed tables: the linear value of each sRGB byte, and scale and bias of specular albedo
-    /// by roughness (rows) and cosine (columns), both from 0 to 1.
+    /// No images yet, behind fixed tables: the linear value of each sRGB byte, scale and bias of specular albedo by roughness
+    /// (rows) and cosine (columns), and the sheen's albedo by roughness and the root of the cosine, all from 0 to 1; nothing
+    /// of the sheen where no material has any.
     #[must_use]
     pub fn new(
         linear_from_srgb: &[f32; 256],
         specular_albedo: &[[[f32; 2]; Self::ALBEDO_SIDE]; Self::ALBEDO_SIDE],
+        sheen_albedo: Option<&[[f32; Self::ALBEDO_SIDE]; Self::ALBEDO_SIDE]>,
     ) -> Self {
-        let albedo = specular_albedo.as_flattened().as_flattened();
-        Self { words: linear_from_srgb.iter().chain(albedo).map(|value| value.to_bits()).collect() }
+        let specular = specular_albedo.as_flattened().as_flattened();
+        let sheen = sheen_albedo.map_or(&[][..], |albedo| albedo.as_flattened());
+        Self { words: linear_from_srgb.iter().chain(specular).chain(sheen).map(|value| value.to_bits()).collect() }
     }
 
     /// Adds an image from its levels, the full one first, each half as wide and high as the one before, rounded down but

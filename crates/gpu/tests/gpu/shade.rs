@@ -24,7 +24,7 @@ fn a_scene_without_triangles_shows_its_surroundings() {
     let levels = std::array::from_fn(|index| if index == 0 { 0.0 } else { level(index).powf(2.4) });
     let mut develop = Develop::new(&gpu, &levels).expect("room");
     let mut planes = FilmPlanes::new(&gpu);
-    let texels = Texels::new(&[0.0; 256], &[[[0.0; 2]; Texels::ALBEDO_SIDE]; Texels::ALBEDO_SIDE]);
+    let texels = Texels::new(&[0.0; 256], &[[[0.0; 2]; Texels::ALBEDO_SIDE]; Texels::ALBEDO_SIDE], None);
     shade.set_materials(&gpu, &[], &texels).expect("room");
     shade.set_attributes(&gpu, &Attributes::default(), false).expect("room");
     shade.set_lights(&gpu, &[], 0).expect("room");

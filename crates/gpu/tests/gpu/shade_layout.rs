@@ -2,7 +2,8 @@
 
 use umbrage_gpu::internals::link_with;
 use umbrage_gpu::shade::{
-    DevelopSettings, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture, Texels,
+    DevelopSettings, ShadeLayers, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture,
+    Texels,
 };
 
 use crate::layout::{differences, layout, module, other_constants};
@@ -56,7 +57,23 @@ fn structs_are_those_of_the_shaders() {
             is_blended,
             is_unlit,
             catches_shadows,
+            layer_bits,
+            layers,
             textures,
+        }),
+        layout!(ShadeLayers {
+            specular_color,
+            specular,
+            sheen_color,
+            sheen_roughness,
+            coat,
+            coat_roughness,
+            coat_normal_scale,
+            stretch,
+            stretch_turn,
+            film,
+            film_ior,
+            film_nanometers,
         }),
         layout!(ShadeTexture {
             matrix,
@@ -101,12 +118,28 @@ fn constants_are_those_of_the_shaders() {
         ("TEXTURE_OCCLUSION", ShadeMaterial::OCCLUSION as u32),
         ("TEXTURE_EMISSIVE", ShadeMaterial::EMISSIVE as u32),
         ("TEXTURE_TRANSMISSION", ShadeMaterial::TRANSMISSION as u32),
+        ("TEXTURE_SPECULAR", ShadeMaterial::SPECULAR as u32),
+        ("TEXTURE_SPECULAR_COLOR", ShadeMaterial::SPECULAR_COLOR as u32),
+        ("TEXTURE_COAT", ShadeMaterial::COAT as u32),
+        ("TEXTURE_COAT_ROUGHNESS", ShadeMaterial::COAT_ROUGHNESS as u32),
+        ("TEXTURE_COAT_NORMAL", ShadeMaterial::COAT_NORMAL as u32),
+        ("TEXTURE_SHEEN_COLOR", ShadeMaterial::SHEEN_COLOR as u32),
+        ("TEXTURE_SHEEN_ROUGHNESS", ShadeMaterial::SHEEN_ROUGHNESS as u32),
+        ("TEXTURE_GROOVES", ShadeMaterial::GROOVES as u32),
+        ("TEXTURE_FILM", ShadeMaterial::FILM as u32),
+        ("TEXTURE_FILM_THICKNESS", ShadeMaterial::FILM_THICKNESS as u32),
+        ("LAYER_SPECULAR", ShadeLayers::SPECULAR),
+        ("LAYER_COAT", ShadeLayers::COAT),
+        ("LAYER_SHEEN", ShadeLayers::SHEEN),
+        ("LAYER_GROOVES", ShadeLayers::GROOVES),
+        ("LAYER_FILM", ShadeLayers::FILM),
         ("WRAP_REPEAT", ShadeTexture::REPEAT),
         ("WRAP_MIRRORED_REPEAT", ShadeTexture::MIRRORED_REPEAT),
         ("WRAP_CLAMP_TO_EDGE", ShadeTexture::CLAMP_TO_EDGE),
         ("LINEAR_FROM_SRGB_WORD", Texels::LINEAR_FROM_SRGB_WORD),
         ("SPECULAR_ALBEDO_WORD", Texels::SPECULAR_ALBEDO_WORD),
         ("SPECULAR_ALBEDO_SIDE", Texels::ALBEDO_SIDE as u32),
+        ("SHEEN_ALBEDO_WORD", Texels::SHEEN_ALBEDO_WORD),
     ];
     assert_eq!(other_constants(&tables, &constants), [""; 0]);
     let develop = module(&link_with(&[], "shade::develop"));

@@ -13,13 +13,18 @@ use crate::folder::{self, Folder};
 use crate::memory::Budget;
 
 /// The extensions that this reader understands, at least approximately.
-const SUPPORTED_EXTENSIONS: [&str; 11] = [
+const SUPPORTED_EXTENSIONS: [&str; 16] = [
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
     "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_iridescence",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_volume",

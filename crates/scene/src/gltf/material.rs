@@ -9,6 +9,7 @@ use gltf::json::validation::Checked;
 use serde_json::{Map, Value};
 
 use super::document::Document;
+use super::layers;
 use super::texture::Textures;
 use crate::check::check_material;
 use crate::{Alpha, ColorSpace, Error, Material, Materials, TextureUse, Volume};
@@ -50,8 +51,8 @@ pub(super) fn read(document: &Document, with_default: bool, warnings: &mut Vec<S
     Ok(Materials { materials, textures: decoded })
 }
 
-struct Reader<'a> {
-    document: &'a Document,
+pub(super) struct Reader<'a> {
+    pub(super) document: &'a Document,
     textures: Textures,
     warnings: &'a mut Vec<String>,
     /// How many materials have been approximated from another model.
@@ -59,27 +60,34 @@ struct Reader<'a> {
 }
 
 /// A texture as the JSON has it in three different types.
-struct JsonTexture {
+pub(super) struct JsonTexture {
     index: usize,
     set: u32,
     transform: Option<TextureTransform>,
 }
 
 impl JsonTexture {
-    fn of_normals(json: &json::material::NormalTexture) -> Self {
+    pub(super) fn of_info(json: &json::texture::Info) -> Self {
+        let transform = json.extensions.as_ref().and_then(|extensions| extensions.texture_transform.clone());
+        Self { index: json.index.value(), set: json.tex_coord, transform }
+    }
+
+    pub(super) fn of_normals(json: &json::material::NormalTexture) -> Self {
         let transform = json.extensions.as_ref().and_then(|extensions| transform(&extensions.others));
         Self { index: json.index.value(), set: json.tex_coord, transform }
     }
 
     /// The set of texture coordinates at which the texture is read.
-    fn tex_coord_set(&self) -> u32 {
+    pub(super) fn tex_coord_set(&self) -> u32 {
         self.transform.as_ref().and_then(|transform| transform.tex_coord).unwrap_or(self.set)
     }
 }
 
-/// The set of texture coordinates at which a material's normal map is read; `None` where it has none.
-pub(super) fn normal_map_coords(json: &json::Material) -> Option<u32> {
-    json.normal_texture.as_ref().map(|texture| JsonTexture::of_normals(texture).tex_coord_set())
+/// The set of texture coordinates along which a material needs tangents: that of its normal map, or else of what its layers
+/// have; `None` where it needs none.
+pub(super) fn tangent_coords(json: &json::Material) -> Option<u32> {
+    let of_base = json.normal_texture.as_ref().map(|texture| JsonTexture::of_normals(texture).tex_coord_set());
+    of_base.or_else(|| layers::tangent_coords(&json.extensions.as_ref()?.others))
 }
 
 impl Reader<'_> {
@@ -165,6 +173,7 @@ impl Reader<'_> {
         if let Some(dispersion) = json.others.get("KHR_materials_dispersion").and_then(|json| json.get("dispersion")) {
             material.dispersion = dispersion.as_f64().unwrap_or(f64::NAN) as f32;
         }
+        material.layers = self.layers(&json.others, location)?;
         if let Some(glossy) = &json.pbr_specular_glossiness {
             self.specular_glossiness(glossy, material, &format!("{location}.KHR_materials_pbrSpecularGlossiness"))?;
         }
@@ -187,18 +196,21 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn plain(
+    pub(super) fn plain(
         &mut self,
         json: Option<&json::texture::Info>,
         space: ColorSpace,
         location: &str,
     ) -> Result<Option<TextureUse>, Error> {
-        let Some(json) = json else { return Ok(None) };
-        let transform = json.extensions.as_ref().and_then(|extensions| extensions.texture_transform.clone());
-        self.texture(&JsonTexture { index: json.index.value(), set: json.tex_coord, transform }, space, location)
+        json.map_or(Ok(None), |json| self.texture(&JsonTexture::of_info(json), space, location))
     }
 
-    fn texture(&mut self, json: &JsonTexture, space: ColorSpace, location: &str) -> Result<Option<TextureUse>, Error> {
+    pub(super) fn texture(
+        &mut self,
+        json: &JsonTexture,
+        space: ColorSpace,
+        location: &str,
+    ) -> Result<Option<TextureUse>, Error> {
         let number = self.textures.number(self.document, json.index, space, location, self.warnings)?;
         let set = json.tex_coord_set();
         if set > 1 {
@@ -222,8 +234,9 @@ fn transform(extensions: &Map<String, Value>) -> Option<TextureTransform> {
     serde_json::from_value(extensions.get("KHR_texture_transform")?.clone()).ok()
 }
 
-fn texture_uses(material: &mut Material) -> [&mut Option<TextureUse>; 7] {
-    [
+fn texture_uses(material: &mut Material) -> impl Iterator<Item = &mut Option<TextureUse>> {
+    let of_layers = material.layers.iter_mut().flat_map(|layers| layers.textures_mut());
+    let others = [
         &mut material.base_color_texture,
         &mut material.metallic_roughness_texture,
         &mut material.normal_texture,
@@ -231,5 +244,6 @@ fn texture_uses(material: &mut Material) -> [&mut Option<TextureUse>; 7] {
         &mut material.emissive_texture,
         &mut material.transmission_texture,
         &mut material.volume.thickness_texture,
-    ]
+    ];
+    others.into_iter().chain(of_layers)
 }

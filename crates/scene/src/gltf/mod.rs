@@ -13,6 +13,7 @@ mod curve;
 mod document;
 mod expand;
 mod instances;
+mod layers;
 mod material;
 mod matrices;
 mod nodes;

@@ -9,7 +9,7 @@ use gltf::json::validation::Checked;
 
 use super::accessor::Accessor;
 use super::document::Document;
-use super::material::normal_map_coords;
+use super::material::tangent_coords;
 use crate::rig::{Deltas, Influences, MorphTarget, Shape};
 use crate::{Error, Mesh};
 
@@ -56,14 +56,14 @@ impl Primitive {
             let location = format_args!("{location}.material");
             document.element(&document.json.materials, "materials", material.value(), location)
         });
-        let normal_map_coords = material.transpose()?.and_then(normal_map_coords);
+        let tangent_coords = material.transpose()?.and_then(tangent_coords);
         primitive.shape.positions = positions.floats(kept, Vec3::from_array)?;
         let unusable = primitive.shape.positions.iter().filter(|position| !position.is_finite()).count();
         if unusable > 0 {
             primitive.warnings.push(format!("{location}: {unusable} vertices have a position that is not finite"));
         }
         attributes.read_shape(count, kept, &mut primitive)?;
-        if let Some(set) = normal_map_coords {
+        if let Some(set) = tangent_coords {
             // About what finding them takes.
             document.take_for::<[Vec4; 12]>(primitive.mesh.triangles.len(), format_args!("{location}'s tangents"))?;
             primitive.add_tangents(set as usize);

@@ -14,14 +14,18 @@ pub(super) struct Met<S: Simd> {
     pub(super) seen: SeenReflectance<S>,
     /// Of surfaces of which only shadows are seen.
     pub(super) caught: Option<Caught<S>>,
-    /// Where mirrors send the rays.
+    /// Where the surface would send the rays, were it a mirror.
     pub(super) mirrored: Vectors<S>,
+    /// Where mirrors send them: those of a coat may lead elsewhere.
+    leads: Vectors<S>,
     /// How much of what is there reaches the camera.
     pub(super) mirrored_through: Vectors<S>,
     /// The lanes that meet anything.
     pub(super) shown: u16,
     /// The lanes whose mirrors are followed.
     pub(super) mirrors: u16,
+    /// Those of them whose mirror is a coat.
+    pub(super) coat_mirrors: u16,
     /// The lanes in which light is followed into glass or out of it.
     pub(super) glass: u16,
 }
@@ -39,26 +43,49 @@ impl<S: Simd> Met<S> {
         let mut surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint);
         // Lanes that meet nothing have a surface without a meaning.
         surface.catches &= hits.shown;
-        let seen = surface.reflectance.seen(simd, surface.normal, surface.view);
+        let seen = surface.reflectance.seen(simd, surface.normal, surface.view, surface.layers.as_ref());
         let mirrored = surface.normal.scaled(2.0 * surface.view.dot(surface.normal)) - surface.view;
-        let mirrored_through = through.scaled(surface.opacity) * seen.specular();
+        let mut leads = mirrored;
+        let mut mirrored_through = through.scaled(surface.opacity) * seen.specular();
+        let mut is_mirror = surface.reflectance.is_mirror();
+        let mut coat_mirrors = mask32x16::splat(simd, false);
+        if let Some(layers) = &surface.layers {
+            (coat_mirrors, leads, mirrored_through) =
+                layers.coat_mirror(simd, is_mirror, (mirrored, mirrored_through), through.scaled(surface.opacity));
+            is_mirror |= coat_mirrors;
+        }
         let follows = bounces.iter().rev().fold(0_u16, |bits, &by| bits << 1 | u16::from(by < shading.follows.bounces));
         let (mut mirrors, mut glass) = (0, 0);
         if follows != 0 {
             let lanes = follows & hits.shown & !surface.unlit & !surface.catches;
             glass = lanes & surface.volume & surface.transmitted.is_something().to_bitmask() as u16;
             // A bent normal may mirror rays into the triangle.
-            let is_outside = surface.geometric_normal.dot(mirrored).simd_gt(0.0);
+            let is_outside = surface.geometric_normal.dot(leads).simd_gt(0.0);
             let is_seen = mirrored_through.largest().simd_gt(shading.follows.least);
-            let mut is_followed = surface.reflectance.is_mirror() & is_outside;
+            let mut is_followed = is_mirror & is_outside;
             if shading.follows.gloss {
-                is_followed |= !surface.reflectance.is_mirror();
+                is_followed |= match &surface.layers {
+                    Some(layers) => !is_mirror & !layers.shaped,
+                    None => !is_mirror,
+                };
             }
             mirrors = (is_followed & is_seen).to_bitmask() as u16 & lanes & !glass;
         }
+        let coat_mirrors = coat_mirrors.to_bitmask() as u16 & mirrors;
         let around = || shading.around(simd, rays, bounces);
         let caught = if surface.catches == 0 { None } else { Some(Caught::new(simd, shading, &surface, around())) };
-        Self { surface, seen, caught, mirrored, mirrored_through, shown: hits.shown, mirrors, glass }
+        Self {
+            surface,
+            seen,
+            caught,
+            mirrored,
+            leads,
+            mirrored_through,
+            shown: hits.shown,
+            mirrors,
+            coat_mirrors,
+            glass,
+        }
     }
 
     /// The lanes that show glass from inside, where light comes only from where it is followed to.
@@ -82,8 +109,13 @@ impl<S: Simd> Met<S> {
         let cosine = surface.normal.dot(arriving.towards).max(0.0);
         // Light from behind the triangle lights its other side, whatever the bent normal says.
         let faces = surface.geometric_normal.dot(arriving.towards).simd_gt(0.0);
-        let reflected = if is_of_sky { seen.diffuse() } else { seen.evaluate(simd, arriving.towards) };
-        let reflected = reflected * arriving.irradiance.scaled(cosine);
+        let layers = surface.layers.as_ref();
+        let irradiance = arriving.irradiance.scaled(cosine);
+        let reflected = if is_of_sky { seen.diffuse() } else { seen.evaluate(simd, arriving.towards, layers) };
+        let mut reflected = reflected * irradiance;
+        if let Some(layers) = layers {
+            reflected += if is_of_sky { layers.scattered(simd) * irradiance } else { layers.lit(simd, &arriving) };
+        }
         match &self.caught {
             Some(caught) => {
                 (Vectors::select(caught.lanes, caught.around * self.caught_share(simd, light), reflected), faces)
@@ -117,7 +149,7 @@ impl<S: Simd> Met<S> {
         let Self { surface, seen, shown, glass, .. } = self;
         let one = Vectors::splat(simd, Vec3::ONE);
         // What the surface mirrors doesn't pass.
-        let mut transmitted = surface.transmitted * (one - seen.specular());
+        let mut transmitted = surface.transmitted * seen.entering();
         if *glass != 0 {
             let nothing = Vectors::splat(simd, Vec3::ZERO);
             transmitted = Vectors::select(mask32x16::from_bitmask(simd, (*glass).into()), nothing, transmitted);
@@ -156,8 +188,8 @@ impl<S: Simd> Met<S> {
             behind,
             volume,
             front,
-            is_smooth: surface.reflectance.is_mirror().to_bitmask() as u16,
-            mirrored: self.mirrored.store(),
+            is_smooth: surface.reflectance.is_mirror().to_bitmask() as u16 | self.coat_mirrors,
+            mirrored: self.leads.store(),
             mirrored_through: self.mirrored_through.store(),
             passing: passing.store(),
             surface_through: through.scaled(surface.opacity).store(),

@@ -305,19 +305,29 @@ impl Shading<'_> {
     fn own_radiance<S: Simd>(&self, simd: S, met: &Met<S>) -> Vectors<S> {
         let Met { surface, seen, mirrored, .. } = met;
         let nothing = Vectors::splat(simd, Vec3::ZERO);
-        let mut surrounding = self.surroundings.blurred(simd, *mirrored, surface.reflectance.roughness());
+        let (mut from, mut roughness) = (*mirrored, surface.reflectance.roughness());
+        if let Some(layers) = &surface.layers {
+            (from, roughness) = layers.reflection([surface.normal, surface.view], (from, roughness));
+        }
+        let mut surrounding = self.surroundings.blurred(simd, from, roughness);
         let is_mirror = surface.reflectance.is_mirror().to_bitmask() as u16;
-        let followed = met.mirrors | if self.follows.gloss { met.glass } else { met.glass & is_mirror };
+        // A coat that is followed leaves what is below it to the surroundings, unless that is a mirror too.
+        let followed = met.mirrors & (is_mirror | !met.coat_mirrors);
+        let followed = followed | if self.follows.gloss { met.glass } else { met.glass & is_mirror };
         if followed != 0 {
             surrounding = Vectors::select(mask32x16::from_bitmask(simd, followed.into()), nothing, surrounding);
         }
         let is_even = self.around_light() == AroundLight::Even;
         let irradiance = if is_even { self.surroundings.irradiance(simd, surface.normal) } else { nothing };
-        let mut ambient = seen.ambient(irradiance, surrounding);
+        let (mut ambient, mut emitted) = (seen.ambient(irradiance, surrounding), surface.emitted);
+        if let Some(layers) = &surface.layers {
+            ambient += layers.ambient(simd, self.surroundings, irradiance, met.coat_mirrors);
+            emitted = layers.emitted(emitted);
+        }
         if met.is_inside() != 0 {
             ambient = Vectors::select(mask32x16::from_bitmask(simd, met.is_inside().into()), nothing, ambient);
         }
-        let mut radiance = surface.emitted + ambient.scaled(surface.ambient_occlusion);
+        let mut radiance = emitted + ambient.scaled(surface.ambient_occlusion);
         if let Some(caught) = &met.caught {
             radiance = Vectors::select(caught.lanes, caught.around * caught.ambient, radiance);
         }

@@ -2,17 +2,21 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use umbrage_gpu::shade::{
-    Attributes, Moving, Shade, ShadeLight, ShadeMaterial, ShadeSample, ShadeSurroundings, ShadeTexture, Texels,
+    Attributes, Moving, Shade, ShadeLayers, ShadeLight, ShadeMaterial, ShadeSample, ShadeSurroundings, ShadeTexture,
+    Texels,
 };
 use umbrage_gpu::{Band, Gpu, GpuError};
 use umbrage_scene::rig::Rig;
-use umbrage_scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Mesh, Texture, TextureUse, Wrap};
+use umbrage_scene::{
+    Alpha, ColorSpace, Filter, Frame, Layers, Light, Material, Materials, Mesh, Specular, Texture, TextureUse, Wrap,
+};
 
 use crate::background::Surroundings;
 use crate::engine::Staged;
 use crate::sampling::Sample;
-use crate::shade::{Footprint, specular_albedo_table};
+use crate::shade::{Footprint, sheen_albedo_table, specular_albedo_table};
 use crate::{Background, Panorama};
 
 /// What of a frame is on the GPU, so that only what is new goes there.
@@ -85,7 +89,9 @@ impl Tables {
         if has_materials && has_panorama {
             return Ok(());
         }
-        let mut texels = Texels::new(ColorSpace::linear_from_srgb(), &specular_albedo_table());
+        let has_sheen = |of: &Material| layer_bits(of) & ShadeLayers::SHEEN != 0;
+        let sheen = materials.materials.iter().any(has_sheen).then(sheen_albedo_table);
+        let mut texels = Texels::new(ColorSpace::linear_from_srgb(), &specular_albedo_table(), sheen);
         let words: Vec<u32> = materials.textures.iter().map(|texture| add_texture(&mut texels, texture)).collect();
         self.panorama_word = panorama.map_or(0, |panorama| add_panorama(&mut texels, panorama));
         let rows: Vec<_> = materials.materials.iter().map(|of| material(of, &materials.textures, &words)).collect();
@@ -148,15 +154,18 @@ fn light(light: &Light) -> ShadeLight {
 }
 
 fn material(material: &Material, textures: &[Texture], words: &[u32]) -> ShadeMaterial {
-    let mut uses = [ShadeTexture::default(); 6];
-    for (index, used) in [
+    let mut uses = [ShadeTexture::default(); 16];
+    let of_layers = material.layers.as_ref().map_or([None; 10], |layers| layers.textures());
+    let of_layers = (ShadeMaterial::SPECULAR..).zip(of_layers);
+    let of_base = [
         (ShadeMaterial::BASE_COLOR, material.base_color_texture),
         (ShadeMaterial::METALLIC_ROUGHNESS, material.metallic_roughness_texture),
         (ShadeMaterial::NORMAL, material.normal_texture),
         (ShadeMaterial::OCCLUSION, material.occlusion_texture),
         (ShadeMaterial::EMISSIVE, material.emissive_texture),
         (ShadeMaterial::TRANSMISSION, material.transmission_texture),
-    ] {
+    ];
+    for (index, used) in of_base.into_iter().chain(of_layers) {
         uses[index] = used.map_or_else(ShadeTexture::default, |used| texture(&used, textures, words));
     }
     ShadeMaterial {
@@ -171,7 +180,41 @@ fn material(material: &Material, textures: &[Texture], words: &[u32]) -> ShadeMa
         is_blended: u32::from(material.alpha == Alpha::Blend),
         is_unlit: u32::from(material.unlit),
         catches_shadows: u32::from(material.catches_shadows),
+        layer_bits: layer_bits(material),
+        layers: material.layers.as_ref().map_or_else(ShadeLayers::default, |layers| shade_layers(layers)),
         textures: uses,
+        ..ShadeMaterial::default()
+    }
+}
+
+fn layer_bits(material: &Material) -> u32 {
+    let Some(layers) = &material.layers else { return 0 };
+    let Layers { specular, clearcoat, sheen, anisotropy, iridescence } = &**layers;
+    let has = |bit: u32, is_there: bool| if is_there { bit } else { 0 };
+    has(ShadeLayers::SPECULAR, *specular != Specular::default())
+        | has(ShadeLayers::COAT, clearcoat.factor > 0.0)
+        | has(ShadeLayers::SHEEN, sheen.color != Vec3::ZERO)
+        | has(ShadeLayers::GROOVES, anisotropy.strength > 0.0)
+        | has(ShadeLayers::FILM, iridescence.factor > 0.0)
+}
+
+fn shade_layers(layers: &Layers) -> ShadeLayers {
+    let Layers { specular, clearcoat, sheen, anisotropy, iridescence } = layers;
+    let (sine, cosine) = libm::sincosf(anisotropy.rotation_radians);
+    ShadeLayers {
+        specular_color: specular.color.to_array(),
+        specular: specular.factor,
+        sheen_color: sheen.color.to_array(),
+        sheen_roughness: sheen.roughness,
+        coat: clearcoat.factor,
+        coat_roughness: clearcoat.roughness,
+        coat_normal_scale: clearcoat.normal_scale,
+        stretch: anisotropy.strength,
+        stretch_turn: [cosine, sine],
+        film: iridescence.factor,
+        film_ior: iridescence.ior.clamp(1.0, 1e3),
+        film_nanometers: [iridescence.thickness_minimum_nanometers, iridescence.thickness_maximum_nanometers],
+        ..ShadeLayers::default()
     }
 }
 

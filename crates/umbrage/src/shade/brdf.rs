@@ -5,6 +5,8 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 
 use super::lanes::{Each, Vectors, vector_of};
+use super::layer_paint::LayerPaint;
+use super::layers::Layers;
 use super::specular_albedo::{fifth_power, specular_albedo, visibility};
 
 /// The metallic-roughness model of glTF 2.0 (appendix B), Lambert below a GGX microfacet layer, with two losses of
@@ -15,6 +17,8 @@ pub(crate) struct Reflectance<S: Simd> {
     diffuse: Vectors<S>,
     /// Specular reflectance at normal incidence.
     f0: Vectors<S>,
+    /// Specular reflectance at grazing angles.
+    f90: f32x16<S>,
     /// GGX width: perceptual roughness squared.
     alpha: f32x16<S>,
     roughness: f32x16<S>,
@@ -31,6 +35,8 @@ pub(crate) struct SeenReflectance<S: Simd> {
     diffuse: Vectors<S>,
     /// Directional albedo of the specular layer.
     specular: Vectors<S>,
+    /// What isn't mirrored by it, and so comes to what is below.
+    entering: Vectors<S>,
     /// What light that bounces several times between microfacets adds to the single bounce, as a factor: without it
     /// rough metals lose up to half of their light (Turquin, *Practical Multiple Scattering Compensation for Microfacet
     /// Models*, 2019).
@@ -59,7 +65,7 @@ impl Gloss {
 
 impl<S: Simd> Reflectance<S> {
     /// Below this perceptual roughness a point light's highlight is narrower than a pixel and flickers.
-    const SMOOTHEST: f32 = 0.045;
+    pub(super) const SMOOTHEST: f32 = 0.045;
 
     #[inline(always)]
     pub(crate) fn new(
@@ -75,6 +81,7 @@ impl<S: Simd> Reflectance<S> {
         Self {
             diffuse: base_color.scaled(1.0 - metallic),
             f0: dielectric.lerp(base_color, metallic),
+            f90: f32x16::splat(simd, 1.0),
             alpha: roughness * roughness,
             roughness,
         }
@@ -87,9 +94,38 @@ impl<S: Simd> Reflectance<S> {
         self
     }
 
+    /// The same material with another strength and colour of what isn't metal mirrors, in some lanes.
+    #[inline(always)]
+    pub(super) fn with_specular(
+        mut self,
+        simd: S,
+        specular: &LayerPaint,
+        (base_color, metallic, ior): (Vectors<S>, f32x16<S>, f32x16<S>),
+    ) -> Self {
+        let lanes = mask32x16::from_bitmask(simd, specular.specular_lanes.into());
+        let weight = f32x16::from_slice(simd, &specular.specular);
+        let ratio = (ior - 1.0) / (ior + 1.0);
+        let colored = Vectors::load(simd, &specular.specular_color).scaled(ratio * ratio).at_most_one();
+        let f0 = colored.scaled(weight).lerp(base_color, metallic);
+        self.f0 = Vectors::select(lanes, f0, self.f0);
+        self.f90 = lanes.select(weight + (1.0 - weight) * metallic, self.f90);
+        self
+    }
+
     #[inline(always)]
     pub(crate) fn roughness(&self) -> f32x16<S> {
         self.roughness
+    }
+
+    #[inline(always)]
+    pub(super) fn f0(&self) -> Vectors<S> {
+        self.f0
+    }
+
+    /// Takes another roughness for how much is mirrored, and for what is a mirror.
+    #[inline(always)]
+    pub(super) fn roughen(&mut self, roughness: f32x16<S>) {
+        self.roughness = roughness;
     }
 
     /// Where it is so smooth that what is around is seen in it sharply.
@@ -98,32 +134,74 @@ impl<S: Simd> Reflectance<S> {
         self.roughness.simd_le(Self::SMOOTHEST)
     }
 
-    /// How it looks at a unit normal from the direction `view`, of unit length and away from the surface.
+    /// How it looks at a unit normal from the direction `view`, of unit length and away from the surface, with its layers if
+    /// it has any.
     #[inline(always)]
-    pub(crate) fn seen(self, simd: S, normal: Vectors<S>, view: Vectors<S>) -> SeenReflectance<S> {
+    pub(crate) fn seen(
+        self,
+        simd: S,
+        normal: Vectors<S>,
+        view: Vectors<S>,
+        layers: Option<&Layers<S>>,
+    ) -> SeenReflectance<S> {
         let n_v = normal.dot(view).max(1e-4);
         let [scale, bias] = specular_albedo(simd, self.roughness, n_v);
         let lost = (1.0 / (scale + bias) - 1.0).max(0.0);
         let one = Vectors::splat(simd, Vec3::ONE);
-        let scattered_again = one + self.f0.scaled(lost);
-        let specular = self.f0.scaled(scale).raised(bias) * scattered_again;
-        let diffuse = self.diffuse.scaled(f32x16::splat(simd, 1.0 / PI)) * (one - specular);
-        SeenReflectance { reflectance: self, normal, view, n_v, diffuse, specular, scattered_again }
+        let (mut f0, mut once) = (self.f0, self.f0.scaled(scale).raised(bias * self.f90));
+        if let Some(Layers { film: Some(film), .. }) = layers {
+            (f0, once) = (film.tinted(f0), film.mixed(once, film.reflected.scaled(scale + bias)));
+        }
+        let scattered_again = one + f0.scaled(lost);
+        let specular = once * scattered_again;
+        let entering = one - specular;
+        let diffuse = self.diffuse.scaled(f32x16::splat(simd, 1.0 / PI)) * entering;
+        let seen =
+            SeenReflectance { reflectance: self, normal, view, n_v, diffuse, specular, entering, scattered_again };
+        match layers {
+            Some(layers) => seen.below(simd, layers),
+            None => seen,
+        }
     }
 }
 
 impl<S: Simd> SeenReflectance<S> {
+    /// What of it is seen below its layers.
+    #[inline(always)]
+    fn below(mut self, simd: S, layers: &Layers<S>) -> Self {
+        // What is mirrored in a colour would leave the opposite colour to what is below.
+        let entering = (1.0 - self.specular.largest()).max(0.0);
+        let entering = Vectors { x: entering, y: entering, z: entering };
+        let diffuse = self.reflectance.diffuse.scaled(f32x16::splat(simd, 1.0 / PI)) * entering;
+        self.diffuse = Vectors::select(layers.tinting, diffuse, self.diffuse).scaled(layers.below);
+        self.entering = Vectors::select(layers.tinting, entering, self.entering).scaled(layers.below);
+        self.specular = self.specular.scaled(layers.below);
+        self.scattered_again = self.scattered_again.scaled(layers.below);
+        self
+    }
+
     /// Reflected radiance for each unit of irradiance from `light`, a unit vector away from the surface. Zero where that
     /// is below the horizon of the normal.
     #[inline(always)]
-    pub(crate) fn evaluate(&self, simd: S, light: Vectors<S>) -> Vectors<S> {
-        let Self { reflectance: Reflectance { f0, alpha, .. }, normal, view, n_v, diffuse, scattered_again, .. } =
-            *self;
+    pub(crate) fn evaluate(&self, simd: S, light: Vectors<S>, layers: Option<&Layers<S>>) -> Vectors<S> {
+        let Self {
+            reflectance: Reflectance { f0, f90, alpha, .. }, normal, view, n_v, diffuse, scattered_again, ..
+        } = *self;
         let a2 = alpha * alpha;
         let n_l = normal.dot(light);
         let half = (view + light).normalized_or(normal);
         let n_h = normal.dot(half).max(0.0);
-        let specular = schlick(simd, f0, view.dot(half)).scaled(distribution(a2, n_h) * visibility(a2, n_l, n_v));
+        let mut fresnel = schlick(f0, f90, view.dot(half));
+        let mut lobe = distribution(a2, n_h) * visibility(a2, n_l, n_v);
+        if let Some(layers) = layers {
+            if let Some(film) = &layers.film {
+                fresnel = film.tinted(fresnel);
+            }
+            if let Some(grooves) = &layers.grooves {
+                lobe = grooves.lobe(lobe, half, light, [n_h, n_l, n_v]);
+            }
+        }
+        let specular = fresnel.scaled(lobe);
         let reflected = diffuse + specular * scattered_again;
         Vectors::select(n_l.simd_gt(0.0), reflected, Vectors::splat(simd, Vec3::ZERO))
     }
@@ -153,21 +231,27 @@ impl<S: Simd> SeenReflectance<S> {
     pub(crate) fn specular(&self) -> Vectors<S> {
         self.specular
     }
+
+    /// How much of the light isn't mirrored, and comes to what is below.
+    #[inline(always)]
+    pub(crate) fn entering(&self) -> Vectors<S> {
+        self.entering
+    }
 }
 
 /// GGX: Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, 2007, equation 33; `a2` is its squared
 /// width.
 #[inline(always)]
-fn distribution<S: Simd>(a2: f32x16<S>, n_h: f32x16<S>) -> f32x16<S> {
+pub(super) fn distribution<S: Simd>(a2: f32x16<S>, n_h: f32x16<S>) -> f32x16<S> {
     let d = n_h * n_h * (a2 - 1.0) + 1.0;
     a2 / (PI * d * d)
 }
 
-/// Schlick's Fresnel term.
+/// Schlick's Fresnel term, from `f0` straight ahead to `f90` at grazing angles.
 #[inline(always)]
-fn schlick<S: Simd>(simd: S, f0: Vectors<S>, cosine: f32x16<S>) -> Vectors<S> {
+fn schlick<S: Simd>(f0: Vectors<S>, f90: f32x16<S>, cosine: f32x16<S>) -> Vectors<S> {
     let missing = 1.0 - cosine.max(0.0).min(1.0);
-    f0 + (Vectors::splat(simd, Vec3::ONE) - f0).scaled(fifth_power(missing))
+    f0 + (-f0).raised(f90).scaled(fifth_power(missing))
 }
 
 #[cfg(test)]
@@ -193,6 +277,7 @@ mod tests {
                 simd,
                 Vectors::splat(simd, Vec3::Z),
                 Vectors::splat(simd, view),
+                None,
             )
         }
 
@@ -202,7 +287,7 @@ mod tests {
                 put(lane, *light, &mut each);
             }
             let reflected: [Each<f32>; 3] = dispatch!(Level::new(), simd => {
-                self.seen(simd, view).evaluate(simd, Vectors::load(simd, &each)).store()
+                self.seen(simd, view).evaluate(simd, Vectors::load(simd, &each), None).store()
             });
             std::array::from_fn(|lane| vector_of(lane, &reflected))
         }

@@ -169,6 +169,12 @@ impl<S: Simd> Vectors<S> {
         Self { x: bounded(self.x), y: bounded(self.y), z: bounded(self.z) }
     }
 
+    /// One for what is above.
+    #[inline(always)]
+    pub(crate) fn at_most_one(self) -> Self {
+        Self { x: self.x.min(1.0), y: self.y.min(1.0), z: self.z.min(1.0) }
+    }
+
     /// Zero for what is below.
     #[inline(always)]
     pub(crate) fn at_least_zero(self) -> Self {

@@ -2,20 +2,29 @@
 //! light that reaches them.
 
 mod brdf;
+mod coat;
+mod film;
 pub(crate) mod glass;
 pub(crate) mod gloss;
+mod grooves;
 mod hits;
 mod irradiance;
 pub(crate) mod lanes;
+mod layer_paint;
+mod layers;
 mod paint;
 mod rays;
+mod sheen;
 mod specular_albedo;
 mod surface;
+mod transcendental;
 
 pub(crate) use brdf::{Gloss, Reflectance, SeenReflectance};
 pub(crate) use hits::BlockHits;
 pub(crate) use irradiance::arriving;
 pub(crate) use rays::{Block, BlockRays};
+#[cfg(feature = "gpu")]
+pub(crate) use sheen::sheen_albedo_table;
 #[cfg(feature = "gpu")]
 pub(crate) use specular_albedo::specular_albedo_table;
 pub(crate) use surface::{Footprint, Surface};

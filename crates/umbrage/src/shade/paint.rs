@@ -24,6 +24,8 @@ pub(super) struct Paint {
     pub(super) unlit: u16,
     /// The lanes that show nothing but shadows.
     pub(super) catches: u16,
+    /// The lanes whose material has layers.
+    pub(super) layered: u16,
 }
 
 /// What normal textures say.
@@ -54,17 +56,11 @@ impl Paint {
         if !is_textured {
             return paint;
         }
-        let [second, third] = &hits.barycentric;
         for lane in 0..LANES {
             if hits.shown >> lane & 1 == 0 {
                 continue;
             }
-            let texels = Texels {
-                frame,
-                vertices: hits.vertices[lane],
-                barycentric: [second[lane], third[lane]],
-                covered_triangles: covered_triangles[lane],
-            };
+            let texels = Texels::of_lane(frame, hits, covered_triangles, lane);
             paint.read_textures(lane, &frame.materials.materials[material_of(lane) as usize], &texels);
         }
         paint
@@ -81,16 +77,12 @@ impl Paint {
             transmission: each(material.transmission),
             ambient_occlusion: each(1.0),
             emitted: material.emissive.to_array().map(each),
-            bumps: Bumps {
-                lanes: 0,
-                bump: [[0.0; LANES]; 3],
-                tangent: [[0.0; LANES]; 3],
-                bitangent_sign: [0.0; LANES],
-            },
+            bumps: Bumps::none(),
             blended: if material.alpha == Alpha::Blend { u16::MAX } else { 0 },
             volume: if material.bounds_volume() { u16::MAX } else { 0 },
             unlit: if material.unlit { u16::MAX } else { 0 },
             catches: if material.catches_shadows { u16::MAX } else { 0 },
+            layered: if material.layers.is_some() { u16::MAX } else { 0 },
         }
     }
 
@@ -108,6 +100,7 @@ impl Paint {
         self.volume = self.volume & !bit | if material.bounds_volume() { bit } else { 0 };
         self.unlit = self.unlit & !bit | if material.unlit { bit } else { 0 };
         self.catches = self.catches & !bit | if material.catches_shadows { bit } else { 0 };
+        self.layered = self.layered & !bit | if material.layers.is_some() { bit } else { 0 };
     }
 
     /// Multiplies a lane's material by its textures.
@@ -146,21 +139,30 @@ fn has_textures(material: &Material) -> bool {
 }
 
 impl Bumps {
-    /// Reads a normal texture in the tangent frame of the file, or else of the texture coordinates.
-    fn read(&mut self, lane: usize, texels: &Texels<'_>, texture: TextureUse, scale: f32) {
-        let Some((tangent, sign)) = texels.vertex_tangent().or_else(|| texels.gradient_tangent(texture)) else {
+    pub(super) fn none() -> Self {
+        Self { lanes: 0, bump: [[0.0; LANES]; 3], tangent: [[0.0; LANES]; 3], bitangent_sign: [0.0; LANES] }
+    }
+
+    /// Reads a normal texture.
+    pub(super) fn read(&mut self, lane: usize, texels: &Texels<'_>, texture: TextureUse, scale: f32) {
+        let texel = texels.read(texture).truncate() * 2.0 - 1.0;
+        self.set(lane, texels, texture.tex_coord_set, texel * Vec3::new(scale, scale, 1.0));
+    }
+
+    /// Takes a bump in the tangent frame of the file, or else of a set of texture coordinates; none where there is neither.
+    pub(super) fn set(&mut self, lane: usize, texels: &Texels<'_>, tex_coord_set: u8, bump: Vec3) {
+        let Some((tangent, sign)) = texels.vertex_tangent().or_else(|| texels.gradient_tangent(tex_coord_set)) else {
             return;
         };
-        let texel = texels.read(texture).truncate() * 2.0 - 1.0;
         self.lanes |= 1 << lane;
-        put(lane, texel * Vec3::new(scale, scale, 1.0), &mut self.bump);
+        put(lane, bump, &mut self.bump);
         put(lane, tangent, &mut self.tangent);
         self.bitangent_sign[lane] = sign;
     }
 }
 
 /// What is needed to read textures at a hit.
-struct Texels<'a> {
+pub(super) struct Texels<'a> {
     frame: &'a Frame,
     vertices: [u32; 3],
     /// Weights of the second and the third vertex.
@@ -169,13 +171,23 @@ struct Texels<'a> {
     covered_triangles: f32,
 }
 
-impl Texels<'_> {
+impl<'a> Texels<'a> {
+    pub(super) fn of_lane(frame: &'a Frame, hits: &LaneHits, covered_triangles: &Each<f32>, lane: usize) -> Self {
+        let [second, third] = &hits.barycentric;
+        Self {
+            frame,
+            vertices: hits.vertices[lane],
+            barycentric: [second[lane], third[lane]],
+            covered_triangles: covered_triangles[lane],
+        }
+    }
+
     /// Ray cones (Akenine-Möller et al., *Texture Level of Detail Strategies for Real-Time Ray Tracing*, 2019): as many
     /// texels are averaged as the pixel's cone covers on the surface.
-    fn read(&self, texture: TextureUse) -> Vec4 {
+    pub(super) fn read(&self, texture: TextureUse) -> Vec4 {
         let image = &self.frame.materials.textures[texture.texture as usize];
         let [width, height] = image.size();
-        let [a, b, c] = self.corner_coords(texture);
+        let [a, b, c] = self.corner_coords(texture.tex_coord_set);
         let matrix = texture.image_from_mesh.matrix2;
         let doubled_area = (matrix * (b - a)).perp_dot(matrix * (c - a)).abs();
         let triangle_texels = 0.5 * doubled_area * width as f32 * height as f32;
@@ -185,8 +197,8 @@ impl Texels<'_> {
         image.sample(texture.image_from_mesh.transform_point2(coords), footprint)
     }
 
-    fn corner_coords(&self, texture: TextureUse) -> [Vec2; 3] {
-        let coords = &self.frame.mesh.tex_coords[usize::from(texture.tex_coord_set.min(1))];
+    fn corner_coords(&self, tex_coord_set: u8) -> [Vec2; 3] {
+        let coords = &self.frame.mesh.tex_coords[usize::from(tex_coord_set.min(1))];
         self.vertices.map(|vertex| coords.get(vertex as usize).copied().unwrap_or_default())
     }
 
@@ -203,8 +215,8 @@ impl Texels<'_> {
     }
 
     /// The direction in which the texture's u grows across the triangle, and the sign of the bitangent.
-    fn gradient_tangent(&self, texture: TextureUse) -> Option<(Vec3, f32)> {
-        let [a, b, c] = self.corner_coords(texture);
+    fn gradient_tangent(&self, tex_coord_set: u8) -> Option<(Vec3, f32)> {
+        let [a, b, c] = self.corner_coords(tex_coord_set);
         let (coords_ab, coords_ac) = (b - a, c - a);
         let [a, b, c] = self.vertices.map(|vertex| self.frame.positions[vertex as usize]);
         let (ab, ac) = (b - a, c - a);

@@ -6,6 +6,8 @@ use umbrage_scene::Frame;
 use super::Reflectance;
 use super::hits::{BlockHits, corner_vectors};
 use super::lanes::{Each, LANES, Vectors, Wide, put};
+use super::layer_paint::LayerPaint;
+use super::layers::Layers;
 use super::paint::{Bumps, Paint};
 use super::rays::BlockRays;
 
@@ -64,13 +66,16 @@ pub(crate) struct Surface<S: Simd> {
     pub(crate) unlit: u16,
     /// The lanes of which only the shadows on them are seen.
     pub(crate) catches: u16,
+    /// `None` where no lane has any.
+    pub(crate) layers: Option<Layers<S>>,
 }
 
 impl<S: Simd> Surface<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, frame: &Frame, rays: &BlockRays<S>, hits: &BlockHits<S>, footprint: &Footprint) -> Self {
         let facet = Facet::new(rays, hits, footprint);
-        let paint = Paint::new(frame, &hits.lane_hits(), &facet.covered_triangles.into());
+        let (lane_hits, covered_triangles) = (hits.lane_hits(), facet.covered_triangles.into());
+        let paint = Paint::new(frame, &lane_hits, &covered_triangles);
         let one = f32x16::splat(simd, 1.0);
         let (mut base_color, mut opacity) =
             (Vectors::load(simd, &paint.base_color), f32x16::from_slice(simd, &paint.opacity));
@@ -80,19 +85,24 @@ impl<S: Simd> Surface<S> {
         }
         let metallic = f32x16::from_slice(simd, &paint.metallic);
         let transmission = f32x16::from_slice(simd, &paint.transmission) * (1.0 - metallic);
-        let reflectance = Reflectance::new(
-            simd,
-            base_color,
-            metallic,
-            f32x16::from_slice(simd, &paint.roughness),
-            f32x16::from_slice(simd, &paint.ior),
-        );
+        let (roughness, ior) = (f32x16::from_slice(simd, &paint.roughness), f32x16::from_slice(simd, &paint.ior));
+        let mut reflectance = Reflectance::new(simd, base_color, metallic, roughness, ior);
+        let smooth = facet.smooth_normal(simd, frame, hits);
+        let normal = facet.on_the_side_of_the_ray(smooth, bend(simd, smooth, &paint.bumps));
+        let mut layers = None;
+        if paint.layered != 0 {
+            let paint = LayerPaint::new(frame, &lane_hits, &covered_triangles);
+            reflectance = reflectance.with_specular(simd, &paint, (base_color, metallic, ior));
+            let coat_normal = facet.on_the_side_of_the_ray(smooth, bend(simd, smooth, &paint.coat_bumps));
+            let normals = [normal, coat_normal, bend(simd, smooth, &paint.grooves)];
+            layers = Some(Layers::new(simd, &paint, &mut reflectance, normals, rays.towards_origin));
+        }
         let blended = mask32x16::from_bitmask(simd, paint.blended.into());
         Self {
             position: hits.position,
             view: rays.towards_origin,
             geometric_normal: facet.geometric_normal,
-            normal: facet.bent_normal(simd, frame, hits, &paint.bumps),
+            normal,
             reflectance: reflectance.with_transmission(transmission),
             base_color,
             opacity: blended.select(opacity.max(0.0).min(1.0), one),
@@ -103,6 +113,7 @@ impl<S: Simd> Surface<S> {
             front: facet.shows_front.to_bitmask() as u16,
             unlit: paint.unlit & !paint.catches,
             catches: paint.catches,
+            layers,
         }
     }
 }
@@ -134,17 +145,20 @@ impl<S: Simd> Facet<S> {
         Self { front, geometric_normal, shows_front: !is_behind, covered_triangles }
     }
 
-    /// The shading normal: interpolated between the vertices, bent by the normal texture, and on the side of the ray.
+    /// The normal that is interpolated between the vertices, on the front of the surface.
     #[inline(always)]
-    fn bent_normal(&self, simd: S, frame: &Frame, hits: &BlockHits<S>, bumps: &Bumps) -> Vectors<S> {
-        let smooth = if frame.normals.is_empty() {
-            self.front
-        } else {
-            // Zero where the surface is flat.
-            vertex_normals(simd, frame, hits).normalized_or(self.front)
-        };
-        let bent = if bumps.lanes == 0 { smooth } else { bend(simd, smooth, bumps) };
-        // Normals say which side is the front, also in files whose winding disagrees with them.
+    fn smooth_normal(&self, simd: S, frame: &Frame, hits: &BlockHits<S>) -> Vectors<S> {
+        if frame.normals.is_empty() {
+            return self.front;
+        }
+        // Zero where the surface is flat.
+        vertex_normals(simd, frame, hits).normalized_or(self.front)
+    }
+
+    /// A normal on the front of the surface, turned to where the ray comes from.
+    #[inline(always)]
+    fn on_the_side_of_the_ray(&self, smooth: Vectors<S>, bent: Vectors<S>) -> Vectors<S> {
+        // Smooth normals say which side is the front, also in files whose winding disagrees with them.
         Vectors::select(smooth.dot(self.geometric_normal).simd_lt(0.0), -bent, bent)
     }
 }
@@ -183,6 +197,9 @@ fn vertex_normals<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<S>) -> Vecto
 /// Normals bent by the normal texture in the lanes that have one.
 #[inline(always)]
 fn bend<S: Simd>(simd: S, normal: Vectors<S>, bumps: &Bumps) -> Vectors<S> {
+    if bumps.lanes == 0 {
+        return normal;
+    }
     let tangent = Vectors::load(simd, &bumps.tangent);
     let (tangent, has_tangent) = (tangent - normal.scaled(tangent.dot(normal))).try_normalized();
     let bitangent = normal.cross(tangent).scaled(f32x16::from_slice(simd, &bumps.bitangent_sign));

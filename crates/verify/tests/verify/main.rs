@@ -8,6 +8,7 @@ mod glass;
 mod gloss;
 mod gltf_scenes;
 mod ground;
+mod layers;
 mod matrix;
 mod mirrors;
 mod moving;

@@ -142,10 +142,10 @@ fn required_extensions_that_are_unknown_are_refused_by_name() {
         "{error}"
     );
     file.json["extensionsRequired"] = json!([]);
-    file.json["extensionsUsed"] = json!(["KHR_materials_sheen", "KHR_texture_transform"]);
+    file.json["extensionsUsed"] = json!(["KHR_materials_subsurface", "KHR_texture_transform"]);
     let warnings = file.open().unwrap().warnings().to_vec();
     assert_eq!(warnings.iter().filter(|warning| warning.contains("extension")).count(), 1, "{warnings:?}");
-    assert!(warnings[0].contains("`KHR_materials_sheen`"));
+    assert!(warnings[0].contains("`KHR_materials_subsurface`"));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use umbrage_scene::{Alpha, Clip, Material, Scene, TextureUse};
 use crate::builder::{Builder, data_uri, open_in};
 
 /// A PNG of 2×1 texels: a red one and a blue one.
-fn png() -> Vec<u8> {
+pub(super) fn png() -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let image = image::RgbaImage::from_raw(2, 1, vec![255, 0, 0, 255, 0, 0, 255, 128]).unwrap();
     image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
@@ -16,7 +16,7 @@ fn png() -> Vec<u8> {
 }
 
 /// A triangle with material 0.
-fn with_material(material: Value) -> Builder {
+pub(super) fn with_material(material: Value) -> Builder {
     let mut file = Builder::new();
     let mesh = file.triangle();
     file.json["meshes"][mesh]["primitives"][0]["material"] = json!(0);
@@ -26,13 +26,13 @@ fn with_material(material: Value) -> Builder {
 }
 
 /// Adds an image in a buffer view and a texture of it.
-fn add_texture(file: &mut Builder) {
+pub(super) fn add_texture(file: &mut Builder) {
     let view = file.view(&png());
     let image = file.push("images", json!({ "bufferView": view, "mimeType": "image/png" }));
     file.push("textures", json!({ "source": image }));
 }
 
-fn material(file: &Builder) -> Material {
+pub(super) fn material(file: &Builder) -> Material {
     file.at(0.0).materials.materials[0].clone()
 }
 

@@ -2,6 +2,7 @@
 
 mod animation;
 mod broken;
+mod layers;
 mod look;
 mod mesh;
 mod pose;

@@ -105,3 +105,20 @@ proptest! {
         sound(&bumpy(&positions, &coords, &indices).at(0.0));
     }
 }
+
+#[test]
+fn lacquer_and_stretched_highlights_need_tangents_too() {
+    let coords = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+    let tangents = |material: serde_json::Value| {
+        let mut file = bumpy(&SQUARE, &coords, &[0, 1, 2, 0, 2, 3]);
+        file.json["materials"][0] = material;
+        file.at(0.0).tangents.clone()
+    };
+    let coat = json!({ "clearcoatFactor": 1, "clearcoatNormalTexture": { "index": 0 } });
+    let along_x = [Vec4::new(1.0, 0.0, 0.0, 1.0); 4];
+    assert_eq!(tangents(json!({ "extensions": { "KHR_materials_clearcoat": coat } })), along_x);
+    let stretched = json!({ "KHR_materials_anisotropy": { "anisotropyStrength": 0.5 } });
+    assert_eq!(tangents(json!({ "extensions": stretched })), along_x);
+    let round = json!({ "KHR_materials_anisotropy": { "anisotropyRotation": 0.5 } });
+    assert_eq!(tangents(json!({ "extensions": round })), [Vec4::ZERO; 0]);
+}

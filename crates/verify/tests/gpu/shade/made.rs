@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use glam::{Affine2, Vec2, Vec3, Vec4};
 use umbrage::rays::{Camera, LightSource, Projection};
-use umbrage::scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Mesh, Texture, TextureUse, Wrap};
+use umbrage::scene::{
+    Alpha, Anisotropy, Clearcoat, ColorSpace, Filter, Frame, Iridescence, Layers, Light, Material, Materials, Mesh,
+    Sheen, Specular, Texture, TextureUse, Wrap,
+};
 use umbrage::{Background, Film, Panorama, Settings, ToneMap};
 use umbrage_verify::Random;
 
@@ -143,6 +146,57 @@ fn varied_panels() -> Frame {
     frame
 }
 
+/// Every layer with and without its textures, alone and with others, on plastic and metal.
+fn layered_panels() -> Frame {
+    let mut random = Random::new(13);
+    let mut made = |space| texture([32, 32], space, Filter::Linear, [Wrap::Repeat; 2], &mut random);
+    let textures = vec![made(ColorSpace::Linear), made(ColorSpace::Srgb)];
+    let (quantity, color) = (Some(TextureUse::new(0)), Some(TextureUse::new(1)));
+    let plain = Material {
+        base_color: Vec4::new(0.8, 0.5, 0.3, 1.0),
+        roughness: 0.4,
+        double_sided: true,
+        ..Material::default()
+    };
+    let specular = Specular { factor: 0.7, color: Vec3::new(9.0, 3.0, 0.5), ..Specular::default() };
+    let clearcoat = Clearcoat { factor: 0.9, roughness: 0.2, ..Clearcoat::default() };
+    let sheen = Sheen { color: Vec3::new(0.9, 0.4, 0.2), roughness: 0.4, ..Sheen::default() };
+    let anisotropy = Anisotropy { strength: 0.8, rotation_radians: 0.6, texture: None };
+    let iridescence = Iridescence { factor: 0.9, ior: 1.6, ..Iridescence::default() };
+    let none = Layers::default();
+    let alone = [
+        Layers { specular: specular.clone(), ..none.clone() },
+        Layers { specular: Specular { texture: quantity, color_texture: color, ..specular.clone() }, ..none.clone() },
+        Layers { clearcoat: clearcoat.clone(), ..none.clone() },
+        Layers {
+            clearcoat: Clearcoat { texture: quantity, roughness_texture: quantity, ..clearcoat.clone() },
+            ..none.clone()
+        },
+        Layers {
+            clearcoat: Clearcoat { normal_texture: quantity, normal_scale: 0.6, ..clearcoat.clone() },
+            ..none.clone()
+        },
+        Layers { sheen: sheen.clone(), ..none.clone() },
+        Layers { sheen: Sheen { color_texture: color, roughness_texture: quantity, ..sheen.clone() }, ..none.clone() },
+        Layers { anisotropy: anisotropy.clone(), ..none.clone() },
+        Layers { anisotropy: Anisotropy { texture: quantity, ..anisotropy.clone() }, ..none.clone() },
+        Layers { iridescence: iridescence.clone(), ..none.clone() },
+        Layers {
+            iridescence: Iridescence { texture: quantity, thickness_texture: quantity, ..iridescence.clone() },
+            ..none
+        },
+        Layers { specular, clearcoat, sheen, anisotropy, iridescence },
+    ];
+    let of_base = [
+        plain.clone(),
+        Material { metallic: 1.0, ..plain.clone() },
+        Material { normal_texture: quantity, transmission: 0.5, ..plain },
+    ];
+    let with = |base: &Material, layers: &Layers| Material { layers: Some(Box::new(layers.clone())), ..base.clone() };
+    let materials = of_base.iter().flat_map(|base| alone.iter().map(move |layers| with(base, layers)));
+    panels(materials.chain(of_base.clone()).collect(), textures, 7)
+}
+
 fn lights() -> Vec<Light> {
     let position = Vec3::new(1.0, 2.0, 2.5);
     let direction = Vec3::new(0.3, 0.1, -1.0).normalize();
@@ -201,6 +255,26 @@ fn materials_and_layers_look_the_same_with_every_light_in_all_surroundings() {
             difference.expect_alike(&format!("light {place} under {name}"));
         }
     }
+}
+
+#[test]
+fn layers_look_the_same_with_every_light_in_all_surroundings() {
+    let Some(mut engines) = engines() else { return };
+    let frame = layered_panels();
+    for (name, background) in [("sky", Background::Sky), ("panorama", panorama())] {
+        for (place, light) in lights().into_iter().enumerate() {
+            let settings = Settings { background: background.clone(), ..settings(220) };
+            let frame = Frame { lights: vec![light], ..frame.clone() };
+            let films = engines.render(&frame, &settings).expect("a frame");
+            Difference::of(&films.cpu, &films.gpu, &settings).expect_alike(&format!("light {place} under {name}"));
+        }
+    }
+    // Flat, from behind, without tangents in the file.
+    let frame = Frame { normals: Vec::new(), tangents: Vec::new(), lights: lights(), ..frame };
+    let camera = Camera::look_at(Vec3::new(2.5, 3.5, -8.0), Vec3::new(3.0, 2.5, -0.5), Vec3::Y, 0.9);
+    let settings = Settings { camera: camera.into(), ..settings(220) };
+    let films = engines.render(&frame, &settings).expect("a frame");
+    Difference::of(&films.cpu, &films.gpu, &settings).expect_alike("flat, from behind");
 }
 
 #[test]

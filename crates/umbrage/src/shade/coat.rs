@@ -1,0 +1,58 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16};
+use glam::Vec3;
+use umbrage_scene::Clearcoat;
+
+use super::brdf::{Reflectance, distribution};
+use super::lanes::Vectors;
+use super::specular_albedo::{fifth_power, specular_albedo, visibility};
+
+/// A clear lacquer as it is seen from one side: `KHR_materials_clearcoat`, which has Fresnel's term of its smooth normal rather
+/// than of its microfacets.
+#[derive(Clone, Copy)]
+pub(super) struct Coat<S: Simd> {
+    normal: Vectors<S>,
+    view: Vectors<S>,
+    n_v: f32x16<S>,
+    /// Squared GGX width.
+    a2: f32x16<S>,
+    roughness: f32x16<S>,
+    /// How much of the light it takes from what is below; zero where there is none.
+    pub(super) part: f32x16<S>,
+}
+
+impl<S: Simd> Coat<S> {
+    /// Lacquer on so much of a surface, with a perceptual roughness and a unit normal of its own.
+    #[inline(always)]
+    pub(super) fn new(factor: f32x16<S>, roughness: f32x16<S>, [normal, view]: [Vectors<S>; 2]) -> Self {
+        let cosine = normal.dot(view);
+        let missing = 1.0 - cosine.abs().min(1.0);
+        let roughness = roughness.max(Reflectance::<S>::SMOOTHEST).min(1.0);
+        let alpha = roughness * roughness;
+        let part = factor * (fifth_power(missing) * (1.0 - Clearcoat::F0) + Clearcoat::F0);
+        Self { normal, view, n_v: cosine.max(1e-4), a2: alpha * alpha, roughness, part }
+    }
+
+    /// Reflected radiance for each unit that a light from a unit direction sends to surfaces that face it.
+    #[inline(always)]
+    pub(super) fn lit(&self, simd: S, light: Vectors<S>) -> f32x16<S> {
+        let n_l = self.normal.dot(light);
+        let half = (self.view + light).normalized_or(self.normal);
+        let n_h = self.normal.dot(half).max(0.0);
+        let lobe = distribution(self.a2, n_h) * visibility(self.a2, n_l, self.n_v) * n_l;
+        n_l.simd_gt(0.0).select(self.part * lobe, f32x16::splat(simd, 0.0))
+    }
+
+    /// Where light comes from that stands for all that it reflects, and over which perceptual roughness.
+    #[inline(always)]
+    pub(super) fn reflection(&self) -> (Vectors<S>, f32x16<S>) {
+        (self.normal.scaled(2.0 * self.view.dot(self.normal)) - self.view, self.roughness)
+    }
+
+    /// How much of what is there it shows.
+    #[inline(always)]
+    pub(super) fn albedo(&self, simd: S) -> Vectors<S> {
+        let [scale, bias] = specular_albedo(simd, self.roughness, self.n_v);
+        Vectors::splat(simd, Vec3::ONE).scaled(self.part * (scale + bias))
+    }
+}

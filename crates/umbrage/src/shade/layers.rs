@@ -1,0 +1,166 @@
+use std::f32::consts::FRAC_1_PI;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16};
+use glam::Vec3;
+
+use super::brdf::Reflectance;
+use super::coat::Coat;
+use super::film::Film;
+use super::grooves::Grooves;
+use super::irradiance::Arriving;
+use super::lanes::Vectors;
+use super::layer_paint::LayerPaint;
+use super::sheen::Sheen;
+use crate::background::Surroundings;
+
+/// What few materials have beyond metal, colour and roughness, as it is seen from one side. What no lane has is left out;
+/// lanes without a layer have one that does nothing.
+#[derive(Clone, Copy)]
+pub(crate) struct Layers<S: Simd> {
+    /// What shapes the specular layer.
+    pub(super) film: Option<Film<S>>,
+    pub(super) grooves: Option<Grooves<S>>,
+    /// The lanes that mirror in colours of their own.
+    pub(super) tinting: mask32x16<S>,
+    /// The lanes whose small mirrors aren't those of plain materials.
+    pub(crate) shaped: mask32x16<S>,
+    /// What lies on top.
+    sheen: Option<Sheen<S>>,
+    coat: Option<Coat<S>>,
+    /// What sheen and coat leave of the light of what is below them, and what the coat alone does.
+    pub(super) below: f32x16<S>,
+    below_coat: f32x16<S>,
+}
+
+impl<S: Simd> Layers<S> {
+    /// Of the unit `normal` of the surface, the one of its coat, and the unit direction of the view; `groove` is the direction
+    /// in which highlights are stretched.
+    #[inline(always)]
+    pub(super) fn new(
+        simd: S,
+        paint: &LayerPaint,
+        reflectance: &mut Reflectance<S>,
+        [normal, coat_normal, groove]: [Vectors<S>; 3],
+        view: Vectors<S>,
+    ) -> Self {
+        let one = f32x16::splat(simd, 1.0);
+        let tinting = mask32x16::from_bitmask(simd, (paint.specular_lanes | paint.film_lanes).into());
+        let shaped = tinting | mask32x16::from_bitmask(simd, paint.grooves.lanes.into());
+        let mut layers =
+            Self { film: None, grooves: None, tinting, shaped, sheen: None, coat: None, below: one, below_coat: one };
+        if paint.grooves.lanes != 0 {
+            let lanes = mask32x16::from_bitmask(simd, paint.grooves.lanes.into());
+            let strength = f32x16::from_slice(simd, &paint.stretch);
+            let grooves = Grooves::new(lanes, groove, strength, reflectance.roughness(), [normal, view]);
+            reflectance.roughen(grooves.mean_roughness(reflectance.roughness()));
+            layers.grooves = Some(grooves);
+        }
+        if paint.film_lanes != 0 {
+            let [part, ior, nanometers] = [&paint.film, &paint.film_ior, &paint.film_nanometers];
+            let [part, ior, nanometers] = [part, ior, nanometers].map(|of| f32x16::from_slice(simd, of));
+            let n_v = normal.dot(view).max(1e-4);
+            layers.film = Some(Film::new(simd, [part, ior, nanometers], reflectance.f0(), n_v));
+        }
+        if paint.coat_lanes != 0 {
+            let [factor, roughness] = [&paint.coat, &paint.coat_roughness];
+            let [factor, roughness] = [factor, roughness].map(|of| f32x16::from_slice(simd, of));
+            let coat = Coat::new(factor, roughness, [coat_normal, view]);
+            layers.below_coat = 1.0 - coat.part;
+            layers.coat = Some(coat);
+        }
+        layers.below = layers.below_coat;
+        if paint.sheen_lanes != 0 {
+            let (color, roughness) =
+                (Vectors::load(simd, &paint.sheen_color), f32x16::from_slice(simd, &paint.sheen_roughness));
+            let sheen = Sheen::new(simd, color, roughness, [normal, view]);
+            layers.below *= sheen.below();
+            layers.sheen = Some(sheen);
+        }
+        layers
+    }
+
+    /// What the layers on top reflect of a light.
+    #[inline(always)]
+    pub(crate) fn lit(&self, simd: S, arriving: &Arriving<S>) -> Vectors<S> {
+        let mut reflected = Vectors::splat(simd, Vec3::ZERO);
+        if let Some(sheen) = &self.sheen {
+            reflected += sheen.lit(simd, arriving.towards).scaled(self.below_coat);
+        }
+        if let Some(coat) = &self.coat {
+            reflected = reflected.raised(coat.lit(simd, arriving.towards));
+        }
+        reflected * arriving.irradiance
+    }
+
+    /// What the layers on top scatter of light from all around, for each unit of irradiance.
+    #[inline(always)]
+    pub(crate) fn scattered(&self, simd: S) -> Vectors<S> {
+        match &self.sheen {
+            Some(sheen) => sheen.albedo().scaled(self.below_coat * FRAC_1_PI),
+            None => Vectors::splat(simd, Vec3::ZERO),
+        }
+    }
+
+    /// What the layers on top reflect of what is around the scene, of which so much comes to the surface; without the coat
+    /// in the lanes where it is `followed`, since it is a mirror.
+    #[inline(always)]
+    pub(crate) fn ambient(
+        &self,
+        simd: S,
+        surroundings: &Surroundings<'_>,
+        irradiance: Vectors<S>,
+        followed: u16,
+    ) -> Vectors<S> {
+        let nothing = Vectors::splat(simd, Vec3::ZERO);
+        let mut reflected = self.scattered(simd) * irradiance;
+        if let Some(coat) = &self.coat {
+            let (direction, roughness) = coat.reflection();
+            let shown = coat.albedo(simd) * surroundings.blurred(simd, direction, roughness);
+            reflected += Vectors::select(mask32x16::from_bitmask(simd, followed.into()), nothing, shown);
+        }
+        reflected
+    }
+
+    /// Where the coat is a mirror, where all mirrors lead, and how much of what is there reaches the camera, given that of the
+    /// surface below and how much of what the whole surface sends does. Below a mirroring coat, mirrors lead where they do
+    /// without it.
+    #[inline(always)]
+    pub(crate) fn coat_mirror(
+        &self,
+        simd: S,
+        is_mirror: mask32x16<S>,
+        (mirrored, mirrored_through): (Vectors<S>, Vectors<S>),
+        through: Vectors<S>,
+    ) -> (mask32x16<S>, Vectors<S>, Vectors<S>) {
+        let Some(coat) = &self.coat else { return (mask32x16::splat(simd, false), mirrored, mirrored_through) };
+        let (direction, roughness) = coat.reflection();
+        let coat_mirrors = roughness.simd_le(Reflectance::<S>::SMOOTHEST) & coat.part.simd_gt(0.0);
+        let of_surface = Vectors::select(is_mirror, mirrored_through, Vectors::splat(simd, Vec3::ZERO));
+        let both = of_surface + through * coat.albedo(simd);
+        (
+            coat_mirrors,
+            Vectors::select(coat_mirrors & !is_mirror, direction, mirrored),
+            Vectors::select(coat_mirrors, both, mirrored_through),
+        )
+    }
+
+    /// What of the light that the surface emits comes through.
+    #[inline(always)]
+    pub(crate) fn emitted(&self, emitted: Vectors<S>) -> Vectors<S> {
+        emitted.scaled(self.below_coat)
+    }
+
+    /// Where light comes from that stands for all that the specular layer mirrors, and over which perceptual roughness.
+    #[inline(always)]
+    pub(crate) fn reflection(
+        &self,
+        surface: [Vectors<S>; 2],
+        round: (Vectors<S>, f32x16<S>),
+    ) -> (Vectors<S>, f32x16<S>) {
+        match &self.grooves {
+            Some(grooves) => grooves.reflection(surface, round),
+            None => round,
+        }
+    }
+}
