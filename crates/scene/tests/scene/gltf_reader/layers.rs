@@ -1,10 +1,12 @@
 use glam::{Affine2, Vec2, Vec3};
 use serde_json::{Value, json};
-use umbrage_scene::{Anisotropy, Clearcoat, ColorSpace, Iridescence, Layers, Material, Sheen, Specular, TextureUse};
+use umbrage_scene::{
+    Anisotropy, Clearcoat, ColorSpace, Iridescence, Layers, Material, Sheen, Specular, Texture, TextureUse,
+};
 
 use super::look::{add_texture, material, with_material};
 
-fn layers(extensions: Value) -> Option<Layers> {
+fn layers(extensions: &Value) -> Option<Layers> {
     let mut file = with_material(json!({ "extensions": extensions }));
     add_texture(&mut file);
     material(&file).layers.map(|layers| *layers)
@@ -50,7 +52,7 @@ fn factors_and_textures_of_all_layers_are_read() {
     let scene = file.open().expect("all of these are supported");
     assert_eq!(scene.warnings(), [""; 0]);
     let frame = scene.at(0.0).expect("a frame");
-    let spaces: Vec<_> = frame.materials.textures.iter().map(|texture| texture.space()).collect();
+    let spaces: Vec<_> = frame.materials.textures.iter().map(Texture::space).collect();
     let color = spaces.iter().position(|&space| space == ColorSpace::Srgb).expect("one of colours") as u32;
     assert_eq!(spaces.len(), 2);
     let (color, quantity) = (moved(color), moved(1 - color));
@@ -85,10 +87,10 @@ fn factors_and_textures_of_all_layers_are_read() {
 
 #[test]
 fn layers_have_the_extensions_defaults() {
-    let coat = layers(json!({ "KHR_materials_clearcoat": { "clearcoatFactor": 1 } }));
+    let coat = layers(&json!({ "KHR_materials_clearcoat": { "clearcoatFactor": 1 } }));
     let clearcoat = Clearcoat { factor: 1.0, ..Clearcoat::default() };
     assert_eq!(coat, Some(Layers { clearcoat, ..Layers::default() }));
-    let film = layers(json!({ "KHR_materials_iridescence": { "iridescenceFactor": 1 } }));
+    let film = layers(&json!({ "KHR_materials_iridescence": { "iridescenceFactor": 1 } }));
     let iridescence = film.expect("a film").iridescence;
     assert_eq!((iridescence.ior, iridescence.thickness_maximum_nanometers), (1.3, 400.0));
     // What says nothing, or nothing that shows, is no layer.
@@ -99,7 +101,7 @@ fn layers_have_the_extensions_defaults() {
         "KHR_materials_anisotropy": { "anisotropyRotation": 1 },
         "KHR_materials_iridescence": { "iridescenceIor": 2 },
     });
-    assert_eq!(layers(off), None);
+    assert_eq!(layers(&off), None);
     assert_eq!(Material::default().layers, None);
 }
 
