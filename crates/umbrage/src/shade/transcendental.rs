@@ -57,8 +57,8 @@ pub(super) fn cosine<S: Simd>(radians: f32x16<S>) -> f32x16<S> {
     let from_half = ((turns - turns.floor()) - 0.5).abs();
     let angle = (0.25 - from_half) * (2.0 * PI);
     let squared = angle * angle;
-    let mut sine = squared * (1.0 / 362_880.0) - 1.0 / 5040.0;
-    for factor in [1.0 / 120.0, -1.0 / 6.0, 1.0] {
+    let mut sine = squared * (-1.0 / 39_916_800.0) + 1.0 / 362_880.0;
+    for factor in [-1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0, 1.0] {
         sine = sine * squared + factor;
     }
     -(sine * angle)
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
     use crate::shade::lanes::{Each, LANES};
 
-    /// The largest error of a function over numbers, in parts of `1 + |truth|` where `is_relative`, else absolute.
+    /// The largest error of a function over numbers, in parts of the truth.
     fn largest_error(numbers: &[f32], of: impl Fn(&Each<f32>) -> Each<f32>, truth: impl Fn(f64) -> f64) -> f64 {
         let mut largest = 0.0_f64;
         for chunk in numbers.chunks_exact(LANES) {
