@@ -36,9 +36,9 @@ const RENDER_EXAMPLES: &str = "
       A lens that is sharp at one depth only, and shadows with soft edges
   umbrage render demo:shatter --time 1 --shutter 0.02 --samples 64
       What moves leaves streaks, as on film with an open shutter
-  umbrage render model.glb --ground shadow --background none -o model.png
+  umbrage render demo:shatter --ground shadow --background none -o model.png
       A model and its shadow, to be put over another picture
-  umbrage render model.glb --ground matte --sky-shadows --samples 64
+  umbrage render demo:gears --ground matte --sky-shadows --samples 64
       Soft shadows of all the sky
   umbrage render demo:stadium --camera 9,4,9:0,1,0:30 --light sun:-1,-2,-1
       One's own camera and light

@@ -32,6 +32,8 @@ pub(super) struct Path {
     pub(super) through: Vec3,
     /// How far it goes from the ray's origin to the camera.
     pub(super) travelled: f32,
+    /// The largest GGX width of rough surfaces by which it comes.
+    pub(super) blur: f32,
     /// By how many mirrors, and how often into glass or out of it, it comes.
     pub(super) bounces: u32,
     /// Through how many surfaces it comes to the last of these.
@@ -205,6 +207,8 @@ pub(super) struct Lanes {
     pub(super) found: Each<Option<Hit>>,
     pub(super) through: [Each<f32>; 3],
     pub(super) travelled: Each<f32>,
+    /// The largest GGX width of rough surfaces by which it comes.
+    pub(super) blur: Each<f32>,
     pub(super) bounces: Each<u32>,
 }
 
@@ -215,11 +219,13 @@ impl Lanes {
             found: [None; LANES],
             through: [[0.0; LANES]; 3],
             travelled: [0.0; LANES],
+            blur: [0.0; LANES],
             bounces: [0; LANES],
         };
         for (lane, (Onward { ray, path, .. }, found)) in onward.iter().zip(found).enumerate() {
             (lanes.rays[lane], lanes.found[lane]) = (*ray, *found);
             (lanes.travelled[lane], lanes.bounces[lane]) = (path.travelled, path.bounces);
+            lanes.blur[lane] = path.blur;
             let mut through = path.through;
             if let (Some(hit), Some(medium)) = (found, path.media.innermost()) {
                 let distance = (hit.t - ray.t_min) * ray.direction.length();
@@ -268,6 +274,7 @@ impl Shading<'_> {
 
     /// Queues what a surface of glass mirrors, and what is refracted to it from the media behind.
     fn go_through_glass(&self, meeting: &Meeting, lane: usize, ways: &Ways, behind: Media, queue: &mut Vec<Onward>) {
+        let mut meeting = *meeting;
         let Meeting { ray, hit, path } = meeting;
         let materials = &self.frame.materials.materials;
         let material = self.frame.mesh.material_of_triangle[hit.triangle as usize];
@@ -280,6 +287,7 @@ impl Shading<'_> {
         let (shading_normal, mut normal) = (normal, normal);
         if let Some(alpha) = roughness {
             normal = visible_normal(-direction, shading_normal, alpha, path.point(Path::FACET));
+            meeting.path.blur = path.blur.max(alpha as f32);
         }
         let unshadowed =
             |to: DVec3| roughness.map_or(1.0, |alpha| unshadowed_behind(alpha, to.dot(shading_normal).abs()) as f32);
@@ -330,5 +338,7 @@ fn mirrored_roughly(meeting: &Meeting, lane: usize, ways: &Ways, gloss: &Gloss) 
     }
     let kept = unshadowed(alpha, view.dot(normal).max(1e-4), direction.dot(normal)) as f32;
     let through = vector_of(lane, &ways.surface_through) * gloss.reflected(lane, cosine as f32) * kept;
-    Some(meeting.towards(direction, through, meeting.path.media, ways.travelled[lane]))
+    let mut onward = meeting.towards(direction, through, meeting.path.media, ways.travelled[lane]);
+    onward.path.blur = onward.path.blur.max(gloss.alpha[lane]);
+    Some(onward)
 }

@@ -123,7 +123,8 @@ impl Shading<'_> {
             let pixel = (y - block.corner[1]) * block.view.width + x;
             let media = Media::default();
             let drawn = Drawn { pixel: y * block.view.width + x, sample: block.sample.index };
-            let path = Path { pixel, drawn, through: Vec3::ONE, travelled: 0.0, bounces: 0, layers: 0, media };
+            let path =
+                Path { pixel, drawn, through: Vec3::ONE, travelled: 0.0, blur: 0.0, bounces: 0, layers: 0, media };
             hit_of(self.frame, &ray, hits.triangle[lane]).map(|hit| Meeting { ray, hit, path })
         };
         for ((number, light), lit) in self.lights.iter().enumerate().zip(self.lit) {
@@ -186,7 +187,8 @@ impl Shading<'_> {
             film.add_lanes(onward, &color.at_most_brightest().store(), &[0.0; LANES]);
             return;
         };
-        let met = Met::new(simd, self, &rays, &hits, through, &lanes.bounces);
+        let mut met = Met::new(simd, self, &rays, &hits, through, &lanes.bounces);
+        met.seen.widen(f32x16::from_slice(simd, &lanes.blur));
         let meeting = |lane: usize| {
             let Onward { ray, path, .. } = onward[lane];
             found[lane].map(|hit| Meeting { ray, hit, path })
@@ -273,7 +275,11 @@ impl Shading<'_> {
     ) {
         let Met { surface, seen, caught, .. } = met;
         let irradiance = self.surroundings.irradiance(simd, surface.normal).scaled(surface.ambient_occlusion);
-        let mut scattered = (seen.diffuse() * irradiance * through.scaled(surface.opacity)).at_most_brightest();
+        let mut scattered = seen.diffuse();
+        if let Some(layers) = &surface.layers {
+            scattered += layers.scattered(simd);
+        }
+        scattered = (scattered * irradiance * through.scaled(surface.opacity)).at_most_brightest();
         let mut bare = f32x16::splat(simd, 0.0);
         if let Some(caught) = caught {
             scattered = Vectors::select(caught.lanes, caught.around * caught.near * through, scattered);

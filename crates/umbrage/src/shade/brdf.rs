@@ -41,6 +41,8 @@ pub(crate) struct SeenReflectance<S: Simd> {
     /// rough metals lose up to half of their light (Turquin, *Practical Multiple Scattering Compensation for Microfacet
     /// Models*, 2019).
     scattered_again: Vectors<S>,
+    /// GGX width of highlights.
+    highlight: f32x16<S>,
 }
 
 /// How surfaces mirror, lane by lane.
@@ -156,8 +158,17 @@ impl<S: Simd> Reflectance<S> {
         let specular = once * scattered_again;
         let entering = one - specular;
         let diffuse = self.diffuse.scaled(f32x16::splat(simd, 1.0 / PI)) * entering;
-        let seen =
-            SeenReflectance { reflectance: self, normal, view, n_v, diffuse, specular, entering, scattered_again };
+        let seen = SeenReflectance {
+            reflectance: self,
+            normal,
+            view,
+            n_v,
+            diffuse,
+            specular,
+            entering,
+            scattered_again,
+            highlight: self.alpha,
+        };
         match layers {
             Some(layers) => seen.below(simd, layers),
             None => seen,
@@ -185,9 +196,16 @@ impl<S: Simd> SeenReflectance<S> {
     #[inline(always)]
     pub(crate) fn evaluate(&self, simd: S, light: Vectors<S>, layers: Option<&Layers<S>>) -> Vectors<S> {
         let Self {
-            reflectance: Reflectance { f0, f90, alpha, .. }, normal, view, n_v, diffuse, scattered_again, ..
+            reflectance: Reflectance { f0, f90, .. },
+            normal,
+            view,
+            n_v,
+            diffuse,
+            scattered_again,
+            highlight,
+            ..
         } = *self;
-        let a2 = alpha * alpha;
+        let a2 = highlight * highlight;
         let n_l = normal.dot(light);
         let half = (view + light).normalized_or(normal);
         let n_h = normal.dot(half).max(0.0);
@@ -211,6 +229,14 @@ impl<S: Simd> SeenReflectance<S> {
     #[inline(always)]
     pub(crate) fn ambient(&self, irradiance: Vectors<S>, reflected: Vectors<S>) -> Vectors<S> {
         self.diffuse * irradiance + self.specular * reflected
+    }
+
+    /// Makes highlights of lights at least so wide, by GGX's measure. What is seen by way of rough surfaces is: of narrower ones,
+    /// few paths would find much light, which makes bright specks (Kaplanyan and Dachsbacher, *Path Space Regularization*,
+    /// 2013).
+    #[inline(always)]
+    pub(crate) fn widen(&mut self, alpha: f32x16<S>) {
+        self.highlight = self.highlight.max(alpha);
     }
 
     /// How it mirrors, lane by lane.
